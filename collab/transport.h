@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+
+#include "collab/messages.h"
+
+namespace tandem {
+
+/// What reaches a peer, called by a transport. `arrival_ns` is the receiver's monotonic clock.
+/// States, links and views come on the receive thread and must not block; the rest on the control thread.
+class Inbox {
+ public:
+  virtual ~Inbox() = default;
+  virtual void OnState(const ObjectState& state, std::int64_t arrival_ns) = 0;
+  virtual void OnLinks(const CouplingLinks& links, std::int64_t arrival_ns) = 0;
+  virtual void OnView(const ViewFrame& frame, std::int64_t arrival_ns) = 0;
+  virtual void OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) = 0;
+  virtual void OnPeerLeft(PeerId peer) = 0;  // said goodbye
+  virtual void OnPeerLost(PeerId peer) = 0;  // fell silent; may come back with OnPeerInfo
+  virtual void OnScene(const SceneManifest& manifest) = 0;
+};
+
+/// A peer's way to the others: over DDS in the product, over the simulated network in virtual time.
+/// Each Publish is called by one thread at a time: states, links and views by the sender thread, the rest by
+/// the control thread. What it hears goes to the Inbox it was made with. Destroying it without Leave() looks
+/// to the others like a crash.
+class Transport {
+ public:
+  virtual ~Transport() = default;
+  virtual void Publish(const ObjectState& state) = 0;
+  virtual void Publish(const CouplingLinks& links) = 0;
+  virtual void Publish(const ViewFrame& frame) = 0;
+  virtual void Publish(const PeerInfo& info) = 0;
+  virtual void Publish(const SceneManifest& manifest) = 0;
+  /// Says goodbye: the others get OnPeerLeft at once.
+  virtual void Leave() = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "collab/transport.h"
+
+namespace tandem {
+
+/// A peer as a viewer knows it.
+struct ViewedPeer {
+  enum class Presence : std::uint8_t { kHere, kLost, kLeft };
+
+  PeerInfo info;
+  Presence presence = Presence::kHere;
+  double delay_ms = 0;                    // half its loop age to its partners, as it says itself
+  std::int64_t heard_ns = 0;              // newest sign of it, this machine's clock
+  std::vector<ViewBody> bodies;           // newest poses
+};
+
+/// What a viewer shows, at one moment.
+struct ViewerPicture {
+  std::optional<SceneManifest> scene;     // not before an active peer has offered one
+  std::vector<ViewedPeer> peers;          // by id; those that left stay, marked
+  std::uint64_t samples = 0;              // view frames received so far
+};
+
+/// A passive onlooker's side of a session: keeps what is heard, answers what to show. Needs no window; says nothing
+/// of poses to anybody. Calls may come from the transport's threads and from the reader's at once.
+class Viewer : public Inbox {
+ public:
+  ViewerPicture Picture() const;
+  /// Ages of view frames at arrival (sender's stamp against our clock, ms): meaningful on one host only.
+  std::vector<float> SampleAgesMs() const;
+
+  void OnState(const ObjectState&, std::int64_t) override {}
+  void OnLinks(const CouplingLinks&, std::int64_t) override {}
+  void OnView(const ViewFrame& frame, std::int64_t arrival_ns) override;
+  void OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) override;
+  void OnPeerLeft(PeerId peer) override;
+  void OnPeerLost(PeerId peer) override;
+  void OnScene(const SceneManifest& manifest) override;
+
+ private:
+  mutable std::mutex mutex_;
+  std::optional<SceneManifest> scene_;
+  std::map<PeerId, ViewedPeer> peers_;
+  std::uint64_t samples_ = 0;
+  std::vector<float> ages_ms_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+
+#include "engine/base/result.h"
+#include "engine/geometry/triangle_mesh.h"
+
+namespace tandem {
+
+/// How a mesh file is read.
+struct ImportOptions {
+  double scale = 1.0;                           // metres per file unit
+  double weld_tolerance = 0.0;                  // file units; 0 welds equal positions only
+  double seconds_limit = 10.0;                  // wall time and CPU time of the reading process
+  std::size_t memory_limit_bytes = 2ULL << 30;  // address space of the reading process
+};
+
+/// Reads a mesh of any format that assimp knows, node transforms applied, file axes kept, vertices
+/// welded into bodies. assimp runs in a child process with limits, because it crashes on some files,
+/// some of them good; whatever happens there comes back as an error of one line.
+///
+/// The caller's program must hand its arguments to RunImportHelperIfAsked() first thing in main().
+Result<TriangleMesh> ImportMesh(const std::filesystem::path& file, const ImportOptions& options = {});
+
+/// In the child process that ImportMesh() starts (the running program itself, called with
+/// `import-helper`): reads the file, writes the mesh to the pipe and exits. Otherwise returns at once.
+void RunImportHelperIfAsked(int argc, char** argv);
+
+}  // namespace tandem

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/spatial.h"
+
+namespace tandem {
+
+/// A welded triangle mesh: vertices are shared wherever their positions are the same, so that
+/// connectivity tells the bodies. May be open, and may hold several bodies.
+struct TriangleMesh {
+  using Triangle = std::array<std::uint32_t, 3>;  // counter-clockwise seen from outside
+
+  std::vector<Vec3> vertices;  // p_MV, m
+  std::vector<Triangle> triangles;
+
+  const Vec3& corner(std::size_t triangle, std::size_t k) const {
+    return vertices[triangles[triangle][k]];
+  }
+};
+
+/// The smallest box round the vertices that triangles use.
+Bounds BoundsOf(const TriangleMesh& mesh);
+
+/// The mesh with its vertices taken from M to W.
+TriangleMesh Transformed(const TriangleMesh& mesh, const Pose& X_WM);
+
+/// Appends `part` to `whole`, keeping their vertices apart.
+void Append(TriangleMesh& whole, const TriangleMesh& part);
+
+}  // namespace tandem
