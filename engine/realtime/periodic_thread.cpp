@@ -1,0 +1,60 @@
+#include "engine/realtime/periodic_thread.h"
+
+#include <utility>
+
+#include <sys/prctl.h>
+
+#include "engine/base/check.h"
+
+namespace tandem {
+
+void RunPeriodically(std::int64_t period_ns, const PeriodicFrame& frame,
+                     const std::atomic<bool>& stop, LoopClock& clock, FrameStats& stats) noexcept {
+  TANDEM_CHECK(period_ns > 0);
+  std::int64_t deadline = clock.NowNs() + period_ns;
+  for (std::int64_t number = 0;; ++number) {
+    clock.SleepUntil(deadline);
+    if (stop.load(std::memory_order_relaxed)) return;
+
+    const std::int64_t start = clock.NowNs();
+    const std::int64_t cpu_start = clock.ThreadCpuNs();
+    const bool goes_on = frame(number, start);
+    const std::int64_t cpu_end = clock.ThreadCpuNs();
+    const std::int64_t end = clock.NowNs();
+
+    const std::int64_t skipped = end > deadline ? (end - deadline) / period_ns : 0;
+    stats.Add(start - deadline, cpu_end - cpu_start, end - start, skipped);
+    if (!goes_on) return;
+    deadline += (skipped + 1) * period_ns;
+  }
+}
+
+PeriodicThread::PeriodicThread(const Options& options, PeriodicFrame frame)
+    : frame_(std::move(frame)) {
+  thread_ = std::thread([this, options] {
+    if (options.priority > 0) {
+      realtime_ = EnterRealtime(options.priority);
+    } else {
+      realtime_.timer_slack = prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) == 0;
+    }
+    entered_.count_down();
+    RunPeriodically(options.period_ns, frame_, stop_, MachineClock(), stats_);
+  });
+  entered_.wait();
+}
+
+PeriodicThread::~PeriodicThread() {
+  Stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void PeriodicThread::Join() {
+  if (thread_.joinable()) thread_.join();
+}
+
+const FrameStats& PeriodicThread::stats() const {
+  TANDEM_CHECK(!thread_.joinable());
+  return stats_;
+}
+
+}  // namespace tandem

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <latch>
+#include <thread>
+
+#include "engine/realtime/clock.h"
+#include "engine/realtime/frame_stats.h"
+#include "engine/realtime/realtime_setup.h"
+
+namespace tandem {
+
+/// One frame of a loop: its number, from 0 without gaps, and the time it starts at (monotonic, ns).
+/// False ends the loop. Must not throw.
+using PeriodicFrame = std::function<bool(std::int64_t frame, std::int64_t now_ns)>;
+
+/// Runs `frame` at the deadlines start + k * period (k = 1, 2, ...) until it returns false or
+/// `stop` is set. Deadlines that pass before a frame has ended are skipped and counted, never
+/// caught up: the next frame starts at the first deadline still to come. The loop itself allocates
+/// nothing.
+void RunPeriodically(std::int64_t period_ns, const PeriodicFrame& frame,
+                     const std::atomic<bool>& stop, LoopClock& clock, FrameStats& stats) noexcept;
+
+/// A thread that does so on the machine's clock, real-time where that is allowed.
+class PeriodicThread {
+ public:
+  struct Options {
+    std::int64_t period_ns = 1'000'000;
+    int priority = 30;  // of SCHED_FIFO; 0: an ordinary thread, whose sleeps only are exact
+  };
+
+  /// Returns once the thread runs and its status is known.
+  PeriodicThread(const Options& options, PeriodicFrame frame);
+  /// Stops and joins.
+  ~PeriodicThread();
+  PeriodicThread(const PeriodicThread&) = delete;
+  PeriodicThread& operator=(const PeriodicThread&) = delete;
+
+  /// Asks the loop to end after the frame it is in. Any thread, signal handlers too.
+  void Stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
+  /// Waits for the loop's end.
+  void Join();
+
+  const RealtimeStatus& realtime() const noexcept { return realtime_; }
+  /// Only after Join().
+  const FrameStats& stats() const;
+
+ private:
+  PeriodicFrame frame_;
+  std::atomic<bool> stop_{false};
+  RealtimeStatus realtime_;
+  FrameStats stats_;
+  std::latch entered_{1};
+  std::thread thread_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <type_traits>
+
+#include "engine/base/check.h"
+
+namespace tandem {
+
+/// Hands values from one pushing thread to one popping thread: all of them, in order. Neither ever
+/// waits, and nothing is allocated after construction. For the newest value only, use TripleBuffer.
+template <typename T>
+class SpscQueue {
+  static_assert(std::is_nothrow_copy_assignable_v<T> && std::is_default_constructible_v<T>);
+
+ public:
+  /// Holds up to `capacity` values, at least one.
+  explicit SpscQueue(std::size_t capacity) : capacity_(capacity) {
+    TANDEM_CHECK(capacity > 0);
+    std::size_t size = 1;
+    while (size < capacity) size *= 2;
+    mask_ = size - 1;
+    ring_ = std::make_unique<T[]>(size);
+  }
+
+  std::size_t capacity() const noexcept { return capacity_; }
+
+  /// False, and nothing is taken, when the queue is full. Pushing thread only.
+  bool TryPush(const T& value) noexcept {
+    const std::uint64_t pushed = pushed_.load(std::memory_order_relaxed);
+    if (pushed - popped_seen_ >= capacity_) {
+      popped_seen_ = popped_.load(std::memory_order_acquire);
+      if (pushed - popped_seen_ >= capacity_) return false;
+    }
+    ring_[pushed & mask_] = value;
+    pushed_.store(pushed + 1, std::memory_order_release);
+    return true;
+  }
+
+  /// False, and `value` is left alone, when the queue is empty. Popping thread only.
+  bool TryPop(T& value) noexcept {
+    const T* front = Front();
+    if (front == nullptr) return false;
+    value = *front;
+    Drop();
+    return true;
+  }
+
+  /// The oldest value, to be looked at before it is due; null when the queue is empty. Popping
+  /// thread only.
+  const T* Front() noexcept {
+    const std::uint64_t popped = popped_.load(std::memory_order_relaxed);
+    if (popped == pushed_seen_) {
+      pushed_seen_ = pushed_.load(std::memory_order_acquire);
+      if (popped == pushed_seen_) return nullptr;
+    }
+    return &ring_[popped & mask_];
+  }
+
+  /// Gives up the oldest value, which Front() has shown. Popping thread only.
+  void Drop() noexcept {
+    popped_.store(popped_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
+
+ private:
+  std::size_t capacity_;
+  std::size_t mask_ = 0;
+  std::unique_ptr<T[]> ring_;
+
+  // Each thread's counter and its last sight of the other's, on a cache line of its own.
+  alignas(64) std::atomic<std::uint64_t> pushed_{0};
+  std::uint64_t popped_seen_ = 0;
+  alignas(64) std::atomic<std::uint64_t> popped_{0};
+  std::uint64_t pushed_seen_ = 0;
+};
+
+}  // namespace tandem
