@@ -18,8 +18,9 @@ struct HandImpedance {
   double rotation_stiffness = 3.0;  // N m/rad
 };
 
-/// Where a hand means its body to be, and when: the body's centre of mass displaced by p_W from its first
-/// place, the body turned by q_W (axes of W) from its first orientation. Intent, not a collision-free path.
+/// Where a hand means its body to be, and when: the body's centre of mass displaced by p_W from its
+/// first place, the body turned by q_W (axes of W) from its first orientation. Intent, not a
+/// collision-free path.
 struct Waypoint {
   double t = 0;  // s, from the hand's start
   Vec3 p_W = Vec3::Zero();
@@ -29,13 +30,13 @@ struct Waypoint {
 /// A scripted hand. File format (DESIGN of the hand file): docs/scene-format.md.
 struct HandScript {
   HandImpedance impedance;
-  Pose X_BD;                        // grasp: the device's place in the body; B's axes are the file's
+  Pose X_BD;  // grasp: the device's place in the body; B's axes are the file's
   std::vector<Waypoint> waypoints;  // t rising from 0; the first is the identity
 
   double duration() const { return waypoints.empty() ? 0.0 : waypoints.back().t; }
 
-  /// The intended displacement at time t >= 0: minimum jerk in position, slerp with the same timing in
-  /// rotation, between the waypoints either side; at rest at each; held after the last.
+  /// The intended displacement at time t >= 0: minimum jerk in position, slerp with the same timing
+  /// in rotation, between the waypoints either side; at rest at each; held after the last.
   Waypoint IntentAt(double t) const noexcept;
   /// Its rate of change: the velocity of the centre of mass and the angular velocity, in W.
   Twist IntendedTwistAt(double t) const noexcept;

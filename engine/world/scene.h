@@ -14,17 +14,20 @@ namespace tandem {
 /// One part as the scene file tells of it. Its place in Scene::bodies is its number on the network.
 struct SceneBody {
   std::string name;
-  std::filesystem::path mesh;      // found: absolute, or relative to the working directory
-  double scale = 1.0;              // metres per file unit
-  Pose X_WM;                       // where the file's frame stands at first
-  bool fixed = false;              // never moves
-  bool shared = false;             // several users may hold it at once (type-2); else one (type-1)
-  double mass = 0;                 // kg; 0 for fixed bodies
-  double inward_shift_voxels = 0;  // of the pointshell, along its normals (paper §7: the ball seats)
+  std::filesystem::path mesh;  // found: absolute, or relative to the working directory
+  double scale = 1.0;          // metres per file unit
+  Pose X_WM;                   // where the file's frame stands at first
+  bool fixed = false;          // never moves
+  bool shared = false;         // several users may hold it at once (type-2); else one (type-1)
+  double mass = 0;             // kg; 0 for fixed bodies, and where the density tells it
+  double density = 0;          // kg/m^3, when mass is 0
+  double inward_shift_voxels =
+      0;  // of the pointshell, along its normals (paper §7: the ball seats)
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  // red, green, blue, 0 to 1
 };
 
-/// A script for a hand, and the body it takes hold of; what the demo gives to its peers, in this order.
+/// A script for a hand, and the body it takes hold of; what the demo gives to its peers, in this
+/// order.
 struct SceneHand {
   std::string body;            // name of a moving body
   std::filesystem::path file;  // as for meshes
@@ -43,11 +46,12 @@ struct Scene {
   int BodyNamed(const std::string& body_name) const;
 };
 
-/// Reads a scene. An error names the file, the place in it (`bodies[1].mass_kg`) and what was expected there.
+/// Reads a scene. An error names the file, the place in it (`bodies[1].mass_kg`) and what was
+/// expected there.
 Result<Scene> LoadScene(const std::filesystem::path& file);
 
-/// The hash peers compare before they touch one another: the scene's values that bear on forces, and the
-/// bytes of its meshes. Independent of where the files lie.
+/// The hash peers compare before they touch one another: the scene's values that bear on forces,
+/// and the bytes of its meshes. Independent of where the files lie.
 Result<std::uint64_t> HashScene(const Scene& scene);
 
 }  // namespace tandem

@@ -1,0 +1,268 @@
+#include "engine/base/json_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace tandem {
+namespace {
+
+using Json = nlohmann::json;
+
+const Json& Value(const void* value) {
+  return *static_cast<const Json*>(value);
+}
+
+std::string Plain(double number) {
+  std::ostringstream text;
+  text << number;  // 0, not 0.0
+  return text.str();
+}
+
+// as it stands in the file, cut short
+std::string Shown(const Json& value) {
+  if (value.is_object()) return "an object";
+  if (value.is_array()) {
+    const bool flat =
+        value.size() <= 4 && std::none_of(value.begin(), value.end(), [](const Json& v) {
+          return v.is_structured();
+        });
+    if (!flat) return "an array of " + std::to_string(value.size());
+  }
+  std::string shown = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (shown.size() > 60) shown = shown.substr(0, 57) + "...";
+  return shown;
+}
+
+std::string WithoutPrefix(std::string_view what) {
+  // "[json.exception.parse_error.101] parse error at line 2, column 7: syntax error while ..."
+  const std::size_t at = what.find("line ");
+  if (at != std::string_view::npos) return std::string(what.substr(at));
+  const std::size_t end = what.find("] ");
+  return std::string(end == std::string_view::npos ? what : what.substr(end + 2));
+}
+
+}  // namespace
+
+struct JsonNode::Content {
+  std::string file;
+  Json root;
+  std::optional<Error> fault;
+};
+
+JsonNode::JsonNode(std::shared_ptr<Content> content, const void* value, std::string place)
+    : content_(std::move(content)), value_(value), place_(std::move(place)) {}
+
+void JsonNode::Fault(const std::string& what) const {
+  if (content_->fault) return;
+  content_->fault = Error{content_->file + ": " + (place_.empty() ? "" : place_ + ": ") + what};
+}
+
+void JsonNode::Expected(std::string_view expected) const {
+  Fault("expected " + std::string(expected) + ", got " +
+        (value_ == nullptr ? "nothing" : Shown(Value(value_))));
+}
+
+bool JsonNode::Has(std::string_view key) const {
+  return value_ != nullptr && Value(value_).is_object() && Value(value_).contains(key);
+}
+
+JsonNode JsonNode::operator[](std::string_view key) const {
+  const std::string place = place_.empty() ? std::string(key) : place_ + "." + std::string(key);
+  if (value_ == nullptr || !Value(value_).is_object()) {
+    Expected("an object");
+    return {content_, nullptr, place};
+  }
+  const auto found = Value(value_).find(key);
+  return {content_, found == Value(value_).end() ? nullptr : &*found, place};
+}
+
+std::vector<JsonNode> JsonNode::Items() const {
+  std::vector<JsonNode> items;
+  if (value_ == nullptr || !Value(value_).is_array()) {
+    Expected("an array");
+    return items;
+  }
+  for (const Json& value : Value(value_)) {
+    items.push_back({content_, &value, place_ + "[" + std::to_string(items.size()) + "]"});
+  }
+  return items;
+}
+
+void JsonNode::AllowKeys(std::initializer_list<std::string_view> keys) const {
+  if (value_ == nullptr || !Value(value_).is_object()) {
+    Expected("an object");
+    return;
+  }
+  const std::vector<std::string_view> known(keys);
+  for (const auto& [key, value] : Value(value_).items()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    const std::string_view nearest = NearestWord(key, known);
+    std::string hint = nearest.empty() ? "known here are" : "did you mean";
+    if (nearest.empty()) {
+      for (const std::string_view word : known) hint += " " + std::string(word);
+    } else {
+      hint += " " + std::string(nearest) + "?";
+    }
+    (*this)[key].Fault("unknown key; " + hint);
+  }
+}
+
+std::string JsonNode::Text(std::string_view expected) const {
+  if (value_ != nullptr && Value(value_).is_string()) {
+    auto text = Value(value_).get<std::string>();
+    if (!text.empty()) return text;
+  }
+  Expected(expected);
+  return {};
+}
+
+bool JsonNode::TrueOrFalse() const {
+  if (value_ != nullptr && Value(value_).is_boolean()) return Value(value_).get<bool>();
+  Expected("true or false");
+  return false;
+}
+
+double JsonNode::NumberWhere(bool (*good)(double, double), double limit,
+                             const std::string& expected) const {
+  if (value_ != nullptr && Value(value_).is_number()) {
+    const auto number = Value(value_).get<double>();
+    if (std::isfinite(number) && good(number, limit)) return number;
+  }
+  Expected(expected);
+  return limit + 1.0;
+}
+
+double JsonNode::Number() const {
+  return NumberWhere(
+      [](double, double) {
+        return true;
+      },
+      0.0, "a number");
+}
+
+double JsonNode::NumberAbove(double limit) const {
+  return NumberWhere(
+      [](double a, double b) {
+        return a > b;
+      },
+      limit, "a number above " + Plain(limit));
+}
+
+double JsonNode::NumberFrom(double least) const {
+  return NumberWhere(
+      [](double a, double b) {
+        return a >= b;
+      },
+      least, "a number of " + Plain(least) + " or more");
+}
+
+int JsonNode::WholeNumber(int least, int most) const {
+  if (value_ != nullptr && Value(value_).is_number_integer()) {
+    const auto number = Value(value_).get<double>();
+    if (number >= least && number <= most) return static_cast<int>(number);
+  }
+  Expected("a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+  return least;
+}
+
+Vec3 JsonNode::Vector() const {
+  constexpr std::string_view kExpected = "three numbers [x, y, z]";
+  if (value_ == nullptr || !Value(value_).is_array() || Value(value_).size() != 3) {
+    Expected(kExpected);
+    return Vec3::Zero();
+  }
+  const std::vector<JsonNode> items = Items();
+  return {items[0].Number(), items[1].Number(), items[2].Number()};
+}
+
+Quat JsonNode::Rotation() const {
+  constexpr std::string_view kExpected = "a rotation [x, y, z, w] of length 1";
+  if (value_ == nullptr || !Value(value_).is_array() || Value(value_).size() != 4) {
+    Expected(kExpected);
+    return Quat::Identity();
+  }
+  const std::vector<JsonNode> items = Items();
+  const Quat q(items[3].Number(), items[0].Number(), items[1].Number(), items[2].Number());
+  if (!(std::abs(q.norm() - 1.0) < 1e-3)) {
+    Expected(kExpected);
+    return Quat::Identity();
+  }
+  return q.normalized();
+}
+
+JsonFile::JsonFile(std::shared_ptr<JsonNode::Content> content) : content_(std::move(content)) {}
+
+Result<JsonFile> JsonFile::Read(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string text;
+  if (stream && std::filesystem::is_regular_file(file)) {
+    text.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
+  } else {
+    return Error{file.string() + ": cannot be read"};
+  }
+
+  auto content = std::make_shared<JsonNode::Content>();
+  content->file = file.string();
+
+  // nlohmann keeps the last of two equal keys; a reader of the file would believe either
+  std::vector<std::set<std::string>> keys;
+  std::string twice;
+  const auto watch = [&](int, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key &&
+        !keys.back().insert(parsed.get<std::string>()).second) {
+      twice = parsed.get<std::string>();
+    }
+    return true;
+  };
+  try {
+    content->root = Json::parse(text, watch);
+  } catch (const Json::exception& fault) {
+    return Error{file.string() + ": " + WithoutPrefix(fault.what())};
+  }
+  if (!twice.empty()) return Error{file.string() + ": the key \"" + twice + "\" is given twice"};
+  return JsonFile(std::move(content));
+}
+
+JsonNode JsonFile::root() const {
+  return {content_, &content_->root, ""};
+}
+
+std::optional<Error> JsonFile::fault() const {
+  return content_->fault;
+}
+
+std::string_view NearestWord(std::string_view word, const std::vector<std::string_view>& words) {
+  std::string_view nearest;
+  std::size_t least = word.size() / 2 + 1;  // half of it wrong is no slip
+  for (const std::string_view candidate : words) {
+    // edit distance, a row at a time
+    std::vector<std::size_t> row(candidate.size() + 1);
+    for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
+    for (std::size_t i = 1; i <= word.size(); ++i) {
+      std::size_t diagonal = std::exchange(row[0], i);
+      for (std::size_t j = 1; j <= candidate.size(); ++j) {
+        const std::size_t change = diagonal + (word[i - 1] == candidate[j - 1] ? 0U : 1U);
+        diagonal = std::exchange(row[j], std::min({change, row[j] + 1, row[j - 1] + 1}));
+      }
+    }
+    // a word that begins with what was typed ("mass" for "mass_kg") is near too
+    const bool begun = word.size() >= 3 && candidate.substr(0, word.size()) == word;
+    const std::size_t distance = begun ? 1 : row.back();
+    if (distance < least) {
+      least = distance;
+      nearest = candidate;
+    }
+  }
+  return nearest;
+}
+
+}  // namespace tandem

@@ -1,0 +1,121 @@
+#include "engine/haptics/hand_script.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+
+#include "engine/base/check.h"
+#include "engine/base/json_reader.h"
+
+namespace tandem {
+namespace {
+
+// How far along a segment a minimum-jerk movement is, and how fast, at u in [0, 1] of its time.
+struct Progress {
+  double share = 0;
+  double rate = 0;  // per unit of u
+};
+
+Progress MinimumJerk(double u) {
+  const double rest = 1.0 - u;
+  return {u * u * u * (10.0 + u * (-15.0 + 6.0 * u)), 30.0 * u * u * rest * rest};
+}
+
+HandImpedance ReadImpedance(const JsonNode& node) {
+  node.AllowKeys({"mass_kg", "damping_Ns_m", "stiffness_N_m", "rotation"});
+  HandImpedance hand;
+  if (node.Has("mass_kg")) hand.mass = node["mass_kg"].NumberAbove(0);
+  if (node.Has("damping_Ns_m")) hand.damping = node["damping_Ns_m"].NumberFrom(0);
+  if (node.Has("stiffness_N_m")) hand.stiffness = node["stiffness_N_m"].NumberFrom(0);
+  if (!node.Has("rotation")) return hand;
+  const JsonNode rotation = node["rotation"];
+  rotation.AllowKeys({"inertia_kg_m2", "damping_Nms_rad", "stiffness_Nm_rad"});
+  if (rotation.Has("inertia_kg_m2")) hand.inertia = rotation["inertia_kg_m2"].NumberAbove(0);
+  if (rotation.Has("damping_Nms_rad")) {
+    hand.rotation_damping = rotation["damping_Nms_rad"].NumberFrom(0);
+  }
+  if (rotation.Has("stiffness_Nm_rad")) {
+    hand.rotation_stiffness = rotation["stiffness_Nm_rad"].NumberFrom(0);
+  }
+  return hand;
+}
+
+Pose ReadGrasp(const JsonNode& node) {
+  node.AllowKeys({"p_B", "q_xyzw"});
+  Pose X_BD;
+  if (node.Has("p_B")) X_BD.p = node["p_B"].Vector();
+  if (node.Has("q_xyzw")) X_BD.q = node["q_xyzw"].Rotation();
+  return X_BD;
+}
+
+Waypoint ReadWaypoint(const JsonNode& node, const std::vector<Waypoint>& before) {
+  node.AllowKeys({"t_s", "p_W", "q_xyzw"});
+  Waypoint waypoint;
+  waypoint.p_W = node["p_W"].Vector();
+  waypoint.q_W = node["q_xyzw"].Rotation();
+  if (before.empty()) {
+    waypoint.t = node["t_s"].Number();
+    if (waypoint.t != 0) node["t_s"].Expected("0, where the hand starts");
+    if (!waypoint.p_W.isZero(1e-9)) node["p_W"].Expected("[0, 0, 0], where the body is at first");
+    if (RotationVector(waypoint.q_W).norm() > 1e-6) {
+      node["q_xyzw"].Expected("[0, 0, 0, 1], as the body stands at first");
+    }
+  } else {
+    waypoint.t = node["t_s"].NumberAbove(before.back().t);
+  }
+  return waypoint;
+}
+
+}  // namespace
+
+Waypoint HandScript::IntentAt(double t) const noexcept {
+  TANDEM_ASSERT(!waypoints.empty());
+  const auto next = std::find_if(waypoints.begin(), waypoints.end(), [t](const Waypoint& waypoint) {
+    return waypoint.t > t;
+  });
+  if (next == waypoints.begin()) return waypoints.front();
+  if (next == waypoints.end()) return waypoints.back();
+  const Waypoint& from = *(next - 1);
+  const double share = MinimumJerk((t - from.t) / (next->t - from.t)).share;
+  Waypoint intent;
+  intent.t = t;
+  intent.p_W = from.p_W + share * (next->p_W - from.p_W);
+  const Vec3 turn_W = RotationVector(next->q_W * from.q_W.conjugate());
+  intent.q_W = RotationBy(share * turn_W) * from.q_W;
+  return intent;
+}
+
+Twist HandScript::IntendedTwistAt(double t) const noexcept {
+  TANDEM_ASSERT(!waypoints.empty());
+  const auto next = std::find_if(waypoints.begin(), waypoints.end(), [t](const Waypoint& waypoint) {
+    return waypoint.t > t;
+  });
+  if (next == waypoints.begin() || next == waypoints.end()) return {};
+  const Waypoint& from = *(next - 1);
+  const double span = next->t - from.t;
+  const double rate = MinimumJerk((t - from.t) / span).rate / span;
+  Twist twist;
+  twist.v = rate * (next->p_W - from.p_W);
+  // the turn is about one axis fixed in W, so its rotation vector grows along itself
+  twist.w = rate * RotationVector(next->q_W * from.q_W.conjugate());
+  return twist;
+}
+
+Result<HandScript> LoadHandScript(const std::filesystem::path& file) {
+  const Result<JsonFile> json = JsonFile::Read(file);
+  if (!json) return json.error();
+  const JsonNode root = json->root();
+  root.AllowKeys({"hand", "grasp_B", "waypoints"});
+
+  HandScript script;
+  if (root.Has("hand")) script.impedance = ReadImpedance(root["hand"]);
+  if (root.Has("grasp_B")) script.X_BD = ReadGrasp(root["grasp_B"]);
+  for (const JsonNode& node : root["waypoints"].Items()) {
+    script.waypoints.push_back(ReadWaypoint(node, script.waypoints));
+  }
+  if (script.waypoints.empty()) root["waypoints"].Expected("at least one waypoint");
+  if (const std::optional<Error> fault = json->fault()) return *fault;
+  return script;
+}
+
+}  // namespace tandem

@@ -1,0 +1,176 @@
+#include "engine/world/scene.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <fstream>
+#include <optional>
+#include <utility>
+
+#include "engine/base/hash.h"
+#include "engine/base/json_reader.h"
+
+namespace tandem {
+namespace {
+
+constexpr int kDeepestForceLayer = 6;  // the range of the distance field less two queues of warning
+
+std::filesystem::path ReadFilePath(const JsonNode& node, const std::filesystem::path& folder) {
+  const std::filesystem::path named = node.Text("the name of a file");
+  const std::filesystem::path found = named.is_absolute() ? named : folder / named;
+  if (!named.empty() && !std::filesystem::is_regular_file(found)) {
+    node.Fault("no such file: " + found.string());
+  }
+  return found;
+}
+
+Pose ReadPose(const JsonNode& node) {
+  node.AllowKeys({"p_W", "q_xyzw"});
+  Pose X_WM;
+  if (node.Has("p_W")) X_WM.p = node["p_W"].Vector();
+  if (node.Has("q_xyzw")) X_WM.q = node["q_xyzw"].Rotation();
+  return X_WM;
+}
+
+std::array<float, 3> ReadColour(const JsonNode& node) {
+  constexpr std::string_view kExpected = "a colour like \"#4080c0\"";
+  const std::string text = node.Text(kExpected);
+  std::array<float, 3> colour{};
+  if (text.size() != 7 || text[0] != '#' ||
+      text.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos) {
+    node.Expected(kExpected);
+    return colour;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    colour[i] = static_cast<float>(std::stoi(text.substr(1 + 2 * i, 2), nullptr, 16)) / 255.0F;
+  }
+  return colour;
+}
+
+bool ReadSharing(const JsonNode& node) {
+  constexpr std::string_view kExpected =
+      "\"own\" (one user holds it) or \"shared\" (several may hold it at once)";
+  const std::string text = node.Text(kExpected);
+  if (text != "own" && text != "shared") node.Expected(kExpected);
+  return text == "shared";
+}
+
+SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder) {
+  node.AllowKeys({"name", "mesh", "scale", "pose", "fixed", "mass_kg", "density_kg_m3", "sharing",
+                  "inward_shift_voxels", "colour"});
+  SceneBody body;
+  body.name = node["name"].Text("the body's name");
+  body.mesh = ReadFilePath(node["mesh"], folder);
+  if (node.Has("scale")) body.scale = node["scale"].NumberAbove(0);
+  if (node.Has("pose")) body.X_WM = ReadPose(node["pose"]);
+  if (node.Has("fixed")) body.fixed = node["fixed"].TrueOrFalse();
+  if (node.Has("inward_shift_voxels")) {
+    body.inward_shift_voxels = node["inward_shift_voxels"].Number();
+  }
+  if (node.Has("colour")) body.colour = ReadColour(node["colour"]);
+
+  const bool weighed = node.Has("mass_kg") || node.Has("density_kg_m3");
+  if (body.fixed) {
+    for (const std::string_view key : {"mass_kg", "density_kg_m3", "sharing"}) {
+      if (node.Has(key)) node[key].Fault("a fixed body has none");
+    }
+  } else if (!weighed) {
+    node.Fault("expected \"fixed\": true, or a mass_kg or a density_kg_m3");
+  } else if (node.Has("mass_kg") && node.Has("density_kg_m3")) {
+    node["density_kg_m3"].Fault("the mass is given already; give one of the two");
+  } else if (node.Has("mass_kg")) {
+    body.mass = node["mass_kg"].NumberAbove(0);
+  } else {
+    body.density = node["density_kg_m3"].NumberAbove(0);
+  }
+  if (!body.fixed && node.Has("sharing")) body.shared = ReadSharing(node["sharing"]);
+  return body;
+}
+
+SceneHand ReadHand(const JsonNode& node, const Scene& scene) {
+  node.AllowKeys({"body", "file"});
+  SceneHand hand;
+  hand.body = node["body"].Text("the name of a body");
+  const int body = scene.BodyNamed(hand.body);
+  if (body < 0 || scene.bodies[static_cast<std::size_t>(body)].fixed) {
+    node["body"].Expected("the name of a body that moves");
+  }
+  hand.file = ReadFilePath(node["file"], scene.file.parent_path());
+  return hand;
+}
+
+std::optional<Error> AddFile(Hash64& hash, const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return Error{file.string() + ": cannot be read"};
+  std::uint64_t size = 0;
+  std::array<char, 65536> block{};
+  do {
+    stream.read(block.data(), block.size());
+    const auto got = static_cast<std::size_t>(stream.gcount());
+    hash.AddBytes(block.data(), got);
+    size += got;
+  } while (stream);
+  if (!stream.eof()) return Error{file.string() + ": cannot be read"};
+  hash.Add(size);
+  return std::nullopt;
+}
+
+}  // namespace
+
+int Scene::BodyNamed(const std::string& body_name) const {
+  const auto found = std::find_if(bodies.begin(), bodies.end(), [&](const SceneBody& body) {
+    return body.name == body_name;
+  });
+  return found == bodies.end() ? -1 : static_cast<int>(found - bodies.begin());
+}
+
+Result<Scene> LoadScene(const std::filesystem::path& file) {
+  const Result<JsonFile> json = JsonFile::Read(file);
+  if (!json) return json.error();
+  const JsonNode root = json->root();
+  root.AllowKeys({"name", "voxel_m", "force_layer", "bodies", "hands"});
+
+  Scene scene;
+  scene.file = file;
+  scene.name = root["name"].Text("the scene's name");
+  scene.voxel_size = root["voxel_m"].NumberAbove(0);
+  if (root.Has("force_layer")) {
+    scene.force_layer = root["force_layer"].WholeNumber(0, kDeepestForceLayer);
+  }
+  for (const JsonNode& node : root["bodies"].Items()) {
+    SceneBody body = ReadBody(node, file.parent_path());
+    if (scene.BodyNamed(body.name) >= 0) node["name"].Fault("another body has this name already");
+    scene.bodies.push_back(std::move(body));
+  }
+  if (scene.bodies.empty()) root["bodies"].Expected("at least one body");
+  if (root.Has("hands")) {
+    for (const JsonNode& node : root["hands"].Items()) scene.hands.push_back(ReadHand(node, scene));
+  }
+  if (const std::optional<Error> fault = json->fault()) return *fault;
+  return scene;
+}
+
+Result<std::uint64_t> HashScene(const Scene& scene) {
+  Hash64 hash;
+  // adding 0 makes a negative zero, which means the same, the same
+  const auto add = [&hash](double value) {
+    hash.Add(value + 0.0);
+  };
+  add(scene.voxel_size);
+  add(scene.force_layer);
+  for (const SceneBody& body : scene.bodies) {
+    add(body.scale);
+    for (const double x : {body.X_WM.p.x(), body.X_WM.p.y(), body.X_WM.p.z()}) add(x);
+    for (const double x : {body.X_WM.q.x(), body.X_WM.q.y(), body.X_WM.q.z(), body.X_WM.q.w()}) {
+      add(x);
+    }
+    add(body.fixed ? 1 : 0);
+    add(body.shared ? 1 : 0);
+    add(body.mass);
+    add(body.density);
+    add(body.inward_shift_voxels);
+    if (const std::optional<Error> fault = AddFile(hash, body.mesh)) return *fault;
+  }
+  return hash.value();
+}
+
+}  // namespace tandem

@@ -1,0 +1,223 @@
+#include "engine/world/scene.h"
+
+#include <string>
+
+#include <gmock/gmock.h>
+
+#include "tests/support/scratch_folder.h"
+
+namespace tandem {
+namespace {
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+
+const std::string kScene = R"({
+  "name": "peg",
+  "voxel_m": 0.0005,
+  "force_layer": 1,
+  "bodies": [
+    {"name": "block", "mesh": "block.stl", "fixed": true, "colour": "#ff8000"},
+    {"name": "peg", "mesh": "peg.stl", "scale": 0.001, "mass_kg": 0.3, "sharing": "shared",
+     "pose": {"p_W": [0.1, 0.2, 0.3], "q_xyzw": [0, 0, 0.6, 0.8]}, "inward_shift_voxels": 0.5},
+    {"name": "ring", "mesh": "peg.stl", "density_kg_m3": 2700}
+  ],
+  "hands": [{"body": "peg", "file": "left.json"}]
+})";
+
+class SceneFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_.Write("block.stl", "block");
+    folder_.Write("peg.stl", "peg");
+    folder_.Write("left.json", "{}");
+  }
+
+  std::filesystem::path File(const std::string& text) { return folder_.Write("scene.json", text); }
+
+  /// The scene with `from` replaced by `to`; `from` must be there.
+  static std::string Changed(const std::string& from, const std::string& to) {
+    std::string text = kScene;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+  }
+
+  std::string ErrorAfter(const std::string& from, const std::string& to) {
+    const Result<Scene> scene = LoadScene(File(Changed(from, to)));
+    if (scene) return "no error";
+    const std::string start = (folder_.path() / "scene.json").string() + ": ";
+    EXPECT_EQ(scene.error().what.substr(0, start.size()), start);
+    return scene.error().what.substr(start.size());
+  }
+
+  std::uint64_t Hash(const std::string& text) {
+    const Result<Scene> scene = LoadScene(File(text));
+    EXPECT_TRUE(scene) << scene.error().what;
+    return HashScene(*scene).value();
+  }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(SceneFile, IsReadInFull) {
+  const Result<Scene> loaded = LoadScene(File(kScene));
+  ASSERT_TRUE(loaded) << loaded.error().what;
+  const Scene& scene = *loaded;
+  EXPECT_EQ(scene.name, "peg");
+  EXPECT_EQ(scene.voxel_size, 0.0005);
+  EXPECT_EQ(scene.force_layer, 1);
+  ASSERT_EQ(scene.bodies.size(), 3U);
+
+  const SceneBody& block = scene.bodies[0];
+  EXPECT_TRUE(block.fixed);
+  EXPECT_EQ(block.scale, 1.0);
+  EXPECT_EQ(block.mass, 0.0);
+  EXPECT_EQ(block.colour[0], 1.0F);
+  EXPECT_NEAR(block.colour[1], 0.502, 0.001);  // 0x80 of 0xff
+  EXPECT_EQ(block.colour[2], 0.0F);
+
+  const SceneBody& peg = scene.bodies[1];
+  EXPECT_FALSE(peg.fixed);
+  EXPECT_TRUE(peg.shared);
+  EXPECT_EQ(peg.scale, 0.001);
+  EXPECT_EQ(peg.mass, 0.3);
+  EXPECT_EQ(peg.inward_shift_voxels, 0.5);
+  EXPECT_EQ(peg.X_WM.p, Vec3(0.1, 0.2, 0.3));
+  EXPECT_NEAR(peg.X_WM.q.z(), 0.6, 1e-15);
+  EXPECT_NEAR(peg.X_WM.q.w(), 0.8, 1e-15);
+
+  EXPECT_EQ(scene.bodies[2].mass, 0.0);
+  EXPECT_EQ(scene.bodies[2].density, 2700.0);
+  EXPECT_FALSE(scene.bodies[2].shared);
+
+  ASSERT_EQ(scene.hands.size(), 1U);
+  EXPECT_EQ(scene.hands[0].body, "peg");
+  EXPECT_EQ(scene.BodyNamed("ring"), 2);
+  EXPECT_EQ(scene.BodyNamed("nut"), -1);
+}
+
+TEST_F(SceneFile, FindsItsFilesBesideItself) {
+  const Result<Scene> scene = LoadScene(File(kScene));
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->bodies[0].mesh, folder_.path() / "block.stl");
+  EXPECT_EQ(scene->hands[0].file, folder_.path() / "left.json");
+}
+
+TEST_F(SceneFile, ErrorsNameThePlaceAndWhatWasExpected) {
+  EXPECT_EQ(ErrorAfter("\"mass_kg\": 0.3", "\"mass_kg\": \"heavy\""),
+            "bodies[1].mass_kg: expected a number above 0, got \"heavy\"");
+  EXPECT_EQ(ErrorAfter("\"mass_kg\": 0.3", "\"mass_kg\": -1"),
+            "bodies[1].mass_kg: expected a number above 0, got -1");
+  EXPECT_EQ(ErrorAfter("\"voxel_m\": 0.0005,", ""),
+            "voxel_m: expected a number above 0, got nothing");
+  EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"force_layer\": 7"),
+            "force_layer: expected a whole number from 0 to 6, got 7");
+  EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"force_layer\": 1.5"),
+            "force_layer: expected a whole number from 0 to 6, got 1.5");
+  EXPECT_EQ(ErrorAfter("[0.1, 0.2, 0.3]", "[0.1, 0.2]"),
+            "bodies[1].pose.p_W: expected three numbers [x, y, z], got [0.1,0.2]");
+  EXPECT_EQ(ErrorAfter("[0.1, 0.2, 0.3]", "[0.1, \"y\", 0.3]"),
+            "bodies[1].pose.p_W[1]: expected a number, got \"y\"");
+  EXPECT_EQ(ErrorAfter("[0, 0, 0.6, 0.8]", "[0, 0, 1, 1]"),
+            "bodies[1].pose.q_xyzw: expected a rotation [x, y, z, w] of length 1, got [0,0,1,1]");
+  EXPECT_EQ(ErrorAfter("\"fixed\": true", "\"fixed\": 1"),
+            "bodies[0].fixed: expected true or false, got 1");
+  EXPECT_EQ(ErrorAfter("#ff8000", "red"),
+            "bodies[0].colour: expected a colour like \"#4080c0\", got \"red\"");
+  EXPECT_EQ(ErrorAfter("\"shared\"", "\"both\""),
+            "bodies[1].sharing: expected \"own\" (one user holds it) or \"shared\" (several may "
+            "hold it at once), got \"both\"");
+}
+
+TEST_F(SceneFile, ErrorsTellWhatDoesNotFitTogether) {
+  EXPECT_EQ(ErrorAfter("\"mass_kg\": 0.3, ", ""),
+            "bodies[1]: expected \"fixed\": true, or a mass_kg or a density_kg_m3");
+  EXPECT_EQ(ErrorAfter("\"fixed\": true", "\"fixed\": true, \"mass_kg\": 1"),
+            "bodies[0].mass_kg: a fixed body has none");
+  EXPECT_EQ(ErrorAfter("\"mass_kg\": 0.3", "\"mass_kg\": 0.3, \"density_kg_m3\": 1000"),
+            "bodies[1].density_kg_m3: the mass is given already; give one of the two");
+  EXPECT_EQ(ErrorAfter("\"name\": \"ring\"", "\"name\": \"peg\""),
+            "bodies[2].name: another body has this name already");
+  EXPECT_EQ(ErrorAfter("\"body\": \"peg\"", "\"body\": \"block\""),
+            "hands[0].body: expected the name of a body that moves, got \"block\"");
+  EXPECT_THAT(ErrorAfter("\"block.stl\"", "\"blok.stl\""),
+              HasSubstr("bodies[0].mesh: no such file: "));
+  EXPECT_THAT(ErrorAfter("\"left.json\"", "\"l.json\""),
+              HasSubstr("hands[0].file: no such file: "));
+}
+
+TEST_F(SceneFile, MisspeltKeysAreToldWithTheNearestKnownOne) {
+  EXPECT_EQ(ErrorAfter("\"mass_kg\"", "\"mas_kg\""),
+            "bodies[1].mas_kg: unknown key; did you mean mass_kg?");
+  EXPECT_EQ(ErrorAfter("\"mass_kg\"", "\"mass\""),
+            "bodies[1].mass: unknown key; did you mean mass_kg?");
+  EXPECT_EQ(ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"gravity\": 9.81,"),
+            "gravity: unknown key; known here are name voxel_m force_layer bodies hands");
+}
+
+TEST_F(SceneFile, SyntaxErrorsTellLineAndColumn) {
+  // line 3 loses its comma, so the key of line 4 comes as a surprise
+  EXPECT_THAT(ErrorAfter("0.0005,", "0.0005"), HasSubstr("line 4, column "));
+  EXPECT_THAT(ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"name\": \"pin\","),
+              EndsWith("the key \"name\" is given twice"));
+}
+
+TEST_F(SceneFile, IsNotFoundInOneLine) {
+  const Result<Scene> scene = LoadScene(folder_.path() / "none.json");
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().what, (folder_.path() / "none.json").string() + ": cannot be read");
+  EXPECT_FALSE(LoadScene(folder_.path()));
+}
+
+TEST_F(SceneFile, AnyShortenedFileIsAnErrorAndNeverACrash) {
+  const std::size_t end = kScene.rfind('}');
+  for (std::size_t length = 0; length <= end; ++length) {
+    EXPECT_FALSE(LoadScene(File(kScene.substr(0, length)))) << length;
+  }
+}
+
+TEST_F(SceneFile, HashFollowsWhatBearsOnForces) {
+  const std::uint64_t hash = Hash(kScene);
+  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
+           {"0.0005", "0.001"},
+           {"\"force_layer\": 1", "\"force_layer\": 2"},
+           {"0.3, \"sharing\"", "0.31, \"sharing\""},
+           {"\"shared\"", "\"own\""},
+           {"\"scale\": 0.001", "\"scale\": 0.002"},
+           {"[0.1, 0.2, 0.3]", "[0.1, 0.2, 0.4]"},
+           {"0.6, 0.8", "0.8, 0.6"},
+           {"\"inward_shift_voxels\": 0.5", "\"inward_shift_voxels\": 0"},
+           {"2700", "2701"}}) {
+    EXPECT_NE(Hash(Changed(from, to)), hash) << from;
+  }
+  folder_.Write("peg.stl", "pegs");
+  EXPECT_NE(Hash(kScene), hash);
+}
+
+TEST_F(SceneFile, HashLeavesOutWhatDoesNot) {
+  const std::uint64_t hash = Hash(kScene);
+  EXPECT_EQ(Hash(Changed("#ff8000", "#000000")), hash);
+  EXPECT_EQ(Hash(Changed("\"body\": \"peg\"", "\"body\": \"ring\"")), hash);
+
+  // the same scene elsewhere
+  const ScratchFolder other;
+  other.Write("block.stl", "block");
+  other.Write("peg.stl", "peg");
+  other.Write("left.json", "{}");
+  const Result<Scene> scene = LoadScene(other.Write("renamed.json", kScene));
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(HashScene(*scene).value(), hash);
+}
+
+TEST_F(SceneFile, HashOfAMissingMeshIsAnError) {
+  Result<Scene> scene = LoadScene(File(kScene));
+  ASSERT_TRUE(scene);
+  scene->bodies[0].mesh = folder_.path() / "gone.stl";
+  const Result<std::uint64_t> hash = HashScene(*scene);
+  ASSERT_FALSE(hash);
+  EXPECT_THAT(hash.error().what, HasSubstr("gone.stl"));
+}
+
+}  // namespace
+}  // namespace tandem
