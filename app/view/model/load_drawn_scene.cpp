@@ -1,0 +1,34 @@
+#include "app/view/model/drawn_scene.h"
+#include "engine/geometry/mesh_file.h"
+#include "engine/world/scene.h"
+
+namespace tandem {
+
+Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadProgress& progress) {
+  const Error given_up{"loading was given up"};
+  if (!progress(0, 1, file.filename().string())) return given_up;
+  const Result<Scene> scene = LoadScene(file);
+  if (!scene) return scene.error();
+  const Result<std::uint64_t> hash = HashScene(*scene);
+  if (!hash) return hash.error();
+
+  DrawnScene drawn;
+  drawn.name = scene->name;
+  drawn.file = file;
+  drawn.hash = *hash;
+  drawn.voxel_size = scene->voxel_size;
+  for (const SceneBody& body : scene->bodies) {
+    if (!progress(drawn.bodies.size(), scene->bodies.size(), body.mesh.filename().string())) {
+      return given_up;
+    }
+    ImportOptions options;
+    options.scale = body.scale;
+    const Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, options);
+    if (!mesh_M) return mesh_M.error();
+    drawn.bodies.push_back(
+        MakeDrawnBody(body.name, {body.fixed, body.colour}, Transformed(*mesh_M, body.X_WM)));
+  }
+  return drawn;
+}
+
+}  // namespace tandem

@@ -1,0 +1,112 @@
+#include "app/view/model/peer_table_model.h"
+
+#include <QColor>
+#include <algorithm>
+#include <cmath>
+
+#include "app/view/model/picture_composer.h"
+
+namespace tandem {
+
+void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& palette) {
+  std::vector<Row> rows;
+  for (const ViewedPeer& peer : peers) {
+    Row row;
+    row.peer = peer.info.peer;
+    row.name = QString::fromStdString(DisplayName(peer));
+    row.role = peer.info.role == Role::kActive ? tr("active") : tr("viewer");
+    row.here = peer.presence == ViewedPeer::Presence::kHere;
+    row.presence = row.here                                       ? tr("here")
+                   : peer.presence == ViewedPeer::Presence::kLost ? tr("lost")
+                                                                  : tr("left");
+    row.delay = row.here && peer.delay_ms > 0
+                    ? tr("%1 ms").arg(static_cast<qlonglong>(std::llround(peer.delay_ms)))
+                    : QStringLiteral("\u2013");
+    row.colour = palette.Of(peer.info.peer);
+    rows.push_back(row);
+  }
+  std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+    return a.peer < b.peer;
+  });
+
+  // rows that went, then rows that came, then rows that changed
+  for (std::size_t i = rows_.size(); i-- > 0;) {
+    const bool stays = std::any_of(rows.begin(), rows.end(), [&](const Row& row) {
+      return row.peer == rows_[i].peer;
+    });
+    if (stays) continue;
+    beginRemoveRows({}, static_cast<int>(i), static_cast<int>(i));
+    rows_.erase(rows_.begin() + static_cast<std::ptrdiff_t>(i));
+    endRemoveRows();
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const int at = static_cast<int>(i);
+    if (i == rows_.size() || rows_[i].peer != rows[i].peer) {
+      beginInsertRows({}, at, at);
+      rows_.insert(rows_.begin() + at, rows[i]);
+      endInsertRows();
+    } else if (!(rows_[i] == rows[i])) {
+      rows_[i] = rows[i];
+      Q_EMIT dataChanged(index(at, 0), index(at, kColumnCount - 1));
+    }
+  }
+}
+
+int PeerTableModel::rowCount(const QModelIndex& parent) const {
+  return parent.isValid() ? 0 : static_cast<int>(rows_.size());
+}
+
+int PeerTableModel::columnCount(const QModelIndex& parent) const {
+  return parent.isValid() ? 0 : static_cast<int>(kColumnCount);
+}
+
+const QString& PeerTableModel::Text(const Row& row, int column) const {
+  switch (column) {
+    case kRole:
+      return row.role;
+    case kPresence:
+      return row.presence;
+    case kDelay:
+      return row.delay;
+    default:
+      return row.name;
+  }
+}
+
+QVariant PeerTableModel::data(const QModelIndex& index, int role) const {
+  if (!checkIndex(index, CheckIndexOption::IndexIsValid)) return {};
+  const Row& row = rows_[static_cast<std::size_t>(index.row())];
+  switch (role) {
+    case Qt::DisplayRole:
+    case Qt::ToolTipRole:
+      return Text(row, index.column());
+    case Qt::DecorationRole:
+      if (index.column() != kName) return {};
+      return QColor::fromRgbF(row.colour[0], row.colour[1], row.colour[2]);
+    case Qt::TextAlignmentRole:
+      return QVariant::fromValue(Qt::Alignment(
+          Qt::AlignVCenter | (index.column() == kDelay ? Qt::AlignRight : Qt::AlignLeft)));
+    case Qt::ForegroundRole:
+      return row.here ? QVariant() : QVariant(QColor(Qt::gray));
+    default:
+      return {};
+  }
+}
+
+QVariant PeerTableModel::headerData(int section, Qt::Orientation orientation, int role) const {
+  if (orientation != Qt::Horizontal || role != Qt::DisplayRole) return {};
+  switch (section) {
+    case kName:
+      return tr("Peer");
+    case kRole:
+      return tr("Role");
+    case kPresence:
+      return tr("Presence");
+    case kDelay:
+      return tr("Delay");
+    default:
+      return {};
+  }
+}
+
+}  // namespace tandem

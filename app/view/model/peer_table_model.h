@@ -1,0 +1,42 @@
+#pragma once
+
+#include <QAbstractTableModel>
+#include <vector>
+
+#include "app/view/model/peer_palette.h"
+#include "collab/viewer.h"
+
+namespace tandem {
+
+/// The peers of a session as a table: name with colour, role, presence, delay. Rows are by peer id,
+/// and keep their selection while peers come and go.
+class PeerTableModel : public QAbstractTableModel {
+  Q_OBJECT
+
+ public:
+  enum Column { kName, kRole, kPresence, kDelay, kColumnCount };
+
+  using QAbstractTableModel::QAbstractTableModel;
+
+  /// Tells the views only of what is different.
+  void Update(const std::vector<ViewedPeer>& peers, PeerPalette& palette);
+
+  int rowCount(const QModelIndex& parent = {}) const override;
+  int columnCount(const QModelIndex& parent = {}) const override;
+  QVariant data(const QModelIndex& index, int role) const override;
+  QVariant headerData(int section, Qt::Orientation orientation, int role) const override;
+
+ private:
+  struct Row {
+    PeerId peer = 0;
+    QString name, role, presence, delay;
+    Colour colour{};
+    bool here = true;
+    bool operator==(const Row& other) const = default;
+  };
+  const QString& Text(const Row& row, int column) const;
+
+  std::vector<Row> rows_;
+};
+
+}  // namespace tandem

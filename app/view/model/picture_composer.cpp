@@ -1,0 +1,109 @@
+#include "app/view/model/picture_composer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace tandem {
+
+namespace {
+
+using Presence = ViewedPeer::Presence;
+
+const ViewBody* BodyOf(const ViewedPeer& peer, std::size_t body) {
+  for (const ViewBody& candidate : peer.bodies) {
+    if (candidate.object == body) return &candidate;
+  }
+  return nullptr;
+}
+
+/// Whose instance stands for the body: the first that is here, else the one heard last.
+const ViewedPeer* OwnerOf(const std::vector<ViewedPeer>& peers, std::size_t body) {
+  const ViewedPeer* owner = nullptr;
+  for (const ViewedPeer& peer : peers) {
+    if (BodyOf(peer, body) == nullptr) continue;
+    if (peer.presence == Presence::kHere) return &peer;
+    if (owner == nullptr || peer.heard_ns > owner->heard_ns) owner = &peer;
+  }
+  return owner;
+}
+
+std::string LabelText(const ViewedPeer& peer) {
+  const std::string name = DisplayName(peer);
+  if (peer.presence == Presence::kLeft) return name + " \u00b7 left";
+  if (peer.presence == Presence::kLost) return name + " \u00b7 lost";
+  if (peer.delay_ms <= 0) return name;
+  return name + " \u00b7 " + std::to_string(std::lround(peer.delay_ms)) + " ms";
+}
+
+bool SamePose(const Pose& a, const Pose& b) {
+  return a.p == b.p && a.q.coeffs() == b.q.coeffs();
+}
+
+}  // namespace
+
+bool operator==(const BodyInstance& a, const BodyInstance& b) {
+  return a.body == b.body && SamePose(a.X_W, b.X_W) && a.colour == b.colour &&
+         a.opacity == b.opacity;
+}
+bool operator==(const InstanceLabel& a, const InstanceLabel& b) {
+  return a.text == b.text && a.colour == b.colour && a.body == b.body && SamePose(a.X_W, b.X_W) &&
+         a.opacity == b.opacity;
+}
+bool operator==(const DrawList& a, const DrawList& b) {
+  return a.solids == b.solids && a.ghosts == b.ghosts && a.labels == b.labels;
+}
+
+std::string DisplayName(const ViewedPeer& peer) {
+  if (!peer.info.name.empty()) return peer.info.name;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "peer %04x",
+                static_cast<unsigned>(peer.info.peer & 0xffffU));
+  return text.data();
+}
+
+float PictureComposer::Opacity(const ViewedPeer& peer, double now_s) {
+  const auto [entry, is_new] = known_.try_emplace(peer.info.peer, Known{peer.presence, now_s});
+  Known& known = entry->second;
+  if (known.presence != peer.presence) {
+    // a peer that was already fading goes on with it, whatever it is called now
+    const bool was_here = known.presence == Presence::kHere;
+    if (was_here || peer.presence == Presence::kHere) known.since_s = now_s;
+    known.presence = peer.presence;
+  }
+  if (peer.presence == Presence::kHere) return 1.0F;
+  return static_cast<float>(std::clamp(1.0 - (now_s - known.since_s) / kFadeSeconds, 0.0, 1.0));
+}
+
+DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vector<BodyLook>& bodies,
+                                  double now_s, PeerPalette& palette) {
+  DrawList list;
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    BodyInstance solid{body, {}, bodies[body].colour, 1.0F};
+    const ViewedPeer* owner = bodies[body].fixed ? nullptr : OwnerOf(picture.peers, body);
+    if (owner != nullptr) solid.X_W = BodyOf(*owner, body)->X_W;
+    list.solids.push_back(solid);
+  }
+  for (const ViewedPeer& peer : picture.peers) {
+    const float opacity = Opacity(peer, now_s);
+    if (opacity <= 0) continue;
+    const Colour colour = palette.Of(peer.info.peer);
+    const ViewBody* named = nullptr;  // the name stands beside what the hand holds
+    for (const ViewBody& body : peer.bodies) {
+      if (body.object >= bodies.size() || bodies[body.object].fixed) continue;
+      if (named == nullptr ||
+          ((body.flags & ViewBody::kHeld) != 0 && (named->flags & ViewBody::kHeld) == 0)) {
+        named = &body;
+      }
+      if (OwnerOf(picture.peers, body.object) == &peer) continue;
+      list.ghosts.push_back({body.object, body.X_W, colour, kGhostOpacity * opacity});
+    }
+    if (named != nullptr) {
+      list.labels.push_back({LabelText(peer), colour, named->object, named->X_W, opacity});
+    }
+  }
+  return list;
+}
+
+}  // namespace tandem

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/view/model/peer_palette.h"
+#include "collab/viewer.h"
+
+namespace tandem {
+
+/// A body at some place. `X_W` is its displacement from where it stands at first (as in ViewBody).
+struct BodyInstance {
+  std::size_t body = 0;
+  Pose X_W;
+  Colour colour{};  // of ghosts: their peer's
+  float opacity = 1;
+};
+
+/// A peer's name, to be written beside an instance.
+struct InstanceLabel {
+  std::string text;
+  Colour colour{};
+  std::size_t body = 0;
+  Pose X_W;
+  float opacity = 1;
+};
+
+/// What one picture shows.
+struct DrawList {
+  std::vector<BodyInstance> solids;  // one a body, by body
+  std::vector<BodyInstance> ghosts;  // other peers' instances of the same bodies
+  std::vector<InstanceLabel> labels;
+};
+bool operator==(const BodyInstance& a, const BodyInstance& b);
+bool operator==(const InstanceLabel& a, const InstanceLabel& b);
+bool operator==(const DrawList& a, const DrawList& b);
+
+/// What the composer must know of a body of the scene.
+struct BodyLook {
+  bool fixed = false;
+  Colour colour{};
+};
+
+/// Decides what is drawn of a session: of each moving body the instance of the first active peer
+/// (lowest id) that is here, solid; the other peers' instances as ghosts in the peers' colours. A
+/// peer that left or fell silent fades; a body that nobody moves any more stays where it was last
+/// seen, one that nobody ever sent where it stands at first.
+class PictureComposer {
+ public:
+  static constexpr double kFadeSeconds = 1.5;
+  static constexpr float kGhostOpacity = 0.45F;
+
+  /// `now_s`: any clock that runs on, in seconds.
+  DrawList Compose(const ViewerPicture& picture, const std::vector<BodyLook>& bodies, double now_s,
+                   PeerPalette& palette);
+
+ private:
+  struct Known {
+    ViewedPeer::Presence presence = ViewedPeer::Presence::kHere;
+    double since_s = 0;
+  };
+  float Opacity(const ViewedPeer& peer, double now_s);  // 1 while here
+
+  std::map<PeerId, Known> known_;
+};
+
+/// "Anna" or, as long as its name is not known, "peer 1f03".
+std::string DisplayName(const ViewedPeer& peer);
+
+}  // namespace tandem

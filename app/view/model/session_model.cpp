@@ -1,0 +1,112 @@
+#include "app/view/model/session_model.h"
+
+#include <random>
+#include <utility>
+
+#include "engine/base/check.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr int kBeatMs = 250;
+
+PeerId RandomPeerId() {
+  std::random_device device;
+  PeerId id = 0;
+  while (id == 0) id = (static_cast<PeerId>(device()) << 32U) | device();
+  return id;
+}
+
+}  // namespace
+
+SessionModel::SessionModel(JoinFunction join, QObject* parent)
+    : QObject(parent), join_(std::move(join)) {
+  beat_timer_.setInterval(kBeatMs);
+  connect(&beat_timer_, &QTimer::timeout, this, &SessionModel::PublishPresence);
+}
+
+SessionModel::~SessionModel() {
+  if (joiner_.joinable()) joiner_.join();
+  if (join_result_ && *join_result_) (**join_result_)->Leave();
+  join_result_.reset();
+  if (transport_) transport_->Leave();
+  transport_.reset();
+}
+
+void SessionModel::Join(const JoinRequest& request) {
+  TANDEM_CHECK(state_ != State::kJoining && state_ != State::kJoined);
+  request_ = request;
+  peer_ = RandomPeerId();
+  viewer_ = std::make_unique<Viewer>();
+  SetState(State::kJoining);
+  joiner_ = std::thread([this, request, peer = peer_, viewer = viewer_.get()] {
+    join_result_.emplace(join_(request, peer, *viewer));
+    QMetaObject::invokeMethod(this, &SessionModel::OnJoinEnded, Qt::QueuedConnection);
+  });
+}
+
+void SessionModel::OnJoinEnded() {
+  joiner_.join();
+  Result<std::unique_ptr<Transport>> result = *std::exchange(join_result_, std::nullopt);
+  if (!result) {
+    SetState(State::kFailed, QString::fromStdString(result.error().what));
+    return;
+  }
+  transport_ = *std::move(result);
+  PublishPresence();
+  beat_timer_.start();
+  SetState(State::kJoined);
+}
+
+void SessionModel::PublishPresence() {
+  PeerInfo info;
+  info.peer = peer_;
+  info.beat = beat_++;
+  info.role = Role::kViewer;
+  info.name = request_.name;
+  const ViewerPicture picture = viewer_->Picture();
+  if (picture.scene) info.scene_hash = picture.scene->scene_hash;
+  transport_->Publish(info);
+}
+
+void SessionModel::Leave() {
+  if (state_ != State::kJoined) return;
+  beat_timer_.stop();
+  transport_->Leave();
+  transport_.reset();
+  SetState(State::kLeft);
+}
+
+ViewerPicture SessionModel::Picture() const {
+  ViewerPicture picture;
+  if (viewer_ == nullptr) return picture;
+  picture = viewer_->Picture();
+  if (state_ != State::kLeft) return picture;
+  for (ViewedPeer& peer : picture.peers) peer.presence = ViewedPeer::Presence::kLeft;
+  return picture;
+}
+
+void SessionModel::SetState(State state, const QString& error) {
+  state_ = state;
+  error_ = error;
+  Q_EMIT StateChanged();
+}
+
+QString Describe(SessionModel::State state) {
+  switch (state) {
+    case SessionModel::State::kIdle:
+      return SessionModel::tr("Not joined");
+    case SessionModel::State::kJoining:
+      return SessionModel::tr("Joining\u2026");
+    case SessionModel::State::kJoined:
+      return SessionModel::tr("Joined");
+    case SessionModel::State::kLeft:
+      return SessionModel::tr("Left");
+    case SessionModel::State::kFailed:
+      return SessionModel::tr("Could not join");
+  }
+  return {};
+}
+
+}  // namespace tandem

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <QObject>
+#include <QString>
+#include <QTimer>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "collab/transport.h"
+#include "collab/viewer.h"
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// Where and under what name a viewer joins.
+struct JoinRequest {
+  std::string session;
+  std::string name;
+  std::uint32_t domain = 42;
+  std::string interface;  // empty: the middleware's choice
+};
+
+/// Enters a session for a viewer of the given id; may take a while. Over DDS in the product.
+using JoinFunction =
+    std::function<Result<std::unique_ptr<Transport>>(const JoinRequest&, PeerId, Inbox&)>;
+
+/// The window's part in a session: joins without blocking the GUI, tells others who looks on,
+/// leaves with a goodbye. GUI thread only; the Viewer inside is fed by the transport's threads.
+class SessionModel : public QObject {
+  Q_OBJECT
+
+ public:
+  enum class State { kIdle, kJoining, kJoined, kLeft, kFailed };
+
+  explicit SessionModel(JoinFunction join, QObject* parent = nullptr);
+  ~SessionModel() override;  // leaves
+
+  /// Only when neither joining nor joined.
+  void Join(const JoinRequest& request);
+  /// Does nothing when not joined.
+  void Leave();
+
+  State state() const { return state_; }
+  const QString& error() const {
+    return error_;
+  }  // in state kFailed: what went wrong, for a person
+  const JoinRequest& request() const { return request_; }
+  /// What the session looks like now; after Leave() what it looked like last, everybody marked as
+  /// left.
+  ViewerPicture Picture() const;
+  /// The viewer of the current or last session; null before the first.
+  const Viewer* viewer() const { return viewer_.get(); }
+
+ Q_SIGNALS:
+  void StateChanged();
+
+ private:
+  void SetState(State state, const QString& error = {});
+  void OnJoinEnded();
+  void PublishPresence();
+
+  JoinFunction join_;
+  JoinRequest request_;
+  PeerId peer_ = 0;
+  std::uint32_t beat_ = 0;
+  State state_ = State::kIdle;
+  QString error_;
+  std::thread joiner_;
+  std::optional<Result<std::unique_ptr<Transport>>>
+      join_result_;                       // by joiner_, read after it ended
+  std::unique_ptr<Viewer> viewer_;        // outlives the transport
+  std::unique_ptr<Transport> transport_;  // null unless joined
+  QTimer beat_timer_;
+};
+
+/// "Joined", "Not joined" … for the status bar.
+QString Describe(SessionModel::State state);
+
+}  // namespace tandem

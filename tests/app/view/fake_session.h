@@ -1,0 +1,82 @@
+#pragma once
+
+#include <QCoreApplication>
+#include <QDeadlineTimer>
+#include <QEventLoop>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "app/view/model/session_model.h"
+
+namespace tandem {
+
+/// Runs the event loop until `done` holds; false when it does not within ten seconds.
+inline bool ProcessEventsUntil(const std::function<bool()>& done) {
+  const QDeadlineTimer deadline(10'000);
+  while (!done()) {
+    if (deadline.hasExpired()) return false;
+    QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents | QEventLoop::AllEvents, 20);
+  }
+  return true;
+}
+
+/// A session without a network: what the viewer says is written down, and what it hears is called
+/// on `inbox`.
+struct FakeSession {
+  std::string refuse;  // when not empty, joining fails with these words
+  Inbox* inbox = nullptr;
+  JoinRequest request;
+  PeerId peer = 0;
+  std::vector<PeerInfo> said;
+  int left = 0;
+  int destroyed = 0;
+
+  JoinFunction Join() {
+    return
+        [this](const JoinRequest& r, PeerId id, Inbox& in) -> Result<std::unique_ptr<Transport>> {
+          if (!refuse.empty()) return Error{refuse};
+          request = r;
+          peer = id;
+          inbox = &in;
+          return std::unique_ptr<Transport>(std::make_unique<FakeTransport>(*this));
+        };
+  }
+
+  /// A frame of a peer that holds one body.
+  static ViewFrame Frame(PeerId from, ObjectId object, const Vec3& displacement, float delay_ms) {
+    ViewFrame frame;
+    frame.peer = from;
+    frame.delay_ms = delay_ms;
+    frame.count = 1;
+    frame.bodies[0].object = object;
+    frame.bodies[0].flags = ViewBody::kHeld;
+    frame.bodies[0].X_W.p = displacement;
+    return frame;
+  }
+  static PeerInfo Info(PeerId peer, const std::string& name, Role role) {
+    PeerInfo info;
+    info.peer = peer;
+    info.name = name;
+    info.role = role;
+    return info;
+  }
+
+ private:
+  struct FakeTransport : Transport {
+    explicit FakeTransport(FakeSession& s) : session(s) {}
+    ~FakeTransport() override { ++session.destroyed; }
+    void Publish(const ObjectState&) override { FAIL() << "a viewer says nothing of poses"; }
+    void Publish(const CouplingLinks&) override { FAIL() << "a viewer says nothing of poses"; }
+    void Publish(const ViewFrame&) override { FAIL() << "a viewer says nothing of poses"; }
+    void Publish(const PeerInfo& info) override { session.said.push_back(info); }
+    void Publish(const SceneManifest&) override { FAIL() << "a viewer offers no scene"; }
+    void Leave() override { ++session.left; }
+    FakeSession& session;
+  };
+};
+
+}  // namespace tandem

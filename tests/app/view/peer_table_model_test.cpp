@@ -1,0 +1,84 @@
+#include "app/view/model/peer_table_model.h"
+
+#include <QAbstractItemModelTester>
+
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+ViewedPeer Peer(PeerId id, const std::string& name, Role role, double delay_ms) {
+  ViewedPeer peer;
+  peer.info.peer = id;
+  peer.info.name = name;
+  peer.info.role = role;
+  peer.delay_ms = delay_ms;
+  return peer;
+}
+
+QString Text(const PeerTableModel& model, int row, int column) {
+  return model.data(model.index(row, column), Qt::DisplayRole).toString();
+}
+
+class PeerTable : public ::testing::Test {
+ protected:
+  PeerTableModel model_;
+  PeerPalette palette_;
+  // checks the signals against the rows at every change, and fails fatally
+  QAbstractItemModelTester tester_{&model_, QAbstractItemModelTester::FailureReportingMode::Fatal};
+};
+
+TEST_F(PeerTable, ShowsNameRolePresenceAndDelayWithItsUnit) {
+  model_.Update({Peer(1, "Anna", Role::kActive, 104.4), Peer(2, "Cleo", Role::kViewer, 0)},
+                palette_);
+  ASSERT_EQ(model_.rowCount(), 2);
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kName), "Anna");
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kRole), "active");
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence), "here");
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kDelay), "104 ms");
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kRole), "viewer");
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kDelay), "\u2013");
+  EXPECT_TRUE(model_.data(model_.index(0, PeerTableModel::kName), Qt::DecorationRole).isValid());
+}
+
+TEST_F(PeerTable, KeepsItsRowsInOrderWhilePeersComeAndGo) {
+  model_.Update({Peer(5, "E", Role::kActive, 0)}, palette_);
+  const QPersistentModelIndex e = model_.index(0, 0);
+  model_.Update({Peer(2, "B", Role::kActive, 0), Peer(5, "E", Role::kActive, 0),
+                 Peer(9, "I", Role::kActive, 0)},
+                palette_);
+  ASSERT_EQ(model_.rowCount(), 3);
+  EXPECT_EQ(e.row(), 1);
+  model_.Update({Peer(5, "E", Role::kActive, 0), Peer(9, "I", Role::kActive, 0)}, palette_);
+  EXPECT_EQ(e.row(), 0);
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kName), "I");
+  model_.Update({}, palette_);
+  EXPECT_EQ(model_.rowCount(), 0);
+}
+
+TEST_F(PeerTable, TellsOnlyOfRowsThatChanged) {
+  std::vector<ViewedPeer> peers{Peer(1, "Anna", Role::kActive, 100),
+                                Peer(2, "Ben", Role::kActive, 100)};
+  model_.Update(peers, palette_);
+  std::vector<int> changed;
+  QObject::connect(&model_, &QAbstractItemModel::dataChanged,
+                   [&](const QModelIndex& from, const QModelIndex&) {
+                     changed.push_back(from.row());
+                   });
+  peers[0].delay_ms = 100.3;  // the same text
+  model_.Update(peers, palette_);
+  EXPECT_TRUE(changed.empty());
+  peers[1].presence = ViewedPeer::Presence::kLost;
+  model_.Update(peers, palette_);
+  EXPECT_EQ(changed, std::vector<int>{1});
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kPresence), "lost");
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kDelay), "\u2013");
+}
+
+TEST_F(PeerTable, APeerWithoutANameYetIsCalledByItsNumber) {
+  model_.Update({Peer(0x12ab34, "", Role::kActive, 0)}, palette_);
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kName), "peer ab34");
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,130 @@
+#include "app/view/model/picture_composer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+using Presence = ViewedPeer::Presence;
+
+constexpr double kX = 0.25;
+
+ViewedPeer PeerAt(PeerId id, const std::string& name, double x, double delay_ms = 0) {
+  ViewedPeer peer;
+  peer.info.peer = id;
+  peer.info.name = name;
+  peer.delay_ms = delay_ms;
+  ViewBody body;
+  body.object = 1;
+  body.X_W.p = Vec3(x, 0, 0);
+  peer.bodies = {body};
+  return peer;
+}
+
+const std::vector<BodyLook> kFixtureAndPart{{true, {0.5F, 0.5F, 0.5F}},
+                                            {false, {1.0F, 0.0F, 0.0F}}};
+
+class Composed : public ::testing::Test {
+ protected:
+  DrawList At(double now_s) {
+    return composer_.Compose(picture_, kFixtureAndPart, now_s, palette_);
+  }
+  ViewerPicture picture_;
+  PictureComposer composer_;
+  PeerPalette palette_;
+};
+
+TEST_F(Composed, BodiesThatNobodySentStandAtTheirInitialPose) {
+  const DrawList list = At(0);
+  ASSERT_EQ(list.solids.size(), 2U);
+  EXPECT_EQ(list.solids[1].X_W.p, Vec3::Zero());
+  EXPECT_EQ(list.solids[1].colour, kFixtureAndPart[1].colour);
+  EXPECT_TRUE(list.ghosts.empty());
+  EXPECT_TRUE(list.labels.empty());
+}
+
+TEST_F(Composed, TheFirstActivePeersInstanceIsSolidAndTheOthersAreGhostsInTheirColours) {
+  picture_.peers = {PeerAt(3, "Anna", kX, 103.7), PeerAt(8, "Ben", 2 * kX)};
+  const DrawList list = At(0);
+  EXPECT_EQ(list.solids[1].X_W.p.x(), kX);
+  ASSERT_EQ(list.ghosts.size(), 1U);
+  EXPECT_EQ(list.ghosts[0].X_W.p.x(), 2 * kX);
+  EXPECT_EQ(list.ghosts[0].colour, palette_.Of(8));
+  EXPECT_NE(palette_.Of(8), palette_.Of(3));
+  ASSERT_EQ(list.labels.size(), 2U);
+  EXPECT_EQ(list.labels[0].text, "Anna \u00b7 104 ms");
+  EXPECT_EQ(list.labels[1].text, "Ben");
+}
+
+TEST_F(Composed, APeerThatLeavesFadesAndTheNextOnesInstanceBecomesTheSolidOne) {
+  picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  At(10);
+  picture_.peers[0].presence = Presence::kLeft;
+  DrawList list = At(11);
+  EXPECT_EQ(list.solids[1].X_W.p.x(), 2 * kX);
+  ASSERT_EQ(list.ghosts.size(), 1U);
+  EXPECT_FLOAT_EQ(list.ghosts[0].opacity, PictureComposer::kGhostOpacity);
+  EXPECT_EQ(list.labels[0].text, "Anna \u00b7 left");
+  list = At(11 + 0.5 * PictureComposer::kFadeSeconds);
+  ASSERT_EQ(list.ghosts.size(), 1U);
+  EXPECT_NEAR(list.ghosts[0].opacity, 0.5 * PictureComposer::kGhostOpacity, 1e-5);
+  list = At(11 + PictureComposer::kFadeSeconds);
+  EXPECT_TRUE(list.ghosts.empty());
+  ASSERT_EQ(list.labels.size(), 1U);
+  EXPECT_EQ(list.labels[0].text, "Ben");
+}
+
+TEST_F(Composed, APeerThatWasLostAndComesBackIsShownAtOnce) {
+  picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  At(0);
+  picture_.peers[1].presence = Presence::kLost;
+  At(1);
+  EXPECT_TRUE(At(5).ghosts.empty());
+  picture_.peers[1].presence = Presence::kHere;
+  const DrawList list = At(6);
+  ASSERT_EQ(list.ghosts.size(), 1U);
+  EXPECT_FLOAT_EQ(list.ghosts[0].opacity, PictureComposer::kGhostOpacity);
+}
+
+TEST_F(Composed, ABodyStaysWhereItWasLastSeenWhenEverybodyIsGone) {
+  picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  picture_.peers[0].heard_ns = 5;
+  picture_.peers[1].heard_ns = 9;
+  picture_.peers[0].presence = picture_.peers[1].presence = Presence::kLost;
+  At(0);
+  EXPECT_EQ(At(9).solids[1].X_W.p.x(), 2 * kX);
+}
+
+TEST_F(Composed, ANameStandsBesideTheBodyThatTheHandHolds) {
+  ViewedPeer peer = PeerAt(3, "Anna", kX);
+  ViewBody held;
+  held.object = 2;
+  held.flags = ViewBody::kHeld;
+  peer.bodies.push_back(held);
+  picture_.peers = {peer};
+  const DrawList list =
+      composer_.Compose(picture_, {{true, {}}, {false, {}}, {false, {}}}, 0, palette_);
+  ASSERT_EQ(list.labels.size(), 1U);
+  EXPECT_EQ(list.labels[0].body, 2U);
+}
+
+TEST_F(Composed, PosesOfBodiesThatTheSceneHasNotAreLeftOut) {
+  ViewedPeer peer = PeerAt(3, "Anna", kX);
+  peer.bodies[0].object = 17;
+  picture_.peers = {peer};
+  const DrawList list = At(0);
+  EXPECT_TRUE(list.ghosts.empty());
+  EXPECT_TRUE(list.labels.empty());
+}
+
+TEST_F(Composed, EqualPicturesGiveEqualListsSoThatNothingIsDrawnAgain) {
+  picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  const DrawList first = At(0);
+  EXPECT_TRUE(first == At(1));
+  picture_.peers[1].bodies[0].X_W.p.y() += 1e-6;
+  EXPECT_FALSE(first == At(2));
+}
+
+}  // namespace
+}  // namespace tandem

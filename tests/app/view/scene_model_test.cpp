@@ -1,0 +1,128 @@
+#include "app/view/model/scene_model.h"
+
+#include <QTemporaryFile>
+#include <future>
+
+#include <gtest/gtest.h>
+
+#include "tests/app/view/fake_session.h"
+#include "tests/app/view/shapes.h"
+
+namespace tandem {
+namespace {
+
+using State = SceneModel::State;
+
+/// Answers every file with the block and the ball.
+Result<DrawnScene> LoadBlockAndBall(const std::filesystem::path& file, const LoadProgress&) {
+  DrawnScene scene = BlockAndBall();
+  scene.file = file;
+  return scene;
+}
+
+SceneManifest ManifestOf(const std::string& file, std::uint64_t hash) {
+  SceneManifest manifest;
+  manifest.scene_hash = hash;
+  manifest.name = "session's scene";
+  manifest.file = file;
+  return manifest;
+}
+
+class SceneOfASession : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(here_.open()); }
+  bool Settled(const SceneModel& model) {
+    return ProcessEventsUntil([&] {
+      return model.state() != State::kLoading;
+    });
+  }
+  QTemporaryFile here_;  // a file that exists
+  std::uint64_t hash_ = BlockAndBall().hash;
+};
+
+TEST_F(SceneOfASession, IsLoadedWhenItsFileIsHereAndItsHashIsTheSessions) {
+  SceneModel model(LoadBlockAndBall);
+  EXPECT_EQ(model.state(), State::kWaiting);
+  EXPECT_FALSE(model.message().isEmpty());
+  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_));
+  ASSERT_TRUE(Settled(model));
+  ASSERT_EQ(model.state(), State::kReady);
+  EXPECT_EQ(model.scene()->bodies.size(), 2U);
+  EXPECT_TRUE(model.warning().isEmpty());
+}
+
+TEST_F(SceneOfASession, IsNotShownWhenTheFileHereIsAnotherOne) {
+  SceneModel model(LoadBlockAndBall);
+  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_ + 1));
+  ASSERT_TRUE(Settled(model));
+  EXPECT_EQ(model.state(), State::kMissing);
+  EXPECT_EQ(model.scene(), nullptr);
+  EXPECT_TRUE(model.message().contains(here_.fileName()));
+  EXPECT_TRUE(model.message().contains("0000000000000008"));  // the session's hash, hash_ + 1
+}
+
+TEST_F(SceneOfASession, IsSaidToBeMissingWithItsNameWhenItsFileIsNotHere) {
+  SceneModel model(LoadBlockAndBall);
+  model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
+  EXPECT_EQ(model.state(), State::kMissing);
+  EXPECT_TRUE(model.message().contains("/nowhere/bracket.json"));
+  EXPECT_TRUE(model.message().contains("--scene"));
+}
+
+TEST_F(SceneOfASession, GivesWayToTheSceneThatTheUserNamedWithAWarningWhenTheyDiffer) {
+  SceneModel model(LoadBlockAndBall);
+  model.OpenNamed("mine.json");
+  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_ + 1));
+  ASSERT_TRUE(Settled(model));
+  ASSERT_EQ(model.state(), State::kReady);
+  EXPECT_EQ(model.scene()->file, "mine.json");
+  EXPECT_TRUE(model.warning().contains("session's scene"));
+  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_));
+  EXPECT_TRUE(model.warning().isEmpty());
+}
+
+TEST_F(SceneOfASession, SaysInWordsWhyItCouldNotBeLoaded) {
+  SceneModel model([](const std::filesystem::path&, const LoadProgress&) -> Result<DrawnScene> {
+    return Error{"bodies[1].mesh: no file bracket.stl"};
+  });
+  model.OpenNamed("broken.json");
+  ASSERT_TRUE(Settled(model));
+  EXPECT_EQ(model.state(), State::kMissing);
+  EXPECT_TRUE(model.message().contains("bodies[1].mesh: no file bracket.stl"));
+}
+
+TEST(SceneModel, LoadsInAnotherThreadAndShowsHowFarItIs) {
+  std::promise<void> disk;
+  SceneModel model([&](const std::filesystem::path& file, const LoadProgress& progress) {
+    progress(1, 4, "part.stl");
+    disk.get_future().wait();
+    return LoadBlockAndBall(file, progress);
+  });
+  model.OpenNamed("slow.json");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return model.percent() == 25;
+  }));
+  EXPECT_EQ(model.state(), State::kLoading);
+  EXPECT_EQ(model.message(), "part.stl");
+  disk.set_value();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return model.state() == State::kReady;
+  }));
+}
+
+TEST(SceneModel, GivesUpLoadingWhenItIsDestroyed) {
+  bool given_up = false;
+  {
+    SceneModel model(
+        [&](const std::filesystem::path&, const LoadProgress& progress) -> Result<DrawnScene> {
+          while (progress(0, 1, "part.stl")) std::this_thread::yield();
+          given_up = true;
+          return Error{"given up"};
+        });
+    model.OpenNamed("endless.json");
+  }
+  EXPECT_TRUE(given_up);
+}
+
+}  // namespace
+}  // namespace tandem

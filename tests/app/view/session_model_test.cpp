@@ -1,0 +1,109 @@
+#include "app/view/model/session_model.h"
+
+#include <future>
+
+#include <gtest/gtest.h>
+
+#include "tests/app/view/fake_session.h"
+
+namespace tandem {
+namespace {
+
+using State = SessionModel::State;
+
+TEST(SessionModel, JoinsWithoutBlockingAndTellsItsNameAsAViewer) {
+  FakeSession fake;
+  std::promise<void> network_answers;
+  SessionModel session([&](const JoinRequest& request, PeerId peer, Inbox& inbox) {
+    network_answers.get_future().wait();
+    return fake.Join()(request, peer, inbox);
+  });
+  EXPECT_EQ(session.state(), State::kIdle);
+  session.Join({"bracket", "Dora", 43, "lo"});  // returns though the network has not answered
+  EXPECT_EQ(session.state(), State::kJoining);
+  network_answers.set_value();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == State::kJoined;
+  }));
+  EXPECT_EQ(fake.request.session, "bracket");
+  EXPECT_EQ(fake.request.domain, 43U);
+  EXPECT_EQ(fake.request.interface, "lo");
+  ASSERT_FALSE(fake.said.empty());
+  EXPECT_EQ(fake.said[0].name, "Dora");
+  EXPECT_EQ(fake.said[0].role, Role::kViewer);
+  EXPECT_EQ(fake.said[0].peer, fake.peer);
+  EXPECT_NE(fake.peer, 0U);
+}
+
+TEST(SessionModel, SaysAgainAndAgainThatItIsHere) {
+  FakeSession fake;
+  SessionModel session(fake.Join());
+  session.Join({"s", "Dora", 42, ""});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return fake.said.size() >= 3;
+  }));
+  EXPECT_LT(fake.said[0].beat, fake.said[2].beat);
+}
+
+TEST(SessionModel, SaysWhyItCouldNotJoinAndCanTryAgain) {
+  FakeSession fake;
+  fake.refuse = "no interface called eth7";
+  SessionModel session(fake.Join());
+  session.Join({"s", "Dora", 42, "eth7"});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == State::kFailed;
+  }));
+  EXPECT_EQ(session.error(), "no interface called eth7");
+  fake.refuse.clear();
+  session.Join({"s", "Dora", 42, ""});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == State::kJoined;
+  }));
+  EXPECT_TRUE(session.error().isEmpty());
+}
+
+TEST(SessionModel, LeavesWithAGoodbyeKeepsTheLastPictureAndCanJoinAgain) {
+  FakeSession fake;
+  SessionModel session(fake.Join());
+  session.Join({"s", "Dora", 42, ""});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == State::kJoined;
+  }));
+  fake.inbox->OnView(FakeSession::Frame(5, 1, Vec3(0.1, 0, 0), 104), 0);
+  EXPECT_EQ(session.Picture().peers.at(0).presence, ViewedPeer::Presence::kHere);
+
+  session.Leave();
+  EXPECT_EQ(session.state(), State::kLeft);
+  EXPECT_EQ(fake.left, 1);
+  EXPECT_EQ(fake.destroyed, 1);
+  EXPECT_EQ(session.Picture().peers.at(0).presence, ViewedPeer::Presence::kLeft);
+  EXPECT_EQ(session.Picture().samples, 1U);
+
+  session.Join({"s", "Dora", 42, ""});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == State::kJoined;
+  }));
+  EXPECT_TRUE(session.Picture().peers.empty());
+}
+
+TEST(SessionModel, SaysGoodbyeWhenItIsDestroyedEvenIfNobodyHeardThatItHadJoined) {
+  FakeSession joined;
+  {
+    SessionModel session(joined.Join());
+    session.Join({"s", "Dora", 42, ""});
+    ASSERT_TRUE(ProcessEventsUntil([&] {
+      return session.state() == State::kJoined;
+    }));
+  }
+  EXPECT_EQ(joined.left, 1);
+  FakeSession joining;
+  {
+    SessionModel session(joining.Join());
+    session.Join({"s", "Dora", 42, ""});
+  }
+  EXPECT_EQ(joining.left, 1);
+  EXPECT_EQ(joining.destroyed, 1);
+}
+
+}  // namespace
+}  // namespace tandem
