@@ -1,0 +1,162 @@
+#include "tests/architecture/include_directions.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <regex>
+#include <set>
+#include <sstream>
+
+namespace tandem::testing {
+namespace {
+
+// A folder with its own place in the order, and the folders that it may see beside itself. The
+// longest name that a path begins with is the path's folder.
+const std::map<std::string, std::set<std::string>>& Arrows() {
+  static const auto* arrows = [] {
+    auto* map = new std::map<std::string, std::set<std::string>>;
+    const auto may_see = [map](const std::string& folder, const std::set<std::string>& others) {
+      std::set<std::string>& seen = (*map)[folder];
+      for (const std::string& other : others) {
+        seen.insert(other);
+        seen.insert((*map)[other].begin(), (*map)[other].end());
+      }
+    };
+    may_see("engine/base", {});
+    may_see("engine/realtime", {"engine/base"});
+    may_see("engine/dynamics", {"engine/base"});
+    may_see("engine/geometry", {"engine/base"});
+    may_see("engine/voxel", {"engine/geometry"});
+    may_see("engine/paging", {"engine/voxel"});
+    may_see("engine/contact", {"engine/voxel"});
+    may_see("engine/world",
+            {"engine/realtime", "engine/dynamics", "engine/paging", "engine/contact"});
+    may_see("engine/haptics", {"engine/world"});
+    may_see("collab", {"engine/haptics"});
+    may_see("collab/dds", {"collab"});
+    may_see("collab/simulated", {"collab"});
+    may_see("scenes", {"engine/world"});
+    may_see("app/cli", {"collab/dds", "collab/simulated", "scenes", "app/devices"});
+    may_see("app/devices", {"engine/haptics"});
+    may_see("app/view", {"collab/dds"});
+    return map;
+  }();
+  return *arrows;
+}
+
+bool IsIn(const std::string& path, const std::string& folder) {
+  return path.rfind(folder + "/", 0) == 0;
+}
+
+std::optional<std::string> FolderOf(const std::string& path) {
+  std::optional<std::string> longest;
+  for (const auto& [folder, seen] : Arrows()) {
+    if (IsIn(path, folder) && (!longest || folder.size() > longest->size())) longest = folder;
+  }
+  return longest;
+}
+
+// What only the named places may do.
+struct Reserved {
+  std::regex pattern;
+  std::string what;
+  std::vector<std::string> places;
+};
+
+const std::vector<Reserved>& ReservedWords() {
+  static const auto* reserved = new std::vector<Reserved>{
+      {std::regex(R"(#\s*include\s*[<"](dds/|ddsc/|tandem\.h))"), "includes DDS", {"collab/dds"}},
+      {std::regex(R"(#\s*include\s*<assimp/)"), "includes assimp", {"engine/geometry"}},
+      {std::regex(R"(#\s*include\s*<Q(t|[A-Z]))"), "includes Qt", {"app/view"}},
+      {std::regex(R"(#\s*include\s*<CLI/)"), "includes the command line's library", {"app"}},
+      {std::regex(
+           R"(\b(clock_gettime|gettimeofday|(steady|system|high_resolution)_clock|MonotonicNowNs)\b)"),
+       "reads a clock",
+       {"engine/realtime", "collab/dds", "app"}},
+      {std::regex(R"(\b(sleep_for|sleep_until|nanosleep|clock_nanosleep|usleep)\b)"),
+       "sleeps",
+       {"engine/realtime", "collab/dds", "app"}},
+  };
+  return *reserved;
+}
+
+class Reader {
+ public:
+  Reader(const std::string& path, std::string folder) : path_(path), folder_(std::move(folder)) {}
+
+  void ReadSource(const std::string& line, int number) {
+    static const std::regex include(R"re(^\s*#\s*include\s*(<|")([^>"]+))re");
+    const std::string code = line.substr(0, line.find("//"));
+    std::smatch match;
+    if (std::regex_search(code, match, include)) CheckInclude(match[1], match[2], number);
+    for (const Reserved& reserved : ReservedWords()) {
+      const bool here = std::any_of(reserved.places.begin(), reserved.places.end(),
+                                    [this](const std::string& place) {
+                                      return IsIn(path_, place);
+                                    });
+      if (!here && std::regex_search(code, reserved.pattern)) Report(number, reserved.what);
+    }
+  }
+
+  void ReadBuildFile(const std::string& line, int number) {
+    static const std::regex target(R"(\btandem_([a-z]+)\b)");
+    const std::string code = line.substr(0, line.find('#'));
+    for (std::sregex_iterator it(code.begin(), code.end(), target), end; it != end; ++it) {
+      const std::string name = (*it)[1];
+      for (const std::string& folder : {"engine/" + name, "collab/" + name, "app/" + name, name}) {
+        if (Arrows().count(folder) != 0 && !MaySee(folder)) Report(number, "links to " + folder);
+      }
+    }
+  }
+
+  std::vector<std::string> Take() { return std::move(violations_); }
+
+ private:
+  bool MaySee(const std::string& other) const {
+    return other == folder_ || Arrows().at(folder_).count(other) != 0;
+  }
+
+  void CheckInclude(const std::string& quote, const std::string& header, int number) {
+    if (const std::optional<std::string> seen = FolderOf(header)) {
+      if (!MaySee(*seen)) Report(number, "includes " + header);
+    } else if (quote == "\"" && header.find('/') == std::string::npos && folder_ != "collab/dds" &&
+               folder_ != "app/view") {  // idlc's and moc's output
+      Report(number,
+             "includes " + header + " by a name that does not start at the top of the tree");
+    }
+  }
+
+  void Report(int number, const std::string& what) {
+    violations_.push_back(path_ + ":" + std::to_string(number) + ": " + folder_ + " " + what);
+  }
+
+  std::string path_;
+  std::string folder_;
+  std::vector<std::string> violations_;
+};
+
+}  // namespace
+
+std::vector<std::string> ArrowViolations(const std::string& path, const std::string& text) {
+  const std::optional<std::string> folder = FolderOf(path);
+  if (!folder) return {path + ":1: stands in a folder that no arrow leads to"};
+  Reader reader(path, *folder);
+  const bool build_file = path.find("CMakeLists.txt") != std::string::npos;
+  std::istringstream lines(text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (build_file) {
+      reader.ReadBuildFile(line, number);
+    } else {
+      reader.ReadSource(line, number);
+    }
+  }
+  return reader.Take();
+}
+
+bool IncludesAssimp(const std::string& text) {
+  return std::regex_search(text, std::regex(R"(#\s*include\s*<assimp/)"));
+}
+
+}  // namespace tandem::testing

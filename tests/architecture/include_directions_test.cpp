@@ -1,0 +1,132 @@
+#include "tests/architecture/include_directions.h"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tandem::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Le;
+using ::testing::SizeIs;
+
+struct SourceFile {
+  std::string path;  // from the top of the tree
+  std::string text;
+};
+
+std::vector<SourceFile> ReadTree() {
+  const std::filesystem::path top = TANDEM_SOURCE_DIR;
+  std::vector<SourceFile> files;
+  for (const char* part : {"engine", "collab", "app", "scenes"}) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(top / part)) {
+      const std::string path = entry.path().lexically_relative(top).generic_string();
+      const std::string extension = entry.path().extension().string();
+      const bool source = extension == ".h" || extension == ".cpp" || extension == ".c";
+      // The build files of engine/ and app/ only list their folders.
+      const bool build_file = entry.path().filename() == "CMakeLists.txt" &&
+                              path != "engine/CMakeLists.txt" && path != "app/CMakeLists.txt";
+      if (!source && !build_file) continue;
+      std::ostringstream text;
+      text << std::ifstream(entry.path()).rdbuf();
+      files.push_back({path, text.str()});
+    }
+  }
+  return files;
+}
+
+TEST(IncludeDirections, EveryFileKeepsToTheArrows) {
+  const std::vector<SourceFile> files = ReadTree();
+  ASSERT_GT(files.size(), 30U);
+  std::vector<std::string> violations;
+  for (const SourceFile& file : files) {
+    for (std::string& violation : ArrowViolations(file.path, file.text)) {
+      violations.push_back(std::move(violation));
+    }
+  }
+  EXPECT_THAT(violations, IsEmpty());
+}
+
+TEST(IncludeDirections, AssimpIsSeenByOneFileAtMost) {
+  std::vector<std::string> including;
+  for (const SourceFile& file : ReadTree()) {
+    if (IncludesAssimp(file.text)) including.push_back(file.path);
+  }
+  EXPECT_THAT(including, SizeIs(Le(1)));
+}
+
+struct Planted {
+  const char* path;
+  const char* line;
+  const char* found;  // null: allowed
+};
+
+void Judge(const std::vector<Planted>& lines) {
+  for (const Planted& planted : lines) {
+    const std::string text = std::string("#pragma once\n") + planted.line + "\n";
+    const std::vector<std::string> violations = ArrowViolations(planted.path, text);
+    if (planted.found == nullptr) {
+      EXPECT_THAT(violations, IsEmpty());
+    } else {
+      EXPECT_THAT(violations, ElementsAre(AllOf(HasSubstr(std::string(planted.path) + ":2: "),
+                                                HasSubstr(planted.found))));
+    }
+  }
+}
+
+TEST(IncludeDirections, FindsAPlantedIncludeAgainstAnArrow) {
+  Judge({{"engine/voxel/a.h", "#include \"engine/geometry/b.h\"", nullptr},
+         {"engine/haptics/a.h", "#include \"engine/base/b.h\"", nullptr},
+         {"engine/geometry/a.h", "#include \"engine/voxel/b.h\"", "includes engine/voxel/b.h"},
+         {"engine/base/a.h", "#  include \"engine/realtime/b.h\"", "includes engine/realtime"},
+         {"engine/contact/a.h", "#include \"engine/dynamics/b.h\"", "engine/dynamics"},
+         {"engine/world/a.cpp", "#include \"collab/messages.h\"", "collab/messages.h"},
+         {"collab/session.h", "#include \"engine/world/world.h\"", nullptr},
+         {"collab/session.h", "#include \"collab/dds/dds_transport.h\"", "collab/dds"},
+         {"collab/dds/a.cpp", "#include \"collab/transport.h\"", nullptr},
+         {"collab/simulated/a.cpp", "#include \"app/cli/b.h\"", "app/cli/b.h"},
+         {"app/cli/a.cpp", "#include \"app/view/b.h\"", "app/view/b.h"},
+         {"engine/voxel/a.cpp", "#include \"b.h\"", "the top of the tree"}});
+}
+
+TEST(IncludeDirections, FindsAPlantedLibraryOutOfItsPlace) {
+  Judge({{"collab/dds/a.cpp", "#include <dds/dds.h>", nullptr},
+         {"collab/session.cpp", "#include \"dds/dds.h\"", "includes DDS"},
+         {"app/cli/a.cpp", "#include <dds/dds.h>", "includes DDS"},
+         {"engine/voxel/a.cpp", "#include <assimp/scene.h>", "includes assimp"},
+         {"app/view/a.cpp", "#include <QWidget>", nullptr},
+         {"app/cli/a.cpp", "#include <QtCore/QString>", "includes Qt"}});
+}
+
+TEST(IncludeDirections, FindsAPlantedClock) {
+  Judge({{"engine/world/a.cpp", "auto t = std::chrono::steady_clock::now();", "reads a clock"},
+         {"collab/session.cpp", "clock_gettime(CLOCK_MONOTONIC, &t);", "reads a clock"},
+         {"collab/session.cpp", "Tick(MonotonicNowNs());", "reads a clock"},
+         {"collab/session.cpp", "std::this_thread::sleep_for(1ms);", "sleeps"},
+         {"collab/session.cpp", "// unlike MonotonicNowNs()", nullptr},
+         {"engine/realtime/a.cpp", "clock_gettime(CLOCK_MONOTONIC, &t);", nullptr},
+         {"collab/dds/a.cpp", "Heard(MonotonicNowNs());", nullptr}});
+}
+
+TEST(IncludeDirections, FindsAPlantedLinkAgainstAnArrow) {
+  Judge({{"engine/voxel/CMakeLists.txt",
+          "target_link_libraries(tandem_voxel PUBLIC tandem_geometry)", nullptr},
+         {"engine/geometry/CMakeLists.txt", "  PUBLIC tandem_base tandem_voxel)",
+          "links to engine/voxel"},
+         {"collab/CMakeLists.txt", "target_link_libraries(tandem_collab PRIVATE tandem_dds)",
+          "links to collab/dds"}});
+}
+
+TEST(IncludeDirections, AFolderThatNoArrowLeadsToIsFound) {
+  EXPECT_THAT(ArrowViolations("engine/magic/a.h", ""), SizeIs(1));
+}
+
+}  // namespace
+}  // namespace tandem::testing
