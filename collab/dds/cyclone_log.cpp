@@ -1,0 +1,94 @@
+#include "collab/dds/cyclone_log.h"
+
+#include <chrono>
+#include <cstdio>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "collab/dds/dds_api.h"
+
+namespace tandem {
+namespace {
+
+constexpr int kLinesPerSecond = 10;
+constexpr std::size_t kMaxKept = 100;
+
+// Cyclone calls it from any of its threads.
+class CycloneLog {
+ public:
+  void Add(std::string line) {
+    const std::scoped_lock lock(mutex_);
+    if (capturing_) {
+      if (kept_.size() >= kMaxKept) kept_.erase(kept_.begin());
+      kept_.push_back(std::move(line));
+    } else {
+      Print(line);
+    }
+  }
+  void Capture() {
+    const std::scoped_lock lock(mutex_);
+    capturing_ = true;
+  }
+  std::vector<std::string> Release() {
+    const std::scoped_lock lock(mutex_);
+    capturing_ = false;
+    return std::exchange(kept_, {});
+  }
+
+ private:
+  void Print(const std::string& line) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - second_ >= std::chrono::seconds(1)) {
+      if (dropped_ > 0) std::fprintf(stderr, "dds: (%ld more messages)\n", dropped_);
+      second_ = now;
+      printed_ = 0;
+      dropped_ = 0;
+    }
+    if (printed_ < kLinesPerSecond) {
+      ++printed_;
+      std::fprintf(stderr, "dds: %s\n", line.c_str());
+    } else {
+      ++dropped_;
+    }
+  }
+
+  std::mutex mutex_;
+  bool capturing_ = false;
+  std::vector<std::string> kept_;
+  std::chrono::steady_clock::time_point second_;
+  int printed_ = 0;
+  long dropped_ = 0;
+};
+
+// Never destroyed: Cyclone's threads may outlive main().
+CycloneLog& Log() {
+  static auto& log = *new CycloneLog;
+  return log;
+}
+
+void OnCycloneMessage(void*, const dds_log_data_t* data) {
+  std::string line = data->message;
+  while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) line.pop_back();
+  if (!line.empty()) Log().Add(std::move(line));
+}
+
+}  // namespace
+
+void TakeOverCycloneLog() {
+  dds_set_log_sink(&OnCycloneMessage, nullptr);
+}
+
+CycloneLogCapture::CycloneLogCapture() {
+  Log().Capture();
+}
+CycloneLogCapture::~CycloneLogCapture() {
+  for (std::string& line : Log().Release()) Log().Add(std::move(line));
+}
+std::string CycloneLogCapture::Take() {
+  const std::vector<std::string> kept = Log().Release();
+  Log().Capture();
+  return kept.empty() ? std::string() : kept.back();
+}
+
+}  // namespace tandem

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+namespace tandem {
+
+/// From here on Cyclone's messages go to stderr one line each, at most ten a second, and the rest
+/// are counted: hostile packets make it write thousands. Once a process; again does nothing. Before
+/// the domain is made.
+void TakeOverCycloneLog();
+
+/// While it lives, Cyclone's messages are kept back, so that a failure can be told in one line of
+/// ours. One at a time.
+class CycloneLogCapture {
+ public:
+  CycloneLogCapture();
+  ~CycloneLogCapture();  // says what was kept back, unless Take() was called
+  CycloneLogCapture(const CycloneLogCapture&) = delete;
+  CycloneLogCapture& operator=(const CycloneLogCapture&) = delete;
+
+  /// The newest message, empty when there was none.
+  std::string Take();
+};
+
+}  // namespace tandem

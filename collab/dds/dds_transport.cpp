@@ -1,0 +1,232 @@
+#include "collab/dds/dds_transport.h"
+
+#include <atomic>
+#include <cstdio>
+#include <optional>
+
+#include "collab/dds/control_thread.h"
+#include "collab/dds/cyclone_log.h"
+#include "collab/dds/domain.h"
+#include "collab/dds/fast_reader.h"
+#include "collab/dds/qos.h"
+#include "collab/dds/wire.h"
+
+namespace tandem {
+namespace {
+
+// How long a goodbye waits for those who hear it to say so.
+constexpr dds_duration_t kGoodbyeWait = DDS_MSECS(100);
+
+struct Topics {
+  dds_entity_t state = 0;
+  dds_entity_t links = 0;
+  dds_entity_t view = 0;
+  dds_entity_t peer_info = 0;
+  dds_entity_t scene = 0;
+};
+
+struct Writers {
+  dds_entity_t state = 0;  // 0: a viewer has none
+  dds_entity_t links = 0;
+  dds_entity_t view = 0;
+  dds_entity_t peer_info = 0;
+  dds_entity_t scene = 0;
+};
+
+class DdsTransport final : public Transport {
+ public:
+  DdsTransport(const DdsOptions& options, Inbox& inbox, Entity domain)
+      : options_(options),
+        inbox_(inbox),
+        domain_(std::move(domain)),
+        participant_(dds_create_participant(options.domain, nullptr, nullptr)),
+        on_match_(dds_create_guardcondition(participant_.get())),
+        states_(inbox, &Inbox::OnState, options.peer, on_match_),
+        links_(inbox, &Inbox::OnLinks, options.peer, on_match_),
+        views_(inbox, &Inbox::OnView, options.peer, on_match_) {}
+  ~DdsTransport() override { Close(); }
+
+  /// Makes what is below the participant; what went wrong, or nothing.
+  std::optional<Error> Open() {
+    Note(participant_.get(), "the participant");
+    OpenTopics();
+    OpenWriters();
+    RegisterHeld();
+    OpenReaders();
+    if (failed_.has_value()) return failed_;
+    control_.emplace(
+        ControlThread::Sources{participant_.get(), peer_info_reader_, scene_reader_, on_match_},
+        options_.peer, inbox_, [this] {
+          states_.RefreshOwners();
+          links_.RefreshOwners();
+          views_.RefreshOwners();
+        });
+    return std::nullopt;
+  }
+
+  void Publish(const ObjectState& state) override {
+    PublishFast<tandem_ObjectState>(writers_.state, state);
+  }
+  void Publish(const CouplingLinks& links) override {
+    PublishFast<tandem_CouplingLinks>(writers_.links, links);
+  }
+  void Publish(const ViewFrame& frame) override {
+    PublishFast<tandem_ViewFrame>(writers_.view, frame);
+  }
+  void Publish(const PeerInfo& info) override {
+    tandem_PeerInfo wire{};
+    CountUnless(ToWire(info, wire) && dds_write(writers_.peer_info, &wire) == DDS_RETCODE_OK);
+  }
+  void Publish(const SceneManifest& manifest) override {
+    tandem_SceneManifest wire{};
+    ToWire(manifest, wire);
+    CountUnless(dds_write(writers_.scene, &wire) == DDS_RETCODE_OK);
+  }
+
+  void Leave() override {
+    if (participant_.get() <= 0) return;
+    tandem_PeerInfo self{};
+    self.peer = options_.peer;
+    dds_dispose(writers_.peer_info, &self);
+    dds_wait_for_acks(writers_.peer_info, kGoodbyeWait);
+    Close();
+  }
+
+ private:
+  template <typename Wire, typename Message>
+  void PublishFast(dds_entity_t writer, const Message& message) {
+    Wire wire;
+    ToWire(message, wire);
+    CountUnless(dds_write(writer, &wire) == DDS_RETCODE_OK);
+  }
+  void CountUnless(bool sent) {
+    if (!sent) unsent_.fetch_add(1, std::memory_order_relaxed);
+  }
+
+  // Keeps the first failure; hands the entity on.
+  dds_entity_t Note(dds_entity_t entity, const char* what) {
+    if (entity < 0 && !failed_.has_value()) {
+      failed_ = Error{std::string("cannot make ") + what + ": " + dds_strretcode(entity)};
+    }
+    return entity;
+  }
+
+  void OpenTopics() {
+    const auto open = [this](const dds_topic_descriptor_t& type, const char* name) {
+      return Note(dds_create_topic(participant_.get(), &type, name, nullptr, nullptr), name);
+    };
+    topics_.state = open(tandem_ObjectState_desc, "state/1");
+    topics_.links = open(tandem_CouplingLinks_desc, "link/1");
+    topics_.view = open(tandem_ViewFrame_desc, "view/1");
+    topics_.peer_info = open(tandem_PeerInfo_desc, "peer_info");
+    topics_.scene = open(tandem_SceneManifest_desc, "scene");
+  }
+
+  void OpenWriters() {
+    const auto open = [this](dds_entity_t topic, Purpose purpose, const std::string& partition) {
+      const Qos qos = MakeQos(purpose, partition);
+      return Note(dds_create_writer(participant_.get(), topic, qos.get(), nullptr), "a writer");
+    };
+    const std::string partition = PeerPartition(options_.peer);
+    writers_.peer_info = open(topics_.peer_info, Purpose::kPresence, partition);
+    if (options_.role == Role::kViewer) return;
+    writers_.state = open(topics_.state, Purpose::kMotion, partition);
+    writers_.links = open(topics_.links, Purpose::kMotion, partition);
+    writers_.view = open(topics_.view, Purpose::kMotion, ViewPartition(options_.peer));
+    writers_.scene = open(topics_.scene, Purpose::kSubject, kScenePartition);
+  }
+
+  // An instance that is not registered is made and dropped again at each write.
+  void RegisterHeld() {
+    if (options_.role == Role::kViewer || failed_.has_value()) return;
+    const auto add = [this](dds_entity_t writer, const auto& key) {
+      dds_instance_handle_t instance = 0;
+      Note(dds_register_instance(writer, &instance, &key), "an instance");
+    };
+    for (const ObjectId object : options_.held) {
+      tandem_ObjectState state{};
+      state.peer = options_.peer;
+      state.object = object;
+      add(writers_.state, state);
+      tandem_CouplingLinks links{};
+      links.peer = options_.peer;
+      links.object = object;
+      add(writers_.links, links);
+    }
+    tandem_ViewFrame view{};
+    view.peer = options_.peer;
+    add(writers_.view, view);
+  }
+
+  void OpenReaders() {
+    const dds_entity_t participant = participant_.get();
+    const auto open = [&](dds_entity_t topic, Purpose purpose, const char* partition) {
+      const Qos qos = MakeQos(purpose, partition);
+      return Note(dds_create_reader(participant, topic, qos.get(), nullptr), "a reader");
+    };
+    if (options_.role == Role::kViewer) {
+      const Qos qos = MakeQos(Purpose::kMotion, kEveryView);
+      Note(views_.Open(participant, topics_.view, qos), "the reader of view/1");
+    } else {
+      const Qos qos = MakeQos(Purpose::kMotion, kEveryPeer);
+      Note(states_.Open(participant, topics_.state, qos), "the reader of state/1");
+      Note(links_.Open(participant, topics_.links, qos), "the reader of link/1");
+    }
+    peer_info_reader_ = open(topics_.peer_info, Purpose::kPresence, kEveryPeer);
+    scene_reader_ = open(topics_.scene, Purpose::kSubject, kScenePartition);
+  }
+
+  // The control thread goes first: it uses the readers.
+  void Close() {
+    if (participant_.get() > 0) Report();
+    control_.reset();
+    participant_.Delete();
+    domain_.Delete();
+  }
+
+  void Report() const {
+    const auto say = [](std::uint64_t count, const char* what) {
+      if (count > 0) std::fprintf(stderr, "dds: %s: %lld\n", what, static_cast<long long>(count));
+    };
+    say(unsent_.load(), "messages that could not be sent");
+    say(states_.refused() + links_.refused() + views_.refused(),
+        "samples refused as unsound or forged");
+  }
+
+  const DdsOptions options_;
+  Inbox& inbox_;
+  std::optional<Error> failed_;
+  std::atomic<std::uint64_t> unsent_ = 0;
+
+  Entity domain_;
+  Entity participant_;
+  const dds_entity_t on_match_;
+  FastReader<tandem_ObjectState, ObjectState> states_;
+  FastReader<tandem_CouplingLinks, CouplingLinks> links_;
+  FastReader<tandem_ViewFrame, ViewFrame> views_;
+  Topics topics_;
+  Writers writers_;
+  dds_entity_t peer_info_reader_ = 0;
+  dds_entity_t scene_reader_ = 0;
+  std::optional<ControlThread> control_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox& inbox) {
+  TANDEM_CHECK(options.peer != 0);
+  TakeOverCycloneLog();
+  Result<Entity> domain = CreateDomain(options);
+  if (!domain) return domain.error();
+
+  CycloneLogCapture log;
+  auto transport = std::make_unique<DdsTransport>(options, inbox, *std::move(domain));
+  if (const std::optional<Error> error = transport->Open()) {
+    const std::string said = log.Take();
+    return Error{"cannot join session '" + options.session + "': " + error->what +
+                 (said.empty() ? "" : " (" + said + ")")};
+  }
+  return std::unique_ptr<Transport>(std::move(transport));
+}
+
+}  // namespace tandem

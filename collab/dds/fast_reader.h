@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "collab/dds/dds_api.h"
+#include "collab/dds/partitions.h"
+#include "collab/dds/wire.h"
+#include "collab/transport.h"
+
+namespace tandem {
+
+/// This machine's monotonic clock.
+std::int64_t MonotonicNow_ns();
+
+/// Whether this is Cyclone's receive thread. Others of Cyclone's threads call data listeners too,
+/// when a writer goes; what they leave untaken, the receive thread takes with the next sample.
+bool OnReceiveThread() noexcept;
+
+/// Reads a topic of motion: takes each sample on the receive thread as it comes, refuses what is
+/// unsound, comes by another than its peer's partition, or comes from oneself, and hands the rest
+/// to the inbox. Takes no lock of ours, allocates nothing, says nothing.
+template <typename Wire, typename Message>
+class FastReader {
+ public:
+  using Deliver = void (Inbox::*)(const Message&, std::int64_t arrival_ns);
+
+  /// `on_match` is a guard condition, raised whenever writers come or go: call RefreshOwners()
+  /// then.
+  FastReader(Inbox& inbox, Deliver deliver, PeerId self, dds_entity_t on_match)
+      : inbox_(inbox), deliver_(deliver), self_(self), on_match_(on_match) {
+    for (std::size_t i = 0; i < kBatch; ++i) pointers_[i] = &samples_[i];
+  }
+
+  /// Negative: Cyclone's code of what went wrong.
+  dds_entity_t Open(dds_entity_t participant, dds_entity_t topic, const Qos& qos) {
+    const Listener listener(dds_create_listener(this));
+    dds_lset_data_available(listener.get(), [](dds_entity_t reader, void* self) {
+      if (OnReceiveThread()) static_cast<FastReader*>(self)->TakeAll(reader);
+    });
+    dds_lset_subscription_matched(
+        listener.get(), [](dds_entity_t, const dds_subscription_matched_status_t, void* self) {
+          dds_set_guardcondition(static_cast<FastReader*>(self)->on_match_, true);
+        });
+    reader_ = dds_create_reader(participant, topic, qos.get(), listener.get());
+    return reader_;
+  }
+
+  void RefreshOwners() {
+    if (reader_ > 0) owners_.Refresh(reader_);
+  }
+  std::uint64_t refused() const noexcept { return refused_.load(std::memory_order_relaxed); }
+
+ private:
+  static constexpr std::size_t kBatch = 16;
+
+  void TakeAll(dds_entity_t reader) noexcept {
+    dds_return_t taken = 0;
+    do {
+      taken = dds_take(reader, pointers_.data(), infos_.data(), kBatch, kBatch);
+      const std::int64_t arrival_ns = MonotonicNow_ns();
+      for (int i = 0; i < taken; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        if (infos_[k].valid_data) Hand(samples_[k], infos_[k].publication_handle, arrival_ns);
+      }
+    } while (taken == static_cast<dds_return_t>(kBatch));
+  }
+
+  void Hand(const Wire& wire, dds_instance_handle_t writer, std::int64_t arrival_ns) noexcept {
+    if (wire.peer == self_) return;
+    if (wire.peer != owners_.Find(writer) || !FromWire(wire, message_)) {
+      refused_.fetch_add(1, std::memory_order_relaxed);
+      return;
+    }
+    (inbox_.*deliver_)(message_, arrival_ns);
+  }
+
+  Inbox& inbox_;
+  const Deliver deliver_;
+  const PeerId self_;
+  const dds_entity_t on_match_;
+  dds_entity_t reader_ = 0;
+  WriterOwners owners_;
+  std::atomic<std::uint64_t> refused_ = 0;
+
+  // of the receive thread, which is in one listener of a reader at a time
+  std::array<Wire, kBatch> samples_{};
+  std::array<void*, kBatch> pointers_{};
+  std::array<dds_sample_info_t, kBatch> infos_{};
+  Message message_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,85 @@
+#include "collab/dds/partitions.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+
+namespace tandem {
+namespace {
+
+constexpr std::string_view kPeerPrefix = "peer.";
+constexpr std::string_view kViewPrefix = "view.";
+constexpr std::size_t kIdDigits = 16;
+
+std::string Partition(std::string_view prefix, PeerId peer) {
+  char digits[kIdDigits + 1];
+  std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(peer));
+  return std::string(prefix) + digits;
+}
+
+}  // namespace
+
+std::string PeerPartition(PeerId peer) {
+  return Partition(kPeerPrefix, peer);
+}
+std::string ViewPartition(PeerId peer) {
+  return Partition(kViewPrefix, peer);
+}
+
+PeerId OwnerOfPartition(std::string_view partition) {
+  if (!partition.starts_with(kPeerPrefix) && !partition.starts_with(kViewPrefix)) return 0;
+  const std::string_view digits = partition.substr(kPeerPrefix.size());
+  PeerId peer = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), peer, 16);
+  const bool whole = error == std::errc() && end == digits.data() + digits.size();
+  return whole && digits.size() == kIdDigits ? peer : 0;
+}
+
+PeerId OwnerOfWriter(dds_entity_t reader, dds_instance_handle_t writer) {
+  dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
+  if (endpoint == nullptr) return 0;
+  PeerId owner = 0;
+  std::uint32_t count = 0;
+  char** partitions = nullptr;
+  if (dds_qget_partition(endpoint->qos, &count, &partitions)) {
+    if (count == 1) owner = OwnerOfPartition(partitions[0]);
+    for (std::uint32_t i = 0; i < count; ++i) dds_free(partitions[i]);
+    dds_free(partitions);
+  }
+  dds_builtintopic_free_endpoint(endpoint);
+  return owner;
+}
+
+void WriterOwners::Refresh(dds_entity_t reader) {
+  std::array<dds_instance_handle_t, kMaxWriters> matched{};
+  const dds_return_t found = dds_get_matched_publications(reader, matched.data(), matched.size());
+  if (found < 0) return;
+  const auto end = matched.begin() + std::min<std::ptrdiff_t>(found, kMaxWriters);
+
+  for (Slot& slot : slots_) {
+    const dds_instance_handle_t writer = slot.writer.load(std::memory_order_relaxed);
+    if (std::find(matched.begin(), end, writer) == end) slot.writer.store(0);
+  }
+  for (auto writer = matched.begin(); writer != end; ++writer) {
+    if (Find(*writer) != 0) continue;
+    const PeerId owner = OwnerOfWriter(reader, *writer);
+    const auto free = std::find_if(slots_.begin(), slots_.end(), [](const Slot& slot) {
+      return slot.writer.load(std::memory_order_relaxed) == 0;
+    });
+    if (owner == 0 || free == slots_.end()) continue;
+    free->owner.store(owner);
+    free->writer.store(*writer);
+  }
+}
+
+PeerId WriterOwners::Find(dds_instance_handle_t writer) const noexcept {
+  for (const Slot& slot : slots_) {
+    if (slot.writer.load(std::memory_order_acquire) != writer) continue;
+    const PeerId owner = slot.owner.load(std::memory_order_acquire);
+    // the slot may have been given to another writer in between
+    return slot.writer.load(std::memory_order_acquire) == writer ? owner : 0;
+  }
+  return 0;
+}
+
+}  // namespace tandem

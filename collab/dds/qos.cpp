@@ -1,0 +1,40 @@
+#include "collab/dds/qos.h"
+
+namespace tandem {
+namespace {
+
+// A listener takes each sample as it comes; the depth covers those that come while it takes.
+constexpr int kMotionDepth = 8;
+
+void KeepForLatecomers(dds_qos_t* qos) {
+  dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+  // what latecomers get is bounded by the durability service's history, not by the writer's
+  dds_qset_durability_service(qos, 0, DDS_HISTORY_KEEP_LAST, 1, DDS_LENGTH_UNLIMITED,
+                              DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+}
+
+}  // namespace
+
+Qos MakeQos(Purpose purpose, const std::string& partition) {
+  Qos qos(dds_create_qos());
+  const char* partitions[] = {partition.c_str()};
+  dds_qset_partition(qos.get(), 1, partitions);
+  dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  dds_qset_writer_data_lifecycle(qos.get(), false);
+
+  if (purpose == Purpose::kMotion) {
+    dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+    dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kMotionDepth);
+    return qos;
+  }
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
+  KeepForLatecomers(qos.get());
+  if (purpose == Purpose::kPresence) {
+    dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kLivelinessLease_ns);
+  }
+  return qos;
+}
+
+}  // namespace tandem

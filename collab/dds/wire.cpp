@@ -1,0 +1,213 @@
+#include "collab/dds/wire.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string_view>
+
+namespace tandem {
+namespace {
+
+static_assert(std::size(tandem_CouplingLinks{}.entries) == kMaxLinks);
+static_assert(std::size(tandem_ViewFrame{}.bodies) == kMaxViewBodies);
+
+constexpr std::uint32_t kMaxHeld = 64;  // the bound of PeerInfo::held in the idl
+constexpr double kUnitTolerance = 1e-3;
+
+template <typename Scalar>
+void Put(const Vec3& v, Scalar (&out)[3]) {
+  for (int i = 0; i < 3; ++i) out[i] = static_cast<Scalar>(v[i]);
+}
+template <typename Scalar>
+void Put(const Quat& q, Scalar (&out)[4]) {
+  for (int i = 0; i < 4; ++i) out[i] = static_cast<Scalar>(q.coeffs()[i]);
+}
+void Put(const Wrench& F, tandem_Wrench& out) {
+  Put(F.f, out.f);
+  Put(F.tau, out.t);
+}
+
+template <typename Scalar>
+bool Get(const Scalar (&in)[3], Vec3& v) {
+  v = Vec3(in[0], in[1], in[2]);
+  return std::isfinite(in[0]) && std::isfinite(in[1]) && std::isfinite(in[2]);
+}
+template <typename Scalar>
+bool Get(const Scalar (&in)[4], Quat& q) {
+  q.coeffs() << in[0], in[1], in[2], in[3];
+  return std::abs(q.norm() - 1.0) <= kUnitTolerance;  // false for NaN
+}
+bool Get(const tandem_Wrench& in, Wrench& F) {
+  return Get(in.f, F.f) && Get(in.t, F.tau);
+}
+
+// Copies what fits, not cutting a UTF-8 character in two.
+template <std::size_t size>
+void PutText(std::string_view text, char (&out)[size]) {
+  std::size_t length = std::min({text.size(), size - 1, text.find('\0')});
+  if (length < text.size()) {
+    while (length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U) --length;
+  }
+  std::memset(out, 0, size);
+  std::memcpy(out, text.data(), length);
+}
+
+template <std::size_t size>
+std::string GetText(const char (&in)[size]) {
+  std::string text(in, strnlen(in, size));
+  const auto is_control = [](char c) {
+    return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+  };
+  std::replace_if(text.begin(), text.end(), is_control, '?');
+  return text;
+}
+
+}  // namespace
+
+void ToWire(const ObjectState& state, tandem_ObjectState& wire) noexcept {
+  wire.peer = state.peer;
+  wire.object = state.object;
+  wire.epoch = state.epoch;
+  wire.seq = state.seq;
+  wire.flags = state.flags;
+  wire.sample_ns = state.sample_ns;
+  Put(state.X_WB.p, wire.pose.p);
+  Put(state.X_WB.q, wire.pose.q);
+  Put(state.V_WB.v, wire.twist.v);
+  Put(state.V_WB.w, wire.twist.w);
+  Put(state.contact_B_W, wire.contact);
+}
+
+bool FromWire(const tandem_ObjectState& wire, ObjectState& state) noexcept {
+  state.peer = wire.peer;
+  state.object = wire.object;
+  state.epoch = wire.epoch;
+  state.seq = wire.seq;
+  state.flags = wire.flags;
+  state.sample_ns = wire.sample_ns;
+  return wire.peer != 0 && Get(wire.pose.p, state.X_WB.p) && Get(wire.pose.q, state.X_WB.q) &&
+         Get(wire.twist.v, state.V_WB.v) && Get(wire.twist.w, state.V_WB.w) &&
+         Get(wire.contact, state.contact_B_W);
+}
+
+void ToWire(const CouplingLinks& links, tandem_CouplingLinks& wire) noexcept {
+  wire = {};
+  wire.peer = links.from;
+  wire.object = links.object;
+  wire.seq = links.seq;
+  wire.sample_ns = links.sample_ns;
+  wire.count = std::min<std::uint32_t>(links.count, kMaxLinks);
+  for (std::size_t i = 0; i < wire.count; ++i) {
+    const LinkEntry& entry = links.entries[i];
+    wire.entries[i].to = entry.to;
+    wire.entries[i].echo_ns = entry.echo_ns;
+    wire.entries[i].stiffness = entry.stiffness;
+    Put(entry.applied_B_W, wire.entries[i].applied);
+  }
+}
+
+bool FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept {
+  if (wire.peer == 0 || wire.count > kMaxLinks) return false;
+  links.from = wire.peer;
+  links.object = wire.object;
+  links.seq = wire.seq;
+  links.sample_ns = wire.sample_ns;
+  links.count = wire.count;
+  for (std::size_t i = 0; i < wire.count; ++i) {
+    LinkEntry& entry = links.entries[i];
+    entry.to = wire.entries[i].to;
+    entry.echo_ns = wire.entries[i].echo_ns;
+    entry.stiffness = wire.entries[i].stiffness;
+    const bool sound = entry.to != 0 && std::isfinite(entry.stiffness) && entry.stiffness >= 0 &&
+                       Get(wire.entries[i].applied, entry.applied_B_W);
+    if (!sound) return false;
+  }
+  return true;
+}
+
+void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept {
+  wire = {};
+  wire.peer = frame.peer;
+  wire.seq = frame.seq;
+  wire.sample_ns = frame.sample_ns;
+  wire.delay_ms = frame.delay_ms;
+  wire.count = std::min<std::uint32_t>(frame.count, kMaxViewBodies);
+  for (std::size_t i = 0; i < wire.count; ++i) {
+    const ViewBody& body = frame.bodies[i];
+    wire.bodies[i].object = body.object;
+    wire.bodies[i].flags = body.flags;
+    Put(body.X_W.p, wire.bodies[i].p);
+    Put(body.X_W.q, wire.bodies[i].q);
+    Put(body.hand_force_W, wire.bodies[i].hand_force);
+  }
+}
+
+bool FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noexcept {
+  const bool sound = wire.peer != 0 && wire.count <= kMaxViewBodies &&
+                     std::isfinite(wire.delay_ms) && wire.delay_ms >= 0;
+  if (!sound) return false;
+  frame.peer = wire.peer;
+  frame.seq = wire.seq;
+  frame.sample_ns = wire.sample_ns;
+  frame.delay_ms = wire.delay_ms;
+  frame.count = wire.count;
+  for (std::size_t i = 0; i < wire.count; ++i) {
+    ViewBody& body = frame.bodies[i];
+    body.object = wire.bodies[i].object;
+    body.flags = wire.bodies[i].flags;
+    if (!Get(wire.bodies[i].p, body.X_W.p) || !Get(wire.bodies[i].q, body.X_W.q) ||
+        !Get(wire.bodies[i].hand_force, body.hand_force_W)) {
+      return false;
+    }
+    body.X_W.q.normalize();  // single precision on the wire
+  }
+  return true;
+}
+
+bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire) {
+  if (info.held.size() > kMaxHeld) return false;
+  wire.peer = info.peer;
+  wire.protocol = info.protocol;
+  wire.beat = info.beat;
+  wire.role = info.role == Role::kViewer ? tandem_VIEWER : tandem_ACTIVE;
+  PutText(info.name, wire.name);
+  wire.scene_hash = info.scene_hash;
+  wire.held._maximum = wire.held._length = static_cast<std::uint32_t>(info.held.size());
+  wire.held._buffer =
+      const_cast<std::uint32_t*>(info.held.data());  // only read: dds_write's samples are const
+  wire.held._release = false;
+  return true;
+}
+
+bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info) {
+  if (wire.peer == 0 || wire.held._length > kMaxHeld) return false;
+  if (wire.role != tandem_ACTIVE && wire.role != tandem_VIEWER) return false;
+  info.peer = wire.peer;
+  info.protocol = wire.protocol;
+  info.beat = wire.beat;
+  info.role = wire.role == tandem_VIEWER ? Role::kViewer : Role::kActive;
+  info.name = GetText(wire.name);
+  info.scene_hash = wire.scene_hash;
+  info.held.assign(wire.held._buffer, wire.held._buffer + wire.held._length);
+  return true;
+}
+
+void ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire) {
+  wire.scene_hash = manifest.scene_hash;
+  PutText(manifest.name, wire.name);
+  PutText(manifest.file.size() < sizeof wire.file ? manifest.file : std::string(), wire.file);
+  wire.voxel_size = manifest.voxel_size;
+  wire.body_count = manifest.body_count;
+}
+
+bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest) {
+  if (!std::isfinite(wire.voxel_size) || wire.voxel_size <= 0) return false;
+  manifest.scene_hash = wire.scene_hash;
+  manifest.name = GetText(wire.name);
+  manifest.file = GetText(wire.file);
+  manifest.voxel_size = wire.voxel_size;
+  manifest.body_count = wire.body_count;
+  return true;
+}
+
+}  // namespace tandem

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "collab/messages.h"
+#include "tandem.h"  // idlc's
+
+namespace tandem {
+
+/// Between the plain messages and their form on the wire (idl/tandem.idl).
+///
+/// FromWire answers false where the sample is none that a sound peer sends: a number that is not
+/// finite, a quaternion off unit length by more than a thousandth, a count beyond its array, a peer
+/// of id 0. The output is then unspecified. Those of state, links and view neither allocate nor
+/// throw.
+void ToWire(const ObjectState& state, tandem_ObjectState& wire) noexcept;
+bool FromWire(const tandem_ObjectState& wire, ObjectState& state) noexcept;
+
+/// At most kMaxLinks entries are sent.
+void ToWire(const CouplingLinks& links, tandem_CouplingLinks& wire) noexcept;
+bool FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept;
+
+/// In single precision; at most kMaxViewBodies bodies are sent.
+void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept;
+bool FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noexcept;
+
+/// Names too long for the wire are cut before a character. False: more bodies held than the wire
+/// can say. The wire's list of bodies is `info`'s own, and lives no longer.
+bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire);
+/// Control characters in names become '?'.
+bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info);
+
+/// A file name too long for the wire is left out: half of one is no hint.
+void ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire);
+bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest);
+
+}  // namespace tandem

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include <sys/types.h>
+
+#include "collab/messages.h"
+
+namespace tandem::testing {
+
+/// A dds_test_peer in a process of its own; killed at the end if it still runs.
+class ChildPeer {
+ public:
+  struct Options {
+    Role role = Role::kActive;
+    PeerId claimed = 0;  // publishes states of this peer too; 0: of itself only
+  };
+
+  ChildPeer(const std::string& session, PeerId id, const Options& options);
+  ChildPeer(const std::string& session, PeerId id) : ChildPeer(session, id, Options()) {}
+  ~ChildPeer();
+  ChildPeer(const ChildPeer&) = delete;
+  ChildPeer& operator=(const ChildPeer&) = delete;
+
+  void Command(const std::string& line);
+  void Signal(int signal);
+  /// Whether the child has said the line, or says it before the deadline.
+  bool Says(const std::string& line, std::chrono::milliseconds deadline = std::chrono::seconds(10));
+  /// All it said so far.
+  const std::string& said() const { return said_; }
+
+ private:
+  pid_t pid_ = -1;
+  int to_child_ = -1;
+  int from_child_ = -1;
+  std::string said_ = "\n";
+};
+
+}  // namespace tandem::testing

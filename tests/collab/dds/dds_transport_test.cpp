@@ -1,0 +1,255 @@
+#include "collab/dds/dds_transport.h"
+
+#include <cstdlib>
+#include <set>
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "collab/dds/dds_api.h"
+#include "tests/collab/dds/child_peer.h"
+#include "tests/collab/dds/live_peer.h"
+
+namespace tandem::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr PeerId kHere = 0xABCDEF0123456789;
+constexpr PeerId kThere = 22;
+
+std::unique_ptr<LivePeer> Join(const DdsOptions& options, Inbox& inbox) {
+  auto transport = JoinOverDds(options, inbox);
+  EXPECT_TRUE(transport.has_value()) << transport.error().what;
+  if (!transport) return nullptr;
+  return std::make_unique<LivePeer>(*std::move(transport), options, options.peer);
+}
+
+// What an active peer says reaches another as it was said: every field was set, none to its
+// default.
+TEST(DdsTransport, ActivePeersHearOneAnother) {
+  const std::string session = RandomSession();
+  ChildPeer there(session, kThere);
+  Recorder heard;
+  const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  ASSERT_NE(here, nullptr);
+
+  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    return h.states.contains(kThere) && h.links.contains(kThere) && h.infos.contains(kThere) &&
+           !h.scenes.empty();
+  }));
+  const Recorder::Heard h = heard.Now();
+  const ObjectState& state = h.states.at(kThere);
+  const ObjectState said = SampleState(kThere, 0);
+  EXPECT_EQ(state.object, said.object);
+  EXPECT_EQ(state.epoch, said.epoch);
+  EXPECT_EQ(state.flags, said.flags);
+  EXPECT_EQ(state.X_WB.p, said.X_WB.p);
+  EXPECT_EQ(state.X_WB.q.coeffs(), said.X_WB.q.coeffs());
+  EXPECT_EQ(h.links.at(kThere).count, 2U);
+  EXPECT_EQ(h.links.at(kThere).entries[0].echo_ns, 123456789);
+  EXPECT_EQ(h.infos.at(kThere).name, "Ada");
+  EXPECT_THAT(h.infos.at(kThere).held, ::testing::ElementsAre(7, 9));
+  EXPECT_EQ(h.scenes.front().scene_hash, SampleScene().scene_hash);
+  EXPECT_EQ(h.scenes.front().file, SampleScene().file);
+  EXPECT_TRUE(h.views.empty());
+
+  const std::string id = std::to_string(kHere);
+  EXPECT_TRUE(there.Says("state " + id));
+  EXPECT_TRUE(there.Says("links " + id));
+  EXPECT_TRUE(there.Says("info " + id));
+  EXPECT_TRUE(there.Says("scene 42"));
+  EXPECT_FALSE(heard.Now().infos.contains(kHere)) << "a peer does not hear itself";
+}
+
+TEST(DdsTransport, LatecomersGetTheSceneAndWhoIsThere) {
+  const std::string session = RandomSession();
+  ChildPeer early(session, kThere);
+  ASSERT_TRUE(early.Says("ready"));
+  Recorder heard;
+  const auto late = JoinOverDds(LoopbackOptions(session, kHere, Role::kViewer), heard);
+  ASSERT_TRUE(late.has_value());
+  EXPECT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    return h.infos.contains(kThere) && !h.scenes.empty();
+  }));
+}
+
+TEST(DdsTransport, AViewerHearsViewsAndNoStates) {
+  const std::string session = RandomSession();
+  ChildPeer active(session, kThere);
+  Recorder heard;
+  const auto viewer = Join(LoopbackOptions(session, kHere, Role::kViewer), heard);
+  ASSERT_NE(viewer, nullptr);
+  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    return h.views.contains(kThere) && h.views.at(kThere).seq > 100 && h.infos.contains(kThere);
+  }));
+  EXPECT_TRUE(heard.Now().states.empty());
+  EXPECT_TRUE(heard.Now().links.empty());
+  EXPECT_EQ(heard.Now().views.at(kThere).bodies[0].object, 7U);
+  // the viewer announces itself, and is heard as one
+  EXPECT_TRUE(active.Says("info " + std::to_string(kHere)));
+}
+
+// Topics that each other participant of the session subscribes to, as DDS itself tells an onlooker.
+std::multimap<dds_instance_handle_t, std::string> Subscriptions(dds_entity_t reader) {
+  std::multimap<dds_instance_handle_t, std::string> topics;
+  std::array<void*, 100> samples{};
+  std::array<dds_sample_info_t, 100> infos{};
+  const auto read = dds_read(reader, samples.data(), infos.data(), samples.size(), samples.size());
+  for (std::size_t i = 0; read > 0 && i < static_cast<std::size_t>(read); ++i) {
+    const auto* endpoint = static_cast<dds_builtintopic_endpoint_t*>(samples[i]);
+    if (infos[i].valid_data)
+      topics.emplace(endpoint->participant_instance_handle, endpoint->topic_name);
+  }
+  if (read > 0) dds_return_loan(reader, samples.data(), read);
+  return topics;
+}
+
+TEST(DdsTransport, AViewerSubscribesToNoneOfTheFastTopics) {
+  const std::string session = RandomSession();
+  Recorder heard;
+  const auto active = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  ASSERT_NE(active, nullptr);
+  const Entity onlooker(dds_create_participant(DdsOptions().domain, nullptr, nullptr));
+  const dds_entity_t reader =
+      dds_create_reader(onlooker.get(), DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, nullptr, nullptr);
+  ASSERT_GT(reader, 0);
+
+  // the viewer has been heard, and the other active peer's whole discovery came after its own
+  ChildPeer viewer(session, kThere, {Role::kViewer, 0});
+  ASSERT_TRUE(viewer.Says("view " + std::to_string(kHere)));
+  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    return h.infos.contains(kThere);
+  }));
+  ChildPeer other(session, 33);
+  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    return h.states.contains(33);
+  }));
+
+  const auto topics = Subscriptions(reader);
+  int viewers = 0;
+  int active_peers = 0;
+  for (auto it = topics.begin(); it != topics.end(); it = topics.upper_bound(it->first)) {
+    std::set<std::string> of_one;
+    for (auto [i, end] = topics.equal_range(it->first); i != end; ++i) of_one.insert(i->second);
+    if (of_one.contains("view/1")) {
+      ++viewers;
+      EXPECT_THAT(of_one, ::testing::UnorderedElementsAre("view/1", "peer_info", "scene"));
+    } else if (of_one.contains("state/1")) {
+      ++active_peers;
+    }
+  }
+  EXPECT_EQ(viewers, 1);
+  EXPECT_EQ(active_peers, 2);
+}
+
+TEST(DdsTransport, SessionsDoNotMeet) {
+  const std::string session = RandomSession();
+  ChildPeer stranger(session + " & <more>", kThere);
+  ASSERT_TRUE(stranger.Says("ready"));
+  Recorder heard;
+  const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  ASSERT_NE(here, nullptr);
+  // one of our own session, who comes later than the stranger, is heard in both directions
+  ChildPeer friendly(session, 33);
+  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    return h.infos.contains(33) && h.states.contains(33) && h.states.at(33).seq > 500;
+  }));
+  ASSERT_TRUE(friendly.Says("state " + std::to_string(kHere)));
+  EXPECT_FALSE(heard.Now().infos.contains(kThere));
+  EXPECT_FALSE(heard.Now().states.contains(kThere));
+  EXPECT_FALSE(stranger.Says("info 33", std::chrono::milliseconds(0)));
+}
+
+TEST(DdsTransport, OnlyItsOwnPartitionSpeaksForAPeer) {
+  const std::string session = RandomSession();
+  Recorder heard;
+  const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  ASSERT_NE(here, nullptr);
+  // says each thing first in peer 99's name, then in its own
+  ChildPeer liar(session, kThere, {Role::kActive, 99});
+  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    return h.states.contains(kThere) && h.states.at(kThere).seq > 200 && h.links.contains(kThere);
+  }));
+  EXPECT_FALSE(heard.Now().states.contains(99));
+  EXPECT_FALSE(heard.Now().links.contains(99));
+}
+
+TEST(DdsTransport, AnUnknownInterfaceIsSaidInOneLine) {
+  DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
+  options.interface = "nosuch0";
+  Recorder heard;
+  ::testing::internal::CaptureStderr();
+  const auto joined = JoinOverDds(options, heard);
+  const std::string printed = ::testing::internal::GetCapturedStderr();
+  ASSERT_FALSE(joined.has_value());
+  EXPECT_THAT(joined.error().what, HasSubstr("no network interface 'nosuch0'"));
+  EXPECT_THAT(joined.error().what, HasSubstr("lo"));
+  EXPECT_THAT(joined.error().what, Not(HasSubstr("\n")));
+  EXPECT_EQ(printed, "");
+}
+
+// RTPS: port 7400 + 250 domain + 10 + 2 index, for each index that a participant may have.
+TEST(DdsTransport, NoFreePortIsSaidInOneLine) {
+  DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
+  options.domain = 199;
+  std::vector<int> sockets;
+  for (int index = 0; index <= 60; ++index) {
+    sockets.push_back(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(7400 + 250 * 199 + 10 + 2 * index));
+    bind(sockets.back(), reinterpret_cast<sockaddr*>(&address), sizeof address);
+  }
+  Recorder heard;
+  ::testing::internal::CaptureStderr();
+  const auto joined = JoinOverDds(options, heard);
+  const std::string printed = ::testing::internal::GetCapturedStderr();
+  for (const int one : sockets) close(one);
+  ASSERT_FALSE(joined.has_value());
+  EXPECT_THAT(joined.error().what, HasSubstr("199"));
+  EXPECT_THAT(joined.error().what, HasSubstr("port"));
+  EXPECT_THAT(joined.error().what, Not(HasSubstr("\n")));
+  EXPECT_EQ(printed, "");
+}
+
+TEST(DdsTransport, AProcessIsInADomainOnceAtATime) {
+  const DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
+  Recorder heard;
+  {
+    const auto first = JoinOverDds(options, heard);
+    ASSERT_TRUE(first.has_value());
+    const auto second = JoinOverDds(options, heard);
+    ASSERT_FALSE(second.has_value());
+    EXPECT_THAT(second.error().what, HasSubstr("already"));
+  }
+  EXPECT_TRUE(JoinOverDds(options, heard).has_value());
+}
+
+// The variable would keep both from joining at all: Cyclone refuses elements that it does not know.
+TEST(DdsTransport, TheEnvironmentsConfigurationIsIgnoredAndSaidSo) {
+  setenv("CYCLONEDDS_URI", "<CycloneDDS><Domain Id=\"any\"><NoSuchThing/></Domain></CycloneDDS>",
+         1);
+  const std::string session = RandomSession();
+  ::testing::internal::CaptureStderr();
+  {
+    Recorder heard;
+    ChildPeer there(session, kThere);
+    const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+    EXPECT_NE(here, nullptr);
+    EXPECT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+      return h.states.contains(kThere);
+    }));
+  }
+  const std::string printed = ::testing::internal::GetCapturedStderr();
+  unsetenv("CYCLONEDDS_URI");
+  EXPECT_THAT(printed, HasSubstr("CYCLONEDDS_URI"));
+  // one line from the child, one from here
+  EXPECT_EQ(std::count(printed.begin(), printed.end(), '\n'), 2) << printed;
+}
+
+}  // namespace
+}  // namespace tandem::testing

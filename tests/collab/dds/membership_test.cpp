@@ -1,0 +1,114 @@
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "tests/collab/dds/child_peer.h"
+#include "tests/collab/dds/live_peer.h"
+
+namespace tandem::testing {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr PeerId kHere = 11;
+constexpr PeerId kThere = 22;
+constexpr PeerId kViewer = 33;
+
+bool IsHere(const Recorder::Heard& h) {
+  return h.infos.contains(kThere) && h.states.contains(kThere);
+}
+int Count(const std::map<PeerId, int>& of) {
+  const auto it = of.find(kThere);
+  return it == of.end() ? 0 : it->second;
+}
+bool IsLost(const Recorder::Heard& h) {
+  return Count(h.lost) > 0;
+}
+bool HasLeft(const Recorder::Heard& h) {
+  return Count(h.left) > 0;
+}
+
+/// One peer here, which says nothing, and another in a process of its own, which has been heard.
+class Membership : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto joined = JoinOverDds(LoopbackOptions(session_, kHere, Role::kActive), heard_);
+    ASSERT_TRUE(joined.has_value()) << joined.error().what;
+    here_ = *std::move(joined);
+    there_ = std::make_unique<ChildPeer>(session_, kThere);
+    ASSERT_TRUE(heard_.WaitFor(IsHere));
+  }
+
+  const std::string session_ = RandomSession();
+  Recorder heard_;
+  std::unique_ptr<Transport> here_;
+  std::unique_ptr<ChildPeer> there_;
+};
+
+TEST_F(Membership, AGoodbyeIsHeardWithin200Milliseconds) {
+  there_->Command("leave");
+  EXPECT_TRUE(heard_.WaitFor(HasLeft, milliseconds(200)));
+  // nor does its end, when its lease would have run out, make it lost as well
+  EXPECT_FALSE(heard_.WaitFor(IsLost, milliseconds(1500)));
+  EXPECT_EQ(Count(heard_.Now().left), 1);
+}
+
+TEST_F(Membership, WithoutAGoodbyeAPeerIsLost) {
+  there_->Command("drop");
+  EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(500)));
+  EXPECT_FALSE(HasLeft(heard_.Now()));
+}
+
+TEST_F(Membership, AKilledPeerIsLostWithinTwoSecondsAndComesBackWhenStartedAgain) {
+  there_->Signal(SIGKILL);
+  EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(2000)));
+  EXPECT_FALSE(HasLeft(heard_.Now()));
+  const auto states_before = heard_.Now().states.at(kThere).sample_ns;
+
+  there_ = std::make_unique<ChildPeer>(session_, kThere);
+  EXPECT_TRUE(heard_.WaitFor([&](const Recorder::Heard& h) {
+    return h.infos.contains(kThere) && h.states.at(kThere).sample_ns > states_before;
+  }));
+}
+
+// Shorter than the participant's lease (2 s): only its writers were given up, and its next beat
+// brings it back.
+TEST_F(Membership, AHaltedPeerIsLostAndComesBack) {
+  there_->Signal(SIGSTOP);
+  EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(2000)));
+  there_->Signal(SIGCONT);
+  EXPECT_TRUE(heard_.WaitFor(IsHere, milliseconds(2000)));
+  EXPECT_FALSE(HasLeft(heard_.Now()));
+}
+
+// Longer: the whole participant was given up and is discovered anew.
+TEST_F(Membership, ALongHaltedPeerIsDiscoveredAnew) {
+  there_->Signal(SIGSTOP);
+  EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(2000)));
+  EXPECT_FALSE(heard_.WaitFor(IsHere, milliseconds(2500)));
+  const auto before = heard_.Now().states.at(kThere).sample_ns;
+  there_->Signal(SIGCONT);
+  EXPECT_TRUE(heard_.WaitFor([&](const Recorder::Heard& h) {
+    return h.infos.contains(kThere) && h.states.at(kThere).sample_ns > before;
+  }));
+}
+
+// A viewer that looks on with us loses nobody, and nobody hears of its own end but as of any
+// peer's.
+TEST_F(Membership, AViewersGoodbyeIsHeardToo) {
+  ChildPeer viewer(session_, kViewer, {Role::kViewer, 0});
+  ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
+    return h.infos.contains(kViewer);
+  }));
+  EXPECT_EQ(heard_.Now().infos.at(kViewer).role, Role::kViewer);
+  viewer.Command("leave");
+  EXPECT_TRUE(heard_.WaitFor(
+      [](const Recorder::Heard& h) {
+        return h.left.contains(kViewer);
+      },
+      milliseconds(200)));
+  EXPECT_FALSE(IsLost(heard_.Now()));
+}
+
+}  // namespace
+}  // namespace tandem::testing
