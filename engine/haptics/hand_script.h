@@ -11,7 +11,7 @@ namespace tandem {
 /// How a hand gives way: a mass, a damper and a spring to where it means to be. Rotation alike.
 struct HandImpedance {
   double mass = 0.9;                // kg, of hand and device handle
-  double damping = 5.0;             // N s/m, to the ground
+  double damping = 5.0;             // N s/m, of the motion beside the intended one
   double stiffness = 300.0;         // N/m, to the intended place
   double inertia = 1e-3;            // kg m^2
   double rotation_damping = 0.02;   // N m s/rad

@@ -11,10 +11,11 @@
 namespace tandem {
 
 /// Hands values from one pushing thread to one popping thread: all of them, in order. Neither ever
-/// waits, and nothing is allocated after construction. For the newest value only, use TripleBuffer.
+/// waits, and nothing is allocated after construction, T's copying included: no T that owns memory.
+/// For the newest value only, use TripleBuffer.
 template <typename T>
 class SpscQueue {
-  static_assert(std::is_nothrow_copy_assignable_v<T> && std::is_default_constructible_v<T>);
+  static_assert(std::is_copy_assignable_v<T> && std::is_default_constructible_v<T>);
 
  public:
   /// Holds up to `capacity` values, at least one.

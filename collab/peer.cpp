@@ -1,0 +1,139 @@
+#include "collab/peer.h"
+
+#include <algorithm>
+
+#include "engine/base/check.h"
+
+namespace tandem {
+
+Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& options)
+    : world_(&world),
+      device_(&device),
+      inbox_(&inbox),
+      options_(options),
+      remote_(world.model()) {
+  const WorldModel& model = world.model();
+  inputs_.bodies.resize(model.bodies.size());
+  trace_.reserve(options.trace_frames);
+  if (options.held_object < 0) return;
+  const auto object = static_cast<std::size_t>(options.held_object);
+  TANDEM_CHECK(object < model.body_index.size() && model.body_index[object] >= 0);
+  held_ = model.body_index[object];
+  const BodyModel& body = model.bodies[static_cast<std::size_t>(held_)];
+  if (model.scene.bodies[object].shared) {
+    shared_.emplace(options.id, static_cast<ObjectId>(object), body.inertia, options.coupling);
+  }
+}
+
+const RigidState* Peer::held_state() const noexcept {
+  return held_ < 0 ? nullptr : &world_->state(static_cast<std::size_t>(held_));
+}
+
+void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
+  Receive(now_ns);
+  StartWhenReady(now_ns);
+
+  const Anchor goal = device_->Read();
+  remote_.Prepare(held_, inputs_);
+  if (held_ >= 0) {
+    const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
+    const RigidState& state = *held_state();
+    inputs_.hand = {.body = held_,
+                    .X_BD = options_.X_BD,
+                    .goal = goal,
+                    .gains = DefaultHandGains(body.inertia, state.X_WB)};
+    if (shared_) shared_->Prepare(now_ns, state, inputs_);
+  }
+  report_ = world_->Step(inputs_);
+
+  // the device gets exactly what the body received, about its own origin
+  Wrench on_device;
+  if (held_ >= 0) {
+    const Vec3 r = held_state()->X_WB.q * options_.X_BD.p;
+    on_device = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
+  }
+  device_->Render(on_device);
+
+  FillOutbox(now_ns, out);
+  Record(now_ns);
+}
+
+void Peer::Receive(std::int64_t now_ns) noexcept {
+  MembershipChange change;
+  while (inbox_->membership().TryPop(change)) OnMembership(change);
+  while (const auto* next = inbox_->states().Front()) {
+    if (next->due_ns > now_ns) break;
+    if (shared_) shared_->OnState(next->sample);
+    remote_.OnState(next->sample);
+    inbox_->states().Drop();
+  }
+  while (const auto* next = inbox_->links().Front()) {
+    if (next->due_ns > now_ns) break;
+    if (shared_) shared_->OnLinks(next->sample);
+    inbox_->links().Drop();
+  }
+}
+
+void Peer::OnMembership(const MembershipChange& change) noexcept {
+  remote_.OnMembership(change);
+  if (!shared_) return;
+  const auto* end = change.held.begin() + change.held_count;
+  const auto object = static_cast<ObjectId>(options_.held_object);
+  if (change.present && std::find(change.held.begin(), end, object) != end) {
+    shared_->Join(change.peer);
+  } else {
+    shared_->Part(change.peer);
+  }
+}
+
+void Peer::StartWhenReady(std::int64_t now_ns) noexcept {
+  if (started_ns_) return;
+  // partners on the shared body must have heard us too; of others a first pose is enough
+  const std::size_t ready = shared_ ? shared_->coupled() : remote_.heard();
+  if (ready < options_.wait_for) return;
+  started_ns_ = now_ns;
+  device_->Start();
+}
+
+void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
+  out.holds = held_ >= 0;
+  if (!out.holds) return;
+  ++seq_;
+  const RigidState& state = *held_state();
+  out.state = {.peer = options_.id,
+               .object = static_cast<ObjectId>(options_.held_object),
+               .epoch = 1,
+               .seq = seq_,
+               .flags = report_.flags,
+               .sample_ns = now_ns,
+               .X_WB = state.X_WB,
+               .V_WB = state.V_WB,
+               .contact_B_W = report_.contact_B_W};
+  out.shared = shared_.has_value();
+  if (shared_) shared_->Describe(now_ns, seq_, report_, out.links);
+
+  const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
+  out.view.peer = options_.id;
+  out.view.seq = seq_;
+  out.view.sample_ns = now_ns;
+  out.view.delay_ms = static_cast<float>(1e3 * (shared_ ? shared_->delay_s(now_ns) : 0.0));
+  out.view.count = 1;
+  out.view.bodies[0] = {.object = out.state.object,
+                        .flags = ViewBody::kHeld |
+                                 (report_.contact_points > 0 ? ViewBody::kInContact : 0U),
+                        .X_W = state.X_WB * body.X_WB0.Inverse(),
+                        .hand_force_W = report_.hand_B_W.f};
+}
+
+void Peer::Record(std::int64_t now_ns) noexcept {
+  if (held_ < 0 || !started_ns_ || trace_.size() == trace_.capacity()) return;
+  const RigidState& state = *held_state();
+  trace_.push_back({.time_ns = now_ns,
+                    .X_WB = state.X_WB,
+                    .V_WB = state.V_WB,
+                    .hand_force = static_cast<float>(report_.hand_B_W.f.norm()),
+                    .contact_points = report_.contact_points,
+                    .loaded = report_.loaded_points > 0});
+}
+
+}  // namespace tandem

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "collab/outbox.h"
+#include "collab/peer_inbox.h"
+#include "collab/remote_bodies.h"
+#include "collab/shared_body.h"
+#include "engine/haptics/device.h"
+#include "engine/world/world.h"
+
+namespace tandem {
+
+struct PeerOptions {
+  PeerId id = 0;
+  int held_object = -1;           // number in the scene of the body in hand; -1: none
+  Pose X_BD;                      // where the hand grasps it
+  std::size_t wait_for = 0;       // other users whose loop must be closed before the hand starts
+  SharedBody::Options coupling;
+  std::size_t trace_frames = 0;   // recorded at the most; 0 records nothing
+};
+
+/// What a frame leaves for the report: the held body's motion, and what was felt.
+struct TraceSample {
+  std::int64_t time_ns = 0;
+  Pose X_WB;
+  Twist V_WB;
+  float hand_force = 0;   // N, of the hand's coupling
+  int contact_points = 0;
+  bool loaded = false;    // contact pushes
+};
+
+/// The haptic half of a peer: device, simulation and the couplings to the others, as one state machine that is
+/// fed with the time and with messages, and reads no clock. The same code runs over DDS at 1 kHz and on the
+/// simulated network in virtual time. Used by the haptic thread alone; Tick() does not allocate, lock or throw.
+class Peer {
+ public:
+  Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& options);
+
+  /// One frame at `now_ns`: takes what is due, reads the device, steps the world, renders, fills `out`.
+  void Tick(std::int64_t now_ns, Outbox& out) noexcept TANDEM_RUNS_ON(kHapticThread);
+
+  /// Whether the hand has begun, and when (ns).
+  std::optional<std::int64_t> started_ns() const noexcept { return started_ns_; }
+  const std::vector<TraceSample>& trace() const noexcept { return trace_; }
+  /// Half the loop age, mean since the loop closed, s.
+  double mean_delay_s() const noexcept { return shared_ ? shared_->mean_delay_s() : 0.0; }
+  /// The present pose of the held body, for those in the same thread.
+  const RigidState* held_state() const noexcept;
+  const StepReport& report() const noexcept { return report_; }
+
+ private:
+  void Receive(std::int64_t now_ns) noexcept;
+  void OnMembership(const MembershipChange& change) noexcept;
+  void StartWhenReady(std::int64_t now_ns) noexcept;
+  void FillOutbox(std::int64_t now_ns, Outbox& out) noexcept;
+  void Record(std::int64_t now_ns) noexcept;
+
+  World* world_;
+  Device* device_;
+  PeerInbox* inbox_;
+  PeerOptions options_;
+  int held_ = -1;  // into the world's moving bodies
+  std::optional<SharedBody> shared_;
+  RemoteBodies remote_;
+  StepInputs inputs_;
+  StepReport report_;
+  std::uint32_t seq_ = 0;
+  std::optional<std::int64_t> started_ns_;
+  std::vector<TraceSample> trace_;
+};
+
+}  // namespace tandem

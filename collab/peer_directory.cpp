@@ -1,0 +1,89 @@
+#include "collab/peer_directory.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace tandem {
+
+namespace {
+
+std::string WhyRefused(const PeerInfo& info, std::uint64_t scene_hash) {
+  char text[160];
+  if (info.protocol != kProtocol) {
+    std::snprintf(text, sizeof text, "it speaks protocol %u and we %u: bring both to one version",
+                  info.protocol, kProtocol);
+    return text;
+  }
+  if (info.role == Role::kActive && info.scene_hash != scene_hash) {
+    std::snprintf(text, sizeof text,
+                  "its scene is %016llx and ours %016llx: open the same scene with the same files",
+                  static_cast<unsigned long long>(info.scene_hash),
+                  static_cast<unsigned long long>(scene_hash));
+    return text;
+  }
+  return {};
+}
+
+}  // namespace
+
+PeerDirectory::PeerDirectory(PeerId self, std::uint64_t scene_hash)
+    : self_(self), scene_hash_(scene_hash) {}
+
+void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
+  if (info.peer == self_ || info.peer == 0) return;
+  const std::lock_guard lock(mutex_);
+  const auto [it, added] = entries_.try_emplace(info.peer);
+  Entry& entry = it->second;
+  const bool returned = !added && entry.presence != Presence::kHere;
+  const bool held_changed = entry.info.held != info.held;
+  entry.info = info;
+  entry.presence = Presence::kHere;
+  entry.refused = WhyRefused(info, scene_hash_);
+  const std::string role = info.role == Role::kViewer ? " (viewer)" : "";
+  if (added && !entry.refused.empty()) {
+    news_.push_back(info.name + role + " is not taken in: " + entry.refused);
+  } else if (added) {
+    news_.push_back(info.name + role + " joined");
+  } else if (returned) {
+    news_.push_back(info.name + role + " is back");
+  }
+  if (added || returned || held_changed) Tell(entry, true);
+}
+
+void PeerDirectory::OnGone(PeerId peer, Presence presence) {
+  const std::lock_guard lock(mutex_);
+  const auto it = entries_.find(peer);
+  if (it == entries_.end() || it->second.presence == presence) return;
+  const bool was_here = it->second.presence == Presence::kHere;
+  it->second.presence = presence;
+  news_.push_back(it->second.info.name + (presence == Presence::kLeft ? " left" : " is lost"));
+  if (was_here) Tell(it->second, false);
+}
+
+void PeerDirectory::Tell(const Entry& entry, bool present) {
+  if (entry.info.role != Role::kActive || !entry.refused.empty()) return;
+  MembershipChange change;
+  change.peer = entry.info.peer;
+  change.present = present;
+  change.held_count = static_cast<std::uint32_t>(
+      std::min(entry.info.held.size(), MembershipChange::kMaxHeld));
+  std::copy_n(entry.info.held.begin(), change.held_count, change.held.begin());
+  if (!changes_.TryPush(change)) {
+    news_.push_back(entry.info.name + ": the membership queue is full; its change is not felt");
+  }
+}
+
+std::vector<PeerDirectory::Entry> PeerDirectory::Entries() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Entry> entries;
+  for (const auto& [id, entry] : entries_) entries.push_back(entry);
+  return entries;
+}
+
+std::vector<std::string> PeerDirectory::TakeNews() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(news_, {});
+}
+
+}  // namespace tandem

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "collab/peer.h"
+#include "collab/peer_directory.h"
+#include "collab/peer_inbox.h"
+#include "collab/transport.h"
+#include "engine/realtime/triple_buffer.h"
+
+namespace tandem {
+
+struct NodeOptions {
+  PeerOptions peer;
+  std::string name;
+  LinkConditions conditions;   // of what it hears
+  double publish_hz = 1000;    // of states and links
+};
+
+/// An active peer, whole but for its threads: each of the three frames below belongs to a thread of its own in the
+/// product (haptic, sender, control); the simulated session calls them one after the other.
+class PeerNode {
+ public:
+  PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Device> device,
+           std::uint64_t scene_hash, const NodeOptions& options);
+
+  Inbox& inbox() noexcept { return inbox_; }
+  Peer& peer() noexcept { return peer_; }
+  World& world() noexcept { return world_; }
+  PeerDirectory& directory() noexcept { return directory_; }
+
+  /// One haptic frame.
+  void HapticFrame(std::int64_t now_ns) noexcept TANDEM_RUNS_ON(kHapticThread);
+  /// Publishes the newest frame where its time has come; called at least at publish_hz.
+  void SendFrame(std::int64_t now_ns, Transport& transport) TANDEM_RUNS_ON(kSenderThread);
+  /// Says again who we are and what the session is about; called a few times a second.
+  void ControlFrame(Transport& transport) TANDEM_RUNS_ON(kControlThread);
+
+ private:
+  std::shared_ptr<const WorldModel> model_;
+  NodeOptions options_;
+  World world_;
+  std::unique_ptr<Device> device_;
+  PeerDirectory directory_;
+  PeerInbox inbox_;
+  Peer peer_;
+  TripleBuffer<Outbox> outbox_;
+
+  // the sender's
+  std::uint32_t sent_seq_ = 0;
+  std::int64_t next_state_ns_ = 0;
+  std::int64_t next_view_ns_ = 0;
+
+  // the control thread's
+  PeerInfo info_;
+  SceneManifest manifest_;
+  bool offered_ = false;
+};
+
+}  // namespace tandem

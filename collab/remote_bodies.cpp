@@ -1,0 +1,75 @@
+#include "collab/remote_bodies.h"
+
+#include <algorithm>
+
+#include "collab/newer.h"
+
+namespace tandem {
+
+RemoteBodies::RemoteBodies(const WorldModel& model) {
+  for (const std::uint32_t object : model.object) bodies_.push_back({.object = object, .instances = {}});
+}
+
+RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
+  const auto it = std::find_if(body.instances.begin(), body.instances.end(),
+                               [peer](const Instance& i) { return i.peer == peer; });
+  return it == body.instances.end() ? nullptr : &*it;
+}
+
+void RemoteBodies::OnMembership(const MembershipChange& change) noexcept {
+  for (Body& body : bodies_) {
+    const auto* held_end = change.held.begin() + change.held_count;
+    const bool holds =
+        change.present && std::find(change.held.begin(), held_end, body.object) != held_end;
+    Instance* instance = Find(body, change.peer);
+    if (instance == nullptr && holds) instance = Find(body, 0);
+    if (instance == nullptr) continue;
+    *instance = Instance{};
+    if (holds) {
+      instance->peer = change.peer;
+      instance->holds = true;
+    }
+  }
+}
+
+void RemoteBodies::OnState(const ObjectState& state) noexcept {
+  for (Body& body : bodies_) {
+    if (body.object != state.object) continue;
+    Instance* instance = Find(body, state.peer);
+    if (instance == nullptr || !instance->holds) return;
+    if (!instance->heard || IsNewer(state, instance->state)) {
+      instance->state = state;
+      instance->heard = true;
+    }
+    return;
+  }
+}
+
+std::size_t RemoteBodies::heard() const noexcept {
+  std::size_t count = 0;
+  for (const Body& body : bodies_) {
+    for (const Instance& instance : body.instances) count += instance.heard ? 1 : 0;
+  }
+  return count;
+}
+
+void RemoteBodies::Prepare(int held, StepInputs& inputs) const noexcept {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    StepInputs::BodyInput& input = inputs.bodies[b];
+    if (static_cast<int>(b) == held) {
+      input.drive = BodyDrive::kSimulated;
+      continue;
+    }
+    // where several hold it, the one of the lowest number is followed
+    const Instance* followed = nullptr;
+    for (const Instance& instance : bodies_[b].instances) {
+      if (instance.heard && (followed == nullptr || instance.peer < followed->peer)) {
+        followed = &instance;
+      }
+    }
+    input.drive = followed != nullptr ? BodyDrive::kMirrored : BodyDrive::kParked;
+    if (followed != nullptr) input.mirror_WB = followed->state.X_WB;
+  }
+}
+
+}  // namespace tandem

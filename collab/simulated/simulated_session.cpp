@@ -1,0 +1,49 @@
+#include "collab/simulated/simulated_session.h"
+
+#include <utility>
+
+namespace tandem {
+
+namespace {
+constexpr std::int64_t kFrameNs = 1'000'000;
+constexpr std::int64_t kBeatFrames = 250;  // of ControlFrame
+}  // namespace
+
+std::size_t SimulatedSession::Add(std::unique_ptr<PeerNode> node, PeerId id) {
+  network_.SetNow(now_ns_);
+  Member member;
+  member.transport = network_.Join(id, Role::kActive, node->inbox());
+  member.node = std::move(node);
+  member.node->ControlFrame(*member.transport);
+  members_.push_back(std::move(member));
+  return members_.size() - 1;
+}
+
+void SimulatedSession::Step() {
+  network_.SetNow(now_ns_);
+  for (Member& member : members_) {
+    if (!member.transport) continue;
+    member.node->HapticFrame(now_ns_);
+  }
+  // a frame's states are on their way before the next frame begins
+  for (Member& member : members_) {
+    if (!member.transport) continue;
+    member.node->SendFrame(now_ns_, *member.transport);
+    if (frame_ % kBeatFrames == 0) member.node->ControlFrame(*member.transport);
+  }
+  ++frame_;
+  now_ns_ += kFrameNs;
+}
+
+void SimulatedSession::Leave(std::size_t peer) {
+  network_.SetNow(now_ns_);
+  members_[peer].transport->Leave();
+  members_[peer].transport.reset();
+}
+
+void SimulatedSession::Kill(std::size_t peer) {
+  network_.SetNow(now_ns_);
+  members_[peer].transport.reset();
+}
+
+}  // namespace tandem

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "engine/base/spatial.h"
+
+namespace tandem {
+
+/// What acts on a body in a frame, and how that changes as the body moves: the pieces of a linearly implicit
+/// step. In W about the body's centre of mass, moments first. stiffness = -dF/dx and damping = -dF/dv are
+/// symmetric and never negative.
+struct Load {
+  Vec6 force = Vec6::Zero();
+  Mat6 stiffness = Mat6::Zero();
+  Mat6 damping = Mat6::Zero();
+
+  Load& operator+=(const Load& other) {
+    force += other.force;
+    stiffness += other.stiffness;
+    damping += other.damping;
+    return *this;
+  }
+};
+
+inline Vec6 Stacked(const Twist& V) {
+  Vec6 stacked;
+  stacked << V.w, V.v;
+  return stacked;
+}
+
+inline Wrench AsWrench(const Vec6& force) {
+  return {force.head<3>(), force.tail<3>()};
+}
+
+}  // namespace tandem

@@ -1,0 +1,50 @@
+#include "engine/dynamics/virtual_coupling.h"
+
+namespace tandem {
+
+Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose& X_BA,
+                  const Anchor& anchor) noexcept {
+  const Vec3 r = body.X_WB.q * X_BA.p;  // from the centre of mass to A
+  const Quat q_WA = body.X_WB.q * X_BA.q;
+  const Vec3 apart = anchor.X_WA.p - (body.X_WB.p + r);
+  const Vec3 turned_apart = RotationVector(anchor.X_WA.q * q_WA.conjugate());
+  const Vec3 v_A = body.V_WB.v + body.V_WB.w.cross(r);
+  const Vec3 force = gains.stiffness * apart + gains.damping * (anchor.V_WA.v - v_A);
+  Load load;
+  load.force << r.cross(force) + gains.rotation_stiffness * turned_apart +
+                    gains.rotation_damping * (anchor.V_WA.w - body.V_WB.w),
+      force;
+  // velocity of A = J (w, v)
+  Eigen::Matrix<double, 3, 6> J;
+  J << -CrossMatrix(r), Mat3::Identity();
+  load.stiffness = gains.stiffness * J.transpose() * J;
+  load.damping = gains.damping * J.transpose() * J;
+  load.stiffness.topLeftCorner<3, 3>() += gains.rotation_stiffness;
+  load.damping.topLeftCorner<3, 3>() += gains.rotation_damping;
+  return load;
+}
+
+Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidState& body) noexcept {
+  Load load;
+  load.damping.topLeftCorner<3, 3>() = rotation_damping;
+  load.damping.bottomRightCorner<3, 3>() = damping * Mat3::Identity();
+  load.force = -load.damping * Stacked(body.V_WB);
+  return load;
+}
+
+Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, double h) noexcept {
+  const Vec6 v_new = Stacked(after);
+  return AsWrench(load.force - h * load.stiffness * v_new -
+                  load.damping * (v_new - Stacked(before)));
+}
+
+CouplingGains DefaultHandGains(const Inertia& inertia, const Pose& X_WB) noexcept {
+  constexpr double kStiffness = 800.0;  // N/m
+  constexpr double kDamping = 8.0;      // N s/m
+  const Mat3 R = X_WB.q.toRotationMatrix();
+  // the same frequency about every axis as in translation
+  const Mat3 per_mass = R * inertia.I_B * R.transpose() / inertia.mass;
+  return {kStiffness, kDamping, kStiffness * per_mass, kDamping * per_mass};
+}
+
+}  // namespace tandem

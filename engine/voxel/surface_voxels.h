@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "engine/geometry/triangle_mesh.h"
+#include "engine/voxel/triangle_overlap.h"
+#include "engine/voxel/voxel.h"
+
+namespace tandem {
+
+struct GridIndexHash {
+  std::size_t operator()(const GridIndex& i) const noexcept { return MortonCode(i) * 0x9e3779b97f4a7c15ULL; }
+};
+
+/// The voxels a mesh's surface passes through, chunk by chunk, and the triangles that pass through each chunk.
+/// Chunks stand in Morton order; the same for any number of threads.
+struct SurfaceVoxels {
+  using Bits = std::array<std::uint64_t, 8>;  // order of CellInBlock
+
+  struct Chunk {
+    GridIndex place;                       // in chunks, from W's origin
+    Bits bits{};
+    std::uint32_t first_triangle = 0;      // into `triangles`
+    std::uint32_t triangle_count = 0;
+  };
+
+  double voxel_size = 0;
+  std::vector<Chunk> chunks;
+  std::vector<std::uint32_t> triangles;    // grouped by chunk, rising within it
+  std::unordered_map<GridIndex, std::uint32_t, GridIndexHash> chunk_at;
+
+  std::span<const std::uint32_t> TrianglesOf(const Chunk& chunk) const {
+    return std::span(triangles).subspan(chunk.first_triangle, chunk.triangle_count);
+  }
+  /// The bits of the chunk there, or null.
+  const Bits* BitsAt(const GridIndex& chunk) const {
+    const auto found = chunk_at.find(chunk);
+    return found == chunk_at.end() ? nullptr : &chunks[found->second].bits;
+  }
+};
+
+std::vector<SnappedTriangle> SnapTriangles(const TriangleMesh& mesh_W, double voxel_size);
+
+/// Finds them, exactly for the snapped mesh, in parallel.
+SurfaceVoxels FindSurfaceVoxels(const std::vector<SnappedTriangle>& triangles, double voxel_size);
+
+}  // namespace tandem

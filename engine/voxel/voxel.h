@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/base/spatial.h"
+
+namespace tandem {
+
+/// What a field says of a voxel, in 4 bits (paper §3): 1 interior, 2 surface, 2 + d free space at
+/// chess-board distance d >= 1 from the nearest surface voxel. Stored 0 means never written: beyond the
+/// range D, it reads as D + 3.
+using Mark = std::uint8_t;
+inline constexpr Mark kInteriorMark = 1;
+inline constexpr Mark kSurfaceMark = 2;
+
+/// Chess-board range of the distance field: one chunk, so that a body in a neighbouring chunk is announced.
+inline constexpr int kDefaultRange = 8;
+inline constexpr int kMaxRange = 13;  // marks 3..15 in 4 bits
+
+/// The tree's three levels: voxel, chunk of 8 x 8 x 8, hyperchunk of 8 x 8 x 8 chunks (paper §2.1).
+inline constexpr int kChunkSide = 8;
+inline constexpr int kHyperchunkSide = 64;
+inline constexpr std::size_t kVoxelsPerChunk = 512;
+inline constexpr std::size_t kChunksPerHyperchunk = 512;
+
+/// A place in a grid of voxels, chunks or hyperchunks. Voxel i covers [i, i+1) voxel sizes from W's origin.
+struct GridIndex {
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  std::int32_t z = 0;
+
+  bool operator==(const GridIndex&) const = default;
+  GridIndex operator+(const GridIndex& o) const { return {x + o.x, y + o.y, z + o.z}; }
+  GridIndex operator-(const GridIndex& o) const { return {x - o.x, y - o.y, z - o.z}; }
+  GridIndex operator*(std::int32_t k) const { return {x * k, y * k, z * k}; }
+  /// Of the chunk, hyperchunk, … that this lies in: division that rounds down.
+  GridIndex operator>>(int bits) const { return {x >> bits, y >> bits, z >> bits}; }
+};
+
+/// Place within a cube of 8 x 8 x 8, x fastest.
+inline std::size_t CellInBlock(const GridIndex& i) {
+  return static_cast<std::size_t>((i.x & 7) | (i.y & 7) << 3 | (i.z & 7) << 6);
+}
+inline GridIndex BlockCell(std::size_t cell) {
+  const auto c = static_cast<std::int32_t>(cell);
+  return {c & 7, c >> 3 & 7, c >> 6};
+}
+
+/// Interleaves the bits of an index (offset so that it may be negative): nearby cells get nearby codes.
+inline std::uint64_t MortonCode(const GridIndex& index) {
+  const auto spread = [](std::int32_t value) {
+    std::uint64_t v = static_cast<std::uint64_t>(value + (1 << 20)) & 0x1fffffU;
+    v = (v | v << 32U) & 0x1f00000000ffffULL;
+    v = (v | v << 16U) & 0x1f0000ff0000ffULL;
+    v = (v | v << 8U) & 0x100f00f00f00f00fULL;
+    v = (v | v << 4U) & 0x10c30c30c30c30c3ULL;
+    return (v | v << 2U) & 0x1249249249249249ULL;
+  };
+  return spread(index.x) | spread(index.y) << 1U | spread(index.z) << 2U;
+}
+
+}  // namespace tandem

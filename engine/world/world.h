@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/base/thread_roles.h"
+#include "engine/world/step_inputs.h"
+#include "engine/world/world_model.h"
+
+namespace tandem {
+
+inline constexpr double kFrame = 1e-3;  // s
+
+/// The simulation of one peer, frame by frame (paper §2.1, §5, §6). Used by one thread, the haptic one; nothing in
+/// Step() allocates, locks, throws or reads a clock, and the same inputs give the same bits.
+class World {
+ public:
+  explicit World(std::shared_ptr<const WorldModel> model);
+
+  const WorldModel& model() const noexcept { return *model_; }
+  const RigidState& state(std::size_t body) const noexcept { return bodies_[body].state; }
+  /// Puts a body somewhere, at rest: before the first frame, or for tests.
+  void Place(std::size_t body, const Pose& X_WB);
+  /// Bodies pass through one another: for comparison only.
+  void SwitchContactOff() noexcept { contact_on_ = false; }
+
+  /// One frame of kFrame seconds.
+  const StepReport& Step(const StepInputs& in) noexcept TANDEM_RUNS_ON(kHapticThread);
+
+ private:
+  struct Body {
+    RigidState state;
+    Load load;
+    double max_travel = 0;  // m, in this frame
+  };
+  struct Pair {
+    ContactPair contact;
+    int shell;  // body of the pointshell
+    int map;    // body of the voxmap; -1: the fixture
+  };
+
+  void ShareTravel(const StepInputs& in) noexcept;
+  void Collide(const StepInputs& in) noexcept;
+  void Couple(const StepInputs& in) noexcept;
+  void Move(const StepInputs& in) noexcept;
+
+  std::shared_ptr<const WorldModel> model_;
+  std::vector<Body> bodies_;
+  std::vector<Pair> pairs_;
+  Load hand_load_;
+  std::array<Load, kMaxLinkAnchors> link_loads_;
+  bool contact_on_ = true;
+  StepReport report_;
+};
+
+}  // namespace tandem
