@@ -3,8 +3,8 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <type_traits>
+#include <vector>
 
 #include "engine/base/check.h"
 
@@ -16,6 +16,7 @@ namespace tandem {
 template <typename T>
 class SpscQueue {
   static_assert(std::is_copy_assignable_v<T> && std::is_default_constructible_v<T>);
+  static_assert(!std::is_same_v<T, bool>);  // a vector of bits is shared between threads
 
  public:
   /// Holds up to `capacity` values, at least one.
@@ -24,7 +25,7 @@ class SpscQueue {
     std::size_t size = 1;
     while (size < capacity) size *= 2;
     mask_ = size - 1;
-    ring_ = std::make_unique<T[]>(size);
+    ring_.resize(size);
   }
 
   std::size_t capacity() const noexcept { return capacity_; }
@@ -69,7 +70,7 @@ class SpscQueue {
  private:
   std::size_t capacity_;
   std::size_t mask_ = 0;
-  std::unique_ptr<T[]> ring_;
+  std::vector<T> ring_;
 
   // Each thread's counter and its last sight of the other's, on a cache line of its own.
   alignas(64) std::atomic<std::uint64_t> pushed_{0};

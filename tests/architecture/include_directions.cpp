@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 #include <sstream>
+#include <utility>
 
 namespace tandem::testing {
 namespace {
@@ -82,7 +83,8 @@ const std::vector<Reserved>& ReservedWords() {
 
 class Reader {
  public:
-  Reader(const std::string& path, std::string folder) : path_(path), folder_(std::move(folder)) {}
+  Reader(std::string path, std::string folder)
+      : path_(std::move(path)), folder_(std::move(folder)) {}
 
   void ReadSource(const std::string& line, int number) {
     static const std::regex include(R"re(^\s*#\s*include\s*(<|")([^>"]+))re");
@@ -104,7 +106,7 @@ class Reader {
     for (std::sregex_iterator it(code.begin(), code.end(), target), end; it != end; ++it) {
       const std::string name = (*it)[1];
       for (const std::string& folder : {"engine/" + name, "collab/" + name, "app/" + name, name}) {
-        if (Arrows().count(folder) != 0 && !MaySee(folder)) Report(number, "links to " + folder);
+        if (Arrows().contains(folder) && !MaySee(folder)) Report(number, "links to " + folder);
       }
     }
   }
@@ -113,7 +115,7 @@ class Reader {
 
  private:
   bool MaySee(const std::string& other) const {
-    return other == folder_ || Arrows().at(folder_).count(other) != 0;
+    return other == folder_ || Arrows().at(folder_).contains(other);
   }
 
   void CheckInclude(const std::string& quote, const std::string& header, int number) {

@@ -1,6 +1,7 @@
 #include "engine/realtime/histogram.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +16,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kQuantiles[] = {0.0, 0.001, 0.1, 0.5, 0.9, 0.99, 0.999, 1.0};
+constexpr std::array kQuantiles = {0.0, 0.001, 0.1, 0.5, 0.9, 0.99, 0.999, 1.0};
 
 // The least value that at least a share q of all does not exceed.
 std::int64_t ExactQuantile(const std::vector<std::int64_t>& sorted, double q) {
@@ -28,6 +29,7 @@ TEST(Histogram, QuantilesAreWithinTwoPercentOfASort) {
   std::lognormal_distribution<double> microseconds(std::log(40e3), 2.0);
   std::uniform_int_distribution<std::int64_t> anything(0, std::numeric_limits<std::int64_t>::max());
   std::vector<std::int64_t> values;
+  values.reserve(101'000);
   for (int i = 0; i < 100'000; ++i) values.push_back(std::llround(microseconds(random)));
   for (int i = 0; i < 1000; ++i) values.push_back(anything(random) >> (i % 63));
 

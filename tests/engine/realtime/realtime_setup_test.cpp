@@ -4,7 +4,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <memory>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -74,9 +73,9 @@ bool Expect(bool holds, const char* claim) {
   as_expected &= Expect(status.warning.find("limits.d") != std::string::npos, "a way to mend it");
   // What a limited mlockall would break: memory beyond the limit.
   constexpr std::size_t kSize = std::size_t{64} << 20;
-  const std::unique_ptr<char[]> block(new (std::nothrow) char[kSize]);
+  void* block = std::malloc(kSize);
   as_expected &= Expect(block != nullptr, "64 MiB can still be had");
-  if (block) std::memset(block.get(), 1, kSize);
+  if (block != nullptr) std::memset(block, 1, kSize);
   std::_Exit(as_expected ? 0 : 1);
 }
 

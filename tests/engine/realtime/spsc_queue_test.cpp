@@ -1,5 +1,7 @@
 #include "engine/realtime/spsc_queue.h"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <thread>
 
@@ -12,7 +14,7 @@ namespace {
 
 struct Sample {
   std::uint64_t number = 0;
-  std::uint64_t copies[7] = {};  // of the number: all equal unless torn
+  std::array<std::uint64_t, 7> copies{};  // of the number: all equal unless torn
 };
 
 Sample MakeSample(std::uint64_t number) {

@@ -1,5 +1,6 @@
 #include "engine/realtime/triple_buffer.h"
 
+#include <array>
 #include <cstdint>
 #include <thread>
 
@@ -9,7 +10,7 @@ namespace tandem {
 namespace {
 
 struct Snapshot {
-  std::uint64_t copies[8] = {};  // all equal unless torn
+  std::array<std::uint64_t, 8> copies{};  // all equal unless torn
 };
 
 TEST(TripleBuffer, ReadsTheNewestAndThenTheSameAgain) {
