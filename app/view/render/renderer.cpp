@@ -1,0 +1,220 @@
+#include "app/view/render/renderer.h"
+
+#include <QOpenGLContext>
+#include <QOpenGLVersionFunctionsFactory>
+#include <algorithm>
+#include <cstddef>
+
+#include "app/view/render/surface_shader.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr Colour kBackgroundBelow{0.86F, 0.88F, 0.90F};
+constexpr Colour kBackgroundAbove{0.97F, 0.975F, 0.98F};
+constexpr float kEdgeShade = 0.30F;  // of the body's colour
+constexpr float kEdgeOpacity = 0.75F;
+
+Mat4 MatrixOf(const Pose& X) {
+  Mat4 m = Mat4::Identity();
+  m.topLeftCorner<3, 3>() = X.q.toRotationMatrix();
+  m.topRightCorner<3, 1>() = X.p;
+  return m;
+}
+
+}  // namespace
+
+Renderer::~Renderer() {
+  if (gl_ == nullptr) return;
+  Free();
+  gl_->glDeleteVertexArrays(1, &empty_array_);
+}
+
+std::optional<Error> Renderer::Initialize() {
+  QOpenGLContext* context = QOpenGLContext::currentContext();
+  if (context == nullptr) return Error{"There is no current OpenGL context."};
+  gl_ = QOpenGLVersionFunctionsFactory::get<QOpenGLFunctions_3_3_Core>(context);
+  if (gl_ == nullptr) return Error{"The OpenGL context has no 3.3 core functions."};
+  shader_ = std::make_unique<QOpenGLShaderProgram>();
+  if (!shader_->addShaderFromSourceCode(QOpenGLShader::Vertex, kVertexShader) ||
+      !shader_->addShaderFromSourceCode(QOpenGLShader::Fragment, kFragmentShader) ||
+      !shader_->link()) {
+    return Error{"The OpenGL driver did not take the shader: " + shader_->log().toStdString()};
+  }
+  at_ = {shader_->uniformLocation("mode"),
+         shader_->uniformLocation("colour"),
+         shader_->uniformLocation("colour_above"),
+         shader_->uniformLocation("up_C"),
+         shader_->uniformLocation("camera_from_model"),
+         shader_->uniformLocation("projection")};
+  gl_->glGenVertexArrays(1, &empty_array_);
+  return std::nullopt;
+}
+
+void Renderer::Free() {
+  for (const BodyBuffers& body : bodies_) {
+    gl_->glDeleteVertexArrays(1, &body.vertex_array);
+    gl_->glDeleteVertexArrays(1, &body.edges_array);
+    gl_->glDeleteBuffers(1, &body.vertices);
+    gl_->glDeleteBuffers(1, &body.triangles);
+    gl_->glDeleteBuffers(1, &body.edges);
+  }
+  bodies_.clear();
+}
+
+GLuint Renderer::VertexArrayOver(GLuint vertices, GLuint indices) {
+  GLuint array = 0;
+  gl_->glGenVertexArrays(1, &array);
+  gl_->glBindVertexArray(array);
+  gl_->glBindBuffer(GL_ARRAY_BUFFER, vertices);
+  gl_->glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices);
+  constexpr GLsizei kStride = sizeof(ShadedMesh::Vertex);
+  gl_->glEnableVertexAttribArray(0);
+  gl_->glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, nullptr);
+  gl_->glEnableVertexAttribArray(1);
+  gl_->glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, kStride,
+                             reinterpret_cast<const void*>(offsetof(ShadedMesh::Vertex, n)));
+  gl_->glBindVertexArray(0);
+  return array;
+}
+
+void Renderer::Upload(const std::vector<DrawnBody>& bodies) {
+  Free();
+  const auto fill = [&](GLenum target, const auto& values) {
+    GLuint buffer = 0;
+    gl_->glGenBuffers(1, &buffer);
+    gl_->glBindBuffer(target, buffer);
+    gl_->glBufferData(target, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])),
+                      values.data(), GL_STATIC_DRAW);
+    return buffer;
+  };
+  gl_->glBindVertexArray(empty_array_);  // index buffers are bound to an array, if only to this one
+  for (const DrawnBody& body : bodies) {
+    BodyBuffers buffers;
+    gl_->glBindVertexArray(empty_array_);
+    buffers.vertices = fill(GL_ARRAY_BUFFER, body.mesh.vertices);
+    buffers.triangles = fill(GL_ELEMENT_ARRAY_BUFFER, body.mesh.triangles);
+    buffers.edges = fill(GL_ELEMENT_ARRAY_BUFFER, body.mesh.edges);
+    buffers.vertex_array = VertexArrayOver(buffers.vertices, buffers.triangles);
+    buffers.edges_array = VertexArrayOver(buffers.vertices, buffers.edges);
+    buffers.triangle_indices = static_cast<GLsizei>(body.mesh.triangles.size());
+    buffers.edge_indices = static_cast<GLsizei>(body.mesh.edges.size());
+    if (!body.bounds_W.empty()) buffers.centre_W = body.bounds_W.centre();
+    bodies_.push_back(buffers);
+  }
+  gl_->glBindVertexArray(0);
+  gl_->glBindBuffer(GL_ARRAY_BUFFER, 0);
+}
+
+void Renderer::SetMode(int mode) {
+  gl_->glUniform1i(at_.mode, mode);
+}
+
+void Renderer::SetColour(const Colour& colour, float alpha) {
+  gl_->glUniform4f(at_.colour, colour[0], colour[1], colour[2], alpha);
+}
+
+void Renderer::SetPose(const Mat4& X_CW, const Pose& X_W) {
+  const Eigen::Matrix4f m = (X_CW * MatrixOf(X_W)).cast<float>();
+  gl_->glUniformMatrix4fv(at_.camera_from_model, 1, GL_FALSE, m.data());
+}
+
+void Renderer::DrawBackground() {
+  gl_->glDepthMask(GL_FALSE);
+  gl_->glDisable(GL_DEPTH_TEST);
+  SetMode(static_cast<int>(ShaderMode::kBackground));
+  SetColour(kBackgroundBelow, 1.0F);
+  gl_->glUniform3f(at_.colour_above, kBackgroundAbove[0], kBackgroundAbove[1], kBackgroundAbove[2]);
+  gl_->glBindVertexArray(empty_array_);
+  gl_->glDrawArrays(GL_TRIANGLES, 0, 3);
+  gl_->glEnable(GL_DEPTH_TEST);
+  gl_->glDepthMask(GL_TRUE);
+}
+
+void Renderer::DrawTriangles(const BodyBuffers& body) {
+  SetMode(static_cast<int>(ShaderMode::kLit));
+  gl_->glBindVertexArray(body.vertex_array);
+  gl_->glDrawElements(GL_TRIANGLES, body.triangle_indices, GL_UNSIGNED_INT, nullptr);
+}
+
+void Renderer::DrawEdges(const BodyBuffers& body) {
+  SetMode(static_cast<int>(ShaderMode::kPlain));
+  gl_->glBindVertexArray(body.edges_array);
+  gl_->glDrawElements(GL_LINES, body.edge_indices, GL_UNSIGNED_INT, nullptr);
+}
+
+void Renderer::DrawGhost(const BodyBuffers& body, const BodyInstance& ghost) {
+  // depth first, then only what is nearest: no inner face shows through, however concave the body
+  gl_->glPolygonOffset(
+      2.0F, 2.0F);  // behind a solid instance at the same place: there it is not seen at all
+  gl_->glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  DrawTriangles(body);
+  gl_->glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  gl_->glDepthMask(GL_FALSE);
+  SetColour(ghost.colour, ghost.opacity);
+  DrawTriangles(body);
+  DrawEdges(body);
+  gl_->glDepthMask(GL_TRUE);
+}
+
+void Renderer::Draw(const CameraModel& camera, const DrawList& list, const QSize& size) {
+  gl_->glViewport(0, 0, size.width(), size.height());
+  gl_->glDisable(GL_CULL_FACE);
+  gl_->glDisable(GL_SCISSOR_TEST);
+  gl_->glEnable(GL_DEPTH_TEST);
+  gl_->glDepthFunc(GL_LEQUAL);
+  gl_->glDepthMask(GL_TRUE);
+  gl_->glClearColor(1.0F, 1.0F, 1.0F, 1.0F);
+  gl_->glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  // what is translucent must not make the window so
+  gl_->glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+
+  shader_->bind();
+  const Mat4 X_CW = camera.ViewFromWorld();
+  const Eigen::Matrix4f projection = camera.Projection().cast<float>();
+  const Eigen::Vector3f up_C = X_CW.block<3, 1>(0, 2).cast<float>();
+  gl_->glUniformMatrix4fv(at_.projection, 1, GL_FALSE, projection.data());
+  gl_->glUniform3f(at_.up, up_C.x(), up_C.y(), up_C.z());
+  DrawBackground();
+
+  gl_->glEnable(GL_POLYGON_OFFSET_FILL);
+  gl_->glPolygonOffset(1.0F, 1.0F);  // so that edges lie on their surfaces
+  for (const BodyInstance& solid : list.solids) {
+    if (solid.body >= bodies_.size()) continue;
+    SetPose(X_CW, solid.X_W);
+    SetColour(solid.colour, 1.0F);
+    DrawTriangles(bodies_[solid.body]);
+  }
+  gl_->glEnable(GL_BLEND);
+  for (const BodyInstance& solid : list.solids) {
+    if (solid.body >= bodies_.size()) continue;
+    SetPose(X_CW, solid.X_W);
+    const Colour& c = solid.colour;
+    SetColour({kEdgeShade * c[0], kEdgeShade * c[1], kEdgeShade * c[2]}, kEdgeOpacity);
+    DrawEdges(bodies_[solid.body]);
+  }
+  std::vector<BodyInstance> ghosts;
+  for (const BodyInstance& ghost : list.ghosts) {
+    if (ghost.body < bodies_.size()) ghosts.push_back(ghost);
+  }
+  const Vec3 eye_W = camera.eye_W();
+  const auto from_eye = [&](const BodyInstance& ghost) {
+    return (ghost.X_W * bodies_[ghost.body].centre_W - eye_W).squaredNorm();
+  };
+  std::stable_sort(ghosts.begin(), ghosts.end(), [&](const BodyInstance& a, const BodyInstance& b) {
+    return from_eye(a) > from_eye(b);
+  });
+  for (const BodyInstance& ghost : ghosts) {
+    SetPose(X_CW, ghost.X_W);
+    DrawGhost(bodies_[ghost.body], ghost);
+  }
+
+  gl_->glDisable(GL_POLYGON_OFFSET_FILL);
+  gl_->glDisable(GL_BLEND);
+  gl_->glDisable(GL_DEPTH_TEST);
+  gl_->glBindVertexArray(0);
+  shader_->release();
+}
+
+}  // namespace tandem

@@ -1,0 +1,266 @@
+#include "app/view/ui/main_window.h"
+
+#include <QDateTime>
+#include <QDir>
+#include <QHeaderView>
+#include <QMenuBar>
+#include <QMessageBox>
+#include <QStandardPaths>
+#include <QStatusBar>
+#include <cmath>
+
+namespace tandem {
+
+namespace {
+constexpr int kRefreshMs = 16;
+constexpr int kRefreshesPerTable = 12;  // the table five times a second: digits that can be read
+constexpr QSize kFirstSize(1280, 800);
+constexpr int kDockWidth = 300;
+constexpr int kSessionHeight = 260;
+}  // namespace
+
+MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<GlInfo>& gl)
+    : session_(session), scene_(scene), centre_(new QStackedWidget), page_(new MessagePage) {
+  setWindowTitle(tr("Tandem"));
+  setCentralWidget(centre_);
+  centre_->addWidget(page_);
+  if (gl) {
+    view_ = new ViewWidget(*gl);
+    centre_->addWidget(view_);
+    connect(view_, &ViewWidget::Failed, this, [this](const QString& why) {
+      ShowPicture(why);
+    });
+  } else {
+    gl_error_ = QString::fromStdString(gl.error().what);
+  }
+  MakeDocks();
+  MakeActions();
+  MakeStatusBar();
+  resize(kFirstSize);
+  resizeDocks({session_dock_}, {kDockWidth}, Qt::Horizontal);
+
+  clock_.start();
+  refresh_.setInterval(kRefreshMs);
+  refresh_.setTimerType(Qt::PreciseTimer);
+  numbers_.setInterval(1000);
+  connect(&refresh_, &QTimer::timeout, this, &MainWindow::Refresh);
+  connect(&numbers_, &QTimer::timeout, this, &MainWindow::RefreshNumbers);
+  connect(&session_, &SessionModel::StateChanged, this, &MainWindow::OnSessionChanged);
+  connect(&scene_, &SceneModel::Changed, this, &MainWindow::OnSceneChanged);
+  OnSessionChanged();
+  OnSceneChanged();
+}
+
+void MainWindow::MakeDocks() {
+  session_dock_ = new SessionDock(session_, scene_, this);
+  addDockWidget(Qt::RightDockWidgetArea, session_dock_);
+
+  peers_view_ = new QTableView;
+  peers_view_->setObjectName("peers");
+  peers_view_->setModel(&peers_);
+  peers_view_->setSelectionBehavior(QAbstractItemView::SelectRows);
+  peers_view_->setShowGrid(false);
+  peers_view_->setAlternatingRowColors(true);
+  peers_view_->setWordWrap(false);
+  peers_view_->verticalHeader()->hide();
+  peers_view_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  QHeaderView* header = peers_view_->horizontalHeader();
+  header->setSectionResizeMode(QHeaderView::Fixed);
+  header->setSectionResizeMode(PeerTableModel::kName, QHeaderView::Stretch);
+  const auto room_for = [&](const QString& text) {
+    return header->fontMetrics().horizontalAdvance(text) + 16;
+  };
+  header->resizeSection(PeerTableModel::kRole, room_for(tr("viewer")));
+  header->resizeSection(PeerTableModel::kPresence, room_for(tr("Presence")));
+  header->resizeSection(PeerTableModel::kDelay, room_for(tr("1000 ms")));
+  header->setHighlightSections(false);
+  header->setDefaultAlignment(Qt::AlignLeft | Qt::AlignVCenter);
+  auto* dock = new QDockWidget(tr("Peers"), this);
+  dock->setObjectName("peers_dock");
+  dock->setFeatures(QDockWidget::DockWidgetMovable | QDockWidget::DockWidgetFloatable);
+  dock->setWidget(peers_view_);
+  addDockWidget(Qt::RightDockWidgetArea, dock);
+  resizeDocks({session_dock_, dock}, {kSessionHeight, 2 * kSessionHeight}, Qt::Vertical);
+}
+
+void MainWindow::MakeActions() {
+  QMenu* session = menuBar()->addMenu(tr("&Session"));
+  session->addAction(tr("Save &picture"), Qt::Key_F12, this, &MainWindow::SaveScreenshot);
+  session->addSeparator();
+  session->addAction(tr("&Quit"), QKeySequence::Quit, this, &QWidget::close);
+
+  QMenu* view = menuBar()->addMenu(tr("&View"));
+  view->setEnabled(view_ != nullptr);
+  if (view_ != nullptr) {
+    QAction* fit = view->addAction(tr("&Fit the scene"), view_, &ViewWidget::FitScene);
+    fit->setShortcuts({QKeySequence(Qt::Key_F), QKeySequence(Qt::Key_Home)});
+    const auto add = [&](const QString& text, Qt::Key key, StandardView from) {
+      view->addAction(text, key, view_, [this, from] {
+        view_->LookFrom(from);
+      });
+    };
+    add(tr("F&ront"), Qt::Key_1, StandardView::kFront);
+    add(tr("R&ight"), Qt::Key_3, StandardView::kRight);
+    add(tr("&Top"), Qt::Key_7, StandardView::kTop);
+    add(tr("&Oblique"), Qt::Key_9, StandardView::kIso);
+  }
+  QMenu* help = menuBar()->addMenu(tr("&Help"));
+  help->addAction(tr("&Mouse and keys"), Qt::Key_F1, this, &MainWindow::ShowKeys);
+}
+
+QLabel* MainWindow::AddStatus(const QString& name) {
+  auto* label = new QLabel;
+  label->setObjectName(name);
+  label->setMargin(3);
+  statusBar()->addPermanentWidget(label);
+  return label;
+}
+
+void MainWindow::MakeStatusBar() {
+  status_session_ = new QLabel;
+  status_session_->setObjectName("status_session");
+  status_session_->setMargin(3);
+  statusBar()->addWidget(status_session_);
+  status_scene_ = AddStatus("status_scene");
+  status_samples_ = AddStatus("status_samples");
+  status_fps_ = AddStatus("status_fps");
+  RefreshNumbers();
+}
+
+const MessagePage* MainWindow::page() const {
+  return centre_->currentWidget() == page_ ? page_ : nullptr;
+}
+
+bool MainWindow::ShowsPoses() const {
+  return view_ != nullptr && centre_->currentWidget() == view_ && session_.Picture().samples > 0;
+}
+
+void MainWindow::ShowPicture(const QString& gl_error) {
+  gl_error_ = gl_error;
+  if (!gl_error_.isEmpty()) {
+    page_->Show(tr("No OpenGL: the scene cannot be drawn"), gl_error_);
+    centre_->setCurrentWidget(page_);
+    return;
+  }
+  switch (scene_.state()) {
+    case SceneModel::State::kReady:
+      centre_->setCurrentWidget(view_);
+      return;
+    case SceneModel::State::kLoading:
+      page_->Show(tr("Loading the scene"), scene_.message(), scene_.percent());
+      break;
+    case SceneModel::State::kMissing:
+      page_->Show(tr("The scene is missing"), scene_.message());
+      break;
+    case SceneModel::State::kWaiting:
+      if (session_.state() == SessionModel::State::kJoined) {
+        page_->Show(tr("Waiting for a peer"),
+                    tr("Nobody in session \u201c%1\u201d has offered a scene yet.")
+                        .arg(QString::fromStdString(session_.request().session)));
+      } else if (session_.state() == SessionModel::State::kFailed) {
+        page_->Show(tr("Could not join"), session_.error());
+      } else {
+        page_->Show(tr("No scene yet"), scene_.message());
+      }
+      break;
+  }
+  centre_->setCurrentWidget(page_);
+}
+
+void MainWindow::OnSessionChanged() {
+  const SessionModel::State state = session_.state();
+  QString text = Describe(state);
+  if (state == SessionModel::State::kJoined) {
+    text = tr("Joined \u201c%1\u201d").arg(QString::fromStdString(session_.request().session));
+  } else if (state == SessionModel::State::kFailed) {
+    text += ": " + session_.error();
+  }
+  status_session_->setText(text);
+  setWindowTitle(
+      state == SessionModel::State::kJoined
+          ? tr("%1 \u2013 Tandem").arg(QString::fromStdString(session_.request().session))
+          : tr("Tandem"));
+  if (state == SessionModel::State::kJoined) {
+    samples_before_ = 0;
+    still_until_s_ = 0;
+    refresh_.start();
+    numbers_.start();
+  } else if (state == SessionModel::State::kLeft) {
+    still_until_s_ = 1e-3 * static_cast<double>(clock_.elapsed()) + PictureComposer::kFadeSeconds;
+    refreshes_ = 0;  // the table at once
+    refresh_.start();
+  }
+  ShowPicture(gl_error_);
+}
+
+void MainWindow::OnSceneChanged() {
+  const DrawnScene* scene = scene_.scene();
+  looks_ = scene != nullptr ? scene->Looks() : std::vector<BodyLook>{};
+  status_scene_->setText(scene != nullptr ? QString::fromStdString(scene->name) : tr("no scene"));
+  if (view_ != nullptr) {
+    view_->SetScene(scene);
+    view_->SetWarning(scene_.warning());
+  }
+  ShowPicture(gl_error_);
+  Refresh();
+}
+
+void MainWindow::Refresh() {
+  const double now_s = 1e-3 * static_cast<double>(clock_.elapsed());
+  const ViewerPicture picture = session_.Picture();
+  if (session_.state() == SessionModel::State::kJoined) scene_.SetSessionScene(picture.scene);
+  if (view_ != nullptr) view_->SetDrawList(composer_.Compose(picture, looks_, now_s, palette_));
+  if (refreshes_++ % kRefreshesPerTable == 0) peers_.Update(picture.peers, palette_);
+  if (session_.state() != SessionModel::State::kJoined && now_s > still_until_s_) {
+    refresh_.stop();
+    numbers_.stop();
+    RefreshNumbers();
+  }
+}
+
+void MainWindow::RefreshNumbers() {
+  const std::uint64_t samples = session_.Picture().samples;
+  const quint64 frames = view_ != nullptr ? view_->frames_drawn() : 0;
+  const qint64 now_ms = clock_.isValid() ? clock_.elapsed() : 0;
+  const double seconds = 1e-3 * static_cast<double>(now_ms - numbers_at_ms_);
+  const auto rate = [&](std::uint64_t now, std::uint64_t before) {
+    return seconds > 0 && now > before
+               ? QString::number(std::lround(static_cast<double>(now - before) / seconds))
+               : QStringLiteral("0");
+  };
+  status_samples_->setText(tr("%1 samples/s").arg(rate(samples, samples_before_)));
+  status_fps_->setText(tr("%1 frames/s").arg(rate(frames, frames_before_)));
+  samples_before_ = samples;
+  frames_before_ = frames;
+  numbers_at_ms_ = now_ms;
+}
+
+QImage MainWindow::Screenshot() {
+  peers_.Update(session_.Picture().peers, palette_);
+  if (page() == nullptr) view_->DrawFinely();
+  return grab().toImage().convertToFormat(QImage::Format_RGB32);
+}
+
+void MainWindow::SaveScreenshot() {
+  const QString folder = QStandardPaths::writableLocation(QStandardPaths::PicturesLocation);
+  const QString stamp = QDateTime::currentDateTime().toString("yyyyMMdd-HHmmss");
+  const QString file = QDir(folder).filePath("tandem-" + stamp + ".png");
+  QDir().mkpath(folder);
+  statusBar()->showMessage(
+      Screenshot().save(file) ? tr("Saved %1").arg(file) : tr("Could not write %1").arg(file),
+      5000);
+}
+
+void MainWindow::ShowKeys() {
+  QMessageBox::information(this, tr("Mouse and keys"),
+                           tr("<table cellspacing=4>"
+                              "<tr><td>Left drag</td><td>orbit</td></tr>"
+                              "<tr><td>Middle drag, Shift+left drag</td><td>pan</td></tr>"
+                              "<tr><td>Wheel</td><td>zoom at the cursor</td></tr>"
+                              "<tr><td>Home, F</td><td>fit the scene</td></tr>"
+                              "<tr><td>1, 3, 7, 9</td><td>front, right, top, oblique</td></tr>"
+                              "<tr><td>F12</td><td>save a picture</td></tr>"
+                              "<tr><td>F1</td><td>this page</td></tr></table>"));
+}
+
+}  // namespace tandem

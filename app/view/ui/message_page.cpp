@@ -1,0 +1,43 @@
+#include "app/view/ui/message_page.h"
+
+#include <QVBoxLayout>
+
+namespace tandem {
+
+MessagePage::MessagePage(QWidget* parent)
+    : QWidget(parent),
+      title_(new QLabel(this)),
+      text_(new QLabel(this)),
+      progress_(new QProgressBar(this)) {
+  setAutoFillBackground(true);
+  setBackgroundRole(QPalette::Base);
+  QFont font = title_->font();
+  font.setPointSizeF(1.5 * font.pointSizeF());
+  font.setBold(true);
+  title_->setFont(font);
+  for (QLabel* label : {title_, text_}) {
+    label->setAlignment(Qt::AlignHCenter);
+    label->setWordWrap(true);
+    label->setTextInteractionFlags(Qt::TextSelectableByMouse);
+    label->setFocusPolicy(Qt::NoFocus);
+  }
+  progress_->setMaximumWidth(320);
+
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(48, 32, 48, 32);
+  layout->setSpacing(12);
+  layout->addStretch(2);
+  layout->addWidget(title_);
+  layout->addWidget(text_);
+  layout->addWidget(progress_, 0, Qt::AlignHCenter);
+  layout->addStretch(3);
+}
+
+void MessagePage::Show(const QString& title, const QString& text, int percent) {
+  title_->setText(title);
+  text_->setText(text);
+  progress_->setVisible(percent >= 0);
+  progress_->setValue(std::max(percent, 0));
+}
+
+}  // namespace tandem

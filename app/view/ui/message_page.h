@@ -1,0 +1,26 @@
+#pragma once
+
+#include <QLabel>
+#include <QProgressBar>
+#include <QWidget>
+
+namespace tandem {
+
+/// Stands where the picture would be and says why there is none.
+class MessagePage : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit MessagePage(QWidget* parent = nullptr);
+
+  /// `percent` below 0: no progress bar.
+  void Show(const QString& title, const QString& text, int percent = -1);
+  QString text() const { return title_->text() + QStringLiteral("\n") + text_->text(); }
+
+ private:
+  QLabel* title_;
+  QLabel* text_;
+  QProgressBar* progress_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <QPainter>
+#include <QSize>
+
+#include "app/view/model/camera_model.h"
+#include "app/view/model/drawn_scene.h"
+#include "app/view/model/picture_composer.h"
+
+namespace tandem {
+
+/// What is written over the picture: peers' names beside their instances, with a line to the body;
+/// a warning across the top when there is one; the axes of W in the lower left corner.
+void PaintOverlay(QPainter& painter, const QSize& size, const CameraModel& camera,
+                  const DrawnScene& scene, const DrawList& list, const QString& warning);
+
+}  // namespace tandem

@@ -1,0 +1,140 @@
+#include "app/view/ui/session_dock.h"
+
+#include <QFormLayout>
+#include <QHBoxLayout>
+#include <QLocale>
+#include <QVBoxLayout>
+
+#include <net/if.h>
+
+namespace tandem {
+
+namespace {
+
+/// Names of this machine's network interfaces.
+QStringList Interfaces() {
+  QStringList names;
+  struct if_nameindex* all = if_nameindex();
+  for (const struct if_nameindex* one = all; one != nullptr && one->if_index != 0; ++one) {
+    names << QString::fromLocal8Bit(one->if_name);
+  }
+  if (all != nullptr) if_freenameindex(all);
+  return names;
+}
+
+constexpr int kLargestDomain = 232;  // beyond, DDS has no ports
+
+}  // namespace
+
+SessionDock::SessionDock(SessionModel& session, SceneModel& scene, QWidget* parent)
+    : QDockWidget(tr("Session"), parent),
+      session_model_(session),
+      scene_model_(scene),
+      session_(new QLineEdit),
+      name_(new QLineEdit),
+      domain_(new QSpinBox),
+      interface_(new QComboBox),
+      join_(new QPushButton(tr("&Join"))),
+      leave_(new QPushButton(tr("&Leave"))),
+      state_(new QLabel),
+      scene_name_(new QLabel),
+      scene_size_(new QLabel),
+      voxel_size_(new QLabel) {
+  setObjectName("session_dock");
+  setFeatures(DockWidgetMovable | DockWidgetFloatable);
+  join_->setObjectName("join");
+  leave_->setObjectName("leave");
+  session_->setObjectName("session");
+  state_->setObjectName("session_state");
+  session_->setPlaceholderText(tr("name that the peers use"));
+  domain_->setRange(0, kLargestDomain);
+  interface_->setEditable(true);
+  interface_->addItem(QString());
+  interface_->addItems(Interfaces());
+  interface_->lineEdit()->setPlaceholderText(tr("automatic"));
+  for (QLabel* label : {state_, scene_name_, scene_size_, voxel_size_}) {
+    label->setWordWrap(true);
+    label->setTextInteractionFlags(Qt::TextSelectableByMouse);
+    label->setFocusPolicy(Qt::NoFocus);
+  }
+
+  auto* body = new QWidget;
+  auto* column = new QVBoxLayout(body);
+  auto* form = new QFormLayout;
+  form->addRow(tr("Session"), session_);
+  form->addRow(tr("Your name"), name_);
+  form->addRow(tr("Domain"), domain_);
+  form->addRow(tr("Interface"), interface_);
+  column->addLayout(form);
+  auto* buttons = new QHBoxLayout;
+  buttons->addWidget(join_);
+  buttons->addWidget(leave_);
+  column->addLayout(buttons);
+  column->addWidget(state_);
+  column->addSpacing(8);
+  auto* facts = new QFormLayout;
+  facts->addRow(tr("Scene"), scene_name_);
+  facts->addRow(tr("Shown"), scene_size_);
+  facts->addRow(tr("Voxels"), voxel_size_);
+  column->addLayout(facts);
+  column->addStretch();
+  setWidget(body);
+
+  connect(join_, &QPushButton::clicked, this, &SessionDock::Join);
+  connect(session_, &QLineEdit::returnPressed, join_, &QPushButton::click);
+  connect(leave_, &QPushButton::clicked, &session_model_, &SessionModel::Leave);
+  connect(&session_model_, &SessionModel::StateChanged, this, &SessionDock::ShowSession);
+  connect(session_, &QLineEdit::textChanged, this, &SessionDock::ShowSession);
+  connect(&scene_model_, &SceneModel::Changed, this, &SessionDock::ShowScene);
+  ShowSession();
+  ShowScene();
+}
+
+void SessionDock::SetRequest(const JoinRequest& request) {
+  session_->setText(QString::fromStdString(request.session));
+  name_->setText(QString::fromStdString(request.name));
+  domain_->setValue(static_cast<int>(request.domain));
+  interface_->setCurrentText(QString::fromStdString(request.interface));
+}
+
+JoinRequest SessionDock::Request() const {
+  return {session_->text().trimmed().toStdString(), name_->text().trimmed().toStdString(),
+          static_cast<std::uint32_t>(domain_->value()),
+          interface_->currentText().trimmed().toStdString()};
+}
+
+void SessionDock::Join() {
+  session_model_.Join(Request());
+}
+
+void SessionDock::ShowSession() {
+  const SessionModel::State state = session_model_.state();
+  const bool free = state != SessionModel::State::kJoining && state != SessionModel::State::kJoined;
+  for (QWidget* field : std::initializer_list<QWidget*>{session_, name_, domain_, interface_}) {
+    field->setEnabled(free);
+  }
+  join_->setEnabled(free && !session_->text().trimmed().isEmpty());
+  leave_->setEnabled(state == SessionModel::State::kJoined);
+  QString text = Describe(state);
+  if (state == SessionModel::State::kFailed) text += ": " + session_model_.error();
+  state_->setText(text);
+}
+
+void SessionDock::ShowScene() {
+  const DrawnScene* scene = scene_model_.scene();
+  const QString none = QStringLiteral("\u2013");
+  scene_name_->setText(scene == nullptr ? none : QString::fromStdString(scene->name));
+  scene_name_->setToolTip(scene == nullptr ? QString()
+                                           : QString::fromStdString(scene->file.string()));
+  const QLocale locale;
+  scene_size_->setText(
+      scene == nullptr
+          ? none
+          : tr("%1 bodies, %2 triangles")
+                .arg(locale.toString(static_cast<qulonglong>(scene->bodies.size())),
+                     locale.toString(static_cast<qulonglong>(scene->TriangleCount()))));
+  voxel_size_->setText(
+      scene == nullptr ? none : tr("%1 mm").arg(locale.toString(1000 * scene->voxel_size, 'g', 3)));
+}
+
+}  // namespace tandem

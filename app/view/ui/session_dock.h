@@ -1,0 +1,44 @@
+#pragma once
+
+#include <QComboBox>
+#include <QDockWidget>
+#include <QLabel>
+#include <QLineEdit>
+#include <QPushButton>
+#include <QSpinBox>
+
+#include "app/view/model/scene_model.h"
+#include "app/view/model/session_model.h"
+
+namespace tandem {
+
+/// The form to join and leave a session, and what is known of the session and its scene.
+class SessionDock : public QDockWidget {
+  Q_OBJECT
+
+ public:
+  SessionDock(SessionModel& session, SceneModel& scene, QWidget* parent = nullptr);
+
+  void SetRequest(const JoinRequest& request);
+  JoinRequest Request() const;
+
+ private:
+  void ShowSession();
+  void ShowScene();
+  void Join();
+
+  SessionModel& session_model_;
+  SceneModel& scene_model_;
+  QLineEdit* session_;
+  QLineEdit* name_;
+  QSpinBox* domain_;
+  QComboBox* interface_;
+  QPushButton* join_;
+  QPushButton* leave_;
+  QLabel* state_;
+  QLabel* scene_name_;
+  QLabel* scene_size_;
+  QLabel* voxel_size_;
+};
+
+}  // namespace tandem

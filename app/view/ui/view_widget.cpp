@@ -1,0 +1,204 @@
+#include "app/view/ui/view_widget.h"
+
+#include <QMouseEvent>
+#include <QOpenGLContext>
+#include <QOpenGLExtraFunctions>
+#include <QOpenGLPaintDevice>
+#include <QPainter>
+#include <QWheelEvent>
+
+#include "app/view/ui/picture_overlay.h"
+
+namespace tandem {
+
+namespace {
+constexpr int kSoftwareFrameMs = 33;  // no more than 30 a second where the processor draws
+constexpr int kRestMs = 250;          // of stillness before the fine frame
+constexpr int kSamples = 4;
+}  // namespace
+
+ViewWidget::ViewWidget(const GlInfo& gl, QWidget* parent) : QOpenGLWidget(parent), gl_(gl) {
+  setFocusPolicy(Qt::StrongFocus);
+  setMinimumSize(320, 240);
+  setAccessibleName(tr("Three-dimensional view of the scene"));
+  camera_.LookFrom(StandardView::kIso);
+  next_frame_.setSingleShot(true);
+  next_frame_.setTimerType(Qt::PreciseTimer);
+  connect(&next_frame_, &QTimer::timeout, this, qOverload<>(&QWidget::update));
+  refine_.setSingleShot(true);
+  refine_.setInterval(kRestMs);
+  connect(&refine_, &QTimer::timeout, this, &ViewWidget::DrawFinely);
+}
+
+ViewWidget::~ViewWidget() {
+  makeCurrent();
+  fine_.reset();
+  renderer_.reset();
+  doneCurrent();
+}
+
+void ViewWidget::SetScene(const DrawnScene* scene) {
+  if (scene == scene_) return;
+  scene_ = scene;
+  uploaded_ = false;
+  fitted_ = false;
+  RequestFrame();
+}
+
+void ViewWidget::SetDrawList(const DrawList& list) {
+  if (list == list_) return;
+  list_ = list;
+  RequestFrame();
+}
+
+void ViewWidget::SetWarning(const QString& warning) {
+  if (warning == warning_) return;
+  warning_ = warning;
+  RequestFrame();
+}
+
+void ViewWidget::FitScene() {
+  FitCamera();
+  RequestFrame();
+}
+
+void ViewWidget::FitCamera() {
+  if (scene_ == nullptr) return;
+  Bounds all = scene_->BoundsOfAll();
+  for (const BodyInstance& solid : list_.solids) {  // bodies may have gone out of the initial scene
+    if (solid.body >= scene_->bodies.size()) continue;
+    const Bounds& body = scene_->bodies[solid.body].bounds_W;
+    if (body.empty()) continue;
+    const Vec3 half = Vec3::Constant(0.5 * body.size().norm());
+    const Vec3 centre = solid.X_W * body.centre();
+    if (all.Overlaps({centre - half, centre + half})) continue;
+    all.Add(centre - half);
+    all.Add(centre + half);
+  }
+  camera_.Fit(all);
+}
+
+void ViewWidget::LookFrom(StandardView view) {
+  camera_.LookFrom(view);
+  FitScene();
+}
+
+void ViewWidget::RequestFrame() {
+  if (!gl_.software || !since_frame_.isValid()) {
+    update();
+    return;
+  }
+  if (next_frame_.isActive()) return;
+  const qint64 pause = std::max<qint64>(kSoftwareFrameMs, 2 * frame_ms_) - since_frame_.elapsed();
+  next_frame_.start(static_cast<int>(std::max<qint64>(pause, 0)));
+}
+
+void ViewWidget::DrawFinely() {
+  draw_finely_ = true;
+  update();
+}
+
+void ViewWidget::initializeGL() {
+  // called again when the widget moves to another window
+  fine_.reset();
+  renderer_ = std::make_unique<Renderer>();
+  uploaded_ = false;
+  if (const auto error = renderer_->Initialize()) {
+    renderer_.reset();
+    Q_EMIT Failed(QString::fromStdString(error->what));
+  }
+}
+
+void ViewWidget::resizeGL(int width, int height) {
+  camera_.SetViewport(width, height);
+}
+
+void ViewWidget::DrawScene(bool finely) {
+  const QSize pixels = size() * devicePixelRatioF();
+  if (!finely) {
+    renderer_->Draw(camera_, list_, pixels);
+    return;
+  }
+  if (!fine_ || fine_->size() != pixels) {
+    QOpenGLFramebufferObjectFormat format;
+    format.setSamples(kSamples);
+    format.setAttachment(QOpenGLFramebufferObject::Depth);
+    fine_ = std::make_unique<QOpenGLFramebufferObject>(pixels, format);
+  }
+  fine_->bind();
+  renderer_->Draw(camera_, list_, pixels);
+  QOpenGLExtraFunctions* gl = context()->extraFunctions();
+  gl->glBindFramebuffer(GL_READ_FRAMEBUFFER, fine_->handle());
+  gl->glBindFramebuffer(GL_DRAW_FRAMEBUFFER, defaultFramebufferObject());
+  gl->glBlitFramebuffer(0, 0, pixels.width(), pixels.height(), 0, 0, pixels.width(),
+                        pixels.height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  gl->glBindFramebuffer(GL_FRAMEBUFFER, defaultFramebufferObject());
+}
+
+void ViewWidget::paintGL() {
+  if (!renderer_ || scene_ == nullptr) {
+    context()->functions()->glClearColor(1.0F, 1.0F, 1.0F, 1.0F);
+    context()->functions()->glClear(GL_COLOR_BUFFER_BIT);
+    return;
+  }
+  QElapsedTimer clock;
+  clock.start();
+  if (!uploaded_) {
+    renderer_->Upload(scene_->bodies);
+    uploaded_ = true;
+  }
+  if (!fitted_) {
+    FitCamera();
+    fitted_ = true;
+  }
+  const bool finely = draw_finely_ || !gl_.software;
+  DrawScene(finely);
+  if (gl_.software) {
+    context()->functions()->glFinish();  // else its time would not be seen here
+    if (finely) {
+      refine_.stop();
+    } else {
+      refine_.start();
+    }
+  }
+  draw_finely_ = false;
+  {
+    // not on `this`: there a grab of the window would send the painter elsewhere
+    QOpenGLPaintDevice picture(size() * devicePixelRatioF());
+    picture.setDevicePixelRatio(devicePixelRatioF());
+    QPainter painter(&picture);
+    painter.setFont(font());
+    PaintOverlay(painter, size(), camera_, *scene_, list_, warning_);
+  }
+  frame_ms_ = clock.elapsed();
+  since_frame_.start();
+  ++frames_drawn_;
+}
+
+void ViewWidget::mousePressEvent(QMouseEvent* event) {
+  mouse_at_ = event->pos();
+}
+
+void ViewWidget::mouseMoveEvent(QMouseEvent* event) {
+  const QPoint moved = event->pos() - mouse_at_;
+  mouse_at_ = event->pos();
+  const bool left = event->buttons().testFlag(Qt::LeftButton);
+  const bool shift = event->modifiers().testFlag(Qt::ShiftModifier);
+  if (event->buttons().testFlag(Qt::MiddleButton) || (left && shift)) {
+    camera_.Pan(moved.x(), moved.y());
+  } else if (left) {
+    camera_.Orbit(moved.x(), moved.y());
+  } else {
+    return;
+  }
+  RequestFrame();
+}
+
+void ViewWidget::wheelEvent(QWheelEvent* event) {
+  constexpr double kUnitsPerNotch = 120.0;
+  camera_.ZoomAt({event->position().x(), event->position().y()},
+                 event->angleDelta().y() / kUnitsPerNotch);
+  RequestFrame();
+}
+
+}  // namespace tandem

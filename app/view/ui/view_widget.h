@@ -1,0 +1,73 @@
+#pragma once
+
+#include <QElapsedTimer>
+#include <QOpenGLFramebufferObject>
+#include <QOpenGLWidget>
+#include <QTimer>
+#include <memory>
+
+#include "app/view/model/camera_model.h"
+#include "app/view/model/drawn_scene.h"
+#include "app/view/model/picture_composer.h"
+#include "app/view/render/gl_check.h"
+#include "app/view/render/renderer.h"
+
+namespace tandem {
+
+/// The picture, and the mouse in it: left orbits, middle or Shift+left pans, the wheel zooms at the
+/// cursor. Draws only when something is different. Where the processor draws, it does so at most
+/// half of the time and without smooth rims while things move, then once more finely.
+class ViewWidget : public QOpenGLWidget {
+  Q_OBJECT
+
+ public:
+  explicit ViewWidget(const GlInfo& gl, QWidget* parent = nullptr);
+  ~ViewWidget() override;
+
+  /// `scene` must outlive its being shown; null: none. Fits it into the picture.
+  void SetScene(const DrawnScene* scene);
+  void SetDrawList(const DrawList& list);
+  void SetWarning(const QString& warning);
+  void FitScene();
+  void LookFrom(StandardView view);
+  /// The next frame is fine, however fast things move: for a picture that is kept.
+  void DrawFinely();
+
+  const CameraModel& camera() const { return camera_; }
+  quint64 frames_drawn() const { return frames_drawn_; }
+
+ Q_SIGNALS:
+  void Failed(const QString& why);
+
+ protected:
+  void initializeGL() override;
+  void resizeGL(int width, int height) override;
+  void paintGL() override;
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void wheelEvent(QWheelEvent* event) override;
+
+ private:
+  void FitCamera();
+  void RequestFrame();
+  void DrawScene(bool finely);
+
+  GlInfo gl_;
+  CameraModel camera_;
+  std::unique_ptr<Renderer> renderer_;
+  std::unique_ptr<QOpenGLFramebufferObject> fine_;  // four samples a pixel
+  const DrawnScene* scene_ = nullptr;
+  bool uploaded_ = true;
+  bool fitted_ = false;  // to a picture of real size
+  DrawList list_;
+  QString warning_;
+  QPoint mouse_at_;
+  QElapsedTimer since_frame_;
+  QTimer next_frame_;
+  QTimer refine_;
+  qint64 frame_ms_ = 0;
+  bool draw_finely_ = false;
+  quint64 frames_drawn_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,265 @@
+#include "app/view/ui/main_window.h"
+
+#include <QApplication>
+#include <QTest>
+#include <QWheelEvent>
+
+#include <gtest/gtest.h>
+
+#include "tests/app/view/fake_session.h"
+#include "tests/app/view/shapes.h"
+
+namespace tandem {
+namespace {
+
+constexpr ObjectId kBall = 1;
+
+Result<DrawnScene> LoadBlockAndBall(const std::filesystem::path& file, const LoadProgress&) {
+  DrawnScene scene = BlockAndBall();
+  scene.file = file;
+  return scene;
+}
+
+class Window : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    window_.session_dock().SetRequest({"bracket", "Dora", 42, ""});
+    window_.show();
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window_));
+  }
+  template <typename T>
+  T* Child(const char* name) {
+    T* child = window_.findChild<T*>(name);
+    EXPECT_NE(child, nullptr) << name;
+    return child;
+  }
+  void Click(const char* button) { QTest::mouseClick(Child<QPushButton>(button), Qt::LeftButton); }
+  void JoinSession() {
+    Click("join");
+    ASSERT_TRUE(ProcessEventsUntil([&] {
+      return session_.state() == SessionModel::State::kJoined;
+    }));
+  }
+  void OpenScene() {
+    scene_.OpenNamed("block_and_ball.json");
+    ASSERT_TRUE(ProcessEventsUntil([&] {
+      return window_.page() == nullptr && view().frames_drawn() > 0;
+    }));
+  }
+  ViewWidget& view() { return *window_.view(); }
+  bool FrameAfter(quint64 frames) {
+    return ProcessEventsUntil([&] {
+      return view().frames_drawn() > frames;
+    });
+  }
+  /// Of the picture as it is now.
+  QColor PixelAt(const Vec3& p_W) {
+    const QImage image = window_.Screenshot();
+    const auto px = view().camera().Project(p_W);
+    const QPoint at =
+        view().mapTo(&window_, QPoint(static_cast<int>(px->x()), static_cast<int>(px->y())));
+    return image.pixelColor(at);
+  }
+  void Drag(Qt::MouseButton button, Qt::KeyboardModifiers modifiers, const QPoint& by) {
+    const QPoint from = view().rect().center();
+    const auto send = [&](QEvent::Type type, const QPoint& at, Qt::MouseButtons held) {
+      QMouseEvent event(type, at, view().mapToGlobal(at),
+                        type == QEvent::MouseMove ? Qt::NoButton : button, held, modifiers);
+      QApplication::sendEvent(&view(), &event);
+    };
+    send(QEvent::MouseButtonPress, from, button);
+    send(QEvent::MouseMove, from + by, button);
+    send(QEvent::MouseButtonRelease, from + by, Qt::NoButton);
+  }
+
+  FakeSession fake_;
+  SessionModel session_{fake_.Join()};
+  SceneModel scene_{LoadBlockAndBall};
+  MainWindow window_{session_, scene_, CheckGl()};
+  const Vec3 p_WBall_{0, -0.1, 0};
+};
+
+TEST_F(Window, JoinsAndLeavesByItsButtons) {
+  EXPECT_TRUE(Child<QPushButton>("join")->isEnabled());
+  EXPECT_FALSE(Child<QPushButton>("leave")->isEnabled());
+  JoinSession();
+  EXPECT_FALSE(Child<QPushButton>("join")->isEnabled());
+  EXPECT_TRUE(Child<QPushButton>("leave")->isEnabled());
+  EXPECT_FALSE(Child<QLineEdit>("session")->isEnabled());
+  EXPECT_EQ(fake_.request.session, "bracket");
+  EXPECT_EQ(fake_.request.name, "Dora");
+  EXPECT_TRUE(Child<QLabel>("status_session")->text().contains("bracket"));
+  Click("leave");
+  EXPECT_EQ(session_.state(), SessionModel::State::kLeft);
+  EXPECT_EQ(fake_.left, 1);
+  EXPECT_TRUE(Child<QPushButton>("join")->isEnabled());
+  EXPECT_FALSE(Child<QPushButton>("leave")->isEnabled());
+  JoinSession();
+}
+
+TEST_F(Window, SaysWhyItCouldNotJoin) {
+  fake_.refuse = "no interface called eth7";
+  Click("join");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session_.state() == SessionModel::State::kFailed;
+  }));
+  EXPECT_TRUE(Child<QLabel>("session_state")->text().contains("no interface called eth7"));
+  EXPECT_TRUE(Child<QPushButton>("join")->isEnabled());
+}
+
+TEST_F(Window, CannotJoinASessionWithoutAName) {
+  Child<QLineEdit>("session")->clear();
+  EXPECT_FALSE(Child<QPushButton>("join")->isEnabled());
+}
+
+TEST_F(Window, ShowsTheSceneAndMovesABodyWhenAPoseComes) {
+  OpenScene();
+  JoinSession();
+  const QColor at_first = PixelAt(p_WBall_);
+  EXPECT_GT(at_first.green(), at_first.red() + 60);
+  const quint64 frames = view().frames_drawn();
+  const Vec3 moved(0.0, -0.05, -0.09);
+  fake_.inbox->OnView(FakeSession::Frame(5, kBall, moved, 104), 0);
+  ASSERT_TRUE(FrameAfter(frames));
+  EXPECT_TRUE(window_.ShowsPoses());
+  const QColor now = PixelAt(p_WBall_ + moved);
+  EXPECT_GT(now.green(), now.red() + 60);
+}
+
+TEST_F(Window, ListsPeersWithTheirDelay) {
+  JoinSession();
+  fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
+  fake_.inbox->OnView(FakeSession::Frame(5, kBall, Vec3::Zero(), 103.6F), 0);
+  const auto* peers = Child<QTableView>("peers");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return peers->model()->rowCount() == 1;
+  }));
+  const auto text = [&](int column) {
+    return peers->model()->index(0, column).data().toString();
+  };
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return text(PeerTableModel::kDelay) == "104 ms";
+  }));
+  EXPECT_EQ(text(PeerTableModel::kName), "Anna");
+  fake_.inbox->OnPeerLost(5);
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return text(PeerTableModel::kPresence) == "lost";
+  }));
+}
+
+TEST_F(Window, WritesPeersNamesBesideTheirInstances) {
+  OpenScene();
+  JoinSession();
+  const QImage without = window_.Screenshot();
+  const quint64 frames = view().frames_drawn();
+  fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
+  fake_.inbox->OnView(FakeSession::Frame(5, kBall, Vec3::Zero(), 104), 0);
+  ASSERT_TRUE(FrameAfter(frames));
+  const QImage with = window_.Screenshot();
+  // the ball has not moved: what is new above it in the picture is the name
+  const auto px = view().camera().Project(p_WBall_);
+  const QPoint ball =
+      view().mapTo(&window_, QPoint(static_cast<int>(px->x()), static_cast<int>(px->y())));
+  int different = 0;
+  for (int y = std::max(0, ball.y() - 250); y < ball.y() - 10; ++y) {
+    for (int x = ball.x() - 40; x < ball.x() + 40; ++x) {
+      different += with.pixel(x, y) != without.pixel(x, y) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(different, 500);
+}
+
+TEST_F(Window, OrbitsPansAndZoomsWithTheMouse) {
+  OpenScene();
+  const Vec3 eye = view().camera().eye_W();
+  const Vec3 target = view().camera().target_W();
+  Drag(Qt::LeftButton, Qt::NoModifier, {60, 25});
+  EXPECT_GT((view().camera().eye_W() - eye).norm(), 0.01);
+  EXPECT_EQ(view().camera().target_W(), target);
+
+  Drag(Qt::MiddleButton, Qt::NoModifier, {30, 0});
+  const Vec3 panned = view().camera().target_W();
+  EXPECT_GT((panned - target).norm(), 0.001);
+  Drag(Qt::LeftButton, Qt::ShiftModifier, {-30, 0});  // back
+  EXPECT_LT((view().camera().target_W() - target).norm(), 1e-9);
+
+  const double distance = view().camera().distance();
+  const QPointF at(80, 90);
+  QWheelEvent wheel(at, view().mapToGlobal(at), {}, {0, 240}, Qt::NoButton, Qt::NoModifier,
+                    Qt::NoScrollPhase, false);
+  QApplication::sendEvent(&view(), &wheel);
+  EXPECT_LT(view().camera().distance(), distance);
+}
+
+TEST_F(Window, LooksFromTheStandardViewsAndFitsByKeys) {
+  OpenScene();
+  window_.activateWindow();
+  ASSERT_TRUE(QTest::qWaitForWindowActive(&window_));
+  view().setFocus();
+  QTest::keyClick(&view(), Qt::Key_7);
+  EXPECT_LT((view().camera().R_WC().col(2) - Vec3::UnitZ()).norm(), 1e-9);
+  QTest::keyClick(&view(), Qt::Key_1);
+  EXPECT_LT((view().camera().R_WC().col(2) + Vec3::UnitY()).norm(), 1e-9);
+  const double fitted = view().camera().distance();
+  Drag(Qt::MiddleButton, Qt::NoModifier, {200, 0});
+  QTest::keyClick(&view(), Qt::Key_F);
+  EXPECT_NEAR(view().camera().distance(), fitted, 1e-12);
+  EXPECT_LT((view().camera().target_W() - scene_.scene()->BoundsOfAll().centre()).norm(), 1e-12);
+}
+
+TEST_F(Window, DrawsNothingWhenNothingChanges) {
+  OpenScene();
+  JoinSession();
+  fake_.inbox->OnView(FakeSession::Frame(5, kBall, Vec3::Zero(), 0), 0);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return window_.ShowsPoses();
+  }));
+  // a picture comes to rest: half a second passes without a frame, though the same pose is sent
+  // again and again
+  quint64 frames = 0;
+  const QDeadlineTimer deadline(10'000);
+  do {
+    frames = view().frames_drawn();
+    QDeadlineTimer rest(500);
+    while (!rest.hasExpired()) {
+      fake_.inbox->OnView(FakeSession::Frame(5, kBall, Vec3::Zero(), 0), 0);
+      QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents, 20);
+    }
+  } while (view().frames_drawn() != frames && !deadline.hasExpired());
+  EXPECT_EQ(view().frames_drawn(), frames);
+}
+
+TEST_F(Window, SaysWhatIsMissingInPlaceOfThePicture) {
+  ASSERT_NE(window_.page(), nullptr);
+  JoinSession();
+  EXPECT_TRUE(window_.page()->text().contains("bracket"));
+  SceneManifest manifest;
+  manifest.scene_hash = 3;
+  manifest.name = "gearbox";
+  manifest.file = "/nowhere/gearbox.json";
+  fake_.inbox->OnScene(manifest);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return scene_.state() == SceneModel::State::kMissing;
+  }));
+  EXPECT_TRUE(window_.page()->text().contains("/nowhere/gearbox.json"));
+}
+
+TEST(WindowWithoutOpenGl, ShowsWhyAndStillJoins) {
+  FakeSession fake;
+  SessionModel session(fake.Join());
+  SceneModel scene(LoadBlockAndBall);
+  MainWindow window(session, scene, Error{"no driver: install libgl1-mesa-dri"});
+  window.session_dock().SetRequest({"bracket", "Dora", 42, ""});
+  window.show();
+  ASSERT_NE(window.page(), nullptr);
+  EXPECT_TRUE(window.page()->text().contains("install libgl1-mesa-dri"));
+  QTest::mouseClick(window.findChild<QPushButton*>("join"), Qt::LeftButton);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == SessionModel::State::kJoined;
+  }));
+  EXPECT_EQ(window.view(), nullptr);
+  EXPECT_EQ(window.Screenshot().size(), window.size());
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,128 @@
+#include "app/view/render/renderer.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/app/view/offscreen_gl.h"
+#include "tests/app/view/shapes.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t kBlock = 0;
+constexpr std::size_t kBall = 1;
+constexpr QSize kSize(320, 240);
+
+/// The block and the ball before it, seen from the front.
+class Drawn : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(gl_.ready()) << "no OpenGL: run under xvfb-run";
+    ASSERT_FALSE(renderer_.Initialize().has_value());
+    scene_ = BlockAndBall();
+    renderer_.Upload(scene_.bodies);
+    camera_.SetViewport(kSize.width(), kSize.height());
+    camera_.LookFrom(StandardView::kFront);
+    camera_.Fit(scene_.BoundsOfAll());
+    list_.solids = {{kBlock, {}, scene_.bodies[kBlock].look.colour, 1},
+                    {kBall, {}, scene_.bodies[kBall].look.colour, 1}};
+  }
+  QImage Image() { return gl_.Draw(renderer_, camera_, list_); }
+  QColor At(const QImage& image, const Vec3& p_W) const {
+    const auto px = camera_.Project(p_W);
+    return image.pixelColor(static_cast<int>(px->x()), static_cast<int>(px->y()));
+  }
+  static bool IsGreen(const QColor& c) {
+    return c.green() > c.red() + 60 && c.green() > c.blue() + 60;
+  }
+  static bool IsGrey(const QColor& c) {
+    return std::abs(c.green() - c.red()) < 12 && std::abs(c.green() - c.blue()) < 12;
+  }
+
+  OffscreenGl gl_{kSize};
+  Renderer renderer_;
+  DrawnScene scene_;
+  CameraModel camera_;
+  DrawList list_;
+  const Vec3 p_WBall_{0, -0.1, 0};
+};
+
+TEST_F(Drawn, BodiesAppearInTheirColoursWhereTheyAre) {
+  const QImage image = Image();
+  EXPECT_TRUE(IsGreen(At(image, p_WBall_)));
+  EXPECT_TRUE(IsGrey(At(image, {0.08, -0.02, 0.05})));
+  EXPECT_LT(At(image, {0.08, -0.02, 0.05}).lightness(), 200);  // darker than
+  EXPECT_GT(image.pixelColor(2, 2).lightness(), 220);          // the background
+}
+
+TEST_F(Drawn, AMovedPoseMovesThePixels) {
+  list_.solids[kBall].X_W.p = Vec3(0.07, 0, 0.04);
+  const QImage image = Image();
+  EXPECT_FALSE(IsGreen(At(image, p_WBall_)));
+  EXPECT_TRUE(IsGreen(At(image, p_WBall_ + Vec3(0.07, 0, 0.04))));
+}
+
+TEST_F(Drawn, WhatIsBehindIsHidden) {
+  list_.solids[kBall].X_W.p = Vec3(0, 0.2, 0);  // behind the block
+  EXPECT_TRUE(IsGrey(At(Image(), Vec3(0, -0.02, 0))));
+}
+
+TEST_F(Drawn, AGhostLiesBetweenItsColourAndWhatIsBehindIt) {
+  const Vec3 moved(0, 0, 0.02);
+  const Vec3 p_WGhost = p_WBall_ + moved;
+  list_.solids[kBall].X_W.p = Vec3(0, 0.2, 0);
+  const QColor behind = At(Image(), p_WGhost);
+  list_.ghosts = {{kBall, {Quat::Identity(), moved}, {0.0F, 0.2F, 1.0F}, 0.45F}};
+  const QColor through = At(Image(), p_WGhost);
+  list_.ghosts[0].opacity = 1.0F;
+  const QColor opaque = At(Image(), p_WGhost);
+  EXPECT_GT(opaque.blue(), behind.blue() + 20);
+  EXPECT_LT(opaque.red(), behind.red() - 60);
+  EXPECT_LT(through.red(), behind.red() - 20);
+  EXPECT_GT(through.red(), opaque.red() + 20);
+  // 45 % of the way, to the rounding of eight bits
+  EXPECT_NEAR(through.red(), 0.55 * behind.red() + 0.45 * opaque.red(), 2.0);
+  EXPECT_NEAR(through.green(), 0.55 * behind.green() + 0.45 * opaque.green(), 2.0);
+}
+
+TEST_F(Drawn, AGhostAtTheSolidInstancesPlaceIsNotSeen) {
+  const QImage alone = Image();
+  list_.ghosts = {{kBall, {}, {0.0F, 0.2F, 1.0F}, 0.45F}};
+  EXPECT_EQ(At(Image(), p_WBall_), At(alone, p_WBall_));
+}
+
+TEST_F(Drawn, NoInnerFaceShowsThroughAGhost) {
+  // two walls of a box one behind the other: the same picture as of its front wall alone
+  DrawnScene box;
+  box.bodies = {MakeDrawnBody("box", {}, BoxMesh({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}))};
+  TriangleMesh front = BoxMesh({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05});
+  front.triangles = {front.triangles[4], front.triangles[5]};
+  DrawnScene wall;
+  wall.bodies = {MakeDrawnBody("wall", {}, front)};
+  list_.solids.clear();
+  list_.ghosts = {{0, {}, {0.8F, 0.2F, 0.1F}, 0.45F}};
+  renderer_.Upload(box.bodies);
+  const QColor of_box = At(Image(), {0.01, -0.05, 0.02});
+  renderer_.Upload(wall.bodies);
+  EXPECT_EQ(of_box, At(Image(), {0.01, -0.05, 0.02}));
+}
+
+TEST_F(Drawn, ThePictureStaysOpaqueUnderGhosts) {
+  list_.ghosts = {{kBall, {Quat::Identity(), Vec3(0.05, 0, 0)}, {0.0F, 0.2F, 1.0F}, 0.45F}};
+  const QImage image = Image();
+  int translucent = 0;
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x)
+      translucent += image.pixelColor(x, y).alpha() < 255 ? 1 : 0;
+  }
+  EXPECT_EQ(translucent, 0);
+}
+
+TEST_F(Drawn, BodiesThatTheSceneHasNotAreLeftOut) {
+  const QImage before = Image();
+  list_.solids.push_back({9, {}, {1, 0, 0}, 1});
+  list_.ghosts = {{9, {}, {1, 0, 0}, 0.5F}};
+  EXPECT_EQ(Image(), before);
+}
+
+}  // namespace
+}  // namespace tandem
