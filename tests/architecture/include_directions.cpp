@@ -100,13 +100,13 @@ class Reader {
     }
   }
 
-  void ReadBuildFile(const std::string& line, int number) {
-    static const std::regex target(R"(\btandem_([a-z]+)\b)");
+  void ReadBuildFile(const std::string& line, int number, const LibraryFolders& libraries) {
+    static const std::regex name(R"(\btandem_\w+)");
     const std::string code = line.substr(0, line.find('#'));
-    for (std::sregex_iterator it(code.begin(), code.end(), target), end; it != end; ++it) {
-      const std::string name = (*it)[1];
-      for (const std::string& folder : {"engine/" + name, "collab/" + name, "app/" + name, name}) {
-        if (Arrows().contains(folder) && !MaySee(folder)) Report(number, "links to " + folder);
+    for (std::sregex_iterator it(code.begin(), code.end(), name), end; it != end; ++it) {
+      const auto library = libraries.find(it->str());
+      if (library != libraries.end() && !MaySee(library->second)) {
+        Report(number, "links to " + it->str() + " of " + library->second);
       }
     }
   }
@@ -139,7 +139,17 @@ class Reader {
 
 }  // namespace
 
-std::vector<std::string> ArrowViolations(const std::string& path, const std::string& text) {
+void FindLibraries(const std::string& path, const std::string& text, LibraryFolders& folders) {
+  static const std::regex added(R"(\badd_library\(\s*(tandem_\w+))");
+  const std::optional<std::string> folder = FolderOf(path);
+  if (!folder) return;
+  for (std::sregex_iterator it(text.begin(), text.end(), added), end; it != end; ++it) {
+    folders[(*it)[1]] = *folder;
+  }
+}
+
+std::vector<std::string> ArrowViolations(const std::string& path, const std::string& text,
+                                         const LibraryFolders& libraries) {
   const std::optional<std::string> folder = FolderOf(path);
   if (!folder) return {path + ":1: stands in a folder that no arrow leads to"};
   Reader reader(path, *folder);
@@ -149,7 +159,7 @@ std::vector<std::string> ArrowViolations(const std::string& path, const std::str
   for (std::string line; std::getline(lines, line);) {
     ++number;
     if (build_file) {
-      reader.ReadBuildFile(line, number);
+      reader.ReadBuildFile(line, number, libraries);
     } else {
       reader.ReadSource(line, number);
     }
