@@ -17,14 +17,16 @@ struct ImportOptions {
 };
 
 /// Reads a mesh of any format that assimp knows, node transforms applied, file axes kept, vertices
-/// welded into bodies. assimp runs in a child process with limits, because it crashes on some files,
-/// some of them good; whatever happens there comes back as an error of one line.
+/// welded into bodies. assimp runs in a child process with limits, because it crashes on some
+/// files, some of them good; whatever happens there comes back as an error of one line.
 ///
 /// The caller's program must hand its arguments to RunImportHelperIfAsked() first thing in main().
-Result<TriangleMesh> ImportMesh(const std::filesystem::path& file, const ImportOptions& options = {});
+Result<TriangleMesh> ImportMesh(const std::filesystem::path& file,
+                                const ImportOptions& options = {});
 
 /// In the child process that ImportMesh() starts (the running program itself, called with
-/// `import-helper`): reads the file, writes the mesh to the pipe and exits. Otherwise returns at once.
+/// `import-helper`): reads the file, writes the mesh to the pipe and exits. Otherwise returns at
+/// once.
 void RunImportHelperIfAsked(int argc, char** argv);
 
 }  // namespace tandem

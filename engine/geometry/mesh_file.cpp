@@ -1,0 +1,312 @@
+#include "engine/geometry/mesh_file.h"
+
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <unistd.h>
+
+#include "engine/geometry/import_child.h"
+#include "engine/geometry/raw_mesh.h"
+
+namespace tandem {
+namespace {
+
+constexpr double kFarthest = 1e7;  // m; no mock-up is larger than the Earth
+
+// ---- In the reading process: assimp's scene becomes one list of triangles. ----
+
+using Affine = Eigen::Matrix<double, 3, 4>;
+
+Affine AffineOf(const aiMatrix4x4& m) {
+  Affine affine;
+  affine << double{m.a1}, double{m.a2}, double{m.a3}, double{m.a4},  //
+      double{m.b1}, double{m.b2}, double{m.b3}, double{m.b4},        //
+      double{m.c1}, double{m.c2}, double{m.c3}, double{m.c4};
+  return affine;
+}
+
+Affine Times(const Affine& a, const Affine& b) {
+  Affine product;
+  product << a.leftCols<3>() * b.leftCols<3>(), a.leftCols<3>() * b.col(3) + a.col(3);
+  return product;
+}
+
+/// What makes a mesh unfit for assimp's own steps, which trust it; empty if nothing does.
+std::string FaultOf(const aiMesh& mesh) {
+  if (mesh.mNumFaces > 0 && (mesh.mFaces == nullptr || mesh.mVertices == nullptr)) {
+    return "has faces but no vertices";
+  }
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    const aiFace& face = mesh.mFaces[f];
+    if (face.mNumIndices > 0 && face.mIndices == nullptr) return "has a face without corners";
+    for (unsigned k = 0; k < face.mNumIndices; ++k) {
+      if (face.mIndices[k] >= mesh.mNumVertices) {
+        return "face " + std::to_string(f) + " uses vertex " + std::to_string(face.mIndices[k]) +
+               ", but there are only " + std::to_string(mesh.mNumVertices);
+      }
+    }
+  }
+  return {};
+}
+
+/// Appends the triangles of a mesh as the node places them. Points and lines have no surface.
+void AppendMesh(const aiMesh& mesh, const Affine& X_MN, RawMesh& whole) {
+  constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max() - 1;
+  if (whole.points.size() + mesh.mNumVertices > kMost) throw std::bad_alloc();
+  const auto first = static_cast<std::uint32_t>(whole.points.size());
+  for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+    const aiVector3D& p = mesh.mVertices[v];
+    const Vec3 p_MV =
+        X_MN.leftCols<3>() * Vec3(double{p.x}, double{p.y}, double{p.z}) + X_MN.col(3);
+    whole.points.push_back(
+        {static_cast<float>(p_MV.x()), static_cast<float>(p_MV.y()), static_cast<float>(p_MV.z())});
+  }
+  const bool mirrored = X_MN.leftCols<3>().determinant() < 0;
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    const aiFace& face = mesh.mFaces[f];
+    if (face.mNumIndices != 3) continue;
+    const unsigned* i = face.mIndices;
+    whole.triangles.push_back(
+        {first + i[0], first + i[mirrored ? 2 : 1], first + i[mirrored ? 1 : 2]});
+  }
+}
+
+void AppendNode(const aiScene& scene, const aiNode& node, const Affine& X_MP, RawMesh& whole) {
+  const Affine X_MN = Times(X_MP, AffineOf(node.mTransformation));
+  for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    if (node.mMeshes[m] < scene.mNumMeshes) {
+      AppendMesh(*scene.mMeshes[node.mMeshes[m]], X_MN, whole);
+    }
+  }
+  for (unsigned c = 0; c < node.mNumChildren; ++c) {
+    AppendNode(scene, *node.mChildren[c], X_MN, whole);
+  }
+}
+
+ReadAnswer RefusalOf(const Assimp::Importer& importer) {
+  // assimp catches everything itself, and tells it in words
+  const std::string_view words = importer.GetErrorString();
+  if (words.find("bad_alloc") != std::string_view::npos) {
+    return {ReadAnswer::Kind::kOutOfMemory, {}, {}};
+  }
+  return {ReadAnswer::Kind::kRefused, std::string(words), {}};
+}
+
+ReadAnswer ReadByAssimp(const std::string& file) {
+  Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
+  // Triangulating aborts on faces that use vertices the mesh does not have; so it waits until the
+  // faces are seen to be sound. No other step is wanted: joining, validating and finding
+  // degenerates each change or refuse good meshes.
+  const aiScene* scene = importer.ReadFile(file, 0);
+  if (scene == nullptr) return RefusalOf(importer);
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+    if (std::string fault = FaultOf(*scene->mMeshes[m]); !fault.empty()) {
+      return {ReadAnswer::Kind::kRefused, "mesh " + std::to_string(m) + ": " + fault, {}};
+    }
+  }
+  scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
+  if (scene == nullptr) return RefusalOf(importer);
+  ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}};
+  if (scene->mRootNode != nullptr) {
+    AppendNode(*scene, *scene->mRootNode, AffineOf(aiMatrix4x4()), answer.mesh);
+  }
+  return answer;
+}
+
+// ---- In the program: what came of it, in words or welded. ----
+
+/// Without line breaks and of a length for a person, wherever it comes from.
+std::string OneLine(std::string_view words) {
+  constexpr std::size_t kLongest = 300;
+  std::string line;
+  for (const char c : words.substr(0, kLongest)) {
+    const bool blank = static_cast<unsigned char>(c) <= ' ' || c == 0x7f;
+    if (!blank) line += c;
+    if (blank && !line.empty() && line.back() != ' ') line += ' ';
+  }
+  while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
+  return words.size() > kLongest ? line + " ..." : line;
+}
+
+std::string Number(double x) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", x);
+  return text.data();
+}
+
+std::string Size(std::size_t bytes) {
+  const double mib = static_cast<double>(bytes) / (1 << 20);
+  return mib < 1024 ? Number(mib) + " MiB" : Number(mib / 1024) + " GiB";
+}
+
+/// Everything that can be known of the file before it is read.
+std::optional<Error> FaultOf(const std::filesystem::path& file, const std::string& name) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(file, error);
+  if (status.type() == std::filesystem::file_type::not_found) {
+    return Error{"mesh file " + name + " does not exist: check the path"};
+  }
+  if (error) return Error{"cannot read mesh file " + name + ": " + error.message()};
+  if (std::filesystem::is_directory(status)) {
+    return Error{name + " is a directory: name a mesh file in it"};
+  }
+  if (access(file.c_str(), R_OK) != 0) {
+    return Error{"cannot read mesh file " + name + ": " + std::strerror(errno)};
+  }
+  return std::nullopt;
+}
+
+Result<RawMesh> ReadInChild(const std::filesystem::path& file, const std::string& name,
+                            const ImportOptions& options) {
+  using End = ImportChildRun::End;
+  const ImportLimits limits{options.seconds_limit, options.memory_limit_bytes};
+  const ImportChildRun run = RunImportChild(file, limits);
+  if (run.end == End::kNotStarted) {
+    return Error{"cannot start the process that reads " + name + ": " + std::strerror(run.code)};
+  }
+  if (run.end == End::kTooLate || (run.end == End::kKilledBySignal && run.code == SIGXCPU)) {
+    return Error{"reading " + name + " took more than " + Number(options.seconds_limit) +
+                 " s: use a smaller mesh or a longer limit"};
+  }
+  std::optional<ReadAnswer> answer = ParseAnswer(run.answer);
+  if (run.end == End::kTooMuchSaid || (answer && answer->kind == ReadAnswer::Kind::kOutOfMemory)) {
+    return Error{"reading " + name + " needs more than " + Size(options.memory_limit_bytes) +
+                 ": the file is damaged, or use a smaller mesh or a larger limit"};
+  }
+  if (run.end == End::kKilledBySignal || !answer) {
+    const std::string how =
+        run.end == End::kKilledBySignal
+            ? std::string("signal ") + std::to_string(run.code) + ", " + strsignal(run.code)
+            : "exit code " + std::to_string(run.code);
+    return Error{
+        "the mesh library crashed on " + name + " (" + how +
+        "): the file is damaged or of a kind that it cannot read; export it as STL or OBJ"};
+  }
+  if (answer->kind == ReadAnswer::Kind::kRefused) {
+    return Error{"cannot read " + name + " as a mesh: " + OneLine(answer->words)};
+  }
+  return std::move(answer->mesh);
+}
+
+/// Keeps only the points that triangles use, in their order.
+void DropUnusedPoints(RawMesh& mesh) {
+  std::vector<std::uint32_t> new_index(mesh.points.size(), 0);
+  for (const TriangleMesh::Triangle& t : mesh.triangles) {
+    for (const std::uint32_t i : t) new_index[i] = 1;
+  }
+  std::uint32_t kept = 0;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    if (new_index[i] == 0) continue;
+    mesh.points[kept] = mesh.points[i];
+    new_index[i] = kept++;
+  }
+  mesh.points.resize(kept);
+  for (TriangleMesh::Triangle& t : mesh.triangles) {
+    for (std::uint32_t& i : t) i = new_index[i];
+  }
+}
+
+/// Checks what the child sent as if a stranger had, and welds it.
+Result<TriangleMesh> Build(RawMesh raw, const std::string& name, const ImportOptions& options) {
+  if (raw.triangles.empty()) {
+    return Error{name +
+                 " holds no triangles that could be read: export the part's surface as a "
+                 "triangle mesh"};
+  }
+  for (const TriangleMesh::Triangle& t : raw.triangles) {
+    for (const std::uint32_t i : t) {
+      if (i >= raw.points.size()) {
+        return Error{name + ": a triangle uses vertex " + std::to_string(i) +
+                     ", but there are only " + std::to_string(raw.points.size())};
+      }
+    }
+  }
+  DropUnusedPoints(raw);
+  std::size_t not_finite = 0;
+  double farthest = 0;
+  for (const FloatPoint& p : raw.points) {
+    bool finite = true;
+    for (const float x : p) {
+      finite = finite && std::isfinite(x);
+      farthest = std::max(farthest, std::abs(double{x} * options.scale));
+    }
+    not_finite += finite ? 0U : 1U;
+  }
+  if (not_finite > 0) {
+    return Error{name + ": " + std::to_string(not_finite) + " of its " +
+                 std::to_string(raw.points.size()) +
+                 " vertices are infinite or not numbers: the file is damaged"};
+  }
+  if (farthest > kFarthest) {
+    return Error{name + " reaches " + Number(farthest) +
+                 " m from its origin: the file is damaged or the scale of " +
+                 Number(options.scale) + " m per unit is wrong"};
+  }
+
+  const Weld weld = WeldNear(raw.points, options.weld_tolerance);
+  TriangleMesh mesh;
+  mesh.vertices.reserve(weld.first_point.size());
+  for (const std::uint32_t point : weld.first_point) {
+    const FloatPoint& p = raw.points[point];
+    mesh.vertices.push_back(options.scale * Vec3(double{p[0]}, double{p[1]}, double{p[2]}));
+  }
+  mesh.triangles = std::move(raw.triangles);
+  double largest_area = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::uint32_t& i : mesh.triangles[t]) i = weld.vertex_of_point[i];
+    const Vec3 side = mesh.corner(t, 1) - mesh.corner(t, 0);
+    largest_area = std::max(largest_area, side.cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm());
+  }
+  if (largest_area == 0) {
+    return Error{name + ": none of its " + std::to_string(mesh.triangles.size()) +
+                 " triangles has any area: the file is damaged or the weld tolerance too large"};
+  }
+  return mesh;
+}
+
+}  // namespace
+
+Result<TriangleMesh> ImportMesh(const std::filesystem::path& file, const ImportOptions& options) {
+  const std::string name = OneLine(file.native());
+  if (!(options.scale > 0) || !std::isfinite(options.scale)) {
+    return Error{"the scale of " + name + " must be a number above 0, not " +
+                 Number(options.scale)};
+  }
+  if (!(options.weld_tolerance >= 0) || !std::isfinite(options.weld_tolerance)) {
+    return Error{"the weld tolerance of " + name + " must be 0 or a number above, not " +
+                 Number(options.weld_tolerance)};
+  }
+  if (std::optional<Error> fault = FaultOf(file, name)) return *fault;
+  Result<RawMesh> raw = ReadInChild(file, name, options);
+  if (!raw) return raw.error();
+  return Build(std::move(*raw), name, options);
+}
+
+void RunImportHelperIfAsked(int argc, char** argv) {
+  const std::optional<ImportJob> job = ImportJobOf(argc, argv);
+  if (!job) return;
+  ConfineTo(job->limits);
+  bool heard = false;
+  try {
+    heard = WriteAnswer(job->answer_fd, ReadByAssimp(job->file.native()));
+  } catch (const std::bad_alloc&) {
+    heard = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}});
+  }
+  _exit(heard ? 0 : 1);  // what the program would tidy up at its end was never begun
+}
+
+}  // namespace tandem

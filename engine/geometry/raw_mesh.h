@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/geometry/triangle_mesh.h"
+#include "engine/geometry/weld.h"
+
+namespace tandem {
+
+/// Triangles as a file holds them: not welded, file units, nothing yet believed of them.
+struct RawMesh {
+  std::vector<FloatPoint> points;
+  std::vector<TriangleMesh::Triangle> triangles;
+};
+
+/// What the reading process has to say.
+struct ReadAnswer {
+  enum class Kind : std::uint32_t { kMesh, kRefused, kOutOfMemory };
+  Kind kind = Kind::kRefused;
+  std::string words;  // of a refusal
+  RawMesh mesh;
+};
+
+/// Writes an answer into a pipe, for ParseAnswer() in a process of the same program. False when
+/// nobody reads it any more.
+bool WriteAnswer(int fd, const ReadAnswer& answer);
+
+/// The answer that `bytes` are, or nothing if they are cut short or are something else.
+std::optional<ReadAnswer> ParseAnswer(std::string_view bytes);
+
+}  // namespace tandem
