@@ -1,0 +1,128 @@
+#include "engine/geometry/exact_surface.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/check.h"
+
+namespace tandem {
+namespace {
+
+struct OnTriangle {
+  Vec3 point;
+  bool on_face;
+};
+
+// Ericson, Real-Time Collision Detection, 5.1.5.
+OnTriangle ClosestOn(const Facet& t, const Vec3& p) {
+  const Vec3 ab = t.b - t.a;
+  const Vec3 ac = t.c - t.a;
+  const Vec3 ap = p - t.a;
+  const double d1 = ab.dot(ap);
+  const double d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return {t.a, false};
+  const Vec3 bp = p - t.b;
+  const double d3 = ab.dot(bp);
+  const double d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return {t.b, false};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {t.a + (d1 / (d1 - d3)) * ab, false};
+  const Vec3 cp = p - t.c;
+  const double d5 = ab.dot(cp);
+  const double d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return {t.c, false};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {t.a + (d2 / (d2 - d6)) * ac, false};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    return {t.b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (t.c - t.b), false};
+  }
+  const double scale = 1.0 / (va + vb + vc);
+  return {t.a + (vb * scale) * ab + (vc * scale) * ac, true};
+}
+
+}  // namespace
+
+ExactSurface::ExactSurface(const TriangleMesh& mesh)
+    : ExactSurface(TurnedOut{WithBodiesTurnedOut(mesh)}) {}
+
+ExactSurface::ExactSurface(const TurnedOut& turned_out)
+    : tolerance_(CoincidenceTolerance(turned_out.mesh)), winding_(turned_out.mesh) {
+  const std::vector<Facet> facets = UnionBoundary(turned_out.mesh, winding_);
+  std::vector<Bounds> boxes(facets.size());
+  for (std::size_t i = 0; i < facets.size(); ++i) {
+    for (const Vec3& corner : {facets[i].a, facets[i].b, facets[i].c}) boxes[i].Add(corner);
+  }
+  tree_ = BuildBoxTree(boxes, 4);
+  facets_.reserve(facets.size());
+  for (const std::uint32_t i : tree_.order) facets_.push_back(facets[i]);
+}
+
+ExactSurface::Closest ExactSurface::Search(const Vec3& p, double cut_off) const {
+  Closest closest{.squared_distance = cut_off * cut_off};
+  if (tree_.nodes.empty()) return closest;
+  struct Open {
+    std::uint32_t node;
+    double squared_distance;
+  };
+  std::array<Open, BoxTree::kMaxDepth + 1> stack;
+  std::size_t depth = 0;
+  stack[depth++] = {0, SquaredDistance(tree_.nodes[0].box, p)};
+  while (depth > 0) {
+    const Open open = stack[--depth];
+    if (open.squared_distance >= closest.squared_distance) continue;
+    const BoxTree::Node& node = tree_.nodes[open.node];
+    if (!node.leaf()) {
+      Open near{open.node + 1, SquaredDistance(tree_.nodes[open.node + 1].box, p)};
+      Open far{node.right, SquaredDistance(tree_.nodes[node.right].box, p)};
+      if (far.squared_distance < near.squared_distance) std::swap(near, far);
+      if (far.squared_distance < closest.squared_distance) stack[depth++] = far;
+      if (near.squared_distance < closest.squared_distance) stack[depth++] = near;
+      continue;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const OnTriangle candidate = ClosestOn(facets_[i], p);
+      const double squared = (candidate.point - p).squaredNorm();
+      if (squared < closest.squared_distance) {
+        closest = {squared, candidate.point, i, candidate.on_face};
+      }
+    }
+  }
+  return closest;
+}
+
+double ExactSurface::Distance(const Vec3& p, double cut_off) const {
+  return std::sqrt(Search(p, cut_off).squared_distance);
+}
+
+Vec3 ExactSurface::ClosestPoint(const Vec3& p) const {
+  TANDEM_CHECK(!empty());
+  return Search(p, std::numeric_limits<double>::infinity()).point;
+}
+
+double ExactSurface::Depth(const Vec3& p, const Hint& hint) const {
+  if (empty()) return -std::numeric_limits<double>::infinity();
+  // a little more than the hint, for the closest point itself must be found
+  const Closest closest = Search(p, hint.at_most * (1 + 1e-6) + tolerance_);
+  const double distance = std::sqrt(closest.squared_distance);
+  if (hint.side != Side::kUnknown) return hint.side == Side::kInside ? distance : -distance;
+  // Between p and its closest point there is no surface. So if that lies on the face of a facet,
+  // the facet's side tells, unless p is too near for its normal to be trusted.
+  if (closest.on_face && distance > 4 * tolerance_) {
+    const double in_front = facets_[closest.facet].nhat.dot(p - closest.point);
+    if (std::abs(in_front) > 0.9999 * distance) return in_front > 0 ? -distance : distance;
+  }
+  const bool inside = distance > 8 * tolerance_ ? SolidAt(p) : Contains(p);
+  return inside ? distance : -distance;
+}
+
+// As Contains(), away from the surface, but not deceived by p lying just between two bodies that
+// touch, or on a sheet: two of three places decide.
+bool ExactSurface::SolidAt(const Vec3& p) const {
+  const Vec3 aside = 4 * tolerance_ * Vec3(0.48, 0.60, 0.64);
+  const bool first = Contains(p + aside);
+  return first == Contains(p - aside) ? first : Contains(p);
+}
+
+}  // namespace tandem

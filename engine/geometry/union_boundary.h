@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/geometry/triangle_mesh.h"
+#include "engine/geometry/winding_number.h"
+
+namespace tandem {
+
+/// A flat piece of the surface that bounds a union of bodies.
+struct Facet {
+  Vec3 a, b, c;
+  Vec3 nhat;  // out of the union
+};
+
+/// Lengths below this (m) do not count in geometry of that size: faces of two bodies that are
+/// nearer than this lie on one another, and a gap as thin is closed.
+double CoincidenceTolerance(const TriangleMesh& mesh);
+
+/// The mesh with every body that is turned inside out, though it lies in no other body, turned
+/// right. A body is what hangs together over shared vertices. Open ones are left as they are.
+TriangleMesh WithBodiesTurnedOut(const TriangleMesh& mesh);
+
+/// The pieces of the mesh's triangles that bound the union of its bodies: solid (winding number at
+/// least one half) behind, not solid in front. A face of one body inside another one bounds nothing
+/// and is left out; a triangle that others cross is cut along them first, so that each piece is
+/// wholly the one or the other. Sheets that enclose nothing have no such pieces.
+std::vector<Facet> UnionBoundary(const TriangleMesh& mesh, const WindingNumber& winding);
+
+}  // namespace tandem
