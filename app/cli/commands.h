@@ -1,0 +1,12 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace tandem {
+
+/// Each adds a subcommand whose run leaves its exit code in `exit_code`.
+void AddVoxelizeCommand(CLI::App& app, int& exit_code);
+void AddContactCommand(CLI::App& app, int& exit_code);
+void AddPeerCommand(CLI::App& app, int& exit_code);
+
+}  // namespace tandem

@@ -1,0 +1,28 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
+#include "engine/geometry/mesh_file.h"
+
+int main(int argc, char** argv) {
+  tandem::RunImportHelperIfAsked(argc, argv);
+  CLI::App app{"Tandem: several people at several sites, one digital mock-up in all their hands"};
+  app.name("tandem");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", TANDEM_VERSION);
+  int exit_code = tandem::kExitOk;
+  tandem::AddPeerCommand(app, exit_code);
+  tandem::AddVoxelizeCommand(app, exit_code);
+  tandem::AddContactCommand(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? tandem::kExitOk : tandem::kExitUsage;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "tandem: %s\n", error.what());
+    return tandem::kExitFailed;
+  }
+  return exit_code;
+}

@@ -1,0 +1,248 @@
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <thread>
+
+#include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/peer_report.h"
+#include "app/cli/talk.h"
+#include "collab/dds/dds_transport.h"
+#include "collab/peer_node.h"
+#include "engine/haptics/scripted_device.h"
+#include "engine/realtime/periodic_thread.h"
+
+namespace tandem {
+
+namespace {
+
+struct PeerArguments {
+  std::string session;
+  std::string scene;
+  std::string hold;
+  std::string hand;
+  std::string name;
+  std::string interface;
+  std::uint32_t domain = 42;
+  std::size_t wait_for = 0;
+  double wait_seconds = 60;
+  double seconds = 0;  // after the hand's start; 0: until a signal comes
+  LinkConditions conditions;
+  std::string law = "p+d";
+  double publish_hz = 1000;
+  std::string report;
+  bool no_contact = false;
+  bool require_rt = false;
+};
+
+std::atomic<bool> stop_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void AskToStop(int) {
+  stop_asked.store(true);
+}
+
+PeerId RandomPeerId() {
+  std::random_device random;
+  PeerId id = 0;
+  while (id == 0) id = static_cast<PeerId>(random()) << 32U | random();
+  return id;
+}
+
+/// A scene loaded, and the node that will simulate it.
+struct Prepared {
+  std::shared_ptr<const WorldModel> model;
+  std::unique_ptr<PeerNode> node;
+  PeerId id = 0;
+  std::vector<ObjectId> held;
+};
+
+/// Loads everything, or says why not and gives the exit code.
+int Prepare(const PeerArguments& arguments, Prepared& prepared) {
+  const Result<Scene> scene = LoadScene(arguments.scene);
+  if (!scene) return Fail(kExitFile, scene.error().what);
+  const Result<std::uint64_t> hash = HashScene(*scene);
+  if (!hash) return Fail(kExitFile, hash.error().what);
+  Result<std::shared_ptr<const WorldModel>> model = LoadWorld(*scene);
+  if (!model) return Fail(kExitFile, model.error().what);
+  prepared.model = *model;
+  prepared.id = RandomPeerId();
+
+  NodeOptions options;
+  options.peer.id = prepared.id;
+  options.peer.wait_for = arguments.wait_for;
+  options.peer.coupling.law = *CouplingLawNamed(arguments.law);
+  options.peer.trace_frames = static_cast<std::size_t>(arguments.seconds * 1000.0);
+  options.name = arguments.name;
+  options.conditions = arguments.conditions;
+  options.publish_hz = arguments.publish_hz;
+  HandScript script;
+  Pose X_WB0;
+  if (!arguments.hold.empty()) {
+    const int object = scene->BodyNamed(arguments.hold);
+    if (object < 0 || (*model)->body_index[static_cast<std::size_t>(object)] < 0) {
+      return Fail(kExitUsage, "--hold " + arguments.hold + ": " + scene->file.string() +
+                                  " has no moving body of that name");
+    }
+    options.peer.held_object = object;
+    prepared.held.push_back(static_cast<ObjectId>(object));
+    const int body = (*model)->body_index[static_cast<std::size_t>(object)];
+    X_WB0 = (*model)->bodies[static_cast<std::size_t>(body)].X_WB0;
+  }
+  if (!arguments.hand.empty()) {
+    Result<HandScript> loaded = LoadHandScript(arguments.hand);
+    if (!loaded) return Fail(kExitFile, loaded.error().what);
+    script = std::move(*loaded);
+    options.peer.X_BD = script.X_BD;
+  }
+  prepared.node = std::make_unique<PeerNode>(
+      prepared.model, std::make_unique<ScriptedDevice>(std::move(script), X_WB0), *hash, options);
+  if (arguments.no_contact) prepared.node->world().SwitchContactOff();
+  for (const std::string& remark : prepared.model->remarks) Say(remark);
+  return kExitOk;
+}
+
+/// The points that are tested, and the voxels they are tested against.
+void CountShapes(const Prepared& prepared, PeerReport& report) {
+  report.voxels = prepared.model->has_fixture ? prepared.model->fixture.Count().total() : 0;
+  for (const BodyModel& body : prepared.model->bodies) {
+    report.points += body.points.size();
+    if (!prepared.model->has_fixture) report.voxels += body.voxmap.Count().total();
+  }
+}
+
+int WriteReport(const PeerArguments& arguments, const PeerReport& report, const FrameStats& stats,
+                const std::vector<TraceSample>& trace) {
+  std::ofstream stream(arguments.report);
+  stream << AsJson(report, stats, trace).dump(2) << '\n';
+  if (!stream.flush()) return Fail(kExitFile, arguments.report + ": cannot be written");
+  const Result<bool> written = WriteTrace(arguments.report + ".trace", trace);
+  return written ? kExitOk : Fail(kExitFile, written.error().what);
+}
+
+int RunPeer(const PeerArguments& arguments) {
+  Prepared prepared;
+  if (const int failed = Prepare(arguments, prepared); failed != kExitOk) return failed;
+  PeerNode& node = *prepared.node;
+  Result<std::unique_ptr<Transport>> joined =
+      JoinOverDds({.session = arguments.session,
+                   .peer = prepared.id,
+                   .role = Role::kActive,
+                   .domain = arguments.domain,
+                   .interface = arguments.interface,
+                   .held = prepared.held},
+                  node.inbox());
+  if (!joined) return Fail(kExitNetwork, joined.error().what);
+  Transport& transport = **joined;
+  std::signal(SIGINT, AskToStop);
+  std::signal(SIGTERM, AskToStop);
+
+  // the haptic thread says when it has begun and when it has done its frames; it goes on until stopped,
+  // for the others still feel its instance
+  std::atomic<bool> begun{false};
+  std::atomic<bool> done{false};
+  const auto frames = static_cast<std::int64_t>(arguments.seconds * 1000.0);
+  std::int64_t frames_since_start = 0;
+  PeriodicThread haptic({}, [&](std::int64_t, std::int64_t now_ns) {
+    kHapticThread.Enter();
+    node.HapticFrame(now_ns);
+    if (node.peer().started_ns()) {
+      begun.store(true, std::memory_order_relaxed);
+      if (++frames_since_start == frames) done.store(true, std::memory_order_release);
+    }
+    return true;
+  });
+  PeriodicThread sender({.priority = 20}, [&](std::int64_t, std::int64_t now_ns) {
+    kSenderThread.Enter();
+    node.SendFrame(now_ns, transport);
+    return true;
+  });
+  const RealtimeStatus& realtime = haptic.realtime();
+  if (!realtime.warning.empty()) Say(realtime.warning);
+  if (arguments.require_rt && !realtime.fifo) {
+    transport.Leave();
+    return Fail(kExitNotRealTime, "not real-time, and --require-rt was given");
+  }
+  Say(arguments.name + " is in session " + arguments.session + " (" + realtime.scheduler() + ")");
+
+  kControlThread.Enter();
+  constexpr std::int64_t kControlPeriodNs = 200'000'000;
+  const std::int64_t opened_ns = MonotonicNowNs();
+  std::int64_t next_ns = opened_ns;
+  std::int64_t done_ns = 0;
+  int exit_code = kExitOk;
+  while (!stop_asked.load()) {
+    node.ControlFrame(transport);
+    for (const std::string& news : node.directory().TakeNews()) Say(news);
+    const std::int64_t now_ns = MonotonicNowNs();
+    if (!begun.load(std::memory_order_relaxed) &&
+        static_cast<double>(now_ns - opened_ns) > 1e9 * arguments.wait_seconds) {
+      exit_code = Fail(kExitNetwork, "nobody to begin with came within " +
+                                         std::to_string(arguments.wait_seconds) + " s");
+      for (const PeerDirectory::Entry& entry : node.directory().Entries()) {
+        if (!entry.refused.empty()) exit_code = kExitIncompatiblePeer;
+      }
+      break;
+    }
+    // the others' last frames still need ours: one more second
+    if (done.load(std::memory_order_acquire) && done_ns == 0) done_ns = now_ns;
+    if (done_ns != 0 && now_ns - done_ns > 1'000'000'000) break;
+    next_ns += kControlPeriodNs;
+    MachineClock().SleepUntil(next_ns);
+  }
+  haptic.Stop();
+  haptic.Join();
+  sender.Stop();
+  sender.Join();
+  transport.Leave();
+  if (exit_code != kExitOk || arguments.report.empty()) return exit_code;
+
+  PeerReport report{.name = arguments.name,
+                    .pid = getpid(),
+                    .scheduler = realtime.scheduler(),
+                    .mean_delay_s = node.peer().mean_delay_s()};
+  CountShapes(prepared, report);
+  return WriteReport(arguments, report, haptic.stats(), node.peer().trace());
+}
+
+}  // namespace
+
+void AddPeerCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<PeerArguments>();
+  arguments->name = "peer-" + std::to_string(getpid());
+  CLI::App* command =
+      app.add_subcommand("peer", "Take part in a session: simulation, device and network, no window");
+  command->add_option("--session", arguments->session, "name of the session to join")->required();
+  command->add_option("--scene", arguments->scene, "scene file")->required();
+  command->add_option("--hold", arguments->hold, "body to take in hand");
+  command->add_option("--hand", arguments->hand, "hand file: a script in place of a device");
+  command->add_option("--name", arguments->name, "how others see you");
+  command->add_option("--wait-for", arguments->wait_for,
+                      "the hand starts when that many others are there");
+  command->add_option("--wait-seconds", arguments->wait_seconds, "give up waiting after this");
+  command->add_option("--seconds", arguments->seconds,
+                      "leave so long after the hand's start; 0: on a signal");
+  command->add_option("--delay-ms", arguments->conditions.delay_ms, "delay injected in what is heard")
+      ->check(CLI::Range(0.0, 2000.0));
+  command->add_option("--jitter-ms", arguments->conditions.jitter_ms, "up to so much more, at random")
+      ->check(CLI::Range(0.0, 1000.0));
+  command->add_option("--loss", arguments->conditions.loss, "share of samples lost, 0 to 1")
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--seed", arguments->conditions.seed, "of jitter and loss");
+  command->add_option("--law", arguments->law, "how stiffness follows delay")
+      ->check(CLI::IsMember({"p+d", "linear"}));
+  command->add_option("--publish-hz", arguments->publish_hz, "rate of states sent")
+      ->check(CLI::Range(10.0, 1000.0));
+  command->add_option("--interface", arguments->interface, "network interface by name");
+  command->add_option("--domain", arguments->domain, "DDS domain")->check(CLI::Range(0, 230));
+  command->add_option("--report", arguments->report, "write a report (JSON) and a trace there");
+  command->add_flag("--no-contact", arguments->no_contact, "bodies pass through one another");
+  command->add_flag("--require-rt", arguments->require_rt, "fail when SCHED_FIFO is not granted");
+  command->callback([arguments, &exit_code] { exit_code = RunPeer(*arguments); });
+}
+
+}  // namespace tandem

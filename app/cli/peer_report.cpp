@@ -1,0 +1,96 @@
+#include "app/cli/peer_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+namespace tandem {
+
+namespace {
+
+nlohmann::ordered_json Microseconds(const Histogram& ns) {
+  const auto us = [&](double q) { return 1e-3 * static_cast<double>(ns.Quantile(q)); };
+  return {{"p50", us(0.5)}, {"p99", us(0.99)}, {"max", 1e-3 * static_cast<double>(ns.max())}};
+}
+
+// time since the first frame apart, for a double does not hold all ns of a long uptime
+using Row = std::array<double, kTraceColumns>;
+
+Row AsRow(const TraceSample& sample) {
+  const Vec3& p = sample.X_WB.p;
+  const Quat& q = sample.X_WB.q;
+  const Twist& V = sample.V_WB;
+  return {1e-9 * static_cast<double>(sample.time_ns / 1'000'000'000 * 1'000'000'000),
+          1e-9 * static_cast<double>(sample.time_ns % 1'000'000'000),
+          p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w(),
+          V.w.x(), V.w.y(), V.w.z(), V.v.x(), V.v.y(), V.v.z(),
+          static_cast<double>(sample.hand_force),
+          sample.contact_points + (sample.loaded ? 0.5 : 0.0)};
+}
+
+TraceSample FromRow(const Row& row) {
+  TraceSample sample;
+  sample.time_ns = std::llround(row[0]) * 1'000'000'000 + std::llround(1e9 * row[1]);
+  sample.X_WB.p = Vec3(row[2], row[3], row[4]);
+  sample.X_WB.q = Quat(row[8], row[5], row[6], row[7]);
+  sample.V_WB = {Vec3(row[9], row[10], row[11]), Vec3(row[12], row[13], row[14])};
+  sample.hand_force = static_cast<float>(row[15]);
+  sample.contact_points = static_cast<int>(row[16]);
+  sample.loaded = row[16] - sample.contact_points > 0.25;
+  return sample;
+}
+
+}  // namespace
+
+nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
+                              const std::vector<TraceSample>& trace) {
+  double sum = 0;
+  int most = 0;
+  std::size_t with_contact = 0;
+  float peak = 0;
+  for (const TraceSample& sample : trace) {
+    sum += sample.contact_points;
+    most = std::max(most, sample.contact_points);
+    with_contact += sample.contact_points > 0 ? 1 : 0;
+    peak = std::max(peak, sample.hand_force);
+  }
+  const double frames = std::max<double>(1.0, static_cast<double>(trace.size()));
+  return {{"name", report.name},
+          {"role", "active"},
+          {"pid", report.pid},
+          {"frames", stats.frames()},
+          {"missed", stats.missed()},
+          {"scheduler", report.scheduler},
+          {"frame_cpu_us", Microseconds(stats.cpu())},
+          {"lateness_us", Microseconds(stats.lateness())},
+          {"contact_points", {{"mean", sum / frames}, {"max", most}}},
+          {"contact_share", static_cast<double>(with_contact) / frames},
+          {"peak_force_N", peak},
+          {"points", report.points},
+          {"voxels", report.voxels},
+          {"delay_ms", 1e3 * report.mean_delay_s}};
+}
+
+Result<bool> WriteTrace(const std::filesystem::path& file, const std::vector<TraceSample>& trace) {
+  std::ofstream stream(file, std::ios::binary);
+  for (const TraceSample& sample : trace) {
+    const Row row = AsRow(sample);
+    stream.write(reinterpret_cast<const char*>(row.data()), sizeof row);
+  }
+  stream.flush();
+  if (!stream) return Error{file.string() + ": cannot be written"};
+  return true;
+}
+
+Result<std::vector<TraceSample>> ReadTrace(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return Error{file.string() + ": cannot be read"};
+  std::vector<TraceSample> trace;
+  Row row{};
+  while (stream.read(reinterpret_cast<char*>(row.data()), sizeof row)) trace.push_back(FromRow(row));
+  if (stream.gcount() != 0) return Error{file.string() + ": ends within a frame"};
+  return trace;
+}
+
+}  // namespace tandem

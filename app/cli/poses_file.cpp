@@ -1,0 +1,72 @@
+#include "app/cli/poses_file.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <map>
+
+namespace tandem {
+
+namespace {
+
+std::vector<std::string> Cells(std::string line) {
+  if (!line.empty() && line.back() == '\r') line.pop_back();
+  std::vector<std::string> cells;
+  std::size_t begin = 0;
+  while (true) {
+    const std::size_t end = line.find(',', begin);
+    cells.push_back(line.substr(begin, end == std::string::npos ? end : end - begin));
+    if (end == std::string::npos) return cells;
+    begin = end + 1;
+  }
+}
+
+constexpr std::array<const char*, 9> kColumns{"fixed", "moving", "tx", "ty",       "tz",
+                                              "ax",    "ay",     "az", "angle_deg"};
+
+}  // namespace
+
+Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream) return Error{file.string() + ": cannot be read"};
+  std::string line;
+  if (!std::getline(stream, line)) return Error{file.string() + ": is empty"};
+  std::map<std::string, std::size_t> place;
+  const std::vector<std::string> names = Cells(line);
+  for (std::size_t i = 0; i < names.size(); ++i) place[names[i]] = i;
+  for (const char* column : kColumns) {
+    if (!place.contains(column)) {
+      return Error{file.string() + ":1: has no column " + column};
+    }
+  }
+  std::vector<FilePose> poses;
+  for (std::size_t number = 2; std::getline(stream, line); ++number) {
+    if (line.empty() || line == "\r") continue;
+    const std::vector<std::string> cells = Cells(line);
+    const std::string at = file.string() + ":" + std::to_string(number) + ": ";
+    if (cells.size() != names.size()) {
+      return Error{at + "expected " + std::to_string(names.size()) + " cells, got " +
+                   std::to_string(cells.size())};
+    }
+    std::array<double, 7> values{};
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const std::string& cell = cells[place[kColumns[k + 2]]];
+      const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), values[k]);
+      if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(values[k])) {
+        return Error{at + kColumns[k + 2] + ": expected a number, got \"" + cell + "\""};
+      }
+    }
+    const Vec3 axis(values[3], values[4], values[5]);
+    const double angle = values[6] * M_PI / 180.0;
+    if (axis.norm() < 1e-12 && angle != 0) return Error{at + "the axis of a turn must not be 0"};
+    const Vec3 turn = angle == 0 ? Vec3(Vec3::Zero()) : Vec3(angle * axis.normalized());
+    poses.push_back({.row = poses.size(),
+                     .fixed = cells[place["fixed"]],
+                     .moving = cells[place["moving"]],
+                     .X_WM = {RotationBy(turn), Vec3(values[0], values[1], values[2])}});
+  }
+  return poses;
+}
+
+}  // namespace tandem

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+namespace tandem {
+
+/// A line for a person, on stderr: stdout is for what programs read.
+inline void Say(const std::string& line) {
+  std::fprintf(stderr, "tandem: %s\n", line.c_str());
+}
+
+/// The same, and the exit code to end with.
+inline int Fail(int exit_code, const std::string& line) {
+  Say(line);
+  return exit_code;
+}
+
+}  // namespace tandem

@@ -1,0 +1,131 @@
+#include <tbb/global_control.h>
+
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/talk.h"
+#include "engine/base/hash.h"
+#include "engine/geometry/mass_properties.h"
+#include "engine/geometry/mesh_diagnosis.h"
+#include "engine/geometry/mesh_file.h"
+#include "engine/realtime/clock.h"
+#include "engine/voxel/pointshell.h"
+#include "engine/voxel/voxelize.h"
+
+namespace tandem {
+
+namespace {
+
+struct VoxelizeArguments {
+  std::string file;
+  std::string voxel = "auto";
+  double scale = 1.0;
+  std::uint64_t max_memory = std::uint64_t{8} << 30U;
+  std::size_t threads = 0;
+  bool json = false;
+};
+
+std::optional<double> AsNumber(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::string Hex(std::uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+int RunVoxelize(const VoxelizeArguments& arguments) {
+  const std::optional<double> given = AsNumber(arguments.voxel);
+  if (arguments.voxel != "auto" && (!given || !(*given > 0) || !std::isfinite(*given))) {
+    return Fail(kExitUsage,
+                "--voxel takes a size in metres above 0, or auto; got " + arguments.voxel);
+  }
+  if (!(arguments.scale > 0) || !std::isfinite(arguments.scale)) {
+    return Fail(kExitUsage, "--scale takes metres per file unit, above 0");
+  }
+  const Result<TriangleMesh> mesh = ImportMesh(arguments.file, {.scale = arguments.scale});
+  if (!mesh) return Fail(kExitFile, mesh.error().what);
+  const MeshDiagnosis diagnosis = Diagnose(*mesh);
+  const MassProperties mass = ComputeMassProperties(*mesh);
+  const double voxel_size = given ? *given : AutoVoxelSize(*mesh);
+
+  const std::size_t threads = arguments.threads > 0
+                                  ? arguments.threads
+                                  : tbb::global_control::active_value(
+                                        tbb::global_control::max_allowed_parallelism);
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  const std::int64_t start_ns = MonotonicNowNs();
+  const Result<Voxmap> voxmap =
+      Voxelize(*mesh, {.voxel_size = voxel_size, .max_memory_bytes = arguments.max_memory});
+  if (!voxmap) return Fail(kExitFile, arguments.file + ": " + voxmap.error().what);
+  const Result<Pointshell> points = MakePointshell(*mesh, Pose{}, {.spacing = voxel_size});
+  if (!points) return Fail(kExitFile, arguments.file + ": " + points.error().what);
+  const double seconds = 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
+
+  const VoxelCounts counts = voxmap->Count();
+  Hash64 digest;
+  digest.Add(voxmap->Digest());
+  digest.Add(Digest(*points));
+  if (arguments.json) {
+    const nlohmann::ordered_json out{
+        {"file", arguments.file},
+        {"triangles", mesh->triangles.size()},
+        {"bodies", diagnosis.bodies},
+        {"closed", diagnosis.closed()},
+        {"open_edges", diagnosis.open_edges},
+        {"seconds", seconds},
+        {"threads", threads},
+        {"voxels",
+         {{"interior", counts.interior},
+          {"surface", counts.surface},
+          {"free", counts.free},
+          {"total", counts.total()}}},
+        {"chunks", counts.chunks},
+        {"hyperchunks", counts.hyperchunks},
+        {"bytes", counts.bytes},
+        {"points", {{"total", points->size()}}},
+        {"volume_m3", mass.volume},
+        {"voxel_m", voxel_size},
+        {"digest", Hex(digest.value())}};
+    std::printf("%s\n", out.dump(2).c_str());
+    return kExitOk;
+  }
+  const Vec3 size = BoundsOf(*mesh).size();
+  std::printf("%s: %zu triangles, %s, %.6g x %.6g x %.6g m, %.6g m^3%s\n", arguments.file.c_str(),
+              mesh->triangles.size(), Describe(diagnosis).c_str(), size.x(), size.y(), size.z(),
+              mass.volume, mass.solid ? "" : " (encloses no sound volume)");
+  std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu chunks, %.1f MB\n",
+              voxel_size, counts.surface, counts.free, counts.interior, counts.chunks,
+              1e-6 * static_cast<double>(counts.bytes));
+  std::printf("%zu points; %.3f s on %zu threads; digest %s\n", points->size(), seconds,
+              threads, Hex(digest.value()).c_str());
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<VoxelizeArguments>();
+  CLI::App* command = app.add_subcommand("voxelize", "Voxelize a mesh file and tell of it");
+  command->add_option("file", arguments->file, "mesh file, any format assimp reads")->required();
+  command->add_option("--voxel", arguments->voxel,
+                      "voxel size in metres, or auto: a two-hundredth of the longest side");
+  command->add_option("--scale", arguments->scale, "metres per file unit");
+  command
+      ->add_option("--max-memory", arguments->max_memory,
+                   "most memory to use: bytes, or with a unit (8GiB)")
+      ->transform(CLI::AsSizeValue(false));
+  command->add_option("--threads", arguments->threads, "threads to use; 0: all processors");
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] { exit_code = RunVoxelize(*arguments); });
+}
+
+}  // namespace tandem

@@ -1,0 +1,297 @@
+#include "engine/voxel/voxelize.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <set>
+#include <tuple>
+
+#include "engine/voxel/surface_voxels.h"
+#include "tests/support/shapes.h"
+
+namespace tandem {
+namespace {
+
+using testing::Box;
+using testing::RandomDirection;
+using testing::RandomRotation;
+using testing::Sheet;
+using testing::Sphere;
+using testing::Uniform;
+
+/// The oracle: clips the triangle to the closed cell in long double and asks whether anything is left.
+/// Independent of separating axes; undecided within 1e-5 of a voxel, the snapping included.
+enum class Meets { kNo, kYes, kUndecided };
+
+using Point = std::array<long double, 3>;
+
+bool ClipsTo(std::vector<Point> polygon, const Point& low, const Point& high) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const long double side : {-1.0L, 1.0L}) {
+      const long double limit = side < 0 ? low[axis] : high[axis];
+      std::vector<Point> kept;
+      for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Point& a = polygon[i];
+        const Point& b = polygon[(i + 1) % polygon.size()];
+        const long double da = side * (limit - a[axis]);
+        const long double db = side * (limit - b[axis]);
+        if (da >= 0) kept.push_back(a);
+        if ((da >= 0) != (db >= 0)) {
+          Point cut{};
+          for (std::size_t k = 0; k < 3; ++k) cut[k] = a[k] + da / (da - db) * (b[k] - a[k]);
+          kept.push_back(cut);
+        }
+      }
+      polygon = kept;
+    }
+  }
+  return !polygon.empty();
+}
+
+Meets OracleMeets(const TriangleMesh& mesh, std::size_t t, double s, const GridIndex& cell) {
+  std::vector<Point> polygon;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& v = mesh.corner(t, k);
+    polygon.push_back({static_cast<long double>(v.x()) / s, static_cast<long double>(v.y()) / s,
+                       static_cast<long double>(v.z()) / s});
+  }
+  const long double e = 1e-5L;
+  const Point low{static_cast<long double>(cell.x), static_cast<long double>(cell.y),
+                  static_cast<long double>(cell.z)};
+  const auto grown = [&](long double by) {
+    Point a = low;
+    Point b = low;
+    for (std::size_t k = 0; k < 3; ++k) {
+      a[k] -= by;
+      b[k] += 1 + by;
+    }
+    return ClipsTo(polygon, a, b);
+  };
+  if (grown(-e)) return Meets::kYes;
+  return grown(e) ? Meets::kUndecided : Meets::kNo;
+}
+
+bool IsSurface(const SurfaceVoxels& surface, const GridIndex& voxel) {
+  const SurfaceVoxels::Bits* bits = surface.BitsAt(voxel >> 3);
+  if (bits == nullptr) return false;
+  const std::size_t cell = CellInBlock(voxel);
+  return ((*bits)[cell >> 6] >> (cell & 63) & 1) != 0;
+}
+
+TEST(SurfaceVoxels, AgreeWithClippingForRandomTriangles) {
+  std::mt19937_64 random(1);
+  const double s = 0.5;
+  long decided = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    TriangleMesh mesh;
+    const double reach = trial % 3 == 0 ? 0.3 : 5.0;  // slivers and small ones too
+    const Vec3 at = 20.0 * RandomDirection(random);
+    for (int k = 0; k < 3; ++k) {
+      mesh.vertices.push_back(at + Uniform(random, 0, reach) * RandomDirection(random));
+    }
+    mesh.triangles = {{0, 1, 2}};
+    const SurfaceVoxels surface = FindSurfaceVoxels(SnapTriangles(mesh, s), s);
+    const Bounds box = BoundsOf(mesh);
+    for (auto z = static_cast<int>(box.min.z() / s) - 2; z <= box.max.z() / s + 2; ++z) {
+      for (auto y = static_cast<int>(box.min.y() / s) - 2; y <= box.max.y() / s + 2; ++y) {
+        for (auto x = static_cast<int>(box.min.x() / s) - 2; x <= box.max.x() / s + 2; ++x) {
+          const Meets meets = OracleMeets(mesh, 0, s, {x, y, z});
+          if (meets == Meets::kUndecided) continue;
+          ++decided;
+          ASSERT_EQ(IsSurface(surface, {x, y, z}), meets == Meets::kYes)
+              << "trial " << trial << " voxel " << x << " " << y << " " << z;
+        }
+      }
+    }
+  }
+  EXPECT_GT(decided, 100000);
+}
+
+// A box whose faces lie on grid planes: the half-open rule gives each face to the voxels above it.
+TEST(SurfaceVoxels, FacesOnGridPlanesBelongToTheUpperVoxels) {
+  const double s = 0.1;  // 0.3 / 0.1 is not 3 in double
+  TriangleMesh mesh = Box(Vec3(0.6, 0.6, 0.6));
+  const SurfaceVoxels surface = FindSurfaceVoxels(SnapTriangles(mesh, s), s);
+  std::size_t count = 0;
+  for (int z = -6; z <= 6; ++z) {
+    for (int y = -6; y <= 6; ++y) {
+      for (int x = -6; x <= 6; ++x) {
+        const auto in = [](int i) { return i >= -3 && i <= 3; };
+        const auto on = [](int i) { return i == -3 || i == 3; };
+        const bool expected = in(x) && in(y) && in(z) && (on(x) || on(y) || on(z));
+        EXPECT_EQ(IsSurface(surface, {x, y, z}), expected) << x << " " << y << " " << z;
+        count += expected;
+      }
+    }
+  }
+  EXPECT_EQ(count, 7U * 7 * 7 - 5U * 5 * 5);
+}
+
+Voxmap MustVoxelize(const TriangleMesh& mesh, double s, int range = kDefaultRange) {
+  Result<Voxmap> made = Voxelize(mesh, {.voxel_size = s, .range = range});
+  EXPECT_TRUE(made) << (made ? "" : made.error().what);
+  return std::move(*made);
+}
+
+// Brute force over all surface voxels in a box round the shape, for several ranges.
+TEST(DistanceField, IsTheChessBoardDistanceToTheNearestSurfaceVoxel) {
+  std::mt19937_64 random(2);
+  for (const int range : {1, 8, 13}) {
+    TriangleMesh mesh = Box(Vec3(0.9, 1.3, 0.4));
+    const Quat q = RandomRotation(random);
+    for (Vec3& v : mesh.vertices) v = q * v + Vec3(7.77, -3.3, 0.123);
+    const double s = 0.1;
+    const Voxmap voxmap = MustVoxelize(mesh, s, range);
+    const SurfaceVoxels surface = FindSurfaceVoxels(SnapTriangles(mesh, s), s);
+    std::vector<GridIndex> sources;
+    for (const auto& chunk : surface.chunks) {
+      for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
+        const GridIndex i = chunk.place * kChunkSide + BlockCell(cell);
+        if (IsSurface(surface, i)) sources.push_back(i);
+      }
+    }
+    ASSERT_FALSE(sources.empty());
+    for (int trial = 0; trial < 4000; ++trial) {
+      const GridIndex near = sources[random() % sources.size()];
+      const auto offset = [&] { return static_cast<std::int32_t>(random() % 41) - 20; };
+      const GridIndex i = near + GridIndex{offset(), offset(), offset()};
+      int distance = 1000;
+      for (const GridIndex& source : sources) {
+        const GridIndex d = source - i;
+        distance = std::min(distance, std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}));
+      }
+      const int value = voxmap.Value(i - voxmap.origin());
+      if (value == kInteriorMark) continue;  // judged by Interior.*
+      EXPECT_EQ(value, distance <= range ? 2 + distance : range + 3);
+    }
+  }
+}
+
+/// The planes of a convex mesh with outward faces.
+struct ConvexPlanes {
+  explicit ConvexPlanes(const TriangleMesh& mesh) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Vec3 n = (mesh.corner(t, 1) - mesh.corner(t, 0))
+                         .cross(mesh.corner(t, 2) - mesh.corner(t, 0))
+                         .normalized();
+      planes.push_back({n.x(), n.y(), n.z(), n.dot(mesh.corner(t, 0))});
+    }
+  }
+  bool Contains(double x, double y, double z) const {
+    for (const auto& [nx, ny, nz, d] : planes) {
+      if (nx * x + ny * y + nz * z >= d) return false;
+    }
+    return true;
+  }
+  std::vector<std::array<double, 4>> planes;
+};
+
+void ExpectInteriorExactly(const TriangleMesh& mesh, double s) {
+  const Voxmap voxmap = MustVoxelize(mesh, s);
+  const Bounds box = BoundsOf(mesh);
+  const ConvexPlanes planes(mesh);
+  long inside = 0;
+  for (auto z = static_cast<int>(std::floor(box.min.z() / s)) - 12; z <= box.max.z() / s + 12; ++z) {
+    for (auto y = static_cast<int>(std::floor(box.min.y() / s)) - 12; y <= box.max.y() / s + 12; ++y) {
+      for (auto x = static_cast<int>(std::floor(box.min.x() / s)) - 12; x <= box.max.x() / s + 12; ++x) {
+        const int value = voxmap.Value(GridIndex{x, y, z} - voxmap.origin());
+        if (value == kSurfaceMark) continue;
+        const bool expected = planes.Contains(s * (x + 0.5), s * (y + 0.5), s * (z + 0.5));
+        ASSERT_EQ(value == kInteriorMark, expected) << x << " " << y << " " << z;
+        inside += expected;
+      }
+    }
+  }
+  EXPECT_GT(inside, 1000);
+}
+
+TEST(Interior, IsExactForTiltedBoxesAndSpheres) {
+  std::mt19937_64 random(3);
+  for (int trial = 0; trial < 5; ++trial) {
+    TriangleMesh box = Box(Vec3(1.0, 0.8, 1.4));
+    TriangleMesh sphere = Sphere(0.7, 2);
+    const Pose X{RandomRotation(random), 3.0 * RandomDirection(random)};
+    ExpectInteriorExactly(Transformed(box, X), 0.04);
+    ExpectInteriorExactly(Transformed(sphere, X), 0.05);
+  }
+}
+
+// Rays through voxel centres run exactly along edges and through vertices here.
+TEST(Interior, IsExactWhenEdgesLieOnTheRays) {
+  const double s = 0.1;
+  TriangleMesh box = Box(Vec3(2.0, 2.0, 2.0));
+  for (Vec3& v : box.vertices) v += Vec3::Constant(0.5 * s);
+  ExpectInteriorExactly(box, s);
+}
+
+// Chunks and hyperchunks deep inside carry no marks and must still read as interior.
+TEST(Interior, ReadsAsInteriorWhereNothingIsStored) {
+  const Voxmap voxmap = MustVoxelize(Box(Vec3(3.0, 3.0, 3.0)), 0.01);
+  const GridIndex centre = GridIndex{0, 0, 0} - voxmap.origin();
+  EXPECT_EQ(voxmap.Value(centre), kInteriorMark);
+  EXPECT_EQ(voxmap.Value(centre + GridIndex{100, -90, 30}), kInteriorMark);
+  EXPECT_EQ(voxmap.Value(centre + GridIndex{190, 0, 0}), voxmap.beyond());
+  EXPECT_EQ(voxmap.Value(centre + GridIndex{100000, 0, 0}), voxmap.beyond());
+  EXPECT_EQ(voxmap.Value(GridIndex{-1, 0, 0}), voxmap.beyond());
+}
+
+TEST(Interior, OverlappingBodiesAreSolidAndCavitiesEmpty) {
+  const double s = 0.05;
+  TriangleMesh overlapping = Box(Vec3(2, 2, 2));
+  TriangleMesh second = Box(Vec3(2, 2, 2));
+  for (Vec3& v : second.vertices) v += Vec3(1.0, 0.013, 0.017);
+  Append(overlapping, second);
+  const Voxmap both = MustVoxelize(overlapping, s);
+  EXPECT_EQ(both.Value(GridIndex{10, 3, 3} - both.origin()), kInteriorMark);
+
+  TriangleMesh hollow = Box(Vec3(2, 2, 2));
+  TriangleMesh cavity = Box(Vec3(1, 1, 1));
+  for (auto& t : cavity.triangles) std::swap(t[1], t[2]);
+  Append(hollow, cavity);
+  const Voxmap shell = MustVoxelize(hollow, s);
+  EXPECT_EQ(shell.Value(GridIndex{5, 0, 0} - shell.origin()), 2 + 5);  // its wall is at voxel 10
+  EXPECT_EQ(shell.Value(GridIndex{15, 0, 0} - shell.origin()), kInteriorMark);
+}
+
+TEST(Voxelize, OpenSheetsHaveNoInterior) {
+  const Voxmap voxmap = MustVoxelize(Sheet(1.0), 0.02);
+  const VoxelCounts counts = voxmap.Count();
+  EXPECT_EQ(counts.interior, 0U);
+  EXPECT_GE(counts.surface, 50U * 50);
+}
+
+TEST(Voxelize, GivesTheSameBitsForAnyNumberOfThreads) {
+  std::set<std::uint64_t> digests;
+  for (const std::size_t threads : {1, 2, 4}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    digests.insert(MustVoxelize(Sphere(1.0, 4), 0.02).Digest());
+  }
+  EXPECT_EQ(digests.size(), 1U);
+}
+
+TEST(Voxelize, RefusesWhatDoesNotFitAndNamesAVoxelThatDoes) {
+  const TriangleMesh box = Box(Vec3(1, 1, 1));
+  const Result<Voxmap> refused =
+      Voxelize(box, {.voxel_size = 1e-5, .range = 8, .max_memory_bytes = 1ULL << 30U});
+  ASSERT_FALSE(refused);
+  double fits = 0;
+  const std::string& text = refused.error().what;
+  const std::size_t at = text.find("; ");
+  ASSERT_NE(at, std::string::npos) << text;
+  ASSERT_EQ(std::sscanf(text.c_str() + at, "; %lf m would fit", &fits), 1) << text;
+  EXPECT_LE(EstimateVoxelizeBytes(box, fits), 1ULL << 30U);
+  EXPECT_GT(EstimateVoxelizeBytes(box, 0.8 * fits), 1ULL << 30U);
+  EXPECT_FALSE(Voxelize(box, {.voxel_size = 0.0}));
+  EXPECT_FALSE(Voxelize(TriangleMesh{}, {.voxel_size = 0.1}));
+}
+
+// Layer thickness s |n|_1 along the normal (VPS.md §1.9): 1.5 A / s^2 on average over directions.
+TEST(Voxelize, SphereHasOneAndAHalfSurfaceVoxelsPerSquare) {
+  const double s = 0.01;
+  const VoxelCounts counts = MustVoxelize(Sphere(0.5, 5), s).Count();
+  const double expected = 1.5 * 4 * M_PI * 0.25 / (s * s);
+  EXPECT_NEAR(static_cast<double>(counts.surface) / expected, 1.0, 0.01);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <random>
+
+#include "engine/geometry/triangle_mesh.h"
+
+namespace tandem::testing {
+
+/// A closed box of `size` about the origin, 12 triangles.
+TriangleMesh Box(const Vec3& size);
+
+/// A closed sphere: an octahedron whose triangles are cut into four `levels` times.
+TriangleMesh Sphere(double radius, int levels);
+
+/// A single square sheet of side `side` in the plane z = 0: open.
+TriangleMesh Sheet(double side);
+
+Quat RandomRotation(std::mt19937_64& random);
+Vec3 RandomDirection(std::mt19937_64& random);
+
+/// One uniform in [low, high).
+double Uniform(std::mt19937_64& random, double low, double high);
+
+}  // namespace tandem::testing
