@@ -1,0 +1,110 @@
+#include "scenes/generated_scene.h"
+
+#include <array>
+#include <bit>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+namespace tandem {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+static_assert(std::endian::native == std::endian::little);  // binary STL is
+
+void AppendBytes(std::string& bytes, const void* data, std::size_t size) {
+  bytes.append(static_cast<const char*>(data), size);
+}
+
+std::string BinaryStl(const TriangleMesh& mesh) {
+  std::string bytes = "binary STL in millimetres, made by generate_scenes";
+  bytes.resize(80, ' ');
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  AppendBytes(bytes, &count, sizeof count);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    // a corner shared by triangles is rounded the same way in each, so readers weld it again
+    std::array<Eigen::Vector3f, 4> normal_and_corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      normal_and_corners[k + 1] = mesh.corner(t, k).cast<float>();
+    }
+    const Vec3 normal = (mesh.corner(t, 1) - mesh.corner(t, 0))
+                            .cross(mesh.corner(t, 2) - mesh.corner(t, 0))
+                            .normalized();
+    normal_and_corners[0] = normal.cast<float>();
+    for (const Eigen::Vector3f& v : normal_and_corners) AppendBytes(bytes, v.data(), 12);
+    bytes.append(2, '\0');
+  }
+  return bytes;
+}
+
+// to a micrometre and a microradian, so that the file can be read by people too
+double Rounded(double value) {
+  return std::round(value * 1e6) / 1e6 + 0.0;
+}
+
+Json Row(const Vec3& p) {
+  return {Rounded(p.x()), Rounded(p.y()), Rounded(p.z())};
+}
+
+Json Row(const Quat& q) {
+  return {Rounded(q.x()), Rounded(q.y()), Rounded(q.z()), Rounded(q.w())};
+}
+
+std::string HandFile(const HandScript& script) {
+  const HandImpedance& hand = script.impedance;
+  Json json;
+  json["hand"] = {{"mass_kg", hand.mass},
+                  {"damping_Ns_m", hand.damping},
+                  {"stiffness_N_m", hand.stiffness},
+                  {"rotation",
+                   {{"inertia_kg_m2", hand.inertia},
+                    {"damping_Nms_rad", hand.rotation_damping},
+                    {"stiffness_Nm_rad", hand.rotation_stiffness}}}};
+  json["grasp_B"] = {{"p_B", Row(script.X_BD.p)}, {"q_xyzw", Row(script.X_BD.q)}};
+  json["waypoints"] = Json::array();
+  for (const Waypoint& waypoint : script.waypoints) {
+    json["waypoints"].push_back(
+        {{"t_s", Rounded(waypoint.t)}, {"p_W", Row(waypoint.p_W)}, {"q_xyzw", Row(waypoint.q_W)}});
+  }
+  return json.dump(2) + "\n";
+}
+
+std::optional<Error> Write(const std::filesystem::path& file, const std::string& bytes) {
+  std::ofstream stream(file, std::ios::binary);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) return Error{file.string() + ": cannot be written"};
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<GeneratedScene> GeneratedScenes() {
+  return {PegInSlot(), BallAndSocket(), BracketActuator()};
+}
+
+std::optional<Error> WriteScene(const GeneratedScene& scene, const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return Error{folder.string() + ": " + error.message()};
+  for (const GeneratedScene::Mesh& mesh : scene.meshes) {
+    if (auto fault = Write(folder / mesh.file, BinaryStl(mesh.mesh))) return fault;
+  }
+  for (const GeneratedScene::Hand& hand : scene.hands) {
+    if (auto fault = Write(folder / hand.file, HandFile(hand.script))) return fault;
+  }
+  return std::nullopt;
+}
+
+HandScript Partner(const HandScript& script, double pace, const Vec3& offset_W, const Pose& X_BD) {
+  HandScript partner = script;
+  partner.X_BD = X_BD;
+  for (std::size_t i = 0; i < partner.waypoints.size(); ++i) {
+    partner.waypoints[i].t *= pace;
+    if (i > 0 && i + 1 < partner.waypoints.size()) partner.waypoints[i].p_W += offset_W;
+  }
+  return partner;
+}
+
+}  // namespace tandem
