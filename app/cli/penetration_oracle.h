@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "app/cli/sample_tree.h"
+#include "engine/base/spatial.h"
+#include "engine/geometry/exact_surface.h"
+#include "engine/geometry/triangle_mesh.h"
+
+namespace tandem {
+
+/// What the oracle found over a run.
+struct PenetrationReport {
+  double max_penetration_voxels = 0;  // 0 if never inside
+  std::size_t overlapping_poses = 0;  // with at least one sample inside
+  std::size_t poses_checked = 0;
+  std::size_t poses_given = 0;
+  // where it was deepest; meaningless if never inside
+  std::size_t worst_series = 0;
+  std::size_t worst_pose = 0;    // index in that series
+  Vec3 p_FWorst = Vec3::Zero();  // m
+
+  /// Of the poses checked.
+  double overlap_share() const {
+    return poses_checked == 0
+               ? 0.0
+               : static_cast<double>(overlapping_poses) / static_cast<double>(poses_checked);
+  }
+};
+
+/// Both reports as one, as of two pairs of bodies in one run. Worst place: the deeper one's, its
+/// series counted on behind those of `first` (which had `series_of_first`).
+PenetrationReport Merged(const PenetrationReport& first, const PenetrationReport& second,
+                         std::size_t series_of_first);
+
+/// Judges after a run whether a moving body was ever in a fixture, and how deep, by exact geometry
+/// and not by the voxmap. Samples of the moving mesh, half a voxel apart (SampleSurface), are
+/// tested against the union of the fixture's bodies (ExactSurface).
+///
+/// The fixture may move too (ball and socket): F is its body frame, and the poses are relative
+/// ones, X_FB = X_WF.Inverse() * X_WB. For a fixed one put its meshes into W first; then F is W.
+/// Several fixed meshes go in as one, by Append().
+///
+///   PenetrationOracle oracle(fixture_W, part_B, voxel_size);
+///   const PenetrationReport report = oracle.Check(poses_of_each_instance, 2, out_of_time);
+class PenetrationOracle {
+ public:
+  /// Builds the trees, using all cores: some seconds for 100,000 triangles.
+  PenetrationOracle(const TriangleMesh& fixture_F, const TriangleMesh& moving_B, double voxel_size);
+
+  /// All poses X_FB, each series in the order of time, neighbours in time being near one another:
+  /// that is what makes it fast. `out_of_time` is asked before every pose, by several threads at
+  /// once; once it says true the rest is left out. Work goes in blocks of kBlock poses in
+  /// bit-reversed order, so that what was checked by then is spread evenly over all series. The
+  /// number of threads changes no figure when time suffices.
+  PenetrationReport Check(std::span<const std::vector<Pose>> series, int threads,
+                          const std::function<bool()>& out_of_time) const;
+
+  /// The deepest sample's depth at one pose (voxels), 0 if none is inside.
+  double PenetrationVoxels(const Pose& X_FB) const;
+
+  std::size_t samples() const { return samples_.points(); }
+  const ExactSurface& fixture() const { return fixture_; }
+
+  static constexpr std::size_t kBlock = 64;
+
+ private:
+  class Search;
+
+  double voxel_size_;
+  ExactSurface fixture_;
+  SampleTree samples_;
+};
+
+}  // namespace tandem
