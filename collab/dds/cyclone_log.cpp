@@ -67,7 +67,7 @@ CycloneLog& Log() {
   return log;
 }
 
-void OnCycloneMessage(void*, const dds_log_data_t* data) {
+void OnCycloneMessage(void* /*unused*/, const dds_log_data_t* data) {
   std::string line = data->message;
   while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) line.pop_back();
   if (!line.empty()) Log().Add(std::move(line));
@@ -85,7 +85,7 @@ CycloneLogCapture::CycloneLogCapture() {
 CycloneLogCapture::~CycloneLogCapture() {
   for (std::string& line : Log().Release()) Log().Add(std::move(line));
 }
-std::string CycloneLogCapture::Take() {
+std::string CycloneLogCapture::Take() {  // NOLINT(readability-convert-member-functions-to-static)
   const std::vector<std::string> kept = Log().Release();
   Log().Capture();
   return kept.empty() ? std::string() : kept.back();

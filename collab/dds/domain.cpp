@@ -1,5 +1,6 @@
 #include "collab/dds/domain.h"
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -104,10 +105,10 @@ std::string DiscoveryTag(const std::string& session) {
     if (IsPlain(c)) {
       tag += c;
     } else {
-      char code[4];
-      std::snprintf(code, sizeof code, "%%%02X",
+      std::array<char, 4> code{};
+      std::snprintf(code.data(), code.size(), "%%%02X",
                     static_cast<unsigned>(static_cast<unsigned char>(c)));
-      tag += code;
+      tag += code.data();
     }
   }
   return tag;
@@ -137,7 +138,9 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
 
 Result<Entity> CreateDomain(const DdsOptions& options) {
   if (std::optional<Error> error = CheckOptions(options)) return *error;
-  if (const char* uri = std::getenv("CYCLONEDDS_URI"); uri != nullptr && *uri != '\0') {
+  // nothing of ours sets the environment
+  if (const char* uri = std::getenv("CYCLONEDDS_URI");  // NOLINT(concurrency-mt-unsafe)
+      uri != nullptr && *uri != '\0') {
     std::fprintf(
         stderr,
         "CYCLONEDDS_URI is set; a session brings its own DDS configuration, so it is ignored\n");

@@ -1,9 +1,10 @@
 #include "collab/dds/fast_reader.h"
 
+#include <array>
+#include <ctime>
 #include <string_view>
 
 #include <pthread.h>
-#include <time.h>
 
 namespace tandem {
 
@@ -16,9 +17,9 @@ std::int64_t MonotonicNow_ns() {
 bool OnReceiveThread() noexcept {
   // the only one of Cyclone's threads of that name, as MultipleReceiveThreads is off
   static thread_local const bool is = [] {
-    char name[16] = {};
-    return pthread_getname_np(pthread_self(), name, sizeof name) == 0 &&
-           std::string_view(name) == "recv";
+    std::array<char, 16> name{};
+    return pthread_getname_np(pthread_self(), name.data(), name.size()) == 0 &&
+           std::string_view(name.data()) == "recv";
   }();
   return is;
 }

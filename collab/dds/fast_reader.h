@@ -69,7 +69,9 @@ class FastReader {
 
   void Hand(const Wire& wire, dds_instance_handle_t writer, std::int64_t arrival_ns) noexcept {
     if (wire.peer == self_) return;
-    if (wire.peer != owners_.Find(writer) || !FromWire(wire, message_)) {
+    const PeerId owner = owners_.Find(writer);
+    if (owner == 0) return;  // nobody's, or matched so lately that the table does not say whose yet
+    if (wire.peer != owner || !FromWire(wire, message_)) {
       refused_.fetch_add(1, std::memory_order_relaxed);
       return;
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <span>
 
 namespace tandem {
 namespace {
@@ -12,9 +13,9 @@ constexpr std::string_view kViewPrefix = "view.";
 constexpr std::size_t kIdDigits = 16;
 
 std::string Partition(std::string_view prefix, PeerId peer) {
-  char digits[kIdDigits + 1];
-  std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(peer));
-  return std::string(prefix) + digits;
+  std::array<char, kIdDigits + 1> digits{};
+  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(peer));
+  return std::string(prefix) + digits.data();
 }
 
 }  // namespace
@@ -54,21 +55,24 @@ void WriterOwners::Refresh(dds_entity_t reader) {
   std::array<dds_instance_handle_t, kMaxWriters> matched{};
   const dds_return_t found = dds_get_matched_publications(reader, matched.data(), matched.size());
   if (found < 0) return;
-  const auto end = matched.begin() + std::min<std::ptrdiff_t>(found, kMaxWriters);
+  const std::span writers(matched.data(), std::min(static_cast<std::size_t>(found), kMaxWriters));
 
   for (Slot& slot : slots_) {
-    const dds_instance_handle_t writer = slot.writer.load(std::memory_order_relaxed);
-    if (std::find(matched.begin(), end, writer) == end) slot.writer.store(0);
+    if (std::ranges::count(writers, slot.writer.load()) == 0) slot.writer.store(0);
   }
-  for (auto writer = matched.begin(); writer != end; ++writer) {
-    if (Find(*writer) != 0) continue;
-    const PeerId owner = OwnerOfWriter(reader, *writer);
-    const auto free = std::find_if(slots_.begin(), slots_.end(), [](const Slot& slot) {
-      return slot.writer.load(std::memory_order_relaxed) == 0;
-    });
-    if (owner == 0 || free == slots_.end()) continue;
-    free->owner.store(owner);
-    free->writer.store(*writer);
+  for (const dds_instance_handle_t writer : writers) {
+    if (Find(writer) != 0) continue;
+    const PeerId owner = OwnerOfWriter(reader, writer);
+    if (owner != 0) Add(writer, owner);
+  }
+}
+
+void WriterOwners::Add(dds_instance_handle_t writer, PeerId owner) {
+  for (Slot& slot : slots_) {
+    if (slot.writer.load() != 0) continue;
+    slot.owner.store(owner);
+    slot.writer.store(writer);
+    return;
   }
 }
 

@@ -41,6 +41,9 @@ class WriterOwners {
         0;  // never used for two writers in a process's life
     std::atomic<PeerId> owner = 0;
   };
+
+  void Add(dds_instance_handle_t writer, PeerId owner);
+
   std::array<Slot, kMaxWriters> slots_;
 };
 

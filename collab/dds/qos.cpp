@@ -17,8 +17,8 @@ void KeepForLatecomers(dds_qos_t* qos) {
 
 Qos MakeQos(Purpose purpose, const std::string& partition) {
   Qos qos(dds_create_qos());
-  const char* partitions[] = {partition.c_str()};
-  dds_qset_partition(qos.get(), 1, partitions);
+  const char* partitions = partition.c_str();  // an array of one
+  dds_qset_partition(qos.get(), 1, &partitions);
   dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
   dds_qset_writer_data_lifecycle(qos.get(), false);
 
@@ -32,7 +32,7 @@ Qos MakeQos(Purpose purpose, const std::string& partition) {
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
   KeepForLatecomers(qos.get());
   if (purpose == Purpose::kPresence) {
-    dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kLivelinessLease_ns);
+    dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kLivelinessLeaseNs);
   }
   return qos;
 }

@@ -11,12 +11,12 @@ namespace tandem {
 enum class Purpose : std::uint8_t {
   kMotion,    // state/1, link/1, view/1: the newest, late is lost
   kPresence,  // peer_info: kept for those who come later; its silence is noticed within
-              // kLivelinessLease
+              // kLivelinessLeaseNs
   kSubject,   // scene: kept for those who come later
 };
 
 /// How long a peer may be silent before the others take it for lost. Both ends announce it.
-inline constexpr std::int64_t kLivelinessLease_ns = 800'000'000;
+inline constexpr std::int64_t kLivelinessLeaseNs = 800'000'000;
 
 /// The quality of service of a topic's readers and writers alike. Samples of the own participant
 /// are never delivered. Writers do not dispose of their instances when deleted: a disposed instance

@@ -14,6 +14,7 @@ static_assert(std::size(tandem_ViewFrame{}.bodies) == kMaxViewBodies);
 constexpr std::uint32_t kMaxHeld = 64;  // the bound of PeerInfo::held in the idl
 constexpr double kUnitTolerance = 1e-3;
 
+// NOLINTBEGIN(modernize-avoid-c-arrays): idlc's arrays are C's
 template <typename Scalar>
 void Put(const Vec3& v, Scalar (&out)[3]) {
   for (int i = 0; i < 3; ++i) out[i] = static_cast<Scalar>(v[i]);
@@ -61,6 +62,8 @@ std::string GetText(const char (&in)[size]) {
   std::replace_if(text.begin(), text.end(), is_control, '?');
   return text;
 }
+
+// NOLINTEND(modernize-avoid-c-arrays)
 
 }  // namespace
 

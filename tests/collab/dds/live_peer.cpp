@@ -104,19 +104,19 @@ void Recorder::OnState(const ObjectState& state, std::int64_t arrival_ns) {
   state_ages_ns.push_back(arrival_ns - state.sample_ns);
   changed_.notify_all();
 }
-void Recorder::OnLinks(const CouplingLinks& links, std::int64_t) {
+void Recorder::OnLinks(const CouplingLinks& links, std::int64_t /*arrival_ns*/) {
   const std::scoped_lock lock(mutex_);
   if (!heard_.links.contains(links.from)) tell("links", links.from);
   heard_.links[links.from] = links;
   changed_.notify_all();
 }
-void Recorder::OnView(const ViewFrame& frame, std::int64_t) {
+void Recorder::OnView(const ViewFrame& frame, std::int64_t /*arrival_ns*/) {
   const std::scoped_lock lock(mutex_);
   if (!heard_.views.contains(frame.peer)) tell("view", frame.peer);
   heard_.views[frame.peer] = frame;
   changed_.notify_all();
 }
-void Recorder::OnPeerInfo(const PeerInfo& info, std::int64_t) {
+void Recorder::OnPeerInfo(const PeerInfo& info, std::int64_t /*arrival_ns*/) {
   const std::scoped_lock lock(mutex_);
   if (!heard_.infos.contains(info.peer)) tell("info", info.peer);
   heard_.infos[info.peer] = info;
@@ -144,8 +144,11 @@ void Recorder::OnScene(const SceneManifest& manifest) {
   changed_.notify_all();
 }
 
-LivePeer::LivePeer(std::unique_ptr<Transport> transport, const DdsOptions& options, PeerId claimed)
-    : transport_(std::move(transport)), options_(options), claimed_(claimed), thread_([this] {
+LivePeer::LivePeer(std::unique_ptr<Transport> transport, DdsOptions options, PeerId claimed)
+    : transport_(std::move(transport)),
+      options_(std::move(options)),
+      claimed_(claimed),
+      thread_([this] {
         Run();
       }) {}
 

@@ -60,7 +60,7 @@ class Recorder : public Inbox {
 /// kHz / 60 Hz, its peer_info five times a second, its scene once.
 class LivePeer {
  public:
-  LivePeer(std::unique_ptr<Transport> transport, const DdsOptions& options, PeerId claimed);
+  LivePeer(std::unique_ptr<Transport> transport, DdsOptions options, PeerId claimed);
   ~LivePeer();  // falls silent without a goodbye
   void Leave();
 

@@ -108,7 +108,7 @@ CouplingLinks FullLinks() {
   links.sample_ns = 4;
   links.count = kMaxLinks;
   for (std::size_t i = 0; i < kMaxLinks; ++i) {
-    const double x = static_cast<double>(i);
+    const auto x = static_cast<double>(i);
     links.entries[i] = {
         i + 10, static_cast<std::int64_t>(i), 100 * x, {Vec3(x, 1, 2), Vec3(3, x, 5)}};
   }
