@@ -7,6 +7,7 @@ namespace tandem {
 /// Each adds a subcommand whose run leaves its exit code in `exit_code`.
 void AddVoxelizeCommand(CLI::App& app, int& exit_code);
 void AddContactCommand(CLI::App& app, int& exit_code);
+void AddDemoCommand(CLI::App& app, int& exit_code);
 void AddPeerCommand(CLI::App& app, int& exit_code);
 
 }  // namespace tandem

@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", TANDEM_VERSION);
   int exit_code = tandem::kExitOk;
+  tandem::AddDemoCommand(app, exit_code);
   tandem::AddPeerCommand(app, exit_code);
   tandem::AddVoxelizeCommand(app, exit_code);
   tandem::AddContactCommand(app, exit_code);

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// The folder that this program lies in, where its sister programs are.
+std::filesystem::path ProgramFolder();
+
+/// A program that we started: ended with us, by SIGTERM and then SIGKILL, if it does not end by itself.
+class ChildProcess {
+ public:
+  /// fork and exec; its stdout goes to our stderr, for our stdout is one JSON document.
+  static Result<ChildProcess> Start(const std::vector<std::string>& command);
+
+  ChildProcess(ChildProcess&& other) noexcept;
+  ChildProcess& operator=(ChildProcess&&) = delete;
+  ~ChildProcess();
+
+  pid_t pid() const noexcept { return pid_; }
+  /// Its exit code once it has ended, 128 + n if signal n ended it; nothing while it runs.
+  std::optional<int> Poll();
+  /// Waits until it ends or `timeout` has passed.
+  std::optional<int> Wait(std::chrono::milliseconds timeout);
+  void Signal(int signal) const noexcept;
+
+ private:
+  explicit ChildProcess(pid_t pid) : pid_(pid) {}
+
+  pid_t pid_ = -1;
+  std::optional<int> ended_;
+};
+
+/// A new folder of our own under the system's temporary one, removed with its content at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const noexcept { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace tandem

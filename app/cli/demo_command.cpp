@@ -1,0 +1,275 @@
+#include <array>
+#include <csignal>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <thread>
+
+#include "app/cli/child_processes.h"
+#include "app/cli/commands.h"
+#include "app/cli/demo_judgement.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/peer_report.h"
+#include "app/cli/talk.h"
+
+namespace tandem {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kShortestJudged = 18.0;  // s: hands rest by 60 %, the rest shows whether it is stable
+constexpr double kJudgeSeconds = 60.0;
+
+struct DemoArguments {
+  std::string scene = "bracket_actuator";
+  double seconds = 20;
+  double delay_ms = 100;
+  double jitter_ms = 0;
+  double loss = 0;
+  std::uint64_t seed = 1;
+  std::string law = "p+d";
+  std::string screenshot;
+  bool headless = false;
+  bool json = false;
+  bool no_contact = false;
+};
+
+std::filesystem::path SceneFile(const std::string& name) {
+  if (std::filesystem::exists(name)) return name;
+  return ProgramFolder().parent_path() / "scenes" / (name + ".json");
+}
+
+bool HasDisplay() {
+  const auto set = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  return set("DISPLAY") || set("WAYLAND_DISPLAY");
+}
+
+std::vector<std::string> PeerCommand(const DemoArguments& arguments, const Scene& scene,
+                                     const std::string& session, std::size_t peer,
+                                     const std::filesystem::path& report) {
+  constexpr std::array<const char*, 2> kNames{"Anna", "Ben"};
+  const SceneHand& hand = scene.hands[peer];
+  std::vector<std::string> command{(ProgramFolder() / "tandem").string(), "peer",
+                                   "--session", session,
+                                   "--scene", scene.file.string(),
+                                   "--interface", "lo",
+                                   "--name", kNames[peer],
+                                   "--hold", hand.body,
+                                   "--hand", hand.file.string(),
+                                   "--wait-for", "1",
+                                   "--seconds", std::to_string(arguments.seconds),
+                                   "--delay-ms", std::to_string(arguments.delay_ms),
+                                   "--jitter-ms", std::to_string(arguments.jitter_ms),
+                                   "--loss", std::to_string(arguments.loss),
+                                   "--seed", std::to_string(arguments.seed + peer),
+                                   "--law", arguments.law,
+                                   "--report", report.string()};
+  if (arguments.no_contact) command.emplace_back("--no-contact");
+  return command;
+}
+
+std::vector<std::string> ViewerCommand(const DemoArguments& arguments, const std::string& session,
+                                       const Scene& scene, bool window,
+                                       const std::filesystem::path& report) {
+  std::vector<std::string> command;
+  if (window) {
+    command = {(ProgramFolder() / "tandem-view").string()};
+    if (!arguments.screenshot.empty()) {
+      command.insert(command.end(), {"--screenshot", arguments.screenshot});
+    }
+  } else {
+    command = {(ProgramFolder() / "tandem").string(), "watch"};
+  }
+  command.insert(command.end(),
+                 {"--session", session, "--interface", "lo", "--name", "Vera", "--scene",
+                  std::filesystem::absolute(scene.file).string(), "--report", report.string()});
+  return command;
+}
+
+Result<ordered_json> ReadJson(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  ordered_json json = ordered_json::parse(stream, nullptr, false);
+  if (json.is_discarded()) return Error{file.string() + ": holds no report"};
+  return json;
+}
+
+/// Starts all, waits for the peers, ends the viewer; or says what went wrong.
+int RunSession(const DemoArguments& arguments, const Scene& scene,
+               const std::filesystem::path& folder) {
+  const std::string session =
+      "demo-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
+  const bool window = !arguments.headless && HasDisplay();
+  Result<ChildProcess> viewer = ChildProcess::Start(
+      ViewerCommand(arguments, session, scene, window, folder / "viewer.json"));
+  if (!viewer) return Fail(kExitFailed, viewer.error().what);
+  std::vector<ChildProcess> peers;
+  for (std::size_t p = 0; p < 2; ++p) {
+    Result<ChildProcess> peer = ChildProcess::Start(PeerCommand(
+        arguments, scene, session, p, folder / ("peer" + std::to_string(p) + ".json")));
+    if (!peer) return Fail(kExitFailed, peer.error().what);
+    peers.push_back(std::move(*peer));
+  }
+  // loading and meeting may take a minute each; one peer that fails ends the demo
+  const auto limit = std::chrono::milliseconds(static_cast<long>(1e3 * arguments.seconds) + 180'000);
+  constexpr std::chrono::milliseconds kPeriod{50};
+  for (auto waited = kPeriod; !peers[0].Poll() || !peers[1].Poll(); waited += kPeriod) {
+    for (ChildProcess& peer : peers) {
+      const std::optional<int> ended = peer.Poll();
+      if (ended && *ended != kExitOk) {
+        return Fail(*ended, "a peer ended with exit code " + std::to_string(*ended));
+      }
+    }
+    if (waited > limit) return Fail(kExitFailed, "the peers did not end in time");
+    std::this_thread::sleep_for(kPeriod);
+  }
+  viewer->Signal(SIGTERM);
+  const std::optional<int> ended = viewer->Wait(std::chrono::seconds(20));
+  if (ended.value_or(kExitFailed) != kExitOk) {
+    return Fail(kExitFailed, "the viewer ended with exit code " +
+                                 std::to_string(ended.value_or(kExitFailed)));
+  }
+  return kExitOk;
+}
+
+struct Judged {
+  ordered_json json;
+  bool stable = false;
+  bool out = false;
+  double max_penetration_voxels = 0;
+};
+
+Result<Judged> Judge(const DemoArguments& arguments, const Scene& scene,
+                     const std::filesystem::path& folder) {
+  const Result<std::shared_ptr<const WorldModel>> loaded = LoadWorld(scene);
+  if (!loaded) return loaded.error();
+  const WorldModel& model = **loaded;
+  const int object = scene.BodyNamed(scene.hands[0].body);
+  const auto body = static_cast<std::size_t>(model.body_index[static_cast<std::size_t>(object)]);
+
+  Judged judged;
+  ordered_json peers = ordered_json::array();
+  std::vector<std::vector<TraceSample>> traces;
+  double delay_sum = 0;
+  for (std::size_t p = 0; p < 2; ++p) {
+    const std::filesystem::path file = folder / ("peer" + std::to_string(p) + ".json");
+    Result<ordered_json> report = ReadJson(file);
+    if (!report) return report.error();
+    delay_sum += report->at("delay_ms").get<double>();
+    report->erase("delay_ms");
+    peers.push_back(*report);
+    Result<std::vector<TraceSample>> trace = ReadTrace(file.string() + ".trace");
+    if (!trace) return trace.error();
+    if (trace->empty()) return Error{"a peer recorded no frame"};
+    traces.push_back(std::move(*trace));
+  }
+  const Result<ordered_json> viewer = ReadJson(folder / "viewer.json");
+  if (!viewer) return viewer.error();
+
+  Say("judging both instances by exact geometry");
+  const Divergence divergence = DivergenceOf(traces[0], traces[1]);
+  const Outcome first = OutcomeOf(model, body, traces[0].back().X_WB);
+  const Outcome second = OutcomeOf(model, body, traces[1].back().X_WB);
+  const PenetrationReport penetration = Penetration(model, body, traces, kJudgeSeconds);
+  judged.out = first.out && second.out;
+  judged.stable = IsAtRest(traces[0]) && IsAtRest(traces[1]);
+  judged.max_penetration_voxels = penetration.max_penetration_voxels;
+  judged.json = {
+      {"scene", scene.name},
+      {"contact", !arguments.no_contact},
+      {"peers", peers},
+      {"delay_ms", {{"injected", arguments.delay_ms}, {"measured", 0.5 * delay_sum}}},
+      {"divergence_mm", {{"peak", 1e3 * divergence.peak}, {"last", 1e3 * divergence.last}}},
+      {"viewer",
+       {{"pid", viewer->at("pid")},
+        {"samples", viewer->at("samples")},
+        {"samples_per_s", viewer->at("samples_per_s")},
+        {"age_ms_p99", viewer->at("age_ms_p99")}}},
+      {"travel_mm", 500.0 * (first.travel + second.travel)},
+      {"out", judged.out},
+      {"max_penetration_voxels", penetration.max_penetration_voxels},
+      {"overlap_share", penetration.overlap_share()},
+      {"poses_checked", penetration.poses_checked},
+      {"stable", nullptr}};
+  if (arguments.seconds >= kShortestJudged) judged.json["stable"] = judged.stable;
+  return judged;
+}
+
+void Tell(const ordered_json& json) {
+  const auto number = [](const ordered_json& value) { return value.get<double>(); };
+  for (const ordered_json& peer : json.at("peers")) {
+    std::printf("%s: %.0f frames, %.0f missed, p99 %.0f us of a frame's 1000, contact in %.0f %% of "
+                "frames, up to %.1f N in the hand\n",
+                peer.at("name").get<std::string>().c_str(), number(peer.at("frames")),
+                number(peer.at("missed")), number(peer.at("frame_cpu_us").at("p99")),
+                100 * number(peer.at("contact_share")), number(peer.at("peak_force_N")));
+  }
+  std::printf("delay %.0f ms injected, %.1f ms measured; the two instances parted by up to %.1f mm, "
+              "%.2f mm at the end\n",
+              number(json.at("delay_ms").at("injected")), number(json.at("delay_ms").at("measured")),
+              number(json.at("divergence_mm").at("peak")),
+              number(json.at("divergence_mm").at("last")));
+  std::printf("the part moved %.0f mm and is %s; deepest penetration %.2f voxels in %.0f poses judged\n",
+              number(json.at("travel_mm")), json.at("out").get<bool>() ? "out" : "NOT out",
+              number(json.at("max_penetration_voxels")), number(json.at("poses_checked")));
+}
+
+int RunDemo(const DemoArguments& arguments) {
+  const Result<Scene> scene = LoadScene(SceneFile(arguments.scene));
+  if (!scene) return Fail(kExitFile, scene.error().what);
+  const bool one_part = scene->hands.size() == 2 && scene->hands[0].body == scene->hands[1].body;
+  const int object = one_part ? scene->BodyNamed(scene->hands[0].body) : -1;
+  if (object < 0 || !scene->bodies[static_cast<std::size_t>(object)].shared) {
+    return Fail(kExitFile, scene->file.string() + ": the demo needs two hands on one shared body");
+  }
+  const TemporaryFolder folder;
+  if (const int failed = RunSession(arguments, *scene, folder.path()); failed != kExitOk) {
+    return failed;
+  }
+  const Result<Judged> judged = Judge(arguments, *scene, folder.path());
+  if (!judged) return Fail(kExitFailed, judged.error().what);
+  if (arguments.json) {
+    std::printf("%s\n", judged->json.dump(2).c_str());
+  } else {
+    Tell(judged->json);
+  }
+  if (arguments.seconds < kShortestJudged) {
+    return Fail(kExitUsage, "too short to tell whether it is stable: give --seconds 18 or more");
+  }
+  if (arguments.no_contact) return kExitOk;
+  if (!judged->out) return Fail(kExitFailed, "the part did not come out");
+  if (!judged->stable) return Fail(kExitFailed, "the part did not come to rest");
+  if (judged->max_penetration_voxels > 0.5) return Fail(kExitFailed, "the part went into the fixture");
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddDemoCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<DemoArguments>();
+  CLI::App* command = app.add_subcommand(
+      "demo", "Two peers and a viewer on this machine: hold one part together and work it out");
+  command->add_option("--scene", arguments->scene, "scene by name, or a scene file");
+  command->add_option("--seconds", arguments->seconds, "length of the run")
+      ->check(CLI::Range(2.0, 600.0));
+  command->add_option("--delay-ms", arguments->delay_ms, "delay injected each way")
+      ->check(CLI::Range(0.0, 2000.0));
+  command->add_option("--jitter-ms", arguments->jitter_ms, "up to so much more, at random")
+      ->check(CLI::Range(0.0, 1000.0));
+  command->add_option("--loss", arguments->loss, "share of samples lost, 0 to 1")
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--seed", arguments->seed, "of jitter and loss");
+  command->add_option("--law", arguments->law, "how stiffness follows delay")
+      ->check(CLI::IsMember({"p+d", "linear"}));
+  command->add_option("--screenshot", arguments->screenshot, "picture of the viewer's window (PNG)");
+  command->add_flag("--headless", arguments->headless, "no window even where there is a display");
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->add_flag("--no-contact", arguments->no_contact,
+                    "the part passes through everything: for comparison only");
+  command->callback([arguments, &exit_code] { exit_code = RunDemo(*arguments); });
+}
+
+}  // namespace tandem
