@@ -1,0 +1,35 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "collab/simulated/simulated_session.h"
+#include "engine/haptics/hand_script.h"
+#include "engine/world/scene.h"
+
+namespace tandem::testing {
+
+struct SimulatedDemo {
+  std::shared_ptr<const WorldModel> model;
+  std::vector<std::vector<TraceSample>> traces;  // one a hand
+  std::vector<double> mean_delay_s;
+};
+
+struct SimulatedDemoOptions {
+  double seconds = 20;
+  LinkConditions conditions{.delay_ms = 100};
+  CouplingLaw law = CouplingLaw::kPlusDamping;
+  bool contact = true;
+};
+
+/// The scene of that name among the generated ones.
+Result<Scene> GeneratedScene(const std::string& name);
+
+/// What `tandem demo` does with a scene, in virtual time: a whole peer for each of its hands.
+Result<SimulatedDemo> RunSimulatedDemo(const std::string& scene, const SimulatedDemoOptions& options);
+
+/// A whole peer that holds one body of a loaded scene by a script.
+std::unique_ptr<PeerNode> MakeNode(const std::shared_ptr<const WorldModel>& model, PeerId id,
+                                   int object, const HandScript& script, NodeOptions options);
+
+}  // namespace tandem::testing
