@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <string_view>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -35,7 +35,7 @@
 namespace tandem {
 namespace {
 
-constexpr char kHelperName[] = "import-helper";
+constexpr std::string_view kHelperName = "import-helper";
 constexpr int kAnswerFd = 3;      // in the reading process
 constexpr double kLongest = 1e6;  // s
 
@@ -106,7 +106,7 @@ int Spawn(const std::filesystem::path& file, const ImportLimits& limits, int ans
   std::string bytes = std::to_string(limits.memory_bytes);
   std::string path = file.native();
   std::string name = "tandem-import";
-  std::string helper = kHelperName;
+  std::string helper(kHelperName);
   const std::array<char*, 6> argv{name.data(),  helper.data(), milliseconds.data(),
                                   bytes.data(), path.data(),   nullptr};
   const int error = posix_spawn(pid, "/proc/self/exe", &files, &attributes, argv.data(), environ);
@@ -177,7 +177,7 @@ ImportChildRun RunImportChild(const std::filesystem::path& file, const ImportLim
 
 std::optional<ImportJob> ImportJobOf(int argc, char** argv) {
   main_asks_for_import_job = true;
-  if (argc != 5 || std::strcmp(argv[1], kHelperName) != 0) return std::nullopt;
+  if (argc != 5 || argv[1] != kHelperName) return std::nullopt;
   // typed by a person, there is no pipe
   struct stat pipe {};
   if (fstat(kAnswerFd, &pipe) != 0 || !S_ISFIFO(pipe.st_mode)) return std::nullopt;

@@ -135,6 +135,12 @@ bool FacesOneWay(const TriangleMesh& mesh, const std::vector<double>& volume_of_
   return true;
 }
 
+/// Of the corners as they stand, so that no shift rounds a small triangle away.
+double AreaOf(const TriangleMesh& mesh, std::size_t t) {
+  const Vec3 side = mesh.corner(t, 1) - mesh.corner(t, 0);
+  return 0.5 * side.cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
+}
+
 bool AllPositive(const Mat3& spread) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(spread, Eigen::EigenvaluesOnly);
   return solver.info() == Eigen::Success && solver.eigenvalues().minCoeff() > 0;
@@ -155,7 +161,7 @@ MassProperties ComputeMassProperties(const TriangleMesh& mesh) {
     const Vec3 c = mesh.corner(t, 2) - p_MR;
     volume_of_triangle.push_back(a.dot(b.cross(c)) / 6);
     volume.AddSimplex(3, volume_of_triangle.back(), a, b, c);
-    surface.AddSimplex(2, 0.5 * (b - a).cross(c - a).norm(), a, b, c);
+    surface.AddSimplex(2, AreaOf(mesh, t), a, b, c);
   }
   TANDEM_CHECK(surface.mass > 0);
 

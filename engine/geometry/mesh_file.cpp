@@ -1,5 +1,8 @@
 #include "engine/geometry/mesh_file.h"
 
+#include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -153,6 +156,15 @@ std::string Size(std::size_t bytes) {
   return mib < 1024 ? Number(mib) + " MiB" : Number(mib / 1024) + " GiB";
 }
 
+std::string SystemWords(int error_number) {
+  return std::generic_category().message(error_number);
+}
+
+std::string SignalName(int signal) {
+  const char* name = sigdescr_np(signal);  // the thread-safe strsignal
+  return name == nullptr ? "unknown" : name;
+}
+
 /// Everything that can be known of the file before it is read.
 std::optional<Error> FaultOf(const std::filesystem::path& file, const std::string& name) {
   std::error_code error;
@@ -165,7 +177,7 @@ std::optional<Error> FaultOf(const std::filesystem::path& file, const std::strin
     return Error{name + " is a directory: name a mesh file in it"};
   }
   if (access(file.c_str(), R_OK) != 0) {
-    return Error{"cannot read mesh file " + name + ": " + std::strerror(errno)};
+    return Error{"cannot read mesh file " + name + ": " + SystemWords(errno)};
   }
   return std::nullopt;
 }
@@ -176,7 +188,7 @@ Result<RawMesh> ReadInChild(const std::filesystem::path& file, const std::string
   const ImportLimits limits{options.seconds_limit, options.memory_limit_bytes};
   const ImportChildRun run = RunImportChild(file, limits);
   if (run.end == End::kNotStarted) {
-    return Error{"cannot start the process that reads " + name + ": " + std::strerror(run.code)};
+    return Error{"cannot start the process that reads " + name + ": " + SystemWords(run.code)};
   }
   if (run.end == End::kTooLate || (run.end == End::kKilledBySignal && run.code == SIGXCPU)) {
     return Error{"reading " + name + " took more than " + Number(options.seconds_limit) +
@@ -190,7 +202,7 @@ Result<RawMesh> ReadInChild(const std::filesystem::path& file, const std::string
   if (run.end == End::kKilledBySignal || !answer) {
     const std::string how =
         run.end == End::kKilledBySignal
-            ? std::string("signal ") + std::to_string(run.code) + ", " + strsignal(run.code)
+            ? std::string("signal ") + std::to_string(run.code) + ", " + SignalName(run.code)
             : "exit code " + std::to_string(run.code);
     return Error{
         "the mesh library crashed on " + name + " (" + how +
@@ -262,7 +274,7 @@ Result<TriangleMesh> Build(RawMesh raw, const std::string& name, const ImportOpt
   mesh.vertices.reserve(weld.first_point.size());
   for (const std::uint32_t point : weld.first_point) {
     const FloatPoint& p = raw.points[point];
-    mesh.vertices.push_back(options.scale * Vec3(double{p[0]}, double{p[1]}, double{p[2]}));
+    mesh.vertices.emplace_back(options.scale * Vec3(double{p[0]}, double{p[1]}, double{p[2]}));
   }
   mesh.triangles = std::move(raw.triangles);
   double largest_area = 0;

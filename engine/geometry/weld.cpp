@@ -1,5 +1,6 @@
 #include "engine/geometry/weld.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -60,8 +61,9 @@ class VertexGrid {
   std::uint32_t Find(const FloatPoint& p, const std::vector<std::uint32_t>& first_point) const {
     std::uint32_t found = kNone;
     const Cell home = CellOf(p);
-    for (int n = 0; n < 27; ++n) {
-      const Cell cell{home[0] + n % 3 - 1, home[1] + n / 3 % 3 - 1, home[2] + n / 9 - 1};
+    for (unsigned n = 0; n < 27; ++n) {
+      const Cell cell{home[0] + kSteps[n % 3], home[1] + kSteps[n / 3 % 3],
+                      home[2] + kSteps[n / 9]};
       const auto at = cells_.find(cell);
       if (at == cells_.end()) continue;
       for (const std::uint32_t vertex : at->second) {
@@ -76,6 +78,8 @@ class VertexGrid {
   void Add(const FloatPoint& p, std::uint32_t vertex) { cells_[CellOf(p)].push_back(vertex); }
 
  private:
+  static constexpr std::array<double, 3> kSteps{-1, 0, 1};
+
   Cell CellOf(const FloatPoint& p) const {
     return {std::floor(double{p[0]} / tolerance_), std::floor(double{p[1]} / tolerance_),
             std::floor(double{p[2]} / tolerance_)};
@@ -110,7 +114,7 @@ Weld WeldEqual(std::span<const FloatPoint> points) {
 }
 
 Weld WeldNear(std::span<const FloatPoint> points, double tolerance) {
-  const Weld equal = WeldEqual(points);
+  Weld equal = WeldEqual(points);
   double largest = 0;
   for (const FloatPoint& p : points) {
     for (const float x : p) largest = std::max(largest, std::abs(double{x}));

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "engine/base/int128.h"
-#include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_diagnosis.h"
 
 namespace tandem {
@@ -36,23 +35,21 @@ bool CrossesEdge(std::int64_t u, std::int64_t v, std::int64_t au, std::int64_t a
 
 /// A body's part in the count of bodies round a point: 1, or -1 for a cavity.
 std::vector<int> Signs(const TriangleMesh& mesh, const MeshDiagnosis& diagnosis) {
-  std::vector<TriangleMesh> bodies(diagnosis.bodies);
+  std::vector<double> volumes(diagnosis.bodies, 0.0);
+  std::vector<Bounds> boxes(diagnosis.bodies);
+  const Vec3 reference = BoundsOf(mesh).centre();
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    TriangleMesh& body = bodies[diagnosis.body_of_triangle[t]];
-    const auto n = static_cast<std::uint32_t>(body.vertices.size());
-    for (std::size_t k = 0; k < 3; ++k) body.vertices.push_back(mesh.corner(t, k));
-    body.triangles.push_back({n, n + 1, n + 2});
+    const std::uint32_t body = diagnosis.body_of_triangle[t];
+    const Vec3 a = mesh.corner(t, 0) - reference;
+    const Vec3 b = mesh.corner(t, 1) - reference;
+    const Vec3 c = mesh.corner(t, 2) - reference;
+    volumes[body] += a.dot(b.cross(c)) / 6.0;
+    for (std::size_t k = 0; k < 3; ++k) boxes[body].Add(mesh.corner(t, k));
   }
-  std::vector<double> volumes;
-  std::vector<Bounds> boxes;
-  for (const TriangleMesh& body : bodies) {
-    volumes.push_back(ComputeMassProperties(body).volume);
-    boxes.push_back(BoundsOf(body));
-  }
-  std::vector<int> signs(bodies.size(), 1);
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
+  std::vector<int> signs(diagnosis.bodies, 1);
+  for (std::size_t b = 0; b < signs.size(); ++b) {
     if (volumes[b] >= 0) continue;
-    for (std::size_t outer = 0; outer < bodies.size() && signs[b] > 0; ++outer) {
+    for (std::size_t outer = 0; outer < signs.size() && signs[b] > 0; ++outer) {
       if (volumes[outer] > 0 && (boxes[outer].min.array() <= boxes[b].min.array()).all() &&
           (boxes[b].max.array() <= boxes[outer].max.array()).all()) {
         signs[b] = -1;

@@ -155,6 +155,20 @@ TEST(MassProperties, OfASheetLieOnItsSurface) {
   EXPECT_FALSE(ComputeMassProperties(sheet).solid);
 }
 
+// Two triangles so small that their corners are one point to the reference between them.
+TEST(MassProperties, FindTheAreaOfSpecksFarApart) {
+  TriangleMesh specks;
+  specks.vertices = {{0, 0, 0}, {1e-12, 0, 0}, {0, 1e-12, 0}};
+  specks.triangles = {{0, 1, 2}};
+  Append(specks, specks);
+  specks.vertices[3] = {1e6, 0, 0};
+  specks.vertices[4] = {1e6, 0, 0};
+  specks.vertices[5] = {1e6, 0, 0};
+  const MassProperties properties = ComputeMassProperties(specks);
+  EXPECT_FALSE(properties.solid);
+  EXPECT_LE(properties.p_MBo.norm(), 1e-9);
+}
+
 // Five unit squares: the floor at height 0, four walls at height 1/2 in the mean.
 TEST(MassProperties, OfABoxWithoutLidLieOnItsSurface) {
   TriangleMesh box = BoxMesh(Vec3::Constant(1));

@@ -36,26 +36,26 @@ class TempFolder {
 };
 
 // Unit cubes with a corner at the origin, as squares.
-inline constexpr char kObjCube[] =
+inline const std::string kObjCube =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n"
     "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-inline constexpr char kOffCube[] =
+inline const std::string kOffCube =
     "OFF\n8 6 12\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n"
     "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
-inline constexpr char kPlyCube[] =
+inline const std::string kPlyCube =
     "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
     "property float z\nelement face 6\nproperty list uchar int vertex_indices\nend_header\n"
     "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n"
     "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
 
-inline constexpr char kAsciiStl[] =
+inline const std::string kAsciiStl =
     "solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
     "endfacet\nfacet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\n"
     "endfacet\nendsolid t\n";
 
 /// The triangle (0,0,3) (2,0,3) (0,1,3), Z up, on a node that takes (x, y, z) to (10 - y, x, -z):
 /// a quarter turn, a mirror and a move.
-inline constexpr char kDaeTriangle[] =
+inline const std::string kDaeTriangle =
     R"(<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
  <asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>

@@ -101,8 +101,7 @@ TEST_F(MeshFile, WeldsWithinAToleranceOnlyWhenAsked) {
 }
 
 TEST_F(MeshFile, KeepsFlatTrianglesForTheDiagnosis) {
-  const Result<TriangleMesh> mesh =
-      ImportMesh(Write("flat.obj", std::string(kObjCube) + "f 1 1 2\n"));
+  const Result<TriangleMesh> mesh = ImportMesh(Write("flat.obj", kObjCube + "f 1 1 2\n"));
   ASSERT_TRUE(mesh) << WhyNot(mesh);
   EXPECT_EQ(mesh->triangles.size(), 13U);
   EXPECT_EQ(Describe(Diagnose(*mesh)), "closed, 1 flat triangle; 1 body");
@@ -201,6 +200,7 @@ TEST_F(MeshFile, ReadsFromManyThreadsAtOnce) {
   const auto sphere = Write("sphere.stl", BinaryStlSphere(4));
   std::atomic<int> right{0};
   std::vector<std::thread> threads;
+  threads.reserve(8);
   for (int n = 0; n < 8; ++n) {
     threads.emplace_back([&, n] {
       for (int i = 0; i < 4; ++i) {
@@ -255,6 +255,7 @@ TEST_F(MeshFile, SurvivesThreeHundredDamagedFiles) {
     }
   };
   std::vector<std::thread> threads;
+  threads.reserve(8);
   for (int i = 0; i < 4; ++i) threads.emplace_back(work);
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(meshes + errors, kCases);

@@ -33,7 +33,8 @@ bool IsMeshFile(const fs::path& file) {
 class ThirdPartyModels : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* folder = std::getenv("TANDEM_MODELS");
+    const char* folder =
+        std::getenv("TANDEM_MODELS");  // NOLINT(concurrency-mt-unsafe): nobody sets it
     if (folder == nullptr) GTEST_SKIP() << "TANDEM_MODELS does not name the folder of the models";
     folder_ = folder;
     ASSERT_TRUE(fs::is_directory(folder_)) << folder_;
@@ -52,6 +53,7 @@ class ThirdPartyModels : public ::testing::Test {
   static void ForEach(const std::vector<fs::path>& files, Check check) {
     std::atomic<std::size_t> next{0};
     std::vector<std::thread> threads;
+    threads.reserve(4);
     for (int i = 0; i < 4; ++i) {
       threads.emplace_back([&] {
         for (std::size_t n = next++; n < files.size(); n = next++) check(files[n]);
@@ -130,6 +132,7 @@ TEST_F(ThirdPartyModels, HaveTheBodiesAndCracksThatAreKnownOfThem) {
       {"bad/soup.stl", 100, "300 open edges; 100 bodies"},
   };
   std::vector<fs::path> files;
+  files.reserve(facts.size());
   for (const Fact& fact : facts) files.push_back(folder_ / fact.file);
   ForEach(files, [&](const fs::path& file) {
     const Fact& fact = *std::find_if(facts.begin(), facts.end(), [&](const Fact& f) {
