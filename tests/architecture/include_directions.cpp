@@ -36,7 +36,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab", {"engine/haptics"});
     may_see("collab/dds", {"collab"});
     may_see("collab/simulated", {"collab"});
-    may_see("scenes", {"engine/world"});
+    may_see("scenes", {"engine/haptics"});  // the generators write hand files too
     may_see("app/cli", {"collab/dds", "collab/simulated", "scenes", "app/devices"});
     may_see("app/devices", {"engine/haptics"});
     may_see("app/view", {"collab/dds"});
