@@ -1,10 +1,13 @@
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/poses_file.h"
 #include "app/cli/talk.h"
 #include "engine/contact/contact_pair.h"
+#include "engine/geometry/exact_surface.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxelize.h"
@@ -27,18 +30,99 @@ std::string Basename(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
+/// Whether any part of triangle a b c comes within `reach` of the solid, or into it; cut in two until each piece is
+/// smaller than the reach, and near only if its middle is.
+bool ComesNear(const ExactSurface& solid, const Vec3& a, const Vec3& b, const Vec3& c,
+               double reach) {
+  const Vec3 middle = (a + b + c) / 3.0;
+  const double radius =
+      std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
+  if (-solid.Depth(middle) > radius + reach) return false;
+  if (radius <= reach) return true;
+  const double ab = (b - a).squaredNorm();
+  const double bc = (c - b).squaredNorm();
+  const double ca = (a - c).squaredNorm();
+  if (bc >= ab && bc >= ca) return ComesNear(solid, b, c, a, reach);
+  if (ca > ab) return ComesNear(solid, c, a, b, reach);
+  const Vec3 half = 0.5 * (a + b);
+  return ComesNear(solid, a, half, c, reach) || ComesNear(solid, half, b, c, reach);
+}
+
+/// Whether no point could read anything but "beyond" at any of the poses (of the moving mesh's frame): its
+/// surface stays farther from the fixed solid than the farthest marked voxel can be.
+bool StaysBeyond(const TriangleMesh& fixed, const TriangleMesh& moving,
+                 const std::vector<FilePose>& poses, double voxel) {
+  const ExactSurface solid(fixed);
+  if (solid.empty()) return false;  // open: its distance cannot be told here
+  // the range, the source voxel's own surface, the point's voxel: half a diagonal each to spare
+  const double reach = std::sqrt(3.0) * (kDefaultRange + 3) * voxel;
+  return std::none_of(poses.begin(), poses.end(), [&](const FilePose& pose) {
+    for (std::size_t t = 0; t < moving.triangles.size(); ++t) {
+      if (ComesNear(solid, pose.X_WM * moving.corner(t, 0), pose.X_WM * moving.corner(t, 1),
+                    pose.X_WM * moving.corner(t, 2), reach)) {
+        return true;
+      }
+    }
+    return false;
+  });
+}
+
+void PrintHeader() {
+  std::printf("index,contact_points,touching_points,fx,fy,fz,tx,ty,tz,nearest_voxels\n");
+}
+
+void PrintRow(std::size_t row, const PoseReading& reading) {
+  const Wrench wrench = AsWrench(reading.on_shell.force);
+  std::printf("%zu,%d,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,", row, reading.contact_points,
+              reading.touching_points, wrench.f.x(), wrench.f.y(), wrench.f.z(), wrench.tau.x(),
+              wrench.tau.y(), wrench.tau.z());
+  if (reading.nearest_voxels == std::numeric_limits<int>::max()) {
+    std::printf("\n");
+  } else {
+    std::printf("%d\n", reading.nearest_voxels);
+  }
+}
+
+/// The rows of the file that are about these two parts, translations in metres.
+std::vector<FilePose> PosesOfPair(std::vector<FilePose> poses, const ContactArguments& arguments) {
+  std::erase_if(poses, [&](const FilePose& pose) {
+    return Basename(pose.fixed) != Basename(arguments.fixed) ||
+           Basename(pose.moving) != Basename(arguments.moving);
+  });
+  for (FilePose& pose : poses) pose.X_WM.p *= arguments.scale;
+  return poses;
+}
+
 int RunContact(const ContactArguments& arguments) {
   if (!(arguments.voxel > 0) || !(arguments.scale > 0)) {
     return Fail(kExitUsage, "--voxel and --scale must be above 0");
   }
-  const Result<std::vector<FilePose>> poses = ReadPosesFile(arguments.poses);
-  if (!poses) return Fail(kExitFile, poses.error().what);
+  Result<std::vector<FilePose>> all_poses = ReadPosesFile(arguments.poses);
+  if (!all_poses) return Fail(kExitFile, all_poses.error().what);
+  const std::vector<FilePose> poses = PosesOfPair(std::move(*all_poses), arguments);
+  if (poses.empty()) {
+    return Fail(kExitFile, arguments.poses + ": has no pose of " + Basename(arguments.moving) +
+                               " in " + Basename(arguments.fixed));
+  }
   const ImportOptions import{.scale = arguments.scale};
   const Result<TriangleMesh> fixed = ImportMesh(arguments.fixed, import);
   if (!fixed) return Fail(kExitFile, fixed.error().what);
   const Result<TriangleMesh> moving = ImportMesh(arguments.moving, import);
   if (!moving) return Fail(kExitFile, moving.error().what);
-  const Result<Voxmap> voxmap = Voxelize(*fixed, {.voxel_size = arguments.voxel});
+
+  const VoxelizeOptions options{.voxel_size = arguments.voxel};
+  const std::size_t need = std::max(EstimateVoxelizeBytes(*fixed, arguments.voxel),
+                                    EstimateVoxelizeBytes(*moving, arguments.voxel));
+  if (need > options.max_memory_bytes && StaysBeyond(*fixed, *moving, poses, arguments.voxel)) {
+    // no voxel that could be stored would be read
+    if (arguments.csv) PrintHeader();
+    for (const FilePose& pose : poses) {
+      if (arguments.csv) PrintRow(pose.row, PoseReading{});
+    }
+    Say("0 of " + std::to_string(poses.size()) + " poses touch: the parts stay out of range");
+    return kExitOk;
+  }
+  const Result<Voxmap> voxmap = Voxelize(*fixed, options);
   if (!voxmap) return Fail(kExitFile, arguments.fixed + ": " + voxmap.error().what);
   const Pose X_MB{Quat::Identity(), ComputeMassProperties(*moving).p_MBo};
   const Result<Pointshell> points = MakePointshell(*moving, X_MB, {.spacing = arguments.voxel});
@@ -47,36 +131,14 @@ int RunContact(const ContactArguments& arguments) {
   const Pose X_WV{Quat::Identity(), voxmap->p_WVo()};
   ContactPair pair(*points, *voxmap, X_WV, arguments.force_layer,
                    DefaultContactGains(arguments.voxel));
-  if (arguments.csv) {
-    std::printf("index,contact_points,touching_points,fx,fy,fz,tx,ty,tz,nearest_voxels\n");
-  }
-  std::size_t read = 0;
   std::size_t touching = 0;
-  for (const FilePose& pose : *poses) {
-    if (Basename(pose.fixed) != Basename(arguments.fixed) ||
-        Basename(pose.moving) != Basename(arguments.moving)) {
-      continue;
-    }
-    const Pose X_WM{pose.X_WM.q, arguments.scale * pose.X_WM.p};
-    const PoseReading reading = pair.Read({.X_WB = X_WM * X_MB, .V_WB = {}}, BodyMotion{});
-    ++read;
+  if (arguments.csv) PrintHeader();
+  for (const FilePose& pose : poses) {
+    const PoseReading reading = pair.Read({.X_WB = pose.X_WM * X_MB, .V_WB = {}}, BodyMotion{});
     touching += reading.touching_points > 0 ? 1 : 0;
-    if (!arguments.csv) continue;
-    const Wrench wrench = AsWrench(reading.on_shell.force);
-    std::printf("%zu,%d,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,", pose.row, reading.contact_points,
-                reading.touching_points, wrench.f.x(), wrench.f.y(), wrench.f.z(), wrench.tau.x(),
-                wrench.tau.y(), wrench.tau.z());
-    if (reading.nearest_voxels == std::numeric_limits<int>::max()) {
-      std::printf("\n");
-    } else {
-      std::printf("%d\n", reading.nearest_voxels);
-    }
+    if (arguments.csv) PrintRow(pose.row, reading);
   }
-  if (read == 0) {
-    return Fail(kExitFile, arguments.poses + ": has no pose of " + Basename(arguments.moving) +
-                               " in " + Basename(arguments.fixed));
-  }
-  Say(std::to_string(touching) + " of " + std::to_string(read) + " poses touch; " +
+  Say(std::to_string(touching) + " of " + std::to_string(poses.size()) + " poses touch; " +
       std::to_string(points->size()) + " points");
   return kExitOk;
 }

@@ -9,6 +9,7 @@
 
 #include "engine/base/hash.h"
 #include "engine/voxel/surface_voxels.h"
+#include "engine/voxel/voxelize.h"
 
 namespace tandem {
 
@@ -133,8 +134,10 @@ ChunkPoints PointsOfChunk(const SurfaceVoxels& surface, const SurfaceVoxels::Chu
 
 Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
                                   const PointshellOptions& options) {
-  if (mesh_W.triangles.empty()) return Error{"the mesh has no triangles"};
-  if (!(options.spacing > 0)) return Error{"the point spacing must be above 0 m"};
+  if (std::optional<Error> fault =
+          VoxelSizeFault(mesh_W, options.spacing, options.max_memory_bytes)) {
+    return *fault;
+  }
   const std::vector<SnappedTriangle> snapped = SnapTriangles(mesh_W, options.spacing);
   const SurfaceVoxels surface = FindSurfaceVoxels(snapped, options.spacing);
   std::vector<ChunkPoints> made(surface.chunks.size());

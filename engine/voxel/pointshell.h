@@ -36,6 +36,7 @@ struct Pointshell {
 struct PointshellOptions {
   double spacing = 0.001;    // m
   double inward_shift = 0;   // along the normals, m; negative shifts outward
+  std::size_t max_memory_bytes = std::size_t{8} << 30U;
 };
 
 /// Makes the points of a mesh that stands in W, in the frame B that stands at X_WB then.

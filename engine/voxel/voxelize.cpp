@@ -81,7 +81,7 @@ void FinishHyperchunk(const RayParity& parity, const GridIndex& place, Filled& f
 
 std::string InGiB(std::size_t bytes) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g GiB", static_cast<double>(bytes) / (1ULL << 30U));
+  std::snprintf(text, sizeof text, "%.3g GiB", static_cast<double>(bytes) / static_cast<double>(1ULL << 30U));
   return text;
 }
 
@@ -103,32 +103,38 @@ double AutoVoxelSize(const TriangleMesh& mesh) {
   return BoundsOf(mesh).size().maxCoeff() / 200.0;
 }
 
-Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
-  const double s = options.voxel_size;
+std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_size,
+                                    std::size_t max_memory_bytes) {
+  const double s = voxel_size;
   if (mesh_W.triangles.empty()) return Error{"the mesh has no triangles"};
   if (!(s > 0) || !std::isfinite(s)) return Error{"the voxel size must be above 0 m"};
   const std::size_t need = EstimateVoxelizeBytes(mesh_W, s);
   const Bounds box = BoundsOf(mesh_W);
   const double farthest = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
-  if (need > options.max_memory_bytes || farthest > kFarthestVoxel * s) {
-    // the need falls with the square of the voxel size, or faster
-    double fits = std::max(s, farthest / kFarthestVoxel);
-    while (EstimateVoxelizeBytes(mesh_W, fits) > options.max_memory_bytes && fits < 1e6) fits *= 1.05;
-    char text[200];
-    if (fits >= 1e6) {
-      std::snprintf(text, sizeof text, "no voxel size fits into %s",
-                    InGiB(options.max_memory_bytes).c_str());
-    } else if (need <= options.max_memory_bytes) {
-      std::snprintf(text, sizeof text,
-                    "voxels of %g m are too small for a mesh %g m from the origin; %.2g m would do", s,
-                    farthest, 1.05 * fits);
-    } else {
-      std::snprintf(text, sizeof text,
-                    "voxels of %g m would need about %s of memory, more than the %s allowed; "
-                    "%.2g m would fit",
-                    s, InGiB(need).c_str(), InGiB(options.max_memory_bytes).c_str(), 1.05 * fits);
-    }
-    return Error{text};
+  if (need <= max_memory_bytes && farthest <= kFarthestVoxel * s) return std::nullopt;
+  // the need falls with the square of the voxel size, or faster
+  double fits = std::max(s, farthest / kFarthestVoxel);
+  while (EstimateVoxelizeBytes(mesh_W, fits) > max_memory_bytes && fits < 1e6) fits *= 1.05;
+  char text[200];
+  if (fits >= 1e6) {
+    std::snprintf(text, sizeof text, "no voxel size fits into %s", InGiB(max_memory_bytes).c_str());
+  } else if (need <= max_memory_bytes) {
+    std::snprintf(text, sizeof text,
+                  "voxels of %g m are too small for a mesh %g m from the origin; %.2g m would do", s,
+                  farthest, 1.05 * fits);
+  } else {
+    std::snprintf(text, sizeof text,
+                  "voxels of %g m would need about %s of memory, more than the %s allowed; "
+                  "%.2g m would fit",
+                  s, InGiB(need).c_str(), InGiB(max_memory_bytes).c_str(), 1.05 * fits);
+  }
+  return Error{text};
+}
+
+Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
+  const double s = options.voxel_size;
+  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, s, options.max_memory_bytes)) {
+    return *fault;
   }
 
   const std::vector<SnappedTriangle> triangles = SnapTriangles(mesh_W, s);

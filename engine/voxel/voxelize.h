@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "engine/base/result.h"
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/voxel/voxmap.h"
@@ -14,6 +16,10 @@ struct VoxelizeOptions {
 
 /// The memory that voxelizing takes at its height, from the mesh's area and box: an estimate on the safe side.
 std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, double voxel_size);
+
+/// Why a mesh cannot be voxelized at that size within that memory, and a voxel size that would do; nothing if it can.
+std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_size,
+                                    std::size_t max_memory_bytes);
 
 /// Voxelizes a mesh where it stands in W: exact conservative surface, distance field, interior by ray
 /// parity (paper §2.1, §3; VPS.md §1). In parallel; the same bits for any number of threads.
