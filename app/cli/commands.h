@@ -5,6 +5,7 @@
 namespace tandem {
 
 /// Each adds a subcommand whose run leaves its exit code in `exit_code`.
+void AddViewCommand(CLI::App& app, int& exit_code);
 void AddVoxelizeCommand(CLI::App& app, int& exit_code);
 void AddContactCommand(CLI::App& app, int& exit_code);
 void AddDemoCommand(CLI::App& app, int& exit_code);

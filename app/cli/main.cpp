@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   int exit_code = tandem::kExitOk;
   tandem::AddDemoCommand(app, exit_code);
   tandem::AddPeerCommand(app, exit_code);
+  tandem::AddViewCommand(app, exit_code);
   tandem::AddVoxelizeCommand(app, exit_code);
   tandem::AddContactCommand(app, exit_code);
   try {

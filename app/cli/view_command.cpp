@@ -1,0 +1,35 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "app/cli/child_processes.h"
+#include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/talk.h"
+
+namespace tandem {
+
+namespace {
+
+/// Becomes the window's program, which lies beside this one.
+int RunView(const std::vector<std::string>& arguments) {
+  const std::string program = (ProgramFolder() / "tandem-view").string();
+  std::vector<char*> argv{const_cast<char*>(program.c_str())};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  execv(program.c_str(), argv.data());
+  return Fail(kExitFailed, program + " cannot be started: " + std::strerror(errno));
+}
+
+}  // namespace
+
+void AddViewCommand(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "view", "Look on in a window: tandem-view, with all its options (tandem view --help)");
+  command->prefix_command();
+  command->set_help_flag();
+  command->callback([command, &exit_code] { exit_code = RunView(command->remaining()); });
+}
+
+}  // namespace tandem
