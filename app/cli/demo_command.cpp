@@ -20,6 +20,8 @@ using nlohmann::ordered_json;
 
 constexpr double kShortestJudged = 18.0;  // s: hands rest by 60 %, the rest shows whether it is stable
 constexpr double kJudgeSeconds = 60.0;
+constexpr double kMeetingSeconds = 180.0;  // for loading and meeting, at the most
+constexpr double kPictureAt = 0.28;        // of the run: about when the part is half out
 
 struct DemoArguments {
   std::string scene = "bracket_actuator";
@@ -79,7 +81,11 @@ std::vector<std::string> ViewerCommand(const DemoArguments& arguments, const std
   if (window) {
     command = {(ProgramFolder() / "tandem-view").string()};
     if (!arguments.screenshot.empty()) {
-      command.insert(command.end(), {"--screenshot", arguments.screenshot});
+      // on the way out, and with --seconds the window stays open after the picture
+      command.insert(command.end(),
+                     {"--screenshot", arguments.screenshot, "--screenshot-after",
+                      std::to_string(kPictureAt * arguments.seconds), "--seconds",
+                      std::to_string(arguments.seconds + kMeetingSeconds)});
     }
   } else {
     command = {(ProgramFolder() / "tandem").string(), "watch"};
@@ -114,7 +120,8 @@ int RunSession(const DemoArguments& arguments, const Scene& scene,
     peers.push_back(std::move(*peer));
   }
   // loading and meeting may take a minute each; one peer that fails ends the demo
-  const auto limit = std::chrono::milliseconds(static_cast<long>(1e3 * arguments.seconds) + 180'000);
+  const std::chrono::milliseconds limit(
+      static_cast<long>(1e3 * (arguments.seconds + kMeetingSeconds)));
   constexpr std::chrono::milliseconds kPeriod{50};
   for (auto waited = kPeriod; !peers[0].Poll() || !peers[1].Poll(); waited += kPeriod) {
     for (ChildProcess& peer : peers) {
@@ -128,9 +135,8 @@ int RunSession(const DemoArguments& arguments, const Scene& scene,
   }
   viewer->Signal(SIGTERM);
   const std::optional<int> ended = viewer->Wait(std::chrono::seconds(20));
-  if (ended.value_or(kExitFailed) != kExitOk) {
-    return Fail(kExitFailed, "the viewer ended with exit code " +
-                                 std::to_string(ended.value_or(kExitFailed)));
+  if (const int code = ended.value_or(kExitFailed); code != kExitOk) {
+    return Fail(code, "the viewer ended with exit code " + std::to_string(code));
   }
   return kExitOk;
 }
