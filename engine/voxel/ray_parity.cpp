@@ -205,9 +205,14 @@ void RayParity::AddVotes(const GridIndex& first, std::int32_t side,
 }
 
 bool RayParity::Inside(const GridIndex& voxel) const {
-  std::vector<std::uint8_t> vote(1, 0);
-  AddVotes(voxel, 1, vote);
-  return vote[0] >= 2;
+  const std::array<std::int32_t, 3> place{voxel.x, voxel.y, voxel.z};
+  int votes = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::span<const double> toggles = Toggles(axis, place[(axis + 1) % 3], place[(axis + 2) % 3]);
+    const auto passed = std::upper_bound(toggles.begin(), toggles.end(), place[axis] + 0.5);
+    votes += static_cast<int>((passed - toggles.begin()) % 2);
+  }
+  return votes >= 2;
 }
 
 }  // namespace tandem
