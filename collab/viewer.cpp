@@ -10,7 +10,11 @@ constexpr std::size_t kMaxAges = 1U << 20U;  // an hour of four peers at 60 Hz, 
 
 ViewerPicture Viewer::Picture() const {
   const std::lock_guard lock(mutex_);
-  ViewerPicture picture{.scene = scene_, .peers = {}, .samples = samples_};
+  ViewerPicture picture{.scene = scene_,
+                        .peers = {},
+                        .samples = samples_,
+                        .first_sample_ns = first_sample_ns_,
+                        .newest_sample_ns = newest_sample_ns_};
   for (const auto& [id, peer] : peers_) picture.peers.push_back(peer);
   return picture;
 }
@@ -23,8 +27,8 @@ std::vector<float> Viewer::SampleAgesMs() const {
 void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   const std::lock_guard lock(mutex_);
   ViewedPeer& peer = peers_[frame.peer];
-  peer.info.peer = frame.peer;
-  peer.presence = ViewedPeer::Presence::kHere;
+  peer.info.peer =
+      frame.peer;  // whether it is here only its peer_info tells: this may be a straggler
   peer.delay_ms = static_cast<double>(frame.delay_ms);
   peer.heard_ns = arrival_ns;
   // frames of a peer with many bodies bring some of them each
@@ -39,9 +43,11 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
       *known = body;
     }
   }
-  ++samples_;
+  if (samples_++ == 0) first_sample_ns_ = arrival_ns;
+  newest_sample_ns_ = arrival_ns;
   if (ages_ms_.size() < kMaxAges) {
-    ages_ms_.push_back(static_cast<float>(static_cast<double>(arrival_ns - frame.sample_ns) * 1e-6));
+    ages_ms_.push_back(
+        static_cast<float>(static_cast<double>(arrival_ns - frame.sample_ns) * 1e-6));
   }
 }
 

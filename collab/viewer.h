@@ -17,24 +17,29 @@ struct ViewedPeer {
 
   PeerInfo info;
   Presence presence = Presence::kHere;
-  double delay_ms = 0;                    // half its loop age to its partners, as it says itself
-  std::int64_t heard_ns = 0;              // newest sign of it, this machine's clock
-  std::vector<ViewBody> bodies;           // newest poses
+  double delay_ms = 0;           // half its loop age to its partners, as it says itself
+  std::int64_t heard_ns = 0;     // newest sign of it, this machine's clock
+  std::vector<ViewBody> bodies;  // newest poses
 };
 
 /// What a viewer shows, at one moment.
 struct ViewerPicture {
-  std::optional<SceneManifest> scene;     // not before an active peer has offered one
-  std::vector<ViewedPeer> peers;          // by id; those that left stay, marked
-  std::uint64_t samples = 0;              // view frames received so far
+  std::optional<SceneManifest> scene;  // not before an active peer has offered one
+  std::vector<ViewedPeer> peers;       // by id; those that left stay, marked
+  std::uint64_t samples = 0;           // view frames received so far
+  std::int64_t first_sample_ns =
+      0;  // when the first of them came, and the newest; this machine's clock
+  std::int64_t newest_sample_ns = 0;
 };
 
-/// A passive onlooker's side of a session: keeps what is heard, answers what to show. Needs no window; says nothing
-/// of poses to anybody. Calls may come from the transport's threads and from the reader's at once.
+/// A passive onlooker's side of a session: keeps what is heard, answers what to show. Needs no
+/// window; says nothing of poses to anybody. Calls may come from the transport's threads and from
+/// the reader's at once.
 class Viewer : public Inbox {
  public:
   ViewerPicture Picture() const;
-  /// Ages of view frames at arrival (sender's stamp against our clock, ms): meaningful on one host only.
+  /// Ages of view frames at arrival (sender's stamp against our clock, ms): meaningful on one host
+  /// only.
   std::vector<float> SampleAgesMs() const;
 
   void OnState(const ObjectState&, std::int64_t) override {}
@@ -50,6 +55,8 @@ class Viewer : public Inbox {
   std::optional<SceneManifest> scene_;
   std::map<PeerId, ViewedPeer> peers_;
   std::uint64_t samples_ = 0;
+  std::int64_t first_sample_ns_ = 0;
+  std::int64_t newest_sample_ns_ = 0;
   std::vector<float> ages_ms_;
 };
 

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 #include "app/cli/poses_file.h"
 #include "app/cli/talk.h"
 #include "engine/contact/contact_pair.h"

@@ -8,7 +8,7 @@
 #include "app/cli/child_processes.h"
 #include "app/cli/commands.h"
 #include "app/cli/demo_judgement.h"
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/talk.h"
 

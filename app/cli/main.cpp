@@ -3,7 +3,8 @@
 #include <exception>
 
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
+#include "app/cli/watch_command.h"
 #include "engine/geometry/mesh_file.h"
 
 int main(int argc, char** argv) {
@@ -16,6 +17,7 @@ int main(int argc, char** argv) {
   tandem::AddDemoCommand(app, exit_code);
   tandem::AddPeerCommand(app, exit_code);
   tandem::AddViewCommand(app, exit_code);
+  tandem::AddWatchCommand(app, exit_code);
   tandem::AddVoxelizeCommand(app, exit_code);
   tandem::AddContactCommand(app, exit_code);
   try {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/talk.h"
 #include "collab/dds/dds_transport.h"

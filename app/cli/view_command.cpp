@@ -5,7 +5,7 @@
 
 #include "app/cli/child_processes.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 #include "app/cli/talk.h"
 
 namespace tandem {

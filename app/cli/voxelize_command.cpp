@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 #include "app/cli/talk.h"
 #include "engine/base/hash.h"
 #include "engine/geometry/mass_properties.h"

@@ -15,7 +15,7 @@ namespace {
 constexpr int kRefreshMs = 16;
 constexpr int kRefreshesPerTable = 12;  // the table five times a second: digits that can be read
 constexpr QSize kFirstSize(1280, 800);
-constexpr int kDockWidth = 300;
+constexpr int kDockWidth = 350;
 constexpr int kSessionHeight = 260;
 }  // namespace
 

@@ -1,0 +1,185 @@
+#include "app/cli/watch_command.h"
+
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+
+#include <unistd.h>
+
+#include "app/exit_codes.h"
+#include "app/cli/talk.h"
+#include "collab/dds/dds_transport.h"
+#include "collab/viewer.h"
+#include "collab/viewer_report.h"
+#include "engine/realtime/clock.h"
+#include "engine/world/scene.h"
+
+namespace tandem {
+
+namespace {
+
+using Presence = ViewedPeer::Presence;
+
+constexpr std::int64_t kTurnNs = 100'000'000;      // looks at what is new
+constexpr std::int64_t kBeatNs = 250'000'000;      // says that it is here
+constexpr std::int64_t kStatusNs = 1'000'000'000;  // says what it receives
+
+PeerId RandomPeerId() {
+  std::random_device random;
+  PeerId id = 0;
+  while (id == 0) id = static_cast<PeerId>(random()) << 32U | random();
+  return id;
+}
+
+std::string NameOf(const ViewedPeer& peer) {
+  return peer.info.name.empty() ? "peer " + std::to_string(peer.info.peer) : peer.info.name;
+}
+
+/// Tells the news of a session, line by line.
+class Reporter {
+ public:
+  explicit Reporter(std::uint64_t own_scene_hash) : own_scene_hash_(own_scene_hash) {}
+
+  void TellNews(const ViewerPicture& picture) {
+    if (picture.scene && told_scene_.insert(picture.scene->scene_hash).second) {
+      TellScene(*picture.scene);
+    }
+    for (const ViewedPeer& peer : picture.peers) {
+      if (peer.info.name.empty() && peer.presence == Presence::kHere) continue;  // about to be told
+      const auto [known, is_new] = told_.try_emplace(peer.info.peer, peer.presence);
+      if (!is_new && known->second == peer.presence) continue;
+      known->second = peer.presence;
+      const char* news = peer.presence == Presence::kHere   ? " joined"
+                         : peer.presence == Presence::kLost ? " is lost"
+                                                            : " left";
+      Say(NameOf(peer) + news + (peer.info.role == Role::kViewer ? " (viewer)" : ""));
+    }
+  }
+
+  void TellStatus(const ViewerPicture& picture, double seconds) {
+    std::string line = std::to_string(std::lround(
+                           static_cast<double>(picture.samples - samples_told_) / seconds)) +
+                       " samples/s";
+    samples_told_ = picture.samples;
+    for (const ViewedPeer& peer : picture.peers) {
+      if (peer.presence != Presence::kHere || peer.info.role != Role::kActive) continue;
+      line += "; " + NameOf(peer) + " " + std::to_string(std::lround(peer.delay_ms)) + " ms";
+      for (const ViewBody& body : peer.bodies) {
+        line += ", body " + std::to_string(body.object) + " moved " +
+                std::to_string(std::lround(1000 * body.X_W.p.norm())) + " mm";
+        if ((body.flags & ViewBody::kInContact) != 0) line += " (contact)";
+      }
+    }
+    Say(line);
+  }
+
+ private:
+  void TellScene(const SceneManifest& scene) const {
+    Say("scene " + scene.name + ", " + std::to_string(scene.body_count) + " bodies, from " +
+        scene.file);
+    if (own_scene_hash_ == 0) return;
+    Say(own_scene_hash_ == scene.scene_hash ? "it is the scene given with --scene"
+                                            : "it is NOT the scene given with --scene");
+  }
+
+  std::uint64_t own_scene_hash_;
+  std::map<PeerId, Presence> told_;
+  std::set<std::uint64_t> told_scene_;
+  std::uint64_t samples_told_ = 0;
+};
+
+/// Waits for SIGINT or SIGTERM, for one turn at most.
+bool SignalCame(const sigset_t& signals) {
+  const timespec turn{0, kTurnNs};
+  return sigtimedwait(&signals, nullptr, &turn) > 0;
+}
+
+}  // namespace
+
+int WatchCommand(const WatchOptions& options) {
+  std::uint64_t own_scene_hash = 0;
+  if (!options.scene.empty()) {
+    const Result<Scene> scene = LoadScene(options.scene);
+    if (!scene) return Fail(kExitFile, scene.error().what);
+    const Result<std::uint64_t> hash = HashScene(*scene);
+    if (!hash) return Fail(kExitFile, hash.error().what);
+    own_scene_hash = *hash;
+  }
+  // before the transport's threads start, so that none of them takes the signals
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+
+  Viewer viewer;
+  DdsOptions dds;
+  dds.session = options.session;
+  dds.peer = RandomPeerId();
+  dds.role = Role::kViewer;
+  dds.domain = options.domain;
+  dds.interface = options.interface;
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, viewer);
+  if (!joined) return Fail(kExitNetwork, joined.error().what);
+  Transport& transport = **joined;
+  Say("watching session " + options.session);
+
+  PeerInfo info;
+  info.peer = dds.peer;
+  info.role = Role::kViewer;
+  info.name = options.name;
+  Reporter reporter(own_scene_hash);
+  const std::int64_t joined_ns = MonotonicNowNs();
+  std::int64_t beat_ns = joined_ns - kBeatNs;
+  std::int64_t status_ns = joined_ns;
+  std::int64_t now_ns = joined_ns;
+  do {
+    const ViewerPicture picture = viewer.Picture();
+    reporter.TellNews(picture);
+    if (now_ns - beat_ns >= kBeatNs) {
+      if (picture.scene) info.scene_hash = picture.scene->scene_hash;
+      transport.Publish(info);
+      ++info.beat;
+      beat_ns = now_ns;
+    }
+    if (now_ns - status_ns >= kStatusNs) {
+      reporter.TellStatus(picture, static_cast<double>(now_ns - status_ns) * 1e-9);
+      status_ns = now_ns;
+    }
+    if (SignalCame(signals)) break;
+    now_ns = MonotonicNowNs();
+  } while (options.seconds <= 0 || static_cast<double>(now_ns - joined_ns) < 1e9 * options.seconds);
+  transport.Leave();
+
+  const ViewerReport report =
+      ReportOf(&viewer, getpid(), static_cast<double>(MonotonicNowNs() - joined_ns) * 1e-9);
+  if (options.json) std::printf("%s\n", AsJson(report).c_str());
+  if (options.report.empty()) return kExitOk;
+  const Result<bool> written = WriteReport(report, options.report);
+  return written ? kExitOk : Fail(kExitFile, written.error().what);
+}
+
+void AddWatchCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<WatchOptions>();
+  options->name = "watch-" + std::to_string(getpid());
+  CLI::App* command = app.add_subcommand("watch", "Look on at a session without a window");
+  command->add_option("--session", options->session, "name of the session")->required();
+  command->add_option("--scene", options->scene, "compare this scene file with the session's");
+  command->add_option("--name", options->name, "how others see you");
+  command->add_option("--interface", options->interface, "network interface by name");
+  command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 230));
+  command->add_option("--seconds", options->seconds, "leave after this; 0: on a signal")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--report", options->report, "write what was received (JSON) there");
+  command->add_flag("--json", options->json, "print the report on stdout");
+  command->callback([options, &exit_code] {
+    exit_code = WatchCommand(*options);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+namespace tandem {
+
+/// What `tandem watch` was asked for.
+struct WatchOptions {
+  std::string session;
+  std::string scene;  // to be compared with the session's; empty: no comparison
+  std::string name;
+  std::string interface;
+  std::uint32_t domain = 42;
+  double seconds = 0;  // 0: until a signal comes
+  std::string report;
+  bool json = false;
+};
+
+/// A viewer without a window: a line on stderr for each coming and going, one a second on what is
+/// received, and a report at the end (in a file, and on stdout with --json). Gives the exit code.
+int WatchCommand(const WatchOptions& options);
+
+void AddWatchCommand(CLI::App& app, int& exit_code);
+
+}  // namespace tandem

@@ -1,0 +1,144 @@
+#include "app/view/errands.h"
+
+#include <QCoreApplication>
+#include <array>
+#include <csignal>
+#include <cstdio>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "app/exit_codes.h"
+#include "collab/viewer_report.h"
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr int kLookMs = 100;
+constexpr double kPatience =
+    30;  // s for scene and poses to come before a picture is taken all the same
+constexpr double kBeforeTheEnd = 1;  // s: the last moment for a picture
+
+std::array<int, 2> signal_pipe{-1, -1};
+
+// Only write() may be called here; the event loop does the rest.
+void OnSignal(int) {
+  const char byte = 1;
+  const ssize_t ignored = write(signal_pipe[1], &byte, 1);
+  static_cast<void>(ignored);
+}
+
+int Milliseconds(double seconds) {
+  return static_cast<int>(1000 * seconds);
+}
+
+void Say(const std::string& line) {
+  std::fprintf(stderr, "tandem-view: %s\n", line.c_str());
+}
+
+}  // namespace
+
+Errands::Errands(const ViewOptions& options, MainWindow& window, SessionModel& session)
+    : options_(options),
+      window_(window),
+      session_(session),
+      picture_due_(!options.screenshot.empty()) {
+  CatchSignals();
+  connect(&session_, &SessionModel::StateChanged, this, &Errands::OnSessionChanged);
+  for (QTimer* timer : {&picture_, &last_chance_, &end_}) timer->setSingleShot(true);
+  connect(&look_, &QTimer::timeout, this, &Errands::LookForPicture);
+  connect(&picture_, &QTimer::timeout, this, &Errands::TakePicture);
+  connect(&last_chance_, &QTimer::timeout, this, &Errands::TakePicture);
+  connect(&end_, &QTimer::timeout, this, [this] {
+    End(exit_code_);
+  });
+  if (options.seconds > 0) end_.start(Milliseconds(options.seconds));
+  if (!picture_due_) return;
+  look_.start(kLookMs);
+  double patience = kPatience + options.screenshot_after;
+  if (options.seconds > 0) {
+    patience = std::min(patience, std::max(0.0, options.seconds - kBeforeTheEnd));
+  }
+  last_chance_.start(Milliseconds(patience));
+}
+
+void Errands::CatchSignals() {
+  if (pipe2(signal_pipe.data(), O_CLOEXEC | O_NONBLOCK) != 0) return;
+  auto* notifier = new QSocketNotifier(signal_pipe[0], QSocketNotifier::Read, this);
+  connect(notifier, &QSocketNotifier::activated, this, [this, notifier] {
+    notifier->setEnabled(false);
+    End(exit_code_);
+  });
+  std::signal(SIGTERM, OnSignal);
+  std::signal(SIGINT, OnSignal);
+}
+
+void Errands::OnSessionChanged() {
+  if (session_.state() == SessionModel::State::kJoined) {
+    joined_ns_ = MonotonicNowNs();
+    seconds_joined_ = 0;
+    return;
+  }
+  if (joined_ns_ != 0) seconds_joined_ = static_cast<double>(MonotonicNowNs() - joined_ns_) * 1e-9;
+  joined_ns_ = 0;
+  if (session_.state() != SessionModel::State::kFailed) return;
+  Say("could not join: " + session_.error().toStdString());
+  // a person can read it in the window and try again; an unattended run is over
+  const bool unattended = options_.seconds > 0 || !options_.screenshot.empty();
+  if (unattended) End(kExitNetwork);
+}
+
+bool Errands::PictureIsComplete() const {
+  if (window_.view() == nullptr) {  // the page that says why is all that will come
+    return true;
+  }
+  if (options_.join.session.empty()) return window_.page() == nullptr;
+  return window_.ShowsPoses();
+}
+
+void Errands::LookForPicture() {
+  if (!PictureIsComplete()) return;
+  look_.stop();
+  picture_.start(Milliseconds(options_.screenshot_after));
+}
+
+void Errands::TakePicture() {
+  if (!picture_due_) return;
+  picture_due_ = false;
+  look_.stop();
+  if (!PictureIsComplete()) {
+    const MessagePage* page = window_.page();
+    Say("the picture shows what there is: " +
+        (page != nullptr ? page->text().split('\n').front().toStdString() : "no poses came"));
+  }
+  if (!window_.Screenshot().save(QString::fromStdString(options_.screenshot), "PNG")) {
+    Say(options_.screenshot + ": cannot be written");
+    exit_code_ = kExitFile;
+  } else if (window_.view() == nullptr) {
+    Say("the picture has no scene in it: " +
+        window_.page()->text().split('\n').last().toStdString());
+    exit_code_ = kExitDisplay;
+  }
+  if (options_.seconds <= 0) End(exit_code_);
+}
+
+void Errands::End(int exit_code) {
+  exit_code_ = exit_code;
+  QCoreApplication::exit(exit_code);
+}
+
+int Errands::Finish() {
+  session_.Leave();
+  if (options_.report.empty()) return exit_code_;
+  const Result<bool> written =
+      WriteReport(ReportOf(session_.viewer(), getpid(), seconds_joined_), options_.report);
+  if (!written) {
+    Say(written.error().what);
+    return exit_code_ != kExitOk ? exit_code_ : kExitFile;
+  }
+  return exit_code_;
+}
+
+}  // namespace tandem

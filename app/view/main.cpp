@@ -1,0 +1,67 @@
+#include <QApplication>
+#include <QSurfaceFormat>
+#include <cstdio>
+
+#include "app/view/errands.h"
+#include "app/exit_codes.h"
+#include "app/view/options.h"
+#include "app/view/render/gl_check.h"
+#include "app/view/ui/main_window.h"
+#include "collab/dds/dds_transport.h"
+#include "engine/geometry/mesh_file.h"
+#include "engine/world/scene.h"
+
+namespace {
+
+using namespace tandem;
+
+int Fail(int exit_code, const std::string& line) {
+  std::fprintf(stderr, "tandem-view: %s\n", line.c_str());
+  return exit_code;
+}
+
+Result<std::unique_ptr<Transport>> Join(const JoinRequest& request, PeerId peer, Inbox& inbox) {
+  DdsOptions options;
+  options.session = request.session;
+  options.peer = peer;
+  options.role = Role::kViewer;
+  options.domain = request.domain;
+  options.interface = request.interface;
+  return JoinOverDds(options, inbox);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  RunImportHelperIfAsked(argc, argv);
+  int exit_code = kExitOk;
+  const std::optional<ViewOptions> options = ReadOptions(argc, argv, exit_code);
+  if (!options) return exit_code;
+  if (!options->scene.empty()) {
+    const Result<Scene> scene = LoadScene(options->scene);
+    if (!scene) return Fail(kExitFile, scene.error().what);
+  }
+  if (const std::string trouble = DisplayTrouble(); !trouble.empty()) {
+    return Fail(kExitDisplay, trouble);
+  }
+  // Without a GPU Mesa would draw with all cores, and those belong to a peer's 1 kHz thread if
+  // there is one.
+  if (!qEnvironmentVariableIsSet("LP_NUM_THREADS")) qputenv("LP_NUM_THREADS", "1");
+  QSurfaceFormat::setDefaultFormat(RendererFormat());
+  int qt_argc = 1;  // our arguments are none of Qt's
+  QApplication app(qt_argc, argv);
+  QApplication::setApplicationName(QStringLiteral("tandem-view"));
+
+  SessionModel session(Join);
+  SceneModel scene(LoadDrawnScene);
+  const Result<GlInfo> gl = CheckGl();
+  if (!gl) Fail(kExitDisplay, gl.error().what);
+  MainWindow window(session, scene, gl);
+  Errands errands(*options, window, session);
+  window.session_dock().SetRequest(options->join);
+  window.show();
+  if (!options->scene.empty()) scene.OpenNamed(options->scene);
+  if (!options->join.session.empty()) session.Join(options->join);
+  QApplication::exec();
+  return errands.Finish();
+}

@@ -1,0 +1,98 @@
+#include "app/view/options.h"
+
+#include <cstdlib>
+#include <cstring>
+
+#include <CLI/CLI.hpp>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "app/exit_codes.h"
+
+namespace tandem {
+
+namespace {
+
+std::string Environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+/// Whether somebody listens at the socket of local X display `number`.
+bool LocalDisplayAnswers(const std::string& number) {
+  const std::string path = "/tmp/.X11-unix/X" + number;
+  for (const bool abstract : {true, false}) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::size_t offset = abstract ? 1 : 0;
+    if (path.size() + offset >= sizeof address.sun_path) return false;
+    std::memcpy(address.sun_path + offset, path.data(), path.size());
+    const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (descriptor < 0) return false;
+    const auto length =
+        static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + offset + path.size());
+    const bool answers =
+        connect(descriptor, reinterpret_cast<const sockaddr*>(&address), length) == 0;
+    close(descriptor);
+    if (answers) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
+  ViewOptions options;
+  options.join.name = Environment("USER").empty() ? "viewer" : Environment("USER");
+  CLI::App app{"Look on at a session: the scene, its moving bodies, the peers. Never simulates."};
+  app.name("tandem-view");
+  app.set_version_flag("--version", TANDEM_VERSION);
+  app.add_option("--session", options.join.session, "join this session at once");
+  app.add_option("--scene", options.scene, "scene file; otherwise the session's, if it is here");
+  app.add_option("--name", options.join.name, "how others see you")->capture_default_str();
+  app.add_option("--domain", options.join.domain, "DDS domain")
+      ->check(CLI::Range(0, 230))
+      ->capture_default_str();
+  app.add_option("--interface", options.join.interface, "network interface by name");
+  app.add_option("--screenshot", options.screenshot,
+                 "write the window as a picture (PNG), then end unless --seconds is given");
+  app.add_option("--screenshot-after", options.screenshot_after,
+                 "seconds from when scene and poses are there")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--report", options.report, "write what was received (JSON) there at the end");
+  app.add_option("--seconds", options.seconds, "end after this; 0: when the window is closed")
+      ->check(CLI::NonNegativeNumber);
+  app.footer(
+      "Exit codes: 0 ok, 1 failed, 2 usage, 3 file, 4 no display or OpenGL, 5 network.\n"
+      "Without OpenGL the window opens all the same and says why; a picture then shows that page, "
+      "and the\n"
+      "exit code is 4.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    exit_code = app.exit(error) == 0 ? kExitOk : kExitUsage;
+    return std::nullopt;
+  }
+  return options;
+}
+
+std::string DisplayTrouble() {
+  const std::string platform = Environment("QT_QPA_PLATFORM");
+  const std::string display = Environment("DISPLAY");
+  const bool wayland = !Environment("WAYLAND_DISPLAY").empty();
+  if (!platform.empty() && platform.rfind("xcb", 0) != 0) return {};
+  if (platform.empty() && wayland) return {};
+  if (display.empty()) {
+    return "no display: neither DISPLAY nor WAYLAND_DISPLAY is set (xvfb-run gives one without a "
+           "screen, "
+           "`tandem watch` needs none)";
+  }
+  if (display[0] == ':' && !LocalDisplayAnswers(display.substr(1, display.find('.') - 1))) {
+    return "no display: nobody answers at DISPLAY " + display;
+  }
+  return {};
+}
+
+}  // namespace tandem

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/view/model/session_model.h"
+
+namespace tandem {
+
+/// What `tandem-view` was asked for.
+struct ViewOptions {
+  JoinRequest join;  // session empty: the form waits
+  std::string scene;
+  std::string screenshot;
+  double screenshot_after = 1;  // s from when the picture is complete
+  std::string report;
+  double seconds = 0;  // then end; 0: until the window is closed
+};
+
+/// Reads the command line. Without a value the program is to end with `exit_code`: help was
+/// printed, or what is wrong (one line on stderr).
+std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code);
+
+/// Why there is no display to open a window on; empty when there is one, as far as one can tell
+/// before Qt tries (and ends the program when it fails).
+std::string DisplayTrouble();
+
+}  // namespace tandem

@@ -1,0 +1,65 @@
+#include "collab/viewer_report.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+namespace tandem {
+
+namespace {
+
+// Ages that no network on one host has: the stamps are then another machine's.
+constexpr float kLeastAgeMs = 0.0F;
+constexpr float kGreatestAgeMs = 60'000.0F;
+
+std::optional<double> AgeP99(std::vector<float> ages_ms) {
+  if (ages_ms.empty()) return std::nullopt;
+  const auto [least, greatest] = std::minmax_element(ages_ms.begin(), ages_ms.end());
+  if (*least < kLeastAgeMs || *greatest > kGreatestAgeMs) return std::nullopt;
+  // the least age that at least 99 % do not exceed
+  const auto rank = static_cast<std::ptrdiff_t>((99 * ages_ms.size() + 99) / 100 - 1);
+  std::nth_element(ages_ms.begin(), ages_ms.begin() + rank, ages_ms.end());
+  return static_cast<double>(ages_ms[static_cast<std::size_t>(rank)]);
+}
+
+}  // namespace
+
+ViewerReport ReportOf(const Viewer* viewer, int pid, double seconds) {
+  ViewerReport report;
+  report.pid = pid;
+  report.seconds = seconds;
+  if (viewer == nullptr) return report;
+  const ViewerPicture picture = viewer->Picture();
+  report.samples = picture.samples;
+  const double span_s =
+      static_cast<double>(picture.newest_sample_ns - picture.first_sample_ns) * 1e-9;
+  if (span_s > 0) report.samples_per_s = static_cast<double>(picture.samples - 1) / span_s;
+  report.age_ms_p99 = AgeP99(viewer->SampleAgesMs());
+  report.peers_seen = static_cast<std::size_t>(
+      std::count_if(picture.peers.begin(), picture.peers.end(), [](const ViewedPeer& peer) {
+        return peer.info.role == Role::kActive;
+      }));
+  return report;
+}
+
+std::string AsJson(const ViewerReport& report) {
+  nlohmann::ordered_json json;
+  json["pid"] = report.pid;
+  json["seconds"] = report.seconds;
+  json["samples"] = report.samples;
+  json["samples_per_s"] = report.samples_per_s;
+  json["age_ms_p99"] = nullptr;
+  if (report.age_ms_p99) json["age_ms_p99"] = *report.age_ms_p99;
+  json["peers_seen"] = report.peers_seen;
+  return json.dump(2);
+}
+
+Result<bool> WriteReport(const ViewerReport& report, const std::filesystem::path& file) {
+  std::ofstream stream(file);
+  stream << AsJson(report) << '\n';
+  if (!stream.flush()) return Error{file.string() + ": cannot be written"};
+  return true;
+}
+
+}  // namespace tandem

@@ -1,0 +1,197 @@
+#include <QCoreApplication>
+#include <QFile>
+#include <QImage>
+#include <QProcess>
+#include <QTemporaryDir>
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "collab/dds/dds_transport.h"
+#include "collab/viewer.h"
+#include "tests/app/view/fake_session.h"
+
+// The program as people start it, under an X server, in sessions of its own on the loopback
+// interface.
+
+namespace tandem {
+namespace {
+
+constexpr int kPatienceMs = 60'000;
+
+void Write(const QString& file, const std::string& text) {
+  QFile out(file);
+  ASSERT_TRUE(out.open(QIODevice::WriteOnly)) << file.toStdString();
+  out.write(text.data(), static_cast<qint64>(text.size()));
+}
+
+/// A box in Wavefront's format.
+std::string BoxFile(double x, double y, double z) {
+  std::string text;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    text += "v " + std::to_string((corner & 1U) != 0 ? x : -x) + " " +
+            std::to_string((corner & 2U) != 0 ? y : -y) + " " +
+            std::to_string((corner & 4U) != 0 ? z : -z) + "\n";
+  }
+  return text +
+         "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\n"
+         "f 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
+}
+
+class Program : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(folder_.isValid());
+    Write(In("plate.obj"), BoxFile(0.10, 0.08, 0.005));
+    Write(In("part.obj"), BoxFile(0.02, 0.02, 0.02));
+    Write(In("scene.json"), R"({"name": "plate and part", "voxel_m": 0.001, "bodies": [
+      {"name": "plate", "mesh": "plate.obj", "fixed": true, "colour": "#8f9aa6"},
+      {"name": "part", "mesh": "part.obj", "mass_kg": 0.2, "sharing": "shared", "colour": "#00c020"}]})");
+  }
+  void TearDown() override {
+    for (const auto& puppet : puppets_) {
+      puppet->closeWriteChannel();
+      if (!puppet->waitForFinished(kPatienceMs)) puppet->kill();
+    }
+  }
+  QString In(const char* file) const { return folder_.filePath(file); }
+
+  void StartPuppet(const char* name, const char* dx) {
+    auto puppet = std::make_unique<QProcess>();
+    puppet->setProcessChannelMode(QProcess::ForwardedErrorChannel);
+    puppet->start(PUPPET_PEER, {session_, name, In("scene.json"), "1", dx, "0", "0.04", "104"});
+    ASSERT_TRUE(puppet->waitForStarted());
+    puppets_.push_back(std::move(puppet));
+  }
+  QStringList JoinArguments() const {
+    return {"--session", session_, "--name", "Dora", "--interface", "lo"};
+  }
+  /// Its exit code; what it says on stderr is then in said_.
+  int Run(const QStringList& arguments, const QProcessEnvironment& environment) {
+    QProcess view;
+    view.setProcessEnvironment(environment);
+    view.start(TANDEM_VIEW, arguments);
+    EXPECT_TRUE(view.waitForFinished(kPatienceMs));
+    said_ = view.readAllStandardError().toStdString();
+    EXPECT_EQ(view.exitStatus(), QProcess::NormalExit) << said_;
+    return view.exitCode();
+  }
+  nlohmann::json Report() const {
+    QFile file(In("report.json"));
+    EXPECT_TRUE(file.open(QIODevice::ReadOnly));
+    return nlohmann::json::parse(file.readAll().toStdString());
+  }
+  template <typename Like>
+  static int Count(const QImage& image, Like like) {
+    int count = 0;
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) count += like(image.pixelColor(x, y)) ? 1 : 0;
+    }
+    return count;
+  }
+
+  QTemporaryDir folder_;
+  QString session_ = QStringLiteral("view-test-%1").arg(getpid());
+  QProcessEnvironment here_ = QProcessEnvironment::systemEnvironment();
+  std::vector<std::unique_ptr<QProcess>> puppets_;
+  std::string said_;
+};
+
+TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHeard) {
+  StartPuppet("Anna", "0.05");
+  StartPuppet("Ben", "-0.05");
+  const int exit_code =
+      Run(JoinArguments() + QStringList{"--screenshot", In("window.png"), "--report",
+                                        In("report.json"), "--screenshot-after", "2"},
+          here_);
+  EXPECT_EQ(exit_code, 0) << said_;
+  const QImage image(In("window.png"));
+  ASSERT_EQ(image.size(), QSize(1280, 800));
+  const int solid = Count(image, [](const QColor& c) {
+    return c.green() > 110 && c.red() < 60 && c.blue() < 90;
+  });
+  EXPECT_GT(solid, 1000);  // a part of 4 cm in a picture of about 25 cm
+  // the second peer's colour is purple, drawn at 45 % over light or grey: more red and blue than
+  // green
+  const int ghost = Count(image, [](const QColor& c) {
+    return c.red() > c.green() + 25 && c.blue() > c.green() + 15 && c.green() > 70;
+  });
+  EXPECT_GT(ghost, 1000);
+  const nlohmann::json report = Report();
+  EXPECT_EQ(report.at("peers_seen"), 2);
+  EXPECT_GT(report.at("samples").get<int>(), 50);
+  EXPECT_GT(report.at("samples_per_s").get<double>(), 50.0);  // of 120 sent
+  EXPECT_GT(report.at("age_ms_p99").get<double>(), 0.0);
+}
+
+TEST_F(Program, LeavesWithAGoodbyeAndReportsWhenItIsTerminated) {
+  Viewer other;
+  DdsOptions options;
+  options.session = session_.toStdString();
+  options.peer = 77;
+  options.role = Role::kViewer;
+  options.interface = "lo";
+  const Result<std::unique_ptr<Transport>> joined = JoinOverDds(options, other);
+  ASSERT_TRUE(joined) << joined.error().what;
+  const auto dora_is = [&](ViewedPeer::Presence presence) {
+    const ViewerPicture picture = other.Picture();
+    return std::any_of(picture.peers.begin(), picture.peers.end(), [&](const ViewedPeer& peer) {
+      return peer.info.name == "Dora" && peer.presence == presence;
+    });
+  };
+  QProcess view;
+  view.start(TANDEM_VIEW, JoinArguments() + QStringList{"--report", In("report.json")});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return dora_is(ViewedPeer::Presence::kHere);
+  }));
+  const qint64 pid = view.processId();
+  view.terminate();
+  ASSERT_TRUE(view.waitForFinished(kPatienceMs));
+  EXPECT_EQ(view.exitStatus(), QProcess::NormalExit);
+  EXPECT_EQ(view.exitCode(), 0);
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return dora_is(ViewedPeer::Presence::kLeft);
+  }));
+  EXPECT_EQ(Report().at("pid").get<qint64>(), pid);
+  (*joined)->Leave();
+}
+
+TEST_F(Program, EndsInOneLineWithoutADisplay) {
+  QProcessEnvironment bare = here_;
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"}) bare.remove(name);
+  EXPECT_EQ(Run({}, bare), 4);
+  EXPECT_THAT(said_, ::testing::HasSubstr("no display"));
+  EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);
+  bare.insert("DISPLAY", ":4711");  // where nobody listens
+  EXPECT_EQ(Run({}, bare), 4);
+  EXPECT_THAT(said_, ::testing::HasSubstr(":4711"));
+}
+
+TEST_F(Program, WithoutOpenGlWritesThePageThatSaysWhy) {
+  QProcessEnvironment offscreen = here_;
+  offscreen.insert("QT_QPA_PLATFORM", "offscreen");
+  EXPECT_EQ(Run({"--scene", In("scene.json"), "--screenshot", In("page.png")}, offscreen), 4);
+  EXPECT_THAT(said_, ::testing::HasSubstr("no OpenGL"));
+  EXPECT_EQ(QImage(In("page.png")).size(), QSize(1280, 800));
+}
+
+TEST_F(Program, NamesTheSceneFileThatItCannotRead) {
+  EXPECT_EQ(Run({"--scene", "/nowhere/scene.json"}, here_), 3);
+  EXPECT_THAT(said_, ::testing::HasSubstr("/nowhere/scene.json"));
+}
+
+TEST_F(Program, SaysWhichOptionItDoesNotKnow) {
+  EXPECT_EQ(Run({"--nosuch"}, here_), 2);
+  EXPECT_THAT(said_, ::testing::HasSubstr("--nosuch"));
+}
+
+TEST_F(Program, AnUnattendedRunThatCannotJoinEndsWithTheNetworksCode) {
+  EXPECT_EQ(Run({"--session", session_, "--interface", "nosuch0", "--seconds", "30"}, here_), 5);
+  EXPECT_THAT(said_, ::testing::HasSubstr("nosuch0"));
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,83 @@
+// A peer for tests of viewers: says over DDS where a body is, and simulates nothing.
+//   puppet_peer SESSION NAME SCENE OBJECT DX DY DZ DELAY_MS [HASH]
+// moves OBJECT to and fro along (DX, DY, DZ) metres, until its standard input ends. HASH in place
+// of the scene's own.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+
+#include <poll.h>
+
+#include "collab/dds/dds_transport.h"
+#include "collab/viewer.h"
+#include "engine/realtime/clock.h"
+#include "engine/world/scene.h"
+
+namespace {
+
+using namespace tandem;
+
+constexpr int kFrameMs = 16;
+constexpr double kPeriod = 8;  // s
+
+int Play(char** argv, bool has_hash) {
+  const Result<Scene> scene = LoadScene(argv[3]);
+  if (!scene) {
+    std::fprintf(stderr, "%s\n", scene.error().what.c_str());
+    return 3;
+  }
+  SceneManifest manifest;
+  manifest.name = scene->name;
+  manifest.file = scene->file.string();
+  manifest.voxel_size = scene->voxel_size;
+  manifest.body_count = static_cast<std::uint32_t>(scene->bodies.size());
+  manifest.scene_hash = has_hash ? std::strtoull(argv[9], nullptr, 16) : *HashScene(*scene);
+
+  std::random_device random;
+  PeerInfo info;
+  info.peer = 1 + random();
+  info.name = argv[2];
+  info.scene_hash = manifest.scene_hash;
+  Viewer ears;
+  DdsOptions options;
+  options.session = argv[1];
+  options.peer = info.peer;
+  options.interface = "lo";
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds(options, ears);
+  if (!joined) {
+    std::fprintf(stderr, "%s\n", joined.error().what.c_str());
+    return 5;
+  }
+  Transport& transport = **joined;
+  transport.Publish(manifest);
+
+  const Vec3 way(std::strtod(argv[5], nullptr), std::strtod(argv[6], nullptr),
+                 std::strtod(argv[7], nullptr));
+  ViewFrame frame;
+  frame.peer = info.peer;
+  frame.delay_ms = std::strtof(argv[8], nullptr);
+  frame.count = 1;
+  frame.bodies[0].object = static_cast<ObjectId>(std::atoi(argv[4]));
+  frame.bodies[0].flags = ViewBody::kHeld;
+  const std::int64_t begin_ns = MonotonicNowNs();
+  pollfd input{0, POLLIN, 0};
+  while (poll(&input, 1, kFrameMs) == 0) {
+    if (frame.seq % 16 == 0) transport.Publish(info);
+    ++info.beat;
+    frame.sample_ns = MonotonicNowNs();
+    const double t = static_cast<double>(frame.sample_ns - begin_ns) * 1e-9;
+    frame.bodies[0].X_W.p = (0.75 + 0.25 * std::cos(6.2831853 * t / kPeriod)) * way;
+    transport.Publish(frame);
+    ++frame.seq;
+  }
+  transport.Leave();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 9 && argc != 10) return 2;
+  return Play(argv, argc == 10);
+}
