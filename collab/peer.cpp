@@ -41,7 +41,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
     inputs_.hand = {.body = held_,
                     .X_BD = options_.X_BD,
                     .goal = goal,
-                    .gains = DefaultHandGains(body.inertia, state.X_WB)};
+                    .gains = DefaultHandGains(body.inertia)};
     if (shared_) shared_->Prepare(now_ns, state, inputs_);
   }
   report_ = world_->Step(inputs_);

@@ -38,13 +38,13 @@ Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, 
                   load.damping * (v_new - Stacked(before)));
 }
 
-CouplingGains DefaultHandGains(const Inertia& inertia, const Pose& X_WB) noexcept {
+CouplingGains DefaultHandGains(const Inertia& inertia) noexcept {
   constexpr double kStiffness = 800.0;  // N/m
   constexpr double kDamping = 8.0;      // N s/m
-  const Mat3 R = X_WB.q.toRotationMatrix();
-  // the same frequency about every axis as in translation
-  const Mat3 per_mass = R * inertia.I_B * R.transpose() / inertia.mass;
-  return {kStiffness, kDamping, kStiffness * per_mass, kDamping * per_mass};
+  // radius of gyration, the larger ones: a slender part is turned about its own axis as firmly as across
+  const double gyration_squared = 0.5 * inertia.I_B.trace() / inertia.mass;
+  const Mat3 rotation = gyration_squared * Mat3::Identity();
+  return {kStiffness, kDamping, kStiffness * rotation, kDamping * rotation};
 }
 
 }  // namespace tandem

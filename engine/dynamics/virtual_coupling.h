@@ -32,7 +32,7 @@ Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidStat
 /// `after`: its value at the end of the step. What a device must render (notes: same force as the body).
 Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, double h) noexcept;
 
-/// The hand's coupling: 800 N/m with damping 8 N s/m, rotation alike by the body's size.
-CouplingGains DefaultHandGains(const Inertia& inertia, const Pose& X_WB) noexcept;
+/// The hand's coupling: 800 N/m with 8 N s/m, and in rotation the same at the body's radius of gyration.
+CouplingGains DefaultHandGains(const Inertia& inertia) noexcept;
 
 }  // namespace tandem
