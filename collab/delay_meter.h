@@ -24,18 +24,11 @@ class DelayMeter {
       slot_ = slot;
     }
     peaks_[Index(slot)] = std::max(peaks_[Index(slot)], loop_age_ns);
-    sum_s_ += 1e-9 * static_cast<double>(loop_age_ns);
-    ++count_;
   }
 
   double peak_loop_age_s() const noexcept {
     return 1e-9 * static_cast<double>(*std::max_element(peaks_.begin(), peaks_.end()));
   }
-  /// Mean over all samples; half of it is the delay as a person understands it.
-  double mean_loop_age_s() const noexcept {
-    return count_ == 0 ? 0.0 : sum_s_ / static_cast<double>(count_);
-  }
-  std::uint64_t count() const noexcept { return count_; }
 
  private:
   static constexpr std::int64_t kSlotNs = 100'000'000;
@@ -47,8 +40,6 @@ class DelayMeter {
 
   std::array<std::int64_t, kSlots> peaks_{};
   std::int64_t slot_ = 0;
-  double sum_s_ = 0;
-  std::uint64_t count_ = 0;
 };
 
 }  // namespace tandem

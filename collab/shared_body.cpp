@@ -78,6 +78,8 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
   for (Partner& partner : partners_) {
     if (!partner.present || !partner.heard || !partner.linked) continue;
     partner.meter.Add(now_ns, now_ns - partner.echo_ns);
+    delay_sum_s_ += 0.5e-9 * static_cast<double>(now_ns - partner.echo_ns);
+    ++delays_;
     peak = std::max(peak, partner.meter.peak_loop_age_s());
   }
   own_stiffness_ = LinkStiffness(options_.law, options_.limits, peak, coupled() + 1,
@@ -149,17 +151,6 @@ double SharedBody::delay_s(std::int64_t now_ns) const noexcept {
     delay = std::max(delay, 0.5e-9 * static_cast<double>(now_ns - partner.echo_ns));
   }
   return delay;
-}
-
-double SharedBody::mean_delay_s() const noexcept {
-  double sum = 0;
-  double count = 0;
-  for (const Partner& partner : partners_) {
-    const auto n = static_cast<double>(partner.meter.count());
-    sum += 0.5 * n * partner.meter.mean_loop_age_s();
-    count += n;
-  }
-  return count > 0 ? sum / count : 0.0;
 }
 
 }  // namespace tandem

@@ -45,8 +45,10 @@ class SharedBody {
   std::size_t coupled() const noexcept;
   /// Half the largest present loop age over the partners, s; 0 without any.
   double delay_s(std::int64_t now_ns) const noexcept;
-  /// Half the loop age, mean over all partners and frames so far, s.
-  double mean_delay_s() const noexcept;
+  /// Half the loop age, mean over all partners and frames so far, those that are gone included, s.
+  double mean_delay_s() const noexcept {
+    return delays_ == 0 ? 0.0 : delay_sum_s_ / static_cast<double>(delays_);
+  }
 
  private:
   struct Partner {
@@ -73,6 +75,8 @@ class SharedBody {
   double own_stiffness_ = 0;                          // what the law gives us now
   std::array<std::size_t, kMaxLinks> partner_of_link_{};  // of the coming frame's links
   std::size_t link_count_ = 0;
+  double delay_sum_s_ = 0;
+  std::uint64_t delays_ = 0;
 };
 
 }  // namespace tandem
