@@ -11,6 +11,7 @@
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxelize.h"
+#include "engine/world/world.h"
 
 namespace tandem {
 
@@ -93,6 +94,8 @@ std::vector<FilePose> PosesOfPair(std::vector<FilePose> poses, const ContactArgu
   return poses;
 }
 
+constexpr double kMass = 0.3;  // kg, for the gains that a part of this mass would have
+
 int RunContact(const ContactArguments& arguments) {
   if (!(arguments.voxel > 0) || !(arguments.scale > 0)) {
     return Fail(kExitUsage, "--voxel and --scale must be above 0");
@@ -130,7 +133,7 @@ int RunContact(const ContactArguments& arguments) {
 
   const Pose X_WV{Quat::Identity(), voxmap->p_WVo()};
   ContactPair pair(*points, *voxmap, X_WV, arguments.force_layer,
-                   DefaultContactGains(arguments.voxel));
+                   DefaultContactGains(arguments.voxel, kMass, kFrame));
   std::size_t touching = 0;
   if (arguments.csv) PrintHeader();
   for (const FilePose& pose : poses) {

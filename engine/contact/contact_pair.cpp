@@ -103,8 +103,10 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
     const Vec3 r_map = p - p_VM;
     const double approach =
         -n.dot(v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(r_map));
-    const double damping = approach > 0 ? gains_.damping : 0.0;
-    const double force = gains_.stiffness * depth + damping * approach;
+    // contact pushes and never pulls, however fast the point leaves
+    const double force =
+        std::max(0.0, gains_.stiffness * depth + gains_.damping * approach);
+    const double damping = force > 0 ? gains_.damping : 0.0;
     Vec6 along_shell;  // the generalized direction of a unit force on the point
     along_shell << r_shell.cross(n), n;
     Vec6 along_map;

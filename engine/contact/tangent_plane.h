@@ -1,19 +1,24 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "engine/base/spatial.h"
 
 namespace tandem {
 
-/// How hard contact pushes back.
+/// How hard contact pushes back, at each point.
 struct ContactGains {
-  double stiffness = 5e4;  // N/m a point
-  double damping = 50.0;   // N s/m a point, on approach only
+  double stiffness = 0;  // N/m
+  double damping = 0;    // N s/m, along the normal
 };
 
-/// 50 N for a voxel of depth, and half the critical damping of a third of a kilogram on one point.
-inline ContactGains DefaultContactGains(double voxel_size) {
-  const double stiffness = 50.0 / voxel_size;
-  return {stiffness, std::sqrt(0.3 * stiffness)};
+/// Stiff enough that a voxel of depth on one point holds 50 N, more than a hand gives, and that one point stops a
+/// body of that mass (kg), arriving at the travel limit of half a voxel a frame (h, s), within a voxel:
+/// m v^2 = K s^2 with v = s / (2 h). Critically damped. The step is implicit, so neither has a limit.
+inline ContactGains DefaultContactGains(double voxel_size, double mass, double h) {
+  const double stiffness = std::max(50.0 / voxel_size, 0.25 * mass / (h * h));
+  return {stiffness, 2.0 * std::sqrt(stiffness * mass)};
 }
 
 /// How far a point has gone below the tangent plane (paper §2.1, Figure 2; VPS.md §4.5), m; above it

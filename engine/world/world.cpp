@@ -9,13 +9,16 @@ namespace tandem {
 World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model)) {
   const std::vector<BodyModel>& bodies = model_->bodies;
   const int layer = model_->scene.force_layer;
-  const ContactGains gains = DefaultContactGains(model_->scene.voxel_size);
+  const auto gains_for = [this](double mass) {
+    return DefaultContactGains(model_->scene.voxel_size, mass, kFrame);
+  };
   bodies_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     bodies_[b].state.X_WB = bodies[b].X_WB0;
     const int body = static_cast<int>(b);
     if (model_->has_fixture) {
       const Pose X_WV{Quat::Identity(), model_->fixture.p_WVo()};
+      const ContactGains gains = gains_for(bodies[b].inertia.mass);
       pairs_.push_back({{bodies[b].points, model_->fixture, X_WV, layer, gains}, body, -1});
     }
     // the body with fewer points is the pointshell, for speed (paper §2.1)
@@ -23,6 +26,8 @@ World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model))
       const bool smaller = bodies[b].points.size() <= bodies[other].points.size();
       const std::size_t shell = smaller ? b : other;
       const std::size_t map = smaller ? other : b;
+      const ContactGains gains =
+          gains_for(std::max(bodies[b].inertia.mass, bodies[other].inertia.mass));
       pairs_.push_back(
           {{bodies[shell].points, bodies[map].voxmap, bodies[map].X_BV, layer, gains},
            static_cast<int>(shell),

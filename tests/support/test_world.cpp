@@ -1,0 +1,68 @@
+#include "tests/support/test_world.h"
+
+#include "engine/base/check.h"
+#include "engine/geometry/mass_properties.h"
+#include "engine/voxel/voxelize.h"
+
+namespace tandem::testing {
+
+std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
+                                                 double voxel_size, int force_layer) {
+  auto world = std::make_shared<WorldModel>();
+  world->scene.voxel_size = voxel_size;
+  world->scene.force_layer = force_layer;
+  TriangleMesh fixture;
+  for (const TestBody& body : bodies) {
+    world->scene.bodies.emplace_back().fixed = body.fixed;
+    world->meshes_W.push_back(body.mesh_W);
+    if (body.fixed) {
+      world->body_index.push_back(-1);
+      Append(fixture, body.mesh_W);
+      continue;
+    }
+    const MassProperties mass = ComputeMassProperties(body.mesh_W);
+    BodyModel model;
+    model.X_WB0.p = mass.p_MBo;
+    model.inertia = {body.mass, body.mass * mass.unit_inertia};
+    Result<Pointshell> points =
+        MakePointshell(body.mesh_W, model.X_WB0, {.spacing = voxel_size});
+    TANDEM_CHECK(points.has_value());
+    model.points = std::move(*points);
+    Result<Voxmap> voxmap = Voxelize(body.mesh_W, {.voxel_size = voxel_size});
+    TANDEM_CHECK(voxmap.has_value());
+    model.voxmap = std::move(*voxmap);
+    model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
+    world->object.push_back(static_cast<std::uint32_t>(world->body_index.size()));
+    world->body_index.push_back(static_cast<int>(world->bodies.size()));
+    world->bodies.push_back(std::move(model));
+  }
+  if (!fixture.triangles.empty()) {
+    Result<Voxmap> voxmap = Voxelize(fixture, {.voxel_size = voxel_size});
+    TANDEM_CHECK(voxmap.has_value());
+    world->fixture = std::move(*voxmap);
+    world->has_fixture = true;
+  }
+  return world;
+}
+
+StepInputs FreeInputs(const WorldModel& model) {
+  StepInputs inputs;
+  inputs.bodies.resize(model.bodies.size());
+  for (StepInputs::BodyInput& body : inputs.bodies) body.drive = BodyDrive::kSimulated;
+  return inputs;
+}
+
+StepInputs::Hand HandTo(const WorldModel& model, int body, const Pose& X_WG) {
+  return {.body = body,
+          .X_BD = {},
+          .goal = {X_WG, {}},
+          .gains = DefaultHandGains(model.bodies[static_cast<std::size_t>(body)].inertia)};
+}
+
+double KineticEnergy(const WorldModel& model, std::size_t body, const RigidState& state) {
+  const Inertia& inertia = model.bodies[body].inertia;
+  const Vec3 w_B = state.X_WB.q.conjugate() * state.V_WB.w;
+  return 0.5 * inertia.mass * state.V_WB.v.squaredNorm() + 0.5 * w_B.dot(inertia.I_B * w_B);
+}
+
+}  // namespace tandem::testing

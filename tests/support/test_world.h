@@ -1,0 +1,29 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/world/world.h"
+
+namespace tandem::testing {
+
+/// A body of a world made in code, with no files: its mesh where it stands at first.
+struct TestBody {
+  TriangleMesh mesh_W;
+  bool fixed = false;
+  double mass = 0.3;  // kg
+};
+
+/// What LoadWorld() makes of a scene, from meshes.
+std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
+                                                 double voxel_size, int force_layer = 2);
+
+/// Inputs under which every moving body is simulated and no hand holds anything.
+StepInputs FreeInputs(const WorldModel& model);
+
+/// The default hand, holding a body at its centre of mass and pulling it to a pose at rest.
+StepInputs::Hand HandTo(const WorldModel& model, int body, const Pose& X_WG);
+
+double KineticEnergy(const WorldModel& model, std::size_t body, const RigidState& state);
+
+}  // namespace tandem::testing
