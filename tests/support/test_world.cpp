@@ -9,6 +9,8 @@ namespace tandem::testing {
 std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
                                                  double voxel_size, int force_layer) {
   auto world = std::make_shared<WorldModel>();
+  world->scene.name = "made in code";
+  world->scene.file = "nowhere.json";
   world->scene.voxel_size = voxel_size;
   world->scene.force_layer = force_layer;
   TriangleMesh fixture;

@@ -1,0 +1,110 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "collab/peer_directory.h"
+#include "collab/peer_inbox.h"
+
+namespace tandem {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+PeerInfo Anna() {
+  PeerInfo info;
+  info.peer = 2;
+  info.name = "Anna";
+  info.scene_hash = 42;
+  info.held = {1};
+  return info;
+}
+
+TEST(PeerDirectory, TellsOfJoiningLeavingLossAndReturnOnceEach) {
+  PeerDirectory directory(1, 42);
+  directory.OnPeerInfo(Anna());
+  directory.OnPeerInfo(Anna());
+  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna joined"));
+  directory.OnPeerLost(2);
+  directory.OnPeerLost(2);
+  directory.OnPeerInfo(Anna());
+  directory.OnPeerLeft(2);
+  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna is lost", "Anna is back", "Anna left"));
+  EXPECT_THAT(directory.TakeNews(), IsEmpty());
+}
+
+TEST(PeerDirectory, HandsChangesToTheHapticThread) {
+  PeerDirectory directory(1, 42);
+  MembershipChange change;
+  EXPECT_FALSE(directory.changes().TryPop(change));
+  directory.OnPeerInfo(Anna());
+  ASSERT_TRUE(directory.changes().TryPop(change));
+  EXPECT_EQ(change.peer, 2U);
+  EXPECT_TRUE(change.present);
+  ASSERT_EQ(change.held_count, 1U);
+  EXPECT_EQ(change.held[0], 1U);
+  PeerInfo other_hand = Anna();
+  other_hand.held = {5};
+  directory.OnPeerInfo(other_hand);
+  ASSERT_TRUE(directory.changes().TryPop(change));
+  EXPECT_EQ(change.held[0], 5U);
+  directory.OnPeerLost(2);
+  ASSERT_TRUE(directory.changes().TryPop(change));
+  EXPECT_FALSE(change.present);
+}
+
+TEST(PeerDirectory, KeepsViewersFromTheHapticThread) {
+  PeerDirectory directory(1, 42);
+  PeerInfo viewer = Anna();
+  viewer.role = Role::kViewer;
+  viewer.scene_hash = 0;
+  directory.OnPeerInfo(viewer);
+  directory.OnPeerLost(2);
+  MembershipChange change;
+  EXPECT_FALSE(directory.changes().TryPop(change));
+  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna (viewer) joined", "Anna is lost"));
+}
+
+TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneClearLine) {
+  PeerDirectory directory(1, 41);
+  directory.OnPeerInfo(Anna());
+  PeerInfo newer = Anna();
+  newer.peer = 3;
+  newer.name = "Ben";
+  newer.protocol = kProtocol + 1;
+  directory.OnPeerInfo(newer);
+  EXPECT_THAT(directory.TakeNews(),
+              ElementsAre(HasSubstr("Anna is not taken in: its scene is"),
+                          HasSubstr("Ben is not taken in: it speaks protocol 2")));
+  MembershipChange change;
+  EXPECT_FALSE(directory.changes().TryPop(change));
+}
+
+TEST(PeerDirectory, IsNotItsOwnPeer) {
+  PeerDirectory directory(2, 42);
+  directory.OnPeerInfo(Anna());
+  EXPECT_THAT(directory.Entries(), IsEmpty());
+}
+
+TEST(PeerInbox, StampsSamplesWithTheTimeTheyAreDue) {
+  PeerDirectory directory(1, 42);
+  PeerInbox inbox({.delay_ms = 100}, directory);
+  ObjectState state;
+  state.seq = 9;
+  inbox.OnState(state, 5'000'000);
+  const DueSample<ObjectState>* next = inbox.states().Front();
+  ASSERT_NE(next, nullptr);
+  EXPECT_EQ(next->due_ns, 105'000'000);
+  EXPECT_EQ(next->sample.seq, 9U);
+}
+
+TEST(PeerInbox, CountsWhatItHasNoRoomFor) {
+  PeerDirectory directory(1, 42);
+  PeerInbox inbox({}, directory);
+  const std::size_t capacity = inbox.states().capacity();
+  for (std::size_t i = 0; i < capacity + 3; ++i) inbox.OnState({}, 0);
+  EXPECT_EQ(inbox.overflows(), 3U);
+}
+
+}  // namespace
+}  // namespace tandem
