@@ -1,0 +1,95 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+
+#include "app/cli/demo_judgement.h"
+#include "tests/support/simulated_demo.h"
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+
+struct Ran {
+  int exit_code = -1;
+  json out;
+};
+
+/// Runs `tandem demo` with these arguments; what it says on stdout is one JSON object and nothing else.
+Ran RunDemo(const std::string& arguments) {
+  const std::string command = std::string(TANDEM_PROGRAM) + " demo --headless --json " + arguments;
+  FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return {};
+  std::string text;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe)) {
+    text.append(buffer.data(), got);
+  }
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, json::parse(text, nullptr, false)};
+}
+
+TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
+  const Ran ran = RunDemo("--seconds 20");
+  ASSERT_EQ(ran.exit_code, 0);
+  ASSERT_TRUE(ran.out.is_object());
+  const json& out = ran.out;
+  EXPECT_TRUE(out.at("out").get<bool>());
+  EXPECT_TRUE(out.at("stable").get<bool>());
+  EXPECT_LE(out.at("max_penetration_voxels").get<double>(), 0.5);
+  EXPECT_GT(out.at("poses_checked").get<int>(), 4000);
+  EXPECT_GT(out.at("travel_mm").get<double>(), 100);
+  ASSERT_EQ(out.at("peers").size(), 2U);
+  for (const json& peer : out.at("peers")) {
+    EXPECT_EQ(peer.at("role"), "active");
+    EXPECT_GE(peer.at("frames").get<int>() + peer.at("missed").get<int>(), 20000);
+    EXPECT_GE(peer.at("contact_points").at("max").get<int>(), 20);
+    EXPECT_GE(peer.at("contact_share").get<double>(), 0.1);
+    EXPECT_GE(peer.at("peak_force_N").get<double>(), 1.0);
+    for (const char* times : {"frame_cpu_us", "lateness_us"}) {
+      EXPECT_GT(peer.at(times).at("p50").get<double>(), 0.0);
+      EXPECT_LE(peer.at(times).at("p50"), peer.at(times).at("p99"));
+      EXPECT_LE(peer.at(times).at("p99").get<double>(), peer.at(times).at("max").get<double>() * 1.02);
+    }
+  }
+  EXPECT_NE(out.at("peers")[0].at("pid"), out.at("peers")[1].at("pid"));
+  EXPECT_EQ(out.at("delay_ms").at("injected"), 100.0);
+  EXPECT_GE(out.at("delay_ms").at("measured").get<double>(), 100.0);
+  EXPECT_LE(out.at("delay_ms").at("measured").get<double>(), 120.0);
+  EXPECT_GE(out.at("viewer").at("samples").get<double>(), 50.0 * 20);
+  EXPECT_TRUE(out.at("viewer").at("age_ms_p99").is_number());
+
+  // the same scene in virtual time, with no DDS in it
+  const Result<testing::SimulatedDemo> simulated = testing::RunSimulatedDemo("bracket_actuator", {});
+  ASSERT_TRUE(simulated) << simulated.error().what;
+  const Divergence expected = DivergenceOf(simulated->traces[0], simulated->traces[1]);
+  const double peak_mm = out.at("divergence_mm").at("peak").get<double>();
+  EXPECT_GT(peak_mm, 1.0);
+  EXPECT_NEAR(peak_mm, 1e3 * expected.peak, 100.0 * expected.peak);
+}
+
+TEST(Demo, WithoutContactTheSameHandsPullItStraightThrough) {
+  const Ran ran = RunDemo("--seconds 18 --no-contact");
+  ASSERT_EQ(ran.exit_code, 0);
+  EXPECT_GE(ran.out.at("max_penetration_voxels").get<double>(), 3.0);
+  EXPECT_GE(ran.out.at("overlap_share").get<double>(), 0.1);
+}
+
+TEST(Demo, TooShortARunIsNotCalledStable) {
+  const Ran ran = RunDemo("--seconds 3 --scene peg_in_slot");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_TRUE(ran.out.at("stable").is_null());
+}
+
+TEST(Demo, ASceneThatIsNotThereIsOneLineAndAnExitCode) {
+  const Ran ran = RunDemo("--scene no_such_scene");
+  EXPECT_EQ(ran.exit_code, 3);
+  EXPECT_TRUE(ran.out.is_discarded());
+}
+
+}  // namespace
+}  // namespace tandem

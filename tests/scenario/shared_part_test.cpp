@@ -1,0 +1,97 @@
+#include <gtest/gtest.h>
+
+#include "app/cli/demo_judgement.h"
+#include "tests/support/simulated_demo.h"
+
+namespace tandem {
+namespace {
+
+using testing::RunSimulatedDemo;
+using testing::SimulatedDemo;
+using testing::SimulatedDemoOptions;
+
+SimulatedDemo MustRun(const std::string& scene, const SimulatedDemoOptions& options) {
+  Result<SimulatedDemo> demo = RunSimulatedDemo(scene, options);
+  EXPECT_TRUE(demo) << (demo ? "" : demo.error().what);
+  return demo ? std::move(*demo) : SimulatedDemo{};
+}
+
+/// What the demo promises of both instances.
+void ExpectWorkedOut(const SimulatedDemo& demo) {
+  ASSERT_EQ(demo.traces.size(), 2U);
+  for (const std::vector<TraceSample>& trace : demo.traces) {
+    ASSERT_FALSE(trace.empty());
+    const Outcome outcome = OutcomeOf(*demo.model, 0, trace.back().X_WB);
+    EXPECT_TRUE(outcome.out);
+    EXPECT_TRUE(IsAtRest(trace));
+    int most = 0;
+    std::size_t with_contact = 0;
+    float peak = 0;
+    for (const TraceSample& sample : trace) {
+      most = std::max(most, sample.contact_points);
+      with_contact += sample.contact_points > 0 ? 1 : 0;
+      peak = std::max(peak, sample.hand_force);
+    }
+    EXPECT_GE(most, 20);
+    EXPECT_GE(10 * with_contact, trace.size());
+    EXPECT_GE(peak, 1.0F);
+    EXPECT_LE(peak, 20.0F);
+  }
+  const Divergence divergence = DivergenceOf(demo.traces[0], demo.traces[1]);
+  EXPECT_GT(divergence.peak, 1e-3);
+  EXPECT_LT(divergence.last, 1e-3);
+}
+
+class SharedPart : public ::testing::TestWithParam<std::tuple<const char*, double>> {};
+
+TEST_P(SharedPart, ComesOutAgainstContactWhateverTheDelay) {
+  const auto& [scene, delay_ms] = GetParam();
+  const SimulatedDemo demo = MustRun(scene, {.seconds = 18, .conditions = {.delay_ms = delay_ms}});
+  ExpectWorkedOut(demo);
+  // no DDS here: a sample is one frame under way, the answer another
+  for (const double measured : demo.mean_delay_s) EXPECT_NEAR(measured, 1e-3 * delay_ms, 2e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SharedPart,
+                         ::testing::Combine(::testing::Values("peg_in_slot", "bracket_actuator"),
+                                            ::testing::Values(20.0, 100.0, 300.0)));
+
+TEST(SharedPart, ComesOutOverALinkThatJittersAndLoses) {
+  const SimulatedDemo demo =
+      MustRun("peg_in_slot",
+              {.seconds = 18, .conditions = {.delay_ms = 80, .jitter_ms = 40, .loss = 0.05}});
+  ExpectWorkedOut(demo);
+  EXPECT_GE(demo.mean_delay_s[0], 0.080);
+  EXPECT_LE(demo.mean_delay_s[0], 0.125);
+}
+
+TEST(SharedPart, ComesOutUnderTheLinearLaw) {
+  ExpectWorkedOut(MustRun("peg_in_slot", {.seconds = 18, .law = CouplingLaw::kLinear}));
+}
+
+// By exact geometry; and the oracle is not blind: without contact the same hands pull the peg through.
+TEST(SharedPart, StaysOutOfTheFixtureAndGoesThroughItWithoutContact) {
+  const SimulatedDemo with = MustRun("peg_in_slot", {.seconds = 12});
+  EXPECT_LE(Penetration(*with.model, 0, with.traces, 60).max_penetration_voxels, 0.5);
+  const SimulatedDemo without = MustRun("peg_in_slot", {.seconds = 12, .contact = false});
+  const PenetrationReport report = Penetration(*without.model, 0, without.traces, 60);
+  EXPECT_GE(report.max_penetration_voxels, 3.0);
+  EXPECT_GE(report.overlap_share(), 0.1);
+}
+
+TEST(SharedPart, TheSameRunGivesTheSameBits) {
+  const SimulatedDemoOptions options{
+      .seconds = 4, .conditions = {.delay_ms = 60, .jitter_ms = 20, .loss = 0.02, .seed = 4}};
+  const SimulatedDemo first = MustRun("peg_in_slot", options);
+  const SimulatedDemo second = MustRun("peg_in_slot", options);
+  for (std::size_t h = 0; h < 2; ++h) {
+    ASSERT_EQ(first.traces[h].size(), second.traces[h].size());
+    for (std::size_t i = 0; i < first.traces[h].size(); ++i) {
+      ASSERT_EQ(first.traces[h][i].X_WB.p, second.traces[h][i].X_WB.p) << i;
+      ASSERT_EQ(first.traces[h][i].X_WB.q.coeffs(), second.traces[h][i].X_WB.q.coeffs()) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem
