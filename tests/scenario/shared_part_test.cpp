@@ -42,11 +42,11 @@ void ExpectWorkedOut(const SimulatedDemo& demo) {
   EXPECT_LT(divergence.last, 1e-3);
 }
 
-class SharedPart : public ::testing::TestWithParam<std::tuple<const char*, double>> {};
+class SharedPart : public ::testing::TestWithParam<std::tuple<std::string, int>> {};
 
 TEST_P(SharedPart, ComesOutAgainstContactWhateverTheDelay) {
   const auto& [scene, delay_ms] = GetParam();
-  const SimulatedDemo demo = MustRun(scene, {.seconds = 18, .conditions = {.delay_ms = delay_ms}});
+  const SimulatedDemo demo = MustRun(scene, {.seconds = 18, .conditions = {.delay_ms = static_cast<double>(delay_ms)}});
   ExpectWorkedOut(demo);
   // no DDS here: a sample is one frame under way, the answer another
   for (const double measured : demo.mean_delay_s) EXPECT_NEAR(measured, 1e-3 * delay_ms, 2e-3);
@@ -54,7 +54,11 @@ TEST_P(SharedPart, ComesOutAgainstContactWhateverTheDelay) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SharedPart,
                          ::testing::Combine(::testing::Values("peg_in_slot", "bracket_actuator"),
-                                            ::testing::Values(20.0, 100.0, 300.0)));
+                                            ::testing::Values(20, 100, 300)),
+                         [](const auto& info) {
+                           return std::get<0>(info.param) + "_at_" +
+                                  std::to_string(std::get<1>(info.param)) + "_ms";
+                         });
 
 TEST(SharedPart, ComesOutOverALinkThatJittersAndLoses) {
   const SimulatedDemo demo =
