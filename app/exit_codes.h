@@ -2,7 +2,8 @@
 
 namespace tandem {
 
-/// What a program may conclude from how ours ends; the same for all commands and the viewer (docs/architecture.md).
+/// What a program may conclude from how ours ends; the same for all commands and the viewer
+/// (docs/architecture.md).
 enum ExitCode : int {
   kExitOk = 0,
   kExitFailed = 1,

@@ -6,12 +6,13 @@
 
 namespace tandem {
 
-/// The age of the loop between two peers: how long ago the newest own sample was taken that has come back to
-/// us in what the other says it holds (`echo`). Holding, jitter and loss are in it; no clock is compared
-/// with another's. Used by the haptic thread alone.
+/// The age of the loop between two peers: how long ago the newest own sample was taken that has
+/// come back to us in what the other says it holds (`echo`). Holding, jitter and loss are in it; no
+/// clock is compared with another's. Used by the haptic thread alone.
 ///
-/// Gains must hold for the worst age of the near future, so the largest of the past two seconds is kept
-/// (notes: the peak under-estimates the next second's worst in 2 to 6 % of cases, the mean in all).
+/// Gains must hold for the worst age of the near future, so the largest of the past two seconds is
+/// kept (notes: the peak under-estimates the next second's worst in 2 to 6 % of cases, the mean in
+/// all).
 class DelayMeter {
  public:
   /// `loop_age_ns`: now minus the newest echo.

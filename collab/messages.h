@@ -9,15 +9,15 @@
 
 namespace tandem {
 
-/// What peers tell one another, as plain values; idl/tandem.idl is their form on the wire. SI units, world
-/// frame; times are the *sender's* monotonic clock in ns and are never compared with the receiver's, only
-/// sent back (`echo_ns`).
+/// What peers tell one another, as plain values; idl/tandem.idl is their form on the wire. SI
+/// units, world frame; times are the *sender's* monotonic clock in ns and are never compared with
+/// the receiver's, only sent back (`echo_ns`).
 
-using PeerId = std::uint64_t;      // random, never 0
-using ObjectId = std::uint32_t;    // index into Scene::bodies
+using PeerId = std::uint64_t;    // random, never 0
+using ObjectId = std::uint32_t;  // index into Scene::bodies
 
 inline constexpr std::uint32_t kProtocol = 1;
-inline constexpr std::size_t kMaxPeers = 8;       // active ones, oneself included
+inline constexpr std::size_t kMaxPeers = 8;  // active ones, oneself included
 inline constexpr std::size_t kMaxLinks = kMaxPeers;
 inline constexpr std::size_t kMaxViewBodies = 24;
 
@@ -39,9 +39,9 @@ struct ObjectState {
 /// What one coupling between two instances of a shared body needs and does.
 struct LinkEntry {
   PeerId to = 0;
-  std::int64_t echo_ns = 0;   // newest sample_ns of `to` that the sender holds
-  double stiffness = 0;       // N/m that the sender would use; both ends use the smaller
-  Wrench applied_B_W;         // on the sender's instance; shown, never applied by the receiver
+  std::int64_t echo_ns = 0;  // newest sample_ns of `to` that the sender holds
+  double stiffness = 0;      // N/m that the sender would use; both ends use the smaller
+  Wrench applied_B_W;        // on the sender's instance; shown, never applied by the receiver
 };
 
 /// With each state of a shared body; topic link/1.
@@ -54,9 +54,10 @@ struct CouplingLinks {
   std::array<LinkEntry, kMaxLinks> entries{};
 };
 
-/// A body as viewers get it: X_W is its displacement from its initial pose, so that p_W now = X_W * p_W at first.
+/// A body as viewers get it: X_W is its displacement from its initial pose, so that p_W now = X_W *
+/// p_W at first.
 struct ViewBody {
-  static constexpr std::uint32_t kHeld = 1;       // by the sender's hand
+  static constexpr std::uint32_t kHeld = 1;  // by the sender's hand
   static constexpr std::uint32_t kInContact = 2;
 
   ObjectId object = 0;

@@ -7,11 +7,7 @@
 namespace tandem {
 
 Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& options)
-    : world_(&world),
-      device_(&device),
-      inbox_(&inbox),
-      options_(options),
-      remote_(world.model()) {
+    : world_(&world), device_(&device), inbox_(&inbox), options_(options), remote_(world.model()) {
   const WorldModel& model = world.model();
   inputs_.bodies.resize(model.bodies.size());
   trace_.reserve(options.trace_frames);
@@ -118,11 +114,11 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
   out.view.sample_ns = now_ns;
   out.view.delay_ms = static_cast<float>(1e3 * (shared_ ? shared_->delay_s(now_ns) : 0.0));
   out.view.count = 1;
-  out.view.bodies[0] = {.object = out.state.object,
-                        .flags = ViewBody::kHeld |
-                                 (report_.contact_points > 0 ? ViewBody::kInContact : 0U),
-                        .X_W = state.X_WB * body.X_WB0.Inverse(),
-                        .hand_force_W = report_.hand_B_W.f};
+  out.view.bodies[0] = {
+      .object = out.state.object,
+      .flags = ViewBody::kHeld | (report_.contact_points > 0 ? ViewBody::kInContact : 0U),
+      .X_W = state.X_WB * body.X_WB0.Inverse(),
+      .hand_force_W = report_.hand_B_W.f};
 }
 
 void Peer::Record(std::int64_t now_ns) noexcept {

@@ -14,11 +14,11 @@ namespace tandem {
 
 struct PeerOptions {
   PeerId id = 0;
-  int held_object = -1;           // number in the scene of the body in hand; -1: none
-  Pose X_BD;                      // where the hand grasps it
-  std::size_t wait_for = 0;       // other users whose loop must be closed before the hand starts
+  int held_object = -1;      // number in the scene of the body in hand; -1: none
+  Pose X_BD;                 // where the hand grasps it
+  std::size_t wait_for = 0;  // other users whose loop must be closed before the hand starts
   SharedBody::Options coupling;
-  std::size_t trace_frames = 0;   // recorded at the most; 0 records nothing
+  std::size_t trace_frames = 0;  // recorded at the most; 0 records nothing
 };
 
 /// What a frame leaves for the report: the held body's motion, and what was felt.
@@ -26,19 +26,21 @@ struct TraceSample {
   std::int64_t time_ns = 0;
   Pose X_WB;
   Twist V_WB;
-  float hand_force = 0;   // N, of the hand's coupling
+  float hand_force = 0;  // N, of the hand's coupling
   int contact_points = 0;
-  bool loaded = false;    // contact pushes
+  bool loaded = false;  // contact pushes
 };
 
-/// The haptic half of a peer: device, simulation and the couplings to the others, as one state machine that is
-/// fed with the time and with messages, and reads no clock. The same code runs over DDS at 1 kHz and on the
-/// simulated network in virtual time. Used by the haptic thread alone; Tick() does not allocate, lock or throw.
+/// The haptic half of a peer: device, simulation and the couplings to the others, as one state
+/// machine that is fed with the time and with messages, and reads no clock. The same code runs over
+/// DDS at 1 kHz and on the simulated network in virtual time. Used by the haptic thread alone;
+/// Tick() does not allocate, lock or throw.
 class Peer {
  public:
   Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& options);
 
-  /// One frame at `now_ns`: takes what is due, reads the device, steps the world, renders, fills `out`.
+  /// One frame at `now_ns`: takes what is due, reads the device, steps the world, renders, fills
+  /// `out`.
   void Tick(std::int64_t now_ns, Outbox& out) noexcept TANDEM_RUNS_ON(kHapticThread);
 
   /// Whether the hand has begun, and when (ns).

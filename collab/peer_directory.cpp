@@ -66,8 +66,8 @@ void PeerDirectory::Tell(const Entry& entry, bool present) {
   MembershipChange change;
   change.peer = entry.info.peer;
   change.present = present;
-  change.held_count = static_cast<std::uint32_t>(
-      std::min(entry.info.held.size(), MembershipChange::kMaxHeld));
+  change.held_count =
+      static_cast<std::uint32_t>(std::min(entry.info.held.size(), MembershipChange::kMaxHeld));
   std::copy_n(entry.info.held.begin(), change.held_count, change.held.begin());
   if (!changes_.TryPush(change)) {
     news_.push_back(entry.info.name + ": the membership queue is full; its change is not felt");

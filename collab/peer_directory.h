@@ -10,9 +10,9 @@
 
 namespace tandem {
 
-/// Who is in the session, as told by peer_info (paper §6.1: anyone may enter or leave at any time). Told by the
-/// transport's control thread, asked by the program's main thread; changes that bear on forces go to
-/// the haptic thread through a queue.
+/// Who is in the session, as told by peer_info (paper §6.1: anyone may enter or leave at any time).
+/// Told by the transport's control thread, asked by the program's main thread; changes that bear on
+/// forces go to the haptic thread through a queue.
 class PeerDirectory {
  public:
   enum class Presence : std::uint8_t { kHere, kLeft, kLost };
@@ -30,7 +30,8 @@ class PeerDirectory {
   void OnPeerLost(PeerId peer) { OnGone(peer, Presence::kLost); }
 
   std::vector<Entry> Entries() const;
-  /// What happened since the last call, a line each: "anna joined", "anna left", "anna is lost", "anna is back".
+  /// What happened since the last call, a line each: "anna joined", "anna left", "anna is lost",
+  /// "anna is back".
   std::vector<std::string> TakeNews();
   /// The haptic thread's end.
   SpscQueue<MembershipChange>& changes() noexcept { return changes_; }

@@ -16,8 +16,9 @@ struct DueSample {
   T sample;
 };
 
-/// What an active peer hears: states and links go through the link conditioner into rings, stamped with the time
-/// they are due, and the haptic thread takes them when that has come; membership goes to the directory.
+/// What an active peer hears: states and links go through the link conditioner into rings, stamped
+/// with the time they are due, and the haptic thread takes them when that has come; membership goes
+/// to the directory.
 class PeerInbox : public Inbox {
  public:
   PeerInbox(const LinkConditions& conditions, PeerDirectory& directory);

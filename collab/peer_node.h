@@ -14,12 +14,13 @@ namespace tandem {
 struct NodeOptions {
   PeerOptions peer;
   std::string name;
-  LinkConditions conditions;   // of what it hears
-  double publish_hz = 1000;    // of states and links
+  LinkConditions conditions;  // of what it hears
+  double publish_hz = 1000;   // of states and links
 };
 
-/// An active peer, whole but for its threads: each of the three frames below belongs to a thread of its own in the
-/// product (haptic, sender, control); the simulated session calls them one after the other.
+/// An active peer, whole but for its threads: each of the three frames below belongs to a thread of
+/// its own in the product (haptic, sender, control); the simulated session calls them one after the
+/// other.
 class PeerNode {
  public:
   PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Device> device,

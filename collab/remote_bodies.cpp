@@ -7,12 +7,15 @@
 namespace tandem {
 
 RemoteBodies::RemoteBodies(const WorldModel& model) {
-  for (const std::uint32_t object : model.object) bodies_.push_back({.object = object, .instances = {}});
+  for (const std::uint32_t object : model.object)
+    bodies_.push_back({.object = object, .instances = {}});
 }
 
 RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
-  const auto it = std::find_if(body.instances.begin(), body.instances.end(),
-                               [peer](const Instance& i) { return i.peer == peer; });
+  const auto it =
+      std::find_if(body.instances.begin(), body.instances.end(), [peer](const Instance& i) {
+        return i.peer == peer;
+      });
   return it == body.instances.end() ? nullptr : &*it;
 }
 

@@ -9,9 +9,10 @@
 
 namespace tandem {
 
-/// Bodies that others hold and we do not (paper §6.1, type-1): each has a mirror here that follows the newest
-/// received pose. How fast it may follow is the world's to say: by at most its share of the travel limit, never
-/// in a jump. Used by the haptic thread alone; nothing allocates after construction.
+/// Bodies that others hold and we do not (paper §6.1, type-1): each has a mirror here that follows
+/// the newest received pose. How fast it may follow is the world's to say: by at most its share of
+/// the travel limit, never in a jump. Used by the haptic thread alone; nothing allocates after
+/// construction.
 class RemoteBodies {
  public:
   explicit RemoteBodies(const WorldModel& model);

@@ -10,11 +10,11 @@ namespace tandem {
 
 namespace {
 
-constexpr double kFadeTime = 0.2;        // s, of a partner that is gone
-constexpr double kFallTime = 0.02;       // s, of a stiffness that must fall
-constexpr double kFastestRise = 400.0;   // N/m/s
-constexpr double kRisePower = 0.02;      // W that a rising spring may put in
-constexpr double kArmMass = 1.2;         // kg of hand and device that may move with the body
+constexpr double kFadeTime = 0.2;       // s, of a partner that is gone
+constexpr double kFallTime = 0.02;      // s, of a stiffness that must fall
+constexpr double kFastestRise = 400.0;  // N/m/s
+constexpr double kRisePower = 0.02;     // W that a rising spring may put in
+constexpr double kArmMass = 1.2;        // kg of hand and device that may move with the body
 
 /// The next stiffness on the way to `wanted`, the spring being stretched by `stretch` (m).
 double Slewed(double stiffness, double wanted, double stretch) {
@@ -29,8 +29,9 @@ SharedBody::SharedBody(PeerId self, ObjectId object, const Inertia& inertia, con
     : self_(self), object_(object), inertia_(inertia), options_(options) {}
 
 SharedBody::Partner* SharedBody::Find(PeerId peer) noexcept {
-  const auto it = std::find_if(partners_.begin(), partners_.end(),
-                               [peer](const Partner& p) { return p.peer == peer; });
+  const auto it = std::find_if(partners_.begin(), partners_.end(), [peer](const Partner& p) {
+    return p.peer == peer;
+  });
   return it == partners_.end() ? nullptr : &*it;
 }
 
@@ -82,8 +83,8 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     ++delays_;
     peak = std::max(peak, partner.meter.peak_loop_age_s());
   }
-  own_stiffness_ = LinkStiffness(options_.law, options_.limits, peak, coupled() + 1,
-                                 inertia_.mass + kArmMass);
+  own_stiffness_ =
+      LinkStiffness(options_.law, options_.limits, peak, coupled() + 1, inertia_.mass + kArmMass);
 
   const Mat3 R = own.X_WB.q.toRotationMatrix();
   const Mat3 per_mass = R * inertia_.I_B * R.transpose() / inertia_.mass;
@@ -103,8 +104,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
       }
     } else {
       const double stretch = (partner.state.X_WB.p - own.X_WB.p).norm();
-      const double wanted =
-          partner.linked ? std::min(own_stiffness_, partner.its_stiffness) : 0.0;
+      const double wanted = partner.linked ? std::min(own_stiffness_, partner.its_stiffness) : 0.0;
       partner.stiffness = Slewed(partner.stiffness, wanted, stretch);
     }
     const double k = partner.fade * partner.stiffness;
@@ -115,8 +115,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     stiffness_sum += k;
   }
   inputs.link_count = link_count_;
-  inputs.ground_damping =
-      LinkDrag(options_.law, options_.limits, stiffness_sum, DesignDelay(peak));
+  inputs.ground_damping = LinkDrag(options_.law, options_.limits, stiffness_sum, DesignDelay(peak));
   inputs.ground_rotation_damping = inputs.ground_damping * per_mass;
 }
 

@@ -10,14 +10,16 @@
 
 namespace tandem {
 
-/// The couplings between the own instance of a shared body and the instances of the other users who hold
-/// it (paper §6.1, type-2): multi-user virtual coupling, computed here from the others' states.
+/// The couplings between the own instance of a shared body and the instances of the other users who
+/// hold it (paper §6.1, type-2): multi-user virtual coupling, computed here from the others'
+/// states.
 ///
-///   me  --state/1, link/1-->  other          link/1 carries the newest stamp of mine that the other holds:
-///   me  <--state/1, link/1--  other          now - that stamp is the age of the whole loop
+///   me  --state/1, link/1-->  other          link/1 carries the newest stamp of mine that the
+///   other holds: me  <--state/1, link/1--  other          now - that stamp is the age of the whole
+///   loop
 ///
-/// Both ends use the smaller of their two stiffnesses. A rise is slowed so that a stretched spring takes in at most
-/// 20 mW, a fall takes 20 ms. Used by the haptic thread alone; nothing allocates.
+/// Both ends use the smaller of their two stiffnesses. A rise is slowed so that a stretched spring
+/// takes in at most 20 mW, a fall takes 20 ms. Used by the haptic thread alone; nothing allocates.
 class SharedBody {
  public:
   struct Options {
@@ -52,16 +54,16 @@ class SharedBody {
 
  private:
   struct Partner {
-    PeerId peer = 0;             // 0: a free place
+    PeerId peer = 0;  // 0: a free place
     bool present = false;
-    double fade = 1.0;           // of the pull, down to 0 after Part()
+    double fade = 1.0;  // of the pull, down to 0 after Part()
     bool heard = false;
-    ObjectState state;           // newest
+    ObjectState state;  // newest
     bool linked = false;
     std::uint32_t links_seq = 0;
-    std::int64_t echo_ns = 0;    // newest own stamp that it holds
-    double its_stiffness = 0;    // N/m that it would use
-    double stiffness = 0;        // N/m in use
+    std::int64_t echo_ns = 0;  // newest own stamp that it holds
+    double its_stiffness = 0;  // N/m that it would use
+    double stiffness = 0;      // N/m in use
     DelayMeter meter;
   };
 
@@ -72,7 +74,7 @@ class SharedBody {
   Inertia inertia_;
   Options options_;
   std::array<Partner, kMaxLinks> partners_{};
-  double own_stiffness_ = 0;                          // what the law gives us now
+  double own_stiffness_ = 0;                              // what the law gives us now
   std::array<std::size_t, kMaxLinks> partner_of_link_{};  // of the coming frame's links
   std::size_t link_count_ = 0;
   double delay_sum_s_ = 0;

@@ -7,7 +7,8 @@
 namespace tandem {
 
 /// What reaches a peer, called by a transport. `arrival_ns` is the receiver's monotonic clock.
-/// States, links and views come on the receive thread and must not block; the rest on the control thread.
+/// States, links and views come on the receive thread and must not block; the rest on the control
+/// thread.
 class Inbox {
  public:
   virtual ~Inbox() = default;
@@ -21,9 +22,9 @@ class Inbox {
 };
 
 /// A peer's way to the others: over DDS in the product, over the simulated network in virtual time.
-/// Each Publish is called by one thread at a time: states, links and views by the sender thread, the rest by
-/// the control thread. What it hears goes to the Inbox it was made with. Destroying it without Leave() looks
-/// to the others like a crash.
+/// Each Publish is called by one thread at a time: states, links and views by the sender thread,
+/// the rest by the control thread. What it hears goes to the Inbox it was made with. Destroying it
+/// without Leave() looks to the others like a crash.
 class Transport {
  public:
   virtual ~Transport() = default;

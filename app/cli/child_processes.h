@@ -1,12 +1,12 @@
 #pragma once
 
-#include <sys/types.h>
-
 #include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <sys/types.h>
 
 #include "engine/base/result.h"
 
@@ -15,7 +15,8 @@ namespace tandem {
 /// The folder that this program lies in, where its sister programs are.
 std::filesystem::path ProgramFolder();
 
-/// A program that we started: ended with us, by SIGTERM and then SIGKILL, if it does not end by itself.
+/// A program that we started: ended with us, by SIGTERM and then SIGKILL, if it does not end by
+/// itself.
 class ChildProcess {
  public:
   /// fork and exec; its stdout goes to our stderr, for our stdout is one JSON document.

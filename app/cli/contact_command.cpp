@@ -3,9 +3,9 @@
 #include <limits>
 
 #include "app/cli/commands.h"
-#include "app/exit_codes.h"
 #include "app/cli/poses_file.h"
 #include "app/cli/talk.h"
+#include "app/exit_codes.h"
 #include "engine/contact/contact_pair.h"
 #include "engine/geometry/exact_surface.h"
 #include "engine/geometry/mass_properties.h"
@@ -31,13 +31,12 @@ std::string Basename(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-/// Whether any part of triangle a b c comes within `reach` of the solid, or into it; cut in two until each piece is
-/// smaller than the reach, and near only if its middle is.
+/// Whether any part of triangle a b c comes within `reach` of the solid, or into it; cut in two
+/// until each piece is smaller than the reach, and near only if its middle is.
 bool ComesNear(const ExactSurface& solid, const Vec3& a, const Vec3& b, const Vec3& c,
                double reach) {
   const Vec3 middle = (a + b + c) / 3.0;
-  const double radius =
-      std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
+  const double radius = std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
   if (-solid.Depth(middle) > radius + reach) return false;
   if (radius <= reach) return true;
   const double ab = (b - a).squaredNorm();
@@ -49,8 +48,8 @@ bool ComesNear(const ExactSurface& solid, const Vec3& a, const Vec3& b, const Ve
   return ComesNear(solid, a, half, c, reach) || ComesNear(solid, half, b, c, reach);
 }
 
-/// Whether no point could read anything but "beyond" at any of the poses (of the moving mesh's frame): its
-/// surface stays farther from the fixed solid than the farthest marked voxel can be.
+/// Whether no point could read anything but "beyond" at any of the poses (of the moving mesh's
+/// frame): its surface stays farther from the fixed solid than the farthest marked voxel can be.
 bool StaysBeyond(const TriangleMesh& fixed, const TriangleMesh& moving,
                  const std::vector<FilePose>& poses, double voxel) {
   const ExactSurface solid(fixed);
@@ -152,14 +151,18 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ContactArguments>();
   CLI::App* command = app.add_subcommand("contact", "Test a part against another at given poses");
   command->add_option("--static", arguments->fixed, "mesh file that gives the voxels")->required();
-  command->add_option("--dynamic", arguments->moving, "mesh file that gives the points")->required();
+  command->add_option("--dynamic", arguments->moving, "mesh file that gives the points")
+      ->required();
   command->add_option("--voxel", arguments->voxel, "voxel size in metres")->required();
-  command->add_option("--poses", arguments->poses, "CSV file of poses of the moving part")->required();
+  command->add_option("--poses", arguments->poses, "CSV file of poses of the moving part")
+      ->required();
   command->add_option("--scale", arguments->scale, "metres per file unit");
   command->add_option("--force-layer", arguments->force_layer, "layer that first pushes, from 0")
       ->check(CLI::Range(0, kDefaultRange - 2));
   command->add_flag("--csv", arguments->csv, "print one line a pose");
-  command->callback([arguments, &exit_code] { exit_code = RunContact(*arguments); });
+  command->callback([arguments, &exit_code] {
+    exit_code = RunContact(*arguments);
+  });
 }
 
 }  // namespace tandem

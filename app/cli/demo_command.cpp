@@ -8,9 +8,9 @@
 #include "app/cli/child_processes.h"
 #include "app/cli/commands.h"
 #include "app/cli/demo_judgement.h"
-#include "app/exit_codes.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/talk.h"
+#include "app/exit_codes.h"
 
 namespace tandem {
 
@@ -18,7 +18,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kShortestJudged = 18.0;  // s: hands rest by 60 %, the rest shows whether it is stable
+constexpr double kShortestJudged =
+    18.0;  // s: hands rest by 60 %, the rest shows whether it is stable
 constexpr double kJudgeSeconds = 60.0;
 constexpr double kMeetingSeconds = 180.0;  // for loading and meeting, at the most
 constexpr double kPictureAt = 0.28;        // of the run: about when the part is half out
@@ -55,21 +56,36 @@ std::vector<std::string> PeerCommand(const DemoArguments& arguments, const Scene
                                      const std::filesystem::path& report) {
   constexpr std::array<const char*, 2> kNames{"Anna", "Ben"};
   const SceneHand& hand = scene.hands[peer];
-  std::vector<std::string> command{(ProgramFolder() / "tandem").string(), "peer",
-                                   "--session", session,
-                                   "--scene", scene.file.string(),
-                                   "--interface", "lo",
-                                   "--name", kNames[peer],
-                                   "--hold", hand.body,
-                                   "--hand", hand.file.string(),
-                                   "--wait-for", "1",
-                                   "--seconds", std::to_string(arguments.seconds),
-                                   "--delay-ms", std::to_string(arguments.delay_ms),
-                                   "--jitter-ms", std::to_string(arguments.jitter_ms),
-                                   "--loss", std::to_string(arguments.loss),
-                                   "--seed", std::to_string(arguments.seed + peer),
-                                   "--law", arguments.law,
-                                   "--report", report.string()};
+  std::vector<std::string> command{(ProgramFolder() / "tandem").string(),
+                                   "peer",
+                                   "--session",
+                                   session,
+                                   "--scene",
+                                   scene.file.string(),
+                                   "--interface",
+                                   "lo",
+                                   "--name",
+                                   kNames[peer],
+                                   "--hold",
+                                   hand.body,
+                                   "--hand",
+                                   hand.file.string(),
+                                   "--wait-for",
+                                   "1",
+                                   "--seconds",
+                                   std::to_string(arguments.seconds),
+                                   "--delay-ms",
+                                   std::to_string(arguments.delay_ms),
+                                   "--jitter-ms",
+                                   std::to_string(arguments.jitter_ms),
+                                   "--loss",
+                                   std::to_string(arguments.loss),
+                                   "--seed",
+                                   std::to_string(arguments.seed + peer),
+                                   "--law",
+                                   arguments.law,
+                                   "--report",
+                                   report.string()};
   if (arguments.no_contact) command.emplace_back("--no-contact");
   return command;
 }
@@ -82,10 +98,9 @@ std::vector<std::string> ViewerCommand(const DemoArguments& arguments, const std
     command = {(ProgramFolder() / "tandem-view").string()};
     if (!arguments.screenshot.empty()) {
       // on the way out, and with --seconds the window stays open after the picture
-      command.insert(command.end(),
-                     {"--screenshot", arguments.screenshot, "--screenshot-after",
-                      std::to_string(kPictureAt * arguments.seconds), "--seconds",
-                      std::to_string(arguments.seconds + kMeetingSeconds)});
+      command.insert(command.end(), {"--screenshot", arguments.screenshot, "--screenshot-after",
+                                     std::to_string(kPictureAt * arguments.seconds), "--seconds",
+                                     std::to_string(arguments.seconds + kMeetingSeconds)});
     }
   } else {
     command = {(ProgramFolder() / "tandem").string(), "watch"};
@@ -109,13 +124,13 @@ int RunSession(const DemoArguments& arguments, const Scene& scene,
   const std::string session =
       "demo-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
   const bool window = !arguments.headless && HasDisplay();
-  Result<ChildProcess> viewer = ChildProcess::Start(
-      ViewerCommand(arguments, session, scene, window, folder / "viewer.json"));
+  Result<ChildProcess> viewer =
+      ChildProcess::Start(ViewerCommand(arguments, session, scene, window, folder / "viewer.json"));
   if (!viewer) return Fail(kExitFailed, viewer.error().what);
   std::vector<ChildProcess> peers;
   for (std::size_t p = 0; p < 2; ++p) {
-    Result<ChildProcess> peer = ChildProcess::Start(PeerCommand(
-        arguments, scene, session, p, folder / ("peer" + std::to_string(p) + ".json")));
+    Result<ChildProcess> peer = ChildProcess::Start(
+        PeerCommand(arguments, scene, session, p, folder / ("peer" + std::to_string(p) + ".json")));
     if (!peer) return Fail(kExitFailed, peer.error().what);
     peers.push_back(std::move(*peer));
   }
@@ -205,22 +220,26 @@ Result<Judged> Judge(const DemoArguments& arguments, const Scene& scene,
 }
 
 void Tell(const ordered_json& json) {
-  const auto number = [](const ordered_json& value) { return value.get<double>(); };
+  const auto number = [](const ordered_json& value) {
+    return value.get<double>();
+  };
   for (const ordered_json& peer : json.at("peers")) {
-    std::printf("%s: %.0f frames, %.0f missed, p99 %.0f us of a frame's 1000, contact in %.0f %% of "
-                "frames, up to %.1f N in the hand\n",
-                peer.at("name").get<std::string>().c_str(), number(peer.at("frames")),
-                number(peer.at("missed")), number(peer.at("frame_cpu_us").at("p99")),
-                100 * number(peer.at("contact_share")), number(peer.at("peak_force_N")));
+    std::printf(
+        "%s: %.0f frames, %.0f missed, p99 %.0f us of a frame's 1000, contact in %.0f %% of "
+        "frames, up to %.1f N in the hand\n",
+        peer.at("name").get<std::string>().c_str(), number(peer.at("frames")),
+        number(peer.at("missed")), number(peer.at("frame_cpu_us").at("p99")),
+        100 * number(peer.at("contact_share")), number(peer.at("peak_force_N")));
   }
-  std::printf("delay %.0f ms injected, %.1f ms measured; the two instances parted by up to %.1f mm, "
-              "%.2f mm at the end\n",
-              number(json.at("delay_ms").at("injected")), number(json.at("delay_ms").at("measured")),
-              number(json.at("divergence_mm").at("peak")),
-              number(json.at("divergence_mm").at("last")));
-  std::printf("the part moved %.0f mm and is %s; deepest penetration %.2f voxels in %.0f poses judged\n",
-              number(json.at("travel_mm")), json.at("out").get<bool>() ? "out" : "NOT out",
-              number(json.at("max_penetration_voxels")), number(json.at("poses_checked")));
+  std::printf(
+      "delay %.0f ms injected, %.1f ms measured; the two instances parted by up to %.1f mm, "
+      "%.2f mm at the end\n",
+      number(json.at("delay_ms").at("injected")), number(json.at("delay_ms").at("measured")),
+      number(json.at("divergence_mm").at("peak")), number(json.at("divergence_mm").at("last")));
+  std::printf(
+      "the part moved %.0f mm and is %s; deepest penetration %.2f voxels in %.0f poses judged\n",
+      number(json.at("travel_mm")), json.at("out").get<bool>() ? "out" : "NOT out",
+      number(json.at("max_penetration_voxels")), number(json.at("poses_checked")));
 }
 
 int RunDemo(const DemoArguments& arguments) {
@@ -248,7 +267,8 @@ int RunDemo(const DemoArguments& arguments) {
   if (arguments.no_contact) return kExitOk;
   if (!judged->out) return Fail(kExitFailed, "the part did not come out");
   if (!judged->stable) return Fail(kExitFailed, "the part did not come to rest");
-  if (judged->max_penetration_voxels > 0.5) return Fail(kExitFailed, "the part went into the fixture");
+  if (judged->max_penetration_voxels > 0.5)
+    return Fail(kExitFailed, "the part went into the fixture");
   return kExitOk;
 }
 
@@ -270,12 +290,15 @@ void AddDemoCommand(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->seed, "of jitter and loss");
   command->add_option("--law", arguments->law, "how stiffness follows delay")
       ->check(CLI::IsMember({"p+d", "linear"}));
-  command->add_option("--screenshot", arguments->screenshot, "picture of the viewer's window (PNG)");
+  command->add_option("--screenshot", arguments->screenshot,
+                      "picture of the viewer's window (PNG)");
   command->add_flag("--headless", arguments->headless, "no window even where there is a display");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->add_flag("--no-contact", arguments->no_contact,
                     "the part passes through everything: for comparison only");
-  command->callback([arguments, &exit_code] { exit_code = RunDemo(*arguments); });
+  command->callback([arguments, &exit_code] {
+    exit_code = RunDemo(*arguments);
+  });
 }
 
 }  // namespace tandem

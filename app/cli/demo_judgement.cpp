@@ -10,10 +10,10 @@ namespace tandem {
 
 namespace {
 
-constexpr double kRestSpeed = 2e-3;                // m/s
-constexpr double kRestTurn = 2.0 * M_PI / 180.0;   // rad/s
-constexpr double kStill = 1e-4;                    // m/s
-constexpr std::size_t kWindow = 500;               // frames
+constexpr double kRestSpeed = 2e-3;               // m/s
+constexpr double kRestTurn = 2.0 * M_PI / 180.0;  // rad/s
+constexpr double kStill = 1e-4;                   // m/s
+constexpr std::size_t kWindow = 500;              // frames
 
 struct Rms {
   double speed = 0;

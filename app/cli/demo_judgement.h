@@ -16,8 +16,8 @@ struct Divergence {
 };
 Divergence DivergenceOf(const std::vector<TraceSample>& a, const std::vector<TraceSample>& b);
 
-/// Whether a body has come to rest: in the last third, RMS speed below 2 mm/s and 2 degrees/s, and not growing from
-/// half second to half second, unless it ends below 0.1 mm/s.
+/// Whether a body has come to rest: in the last third, RMS speed below 2 mm/s and 2 degrees/s, and
+/// not growing from half second to half second, unless it ends below 0.1 mm/s.
 bool IsAtRest(const std::vector<TraceSample>& trace);
 
 /// What became of a body in a run.

@@ -1,10 +1,11 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 
+#include <CLI/CLI.hpp>
+
 #include "app/cli/commands.h"
-#include "app/exit_codes.h"
 #include "app/cli/watch_command.h"
+#include "app/exit_codes.h"
 #include "engine/geometry/mesh_file.h"
 
 int main(int argc, char** argv) {

@@ -1,5 +1,3 @@
-#include <unistd.h>
-
 #include <atomic>
 #include <csignal>
 #include <fstream>
@@ -7,10 +5,12 @@
 #include <random>
 #include <thread>
 
+#include <unistd.h>
+
 #include "app/cli/commands.h"
-#include "app/exit_codes.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/talk.h"
+#include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/peer_node.h"
 #include "engine/haptics/scripted_device.h"
@@ -128,21 +128,20 @@ int RunPeer(const PeerArguments& arguments) {
   Prepared prepared;
   if (const int failed = Prepare(arguments, prepared); failed != kExitOk) return failed;
   PeerNode& node = *prepared.node;
-  Result<std::unique_ptr<Transport>> joined =
-      JoinOverDds({.session = arguments.session,
-                   .peer = prepared.id,
-                   .role = Role::kActive,
-                   .domain = arguments.domain,
-                   .interface = arguments.interface,
-                   .held = prepared.held},
-                  node.inbox());
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds({.session = arguments.session,
+                                                           .peer = prepared.id,
+                                                           .role = Role::kActive,
+                                                           .domain = arguments.domain,
+                                                           .interface = arguments.interface,
+                                                           .held = prepared.held},
+                                                          node.inbox());
   if (!joined) return Fail(kExitNetwork, joined.error().what);
   Transport& transport = **joined;
   std::signal(SIGINT, AskToStop);
   std::signal(SIGTERM, AskToStop);
 
-  // the haptic thread says when it has begun and when it has done its frames; it goes on until stopped,
-  // for the others still feel its instance
+  // the haptic thread says when it has begun and when it has done its frames; it goes on until
+  // stopped, for the others still feel its instance
   std::atomic<bool> begun{false};
   std::atomic<bool> done{false};
   const auto frames = static_cast<std::int64_t>(arguments.seconds * 1000.0);
@@ -214,8 +213,8 @@ int RunPeer(const PeerArguments& arguments) {
 void AddPeerCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<PeerArguments>();
   arguments->name = "peer-" + std::to_string(getpid());
-  CLI::App* command =
-      app.add_subcommand("peer", "Take part in a session: simulation, device and network, no window");
+  CLI::App* command = app.add_subcommand(
+      "peer", "Take part in a session: simulation, device and network, no window");
   command->add_option("--session", arguments->session, "name of the session to join")->required();
   command->add_option("--scene", arguments->scene, "scene file")->required();
   command->add_option("--hold", arguments->hold, "body to take in hand");
@@ -226,9 +225,11 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
   command->add_option("--wait-seconds", arguments->wait_seconds, "give up waiting after this");
   command->add_option("--seconds", arguments->seconds,
                       "leave so long after the hand's start; 0: on a signal");
-  command->add_option("--delay-ms", arguments->conditions.delay_ms, "delay injected in what is heard")
+  command
+      ->add_option("--delay-ms", arguments->conditions.delay_ms, "delay injected in what is heard")
       ->check(CLI::Range(0.0, 2000.0));
-  command->add_option("--jitter-ms", arguments->conditions.jitter_ms, "up to so much more, at random")
+  command
+      ->add_option("--jitter-ms", arguments->conditions.jitter_ms, "up to so much more, at random")
       ->check(CLI::Range(0.0, 1000.0));
   command->add_option("--loss", arguments->conditions.loss, "share of samples lost, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));
@@ -242,7 +243,9 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
   command->add_option("--report", arguments->report, "write a report (JSON) and a trace there");
   command->add_flag("--no-contact", arguments->no_contact, "bodies pass through one another");
   command->add_flag("--require-rt", arguments->require_rt, "fail when SCHED_FIFO is not granted");
-  command->callback([arguments, &exit_code] { exit_code = RunPeer(*arguments); });
+  command->callback([arguments, &exit_code] {
+    exit_code = RunPeer(*arguments);
+  });
 }
 
 }  // namespace tandem

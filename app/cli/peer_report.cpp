@@ -10,7 +10,9 @@ namespace tandem {
 namespace {
 
 nlohmann::ordered_json Microseconds(const Histogram& ns) {
-  const auto us = [&](double q) { return 1e-3 * static_cast<double>(ns.Quantile(q)); };
+  const auto us = [&](double q) {
+    return 1e-3 * static_cast<double>(ns.Quantile(q));
+  };
   return {{"p50", us(0.5)}, {"p99", us(0.99)}, {"max", 1e-3 * static_cast<double>(ns.max())}};
 }
 
@@ -23,8 +25,19 @@ Row AsRow(const TraceSample& sample) {
   const Twist& V = sample.V_WB;
   return {1e-9 * static_cast<double>(sample.time_ns / 1'000'000'000 * 1'000'000'000),
           1e-9 * static_cast<double>(sample.time_ns % 1'000'000'000),
-          p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w(),
-          V.w.x(), V.w.y(), V.w.z(), V.v.x(), V.v.y(), V.v.z(),
+          p.x(),
+          p.y(),
+          p.z(),
+          q.x(),
+          q.y(),
+          q.z(),
+          q.w(),
+          V.w.x(),
+          V.w.y(),
+          V.w.z(),
+          V.v.x(),
+          V.v.y(),
+          V.v.z(),
           static_cast<double>(sample.hand_force),
           sample.contact_points + (sample.loaded ? 0.5 : 0.0)};
 }
@@ -88,7 +101,8 @@ Result<std::vector<TraceSample>> ReadTrace(const std::filesystem::path& file) {
   if (!stream) return Error{file.string() + ": cannot be read"};
   std::vector<TraceSample> trace;
   Row row{};
-  while (stream.read(reinterpret_cast<char*>(row.data()), sizeof row)) trace.push_back(FromRow(row));
+  while (stream.read(reinterpret_cast<char*>(row.data()), sizeof row))
+    trace.push_back(FromRow(row));
   if (stream.gcount() != 0) return Error{file.string() + ": ends within a frame"};
   return trace;
 }

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "collab/peer.h"
 #include "engine/base/result.h"
@@ -21,8 +22,8 @@ struct PeerReport {
   double mean_delay_s = 0;  // half the loop age
 };
 
-/// One JSON object: frames, missed, frame_cpu_us and lateness_us {p50, p99, max}, and of the trace contact_points
-/// {mean, max}, contact_share, peak_force_N.
+/// One JSON object: frames, missed, frame_cpu_us and lateness_us {p50, p99, max}, and of the trace
+/// contact_points {mean, max}, contact_share, peak_force_N.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
                               const std::vector<TraceSample>& trace);
 

@@ -9,17 +9,17 @@
 
 namespace tandem {
 
-/// One row of a poses file: the moving file's frame, first where the fixed one's is, turned about its
-/// own origin and then shifted: X = T(t) R(axis, angle).
+/// One row of a poses file: the moving file's frame, first where the fixed one's is, turned about
+/// its own origin and then shifted: X = T(t) R(axis, angle).
 struct FilePose {
   std::size_t row = 0;  // from 0, over the file's rows
   std::string fixed;
   std::string moving;
-  Pose X_WM;            // translation in file units
+  Pose X_WM;  // translation in file units
 };
 
-/// Reads CSV with a header line that names at least fixed, moving, tx, ty, tz, ax, ay, az, angle_deg. An error names
-/// the file, the line and what was expected there.
+/// Reads CSV with a header line that names at least fixed, moving, tx, ty, tz, ax, ay, az,
+/// angle_deg. An error names the file, the line and what was expected there.
 Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file);
 
 }  // namespace tandem

@@ -1,12 +1,12 @@
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 
+#include <unistd.h>
+
 #include "app/cli/child_processes.h"
 #include "app/cli/commands.h"
-#include "app/exit_codes.h"
 #include "app/cli/talk.h"
+#include "app/exit_codes.h"
 
 namespace tandem {
 
@@ -29,7 +29,9 @@ void AddViewCommand(CLI::App& app, int& exit_code) {
       "view", "Look on in a window: tandem-view, with all its options (tandem view --help)");
   command->prefix_command();
   command->set_help_flag();
-  command->callback([command, &exit_code] { exit_code = RunView(command->remaining()); });
+  command->callback([command, &exit_code] {
+    exit_code = RunView(command->remaining());
+  });
 }
 
 }  // namespace tandem

@@ -1,13 +1,13 @@
-#include <tbb/global_control.h>
-
 #include <charconv>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include <nlohmann/json.hpp>
+#include <tbb/global_control.h>
+
 #include "app/cli/commands.h"
-#include "app/exit_codes.h"
 #include "app/cli/talk.h"
+#include "app/exit_codes.h"
 #include "engine/base/hash.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_diagnosis.h"
@@ -57,10 +57,10 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   const MassProperties mass = ComputeMassProperties(*mesh);
   const double voxel_size = given ? *given : AutoVoxelSize(*mesh);
 
-  const std::size_t threads = arguments.threads > 0
-                                  ? arguments.threads
-                                  : tbb::global_control::active_value(
-                                        tbb::global_control::max_allowed_parallelism);
+  const std::size_t threads =
+      arguments.threads > 0
+          ? arguments.threads
+          : tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   const std::int64_t start_ns = MonotonicNowNs();
   const Result<Voxmap> voxmap =
@@ -75,26 +75,25 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   digest.Add(voxmap->Digest());
   digest.Add(Digest(*points));
   if (arguments.json) {
-    const nlohmann::ordered_json out{
-        {"file", arguments.file},
-        {"triangles", mesh->triangles.size()},
-        {"bodies", diagnosis.bodies},
-        {"closed", diagnosis.closed()},
-        {"open_edges", diagnosis.open_edges},
-        {"seconds", seconds},
-        {"threads", threads},
-        {"voxels",
-         {{"interior", counts.interior},
-          {"surface", counts.surface},
-          {"free", counts.free},
-          {"total", counts.total()}}},
-        {"chunks", counts.chunks},
-        {"hyperchunks", counts.hyperchunks},
-        {"bytes", counts.bytes},
-        {"points", {{"total", points->size()}}},
-        {"volume_m3", mass.volume},
-        {"voxel_m", voxel_size},
-        {"digest", Hex(digest.value())}};
+    const nlohmann::ordered_json out{{"file", arguments.file},
+                                     {"triangles", mesh->triangles.size()},
+                                     {"bodies", diagnosis.bodies},
+                                     {"closed", diagnosis.closed()},
+                                     {"open_edges", diagnosis.open_edges},
+                                     {"seconds", seconds},
+                                     {"threads", threads},
+                                     {"voxels",
+                                      {{"interior", counts.interior},
+                                       {"surface", counts.surface},
+                                       {"free", counts.free},
+                                       {"total", counts.total()}}},
+                                     {"chunks", counts.chunks},
+                                     {"hyperchunks", counts.hyperchunks},
+                                     {"bytes", counts.bytes},
+                                     {"points", {{"total", points->size()}}},
+                                     {"volume_m3", mass.volume},
+                                     {"voxel_m", voxel_size},
+                                     {"digest", Hex(digest.value())}};
     std::printf("%s\n", out.dump(2).c_str());
     return kExitOk;
   }
@@ -105,8 +104,8 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu chunks, %.1f MB\n",
               voxel_size, counts.surface, counts.free, counts.interior, counts.chunks,
               1e-6 * static_cast<double>(counts.bytes));
-  std::printf("%zu points; %.3f s on %zu threads; digest %s\n", points->size(), seconds,
-              threads, Hex(digest.value()).c_str());
+  std::printf("%zu points; %.3f s on %zu threads; digest %s\n", points->size(), seconds, threads,
+              Hex(digest.value()).c_str());
   return kExitOk;
 }
 
@@ -125,7 +124,9 @@ void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
       ->transform(CLI::AsSizeValue(false));
   command->add_option("--threads", arguments->threads, "threads to use; 0: all processors");
   command->add_flag("--json", arguments->json, "print one JSON object");
-  command->callback([arguments, &exit_code] { exit_code = RunVoxelize(*arguments); });
+  command->callback([arguments, &exit_code] {
+    exit_code = RunVoxelize(*arguments);
+  });
 }
 
 }  // namespace tandem

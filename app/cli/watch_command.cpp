@@ -11,8 +11,8 @@
 
 #include <unistd.h>
 
-#include "app/exit_codes.h"
 #include "app/cli/talk.h"
+#include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/viewer.h"
 #include "collab/viewer_report.h"

@@ -2,8 +2,8 @@
 #include <QSurfaceFormat>
 #include <cstdio>
 
-#include "app/view/errands.h"
 #include "app/exit_codes.h"
+#include "app/view/errands.h"
 #include "app/view/options.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/ui/main_window.h"

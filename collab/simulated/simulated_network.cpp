@@ -10,25 +10,35 @@ class SimulatedNetwork::Link : public Transport {
   Link& operator=(const Link&) = delete;
 
   void Publish(const ObjectState& state) override {
-    ForOthers(Role::kActive, [&](Inbox& inbox) { inbox.OnState(state, network_->now_ns_); });
+    ForOthers(Role::kActive, [&](Inbox& inbox) {
+      inbox.OnState(state, network_->now_ns_);
+    });
   }
   void Publish(const CouplingLinks& links) override {
-    ForOthers(Role::kActive, [&](Inbox& inbox) { inbox.OnLinks(links, network_->now_ns_); });
+    ForOthers(Role::kActive, [&](Inbox& inbox) {
+      inbox.OnLinks(links, network_->now_ns_);
+    });
   }
   void Publish(const ViewFrame& frame) override {
-    ForOthers(Role::kViewer, [&](Inbox& inbox) { inbox.OnView(frame, network_->now_ns_); });
+    ForOthers(Role::kViewer, [&](Inbox& inbox) {
+      inbox.OnView(frame, network_->now_ns_);
+    });
   }
   void Publish(const PeerInfo& info) override {
     const auto self = network_->members_.find(peer_);
     if (self == network_->members_.end()) return;
     self->second.info = info;
-    const auto tell = [&](Inbox& inbox) { inbox.OnPeerInfo(info, network_->now_ns_); };
+    const auto tell = [&](Inbox& inbox) {
+      inbox.OnPeerInfo(info, network_->now_ns_);
+    };
     ForOthers(Role::kActive, tell);
     ForOthers(Role::kViewer, tell);
   }
   void Publish(const SceneManifest& manifest) override {
     network_->scene_ = manifest;
-    const auto tell = [&](Inbox& inbox) { inbox.OnScene(manifest); };
+    const auto tell = [&](Inbox& inbox) {
+      inbox.OnScene(manifest);
+    };
     ForOthers(Role::kActive, tell);
     ForOthers(Role::kViewer, tell);
   }

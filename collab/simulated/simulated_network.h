@@ -9,16 +9,16 @@
 
 namespace tandem {
 
-/// A network in virtual time for any number of peers in one thread: what one publishes reaches the others at once,
-/// in the order they joined; delay, jitter and loss are the receivers' conditioners, as over DDS. Viewers get
-/// views and no states, active peers states and no views.
+/// A network in virtual time for any number of peers in one thread: what one publishes reaches the
+/// others at once, in the order they joined; delay, jitter and loss are the receivers'
+/// conditioners, as over DDS. Viewers get views and no states, active peers states and no views.
 class SimulatedNetwork {
  public:
   /// The time that arrivals are stamped with, ns.
   void SetNow(std::int64_t now_ns) noexcept { now_ns_ = now_ns; }
 
-  /// Both the network and `inbox` must outlive the transport. A transport destroyed without Leave() is a crash:
-  /// the others learn of it as a loss.
+  /// Both the network and `inbox` must outlive the transport. A transport destroyed without Leave()
+  /// is a crash: the others learn of it as a loss.
   std::unique_ptr<Transport> Join(PeerId peer, Role role, Inbox& inbox);
 
  private:

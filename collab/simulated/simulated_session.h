@@ -8,8 +8,9 @@
 
 namespace tandem {
 
-/// Whole peers on the simulated network, frame by frame in virtual time, in one thread: the product's code, with
-/// nothing left out but threads and sockets. The same inputs give the same bits.
+/// Whole peers on the simulated network, frame by frame in virtual time, in one thread: the
+/// product's code, with nothing left out but threads and sockets. The same inputs give the same
+/// bits.
 class SimulatedSession {
  public:
   /// Adds a peer, present from the next frame on; gives its number.

@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// A running 64-bit content hash: the same bytes in the same order give the same value on every machine.
-/// Not for security: it finds accidents, not forgeries.
+/// A running 64-bit content hash: the same bytes in the same order give the same value on every
+/// machine. Not for security: it finds accidents, not forgeries.
 class Hash64 {
  public:
   void AddBytes(const void* data, std::size_t size) {

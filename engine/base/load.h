@@ -4,9 +4,9 @@
 
 namespace tandem {
 
-/// What acts on a body in a frame, and how that changes as the body moves: the pieces of a linearly implicit
-/// step. In W about the body's centre of mass, moments first. stiffness = -dF/dx and damping = -dF/dv are
-/// symmetric and never negative.
+/// What acts on a body in a frame, and how that changes as the body moves: the pieces of a linearly
+/// implicit step. In W about the body's centre of mass, moments first. stiffness = -dF/dx and
+/// damping = -dF/dv are symmetric and never negative.
 struct Load {
   Vec6 force = Vec6::Zero();
   Mat6 stiffness = Mat6::Zero();

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include <Eigen/Geometry>
 
 namespace tandem {
 

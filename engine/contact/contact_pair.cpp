@@ -58,7 +58,8 @@ void ContactPair::FindPoints(const Pose& X_VS, int threshold) noexcept {
     const float* y = shell_->y.data() + begin;
     const float* z = shell_->z.data() + begin;
     for (std::size_t i = 0; i < count; ++i) {
-      // +1 and -1 make truncation round down for the band of voxels just below 0 too; lower ones are outside
+      // +1 and -1 make truncation round down for the band of voxels just below 0 too; lower ones
+      // are outside
       const float u = a[0] * x[i] + a[1] * y[i] + a[2] * z[i] + b0;
       const float v = a[3] * x[i] + a[4] * y[i] + a[5] * z[i] + b1;
       const float w = a[6] * x[i] + a[7] * y[i] + a[8] * z[i] + b2;
@@ -80,8 +81,8 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
                             Load& on_shell, Load& on_map) const noexcept {
   const double s = voxmap_->voxel_size();
   const Quat q_VW = X_WV.q.conjugate();
-  const Vec3 p_VS = X_VS.p;                                // shell body's centre of mass
-  const Vec3 p_VM = X_WV.Inverse() * map_body.X_WB.p;      // voxmap body's
+  const Vec3 p_VS = X_VS.p;                            // shell body's centre of mass
+  const Vec3 p_VM = X_WV.Inverse() * map_body.X_WB.p;  // voxmap body's
   const Vec3 w_shell = q_VW * shell_body.V_WB.w;
   const Vec3 v_shell = q_VW * shell_body.V_WB.v;
   const Vec3 w_map = q_VW * map_body.V_WB.w;
@@ -95,17 +96,16 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
     ++report.contact_points;
     const Vec3 p = R_VS * shell_->point(found.point) + p_VS;
     const Vec3 n = R_VS * shell_->normal(found.point);
-    const Vec3 centre = s * (Vec3(found.voxel.x, found.voxel.y, found.voxel.z) + Vec3::Constant(0.5));
+    const Vec3 centre =
+        s * (Vec3(found.voxel.x, found.voxel.y, found.voxel.z) + Vec3::Constant(0.5));
     const double depth = TangentPlaneDepth(p, centre, n, found.value, force_layer_, s);
     if (depth <= 0) continue;
     ++report.loaded_points;
     const Vec3 r_shell = p - p_VS;
     const Vec3 r_map = p - p_VM;
-    const double approach =
-        -n.dot(v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(r_map));
+    const double approach = -n.dot(v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(r_map));
     // contact pushes and never pulls, however fast the point leaves
-    const double force =
-        std::max(0.0, gains_.stiffness * depth + gains_.damping * approach);
+    const double force = std::max(0.0, gains_.stiffness * depth + gains_.damping * approach);
     const double damping = force > 0 ? gains_.damping : 0.0;
     Vec6 along_shell;  // the generalized direction of a unit force on the point
     along_shell << r_shell.cross(n), n;

@@ -27,12 +27,14 @@ struct PairReport {
 struct PoseReading {
   int contact_points = 0;
   int touching_points = 0;  // marks <= 2 + layer in the surface field, whatever the class
-  int nearest_voxels = std::numeric_limits<int>::max();  // least distance read; max when all are beyond
+  int nearest_voxels =
+      std::numeric_limits<int>::max();  // least distance read; max when all are beyond
   Load on_shell;
 };
 
-/// A pointshell body against a voxmap body (paper §2.1). All contact arithmetic lives in the voxmap's frame V;
-/// the sums go back to W. Equal and opposite: both bodies get the same force at the same places.
+/// A pointshell body against a voxmap body (paper §2.1). All contact arithmetic lives in the
+/// voxmap's frame V; the sums go back to W. Equal and opposite: both bodies get the same force at
+/// the same places.
 ///
 /// Every point is tested in every frame, and every point reads the surface field; the class rule
 /// and the schedule of paper §4 and §5 come with labels.

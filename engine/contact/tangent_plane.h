@@ -13,20 +13,22 @@ struct ContactGains {
   double damping = 0;    // N s/m, along the normal
 };
 
-/// Stiff enough that a voxel of depth on one point holds 50 N, more than a hand gives, and that one point stops a
-/// body of that mass (kg), arriving at the travel limit of half a voxel a frame (h, s), within a voxel:
-/// m v^2 = K s^2 with v = s / (2 h). Critically damped. The step is implicit, so neither has a limit.
+/// Stiff enough that a voxel of depth on one point holds 50 N, more than a hand gives, and that one
+/// point stops a body of that mass (kg), arriving at the travel limit of half a voxel a frame (h,
+/// s), within a voxel: m v^2 = K s^2 with v = s / (2 h). Critically damped. The step is implicit,
+/// so neither has a limit.
 inline ContactGains DefaultContactGains(double voxel_size, double mass, double h) {
   const double stiffness = std::max(50.0 / voxel_size, 0.25 * mass / (h * h));
   return {stiffness, 2.0 * std::sqrt(stiffness * mass)};
 }
 
-/// How far a point has gone below the tangent plane (paper §2.1, Figure 2; VPS.md §4.5), m; above it
-/// negative. The plane passes through the centre of the voxel that the point is in, perpendicular to the
-/// point's own normal `nhat`, which points into its body, away from what it touches.
+/// How far a point has gone below the tangent plane (paper §2.1, Figure 2; VPS.md §4.5), m; above
+/// it negative. The plane passes through the centre of the voxel that the point is in,
+/// perpendicular to the point's own normal `nhat`, which points into its body, away from what it
+/// touches.
 ///
-/// Deeper layers (value < 2 + layer) add a layer's thickness along the normal each: without that the force
-/// would saw as a point goes from voxel to voxel, and vanish inside.
+/// Deeper layers (value < 2 + layer) add a layer's thickness along the normal each: without that
+/// the force would saw as a point goes from voxel to voxel, and vanish inside.
 ///
 /// `p`, its voxel's `centre` and `nhat` in V; `value` the voxel's mark.
 inline double TangentPlaneDepth(const Vec3& p, const Vec3& centre, const Vec3& nhat, int value,

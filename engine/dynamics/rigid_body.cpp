@@ -25,7 +25,8 @@ Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load&
 double Advance(RigidState& state, const Twist& V_WB, double h, double radius,
                double max_travel) noexcept {
   const double wanted = TravelOf(h * V_WB.v, h * V_WB.w.norm(), radius);
-  // |sin| is concave: scaling the twist scales the travel by at least as much, so a second look is cheap
+  // |sin| is concave: scaling the twist scales the travel by at least as much, so a second look is
+  // cheap
   double scale = wanted > max_travel ? max_travel / wanted : 1.0;
   double made = TravelOf(scale * h * V_WB.v, scale * h * V_WB.w.norm(), radius);
   while (made > max_travel) {

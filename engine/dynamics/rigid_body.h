@@ -6,8 +6,8 @@ namespace tandem {
 
 /// A body's mass, as a free rigid body has it.
 struct Inertia {
-  double mass = 1.0;               // kg
-  Mat3 I_B = Mat3::Identity();     // about the centre of mass, axes of B, kg m^2
+  double mass = 1.0;            // kg
+  Mat3 I_B = Mat3::Identity();  // about the centre of mass, axes of B, kg m^2
 };
 
 /// A pose and how fast it changes: B's origin is the centre of mass.
@@ -16,25 +16,27 @@ struct RigidState {
   Twist V_WB;
 };
 
-/// How far the farthest of a body's surface points goes when the body moves by translation t and turns by
-/// `angle` (paper §5; VPS.md §5.4): |t| + 2 sin(angle/2) r, r the largest distance of any point from the
-/// centre of mass. All in m and rad.
+/// How far the farthest of a body's surface points goes when the body moves by translation t and
+/// turns by `angle` (paper §5; VPS.md §5.4): |t| + 2 sin(angle/2) r, r the largest distance of any
+/// point from the centre of mass. All in m and rad.
 double TravelOf(const Vec3& translation, double angle, double radius) noexcept;
 
 /// The twist over one linearly implicit step of length h (s): solves
 ///   (M + h D + h^2 K) dv = h (F - h K v)
-/// with the load's force F, stiffness K and damping D at the beginning of the step and the gyroscopic moment.
-/// Correct in the limit of small steps; never unstable for any stiffness (notes: VPS.md §10.2).
+/// with the load's force F, stiffness K and damping D at the beginning of the step and the
+/// gyroscopic moment. Correct in the limit of small steps; never unstable for any stiffness (notes:
+/// VPS.md §10.2).
 Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load& load,
                     double h) noexcept;
 
-/// Moves the state by `V_WB` for h seconds, the whole twist scaled down so that no surface point goes farther than
-/// `max_travel` (m); the scaled twist is the new velocity, so that nothing winds up. Returns the travel made, m.
+/// Moves the state by `V_WB` for h seconds, the whole twist scaled down so that no surface point
+/// goes farther than `max_travel` (m); the scaled twist is the new velocity, so that nothing winds
+/// up. Returns the travel made, m.
 double Advance(RigidState& state, const Twist& V_WB, double h, double radius,
                double max_travel) noexcept;
 
-/// Moves `X_WB` towards `target`, no surface point farther than `max_travel` (m); for bodies whose motion is
-/// decided elsewhere. Gives the twist that this step was. Returns the travel made, m.
+/// Moves `X_WB` towards `target`, no surface point farther than `max_travel` (m); for bodies whose
+/// motion is decided elsewhere. Gives the twist that this step was. Returns the travel made, m.
 double Follow(RigidState& state, const Pose& target, double h, double radius,
               double max_travel) noexcept;
 

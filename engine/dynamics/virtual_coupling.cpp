@@ -41,7 +41,8 @@ Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, 
 CouplingGains DefaultHandGains(const Inertia& inertia) noexcept {
   constexpr double kStiffness = 800.0;  // N/m
   constexpr double kDamping = 8.0;      // N s/m
-  // radius of gyration, the larger ones: a slender part is turned about its own axis as firmly as across
+  // radius of gyration, the larger ones: a slender part is turned about its own axis as firmly as
+  // across
   const double gyration_squared = 0.5 * inertia.I_B.trace() / inertia.mass;
   const Mat3 rotation = gyration_squared * Mat3::Identity();
   return {kStiffness, kDamping, kStiffness * rotation, kDamping * rotation};

@@ -5,8 +5,8 @@
 
 namespace tandem {
 
-/// Where a coupling pulls a body to, and how that place moves: a hand's goal, or another user's copy of the
-/// body (paper §6.1).
+/// Where a coupling pulls a body to, and how that place moves: a hand's goal, or another user's
+/// copy of the body (paper §6.1).
 struct Anchor {
   Pose X_WA;
   Twist V_WA;
@@ -14,25 +14,27 @@ struct Anchor {
 
 /// Springs and dampers in six dimensions.
 struct CouplingGains {
-  double stiffness = 0;           // N/m
-  double damping = 0;             // N s/m, of the relative velocity
+  double stiffness = 0;                    // N/m
+  double damping = 0;                      // N s/m, of the relative velocity
   Mat3 rotation_stiffness = Mat3::Zero();  // N m/rad, in W
   Mat3 rotation_damping = Mat3::Zero();    // N m s/rad, in W
 };
 
-/// What pulls frame A' of a body (at X_BA) towards an anchor: a force at A's origin and a moment, with their
-/// change as the body moves. Beyond half a turn the moment no longer grows.
+/// What pulls frame A' of a body (at X_BA) towards an anchor: a force at A's origin and a moment,
+/// with their change as the body moves. Beyond half a turn the moment no longer grows.
 Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose& X_BA,
                   const Anchor& anchor) noexcept;
 
 /// Damping towards the ground, at the centre of mass.
 Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidState& body) noexcept;
 
-/// The wrench that a load really applied over an implicit step that changed the body's twist from `before` to
-/// `after`: its value at the end of the step. What a device must render (notes: same force as the body).
+/// The wrench that a load really applied over an implicit step that changed the body's twist from
+/// `before` to `after`: its value at the end of the step. What a device must render (notes: same
+/// force as the body).
 Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, double h) noexcept;
 
-/// The hand's coupling: 800 N/m with 8 N s/m, and in rotation the same at the body's radius of gyration.
+/// The hand's coupling: 800 N/m with 8 N s/m, and in rotation the same at the body's radius of
+/// gyration.
 CouplingGains DefaultHandGains(const Inertia& inertia) noexcept;
 
 }  // namespace tandem

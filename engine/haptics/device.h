@@ -5,8 +5,8 @@
 
 namespace tandem {
 
-/// A hand's device: gives the pose of its handle, takes the force it is to render. Used by the haptic thread
-/// alone, once a frame in this order; neither call may block, allocate or throw.
+/// A hand's device: gives the pose of its handle, takes the force it is to render. Used by the
+/// haptic thread alone, once a frame in this order; neither call may block, allocate or throw.
 class Device {
  public:
   virtual ~Device() = default;
@@ -14,7 +14,8 @@ class Device {
   virtual void Start() noexcept = 0;
   /// The handle's pose and twist in W.
   virtual Anchor Read() noexcept = 0;
-  /// The wrench on the handle about its origin, in W: the opposite of what its coupling put on the body.
+  /// The wrench on the handle about its origin, in W: the opposite of what its coupling put on the
+  /// body.
   virtual void Render(const Wrench& F_D_W) noexcept = 0;
 };
 

@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// A hand that follows a script through its impedance, so that sessions run without hardware and the hand gives
-/// way as a real one does. Its clock counts frames from Start().
+/// A hand that follows a script through its impedance, so that sessions run without hardware and
+/// the hand gives way as a real one does. Its clock counts frames from Start().
 class ScriptedDevice : public Device {
  public:
   /// `X_WB0`: first pose of the body it will hold.

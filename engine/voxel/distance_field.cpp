@@ -13,7 +13,7 @@ constexpr int kHalo = 16;  // at least kMaxRange, whole chunks
 constexpr int kSide = kHyperchunkSide + 2 * kHalo;
 static_assert(kHalo >= kMaxRange && kHalo % kChunkSide == 0 && kSide <= 128);
 
-using Row = Uint128;  // the voxels along x, the halo's first at bit 0
+using Row = Uint128;            // the voxels along x, the halo's first at bit 0
 using Cube = std::vector<Row>;  // rows at y + kSide z
 
 std::size_t RowAt(int y, int z) {
@@ -44,7 +44,8 @@ bool FillSurface(const SurfaceVoxels& surface, const GridIndex& place, Cube& cub
   return any;
 }
 
-/// `grown` = `cube` grown by one voxel along y and x, then along z, rows at the rim left out of sight.
+/// `grown` = `cube` grown by one voxel along y and x, then along z, rows at the rim left out of
+/// sight.
 void Grow(const Cube& cube, Cube& scratch, Cube& grown) {
   for (int z = 0; z < kSide; ++z) {
     for (int y = 0; y < kSide; ++y) {

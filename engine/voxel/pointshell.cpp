@@ -1,11 +1,11 @@
 #include "engine/voxel/pointshell.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+
+#include <tbb/parallel_for.h>
 
 #include "engine/base/hash.h"
 #include "engine/voxel/surface_voxels.h"
@@ -15,7 +15,8 @@ namespace tandem {
 
 namespace {
 
-/// Of the summed areas: when the mean normal is shorter, the facets face several ways (VPS.md §3.2).
+/// Of the summed areas: when the mean normal is shorter, the facets face several ways (VPS.md
+/// §3.2).
 constexpr double kThinSheet = 0.3;
 
 /// A triangle cut to a box has at most nine corners.
@@ -69,12 +70,14 @@ std::vector<Vec3> InwardNormals(const std::vector<Vec3>& outward_areas) {
   if (sum.norm() >= kThinSheet * total) return {-sum.normalized()};
   // largest first, each to the first cluster within 90 degrees
   std::vector<Vec3> ordered = outward_areas;
-  std::stable_sort(ordered.begin(), ordered.end(),
-                   [](const Vec3& a, const Vec3& b) { return a.squaredNorm() > b.squaredNorm(); });
+  std::stable_sort(ordered.begin(), ordered.end(), [](const Vec3& a, const Vec3& b) {
+    return a.squaredNorm() > b.squaredNorm();
+  });
   std::vector<Vec3> clusters;
   for (const Vec3& area : ordered) {
-    const auto same = std::find_if(clusters.begin(), clusters.end(),
-                                   [&](const Vec3& cluster) { return cluster.dot(area) > 0; });
+    const auto same = std::find_if(clusters.begin(), clusters.end(), [&](const Vec3& cluster) {
+      return cluster.dot(area) > 0;
+    });
     if (same == clusters.end()) {
       clusters.push_back(area);
     } else {

@@ -9,10 +9,10 @@
 
 namespace tandem {
 
-/// A body's surface as points that are tested against other bodies' voxmaps (paper §2.1, §3.2): one at the
-/// centre of every surface voxel of its own voxelization, with a unit normal that points into the body. Where
-/// both sides of a thin sheet lie in one voxel there is a point for each. Grouped by chunk.
-/// Coordinates in the body's frame B; read-only once built.
+/// A body's surface as points that are tested against other bodies' voxmaps (paper §2.1, §3.2): one
+/// at the centre of every surface voxel of its own voxelization, with a unit normal that points
+/// into the body. Where both sides of a thin sheet lie in one voxel there is a point for each.
+/// Grouped by chunk. Coordinates in the body's frame B; read-only once built.
 struct Pointshell {
   /// Points [first, first + count), from one chunk.
   struct Chunk {
@@ -22,11 +22,11 @@ struct Pointshell {
     double radius = 0;         // of the ball round it that holds them all, m
   };
 
-  double spacing = 0;                // voxel size of its voxelization, m
-  std::vector<float> x, y, z;        // p_BP, m
-  std::vector<float> nx, ny, nz;     // inward unit normals
+  double spacing = 0;             // voxel size of its voxelization, m
+  std::vector<float> x, y, z;     // p_BP, m
+  std::vector<float> nx, ny, nz;  // inward unit normals
   std::vector<Chunk> chunks;
-  double radius = 0;                 // largest distance of a point from Bo, m
+  double radius = 0;  // largest distance of a point from Bo, m
 
   std::size_t size() const noexcept { return x.size(); }
   Vec3 point(std::size_t i) const { return Vec3(x[i], y[i], z[i]); }
@@ -34,8 +34,8 @@ struct Pointshell {
 };
 
 struct PointshellOptions {
-  double spacing = 0.001;    // m
-  double inward_shift = 0;   // along the normals, m; negative shifts outward
+  double spacing = 0.001;   // m
+  double inward_shift = 0;  // along the normals, m; negative shifts outward
   std::size_t max_memory_bytes = std::size_t{8} << 30U;
 };
 

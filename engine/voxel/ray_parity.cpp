@@ -1,10 +1,10 @@
 #include "engine/voxel/ray_parity.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <cmath>
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include "engine/base/int128.h"
 #include "engine/geometry/mesh_diagnosis.h"
@@ -20,8 +20,8 @@ std::int64_t Centre(std::int32_t voxel) {
   return voxel * kOne + kOne / 2;
 }
 
-/// Whether the ray from (u, v) towards rising u crosses the edge a-b of the triangle's shadow; the end of
-/// lower v belongs to the edge, the other does not. The same for a-b and b-a.
+/// Whether the ray from (u, v) towards rising u crosses the edge a-b of the triangle's shadow; the
+/// end of lower v belongs to the edge, the other does not. The same for a-b and b-a.
 bool CrossesEdge(std::int64_t u, std::int64_t v, std::int64_t au, std::int64_t av, std::int64_t bu,
                  std::int64_t bv) {
   if ((av > v) == (bv > v)) return false;
@@ -104,12 +104,15 @@ RayParity::RayParity(const TriangleMesh& mesh_W, const std::vector<SnappedTriang
     std::vector<Crossing> crossings;
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       const auto& [p, q, r] = triangles[t];
-      const Wide normal_axis = Wide{q[a] - p[a]} * (r[b] - p[b]) - Wide{q[b] - p[b]} * (r[a] - p[a]);
+      const Wide normal_axis =
+          Wide{q[a] - p[a]} * (r[b] - p[b]) - Wide{q[b] - p[b]} * (r[a] - p[a]);
       if (normal_axis == 0) continue;
       // slopes of the plane's height along the axis
       const auto w = static_cast<double>(normal_axis);
-      const Wide normal_a = Wide{q[b] - p[b]} * (r[axis] - p[axis]) - Wide{q[axis] - p[axis]} * (r[b] - p[b]);
-      const Wide normal_b = Wide{q[axis] - p[axis]} * (r[a] - p[a]) - Wide{q[a] - p[a]} * (r[axis] - p[axis]);
+      const Wide normal_a =
+          Wide{q[b] - p[b]} * (r[axis] - p[axis]) - Wide{q[axis] - p[axis]} * (r[b] - p[b]);
+      const Wide normal_b =
+          Wide{q[axis] - p[axis]} * (r[a] - p[a]) - Wide{q[a] - p[a]} * (r[axis] - p[axis]);
       const double slope_u = -static_cast<double>(normal_a) / w;
       const double slope_v = -static_cast<double>(normal_b) / w;
 
@@ -123,11 +126,12 @@ RayParity::RayParity(const TriangleMesh& mesh_W, const std::vector<SnappedTriang
                            CrossesEdge(cu, cv, q[a], q[b], r[a], r[b]) ^
                            CrossesEdge(cu, cv, r[a], r[b], p[a], p[b]);
           if (!hit) continue;
-          const double place = static_cast<double>(p[axis]) + slope_u * static_cast<double>(cu - p[a]) +
+          const double place = static_cast<double>(p[axis]) +
+                               slope_u * static_cast<double>(cu - p[a]) +
                                slope_v * static_cast<double>(cv - p[b]);
-          const std::uint64_t column = static_cast<std::uint64_t>(u - columns.u0) +
-                                       static_cast<std::uint64_t>(columns.nu) *
-                                           static_cast<std::uint64_t>(v - columns.v0);
+          const std::uint64_t column =
+              static_cast<std::uint64_t>(u - columns.u0) +
+              static_cast<std::uint64_t>(columns.nu) * static_cast<std::uint64_t>(v - columns.v0);
           crossings.push_back(
               {column, place / static_cast<double>(kOne), diagnosis.body_of_triangle[t]});
         }
@@ -136,7 +140,8 @@ RayParity::RayParity(const TriangleMesh& mesh_W, const std::vector<SnappedTriang
     tbb::parallel_sort(crossings.begin(), crossings.end());
 
     // from crossings of single bodies to where the union's solid begins and ends
-    columns.first.assign(static_cast<std::size_t>(columns.nu) * static_cast<std::size_t>(columns.nv) + 1, 0);
+    columns.first.assign(
+        static_cast<std::size_t>(columns.nu) * static_cast<std::size_t>(columns.nv) + 1, 0);
     std::vector<bool> in_body(diagnosis.bodies, false);
     for (std::size_t i = 0; i < crossings.size();) {
       const std::uint64_t column = crossings[i].column;
@@ -177,7 +182,8 @@ std::span<const double> RayParity::Toggles(std::size_t axis, std::int32_t u, std
   if (u < 0 || v < 0 || u >= columns.nu || v >= columns.nv) return {};
   const std::size_t c = static_cast<std::size_t>(u) +
                         static_cast<std::size_t>(columns.nu) * static_cast<std::size_t>(v);
-  return std::span(columns.toggles).subspan(columns.first[c], columns.first[c + 1] - columns.first[c]);
+  return std::span(columns.toggles)
+      .subspan(columns.first[c], columns.first[c + 1] - columns.first[c]);
 }
 
 void RayParity::AddVotes(const GridIndex& first, std::int32_t side,
@@ -208,7 +214,8 @@ bool RayParity::Inside(const GridIndex& voxel) const {
   const std::array<std::int32_t, 3> place{voxel.x, voxel.y, voxel.z};
   int votes = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::span<const double> toggles = Toggles(axis, place[(axis + 1) % 3], place[(axis + 2) % 3]);
+    const std::span<const double> toggles =
+        Toggles(axis, place[(axis + 1) % 3], place[(axis + 2) % 3]);
     const auto passed = std::upper_bound(toggles.begin(), toggles.end(), place[axis] + 0.5);
     votes += static_cast<int>((passed - toggles.begin()) % 2);
   }

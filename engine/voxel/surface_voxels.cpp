@@ -1,11 +1,11 @@
 #include "engine/voxel/surface_voxels.h"
 
+#include <bit>
+#include <numeric>
+
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
-
-#include <bit>
-#include <numeric>
 
 namespace tandem {
 
@@ -23,7 +23,8 @@ struct Entry {
   }
 };
 
-/// The chunks that each triangle meets, tested in blocks of 8 x 8 x 8 chunks as voxels are in a chunk.
+/// The chunks that each triangle meets, tested in blocks of 8 x 8 x 8 chunks as voxels are in a
+/// chunk.
 std::vector<Entry> BinByChunk(const std::vector<SnappedTriangle>& triangles) {
   std::vector<Entry> entries;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
@@ -71,10 +72,11 @@ SurfaceVoxels FindSurfaceVoxels(const std::vector<SnappedTriangle>& triangles, d
   surface.triangles.reserve(entries.size());
   for (const Entry& entry : entries) {
     if (surface.chunks.empty() || !(surface.chunks.back().place == entry.chunk)) {
-      surface.chunks.push_back({.place = entry.chunk,
-                                .bits = {},
-                                .first_triangle = static_cast<std::uint32_t>(surface.triangles.size()),
-                                .triangle_count = 0});
+      surface.chunks.push_back(
+          {.place = entry.chunk,
+           .bits = {},
+           .first_triangle = static_cast<std::uint32_t>(surface.triangles.size()),
+           .triangle_count = 0});
     }
     surface.triangles.push_back(entry.triangle);
     ++surface.chunks.back().triangle_count;

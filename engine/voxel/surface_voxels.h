@@ -13,24 +13,26 @@
 namespace tandem {
 
 struct GridIndexHash {
-  std::size_t operator()(const GridIndex& i) const noexcept { return MortonCode(i) * 0x9e3779b97f4a7c15ULL; }
+  std::size_t operator()(const GridIndex& i) const noexcept {
+    return MortonCode(i) * 0x9e3779b97f4a7c15ULL;
+  }
 };
 
-/// The voxels a mesh's surface passes through, chunk by chunk, and the triangles that pass through each chunk.
-/// Chunks stand in Morton order; the same for any number of threads.
+/// The voxels a mesh's surface passes through, chunk by chunk, and the triangles that pass through
+/// each chunk. Chunks stand in Morton order; the same for any number of threads.
 struct SurfaceVoxels {
   using Bits = std::array<std::uint64_t, 8>;  // order of CellInBlock
 
   struct Chunk {
-    GridIndex place;                       // in chunks, from W's origin
+    GridIndex place;  // in chunks, from W's origin
     Bits bits{};
-    std::uint32_t first_triangle = 0;      // into `triangles`
+    std::uint32_t first_triangle = 0;  // into `triangles`
     std::uint32_t triangle_count = 0;
   };
 
   double voxel_size = 0;
   std::vector<Chunk> chunks;
-  std::vector<std::uint32_t> triangles;    // grouped by chunk, rising within it
+  std::vector<std::uint32_t> triangles;  // grouped by chunk, rising within it
   std::unordered_map<GridIndex, std::uint32_t, GridIndexHash> chunk_at;
 
   std::span<const std::uint32_t> TrianglesOf(const Chunk& chunk) const {

@@ -17,8 +17,8 @@ SnappedPoint Difference(const SnappedPoint& a, const SnappedPoint& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
-/// n . (lowest corner of a cell) must lie strictly between two bounds for the cell to meet the triangle's
-/// shadow on the axis n. Whole numbers: "at least t" is "above t - 1".
+/// n . (lowest corner of a cell) must lie strictly between two bounds for the cell to meet the
+/// triangle's shadow on the axis n. Whole numbers: "at least t" is "above t - 1".
 struct Slab {
   Wide value;                // at the block's first cell
   std::array<Wide, 3> step;  // from cell to cell
@@ -108,7 +108,9 @@ void TriangleOverlap::MarkBlock(const GridIndex& block, int side_bits,
   const int z1 = std::min(kChunkSide - 1, highest.z);
   if (x0 > x1 || y0 > y1 || z0 > z1) return;
 
-  const auto corner_of = [side_bits](std::int32_t cell) { return std::int64_t{cell} << side_bits; };
+  const auto corner_of = [side_bits](std::int32_t cell) {
+    return std::int64_t{cell} << side_bits;
+  };
   const SnappedPoint corner = Difference(
       {corner_of(first.x + x0), corner_of(first.y + y0), corner_of(first.z + z0)}, first_);
   const Wide side = Wide{1} << side_bits;

@@ -8,28 +8,30 @@
 
 namespace tandem {
 
-/// A mesh's vertices in units of 2^-20 voxel sizes, whole numbers. Everything that decides which voxel is
-/// what is computed from these without rounding, so it is exact for the snapped mesh (which is within half
-/// a millionth of a voxel of the given one) and the same on every machine. |coordinate| < 2^51.
+/// A mesh's vertices in units of 2^-20 voxel sizes, whole numbers. Everything that decides which
+/// voxel is what is computed from these without rounding, so it is exact for the snapped mesh
+/// (which is within half a millionth of a voxel of the given one) and the same on every machine.
+/// |coordinate| < 2^51.
 inline constexpr int kSnapBits = 20;
 using SnappedPoint = std::array<std::int64_t, 3>;
 using SnappedTriangle = std::array<SnappedPoint, 3>;
 
 SnappedPoint Snap(const Vec3& p_W, double voxel_size);
 
-/// Whether one triangle meets half-open boxes [lowest, lowest + side)^3, exactly: separating axes in whole
-/// numbers. VPS: a voxel is surface if the closed triangle meets the half-open cell.
+/// Whether one triangle meets half-open boxes [lowest, lowest + side)^3, exactly: separating axes
+/// in whole numbers. VPS: a voxel is surface if the closed triangle meets the half-open cell.
 ///
-/// A half-open box is the union of the closed boxes [lowest, lowest + side - e] over e > 0, so on each axis
-/// the comparison is strict exactly where the box's bound is not attained.
+/// A half-open box is the union of the closed boxes [lowest, lowest + side - e] over e > 0, so on
+/// each axis the comparison is strict exactly where the box's bound is not attained.
 class TriangleOverlap {
  public:
   using Wide = Int128;
 
   explicit TriangleOverlap(const SnappedTriangle& triangle);
 
-  /// Sets bits of `cells` (cell order of CellInBlock) for the cells of an 8 x 8 x 8 block that the triangle
-  /// meets. The block's lowest corner is `block` * 8 cells of 2^side_bits snapped units each.
+  /// Sets bits of `cells` (cell order of CellInBlock) for the cells of an 8 x 8 x 8 block that the
+  /// triangle meets. The block's lowest corner is `block` * 8 cells of 2^side_bits snapped units
+  /// each.
   void MarkBlock(const GridIndex& block, int side_bits, std::array<std::uint64_t, 8>& cells) const;
 
   /// Lowest and highest cell, of 2^side_bits snapped units, that the triangle's own box meets.

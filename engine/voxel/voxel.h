@@ -10,13 +10,14 @@
 namespace tandem {
 
 /// What a field says of a voxel, in 4 bits (paper §3): 1 interior, 2 surface, 2 + d free space at
-/// chess-board distance d >= 1 from the nearest surface voxel. Stored 0 means never written: beyond the
-/// range D, it reads as D + 3.
+/// chess-board distance d >= 1 from the nearest surface voxel. Stored 0 means never written: beyond
+/// the range D, it reads as D + 3.
 using Mark = std::uint8_t;
 inline constexpr Mark kInteriorMark = 1;
 inline constexpr Mark kSurfaceMark = 2;
 
-/// Chess-board range of the distance field: one chunk, so that a body in a neighbouring chunk is announced.
+/// Chess-board range of the distance field: one chunk, so that a body in a neighbouring chunk is
+/// announced.
 inline constexpr int kDefaultRange = 8;
 inline constexpr int kMaxRange = 13;  // marks 3..15 in 4 bits
 
@@ -26,7 +27,8 @@ inline constexpr int kHyperchunkSide = 64;
 inline constexpr std::size_t kVoxelsPerChunk = 512;
 inline constexpr std::size_t kChunksPerHyperchunk = 512;
 
-/// A place in a grid of voxels, chunks or hyperchunks. Voxel i covers [i, i+1) voxel sizes from W's origin.
+/// A place in a grid of voxels, chunks or hyperchunks. Voxel i covers [i, i+1) voxel sizes from W's
+/// origin.
 struct GridIndex {
   std::int32_t x = 0;
   std::int32_t y = 0;
@@ -49,7 +51,8 @@ inline GridIndex BlockCell(std::size_t cell) {
   return {c & 7, c >> 3 & 7, c >> 6};
 }
 
-/// Interleaves the bits of an index (offset so that it may be negative): nearby cells get nearby codes.
+/// Interleaves the bits of an index (offset so that it may be negative): nearby cells get nearby
+/// codes.
 inline std::uint64_t MortonCode(const GridIndex& index) {
   const auto spread = [](std::int32_t value) {
     std::uint64_t v = static_cast<std::uint64_t>(value + (1 << 20)) & 0x1fffffU;

@@ -1,12 +1,12 @@
 #include "engine/voxel/voxelize.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <set>
 #include <string>
+
+#include <tbb/parallel_for.h>
 
 #include "engine/voxel/distance_field.h"
 #include "engine/voxel/ray_parity.h"
@@ -16,7 +16,8 @@ namespace tandem {
 
 namespace {
 
-constexpr double kFarthestVoxel = 1 << 22;  // from W's origin, so that indices and codes stay in range
+constexpr double kFarthestVoxel =
+    1 << 22;  // from W's origin, so that indices and codes stay in range
 
 double Area(const TriangleMesh& mesh) {
   double area = 0;
@@ -68,8 +69,8 @@ void FinishHyperchunk(const RayParity& parity, const GridIndex& place, Filled& f
     bool all_interior = true;
     for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
       const GridIndex i = first + BlockCell(cell);
-      const Mark mark =
-          filled.marks[static_cast<std::size_t>(i.x + kHyperchunkSide * (i.y + kHyperchunkSide * i.z))];
+      const Mark mark = filled.marks[static_cast<std::size_t>(
+          i.x + kHyperchunkSide * (i.y + kHyperchunkSide * i.z))];
       all_beyond = all_beyond && mark == 0;
       all_interior = all_interior && mark == kInteriorMark;
     }
@@ -81,16 +82,17 @@ void FinishHyperchunk(const RayParity& parity, const GridIndex& place, Filled& f
 
 std::string InGiB(std::size_t bytes) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g GiB", static_cast<double>(bytes) / static_cast<double>(1ULL << 30U));
+  std::snprintf(text, sizeof text, "%.3g GiB",
+                static_cast<double>(bytes) / static_cast<double>(1ULL << 30U));
   return text;
 }
 
 }  // namespace
 
 std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, double voxel_size) {
-  // per voxel size squared of area: 4.5/64 chunks of 256 bytes and as much again while they are copied,
-  // 1.5 ray crossings of 24 bytes and their sort; per column of the box's sides one 4-byte number, and
-  // per hyperchunk of the box one
+  // per voxel size squared of area: 4.5/64 chunks of 256 bytes and as much again while they are
+  // copied, 1.5 ray crossings of 24 bytes and their sort; per column of the box's sides one 4-byte
+  // number, and per hyperchunk of the box one
   const Vec3 size = BoundsOf(mesh_W).size() / voxel_size + Vec3::Constant(128.0);
   const double area = Area(mesh_W) / (voxel_size * voxel_size);
   const double sides = size.x() * size.y() + size.y() * size.z() + size.z() * size.x();
@@ -120,8 +122,8 @@ std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_siz
     std::snprintf(text, sizeof text, "no voxel size fits into %s", InGiB(max_memory_bytes).c_str());
   } else if (need <= max_memory_bytes) {
     std::snprintf(text, sizeof text,
-                  "voxels of %g m are too small for a mesh %g m from the origin; %.2g m would do", s,
-                  farthest, 1.05 * fits);
+                  "voxels of %g m are too small for a mesh %g m from the origin; %.2g m would do",
+                  s, farthest, 1.05 * fits);
   } else {
     std::snprintf(text, sizeof text,
                   "voxels of %g m would need about %s of memory, more than the %s allowed; "

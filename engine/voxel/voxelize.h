@@ -9,21 +9,24 @@
 namespace tandem {
 
 struct VoxelizeOptions {
-  double voxel_size = 0.001;                      // m
-  int range = kDefaultRange;                      // of the distance field, voxels
+  double voxel_size = 0.001;  // m
+  int range = kDefaultRange;  // of the distance field, voxels
   std::size_t max_memory_bytes = std::size_t{8} << 30U;
 };
 
-/// The memory that voxelizing takes at its height, from the mesh's area and box: an estimate on the safe side.
+/// The memory that voxelizing takes at its height, from the mesh's area and box: an estimate on the
+/// safe side.
 std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, double voxel_size);
 
-/// Why a mesh cannot be voxelized at that size within that memory, and a voxel size that would do; nothing if it can.
+/// Why a mesh cannot be voxelized at that size within that memory, and a voxel size that would do;
+/// nothing if it can.
 std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_size,
                                     std::size_t max_memory_bytes);
 
-/// Voxelizes a mesh where it stands in W: exact conservative surface, distance field, interior by ray
-/// parity (paper §2.1, §3; VPS.md §1). In parallel; the same bits for any number of threads.
-/// Refused in one line: no triangles, a voxel size that is not above 0, a need beyond max_memory_bytes.
+/// Voxelizes a mesh where it stands in W: exact conservative surface, distance field, interior by
+/// ray parity (paper §2.1, §3; VPS.md §1). In parallel; the same bits for any number of threads.
+/// Refused in one line: no triangles, a voxel size that is not above 0, a need beyond
+/// max_memory_bytes.
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 
 /// The voxel size that `--voxel auto` stands for: a two-hundredth of the longest side, m.

@@ -63,7 +63,8 @@ void Voxmap::SetHyperchunk(const GridIndex& hyperchunk, const std::vector<Mark>&
     const GridIndex first = BlockCell(c) * kChunkSide;
     for (std::size_t cell = 0; cell < kVoxelsPerChunk; cell += 2) {
       const GridIndex i = first + BlockCell(cell);
-      const std::size_t m = static_cast<std::size_t>(i.x + kHyperchunkSide * (i.y + kHyperchunkSide * i.z));
+      const std::size_t m =
+          static_cast<std::size_t>(i.x + kHyperchunkSide * (i.y + kHyperchunkSide * i.z));
       chunk[cell >> 1] = static_cast<std::uint8_t>(marks[m] | marks[m + 1] << 4);
     }
   }

@@ -24,21 +24,21 @@ struct StepInputs {
     Pose mirror_WB;  // where a mirrored body is to go
   };
   struct Hand {
-    int body = -1;   // into WorldModel::bodies; -1: the hand holds nothing
-    Pose X_BD;       // grasp
-    Anchor goal;     // the device
+    int body = -1;  // into WorldModel::bodies; -1: the hand holds nothing
+    Pose X_BD;      // grasp
+    Anchor goal;    // the device
     CouplingGains gains;
   };
   struct Link {
-    Anchor copy;     // another user's instance of the held body
+    Anchor copy;  // another user's instance of the held body
     CouplingGains gains;
   };
 
   std::vector<BodyInput> bodies;
   Hand hand;
-  std::size_t link_count = 0;           // all on the body that the hand holds
+  std::size_t link_count = 0;  // all on the body that the hand holds
   std::array<Link, kMaxLinkAnchors> links{};
-  double ground_damping = 0;            // of the held body, N s/m
+  double ground_damping = 0;  // of the held body, N s/m
   Mat3 ground_rotation_damping = Mat3::Zero();
 };
 
@@ -49,8 +49,8 @@ struct StepReport {
   std::uint32_t flags = 0;
   int contact_points = 0;
   int loaded_points = 0;
-  Wrench hand_B_W;                                 // hand's coupling on the held body, as applied
-  Wrench contact_B_W;                              // contact on the held body, at the frame's start
+  Wrench hand_B_W;     // hand's coupling on the held body, as applied
+  Wrench contact_B_W;  // contact on the held body, at the frame's start
   std::array<Wrench, kMaxLinkAnchors> links_B_W{};  // couplings to copies, as applied
 };
 

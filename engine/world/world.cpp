@@ -28,10 +28,9 @@ World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model))
       const std::size_t map = smaller ? other : b;
       const ContactGains gains =
           gains_for(std::max(bodies[b].inertia.mass, bodies[other].inertia.mass));
-      pairs_.push_back(
-          {{bodies[shell].points, bodies[map].voxmap, bodies[map].X_BV, layer, gains},
-           static_cast<int>(shell),
-           static_cast<int>(map)});
+      pairs_.push_back({{bodies[shell].points, bodies[map].voxmap, bodies[map].X_BV, layer, gains},
+                        static_cast<int>(shell),
+                        static_cast<int>(map)});
     }
   }
 }
@@ -59,7 +58,8 @@ void World::ShareTravel(const StepInputs& in) noexcept {
     if (pair.map < 0) continue;
     const auto shell = static_cast<std::size_t>(pair.shell);
     const auto map = static_cast<std::size_t>(pair.map);
-    if (in.bodies[shell].drive == BodyDrive::kParked || in.bodies[map].drive == BodyDrive::kParked) {
+    if (in.bodies[shell].drive == BodyDrive::kParked ||
+        in.bodies[map].drive == BodyDrive::kParked) {
       continue;
     }
     bodies_[shell].max_travel = std::min(bodies_[shell].max_travel, 0.5 * bound);
@@ -82,8 +82,8 @@ void World::Collide(const StepInputs& in) noexcept {
       const auto map = static_cast<std::size_t>(pair.map);
       if (!shell_simulated && in.bodies[map].drive != BodyDrive::kSimulated) continue;
       const BodyMotion map_motion{bodies_[map].state.X_WB, bodies_[map].state.V_WB};
-      found = pair.contact.Collide(shell_motion, map_motion, bodies_[shell].load,
-                                   bodies_[map].load);
+      found =
+          pair.contact.Collide(shell_motion, map_motion, bodies_[shell].load, bodies_[map].load);
     }
     report_.contact_points += found.contact_points;
     report_.loaded_points += found.loaded_points;

@@ -11,8 +11,9 @@ namespace tandem {
 
 inline constexpr double kFrame = 1e-3;  // s
 
-/// The simulation of one peer, frame by frame (paper §2.1, §5, §6). Used by one thread, the haptic one; nothing in
-/// Step() allocates, locks, throws or reads a clock, and the same inputs give the same bits.
+/// The simulation of one peer, frame by frame (paper §2.1, §5, §6). Used by one thread, the haptic
+/// one; nothing in Step() allocates, locks, throws or reads a clock, and the same inputs give the
+/// same bits.
 class World {
  public:
   explicit World(std::shared_ptr<const WorldModel> model);

@@ -24,10 +24,9 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   if (!(model.inertia.mass > 0) || !(model.inertia.I_B.determinant() > 0)) {
     return At(body, "has no mass to move: give mass_kg, or a mesh with some extent");
   }
-  Result<Pointshell> points =
-      MakePointshell(mesh_W, model.X_WB0,
-                     {.spacing = scene.voxel_size,
-                      .inward_shift = body.inward_shift_voxels * scene.voxel_size});
+  Result<Pointshell> points = MakePointshell(
+      mesh_W, model.X_WB0,
+      {.spacing = scene.voxel_size, .inward_shift = body.inward_shift_voxels * scene.voxel_size});
   if (!points) return At(body, points.error().what);
   model.points = std::move(*points);
   if (with_voxmap) {

@@ -17,24 +17,25 @@ namespace tandem {
 /// A moving body as loaded: what never changes while it moves.
 struct BodyModel {
   std::string name;
-  Pose X_WB0;            // first pose of its frame B: origin at the centre of mass, axes of the file
-  Pose X_MB;             // B in the file's frame
+  Pose X_WB0;  // first pose of its frame B: origin at the centre of mass, axes of the file
+  Pose X_MB;   // B in the file's frame
   Inertia inertia;
-  Pointshell points;     // in B
-  Voxmap voxmap;         // empty unless another moving body may meet it
+  Pointshell points;  // in B
+  Voxmap voxmap;      // empty unless another moving body may meet it
   Pose X_BV;
 };
 
-/// A scene with its meshes loaded and voxelized: read-only, shared by whoever simulates or judges it.
+/// A scene with its meshes loaded and voxelized: read-only, shared by whoever simulates or judges
+/// it.
 struct WorldModel {
   Scene scene;
-  std::vector<TriangleMesh> meshes_W;   // every body of the scene, where it stands at first
-  std::vector<int> body_index;          // per scene body: into `bodies`, or -1 when fixed
-  std::vector<BodyModel> bodies;        // the moving ones
-  std::vector<std::uint32_t> object;    // per moving body: its number in the scene
-  Voxmap fixture;                       // all fixed bodies merged; empty when there are none
+  std::vector<TriangleMesh> meshes_W;  // every body of the scene, where it stands at first
+  std::vector<int> body_index;         // per scene body: into `bodies`, or -1 when fixed
+  std::vector<BodyModel> bodies;       // the moving ones
+  std::vector<std::uint32_t> object;   // per moving body: its number in the scene
+  Voxmap fixture;                      // all fixed bodies merged; empty when there are none
   bool has_fixture = false;
-  std::vector<std::string> remarks;     // of the meshes, for a person: open edges, …
+  std::vector<std::string> remarks;  // of the meshes, for a person: open edges, …
 };
 
 /// Imports, welds, weighs and voxelizes. Errors name the body and its file.

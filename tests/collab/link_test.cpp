@@ -1,6 +1,6 @@
-#include <gtest/gtest.h>
-
 #include <cmath>
+
+#include <gtest/gtest.h>
 
 #include "collab/delay_meter.h"
 #include "collab/link_conditioner.h"
@@ -99,7 +99,8 @@ TEST(StiffnessSchedule, GivesTheStiffnessOfItsTable) {
   EXPECT_NEAR(k(1.000), 26, 1);
 }
 
-// k_crit = (b^2 + m^2 w^2) / (2 m), w tan(w tau / 2) = b / m: found by bisection, independent of the law's bound.
+// k_crit = (b^2 + m^2 w^2) / (2 m), w tan(w tau / 2) = b / m: found by bisection, independent of
+// the law's bound.
 TEST(StiffnessSchedule, StaysBelowTheExactBoundary) {
   const double b = 10;
   for (const double m : {0.5, 1.0, 1.5}) {

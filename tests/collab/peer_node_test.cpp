@@ -15,7 +15,8 @@ std::shared_ptr<const WorldModel> SharedBox() {
   const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
   const TriangleMesh plate =
       Transformed(testing::Box(Vec3(0.2, 0.2, 0.01)), {Quat::Identity(), Vec3(0, 0, -0.03)});
-  auto model = std::make_shared<WorldModel>(*testing::MakeWorldModel({{plate, true}, {box}}, 0.001));
+  auto model =
+      std::make_shared<WorldModel>(*testing::MakeWorldModel({{plate, true}, {box}}, 0.001));
   model->scene.bodies[1].shared = true;
   return model;
 }
@@ -27,7 +28,8 @@ HandScript Shift(const Vec3& by, double seconds) {
 }
 
 std::unique_ptr<PeerNode> Node(const std::shared_ptr<const WorldModel>& model, PeerId id,
-                               const HandScript& script, double delay_ms, std::size_t wait_for = 1) {
+                               const HandScript& script, double delay_ms,
+                               std::size_t wait_for = 1) {
   NodeOptions options;
   options.peer.id = id;
   options.peer.held_object = 1;
@@ -55,7 +57,8 @@ TEST(PeerNode, TheHandStartsOnlyWhenTheLoopIsClosed) {
   ASSERT_TRUE(session.node(1).peer().started_ns());
   const std::int64_t apart =
       *session.node(0).peer().started_ns() - *session.node(1).peer().started_ns();
-  EXPECT_LE(std::abs(apart), 110'000'000);  // within the delay: the first was heard before the second came
+  EXPECT_LE(std::abs(apart),
+            110'000'000);  // within the delay: the first was heard before the second came
 }
 
 // One hand moves 60 mm, the other stands: the instances meet half way, as springs in series say.
@@ -117,11 +120,10 @@ TEST(PeerNode, OwnObjectsAreMirroredAtTheOthers) {
     options.peer.wait_for = 1;
     options.conditions.delay_ms = 20;
     const Vec3 inward(id == 1 ? 0.045 : -0.045, 0, 0);  // they would overlap by 10 mm
-    session.Add(std::make_unique<PeerNode>(
-                    model,
-                    std::make_unique<ScriptedDevice>(Shift(inward, 1.5),
-                                                     model->bodies[id - 1].X_WB0),
-                    42, options),
+    session.Add(std::make_unique<PeerNode>(model,
+                                           std::make_unique<ScriptedDevice>(
+                                               Shift(inward, 1.5), model->bodies[id - 1].X_WB0),
+                                           42, options),
                 id);
   }
   for (int i = 0; i < 6000; ++i) session.Step();
@@ -130,9 +132,9 @@ TEST(PeerNode, OwnObjectsAreMirroredAtTheOthers) {
     EXPECT_GT(session.node(peer).peer().report().loaded_points, 100) << "peer " << peer;
     // exact boxes stay apart in each peer's eyes
     EXPECT_GT(world.state(1).X_WB.p.x() - world.state(0).X_WB.p.x(), 0.020);
-    const double mirror_lag = (world.state(1 - peer).X_WB.p -
-                               session.node(1 - peer).world().state(1 - peer).X_WB.p)
-                                  .norm();
+    const double mirror_lag =
+        (world.state(1 - peer).X_WB.p - session.node(1 - peer).world().state(1 - peer).X_WB.p)
+            .norm();
     EXPECT_LT(mirror_lag, 2e-3);
   }
 }

@@ -34,12 +34,15 @@ struct Bench {
       links.object = kObject;
       links.seq = seq;
       links.count = 1;
-      links.entries[0] = {.to = kMe, .echo_ns = now - loop_ms * kMs, .stiffness = its_stiffness};
+      links.entries[0] = {
+          .to = kMe, .echo_ns = now - loop_ms * kMs, .stiffness = its_stiffness, .applied_B_W = {}};
       body.OnLinks(links);
     }
     body.Prepare(now, own, inputs);
   }
-  double stiffness() const { return inputs.link_count == 0 ? 0.0 : inputs.links[0].gains.stiffness; }
+  double stiffness() const {
+    return inputs.link_count == 0 ? 0.0 : inputs.links[0].gains.stiffness;
+  }
 
   SharedBody body;
   RigidState own;

@@ -1,8 +1,8 @@
-#include <gtest/gtest.h>
-
 #include <array>
 #include <cstdio>
 #include <memory>
+
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
 
@@ -19,7 +19,8 @@ struct Ran {
   json out;
 };
 
-/// Runs `tandem demo` with these arguments; what it says on stdout is one JSON object and nothing else.
+/// Runs `tandem demo` with these arguments; what it says on stdout is one JSON object and nothing
+/// else.
 Ran RunDemo(const std::string& arguments) {
   const std::string command = std::string(TANDEM_PROGRAM) + " demo --headless --json " + arguments;
   FILE* pipe = popen(command.c_str(), "r");
@@ -53,7 +54,8 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
     for (const char* times : {"frame_cpu_us", "lateness_us"}) {
       EXPECT_GT(peer.at(times).at("p50").get<double>(), 0.0);
       EXPECT_LE(peer.at(times).at("p50"), peer.at(times).at("p99"));
-      EXPECT_LE(peer.at(times).at("p99").get<double>(), peer.at(times).at("max").get<double>() * 1.02);
+      EXPECT_LE(peer.at(times).at("p99").get<double>(),
+                peer.at(times).at("max").get<double>() * 1.02);
     }
   }
   EXPECT_NE(out.at("peers")[0].at("pid"), out.at("peers")[1].at("pid"));
@@ -64,7 +66,8 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
   EXPECT_TRUE(out.at("viewer").at("age_ms_p99").is_number());
 
   // the same scene in virtual time, with no DDS in it
-  const Result<testing::SimulatedDemo> simulated = testing::RunSimulatedDemo("bracket_actuator", {});
+  const Result<testing::SimulatedDemo> simulated =
+      testing::RunSimulatedDemo("bracket_actuator", {});
   ASSERT_TRUE(simulated) << simulated.error().what;
   const Divergence expected = DivergenceOf(simulated->traces[0], simulated->traces[1]);
   const double peak_mm = out.at("divergence_mm").at("peak").get<double>();

@@ -21,9 +21,9 @@ struct BallAndSocket {
       options.peer.wait_for = 1;
       options.conditions.delay_ms = 20;
       seconds = std::max(seconds, script->duration());
-      session.Add(testing::MakeNode(model, 1 + h, scene->BodyNamed(scene->hands[h].body), *script,
-                                    options),
-                  1 + h);
+      session.Add(
+          testing::MakeNode(model, 1 + h, scene->BodyNamed(scene->hands[h].body), *script, options),
+          1 + h);
     }
   }
 
@@ -66,14 +66,16 @@ TEST(OwnObjects, BothFeelContactAndNeitherGoesIntoTheOther) {
   // half of the pair's half voxel
   EXPECT_LE(largest_mirror_travel, 0.25 * s * 1.000001);
 
-  // exact surfaces, each peer's own object against its mirror of the other's; the points are shifted inward
-  // by half a voxel, which lets them as much deeper
+  // exact surfaces, each peer's own object against its mirror of the other's; the points are
+  // shifted inward by half a voxel, which lets them as much deeper
   const auto mesh_B = [&](std::size_t body) {
     const std::uint32_t object = scene.model->object[body];
     return Transformed(scene.model->meshes_W[object], scene.model->bodies[body].X_WB0.Inverse());
   };
   const PenetrationOracle oracle(mesh_B(1), mesh_B(0), s);
-  const PenetrationReport report = oracle.Check(relative, 2, [] { return false; });
+  const PenetrationReport report = oracle.Check(relative, 2, [] {
+    return false;
+  });
   EXPECT_EQ(report.poses_checked, report.poses_given);
   EXPECT_LE(report.max_penetration_voxels, 1.0);
 }

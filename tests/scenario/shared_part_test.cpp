@@ -46,7 +46,8 @@ class SharedPart : public ::testing::TestWithParam<std::tuple<std::string, int>>
 
 TEST_P(SharedPart, ComesOutAgainstContactWhateverTheDelay) {
   const auto& [scene, delay_ms] = GetParam();
-  const SimulatedDemo demo = MustRun(scene, {.seconds = 18, .conditions = {.delay_ms = static_cast<double>(delay_ms)}});
+  const SimulatedDemo demo =
+      MustRun(scene, {.seconds = 18, .conditions = {.delay_ms = static_cast<double>(delay_ms)}});
   ExpectWorkedOut(demo);
   // no DDS here: a sample is one frame under way, the answer another
   for (const double measured : demo.mean_delay_s) EXPECT_NEAR(measured, 1e-3 * delay_ms, 2e-3);
@@ -55,9 +56,9 @@ TEST_P(SharedPart, ComesOutAgainstContactWhateverTheDelay) {
 INSTANTIATE_TEST_SUITE_P(Scenes, SharedPart,
                          ::testing::Combine(::testing::Values("peg_in_slot", "bracket_actuator"),
                                             ::testing::Values(20, 100, 300)),
-                         [](const auto& info) {
-                           return std::get<0>(info.param) + "_at_" +
-                                  std::to_string(std::get<1>(info.param)) + "_ms";
+                         [](const auto& tested) {
+                           return std::get<0>(tested.param) + "_at_" +
+                                  std::to_string(std::get<1>(tested.param)) + "_ms";
                          });
 
 TEST(SharedPart, ComesOutOverALinkThatJittersAndLoses) {
@@ -73,7 +74,8 @@ TEST(SharedPart, ComesOutUnderTheLinearLaw) {
   ExpectWorkedOut(MustRun("peg_in_slot", {.seconds = 18, .law = CouplingLaw::kLinear}));
 }
 
-// By exact geometry; and the oracle is not blind: without contact the same hands pull the peg through.
+// By exact geometry; and the oracle is not blind: without contact the same hands pull the peg
+// through.
 TEST(SharedPart, StaysOutOfTheFixtureAndGoesThroughItWithoutContact) {
   const SimulatedDemo with = MustRun("peg_in_slot", {.seconds = 12});
   EXPECT_LE(Penetration(*with.model, 0, with.traces, 60).max_penetration_voxels, 0.5);

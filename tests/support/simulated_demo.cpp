@@ -14,8 +14,7 @@ std::unique_ptr<PeerNode> MakeNode(const std::shared_ptr<const WorldModel>& mode
   options.peer.held_object = object;
   options.peer.X_BD = script.X_BD;
   if (options.name.empty()) options.name = "peer " + std::to_string(id);
-  const auto body =
-      static_cast<std::size_t>(model->body_index[static_cast<std::size_t>(object)]);
+  const auto body = static_cast<std::size_t>(model->body_index[static_cast<std::size_t>(object)]);
   return std::make_unique<PeerNode>(
       model, std::make_unique<ScriptedDevice>(script, model->bodies[body].X_WB0), 1, options);
 }

@@ -26,7 +26,8 @@ struct SimulatedDemoOptions {
 Result<Scene> GeneratedScene(const std::string& name);
 
 /// What `tandem demo` does with a scene, in virtual time: a whole peer for each of its hands.
-Result<SimulatedDemo> RunSimulatedDemo(const std::string& scene, const SimulatedDemoOptions& options);
+Result<SimulatedDemo> RunSimulatedDemo(const std::string& scene,
+                                       const SimulatedDemoOptions& options);
 
 /// A whole peer that holds one body of a loaded scene by a script.
 std::unique_ptr<PeerNode> MakeNode(const std::shared_ptr<const WorldModel>& model, PeerId id,

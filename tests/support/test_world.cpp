@@ -26,8 +26,7 @@ std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bo
     BodyModel model;
     model.X_WB0.p = mass.p_MBo;
     model.inertia = {body.mass, body.mass * mass.unit_inertia};
-    Result<Pointshell> points =
-        MakePointshell(body.mesh_W, model.X_WB0, {.spacing = voxel_size});
+    Result<Pointshell> points = MakePointshell(body.mesh_W, model.X_WB0, {.spacing = voxel_size});
     TANDEM_CHECK(points.has_value());
     model.points = std::move(*points);
     Result<Voxmap> voxmap = Voxelize(body.mesh_W, {.voxel_size = voxel_size});

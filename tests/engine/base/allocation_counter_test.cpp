@@ -1,10 +1,10 @@
 #include "tests/support/allocation_counter.h"
 
-#include <gtest/gtest.h>
-
 #include <cstdlib>
 #include <memory>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace tandem::testing {
 namespace {

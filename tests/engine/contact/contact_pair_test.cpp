@@ -1,8 +1,7 @@
 #include "engine/contact/contact_pair.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
 
 #include "engine/geometry/mass_properties.h"
 #include "engine/voxel/voxelize.h"
@@ -47,17 +46,15 @@ TEST(ContactPair, CountsWhatBruteForceCounts) {
     for (int trial = 0; trial < 40; ++trial) {
       const Pose X = RandomPose(random, Uniform(random, 0.2, 0.7));
       const Pose X_W = RandomPose(random, 2.0);
-      const PoseReading reading =
-          setting.pair.Read({X_W * X, {}}, {X_W, {}});
+      const PoseReading reading = setting.pair.Read({X_W * X, {}}, {X_W, {}});
       int touching = 0;
       int undecided = 0;  // within float's reach of a voxel's border
       int nearest = 1000;
       for (std::size_t i = 0; i < setting.shell.size(); ++i) {
         const Vec3 v = (setting.X_BV.Inverse() * (X * setting.shell.point(i))) / s;
         const Vec3 cell = v.array().floor();
-        const int value = setting.voxmap.Value({static_cast<int>(cell.x()),
-                                                static_cast<int>(cell.y()),
-                                                static_cast<int>(cell.z())});
+        const int value = setting.voxmap.Value(
+            {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())});
         const bool close = ((v - cell).array() < 1e-3).any() || ((v - cell).array() > 0.999).any();
         undecided += close ? 1 : 0;
         touching += value <= 2 + layer ? 1 : 0;
@@ -65,7 +62,9 @@ TEST(ContactPair, CountsWhatBruteForceCounts) {
       }
       EXPECT_NEAR(reading.touching_points, touching, undecided);
       EXPECT_EQ(reading.contact_points, reading.touching_points);
-      if (nearest < 1000) EXPECT_NEAR(reading.nearest_voxels, nearest, 1);
+      if (nearest < 1000) {
+        EXPECT_NEAR(reading.nearest_voxels, nearest, 1);
+      }
     }
   }
 }
@@ -93,7 +92,8 @@ TEST(ContactPair, GivesEqualAndOppositeWrenches) {
   EXPECT_GT(loaded, 1000);
 }
 
-// Where no point changes its voxel, stiffness is minus the change of force with motion, and damping with velocity.
+// Where no point changes its voxel, stiffness is minus the change of force with motion, and damping
+// with velocity.
 TEST(ContactPair, ItsStiffnessAndDampingAreTheDerivativesOfItsForce) {
   std::mt19937_64 random(3);
   Setting setting(Box(Vec3(1.0, 0.6, 0.4)), Sphere(0.3, 3), 0.02, 2);
@@ -127,7 +127,8 @@ TEST(ContactPair, ItsStiffnessAndDampingAreTheDerivativesOfItsForce) {
       if (after.loaded_points != report.loaded_points) continue;
       const Vec3 change = (moved.force - load.force).tail<3>() / kStep;
       const Vec3 expected = -load.stiffness.col(axis).tail<3>();
-      if ((change - expected).norm() > 0.5 * expected.norm()) continue;  // a point changed its voxel
+      if ((change - expected).norm() > 0.5 * expected.norm())
+        continue;  // a point changed its voxel
       EXPECT_NEAR((change - expected).norm(), 0.0, 1e-3 * load.stiffness.norm());
       ++compared;
     }
@@ -135,8 +136,8 @@ TEST(ContactPair, ItsStiffnessAndDampingAreTheDerivativesOfItsForce) {
   EXPECT_GE(compared, 30);
 }
 
-// VPS §4.6: a plane at random tilts, points with the plane's exact normal; height at first force in voxels.
-// Sphere against a tilted face: the lowest point's normal is nearly the plane's.
+// VPS §4.6: a plane at random tilts, points with the plane's exact normal; height at first force in
+// voxels. Sphere against a tilted face: the lowest point's normal is nearly the plane's.
 TEST(ContactPair, FirstForceComesInTheHeightsOfItsLayer) {
   std::mt19937_64 random(4);
   const double s = 0.01;
@@ -144,7 +145,8 @@ TEST(ContactPair, FirstForceComesInTheHeightsOfItsLayer) {
     int layer;
     double least, mean_low, mean_high, most;
   };
-  // exact gap at first force of a sphere (VPS.md §4.6): means 1.2, 2.7, 4.2; wide enough for 40 samples
+  // exact gap at first force of a sphere (VPS.md §4.6): means 1.2, 2.7, 4.2; wide enough for 40
+  // samples
   for (const Range& range : {Range{0, -0.2, 0.7, 1.8, 3.2}, Range{1, 0.8, 2.1, 3.3, 4.4},
                              Range{2, 1.6, 3.5, 4.8, 5.8}}) {
     double sum = 0;
@@ -193,7 +195,8 @@ TEST(ContactPair, TheForceOfAFaceStandsOnIt) {
   EXPECT_LT(angles / kTrials, 5.0 * M_PI / 180.0);
 }
 
-// Sinking straight into an axis-aligned face, depth grows as the point sinks, layer after layer, and inside.
+// Sinking straight into an axis-aligned face, depth grows as the point sinks, layer after layer,
+// and inside.
 TEST(TangentPlane, DepthIsContinuousFromLayerToLayerAndNeverVanishes) {
   const double s = 0.001;
   const Vec3 nhat(0, 0, 1);
@@ -204,13 +207,18 @@ TEST(TangentPlane, DepthIsContinuousFromLayerToLayerAndNeverVanishes) {
     const double cell = std::floor(z / s);
     const int value = std::max(1, static_cast<int>(cell) + 2);
     const double depth = TangentPlaneDepth({0, 0, z}, {0, 0, (cell + 0.5) * s}, nhat, value, 2, s);
-    if (step > 0 && value > 1) EXPECT_NEAR(depth - last, 1e-6, 1e-9) << "at " << z;
+    if (step > 0 && value > 1) {
+      EXPECT_NEAR(depth - last, 1e-6, 1e-9) << "at " << z;
+    }
     last = depth;
-    if (value <= 3) EXPECT_GT(depth, 0);
+    if (value <= 3) {
+      EXPECT_GT(depth, 0);
+    }
   }
 }
 
-// VPS §4.3: far poses read nothing at layer 0, exact surfaces that meet read some point at distance <= 1.
+// VPS §4.3: far poses read nothing at layer 0, exact surfaces that meet read some point at distance
+// <= 1.
 TEST(ContactPair, FarPosesNeverTouchAndMeetingOnesAlwaysDo) {
   std::mt19937_64 random(6);
   const double s = 0.02;
@@ -220,7 +228,8 @@ TEST(ContactPair, FarPosesNeverTouchAndMeetingOnesAlwaysDo) {
   int touched = 0;
   for (int trial = 0; trial < 200; ++trial) {
     // distance of the sphere's centre from the box, exactly
-    const Vec3 centre = 1.2 * Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
+    const Vec3 centre =
+        1.2 * Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
     const Vec3 outside = (centre.cwiseAbs() - Vec3(0.5, 0.3, 0.2)).cwiseMax(0.0);
     const Pose X{RandomRotation(random), centre};
     const double gap = outside.norm() - radius;
@@ -251,9 +260,9 @@ TEST(ContactPair, CollidingAllocatesNothing) {
   int loaded = 0;
   const testing::AllocationCounter counter;
   for (int i = 0; i < 100; ++i) {
-    loaded += setting.pair
-                  .Collide({{Quat::Identity(), Vec3(0, 0, 0.6 - 0.002 * i)}, {}}, {}, load, other)
-                  .loaded_points;
+    loaded +=
+        setting.pair.Collide({{Quat::Identity(), Vec3(0, 0, 0.6 - 0.002 * i)}, {}}, {}, load, other)
+            .loaded_points;
   }
   EXPECT_EQ(counter.count(), 0);
   EXPECT_GT(loaded, 0);

@@ -26,7 +26,8 @@ TEST(ScriptedDevice, ArrivesWhereItsScriptEnds) {
   device.Start();
   for (int frame = 0; frame < 4000; ++frame) device.Render({});
   const Quat turn = RotationBy(Vec3(0, 0, 1.0));
-  EXPECT_NEAR((device.Read().X_WA.p - (Vec3(0, 0, 0.1) + turn * Vec3(0.05, 0, 0))).norm(), 0.0, 1e-4);
+  EXPECT_NEAR((device.Read().X_WA.p - (Vec3(0, 0, 0.1) + turn * Vec3(0.05, 0, 0))).norm(), 0.0,
+              1e-4);
   EXPECT_NEAR(device.Read().X_WA.q.angularDistance(turn), 0.0, 1e-3);
 }
 

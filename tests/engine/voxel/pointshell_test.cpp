@@ -34,8 +34,7 @@ TEST(Pointshell, HasOnePointForEverySurfaceVoxelAtItsCentre) {
 // On a sphere the inward normal points to the centre; a voxel's facets spread over s/R radians.
 TEST(Pointshell, NormalsPointIntoTheBody) {
   const Pose X_WB{Quat::Identity(), Vec3(1, 2, 3)};
-  const Pointshell shell =
-      MustMake(Transformed(Sphere(0.5, 5), X_WB), X_WB, {.spacing = 0.02});
+  const Pointshell shell = MustMake(Transformed(Sphere(0.5, 5), X_WB), X_WB, {.spacing = 0.02});
   for (std::size_t i = 0; i < shell.size(); ++i) {
     EXPECT_NEAR(shell.normal(i).norm(), 1.0, 1e-6);
     EXPECT_GT(shell.normal(i).dot(-shell.point(i).normalized()), std::cos(0.08));
@@ -49,7 +48,7 @@ TEST(Pointshell, StandsInTheBodysFrame) {
   const Pointshell shell = MustMake(box, X_WB, {.spacing = 0.005});
   for (std::size_t i = 0; i < shell.size(); ++i) {
     const Vec3 over = shell.point(i).cwiseAbs() - Vec3(0.15, 0.1, 0.05);
-    EXPECT_LT(over.maxCoeff(), 0.005 * 0.867);   // within half a voxel's diagonal of the surface
+    EXPECT_LT(over.maxCoeff(), 0.005 * 0.867);  // within half a voxel's diagonal of the surface
     EXPECT_GT(over.maxCoeff(), -0.005 * 0.867);
   }
   EXPECT_NEAR(shell.radius, Vec3(0.15, 0.1, 0.05).norm(), 0.005);

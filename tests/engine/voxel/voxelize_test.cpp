@@ -1,10 +1,10 @@
 #include "engine/voxel/voxelize.h"
 
-#include <gtest/gtest.h>
-#include <tbb/global_control.h>
-
 #include <set>
 #include <tuple>
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include "engine/voxel/surface_voxels.h"
 #include "tests/support/shapes.h"
@@ -19,8 +19,8 @@ using testing::Sheet;
 using testing::Sphere;
 using testing::Uniform;
 
-/// The oracle: clips the triangle to the closed cell in long double and asks whether anything is left.
-/// Independent of separating axes; undecided within 1e-5 of a voxel, the snapping included.
+/// The oracle: clips the triangle to the closed cell in long double and asks whether anything is
+/// left. Independent of separating axes; undecided within 1e-5 of a voxel, the snapping included.
 enum class Meets { kNo, kYes, kUndecided };
 
 using Point = std::array<long double, 3>;
@@ -116,8 +116,12 @@ TEST(SurfaceVoxels, FacesOnGridPlanesBelongToTheUpperVoxels) {
   for (int z = -6; z <= 6; ++z) {
     for (int y = -6; y <= 6; ++y) {
       for (int x = -6; x <= 6; ++x) {
-        const auto in = [](int i) { return i >= -3 && i <= 3; };
-        const auto on = [](int i) { return i == -3 || i == 3; };
+        const auto in = [](int i) {
+          return i >= -3 && i <= 3;
+        };
+        const auto on = [](int i) {
+          return i == -3 || i == 3;
+        };
         const bool expected = in(x) && in(y) && in(z) && (on(x) || on(y) || on(z));
         EXPECT_EQ(IsSurface(surface, {x, y, z}), expected) << x << " " << y << " " << z;
         count += expected;
@@ -153,7 +157,9 @@ TEST(DistanceField, IsTheChessBoardDistanceToTheNearestSurfaceVoxel) {
     ASSERT_FALSE(sources.empty());
     for (int trial = 0; trial < 4000; ++trial) {
       const GridIndex near = sources[random() % sources.size()];
-      const auto offset = [&] { return static_cast<std::int32_t>(random() % 41) - 20; };
+      const auto offset = [&] {
+        return static_cast<std::int32_t>(random() % 41) - 20;
+      };
       const GridIndex i = near + GridIndex{offset(), offset(), offset()};
       int distance = 1000;
       for (const GridIndex& source : sources) {
@@ -191,9 +197,12 @@ void ExpectInteriorExactly(const TriangleMesh& mesh, double s) {
   const Bounds box = BoundsOf(mesh);
   const ConvexPlanes planes(mesh);
   long inside = 0;
-  for (auto z = static_cast<int>(std::floor(box.min.z() / s)) - 12; z <= box.max.z() / s + 12; ++z) {
-    for (auto y = static_cast<int>(std::floor(box.min.y() / s)) - 12; y <= box.max.y() / s + 12; ++y) {
-      for (auto x = static_cast<int>(std::floor(box.min.x() / s)) - 12; x <= box.max.x() / s + 12; ++x) {
+  for (auto z = static_cast<int>(std::floor(box.min.z() / s)) - 12; z <= box.max.z() / s + 12;
+       ++z) {
+    for (auto y = static_cast<int>(std::floor(box.min.y() / s)) - 12; y <= box.max.y() / s + 12;
+         ++y) {
+      for (auto x = static_cast<int>(std::floor(box.min.x() / s)) - 12; x <= box.max.x() / s + 12;
+           ++x) {
         const int value = voxmap.Value(GridIndex{x, y, z} - voxmap.origin());
         if (value == kSurfaceMark) continue;
         const bool expected = planes.Contains(s * (x + 0.5), s * (y + 0.5), s * (z + 0.5));

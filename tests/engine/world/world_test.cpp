@@ -40,8 +40,9 @@ double DeepestVertex(const ExactSurface& solid, const TriangleMesh& mesh_W, cons
 
 class NoTunnelling : public ::testing::TestWithParam<double> {};
 
-// The goal is thrown through the plate in one frame, so that the hand pulls with all it has; the plate is one
-// and three voxels thick. Whatever the direction, the body stays on its side and its exact surface out.
+// The goal is thrown through the plate in one frame, so that the hand pulls with all it has; the
+// plate is one and three voxels thick. Whatever the direction, the body stays on its side and its
+// exact surface out.
 TEST_P(NoTunnelling, ABodyThrownAtAThinPlateStaysOnItsSide) {
   kHapticThread.Enter();
   const double thickness = GetParam() * kVoxel;
@@ -59,7 +60,8 @@ TEST_P(NoTunnelling, ABodyThrownAtAThinPlateStaysOnItsSide) {
       Vec3 way = RandomDirection(random);
       way.z() = -3.0 * std::abs(way.z()) - 1.0;  // steeply down
       const Pose X_WB0 = model->bodies[0].X_WB0;
-      inputs.hand = HandTo(*model, 0, {X_WB0.q, Vec3(0, 0, 0.02) + throw_length * way.normalized()});
+      inputs.hand =
+          HandTo(*model, 0, {X_WB0.q, Vec3(0, 0, 0.02) + throw_length * way.normalized()});
       // the goal stays above the plate's middle, so that the body cannot go round it
       inputs.hand.goal.X_WA.p.x() = inputs.hand.goal.X_WA.p.y() = 0;
       double deepest = 0;
@@ -70,15 +72,17 @@ TEST_P(NoTunnelling, ABodyThrownAtAThinPlateStaysOnItsSide) {
         deepest = std::max(deepest, DeepestVertex(solid, body, X_WB0, X_WB));
       }
       // 5 m at 800 N/m are 4 kN: no hand; layer 2 holds what a hand can do (half a voxel)
-      if (throw_length < 1.0) EXPECT_LE(deepest, 4.0 * kVoxel) << "mass " << mass;
+      if (throw_length < 1.0) {
+        EXPECT_LE(deepest, 4.0 * kVoxel) << "mass " << mass;
+      }
     }
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Voxels, NoTunnelling, ::testing::Values(1.0, 3.0));
 
-// A hand that presses with 16 N (20 mm of stretch) from random directions never gets a vertex of the exact body
-// into the exact plate: force layer 2.
+// A hand that presses with 16 N (20 mm of stretch) from random directions never gets a vertex of
+// the exact body into the exact plate: force layer 2.
 TEST(World, ForceLayerTwoKeepsExactSurfacesApartUnderAHandsForce) {
   kHapticThread.Enter();
   std::mt19937_64 random(8);
@@ -115,9 +119,10 @@ TEST(World, NothingMovesWhereNothingPulls) {
   EXPECT_EQ(world.state(0).X_WB.p, model->bodies[0].X_WB0.p);
 }
 
-// Pressed into a corner by a goal that stands still: what moves settles within a second, and from then on the most
-// energy of a half second never rises. The plain model may leave a rocking of micrometres where a
-// point lies on the border of two voxels, whose planes differ (docs/decisions/0004-contact-and-step.md).
+// Pressed into a corner by a goal that stands still: what moves settles within a second, and from
+// then on the most energy of a half second never rises. The plain model may leave a rocking of
+// micrometres where a point lies on the border of two voxels, whose planes differ
+// (docs/decisions/0004-contact-and-step.md).
 TEST(World, EnergyNeverGrowsAtRest) {
   kHapticThread.Enter();
   std::mt19937_64 random(9);
@@ -181,7 +186,8 @@ TEST(World, NoPointTravelsMoreThanHalfAVoxelAFrame) {
   }
 }
 
-// The other peer's part re-appears behind ours after an outage: its mirror must walk there, not jump.
+// The other peer's part re-appears behind ours after an outage: its mirror must walk there, not
+// jump.
 TEST(World, AMirrorThatJumpsDoesNotTunnel) {
   kHapticThread.Enter();
   const TriangleMesh mine = At(Box(Vec3(0.04, 0.04, 0.003)), Vec3(0, 0, 0));
@@ -256,7 +262,8 @@ TEST(World, AThousandFramesAllocateNothing) {
   EXPECT_GT(loaded, 0);
 }
 
-// What the hand gives is what the body gets: with nothing else acting, force times time is momentum.
+// What the hand gives is what the body gets: with nothing else acting, force times time is
+// momentum.
 TEST(World, ReportsExactlyTheHandsForceThatTheBodyReceived) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0, 0))}}, kVoxel);
