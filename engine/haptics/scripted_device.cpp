@@ -8,6 +8,7 @@ namespace tandem {
 
 ScriptedDevice::ScriptedDevice(HandScript script, const Pose& X_WB0)
     : script_(std::move(script)), X_WB0_(X_WB0) {
+  if (script_.waypoints.empty()) script_.waypoints.emplace_back();
   state_.X_WB = X_WB0_ * script_.X_BD;
 }
 

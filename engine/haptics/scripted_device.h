@@ -10,7 +10,7 @@ namespace tandem {
 /// the hand gives way as a real one does. Its clock counts frames from Start().
 class ScriptedDevice : public Device {
  public:
-  /// `X_WB0`: first pose of the body it will hold.
+  /// `X_WB0`: first pose of the body it will hold. A script without waypoints holds it there.
   ScriptedDevice(HandScript script, const Pose& X_WB0);
 
   void Start() noexcept override { started_ = true; }

@@ -38,6 +38,13 @@ TEST(ScriptedDevice, ItsClockCountsFrames) {
   EXPECT_NEAR(device.time(), 0.25, 1e-12);
 }
 
+TEST(ScriptedDevice, WithoutWaypointsItStaysWhereItIs) {
+  ScriptedDevice device(HandScript{}, {Quat::Identity(), Vec3(1, 2, 3)});
+  device.Start();
+  for (int frame = 0; frame < 100; ++frame) device.Render({});
+  EXPECT_NEAR((device.Read().X_WA.p - Vec3(1, 2, 3)).norm(), 0.0, 1e-12);
+}
+
 // A steady push of F moves a hand of stiffness k by F/k.
 TEST(ScriptedDevice, GivesWayToAForceAsItsStiffnessSays) {
   ScriptedDevice device(Lift(), Pose{});
