@@ -87,7 +87,7 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
                                        {"surface", counts.surface},
                                        {"free", counts.free},
                                        {"total", counts.total()}}},
-                                     {"chunks", counts.chunks},
+                                     {"planes", counts.planes},
                                      {"hyperchunks", counts.hyperchunks},
                                      {"bytes", counts.bytes},
                                      {"points", {{"total", points->size()}}},
@@ -101,8 +101,8 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   std::printf("%s: %zu triangles, %s, %.6g x %.6g x %.6g m, %.6g m^3%s\n", arguments.file.c_str(),
               mesh->triangles.size(), Describe(diagnosis).c_str(), size.x(), size.y(), size.z(),
               mass.volume, mass.solid ? "" : " (encloses no sound volume)");
-  std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu chunks, %.1f MB\n",
-              voxel_size, counts.surface, counts.free, counts.interior, counts.chunks,
+  std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB\n",
+              voxel_size, counts.surface, counts.free, counts.interior, counts.planes,
               1e-6 * static_cast<double>(counts.bytes));
   std::printf("%zu points; %.3f s on %zu threads; digest %s\n", points->size(), seconds, threads,
               Hex(digest.value()).c_str());

@@ -69,7 +69,7 @@ void ContactPair::FindPoints(const Pose& X_VS, int threshold) noexcept {
     }
     for (std::size_t i = 0; i < count; ++i) {
       const GridIndex voxel{ix[i], iy[i], iz[i]};
-      const int value = voxmap_->Value(voxel);
+      const int value = voxmap_->Value(Field::kSurface, voxel);
       found_[found_count_] = {static_cast<std::uint32_t>(begin + i), voxel, value};
       found_count_ += value <= threshold ? 1U : 0U;
     }

@@ -16,6 +16,23 @@ using Mark = std::uint8_t;
 inline constexpr Mark kInteriorMark = 1;
 inline constexpr Mark kSurfaceMark = 2;
 
+/// What a field measures distance from (paper §4). A surface voxel with a feature edge is an edge
+/// voxel too, and one with a feature vertex is all three: vertex voxels are among the edge voxels,
+/// these among the surface voxels.
+enum class Field : std::uint8_t { kSurface = 0, kEdge = 1, kVertex = 2 };
+inline constexpr std::size_t kFields = 3;
+inline constexpr std::array<Field, kFields> kAllFields{Field::kSurface, Field::kEdge,
+                                                       Field::kVertex};
+
+/// What a voxel, or a point made from one, holds: the rarest feature in it (paper §4).
+enum class Label : std::uint8_t { kSurface = 0, kEdge = 1, kVertex = 2 };
+
+/// Geometrical awareness (paper §4): a vertex meets surfaces, an edge meets edges, a surface meets
+/// vertices.
+constexpr Field FieldReadBy(Label label) {
+  return static_cast<Field>(2 - static_cast<int>(label));
+}
+
 /// Chess-board range of the distance field: one chunk, so that a body in a neighbouring chunk is
 /// announced.
 inline constexpr int kDefaultRange = 8;

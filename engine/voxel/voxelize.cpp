@@ -51,33 +51,21 @@ std::set<GridIndex, ByPlace> BandHyperchunks(const SurfaceVoxels& surface, int r
   return places;
 }
 
-struct Filled {
-  std::vector<Mark> marks;
-  Voxmap::ChunkTable uniform{};
-};
-
-/// Marks the inside of a hyperchunk and finds its uniform chunks.
-void FinishHyperchunk(const RayParity& parity, const GridIndex& place, Filled& filled) {
-  std::vector<std::uint8_t> votes(filled.marks.size(), 0);
+/// The marks of a hyperchunk: three distance fields, and the inside in the surface field.
+HyperchunkMarks FillHyperchunk(const SurfaceVoxels& surface, const RayParity& parity,
+                               const GridIndex& place, int range) {
+  HyperchunkMarks out;
+  out.place = place;
+  for (const Field field : kAllFields) {
+    FillDistances(surface, place, range, out.marks[static_cast<std::size_t>(field)]);
+  }
+  std::vector<Mark>& marks = out.marks[0];
+  std::vector<std::uint8_t> votes(marks.size(), 0);
   parity.AddVotes(place * kHyperchunkSide, kHyperchunkSide, votes);
   for (std::size_t i = 0; i < votes.size(); ++i) {
-    if (votes[i] >= 2 && filled.marks[i] != kSurfaceMark) filled.marks[i] = kInteriorMark;
+    if (votes[i] >= 2 && marks[i] != kSurfaceMark) marks[i] = kInteriorMark;
   }
-  for (std::size_t c = 0; c < kChunksPerHyperchunk; ++c) {
-    const GridIndex first = BlockCell(c) * kChunkSide;
-    bool all_beyond = true;
-    bool all_interior = true;
-    for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
-      const GridIndex i = first + BlockCell(cell);
-      const Mark mark = filled.marks[static_cast<std::size_t>(
-          i.x + kHyperchunkSide * (i.y + kHyperchunkSide * i.z))];
-      all_beyond = all_beyond && mark == 0;
-      all_interior = all_interior && mark == kInteriorMark;
-    }
-    filled.uniform[c] = all_beyond     ? Voxmap::kAllBeyond
-                        : all_interior ? Voxmap::kAllInterior
-                                       : Voxmap::kStored;
-  }
+  return out;
 }
 
 std::string InGiB(std::size_t bytes) {
@@ -149,21 +137,17 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
     lowest = {std::min(lowest.x, p.x), std::min(lowest.y, p.y), std::min(lowest.z, p.z)};
     highest = {std::max(highest.x, p.x), std::max(highest.y, p.y), std::max(highest.z, p.z)};
   }
-  Voxmap voxmap(s, options.range, lowest * kHyperchunkSide, highest - lowest + GridIndex{1, 1, 1});
+  VoxmapBuilder builder(s, options.range, 4);
 
   // batches bound the memory of unpacked marks; within one, hyperchunks are filled in parallel
   const std::vector<GridIndex> places(band.begin(), band.end());
   constexpr std::size_t kBatch = 64;
   for (std::size_t begin = 0; begin < places.size(); begin += kBatch) {
-    std::vector<Filled> filled(std::min(kBatch, places.size() - begin));
+    std::vector<HyperchunkMarks> filled(std::min(kBatch, places.size() - begin));
     tbb::parallel_for(std::size_t{0}, filled.size(), [&](std::size_t i) {
-      const GridIndex& place = places[begin + i];
-      FillDistances(surface, place, options.range, filled[i].marks);
-      FinishHyperchunk(parity, place, filled[i]);
+      filled[i] = FillHyperchunk(surface, parity, places[begin + i], options.range);
     });
-    for (std::size_t i = 0; i < filled.size(); ++i) {
-      voxmap.SetHyperchunk(places[begin + i] - lowest, filled[i].marks, filled[i].uniform);
-    }
+    for (const HyperchunkMarks& marks : filled) builder.Add(marks);
   }
   // hyperchunks without surface or band are solid or empty throughout
   for (std::int32_t z = lowest.z; z <= highest.z; ++z) {
@@ -171,12 +155,12 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
       for (std::int32_t x = lowest.x; x <= highest.x; ++x) {
         const GridIndex place{x, y, z};
         if (!band.contains(place) && parity.Inside(place * kHyperchunkSide)) {
-          voxmap.SetUniform(place - lowest, Voxmap::kAllInterior);
+          builder.Add({.place = place, .marks = {}, .solid = true});
         }
       }
     }
   }
-  return voxmap;
+  return builder.Finish();
 }
 
 }  // namespace tandem

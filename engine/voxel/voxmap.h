@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
 #include "engine/voxel/voxel.h"
+#include "engine/voxel/voxmap_image.h"
 
 namespace tandem {
 
@@ -12,58 +14,96 @@ namespace tandem {
 struct VoxelCounts {
   std::size_t interior = 0;  // stored ones: those that share a chunk with the surface or its band
   std::size_t surface = 0;
-  std::size_t free = 0;  // within range of the surface
-  std::size_t chunks = 0;
+  std::size_t edge = 0;    // of the surface voxels, those with a feature edge
+  std::size_t vertex = 0;  // of the edge voxels, those with a feature vertex
+  std::size_t free = 0;    // within range of the surface
+  std::size_t planes = 0;
   std::size_t hyperchunks = 0;
   std::size_t bytes = 0;
   std::size_t total() const { return interior + surface + free; }
 };
 
-/// The distance field of a body or fixture, read-only once built (paper §2.1, §3). Frame V: axes of
-/// W at the time of voxelization, origin at the lowest corner of the lowest hyperchunk, which is a
-/// whole multiple of the voxel size from W's origin; so parts voxelized in one scene have congruent
-/// grids.
+/// The distance fields of a body or fixture, read-only once built (paper §2.1, §3, §4, §5.1). Frame
+/// V: axes of W at the time of voxelization, origin at the lowest corner of the box, which is a
+/// whole number of hyperchunks from W's origin; so parts voxelized in one scene have congruent
+/// grids. The box has a border of one hyperchunk all round without voxels, so that the chunk-level
+/// field reaches its range of eight chunks everywhere.
 ///
-///   hyperchunk table (dense over the box)  ->  512 chunk numbers  ->  512 marks of 4 bits, 256
-///   bytes
-///
-/// Hyperchunk 0 and chunk 0 are "all beyond", hyperchunk 1 and chunk 1 "all interior"; every absent
-/// part points to one of them, so that reading has no branch for absence.
+/// All of it lies in one image, which voxmap_image.h draws.
 class Voxmap {
  public:
-  using Chunk = std::array<std::uint8_t, kVoxelsPerChunk / 2>;
-  using ChunkTable = std::array<std::uint32_t, kChunksPerHyperchunk>;
-  static constexpr std::uint32_t kAllBeyond = 0;
-  static constexpr std::uint32_t kAllInterior = 1;
-
   Voxmap() = default;
-  /// An empty map of `size` hyperchunks whose lowest voxel is `origin` (a multiple of 64 in each
-  /// axis).
-  Voxmap(double voxel_size, int range, GridIndex origin, GridIndex size);
+  explicit Voxmap(ImageBytes image);
 
-  double voxel_size() const noexcept { return voxel_size_; }
-  int range() const noexcept { return range_; }
+  bool empty() const noexcept { return image_.size() == 0; }
+  double voxel_size() const noexcept { return header().voxel_size; }
+  int range() const noexcept { return static_cast<int>(header().range); }
+  int bits() const noexcept { return static_cast<int>(header().bits); }
   /// What is read where nothing was written: one voxel past the range (paper §3.1).
-  int beyond() const noexcept { return range_ + 3; }
+  int beyond() const noexcept { return range() + 3; }
+  GridIndex origin() const noexcept {
+    return {header().origin[0], header().origin[1], header().origin[2]};
+  }
   /// V's origin in W at the time of voxelization, m.
-  Vec3 p_WVo() const noexcept { return voxel_size_ * Vec3(origin_.x, origin_.y, origin_.z); }
-  GridIndex origin() const noexcept { return origin_; }
+  Vec3 p_WVo() const noexcept {
+    return voxel_size() * Vec3(header().origin[0], header().origin[1], header().origin[2]);
+  }
   /// The box of the whole map in V, m; everything outside is beyond.
   Vec3 extent() const noexcept;
 
   /// The mark of a voxel counted from V's origin, `beyond()` outside.
-  int Value(const GridIndex& voxel_V) const noexcept {
-    const auto x = static_cast<std::uint32_t>(voxel_V.x);
-    const auto y = static_cast<std::uint32_t>(voxel_V.y);
-    const auto z = static_cast<std::uint32_t>(voxel_V.z);
-    if (x >= limit_[0] || y >= limit_[1] || z >= limit_[2]) return beyond();
-    const std::size_t hyperchunk =
-        (x >> 6) + size_[0] * ((y >> 6) + std::size_t{size_[1]} * (z >> 6));
-    const ChunkTable& chunks = tables_[hyperchunks_[hyperchunk]];
-    const Chunk& chunk = chunks_[chunks[CellInBlock(voxel_V >> 3)]];
-    const std::size_t cell = CellInBlock(voxel_V);
-    const int stored = chunk[cell >> 1] >> ((cell & 1) * 4) & 15;
+  int Value(Field field, const GridIndex& voxel_V) const noexcept {
+    if (!Holds(voxel_V)) return beyond();
+    const std::uint32_t plane = PlaneOf(field, voxel_V >> 3);
+    const int stored = StoredMark(plane, CellInBlock(voxel_V));
     return stored != 0 ? stored : beyond();
+  }
+
+  /// The chunk-level mark of a chunk counted from V's origin: 2 where it holds any mark, 2 + d at a
+  /// chess-board distance of d chunks from such, kChunkBeyond farther off and outside.
+  static constexpr int kChunkRange = 8;
+  static constexpr int kChunkBeyond = kChunkRange + 3;
+  int ChunkValue(const GridIndex& chunk_V) const noexcept {
+    if (!Holds(chunk_V * kChunkSide)) return kChunkBeyond;
+    const std::size_t cell = CellInBlock(chunk_V);
+    const VoxmapRecord& record = records()[index()[IndexOf(chunk_V >> 3)]];
+    const int stored = record.chunk_marks[cell >> 1] >> ((cell & 1) * 4) & 15;
+    return stored != 0 ? stored : kChunkBeyond;
+  }
+
+  /// The parts of the image, for kernels.
+  const VoxmapHeader& header() const noexcept {
+    static const VoxmapHeader none;
+    return empty() ? none : *reinterpret_cast<const VoxmapHeader*>(image_.data());
+  }
+  const std::uint32_t* index() const noexcept {
+    return reinterpret_cast<const std::uint32_t*>(image_.data() + header().index_offset);
+  }
+  const VoxmapRecord* records() const noexcept {
+    return reinterpret_cast<const VoxmapRecord*>(image_.data() + header().records_offset);
+  }
+  const std::uint8_t* planes() const noexcept {
+    return reinterpret_cast<const std::uint8_t*>(image_.data() + header().planes_offset);
+  }
+  std::size_t plane_bytes() const noexcept { return kVoxelsPerChunk / 8 * header().bits; }
+  /// Which plane a chunk within the box has in a field.
+  std::uint32_t PlaneOf(Field field, const GridIndex& chunk_V) const noexcept {
+    const VoxmapRecord& record = records()[index()[IndexOf(chunk_V >> 3)]];
+    const std::size_t cell = CellInBlock(chunk_V);
+    const VoxmapSlice& slice = record.slices[static_cast<std::size_t>(field)][cell >> 6];
+    const std::uint64_t bit = std::uint64_t{1} << (cell & 63);
+    if ((slice.stored & bit) != 0) {
+      return slice.first_plane +
+             static_cast<std::uint32_t>(std::popcount(slice.stored & (bit - 1)));
+    }
+    const bool solid = field == Field::kSurface && (record.solid[cell >> 6] & bit) != 0;
+    return solid ? kPlaneInterior : kPlaneBeyond;
+  }
+  /// As stored: 0 for beyond.
+  int StoredMark(std::uint32_t plane, std::size_t cell) const noexcept {
+    const std::size_t bit = cell * header().bits;
+    const std::uint8_t byte = planes()[plane * plane_bytes() + (bit >> 3)];
+    return byte >> (bit & 7) & ((1 << header().bits) - 1);
   }
 
   VoxelCounts Count() const;
@@ -71,25 +111,54 @@ class Voxmap {
   /// their place.
   std::uint64_t Digest() const;
 
-  /// Building, hyperchunk by hyperchunk (place counted from the map's lowest).
-  void SetUniform(const GridIndex& hyperchunk, std::uint32_t all_beyond_or_interior);
-  /// `marks` holds 64^3 marks, x fastest; `uniform[c]` says which chunks c are all beyond or all
-  /// interior (else kStored).
-  static constexpr std::uint32_t kStored = 2;
-  void SetHyperchunk(const GridIndex& hyperchunk, const std::vector<Mark>& marks,
-                     const ChunkTable& uniform);
+ private:
+  bool Holds(const GridIndex& voxel_V) const noexcept {
+    const auto& size = header().size;
+    return static_cast<std::uint32_t>(voxel_V.x) < size[0] * kHyperchunkSide &&
+           static_cast<std::uint32_t>(voxel_V.y) < size[1] * kHyperchunkSide &&
+           static_cast<std::uint32_t>(voxel_V.z) < size[2] * kHyperchunkSide;
+  }
+  /// Into index(), of a hyperchunk counted from V's origin.
+  std::size_t IndexOf(const GridIndex& hyperchunk) const noexcept {
+    const auto& size = header().size;
+    return static_cast<std::size_t>(hyperchunk.x) +
+           size[0] * (static_cast<std::size_t>(hyperchunk.y) +
+                      std::size_t{size[1]} * static_cast<std::size_t>(hyperchunk.z));
+  }
+
+  ImageBytes image_;
+};
+
+/// The marks of one hyperchunk on their way into an image. `marks[field]` holds 64^3 marks, x
+/// fastest, or nothing when the field has no mark there.
+struct HyperchunkMarks {
+  GridIndex place;  // hyperchunks from W's origin
+  std::array<std::vector<Mark>, kFields> marks;
+  bool solid = false;  // inside throughout; no marks then
+};
+
+/// Gathers hyperchunks and makes the image of them: elides what is uniform, and adds the
+/// chunk-level field.
+class VoxmapBuilder {
+ public:
+  /// `bits` of a mark: 2 (range 1), 4 (range to 13) or 8 (range to 253).
+  VoxmapBuilder(double voxel_size, int range, int bits);
+
+  void Add(const HyperchunkMarks& hyperchunk);
+  Voxmap Finish();
 
  private:
-  std::size_t TableSlot(const GridIndex& hyperchunk) const;
+  struct Hyperchunk {
+    GridIndex place;
+    VoxmapRecord record;  // planes numbered within this hyperchunk
+    std::vector<std::uint8_t> planes;
+    bool solid = false;
+  };
 
-  double voxel_size_ = 0;
-  int range_ = kDefaultRange;
-  GridIndex origin_;
-  std::array<std::uint32_t, 3> size_{};   // hyperchunks
-  std::array<std::uint32_t, 3> limit_{};  // voxels
-  std::vector<std::uint32_t> hyperchunks_;
-  std::vector<ChunkTable> tables_;
-  std::vector<Chunk> chunks_;
+  double voxel_size_;
+  int range_;
+  int bits_;
+  std::vector<Hyperchunk> hyperchunks_;
 };
 
 }  // namespace tandem

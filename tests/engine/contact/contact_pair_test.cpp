@@ -54,6 +54,7 @@ TEST(ContactPair, CountsWhatBruteForceCounts) {
         const Vec3 v = (setting.X_BV.Inverse() * (X * setting.shell.point(i))) / s;
         const Vec3 cell = v.array().floor();
         const int value = setting.voxmap.Value(
+            Field::kSurface,
             {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())});
         const bool close = ((v - cell).array() < 1e-3).any() || ((v - cell).array() > 0.999).any();
         undecided += close ? 1 : 0;

@@ -166,7 +166,7 @@ TEST(DistanceField, IsTheChessBoardDistanceToTheNearestSurfaceVoxel) {
         const GridIndex d = source - i;
         distance = std::min(distance, std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}));
       }
-      const int value = voxmap.Value(i - voxmap.origin());
+      const int value = voxmap.Value(Field::kSurface, i - voxmap.origin());
       if (value == kInteriorMark) continue;  // judged by Interior.*
       EXPECT_EQ(value, distance <= range ? 2 + distance : range + 3);
     }
@@ -203,7 +203,7 @@ void ExpectInteriorExactly(const TriangleMesh& mesh, double s) {
          ++y) {
       for (auto x = static_cast<int>(std::floor(box.min.x() / s)) - 12; x <= box.max.x() / s + 12;
            ++x) {
-        const int value = voxmap.Value(GridIndex{x, y, z} - voxmap.origin());
+        const int value = voxmap.Value(Field::kSurface, GridIndex{x, y, z} - voxmap.origin());
         if (value == kSurfaceMark) continue;
         const bool expected = planes.Contains(s * (x + 0.5), s * (y + 0.5), s * (z + 0.5));
         ASSERT_EQ(value == kInteriorMark, expected) << x << " " << y << " " << z;
@@ -237,11 +237,11 @@ TEST(Interior, IsExactWhenEdgesLieOnTheRays) {
 TEST(Interior, ReadsAsInteriorWhereNothingIsStored) {
   const Voxmap voxmap = MustVoxelize(Box(Vec3(3.0, 3.0, 3.0)), 0.01);
   const GridIndex centre = GridIndex{0, 0, 0} - voxmap.origin();
-  EXPECT_EQ(voxmap.Value(centre), kInteriorMark);
-  EXPECT_EQ(voxmap.Value(centre + GridIndex{100, -90, 30}), kInteriorMark);
-  EXPECT_EQ(voxmap.Value(centre + GridIndex{190, 0, 0}), voxmap.beyond());
-  EXPECT_EQ(voxmap.Value(centre + GridIndex{100000, 0, 0}), voxmap.beyond());
-  EXPECT_EQ(voxmap.Value(GridIndex{-1, 0, 0}), voxmap.beyond());
+  EXPECT_EQ(voxmap.Value(Field::kSurface, centre), kInteriorMark);
+  EXPECT_EQ(voxmap.Value(Field::kSurface, centre + GridIndex{100, -90, 30}), kInteriorMark);
+  EXPECT_EQ(voxmap.Value(Field::kSurface, centre + GridIndex{190, 0, 0}), voxmap.beyond());
+  EXPECT_EQ(voxmap.Value(Field::kSurface, centre + GridIndex{100000, 0, 0}), voxmap.beyond());
+  EXPECT_EQ(voxmap.Value(Field::kSurface, GridIndex{-1, 0, 0}), voxmap.beyond());
 }
 
 TEST(Interior, OverlappingBodiesAreSolidAndCavitiesEmpty) {
@@ -251,15 +251,16 @@ TEST(Interior, OverlappingBodiesAreSolidAndCavitiesEmpty) {
   for (Vec3& v : second.vertices) v += Vec3(1.0, 0.013, 0.017);
   Append(overlapping, second);
   const Voxmap both = MustVoxelize(overlapping, s);
-  EXPECT_EQ(both.Value(GridIndex{10, 3, 3} - both.origin()), kInteriorMark);
+  EXPECT_EQ(both.Value(Field::kSurface, GridIndex{10, 3, 3} - both.origin()), kInteriorMark);
 
   TriangleMesh hollow = Box(Vec3(2, 2, 2));
   TriangleMesh cavity = Box(Vec3(1, 1, 1));
   for (auto& t : cavity.triangles) std::swap(t[1], t[2]);
   Append(hollow, cavity);
   const Voxmap shell = MustVoxelize(hollow, s);
-  EXPECT_EQ(shell.Value(GridIndex{5, 0, 0} - shell.origin()), 2 + 5);  // its wall is at voxel 10
-  EXPECT_EQ(shell.Value(GridIndex{15, 0, 0} - shell.origin()), kInteriorMark);
+  EXPECT_EQ(shell.Value(Field::kSurface, GridIndex{5, 0, 0} - shell.origin()),
+            2 + 5);  // its wall is at voxel 10
+  EXPECT_EQ(shell.Value(Field::kSurface, GridIndex{15, 0, 0} - shell.origin()), kInteriorMark);
 }
 
 TEST(Voxelize, OpenSheetsHaveNoInterior) {

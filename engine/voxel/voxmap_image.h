@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "engine/voxel/voxel.h"
+
+/// The bytes of a voxmap: one block that means the same wherever it lies, so that it can be mapped
+/// from a file (VPS.md §1). Offsets are in bytes from its start.
+///
+///   header   | what the numbers below mean, where each part begins
+///   index    | uint32 per hyperchunk of the box, x fastest: which record
+///   records  | per hyperchunk near the surface: which chunks store a plane, and where
+///   planes   | per (chunk, field) with marks of more than one kind: 512 marks of 2, 4 or 8 bits
+///
+/// A plane's number is found without a table: the slice's first plane plus the stored chunks below
+/// its own bit.
+namespace tandem {
+
+struct VoxmapHeader {
+  std::array<char, 8> magic{};
+  std::uint32_t version = 0;
+  std::uint32_t bits = 0;   // of a mark
+  std::uint32_t range = 0;  // D, voxels
+  std::uint32_t reserved = 0;
+  double voxel_size = 0;                 // m
+  std::array<std::int32_t, 3> origin{};  // lowest voxel of the box, from W's origin
+  std::array<std::uint32_t, 3> size{};   // hyperchunks
+  std::uint64_t index_offset = 0;
+  std::uint64_t records_offset = 0;
+  std::uint64_t record_count = 0;
+  std::uint64_t planes_offset = 0;
+  std::uint64_t plane_count = 0;
+  std::uint64_t bytes = 0;  // of the whole image
+  std::array<std::uint64_t, 3> spare{};
+};
+static_assert(sizeof(VoxmapHeader) == 128);
+
+/// The 8 x 8 chunks of one z in a hyperchunk, of one field.
+struct VoxmapSlice {
+  std::uint64_t stored = 0;       // bit x + 8 y: the chunk has a plane
+  std::uint32_t first_plane = 0;  // of this slice; the others follow in the order of their bits
+  std::uint32_t reserved = 0;
+};
+static_assert(sizeof(VoxmapSlice) == 16);
+
+struct alignas(64) VoxmapRecord {
+  std::array<std::array<VoxmapSlice, 8>, kFields> slices{};
+  /// Chunks without a plane in the surface field: 1 interior, 0 beyond.
+  std::array<std::uint64_t, 8> solid{};
+  /// The chunk-level field (paper §5.1): 4-bit marks in units of chunks, 2 for a chunk that holds
+  /// any mark, 2 + d at d chunks from one.
+  std::array<std::uint8_t, kChunksPerHyperchunk / 2> chunk_marks{};
+};
+static_assert(sizeof(VoxmapRecord) == 704);
+
+inline constexpr std::uint32_t kRecordFar = 0;    // nothing near: beyond in every field and level
+inline constexpr std::uint32_t kRecordSolid = 1;  // inside throughout
+inline constexpr std::uint32_t kPlaneBeyond = 0;
+inline constexpr std::uint32_t kPlaneInterior = 1;
+
+/// Bytes that begin on a huge page and are asked to lie in huge pages; or a file's, mapped.
+class ImageBytes {
+ public:
+  ImageBytes() = default;
+  /// Zeroed. Check-fails when the machine has no such memory.
+  explicit ImageBytes(std::size_t size);
+  ~ImageBytes();
+  ImageBytes(ImageBytes&& other) noexcept;
+  ImageBytes& operator=(ImageBytes&& other) noexcept;
+  ImageBytes(const ImageBytes&) = delete;
+  ImageBytes& operator=(const ImageBytes&) = delete;
+
+  std::byte* data() noexcept { return data_; }
+  const std::byte* data() const noexcept { return data_; }
+  std::size_t size() const noexcept { return size_; }
+
+ private:
+  std::byte* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+}  // namespace tandem
