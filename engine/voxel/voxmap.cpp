@@ -10,8 +10,10 @@
 
 namespace tandem {
 
-Voxmap::Voxmap(ImageBytes image) : image_(std::move(image)) {
-  TANDEM_CHECK(image_.size() >= sizeof(VoxmapHeader) && header().bytes == image_.size());
+Voxmap::Voxmap(ImageBytes image)
+    : image_(std::make_shared<const ImageBytes>(std::move(image))),
+      header_(reinterpret_cast<const VoxmapHeader*>(image_->data())) {
+  TANDEM_CHECK(image_->size() >= sizeof(VoxmapHeader) && header_->bytes == image_->size());
 }
 
 Vec3 Voxmap::extent() const noexcept {

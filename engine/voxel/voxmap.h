@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "engine/voxel/voxel.h"
@@ -35,7 +36,7 @@ class Voxmap {
   Voxmap() = default;
   explicit Voxmap(ImageBytes image);
 
-  bool empty() const noexcept { return image_.size() == 0; }
+  bool empty() const noexcept { return image_ == nullptr; }
   double voxel_size() const noexcept { return header().voxel_size; }
   int range() const noexcept { return static_cast<int>(header().range); }
   int bits() const noexcept { return static_cast<int>(header().bits); }
@@ -72,18 +73,15 @@ class Voxmap {
   }
 
   /// The parts of the image, for kernels.
-  const VoxmapHeader& header() const noexcept {
-    static const VoxmapHeader none;
-    return empty() ? none : *reinterpret_cast<const VoxmapHeader*>(image_.data());
-  }
+  const VoxmapHeader& header() const noexcept { return *header_; }
   const std::uint32_t* index() const noexcept {
-    return reinterpret_cast<const std::uint32_t*>(image_.data() + header().index_offset);
+    return reinterpret_cast<const std::uint32_t*>(bytes() + header_->index_offset);
   }
   const VoxmapRecord* records() const noexcept {
-    return reinterpret_cast<const VoxmapRecord*>(image_.data() + header().records_offset);
+    return reinterpret_cast<const VoxmapRecord*>(bytes() + header_->records_offset);
   }
   const std::uint8_t* planes() const noexcept {
-    return reinterpret_cast<const std::uint8_t*>(image_.data() + header().planes_offset);
+    return reinterpret_cast<const std::uint8_t*>(bytes() + header_->planes_offset);
   }
   std::size_t plane_bytes() const noexcept { return kVoxelsPerChunk / 8 * header().bits; }
   /// Which plane a chunk within the box has in a field.
@@ -126,7 +124,11 @@ class Voxmap {
                       std::size_t{size[1]} * static_cast<std::size_t>(hyperchunk.z));
   }
 
-  ImageBytes image_;
+  const std::byte* bytes() const noexcept { return reinterpret_cast<const std::byte*>(header_); }
+
+  static constexpr VoxmapHeader kNone{};
+  std::shared_ptr<const ImageBytes> image_;  // copies of a map share it
+  const VoxmapHeader* header_ = &kNone;
 };
 
 /// The marks of one hyperchunk on their way into an image. `marks[field]` holds 64^3 marks, x
