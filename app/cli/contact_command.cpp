@@ -131,7 +131,7 @@ int RunContact(const ContactArguments& arguments) {
   if (!points) return Fail(kExitFile, arguments.moving + ": " + points.error().what);
 
   const Pose X_WV{Quat::Identity(), voxmap->p_WVo()};
-  ContactPair pair(*points, *voxmap, X_WV, arguments.force_layer,
+  ContactPair pair(*points, *voxmap, X_WV, 0, {.force_layer = arguments.force_layer},
                    DefaultContactGains(arguments.voxel, kMass, kFrame));
   std::size_t touching = 0;
   if (arguments.csv) PrintHeader();

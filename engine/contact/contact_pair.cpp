@@ -1,8 +1,9 @@
 #include "engine/contact/contact_pair.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
+#include <limits>
 
 #include "engine/base/check.h"
 
@@ -22,56 +23,49 @@ Load Turned(const Load& load_V, const Mat3& R_WV) {
 }  // namespace
 
 ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Pose& X_BV,
-                         int force_layer, const ContactGains& gains)
-    : shell_(&shell), voxmap_(&voxmap), X_BV_(X_BV), force_layer_(force_layer), gains_(gains) {
-  TANDEM_CHECK(force_layer >= 0 && force_layer <= voxmap.range() - 2);
-  found_.resize(shell.size());
-}
+                         double map_radius, const PairOptions& options, const ContactGains& gains)
+    : shell_(&shell),
+      voxmap_(&voxmap),
+      X_BV_(X_BV),
+      map_radius_(map_radius),
+      gains_(gains),
+      blocks_(std::make_unique<const PointBlocks>(shell)),
+      schedule_(*blocks_, voxmap, options.force_layer, options.schedule),
+      found_(std::min(shell.size(), kMostContacts)) {}
 
-bool ContactPair::MayMeet(const Pose& X_VS) const noexcept {
-  const Vec3 nearest = X_VS.p.cwiseMax(Vec3::Zero()).cwiseMin(voxmap_->extent());
-  return (X_VS.p - nearest).norm() <= shell_->radius;
-}
-
-void ContactPair::FindPoints(const Pose& X_VS, int threshold) noexcept {
-  // p in voxels = A p_B + b, in blocks so that the arithmetic runs over arrays
-  constexpr std::size_t kBlock = 256;
-  const Mat3 R = X_VS.q.toRotationMatrix() / voxmap_->voxel_size();
-  const Vec3 t = X_VS.p / voxmap_->voxel_size();
-  std::array<float, 9> a{};
-  for (int row = 0; row < 3; ++row) {
-    for (int col = 0; col < 3; ++col) {
-      a[static_cast<std::size_t>(3 * row + col)] = static_cast<float>(R(row, col));
-    }
+double ContactPair::TravelSince(const Pose& shell_WB, const Pose& map_WB) noexcept {
+  double travel = std::numeric_limits<double>::infinity();
+  if (placed_) {
+    const auto of = [](const Pose& from, const Pose& to, double radius) {
+      return TravelOf(to.p - from.p, RotationVector(to.q * from.q.conjugate()).norm(), radius);
+    };
+    travel = of(shell_WB_, shell_WB, shell_->radius) + of(map_WB_, map_WB, map_radius_);
   }
-  const auto b0 = static_cast<float>(t.x());
-  const auto b1 = static_cast<float>(t.y());
-  const auto b2 = static_cast<float>(t.z());
-  std::array<std::int32_t, kBlock> ix;
-  std::array<std::int32_t, kBlock> iy;
-  std::array<std::int32_t, kBlock> iz;
+  placed_ = true;
+  shell_WB_ = shell_WB;
+  map_WB_ = map_WB;
+  return travel;
+}
+
+double ContactPair::Gap(const Pose& X_VS) const noexcept {
+  const Vec3 nearest = X_VS.p.cwiseMax(Vec3::Zero()).cwiseMin(voxmap_->extent());
+  return (X_VS.p - nearest).norm() - shell_->radius;
+}
+
+void ContactPair::ListContacts(PairReport& report) noexcept {
   found_count_ = 0;
-  const std::size_t size = shell_->size();
-  for (std::size_t begin = 0; begin < size; begin += kBlock) {
-    const std::size_t count = std::min(kBlock, size - begin);
-    const float* x = shell_->x.data() + begin;
-    const float* y = shell_->y.data() + begin;
-    const float* z = shell_->z.data() + begin;
-    for (std::size_t i = 0; i < count; ++i) {
-      // +1 and -1 make truncation round down for the band of voxels just below 0 too; lower ones
-      // are outside
-      const float u = a[0] * x[i] + a[1] * y[i] + a[2] * z[i] + b0;
-      const float v = a[3] * x[i] + a[4] * y[i] + a[5] * z[i] + b1;
-      const float w = a[6] * x[i] + a[7] * y[i] + a[8] * z[i] + b2;
-      ix[i] = static_cast<std::int32_t>(u + 1.0F) - 1;
-      iy[i] = static_cast<std::int32_t>(v + 1.0F) - 1;
-      iz[i] = static_cast<std::int32_t>(w + 1.0F) - 1;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const GridIndex voxel{ix[i], iy[i], iz[i]};
-      const int value = voxmap_->Value(Field::kSurface, voxel);
-      found_[found_count_] = {static_cast<std::uint32_t>(begin + i), voxel, value};
-      found_count_ += value <= threshold ? 1U : 0U;
+  for (const PointSchedule::ContactBlock& contact : schedule_.contacts()) {
+    const PointBlocks::Block& block = blocks_->block(contact.block);
+    const Field field = FieldReadBy(block.label);
+    for (unsigned lanes = contact.lanes; lanes != 0; lanes &= lanes - 1) {
+      ++report.contact_points;
+      if (found_count_ == found_.size()) {
+        report.over_capacity = true;
+        continue;
+      }
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(lanes));
+      const GridIndex voxel = VoxelAt(schedule_.transform()(*blocks_, contact.block, lane));
+      found_[found_count_++] = {block.first + lane, voxel, voxmap_->Value(field, voxel)};
     }
   }
 }
@@ -92,13 +86,11 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
   Load map_V;
   for (std::size_t i = 0; i < found_count_; ++i) {
     const Found& found = found_[i];
-    if (found.value > 2 + force_layer_) continue;
-    ++report.contact_points;
     const Vec3 p = R_VS * shell_->point(found.point) + p_VS;
     const Vec3 n = R_VS * shell_->normal(found.point);
     const Vec3 centre =
         s * (Vec3(found.voxel.x, found.voxel.y, found.voxel.z) + Vec3::Constant(0.5));
-    const double depth = TangentPlaneDepth(p, centre, n, found.value, force_layer_, s);
+    const double depth = TangentPlaneDepth(p, centre, n, found.mark, schedule_.force_layer(), s);
     if (depth <= 0) continue;
     ++report.loaded_points;
     const Vec3 r_shell = p - p_VS;
@@ -129,26 +121,51 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   PairReport report;
   const Pose X_WV = map_body.X_WB * X_BV_;
   const Pose X_VS = X_WV.Inverse() * shell_body.X_WB;
-  if (!MayMeet(X_VS)) return report;
-  FindPoints(X_VS, 2 + force_layer_);
+  waiting_ += TravelSince(shell_body.X_WB, map_body.X_WB);
+  gap_ = Gap(X_VS);
+  // the broad phase: nothing can be in contact, so nothing is tested and the queues wait
+  if (gap_ > 0) return report;
+  schedule_.Test(X_VS, waiting_);
+  waiting_ = 0;
+  report.tests = schedule_.counts();
+  ListContacts(report);
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
   return report;
+}
+
+TestLoad ContactPair::load() const noexcept {
+  if (gap_ <= 0) return schedule_.Load();
+  TestLoad load;
+  load.bound = std::max(0.5 * voxmap_->voxel_size(), gap_);
+  return load;
 }
 
 PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {
   PoseReading reading;
   const Pose X_WV = map_body.X_WB * X_BV_;
   const Pose X_VS = X_WV.Inverse() * shell_body.X_WB;
-  if (!MayMeet(X_VS)) return reading;
-  FindPoints(X_VS, voxmap_->beyond() - 1);
-  for (std::size_t i = 0; i < found_count_; ++i) {
-    reading.nearest_voxels = std::min(reading.nearest_voxels, std::max(0, found_[i].value - 2));
-    reading.touching_points += found_[i].value <= 2 + force_layer_ ? 1 : 0;
-  }
+  if (Gap(X_VS) > 0) return reading;
+  const int threshold = 2 + schedule_.force_layer();
+  const VoxelTransform transform(X_VS, voxmap_->voxel_size(), 0);
   PairReport report;
+  found_count_ = 0;
+  for (std::size_t b = 0; b < blocks_->size(); ++b) {
+    const PointBlocks::Block& block = blocks_->block(b);
+    for (std::uint32_t lane = 0; lane < block.count; ++lane) {
+      const GridIndex voxel = VoxelAt(transform(*blocks_, b, lane));
+      const int surface = voxmap_->Value(Field::kSurface, voxel);
+      if (surface < voxmap_->beyond()) {
+        reading.nearest_voxels = std::min(reading.nearest_voxels, std::max(0, surface - 2));
+      }
+      reading.touching_points += surface <= threshold ? 1 : 0;
+      const int mark = voxmap_->Value(FieldReadBy(block.label), voxel);
+      if (mark > threshold) continue;
+      ++reading.contact_points;
+      if (found_count_ < found_.size()) found_[found_count_++] = {block.first + lane, voxel, mark};
+    }
+  }
   Load on_map;
   AddForces(X_VS, shell_body, map_body, X_WV, report, reading.on_shell, on_map);
-  reading.contact_points = report.contact_points;
   return reading;
 }
 

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "engine/base/load.h"
+#include "engine/contact/point_schedule.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/voxel/pointshell.h"
 #include "engine/voxel/voxmap.h"
@@ -19,8 +21,10 @@ struct BodyMotion {
 
 /// What a frame's test of a pair found.
 struct PairReport {
-  int contact_points = 0;  // marks <= 2 + layer, by the class rule
-  int loaded_points = 0;   // of these, below their tangent plane
+  int contact_points = 0;      // marks <= 2 + layer, by the class rule
+  int loaded_points = 0;       // of these, below their tangent plane
+  bool over_capacity = false;  // more contacts than can be held; the rest did not push
+  TestCounts tests;
 };
 
 /// What a single pose says, every point read (for `tandem contact`).
@@ -32,47 +36,70 @@ struct PoseReading {
   Load on_shell;
 };
 
+/// How a pair is tested.
+struct PairOptions {
+  int force_layer = 2;
+  ScheduleOptions schedule;
+};
+
 /// A pointshell body against a voxmap body (paper §2.1). All contact arithmetic lives in the
 /// voxmap's frame V; the sums go back to W. Equal and opposite: both bodies get the same force at
 /// the same places.
-///
-/// Every point is tested in every frame, and every point reads the surface field; the class rule
-/// and the schedule of paper §4 and §5 come with labels.
 class ContactPair {
  public:
-  /// `X_BV` places V in the voxmap's body. `shell` and `voxmap` must outlive the pair.
-  ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Pose& X_BV, int force_layer,
-              const ContactGains& gains);
+  /// `X_BV` places V in the voxmap's body; `map_radius` is the largest distance of that body's
+  /// surface from its frame's origin, m (0 for what never moves). `shell` and `voxmap` must outlive
+  /// the pair.
+  ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Pose& X_BV, double map_radius,
+              const PairOptions& options, const ContactGains& gains);
 
-  /// Tests all points and adds what contact puts on both bodies. Does not allocate.
+  /// Tests what has come due since the last call and adds what contact puts on both bodies. Does
+  /// not allocate.
   PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body, Load& on_shell,
                      Load& on_map) noexcept;
 
+  /// What the next frames' tests will cost, as of the last Collide() (paper §5, Eqn. 2).
+  TestLoad load() const noexcept;
+
+  /// Reads every point, whatever the schedule.
   PoseReading Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept;
 
   const Voxmap& voxmap() const noexcept { return *voxmap_; }
+  PointSchedule& schedule() noexcept { return schedule_; }
 
  private:
-  /// Whether any point may be within the map's box: the shell's ball against the box.
-  bool MayMeet(const Pose& X_VS) const noexcept;
-  /// Points whose voxel is marked at most `threshold`, with their marks, into found_.
-  void FindPoints(const Pose& X_VS, int threshold) noexcept;
-  void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
-                 const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) const noexcept;
-
   struct Found {
     std::uint32_t point;
     GridIndex voxel;
-    int value;
+    int mark;
   };
+
+  /// The most that surface points of the two bodies can have come nearer since the last call, m.
+  double TravelSince(const Pose& shell_WB, const Pose& map_WB) noexcept;
+  /// A lower bound of the way between the shell's points and the map's marks, m.
+  double Gap(const Pose& X_VS) const noexcept;
+  /// The points in contact, in found_; the rest of them are given up when it is full.
+  void ListContacts(PairReport& report) noexcept;
+  void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
+                 const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) const noexcept;
+
+  static constexpr std::size_t kMostContacts = 1 << 16;
 
   const Pointshell* shell_;
   const Voxmap* voxmap_;
   Pose X_BV_;
-  int force_layer_;
+  double map_radius_;
   ContactGains gains_;
-  std::vector<Found> found_;  // as large as the shell
+  std::unique_ptr<const PointBlocks> blocks_;
+  PointSchedule schedule_;
+  std::vector<Found> found_;
   std::size_t found_count_ = 0;
+
+  Pose shell_WB_;  // at the last call
+  Pose map_WB_;
+  bool placed_ = false;
+  double waiting_ = 0;  // m of travel that the schedule has not been told of: nothing was near
+  double gap_ = 0;      // m, at the last call
 };
 
 }  // namespace tandem

@@ -4,10 +4,6 @@
 
 namespace tandem {
 
-double TravelOf(const Vec3& translation, double angle, double radius) noexcept {
-  return translation.norm() + 2.0 * std::sin(0.5 * std::min(angle, M_PI)) * radius;
-}
-
 Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load& load,
                     double h) noexcept {
   const Mat3 R = state.X_WB.q.toRotationMatrix();

@@ -16,11 +16,6 @@ struct RigidState {
   Twist V_WB;
 };
 
-/// How far the farthest of a body's surface points goes when the body moves by translation t and
-/// turns by `angle` (paper §5; VPS.md §5.4): |t| + 2 sin(angle/2) r, r the largest distance of any
-/// point from the centre of mass. All in m and rad.
-double TravelOf(const Vec3& translation, double angle, double radius) noexcept;
-
 /// The twist over one linearly implicit step of length h (s): solves
 ///   (M + h D + h^2 K) dv = h (F - h K v)
 /// with the load's force F, stiffness K and damping D at the beginning of the step and the

@@ -166,6 +166,7 @@ Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
       shell.nx.push_back(static_cast<float>(n_B.x()));
       shell.ny.push_back(static_cast<float>(n_B.y()));
       shell.nz.push_back(static_cast<float>(n_B.z()));
+      shell.labels.push_back(Label::kVertex);
       box.Add(shell.point(group.first + i));
     }
     group.p_BC = box.centre();

@@ -25,11 +25,13 @@ struct Pointshell {
   double spacing = 0;             // voxel size of its voxelization, m
   std::vector<float> x, y, z;     // p_BP, m
   std::vector<float> nx, ny, nz;  // inward unit normals
+  std::vector<Label> labels;      // of their voxels
   std::vector<Chunk> chunks;
   double radius = 0;  // largest distance of a point from Bo, m
 
   std::size_t size() const noexcept { return x.size(); }
   Vec3 point(std::size_t i) const { return Vec3(x[i], y[i], z[i]); }
+  Label label(std::size_t i) const { return labels[i]; }
   Vec3 normal(std::size_t i) const { return Vec3(nx[i], ny[i], nz[i]); }
 };
 

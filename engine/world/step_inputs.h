@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/contact/point_schedule.h"
 #include "engine/dynamics/virtual_coupling.h"
 
 namespace tandem {
 
 inline constexpr std::size_t kMaxLinkAnchors = 8;
+inline constexpr double kDefaultCapacity = 1e5;  // of a frame of 1 ms, on slow processors too
 
 /// What moves a body in a frame.
 enum class BodyDrive : std::uint8_t {
@@ -35,6 +37,9 @@ struct StepInputs {
   };
 
   std::vector<BodyInput> bodies;
+  /// Point tests that fit into a frame (paper §5, nCapacity): an input, so that runs can be
+  /// repeated.
+  double capacity = kDefaultCapacity;
   Hand hand;
   std::size_t link_count = 0;  // all on the body that the hand holds
   std::array<Link, kMaxLinkAnchors> links{};
@@ -45,10 +50,12 @@ struct StepInputs {
 /// What a frame did.
 struct StepReport {
   static constexpr std::uint32_t kTravelLimited = 1;  // some body was held back
+  static constexpr std::uint32_t kOverCapacity = 2;   // MaxTravel is below its bound
 
   std::uint32_t flags = 0;
   int contact_points = 0;
   int loaded_points = 0;
+  TestCounts tests;
   Wrench hand_B_W;     // hand's coupling on the held body, as applied
   Wrench contact_B_W;  // contact on the held body, at the frame's start
   std::array<Wrench, kMaxLinkAnchors> links_B_W{};  // couplings to copies, as applied

@@ -1,10 +1,23 @@
 #include "engine/world/world.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "engine/base/check.h"
 
 namespace tandem {
+
+namespace {
+
+/// Voxels a frame where nothing is near: half a hyperchunk (paper fn. 3).
+constexpr double kFreeTravel = 32.0;
+
+/// Of its surface, from its frame's origin, m: points stand in the middles of surface voxels.
+double RadiusOf(const BodyModel& body) {
+  return body.points.radius + body.points.spacing;
+}
+
+}  // namespace
 
 World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model)) {
   const std::vector<BodyModel>& bodies = model_->bodies;
@@ -19,7 +32,8 @@ World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model))
     if (model_->has_fixture) {
       const Pose X_WV{Quat::Identity(), model_->fixture.p_WVo()};
       const ContactGains gains = gains_for(bodies[b].inertia.mass);
-      pairs_.push_back({{bodies[b].points, model_->fixture, X_WV, layer, gains}, body, -1});
+      pairs_.push_back(
+          {{bodies[b].points, model_->fixture, X_WV, 0, {.force_layer = layer}, gains}, body, -1});
     }
     // the body with fewer points is the pointshell, for speed (paper §2.1)
     for (std::size_t other = 0; other < b; ++other) {
@@ -28,7 +42,12 @@ World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model))
       const std::size_t map = smaller ? other : b;
       const ContactGains gains =
           gains_for(std::max(bodies[b].inertia.mass, bodies[other].inertia.mass));
-      pairs_.push_back({{bodies[shell].points, bodies[map].voxmap, bodies[map].X_BV, layer, gains},
+      pairs_.push_back({{bodies[shell].points,
+                         bodies[map].voxmap,
+                         bodies[map].X_BV,
+                         RadiusOf(bodies[map]),
+                         {.force_layer = layer},
+                         gains},
                         static_cast<int>(shell),
                         static_cast<int>(map)});
     }
@@ -43,48 +62,66 @@ void World::Place(std::size_t body, const Pose& X_WB) {
 const StepReport& World::Step(const StepInputs& in) noexcept {
   report_ = {};
   for (Body& body : bodies_) body.load = {};
-  ShareTravel(in);
   if (contact_on_) Collide(in);
+  ShareTravel(in);
   Couple(in);
   Move(in);
   return report_;
 }
 
 void World::ShareTravel(const StepInputs& in) noexcept {
-  // what shrinks a gap is what both bodies of a pair travel: half a voxel between them (paper §5)
-  const double bound = 0.5 * model_->scene.voxel_size;
-  for (Body& body : bodies_) body.max_travel = bound;
+  TestLoad load;
   for (const Pair& pair : pairs_) {
-    if (pair.map < 0) continue;
-    const auto shell = static_cast<std::size_t>(pair.shell);
-    const auto map = static_cast<std::size_t>(pair.map);
-    if (in.bodies[shell].drive == BodyDrive::kParked ||
-        in.bodies[map].drive == BodyDrive::kParked) {
+    if (Tested(pair, in)) load += pair.contact.load();
+  }
+  load.bound = std::numeric_limits<double>::infinity();
+  const double voxel = model_->scene.voxel_size;
+  const double affordable = MaxTravel(load, in.capacity, voxel);
+  if (affordable < 0.5 * voxel) report_.flags |= StepReport::kOverCapacity;
+  for (Body& body : bodies_) body.max_travel = std::min(affordable, kFreeTravel * voxel);
+  for (const Pair& pair : pairs_) {
+    const double travel = contact_on_ && Tested(pair, in)
+                              ? std::min(affordable, pair.contact.load().bound)
+                              : 0.5 * voxel;
+    Body& shell = bodies_[static_cast<std::size_t>(pair.shell)];
+    if (pair.map < 0) {
+      shell.max_travel = std::min(shell.max_travel, travel);
       continue;
     }
-    bodies_[shell].max_travel = std::min(bodies_[shell].max_travel, 0.5 * bound);
-    bodies_[map].max_travel = std::min(bodies_[map].max_travel, 0.5 * bound);
+    // what shrinks a gap is what both bodies of a pair travel: half each when both move
+    Body& map = bodies_[static_cast<std::size_t>(pair.map)];
+    const bool both = in.bodies[static_cast<std::size_t>(pair.shell)].drive != BodyDrive::kParked &&
+                      in.bodies[static_cast<std::size_t>(pair.map)].drive != BodyDrive::kParked;
+    const double share = both ? 0.5 * travel : travel;
+    shell.max_travel = std::min(shell.max_travel, share);
+    map.max_travel = std::min(map.max_travel, share);
   }
+}
+
+bool World::Tested(const Pair& pair, const StepInputs& in) const noexcept {
+  const auto simulated = [&](int body) {
+    return body >= 0 && in.bodies[static_cast<std::size_t>(body)].drive == BodyDrive::kSimulated;
+  };
+  return simulated(pair.shell) || simulated(pair.map);
 }
 
 void World::Collide(const StepInputs& in) noexcept {
   const BodyMotion fixture{};
   Load on_fixture;
   for (Pair& pair : pairs_) {
-    const auto shell = static_cast<std::size_t>(pair.shell);
-    const bool shell_simulated = in.bodies[shell].drive == BodyDrive::kSimulated;
-    const BodyMotion shell_motion{bodies_[shell].state.X_WB, bodies_[shell].state.V_WB};
+    if (!Tested(pair, in)) continue;
+    Body& shell = bodies_[static_cast<std::size_t>(pair.shell)];
+    const BodyMotion shell_motion{shell.state.X_WB, shell.state.V_WB};
     PairReport found;
     if (pair.map < 0) {
-      if (!shell_simulated) continue;
-      found = pair.contact.Collide(shell_motion, fixture, bodies_[shell].load, on_fixture);
+      found = pair.contact.Collide(shell_motion, fixture, shell.load, on_fixture);
     } else {
-      const auto map = static_cast<std::size_t>(pair.map);
-      if (!shell_simulated && in.bodies[map].drive != BodyDrive::kSimulated) continue;
-      const BodyMotion map_motion{bodies_[map].state.X_WB, bodies_[map].state.V_WB};
-      found =
-          pair.contact.Collide(shell_motion, map_motion, bodies_[shell].load, bodies_[map].load);
+      Body& map = bodies_[static_cast<std::size_t>(pair.map)];
+      found = pair.contact.Collide(shell_motion, {map.state.X_WB, map.state.V_WB}, shell.load,
+                                   map.load);
     }
+    report_.tests += found.tests;
+    if (found.over_capacity) report_.flags |= StepReport::kOverCapacity;
     report_.contact_points += found.contact_points;
     report_.loaded_points += found.loaded_points;
   }

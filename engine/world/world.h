@@ -41,6 +41,8 @@ class World {
   };
 
   void ShareTravel(const StepInputs& in) noexcept;
+  /// Whether a pair can push anything in this frame.
+  bool Tested(const Pair& pair, const StepInputs& in) const noexcept;
   void Collide(const StepInputs& in) noexcept;
   void Couple(const StepInputs& in) noexcept;
   void Move(const StepInputs& in) noexcept;

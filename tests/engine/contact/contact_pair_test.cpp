@@ -26,7 +26,7 @@ struct Setting {
       : voxmap(std::move(*Voxelize(map_mesh, {.voxel_size = s}))),
         shell(std::move(*MakePointshell(shell_mesh, Pose{}, {.spacing = s}))),
         X_BV{Quat::Identity(), voxmap.p_WVo()},
-        pair(shell, voxmap, X_BV, layer, gains) {}
+        pair(shell, voxmap, X_BV, 2.0, {.force_layer = layer}, gains) {}
 
   Voxmap voxmap;
   Pointshell shell;

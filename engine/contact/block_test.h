@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "engine/contact/point_blocks.h"
+#include "engine/voxel/voxmap.h"
+
+namespace tandem {
+
+/// Points to voxels: p in voxels of V = a p + b + d n, in single precision, always in the order
+/// ((a0 x + a1 y) + a2 z) + b, so that every processor finds the same voxel.
+struct VoxelTransform {
+  std::array<float, 9> a{};  // row by row; R_VS / voxel size
+  std::array<float, 3> b{};  // p_VS / voxel size
+  float displacement = 0;    // m, along the inward normals
+
+  VoxelTransform() = default;
+  VoxelTransform(const Pose& X_VS, double voxel_size, double displacement);
+
+  /// Where a point of the shell is, in voxels of V.
+  std::array<float, 3> operator()(const PointBlocks& blocks, std::size_t block,
+                                  std::size_t lane) const noexcept;
+};
+
+/// The voxel a place in voxels lies in.
+inline GridIndex VoxelAt(const std::array<float, 3>& p) noexcept {
+  const auto down = [](float x) {
+    const auto i = static_cast<std::int32_t>(x);
+    return i - (x < static_cast<float>(i) ? 1 : 0);
+  };
+  return {down(p[0]), down(p[1]), down(p[2])};
+}
+
+/// What the test of a block says.
+struct BlockReading {
+  std::uint16_t contacts = 0;  // lanes with a mark <= the threshold
+  std::uint8_t nearest = 0;    // least mark of its points, each read in its own field
+};
+
+/// Reads the marks of all points of the listed blocks, each in the field that its label reads
+/// (paper §4). Marks above 255 - 3 do not exist, so a byte holds them.
+void TestBlocks(const PointBlocks& blocks, const VoxelTransform& transform, const Voxmap& voxmap,
+                int threshold, std::span<const std::uint32_t> list,
+                BlockReading* readings) noexcept;
+
+}  // namespace tandem

@@ -1,0 +1,153 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tandem {
+
+/// How far a queue's cursor goes in a frame; 1 is all of its addresses.
+using Fraction = double;
+
+/// Addresses (blocks of points, or whole chunks) in queues by their distance to contact (paper §5;
+/// VPS.md §6). A queue is a bitmap over all addresses with an upper level of one bit per 64, so
+/// that stretches without a member cost nothing. An address stands in one queue, or in none
+/// (asleep).
+///
+///   upper  |0 1 0 0 1 ...|            one bit per leaf word, set iff any of its bits is
+///   leaf   |0000|0110|0000|0000|1000|  one bit per address
+///
+/// A queue's cursor runs over its range of addresses, not over its members: when it has gone once
+/// round, every address has been passed, whatever has moved between queues meanwhile. So a queue
+/// whose cursor advances by (travel made / allowance) of the range lets nothing wait for more
+/// travel than its allowance, which is what makes skipping safe (docs/decisions/0014-schedule.md).
+/// The range is cut into strips that are run through side by side, which evens out the load.
+///
+/// Used by one thread. Never allocates after construction.
+class DistanceQueues {
+ public:
+  static constexpr int kQueues = 16;
+  static constexpr int kAsleep = 255;
+
+  explicit DistanceQueues(std::size_t addresses);
+
+  std::size_t addresses() const noexcept { return queue_of_.size(); }
+  /// kAsleep when in none.
+  int queue_of(std::size_t address) const noexcept { return queue_of_[address]; }
+  std::size_t count(int queue) const noexcept { return counts_[At(queue)]; }
+  std::size_t awake() const noexcept;
+
+  /// Moves an address into a queue, from wherever it was.
+  void Put(std::size_t address, int queue) noexcept;
+  /// Takes an address out of its queue.
+  void Sleep(std::size_t address) noexcept;
+
+  /// Calls visit(address) for every member.
+  template <typename Visit>
+  void VisitAll(int queue, const Visit& visit) const {
+    VisitRange(queue, 0, addresses(), visit);
+  }
+
+  /// Advances the queue's cursor by a fraction of its range and calls visit(address) for every
+  /// member that it passes. The members must not change queue within.
+  template <typename Visit>
+  void Sweep(int queue, Fraction advance, const Visit& visit) {
+    if (advance <= 0) return;
+    const Fraction from = cursors_[At(queue)];
+    const bool all = advance >= 1.0;
+    const Fraction to = all ? from : from + advance;
+    cursors_[At(queue)] = to >= 1.0 ? to - 1.0 : to;
+    if (counts_[At(queue)] == 0) return;
+    if (all) {
+      VisitAll(queue, visit);
+      return;
+    }
+    for (std::size_t strip = 0; strip < kStrips; ++strip) {
+      const std::size_t begin = addresses() * strip / kStrips;
+      const std::size_t end = addresses() * (strip + 1) / kStrips;
+      const auto length = static_cast<Fraction>(end - begin);
+      // an address is passed when the cursor passes its lower end
+      const auto first = begin + CeilOf(from * length);
+      if (to < 1.0) {
+        VisitRange(queue, first, std::min(end, begin + CeilOf(to * length)), visit);
+      } else {
+        VisitRange(queue, first, end, visit);
+        VisitRange(queue, begin, std::min(end, begin + CeilOf((to - 1.0) * length)), visit);
+      }
+    }
+  }
+
+  /// Calls visit(address) for the next `count` members, round robin: the printed rule (paper §5,
+  /// Eqn. 3).
+  template <typename Visit>
+  void VisitNext(int queue, std::size_t count, const Visit& visit) {
+    count = std::min(count, counts_[At(queue)]);
+    std::size_t& next = next_[At(queue)];
+    while (count > 0) {
+      if (next >= addresses()) next = 0;
+      const std::size_t word = next >> 6;
+      const std::uint64_t rest = Leaf(queue, word) & (~std::uint64_t{0} << (next & 63));
+      if (rest == 0) {
+        next = (word + 1) << 6;
+        continue;
+      }
+      const auto address = (word << 6) + static_cast<std::size_t>(std::countr_zero(rest));
+      visit(address);
+      next = address + 1;
+      --count;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kStrips = 32;
+
+  static std::size_t At(int queue) noexcept { return static_cast<std::size_t>(queue); }
+  static std::size_t CeilOf(double x) noexcept {
+    const auto down = static_cast<std::size_t>(x);
+    return down + (static_cast<double>(down) < x ? 1 : 0);
+  }
+  std::uint64_t& Leaf(int queue, std::size_t word) noexcept {
+    return leaves_[At(queue) * words_ + word];
+  }
+  std::uint64_t Leaf(int queue, std::size_t word) const noexcept {
+    return leaves_[At(queue) * words_ + word];
+  }
+
+  /// The members with first <= address < last.
+  template <typename Visit>
+  void VisitRange(int queue, std::size_t first, std::size_t last, const Visit& visit) const {
+    if (first >= last) return;
+    const std::uint64_t* upper = &uppers_[At(queue) * upper_words_];
+    const std::size_t first_word = first >> 6;
+    const std::size_t last_word = (last - 1) >> 6;
+    for (std::size_t u = first_word >> 6; u <= last_word >> 6; ++u) {
+      for (std::uint64_t any = upper[u]; any != 0; any &= any - 1) {
+        const std::size_t word = (u << 6) + static_cast<std::size_t>(std::countr_zero(any));
+        if (word < first_word) continue;
+        if (word > last_word) return;
+        std::uint64_t bits = Leaf(queue, word);
+        if (word == first_word) bits &= ~std::uint64_t{0} << (first & 63);
+        if (word == last_word) bits &= ~std::uint64_t{0} >> (63 - ((last - 1) & 63));
+        for (; bits != 0; bits &= bits - 1) {
+          visit((word << 6) + static_cast<std::size_t>(std::countr_zero(bits)));
+        }
+      }
+    }
+  }
+
+  void Clear(std::size_t address, int queue) noexcept;
+
+  std::size_t words_;
+  std::size_t upper_words_;
+  std::vector<std::uint64_t> leaves_;
+  std::vector<std::uint64_t> uppers_;
+  std::vector<std::uint8_t> queue_of_;
+  std::array<std::size_t, kQueues> counts_{};
+  std::array<Fraction, kQueues> cursors_{};
+  std::array<std::size_t, kQueues> next_{};
+};
+
+}  // namespace tandem

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/voxel/pointshell.h"
+#include "engine/voxel/voxmap.h"
+
+namespace tandem {
+
+/// A pointshell as the frame's tests read it: blocks of 16 points of one chunk and one label, each
+/// three whole cache lines. A block is the unit that is scheduled: its points lie within a few
+/// voxels of one another, so they come due together, and one vector instruction works on all of
+/// them.
+///
+///   block | x 16 floats | y 16 floats | z 16 floats |    m, in the body's frame
+///
+/// Lanes past a block's count repeat its first point.
+class PointBlocks {
+ public:
+  static constexpr std::size_t kLanes = 16;
+  struct alignas(64) Lanes {
+    std::array<float, kLanes> x;
+    std::array<float, kLanes> y;
+    std::array<float, kLanes> z;
+  };
+  struct Block {
+    std::uint32_t first = 0;  // point of the pointshell; its others follow
+    std::uint32_t chunk = 0;
+    Vec3 p_BC = Vec3::Zero();  // centre, m
+    double radius = 0;         // of the ball round it that holds its points, m
+    std::uint8_t count = 0;
+    Label label = Label::kSurface;
+  };
+  /// The blocks [first_block, first_block + block_count) of a chunk of the pointshell.
+  struct Chunk {
+    std::uint32_t first_block = 0;
+    std::uint32_t block_count = 0;
+    Vec3 p_BC = Vec3::Zero();
+    double radius = 0;
+  };
+
+  explicit PointBlocks(const Pointshell& shell);
+
+  std::size_t size() const noexcept { return blocks_.size(); }
+  const Block& block(std::size_t b) const noexcept { return blocks_[b]; }
+  const std::vector<Chunk>& chunks() const noexcept { return chunks_; }
+  const Lanes* positions() const noexcept { return positions_.data(); }
+  const Lanes* normals() const noexcept { return normals_.data(); }
+  const Field* fields() const noexcept { return fields_.data(); }  // that each block reads
+
+ private:
+  std::vector<Block> blocks_;
+  std::vector<Chunk> chunks_;
+  std::vector<Lanes> positions_;
+  std::vector<Lanes> normals_;
+  std::vector<Field> fields_;
+};
+
+}  // namespace tandem

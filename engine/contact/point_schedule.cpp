@@ -1,0 +1,211 @@
+#include "engine/contact/point_schedule.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/check.h"
+
+namespace tandem {
+
+PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, int force_layer,
+                             const ScheduleOptions& options)
+    : blocks_(&blocks),
+      voxmap_(&voxmap),
+      options_(options),
+      s_(voxmap.voxel_size()),
+      range_(voxmap.range()),
+      layer_(force_layer),
+      blocks_in_(blocks.size()),
+      chunks_in_(blocks.chunks().size()),
+      open_(blocks.chunks().size(), 0),
+      due_(blocks.size()),
+      readings_(blocks.size()),
+      contacts_(blocks.size()),
+      lookups_(options.drift ? blocks.size() : 0),
+      history_(options.drift ? kHistory : 0),
+      changes_(options.drift ? kHistory : 0) {
+  TANDEM_CHECK(force_layer >= 0 && force_layer <= std::max(0, range_ - 2));
+  // where all stand is not known yet: the first Test() finds out
+  for (std::size_t c = 0; c < open_.size(); ++c) {
+    if (options_.chunks) {
+      chunks_in_.Put(c, 0);
+      continue;
+    }
+    open_[c] = 1;
+  }
+  if (!options_.chunks) {
+    for (std::size_t b = 0; b < blocks.size(); ++b) blocks_in_.Put(b, 0);
+  }
+}
+
+void PointSchedule::SetForceLayer(int layer) noexcept {
+  TANDEM_CHECK(layer >= 0 && layer <= std::max(0, range_ - 2));
+  // a thicker layer comes nearer as a body would; a thinner one leaves more room than is known
+  owed_ += std::max(0, layer - layer_) * s_;
+  layer_ = layer;
+}
+
+void PointSchedule::SetDisplacement(double metres) noexcept {
+  owed_ += std::abs(metres - displacement_);
+  displacement_ = metres;
+  oldest_ = frame_ + 1;
+}
+
+double PointSchedule::Allowance(int queue) const noexcept {
+  return std::max(0.0, queue - 1 - kRounding);
+}
+
+int PointSchedule::QueueOf(int mark) const noexcept {
+  return std::clamp(mark - 2 - layer_, 0, highest_queue());
+}
+
+void PointSchedule::TestChunk(std::size_t c, const Pose& X_VS) noexcept {
+  const PointBlocks::Chunk& chunk = blocks_->chunks()[c];
+  const double radius = (chunk.radius + std::abs(displacement_)) / s_ + kRounding;
+  const Vec3 p = X_VS * chunk.p_BC / (kChunkSide * s_);
+  const GridIndex at{static_cast<std::int32_t>(std::floor(p.x())),
+                     static_cast<std::int32_t>(std::floor(p.y())),
+                     static_cast<std::int32_t>(std::floor(p.z()))};
+  const int distance = voxmap_->ChunkValue(at) - 2;
+  // certain for every point of the chunk, to the force layer
+  const double gap = kChunkSide * (distance - 1) + range_ - layer_ - radius;
+  ++counts_.chunks;
+  if (open_[c] == 0 && kChunkSide * (distance - 1) < radius) {
+    open_[c] = 1;
+    const int queue = std::clamp(static_cast<int>(std::floor(gap)) + 1, 0, highest_queue());
+    for (std::uint32_t b = chunk.first_block; b < chunk.first_block + chunk.block_count; ++b) {
+      blocks_in_.Put(b, queue);
+      if (options_.drift) lookups_[b].frame = 0;
+    }
+  } else if (open_[c] != 0 && kChunkSide * (distance - 2) >= radius) {
+    open_[c] = 0;
+    for (std::uint32_t b = chunk.first_block; b < chunk.first_block + chunk.block_count; ++b) {
+      blocks_in_.Sleep(b);
+    }
+  }
+  // an open chunk is looked at once per chunk of travel, to see it leave: late does no harm
+  const double allowance = open_[c] != 0 ? kChunkSide : gap - 2.0;
+  chunks_in_.Put(c, std::clamp(static_cast<int>(allowance / kChunkUnit), 0, 15));
+}
+
+void PointSchedule::TestChunks(const Pose& X_VS, double travel_voxels) noexcept {
+  if (!options_.chunks) return;
+  due_count_ = 0;
+  const auto note = [this](std::size_t c) {
+    due_[due_count_++] = static_cast<std::uint32_t>(c);
+  };
+  chunks_in_.VisitAll(0, note);
+  for (int q = 1; q < DistanceQueues::kQueues; ++q) {
+    chunks_in_.Sweep(q, travel_voxels / (kChunkUnit * q), note);
+  }
+  for (std::size_t k = 0; k < due_count_; ++k) TestChunk(due_[k], X_VS);
+}
+
+void PointSchedule::CollectDue(double travel_voxels) noexcept {
+  due_count_ = 0;
+  const auto note = [this](std::size_t b) {
+    due_[due_count_++] = static_cast<std::uint32_t>(b);
+  };
+  const int mandatory = options_.coherence ? 1 : DistanceQueues::kQueues - 1;
+  for (int q = 0; q <= mandatory; ++q) blocks_in_.VisitAll(q, note);
+  for (int q = mandatory + 1; q < DistanceQueues::kQueues; ++q) {
+    blocks_in_.Sweep(q, travel_voxels / Allowance(q), note);
+  }
+}
+
+void PointSchedule::Remember(const VoxelTransform& transform) noexcept {
+  ++frame_;
+  history_[frame_ % kHistory] = transform;
+}
+
+bool PointSchedule::StillFar(std::uint32_t b) noexcept {
+  const Lookup& lookup = lookups_[b];
+  if (lookup.frame < oldest_ || frame_ - lookup.frame >= kHistory) return false;
+  // what has changed since that frame is the same for all blocks looked up in it
+  Change& change = changes_[lookup.frame % kHistory];
+  if (change.frame != frame_) {
+    const VoxelTransform& then = history_[lookup.frame % kHistory];
+    float square = 0;
+    for (std::size_t k = 0; k < 9; ++k) {
+      change.a[k] = transform_.a[k] - then.a[k];
+      square += change.a[k] * change.a[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k) change.b[k] = transform_.b[k] - then.b[k];
+    change.turn = std::sqrt(square);
+    change.frame = frame_;
+  }
+  const PointBlocks::Block& block = blocks_->block(b);
+  const auto& a = change.a;
+  const auto x = static_cast<float>(block.p_BC.x());
+  const auto y = static_cast<float>(block.p_BC.y());
+  const auto z = static_cast<float>(block.p_BC.z());
+  const float dx = a[0] * x + a[1] * y + a[2] * z + change.b[0];
+  const float dy = a[3] * x + a[4] * y + a[5] * z + change.b[1];
+  const float dz = a[6] * x + a[7] * y + a[8] * z + change.b[2];
+  const double drift = std::sqrt(dx * dx + dy * dy + dz * dz) +
+                       change.turn * static_cast<float>(block.radius) + 4 * kRounding;
+  const double gap = QueueOf(lookup.mark) - 1 - drift;
+  if (gap < 2.0) return false;  // queue 2 or nearer
+  blocks_in_.Put(b, std::min(static_cast<int>(gap) + 1, highest_queue()));
+  counts_.drifted += block.count;
+  return true;
+}
+
+void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
+  counts_ = {};
+  contact_count_ = 0;
+  const double travel_voxels = (travel + owed_) / s_ * (1 + 1e-9);
+  owed_ = 0;
+  transform_ = VoxelTransform(X_VS, s_, displacement_);
+  TestChunks(X_VS, travel_voxels);
+  CollectDue(travel_voxels);
+  if (options_.drift) {
+    Remember(transform_);
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < due_count_; ++k) {
+      const std::uint32_t b = due_[k];
+      if (blocks_in_.queue_of(b) > 1 && StillFar(b)) continue;
+      due_[kept++] = b;
+    }
+    due_count_ = kept;
+  }
+  TestBlocks(*blocks_, transform_, *voxmap_, 2 + layer_, {due_.data(), due_count_},
+             readings_.data());
+  for (std::size_t k = 0; k < due_count_; ++k) {
+    const std::uint32_t b = due_[k];
+    const BlockReading& reading = readings_[k];
+    counts_.looked_up += blocks_->block(b).count;
+    blocks_in_.Put(b, QueueOf(reading.nearest));
+    if (options_.drift) lookups_[b] = {frame_, reading.nearest};
+    if (reading.contacts != 0) contacts_[contact_count_++] = {b, reading.contacts};
+  }
+  std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(contact_count_),
+            [](const ContactBlock& a, const ContactBlock& b) {
+              return a.block < b.block;
+            });
+}
+
+TestLoad PointSchedule::Load() const noexcept {
+  TestLoad load;
+  load.bound = 0.5 * s_;
+  constexpr double kPerBlock = PointBlocks::kLanes;
+  if (!options_.coherence) {
+    load.mandatory = kPerBlock * static_cast<double>(blocks_in_.awake());
+  } else {
+    load.mandatory = kPerBlock * static_cast<double>(blocks_in_.count(0) + blocks_in_.count(1));
+    for (int q = 2; q < DistanceQueues::kQueues; ++q) {
+      load.per_metre += kPerBlock * static_cast<double>(blocks_in_.count(q)) / (Allowance(q) * s_);
+    }
+  }
+  load.mandatory += static_cast<double>(chunks_in_.count(0));
+  for (int q = DistanceQueues::kQueues - 1; q >= 1; --q) {
+    if (chunks_in_.count(q) == 0) continue;
+    load.per_metre += static_cast<double>(chunks_in_.count(q)) / (kChunkUnit * q * s_);
+    // no block awake: as far as the nearest whole chunk allows (paper fn. 3)
+    if (blocks_in_.awake() == 0) load.bound = std::min(32.0, kChunkUnit * q) * s_;
+  }
+  if (chunks_in_.count(0) > 0) load.bound = 0.5 * s_;
+  return load;
+}
+
+}  // namespace tandem
