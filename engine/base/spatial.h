@@ -8,6 +8,7 @@
 namespace tandem {
 
 using Vec3 = Eigen::Vector3d;
+using Vec3f = Eigen::Vector3f;
 using Mat3 = Eigen::Matrix3d;
 using Quat = Eigen::Quaterniond;
 using Vec6 = Eigen::Matrix<double, 6, 1>;  // moments or angular parts first, as in Wrench and Twist

@@ -31,7 +31,14 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       gains_(gains),
       blocks_(std::make_unique<const PointBlocks>(shell)),
       schedule_(*blocks_, voxmap, options.force_layer, options.schedule),
-      found_(std::min(shell.size(), kMostContacts)) {}
+      candidates_(std::min(shell.size(), kMostCandidates)) {
+  if (options.details != nullptr) {
+    refined_ =
+        std::make_unique<RefinedContacts>(shell, voxmap, *options.details, candidates_.size());
+  }
+  contacts_.resize(refined_ != nullptr ? RefinedContacts::RoomFor(candidates_.size())
+                                       : candidates_.size());
+}
 
 double ContactPair::TravelSince(const Pose& shell_WB, const Pose& map_WB) noexcept {
   double travel = std::numeric_limits<double>::infinity();
@@ -52,28 +59,35 @@ double ContactPair::Gap(const Pose& X_VS) const noexcept {
   return (X_VS.p - nearest).norm() - shell_->radius;
 }
 
-void ContactPair::ListContacts(PairReport& report) noexcept {
-  found_count_ = 0;
-  for (const PointSchedule::ContactBlock& contact : schedule_.contacts()) {
-    const PointBlocks::Block& block = blocks_->block(contact.block);
-    const Field field = FieldReadBy(block.label);
-    for (unsigned lanes = contact.lanes; lanes != 0; lanes &= lanes - 1) {
-      ++report.contact_points;
-      if (found_count_ == found_.size()) {
-        report.over_capacity = true;
-        continue;
-      }
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(lanes));
-      const GridIndex voxel = VoxelAt(schedule_.transform()(*blocks_, contact.block, lane));
-      found_[found_count_++] = {block.first + lane, voxel, voxmap_->Value(field, voxel)};
-    }
+void ContactPair::AddCandidate(const Pose& X_VS, std::size_t block_number, std::uint32_t lane,
+                               const GridIndex& voxel, int mark, PairReport& report) noexcept {
+  ++report.contact_points;
+  if (candidate_count_ == candidates_.size()) {
+    report.over_capacity = true;
+    return;
   }
+  const PointBlocks::Block& block = blocks_->block(block_number);
+  const std::uint32_t point = block.first + lane;
+  Candidate& candidate = candidates_[candidate_count_++];
+  candidate.edge = block.first_edge + lane;
+  candidate.label = block.label;
+  candidate.mark = mark;
+  candidate.voxel_V = voxel;
+  candidate.nhat_V = X_VS.q * shell_->normal(point);
+  candidate.p_V = X_VS * shell_->point(point) + schedule_.displacement() * candidate.nhat_V;
 }
 
 void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
                             const BodyMotion& map_body, const Pose& X_WV, PairReport& report,
-                            Load& on_shell, Load& on_map) const noexcept {
-  const double s = voxmap_->voxel_size();
+                            Load& on_shell, Load& on_map) noexcept {
+  contact_count_ = 0;
+  if (candidate_count_ == 0) return;
+  const Mat3 R_VS = X_VS.q.toRotationMatrix();
+  const std::span<const Candidate> candidates(candidates_.data(), candidate_count_);
+  const int layer = schedule_.force_layer();
+  contact_count_ = refined_ != nullptr
+                       ? refined_->Find(candidates, R_VS, layer, contacts_.data())
+                       : FindPlainContacts(candidates, *voxmap_, layer, contacts_.data());
   const Quat q_VW = X_WV.q.conjugate();
   const Vec3 p_VS = X_VS.p;                            // shell body's centre of mass
   const Vec3 p_VM = X_WV.Inverse() * map_body.X_WB.p;  // voxmap body's
@@ -81,33 +95,30 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
   const Vec3 v_shell = q_VW * shell_body.V_WB.v;
   const Vec3 w_map = q_VW * map_body.V_WB.w;
   const Vec3 v_map = q_VW * map_body.V_WB.v;
-  const Mat3 R_VS = X_VS.q.toRotationMatrix();
   Load shell_V;
   Load map_V;
-  for (std::size_t i = 0; i < found_count_; ++i) {
-    const Found& found = found_[i];
-    const Vec3 p = R_VS * shell_->point(found.point) + p_VS;
-    const Vec3 n = R_VS * shell_->normal(found.point);
-    const Vec3 centre =
-        s * (Vec3(found.voxel.x, found.voxel.y, found.voxel.z) + Vec3::Constant(0.5));
-    const double depth = TangentPlaneDepth(p, centre, n, found.mark, schedule_.force_layer(), s);
-    if (depth <= 0) continue;
+  for (std::size_t i = 0; i < contact_count_; ++i) {
+    const Vec3& p = contacts_[i].p_V;
+    const Vec3& n = contacts_[i].nhat_V;
+    const double depth = contacts_[i].depth;
     ++report.loaded_points;
     const Vec3 r_shell = p - p_VS;
     const Vec3 r_map = p - p_VM;
     const double approach = -n.dot(v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(r_map));
     // contact pushes and never pulls, however fast the point leaves
-    const double force = std::max(0.0, gains_.stiffness * depth + gains_.damping * approach);
+    const double stiffness = ContactStiffness(gains_.stiffness, depth, voxmap_->voxel_size());
+    const double pressed = ContactForce(gains_.stiffness, depth, voxmap_->voxel_size());
+    const double force = std::max(0.0, pressed + gains_.damping * approach);
     const double damping = force > 0 ? gains_.damping : 0.0;
     Vec6 along_shell;  // the generalized direction of a unit force on the point
     along_shell << r_shell.cross(n), n;
     Vec6 along_map;
     along_map << r_map.cross(n), n;
     shell_V.force += force * along_shell;
-    shell_V.stiffness += gains_.stiffness * along_shell * along_shell.transpose();
+    shell_V.stiffness += stiffness * along_shell * along_shell.transpose();
     shell_V.damping += damping * along_shell * along_shell.transpose();
     map_V.force -= force * along_map;
-    map_V.stiffness += gains_.stiffness * along_map * along_map.transpose();
+    map_V.stiffness += stiffness * along_map * along_map.transpose();
     map_V.damping += damping * along_map * along_map.transpose();
   }
   if (report.loaded_points == 0) return;
@@ -128,7 +139,15 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   schedule_.Test(X_VS, waiting_);
   waiting_ = 0;
   report.tests = schedule_.counts();
-  ListContacts(report);
+  candidate_count_ = 0;
+  for (const PointSchedule::ContactBlock& contact : schedule_.contacts()) {
+    const Field field = blocks_->fields()[contact.block];
+    for (unsigned lanes = contact.lanes; lanes != 0; lanes &= lanes - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(lanes));
+      const GridIndex voxel = VoxelAt(schedule_.transform()(*blocks_, contact.block, lane));
+      AddCandidate(X_VS, contact.block, lane, voxel, voxmap_->Value(field, voxel), report);
+    }
+  }
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
   return report;
 }
@@ -148,7 +167,7 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
   const int threshold = 2 + schedule_.force_layer();
   const VoxelTransform transform(X_VS, voxmap_->voxel_size(), 0);
   PairReport report;
-  found_count_ = 0;
+  candidate_count_ = 0;
   for (std::size_t b = 0; b < blocks_->size(); ++b) {
     const PointBlocks::Block& block = blocks_->block(b);
     for (std::uint32_t lane = 0; lane < block.count; ++lane) {
@@ -159,13 +178,12 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
       }
       reading.touching_points += surface <= threshold ? 1 : 0;
       const int mark = voxmap_->Value(FieldReadBy(block.label), voxel);
-      if (mark > threshold) continue;
-      ++reading.contact_points;
-      if (found_count_ < found_.size()) found_[found_count_++] = {block.first + lane, voxel, mark};
+      if (mark <= threshold) AddCandidate(X_VS, b, lane, voxel, mark, report);
     }
   }
   Load on_map;
   AddForces(X_VS, shell_body, map_body, X_WV, report, reading.on_shell, on_map);
+  reading.contact_points = report.contact_points;
   return reading;
 }
 

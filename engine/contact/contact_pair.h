@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/load.h"
+#include "engine/contact/contact_model.h"
 #include "engine/contact/point_schedule.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/voxel/pointshell.h"
@@ -36,9 +37,12 @@ struct PoseReading {
   Load on_shell;
 };
 
-/// How a pair is tested.
+/// How a pair is tested, and what its contacts do.
 struct PairOptions {
   int force_layer = 2;
+  /// With these the refined model, on a pointshell whose points stand on features; without them the
+  /// plain one. Must outlive the pair.
+  const SurfaceDetails* details = nullptr;
   ScheduleOptions schedule;
 };
 
@@ -65,25 +69,23 @@ class ContactPair {
   PoseReading Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept;
 
   const Voxmap& voxmap() const noexcept { return *voxmap_; }
+  /// Where the bodies pushed each other in the last Collide() or Read().
+  std::span<const Contact> contacts() const noexcept { return {contacts_.data(), contact_count_}; }
   PointSchedule& schedule() noexcept { return schedule_; }
 
  private:
-  struct Found {
-    std::uint32_t point;
-    GridIndex voxel;
-    int mark;
-  };
-
   /// The most that surface points of the two bodies can have come nearer since the last call, m.
   double TravelSince(const Pose& shell_WB, const Pose& map_WB) noexcept;
   /// A lower bound of the way between the shell's points and the map's marks, m.
   double Gap(const Pose& X_VS) const noexcept;
-  /// The points in contact, in found_; the rest of them are given up when it is full.
-  void ListContacts(PairReport& report) noexcept;
+  /// A point for candidates_; the rest of them are given up when it is full.
+  void AddCandidate(const Pose& X_VS, std::size_t block, std::uint32_t lane, const GridIndex& voxel,
+                    int mark, PairReport& report) noexcept;
+  /// What the candidates come to.
   void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
-                 const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) const noexcept;
+                 const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) noexcept;
 
-  static constexpr std::size_t kMostContacts = 1 << 16;
+  static constexpr std::size_t kMostCandidates = 1 << 14;
 
   const Pointshell* shell_;
   const Voxmap* voxmap_;
@@ -92,8 +94,11 @@ class ContactPair {
   ContactGains gains_;
   std::unique_ptr<const PointBlocks> blocks_;
   PointSchedule schedule_;
-  std::vector<Found> found_;
-  std::size_t found_count_ = 0;
+  std::unique_ptr<RefinedContacts> refined_;
+  std::vector<Candidate> candidates_;
+  std::size_t candidate_count_ = 0;
+  std::vector<Contact> contacts_;
+  std::size_t contact_count_ = 0;
 
   Pose shell_WB_;  // at the last call
   Pose map_WB_;

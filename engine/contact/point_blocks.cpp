@@ -18,7 +18,8 @@ PointBlocks::PointBlocks(const Pointshell& shell) {
       while (last < end && last - first < kLanes && shell.label(last) == shell.label(first)) ++last;
       Block block;
       block.first = first;
-      block.chunk = static_cast<std::uint32_t>(chunks_.size());
+      block.first_edge = chunk.first_edge + (first - chunk.first) -
+                         chunk.labels[static_cast<std::size_t>(Label::kVertex)];
       block.count = static_cast<std::uint8_t>(last - first);
       block.label = shell.label(first);
       Lanes position;

@@ -27,10 +27,10 @@ class PointBlocks {
     std::array<float, kLanes> z;
   };
   struct Block {
-    std::uint32_t first = 0;  // point of the pointshell; its others follow
-    std::uint32_t chunk = 0;
-    Vec3 p_BC = Vec3::Zero();  // centre, m
-    double radius = 0;         // of the ball round it that holds its points, m
+    std::uint32_t first = 0;       // point of the pointshell; its others follow
+    std::uint32_t first_edge = 0;  // into Pointshell::edges, of an edge block with such
+    Vec3 p_BC = Vec3::Zero();      // centre, m
+    double radius = 0;             // of the ball round it that holds its points, m
     std::uint8_t count = 0;
     Label label = Label::kSurface;
   };

@@ -72,6 +72,7 @@ class PointSchedule {
   void SetForceLayer(int layer) noexcept;
   /// Shifts all points along their inward normals by `metres` from now on; counts as travel.
   void SetDisplacement(double metres) noexcept;
+  double displacement() const noexcept { return displacement_; }
 
   const DistanceQueues& block_queues() const noexcept { return blocks_in_; }
   const DistanceQueues& chunk_queues() const noexcept { return chunks_in_; }

@@ -22,6 +22,18 @@ inline ContactGains DefaultContactGains(double voxel_size, double mass, double h
   return {stiffness, 2.0 * std::sqrt(stiffness * mass)};
 }
 
+/// The force of a contact at a depth (m): K d, and harder the deeper, so that one point of a body
+/// that is pulled with hundreds of newtons still stops within two voxels.
+inline double ContactForce(double stiffness, double depth, double voxel_size) noexcept {
+  const double x = std::min(depth / voxel_size, 3.0);
+  return stiffness * depth * (1.0 + 8.0 * x * x * x);
+}
+/// Its derivative by the depth.
+inline double ContactStiffness(double stiffness, double depth, double voxel_size) noexcept {
+  const double x = std::min(depth / voxel_size, 3.0);
+  return stiffness * (1.0 + (x < 3.0 ? 32.0 : 8.0) * x * x * x);
+}
+
 /// How far a point has gone below the tangent plane (paper §2.1, Figure 2; VPS.md §4.5), m; above
 /// it negative. The plane passes through the centre of the voxel that the point is in,
 /// perpendicular to the point's own normal `nhat`, which points into its body, away from what it

@@ -2,172 +2,191 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
+#include <limits>
 
 #include <tbb/parallel_for.h>
 
 #include "engine/base/hash.h"
 #include "engine/voxel/surface_voxels.h"
+#include "engine/voxel/voxel_surface.h"
 #include "engine/voxel/voxelize.h"
 
 namespace tandem {
 
 namespace {
 
-/// Of the summed areas: when the mean normal is shorter, the facets face several ways (VPS.md
-/// §3.2).
-constexpr double kThinSheet = 0.3;
-
-/// A triangle cut to a box has at most nine corners.
-struct Polygon {
-  std::array<Vec3, 10> corners;
-  std::size_t count = 0;
+/// A point on its way into a shell; lengths in voxels, axes of W.
+struct ShellPoint {
+  GridIndex voxel;
+  Label label = Label::kSurface;
+  Vec3 place = Vec3::Zero();   // from W's origin
+  Vec3 inward = Vec3::Zero();  // unit normal
+  Vec3 tangent = Vec3::Zero();
+  double half_length = 0;
 };
 
-/// Cuts away what lies beyond `limit` along an axis; `side` +1 keeps the lower part, -1 the upper.
-void Clip(Polygon& polygon, int axis, double limit, double side) {
-  Polygon kept;
-  for (std::size_t i = 0; i < polygon.count; ++i) {
-    const Vec3& a = polygon.corners[i];
-    const Vec3& b = polygon.corners[(i + 1) % polygon.count];
-    const double da = side * (limit - a[axis]);
-    const double db = side * (limit - b[axis]);
-    if (da >= 0) kept.corners[kept.count++] = a;
-    if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
-      kept.corners[kept.count++] = a + da / (da - db) * (b - a);
-    }
-  }
-  polygon = kept;
-}
-
-/// Twice the area vector of a triangle's part within the unit cell at `cell`, in voxel units.
-Vec3 ClippedArea(const std::array<Vec3, 3>& triangle, const Vec3& cell) {
-  Polygon polygon;
-  polygon.count = 3;
-  std::copy(triangle.begin(), triangle.end(), polygon.corners.begin());
-  for (int axis = 0; axis < 3; ++axis) {
-    Clip(polygon, axis, cell[axis], -1.0);
-    Clip(polygon, axis, cell[axis] + 1.0, 1.0);
-  }
-  Vec3 area = Vec3::Zero();
-  for (std::size_t i = 2; i < polygon.count; ++i) {
-    area += (polygon.corners[i - 1] - polygon.corners[0])
-                .cross(polygon.corners[i] - polygon.corners[0]);
-  }
-  return area;
-}
-
-/// The inward normals of a voxel's points: one, or one a side where its facets face apart.
-std::vector<Vec3> InwardNormals(const std::vector<Vec3>& outward_areas) {
-  Vec3 sum = Vec3::Zero();
-  double total = 0;
-  for (const Vec3& area : outward_areas) {
-    sum += area;
-    total += area.norm();
-  }
-  if (total <= 0) return {};
-  if (sum.norm() >= kThinSheet * total) return {-sum.normalized()};
-  // largest first, each to the first cluster within 90 degrees
-  std::vector<Vec3> ordered = outward_areas;
-  std::stable_sort(ordered.begin(), ordered.end(), [](const Vec3& a, const Vec3& b) {
-    return a.squaredNorm() > b.squaredNorm();
+/// By label, the vertices first, and then so that neighbours stand together.
+void Order(std::vector<ShellPoint>& points) {
+  std::stable_sort(points.begin(), points.end(), [](const ShellPoint& a, const ShellPoint& b) {
+    if (a.label != b.label) return a.label > b.label;
+    return MortonCode(a.voxel) < MortonCode(b.voxel);
   });
-  std::vector<Vec3> clusters;
-  for (const Vec3& area : ordered) {
-    const auto same = std::find_if(clusters.begin(), clusters.end(), [&](const Vec3& cluster) {
-      return cluster.dot(area) > 0;
-    });
-    if (same == clusters.end()) {
-      clusters.push_back(area);
-    } else {
-      *same += area;
-    }
-  }
-  std::vector<Vec3> normals;
-  for (const Vec3& cluster : clusters) {
-    if (cluster.norm() > 0) normals.push_back(-cluster.normalized());
-  }
-  return normals;
 }
 
-struct ChunkPoints {
-  std::vector<Vec3> points_W;
-  std::vector<Vec3> normals_W;
-};
+Vec3 Centre(const GridIndex& voxel) {
+  return Vec3(voxel.x, voxel.y, voxel.z) + Vec3::Constant(0.5);
+}
 
-ChunkPoints PointsOfChunk(const SurfaceVoxels& surface, const SurfaceVoxels::Chunk& chunk,
-                          const TriangleMesh& mesh_W, const std::vector<SnappedTriangle>& snapped) {
-  const double s = surface.voxel_size;
-  const GridIndex first = chunk.place * kChunkSide;
-  std::array<std::vector<Vec3>, kVoxelsPerChunk> areas;
-  for (const std::uint32_t t : surface.TrianglesOf(chunk)) {
-    SurfaceVoxels::Bits met{};
-    TriangleOverlap(snapped[t]).MarkBlock(chunk.place, kSnapBits, met);
-    const Vec3 origin(first.x, first.y, first.z);
-    const std::array<Vec3, 3> triangle{mesh_W.corner(t, 0) / s - origin,
-                                       mesh_W.corner(t, 1) / s - origin,
-                                       mesh_W.corner(t, 2) / s - origin};
-    const Vec3 whole = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
-    if (whole.norm() <= 0) continue;
-    for (std::size_t word = 0; word < 8; ++word) {
-      for (std::uint64_t rest = met[word]; rest != 0; rest &= rest - 1) {
-        const std::size_t cell = 64 * word + static_cast<std::size_t>(std::countr_zero(rest));
-        const GridIndex c = BlockCell(cell);
-        // a triangle that only touches the cell still says which way the surface faces
-        const Vec3 area = ClippedArea(triangle, Vec3(c.x, c.y, c.z));
-        areas[cell].push_back(area + 1e-9 * whole.normalized());
+using ChunkedPoints = std::vector<std::vector<ShellPoint>>;  // by chunk of SurfaceVoxels
+
+/// One point for each side of each surface voxel.
+ChunkedPoints SurfacePoints(const FeatureVoxels& voxels, const TriangleMesh& mesh_W,
+                            const Features& features, PointPlace place) {
+  const FeatureNormals normals = FindFeatureNormals(mesh_W, features);
+  const std::vector<SurfaceVoxels::Chunk>& chunks = voxels.surface().chunks;
+  ChunkedPoints made(chunks.size());
+  tbb::parallel_for(std::size_t{0}, made.size(), [&](std::size_t c) {
+    for (const VoxelSurface& surface :
+         SurfacesOfChunk(voxels, chunks[c], mesh_W, features, normals)) {
+      ShellPoint point;
+      point.voxel = chunks[c].place * kChunkSide + BlockCell(surface.cell);
+      point.label = surface.label;
+      point.place = place == PointPlace::kVoxelCentre
+                        ? Centre(point.voxel)
+                        : Vec3(point.voxel.x, point.voxel.y, point.voxel.z) + surface.place;
+      point.tangent = surface.tangent;
+      point.half_length = surface.half_length;
+      for (std::size_t side = 0; side < surface.sides; ++side) {
+        point.inward = place == PointPlace::kOnFeature && surface.sides == 1
+                           ? -surface.feature_normal
+                           : -surface.normals[side];
+        made[c].push_back(point);
       }
     }
+    Order(made[c]);
+  });
+  return made;
+}
+
+/// The points of one voxel among those of a chunk.
+template <typename Visit>
+void ForEachPointAt(const SurfaceVoxels& surface, const ChunkedPoints& points,
+                    const GridIndex& voxel, const Visit& visit) {
+  const auto chunk = surface.chunk_at.find(voxel >> 3);
+  if (chunk == surface.chunk_at.end()) return;
+  const std::size_t cell = CellInBlock(voxel);
+  if ((surface.chunks[chunk->second].bits[cell >> 6] >> (cell & 63) & 1) == 0) return;
+  for (const ShellPoint& point : points[chunk->second]) {
+    if (point.voxel == voxel) visit(point);
   }
-  ChunkPoints out;
-  for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
-    if (areas[cell].empty()) continue;
-    const GridIndex i = first + BlockCell(cell);
-    const Vec3 centre = s * (Vec3(i.x, i.y, i.z) + Vec3::Constant(0.5));
-    for (const Vec3& normal : InwardNormals(areas[cell])) {
-      out.points_W.push_back(centre);
-      out.normals_W.push_back(normal);
+}
+
+/// The points of the k-th free layer: one in the middle of each voxel at chess-board distance k
+/// outside the surface, with label and normal of the nearest surface voxel.
+ChunkedPoints FreeLayerPoints(const SurfaceVoxels& surface, const ChunkedPoints& points, int k) {
+  ChunkedPoints layer(points.size());
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t c) {
+    for (const ShellPoint& source : points[c]) {
+      for (int z = -k; z <= k; ++z) {
+        for (int y = -k; y <= k; ++y) {
+          const bool rim = std::abs(z) == k || std::abs(y) == k;
+          for (int x = -k; x <= k; x += rim ? 1 : 2 * k) {
+            const GridIndex voxel = source.voxel + GridIndex{x, y, z};
+            // the source must be its nearest surface voxel, by the rank of the offset among equals
+            const ShellPoint* nearest = nullptr;
+            double least = std::numeric_limits<double>::infinity();
+            for (int n = 0; n < (2 * k + 1) * (2 * k + 1) * (2 * k + 1); ++n) {
+              const int side = 2 * k + 1;
+              const GridIndex other =
+                  voxel + GridIndex{n % side - k, n / side % side - k, n / (side * side) - k};
+              ForEachPointAt(surface, points, other, [&](const ShellPoint& point) {
+                const double square = (Centre(voxel) - Centre(point.voxel)).squaredNorm();
+                const GridIndex d = other - voxel;
+                const int chess = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+                if (chess < k) least = -1;  // a nearer layer's
+                if (square >= least) return;
+                least = square;
+                nearest = &point;
+              });
+            }
+            if (nearest != &source || least < 0) continue;
+            if ((Centre(voxel) - source.place).dot(source.inward) >= 0) continue;  // inside
+            ShellPoint point = source;
+            point.voxel = voxel;
+            point.place = Centre(voxel);
+            layer[c].push_back(point);
+          }
+        }
+      }
     }
-  }
-  return out;
+    Order(layer[c]);
+  });
+  return layer;
+}
+
+/// The largest distance between the points of voxels that share a face, after the shift; in voxels.
+double LargestGap(const SurfaceVoxels& surface, const ChunkedPoints& points, double shift) {
+  std::vector<double> gaps(points.size(), 0);
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t c) {
+    for (const ShellPoint& point : points[c]) {
+      for (const GridIndex& step : {GridIndex{1, 0, 0}, GridIndex{0, 1, 0}, GridIndex{0, 0, 1}}) {
+        double nearest = std::numeric_limits<double>::infinity();
+        ForEachPointAt(surface, points, point.voxel + step, [&](const ShellPoint& other) {
+          const Vec3 apart = Vec3(step.x, step.y, step.z) + shift * (other.inward - point.inward);
+          nearest = std::min(nearest, apart.norm());
+        });
+        if (nearest < std::numeric_limits<double>::infinity()) {
+          gaps[c] = std::max(gaps[c], nearest);
+        }
+      }
+    }
+  });
+  return gaps.empty() ? 0 : *std::max_element(gaps.begin(), gaps.end());
 }
 
 }  // namespace
 
 Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
                                   const PointshellOptions& options) {
-  if (std::optional<Error> fault =
-          VoxelSizeFault(mesh_W, options.spacing, options.max_memory_bytes)) {
+  const double s = options.spacing;
+  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, s, options.max_memory_bytes)) {
     return *fault;
   }
-  const std::vector<SnappedTriangle> snapped = SnapTriangles(mesh_W, options.spacing);
-  const SurfaceVoxels surface = FindSurfaceVoxels(snapped, options.spacing);
-  std::vector<ChunkPoints> made(surface.chunks.size());
-  tbb::parallel_for(std::size_t{0}, made.size(), [&](std::size_t c) {
-    made[c] = PointsOfChunk(surface, surface.chunks[c], mesh_W, snapped);
-  });
+  const Features features = FindFeatures(mesh_W, options.flatness_voxels * s);
+  const FeatureVoxels voxels = FindFeatureVoxels(mesh_W, features, s);
+  ChunkedPoints made = SurfacePoints(voxels, mesh_W, features, options.place);
 
   Pointshell shell;
-  shell.spacing = options.spacing;
+  shell.spacing = s;
+  shell.largest_gap = s * LargestGap(voxels.surface(), made, options.inward_shift / s);
+  if (options.free_layer > 0) made = FreeLayerPoints(voxels.surface(), made, options.free_layer);
+
   const Pose X_BW = X_WB.Inverse();
-  for (const ChunkPoints& chunk : made) {
+  const Mat3 R_BW = X_BW.q.toRotationMatrix();
+  for (const std::vector<ShellPoint>& points : made) {
+    if (points.empty()) continue;
     Pointshell::Chunk group;
     group.first = static_cast<std::uint32_t>(shell.size());
-    group.count = static_cast<std::uint32_t>(chunk.points_W.size());
-    if (group.count == 0) continue;
+    group.count = static_cast<std::uint32_t>(points.size());
+    group.first_edge = static_cast<std::uint32_t>(shell.edges.size());
     Bounds box;
-    for (std::size_t i = 0; i < chunk.points_W.size(); ++i) {
-      const Vec3 n_B = X_BW.q * chunk.normals_W[i];
-      const Vec3 p_BP = X_BW * chunk.points_W[i] + options.inward_shift * n_B;
+    for (const ShellPoint& point : points) {
+      const Vec3 n_B = R_BW * point.inward;
+      const Vec3 p_BP = R_BW * (s * point.place) + X_BW.p + options.inward_shift * n_B;
       shell.x.push_back(static_cast<float>(p_BP.x()));
       shell.y.push_back(static_cast<float>(p_BP.y()));
       shell.z.push_back(static_cast<float>(p_BP.z()));
       shell.nx.push_back(static_cast<float>(n_B.x()));
       shell.ny.push_back(static_cast<float>(n_B.y()));
       shell.nz.push_back(static_cast<float>(n_B.z()));
-      shell.labels.push_back(Label::kVertex);
-      box.Add(shell.point(group.first + i));
+      shell.labels.push_back(point.label);
+      ++group.labels[static_cast<std::size_t>(point.label)];
+      if (options.place == PointPlace::kOnFeature && point.label == Label::kEdge) {
+        shell.edges.push_back(
+            {(R_BW * point.tangent).cast<float>(), static_cast<float>(s * point.half_length)});
+      }
+      box.Add(shell.point(shell.size() - 1));
     }
     group.p_BC = box.centre();
     for (std::uint32_t i = group.first; i < group.first + group.count; ++i) {

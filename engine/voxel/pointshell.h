@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -9,35 +10,59 @@
 
 namespace tandem {
 
-/// A body's surface as points that are tested against other bodies' voxmaps (paper §2.1, §3.2): one
-/// at the centre of every surface voxel of its own voxelization, with a unit normal that points
-/// into the body. Where both sides of a thin sheet lie in one voxel there is a point for each.
-/// Grouped by chunk. Coordinates in the body's frame B; read-only once built.
+/// A body's surface as points that are tested against other bodies' voxmaps (paper §2.1, §3.2, §4):
+/// one for every surface voxel of its own voxelization, with its voxel's label and a unit normal
+/// that points into the body. Where both sides of a thin sheet lie in one voxel there is a point
+/// for each. Grouped by chunk, in a chunk by label, the vertices first, and then so that neighbours
+/// stand together. Coordinates in the body's frame B; read-only once built.
 struct Pointshell {
   /// Points [first, first + count), from one chunk.
   struct Chunk {
     std::uint32_t first = 0;
     std::uint32_t count = 0;
-    Vec3 p_BC = Vec3::Zero();  // centre of the points' box, m
-    double radius = 0;         // of the ball round it that holds them all, m
+    std::uint32_t first_edge = 0;                 // into `edges`, of its edge points in order
+    std::array<std::uint32_t, kFields> labels{};  // how many of each Label
+    Vec3 p_BC = Vec3::Zero();                     // centre of the points' box, m
+    double radius = 0;                            // of the ball round it that holds them all, m
+  };
+  /// The part of a feature edge that lies in an edge point's voxel.
+  struct Edge {
+    Vec3f tangent = Vec3f::Zero();  // unit, in B
+    float half_length = 0;          // m; the point is its middle
   };
 
   double spacing = 0;             // voxel size of its voxelization, m
   std::vector<float> x, y, z;     // p_BP, m
   std::vector<float> nx, ny, nz;  // inward unit normals
   std::vector<Label> labels;      // of their voxels
+  std::vector<Edge> edges;        // of the edge points, in order; empty unless on features
   std::vector<Chunk> chunks;
   double radius = 0;  // largest distance of a point from Bo, m
+  /// The largest distance from a point to the nearest of its neighbours that is not in its own
+  /// voxel, m. Above the voxel size of a map, something may slip through between them.
+  double largest_gap = 0;
 
   std::size_t size() const noexcept { return x.size(); }
   Vec3 point(std::size_t i) const { return Vec3(x[i], y[i], z[i]); }
-  Label label(std::size_t i) const { return labels[i]; }
   Vec3 normal(std::size_t i) const { return Vec3(nx[i], ny[i], nz[i]); }
+  Label label(std::size_t i) const { return labels[i]; }
+};
+
+/// Where in its voxel a point stands.
+enum class PointPlace : std::uint8_t {
+  kVoxelCentre,  // the paper's
+  kOnFeature     // on the exact vertex, edge or surface
 };
 
 struct PointshellOptions {
   double spacing = 0.001;   // m
   double inward_shift = 0;  // along the normals, m; negative shifts outward
+  PointPlace place = PointPlace::kVoxelCentre;
+  double flatness_voxels = 0.5;  // of quasi-planar polygons, either side (paper §4.1)
+  /// 0: the surface voxels themselves. k: the k-th free-space layer of the body, for a clearance
+  /// that the force layer cannot give (paper §3.2); labels and normals are the nearest surface
+  /// voxel's.
+  int free_layer = 0;
   std::size_t max_memory_bytes = std::size_t{8} << 30U;
 };
 

@@ -69,6 +69,7 @@ SurfaceVoxels FindSurfaceVoxels(const std::vector<SnappedTriangle>& triangles, d
   const std::vector<Entry> entries = BinByChunk(triangles);
   SurfaceVoxels surface;
   surface.voxel_size = voxel_size;
+  surface.snapped = triangles;
   surface.triangles.reserve(entries.size());
   for (const Entry& entry : entries) {
     if (surface.chunks.empty() || !(surface.chunks.back().place == entry.chunk)) {
@@ -92,6 +93,27 @@ SurfaceVoxels FindSurfaceVoxels(const std::vector<SnappedTriangle>& triangles, d
     surface.chunk_at.emplace(surface.chunks[c].place, c);
   }
   return surface;
+}
+
+FeatureVoxels FindFeatureVoxels(const TriangleMesh& mesh_W, const Features& features,
+                                double voxel_size) {
+  const auto snapped = [&](std::uint32_t vertex) {
+    return Snap(mesh_W.vertices[vertex], voxel_size);
+  };
+  std::vector<SnappedTriangle> edges;
+  edges.reserve(features.edges.size());
+  for (const auto& [a, b] : features.edges) edges.push_back({snapped(a), snapped(b), snapped(b)});
+  std::vector<SnappedTriangle> vertices;
+  vertices.reserve(features.vertices.size());
+  for (const std::uint32_t v : features.vertices) {
+    vertices.push_back({snapped(v), snapped(v), snapped(v)});
+  }
+  // a feature vertex is an edge's end; one on a cell's border is in the same cell for both
+  FeatureVoxels found;
+  found.of[0] = FindSurfaceVoxels(SnapTriangles(mesh_W, voxel_size), voxel_size);
+  found.of[1] = FindSurfaceVoxels(edges, voxel_size);
+  found.of[2] = FindSurfaceVoxels(vertices, voxel_size);
+  return found;
 }
 
 }  // namespace tandem

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/geometry/facets.h"
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/voxel/triangle_overlap.h"
 #include "engine/voxel/voxel.h"
@@ -31,6 +32,7 @@ struct SurfaceVoxels {
   };
 
   double voxel_size = 0;
+  std::vector<SnappedTriangle> snapped;
   std::vector<Chunk> chunks;
   std::vector<std::uint32_t> triangles;  // grouped by chunk, rising within it
   std::unordered_map<GridIndex, std::uint32_t, GridIndexHash> chunk_at;
@@ -49,5 +51,18 @@ std::vector<SnappedTriangle> SnapTriangles(const TriangleMesh& mesh_W, double vo
 
 /// Finds them, exactly for the snapped mesh, in parallel.
 SurfaceVoxels FindSurfaceVoxels(const std::vector<SnappedTriangle>& triangles, double voxel_size);
+
+/// The sources of the three fields (paper §4): the voxels that the surface, its feature edges, its
+/// feature vertices lie in. Each among the one before: an edge is a triangle without height and a
+/// vertex one without length, and all are told by the same exact test. `triangles` of the latter
+/// two are numbers of Features::edges and ::vertices.
+struct FeatureVoxels {
+  std::array<SurfaceVoxels, kFields> of;  // by Field
+
+  const SurfaceVoxels& surface() const { return of[0]; }
+  const SurfaceVoxels& operator[](Field field) const { return of[static_cast<std::size_t>(field)]; }
+};
+FeatureVoxels FindFeatureVoxels(const TriangleMesh& mesh_W, const Features& features,
+                                double voxel_size);
 
 }  // namespace tandem

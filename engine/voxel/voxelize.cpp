@@ -52,12 +52,12 @@ std::set<GridIndex, ByPlace> BandHyperchunks(const SurfaceVoxels& surface, int r
 }
 
 /// The marks of a hyperchunk: three distance fields, and the inside in the surface field.
-HyperchunkMarks FillHyperchunk(const SurfaceVoxels& surface, const RayParity& parity,
+HyperchunkMarks FillHyperchunk(const FeatureVoxels& features, const RayParity& parity,
                                const GridIndex& place, int range) {
   HyperchunkMarks out;
   out.place = place;
   for (const Field field : kAllFields) {
-    FillDistances(surface, place, range, out.marks[static_cast<std::size_t>(field)]);
+    FillDistances(features[field], place, range, out.marks[static_cast<std::size_t>(field)]);
   }
   std::vector<Mark>& marks = out.marks[0];
   std::vector<std::uint8_t> votes(marks.size(), 0);
@@ -128,9 +128,10 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
   }
 
   const std::vector<SnappedTriangle> triangles = SnapTriangles(mesh_W, s);
-  const SurfaceVoxels surface = FindSurfaceVoxels(triangles, s);
+  const Features features = FindFeatures(mesh_W, options.flatness_voxels * s);
+  const FeatureVoxels voxels = FindFeatureVoxels(mesh_W, features, s);
   const RayParity parity(mesh_W, triangles);
-  const std::set<GridIndex, ByPlace> band = BandHyperchunks(surface, options.range);
+  const std::set<GridIndex, ByPlace> band = BandHyperchunks(voxels.surface(), options.range);
   GridIndex lowest = *band.begin();
   GridIndex highest = lowest;
   for (const GridIndex& p : band) {
@@ -145,7 +146,7 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
   for (std::size_t begin = 0; begin < places.size(); begin += kBatch) {
     std::vector<HyperchunkMarks> filled(std::min(kBatch, places.size() - begin));
     tbb::parallel_for(std::size_t{0}, filled.size(), [&](std::size_t i) {
-      filled[i] = FillHyperchunk(surface, parity, places[begin + i], options.range);
+      filled[i] = FillHyperchunk(voxels, parity, places[begin + i], options.range);
     });
     for (const HyperchunkMarks& marks : filled) builder.Add(marks);
   }

@@ -10,7 +10,9 @@ namespace tandem {
 
 struct VoxelizeOptions {
   double voxel_size = 0.001;  // m
-  int range = kDefaultRange;  // of the distance field, voxels
+  int range = kDefaultRange;  // of the distance fields, voxels
+  /// How flat a feature-free polygon must be, in voxels either side of its plane (paper §4.1).
+  double flatness_voxels = 0.5;
   std::size_t max_memory_bytes = std::size_t{8} << 30U;
 };
 

@@ -54,6 +54,13 @@ bool ReadSharing(const JsonNode& node) {
   return text == "shared";
 }
 
+ContactModel ReadContact(const JsonNode& node) {
+  constexpr std::string_view kExpected = "\"refined\" (exact features) or \"plain\" (voxels alone)";
+  const std::string text = node.Text(kExpected);
+  if (text != "refined" && text != "plain") node.Expected(kExpected);
+  return text == "plain" ? ContactModel::kPlain : ContactModel::kRefined;
+}
+
 SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder) {
   node.AllowKeys({"name", "mesh", "scale", "pose", "fixed", "mass_kg", "density_kg_m3", "sharing",
                   "inward_shift_voxels", "colour"});
@@ -127,12 +134,14 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
-  root.AllowKeys({"name", "voxel_m", "force_layer", "bodies", "hands"});
+  root.AllowKeys({"name", "voxel_m", "contact", "force_layer", "bodies", "hands"});
 
   Scene scene;
   scene.file = file;
   scene.name = root["name"].Text("the scene's name");
   scene.voxel_size = root["voxel_m"].NumberAbove(0);
+  if (root.Has("contact")) scene.contact = ReadContact(root["contact"]);
+  scene.force_layer = DefaultForceLayer(scene.contact);
   if (root.Has("force_layer")) {
     scene.force_layer = root["force_layer"].WholeNumber(0, kDeepestForceLayer);
   }
@@ -156,6 +165,7 @@ Result<std::uint64_t> HashScene(const Scene& scene) {
     hash.Add(value + 0.0);
   };
   add(scene.voxel_size);
+  add(scene.contact == ContactModel::kRefined ? 1 : 0);
   add(scene.force_layer);
   for (const SceneBody& body : scene.bodies) {
     add(body.scale);

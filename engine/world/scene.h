@@ -8,6 +8,7 @@
 
 #include "engine/base/result.h"
 #include "engine/base/spatial.h"
+#include "engine/contact/contact_kind.h"
 
 namespace tandem {
 
@@ -38,7 +39,8 @@ struct Scene {
   std::string name;
   std::filesystem::path file;
   double voxel_size = 0.001;  // m
-  int force_layer = 2;        // paper §3.2: the least layer that never lets exact surfaces meet
+  ContactModel contact = ContactModel::kRefined;
+  int force_layer = DefaultForceLayer(ContactModel::kRefined);  // free layers (paper §3.2)
   std::vector<SceneBody> bodies;
   std::vector<SceneHand> hands;
 

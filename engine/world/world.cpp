@@ -17,6 +17,21 @@ double RadiusOf(const BodyModel& body) {
   return body.points.radius + body.points.spacing;
 }
 
+/// Of a pair's travel, what falls to one body. A mirrored body gives way to nothing, so the other can
+/// get out of its way faster than it comes. Parked bodies need none.
+double ShareOf(BodyDrive drive, BodyDrive other) {
+  constexpr auto weight = [](BodyDrive of) {
+    return of == BodyDrive::kParked ? 0.0 : of == BodyDrive::kMirrored ? 0.3 : 0.7;
+  };
+  const double sum = weight(drive) + weight(other);
+  return sum > 0 ? weight(drive) / sum : 0.5;
+}
+
+/// Null in the plain model.
+const SurfaceDetails* DetailsOf(const SurfaceDetails& details) {
+  return details.empty() ? nullptr : &details;
+}
+
 }  // namespace
 
 World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model)) {
@@ -32,8 +47,14 @@ World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model))
     if (model_->has_fixture) {
       const Pose X_WV{Quat::Identity(), model_->fixture.p_WVo()};
       const ContactGains gains = gains_for(bodies[b].inertia.mass);
-      pairs_.push_back(
-          {{bodies[b].points, model_->fixture, X_WV, 0, {.force_layer = layer}, gains}, body, -1});
+      pairs_.push_back({{bodies[b].points,
+                         model_->fixture,
+                         X_WV,
+                         0,
+                         {.force_layer = layer, .details = DetailsOf(model_->fixture_details)},
+                         gains},
+                        body,
+                        -1});
     }
     // the body with fewer points is the pointshell, for speed (paper §2.1)
     for (std::size_t other = 0; other < b; ++other) {
@@ -88,13 +109,12 @@ void World::ShareTravel(const StepInputs& in) noexcept {
       shell.max_travel = std::min(shell.max_travel, travel);
       continue;
     }
-    // what shrinks a gap is what both bodies of a pair travel: half each when both move
+    // what shrinks a gap is what both bodies of a pair travel
     Body& map = bodies_[static_cast<std::size_t>(pair.map)];
-    const bool both = in.bodies[static_cast<std::size_t>(pair.shell)].drive != BodyDrive::kParked &&
-                      in.bodies[static_cast<std::size_t>(pair.map)].drive != BodyDrive::kParked;
-    const double share = both ? 0.5 * travel : travel;
-    shell.max_travel = std::min(shell.max_travel, share);
-    map.max_travel = std::min(map.max_travel, share);
+    const double share = ShareOf(in.bodies[static_cast<std::size_t>(pair.shell)].drive,
+                                 in.bodies[static_cast<std::size_t>(pair.map)].drive);
+    shell.max_travel = std::min(shell.max_travel, share * travel);
+    map.max_travel = std::min(map.max_travel, (1.0 - share) * travel);
   }
 }
 

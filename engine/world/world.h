@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/base/thread_roles.h"
@@ -22,6 +23,11 @@ class World {
   const RigidState& state(std::size_t body) const noexcept { return bodies_[body].state; }
   /// Puts a body somewhere, at rest: before the first frame, or for tests.
   void Place(std::size_t body, const Pose& X_WB);
+  /// Where the bodies of a pair pushed each other in the last frame, in the frame of its voxmap.
+  std::span<const Contact> contacts(std::size_t pair) const noexcept {
+    return pairs_[pair].contact.contacts();
+  }
+  std::size_t pair_count() const noexcept { return pairs_.size(); }
   /// Bodies pass through one another: for comparison only.
   void SwitchContactOff() noexcept { contact_on_ = false; }
 

@@ -24,21 +24,42 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   if (!(model.inertia.mass > 0) || !(model.inertia.I_B.determinant() > 0)) {
     return At(body, "has no mass to move: give mass_kg, or a mesh with some extent");
   }
-  Result<Pointshell> points = MakePointshell(
-      mesh_W, model.X_WB0,
-      {.spacing = scene.voxel_size, .inward_shift = body.inward_shift_voxels * scene.voxel_size});
+  Result<Pointshell> points = MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels);
   if (!points) return At(body, points.error().what);
   model.points = std::move(*points);
   if (with_voxmap) {
-    Result<Voxmap> voxmap = Voxelize(mesh_W, {.voxel_size = scene.voxel_size});
-    if (!voxmap) return At(body, voxmap.error().what);
-    model.voxmap = std::move(*voxmap);
+    if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, model.details)) {
+      return At(body, fault->what);
+    }
     model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
   }
   return model;
 }
 
 }  // namespace
+
+std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
+                             SurfaceDetails& details) {
+  const double flatness = FlatnessVoxels(scene.contact);
+  Result<Voxmap> made =
+      Voxelize(mesh_W, {.voxel_size = scene.voxel_size, .flatness_voxels = flatness});
+  if (!made) return made.error();
+  voxmap = std::move(*made);
+  if (scene.contact == ContactModel::kRefined) {
+    details = SurfaceDetails(mesh_W, flatness, voxmap);
+  }
+  return std::nullopt;
+}
+
+Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
+                              double inward_shift_voxels) {
+  const bool refined = scene.contact == ContactModel::kRefined;
+  return MakePointshell(mesh_W, X_WB,
+                        {.spacing = scene.voxel_size,
+                         .inward_shift = inward_shift_voxels * scene.voxel_size,
+                         .place = refined ? PointPlace::kOnFeature : PointPlace::kVoxelCentre,
+                         .flatness_voxels = FlatnessVoxels(scene.contact)});
+}
 
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
   auto world = std::make_shared<WorldModel>();
@@ -66,9 +87,9 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
   }
   if (world->bodies.empty()) return Error{scene.file.string() + ": no body can move"};
   if (!fixture_W.triangles.empty()) {
-    Result<Voxmap> voxmap = Voxelize(fixture_W, {.voxel_size = scene.voxel_size});
-    if (!voxmap) return Error{scene.file.string() + ": the fixed bodies: " + voxmap.error().what};
-    world->fixture = std::move(*voxmap);
+    if (const auto fault = MakeMap(scene, fixture_W, world->fixture, world->fixture_details)) {
+      return Error{scene.file.string() + ": the fixed bodies: " + fault->what};
+    }
     world->has_fixture = true;
   }
   return std::shared_ptr<const WorldModel>(std::move(world));

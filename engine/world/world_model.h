@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/base/result.h"
@@ -9,6 +10,7 @@
 #include "engine/geometry/mesh_diagnosis.h"
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/voxel/pointshell.h"
+#include "engine/voxel/surface_details.h"
 #include "engine/voxel/voxmap.h"
 #include "engine/world/scene.h"
 
@@ -20,8 +22,9 @@ struct BodyModel {
   Pose X_WB0;  // first pose of its frame B: origin at the centre of mass, axes of the file
   Pose X_MB;   // B in the file's frame
   Inertia inertia;
-  Pointshell points;  // in B
-  Voxmap voxmap;      // empty unless another moving body may meet it
+  Pointshell points;       // in B
+  Voxmap voxmap;           // empty unless another moving body may meet it
+  SurfaceDetails details;  // of the voxmap, for the refined contact model
   Pose X_BV;
 };
 
@@ -34,9 +37,18 @@ struct WorldModel {
   std::vector<BodyModel> bodies;       // the moving ones
   std::vector<std::uint32_t> object;   // per moving body: its number in the scene
   Voxmap fixture;                      // all fixed bodies merged; empty when there are none
+  SurfaceDetails fixture_details;
   bool has_fixture = false;
   std::vector<std::string> remarks;  // of the meshes, for a person: open edges, …
 };
+
+/// A mesh as what others are tested against: its voxmap, and its details where the scene's contact
+/// model reads them.
+std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
+                             SurfaceDetails& details);
+/// A mesh as what is tested, in the frame that stands at X_WB.
+Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
+                              double inward_shift_voxels);
 
 /// Imports, welds, weighs and voxelizes. Errors name the body and its file.
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene);

@@ -2,17 +2,17 @@
 
 #include "engine/base/check.h"
 #include "engine/geometry/mass_properties.h"
-#include "engine/voxel/voxelize.h"
 
 namespace tandem::testing {
 
 std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
-                                                 double voxel_size, int force_layer) {
+                                                 double voxel_size, ContactModel contact) {
   auto world = std::make_shared<WorldModel>();
   world->scene.name = "made in code";
   world->scene.file = "nowhere.json";
   world->scene.voxel_size = voxel_size;
-  world->scene.force_layer = force_layer;
+  world->scene.contact = contact;
+  world->scene.force_layer = DefaultForceLayer(contact);
   TriangleMesh fixture;
   for (const TestBody& body : bodies) {
     world->scene.bodies.emplace_back().fixed = body.fixed;
@@ -26,21 +26,17 @@ std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bo
     BodyModel model;
     model.X_WB0.p = mass.p_MBo;
     model.inertia = {body.mass, body.mass * mass.unit_inertia};
-    Result<Pointshell> points = MakePointshell(body.mesh_W, model.X_WB0, {.spacing = voxel_size});
+    Result<Pointshell> points = MakePoints(world->scene, body.mesh_W, model.X_WB0, 0);
     TANDEM_CHECK(points.has_value());
     model.points = std::move(*points);
-    Result<Voxmap> voxmap = Voxelize(body.mesh_W, {.voxel_size = voxel_size});
-    TANDEM_CHECK(voxmap.has_value());
-    model.voxmap = std::move(*voxmap);
+    TANDEM_CHECK(!MakeMap(world->scene, body.mesh_W, model.voxmap, model.details));
     model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
     world->object.push_back(static_cast<std::uint32_t>(world->body_index.size()));
     world->body_index.push_back(static_cast<int>(world->bodies.size()));
     world->bodies.push_back(std::move(model));
   }
   if (!fixture.triangles.empty()) {
-    Result<Voxmap> voxmap = Voxelize(fixture, {.voxel_size = voxel_size});
-    TANDEM_CHECK(voxmap.has_value());
-    world->fixture = std::move(*voxmap);
+    TANDEM_CHECK(!MakeMap(world->scene, fixture, world->fixture, world->fixture_details));
     world->has_fixture = true;
   }
   return world;

@@ -16,7 +16,8 @@ struct TestBody {
 
 /// What LoadWorld() makes of a scene, from meshes.
 std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
-                                                 double voxel_size, int force_layer = 2);
+                                                 double voxel_size,
+                                                 ContactModel contact = ContactModel::kRefined);
 
 /// Inputs under which every moving body is simulated and no hand holds anything.
 StepInputs FreeInputs(const WorldModel& model);

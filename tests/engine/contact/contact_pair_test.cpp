@@ -48,21 +48,24 @@ TEST(ContactPair, CountsWhatBruteForceCounts) {
       const Pose X_W = RandomPose(random, 2.0);
       const PoseReading reading = setting.pair.Read({X_W * X, {}}, {X_W, {}});
       int touching = 0;
+      int contacts = 0;
       int undecided = 0;  // within float's reach of a voxel's border
       int nearest = 1000;
       for (std::size_t i = 0; i < setting.shell.size(); ++i) {
         const Vec3 v = (setting.X_BV.Inverse() * (X * setting.shell.point(i))) / s;
         const Vec3 cell = v.array().floor();
-        const int value = setting.voxmap.Value(
-            Field::kSurface,
-            {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())});
+        const GridIndex voxel{static_cast<int>(cell.x()), static_cast<int>(cell.y()),
+                              static_cast<int>(cell.z())};
+        const int value = setting.voxmap.Value(Field::kSurface, voxel);
+        const int own = setting.voxmap.Value(FieldReadBy(setting.shell.label(i)), voxel);
         const bool close = ((v - cell).array() < 1e-3).any() || ((v - cell).array() > 0.999).any();
         undecided += close ? 1 : 0;
         touching += value <= 2 + layer ? 1 : 0;
+        contacts += own <= 2 + layer ? 1 : 0;
         if (value != setting.voxmap.beyond()) nearest = std::min(nearest, std::max(0, value - 2));
       }
       EXPECT_NEAR(reading.touching_points, touching, undecided);
-      EXPECT_EQ(reading.contact_points, reading.touching_points);
+      EXPECT_NEAR(reading.contact_points, contacts, undecided);
       if (nearest < 1000) {
         EXPECT_NEAR(reading.nearest_voxels, nearest, 1);
       }
@@ -174,26 +177,6 @@ TEST(ContactPair, FirstForceComesInTheHeightsOfItsLayer) {
     EXPECT_GE(sum / kTrials, range.mean_low) << "layer " << range.layer;
     EXPECT_LE(sum / kTrials, range.mean_high) << "layer " << range.layer;
   }
-}
-
-// Many points: the sum's direction is the plane's normal, whatever its tilt.
-TEST(ContactPair, TheForceOfAFaceStandsOnIt) {
-  std::mt19937_64 random(5);
-  double angles = 0;
-  constexpr int kTrials = 30;
-  for (int trial = 0; trial < kTrials; ++trial) {
-    const Quat tilt = RandomRotation(random);
-    const TriangleMesh plate = Transformed(Box(Vec3(0.6, 0.6, 0.2)), {tilt, Vec3::Zero()});
-    // an edgeless cap: a large sphere pressed in by three voxels
-    Setting setting(plate, Sphere(0.25, 5), 0.01, 2);
-    Load load;
-    Load unused;
-    const Vec3 normal = tilt * Vec3::UnitZ();
-    const Pose X{Quat::Identity(), (0.1 + 0.25 + 0.005) * normal};
-    ASSERT_GT(setting.pair.Collide({X, {}}, {}, load, unused).loaded_points, 50);
-    angles += std::acos(std::min(1.0, load.force.tail<3>().normalized().dot(normal)));
-  }
-  EXPECT_LT(angles / kTrials, 5.0 * M_PI / 180.0);
 }
 
 // Sinking straight into an axis-aligned face, depth grows as the point sinks, layer after layer,

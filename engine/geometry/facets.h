@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/geometry/triangle_mesh.h"
+
+namespace tandem {
+
+/// What is edge and vertex of a mesh at a given accuracy (paper §4.1). Fine tessellation puts an
+/// edge into most voxels, so features are those of coarser, quasi-planar polygons; the shape itself
+/// stays as it is.
+struct Features {
+  std::vector<std::array<std::uint32_t, 2>>
+      edges;                              // mesh edges between polygons, lesser index first
+  std::vector<std::uint32_t> vertices;    // rising
+  std::vector<std::uint32_t> polygon_of;  // per triangle
+  std::size_t polygons = 0;
+};
+
+/// Merges triangles into polygons whose vertices all lie within `tolerance` (m) of one plane, the
+/// area-weighted mean plane of their triangles, no triangle turned 90 degrees or more from it
+/// (VPS.md §2.3). The paper tests against the last neighbour only, which would roll a fine cylinder
+/// into one polygon; its tolerance is half a voxel.
+///
+/// A polygon grows from the largest triangle left, by the neighbour that is turned least; it stops
+/// at open, non-manifold and inconsistently wound edges. Feature edges are the mesh edges between
+/// polygons and those three kinds. Feature vertices are where feature edges meet otherwise than two
+/// of the same pair of polygons, and where such a line of edges leaves its chord by more than the
+/// tolerance (VPS.md §2.4). The same result every time.
+Features FindFeatures(const TriangleMesh& mesh, double tolerance);
+
+/// Outward unit normals of features, as their whole surroundings face: of an edge the mean of the
+/// two triangles', of a vertex the mean of all triangles round it by their angles there.
+struct FeatureNormals {
+  std::vector<Vec3> edges;
+  std::vector<Vec3> vertices;
+};
+FeatureNormals FindFeatureNormals(const TriangleMesh& mesh, const Features& features);
+
+}  // namespace tandem

@@ -1,0 +1,97 @@
+#include "engine/voxel/surface_details.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+#include "engine/voxel/voxel_surface.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr double kDirectionScale = 32767.0;
+
+double SignOf(double x) {
+  return x < 0 ? -1.0 : 1.0;
+}
+
+SurfaceDetail Pack(const VoxelSurface& surface) {
+  SurfaceDetail detail;
+  for (int k = 0; k < 3; ++k) {
+    detail.place[static_cast<std::size_t>(k)] =
+        static_cast<std::uint8_t>(std::lround(255.0 * surface.place[k]));
+  }
+  detail.half_length =
+      static_cast<std::uint8_t>(std::min(254L, std::lround(128.0 * surface.half_length)));
+  if (surface.sides > 1) detail.half_length = SurfaceDetail::kTwoSided;
+  detail.normal = PackDirection(surface.feature_normal);
+  detail.tangent = PackDirection(surface.tangent);
+  return detail;
+}
+
+}  // namespace
+
+std::array<std::int16_t, 2> PackDirection(const Vec3& unit) {
+  const double sum = unit.lpNorm<1>();
+  if (sum <= 0) return {};
+  double u = unit.x() / sum;
+  double v = unit.y() / sum;
+  if (unit.z() < 0) {  // the lower half folds outward
+    const double folded = (1.0 - std::abs(v)) * SignOf(u);
+    v = (1.0 - std::abs(u)) * SignOf(v);
+    u = folded;
+  }
+  return {static_cast<std::int16_t>(std::lround(kDirectionScale * u)),
+          static_cast<std::int16_t>(std::lround(kDirectionScale * v))};
+}
+
+Vec3 UnpackDirection(const std::array<std::int16_t, 2>& packed) noexcept {
+  const double u = packed[0] / kDirectionScale;
+  const double v = packed[1] / kDirectionScale;
+  Vec3 unit(u, v, 1.0 - std::abs(u) - std::abs(v));
+  if (unit.z() < 0) {
+    unit.x() = (1.0 - std::abs(v)) * SignOf(u);
+    unit.y() = (1.0 - std::abs(u)) * SignOf(v);
+  }
+  return unit.normalized();
+}
+
+SurfaceDetails::SurfaceDetails(const TriangleMesh& mesh_W, double flatness_voxels,
+                               const Voxmap& voxmap) {
+  const double s = voxmap.voxel_size();
+  const Features features = FindFeatures(mesh_W, flatness_voxels * s);
+  const FeatureVoxels voxels = FindFeatureVoxels(mesh_W, features, s);
+  const FeatureNormals normals = FindFeatureNormals(mesh_W, features);
+  const std::vector<SurfaceVoxels::Chunk>& sources = voxels.surface().chunks;
+  std::vector<std::vector<SurfaceDetail>> made(sources.size());
+  chunks_.resize(sources.size());
+  tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t c) {
+    for (const VoxelSurface& surface :
+         SurfacesOfChunk(voxels, sources[c], mesh_W, features, normals)) {
+      chunks_[c].bits[surface.cell >> 6U] |= std::uint64_t{1} << (surface.cell & 63U);
+      made[c].push_back(Pack(surface));
+    }
+  });
+  chunk_of_plane_.assign(voxmap.header().plane_count, 0);
+  for (std::size_t c = 0; c < sources.size(); ++c) {
+    Chunk& chunk = chunks_[c];
+    chunk.first = static_cast<std::uint32_t>(details_.size());
+    std::size_t before = 0;
+    for (std::size_t word = 0; word < chunk.bits.size(); ++word) {
+      chunk.before[word] = static_cast<std::uint16_t>(before);
+      before += static_cast<std::size_t>(std::popcount(chunk.bits[word]));
+    }
+    details_.insert(details_.end(), made[c].begin(), made[c].end());
+    const GridIndex place = sources[c].place - (voxmap.origin() >> 3);
+    chunk_of_plane_[voxmap.PlaneOf(Field::kSurface, place)] = static_cast<std::uint32_t>(c + 1);
+  }
+}
+
+std::size_t SurfaceDetails::bytes() const noexcept {
+  return chunk_of_plane_.size() * sizeof(chunk_of_plane_[0]) + chunks_.size() * sizeof(Chunk) +
+         details_.size() * sizeof(SurfaceDetail);
+}
+
+}  // namespace tandem

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "engine/voxel/surface_voxels.h"
+#include "engine/voxel/voxmap.h"
+
+namespace tandem {
+
+/// The exact surface in one surface voxel of a map, packed: what the refined contact model reads
+/// (VPS.md §4.6). Directions are octahedral: a unit vector's place on the unfolded octahedron.
+struct SurfaceDetail {
+  /// Both sides of a thin sheet: the normal may as well point the other way.
+  static constexpr std::uint8_t kTwoSided = 255;
+
+  std::array<std::uint8_t, 3> place{};    // from the voxel's lowest corner, 1/255 voxel
+  std::uint8_t half_length = 0;           // of the edge's part, 1/128 voxel
+  std::array<std::int16_t, 2> normal{};   // outward
+  std::array<std::int16_t, 2> tangent{};  // of the edge
+};
+static_assert(sizeof(SurfaceDetail) == 12);
+
+std::array<std::int16_t, 2> PackDirection(const Vec3& unit);
+Vec3 UnpackDirection(const std::array<std::int16_t, 2>& packed) noexcept;
+
+/// The outward normal on the side that faces along `towards`.
+inline Vec3 FacingNormal(const SurfaceDetail& detail, const Vec3& towards) noexcept {
+  const Vec3 n = UnpackDirection(detail.normal);
+  return detail.half_length == SurfaceDetail::kTwoSided && n.dot(towards) < 0 ? Vec3(-n) : n;
+}
+
+/// The details of a map's surface voxels, found by chunk. Read-only once built.
+class SurfaceDetails {
+ public:
+  /// The surface voxels of one chunk, in the order of CellInBlock, and their details.
+  struct Chunk {
+    SurfaceVoxels::Bits bits{};
+    std::array<std::uint16_t, 8> before{};  // set bits in the words before
+    std::uint32_t first = 0;
+  };
+
+  SurfaceDetails() = default;
+  /// Of a mesh where it stood when `voxmap` was made of it, with the same flatness.
+  SurfaceDetails(const TriangleMesh& mesh_W, double flatness_voxels, const Voxmap& voxmap);
+
+  bool empty() const noexcept { return details_.empty(); }
+  /// Of a chunk counted from the map's origin; null without surface voxels.
+  const Chunk* At(const Voxmap& voxmap, const GridIndex& chunk_V) const noexcept {
+    const std::uint32_t plane = voxmap.PlaneOf(Field::kSurface, chunk_V);
+    const std::uint32_t chunk = chunk_of_plane_[plane];
+    return chunk == 0 ? nullptr : &chunks_[chunk - 1];
+  }
+  /// Of a cell whose bit is set.
+  const SurfaceDetail& Of(const Chunk& chunk, std::size_t cell) const noexcept {
+    const std::uint64_t below = chunk.bits[cell >> 6] & ((std::uint64_t{1} << (cell & 63)) - 1);
+    return details_[chunk.first + chunk.before[cell >> 6] +
+                    static_cast<std::size_t>(std::popcount(below))];
+  }
+  std::size_t bytes() const noexcept;
+
+ private:
+  std::vector<std::uint32_t> chunk_of_plane_;  // by plane of the map: 1 + its chunk, 0 for none
+  std::vector<Chunk> chunks_;
+  std::vector<SurfaceDetail> details_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,243 @@
+#include "engine/voxel/voxel_surface.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace tandem {
+
+namespace {
+
+/// Of the summed areas: when the mean normal is shorter, the facets face several ways (VPS.md
+/// §3.2).
+constexpr double kThinSheet = 0.3;
+
+/// A triangle cut to a box has at most nine corners.
+struct Polygon {
+  std::array<Vec3, 10> corners;
+  std::size_t count = 0;
+};
+
+/// Cuts away what lies beyond `limit` along an axis; `side` +1 keeps the lower part, -1 the upper.
+void Clip(Polygon& polygon, int axis, double limit, double side) {
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.count; ++i) {
+    const Vec3& a = polygon.corners[i];
+    const Vec3& b = polygon.corners[(i + 1) % polygon.count];
+    const double da = side * (limit - a[axis]);
+    const double db = side * (limit - b[axis]);
+    if (da >= 0) kept.corners[kept.count++] = a;
+    if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
+      kept.corners[kept.count++] = a + da / (da - db) * (b - a);
+    }
+  }
+  polygon = kept;
+}
+
+/// A triangle's part within a cell: twice its area vector, and its centre times the norm of that.
+struct Part {
+  Vec3 area = Vec3::Zero();
+  Vec3 moment = Vec3::Zero();
+};
+
+Part ClippedPart(const std::array<Vec3, 3>& triangle, const Vec3& cell) {
+  Polygon polygon;
+  polygon.count = 3;
+  std::copy(triangle.begin(), triangle.end(), polygon.corners.begin());
+  for (int axis = 0; axis < 3; ++axis) {
+    Clip(polygon, axis, cell[axis], -1.0);
+    Clip(polygon, axis, cell[axis] + 1.0, 1.0);
+  }
+  Part part;
+  for (std::size_t i = 2; i < polygon.count; ++i) {
+    const Vec3 area = (polygon.corners[i - 1] - polygon.corners[0])
+                          .cross(polygon.corners[i] - polygon.corners[0]);
+    part.area += area;
+    part.moment +=
+        area.norm() / 3.0 * (polygon.corners[0] + polygon.corners[i - 1] + polygon.corners[i]);
+  }
+  return part;
+}
+
+/// What has been gathered of one voxel.
+struct Gathered {
+  std::vector<Vec3> areas;  // of each facet's part
+  Vec3 moment = Vec3::Zero();
+  double weight = 0;
+};
+
+/// One outward normal, or one a side where the facets face apart.
+void SetNormals(const std::vector<Vec3>& areas, VoxelSurface& surface) {
+  Vec3 sum = Vec3::Zero();
+  double total = 0;
+  for (const Vec3& area : areas) {
+    sum += area;
+    total += area.norm();
+  }
+  if (total <= 0) return;
+  if (sum.norm() >= kThinSheet * total) {
+    surface.normals[surface.sides++] = sum.normalized();
+    return;
+  }
+  // largest first, each to the first cluster within 90 degrees
+  std::vector<Vec3> ordered = areas;
+  std::stable_sort(ordered.begin(), ordered.end(), [](const Vec3& a, const Vec3& b) {
+    return a.squaredNorm() > b.squaredNorm();
+  });
+  for (const Vec3& area : ordered) {
+    auto* const end = surface.normals.begin() + surface.sides;
+    auto* const same = std::find_if(surface.normals.begin(), end, [&](const Vec3& cluster) {
+      return cluster.dot(area) > 0;
+    });
+    if (same != end) {
+      *same += area;
+    } else if (surface.sides < VoxelSurface::kMostSides) {
+      surface.normals[surface.sides++] = area;
+    }
+  }
+  for (std::size_t i = 0; i < surface.sides; ++i) surface.normals[i].normalize();
+}
+
+/// Calls visit(cell, triangle) for each pair of a triangle and a cell of the chunk that it meets.
+template <typename Visit>
+void ForEachMeeting(const SurfaceVoxels& voxels, const GridIndex& place, const Visit& visit) {
+  const auto found = voxels.chunk_at.find(place);
+  if (found == voxels.chunk_at.end()) return;
+  for (const std::uint32_t t : voxels.TrianglesOf(voxels.chunks[found->second])) {
+    SurfaceVoxels::Bits met{};
+    TriangleOverlap(voxels.snapped[t]).MarkBlock(place, kSnapBits, met);
+    for (std::size_t word = 0; word < 8; ++word) {
+      for (std::uint64_t rest = met[word]; rest != 0; rest &= rest - 1) {
+        visit(64 * word + static_cast<std::size_t>(std::countr_zero(rest)), t);
+      }
+    }
+  }
+}
+
+/// Cosine between two mesh edges that go on as one line.
+constexpr double kSameLine = 0.9;
+
+/// A feature edge's part in a voxel.
+struct EdgePart {
+  std::int16_t voxel;  // among the chunk's surfaces
+  std::uint32_t edge;
+  Vec3 from;
+  Vec3 to;
+  Vec3 tangent;
+};
+
+/// The part of a line a + t (b - a), 0 <= t <= 1, within the unit cell: its ends t, or nothing.
+bool ClipSegment(const Vec3& a, const Vec3& b, double& from, double& to) {
+  from = 0;
+  to = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double d = b[axis] - a[axis];
+    if (std::abs(d) < 1e-12) continue;  // the cell is known to be met
+    const double one = (0.0 - a[axis]) / d;
+    const double two = (1.0 - a[axis]) / d;
+    from = std::max(from, std::min(one, two));
+    to = std::min(to, std::max(one, two));
+  }
+  return from <= to;
+}
+
+}  // namespace
+
+std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
+                                          const SurfaceVoxels::Chunk& chunk,
+                                          const TriangleMesh& mesh_W, const Features& features,
+                                          const FeatureNormals& normals) {
+  const double s = voxels.surface().voxel_size;
+  const GridIndex first = chunk.place * kChunkSide;
+  const Vec3 origin(first.x, first.y, first.z);
+  const auto cell_corner = [](std::size_t cell) {
+    const GridIndex c = BlockCell(cell);
+    return Vec3(c.x, c.y, c.z);
+  };
+  std::array<Gathered, kVoxelsPerChunk> gathered;
+  ForEachMeeting(voxels.surface(), chunk.place, [&](std::size_t cell, std::uint32_t t) {
+    const std::array<Vec3, 3> triangle{mesh_W.corner(t, 0) / s - origin,
+                                       mesh_W.corner(t, 1) / s - origin,
+                                       mesh_W.corner(t, 2) / s - origin};
+    const Vec3 whole = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    if (whole.norm() <= 0) return;
+    const Part part = ClippedPart(triangle, cell_corner(cell));
+    Gathered& g = gathered[cell];
+    // a triangle that only touches the cell still says which way the surface faces
+    g.areas.push_back(part.area + 1e-9 * whole.normalized());
+    g.moment += part.moment;
+    g.weight += part.area.norm();
+  });
+
+  std::vector<VoxelSurface> out;
+  std::array<std::int16_t, kVoxelsPerChunk> at;
+  at.fill(-1);
+  for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
+    const Gathered& g = gathered[cell];
+    if (g.areas.empty()) continue;
+    VoxelSurface surface;
+    surface.cell = static_cast<std::uint16_t>(cell);
+    SetNormals(g.areas, surface);
+    if (surface.sides == 0) continue;
+    surface.feature_normal = surface.normals[0];
+    surface.place =
+        g.weight > 1e-12 ? Vec3(g.moment / g.weight - cell_corner(cell)) : Vec3::Constant(0.5);
+    at[cell] = static_cast<std::int16_t>(out.size());
+    out.push_back(surface);
+  }
+
+  // the parts of feature edges, voxel by voxel, the longest first: it gives the direction, and what
+  // goes on nearly the same way (a rim of many mesh edges) makes its part longer
+  std::vector<EdgePart> parts;
+  ForEachMeeting(voxels[Field::kEdge], chunk.place, [&](std::size_t cell, std::uint32_t e) {
+    if (at[cell] < 0) return;
+    const Vec3 corner = origin + cell_corner(cell);
+    const Vec3 a = mesh_W.vertices[features.edges[e][0]] / s - corner;
+    const Vec3 b = mesh_W.vertices[features.edges[e][1]] / s - corner;
+    double from = 0;
+    double to = 0;
+    if (!ClipSegment(a, b, from, to)) from = to = 0.5 * (from + to);
+    parts.push_back({at[cell], e, a + from * (b - a), a + to * (b - a), (b - a).normalized()});
+  });
+  std::stable_sort(parts.begin(), parts.end(), [](const EdgePart& one, const EdgePart& two) {
+    if (one.voxel != two.voxel) return one.voxel < two.voxel;
+    return (one.to - one.from).squaredNorm() > (two.to - two.from).squaredNorm();
+  });
+  for (std::size_t first_part = 0; first_part < parts.size();) {
+    const EdgePart& longest = parts[first_part];
+    double low = 0;
+    double high = (longest.to - longest.from).norm();
+    std::size_t part = first_part;
+    for (; part < parts.size() && parts[part].voxel == longest.voxel; ++part) {
+      if (std::abs(parts[part].tangent.dot(longest.tangent)) < kSameLine) continue;
+      for (const Vec3& end : {parts[part].from, parts[part].to}) {
+        const double along = (end - longest.from).dot(longest.tangent);
+        low = std::min(low, along);
+        high = std::max(high, along);
+      }
+    }
+    VoxelSurface& surface = out[static_cast<std::size_t>(longest.voxel)];
+    surface.label = Label::kEdge;
+    surface.tangent = longest.tangent;
+    surface.half_length = 0.5 * (high - low);
+    surface.place = longest.from + 0.5 * (low + high) * longest.tangent;
+    if (normals.edges[longest.edge].squaredNorm() > 0) {
+      surface.feature_normal = normals.edges[longest.edge];
+    }
+    first_part = part;
+  }
+  ForEachMeeting(voxels[Field::kVertex], chunk.place, [&](std::size_t cell, std::uint32_t v) {
+    if (at[cell] < 0) return;
+    VoxelSurface& surface = out[static_cast<std::size_t>(at[cell])];
+    if (surface.label == Label::kVertex) return;
+    surface.label = Label::kVertex;
+    if (normals.vertices[v].squaredNorm() > 0) surface.feature_normal = normals.vertices[v];
+    surface.place = mesh_W.vertices[features.vertices[v]] / s - origin - cell_corner(cell);
+  });
+  for (VoxelSurface& surface : out) {
+    surface.place = surface.place.cwiseMax(0.0).cwiseMin(1.0);
+  }
+  return out;
+}
+
+}  // namespace tandem
