@@ -5,44 +5,9 @@
 #include <utility>
 
 #include "engine/base/check.h"
+#include "engine/geometry/closest_on_triangle.h"
 
 namespace tandem {
-namespace {
-
-struct OnTriangle {
-  Vec3 point;
-  bool on_face;
-};
-
-// Ericson, Real-Time Collision Detection, 5.1.5.
-OnTriangle ClosestOn(const Facet& t, const Vec3& p) {
-  const Vec3 ab = t.b - t.a;
-  const Vec3 ac = t.c - t.a;
-  const Vec3 ap = p - t.a;
-  const double d1 = ab.dot(ap);
-  const double d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return {t.a, false};
-  const Vec3 bp = p - t.b;
-  const double d3 = ab.dot(bp);
-  const double d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return {t.b, false};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {t.a + (d1 / (d1 - d3)) * ab, false};
-  const Vec3 cp = p - t.c;
-  const double d5 = ab.dot(cp);
-  const double d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return {t.c, false};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {t.a + (d2 / (d2 - d6)) * ac, false};
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    return {t.b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (t.c - t.b), false};
-  }
-  const double scale = 1.0 / (va + vb + vc);
-  return {t.a + (vb * scale) * ab + (vc * scale) * ac, true};
-}
-
-}  // namespace
 
 ExactSurface::ExactSurface(const TriangleMesh& mesh)
     : ExactSurface(TurnedOut{WithBodiesTurnedOut(mesh)}) {}
@@ -82,7 +47,8 @@ ExactSurface::Closest ExactSurface::Search(const Vec3& p, double cut_off) const 
       continue;
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const OnTriangle candidate = ClosestOn(facets_[i], p);
+      const Facet& facet = facets_[i];
+      const OnTriangle candidate = ClosestOnTriangle(facet.a, facet.b, facet.c, p);
       const double squared = (candidate.point - p).squaredNorm();
       if (squared < closest.squared_distance) {
         closest = {squared, candidate.point, i, candidate.on_face};

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "engine/geometry/box_tree.h"
+#include "engine/geometry/triangle_mesh.h"
+
+namespace tandem {
+
+/// A mesh's triangles in a tree of boxes, for questions of distance. Read-only once built.
+struct MeshTree {
+  MeshTree() = default;
+  explicit MeshTree(const TriangleMesh& mesh);
+
+  BoxTree tree;
+  std::vector<std::array<Vec3, 3>> triangles;  // in the tree's order, m
+};
+
+/// The point of the surface closest to p, if one is within `at_most` (m). Does not allocate.
+std::optional<Vec3> ClosestPointOf(const MeshTree& mesh, const Vec3& p, double at_most) noexcept;
+
+/// How far a search for the closest points is taken.
+struct ClosestPointsOptions {
+  double at_most = std::numeric_limits<double>::infinity();  // the distance is known not to be more
+  double tolerance = 0;                                      // m by which it may be overstated
+  std::size_t most_pairs = std::numeric_limits<std::size_t>::max();  // of boxes or triangles
+};
+
+/// What it found. The distance of the two surfaces lies in [least, distance]; when the search came
+/// to its end, least is within the tolerance of it.
+struct ClosestPoints {
+  double distance = std::numeric_limits<double>::infinity();  // m; infinity: nothing found yet
+  double least = 0;
+  Vec3 p_BA = Vec3::Zero();  // on A's surface, in B
+  Vec3 p_BB = Vec3::Zero();  // on B's
+};
+
+/// The distance of two triangle surfaces, in double precision: 0 where they cross, and no inside or
+/// outside. `X_BA` takes A's frame to B's. Does not allocate.
+ClosestPoints FindClosestPoints(const MeshTree& a, const Pose& X_BA, const MeshTree& b,
+                                const ClosestPointsOptions& options) noexcept;
+
+}  // namespace tandem
