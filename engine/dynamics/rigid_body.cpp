@@ -1,21 +1,32 @@
 #include "engine/dynamics/rigid_body.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 namespace tandem {
 
-Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load& load,
-                    double h) noexcept {
+StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state, const Load& load,
+                                double h) noexcept {
   const Mat3 R = state.X_WB.q.toRotationMatrix();
   const Mat3 I_W = R * inertia.I_B * R.transpose();
-  const Vec6 v = Stacked(state.V_WB);
-  Mat6 A = h * load.damping + h * h * load.stiffness;
-  A.topLeftCorner<3, 3>() += I_W;
-  A.bottomRightCorner<3, 3>() += inertia.mass * Mat3::Identity();
-  Vec6 rhs = load.force - h * load.stiffness * v;
-  rhs.head<3>() -= state.V_WB.w.cross(I_W * state.V_WB.w);
-  const Vec6 v_new = v + A.ldlt().solve(h * rhs);
-  return {v_new.head<3>(), v_new.tail<3>()};
+  StepEquations step;
+  Mat6 M = Mat6::Zero();
+  M.topLeftCorner<3, 3>() = I_W;
+  M.bottomRightCorner<3, 3>() = inertia.mass * Mat3::Identity();
+  M += h * load.damping;
+  step.A = M + h * h * load.stiffness;
+  // w x I w = w x (I - c) w for any number c: with this one it is nothing for a ball, and rightly
+  // so
+  const Vec3 uneven = I_W * state.V_WB.w - (I_W.trace() / 3.0) * state.V_WB.w;
+  step.A.topLeftCorner<3, 3>() -= h * CrossMatrix(uneven);
+  step.b = M * Stacked(state.V_WB) + h * load.force;
+  return step;
+}
+
+Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load& load,
+                    double h) noexcept {
+  const StepEquations step = ImplicitEquations(inertia, state, load, h);
+  const Vec6 V = step.A.partialPivLu().solve(step.b);
+  return {V.head<3>(), V.tail<3>()};
 }
 
 double Advance(RigidState& state, const Twist& V_WB, double h, double radius,

@@ -16,11 +16,22 @@ struct RigidState {
   Twist V_WB;
 };
 
-/// The twist over one linearly implicit step of length h (s): solves
-///   (M + h D + h^2 K) dv = h (F - h K v)
-/// with the load's force F, stiffness K and damping D at the beginning of the step and the
-/// gyroscopic moment. Correct in the limit of small steps; never unstable for any stiffness (notes:
-/// VPS.md §10.2).
+/// A V = b for the twist V at the end of a step, in W, turning first.
+struct StepEquations {
+  Mat6 A;
+  Vec6 b;
+};
+
+/// One linearly implicit step of length h (s) of a free body:
+///   (M + h G + h D + h^2 K) V = (M + h D) V0 + h F
+/// with the load's force F, stiffness K and damping D at the beginning of the step, and the
+/// gyroscopic moment w x I w0 = G V, which does no work on the new w: so a body that nothing pulls
+/// never gains energy, however fast it tumbles. Correct in the limit of small steps; stable for any
+/// stiffness (VPS.md §10.2).
+StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state, const Load& load,
+                                double h) noexcept;
+
+/// Their solution.
 Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load& load,
                     double h) noexcept;
 
