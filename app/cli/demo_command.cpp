@@ -9,6 +9,8 @@
 #include "app/cli/commands.h"
 #include "app/cli/demo_judgement.h"
 #include "app/cli/peer_report.h"
+#include "app/cli/scene_files.h"
+#include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 
@@ -37,11 +39,6 @@ struct DemoArguments {
   bool json = false;
   bool no_contact = false;
 };
-
-std::filesystem::path SceneFile(const std::string& name) {
-  if (std::filesystem::exists(name)) return name;
-  return ProgramFolder().parent_path() / "scenes" / (name + ".json");
-}
 
 bool HasDisplay() {
   const auto set = [](const char* name) {

@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   tandem::AddWatchCommand(app, exit_code);
   tandem::AddVoxelizeCommand(app, exit_code);
   tandem::AddContactCommand(app, exit_code);
+  tandem::AddBenchCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -33,6 +33,9 @@ inline GridIndex VoxelAt(const std::array<float, 3>& p) noexcept {
   return {down(p[0]), down(p[1]), down(p[2])};
 }
 
+/// Voxels. Far more than any pointshell's, which has a point in every voxel of its own surface.
+inline constexpr double kWidestBlock = 8000;
+
 /// What the test of a block says.
 struct BlockReading {
   std::uint16_t contacts = 0;  // lanes with a mark <= the threshold
@@ -40,9 +43,20 @@ struct BlockReading {
 };
 
 /// Reads the marks of all points of the listed blocks, each in the field that its label reads
-/// (paper §4). Marks above 255 - 3 do not exist, so a byte holds them.
+/// (paper §4). Marks above 255 - 3 do not exist, so a byte holds them. Points outside the map read
+/// beyond. The same bits on every processor: one source, compiled for each instruction set and
+/// chosen when first called (docs/decisions/0009-block-test.md). A block must be less than
+/// kWidestBlock across.
 void TestBlocks(const PointBlocks& blocks, const VoxelTransform& transform, const Voxmap& voxmap,
                 int threshold, std::span<const std::uint32_t> list,
                 BlockReading* readings) noexcept;
+
+/// The same arithmetic and results without the look-up, as if each voxel's mark were its number in
+/// its chunk: what `tandem bench points` compares TestBlocks with.
+void TransformBlocks(const PointBlocks& blocks, const VoxelTransform& transform, int threshold,
+                     std::span<const std::uint32_t> list, BlockReading* readings) noexcept;
+
+/// The instruction set that TestBlocks was chosen for on this processor, e.g. "AVX3".
+const char* KernelIsa() noexcept;
 
 }  // namespace tandem

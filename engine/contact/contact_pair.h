@@ -43,7 +43,7 @@ struct PairOptions {
   /// With these the refined model, on a pointshell whose points stand on features; without them the
   /// plain one. Must outlive the pair.
   const SurfaceDetails* details = nullptr;
-  ScheduleOptions schedule;
+  ScheduleOptions schedule{};
 };
 
 /// A pointshell body against a voxmap body (paper §2.1). All contact arithmetic lives in the

@@ -43,6 +43,7 @@ PointBlocks::PointBlocks(const Pointshell& shell) {
       positions_.push_back(position);
       normals_.push_back(normal);
       fields_.push_back(FieldReadBy(block.label));
+      counts_.push_back(block.count);
       first = last;
     }
     out.block_count = static_cast<std::uint32_t>(blocks_.size()) - out.first_block;

@@ -49,7 +49,8 @@ class PointBlocks {
   const std::vector<Chunk>& chunks() const noexcept { return chunks_; }
   const Lanes* positions() const noexcept { return positions_.data(); }
   const Lanes* normals() const noexcept { return normals_.data(); }
-  const Field* fields() const noexcept { return fields_.data(); }  // that each block reads
+  const Field* fields() const noexcept { return fields_.data(); }         // that each block reads
+  const std::uint8_t* counts() const noexcept { return counts_.data(); }  // of each block's points
 
  private:
   std::vector<Block> blocks_;
@@ -57,6 +58,7 @@ class PointBlocks {
   std::vector<Lanes> positions_;
   std::vector<Lanes> normals_;
   std::vector<Field> fields_;
+  std::vector<std::uint8_t> counts_;
 };
 
 }  // namespace tandem

@@ -25,6 +25,9 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
       history_(options.drift ? kHistory : 0),
       changes_(options.drift ? kHistory : 0) {
   TANDEM_CHECK(force_layer >= 0 && force_layer <= std::max(0, range_ - 2));
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    TANDEM_CHECK(2 * blocks.block(b).radius < kWidestBlock * s_);
+  }
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < open_.size(); ++c) {
     if (options_.chunks) {

@@ -147,7 +147,9 @@ TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
         Swim(bodies, options, capacity, frames, 77 + static_cast<std::uint64_t>(trial));
     EXPECT_EQ(outcome.missed, 0U) << "trial " << trial;
     EXPECT_GT(outcome.contacts, 0.5) << "trial " << trial;
-    if (trial < 4) EXPECT_LT(outcome.tests, 0.5 * points) << "trial " << trial;
+    if (trial < 4) {
+      EXPECT_LT(outcome.tests, 0.5 * points) << "trial " << trial;
+    }
     squeezed += outcome.squeezed / trials;
     point_frames += outcome.point_frames;
     std::printf(
