@@ -8,6 +8,7 @@ namespace tandem {
 void AddViewCommand(CLI::App& app, int& exit_code);
 void AddVoxelizeCommand(CLI::App& app, int& exit_code);
 void AddContactCommand(CLI::App& app, int& exit_code);
+void AddProximityCommand(CLI::App& app, int& exit_code);
 void AddDemoCommand(CLI::App& app, int& exit_code);
 void AddBenchCommand(CLI::App& app, int& exit_code);
 void AddPeerCommand(CLI::App& app, int& exit_code);

@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   tandem::AddVoxelizeCommand(app, exit_code);
   tandem::AddContactCommand(app, exit_code);
   tandem::AddBenchCommand(app, exit_code);
+  tandem::AddProximityCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -27,7 +27,7 @@ constexpr std::array<const char*, 9> kColumns{"fixed", "moving", "tx", "ty",    
 
 }  // namespace
 
-Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file) {
+Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, PosesOf of) {
   std::ifstream stream(file);
   if (!stream) return Error{file.string() + ": cannot be read"};
   std::string line;
@@ -35,7 +35,8 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file) {
   std::map<std::string, std::size_t> place;
   const std::vector<std::string> names = Cells(line);
   for (std::size_t i = 0; i < names.size(); ++i) place[names[i]] = i;
-  for (const char* column : kColumns) {
+  for (std::size_t k = of == PosesOf::kPairs ? 0 : 1; k < kColumns.size(); ++k) {
+    const char* column = kColumns[k];
     if (!place.contains(column)) {
       return Error{file.string() + ":1: has no column " + column};
     }
@@ -62,7 +63,7 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file) {
     if (axis.norm() < 1e-12 && angle != 0) return Error{at + "the axis of a turn must not be 0"};
     const Vec3 turn = angle == 0 ? Vec3(Vec3::Zero()) : Vec3(angle * axis.normalized());
     poses.push_back({.row = poses.size(),
-                     .fixed = cells[place["fixed"]],
+                     .fixed = of == PosesOf::kPairs ? cells[place["fixed"]] : std::string(),
                      .moving = cells[place["moving"]],
                      .X_WM = {RotationBy(turn), Vec3(values[0], values[1], values[2])}});
   }

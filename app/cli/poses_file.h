@@ -18,8 +18,13 @@ struct FilePose {
   Pose X_WM;  // translation in file units
 };
 
+/// What a poses file is about: pairs of mesh files, or bodies of a scene, which needs no column
+/// `fixed`.
+enum class PosesOf { kPairs, kSceneBodies };
+
 /// Reads CSV with a header line that names at least fixed, moving, tx, ty, tz, ax, ay, az,
 /// angle_deg. An error names the file, the line and what was expected there.
-Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file);
+Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file,
+                                            PosesOf of = PosesOf::kPairs);
 
 }  // namespace tandem

@@ -159,15 +159,17 @@ Nearness ProximityPair::Nearest(const Pose& X_BA, const NearestOptions& options)
     near.least = std::max(near.least, std::min(exact.least, near.most));
     if (exact.distance <= near.most) {
       near.refined = true;
-      near.distance = exact.distance;
       near.most = exact.distance;
+      // a search cut short has not ruled out less: never a worse bound than by voxels alone
+      near.distance = std::min(exact.distance, near.least + slack);
       near.p_BA = exact.p_BA;
       near.p_BB = exact.p_BB;
       near.overlap = near.overlap || exact.distance <= 0;
     }
   }
   const Vec3 apart = near.p_BA - near.p_BB;
-  const bool by_points = near.refined && !near.overlap && apart.norm() > 0;
+  const bool beyond = voxels.distance > b_->voxmap.range() * b_->voxmap.voxel_size();
+  const bool by_points = (near.refined || beyond) && !near.overlap && apart.norm() > 0;
   near.gradient_B = by_points ? Vec3(apart.normalized()) : VoxelGradient(*b_, near.p_BA);
   if (near.overlap) {
     // a centre inside B is within half a diagonal of A's surface: either that is inside too, or as

@@ -183,6 +183,8 @@ TEST(ProximityPair, ThePrecisionItStatesHoldsForSphereAndBoxAtAnyDistance) {
     EXPECT_LE(coarse.least, exact + facets);
     EXPECT_GE(coarse.most, exact);
     EXPECT_NEAR((coarse.p_BA - coarse.p_BB).norm(), coarse.distance, 1e-6);
+    EXPECT_NEAR(coarse.gradient_B.norm(), 1, 1e-9);
+    EXPECT_LT(Degrees(coarse.gradient_B, q_box * away), 50);
     worst_voxels = std::max(worst_voxels, std::abs(coarse.distance - exact));
 
     const Nearness fine = pair.Nearest(X_BA);
@@ -252,7 +254,7 @@ TEST(ProximityPair, WhatASearchCutShortStatesStillHolds) {
     const Nearness near = pair.Nearest(Pose{}, {.most_pairs = most});
     EXPECT_LE(near.least, 0.005 + 1e-3 * 0.03);
     EXPECT_GE(near.most, 0.005 - 1e-3 * 0.03);
-    EXPECT_LE(near.error_bound(), 2.001 * kBound);
+    EXPECT_LE(near.error_bound(), 1.001 * kBound);
   }
 }
 

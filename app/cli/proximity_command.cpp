@@ -1,0 +1,255 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/commands.h"
+#include "app/cli/poses_file.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "engine/geometry/mesh_file.h"
+#include "engine/realtime/clock.h"
+#include "engine/world/scene.h"
+#include "engine/world/scene_proximity.h"
+
+namespace tandem {
+
+namespace {
+
+struct ProximityArguments {
+  std::string scene;
+  std::string poses;
+  double voxel = 0;  // 0: the scene's
+  bool coarse = false;
+  bool csv = false;
+  bool json = false;
+};
+
+// of triangles: nobody waits for the next picture here, so searches may come to their end
+constexpr std::size_t kMostPairs = 2'000'000;
+
+/// One question: a body somewhere, all others where the scene has them at first.
+struct Question {
+  std::size_t row = 0;  // of the poses file; without one: the moving body, from 0
+  std::size_t body = 0;
+  Pose X_W;
+};
+
+struct Answer {
+  std::size_t row = 0;
+  SceneNearness near;
+};
+
+Result<std::vector<ProximityBody>> LoadBodies(const Scene& scene) {
+  std::vector<ProximityBody> bodies;
+  for (const SceneBody& body : scene.bodies) {
+    const Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, {.scale = body.scale});
+    if (!mesh_M) return Error{"body '" + body.name + "': " + mesh_M.error().what};
+    bodies.push_back({body.name, body.fixed, Transformed(*mesh_M, body.X_WM)});
+  }
+  return bodies;
+}
+
+std::vector<Question> QuestionsOfScene(const Scene& scene) {
+  std::vector<Question> questions;
+  for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
+    if (!scene.bodies[body].fixed) questions.push_back({questions.size(), body, {}});
+  }
+  return questions;
+}
+
+Result<std::vector<Question>> QuestionsOfFile(const Scene& scene, const std::string& file) {
+  const Result<std::vector<FilePose>> poses = ReadPosesFile(file, PosesOf::kSceneBodies);
+  if (!poses) return poses.error();
+  std::vector<Question> questions;
+  for (const FilePose& pose : *poses) {
+    const std::string at = file + ": pose " + std::to_string(pose.row) + ": ";
+    const int body = scene.BodyNamed(pose.moving);
+    if (body < 0) return Error{at + "the scene has no body '" + pose.moving + "'"};
+    const SceneBody& of = scene.bodies[static_cast<std::size_t>(body)];
+    if (of.fixed) return Error{at + "'" + pose.moving + "' is fixed; name one that moves"};
+    questions.push_back({pose.row, static_cast<std::size_t>(body), pose.X_WM * of.X_WM.Inverse()});
+  }
+  if (questions.empty()) return Error{file + ": has no pose"};
+  return questions;
+}
+
+std::array<double, 3> Numbers(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+std::string OtherOf(const SceneProximity& scene, const SceneNearness& near) {
+  return near.other == SceneNearness::kNone ? "" : scene.parts()[near.other].name;
+}
+
+void PrintCsv(const SceneProximity& scene, const std::vector<Answer>& answers) {
+  std::printf(
+      "row,body,other,distance_m,error_bound_m,overlap,refined,"
+      "px,py,pz,qx,qy,qz,gx,gy,gz\n");
+  for (const Answer& answer : answers) {
+    const SceneNearness& near = answer.near;
+    std::printf("%zu,%s,%s,%.9g,%.9g,%d,%d", answer.row, scene.parts()[near.part].name.c_str(),
+                OtherOf(scene, near).c_str(), near.distance, near.error_bound(),
+                near.overlap ? 1 : 0, near.refined ? 1 : 0);
+    for (const Vec3& v : {near.p_WPart, near.p_WOther, near.gradient_W}) {
+      std::printf(",%.9g,%.9g,%.9g", v.x(), v.y(), v.z());
+    }
+    std::printf("\n");
+  }
+}
+
+/// What took how long.
+struct Costs {
+  double voxelize_s = 0;
+  double median_ms = 0;  // of a pose
+  double most_ms = 0;
+};
+
+void PrintJson(const ProximityArguments& arguments, const SceneProximity& scene,
+               const std::vector<Answer>& answers, const Costs& costs) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (const Answer& answer : answers) {
+    const SceneNearness& near = answer.near;
+    rows.push_back({{"row", answer.row},
+                    {"body", scene.parts()[near.part].name},
+                    {"other", OtherOf(scene, near)},
+                    {"distance_m", near.distance},
+                    {"error_bound_m", near.error_bound()},
+                    {"overlap", near.overlap},
+                    {"refined", near.refined},
+                    {"point_of_body", Numbers(near.p_WPart)},
+                    {"point_of_other", Numbers(near.p_WOther)},
+                    {"gradient", Numbers(near.gradient_W)}});
+  }
+  const nlohmann::ordered_json out{
+      {"scene", arguments.scene},
+      {"voxel_m", scene.parts().front().shape.voxmap.voxel_size()},
+      {"poses", answers.size()},
+      {"voxelize_s", costs.voxelize_s},
+      {"pose_ms", {{"median", costs.median_ms}, {"max", costs.most_ms}}},
+      {"rows", rows}};
+  std::printf("%s\n", out.dump(2).c_str());
+}
+
+std::string Words(const Vec3& v) {
+  const auto rounded = [](double x) {
+    return std::round(x * 1e6) * 1e-6 + 0.0;  // no minus before a 0
+  };
+  char text[96];
+  std::snprintf(text, sizeof text, "(%.6g %.6g %.6g)", rounded(v.x()), rounded(v.y()),
+                rounded(v.z()));
+  return text;
+}
+
+void PrintWords(const SceneProximity& scene, const std::vector<Answer>& answers) {
+  for (const Answer& answer : answers) {
+    const SceneNearness& near = answer.near;
+    std::printf("%zu: %s to %s: %.4f mm%s, error at most %.2g mm, from %s to %s, gradient %s\n",
+                answer.row, scene.parts()[near.part].name.c_str(), OtherOf(scene, near).c_str(),
+                1e3 * near.distance, near.overlap ? " (they overlap)" : "",
+                1e3 * near.error_bound(), Words(near.p_WPart).c_str(), Words(near.p_WOther).c_str(),
+                Words(near.gradient_W).c_str());
+  }
+}
+
+std::vector<Answer> AnswerAll(SceneProximity& proximity, const Scene& scene,
+                              const std::vector<Question>& questions, bool refine, Costs& costs) {
+  std::vector<std::size_t> part_of(scene.bodies.size(), SceneNearness::kNone);
+  for (std::size_t part = 0; part < proximity.parts().size(); ++part) {
+    if (!proximity.parts()[part].fixed) part_of[proximity.parts()[part].body] = part;
+  }
+  std::vector<Answer> answers;
+  std::vector<double> ms;
+  std::vector<Pose> X_W(scene.bodies.size());
+  for (const Question& question : questions) {
+    X_W[question.body] = question.X_W;
+    const std::int64_t start_ns = MonotonicNowNs();
+    answers.push_back(
+        {question.row, proximity.NearestTo(part_of[question.body], X_W,
+                                           {.refine = refine, .most_pairs = kMostPairs})});
+    ms.push_back(1e-6 * static_cast<double>(MonotonicNowNs() - start_ns));
+    X_W[question.body] = Pose{};
+  }
+  std::sort(ms.begin(), ms.end());
+  costs.median_ms = ms[ms.size() / 2];
+  costs.most_ms = ms.back();
+  return answers;
+}
+
+int RunProximity(const ProximityArguments& arguments) {
+  if (!(arguments.voxel >= 0) || !std::isfinite(arguments.voxel)) {
+    return Fail(kExitUsage, "--voxel takes a size in metres above 0");
+  }
+  if (arguments.csv && arguments.json) return Fail(kExitUsage, "give --csv or --json, not both");
+  const Result<Scene> scene = LoadScene(arguments.scene);
+  if (!scene) return Fail(kExitFile, scene.error().what);
+  const Result<std::vector<Question>> questions =
+      arguments.poses.empty() ? QuestionsOfScene(*scene) : QuestionsOfFile(*scene, arguments.poses);
+  if (!questions) return Fail(kExitFile, questions.error().what);
+  if (questions->empty()) return Fail(kExitFile, arguments.scene + ": no body can move");
+  if (scene->bodies.size() < 2) {
+    return Fail(kExitFile, arguments.scene + ": has one body only, and nothing to be near to");
+  }
+  const Result<std::vector<ProximityBody>> bodies = LoadBodies(*scene);
+  if (!bodies) return Fail(kExitFile, bodies.error().what);
+
+  Costs costs;
+  const std::int64_t start_ns = MonotonicNowNs();
+  Result<std::vector<ProximityPart>> parts = MakeProximityParts(
+      *bodies, arguments.voxel > 0 ? arguments.voxel : scene->voxel_size,
+      [](std::size_t /*done*/, std::size_t /*total*/, const std::string& /*part*/) {
+        return true;
+      });
+  if (!parts) return Fail(kExitFile, arguments.scene + ": " + parts.error().what);
+  costs.voxelize_s = 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
+  SceneProximity proximity(std::make_shared<const std::vector<ProximityPart>>(std::move(*parts)));
+  const std::vector<Answer> answers =
+      AnswerAll(proximity, *scene, *questions, !arguments.coarse, costs);
+  if (arguments.json) {
+    PrintJson(arguments, proximity, answers, costs);
+  } else if (arguments.csv) {
+    PrintCsv(proximity, answers);
+  } else {
+    PrintWords(proximity, answers);
+  }
+  const auto overlapping = std::count_if(answers.begin(), answers.end(), [](const Answer& a) {
+    return a.near.overlap;
+  });
+  char costs_text[96];
+  std::snprintf(costs_text, sizeof costs_text,
+                "; voxelized in %.2f s, then %.2f ms a pose (median; max %.2f)", costs.voxelize_s,
+                costs.median_ms, costs.most_ms);
+  Say(std::to_string(overlapping) + " of " + std::to_string(answers.size()) + " poses overlap" +
+      costs_text);
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddProximityCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<ProximityArguments>();
+  CLI::App* command = app.add_subcommand(
+      "proximity", "How far a body is from all others: distance, two points, error, gradient");
+  command->add_option("scene", arguments->scene, "scene file")->required();
+  command->add_option("--poses", arguments->poses,
+                      "CSV file of poses; otherwise each moving body where it stands at first");
+  command->add_option("--voxel", arguments->voxel, "voxel size in metres; otherwise the scene's");
+  command->add_flag("--coarse", arguments->coarse,
+                    "by voxels alone: the error is at most sqrt(3) voxels");
+  command->add_flag("--csv", arguments->csv, "print one line a pose for programs");
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->footer(
+      "A poses file is CSV with a header that names at least moving,tx,ty,tz,ax,ay,az,angle_deg: "
+      "the moving\nbody's name in the scene; where its file's frame stands in the scene, in "
+      "metres; the axis and angle of\nits turn. All other bodies stand where the scene has them. "
+      "Every figure is in metres and in the scene's\nframe: p is the point on the body, q the one "
+      "on the other, g the unit direction in which the body gains\ndistance fastest. The exact "
+      "distance is within the error bound of the one printed; it is 0 where bodies overlap.");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunProximity(*arguments);
+  });
+}
+
+}  // namespace tandem
