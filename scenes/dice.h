@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+
+namespace tandem {
+
+/// Numbers by chance, the same ones on every machine for the same seed (splitmix64).
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : state_(seed) {}
+
+  std::uint64_t Next() {
+    state_ += 0x9e3779b97f4a7c15ULL;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
+    return z ^ (z >> 31U);
+  }
+  /// Evenly from [low, high).
+  double Between(double low, double high) {
+    return low + (high - low) * static_cast<double>(Next() >> 11U) * 0x1p-53;
+  }
+  /// Evenly from low, low + 1, … high.
+  int Whole(int low, int high) {
+    return low + static_cast<int>(Next() % static_cast<std::uint64_t>(high - low + 1));
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace tandem
