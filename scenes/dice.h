@@ -4,7 +4,8 @@
 
 namespace tandem {
 
-/// Numbers by chance, the same ones on every machine for the same seed (splitmix64).
+/// Numbers by chance, the same ones on every machine for the same seed (splitmix64). Two that are
+/// arguments of one call come in an order that compilers choose; in braces they come as written.
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : state_(seed) {}

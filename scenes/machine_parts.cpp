@@ -1,5 +1,6 @@
 #include "scenes/machine_parts.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -129,7 +130,7 @@ TriangleMesh Spring(double radius, double wire_radius, double pitch, int turns, 
     points.emplace_back(radius * std::cos(2 * kPi * turn), radius * std::sin(2 * kPi * turn),
                         pitch * turn);
   }
-  return Hose(points, wire_radius, 0, sides, 3);
+  return Hose(points, wire_radius, 0, sides, 2);
 }
 
 TriangleMesh Rack(const RackShape& shape) {
@@ -155,17 +156,27 @@ TriangleMesh Rack(const RackShape& shape) {
 
 TriangleMesh BoltCircle(int bolts, double circle_radius, double across_flats) {
   const double washer = 0.12 * across_flats;
-  PlateEdges edges;
-  edges.sides = 32;
-  const TriangleMesh head = HexHead(across_flats, 0.6 * across_flats);
-  const TriangleMesh disc = Plate({{{0, 0}, 0.7 * across_flats}}, {{{0, 0}, 0.33 * across_flats}},
-                                  kSeam, kSeam + washer, edges);
+  const double height = 0.6 * across_flats;
+  // corners and the middles of the flats, which the chamfer leaves as they are
+  const auto ring = [across_flats](double limit, double z) {
+    Loop loop;
+    for (int i = 0; i < 12; ++i) {
+      const double r = std::min(0.5 * across_flats / (i % 2 == 0 ? std::cos(kPi / 6) : 1), limit);
+      loop.emplace_back(r * std::cos(kPi * i / 6), r * std::sin(kPi * i / 6), z);
+    }
+    return loop;
+  };
+  TriangleMesh bolt = Skin(
+      {ring(across_flats, 0), ring(across_flats, 0.85 * height), ring(0.51 * across_flats, height)},
+      SkinEnds::kCapped);
+  bolt = Moved(bolt, {0, 0, washer + 2 * kSeam});
+  const double rim = 0.7 * across_flats;
+  Append(bolt, Revolved({{rim, kSeam}, {rim, kSeam + washer}}, 20));
   TriangleMesh mesh;
   for (int k = 0; k < bolts; ++k) {
     const double angle = 2 * kPi * k / bolts;
-    const Vec3 at(circle_radius * std::cos(angle), circle_radius * std::sin(angle), 0);
-    Append(mesh, Moved(disc, at));
-    Append(mesh, Moved(head, at + Vec3(0, 0, washer + 2 * kSeam)));
+    Append(mesh,
+           Moved(bolt, {circle_radius * std::cos(angle), circle_radius * std::sin(angle), 0}));
   }
   return mesh;
 }

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "scenes/generated_scene.h"
+
+namespace tandem {
+
+/// A machine bay as large as a landing gear's, packed with machine parts, and an actuator that
+/// stands in a nest in its middle. The bay is a lattice of cells of about 0.3 m: pipes and beams
+/// run through rows of cells, the other cells hold a part each, so parts do not overlap but where a
+/// pipe's curve leaves its cells. A corridor as long as the nest leads from it straight up and out.
+struct ClutterShape {
+  std::array<int, 3> cells = {14, 8, 15};  // along x, y, z; at least 6, 3 and 3
+  double filled = 0.25;                    // share of the cells left by pipes and beams
+  std::uint64_t seed = 20050318;
+};
+
+/// All fixed parts, each by itself, where it stands (mm).
+std::vector<TriangleMesh> ClutterParts(const ClutterShape& shape);
+
+/// The nest's fixed parts round the actuator, and the actuator, both about the origin (mm).
+TriangleMesh ClutterNest();
+TriangleMesh ClutterActuator();
+
+/// The share of the parts' vertices that lie inside another part.
+double OverlapShare(const std::vector<TriangleMesh>& parts);
+
+double AreaOf(const TriangleMesh& mesh);
+
+/// The parts as one fixed mesh, `clutter_fixed.stl`, and the actuator, `clutter_actuator.stl`, with
+/// its hand.
+GeneratedScene Clutter(const std::vector<TriangleMesh>& parts);
+
+}  // namespace tandem

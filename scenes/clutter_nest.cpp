@@ -1,0 +1,209 @@
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "scenes/clutter.h"
+#include "scenes/machine_parts.h"
+
+// The clutter's actuator lies along x; a nest holds it, seen along x:
+//
+//    wall |         (tie rod)          | wall
+//         |=     .-----------.       --|= bolt
+//         |    o/             \o       |
+//         |=   |     barrel    |      =|  guide rack
+//         |    o\  with fins  /o       |
+//         |  \\   '---------'   //     |
+//         |    \\             //  rack, 8 mm from the fins
+//         |      \\  saddle //         |
+//    =====+============================+=====  base
+//
+// Fin rims cross the racks' teeth, so a push downwards touches in hundreds of places at once.
+namespace tandem {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+constexpr double kFinRadius = 58;
+constexpr double kBarrelRadius = 52;
+constexpr double kBarrelLeft = -370;
+constexpr double kBarrelRight = -10;
+constexpr double kFlangeHalf = 57;
+constexpr double kFlangeThickness = 18;
+constexpr double kTieCircle = 62.5;  // from the axis: a seam outside the fins
+constexpr double kTieRadius = 4;
+constexpr double kRodRadius = 14;
+constexpr double kEyeCentre = 408;
+constexpr double kEyeRadius = 40;
+constexpr double kClevisPin = -418;
+
+constexpr double kCradleClearance = 8;
+constexpr double kCradleAngle = 40 * kPi / 180;  // from straight down
+constexpr double kRackDepth = 24;
+constexpr double kWall = 75;
+constexpr double kGuideClearance = 12;
+constexpr double kBase = -136;
+
+TriangleMesh AboutX(const TriangleMesh& mesh, double angle) {
+  return Turned(mesh, RotationBy(Vec3(angle, 0, 0)));
+}
+
+TriangleMesh Barrel() {
+  std::vector<Vec2> profile = {{kBarrelRadius - 3, kBarrelLeft}, {kBarrelRadius, kBarrelLeft + 3}};
+  constexpr double kPitch = 10;
+  for (double x = kBarrelLeft + 40; x < kBarrelRight - 40; x += kPitch) {
+    for (const Vec2& p : {Vec2(kBarrelRadius, x), Vec2(kFinRadius, x + 1), Vec2(kFinRadius, x + 4),
+                          Vec2(kBarrelRadius, x + 5)}) {
+      profile.push_back(p);
+    }
+  }
+  profile.emplace_back(kBarrelRadius, kBarrelRight - 3);
+  profile.emplace_back(kBarrelRadius - 3, kBarrelRight);
+  return AlongX(Revolved(profile, 96));
+}
+
+/// A flange round the barrel with the ends of the tie rods: threads, nuts and washers, towards -x.
+TriangleMesh Flange() {
+  const Outline square = {{{kFlangeHalf, kFlangeHalf}, 0},
+                          {{-kFlangeHalf, kFlangeHalf}, 0},
+                          {{-kFlangeHalf, -kFlangeHalf}, 0},
+                          {{kFlangeHalf, -kFlangeHalf}, 0}};
+  PlateEdges edges;
+  edges.outer_round = 3;
+  edges.hole_round = 1;
+  edges.sides = 96;
+  TriangleMesh flange =
+      Plate(square, {{{0, 0}, kBarrelRadius + kSeam}}, 0, kFlangeThickness, edges);
+  for (int k = 0; k < 4; ++k) {
+    const double angle = kPi * (0.25 + 0.5 * k);
+    const Vec3 at(kTieCircle * std::cos(angle), kTieCircle * std::sin(angle), 0);
+    TriangleMesh end = Moved(Turned(HexHead(10, 7), RotationBy(Vec3(kPi, 0, 0))), {0, 0, -kSeam});
+    Append(end, Moved(ThreadedEnd(0.9 * kTieRadius, 1.5, 8, 16), {0, 0, -7 - 2 * kSeam}));
+    Append(flange, Moved(end, at));
+  }
+  return AlongX(flange);
+}
+
+TriangleMesh RodEnd() {
+  // rod, thread, and the eye with its ball
+  TriangleMesh end = AlongX(Revolved({{kRodRadius, kBarrelRight + kSeam},
+                                      {kRodRadius, 130},
+                                      {kRodRadius, 270},
+                                      {kRodRadius - 2, 272}},
+                                     72));
+  Append(end, Moved(Turned(ThreadedEnd(kRodRadius, 4, 60, 32), RotationBy(Vec3(0, -0.5 * kPi, 0))),
+                    {272 + kSeam, 0, 0}));
+  const double shank = 332 + 2 * kSeam;
+  Append(end, AlongX(Revolved({{20, shank},
+                               {22, shank + 2},
+                               {22, kEyeCentre - kEyeRadius - 2},
+                               {20, kEyeCentre - kEyeRadius - kSeam}},
+                              72)));
+  TriangleMesh eye = Tube(27, kEyeRadius, -18, 18, 96);
+  std::vector<Vec2> ball = {{13, -22}, {13, 22}};
+  for (int i = 0; i <= 12; ++i) {
+    const double z = 15.0 - 2.5 * i;
+    ball.emplace_back(std::sqrt(26.5 * 26.5 - z * z), z);
+  }
+  Append(eye, RevolvedRing(ball, 80));
+  Append(end, Moved(AlongY(eye), {kEyeCentre, 0, 0}));
+  return end;
+}
+
+TriangleMesh Clevis() {
+  TriangleMesh clevis;
+  const double root = kBarrelLeft - kSeam - kClevisPin;
+  const Outline cheek = {{{0, 0}, 30}, {{root - 2, 28}, 2}, {{root - 2, -28}, 2}};
+  PlateEdges edges;
+  edges.outer_round = 2;
+  edges.hole_round = 1;
+  edges.sides = 96;
+  for (const double start : {-32.0, 14.0}) {
+    // the plate's x stays, its z becomes y
+    const TriangleMesh plate = Plate(cheek, {{{0, 0}, 12 + kSeam}}, start, start + 18, edges);
+    Append(clevis, Turned(plate, RotationBy(Vec3(0.5 * kPi, 0, 0))));
+  }
+  Append(clevis, AlongY(Revolved({{10, -38}, {12, -36}, {12, 36}, {10, 38}}, 56)));
+  return Moved(clevis, {kClevisPin, 0, 0});
+}
+
+}  // namespace
+
+TriangleMesh ClutterActuator() {
+  TriangleMesh actuator = Barrel();
+  Append(actuator, Moved(Flange(), {kBarrelLeft + 6, 0, 0}));
+  Append(actuator, Moved(Turned(Flange(), RotationBy(Vec3(0, 0, kPi))), {kBarrelRight - 6, 0, 0}));
+  const double left = kBarrelLeft + 6 + kFlangeThickness + kSeam;
+  const double right = kBarrelRight - 6 - kFlangeThickness - kSeam;
+  for (int k = 0; k < 4; ++k) {
+    const double angle = kPi * (0.25 + 0.5 * k);
+    Append(actuator,
+           Moved(AlongX(Revolved(
+                     {{kTieRadius, left}, {kTieRadius, 0.5 * (left + right)}, {kTieRadius, right}},
+                     40)),
+                 {0, kTieCircle * std::cos(angle), kTieCircle * std::sin(angle)}));
+  }
+  Append(actuator, RodEnd());
+  Append(actuator, Clevis());
+  return actuator;
+}
+
+TriangleMesh ClutterNest() {
+  TriangleMesh nest;
+  RackShape rack;
+  rack.length = 880;
+  rack.width = 26;
+  rack.depth = kRackDepth;
+  rack.tooth_pitch = 10;
+  const TriangleMesh cradle = Moved(Rack(rack), {-20, 0, -kFinRadius - kCradleClearance});
+  RackShape guide = rack;
+  guide.width = 10;
+  guide.depth = kWall - kFlangeHalf - kGuideClearance - kSeam;
+  HoleGrid grid;
+  grid.columns = 26;
+  grid.rows = 5;
+  grid.pitch = 42;
+  grid.hole_radius = 14;
+  grid.steps_per_side = 5;
+  const TriangleMesh plate = PerforatedPlate(grid);
+  grid.rows = 4;
+  Append(nest, Moved(PerforatedPlate(grid), {0, 0, kBase - kSeam - grid.thickness}));
+  for (const double side : {-1.0, 1.0}) {
+    Append(nest, AboutX(cradle, side * kCradleAngle));
+    // walls, standing; their holes' grid has its corners at z = -19 and 23
+    Append(nest, Moved(AboutX(plate, side * 0.5 * kPi), {0, side * (kWall + grid.thickness), -40}));
+    for (const double z : {-2.0, 46.0}) {
+      const TriangleMesh turned = AboutX(Rack(guide), side * 0.5 * kPi);  // teeth to -side y
+      Append(nest, Moved(turned, {0, side * (kFlangeHalf + kGuideClearance), z}));
+    }
+    for (int k = -5; k <= 5; ++k) {
+      const TriangleMesh bolt = AboutX(BoltCircle(1, 0, 13), side * 0.5 * kPi);
+      Append(nest, Moved(bolt, {84.0 * k, side * (kWall - kSeam), 23}));
+    }
+    // stops at the ends
+    const double from = side < 0 ? -500 : 475;
+    Append(nest, AlongX(Tube(16, 40, from, from + 25, 72)));
+    Append(nest, Box({from, -20, kBase}, {from + 25, 20, -40 - kSeam}));
+    for (int k = 0; k < 3; ++k) {
+      std::vector<Vec3> points;
+      for (int i = 0; i <= 8; ++i) {
+        points.emplace_back(140.0 * i - 560, side * (108 + 4 * ((i + k) % 3)),
+                            -70.0 + 70 * k + 8 * ((i + 2 * k) % 4));
+      }
+      Append(nest, Hose(points, 11, 0.6, 32, 28));
+    }
+  }
+  // saddles under the racks: a V whose sides touch their backs
+  const double back = kFinRadius + kCradleClearance + kRackDepth + kSeam;
+  const double inner = kWall - kSeam;
+  const double top = (inner * std::sin(kCradleAngle) - back) / std::cos(kCradleAngle);
+  const TriangleMesh saddle = AlongX(Prism({{-inner, kBase},
+                                            {inner, kBase},
+                                            {inner, top},
+                                            {0, -back / std::cos(kCradleAngle)},
+                                            {-inner, top}},
+                                           0, 16));
+  for (int k = 0; k < 7; ++k) Append(nest, Moved(saddle, {-430.0 + 134 * k, 0, 0}));
+  return nest;
+}
+
+}  // namespace tandem
