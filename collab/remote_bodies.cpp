@@ -7,8 +7,9 @@
 namespace tandem {
 
 RemoteBodies::RemoteBodies(const WorldModel& model) {
-  for (const std::uint32_t object : model.object)
-    bodies_.push_back({.object = object, .instances = {}});
+  for (const std::uint32_t object : model.object) {
+    bodies_.push_back({.object = object, .free = model.scene.bodies[object].free, .instances = {}});
+  }
 }
 
 RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
@@ -20,6 +21,9 @@ RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
 }
 
 void RemoteBodies::OnMembership(const MembershipChange& change) noexcept {
+  auto place = std::find(present_.begin(), present_.end(), change.peer);
+  if (place == present_.end()) place = std::find(present_.begin(), present_.end(), PeerId{0});
+  if (place != present_.end()) *place = change.present ? change.peer : 0;
   for (Body& body : bodies_) {
     const auto* held_end = change.held.begin() + change.held_count;
     const bool holds =
@@ -57,6 +61,9 @@ std::size_t RemoteBodies::heard() const noexcept {
 }
 
 void RemoteBodies::Prepare(int held, StepInputs& inputs) const noexcept {
+  const bool alone = std::all_of(present_.begin(), present_.end(), [](PeerId peer) {
+    return peer == 0;
+  });
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     StepInputs::BodyInput& input = inputs.bodies[b];
     if (static_cast<int>(b) == held) {
@@ -70,7 +77,8 @@ void RemoteBodies::Prepare(int held, StepInputs& inputs) const noexcept {
         followed = &instance;
       }
     }
-    input.drive = followed != nullptr ? BodyDrive::kMirrored : BodyDrive::kParked;
+    const BodyDrive unheld = alone && bodies_[b].free ? BodyDrive::kSimulated : BodyDrive::kParked;
+    input.drive = followed != nullptr ? BodyDrive::kMirrored : unheld;
     if (followed != nullptr) input.mirror_WB = followed->state.X_WB;
   }
 }

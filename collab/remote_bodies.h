@@ -22,7 +22,9 @@ class RemoteBodies {
   /// Others from whom at least one state has come.
   std::size_t heard() const noexcept;
 
-  /// Says of every body but `held` (index into the moving bodies, or -1) who moves it.
+  /// Says of every body but `held` (index into the moving bodies, or -1) who moves it. A free body
+  /// that nobody holds is simulated here while no other active peer is in the session; with others
+  /// it stands, since nobody's motion of it would be everybody's.
   void Prepare(int held, StepInputs& inputs) const noexcept;
 
  private:
@@ -34,12 +36,14 @@ class RemoteBodies {
   };
   struct Body {
     ObjectId object = 0;
+    bool free = false;
     std::array<Instance, kMaxPeers> instances{};
   };
 
   static Instance* Find(Body& body, PeerId peer) noexcept;
 
   std::vector<Body> bodies_;
+  std::array<PeerId, kMaxPeers> present_{};  // other active peers; 0: a free place
 };
 
 }  // namespace tandem

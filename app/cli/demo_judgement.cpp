@@ -94,7 +94,9 @@ Outcome OutcomeOf(const WorldModel& model, std::size_t body, const Pose& X_WB) {
       fixture.Add(part.min);
       fixture.Add(part.max);
     } else if (model.body_index[i] == static_cast<int>(body)) {
-      moved = BoundsOf(Transformed(model.meshes_W[i], X_W));
+      const Bounds part = BoundsOf(Transformed(model.meshes_W[i], X_W));
+      moved.Add(part.min);
+      moved.Add(part.max);
     }
   }
   outcome.out = !moved.Overlaps(fixture);
@@ -111,7 +113,7 @@ PenetrationReport Penetration(const WorldModel& model, std::size_t body,
     if (model.body_index[i] < 0) {
       Append(fixture_W, model.meshes_W[i]);
     } else if (model.body_index[i] == static_cast<int>(body)) {
-      part_B = Transformed(model.meshes_W[i], model.bodies[body].X_WB0.Inverse());
+      Append(part_B, Transformed(model.meshes_W[i], model.bodies[body].X_WB0.Inverse()));
     }
   }
   std::vector<std::vector<Pose>> series;

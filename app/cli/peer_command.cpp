@@ -83,15 +83,16 @@ int Prepare(const PeerArguments& arguments, Prepared& prepared) {
   HandScript script;
   Pose X_WB0;
   if (!arguments.hold.empty()) {
-    const int object = scene->BodyNamed(arguments.hold);
-    if (object < 0 || (*model)->body_index[static_cast<std::size_t>(object)] < 0) {
+    const int found = (*model)->BodyNamed(arguments.hold);
+    if (found < 0) {
       return Fail(kExitUsage, "--hold " + arguments.hold + ": " + scene->file.string() +
                                   " has no moving body of that name");
     }
-    options.peer.held_object = object;
-    prepared.held.push_back(static_cast<ObjectId>(object));
-    const int body = (*model)->body_index[static_cast<std::size_t>(object)];
-    X_WB0 = (*model)->bodies[static_cast<std::size_t>(body)].X_WB0;
+    const auto body = static_cast<std::size_t>(found);
+    const ObjectId object = (*model)->object[body];
+    options.peer.held_object = static_cast<int>(object);
+    prepared.held.push_back(object);
+    X_WB0 = (*model)->bodies[body].X_WB0;
   }
   if (!arguments.hand.empty()) {
     Result<HandScript> loaded = LoadHandScript(arguments.hand);

@@ -63,7 +63,7 @@ ContactModel ReadContact(const JsonNode& node) {
 
 SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder) {
   node.AllowKeys({"name", "mesh", "scale", "pose", "fixed", "mass_kg", "density_kg_m3", "sharing",
-                  "inward_shift_voxels", "colour"});
+                  "inward_shift_voxels", "colour", "free", "constraint", "merge_with"});
   SceneBody body;
   body.name = node["name"].Text("the body's name");
   body.mesh = ReadFilePath(node["mesh"], folder);
@@ -74,10 +74,21 @@ SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder) {
     body.inward_shift_voxels = node["inward_shift_voxels"].Number();
   }
   if (node.Has("colour")) body.colour = ReadColour(node["colour"]);
+  if (node.Has("merge_with")) {
+    body.merge_with = node["merge_with"].Text("the name of a body");
+    for (const std::string_view key : {"fixed", "mass_kg", "density_kg_m3", "sharing", "free",
+                                       "constraint", "inward_shift_voxels"}) {
+      if (node.Has(key)) node[key].Fault("give it to the body that this one is merged with");
+    }
+    return body;
+  }
+  if (node.Has("free")) body.free = node["free"].TrueOrFalse();
+  if (node.Has("constraint")) body.constraint = ReadConstraint(node["constraint"]);
 
   const bool weighed = node.Has("mass_kg") || node.Has("density_kg_m3");
   if (body.fixed) {
-    for (const std::string_view key : {"mass_kg", "density_kg_m3", "sharing"}) {
+    for (const std::string_view key :
+         {"mass_kg", "density_kg_m3", "sharing", "free", "constraint"}) {
       if (node.Has(key)) node[key].Fault("a fixed body has none");
     }
   } else if (!weighed) {
@@ -93,14 +104,45 @@ SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder) {
   return body;
 }
 
+/// The name of a body that moves, and by itself.
+std::string ReadMover(const JsonNode& node, const Scene& scene) {
+  constexpr std::string_view kExpected = "the name of a body that moves";
+  std::string name = node.Text(kExpected);
+  const int found = scene.BodyNamed(name);
+  const SceneBody* body = found < 0 ? nullptr : &scene.bodies[static_cast<std::size_t>(found)];
+  if (body == nullptr || body->fixed) {
+    node.Expected(kExpected);
+  } else if (!body->merge_with.empty()) {
+    node.Fault("\"" + name + "\" is merged; name \"" + body->merge_with + "\"");
+  }
+  return name;
+}
+
+void CheckMerging(const JsonNode& node, const SceneBody& body, const Scene& scene) {
+  if (body.merge_with.empty()) return;
+  const int found = scene.BodyNamed(body.merge_with);
+  const SceneBody* whole = found < 0 ? nullptr : &scene.bodies[static_cast<std::size_t>(found)];
+  if (whole == nullptr || whole->fixed || !whole->merge_with.empty()) {
+    node["merge_with"].Expected("the name of a body that moves and is not merged itself");
+  }
+}
+
+ScenePair ReadPair(const JsonNode& node, const Scene& scene) {
+  node.AllowKeys({"pointshell", "voxmap"});
+  ScenePair pair{ReadMover(node["pointshell"], scene), ReadMover(node["voxmap"], scene)};
+  if (pair.pointshell == pair.voxmap) node["voxmap"].Expected("the name of another body");
+  for (const ScenePair& other : scene.pairs) {
+    const bool same = other.pointshell == pair.pointshell && other.voxmap == pair.voxmap;
+    const bool swapped = other.pointshell == pair.voxmap && other.voxmap == pair.pointshell;
+    if (same || swapped) node.Fault("this pair is given already");
+  }
+  return pair;
+}
+
 SceneHand ReadHand(const JsonNode& node, const Scene& scene) {
   node.AllowKeys({"body", "file"});
   SceneHand hand;
-  hand.body = node["body"].Text("the name of a body");
-  const int body = scene.BodyNamed(hand.body);
-  if (body < 0 || scene.bodies[static_cast<std::size_t>(body)].fixed) {
-    node["body"].Expected("the name of a body that moves");
-  }
+  hand.body = ReadMover(node["body"], scene);
   hand.file = ReadFilePath(node["file"], scene.file.parent_path());
   return hand;
 }
@@ -130,11 +172,17 @@ int Scene::BodyNamed(const std::string& body_name) const {
   return found == bodies.end() ? -1 : static_cast<int>(found - bodies.begin());
 }
 
+std::size_t Scene::WholeOf(std::size_t body) const {
+  const std::string& whole = bodies[body].merge_with;
+  return whole.empty() ? body : static_cast<std::size_t>(BodyNamed(whole));
+}
+
 Result<Scene> LoadScene(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
-  root.AllowKeys({"name", "voxel_m", "contact", "force_layer", "bodies", "hands"});
+  root.AllowKeys(
+      {"name", "voxel_m", "contact", "force_layer", "gravity_m_s2", "bodies", "pairs", "hands"});
 
   Scene scene;
   scene.file = file;
@@ -145,12 +193,18 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   if (root.Has("force_layer")) {
     scene.force_layer = root["force_layer"].WholeNumber(0, kDeepestForceLayer);
   }
-  for (const JsonNode& node : root["bodies"].Items()) {
+  if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
+  const std::vector<JsonNode> bodies = root["bodies"].Items();
+  for (const JsonNode& node : bodies) {
     SceneBody body = ReadBody(node, file.parent_path());
     if (scene.BodyNamed(body.name) >= 0) node["name"].Fault("another body has this name already");
     scene.bodies.push_back(std::move(body));
   }
   if (scene.bodies.empty()) root["bodies"].Expected("at least one body");
+  for (std::size_t i = 0; i < bodies.size(); ++i) CheckMerging(bodies[i], scene.bodies[i], scene);
+  if (root.Has("pairs")) {
+    for (const JsonNode& node : root["pairs"].Items()) scene.pairs.push_back(ReadPair(node, scene));
+  }
   if (root.Has("hands")) {
     for (const JsonNode& node : root["hands"].Items()) scene.hands.push_back(ReadHand(node, scene));
   }
@@ -167,7 +221,16 @@ Result<std::uint64_t> HashScene(const Scene& scene) {
   add(scene.voxel_size);
   add(scene.contact == ContactModel::kRefined ? 1 : 0);
   add(scene.force_layer);
-  for (const SceneBody& body : scene.bodies) {
+  for (const double x : {scene.gravity_W.x(), scene.gravity_W.y(), scene.gravity_W.z()}) add(x);
+  for (const ScenePair& pair : scene.pairs) {
+    add(scene.BodyNamed(pair.pointshell));
+    add(scene.BodyNamed(pair.voxmap));
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const SceneBody& body = scene.bodies[i];
+    add(static_cast<double>(scene.WholeOf(i)));
+    add(body.free ? 1 : 0);
+    AddTo(hash, body.constraint);
     add(body.scale);
     for (const double x : {body.X_WM.p.x(), body.X_WM.p.y(), body.X_WM.p.z()}) add(x);
     for (const double x : {body.X_WM.q.x(), body.X_WM.q.y(), body.X_WM.q.z(), body.X_WM.q.w()}) {

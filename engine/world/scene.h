@@ -9,6 +9,7 @@
 #include "engine/base/result.h"
 #include "engine/base/spatial.h"
 #include "engine/contact/contact_kind.h"
+#include "engine/world/scene_constraint.h"
 
 namespace tandem {
 
@@ -23,7 +24,10 @@ struct SceneBody {
   double mass = 0;             // kg; 0 for fixed bodies, and where the density tells it
   double density = 0;          // kg/m^3, when mass is 0
   double inward_shift_voxels =
-      0;  // of the pointshell, along its normals (paper §7: the ball seats)
+      0;                       // of the pointshell, along its normals (paper §7: the ball seats)
+  bool free = false;           // moves by forces when no hand holds it
+  SceneConstraint constraint;  // what is left of its motion (paper fn. 1)
+  std::string merge_with;      // name of the body that this one is a part of; else empty
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  // red, green, blue, 0 to 1
 };
 
@@ -34,6 +38,12 @@ struct SceneHand {
   std::filesystem::path file;  // as for meshes
 };
 
+/// Which body of two is the pointshell, where it shall not be the one of fewer points (paper §2.1).
+struct ScenePair {
+  std::string pointshell;  // names of moving bodies
+  std::string voxmap;
+};
+
 /// A scene file, read and checked but with no mesh loaded. The format: docs/scene-format.md.
 struct Scene {
   std::string name;
@@ -41,11 +51,15 @@ struct Scene {
   double voxel_size = 0.001;  // m
   ContactModel contact = ContactModel::kRefined;
   int force_layer = DefaultForceLayer(ContactModel::kRefined);  // free layers (paper §3.2)
+  Vec3 gravity_W = Vec3::Zero();                                // m/s^2
   std::vector<SceneBody> bodies;
+  std::vector<ScenePair> pairs;
   std::vector<SceneHand> hands;
 
   /// Index of the body of that name, or -1.
   int BodyNamed(const std::string& body_name) const;
+  /// Index of the body that this one moves with: itself, or the one it is merged with.
+  std::size_t WholeOf(std::size_t body) const;
 };
 
 /// Reads a scene. An error names the file, the place in it (`bodies[1].mass_kg`) and what was

@@ -17,8 +17,8 @@ double RadiusOf(const BodyModel& body) {
   return body.points.radius + body.points.spacing;
 }
 
-/// Of a pair's travel, what falls to one body. A mirrored body gives way to nothing, so the other can
-/// get out of its way faster than it comes. Parked bodies need none.
+/// Of a pair's travel, what falls to one body. A mirrored body gives way to nothing, so the other
+/// can get out of its way faster than it comes. Parked bodies need none.
 double ShareOf(BodyDrive drive, BodyDrive other) {
   constexpr auto weight = [](BodyDrive of) {
     return of == BodyDrive::kParked ? 0.0 : of == BodyDrive::kMirrored ? 0.3 : 0.7;
@@ -30,6 +30,45 @@ double ShareOf(BodyDrive drive, BodyDrive other) {
 /// Null in the plain model.
 const SurfaceDetails* DetailsOf(const SurfaceDetails& details) {
   return details.empty() ? nullptr : &details;
+}
+
+/// Whether the pair's pointshell is body `a`: as the scene has it, else the one with fewer points,
+/// for speed (paper §2.1).
+bool IsShell(const WorldModel& model, std::size_t a, std::size_t b) {
+  for (const ScenePair& pair : model.scene.pairs) {
+    const int shell = model.BodyNamed(pair.pointshell);
+    const int map = model.BodyNamed(pair.voxmap);
+    if (shell == static_cast<int>(a) && map == static_cast<int>(b)) return true;
+    if (shell == static_cast<int>(b) && map == static_cast<int>(a)) return false;
+  }
+  return model.bodies[a].points.size() <= model.bodies[b].points.size();
+}
+
+void FollowMirror(const BodyModel& model, RigidState& state, const Pose& target_WB,
+                  double max_travel) {
+  const double radius = model.points.radius;
+  if (model.constraint) {
+    Follow(*model.constraint, state, target_WB, kFrame, radius, max_travel);
+  } else {
+    Follow(state, target_WB, kFrame, radius, max_travel);
+  }
+}
+
+/// One frame under forces. Gives whether the limit of the travel held the body back.
+bool StepBody(const BodyModel& model, RigidState& state, const Load& load, double max_travel) {
+  const double radius = model.points.radius;
+  if (model.constraint) {
+    const Constraint& constraint = *model.constraint;
+    const Twist wanted = ConstrainedTwist(constraint, model.inertia, state, load, kFrame);
+    Advance(constraint, state, wanted, kFrame, radius, max_travel);
+    // a joint turns the twist on as it goes, so only its size tells
+    const bool turns = wanted.w.norm() > 0;
+    const double kept = turns ? state.V_WB.w.norm() : state.V_WB.v.norm();
+    return kept < (1.0 - 1e-9) * (turns ? wanted.w.norm() : wanted.v.norm());
+  }
+  const Twist wanted = ImplicitTwist(model.inertia, state, load, kFrame);
+  Advance(state, wanted, kFrame, radius, max_travel);
+  return state.V_WB.v != wanted.v || state.V_WB.w != wanted.w;
 }
 
 }  // namespace
@@ -56,11 +95,10 @@ World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model))
                         body,
                         -1});
     }
-    // the body with fewer points is the pointshell, for speed (paper §2.1)
     for (std::size_t other = 0; other < b; ++other) {
-      const bool smaller = bodies[b].points.size() <= bodies[other].points.size();
-      const std::size_t shell = smaller ? b : other;
-      const std::size_t map = smaller ? other : b;
+      const bool is_shell = IsShell(*model_, b, other);
+      const std::size_t shell = is_shell ? b : other;
+      const std::size_t map = is_shell ? other : b;
       const ContactGains gains =
           gains_for(std::max(bodies[b].inertia.mass, bodies[other].inertia.mass));
       pairs_.push_back({{bodies[shell].points,
@@ -166,20 +204,20 @@ void World::Move(const StepInputs& in) noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
     const BodyModel& model = model_->bodies[b];
-    const double radius = model.points.radius;
     if (in.bodies[b].drive == BodyDrive::kParked) {
       body.state.V_WB = {};
       continue;
     }
     if (in.bodies[b].drive == BodyDrive::kMirrored) {
-      Follow(body.state, in.bodies[b].mirror_WB, kFrame, radius, body.max_travel);
+      FollowMirror(model, body.state, in.bodies[b].mirror_WB, body.max_travel);
       continue;
     }
     const Twist before = body.state.V_WB;
-    const Twist wanted = ImplicitTwist(model.inertia, body.state, body.load, kFrame);
-    Advance(body.state, wanted, kFrame, radius, body.max_travel);
+    body.load.force.tail<3>() += model.inertia.mass * model_->scene.gravity_W;
+    if (StepBody(model, body.state, body.load, body.max_travel)) {
+      report_.flags |= StepReport::kTravelLimited;
+    }
     const Twist& after = body.state.V_WB;
-    if (after.v != wanted.v || after.w != wanted.w) report_.flags |= StepReport::kTravelLimited;
     if (in.hand.body != static_cast<int>(b)) continue;
     report_.hand_B_W = AppliedWrench(hand_load_, before, after, kFrame);
     for (std::size_t k = 0; k < in.link_count; ++k) {

@@ -28,6 +28,9 @@ class World {
     return pairs_[pair].contact.contacts();
   }
   std::size_t pair_count() const noexcept { return pairs_.size(); }
+  /// The bodies of a pair; a voxmap of -1 is the fixture's.
+  int shell_of(std::size_t pair) const noexcept { return pairs_[pair].shell; }
+  int voxmap_of(std::size_t pair) const noexcept { return pairs_[pair].map; }
   /// Bodies pass through one another: for comparison only.
   void SwitchContactOff() noexcept { contact_on_ = false; }
 

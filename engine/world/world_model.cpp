@@ -12,9 +12,18 @@ Error At(const SceneBody& body, const std::string& what) {
   return Error{"body '" + body.name + "' (" + body.mesh.string() + "): " + what};
 }
 
+/// Each body's mesh together with those of the parts merged with it.
+std::vector<TriangleMesh> Wholes(const Scene& scene, const std::vector<TriangleMesh>& meshes_W) {
+  std::vector<TriangleMesh> wholes_W = meshes_W;
+  for (std::size_t i = 0; i < meshes_W.size(); ++i) {
+    if (scene.WholeOf(i) != i) Append(wholes_W[scene.WholeOf(i)], meshes_W[i]);
+  }
+  return wholes_W;
+}
+
 Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const TriangleMesh& mesh_W,
-                           const TriangleMesh& mesh_M, bool with_voxmap) {
-  const MassProperties mass = ComputeMassProperties(mesh_M);
+                           bool with_voxmap) {
+  const MassProperties mass = ComputeMassProperties(Transformed(mesh_W, body.X_WM.Inverse()));
   BodyModel model;
   model.name = body.name;
   model.X_MB = {Quat::Identity(), mass.p_MBo};
@@ -23,6 +32,9 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   model.inertia.I_B = model.inertia.mass * mass.unit_inertia;
   if (!(model.inertia.mass > 0) || !(model.inertia.I_B.determinant() > 0)) {
     return At(body, "has no mass to move: give mass_kg, or a mesh with some extent");
+  }
+  if (body.constraint.kind != SceneConstraint::Kind::kNone) {
+    model.constraint = MakeConstraint(body.constraint, model.X_WB0);
   }
   Result<Pointshell> points = MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels);
   if (!points) return At(body, points.error().what);
@@ -64,26 +76,35 @@ Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, co
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
   auto world = std::make_shared<WorldModel>();
   world->scene = scene;
-  std::size_t moving = 0;
-  for (const SceneBody& body : scene.bodies) moving += body.fixed ? 0 : 1;
-  TriangleMesh fixture_W;
-  for (std::uint32_t index = 0; index < scene.bodies.size(); ++index) {
-    const SceneBody& body = scene.bodies[index];
+  for (const SceneBody& body : scene.bodies) {
     Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, {.scale = body.scale});
     if (!mesh_M) return At(body, mesh_M.error().what);
     const MeshDiagnosis diagnosis = Diagnose(*mesh_M);
     if (!diagnosis.closed()) world->remarks.push_back(At(body, Describe(diagnosis)).what);
-    const TriangleMesh& mesh_W = world->meshes_W.emplace_back(Transformed(*mesh_M, body.X_WM));
+    world->meshes_W.push_back(Transformed(*mesh_M, body.X_WM));
+  }
+
+  const std::vector<TriangleMesh> wholes_W = Wholes(scene, world->meshes_W);
+  std::size_t moving = 0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    moving += !scene.bodies[i].fixed && scene.WholeOf(i) == i ? 1U : 0U;
+  }
+  TriangleMesh fixture_W;
+  world->body_index.assign(scene.bodies.size(), -1);
+  for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
+    const SceneBody& body = scene.bodies[i];
     if (body.fixed) {
-      Append(fixture_W, mesh_W);
-      world->body_index.push_back(-1);
-      continue;
+      Append(fixture_W, world->meshes_W[i]);
+    } else if (scene.WholeOf(i) == i) {
+      Result<BodyModel> model = LoadBody(scene, body, wholes_W[i], moving > 1);
+      if (!model) return model.error();
+      world->body_index[i] = static_cast<int>(world->bodies.size());
+      world->bodies.push_back(std::move(*model));
+      world->object.push_back(i);
     }
-    Result<BodyModel> model = LoadBody(scene, body, mesh_W, *mesh_M, moving > 1);
-    if (!model) return model.error();
-    world->body_index.push_back(static_cast<int>(world->bodies.size()));
-    world->bodies.push_back(std::move(*model));
-    world->object.push_back(index);
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    world->body_index[i] = world->body_index[scene.WholeOf(i)];
   }
   if (world->bodies.empty()) return Error{scene.file.string() + ": no body can move"};
   if (!fixture_W.triangles.empty()) {

@@ -6,6 +6,7 @@
 
 #include "engine/base/result.h"
 #include "engine/contact/contact_pair.h"
+#include "engine/dynamics/constraint.h"
 #include "engine/dynamics/rigid_body.h"
 #include "engine/geometry/mesh_diagnosis.h"
 #include "engine/geometry/triangle_mesh.h"
@@ -16,12 +17,13 @@
 
 namespace tandem {
 
-/// A moving body as loaded: what never changes while it moves.
+/// A moving body as loaded, with the parts merged with it: what never changes while it moves.
 struct BodyModel {
   std::string name;
   Pose X_WB0;  // first pose of its frame B: origin at the centre of mass, axes of the file
   Pose X_MB;   // B in the file's frame
   Inertia inertia;
+  std::optional<Constraint> constraint;
   Pointshell points;       // in B
   Voxmap voxmap;           // empty unless another moving body may meet it
   SurfaceDetails details;  // of the voxmap, for the refined contact model
@@ -34,12 +36,18 @@ struct WorldModel {
   Scene scene;
   std::vector<TriangleMesh> meshes_W;  // every body of the scene, where it stands at first
   std::vector<int> body_index;         // per scene body: into `bodies`, or -1 when fixed
-  std::vector<BodyModel> bodies;       // the moving ones
+  std::vector<BodyModel> bodies;       // the moving ones, each with the parts merged with it
   std::vector<std::uint32_t> object;   // per moving body: its number in the scene
   Voxmap fixture;                      // all fixed bodies merged; empty when there are none
   SurfaceDetails fixture_details;
   bool has_fixture = false;
   std::vector<std::string> remarks;  // of the meshes, for a person: open edges, …
+
+  /// The moving body that the scene's body of that name is, or is a part of; -1 for none.
+  int BodyNamed(const std::string& name) const {
+    const int body = scene.BodyNamed(name);
+    return body < 0 ? -1 : body_index[static_cast<std::size_t>(body)];
+  }
 };
 
 /// A mesh as what others are tested against: its voxmap, and its details where the scene's contact

@@ -17,7 +17,8 @@ Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadP
   drawn.file = file;
   drawn.hash = *hash;
   drawn.voxel_size = scene->voxel_size;
-  for (const SceneBody& body : scene->bodies) {
+  for (std::size_t i = 0; i < scene->bodies.size(); ++i) {
+    const SceneBody& body = scene->bodies[i];
     if (!progress(drawn.bodies.size(), scene->bodies.size(), body.mesh.filename().string())) {
       return given_up;
     }
@@ -25,8 +26,9 @@ Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadP
     options.scale = body.scale;
     const Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, options);
     if (!mesh_M) return mesh_M.error();
-    drawn.bodies.push_back(
-        MakeDrawnBody(body.name, {body.fixed, body.colour}, Transformed(*mesh_M, body.X_WM)));
+    BodyLook look{body.fixed, body.colour};
+    if (const std::size_t whole = scene->WholeOf(i); whole != i) look.part_of = whole;
+    drawn.bodies.push_back(MakeDrawnBody(body.name, look, Transformed(*mesh_M, body.X_WM)));
   }
   return drawn;
 }

@@ -81,8 +81,9 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
   DrawList list;
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     BodyInstance solid{body, {}, bodies[body].colour, 1.0F};
-    const ViewedPeer* owner = bodies[body].fixed ? nullptr : OwnerOf(picture.peers, body);
-    if (owner != nullptr) solid.X_W = BodyOf(*owner, body)->X_W;
+    const std::size_t whole = bodies[body].part_of.value_or(body);
+    const ViewedPeer* owner = bodies[body].fixed ? nullptr : OwnerOf(picture.peers, whole);
+    if (owner != nullptr) solid.X_W = BodyOf(*owner, whole)->X_W;
     list.solids.push_back(solid);
   }
   for (const ViewedPeer& peer : picture.peers) {
@@ -97,7 +98,10 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
         named = &body;
       }
       if (OwnerOf(picture.peers, body.object) == &peer) continue;
-      list.ghosts.push_back({body.object, body.X_W, colour, kGhostOpacity * opacity});
+      for (std::size_t part = 0; part < bodies.size(); ++part) {
+        if (bodies[part].part_of.value_or(part) != body.object) continue;
+        list.ghosts.push_back({part, body.X_W, colour, kGhostOpacity * opacity});
+      }
     }
     if (named != nullptr) {
       list.labels.push_back({LabelText(peer), colour, named->object, named->X_W, opacity});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,12 +41,14 @@ bool operator==(const DrawList& a, const DrawList& b);
 struct BodyLook {
   bool fixed = false;
   Colour colour{};
+  std::optional<std::size_t> part_of = std::nullopt;  // the body that it is merged with
 };
 
 /// Decides what is drawn of a session: of each moving body the instance of the first active peer
 /// (lowest id) that is here, solid; the other peers' instances as ghosts in the peers' colours. A
 /// peer that left or fell silent fades; a body that nobody moves any more stays where it was last
-/// seen, one that nobody ever sent where it stands at first.
+/// seen, one that nobody ever sent where it stands at first. A part goes where the body goes that
+/// it is merged with, in its own colour.
 class PictureComposer {
  public:
   static constexpr double kFadeSeconds = 1.5;

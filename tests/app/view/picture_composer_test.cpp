@@ -118,6 +118,22 @@ TEST_F(Composed, PosesOfBodiesThatTheSceneHasNotAreLeftOut) {
   EXPECT_TRUE(list.labels.empty());
 }
 
+// Body 2 is merged with body 1, which is what peers send.
+TEST_F(Composed, APartGoesWhereItsWholeGoesInItsOwnColour) {
+  const Colour blue{0.0F, 0.0F, 1.0F};
+  std::vector<BodyLook> looks = kFixtureAndPart;
+  looks.push_back({false, blue, 1});
+  picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  const DrawList list = composer_.Compose(picture_, looks, 0, palette_);
+  ASSERT_EQ(list.solids.size(), 3U);
+  EXPECT_EQ(list.solids[2].X_W.p.x(), kX);
+  EXPECT_EQ(list.solids[2].colour, blue);
+  ASSERT_EQ(list.ghosts.size(), 2U);
+  EXPECT_EQ(list.ghosts[1].body, 2U);
+  EXPECT_EQ(list.ghosts[1].X_W.p.x(), 2 * kX);
+  EXPECT_EQ(list.ghosts[1].colour, palette_.Of(8));
+}
+
 TEST_F(Composed, EqualPicturesGiveEqualListsSoThatNothingIsDrawnAgain) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   const DrawList first = At(0);

@@ -51,6 +51,19 @@ class SceneFile : public ::testing::Test {
     return scene.error().what.substr(start.size());
   }
 
+  /// The scene with more keys for the ring, and for itself.
+  static std::string WithKeys(const std::string& of_ring, const std::string& of_scene = "") {
+    std::string text = Changed("2700}", "2700, " + of_ring + "}");
+    return text.replace(text.find("\"bodies\""), 0, of_scene + "\n  ");
+  }
+
+  /// What is wrong then, less the file's name.
+  std::string ErrorOf(const std::string& of_ring, const std::string& of_scene = "") {
+    const Result<Scene> scene = LoadScene(File(WithKeys(of_ring, of_scene)));
+    if (scene) return "no error";
+    return scene.error().what.substr((folder_.path() / "scene.json: ").string().size());
+  }
+
   std::uint64_t Hash(const std::string& text) {
     const Result<Scene> scene = LoadScene(File(text));
     EXPECT_TRUE(scene) << scene.error().what;
@@ -147,13 +160,128 @@ TEST_F(SceneFile, ErrorsTellWhatDoesNotFitTogether) {
               HasSubstr("hands[0].file: no such file: "));
 }
 
+TEST_F(SceneFile, ReadsWhatTheWorldDoesWithItsBodies) {
+  const Result<Scene> loaded = LoadScene(File(WithKeys(
+      R"("free": true, "constraint": {"plane": {"normal_W": [0, 0, 2], "turn": "free"}})",
+      R"("gravity_m_s2": [0, 0, -9.81], "pairs": [{"pointshell": "ring", "voxmap": "peg"}],)")));
+  ASSERT_TRUE(loaded) << loaded.error().what;
+  EXPECT_EQ(loaded->gravity_W, Vec3(0, 0, -9.81));
+  ASSERT_EQ(loaded->pairs.size(), 1U);
+  EXPECT_EQ(loaded->pairs[0].pointshell, "ring");
+  EXPECT_EQ(loaded->pairs[0].voxmap, "peg");
+  const SceneBody& ring = loaded->bodies[2];
+  EXPECT_TRUE(ring.free);
+  EXPECT_EQ(ring.constraint.kind, SceneConstraint::Kind::kPlane);
+  EXPECT_EQ(ring.constraint.axis_W, Vec3(0, 0, 2));
+  EXPECT_EQ(ring.constraint.turn, Constraint::Turn::kFree);
+  const SceneBody& peg = loaded->bodies[1];
+  EXPECT_FALSE(peg.free);
+  EXPECT_EQ(peg.constraint.kind, SceneConstraint::Kind::kNone);
+}
+
+TEST_F(SceneFile, ReadsEveryKindOfConstraint) {
+  using Kind = SceneConstraint::Kind;
+  const std::string axis = R"({"p_W": [1, 2, 3], "axis_W": [0, 1, 0]}})";
+  for (const auto& [text, kind] : std::vector<std::pair<std::string, Kind>>{
+           {"{\"hinge\": " + axis, Kind::kHinge},
+           {"{\"cylinder\": " + axis, Kind::kCylinder},
+           {R"({"slide": {"axis_W": [0, 1, 0]}})", Kind::kSlide},
+           {R"({"plane": {"normal_W": [0, 1, 0]}})", Kind::kPlane},
+           {R"({"ball": {"p_W": [1, 2, 3]}})", Kind::kBall}}) {
+    const Result<Scene> scene = LoadScene(File(WithKeys("\"constraint\": " + text)));
+    ASSERT_TRUE(scene) << scene.error().what;
+    const SceneConstraint& constraint = scene->bodies[2].constraint;
+    EXPECT_EQ(constraint.kind, kind) << text;
+    if (kind == Kind::kHinge || kind == Kind::kCylinder || kind == Kind::kBall) {
+      EXPECT_EQ(constraint.p_W, Vec3(1, 2, 3)) << text;
+    }
+    if (kind != Kind::kBall) {
+      EXPECT_EQ(constraint.axis_W, Vec3::UnitY()) << text;
+    }
+  }
+}
+
+TEST_F(SceneFile, ErrorsNameWhatIsWrongWithAConstraint) {
+  EXPECT_EQ(ErrorOf(R"("constraint": {})"),
+            "bodies[2].constraint: expected one of hinge, slide, cylinder, plane, ball; got 0 of "
+            "them");
+  EXPECT_EQ(
+      ErrorOf(R"("constraint": {"ball": {"p_W": [0, 0, 0]}, "slide": {"axis_W": [1, 0, 0]}})"),
+      "bodies[2].constraint: expected one of hinge, slide, cylinder, plane, ball; got 2 of "
+      "them");
+  EXPECT_EQ(ErrorOf(R"("constraint": {"hing": {}})"),
+            "bodies[2].constraint.hing: unknown key; did you mean hinge?");
+  EXPECT_EQ(
+      ErrorOf(R"("constraint": {"hinge": {"p_W": [0, 0, 0], "axis_W": [0, 0, 0]}})"),
+      "bodies[2].constraint.hinge.axis_W: expected a direction [x, y, z] of a length above 0, "
+      "got [0,0,0]");
+  EXPECT_EQ(ErrorOf(R"("constraint": {"hinge": {"axis_W": [0, 0, 1]}})"),
+            "bodies[2].constraint.hinge.p_W: expected three numbers [x, y, z], got nothing");
+  EXPECT_EQ(ErrorOf(R"("constraint": {"plane": {"normal_W": [0, 0, 1], "turn": "yes"}})"),
+            "bodies[2].constraint.plane.turn: expected \"about_normal\", \"free\" or \"none\", got "
+            "\"yes\"");
+  EXPECT_EQ(
+      ErrorAfter("\"fixed\": true", R"("fixed": true, "constraint": {"ball": {"p_W": [0, 0, 0]}})"),
+      "bodies[0].constraint: a fixed body has none");
+  EXPECT_EQ(ErrorAfter("\"fixed\": true", "\"fixed\": true, \"free\": true"),
+            "bodies[0].free: a fixed body has none");
+  EXPECT_EQ(ErrorOf("\"free\": 1"), "bodies[2].free: expected true or false, got 1");
+}
+
+TEST_F(SceneFile, ErrorsNameWhatIsWrongWithGravityOrAPair) {
+  const auto error = [&](const std::string& keys) {
+    return ErrorOf("\"free\": true", keys + ",");
+  };
+  EXPECT_EQ(error("\"gravity_m_s2\": 9.81"),
+            "gravity_m_s2: expected three numbers [x, y, z], got 9.81");
+  EXPECT_EQ(error(R"("pairs": [{"pointshell": "ring", "voxmap": "block"}])"),
+            "pairs[0].voxmap: expected the name of a body that moves, got \"block\"");
+  EXPECT_EQ(error(R"("pairs": [{"pointshell": "nut", "voxmap": "peg"}])"),
+            "pairs[0].pointshell: expected the name of a body that moves, got \"nut\"");
+  EXPECT_EQ(error(R"("pairs": [{"pointshell": "peg", "voxmap": "peg"}])"),
+            "pairs[0].voxmap: expected the name of another body, got \"peg\"");
+  EXPECT_EQ(error(R"("pairs": [{"pointshell": "peg", "voxmap": "ring"},
+                               {"pointshell": "ring", "voxmap": "peg"}])"),
+            "pairs[1]: this pair is given already");
+}
+
+TEST_F(SceneFile, MergedPartsFollowTheirWhole) {
+  const std::string merged = Changed("\"density_kg_m3\": 2700", "\"merge_with\": \"peg\"");
+  const Result<Scene> scene = LoadScene(File(merged));
+  ASSERT_TRUE(scene) << scene.error().what;
+  EXPECT_EQ(scene->WholeOf(2), 1U);
+  EXPECT_EQ(scene->WholeOf(1), 1U);
+  EXPECT_EQ(scene->WholeOf(0), 0U);
+  EXPECT_NE(Hash(merged), Hash(kScene));
+
+  const auto error = [&](const std::string& key) {
+    return ErrorAfter("\"density_kg_m3\": 2700", key);
+  };
+  constexpr auto kNotAWhole =
+      "bodies[2].merge_with: expected the name of a body that moves and is not merged itself, got ";
+  EXPECT_EQ(error("\"merge_with\": \"block\""), kNotAWhole + std::string("\"block\""));
+  EXPECT_EQ(error("\"merge_with\": \"nut\""), kNotAWhole + std::string("\"nut\""));
+  EXPECT_EQ(error("\"merge_with\": \"ring\""), kNotAWhole + std::string("\"ring\""));
+  EXPECT_EQ(error("\"merge_with\": \"peg\", \"mass_kg\": 1"),
+            "bodies[2].mass_kg: give it to the body that this one is merged with");
+  std::string text = merged;
+  text.replace(text.find("\"body\": \"peg\""), 13, "\"body\": \"ring\"");
+  const Result<Scene> held = LoadScene(File(text));
+  ASSERT_FALSE(held);
+  EXPECT_THAT(held.error().what, EndsWith("hands[0].body: \"ring\" is merged; name \"peg\""));
+}
+
 TEST_F(SceneFile, MisspeltKeysAreToldWithTheNearestKnownOne) {
   EXPECT_EQ(ErrorAfter("\"mass_kg\"", "\"mas_kg\""),
             "bodies[1].mas_kg: unknown key; did you mean mass_kg?");
   EXPECT_EQ(ErrorAfter("\"mass_kg\"", "\"mass\""),
             "bodies[1].mass: unknown key; did you mean mass_kg?");
   EXPECT_EQ(ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"gravity\": 9.81,"),
-            "gravity: unknown key; known here are name voxel_m contact force_layer bodies hands");
+            "gravity: unknown key; did you mean gravity_m_s2?");
+  EXPECT_EQ(
+      ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"wind\": 9.81,"),
+      "wind: unknown key; known here are name voxel_m contact force_layer gravity_m_s2 bodies "
+      "pairs hands");
 }
 
 TEST_F(SceneFile, SyntaxErrorsTellLineAndColumn) {
@@ -191,6 +319,14 @@ TEST_F(SceneFile, HashFollowsWhatBearsOnForces) {
            {"2700", "2701"}}) {
     EXPECT_NE(Hash(Changed(from, to)), hash) << from;
   }
+  EXPECT_NE(Hash(WithKeys("\"free\": true")), hash);
+  EXPECT_NE(Hash(WithKeys("\"free\": false", "\"gravity_m_s2\": [0, 0, -1],")), hash);
+  EXPECT_NE(Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 0]}})")), hash);
+  EXPECT_NE(Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 0]}})")),
+            Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 1]}})")));
+  const std::string pair = R"("pairs": [{"pointshell": "ring", "voxmap": "peg"}],)";
+  EXPECT_NE(Hash(WithKeys("\"free\": false", pair)), hash);
+  EXPECT_EQ(Hash(WithKeys("\"free\": false")), hash);
   folder_.Write("peg.stl", "pegs");
   EXPECT_NE(Hash(kScene), hash);
 }

@@ -1,0 +1,95 @@
+#include "engine/world/world_model.h"
+
+#include <sstream>
+
+#include <gmock/gmock.h>
+
+#include "tests/support/scratch_folder.h"
+#include "tests/support/shapes.h"
+
+namespace tandem {
+namespace {
+
+using testing::Box;
+
+std::string AsObj(const TriangleMesh& mesh) {
+  std::ostringstream text;
+  text.precision(17);
+  for (const Vec3& v : mesh.vertices) {
+    text << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
+  }
+  for (const auto& t : mesh.triangles) {
+    text << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+  }
+  return text.str();
+}
+
+class LoadedWorld : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_.Write("cube.obj", AsObj(Box(Vec3(0.02, 0.02, 0.02))));
+    folder_.Write("slab.obj", AsObj(Box(Vec3(0.06, 0.02, 0.02))));
+  }
+
+  std::shared_ptr<const WorldModel> Load(const std::string& bodies) {
+    const Result<Scene> scene = LoadScene(folder_.Write(
+        "scene.json", R"({"name": "s", "voxel_m": 0.001, "bodies": [)" + bodies + "]}"));
+    EXPECT_TRUE(scene) << scene.error().what;
+    Result<std::shared_ptr<const WorldModel>> world = LoadWorld(*scene);
+    EXPECT_TRUE(world) << world.error().what;
+    return *world;
+  }
+
+  ScratchFolder folder_;
+};
+
+// Three cubes side by side are one slab: in mass, centre, inertia and surface; each keeps its own
+// mesh and colour. The whole stands turned, and its parts are named before and after it.
+TEST_F(LoadedWorld, MergedPartsAreOneBodyThatKeepsTheirMeshes) {
+  const auto pose = [](double x) {
+    return "\"pose\": {\"p_W\": [" + std::to_string(x) + ", 0, 0], \"q_xyzw\": [0, 0, 1, 0]}";
+  };
+  const auto merged =
+      Load(R"({"name": "left", "mesh": "cube.obj", "merge_with": "middle", "colour": "#ff0000",)" +
+           pose(0.08) + R"(}, {"name": "middle", "mesh": "cube.obj", "density_kg_m3": 1000,)" +
+           pose(0.10) + R"(}, {"name": "right", "mesh": "cube.obj", "merge_with": "middle",)" +
+           pose(0.12) + "}");
+  const auto slab =
+      Load(R"({"name": "slab", "mesh": "slab.obj", "density_kg_m3": 1000,)" + pose(0.10) + "}");
+  ASSERT_EQ(merged->bodies.size(), 1U);
+  EXPECT_EQ(merged->body_index, (std::vector<int>{0, 0, 0}));
+  EXPECT_EQ(merged->object, (std::vector<std::uint32_t>{1}));
+  EXPECT_EQ(merged->BodyNamed("right"), 0);
+  ASSERT_EQ(merged->meshes_W.size(), 3U);
+  EXPECT_EQ(merged->scene.bodies[0].colour[0], 1.0F);
+
+  const BodyModel& body = merged->bodies[0];
+  const BodyModel& same = slab->bodies[0];
+  EXPECT_EQ(body.name, "middle");
+  // the importer's numbers are of single precision
+  EXPECT_NEAR(body.inertia.mass, 0.024, 1e-8);
+  EXPECT_LT((body.inertia.I_B - same.inertia.I_B).norm(), 1e-6 * same.inertia.I_B.norm());
+  EXPECT_LT((body.X_WB0.p - same.X_WB0.p).norm(), 1e-9);
+  EXPECT_LT(RotationVector(body.X_WB0.q * same.X_WB0.q.conjugate()).norm(), 1e-9);
+  EXPECT_NEAR(body.points.radius, same.points.radius, 0.5 * body.points.spacing);
+  // of all three, not of one: the cubes' inner walls have points as well
+  EXPECT_GE(body.points.size(), same.points.size());
+}
+
+TEST_F(LoadedWorld, ABodysConstraintHoldsItWhereItStands) {
+  const auto world = Load(
+      R"({"name": "lid", "mesh": "slab.obj", "mass_kg": 0.2, "pose": {"p_W": [0.03, 0, 0]},
+          "constraint": {"hinge": {"p_W": [0, 0, 0], "axis_W": [0, 2, 0]}}},
+         {"name": "box", "mesh": "cube.obj", "mass_kg": 0.2, "pose": {"p_W": [0, 0, 0.1]}})");
+  ASSERT_TRUE(world->bodies[0].constraint);
+  EXPECT_FALSE(world->bodies[1].constraint);
+  const Pose& X_WB0 = world->bodies[0].X_WB0;
+  const Pose turned = Pose{RotationBy(Vec3(0, 0.7, 0)), Vec3::Zero()} * X_WB0;
+  const Pose nearest = world->bodies[0].constraint->Nearest(turned);
+  EXPECT_LT((nearest.p - turned.p).norm(), 1e-12);
+  const Pose lifted{X_WB0.q, X_WB0.p + Vec3(0.01, 0.02, 0.03)};
+  EXPECT_LT((world->bodies[0].constraint->Nearest(lifted).p - X_WB0.p).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace tandem
