@@ -11,6 +11,9 @@ namespace tandem {
 
 namespace {
 
+/// No body may travel farther in a frame (paper fn. 3), so no gap need be known better.
+constexpr double kEnoughVoxels = 32;
+
 /// Vectors and matrices about a point, turned from V to W.
 Load Turned(const Load& load_V, const Mat3& R_WV) {
   Mat6 R = Mat6::Zero();
@@ -28,6 +31,8 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       voxmap_(&voxmap),
       X_BV_(X_BV),
       map_radius_(map_radius),
+      shell_extent_(ExtentOf(shell)),
+      map_extent_(ExtentOf(voxmap)),
       gains_(gains),
       blocks_(std::make_unique<const PointBlocks>(shell)),
       schedule_(*blocks_, voxmap, options.force_layer, options.schedule),
@@ -46,17 +51,13 @@ double ContactPair::TravelSince(const Pose& shell_WB, const Pose& map_WB) noexce
     const auto of = [](const Pose& from, const Pose& to, double radius) {
       return TravelOf(to.p - from.p, RotationVector(to.q * from.q.conjugate()).norm(), radius);
     };
-    travel = of(shell_WB_, shell_WB, shell_->radius) + of(map_WB_, map_WB, map_radius_);
+    const double shell_radius = shell_->radius + std::abs(schedule_.displacement());
+    travel = of(shell_WB_, shell_WB, shell_radius) + of(map_WB_, map_WB, map_radius_);
   }
   placed_ = true;
   shell_WB_ = shell_WB;
   map_WB_ = map_WB;
   return travel;
-}
-
-double ContactPair::Gap(const Pose& X_VS) const noexcept {
-  const Vec3 nearest = X_VS.p.cwiseMax(Vec3::Zero()).cwiseMin(voxmap_->extent());
-  return (X_VS.p - nearest).norm() - shell_->radius;
 }
 
 void ContactPair::AddCandidate(const Pose& X_VS, std::size_t block_number, std::uint32_t lane,
@@ -132,10 +133,14 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   PairReport report;
   const Pose X_WV = map_body.X_WB * X_BV_;
   const Pose X_VS = X_WV.Inverse() * shell_body.X_WB;
-  waiting_ += TravelSince(shell_body.X_WB, map_body.X_WB);
-  gap_ = Gap(X_VS);
+  const double travel = TravelSince(shell_body.X_WB, map_body.X_WB);
+  waiting_ += travel;
+  // what was far enough is nearer by no more than the travel
+  const double enough = kEnoughVoxels * voxmap_->voxel_size();
+  gap_ -= travel;
+  if (!(gap_ > enough)) gap_ = GapBetween(map_extent_, shell_extent_, X_VS, 2.0 * enough);
   // the broad phase: nothing can be in contact, so nothing is tested and the queues wait
-  if (gap_ > 0) return report;
+  if (Gap() > 0) return report;
   schedule_.Test(X_VS, waiting_);
   waiting_ = 0;
   report.tests = schedule_.counts();
@@ -153,9 +158,9 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
 }
 
 TestLoad ContactPair::load() const noexcept {
-  if (gap_ <= 0) return schedule_.Load();
+  if (Gap() <= 0) return schedule_.Load();
   TestLoad load;
-  load.bound = std::max(0.5 * voxmap_->voxel_size(), gap_);
+  load.bound = std::max(0.5 * voxmap_->voxel_size(), Gap());
   return load;
 }
 
@@ -163,7 +168,8 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
   PoseReading reading;
   const Pose X_WV = map_body.X_WB * X_BV_;
   const Pose X_VS = X_WV.Inverse() * shell_body.X_WB;
-  if (Gap(X_VS) > 0) return reading;
+  const double gap = GapBetween(map_extent_, shell_extent_, X_VS, 0);
+  if (gap > std::abs(schedule_.displacement())) return reading;
   const int threshold = 2 + schedule_.force_layer();
   const VoxelTransform transform(X_VS, voxmap_->voxel_size(), 0);
   PairReport report;

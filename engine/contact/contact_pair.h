@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <vector>
 
 #include "engine/base/load.h"
+#include "engine/contact/broad_phase.h"
 #include "engine/contact/contact_model.h"
 #include "engine/contact/point_schedule.h"
 #include "engine/contact/tangent_plane.h"
@@ -76,8 +78,9 @@ class ContactPair {
  private:
   /// The most that surface points of the two bodies can have come nearer since the last call, m.
   double TravelSince(const Pose& shell_WB, const Pose& map_WB) noexcept;
-  /// A lower bound of the way between the shell's points and the map's marks, m.
-  double Gap(const Pose& X_VS) const noexcept;
+  /// A lower bound of the way between the shell's points and the map's marks as of the last
+  /// Collide(), m: above zero, nothing can be in contact and nothing is tested.
+  double Gap() const noexcept { return gap_ - std::abs(schedule_.displacement()); }
   /// A point for candidates_; the rest of them are given up when it is full.
   void AddCandidate(const Pose& X_VS, std::size_t block, std::uint32_t lane, const GridIndex& voxel,
                     int mark, PairReport& report) noexcept;
@@ -91,6 +94,8 @@ class ContactPair {
   const Voxmap* voxmap_;
   Pose X_BV_;
   double map_radius_;
+  Extent shell_extent_;
+  Extent map_extent_;
   ContactGains gains_;
   std::unique_ptr<const PointBlocks> blocks_;
   PointSchedule schedule_;
@@ -104,7 +109,7 @@ class ContactPair {
   Pose map_WB_;
   bool placed_ = false;
   double waiting_ = 0;  // m of travel that the schedule has not been told of: nothing was near
-  double gap_ = 0;      // m, at the last call
+  double gap_ = 0;      // m, at the last call, of points that are not displaced
 };
 
 }  // namespace tandem
