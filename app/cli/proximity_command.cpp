@@ -7,6 +7,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/poses_file.h"
+#include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "engine/geometry/mesh_file.h"
@@ -44,10 +45,12 @@ struct Answer {
 
 Result<std::vector<ProximityBody>> LoadBodies(const Scene& scene) {
   std::vector<ProximityBody> bodies;
-  for (const SceneBody& body : scene.bodies) {
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const SceneBody& body = scene.bodies[i];
     const Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, {.scale = body.scale});
     if (!mesh_M) return Error{"body '" + body.name + "': " + mesh_M.error().what};
     bodies.push_back({body.name, body.fixed, Transformed(*mesh_M, body.X_WM)});
+    if (scene.WholeOf(i) != i) bodies.back().part_of = scene.WholeOf(i);
   }
   return bodies;
 }
@@ -55,7 +58,8 @@ Result<std::vector<ProximityBody>> LoadBodies(const Scene& scene) {
 std::vector<Question> QuestionsOfScene(const Scene& scene) {
   std::vector<Question> questions;
   for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
-    if (!scene.bodies[body].fixed) questions.push_back({questions.size(), body, {}});
+    if (scene.bodies[body].fixed || scene.WholeOf(body) != body) continue;
+    questions.push_back({questions.size(), body, {}});
   }
   return questions;
 }
@@ -70,7 +74,12 @@ Result<std::vector<Question>> QuestionsOfFile(const Scene& scene, const std::str
     if (body < 0) return Error{at + "the scene has no body '" + pose.moving + "'"};
     const SceneBody& of = scene.bodies[static_cast<std::size_t>(body)];
     if (of.fixed) return Error{at + "'" + pose.moving + "' is fixed; name one that moves"};
-    questions.push_back({pose.row, static_cast<std::size_t>(body), pose.X_WM * of.X_WM.Inverse()});
+    const std::size_t whole = scene.WholeOf(static_cast<std::size_t>(body));
+    if (whole != static_cast<std::size_t>(body)) {
+      return Error{at + "'" + pose.moving + "' is part of '" + scene.bodies[whole].name +
+                   "'; name that"};
+    }
+    questions.push_back({pose.row, whole, pose.X_WM * of.X_WM.Inverse()});
   }
   if (questions.empty()) return Error{file + ": has no pose"};
   return questions;
@@ -158,7 +167,8 @@ std::vector<Answer> AnswerAll(SceneProximity& proximity, const Scene& scene,
                               const std::vector<Question>& questions, bool refine, Costs& costs) {
   std::vector<std::size_t> part_of(scene.bodies.size(), SceneNearness::kNone);
   for (std::size_t part = 0; part < proximity.parts().size(); ++part) {
-    if (!proximity.parts()[part].fixed) part_of[proximity.parts()[part].body] = part;
+    const ProximityPart& of = proximity.parts()[part];
+    if (!of.fixed) part_of[of.bodies.front()] = part;
   }
   std::vector<Answer> answers;
   std::vector<double> ms;
@@ -183,7 +193,7 @@ int RunProximity(const ProximityArguments& arguments) {
     return Fail(kExitUsage, "--voxel takes a size in metres above 0");
   }
   if (arguments.csv && arguments.json) return Fail(kExitUsage, "give --csv or --json, not both");
-  const Result<Scene> scene = LoadScene(arguments.scene);
+  const Result<Scene> scene = LoadScene(SceneFile(arguments.scene));
   if (!scene) return Fail(kExitFile, scene.error().what);
   const Result<std::vector<Question>> questions =
       arguments.poses.empty() ? QuestionsOfScene(*scene) : QuestionsOfFile(*scene, arguments.poses);
@@ -232,7 +242,8 @@ void AddProximityCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ProximityArguments>();
   CLI::App* command = app.add_subcommand(
       "proximity", "How far a body is from all others: distance, two points, error, gradient");
-  command->add_option("scene", arguments->scene, "scene file")->required();
+  command->add_option("scene", arguments->scene, "a scene of tandem's by name, or a scene file")
+      ->required();
   command->add_option("--poses", arguments->poses,
                       "CSV file of poses; otherwise each moving body where it stands at first");
   command->add_option("--voxel", arguments->voxel, "voxel size in metres; otherwise the scene's");

@@ -94,6 +94,9 @@ bool Errands::PictureIsComplete() const {
   if (window_.view() == nullptr) {  // the page that says why is all that will come
     return true;
   }
+  using State = ProximityModel::State;
+  const State proximity = window_.proximity().state();
+  if (options_.proximity && proximity != State::kOn && proximity != State::kFailed) return false;
   if (options_.join.session.empty()) return window_.page() == nullptr;
   return window_.ShowsPoses();
 }

@@ -59,6 +59,7 @@ int main(int argc, char** argv) {
   MainWindow window(session, scene, gl);
   Errands errands(*options, window, session);
   window.session_dock().SetRequest(options->join);
+  window.ShowProximity(options->proximity);
   window.show();
   if (!options->scene.empty()) scene.OpenNamed(options->scene);
   if (!options->join.session.empty()) session.Join(options->join);

@@ -55,6 +55,8 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
       ->check(CLI::Range(0, 230))
       ->capture_default_str();
   app.add_option("--interface", options.join.interface, "network interface by name");
+  app.add_flag("--proximity", options.proximity,
+               "show distances from the start: colours, near voxels, the least distance (key P)");
   app.add_option("--screenshot", options.screenshot,
                  "write the window as a picture (PNG), then end unless --seconds is given");
   app.add_option("--screenshot-after", options.screenshot_after,

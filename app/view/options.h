@@ -12,6 +12,7 @@ namespace tandem {
 struct ViewOptions {
   JoinRequest join;  // session empty: the form waits
   std::string scene;
+  bool proximity = false;  // shown from the start
   std::string screenshot;
   double screenshot_after = 1;  // s from when the picture is complete
   std::string report;

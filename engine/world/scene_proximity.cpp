@@ -16,27 +16,42 @@ double SizeOf(const ProximityPart& part) {
 /// What is to become one part.
 struct PartPlan {
   std::string name;
-  std::size_t body = 0;
+  std::vector<std::size_t> bodies;
   bool fixed = false;
   TriangleMesh mesh_W;
 };
+
+void Add(PartPlan& plan, const std::vector<ProximityBody>& bodies, std::size_t body) {
+  plan.bodies.push_back(body);
+  Append(plan.mesh_W, bodies[body].mesh_W);
+}
 
 std::vector<PartPlan> PlanParts(const std::vector<ProximityBody>& bodies) {
   std::vector<PartPlan> plans;
   PartPlan fixture;
   fixture.fixed = true;
-  std::size_t fixed = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const ProximityBody& body = bodies[i];
-    if (!body.fixed) {
-      plans.push_back({body.name, i, false, body.mesh_W});
+    if (bodies[i].part_of) continue;
+    if (bodies[i].fixed) {
+      Add(fixture, bodies, i);
       continue;
     }
-    if (fixed++ == 0) fixture.body = i;
-    fixture.name = fixed == 1 ? body.name : "fixture";
-    Append(fixture.mesh_W, body.mesh_W);
+    PartPlan& plan = plans.emplace_back();
+    plan.name = bodies[i].name;
+    Add(plan, bodies, i);
   }
-  if (fixed > 0) plans.insert(plans.begin(), std::move(fixture));
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!bodies[i].part_of) continue;
+    for (PartPlan& plan : plans) {
+      if (plan.bodies.front() == *bodies[i].part_of) Add(plan, bodies, i);
+    }
+    if (bodies[*bodies[i].part_of].fixed) Add(fixture, bodies, i);
+  }
+  if (!fixture.bodies.empty()) {
+    const bool one = fixture.bodies.size() == 1;
+    fixture.name = one ? bodies[fixture.bodies.front()].name : "fixture";
+    plans.insert(plans.begin(), std::move(fixture));
+  }
   return plans;
 }
 
@@ -53,7 +68,7 @@ Result<std::vector<ProximityPart>> MakeProximityParts(const std::vector<Proximit
     }
     Result<Voxmap> map = Voxelize(plan.mesh_W, {.voxel_size = voxel_size});
     if (!map) return Error{"'" + plan.name + "': " + map.error().what};
-    parts.push_back({plan.name, plan.body, plan.fixed, {plan.mesh_W, std::move(*map)}});
+    parts.push_back({plan.name, plan.bodies, plan.fixed, {plan.mesh_W, std::move(*map)}});
   }
   return parts;
 }
@@ -81,7 +96,7 @@ double SceneProximity::range() const noexcept {
 
 Pose SceneProximity::DisplacementOf(std::size_t part, std::span<const Pose> X_W) const noexcept {
   const ProximityPart& of = (*parts_)[part];
-  return of.fixed || of.body >= X_W.size() ? Pose{} : X_W[of.body];
+  return of.fixed || of.bodies.front() >= X_W.size() ? Pose{} : X_W[of.bodies.front()];
 }
 
 void SceneProximity::Take(Pair& pair, std::size_t part, std::span<const Pose> X_W,

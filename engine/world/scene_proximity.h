@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,12 +17,14 @@ struct ProximityBody {
   std::string name;
   bool fixed = false;
   TriangleMesh mesh_W;
+  std::optional<std::size_t> part_of = std::nullopt;  // the body that it moves with
 };
 
-/// What is near as one: all that is fixed together, as the simulation has it, or one moving body.
+/// What is near as one: all that is fixed together, as the simulation has it, or one moving body
+/// with those that are part of it.
 struct ProximityPart {
-  std::string name;      // "fixture" where several bodies are fixed
-  std::size_t body = 0;  // in the scene; of the fixture: its first
+  std::string name;                 // "fixture" where several bodies are fixed
+  std::vector<std::size_t> bodies;  // in the scene; first the one whose displacement counts
   bool fixed = false;
   ProximityShape shape;
 };

@@ -1,8 +1,17 @@
 #include "app/view/model/drawn_scene.h"
+#include "app/view/model/refined_mesh.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/world/scene.h"
 
 namespace tandem {
+
+namespace {
+
+// of a moving body, so that its vertices tell distances
+constexpr double kLongestSide = 4;  // voxels
+constexpr std::size_t kMostVertices = 200'000;
+
+}  // namespace
 
 Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadProgress& progress) {
   const Error given_up{"loading was given up"};
@@ -29,6 +38,9 @@ Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadP
     BodyLook look{body.fixed, body.colour};
     if (const std::size_t whole = scene->WholeOf(i); whole != i) look.part_of = whole;
     drawn.bodies.push_back(MakeDrawnBody(body.name, look, Transformed(*mesh_M, body.X_WM)));
+    if (!body.fixed) {
+      Refine(drawn.bodies.back().mesh, kLongestSide * scene->voxel_size, kMostVertices);
+    }
   }
   return drawn;
 }

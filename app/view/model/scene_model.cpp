@@ -113,7 +113,7 @@ void SceneModel::OnLoaded(unsigned load) {
                       HashText(result->hash), HashText(manifest_->scene_hash)));
     return;
   }
-  scene_ = std::make_unique<DrawnScene>(*std::move(result));
+  scene_ = std::make_shared<const DrawnScene>(*std::move(result));
   percent_ = 100;
   SetState(State::kReady);
   CheckAgreement();

@@ -31,6 +31,8 @@ class SceneModel : public QObject {
 
   State state() const { return state_; }
   const DrawnScene* scene() const { return scene_.get(); }  // null unless ready
+  /// The same, for a thread that may need it longer.
+  const std::shared_ptr<const DrawnScene>& shared_scene() const { return scene_; }
   const QString& message() const {
     return message_;
   }  // loading: what; missing: what is missing and what to do
@@ -56,7 +58,7 @@ class SceneModel : public QObject {
   int percent_ = 0;
   bool named_ = false;
   std::optional<SceneManifest> manifest_;
-  std::unique_ptr<DrawnScene> scene_;
+  std::shared_ptr<const DrawnScene> scene_;
   unsigned loads_ = 0;
   std::thread loader_;
   std::atomic<bool> give_up_ = false;

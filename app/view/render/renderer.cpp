@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "app/view/render/surface_shader.h"
-
 namespace tandem {
 
 namespace {
@@ -15,6 +13,8 @@ constexpr Colour kBackgroundBelow{0.86F, 0.88F, 0.90F};
 constexpr Colour kBackgroundAbove{0.97F, 0.975F, 0.98F};
 constexpr float kEdgeShade = 0.30F;  // of the body's colour
 constexpr float kEdgeOpacity = 0.75F;
+constexpr Colour kNearVoxel{0.10F, 0.66F, 0.60F};
+constexpr float kCubeShare = 0.86F;  // of a voxel's side, so that neighbours are told apart
 
 Mat4 MatrixOf(const Pose& X) {
   Mat4 m = Mat4::Identity();
@@ -29,6 +29,7 @@ Renderer::~Renderer() {
   if (gl_ == nullptr) return;
   Free();
   gl_->glDeleteVertexArrays(1, &empty_array_);
+  near_voxels_.Free(*gl_);
 }
 
 std::optional<Error> Renderer::Initialize() {
@@ -47,8 +48,10 @@ std::optional<Error> Renderer::Initialize() {
          shader_->uniformLocation("colour_above"),
          shader_->uniformLocation("up_C"),
          shader_->uniformLocation("camera_from_model"),
-         shader_->uniformLocation("projection")};
+         shader_->uniformLocation("projection"),
+         shader_->uniformLocation("cube")};
   gl_->glGenVertexArrays(1, &empty_array_);
+  near_voxels_.Make(*gl_);
   return std::nullopt;
 }
 
@@ -59,6 +62,7 @@ void Renderer::Free() {
     gl_->glDeleteBuffers(1, &body.vertices);
     gl_->glDeleteBuffers(1, &body.triangles);
     gl_->glDeleteBuffers(1, &body.edges);
+    gl_->glDeleteBuffers(1, &body.colours);
   }
   bodies_.clear();
 }
@@ -100,6 +104,7 @@ void Renderer::Upload(const std::vector<DrawnBody>& bodies) {
     buffers.edges_array = VertexArrayOver(buffers.vertices, buffers.edges);
     buffers.triangle_indices = static_cast<GLsizei>(body.mesh.triangles.size());
     buffers.edge_indices = static_cast<GLsizei>(body.mesh.edges.size());
+    buffers.vertex_count = body.mesh.vertices.size();
     if (!body.bounds_W.empty()) buffers.centre_W = body.bounds_W.centre();
     bodies_.push_back(buffers);
   }
@@ -107,8 +112,35 @@ void Renderer::Upload(const std::vector<DrawnBody>& bodies) {
   gl_->glBindBuffer(GL_ARRAY_BUFFER, 0);
 }
 
-void Renderer::SetMode(int mode) {
-  gl_->glUniform1i(at_.mode, mode);
+void Renderer::ShowProximity(const ProximityPicture* proximity) {
+  for (BodyBuffers& body : bodies_) body.coloured = false;
+  if (proximity == nullptr) {
+    near_voxels_.Place(*gl_, {});
+    return;
+  }
+  for (const VertexColours& colours : proximity->bodies) {
+    if (colours.body >= bodies_.size()) continue;
+    BodyBuffers& body = bodies_[colours.body];
+    if (colours.rgba.size() != body.vertex_count) continue;  // of a scene before
+    const bool first = body.colours == 0;
+    if (first) gl_->glGenBuffers(1, &body.colours);
+    gl_->glBindBuffer(GL_ARRAY_BUFFER, body.colours);
+    gl_->glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(4 * colours.rgba.size()),
+                      colours.rgba.data(), GL_STREAM_DRAW);
+    if (first) {
+      gl_->glBindVertexArray(body.vertex_array);
+      gl_->glEnableVertexAttribArray(2);
+      gl_->glVertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, 0, nullptr);
+      gl_->glBindVertexArray(0);
+    }
+    body.coloured = true;
+  }
+  near_voxels_.Place(*gl_, proximity->shadow_W);
+  cube_side_ = kCubeShare * proximity->voxel_size;
+}
+
+void Renderer::SetMode(ShaderMode mode) {
+  gl_->glUniform1i(at_.mode, static_cast<int>(mode));
 }
 
 void Renderer::SetColour(const Colour& colour, float alpha) {
@@ -123,7 +155,7 @@ void Renderer::SetPose(const Mat4& X_CW, const Pose& X_W) {
 void Renderer::DrawBackground() {
   gl_->glDepthMask(GL_FALSE);
   gl_->glDisable(GL_DEPTH_TEST);
-  SetMode(static_cast<int>(ShaderMode::kBackground));
+  SetMode(ShaderMode::kBackground);
   SetColour(kBackgroundBelow, 1.0F);
   gl_->glUniform3f(at_.colour_above, kBackgroundAbove[0], kBackgroundAbove[1], kBackgroundAbove[2]);
   gl_->glBindVertexArray(empty_array_);
@@ -132,16 +164,25 @@ void Renderer::DrawBackground() {
   gl_->glDepthMask(GL_TRUE);
 }
 
-void Renderer::DrawTriangles(const BodyBuffers& body) {
-  SetMode(static_cast<int>(ShaderMode::kLit));
+void Renderer::DrawTriangles(const BodyBuffers& body, ShaderMode mode) {
+  SetMode(mode);
   gl_->glBindVertexArray(body.vertex_array);
   gl_->glDrawElements(GL_TRIANGLES, body.triangle_indices, GL_UNSIGNED_INT, nullptr);
 }
 
 void Renderer::DrawEdges(const BodyBuffers& body) {
-  SetMode(static_cast<int>(ShaderMode::kPlain));
+  SetMode(ShaderMode::kPlain);
   gl_->glBindVertexArray(body.edges_array);
   gl_->glDrawElements(GL_LINES, body.edge_indices, GL_UNSIGNED_INT, nullptr);
+}
+
+void Renderer::DrawNearVoxels(const Mat4& X_CW) {
+  if (near_voxels_.empty()) return;
+  SetPose(X_CW, Pose{});
+  SetColour(kNearVoxel, 1.0F);
+  SetMode(ShaderMode::kCubes);
+  gl_->glUniform1f(at_.cube, cube_side_);
+  near_voxels_.Draw(*gl_);
 }
 
 void Renderer::DrawGhost(const BodyBuffers& body, const BodyInstance& ghost) {
@@ -149,11 +190,11 @@ void Renderer::DrawGhost(const BodyBuffers& body, const BodyInstance& ghost) {
   gl_->glPolygonOffset(
       2.0F, 2.0F);  // behind a solid instance at the same place: there it is not seen at all
   gl_->glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  DrawTriangles(body);
+  DrawTriangles(body, ShaderMode::kLit);
   gl_->glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   gl_->glDepthMask(GL_FALSE);
   SetColour(ghost.colour, ghost.opacity);
-  DrawTriangles(body);
+  DrawTriangles(body, ShaderMode::kLit);
   DrawEdges(body);
   gl_->glDepthMask(GL_TRUE);
 }
@@ -184,8 +225,10 @@ void Renderer::Draw(const CameraModel& camera, const DrawList& list, const QSize
     if (solid.body >= bodies_.size()) continue;
     SetPose(X_CW, solid.X_W);
     SetColour(solid.colour, 1.0F);
-    DrawTriangles(bodies_[solid.body]);
+    const BodyBuffers& body = bodies_[solid.body];
+    DrawTriangles(body, body.coloured ? ShaderMode::kLitByVertex : ShaderMode::kLit);
   }
+  DrawNearVoxels(X_CW);
   gl_->glEnable(GL_BLEND);
   for (const BodyInstance& solid : list.solids) {
     if (solid.body >= bodies_.size()) continue;

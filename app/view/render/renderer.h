@@ -11,6 +11,9 @@
 #include "app/view/model/camera_model.h"
 #include "app/view/model/drawn_scene.h"
 #include "app/view/model/picture_composer.h"
+#include "app/view/model/proximity_picture.h"
+#include "app/view/render/surface_shader.h"
+#include "app/view/render/voxel_cubes.h"
 
 namespace tandem {
 
@@ -25,6 +28,8 @@ class Renderer {
   std::optional<Error> Initialize();
   /// Takes over the meshes of a scene in place of those before.
   void Upload(const std::vector<DrawnBody>& bodies);
+  /// From now on solid bodies have these colours, and near static voxels stand out; null: neither.
+  void ShowProximity(const ProximityPicture* proximity);
   /// Background, solid bodies with their edges, ghosts from back to front. `size` in pixels of the
   /// framebuffer.
   void Draw(const CameraModel& camera, const DrawList& list, const QSize& size);
@@ -36,22 +41,27 @@ class Renderer {
     GLuint triangles = 0;
     GLuint edges_array = 0;
     GLuint edges = 0;
+    GLuint colours = 0;  // of the vertices; 0: none yet
+    bool coloured = false;
+    std::size_t vertex_count = 0;
     GLsizei triangle_indices = 0;
     GLsizei edge_indices = 0;
     Vec3 centre_W = Vec3::Zero();
   };
   struct Uniforms {
-    int mode = -1, colour = -1, colour_above = -1, up = -1, camera_from_model = -1, projection = -1;
+    int mode = -1, colour = -1, colour_above = -1, up = -1, camera_from_model = -1, projection = -1,
+        cube = -1;
   };
 
   void Free();
   GLuint VertexArrayOver(GLuint vertices, GLuint indices);
   void SetPose(const Mat4& X_CW, const Pose& X_W);
   void SetColour(const Colour& colour, float alpha);
-  void SetMode(int mode);
+  void SetMode(ShaderMode mode);
   void DrawBackground();
-  void DrawTriangles(const BodyBuffers& body);
+  void DrawTriangles(const BodyBuffers& body, ShaderMode mode);
   void DrawEdges(const BodyBuffers& body);
+  void DrawNearVoxels(const Mat4& X_CW);
   void DrawGhost(const BodyBuffers& body, const BodyInstance& ghost);
 
   QOpenGLFunctions_3_3_Core* gl_ = nullptr;  // the context's
@@ -59,6 +69,8 @@ class Renderer {
   Uniforms at_;
   GLuint empty_array_ = 0;
   std::vector<BodyBuffers> bodies_;
+  VoxelCubes near_voxels_;
+  float cube_side_ = 0;  // m
 };
 
 }  // namespace tandem

@@ -47,6 +47,7 @@ MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<Gl
   connect(&numbers_, &QTimer::timeout, this, &MainWindow::RefreshNumbers);
   connect(&session_, &SessionModel::StateChanged, this, &MainWindow::OnSessionChanged);
   connect(&scene_, &SceneModel::Changed, this, &MainWindow::OnSceneChanged);
+  connect(&proximity_, &ProximityModel::Changed, this, &MainWindow::OnProximityChanged);
   OnSessionChanged();
   OnSceneChanged();
 }
@@ -103,6 +104,12 @@ void MainWindow::MakeActions() {
     add(tr("R&ight"), Qt::Key_3, StandardView::kRight);
     add(tr("&Top"), Qt::Key_7, StandardView::kTop);
     add(tr("&Oblique"), Qt::Key_9, StandardView::kIso);
+    view->addSeparator();
+    proximity_action_ = view->addAction(tr("&Proximity"));
+    proximity_action_->setObjectName("proximity");
+    proximity_action_->setCheckable(true);
+    proximity_action_->setShortcut(Qt::Key_P);
+    connect(proximity_action_, &QAction::toggled, &proximity_, &ProximityModel::SwitchOn);
   }
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   help->addAction(tr("&Mouse and keys"), Qt::Key_F1, this, &MainWindow::ShowKeys);
@@ -121,6 +128,7 @@ void MainWindow::MakeStatusBar() {
   status_session_->setObjectName("status_session");
   status_session_->setMargin(3);
   statusBar()->addWidget(status_session_);
+  status_proximity_ = AddStatus("status_proximity");
   status_scene_ = AddStatus("status_scene");
   status_samples_ = AddStatus("status_samples");
   status_fps_ = AddStatus("status_fps");
@@ -201,15 +209,29 @@ void MainWindow::OnSceneChanged() {
     view_->SetScene(scene);
     view_->SetWarning(scene_.warning());
   }
+  proximity_.SetScene(scene_.shared_scene());
   ShowPicture(gl_error_);
   Refresh();
+}
+
+void MainWindow::ShowProximity(bool on) {
+  if (proximity_action_ != nullptr) proximity_action_->setChecked(on);
+}
+
+void MainWindow::OnProximityChanged() {
+  status_proximity_->setText(proximity_.message());
+  if (view_ != nullptr) view_->SetProximity(proximity_.picture());
 }
 
 void MainWindow::Refresh() {
   const double now_s = 1e-3 * static_cast<double>(clock_.elapsed());
   const ViewerPicture picture = session_.Picture();
   if (session_.state() == SessionModel::State::kJoined) scene_.SetSessionScene(picture.scene);
-  if (view_ != nullptr) view_->SetDrawList(composer_.Compose(picture, looks_, now_s, palette_));
+  const DrawList list = composer_.Compose(picture, looks_, now_s, palette_);
+  if (view_ != nullptr) view_->SetDrawList(list);
+  std::vector<Pose> X_W;  // one solid a body, by body
+  for (const BodyInstance& solid : list.solids) X_W.push_back(solid.X_W);
+  proximity_.SetPoses(X_W);
   if (refreshes_++ % kRefreshesPerTable == 0) peers_.Update(picture.peers, palette_);
   if (session_.state() != SessionModel::State::kJoined && now_s > still_until_s_) {
     refresh_.stop();
@@ -259,6 +281,8 @@ void MainWindow::ShowKeys() {
                               "<tr><td>Wheel</td><td>zoom at the cursor</td></tr>"
                               "<tr><td>Home, F</td><td>fit the scene</td></tr>"
                               "<tr><td>1, 3, 7, 9</td><td>front, right, top, oblique</td></tr>"
+                              "<tr><td>P</td><td>proximity: colours by distance, near voxels, "
+                              "least distance</td></tr>"
                               "<tr><td>F12</td><td>save a picture</td></tr>"
                               "<tr><td>F1</td><td>this page</td></tr></table>"));
 }

@@ -10,6 +10,7 @@
 
 #include "app/view/model/peer_table_model.h"
 #include "app/view/model/picture_composer.h"
+#include "app/view/model/proximity_model.h"
 #include "app/view/model/scene_model.h"
 #include "app/view/model/session_model.h"
 #include "app/view/render/gl_check.h"
@@ -36,6 +37,9 @@ class MainWindow : public QMainWindow {
 
   /// The scene is in the picture, and poses have come.
   bool ShowsPoses() const;
+  /// Switches what `Proximity` in the menu does.
+  void ShowProximity(bool on);
+  const ProximityModel& proximity() const { return proximity_; }
   /// The whole window with the picture in it, finely drawn.
   QImage Screenshot();
 
@@ -46,6 +50,7 @@ class MainWindow : public QMainWindow {
   QLabel* AddStatus(const QString& name);
   void OnSessionChanged();
   void OnSceneChanged();
+  void OnProximityChanged();
   void Refresh();         // 60 Hz while joined, or while somebody fades
   void RefreshNumbers();  // 1 Hz meanwhile
   void ShowPicture(const QString& gl_error);
@@ -63,6 +68,7 @@ class MainWindow : public QMainWindow {
   PeerTableModel peers_;
   PeerPalette palette_;
   PictureComposer composer_;
+  ProximityModel proximity_;
   std::vector<BodyLook> looks_;
   QElapsedTimer clock_;
   QTimer refresh_;
@@ -72,7 +78,9 @@ class MainWindow : public QMainWindow {
   std::uint64_t samples_before_ = 0;
   quint64 frames_before_ = 0;
   qint64 numbers_at_ms_ = 0;
+  QAction* proximity_action_ = nullptr;
   QLabel* status_session_ = nullptr;
+  QLabel* status_proximity_ = nullptr;
   QLabel* status_scene_ = nullptr;
   QLabel* status_samples_ = nullptr;
   QLabel* status_fps_ = nullptr;

@@ -8,6 +8,7 @@
 #include <QWheelEvent>
 
 #include "app/view/ui/picture_overlay.h"
+#include "app/view/ui/proximity_overlay.h"
 
 namespace tandem {
 
@@ -54,6 +55,13 @@ void ViewWidget::SetDrawList(const DrawList& list) {
 void ViewWidget::SetWarning(const QString& warning) {
   if (warning == warning_) return;
   warning_ = warning;
+  RequestFrame();
+}
+
+void ViewWidget::SetProximity(std::shared_ptr<const ProximityPicture> proximity) {
+  if (proximity == proximity_) return;
+  proximity_ = std::move(proximity);
+  proximity_uploaded_ = false;
   RequestFrame();
 }
 
@@ -146,6 +154,11 @@ void ViewWidget::paintGL() {
   if (!uploaded_) {
     renderer_->Upload(scene_->bodies);
     uploaded_ = true;
+    proximity_uploaded_ = false;
+  }
+  if (!proximity_uploaded_) {
+    renderer_->ShowProximity(proximity_.get());
+    proximity_uploaded_ = true;
   }
   if (!fitted_) {
     FitCamera();
@@ -168,6 +181,7 @@ void ViewWidget::paintGL() {
     picture.setDevicePixelRatio(devicePixelRatioF());
     QPainter painter(&picture);
     painter.setFont(font());
+    if (proximity_) PaintProximity(painter, size(), camera_, *proximity_);
     PaintOverlay(painter, size(), camera_, *scene_, list_, warning_);
   }
   frame_ms_ = clock.elapsed();

@@ -9,6 +9,7 @@
 #include "app/view/model/camera_model.h"
 #include "app/view/model/drawn_scene.h"
 #include "app/view/model/picture_composer.h"
+#include "app/view/model/proximity_picture.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/render/renderer.h"
 
@@ -28,6 +29,8 @@ class ViewWidget : public QOpenGLWidget {
   void SetScene(const DrawnScene* scene);
   void SetDrawList(const DrawList& list);
   void SetWarning(const QString& warning);
+  /// Null: proximity is not shown.
+  void SetProximity(std::shared_ptr<const ProximityPicture> proximity);
   void FitScene();
   void LookFrom(StandardView view);
   /// The next frame is fine, however fast things move: for a picture that is kept.
@@ -60,6 +63,8 @@ class ViewWidget : public QOpenGLWidget {
   bool uploaded_ = true;
   bool fitted_ = false;  // to a picture of real size
   DrawList list_;
+  std::shared_ptr<const ProximityPicture> proximity_;
+  bool proximity_uploaded_ = true;
   QString warning_;
   QPoint mouse_at_;
   QElapsedTimer since_frame_;

@@ -229,6 +229,51 @@ TEST_F(Window, DrawsNothingWhenNothingChanges) {
   EXPECT_EQ(view().frames_drawn(), frames);
 }
 
+TEST_F(Window, ShowsProximityByItsKeyAndHidesItAgain) {
+  OpenScene();
+  JoinSession();
+  const Vec3 moved(0, 0.048, 0);  // 2 mm before the block
+  const quint64 frames = view().frames_drawn();
+  fake_.inbox->OnView(FakeSession::Frame(5, kBall, moved, 0), 0);
+  ASSERT_TRUE(FrameAfter(frames));
+  view().LookFrom(StandardView::kTop);
+  // on the ball, 3.5 mm from the block, and beside the line to the peer's name
+  const Vec3 near_block = p_WBall_ + moved + 0.0299 * Vec3(0.12, 0.95, 0.28).normalized();
+  const QColor plain = PixelAt(near_block);
+  EXPECT_GT(plain.green(), plain.red() + 60);
+
+  auto* proximity = Child<QAction>("proximity");
+  auto* status = Child<QLabel>("status_proximity");
+  EXPECT_FALSE(proximity->isChecked());
+  EXPECT_TRUE(status->text().isEmpty());
+  window_.activateWindow();
+  ASSERT_TRUE(QTest::qWaitForWindowActive(&window_));
+  view().setFocus();
+  QTest::keyClick(&view(), Qt::Key_P);
+  EXPECT_TRUE(proximity->isChecked());
+  EXPECT_TRUE(status->text().contains("Voxelizing"));
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return status->text().contains("ball \u2013 block: 2.000 mm \u00b1 0.001 mm");
+  })) << status->text().toStdString();
+  const QColor warm = PixelAt(near_block);
+  EXPECT_GT(warm.red(), warm.blue() + 40);
+  EXPECT_GT(warm.red(), warm.green());
+  const QColor far_side = PixelAt(p_WBall_ + moved + Vec3(0.01, -0.015, 0.024));
+  EXPECT_GT(far_side.blue(), far_side.red() + 40);
+
+  // it follows the body
+  fake_.inbox->OnView(FakeSession::Frame(5, kBall, Vec3(0, 0.045, 0), 0), 0);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return status->text().contains("5.000 mm");
+  }));
+  QTest::keyClick(&view(), Qt::Key_P);
+  EXPECT_TRUE(status->text().isEmpty());
+  fake_.inbox->OnView(FakeSession::Frame(5, kBall, moved, 0), 0);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return PixelAt(near_block) == plain;
+  }));
+}
+
 TEST_F(Window, SaysWhatIsMissingInPlaceOfThePicture) {
   ASSERT_NE(window_.page(), nullptr);
   JoinSession();

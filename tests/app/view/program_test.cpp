@@ -127,6 +127,37 @@ TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHe
   EXPECT_GT(report.at("age_ms_p99").get<double>(), 0.0);
 }
 
+TEST_F(Program, TakesAPictureWithProximityOnceItIsVoxelized) {
+  // 3 mm above the plate, at most
+  Write(In("scene.json"), R"({"name": "plate and part", "voxel_m": 0.001, "bodies": [
+      {"name": "plate", "mesh": "plate.obj", "fixed": true, "colour": "#8f9aa6"},
+      {"name": "part", "mesh": "part.obj", "mass_kg": 0.2, "colour": "#00c020",
+       "pose": {"p_W": [0, 0, 0.027]}}]})");
+  EXPECT_EQ(Run({"--scene", In("scene.json"), "--proximity", "--screenshot", In("near.png"),
+                 "--screenshot-after", "0.2"},
+                here_),
+            0)
+      << said_;
+  const QImage image(In("near.png"));
+  ASSERT_EQ(image.size(), QSize(1280, 800));
+  const auto count = [&](const auto& like) {
+    return Count(image, like);
+  };
+  // the part's lower rim is warm and its sides are blue; of green there is the Y axis only
+  EXPECT_LT(count([](const QColor& c) {
+              return c.green() > 110 && c.red() < 60 && c.blue() < 90;
+            }),
+            150);
+  EXPECT_GT(count([](const QColor& c) {
+              return c.blue() > c.red() + 50 && c.blue() > c.green() + 20;
+            }),
+            1000);
+  EXPECT_GT(count([](const QColor& c) {
+              return c.red() > c.blue() + 40 && c.red() > c.green() + 5;
+            }),
+            300);
+}
+
 TEST_F(Program, LeavesWithAGoodbyeAndReportsWhenItIsTerminated) {
   Viewer other;
   DdsOptions options;

@@ -117,6 +117,39 @@ TEST_F(Drawn, ThePictureStaysOpaqueUnderGhosts) {
   EXPECT_EQ(translucent, 0);
 }
 
+TEST_F(Drawn, ProximityColoursABodysVerticesAndBringsOutNearVoxels) {
+  const QImage before = Image();
+  const Vec3 on_block(0.07, -0.02, 0.05);
+  ProximityPicture proximity;
+  proximity.bodies = {{kBall, {}}};
+  for (const ShadedMesh::Vertex& v : scene_.bodies[kBall].mesh.vertices) {
+    const std::uint8_t red = v.p[2] > 0 ? 255 : 0;  // the upper half red, the lower one blue
+    proximity.bodies[0].rgba.push_back({red, 0, static_cast<std::uint8_t>(255 - red), 255});
+  }
+  proximity.voxel_size = 0.01F;
+  proximity.shadow_W = {{0.07F, -0.02F, 0.05F}};
+  renderer_.ShowProximity(&proximity);
+  const QImage image = Image();
+  const QColor above = At(image, p_WBall_ + Vec3(0, 0, 0.015));
+  const QColor below = At(image, p_WBall_ - Vec3(0, 0, 0.015));
+  EXPECT_GT(above.red(), above.blue() + 100);
+  EXPECT_GT(below.blue(), below.red() + 100);
+  const QColor voxel = At(image, on_block);
+  EXPECT_GT(voxel.green(), voxel.red() + 40);
+  EXPECT_TRUE(IsGrey(At(image, on_block + Vec3(0.01, 0, 0))));
+
+  renderer_.ShowProximity(nullptr);
+  EXPECT_EQ(Image(), before);
+}
+
+TEST_F(Drawn, ColoursOfAnotherScenesMeshAreLeftOut) {
+  const QImage before = Image();
+  ProximityPicture proximity;
+  proximity.bodies = {{kBall, {{255, 0, 0, 255}}}, {9, {{255, 0, 0, 255}}}};
+  renderer_.ShowProximity(&proximity);
+  EXPECT_EQ(Image(), before);
+}
+
 TEST_F(Drawn, BodiesThatTheSceneHasNotAreLeftOut) {
   const QImage before = Image();
   list_.solids.push_back({9, {}, {1, 0, 0}, 1});

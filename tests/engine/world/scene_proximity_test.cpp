@@ -49,8 +49,9 @@ TEST_F(TwoMovingParts, AreOneFixtureAndAPartForEachMovingBody) {
   EXPECT_EQ((*parts_)[kFixture].name, "fixture");
   EXPECT_TRUE((*parts_)[kFixture].fixed);
   EXPECT_EQ((*parts_)[kBall].name, "ball");
-  EXPECT_EQ((*parts_)[kBall].body, 1U);
-  EXPECT_EQ((*parts_)[kBlock].body, 3U);
+  EXPECT_EQ((*parts_)[kBall].bodies, std::vector<std::size_t>{1});
+  EXPECT_EQ((*parts_)[kBlock].bodies, std::vector<std::size_t>{3});
+  EXPECT_EQ((*parts_)[kFixture].bodies, (std::vector<std::size_t>{0, 2}));
   EXPECT_DOUBLE_EQ(SceneProximity(parts_).range(), 8 * kVoxel);
 }
 
@@ -150,6 +151,24 @@ TEST_F(TwoMovingParts, NoCallAllocates) {
   EXPECT_EQ(allocations.count(), 0);
   EXPECT_TRUE(near.refined);
   EXPECT_GT(count.found, 0U);
+}
+
+TEST(SceneProximity, ABodyMergedWithAnotherIsPartOfItAndMovesWithIt) {
+  // a knob that stands 2 cm out of a block towards the plate; it is listed before the block
+  Result<std::vector<ProximityPart>> parts =
+      MakeProximityParts({{"knob", false, At(Box(Vec3(0.01, 0.01, 0.03)), Vec3(0, 0, 0.065)), 1},
+                          {"block", false, At(Box(Vec3(0.04, 0.04, 0.04)), Vec3(0, 0, 0.1))},
+                          {"plate", true, At(Box(Vec3(0.2, 0.2, 0.01)), Vec3(0, 0, -0.005))}},
+                         kVoxel, GoOn);
+  ASSERT_TRUE(parts.has_value());
+  ASSERT_EQ(parts->size(), 2U);
+  EXPECT_EQ((*parts)[1].name, "block");
+  EXPECT_EQ((*parts)[1].bodies, (std::vector<std::size_t>{1, 0}));
+  SceneProximity scene(std::make_shared<const std::vector<ProximityPart>>(std::move(*parts)));
+  std::vector<Pose> X_W(3);
+  EXPECT_NEAR(scene.Nearest(X_W).distance, 0.05, 1e-9);
+  X_W[1].p = Vec3(0, 0, -0.02);
+  EXPECT_NEAR(scene.Nearest(X_W).distance, 0.03, 1e-9);
 }
 
 TEST(SceneProximity, OfOneBodyAloneHasNothingToBeNearTo) {
