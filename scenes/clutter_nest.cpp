@@ -7,14 +7,14 @@
 
 // The clutter's actuator lies along x; a nest holds it, seen along x:
 //
-//    wall |         (tie rod)          | wall
-//         |=     .-----------.       --|= bolt
-//         |    o/             \o       |
-//         |=   |     barrel    |      =|  guide rack
-//         |    o\  with fins  /o       |
-//         |  \\   '---------'   //     |
-//         |    \\             //  rack, 8 mm from the fins
-//         |      \\  saddle //         |
+//    wall |          o  tie rod        | wall
+//         |=     .-----------.        =|  guide rack
+//         |--   /             \      --|  bolt
+//         |   o|    barrel     |o      |
+//         |=    \  with fins  /       =|
+//         |  //  '-----------'  \\     |
+//         |   \\       o       //      |  racks, 8 mm from the fins
+//         |    \\   saddle    //       |
 //    =====+============================+=====  base
 //
 // Fin rims cross the racks' teeth, so a push downwards touches in hundreds of places at once.
@@ -27,7 +27,7 @@ constexpr double kFinRadius = 58;
 constexpr double kBarrelRadius = 52;
 constexpr double kBarrelLeft = -370;
 constexpr double kBarrelRight = -10;
-constexpr double kFlangeHalf = 57;
+constexpr double kFlangeRadius = 57;
 constexpr double kFlangeThickness = 18;
 constexpr double kTieCircle = 62.5;  // from the axis: a seam outside the fins
 constexpr double kTieRadius = 4;
@@ -39,7 +39,7 @@ constexpr double kClevisPin = -418;
 constexpr double kCradleClearance = 8;
 constexpr double kCradleAngle = 40 * kPi / 180;  // from straight down
 constexpr double kRackDepth = 24;
-constexpr double kWall = 75;
+constexpr double kWall = 80;
 constexpr double kGuideClearance = 12;
 constexpr double kBase = -136;
 
@@ -63,18 +63,18 @@ TriangleMesh Barrel() {
 
 /// A flange round the barrel with the ends of the tie rods: threads, nuts and washers, towards -x.
 TriangleMesh Flange() {
-  const Outline square = {{{kFlangeHalf, kFlangeHalf}, 0},
-                          {{-kFlangeHalf, kFlangeHalf}, 0},
-                          {{-kFlangeHalf, -kFlangeHalf}, 0},
-                          {{kFlangeHalf, -kFlangeHalf}, 0}};
+  const Outline lobes = {{{0, 0}, kFlangeRadius},
+                         {{kTieCircle, 0}, 8},
+                         {{-kTieCircle, 0}, 8},
+                         {{0, kTieCircle}, 8},
+                         {{0, -kTieCircle}, 8}};
   PlateEdges edges;
   edges.outer_round = 3;
   edges.hole_round = 1;
   edges.sides = 96;
-  TriangleMesh flange =
-      Plate(square, {{{0, 0}, kBarrelRadius + kSeam}}, 0, kFlangeThickness, edges);
+  TriangleMesh flange = Plate(lobes, {{{0, 0}, kBarrelRadius + kSeam}}, 0, kFlangeThickness, edges);
   for (int k = 0; k < 4; ++k) {
-    const double angle = kPi * (0.25 + 0.5 * k);
+    const double angle = 0.5 * kPi * k;
     const Vec3 at(kTieCircle * std::cos(angle), kTieCircle * std::sin(angle), 0);
     TriangleMesh end = Moved(Turned(HexHead(10, 7), RotationBy(Vec3(kPi, 0, 0))), {0, 0, -kSeam});
     Append(end, Moved(ThreadedEnd(0.9 * kTieRadius, 1.5, 8, 16), {0, 0, -7 - 2 * kSeam}));
@@ -135,7 +135,7 @@ TriangleMesh ClutterActuator() {
   const double left = kBarrelLeft + 6 + kFlangeThickness + kSeam;
   const double right = kBarrelRight - 6 - kFlangeThickness - kSeam;
   for (int k = 0; k < 4; ++k) {
-    const double angle = kPi * (0.25 + 0.5 * k);
+    const double angle = 0.5 * kPi * k;
     Append(actuator,
            Moved(AlongX(Revolved(
                      {{kTieRadius, left}, {kTieRadius, 0.5 * (left + right)}, {kTieRadius, right}},
@@ -157,7 +157,7 @@ TriangleMesh ClutterNest() {
   const TriangleMesh cradle = Moved(Rack(rack), {-20, 0, -kFinRadius - kCradleClearance});
   RackShape guide = rack;
   guide.width = 10;
-  guide.depth = kWall - kFlangeHalf - kGuideClearance - kSeam;
+  guide.depth = kWall - kFlangeRadius - kGuideClearance - kSeam;
   HoleGrid grid;
   grid.columns = 26;
   grid.rows = 5;
@@ -171,9 +171,9 @@ TriangleMesh ClutterNest() {
     Append(nest, AboutX(cradle, side * kCradleAngle));
     // walls, standing; their holes' grid has its corners at z = -19 and 23
     Append(nest, Moved(AboutX(plate, side * 0.5 * kPi), {0, side * (kWall + grid.thickness), -40}));
-    for (const double z : {-2.0, 46.0}) {
+    for (const double z : {-32.0, 46.0}) {
       const TriangleMesh turned = AboutX(Rack(guide), side * 0.5 * kPi);  // teeth to -side y
-      Append(nest, Moved(turned, {0, side * (kFlangeHalf + kGuideClearance), z}));
+      Append(nest, Moved(turned, {0, side * (kFlangeRadius + kGuideClearance), z}));
     }
     for (int k = -5; k <= 5; ++k) {
       const TriangleMesh bolt = AboutX(BoltCircle(1, 0, 13), side * 0.5 * kPi);

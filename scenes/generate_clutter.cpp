@@ -1,27 +1,77 @@
 #include <cstdio>
+#include <filesystem>
+#include <optional>
 
 #include "scenes/clutter.h"
+#include "scenes/seeded_poses.h"
 
-// generate_clutter FOLDER: writes what clutter.json in FOLDER names, and the poses of both scenes
-// that are compared with other engines.
+namespace tandem {
+namespace {
+
+constexpr int kPosesOfEachKind = 20;
+
+void Tell(const std::vector<TriangleMesh>& parts, const GeneratedScene& scene) {
+  const TriangleMesh& fixed = scene.meshes[0].mesh;
+  const TriangleMesh& actuator = scene.meshes[1].mesh;
+  const Vec3 size = 1e-3 * BoundsOf(fixed).size();
+  std::printf(
+      "clutter: %zu parts, %zu triangles, %.2f x %.2f x %.2f m, %.1f m^2; actuator: %zu "
+      "triangles, %.3f m^2\n",
+      parts.size(), fixed.triangles.size(), size.x(), size.y(), size.z(), 1e-6 * AreaOf(fixed),
+      actuator.triangles.size(), 1e-6 * AreaOf(actuator));
+  std::printf("vertices inside another part: %.4f %%\n", 100 * OverlapShare(parts));
+}
+
+std::optional<Error> WritePosesOf(const PosedPair& pair, const std::filesystem::path& file) {
+  return WritePoses(pair, SeededPoses(pair, kPosesOfEachKind), file);
+}
+
+/// The bracket's scene has several fixed meshes; other engines get them as one.
+std::optional<Error> WriteBracketPoses(const std::filesystem::path& folder) {
+  const GeneratedScene scene = BracketActuator();
+  GeneratedScene merged{"bracket_actuator", {{"bracket_actuator_fixed.stl", {}}}, {}};
+  for (std::size_t k = 0; k + 1 < scene.meshes.size(); ++k) {
+    Append(merged.meshes[0].mesh, scene.meshes[k].mesh);
+  }
+  if (const auto fault = WriteScene(merged, folder)) return fault;
+  return WritePosesOf({.fixed_file = merged.meshes[0].file,
+                       .moving_file = scene.meshes.back().file,
+                       .fixed = &merged.meshes[0].mesh,
+                       .moving = &scene.meshes.back().mesh,
+                       .out = {0, 0, 200}},
+                      folder / "bracket_actuator_poses.csv");
+}
+
+std::optional<Error> Generate(const std::filesystem::path& folder) {
+  const std::vector<TriangleMesh> parts = ClutterParts(ClutterShape{});
+  const GeneratedScene scene = Clutter(parts);
+  Tell(parts, scene);
+  if (const auto fault = WriteScene(scene, folder)) return fault;
+  // downwards into the racks, and to the sides
+  if (const auto fault = WritePosesOf({.fixed_file = scene.meshes[0].file,
+                                       .moving_file = scene.meshes[1].file,
+                                       .fixed = &scene.meshes[0].mesh,
+                                       .moving = &scene.meshes[1].mesh,
+                                       .push = {0, 0, -1},
+                                       .spread = 0.7,
+                                       .out = {0, 0, 400}},
+                                      folder / "clutter_poses.csv")) {
+    return fault;
+  }
+  return WriteBracketPoses(folder);
+}
+
+}  // namespace
+}  // namespace tandem
+
+// generate_clutter FOLDER: writes what clutter.json in FOLDER names, and for the comparisons with
+// other engines the poses of this scene and of the bracket's.
 int main(int argc, char** argv) {
   if (argc != 2) {
     std::fprintf(stderr, "usage: generate_clutter FOLDER\n");
     return 2;
   }
-  const tandem::ClutterShape shape;
-  const std::vector<tandem::TriangleMesh> parts = tandem::ClutterParts(shape);
-  tandem::GeneratedScene scene = tandem::Clutter(parts);
-  const tandem::TriangleMesh& fixed = scene.meshes[0].mesh;
-  const tandem::Vec3 size = tandem::BoundsOf(fixed).size();
-  std::printf(
-      "clutter: %zu parts, %zu triangles, %.2f x %.2f x %.2f m, %.1f m^2; actuator: %zu "
-      "triangles, %.3f m^2\n",
-      parts.size(), fixed.triangles.size(), 1e-3 * size.x(), 1e-3 * size.y(), 1e-3 * size.z(),
-      1e-6 * tandem::AreaOf(fixed), scene.meshes[1].mesh.triangles.size(),
-      1e-6 * tandem::AreaOf(scene.meshes[1].mesh));
-  std::printf("vertices inside another part: %.4f %%\n", 100 * tandem::OverlapShare(parts));
-  if (const auto fault = tandem::WriteScene(scene, argv[1])) {
+  if (const auto fault = tandem::Generate(argv[1])) {
     std::fprintf(stderr, "%s\n", fault->what.c_str());
     return 1;
   }
