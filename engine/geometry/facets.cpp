@@ -9,71 +9,12 @@ namespace tandem {
 
 namespace {
 
-constexpr std::uint32_t kNone = ~0U;
-
-/// Which triangle lies across each side, and which sides are open, non-manifold or wound against
-/// each other.
-class Sides {
- public:
-  explicit Sides(const TriangleMesh& mesh) : across_(3 * mesh.triangles.size(), kNone) {
-    // sides by their lesser vertex, so that the two of an edge stand close together
-    std::vector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
-    const auto ends = [&](std::uint32_t side) {
-      const TriangleMesh::Triangle& t = mesh.triangles[side / 3];
-      return std::array<std::uint32_t, 2>{t[side % 3], t[(side % 3 + 1) % 3]};
-    };
-    const auto sides = static_cast<std::uint32_t>(across_.size());
-    for (std::uint32_t side = 0; side < sides; ++side) {
-      const auto [a, b] = ends(side);
-      if (a != b) ++first[std::min(a, b) + 1];
-    }
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    struct Entry {
-      std::uint32_t greater;
-      std::uint32_t side;
-      bool operator<(const Entry& o) const {
-        return greater != o.greater ? greater < o.greater : side < o.side;
-      }
-    };
-    std::vector<Entry> entries(first.back());
-    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-    for (std::uint32_t side = 0; side < sides; ++side) {
-      const auto [a, b] = ends(side);
-      if (a != b) entries[next[std::min(a, b)]++] = {std::max(a, b), side};
-    }
-    for (std::size_t v = 0; v + 1 < first.size(); ++v) {
-      std::sort(entries.begin() + first[v], entries.begin() + first[v + 1]);
-      for (std::uint32_t i = first[v]; i < first[v + 1];) {
-        std::uint32_t end = i + 1;
-        while (end < first[v + 1] && entries[end].greater == entries[i].greater) ++end;
-        const std::uint32_t one = entries[i].side;
-        if (end - i == 2 && ends(one)[0] != ends(entries[i + 1].side)[0]) {
-          across_[one] = entries[i + 1].side / 3;
-          across_[entries[i + 1].side] = one / 3;
-        } else {
-          walls_.push_back({static_cast<std::uint32_t>(v), entries[i].greater});
-        }
-        i = end;
-      }
-    }
-  }
-
-  /// The triangle across side k of a triangle, or kNone.
-  std::uint32_t Across(std::uint32_t triangle, std::uint32_t k) const {
-    return across_[3 * triangle + k];
-  }
-  /// The edges that nothing merges across.
-  const std::vector<std::array<std::uint32_t, 2>>& walls() const { return walls_; }
-
- private:
-  std::vector<std::uint32_t> across_;
-  std::vector<std::array<std::uint32_t, 2>> walls_;
-};
+constexpr std::uint32_t kNone = MeshSides::kNone;
 
 /// Grows one polygon at a time.
 class Grower {
  public:
-  Grower(const TriangleMesh& mesh, const Sides& sides, double tolerance)
+  Grower(const TriangleMesh& mesh, const MeshSides& sides, double tolerance)
       : mesh_(mesh), sides_(sides), tolerance_(tolerance) {
     const std::size_t count = mesh.triangles.size();
     areas_.reserve(count);
@@ -209,7 +150,7 @@ class Grower {
   }
 
   const TriangleMesh& mesh_;
-  const Sides& sides_;
+  const MeshSides& sides_;
   double tolerance_;
   std::vector<Vec3> areas_;  // twice the area, along the normal
   std::vector<std::uint32_t> polygon_of_;
@@ -326,14 +267,17 @@ class FeatureLines {
 }  // namespace
 
 Features FindFeatures(const TriangleMesh& mesh, double tolerance) {
-  const Sides sides(mesh);
+  return FindFeatures(mesh, MeshSides(mesh), tolerance);
+}
+
+Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double tolerance) {
   Grower grower(mesh, sides, tolerance);
   Features features;
   features.polygon_of = grower.Grow();
   features.polygons = grower.polygons();
 
   std::vector<FeatureLines::Edge> edges;
-  for (const auto& wall : sides.walls()) edges.push_back({wall, {kNone, kNone}});
+  for (const MeshSides::Wall& wall : sides.walls()) edges.push_back({wall.ends, {kNone, kNone}});
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t other = sides.Across(t, k);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/geometry/mesh_sides.h"
 #include "engine/geometry/triangle_mesh.h"
 
 namespace tandem {
@@ -30,6 +31,7 @@ struct Features {
 /// of the same pair of polygons, and where such a line of edges leaves its chord by more than the
 /// tolerance (VPS.md §2.4). The same result every time.
 Features FindFeatures(const TriangleMesh& mesh, double tolerance);
+Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double tolerance);
 
 /// Outward unit normals of features, as their whole surroundings face: of an edge the mean of the
 /// two triangles', of a vertex the mean of all triangles round it by their angles there.

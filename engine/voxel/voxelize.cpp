@@ -3,14 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <set>
+#include <memory>
+#include <mutex>
 #include <string>
 
-#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
 
-#include "engine/voxel/distance_field.h"
-#include "engine/voxel/ray_parity.h"
-#include "engine/voxel/surface_voxels.h"
+#include "engine/geometry/facets.h"
+#include "engine/geometry/mesh_facing.h"
+#include "engine/voxel/inside_rows.h"
+#include "engine/voxel/mark_planes.h"
+#include "engine/voxel/surface_bricks.h"
+#include "engine/voxel/voxmap_builder.h"
 
 namespace tandem {
 
@@ -29,43 +34,40 @@ double Area(const TriangleMesh& mesh) {
   return area;
 }
 
-struct ByPlace {
-  bool operator()(const GridIndex& a, const GridIndex& b) const {
-    return MortonCode(a) < MortonCode(b);
-  }
-};
-
-/// The hyperchunks that the surface or its band may reach into.
-std::set<GridIndex, ByPlace> BandHyperchunks(const SurfaceVoxels& surface, int range) {
-  const std::int32_t reach = (range + kChunkSide - 1) / kChunkSide;  // chunks
-  std::set<GridIndex, ByPlace> places;
-  for (const SurfaceVoxels::Chunk& chunk : surface.chunks) {
-    const GridIndex lowest = (chunk.place - GridIndex{reach, reach, reach}) >> 3;
-    const GridIndex highest = (chunk.place + GridIndex{reach, reach, reach}) >> 3;
-    for (std::int32_t z = lowest.z; z <= highest.z; ++z) {
-      for (std::int32_t y = lowest.y; y <= highest.y; ++y) {
-        for (std::int32_t x = lowest.x; x <= highest.x; ++x) places.insert({x, y, z});
+/// Which sides of a hyperchunk have surface within `chunks` chunks, as the neighbours there that
+/// its band may reach into: bit n for offset (n % 3, n / 3 % 3, n / 9) - 1.
+std::uint32_t NeighboursReached(const SurfaceBricks::Source& surface, int chunks) {
+  if (surface.rows == nullptr) return 0;
+  // by z of the chunks: bit x + 8 y
+  std::array<std::uint64_t, kChunkSide> occupied{};
+  for (std::size_t z = 0; z < kHyperchunkSide; ++z) {
+    for (std::size_t octet = 0; octet < 8; ++octet) {
+      if ((surface.octets[z] >> octet & 1U) == 0) continue;
+      std::uint64_t bits = 0;
+      for (std::size_t i = 0; i < 8; ++i) bits |= surface.rows[64 * z + 8 * octet + i];
+      for (std::size_t x = 0; x < 8; ++x) {
+        if ((bits >> (8 * x) & 0xffU) != 0) occupied[z / 8] |= std::uint64_t{1} << (x + 8 * octet);
       }
     }
   }
-  return places;
-}
-
-/// The marks of a hyperchunk: three distance fields, and the inside in the surface field.
-HyperchunkMarks FillHyperchunk(const FeatureVoxels& features, const RayParity& parity,
-                               const GridIndex& place, int range) {
-  HyperchunkMarks out;
-  out.place = place;
-  for (const Field field : kAllFields) {
-    FillDistances(features[field], place, range, out.marks[static_cast<std::size_t>(field)]);
+  const auto side = [chunks](int direction) {  // of eight chunks in a row
+    const unsigned all = 0xff;
+    return direction < 0 ? all >> (8 - chunks) : (direction > 0 ? all << (8 - chunks) & all : all);
+  };
+  std::uint32_t reached = 0;
+  for (int n = 0; n < 27; ++n) {
+    const unsigned in_x = side(n % 3 - 1);
+    const unsigned in_y = side(n / 3 % 3 - 1);
+    const unsigned in_z = side(n / 9 - 1);
+    std::uint64_t layer = 0;
+    for (unsigned y = 0; y < 8; ++y) {
+      if ((in_y >> y & 1U) != 0) layer |= std::uint64_t{in_x} << (8 * y);
+    }
+    for (unsigned z = 0; z < 8; ++z) {
+      if ((in_z >> z & 1U) != 0 && (occupied[z] & layer) != 0) reached |= 1U << n;
+    }
   }
-  std::vector<Mark>& marks = out.marks[0];
-  std::vector<std::uint8_t> votes(marks.size(), 0);
-  parity.AddVotes(place * kHyperchunkSide, kHyperchunkSide, votes);
-  for (std::size_t i = 0; i < votes.size(); ++i) {
-    if (votes[i] >= 2 && marks[i] != kSurfaceMark) marks[i] = kInteriorMark;
-  }
-  return out;
+  return reached;
 }
 
 std::string InGiB(std::size_t bytes) {
@@ -127,40 +129,95 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
     return *fault;
   }
 
-  const std::vector<SnappedTriangle> triangles = SnapTriangles(mesh_W, s);
-  const Features features = FindFeatures(mesh_W, options.flatness_voxels * s);
-  const FeatureVoxels voxels = FindFeatureVoxels(mesh_W, features, s);
-  const RayParity parity(mesh_W, triangles);
-  const std::set<GridIndex, ByPlace> band = BandHyperchunks(voxels.surface(), options.range);
-  GridIndex lowest = *band.begin();
-  GridIndex highest = lowest;
-  for (const GridIndex& p : band) {
-    lowest = {std::min(lowest.x, p.x), std::min(lowest.y, p.y), std::min(lowest.z, p.z)};
-    highest = {std::max(highest.x, p.x), std::max(highest.y, p.y), std::max(highest.z, p.z)};
-  }
-  VoxmapBuilder builder(s, options.range, 4);
+  const MeshSides sides(mesh_W);
+  const Features features = FindFeatures(mesh_W, sides, options.flatness_voxels * s);
+  const MeshFacing facing = FindFacing(mesh_W, sides);
+  const SurfaceBricks bricks(mesh_W, features, s, facing);
+  const InsideRows inside(bricks, mesh_W, facing, s);
 
-  // batches bound the memory of unpacked marks; within one, hyperchunks are filled in parallel
-  const std::vector<GridIndex> places(band.begin(), band.end());
-  constexpr std::size_t kBatch = 64;
-  for (std::size_t begin = 0; begin < places.size(); begin += kBatch) {
-    std::vector<HyperchunkMarks> filled(std::min(kBatch, places.size() - begin));
-    tbb::parallel_for(std::size_t{0}, filled.size(), [&](std::size_t i) {
-      filled[i] = FillHyperchunk(voxels, parity, places[begin + i], options.range);
-    });
-    for (const HyperchunkMarks& marks : filled) builder.Add(marks);
+  // the bricks' box and one more hyperchunk all round: the band may reach one out, and then there
+  // is a border without marks
+  const HyperchunkBox& inner = bricks.box();
+  const GridIndex border{1, 1, 1};
+  const HyperchunkBox box{inner.first - border, inner.size + border * 2};
+  std::vector<VoxmapBuilder::Kind> kinds(box.cells(), VoxmapBuilder::Kind::kFar);
+  const int reach = (options.range + kChunkSide - 1) / kChunkSide;  // chunks
+  for (const SurfaceBricks::Brick& brick : bricks.bricks()) {
+    const std::uint32_t reached = NeighboursReached(brick.sources[0], reach);
+    for (std::int32_t n = 0; n < 27; ++n) {
+      if ((reached >> n & 1U) == 0) continue;
+      kinds[box.CellOf(brick.place + GridIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1})] =
+          VoxmapBuilder::Kind::kMarked;
+    }
   }
-  // hyperchunks without surface or band are solid or empty throughout
-  for (std::int32_t z = lowest.z; z <= highest.z; ++z) {
-    for (std::int32_t y = lowest.y; y <= highest.y; ++y) {
-      for (std::int32_t x = lowest.x; x <= highest.x; ++x) {
-        const GridIndex place{x, y, z};
-        if (!band.contains(place) && parity.Inside(place * kHyperchunkSide)) {
-          builder.Add({.place = place, .marks = {}, .solid = true});
+  std::vector<GridIndex> marked;
+  for (std::int32_t z = 0; z < inner.size.z; ++z) {
+    for (std::int32_t y = 0; y < inner.size.y; ++y) {
+      for (std::int32_t x = 0; x < inner.size.x; ++x) {
+        const GridIndex place = inner.first + GridIndex{x, y, z};
+        VoxmapBuilder::Kind& kind = kinds[box.CellOf(place)];
+        if (kind == VoxmapBuilder::Kind::kMarked) {
+          marked.push_back(place);
+        } else if (inside.Solid(inner.CellOf(place))) {
+          kind = VoxmapBuilder::Kind::kSolid;
         }
       }
     }
   }
+  std::sort(marked.begin(), marked.end(), [](const GridIndex& a, const GridIndex& b) {
+    return MortonCode(a) < MortonCode(b);
+  });
+
+  VoxmapBuilder builder(s, options.range, options.bits, box, kinds);
+  std::size_t next = 0;
+  std::mutex returning;
+  std::vector<std::unique_ptr<MarkPlanes>> spare;
+  const std::size_t tokens = 2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+  struct Filled {
+    GridIndex place;
+    std::unique_ptr<MarkPlanes> planes;
+  };
+  tbb::parallel_pipeline(
+      tokens,
+      tbb::make_filter<void, GridIndex>(tbb::filter_mode::serial_in_order,
+                                        [&](tbb::flow_control& flow) {
+                                          if (next == marked.size()) {
+                                            flow.stop();
+                                            return GridIndex{};
+                                          }
+                                          return marked[next++];
+                                        }) &
+          tbb::make_filter<GridIndex, std::shared_ptr<Filled>>(
+              tbb::filter_mode::parallel,
+              [&](const GridIndex& place) {
+                auto filled = std::make_shared<Filled>();
+                filled->place = place;
+                {
+                  const std::lock_guard lock(returning);
+                  if (!spare.empty()) {
+                    filled->planes = std::move(spare.back());
+                    spare.pop_back();
+                  }
+                }
+                if (filled->planes == nullptr) {
+                  filled->planes =
+                      std::make_unique<MarkPlanes>(bricks, options.range, options.bits);
+                }
+                const std::uint64_t* rows = inside.RowsOf(inner.CellOf(place));
+                const bool solid = inside.Solid(inner.CellOf(place));
+                filled->planes->Begin(place);
+                for (const Field field : kAllFields) {
+                  const bool first = field == Field::kSurface;
+                  filled->planes->Add(field, first ? rows : nullptr, first && solid);
+                }
+                return filled;
+              }) &
+          tbb::make_filter<std::shared_ptr<Filled>, void>(
+              tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Filled>& filled) {
+                builder.Add(filled->place, filled->planes->record(), filled->planes->planes());
+                const std::lock_guard lock(returning);
+                spare.push_back(std::move(filled->planes));
+              }));
   return builder.Finish();
 }
 

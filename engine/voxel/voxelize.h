@@ -11,6 +11,7 @@ namespace tandem {
 struct VoxelizeOptions {
   double voxel_size = 0.001;  // m
   int range = kDefaultRange;  // of the distance fields, voxels
+  int bits = 4;               // of a mark: 2 (range 1), 4 (8 (range to 13)
   /// How flat a feature-free polygon must be, in voxels either side of its plane (paper §4.1).
   double flatness_voxels = 0.5;
   std::size_t max_memory_bytes = std::size_t{8} << 30U;
@@ -26,9 +27,9 @@ std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_siz
                                     std::size_t max_memory_bytes);
 
 /// Voxelizes a mesh where it stands in W: exact conservative surface, distance field, interior by
-/// ray parity (paper §2.1, §3; VPS.md §1). In parallel; the same bits for any number of threads.
-/// Refused in one line: no triangles, a voxel size that is not above 0, a need beyond
-/// max_memory_bytes.
+/// counted crossings, of open bodies by winding number (paper §2.1, §3; VPS.md §1). In parallel;
+/// the same bits for any number of threads. Refused in one line: no triangles, a voxel size that is
+/// not above 0, a need beyond max_memory_bytes.
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 
 /// The voxel size that `--voxel auto` stands for: a two-hundredth of the longest side, m.

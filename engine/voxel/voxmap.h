@@ -131,36 +131,4 @@ class Voxmap {
   const VoxmapHeader* header_ = &kNone;
 };
 
-/// The marks of one hyperchunk on their way into an image. `marks[field]` holds 64^3 marks, x
-/// fastest, or nothing when the field has no mark there.
-struct HyperchunkMarks {
-  GridIndex place;  // hyperchunks from W's origin
-  std::array<std::vector<Mark>, kFields> marks;
-  bool solid = false;  // inside throughout; no marks then
-};
-
-/// Gathers hyperchunks and makes the image of them: elides what is uniform, and adds the
-/// chunk-level field.
-class VoxmapBuilder {
- public:
-  /// `bits` of a mark: 2 (range 1), 4 (range to 13) or 8 (range to 253).
-  VoxmapBuilder(double voxel_size, int range, int bits);
-
-  void Add(const HyperchunkMarks& hyperchunk);
-  Voxmap Finish();
-
- private:
-  struct Hyperchunk {
-    GridIndex place;
-    VoxmapRecord record;  // planes numbered within this hyperchunk
-    std::vector<std::uint8_t> planes;
-    bool solid = false;
-  };
-
-  double voxel_size_;
-  int range_;
-  int bits_;
-  std::vector<Hyperchunk> hyperchunks_;
-};
-
 }  // namespace tandem

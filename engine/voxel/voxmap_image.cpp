@@ -34,6 +34,17 @@ ImageBytes::~ImageBytes() {
   if (data_ != nullptr) munmap(data_, (size_ + kHugePage - 1) / kHugePage * kHugePage);
 }
 
+void ImageBytes::Shrink(std::size_t size) {
+  TANDEM_CHECK(size <= size_);
+  const auto rounded = [](std::size_t bytes) {
+    return (bytes + kHugePage - 1) / kHugePage * kHugePage;
+  };
+  if (rounded(size) < rounded(size_)) {
+    munmap(data_ + rounded(size), rounded(size_) - rounded(size));
+  }
+  size_ = size;
+}
+
 ImageBytes::ImageBytes(ImageBytes&& other) noexcept
     : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
 

@@ -263,6 +263,52 @@ TEST(Interior, OverlappingBodiesAreSolidAndCavitiesEmpty) {
   EXPECT_EQ(shell.Value(Field::kSurface, GridIndex{15, 0, 0} - shell.origin()), kInteriorMark);
 }
 
+// Where two arms of one body cross it is solid, though a ray there goes in twice.
+TEST(Interior, ABodyThatCrossesItselfIsSolidWhereItDoes) {
+  TriangleMesh arms = Box(Vec3(2, 1, 1));
+  TriangleMesh other = Box(Vec3(1, 2, 1.001));
+  Append(arms, other);
+  // one vertex of the second is that of the first: by connection they are one body
+  TriangleMesh joined = arms;
+  for (auto& t : joined.triangles) {
+    for (auto& v : t) v = v == 8 ? 0 : v;
+  }
+  const Voxmap voxmap = MustVoxelize(joined, 0.05);
+  EXPECT_EQ(voxmap.Value(Field::kSurface, GridIndex{3, 3, 3} - voxmap.origin()), kInteriorMark);
+}
+
+// One triangle in fifty is missing, and some are wound the wrong way: only the holes are fuzzy.
+TEST(Interior, OfASphereWithHolesAndTurnedTrianglesIsNearlyWhole) {
+  const double s = 0.04;
+  const TriangleMesh sphere = Sphere(1.0, 4);
+  TriangleMesh torn = sphere;
+  std::mt19937_64 random(9);
+  torn.triangles.clear();
+  for (TriangleMesh::Triangle t : sphere.triangles) {
+    if (random() % 50 == 0) continue;
+    if (random() % 50 == 0) std::swap(t[1], t[2]);
+    torn.triangles.push_back(t);
+  }
+  const Voxmap whole = MustVoxelize(sphere, s);
+  const Voxmap mended = MustVoxelize(torn, s);
+  long inside = 0;
+  long wrong = 0;
+  for (int z = -30; z < 30; ++z) {
+    for (int y = -30; y < 30; ++y) {
+      for (int x = -30; x < 30; ++x) {
+        const GridIndex i{x, y, z};
+        const int expected = whole.Value(Field::kSurface, i - whole.origin());
+        if (expected == kSurfaceMark) continue;
+        const int value = mended.Value(Field::kSurface, i - mended.origin());
+        inside += expected == kInteriorMark;
+        wrong += (value == kInteriorMark) != (expected == kInteriorMark);
+      }
+    }
+  }
+  EXPECT_GT(inside, 50000);
+  EXPECT_LT(wrong, inside / 80);
+}
+
 TEST(Voxelize, OpenSheetsHaveNoInterior) {
   const Voxmap voxmap = MustVoxelize(Sheet(1.0), 0.02);
   const VoxelCounts counts = voxmap.Count();

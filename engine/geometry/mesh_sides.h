@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/geometry/triangle_mesh.h"
+
+namespace tandem {
+
+/// How the triangles of a mesh hang together along their sides. Side k of triangle t, number
+/// 3 t + k, runs from its corner k to the next.
+class MeshSides {
+ public:
+  static constexpr std::uint32_t kNone = ~0U;
+
+  /// An edge that is not shared by just two triangles that run it in opposite directions: open,
+  /// non-manifold or wound inconsistently.
+  struct Wall {
+    std::array<std::uint32_t, 2> ends;  // vertices, the lesser first
+    std::uint32_t first = 0;            // of its sides, into wall_sides()
+    std::uint32_t count = 0;
+  };
+
+  explicit MeshSides(const TriangleMesh& mesh);
+
+  /// The triangle across side k of a triangle; kNone at a wall.
+  std::uint32_t Across(std::uint32_t triangle, std::uint32_t k) const noexcept {
+    return across_[3 * triangle + k];
+  }
+  /// In rising order of their ends.
+  const std::vector<Wall>& walls() const noexcept { return walls_; }
+  const std::vector<std::uint32_t>& wall_sides() const noexcept { return wall_sides_; }
+
+ private:
+  std::vector<std::uint32_t> across_;
+  std::vector<Wall> walls_;
+  std::vector<std::uint32_t> wall_sides_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/geometry/facets.h"
+#include "engine/geometry/mesh_facing.h"
+#include "engine/geometry/triangle_mesh.h"
+#include "engine/voxel/triangle_rows.h"
+#include "engine/voxel/voxel.h"
+#include "engine/voxel/voxmap_image.h"
+
+namespace tandem {
+
+/// A box of hyperchunks, x fastest.
+struct HyperchunkBox {
+  GridIndex first;  // hyperchunks from W's origin
+  GridIndex size;
+
+  std::size_t cells() const noexcept {
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+           static_cast<std::size_t>(size.z);
+  }
+  bool Holds(const GridIndex& place) const noexcept {
+    const GridIndex i = place - first;
+    return i.x >= 0 && i.y >= 0 && i.z >= 0 && i.x < size.x && i.y < size.y && i.z < size.z;
+  }
+  std::size_t CellOf(const GridIndex& place) const noexcept {
+    const GridIndex i = place - first;
+    return static_cast<std::size_t>(i.x) +
+           static_cast<std::size_t>(size.x) *
+               (static_cast<std::size_t>(i.y) +
+                static_cast<std::size_t>(size.y) * static_cast<std::size_t>(i.z));
+  }
+};
+
+/// The sources of the three fields (paper §4) as rows of bits: the voxels that the surface, its
+/// feature edges, its feature vertices lie in, and where rows of voxel centres cross the surface.
+/// An edge is a triangle without height and a vertex one without length, and all are told by the
+/// same exact test, so each source is among the one before.
+class SurfaceBricks {
+ public:
+  struct Source {
+    const std::uint64_t* rows = nullptr;  // kBrickRows; null without any
+    /// By z: bit j for any voxel in the rows 8 j to 8 j + 7.
+    std::array<std::uint8_t, kHyperchunkSide> octets{};
+  };
+  struct Brick {
+    GridIndex place;
+    std::array<Source, kFields> sources;  // by Field
+    std::vector<Crossing> crossings;      // of closed bodies, in no order
+  };
+
+  /// Crossings of closed bodies only.
+  SurfaceBricks(const TriangleMesh& mesh_W, const Features& features, double voxel_size,
+                const MeshFacing& facing);
+
+  /// In Morton order of their places; some may be without voxels.
+  const std::vector<Brick>& bricks() const noexcept { return bricks_; }
+  /// The box of their places, and one more hyperchunk all round.
+  const HyperchunkBox& box() const noexcept { return box_; }
+  /// By cell of the box; null without voxels.
+  const Brick* At(const GridIndex& place) const noexcept {
+    if (!box_.Holds(place)) return nullptr;
+    const std::uint32_t brick = brick_at_[box_.CellOf(place)];
+    return brick == 0 ? nullptr : &bricks_[brick - 1];
+  }
+
+ private:
+  HyperchunkBox box_;
+  std::vector<std::uint32_t> brick_at_;  // by cell of the box: 1 + its number, 0 for none
+  std::vector<Brick> bricks_;
+  ImageBytes rows_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,190 @@
+#include "engine/voxel/voxmap_builder.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+#include "engine/base/check.h"
+
+namespace tandem {
+
+namespace {
+
+/// Chunks that bear any mark, or are solid: by z, bit x + 8 y.
+using Bearing = std::array<std::uint64_t, kChunkSide>;
+
+Bearing BearingOf(const VoxmapRecord& record) {
+  Bearing bearing = record.solid;
+  for (const auto& slices : record.slices) {
+    for (std::size_t z = 0; z < bearing.size(); ++z) bearing[z] |= slices[z].stored;
+  }
+  return bearing;
+}
+
+constexpr std::size_t kCubeSide = 3 * kChunkSide;
+struct ChunkCube {  // rows along x, by z and y
+  std::array<std::array<std::uint32_t, kCubeSide>, kCubeSide> rows{};
+};
+
+/// By one chunk in all directions; `spare` is scratch.
+void Grow(ChunkCube& cube, ChunkCube& spare) {
+  for (std::size_t z = 0; z < kCubeSide; ++z) {
+    const auto& from = cube.rows[z];
+    auto& to = spare.rows[z];
+    to[0] = from[0] | from[1];
+    for (std::size_t y = 1; y + 1 < kCubeSide; ++y) to[y] = from[y - 1] | from[y] | from[y + 1];
+    to[kCubeSide - 1] = from[kCubeSide - 1] | from[kCubeSide - 2];
+    for (std::uint32_t& row : to) row |= row << 1U | row >> 1U;
+  }
+  for (std::size_t z = 0; z < kCubeSide; ++z) {
+    const auto& below = spare.rows[z > 0 ? z - 1 : z];
+    const auto& here = spare.rows[z];
+    const auto& above = spare.rows[z + 1 < kCubeSide ? z + 1 : z];
+    for (std::size_t y = 0; y < kCubeSide; ++y) cube.rows[z][y] = below[y] | here[y] | above[y];
+  }
+}
+
+}  // namespace
+
+VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const HyperchunkBox& box,
+                             const std::vector<Kind>& kinds)
+    : box_(box), plane_bytes_(kVoxelsPerChunk / 8 * static_cast<std::size_t>(bits)) {
+  TANDEM_CHECK(voxel_size > 0 && (bits == 2 || bits == 4 || bits == 8));
+  TANDEM_CHECK(range >= 1 && range + 2 < (1 << bits) && kinds.size() == box.cells());
+  // hyperchunks next to marked or solid ones have a record too, which knows how far those are
+  std::vector<std::uint8_t> near(box.cells(), 0);
+  std::size_t marked = 0;
+  for (std::int32_t z = 1; z + 1 < box.size.z; ++z) {
+    for (std::int32_t y = 1; y + 1 < box.size.y; ++y) {
+      for (std::int32_t x = 1; x + 1 < box.size.x; ++x) {
+        const GridIndex place = box.first + GridIndex{x, y, z};
+        const Kind kind = kinds[box.CellOf(place)];
+        if (kind == Kind::kFar) continue;
+        marked += kind == Kind::kMarked;
+        for (std::int32_t n = 0; n < 27; ++n) {
+          near[box.CellOf(place + GridIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1})] = 1;
+        }
+      }
+    }
+  }
+  std::size_t records = 2;
+  for (std::size_t c = 0; c < near.size(); ++c) {
+    records += near[c] != 0 && kinds[c] != Kind::kSolid ? 1U : 0U;
+  }
+
+  const auto aligned = [](std::size_t bytes) {
+    return (bytes + 63) / 64 * 64;
+  };
+  header_.magic = {'t', 'a', 'n', 'd', 'e', 'm', 'V', 'M'};
+  header_.version = 1;
+  header_.bits = static_cast<std::uint32_t>(bits);
+  header_.range = static_cast<std::uint32_t>(range);
+  header_.voxel_size = voxel_size;
+  header_.origin = {box.first.x * kHyperchunkSide, box.first.y * kHyperchunkSide,
+                    box.first.z * kHyperchunkSide};
+  header_.size = {static_cast<std::uint32_t>(box.size.x), static_cast<std::uint32_t>(box.size.y),
+                  static_cast<std::uint32_t>(box.size.z)};
+  header_.index_offset = sizeof(VoxmapHeader);
+  header_.records_offset = aligned(header_.index_offset + box.cells() * sizeof(std::uint32_t));
+  header_.record_count = 2;
+  header_.planes_offset = header_.records_offset + records * sizeof(VoxmapRecord);
+  header_.plane_count = 2;
+  image_ = ImageBytes(header_.planes_offset +
+                      (2 + marked * kFields * kChunksPerHyperchunk) * plane_bytes_);
+  index_ = reinterpret_cast<std::uint32_t*>(image_.data() + header_.index_offset);
+  records_ = reinterpret_cast<VoxmapRecord*>(image_.data() + header_.records_offset);
+  planes_ = reinterpret_cast<std::uint8_t*>(image_.data() + header_.planes_offset);
+  // one mark of 1 after another: its lowest bit at every mark's place
+  const int ones = bits == 2 ? 0x55 : (bits == 4 ? 0x11 : 0x01);
+  std::memset(planes_ + kPlaneInterior * plane_bytes_, ones, plane_bytes_);
+  records_[kRecordFar] = {};
+  records_[kRecordSolid] = {};
+  records_[kRecordSolid].solid.fill(~std::uint64_t{0});
+  records_[kRecordSolid].chunk_marks.fill(kSurfaceMark | kSurfaceMark << 4);
+  for (std::size_t c = 0; c < near.size(); ++c) {
+    if (kinds[c] == Kind::kSolid) {
+      index_[c] = kRecordSolid;
+    } else if (near[c] != 0) {
+      index_[c] = static_cast<std::uint32_t>(header_.record_count++);
+      records_[index_[c]] = {};
+    }
+  }
+}
+
+void VoxmapBuilder::Add(const GridIndex& place, const VoxmapRecord& record,
+                        std::span<const std::uint8_t> planes) {
+  VoxmapRecord& out = records_[index_[box_.CellOf(place)]];
+  out = record;
+  for (auto& slices : out.slices) {
+    for (VoxmapSlice& slice : slices) {
+      slice.first_plane += static_cast<std::uint32_t>(header_.plane_count);
+    }
+  }
+  if (!planes.empty()) {
+    std::memcpy(planes_ + header_.plane_count * plane_bytes_, planes.data(), planes.size());
+  }
+  header_.plane_count += planes.size() / plane_bytes_;
+}
+
+/// Every record's marks in units of chunks, from which chunks of the 3 x 3 x 3 hyperchunks round it
+/// bear marks.
+void VoxmapBuilder::FillChunkLevel() {
+  std::vector<Bearing> bearing(header_.record_count);
+  for (std::size_t r = 1; r < bearing.size(); ++r) bearing[r] = BearingOf(records_[r]);
+  tbb::parallel_for(std::size_t{0}, box_.cells(), [&](std::size_t cell) {
+    if (index_[cell] <= kRecordSolid) return;
+    const auto c = static_cast<std::int32_t>(cell);
+    const GridIndex place = box_.first + GridIndex{c % box_.size.x, c / box_.size.x % box_.size.y,
+                                                   c / box_.size.x / box_.size.y};
+    ChunkCube cube;
+    std::uint64_t any = 0;
+    for (std::int32_t n = 0; n < 27; ++n) {
+      const GridIndex offset{n % 3, n / 3 % 3, n / 9};
+      const GridIndex other = place + offset - GridIndex{1, 1, 1};
+      if (!box_.Holds(other)) continue;
+      const Bearing& theirs = bearing[index_[box_.CellOf(other)]];
+      for (std::size_t z = 0; z < 8; ++z) {
+        any |= theirs[z];
+        if (theirs[z] == 0) continue;
+        auto* rows = &cube.rows[static_cast<std::size_t>(offset.z) * 8 + z]
+                               [static_cast<std::size_t>(offset.y) * 8];
+        for (std::size_t y = 0; y < 8; ++y) {
+          rows[y] |= static_cast<std::uint32_t>(theirs[z] >> (8 * y) & 0xffU) << (8 * offset.x);
+        }
+      }
+    }
+    if (any == 0) return;
+    ChunkCube spare;
+    std::array<std::uint8_t, kChunksPerHyperchunk / 2>& marks = records_[index_[cell]].chunk_marks;
+    std::array<std::uint8_t, 64> done{};  // by row y + 8 z
+    for (int distance = 0; distance <= Voxmap::kChunkRange; ++distance) {
+      if (distance > 0) Grow(cube, spare);
+      unsigned all = 0xff;
+      for (std::size_t row = 0; row < 64; ++row) {
+        const unsigned set = cube.rows[8 + (row >> 3U)][8 + (row & 7U)] >> 8U & 0xffU;
+        for (unsigned rest = set & ~static_cast<unsigned>(done[row]); rest != 0; rest &= rest - 1) {
+          const auto x = static_cast<std::size_t>(std::countr_zero(rest));
+          std::uint8_t& pair = marks[4 * row + x / 2];
+          pair = static_cast<std::uint8_t>(pair | (kSurfaceMark + distance) << (4 * (x & 1U)));
+        }
+        done[row] = static_cast<std::uint8_t>(set);
+        all &= set;
+      }
+      if (all == 0xff) break;
+    }
+  });
+}
+
+Voxmap VoxmapBuilder::Finish() {
+  FillChunkLevel();
+  header_.bytes = header_.planes_offset + header_.plane_count * plane_bytes_;
+  std::memcpy(image_.data(), &header_, sizeof header_);
+  image_.Shrink(header_.bytes);
+  return Voxmap(std::move(image_));
+}
+
+}  // namespace tandem

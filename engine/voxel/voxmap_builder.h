@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/voxel/surface_bricks.h"
+#include "engine/voxel/voxmap.h"
+
+namespace tandem {
+
+/// Writes the image of a voxmap: its records and planes as they come, its index and the chunk-level
+/// field at the end.
+class VoxmapBuilder {
+ public:
+  /// What is known of a hyperchunk before it is filled.
+  enum class Kind : std::uint8_t { kFar, kMarked, kSolid };
+
+  /// `bits` of a mark: 2 (range 1), 4 (range to 13) or 8. `kinds` by cell of the box, whose border
+  /// of one hyperchunk is far.
+  VoxmapBuilder(double voxel_size, int range, int bits, const HyperchunkBox& box,
+                const std::vector<Kind>& kinds);
+
+  /// Of a marked hyperchunk; its planes are numbered from its first one.
+  void Add(const GridIndex& place, const VoxmapRecord& record,
+           std::span<const std::uint8_t> planes);
+  Voxmap Finish();
+
+ private:
+  void FillChunkLevel();
+
+  VoxmapHeader header_;
+  HyperchunkBox box_;
+  ImageBytes image_;  // of the greatest size it may need; given back at the end
+  std::uint32_t* index_ = nullptr;
+  VoxmapRecord* records_ = nullptr;
+  std::uint8_t* planes_ = nullptr;
+  std::size_t plane_bytes_ = 0;
+};
+
+}  // namespace tandem
