@@ -27,6 +27,7 @@ void AddBenchCommand(CLI::App& app, int& exit_code) {
   CLI::App* bench = app.add_subcommand("bench", "Measure the engine beside this machine's limits");
   bench->require_subcommand(1);
   AddBenchPoints(*bench, exit_code);
+  AddBenchProximity(*bench, exit_code);
 }
 
 }  // namespace tandem

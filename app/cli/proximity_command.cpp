@@ -7,13 +7,11 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/poses_file.h"
+#include "app/cli/proximity_bodies.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
-#include "engine/geometry/mesh_file.h"
 #include "engine/realtime/clock.h"
-#include "engine/world/scene.h"
-#include "engine/world/scene_proximity.h"
 
 namespace tandem {
 
@@ -42,18 +40,6 @@ struct Answer {
   std::size_t row = 0;
   SceneNearness near;
 };
-
-Result<std::vector<ProximityBody>> LoadBodies(const Scene& scene) {
-  std::vector<ProximityBody> bodies;
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const SceneBody& body = scene.bodies[i];
-    const Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, {.scale = body.scale});
-    if (!mesh_M) return Error{"body '" + body.name + "': " + mesh_M.error().what};
-    bodies.push_back({body.name, body.fixed, Transformed(*mesh_M, body.X_WM)});
-    if (scene.WholeOf(i) != i) bodies.back().part_of = scene.WholeOf(i);
-  }
-  return bodies;
-}
 
 std::vector<Question> QuestionsOfScene(const Scene& scene) {
   std::vector<Question> questions;
@@ -155,11 +141,11 @@ std::string Words(const Vec3& v) {
 void PrintWords(const SceneProximity& scene, const std::vector<Answer>& answers) {
   for (const Answer& answer : answers) {
     const SceneNearness& near = answer.near;
-    std::printf("%zu: %s to %s: %.4f mm%s, error at most %.2g mm, from %s to %s, gradient %s\n",
+    std::printf("%zu: %s to %s: %.4f mm%s, error at most %.4f mm, from %s to %s, gradient %s\n",
                 answer.row, scene.parts()[near.part].name.c_str(), OtherOf(scene, near).c_str(),
                 1e3 * near.distance, near.overlap ? " (they overlap)" : "",
-                1e3 * near.error_bound(), Words(near.p_WPart).c_str(), Words(near.p_WOther).c_str(),
-                Words(near.gradient_W).c_str());
+                1e-4 * std::ceil(1e7 * near.error_bound()), Words(near.p_WPart).c_str(),
+                Words(near.p_WOther).c_str(), Words(near.gradient_W).c_str());
   }
 }
 
@@ -202,7 +188,7 @@ int RunProximity(const ProximityArguments& arguments) {
   if (scene->bodies.size() < 2) {
     return Fail(kExitFile, arguments.scene + ": has one body only, and nothing to be near to");
   }
-  const Result<std::vector<ProximityBody>> bodies = LoadBodies(*scene);
+  const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene);
   if (!bodies) return Fail(kExitFile, bodies.error().what);
 
   Costs costs;

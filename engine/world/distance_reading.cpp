@@ -31,12 +31,28 @@ float Mix(float a, float b, float share) {
   return a + share * (b - a);
 }
 
-float Interpolated(const Voxmap& map, const Between& at) {
+/// Distances at the eight corners round `at`, whose chunk lies within the box.
+std::array<float, 8> CornersOf(const Voxmap& map, const GridIndex& voxel) {
   std::array<float, 8> d;
-  for (std::int32_t k = 0; k < 8; ++k) {
-    const GridIndex voxel = at.voxel + GridIndex{k & 1, k >> 1 & 1, k >> 2};
-    d[static_cast<std::size_t>(k)] = DistanceOf(map.Value(Field::kSurface, voxel));
+  const bool in_one_chunk = (voxel.x & 7) != 7 && (voxel.y & 7) != 7 && (voxel.z & 7) != 7;
+  if (!in_one_chunk) {
+    for (std::int32_t k = 0; k < 8; ++k) {
+      const GridIndex corner = voxel + GridIndex{k & 1, k >> 1 & 1, k >> 2};
+      d[static_cast<std::size_t>(k)] = DistanceOf(map.Value(Field::kSurface, corner));
+    }
+    return d;
   }
+  const std::uint32_t plane = map.PlaneOf(Field::kSurface, voxel >> 3);
+  const std::size_t cell = CellInBlock(voxel);
+  for (std::size_t k = 0; k < 8; ++k) {
+    const int stored = map.StoredMark(plane, cell + (k & 1) + 8 * (k >> 1 & 1) + 64 * (k >> 2));
+    d[k] = DistanceOf(stored != 0 ? stored : map.beyond());
+  }
+  return d;
+}
+
+float Interpolated(const Voxmap& map, const Between& at) {
+  const std::array<float, 8> d = CornersOf(map, at.voxel);
   const float x = at.share[0];
   const float low = Mix(Mix(d[0], d[1], x), Mix(d[2], d[3], x), at.share[1]);
   const float high = Mix(Mix(d[4], d[5], x), Mix(d[6], d[7], x), at.share[1]);
