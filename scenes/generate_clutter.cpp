@@ -38,6 +38,8 @@ std::optional<Error> WriteBracketPoses(const std::filesystem::path& folder) {
                        .moving_file = scene.meshes.back().file,
                        .fixed = &merged.meshes[0].mesh,
                        .moving = &scene.meshes.back().mesh,
+                       .push = {0, 0, 1},  // the collar's ears under the web
+                       .spread = 1.5,
                        .out = {0, 0, 200}},
                       folder / "bracket_actuator_poses.csv");
 }
@@ -47,7 +49,7 @@ std::optional<Error> Generate(const std::filesystem::path& folder) {
   const GeneratedScene scene = Clutter(parts);
   Tell(parts, scene);
   if (const auto fault = WriteScene(scene, folder)) return fault;
-  // downwards into the racks, and to the sides
+  // downwards onto the racks
   if (const auto fault = WritePosesOf({.fixed_file = scene.meshes[0].file,
                                        .moving_file = scene.meshes[1].file,
                                        .fixed = &scene.meshes[0].mesh,

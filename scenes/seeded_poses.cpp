@@ -39,6 +39,8 @@ struct Kind {
   const char* name;
   double least;  // voxels
   double most;
+  double turn;    // degrees
+  double spread;  // of the pair's
 };
 
 }  // namespace
@@ -59,13 +61,13 @@ std::vector<SeededPose> SeededPoses(const PosedPair& pair, int of_each) {
     const Vec3 axis = WayByChance(dice);
     return Pose{RotationBy(dice.Between(0, degrees) * kDegree * axis), Vec3::Zero()};
   };
-  constexpr std::array kKinds = {Kind{"assembled", -0.5, -0.1}, Kind{"near_1_2", 1, 2},
-                                 Kind{"near_3_8", 3, 8}};
+  constexpr std::array kKinds = {Kind{"assembled", -0.5, -0.1, 0.01, 0.03},
+                                 Kind{"near_1_2", 1, 2, 0.3, 1}, Kind{"near_3_8", 3, 8, 0.3, 1}};
   for (const Kind& kind : kKinds) {
     for (int made = 0; made < of_each;) {
       const double target = pair.voxel * dice.Between(kind.least, kind.most);
-      const Pose start = turned(0.3);
-      const Vec3 way = (pair.push + pair.spread * WayByChance(dice)).normalized();
+      const Pose start = turned(kind.turn);
+      const Vec3 way = (pair.push + kind.spread * pair.spread * WayByChance(dice)).normalized();
       std::optional<Pose> X = Approach(clearance, start, way, std::max(target, 0.02));
       if (!X) continue;
       if (target < 0) X->p -= target * way;

@@ -17,8 +17,8 @@ struct PosedPair {
   std::string moving_file;
   const TriangleMesh* fixed = nullptr;
   const TriangleMesh* moving = nullptr;  // where it stands at first it touches nothing
-  Vec3 push = Vec3::Zero();              // the way to contact, unit; zero: any
-  double spread = 1;                     // how far the ways lie round it
+  Vec3 push = Vec3::Zero();              // unit; the way to where it has much contact
+  double spread = 1;                     // how far the ways to the near poses lie round it
   Vec3 out = Vec3::Zero();               // from there on everything is far
   double voxel = 1;
   std::uint64_t seed = 1;
@@ -31,8 +31,9 @@ struct SeededPose {
   double distance = 0;  // mm, by samples; below 0: pushed on that far after it touched
 };
 
-/// So many of each kind: pushed on by up to half a voxel from where it touches; 1 to 2 voxels away;
-/// 3 to 8 voxels away; far. All turned by chance, a little.
+/// So many of each kind: seated, that is pushed along `push` next to unturned and on by up to half
+/// a voxel from where it touches; 1 to 2 voxels away and 3 to 8 voxels away, turned by up to 0.3
+/// degrees; far.
 std::vector<SeededPose> SeededPoses(const PosedPair& pair, int of_each);
 
 /// As CSV that `tandem contact` reads, translations in mm.

@@ -65,6 +65,7 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
     poses.push_back({.row = poses.size(),
                      .fixed = of == PosesOf::kPairs ? cells[place["fixed"]] : std::string(),
                      .moving = cells[place["moving"]],
+                     .kind = place.contains("kind") ? cells[place["kind"]] : std::string(),
                      .X_WM = {RotationBy(turn), Vec3(values[0], values[1], values[2])}});
   }
   return poses;

@@ -15,6 +15,7 @@ struct FilePose {
   std::size_t row = 0;  // from 0, over the file's rows
   std::string fixed;
   std::string moving;
+  std::string kind;  // as the column of that name says, if there is one
   Pose X_WM;  // translation in file units
 };
 

@@ -1,0 +1,116 @@
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/MeshToVolume.h>
+
+#include "engine/contact/block_test.h"
+#include "engine/geometry/mesh_file.h"
+#include "tests/peers/peer_support.h"
+
+// A pointshell's test beside OpenVDB's accessor: the same points by the same transforms, one
+// thread, each with a map of its own kind of the same mesh at the same voxel size.
+namespace tandem {
+namespace {
+
+std::optional<Error> Run(const PeerPair& pair) {
+  const Result<PeerModels> models = LoadPeerModels(pair, ContactModel::kPlain);
+  if (!models) return models.error();
+  const Voxmap& voxmap = models->voxmap;
+  const double s = voxmap.voxel_size();
+
+  // OpenVDB's voxels are counted from W's origin, and its values stand at their corners: half a
+  // voxel aside they stand at the centres of ours
+  std::vector<openvdb::Vec3s> vertices;
+  std::vector<openvdb::Vec3I> triangles;
+  const std::vector<openvdb::Vec4I> quads;
+  for (const Vec3& v : models->fixed.vertices) vertices.emplace_back(v.x(), v.y(), v.z());
+  for (const auto& t : models->fixed.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+  const auto to_world = openvdb::math::Transform::createLinearTransform(s);
+  to_world->postTranslate(openvdb::Vec3d(0.5 * s));
+  const auto grid = openvdb::tools::meshToUnsignedDistanceField<openvdb::FloatGrid>(
+      *to_world, vertices, triangles, quads, 8);
+
+  const PointBlocks blocks(models->points);
+  std::vector<std::uint32_t> all(blocks.size());
+  std::iota(all.begin(), all.end(), 0U);
+  std::vector<BlockReading> readings(blocks.size());
+  std::vector<std::uint8_t> near(models->points.size());
+  const auto points = static_cast<double>(models->points.size());
+  const Pose X_VW{Quat::Identity(), -voxmap.p_WVo()};
+  constexpr int kThreshold = 3;
+
+  std::vector<double> tandem_ns;
+  std::vector<double> openvdb_ns;
+  std::size_t near_tandem = 0;
+  std::size_t near_openvdb = 0;
+  const double share = 2.0 / static_cast<double>(models->poses.size());
+  for (const FilePose& pose : models->poses) {
+    const Pose X_WB = pose.X_WM * models->X_MB;
+    const VoxelTransform ours(X_VW * X_WB, s, 0);
+    tandem_ns.push_back(1e9 / points *
+                        Repeated(
+                            [&] {
+                              TestBlocks(blocks, ours, voxmap, kThreshold, all, readings.data());
+                            },
+                            share)
+                            .cpu_s);
+    for (const BlockReading& reading : readings) {
+      near_tandem += static_cast<std::size_t>(std::popcount(reading.contacts));
+    }
+
+    const VoxelTransform theirs(X_WB, s, 0);
+    auto accessor = grid->getConstAccessor();
+    const auto limit = static_cast<float>((kThreshold - 2 + 0.5) * s);
+    openvdb_ns.push_back(1e9 / points *
+                         Repeated(
+                             [&] {
+                               const auto& a = theirs.a;
+                               const auto& b = theirs.b;
+                               for (std::size_t i = 0; i < near.size(); ++i) {
+                                 const float x = models->points.x[i];
+                                 const float y = models->points.y[i];
+                                 const float z = models->points.z[i];
+                                 const GridIndex at =
+                                     VoxelAt({a[0] * x + a[1] * y + a[2] * z + b[0],
+                                              a[3] * x + a[4] * y + a[5] * z + b[1],
+                                              a[6] * x + a[7] * y + a[8] * z + b[2]});
+                                 near[i] = accessor.getValue({at.x, at.y, at.z}) <= limit ? 1 : 0;
+                               }
+                             },
+                             share)
+                             .cpu_s);
+    near_openvdb += static_cast<std::size_t>(std::accumulate(near.begin(), near.end(), 0));
+  }
+  const nlohmann::ordered_json out{{"fixed", pair.fixed.filename()},
+                                   {"moving", pair.moving.filename()},
+                                   {"voxel_m", s},
+                                   {"points", models->points.size()},
+                                   {"poses", models->poses.size()},
+                                   {"map_bytes", voxmap.header().bytes},
+                                   {"openvdb_bytes", grid->memUsage()},
+                                   {"isa", KernelIsa()},
+                                   {"tandem_ns", MedianOf(tandem_ns)},
+                                   {"openvdb_ns", MedianOf(openvdb_ns)},
+                                   {"ratio", MedianOf(openvdb_ns) / MedianOf(tandem_ns)},
+                                   {"tandem_contacts", near_tandem},
+                                   {"openvdb_near", near_openvdb}};
+  std::printf("%s\n", out.dump(2).c_str());
+  return std::nullopt;
+}
+
+}  // namespace
+}  // namespace tandem
+
+int main(int argc, char** argv) {
+  tandem::RunImportHelperIfAsked(argc, argv);
+  openvdb::initialize();
+  tandem::PeerPair pair;
+  CLI::App app{"Point tests beside OpenVDB's accessor; prints JSON"};
+  tandem::AddPeerPair(app, pair);
+  return tandem::RunPeer(app, argc, argv, [&] {
+    return tandem::Run(pair);
+  });
+}
