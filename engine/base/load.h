@@ -20,6 +20,13 @@ struct Load {
   }
 };
 
+/// How the load on one body changes as another moves: dF/dx and dF/dv, rows of the one, columns of
+/// the other, each about its centre of mass in W, moments first.
+struct CrossLoad {
+  Mat6 stiffness = Mat6::Zero();
+  Mat6 damping = Mat6::Zero();
+};
+
 inline Vec6 Stacked(const Twist& V) {
   Vec6 stacked;
   stacked << V.w, V.v;

@@ -23,6 +23,13 @@ Load Turned(const Load& load_V, const Mat3& R_WV) {
           R * load_V.damping * R.transpose()};
 }
 
+CrossLoad Turned(const CrossLoad& cross_V, const Mat3& R_WV) {
+  Mat6 R = Mat6::Zero();
+  R.topLeftCorner<3, 3>() = R_WV;
+  R.bottomRightCorner<3, 3>() = R_WV;
+  return {R * cross_V.stiffness * R.transpose(), R * cross_V.damping * R.transpose()};
+}
+
 }  // namespace
 
 ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Pose& X_BV,
@@ -34,6 +41,7 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       shell_extent_(ExtentOf(shell)),
       map_extent_(ExtentOf(voxmap)),
       gains_(gains),
+      both_move_(options.both_move),
       blocks_(std::make_unique<const PointBlocks>(shell)),
       schedule_(*blocks_, voxmap, options.force_layer, options.schedule),
       candidates_(std::min(shell.size(), kMostCandidates)) {
@@ -98,6 +106,7 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
   const Vec3 v_map = q_VW * map_body.V_WB.v;
   Load shell_V;
   Load map_V;
+  CrossLoad cross_V;
   for (std::size_t i = 0; i < contact_count_; ++i) {
     const Vec3& p = contacts_[i].p_V;
     const Vec3& n = contacts_[i].nhat_V;
@@ -121,11 +130,15 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
     map_V.force -= force * along_map;
     map_V.stiffness += stiffness * along_map * along_map.transpose();
     map_V.damping += damping * along_map * along_map.transpose();
+    if (!both_move_) continue;
+    cross_V.stiffness += stiffness * along_shell * along_map.transpose();
+    cross_V.damping += damping * along_shell * along_map.transpose();
   }
   if (report.loaded_points == 0) return;
   const Mat3 R_WV = X_WV.q.toRotationMatrix();
   on_shell += Turned(shell_V, R_WV);
   on_map += Turned(map_V, R_WV);
+  if (both_move_) cross_ = Turned(cross_V, R_WV);
 }
 
 PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& map_body,

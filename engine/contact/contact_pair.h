@@ -45,6 +45,7 @@ struct PairOptions {
   /// With these the refined model, on a pointshell whose points stand on features; without them the
   /// plain one. Must outlive the pair.
   const SurfaceDetails* details = nullptr;
+  bool both_move = false;  // then cross() is kept
   ScheduleOptions schedule{};
 };
 
@@ -63,6 +64,10 @@ class ContactPair {
   /// not allocate.
   PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body, Load& on_shell,
                      Load& on_map) noexcept;
+
+  /// How the last Collide()'s load on the shell changes as the map moves; the transpose the other
+  /// way round. Kept for pairs that both move.
+  const CrossLoad& cross() const noexcept { return cross_; }
 
   /// What the next frames' tests will cost, as of the last Collide() (paper §5, Eqn. 2).
   TestLoad load() const noexcept;
@@ -97,6 +102,8 @@ class ContactPair {
   Extent shell_extent_;
   Extent map_extent_;
   ContactGains gains_;
+  bool both_move_;
+  CrossLoad cross_;
   std::unique_ptr<const PointBlocks> blocks_;
   PointSchedule schedule_;
   std::unique_ptr<RefinedContacts> refined_;

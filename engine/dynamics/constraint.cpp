@@ -127,14 +127,27 @@ Constraint BallConstraint(const Pose& X_WB0, const Vec3& p_W) {
   return ball;
 }
 
-Twist ConstrainedTwist(const Constraint& constraint, const Inertia& inertia,
-                       const RigidState& state, const Load& load, double h) noexcept {
-  const Directions S = AllowedTwists(constraint, state.X_WB);
+StepEquations ConstrainedEquations(const Constraint& constraint, const Inertia& inertia,
+                                   const RigidState& state, const Load& load, double h) noexcept {
   StepEquations step = ImplicitEquations(inertia, state, load, h);
   // the centre of mass goes round J: m w x (w' x r) with the new w', which does no work on w'
   const Vec3 lever = Lever(constraint, state.X_WB);
   step.A.bottomLeftCorner<3, 3>() -=
       h * inertia.mass * CrossMatrix(state.V_WB.w) * CrossMatrix(lever);
+  return step;
+}
+
+Mat6 AllowedBasis(const Constraint& constraint, const Pose& X_WB) noexcept {
+  const Directions S = AllowedTwists(constraint, X_WB);
+  Mat6 basis = Mat6::Zero();
+  basis.leftCols(S.cols()) = S;
+  return basis;
+}
+
+Twist ConstrainedTwist(const Constraint& constraint, const Inertia& inertia,
+                       const RigidState& state, const Load& load, double h) noexcept {
+  const Directions S = AllowedTwists(constraint, state.X_WB);
+  const StepEquations step = ConstrainedEquations(constraint, inertia, state, load, h);
   using Reduced = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
   using Rates = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
   const Directions AS = step.A * S;

@@ -42,6 +42,12 @@ Constraint PlaneConstraint(const Pose& X_WB0, const Vec3& normal_W, Constraint::
 /// It turns about the point `p_W` in any way.
 Constraint BallConstraint(const Pose& X_WB0, const Vec3& p_W);
 
+/// ImplicitEquations() of a constrained body.
+StepEquations ConstrainedEquations(const Constraint& constraint, const Inertia& inertia,
+                                   const RigidState& state, const Load& load, double h) noexcept;
+/// The twists that it may have, as columns; the others are zero.
+Mat6 AllowedBasis(const Constraint& constraint, const Pose& X_WB) noexcept;
+
 /// ImplicitTwist() of a constrained body: of the twists that the constraint allows, the one that
 /// Gauss' principle of least constraint picks. The state's pose and twist must be allowed ones.
 Twist ConstrainedTwist(const Constraint& constraint, const Inertia& inertia,

@@ -32,6 +32,11 @@ const SurfaceDetails* DetailsOf(const SurfaceDetails& details) {
   return details.empty() ? nullptr : &details;
 }
 
+/// Of a body's number, or -1 for the fixture.
+bool IsSimulated(const StepInputs& in, int body) {
+  return body >= 0 && in.bodies[static_cast<std::size_t>(body)].drive == BodyDrive::kSimulated;
+}
+
 /// Whether the pair's pointshell is body `a`: as the scene has it, else the one with fewer points,
 /// for speed (paper §2.1).
 bool IsShell(const WorldModel& model, std::size_t a, std::size_t b) {
@@ -54,26 +59,34 @@ void FollowMirror(const BodyModel& model, RigidState& state, const Pose& target_
   }
 }
 
-/// One frame under forces. Gives whether the limit of the travel held the body back.
-bool StepBody(const BodyModel& model, RigidState& state, const Load& load, double max_travel) {
+StepEquations EquationsOf(const BodyModel& model, const RigidState& state, const Load& load) {
+  if (!model.constraint) return ImplicitEquations(model.inertia, state, load, kFrame);
+  return ConstrainedEquations(*model.constraint, model.inertia, state, load, kFrame);
+}
+
+Twist TwistAlone(const BodyModel& model, const RigidState& state, const Load& load) {
+  if (!model.constraint) return ImplicitTwist(model.inertia, state, load, kFrame);
+  return ConstrainedTwist(*model.constraint, model.inertia, state, load, kFrame);
+}
+
+/// Goes on at a twist for a frame. Gives whether the limit of the travel held the body back.
+bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, double max_travel) {
   const double radius = model.points.radius;
-  if (model.constraint) {
-    const Constraint& constraint = *model.constraint;
-    const Twist wanted = ConstrainedTwist(constraint, model.inertia, state, load, kFrame);
-    Advance(constraint, state, wanted, kFrame, radius, max_travel);
-    // a joint turns the twist on as it goes, so only its size tells
-    const bool turns = wanted.w.norm() > 0;
-    const double kept = turns ? state.V_WB.w.norm() : state.V_WB.v.norm();
-    return kept < (1.0 - 1e-9) * (turns ? wanted.w.norm() : wanted.v.norm());
+  if (!model.constraint) {
+    Advance(state, wanted, kFrame, radius, max_travel);
+    return state.V_WB.v != wanted.v || state.V_WB.w != wanted.w;
   }
-  const Twist wanted = ImplicitTwist(model.inertia, state, load, kFrame);
-  Advance(state, wanted, kFrame, radius, max_travel);
-  return state.V_WB.v != wanted.v || state.V_WB.w != wanted.w;
+  Advance(*model.constraint, state, wanted, kFrame, radius, max_travel);
+  // a joint turns the twist on as it goes, so only its size tells
+  const bool turns = wanted.w.norm() > 0;
+  const double kept = turns ? state.V_WB.w.norm() : state.V_WB.v.norm();
+  return kept < (1.0 - 1e-9) * (turns ? wanted.w.norm() : wanted.v.norm());
 }
 
 }  // namespace
 
-World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model)) {
+World::World(std::shared_ptr<const WorldModel> model)
+    : model_(std::move(model)), together_(model_->bodies.size()) {
   const std::vector<BodyModel>& bodies = model_->bodies;
   const int layer = model_->scene.force_layer;
   const auto gains_for = [this](double mass) {
@@ -101,14 +114,15 @@ World::World(std::shared_ptr<const WorldModel> model) : model_(std::move(model))
       const std::size_t map = is_shell ? other : b;
       const ContactGains gains =
           gains_for(std::max(bodies[b].inertia.mass, bodies[other].inertia.mass));
-      pairs_.push_back({{bodies[shell].points,
-                         bodies[map].voxmap,
-                         bodies[map].X_BV,
-                         RadiusOf(bodies[map]),
-                         {.force_layer = layer},
-                         gains},
-                        static_cast<int>(shell),
-                        static_cast<int>(map)});
+      pairs_.push_back(
+          {{bodies[shell].points,
+            bodies[map].voxmap,
+            bodies[map].X_BV,
+            RadiusOf(bodies[map]),
+            {.force_layer = layer, .details = DetailsOf(bodies[map].details), .both_move = true},
+            gains},
+           static_cast<int>(shell),
+           static_cast<int>(map)});
     }
   }
 }
@@ -121,6 +135,7 @@ void World::Place(std::size_t body, const Pose& X_WB) {
 const StepReport& World::Step(const StepInputs& in) noexcept {
   report_ = {};
   for (Body& body : bodies_) body.load = {};
+  for (Pair& pair : pairs_) pair.pushes = false;
   if (contact_on_) Collide(in);
   ShareTravel(in);
   Couple(in);
@@ -157,10 +172,7 @@ void World::ShareTravel(const StepInputs& in) noexcept {
 }
 
 bool World::Tested(const Pair& pair, const StepInputs& in) const noexcept {
-  const auto simulated = [&](int body) {
-    return body >= 0 && in.bodies[static_cast<std::size_t>(body)].drive == BodyDrive::kSimulated;
-  };
-  return simulated(pair.shell) || simulated(pair.map);
+  return IsSimulated(in, pair.shell) || IsSimulated(in, pair.map);
 }
 
 void World::Collide(const StepInputs& in) noexcept {
@@ -178,6 +190,7 @@ void World::Collide(const StepInputs& in) noexcept {
       found = pair.contact.Collide(shell_motion, {map.state.X_WB, map.state.V_WB}, shell.load,
                                    map.load);
     }
+    pair.pushes = found.loaded_points > 0;
     report_.tests += found.tests;
     if (found.over_capacity) report_.flags |= StepReport::kOverCapacity;
     report_.contact_points += found.contact_points;
@@ -200,7 +213,36 @@ void World::Couple(const StepInputs& in) noexcept {
   held.load += GroundDamping(in.ground_damping, in.ground_rotation_damping, held.state);
 }
 
+void World::SolveTogether(const StepInputs& in) noexcept {
+  bool begun = false;
+  for (const Pair& pair : pairs_) {
+    if (!pair.pushes || !IsSimulated(in, pair.shell) || !IsSimulated(in, pair.map)) continue;
+    if (!begun) together_.Begin();
+    begun = true;
+    const auto shell = static_cast<std::size_t>(pair.shell);
+    const auto map = static_cast<std::size_t>(pair.map);
+    for (const std::size_t b : {shell, map}) {
+      if (together_.has(b)) continue;
+      const BodyModel& model = model_->bodies[b];
+      const RigidState& state = bodies_[b].state;
+      const Mat6 basis =
+          model.constraint ? AllowedBasis(*model.constraint, state.X_WB) : Mat6::Identity();
+      together_.AddBody(b, EquationsOf(model, state, bodies_[b].load), state.V_WB, basis);
+    }
+    together_.Couple(shell, map, pair.contact.cross(), kFrame);
+  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    bodies_[b].together = begun && together_.has(b);
+  }
+  if (begun) together_.Solve();
+}
+
 void World::Move(const StepInputs& in) noexcept {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (in.bodies[b].drive != BodyDrive::kSimulated) continue;
+    bodies_[b].load.force.tail<3>() += model_->bodies[b].inertia.mass * model_->scene.gravity_W;
+  }
+  SolveTogether(in);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
     const BodyModel& model = model_->bodies[b];
@@ -213,8 +255,9 @@ void World::Move(const StepInputs& in) noexcept {
       continue;
     }
     const Twist before = body.state.V_WB;
-    body.load.force.tail<3>() += model.inertia.mass * model_->scene.gravity_W;
-    if (StepBody(model, body.state, body.load, body.max_travel)) {
+    const Twist wanted =
+        body.together ? together_.twist(b) : TwistAlone(model, body.state, body.load);
+    if (StepBody(model, body.state, wanted, body.max_travel)) {
       report_.flags |= StepReport::kTravelLimited;
     }
     const Twist& after = body.state.V_WB;

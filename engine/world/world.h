@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/base/thread_roles.h"
+#include "engine/dynamics/coupled_step.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world_model.h"
 
@@ -42,11 +43,13 @@ class World {
     RigidState state;
     Load load;
     double max_travel = 0;  // m, in this frame
+    bool together = false;  // its twist is that of together_
   };
   struct Pair {
     ContactPair contact;
-    int shell;  // body of the pointshell
-    int map;    // body of the voxmap; -1: the fixture
+    int shell;            // body of the pointshell
+    int map;              // body of the voxmap; -1: the fixture
+    bool pushes = false;  // in this frame
   };
 
   void ShareTravel(const StepInputs& in) noexcept;
@@ -54,11 +57,14 @@ class World {
   bool Tested(const Pair& pair, const StepInputs& in) const noexcept;
   void Collide(const StepInputs& in) noexcept;
   void Couple(const StepInputs& in) noexcept;
+  /// The twists of simulated bodies that push one another, in one system.
+  void SolveTogether(const StepInputs& in) noexcept;
   void Move(const StepInputs& in) noexcept;
 
   std::shared_ptr<const WorldModel> model_;
   std::vector<Body> bodies_;
   std::vector<Pair> pairs_;
+  CoupledStep together_;
   Load hand_load_;
   std::array<Load, kMaxLinkAnchors> link_loads_;
   bool contact_on_ = true;

@@ -17,6 +17,7 @@ using testing::RandomDirection;
 using testing::RandomRotation;
 using testing::Sphere;
 using testing::TestBody;
+using testing::Uniform;
 
 constexpr double kVoxel = 0.001;
 const Vec3 kDown(0, 0, -9.81);
@@ -97,6 +98,81 @@ TEST(FreeBody, ABoxComesToRestOnAPlate) {
     }
     EXPECT_LT(peak, 2e-3) << "trial " << trial;
     EXPECT_NEAR(world.state(0).X_WB.p.z(), height, 0.05 * kVoxel) << "trial " << trial;
+  }
+}
+
+/// Two bodies of which the first has been thrown at the second by a hand that let go.
+class Collision {
+ public:
+  Collision(const TriangleMesh& thrown, const TriangleMesh& hit, double mass, ContactModel contact)
+      : model_(MakeWorldModel({{thrown}, {hit, false, mass}}, kVoxel, contact)),
+        world_(model_),
+        inputs_(FreeInputs(*model_)) {
+    inputs_.hand = HandTo(*model_, 0, {Quat::Identity(), Vec3(0.002, 0, 0)});
+    for (int frame = 0; frame < 20; ++frame) world_.Step(inputs_);
+    inputs_.hand.body = -1;
+  }
+
+  const StepReport& Step() { return world_.Step(inputs_); }
+  Vec3 Momentum() const {
+    return model_->bodies[0].inertia.mass * world_.state(0).V_WB.v +
+           model_->bodies[1].inertia.mass * world_.state(1).V_WB.v;
+  }
+  double Energy() const {
+    return KineticEnergy(*model_, 0, world_.state(0)) + KineticEnergy(*model_, 1, world_.state(1));
+  }
+
+ private:
+  std::shared_ptr<const WorldModel> model_;
+  World world_;
+  StepInputs inputs_;
+};
+
+// Whatever the shapes, the masses and the contact model: what one gets the other loses, in every
+// frame in which neither was held back.
+TEST(FreeBody, BodiesThatCollideKeepTheirMomentum) {
+  kHapticThread.Enter();
+  std::mt19937_64 random(23);
+  for (const double mass : {0.02, 0.3, 5.0}) {
+    for (const ContactModel contact : {ContactModel::kRefined, ContactModel::kPlain}) {
+      Collision collision(
+          Box(Vec3(0.02, 0.02, 0.02)),
+          At(Box(Vec3(0.03, 0.02, 0.01)), Vec3(0.035, 0.004, 0.003), RandomRotation(random)), mass,
+          contact);
+      ASSERT_GT(collision.Momentum().x(), 0.01);
+      int pushed = 0;
+      for (int frame = 0; frame < 1000; ++frame) {
+        const Vec3 before = collision.Momentum();
+        const StepReport report = collision.Step();
+        if ((report.flags & StepReport::kTravelLimited) != 0) continue;
+        pushed += report.loaded_points > 0 ? 1 : 0;
+        ASSERT_LT((collision.Momentum() - before).norm(), 1e-12) << "frame " << frame;
+      }
+      EXPECT_GT(pushed, 0) << "mass " << mass;
+    }
+  }
+}
+
+// A ball against a ball, off centre. Solved one by one they would trade velocities, and the lighter
+// one would make energy: ten times as much as there was. Contact is damped so that nothing springs
+// back.
+TEST(FreeBody, BallsThatCollideNeverGainEnergy) {
+  kHapticThread.Enter();
+  std::mt19937_64 random(24);
+  for (const double mass : {0.02, 0.3, 5.0}) {
+    for (int trial = 0; trial < 4; ++trial) {
+      const Vec3 place(0.03, 0.01 * Uniform(random, -1, 1), 0.01 * Uniform(random, -1, 1));
+      Collision collision(Sphere(0.012, 4), At(Sphere(0.010, 4), place, RandomRotation(random)),
+                          mass, ContactModel::kRefined);
+      const double thrown = collision.Energy();
+      int pushed = 0;
+      for (int frame = 0; frame < 1000; ++frame) {
+        pushed += collision.Step().loaded_points > 0 ? 1 : 0;
+        ASSERT_LE(collision.Energy(), 1.001 * thrown) << "mass " << mass << ", frame " << frame;
+      }
+      EXPECT_GT(pushed, 0) << "mass " << mass;
+      EXPECT_LT(collision.Energy(), 0.999 * thrown) << "mass " << mass;
+    }
   }
 }
 

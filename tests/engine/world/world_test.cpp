@@ -152,25 +152,6 @@ TEST(World, EnergyNeverGrowsAtRest) {
   }
 }
 
-// With room for ten point tests everything is overload: it goes slowly, and it goes.
-TEST(World, APartInHeavyContactCanBePulledOut) {
-  kHapticThread.Enter();
-  const TriangleMesh plate = At(Box(Vec3(0.06, 0.06, 0.008)), Vec3(0, 0, -0.004));
-  const auto model =
-      MakeWorldModel({{plate, true}, {At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0, 0.02))}}, kVoxel);
-  World world(model);
-  StepInputs inputs = FreeInputs(*model);
-  inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0, 0, -0.05)});
-  int loaded = 0;
-  for (int frame = 0; frame < 1000; ++frame) loaded = world.Step(inputs).loaded_points;
-  EXPECT_GE(loaded, 3);
-  inputs.capacity = 10;
-  inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0, 0, 0.05)});
-  EXPECT_NE(world.Step(inputs).flags & StepReport::kOverCapacity, 0U);
-  for (int frame = 0; frame < 4000; ++frame) world.Step(inputs);
-  EXPECT_NEAR(world.state(0).X_WB.p.z(), 0.05, 1e-3);
-}
-
 // Travel of every point of the shell, brute force: half a voxel a frame, rotation included.
 /// The farthest that any surface point goes in a frame, of 400, towards a goal.
 double FarthestStep(const WorldModel& model, World& world, const Pose& goal) {
