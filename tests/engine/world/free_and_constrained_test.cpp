@@ -113,7 +113,10 @@ class Collision {
     inputs_.hand.body = -1;
   }
 
-  const StepReport& Step() { return world_.Step(inputs_); }
+  const StepReport& Step() {
+    kHapticThread.Enter();
+    return world_.Step(inputs_);
+  }
   Vec3 Momentum() const {
     return model_->bodies[0].inertia.mass * world_.state(0).V_WB.v +
            model_->bodies[1].inertia.mass * world_.state(1).V_WB.v;

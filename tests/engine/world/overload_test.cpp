@@ -28,6 +28,7 @@ TriangleMesh At(const TriangleMesh& mesh, const Vec3& p, const Quat& q = Quat::I
 /// `out`. Gives how far from there the body is at the end, m.
 double PulledOut(const std::shared_ptr<const WorldModel>& model, int body, const Pose& pressed,
                  const Pose& out) {
+  kHapticThread.Enter();
   World world(model);
   StepInputs inputs = FreeInputs(*model);
   inputs.hand = HandTo(*model, body, pressed);
@@ -41,10 +42,7 @@ double PulledOut(const std::shared_ptr<const WorldModel>& model, int body, const
   return (world.state(static_cast<std::size_t>(body)).X_WB.p - out.p).norm();
 }
 
-class Overload : public ::testing::TestWithParam<ContactModel> {
- protected:
-  void SetUp() override { kHapticThread.Enter(); }
-};
+class Overload : public ::testing::TestWithParam<ContactModel> {};
 
 // A bar is pressed askew into the bottom of a blind slot 1.5 mm wider than itself: faces, edges
 // and corners touch on several sides at once.
