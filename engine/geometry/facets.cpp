@@ -1,9 +1,14 @@
 #include "engine/geometry/facets.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
-#include <queue>
+#include <span>
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
 
 namespace tandem {
 
@@ -11,38 +16,96 @@ namespace {
 
 constexpr std::uint32_t kNone = MeshSides::kNone;
 
-/// Grows one polygon at a time.
-class Grower {
- public:
-  Grower(const TriangleMesh& mesh, const MeshSides& sides, double tolerance)
-      : mesh_(mesh), sides_(sides), tolerance_(tolerance) {
+/// Twice a triangle's area along its normal, and its length.
+struct Facet {
+  Vec3 area;
+  double norm;
+};
+
+/// What growing polygons know of the whole mesh. Bodies do not share triangles or vertices, so they
+/// can be grown at the same time.
+struct Ground {
+  Ground(const TriangleMesh& mesh_in, const MeshSides& sides_in, double tolerance_in)
+      : mesh(mesh_in), sides(sides_in), tolerance(tolerance_in) {
     const std::size_t count = mesh.triangles.size();
-    areas_.reserve(count);
-    for (std::size_t t = 0; t < count; ++t) {
-      areas_.push_back(
-          (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)));
+    facets.resize(count);
+    polygon_of.assign(count, kNone);
+    tried_by.assign(count, kNone);
+    holds.assign(mesh.vertices.size(), kNone);
+  }
+  const TriangleMesh& mesh;
+  const MeshSides& sides;
+  double tolerance;
+  std::vector<Facet> facets;
+  std::vector<std::uint32_t> polygon_of;  // numbered in its body
+  std::vector<std::uint32_t> tried_by;    // the last polygon that met the triangle
+  std::vector<std::uint32_t> holds;       // per vertex: the last polygon that has it
+};
+
+/// Numbers by falling size, the lesser number first among equals: by digits of the size's bits,
+/// which for numbers of one sign stand in the same order.
+class BySize {
+ public:
+  void Sort(const std::vector<Facet>& facets, std::vector<std::uint32_t>& triangles) {
+    entries_.clear();
+    std::uint64_t differ = 0;
+    for (const std::uint32_t t : triangles) {
+      const double size = facets[t].area.squaredNorm();
+      entries_.push_back({~std::bit_cast<std::uint64_t>(size), t});
+      differ |= entries_.back().key ^ entries_.front().key;
     }
-    polygon_of_.assign(count, kNone);
-    tried_by_.assign(count, kNone);
-    holds_.assign(mesh.vertices.size(), kNone);
+    constexpr unsigned kDigit = 11;
+    constexpr std::size_t kFew = 512;
+    if (entries_.size() < kFew) {
+      std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+        return a.key != b.key ? a.key < b.key : a.triangle < b.triangle;
+      });
+    } else {
+      spare_.resize(entries_.size());
+      for (unsigned shift = 0; shift < 64; shift += kDigit) {
+        constexpr std::uint64_t kMask = (1U << kDigit) - 1;
+        if ((differ >> shift & kMask) == 0) continue;
+        std::array<std::uint32_t, kMask + 2> first{};
+        for (const Entry& e : entries_) ++first[(e.key >> shift & kMask) + 1];
+        for (std::size_t d = 1; d < first.size(); ++d) first[d] += first[d - 1];
+        for (const Entry& e : entries_) spare_[first[e.key >> shift & kMask]++] = e;
+        entries_.swap(spare_);
+      }
+    }
+    for (std::size_t i = 0; i < triangles.size(); ++i) triangles[i] = entries_[i].triangle;
   }
 
-  /// The polygon of each triangle.
-  std::vector<std::uint32_t> Grow() {
-    std::vector<std::uint32_t> seeds(areas_.size());
-    std::iota(seeds.begin(), seeds.end(), 0U);
-    std::vector<double> sizes;
-    sizes.reserve(areas_.size());
-    for (const Vec3& area : areas_) sizes.push_back(area.squaredNorm());
-    std::stable_sort(seeds.begin(), seeds.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return sizes[a] > sizes[b];
-    });
-    for (const std::uint32_t seed : seeds) {
-      if (polygon_of_[seed] == kNone) GrowFrom(seed);
+ private:
+  struct Entry {
+    std::uint64_t key;
+    std::uint32_t triangle;
+  };
+  std::vector<Entry> entries_;
+  std::vector<Entry> spare_;
+};
+
+/// Grows the polygons of one body at a time, one polygon at a time.
+class Grower {
+ public:
+  explicit Grower(Ground& ground) : ground_(ground), tolerance_(ground.tolerance) {}
+
+  /// Of the body's triangles, in rising order. How many polygons it has.
+  std::uint32_t Grow(std::span<const std::uint32_t> triangles) {
+    polygons_ = 0;
+    seeds_.assign(triangles.begin(), triangles.end());
+    for (const std::uint32_t t : seeds_) {
+      const TriangleMesh& mesh = ground_.mesh;
+      Facet& facet = ground_.facets[t];
+      facet.area =
+          (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
+      facet.norm = facet.area.norm();
     }
-    return std::move(polygon_of_);
+    by_size_.Sort(ground_.facets, seeds_);
+    for (const std::uint32_t seed : seeds_) {
+      if (ground_.polygon_of[seed] == kNone) GrowFrom(seed);
+    }
+    return polygons_;
   }
-  std::uint32_t polygons() const { return polygons_; }
 
  private:
   struct Candidate {
@@ -58,13 +121,20 @@ class Grower {
     moment_ = Vec3::Zero();
     weight_ = 0;
     vertices_.clear();
+    members_.clear();
+    queue_.clear();
+    const Facet& facet = ground_.facets[seed];
+    flat_n_ = facing_n_ = Normal(facet.area);
+    flat_centre_ = ground_.mesh.corner(seed, 0);
+    height_ = 0;
+    reach_ = 0;
     least_cosine_ = 1;
-    while (!queue_.empty()) queue_.pop();
-    Join(seed, areas_[seed], Moment(seed), Normal(areas_[seed]));
+    Join(seed, facet.area, Moment(seed), flat_n_);
     while (!queue_.empty()) {
-      const std::uint32_t triangle = queue_.top().triangle;
-      queue_.pop();
-      if (polygon_of_[triangle] == kNone) TryToJoin(triangle);
+      const std::uint32_t triangle = queue_.front().triangle;
+      std::pop_heap(queue_.begin(), queue_.end());
+      queue_.pop_back();
+      if (ground_.polygon_of[triangle] == kNone) TryToJoin(triangle);
     }
     ++polygons_;
   }
@@ -75,103 +145,148 @@ class Grower {
   }
   /// Centre times area, so that the mean plane goes through the centre of the polygon's area.
   Vec3 Moment(std::uint32_t t) const {
-    return areas_[t].norm() / 3.0 * (mesh_.corner(t, 0) + mesh_.corner(t, 1) + mesh_.corner(t, 2));
+    const TriangleMesh& mesh = ground_.mesh;
+    return ground_.facets[t].norm / 3.0 *
+           (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2));
   }
 
   void TryToJoin(std::uint32_t triangle) {
-    const Vec3 area = area_ + areas_[triangle];
+    const Facet& facet = ground_.facets[triangle];
+    const Vec3 area = area_ + facet.area;
     const Vec3 moment = moment_ + Moment(triangle);
-    const double weight = weight_ + areas_[triangle].norm();
+    const double weight = weight_ + facet.norm;
     const Vec3 n = Normal(area);
-    const Vec3 centre = weight > 0 ? Vec3(moment / weight) : mesh_.corner(triangle, 0);
-    if (areas_[triangle].norm() > 0 && !(areas_[triangle].dot(n) > 0)) return;
+    const Vec3 centre = weight > 0 ? Vec3(moment / weight) : ground_.mesh.corner(triangle, 0);
+    if (facet.norm > 0 && !(facet.area.dot(n) > 0)) return;
     for (std::size_t k = 0; k < 3; ++k) {
-      if (std::abs((mesh_.corner(triangle, k) - centre).dot(n)) > tolerance_) return;
+      if (std::abs((ground_.mesh.corner(triangle, k) - centre).dot(n)) > tolerance_) return;
     }
-    if (!StillFlat(n, centre)) return;
+    if (!StillFlat(n, centre) || !StillFacing(n)) return;
     Join(triangle, area, moment, n);
   }
 
-  /// Whether all vertices so far lie within tolerance of the new plane, and all triangles face with
-  /// it. What was last found by looking at them all tells, while the plane has hardly moved.
+  /// Whether all vertices so far lie within tolerance of the new plane. What was last found by
+  /// looking at them all tells, while the plane has hardly moved.
   bool StillFlat(const Vec3& n, const Vec3& centre) {
-    const double turn = (n - n_).norm();
-    const double shift = std::abs((centre - centre_).dot(n));
-    const double reach = reach_ + (centre - centre_).norm();
-    if (height_ + shift + turn * reach <= tolerance_ && least_cosine_ - turn > 0) return true;
+    const double turn = (n - flat_n_).norm();
+    const double shift = std::abs((centre - flat_centre_).dot(n));
+    const double reach = reach_ + (centre - flat_centre_).norm();
+    if (height_ + shift + turn * reach <= tolerance_) return true;
     double height = 0;
-    reach_ = 0;
-    for (const std::uint32_t v : vertices_) {
-      height = std::max(height, std::abs((mesh_.vertices[v] - centre).dot(n)));
-      reach_ = std::max(reach_, (mesh_.vertices[v] - centre).norm());
+    double reach_squared = 0;
+    for (std::size_t i = 0; i < vertices_.size(); ++i) {
+      const Vec3 from_centre = vertices_[i] - centre;
+      const double here = std::abs(from_centre.dot(n));
+      if (here > tolerance_) {
+        // what is out now will likely be out at the next try
+        std::swap(vertices_[i], vertices_[i / 2]);
+        return false;
+      }
+      height = std::max(height, here);
+      reach_squared = std::max(reach_squared, from_centre.squaredNorm());
     }
+    flat_n_ = n;
+    flat_centre_ = centre;
+    height_ = height;
+    reach_ = std::sqrt(reach_squared);
+    return true;
+  }
+
+  /// Whether all triangles so far face with the new normal.
+  bool StillFacing(const Vec3& n) {
+    if (least_cosine_ - (n - facing_n_).norm() > 0) return true;
     double least = 1;
     for (const std::uint32_t t : members_) {
-      const double norm = areas_[t].norm();
-      if (norm > 0) least = std::min(least, areas_[t].dot(n) / norm);
+      const Facet& facet = ground_.facets[t];
+      if (facet.norm > 0) least = std::min(least, facet.area.dot(n) / facet.norm);
     }
-    n_ = n;
-    centre_ = centre;
-    height_ = height;
+    if (least <= 0) return false;
+    facing_n_ = n;
     least_cosine_ = least;
-    return height <= tolerance_ && least > 0;
+    return true;
   }
 
   void Join(std::uint32_t triangle, const Vec3& area, const Vec3& moment, const Vec3& n) {
-    if (weight_ == 0) {  // the first
-      members_.clear();
-      n_ = n;
-      centre_ = mesh_.corner(triangle, 0);
-      height_ = 0;
-      reach_ = 0;
-    }
+    const Facet& facet = ground_.facets[triangle];
     area_ = area;
     moment_ = moment;
-    weight_ += areas_[triangle].norm();
-    polygon_of_[triangle] = polygons_;
+    weight_ += facet.norm;
+    ground_.polygon_of[triangle] = polygons_;
     members_.push_back(triangle);
-    const double norm = areas_[triangle].norm();
-    if (norm > 0) least_cosine_ = std::min(least_cosine_, areas_[triangle].dot(n_) / norm);
+    if (facet.norm > 0) {
+      least_cosine_ = std::min(least_cosine_, facet.area.dot(facing_n_) / facet.norm);
+    }
     for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t v = mesh_.triangles[triangle][k];
-      if (holds_[v] != polygons_) {
-        holds_[v] = polygons_;
-        vertices_.push_back(v);
-        height_ = std::max(height_, std::abs((mesh_.vertices[v] - centre_).dot(n_)));
-        reach_ = std::max(reach_, (mesh_.vertices[v] - centre_).norm());
+      const std::uint32_t v = ground_.mesh.triangles[triangle][k];
+      if (ground_.holds[v] != polygons_) {
+        ground_.holds[v] = polygons_;
+        vertices_.push_back(ground_.mesh.vertices[v]);
+        const Vec3 from_centre = vertices_.back() - flat_centre_;
+        height_ = std::max(height_, std::abs(from_centre.dot(flat_n_)));
+        reach_ = std::max(reach_, from_centre.norm());
       }
-      const std::uint32_t other = sides_.Across(triangle, k);
-      if (other == kNone || polygon_of_[other] != kNone || tried_by_[other] == polygons_) continue;
-      tried_by_[other] = polygons_;
-      const double other_norm = areas_[other].norm();
-      const double turn = other_norm > 0 ? 1.0 - areas_[other].dot(n) / other_norm : 0.0;
-      if (turn < 1.0) queue_.push({turn, other});
+      const std::uint32_t other = ground_.sides.Across(triangle, k);
+      if (other == kNone || ground_.polygon_of[other] != kNone ||
+          ground_.tried_by[other] == polygons_) {
+        continue;
+      }
+      ground_.tried_by[other] = polygons_;
+      const Facet& theirs = ground_.facets[other];
+      const double turn = theirs.norm > 0 ? 1.0 - theirs.area.dot(n) / theirs.norm : 0.0;
+      if (turn >= 1.0) continue;
+      queue_.push_back({turn, other});
+      std::push_heap(queue_.begin(), queue_.end());
     }
   }
 
-  const TriangleMesh& mesh_;
-  const MeshSides& sides_;
+  Ground& ground_;
   double tolerance_;
-  std::vector<Vec3> areas_;  // twice the area, along the normal
-  std::vector<std::uint32_t> polygon_of_;
-  std::vector<std::uint32_t> tried_by_;  // the last polygon that met the triangle
-  std::vector<std::uint32_t> holds_;     // per vertex: the last polygon that has it
+  std::vector<std::uint32_t> seeds_;
+  BySize by_size_;
   std::uint32_t polygons_ = 0;
 
   // the polygon that grows
   Vec3 area_ = Vec3::Zero();
   Vec3 moment_ = Vec3::Zero();
   double weight_ = 0;
-  std::vector<std::uint32_t> vertices_;
+  std::vector<Vec3> vertices_;
   std::vector<std::uint32_t> members_;
-  std::priority_queue<Candidate> queue_;
-  // found by looking at all of it, and bounds since: of a plane with normal n_ through centre_
-  Vec3 n_ = Vec3::Zero();
-  Vec3 centre_ = Vec3::Zero();
+  std::vector<Candidate> queue_;  // a heap
+  // found by looking at all of it, and bounds since: of a plane with normal flat_n_ through
+  // flat_centre_, and of a normal facing_n_
+  Vec3 flat_n_ = Vec3::Zero();
+  Vec3 flat_centre_ = Vec3::Zero();
   double height_ = 0;
   double reach_ = 0;
+  Vec3 facing_n_ = Vec3::Zero();
   double least_cosine_ = 1;
 };
+
+/// The polygon of each triangle; how many there are.
+std::uint32_t GrowPolygons(const TriangleMesh& mesh, const MeshSides& sides, double tolerance,
+                           std::vector<std::uint32_t>& polygon_of) {
+  std::vector<std::uint32_t> first(sides.bodies() + 1, 0);
+  const std::size_t count = mesh.triangles.size();
+  for (std::size_t t = 0; t < count; ++t) ++first[sides.BodyOf(t) + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<std::uint32_t> by_body(count);
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::uint32_t t = 0; t < count; ++t) by_body[next[sides.BodyOf(t)]++] = t;
+
+  Ground ground(mesh, sides, tolerance);
+  std::vector<std::uint32_t> polygons(sides.bodies() + 1, 0);
+  tbb::enumerable_thread_specific<Grower> growers([&] {
+    return Grower(ground);
+  });
+  tbb::parallel_for(std::size_t{0}, sides.bodies(), [&](std::size_t b) {
+    polygons[b + 1] =
+        growers.local().Grow(std::span(by_body).subspan(first[b], first[b + 1] - first[b]));
+  });
+  std::partial_sum(polygons.begin(), polygons.end(), polygons.begin());
+  polygon_of = std::move(ground.polygon_of);
+  for (std::size_t t = 0; t < count; ++t) polygon_of[t] += polygons[sides.BodyOf(t)];
+  return polygons.back();
+}
 
 /// The lines of feature edges, and where vertices stand on them.
 class FeatureLines {
@@ -271,28 +386,40 @@ Features FindFeatures(const TriangleMesh& mesh, double tolerance) {
 }
 
 Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double tolerance) {
-  Grower grower(mesh, sides, tolerance);
   Features features;
-  features.polygon_of = grower.Grow();
-  features.polygons = grower.polygons();
+  features.polygons = GrowPolygons(mesh, sides, tolerance, features.polygon_of);
 
-  std::vector<FeatureLines::Edge> edges;
-  for (const MeshSides::Wall& wall : sides.walls()) edges.push_back({wall.ends, {kNone, kNone}});
+  // by the lesser end, and these by the greater one
+  std::vector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
+  std::vector<FeatureLines::Edge> found;
+  const auto add = [&](const FeatureLines::Edge& edge) {
+    found.push_back(edge);
+    ++first[edge.ends[0] + 1];
+  };
+  for (const MeshSides::Wall& wall : sides.walls()) add({wall.ends, {kNone, kNone}});
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::uint32_t one = features.polygon_of[t];
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t other = sides.Across(t, k);
       if (other == kNone || other < t) continue;
-      const std::uint32_t one = features.polygon_of[t];
       const std::uint32_t two = features.polygon_of[other];
       if (one == two) continue;
       const std::uint32_t a = mesh.triangles[t][k];
-      const std::uint32_t b = mesh.triangles[t][(k + 1) % 3];
-      edges.push_back({{std::min(a, b), std::max(a, b)}, {std::min(one, two), std::max(one, two)}});
+      const std::uint32_t b = mesh.triangles[t][k == 2 ? 0 : k + 1];
+      add({{std::min(a, b), std::max(a, b)}, {std::min(one, two), std::max(one, two)}});
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) {
-    return a.ends < b.ends;
-  });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<FeatureLines::Edge> edges(found.size());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (const FeatureLines::Edge& e : found) edges[next[e.ends[0]]++] = e;
+  for (std::size_t v = 0; v + 1 < first.size(); ++v) {
+    if (first[v + 1] - first[v] < 2) continue;
+    std::sort(edges.begin() + first[v], edges.begin() + first[v + 1],
+              [](const auto& a, const auto& b) {
+                return a.ends[1] < b.ends[1];
+              });
+  }
   features.edges.reserve(edges.size());
   for (const FeatureLines::Edge& e : edges) features.edges.push_back(e.ends);
   features.vertices = FeatureLines(mesh, std::move(edges)).FindVertices(tolerance);

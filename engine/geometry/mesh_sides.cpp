@@ -5,7 +5,35 @@
 
 namespace tandem {
 
-MeshSides::MeshSides(const TriangleMesh& mesh) : across_(3 * mesh.triangles.size(), kNone) {
+MeshSides::MeshSides(const TriangleMesh& mesh) {
+  FindSides(mesh);
+  FindBodies(mesh);
+}
+
+void MeshSides::FindBodies(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto find = [&](std::uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const std::uint32_t i = find(a);
+    const std::uint32_t j = find(b);
+    const std::uint32_t k = find(c);
+    parent[i] = parent[j] = parent[k] = std::min({i, j, k});
+  }
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
+  body_of_.resize(mesh.triangles.size());
+  for (std::size_t t = 0; t < body_of_.size(); ++t) {
+    std::uint32_t& body = number[find(mesh.triangles[t][0])];
+    if (body == kNone) body = static_cast<std::uint32_t>(bodies_++);
+    body_of_[t] = body;
+  }
+}
+
+void MeshSides::FindSides(const TriangleMesh& mesh) {
+  across_.assign(3 * mesh.triangles.size(), kNone);
   // sides by their lesser vertex, so that those of an edge stand close together
   std::vector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
   for (const auto& [a, b, c] : mesh.triangles) {

@@ -31,11 +31,19 @@ class MeshSides {
   /// In rising order of their ends.
   const std::vector<Wall>& walls() const noexcept { return walls_; }
   const std::vector<std::uint32_t>& wall_sides() const noexcept { return wall_sides_; }
+  /// Bodies are what hangs together over shared vertices, in the order of their first triangles.
+  std::size_t bodies() const noexcept { return bodies_; }
+  std::uint32_t BodyOf(std::size_t triangle) const noexcept { return body_of_[triangle]; }
 
  private:
+  void FindSides(const TriangleMesh& mesh);
+  void FindBodies(const TriangleMesh& mesh);
+
   std::vector<std::uint32_t> across_;
   std::vector<Wall> walls_;
   std::vector<std::uint32_t> wall_sides_;
+  std::vector<std::uint32_t> body_of_;
+  std::size_t bodies_ = 0;
 };
 
 }  // namespace tandem
