@@ -46,7 +46,7 @@ void ForEachHyperchunk(const SnappedTriangle& t, const Visit& visit) {
   }
   // a large triangle's hyperchunks are told as voxels are
   const TriangleRows rows(t, kBrickBits);
-  std::vector<std::uint64_t> met(kBrickRows);
+  std::vector<std::uint64_t> met(kBrickRows + TriangleRows::kPadding);
   for (std::int32_t z = low[2]; z <= high[2]; z += kHyperchunkSide) {
     for (std::int32_t y = low[1]; y <= high[1]; y += kHyperchunkSide) {
       for (std::int32_t x = low[0]; x <= high[0]; x += kHyperchunkSide) {
@@ -170,7 +170,8 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
     return MortonCode(a.place) < MortonCode(b.place);
   });
   brick_at_.assign(box_.cells(), 0);
-  rows_ = ImageBytes(sources * kBrickRows * sizeof(std::uint64_t));
+  constexpr std::size_t kStride = kBrickRows + TriangleRows::kPadding;
+  rows_ = ImageBytes(sources * kStride * sizeof(std::uint64_t));
   auto* rows = reinterpret_cast<std::uint64_t*>(rows_.data());
   std::vector<std::array<std::uint64_t*, kFields>> rows_of(bricks_.size());
   for (std::size_t b = 0; b < bricks_.size(); ++b) {
@@ -179,7 +180,7 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
     for (std::size_t f = 0; f < kFields; ++f) {
       if (ItemsAt(bins[f], cell).empty()) continue;
       rows_of[b][f] = rows;
-      rows += kBrickRows;
+      rows += kStride;
     }
   }
   tbb::parallel_for(std::size_t{0}, bricks_.size(), [&](std::size_t b) {

@@ -1,21 +1,261 @@
 #include "engine/voxel/triangle_rows.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "engine/voxel/triangle_rows.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace tandem::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using View = TriangleRows::View;
+using D = hn::CappedTag<double, TriangleRows::kPadding>;
+using U = hn::RebindToUnsigned<D>;
+using Doubles = hn::Vec<D>;
+using Flags = hn::Mask<D>;
+constexpr std::size_t kPart = hn::MaxLanes(D());
+constexpr int kSide = kHyperchunkSide;
+/// By row, with room for a vector that begins at the last one.
+using ByRow = std::array<double, kSide + TriangleRows::kPadding>;
+
+/// first, first + 1, …
+Doubles RowsFrom(std::int32_t first) {
+  alignas(64) static constexpr std::array<double, 8> kCount{0, 1, 2, 3, 4, 5, 6, 7};
+  const D d;
+  return hn::Add(hn::Set(d, first), hn::Load(d, kCount.data()));
+}
+
+/// Whether x is within `doubt` of a whole number, of which `whole` is the greatest that is not
+/// above.
+Flags Doubtful(Doubles x, Doubles whole, double doubt) {
+  const D d;
+  const Doubles part = hn::Sub(x, whole);
+  return hn::Or(hn::Lt(part, hn::Set(d, doubt)), hn::Gt(part, hn::Set(d, 1 - doubt)));
+}
+
+/// Asks exact(row) for the lanes of `cells` that are in doubt.
+template <typename Exact>
+Doubles Settle(Doubles cells, Flags doubtful, std::int32_t first_row, const Exact& exact) {
+  const D d;
+  if (hn::AllFalse(d, doubtful)) return cells;
+  alignas(64) std::array<double, kPart> settled;
+  alignas(64) std::array<double, kPart> asked;
+  hn::Store(cells, d, settled.data());
+  hn::Store(hn::IfThenElseZero(doubtful, hn::Set(d, 1.0)), d, asked.data());
+  for (std::size_t i = 0; i < kPart; ++i) {
+    if (asked[i] != 0) settled[i] = exact(first_row + static_cast<std::int32_t>(i));
+  }
+  return hn::Load(d, settled.data());
+}
+
+/// Narrows [low, high] to the cells of rows first_row, first_row + 1, … that meet the shadow; rows
+/// after last_row do not matter.
+void Narrow(const View& t, const TriangleRows::Shadow& shadow, std::int32_t size_u,
+            std::int32_t first_row, std::int32_t last_row, Doubles& low, Doubles& high) {
+  const D d;
+  const Doubles row = RowsFrom(first_row);
+  const Flags wanted = hn::Le(row, hn::Set(d, last_row));
+  for (std::size_t i = 0; i < shadow.count; ++i) {
+    const TriangleRows::Bound& b = shadow.bounds[i];
+    const Doubles at = hn::Add(row, hn::Set(d, b.farthest()));
+    const Doubles line =
+        hn::Add(hn::Set(d, b.u), hn::Mul(hn::Set(d, b.slope), hn::Sub(at, hn::Set(d, b.v))));
+    // far off it does not matter where
+    const Doubles x = hn::Min(hn::Max(line, hn::Set(d, -1.5)), hn::Set(d, size_u + 1.5));
+    Doubles cells = hn::Floor(x);
+    if (b.slope != 0) {
+      const Flags doubtful = hn::And(wanted, Doubtful(x, cells, t.doubt));
+      cells = Settle(cells, doubtful, first_row, [&](std::int32_t r) {
+        return t.BoundCell(shadow, b, r);
+      });
+    }
+    if (b.upper) {
+      high = hn::Min(high, cells);
+    } else {
+      low = hn::Max(low, cells);
+    }
+  }
+}
+
+/// The cells y whose centres lie in the shadow along x, for rows z from first_row on: [low, high],
+/// or low above high.
+void FindCentres(const View& t, std::int32_t first_row, std::int32_t last_row, Doubles& low,
+                 Doubles& high) {
+  const D d;
+  const Doubles row = RowsFrom(first_row);
+  const Doubles height = hn::Add(row, hn::Set(d, 0.5));
+  const Flags wanted = hn::Le(row, hn::Set(d, last_row));
+  low = hn::Set(d, 1e9);
+  high = hn::Set(d, -1e9);
+  for (std::size_t from = 0; from < 3; ++from) {
+    const std::size_t to = from == 2 ? 0 : from + 1;
+    const auto& a = t.c[from];
+    const auto& b = t.c[to];
+    if (a[2] == b[2]) continue;
+    // the lower end belongs to a side, the upper not
+    const Flags spans = hn::And(
+        wanted, hn::Xor(hn::Gt(hn::Set(d, a[2]), height), hn::Gt(hn::Set(d, b[2]), height)));
+    if (hn::AllFalse(d, spans)) continue;
+    const double slope = (b[1] - a[1]) / (b[2] - a[2]);
+    const Doubles x = hn::Sub(
+        hn::Add(hn::Set(d, a[1]), hn::Mul(hn::Set(d, slope), hn::Sub(height, hn::Set(d, a[2])))),
+        hn::Set(d, 0.5));
+    const Doubles whole = hn::Floor(x);
+    const Flags doubtful = hn::And(spans, Doubtful(x, whole, t.doubt));
+    const Doubles first =
+        Settle(hn::Add(whole, hn::Set(d, 1.0)), doubtful, first_row, [&](std::int32_t r) {
+          return t.CentreCell(from, to, r);
+        });
+    low = hn::IfThenElse(spans, hn::Min(low, first), low);
+    high = hn::IfThenElse(spans, hn::Max(high, hn::Sub(first, hn::Set(d, 1.0))), high);
+  }
+}
+
+/// Narrows [low, high] in rows y of one z by the plane.
+void NarrowToPlane(const View& t, std::int32_t first_row, std::int32_t z, Flags wanted,
+                   Doubles& low, Doubles& high) {
+  const D d;
+  const Doubles row = RowsFrom(first_row);
+  const auto plane_at = [&](int plus_y, int plus_z) {
+    const Doubles by_y = hn::Mul(hn::Set(d, t.rise_y),
+                                 hn::Sub(hn::Add(row, hn::Set(d, plus_y)), hn::Set(d, t.c[0][1])));
+    const double by_z = t.rise_z * (z + plus_z - t.c[0][2]);
+    const Doubles x = hn::Add(hn::Add(hn::Set(d, t.c[0][0]), by_y), hn::Set(d, by_z));
+    return hn::Min(hn::Max(x, hn::Set(d, -1.5)), hn::Set(d, t.size.x + 1.5));
+  };
+  const int up_y = t.rise_y > 0 ? 1 : 0;
+  const int up_z = t.rise_z > 0 ? 1 : 0;
+  const Doubles greatest = plane_at(up_y, up_z);
+  const Doubles least = plane_at(1 - up_y, 1 - up_z);
+  // a plane all but along x is left to whole numbers
+  const double doubt = t.plane_doubt > 0.25 ? 2.0 : t.plane_doubt;
+  const Doubles last = hn::Floor(greatest);
+  const Doubles first = hn::Floor(least);
+  high = hn::Min(high, Settle(last, hn::And(wanted, Doubtful(greatest, last, doubt)), first_row,
+                              [&](std::int32_t y) {
+                                return t.PlaneHigh(y, z);
+                              }));
+  low = hn::Max(low, Settle(first, hn::And(wanted, Doubtful(least, first, doubt)), first_row,
+                            [&](std::int32_t y) {
+                              return t.PlaneLow(y, z);
+                            }));
+}
+
+void MarkRows(const View& t, const GridIndex& offset, std::uint64_t* rows, int facing,
+              std::vector<Crossing>* crossings) {
+  const D d;
+  const U u;
+  const std::int32_t y0 = std::max(0, -offset.y);
+  const std::int32_t y1 = std::min(t.size.y - 1, kSide - 1 - offset.y);
+  const std::int32_t z0 = std::max(0, -offset.z);
+  const std::int32_t z1 = std::min(t.size.z - 1, kSide - 1 - offset.z);
+  const bool crosses = facing != 0 && t.sense[0] != 0;
+  ByRow low_xy, high_xy, low_xz, high_xz, low_y, high_y, low_centre, high_centre;
+  const Doubles last_x = hn::Set(d, t.size.x - 1);
+  for (std::int32_t y = y0; y <= y1; y += kPart) {
+    Doubles low = hn::Zero(d);
+    Doubles high = last_x;
+    Narrow(t, t.xy, t.size.x, y, y1, low, high);
+    hn::StoreU(low, d, &low_xy[static_cast<std::size_t>(y - y0)]);
+    hn::StoreU(high, d, &high_xy[static_cast<std::size_t>(y - y0)]);
+  }
+  for (std::int32_t z = z0; z <= z1; z += kPart) {
+    const auto i = static_cast<std::size_t>(z - z0);
+    Doubles low = hn::Zero(d);
+    Doubles high = last_x;
+    Narrow(t, t.xz, t.size.x, z, z1, low, high);
+    hn::StoreU(low, d, &low_xz[i]);
+    hn::StoreU(high, d, &high_xz[i]);
+    low = hn::Set(d, y0);
+    high = hn::Set(d, y1);
+    Narrow(t, t.yz, t.size.y, z, z1, low, high);
+    hn::StoreU(low, d, &low_y[i]);
+    hn::StoreU(high, d, &high_y[i]);
+    if (!crosses) continue;
+    FindCentres(t, z, z1, low, high);
+    hn::StoreU(low, d, &low_centre[i]);
+    hn::StoreU(high, d, &high_centre[i]);
+  }
+  const Doubles shift_x = hn::Set(d, offset.x);
+  for (std::int32_t z = z0; z <= z1; ++z) {
+    const auto iz = static_cast<std::size_t>(z - z0);
+    if (low_xz[iz] > high_xz[iz] || low_y[iz] > high_y[iz]) continue;
+    const auto end_y = static_cast<std::int32_t>(high_y[iz]);
+    for (auto y = static_cast<std::int32_t>(low_y[iz]); y <= end_y; y += kPart) {
+      const auto iy = static_cast<std::size_t>(y - y0);
+      Doubles low = hn::Max(hn::LoadU(d, &low_xy[iy]), hn::Set(d, low_xz[iz]));
+      Doubles high = hn::Min(hn::LoadU(d, &high_xy[iy]), hn::Set(d, high_xz[iz]));
+      Flags met = hn::And(hn::Le(RowsFrom(y), hn::Set(d, end_y)), hn::Le(low, high));
+      if (t.by_plane) {
+        NarrowToPlane(t, y, z, met, low, high);
+        met = hn::And(met, hn::Le(low, high));
+      }
+      if (hn::AllFalse(d, met)) continue;
+      const Doubles begin = hn::Max(hn::Zero(d), hn::Add(low, shift_x));
+      const Doubles end = hn::Min(hn::Set(d, kSide - 1), hn::Add(high, shift_x));
+      const Flags here = hn::And(met, hn::Le(begin, end));
+      // whole numbers below 64 stand in the lowest bits of 2^52 and themselves
+      const Doubles whole = hn::Set(d, 4503599627370496.0);
+      const auto low_bits = hn::Set(u, 63);
+      const auto from = hn::And(hn::BitCast(u, hn::Add(begin, whole)), low_bits);
+      const auto length = hn::BitCast(u, hn::Add(hn::Sub(end, begin), whole));
+      const auto unused = hn::And(hn::Sub(low_bits, length), low_bits);
+      const auto bits = hn::Shl(hn::Shr(hn::Set(u, ~std::uint64_t{0}), unused), from);
+      const std::size_t row =
+          static_cast<std::size_t>(offset.y + y) +
+          static_cast<std::size_t>(kSide) * static_cast<std::size_t>(offset.z + z);
+      hn::StoreU(
+          hn::Or(hn::LoadU(u, rows + row), hn::IfThenElseZero(hn::RebindMask(u, here), bits)), u,
+          rows + row);
+      if (!crosses || low_centre[iz] > high_centre[iz]) continue;
+      alignas(64) std::array<double, kPart> low_x;
+      alignas(64) std::array<double, kPart> high_x;
+      hn::Store(low, d, low_x.data());
+      hn::Store(high, d, high_x.data());
+      const auto first = std::max(y, static_cast<std::int32_t>(low_centre[iz]));
+      const auto last = std::min({y + static_cast<std::int32_t>(kPart) - 1, end_y,
+                                  static_cast<std::int32_t>(high_centre[iz])});
+      for (std::int32_t yy = first; yy <= last; ++yy) {
+        const auto lane = static_cast<std::size_t>(yy - y);
+        if (low_x[lane] > high_x[lane]) continue;
+        // the crossing lies in one of the row's cells, whatever rounding says
+        const double x = std::clamp(
+            t.c[0][0] + t.rise_y * (yy + 0.5 - t.c[0][1]) + t.rise_z * (z + 0.5 - t.c[0][2]),
+            low_x[lane], high_x[lane] + 1);
+        const auto cell =
+            std::min(static_cast<std::int32_t>(high_x[lane]), static_cast<std::int32_t>(x));
+        const std::int32_t in_block = cell + offset.x;
+        if (in_block < 0 || in_block >= kSide) continue;
+        crossings->push_back(
+            {.row = static_cast<std::uint16_t>(row + lane),
+             .from = static_cast<std::uint8_t>(in_block + (x - cell > 0.5 ? 1 : 0)),
+             .entering = static_cast<std::int8_t>(-t.sense[0] * facing)});
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 
 namespace tandem {
 
 namespace {
 
-constexpr int kSide = kHyperchunkSide;
+HWY_EXPORT(MarkRows);
 
 int SignOf(Int128 value) {
   return value > 0 ? 1 : (value < 0 ? -1 : 0);
-}
-
-std::int32_t FloorOf(double x) {
-  const auto whole = static_cast<std::int32_t>(x);
-  return whole - (x < whole ? 1 : 0);
 }
 
 Int128 FloorQuotient(Int128 a, Int128 b) {  // b > 0
@@ -23,9 +263,14 @@ Int128 FloorQuotient(Int128 a, Int128 b) {  // b > 0
   return q - (a % b < 0 ? 1 : 0);
 }
 
+/// 2^-bits.
+double Inverse(int bits) {
+  return 1.0 / static_cast<double>(std::int64_t{1} << bits);
+}
+
 }  // namespace
 
-TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : side_bits_(side_bits) {
+TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : view_() {
   std::array<std::int32_t, 3> low{};
   std::array<std::int32_t, 3> high{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -33,65 +278,70 @@ TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : sid
     low[k] = static_cast<std::int32_t>(least >> side_bits);
     high[k] = static_cast<std::int32_t>(greatest >> side_bits);
     const std::int64_t corner = std::int64_t{low[k]} << side_bits;
-    for (std::size_t v = 0; v < 3; ++v) p_[v][k] = triangle[v][k] - corner;
+    for (std::size_t v = 0; v < 3; ++v) view_.p[v][k] = triangle[v][k] - corner;
   }
+  view_.side_bits = side_bits;
   lowest_ = {low[0], low[1], low[2]};
   highest_ = {high[0], high[1], high[2]};
-  size_ = highest_ - lowest_ + GridIndex{1, 1, 1};
-  const double scale = 1.0 / static_cast<double>(std::int64_t{1} << side_bits);
+  view_.size = highest_ - lowest_ + GridIndex{1, 1, 1};
+  view_.xy.count = view_.xz.count = view_.yz.count = 0;
+  const double scale = Inverse(side_bits);
   for (std::size_t v = 0; v < 3; ++v) {
-    for (std::size_t k = 0; k < 3; ++k) c_[v][k] = scale * static_cast<double>(p_[v][k]);
+    for (std::size_t k = 0; k < 3; ++k) view_.c[v][k] = scale * static_cast<double>(view_.p[v][k]);
   }
-  const double extent = std::max({size_.x, size_.y, size_.z});
-  doubt_ = 1e-14 * (extent + 1);
+  const double extent = std::max({view_.size.x, view_.size.y, view_.size.z});
+  view_.doubt = 1e-14 * (extent + 1);
 
   // the normal: exact in double precision while the corners are within 2^26 units
   std::array<double, 3> n{};
-  const bool small =
-      (std::int64_t{std::max({size_.x, size_.y, size_.z})} << side_bits) <= (std::int64_t{1} << 26);
+  const bool small = (std::int64_t{std::max({view_.size.x, view_.size.y, view_.size.z})}
+                      << side_bits) <= (std::int64_t{1} << 26);
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t i = (k + 1) % 3;
     const std::size_t j = (k + 2) % 3;
     if (small) {
-      n[k] = (c_[1][i] - c_[0][i]) * (c_[2][j] - c_[0][j]) -
-             (c_[1][j] - c_[0][j]) * (c_[2][i] - c_[0][i]);
-      sense_[k] = n[k] > 0 ? 1 : (n[k] < 0 ? -1 : 0);
+      n[k] = (view_.c[1][i] - view_.c[0][i]) * (view_.c[2][j] - view_.c[0][j]) -
+             (view_.c[1][j] - view_.c[0][j]) * (view_.c[2][i] - view_.c[0][i]);
+      view_.sense[k] = n[k] > 0 ? 1 : (n[k] < 0 ? -1 : 0);
     } else {
-      const Wide exact = Wide{p_[1][i] - p_[0][i]} * (p_[2][j] - p_[0][j]) -
-                         Wide{p_[1][j] - p_[0][j]} * (p_[2][i] - p_[0][i]);
+      const Int128 exact = Int128{view_.p[1][i] - view_.p[0][i]} * (view_.p[2][j] - view_.p[0][j]) -
+                         Int128{view_.p[1][j] - view_.p[0][j]} * (view_.p[2][i] - view_.p[0][i]);
       n[k] = static_cast<double>(exact);
-      sense_[k] = SignOf(exact);
+      view_.sense[k] = SignOf(exact);
     }
   }
-  by_plane_ = sense_[0] != 0 && sense_[1] != 0 && sense_[2] != 0 && size_.x > 1 && size_.y > 1 &&
-              size_.z > 1;
-  if (sense_[0] != 0) {
-    rise_y_ = -n[1] / n[0];
-    rise_z_ = -n[2] / n[0];
-    plane_doubt_ =
-        1e-14 * (extent + std::abs(rise_y_) * (size_.y + 1) + std::abs(rise_z_) * (size_.z + 1));
+  view_.by_plane = view_.sense[0] != 0 && view_.sense[1] != 0 && view_.sense[2] != 0 &&
+                   view_.size.x > 1 && view_.size.y > 1 && view_.size.z > 1;
+  if (view_.sense[0] != 0) {
+    view_.rise_y = -n[1] / n[0];
+    view_.rise_z = -n[2] / n[0];
+    view_.plane_doubt = 1e-14 * (extent + std::abs(view_.rise_y) * (view_.size.y + 1) +
+                                 std::abs(view_.rise_z) * (view_.size.z + 1));
   }
   // a box that is one cell thick casts shadows without bounds on the two planes through that axis,
   // or rather the box itself is their bound
-  if (size_.x > 1 && size_.y > 1) FindShadow(0, 1, sense_[2], xy_);
-  if (size_.x > 1 && size_.z > 1) FindShadow(0, 2, -sense_[1], xz_);
-  if (size_.y > 1 && size_.z > 1) FindShadow(1, 2, sense_[0], yz_);
+  if (view_.size.x > 1 && view_.size.y > 1) FindShadow(0, 1, view_.sense[2], view_.xy);
+  if (view_.size.x > 1 && view_.size.z > 1) FindShadow(0, 2, -view_.sense[1], view_.xz);
+  if (view_.size.y > 1 && view_.size.z > 1) FindShadow(1, 2, view_.sense[0], view_.yz);
 }
 
 void TriangleRows::FindShadow(std::size_t u, std::size_t v, int sense, Shadow& shadow) const {
+  shadow.u = u;
+  shadow.v = v;
   const auto add = [&](std::size_t from, std::size_t to, bool upper) {
-    shadow.bounds[shadow.count++] = {.u = c_[from][u],
-                                     .v = c_[from][v],
-                                     .slope = (c_[to][u] - c_[from][u]) / (c_[to][v] - c_[from][v]),
-                                     .from = static_cast<std::uint8_t>(from),
-                                     .to = static_cast<std::uint8_t>(to),
-                                     .upper = upper};
+    shadow.bounds[shadow.count++] = {
+        .u = view_.c[from][u],
+        .v = view_.c[from][v],
+        .slope = (view_.c[to][u] - view_.c[from][u]) / (view_.c[to][v] - view_.c[from][v]),
+        .from = static_cast<std::uint8_t>(from),
+        .to = static_cast<std::uint8_t>(to),
+        .upper = upper};
   };
   if (sense != 0) {
     for (std::size_t from = 0; from < 3; ++from) {
       const std::size_t to = from == 2 ? 0 : from + 1;
-      if (p_[to][v] == p_[from][v]) continue;
-      add(from, to, (p_[to][v] > p_[from][v]) == (sense > 0));
+      if (view_.p[to][v] == view_.p[from][v]) continue;
+      add(from, to, (view_.p[to][v] > view_.p[from][v]) == (sense > 0));
     }
     return;
   }
@@ -99,196 +349,94 @@ void TriangleRows::FindShadow(std::size_t u, std::size_t v, int sense, Shadow& s
   std::size_t from = 0;
   for (std::size_t k = 1; k < 3; ++k) {
     const auto length = [&](std::size_t a) {
-      return std::abs(p_[(a + 1) % 3][v] - p_[a][v]);
+      return std::abs(view_.p[(a + 1) % 3][v] - view_.p[a][v]);
     };
     if (length(k) > length(from)) from = k;
   }
   const std::size_t to = (from + 1) % 3;
-  if (p_[to][v] == p_[from][v]) return;
+  if (view_.p[to][v] == view_.p[from][v]) return;
   add(from, to, false);
   add(from, to, true);
 }
 
-int TriangleRows::LineAgainst(std::size_t from, std::size_t to, std::size_t u, std::size_t v,
-                              std::int64_t half_u, std::int64_t half_v) const {
-  const std::int64_t half = std::int64_t{1} << (side_bits_ - 1);
-  const auto& a = p_[from];
-  const auto& b = p_[to];
-  const Wide difference =
-      Wide{b[u] - a[u]} * (half_v * half - a[v]) - Wide{half_u * half - a[u]} * (b[v] - a[v]);
+/// The sign of (u of the line through two corners, where it has that v) - u, in half cells.
+int TriangleRows::View::LineAgainst(std::size_t from, std::size_t to, std::size_t u, std::size_t v,
+                                    std::int64_t half_u, std::int64_t half_v) const {
+  const std::int64_t half = std::int64_t{1} << (side_bits - 1);
+  const auto& a = p[from];
+  const auto& b = p[to];
+  const Int128 difference =
+      Int128{b[u] - a[u]} * (half_v * half - a[v]) - Int128{half_u * half - a[u]} * (b[v] - a[v]);
   return b[v] > a[v] ? SignOf(difference) : -SignOf(difference);
 }
 
-void TriangleRows::Narrow(const Shadow& shadow, std::size_t u, std::size_t v, std::int32_t row,
-                          std::int32_t& low, std::int32_t& high) const {
-  for (std::size_t i = 0; i < shadow.count; ++i) {
-    const Bound& b = shadow.bounds[i];
-    // where in the row of cells the line reaches farthest out
-    const bool at_upper_border = b.upper ? b.slope > 0 : b.slope < 0;
-    const std::int32_t at = row + (at_upper_border ? 1 : 0);
-    const double x = b.u + b.slope * (at - b.v);
-    if (b.upper ? x > high + 2.0 : x < low - 1.0) continue;
-    if (b.upper ? x < -1.0 : x > high + 2.0) {
-      high = -1;
-      return;
-    }
-    std::int32_t cell = FloorOf(x);
-    const double part = x - cell;
-    if (part < doubt_ || part > 1 - doubt_) {
-      const std::int32_t near = cell + (part > 0.5 ? 1 : 0);
-      const int side =
-          LineAgainst(b.from, b.to, u, v, 2 * std::int64_t{near}, 2 * std::int64_t{at});
-      // a row's upper border is not attained, nor a whole u that the line has only there
-      const bool reaches = b.upper && at_upper_border ? side > 0 : side >= 0;
-      cell = reaches ? near : near - 1;
-    }
-    if (b.upper) {
-      high = std::min(high, cell);
-    } else {
-      low = std::max(low, cell);
-    }
-  }
+std::int32_t TriangleRows::View::BoundCell(const Shadow& shadow, const Bound& bound,
+                                           std::int32_t row) const {
+  const std::int32_t at = row + bound.farthest();
+  const double x = bound.u + bound.slope * (at - bound.v);
+  const auto near = static_cast<std::int32_t>(std::floor(x + 0.5));
+  const int side = LineAgainst(bound.from, bound.to, shadow.u, shadow.v, 2 * std::int64_t{near},
+                               2 * std::int64_t{at});
+  // a whole u that the line has only at the row's upper border is not attained
+  const bool reaches = bound.upper && bound.farthest() != 0 ? side > 0 : side >= 0;
+  return reaches ? near : near - 1;
 }
 
 /// n . (a corner of the grid), of the sign that n[0] is positive.
-TriangleRows::Wide TriangleRows::PlaneAt(std::int32_t x, std::int32_t y, std::int32_t z) const {
-  std::array<Wide, 3> n{};
+Int128 TriangleRows::View::PlaneAt(std::int32_t x, std::int32_t y, std::int32_t z) const {
+  std::array<Int128, 3> n{};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t i = (k + 1) % 3;
     const std::size_t j = (k + 2) % 3;
-    n[k] = Wide{p_[1][i] - p_[0][i]} * (p_[2][j] - p_[0][j]) -
-           Wide{p_[1][j] - p_[0][j]} * (p_[2][i] - p_[0][i]);
+    n[k] = Int128{p[1][i] - p[0][i]} * (p[2][j] - p[0][j]) -
+           Int128{p[1][j] - p[0][j]} * (p[2][i] - p[0][i]);
   }
-  const Wide value = n[0] * ((std::int64_t{x} << side_bits_) - p_[0][0]) +
-                     n[1] * ((std::int64_t{y} << side_bits_) - p_[0][1]) +
-                     n[2] * ((std::int64_t{z} << side_bits_) - p_[0][2]);
-  return sense_[0] > 0 ? value : -value;
+  const Int128 value = n[0] * ((std::int64_t{x} << side_bits) - p[0][0]) +
+                       n[1] * ((std::int64_t{y} << side_bits) - p[0][1]) +
+                       n[2] * ((std::int64_t{z} << side_bits) - p[0][2]);
+  return sense[0] > 0 ? value : -value;
 }
 
 /// The cell in which the plane's x lies at a corner (y, z) of the grid.
-std::int32_t TriangleRows::PlaneFloor(std::int32_t y, std::int32_t z) const {
-  const Wide at_zero = PlaneAt(0, y, z);
-  const Wide per_cell = PlaneAt(1, y, z) - at_zero;
-  const Wide cell = FloorQuotient(-at_zero, per_cell);
-  return static_cast<std::int32_t>(std::clamp<Wide>(cell, -2, size_.x + 1));
+std::int32_t TriangleRows::View::PlaneFloor(std::int32_t y, std::int32_t z) const {
+  const Int128 at_zero = PlaneAt(0, y, z);
+  const Int128 per_cell = PlaneAt(1, y, z) - at_zero;
+  const Int128 cell = FloorQuotient(-at_zero, per_cell);
+  return static_cast<std::int32_t>(std::clamp<Int128>(cell, -2, size.x + 1));
 }
 
-void TriangleRows::NarrowToPlane(std::int32_t y, std::int32_t z, std::int32_t& low,
-                                 std::int32_t& high) const {
-  const auto at = [&](std::int32_t yy, std::int32_t zz) {
-    return c_[0][0] + rise_y_ * (yy - c_[0][1]) + rise_z_ * (zz - c_[0][2]);
-  };
-  const std::int32_t up_y = y + (rise_y_ > 0 ? 1 : 0);
-  const std::int32_t up_z = z + (rise_z_ > 0 ? 1 : 0);
-  const std::int32_t down_y = y + (rise_y_ > 0 ? 0 : 1);
-  const std::int32_t down_z = z + (rise_z_ > 0 ? 0 : 1);
-  const double greatest = at(up_y, up_z);
-  const double least = at(down_y, down_z);
-  const bool blind = plane_doubt_ > 0.25;
-  if (blind || greatest <= static_cast<double>(high) + 2) {
-    const double clamped = std::max(greatest, -2.0);
-    std::int32_t cell = FloorOf(blind ? 0.0 : clamped);
-    const double part = clamped - cell;
-    if (blind || part < plane_doubt_ || part > 1 - plane_doubt_) {
-      cell = PlaneFloor(up_y, up_z);
-      // a whole x at an upper border in y or z is not attained
-      if ((rise_y_ > 0 || rise_z_ > 0) && PlaneAt(cell, up_y, up_z) == 0) --cell;
-    }
-    high = std::min(high, cell);
-  }
-  if (blind || least >= static_cast<double>(low) - 1) {
-    const double clamped = std::min(least, size_.x + 2.0);
-    std::int32_t cell = FloorOf(blind ? 0.0 : clamped);
-    const double part = clamped - cell;
-    if (blind || part < plane_doubt_ || part > 1 - plane_doubt_) cell = PlaneFloor(down_y, down_z);
-    low = std::max(low, cell);
-  }
+std::int32_t TriangleRows::View::PlaneHigh(std::int32_t y, std::int32_t z) const {
+  const std::int32_t up_y = y + (rise_y > 0 ? 1 : 0);
+  const std::int32_t up_z = z + (rise_z > 0 ? 1 : 0);
+  const std::int32_t cell = PlaneFloor(up_y, up_z);
+  // a whole x at an upper border in y or z is not attained
+  return (rise_y > 0 || rise_z > 0) && PlaneAt(cell, up_y, up_z) == 0 ? cell - 1 : cell;
 }
 
-void TriangleRows::CentresInRow(std::int32_t z, std::int32_t& low, std::int32_t& high) const {
-  // two sides span the centre's height, or none; the lower end belongs to a side, the upper not
-  const std::int64_t half = std::int64_t{1} << (side_bits_ - 1);
-  const std::int64_t height = (2 * std::int64_t{z} + 1) * half;
-  std::array<std::int32_t, 2> first{};
-  std::size_t found = 0;
-  for (std::size_t from = 0; from < 3; ++from) {
-    const std::size_t to = from == 2 ? 0 : from + 1;
-    if ((p_[from][2] > height) == (p_[to][2] > height)) continue;
-    const double slope = (c_[to][1] - c_[from][1]) / (c_[to][2] - c_[from][2]);
-    const double x = c_[from][1] + slope * (z + 0.5 - c_[from][2]) - 0.5;
-    // the first centre at the line or beyond
-    const std::int32_t cell = FloorOf(x);
-    const double part = x - cell;
-    std::int32_t& centre = first[found++];
-    centre = cell + 1;
-    if (part < doubt_ || part > 1 - doubt_) {
-      const std::int32_t near = cell + (part > 0.5 ? 1 : 0);
-      const int side =
-          LineAgainst(from, to, 1, 2, 2 * std::int64_t{near} + 1, 2 * std::int64_t{z} + 1);
-      centre = side > 0 ? near + 1 : near;
-    }
-  }
-  low = 0;
-  high = -1;
-  if (found != 2) return;
-  low = std::min(first[0], first[1]);
-  high = std::max(first[0], first[1]) - 1;
+std::int32_t TriangleRows::View::PlaneLow(std::int32_t y, std::int32_t z) const {
+  return PlaneFloor(y + (rise_y > 0 ? 0 : 1), z + (rise_z > 0 ? 0 : 1));
+}
+
+std::int32_t TriangleRows::View::CentreCell(std::size_t from, std::size_t to,
+                                            std::int32_t z) const {
+  const double slope = (c[to][1] - c[from][1]) / (c[to][2] - c[from][2]);
+  const double x = c[from][1] + slope * (z + 0.5 - c[from][2]) - 0.5;
+  const auto near = static_cast<std::int32_t>(std::floor(x + 0.5));
+  const int side = LineAgainst(from, to, 1, 2, 2 * std::int64_t{near} + 1, 2 * std::int64_t{z} + 1);
+  return side > 0 ? near + 1 : near;
 }
 
 void TriangleRows::Mark(const GridIndex& first, std::uint64_t* rows, int facing,
                         std::vector<Crossing>* crossings) const {
   const GridIndex offset = lowest_ - first;  // of the triangle's own cells in the block
-  const std::int32_t y0 = std::max(0, -offset.y);
-  const std::int32_t y1 = std::min(size_.y - 1, kSide - 1 - offset.y);
-  const std::int32_t z0 = std::max(0, -offset.z);
-  const std::int32_t z1 = std::min(size_.z - 1, kSide - 1 - offset.z);
-  if (y0 > y1 || z0 > z1 || offset.x >= kSide || offset.x + size_.x <= 0) return;
-
-  std::array<std::int32_t, kSide> low_xy;
-  std::array<std::int32_t, kSide> high_xy;
-  for (std::int32_t y = y0; y <= y1; ++y) {
-    const auto i = static_cast<std::size_t>(y - y0);
-    low_xy[i] = 0;
-    high_xy[i] = size_.x - 1;
-    Narrow(xy_, 0, 1, y, low_xy[i], high_xy[i]);
-  }
-  const bool crosses = facing != 0 && sense_[0] != 0;
-  for (std::int32_t z = z0; z <= z1; ++z) {
-    std::int32_t low_xz = 0;
-    std::int32_t high_xz = size_.x - 1;
-    Narrow(xz_, 0, 2, z, low_xz, high_xz);
-    if (low_xz > high_xz) continue;
-    std::int32_t low_y = y0;
-    std::int32_t high_y = y1;
-    Narrow(yz_, 1, 2, z, low_y, high_y);
-    std::int32_t low_centre = 0;
-    std::int32_t high_centre = -1;
-    if (crosses) CentresInRow(z, low_centre, high_centre);
-    for (std::int32_t y = low_y; y <= high_y; ++y) {
-      const auto i = static_cast<std::size_t>(y - y0);
-      std::int32_t low = std::max(low_xz, low_xy[i]);
-      std::int32_t high = std::min(high_xz, high_xy[i]);
-      if (by_plane_ && low <= high) NarrowToPlane(y, z, low, high);
-      if (low > high) continue;
-      const std::size_t row =
-          static_cast<std::size_t>(offset.y + y) +
-          static_cast<std::size_t>(kSide) * static_cast<std::size_t>(offset.z + z);
-      const std::int32_t begin = std::max(0, low + offset.x);
-      const std::int32_t end = std::min(kSide - 1, high + offset.x);
-      if (begin <= end) rows[row] |= (~std::uint64_t{0} >> (kSide - 1 - (end - begin))) << begin;
-      if (y < low_centre || y > high_centre) continue;
-      // the crossing lies in one of the row's cells, whatever rounding says
-      const double x =
-          std::clamp(c_[0][0] + rise_y_ * (y + 0.5 - c_[0][1]) + rise_z_ * (z + 0.5 - c_[0][2]),
-                     static_cast<double>(low), static_cast<double>(high) + 1);
-      const std::int32_t cell = std::min(high, FloorOf(x));
-      const std::int32_t in_block = cell + offset.x;
-      if (in_block < 0 || in_block >= kSide) continue;
-      crossings->push_back({.row = static_cast<std::uint16_t>(row),
-                            .from = static_cast<std::uint8_t>(in_block + (x - cell > 0.5 ? 1 : 0)),
-                            .entering = static_cast<std::int8_t>(-sense_[0] * facing)});
-    }
-  }
+  const GridIndex end = offset + view_.size;
+  const auto apart = [](std::int32_t begin, std::int32_t behind) {
+    return begin >= kHyperchunkSide || behind <= 0;
+  };
+  if (apart(offset.x, end.x) || apart(offset.y, end.y) || apart(offset.z, end.z)) return;
+  HWY_DYNAMIC_DISPATCH(MarkRows)(view_, offset, rows, facing, crossings);
 }
 
 }  // namespace tandem
+
+#endif

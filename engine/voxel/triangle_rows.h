@@ -23,25 +23,25 @@ struct Crossing {
 ///
 /// The separating axes fall into four groups: three shadows along the coordinate axes and the
 /// triangle's own plane. In a row each of them leaves an interval of x, computed in double
-/// precision; a bound so close to a cell's border that rounding could move it is decided in whole
-/// numbers. So the cost is a few bounds a row, whatever its length.
+/// precision for several rows at once; a bound so close to a cell's border that rounding could move
+/// it is decided in whole numbers. So the cost is a few bounds a row, whatever its length.
 class TriangleRows {
  public:
+  /// Rows that Mark() may read and write back beyond the last one.
+  static constexpr std::size_t kPadding = 8;
+
   /// Cells have 2^side_bits snapped units a side.
   TriangleRows(const SnappedTriangle& triangle, int side_bits);
 
   const GridIndex& lowest() const noexcept { return lowest_; }
   const GridIndex& highest() const noexcept { return highest_; }
 
-  /// Sets the bits of the cells met, in a block of 64^3 cells whose lowest is `first`, and lists
-  /// the crossings of its rows' centre lines there, once for each row and triangle. A centre line
-  /// through an edge belongs to exactly one of the triangles that share it. `facing` turns the
-  /// crossings' sense round when it is -1, and is 0 for none.
+  /// Sets the bits of the cells met, in a block of 64^3 cells whose lowest is `first` (kBrickRows +
+  /// kPadding rows), and lists the crossings of its rows' centre lines there, once for each row and
+  /// triangle. A centre line through an edge belongs to exactly one of the triangles that share it.
+  /// `facing` turns the crossings' sense round when it is -1, and is 0 for none.
   void Mark(const GridIndex& first, std::uint64_t* rows, int facing,
             std::vector<Crossing>* crossings) const;
-
- private:
-  using Wide = Int128;
 
   /// A side of the shadow on a plane (u, v): bounds u in every row of cells v.
   struct Bound {
@@ -49,39 +49,53 @@ class TriangleRows {
     double slope;  // du / dv
     std::uint8_t from, to;
     bool upper;
+
+    /// Cells to the row's border where the line reaches farthest out: its upper one is not
+    /// attained.
+    int farthest() const noexcept { return (upper ? slope > 0 : slope < 0) ? 1 : 0; }
   };
   struct Shadow {
+    std::size_t u, v;
     std::array<Bound, 3> bounds;
     std::size_t count = 0;
   };
 
-  void FindShadow(std::size_t u, std::size_t v, int sense, Shadow& shadow) const;
-  /// Narrows [low, high] to the cells u of row v that meet the shadow.
-  void Narrow(const Shadow& shadow, std::size_t u, std::size_t v, std::int32_t row,
-              std::int32_t& low, std::int32_t& high) const;
-  void NarrowToPlane(std::int32_t y, std::int32_t z, std::int32_t& low, std::int32_t& high) const;
-  /// The sign of (u of the line through two corners, where it has that v) - u, exactly. In half
-  /// cells.
-  int LineAgainst(std::size_t from, std::size_t to, std::size_t u, std::size_t v,
-                  std::int64_t half_u, std::int64_t half_v) const;
-  std::int32_t PlaneFloor(std::int32_t y, std::int32_t z) const;
-  Wide PlaneAt(std::int32_t x, std::int32_t y, std::int32_t z) const;
-  /// The cells y whose centres, at the centre of row z, lie in the shadow along x.
-  void CentresInRow(std::int32_t z, std::int32_t& low, std::int32_t& high) const;
+  /// What the kernel reads, and what it asks where double precision leaves a doubt.
+  struct View {
+    /// The last (of an upper bound) or first cell that a bound leaves of a row.
+    std::int32_t BoundCell(const Shadow& shadow, const Bound& bound, std::int32_t row) const;
+    /// The last and the first cell of a row that the plane leaves.
+    std::int32_t PlaneHigh(std::int32_t y, std::int32_t z) const;
+    std::int32_t PlaneLow(std::int32_t y, std::int32_t z) const;
+    /// The first cell y whose centre is at a side of the shadow along x or beyond, at the centre
+    /// of row z.
+    std::int32_t CentreCell(std::size_t from, std::size_t to, std::int32_t z) const;
 
-  int side_bits_;
+    int side_bits;
+    GridIndex size;                                // cells of the triangle's own box
+    std::array<std::array<std::int64_t, 3>, 3> p;  // corners in units, from the box's lowest
+    std::array<std::array<double, 3>, 3> c;        // the same in cells
+    Shadow xy, xz, yz;
+    std::array<int, 3> sense;  // signs of the normal
+    bool by_plane;             // the plane says more than the shadows and the box
+    double rise_y;             // of the plane's x, by y and z
+    double rise_z;
+    double doubt;        // of a shadow's bound, cells
+    double plane_doubt;  // of the plane's
+
+   private:
+    int LineAgainst(std::size_t from, std::size_t to, std::size_t u, std::size_t v,
+                    std::int64_t half_u, std::int64_t half_v) const;
+    Int128 PlaneAt(std::int32_t x, std::int32_t y, std::int32_t z) const;
+    std::int32_t PlaneFloor(std::int32_t y, std::int32_t z) const;
+  };
+
+ private:
+  void FindShadow(std::size_t u, std::size_t v, int sense, Shadow& shadow) const;
+
   GridIndex lowest_;
   GridIndex highest_;
-  GridIndex size_;                                // cells of the triangle's own box
-  std::array<std::array<std::int64_t, 3>, 3> p_;  // corners in units, from lowest_'s corner
-  std::array<std::array<double, 3>, 3> c_;        // the same in cells
-  Shadow xy_, xz_, yz_;
-  std::array<int, 3> sense_{};  // signs of the normal
-  bool by_plane_ = false;       // the plane says more than the shadows and the box
-  double rise_y_ = 0;           // of the plane's x, by y and z
-  double rise_z_ = 0;
-  double doubt_ = 0;        // of a shadow's bound, cells
-  double plane_doubt_ = 0;  // of the plane's
+  View view_;
 };
 
 }  // namespace tandem

@@ -39,7 +39,7 @@ SnappedTriangle RandomTriangle(std::mt19937_64& random) {
 // The oracle is the separating-axis test in whole numbers, voxel by voxel.
 TEST(TriangleRows, MarkTheVoxelsThatSeparatingAxesGive) {
   std::mt19937_64 random(5);
-  std::vector<std::uint64_t> rows(kBrickRows);
+  std::vector<std::uint64_t> rows(kBrickRows + TriangleRows::kPadding);
   long met_in_all = 0;
   for (int trial = 0; trial < 800; ++trial) {
     const SnappedTriangle t = RandomTriangle(random);
@@ -86,7 +86,7 @@ TEST(TriangleRows, CrossingsOfClosedSurfacesCancelInEveryRow) {
     }
     const std::array<std::array<std::size_t, 3>, 4> faces{
         {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
-    std::vector<std::uint64_t> rows(kBrickRows, 0);
+    std::vector<std::uint64_t> rows(kBrickRows + TriangleRows::kPadding, 0);
     std::vector<Crossing> crossings;
     for (const auto& [a, b, c] : faces) {
       TriangleRows({p[a], p[b], p[c]}, kSnapBits).Mark({0, 0, 0}, rows.data(), 1, &crossings);
