@@ -76,7 +76,7 @@ MeshFacing FindFacing(const TriangleMesh& mesh, const MeshSides& sides) {
   }
 
   std::vector<double> volumes(sides.bodies(), 0.0);  // by body
-  const Vec3 reference = BoundsOf(mesh).centre();
+  const Vec3 reference = mesh.triangles.empty() ? Vec3(Vec3::Zero()) : mesh.corner(0, 0);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vec3 a = mesh.corner(t, 0) - reference;
     const Vec3 b = mesh.corner(t, 1) - reference;

@@ -106,6 +106,7 @@ void Grow(Scratch& s, int range) {
   Octets octets = s.octets;
   Octets reached = octets;
   for (int step = 0; step < range; ++step) reached = WithNeighbours(reached);
+  s.touched = reached;
   for (int z = 0; z < kHyperchunkSide; ++z) {
     const auto layer = static_cast<std::size_t>(z);
     const unsigned touched =
@@ -170,6 +171,24 @@ void Grow(Scratch& s, int range) {
     }
     octets = WithNeighbours(octets);
   }
+}
+
+/// How many voxels of the hyperchunk have a mark.
+void CountMarked(Scratch& s) {
+  const W w;
+  auto count = hn::Zero(w);
+  for (std::size_t z = 0; z < kHyperchunkSide; ++z) {
+    for (unsigned rest = s.written[z]; rest != 0; rest &= rest - 1) {
+      const std::size_t row =
+          8 * static_cast<std::size_t>(std::countr_zero(rest)) + kHyperchunkSide * z;
+      for (std::size_t i = row; i < row + 8; i += kPart) {
+        const Words low = hn::Or(hn::Load(w, &s.digits[0][i]), hn::Load(w, &s.digits[1][i]));
+        const Words high = hn::Or(hn::Load(w, &s.digits[2][i]), hn::Load(w, &s.digits[3][i]));
+        count = hn::Add(count, hn::PopulationCount(hn::Or(low, high)));
+      }
+    }
+  }
+  s.marked = hn::GetLane(hn::SumOfLanes(w, count));
 }
 
 #if HWY_TARGET == HWY_SCALAR
@@ -283,6 +302,7 @@ namespace tandem {
 
 namespace {
 
+HWY_EXPORT(CountMarked);
 HWY_EXPORT(Grow);
 HWY_EXPORT(TransposeOctet);
 HWY_EXPORT(PackNibbles);
@@ -312,6 +332,7 @@ void MarkPlanes::Begin(const GridIndex& place) {
   record_ = {};
   planes_.clear();
   plane_count_ = 0;
+  band_voxels_ = 0;
 }
 
 /// Sets the cube to the sources in and round the hyperchunk. Whether there are any.
@@ -376,7 +397,13 @@ void MarkPlanes::Add(Field field, const std::uint64_t* inside, bool solid) {
   s.written.fill(0);
   if (sources) {
     HWY_DYNAMIC_DISPATCH(Grow)(s, range_);
-    s.cube = {};
+    for (std::size_t z = 0; z < kSide; ++z) {
+      if (s.touched[z] != 0) s.cube[z] = {};
+    }
+    if (field == Field::kSurface) {
+      HWY_DYNAMIC_DISPATCH(CountMarked)(s);
+      band_voxels_ = s.marked;
+    }
   }
   const auto f = static_cast<std::size_t>(field);
   const SurfaceBricks::Brick* brick = bricks_.At(place_);

@@ -29,6 +29,8 @@ class MarkPlanes {
 
   const VoxmapRecord& record() const noexcept { return record_; }
   const std::vector<std::uint8_t>& planes() const noexcept { return planes_; }
+  /// Voxels within the range of a surface voxel, either side, these among them.
+  std::uint64_t band_voxels() const noexcept { return band_voxels_; }
 
   static constexpr int kHalo = 16;
   static constexpr int kSide = kHyperchunkSide + 2 * kHalo;
@@ -45,8 +47,10 @@ class MarkPlanes {
     std::array<Layer, 3> ring{};                // layers grown along x and y
     std::array<std::uint16_t, kSide> octets{};  // by layer: which eights of rows have bits
     std::array<std::uint16_t, 3> ring_octets{};
+    std::array<std::uint16_t, kSide> touched{};  // layers of the cube with bits at the end
     alignas(64) std::array<std::array<std::uint64_t, kBrickRows>, 4> digits;
     std::array<std::uint8_t, kHyperchunkSide> written{};  // by z: which eights of `digits`
+    std::uint64_t marked = 0;  // voxels with a mark
   };
 
  private:
@@ -59,6 +63,7 @@ class MarkPlanes {
   VoxmapRecord record_;
   std::vector<std::uint8_t> planes_;
   std::uint32_t plane_count_ = 0;
+  std::uint64_t band_voxels_ = 0;
   std::unique_ptr<Scratch> scratch_;
 };
 

@@ -289,6 +289,16 @@ TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : vie
   for (std::size_t v = 0; v < 3; ++v) {
     for (std::size_t k = 0; k < 3; ++k) view_.c[v][k] = scale * static_cast<double>(view_.p[v][k]);
   }
+  // most triangles of a fine mesh lie in one voxel, and beside its centre line
+  const auto& v = view_.c;
+  const auto beside = [&](std::size_t k) {
+    return (v[0][k] > 0.5 && v[1][k] > 0.5 && v[2][k] > 0.5) ||
+           (v[0][k] < 0.5 && v[1][k] < 0.5 && v[2][k] < 0.5);
+  };
+  if (view_.size == GridIndex{1, 1, 1} && (beside(1) || beside(2))) {
+    view_.sense[0] = 0;
+    return;
+  }
   const double extent = std::max({view_.size.x, view_.size.y, view_.size.z});
   view_.doubt = 1e-14 * (extent + 1);
 
@@ -434,6 +444,10 @@ void TriangleRows::Mark(const GridIndex& first, std::uint64_t* rows, int facing,
     return begin >= kHyperchunkSide || behind <= 0;
   };
   if (apart(offset.x, end.x) || apart(offset.y, end.y) || apart(offset.z, end.z)) return;
+  if (view_.size == GridIndex{1, 1, 1} && view_.sense[0] == 0) {
+    rows[offset.y + kHyperchunkSide * offset.z] |= std::uint64_t{1} << offset.x;
+    return;
+  }
   HWY_DYNAMIC_DISPATCH(MarkRows)(view_, offset, rows, facing, crossings);
 }
 

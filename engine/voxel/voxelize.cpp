@@ -24,6 +24,8 @@ namespace {
 constexpr double kFarthestVoxel =
     1 << 22;  // from W's origin, so that indices and codes stay in range
 
+constexpr double kShareBeforeMarks = 0.5;  // of the work
+
 double Area(const TriangleMesh& mesh) {
   double area = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -80,14 +82,13 @@ std::string InGiB(std::size_t bytes) {
 }  // namespace
 
 std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, double voxel_size) {
-  // per voxel size squared of area: 4.5/64 chunks of 256 bytes and as much again while they are
-  // copied, 1.5 ray crossings of 24 bytes and their sort; per column of the box's sides one 4-byte
-  // number, and per hyperchunk of the box one
-  const Vec3 size = BoundsOf(mesh_W).size() / voxel_size + Vec3::Constant(128.0);
+  // per voxel size squared of area: the planes of three fields and the rows of bits they come from;
+  // per triangle: its sides, facet, snapped corners and bins; per hyperchunk of the box its numbers
+  const Vec3 size = BoundsOf(mesh_W).size() / voxel_size + Vec3::Constant(256.0);
   const double area = Area(mesh_W) / (voxel_size * voxel_size);
-  const double sides = size.x() * size.y() + size.y() * size.z() + size.z() * size.x();
   const double hyperchunks = size.prod() / std::pow(kHyperchunkSide, 3);
-  const double bytes = 110.0 * area + 4.0 * sides + 4.0 * hyperchunks + 3e7;
+  const double triangles = static_cast<double>(mesh_W.triangles.size());
+  const double bytes = 110.0 * area + 300.0 * triangles + 40.0 * hyperchunks + 3e7;
   return bytes < 1e18 ? static_cast<std::size_t>(bytes) : std::size_t{1} << 60U;
 }
 
@@ -124,16 +125,43 @@ std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_siz
 }
 
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
+  if (std::optional<Error> fault =
+          VoxelSizeFault(mesh_W, options.voxel_size, options.max_memory_bytes)) {
+    return *fault;
+  }
+  const MeshSides sides(mesh_W);
+  return Voxelize(mesh_W, sides,
+                  FindFeatures(mesh_W, sides, options.flatness_voxels * options.voxel_size),
+                  options);
+}
+
+Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
+                        const Features& features, const VoxelizeOptions& options) {
   const double s = options.voxel_size;
   if (std::optional<Error> fault = VoxelSizeFault(mesh_W, s, options.max_memory_bytes)) {
     return *fault;
   }
 
-  const MeshSides sides(mesh_W);
-  const Features features = FindFeatures(mesh_W, sides, options.flatness_voxels * s);
+  const int greatest = options.bits == 2 ? 1 : kMaxRange;
+  if (options.bits != 2 && options.bits != 4 && options.bits != 8) {
+    return Error{"marks have 2, 4 or 8 bits, not " + std::to_string(options.bits)};
+  }
+  if (options.range < 1 || options.range > greatest) {
+    return Error{"marks of " + std::to_string(options.bits) + " bits hold distances of 1 to " +
+                 std::to_string(greatest) + " voxels, not " + std::to_string(options.range)};
+  }
+  const Error stopped{"voxelization was stopped"};
+  const auto tell = [&options](double share) {
+    if (options.progress) options.progress(share);
+  };
+  tell(0.0);
   const MeshFacing facing = FindFacing(mesh_W, sides);
   const SurfaceBricks bricks(mesh_W, features, s, facing);
+  if (options.stop.stop_requested()) return stopped;
+  tell(kShareBeforeMarks / 2);
   const InsideRows inside(bricks, mesh_W, facing, s);
+  if (options.stop.stop_requested()) return stopped;
+  tell(kShareBeforeMarks);
 
   // the bricks' box and one more hyperchunk all round: the band may reach one out, and then there
   // is a border without marks
@@ -170,6 +198,8 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
 
   VoxmapBuilder builder(s, options.range, options.bits, box, kinds);
   std::size_t next = 0;
+  std::size_t done = 0;
+  std::uint64_t band_voxels = 0;
   std::mutex returning;
   std::vector<std::unique_ptr<MarkPlanes>> spare;
   const std::size_t tokens = 2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
@@ -181,7 +211,7 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
       tokens,
       tbb::make_filter<void, GridIndex>(tbb::filter_mode::serial_in_order,
                                         [&](tbb::flow_control& flow) {
-                                          if (next == marked.size()) {
+                                          if (next == marked.size() || options.stop.stop_requested()) {
                                             flow.stop();
                                             return GridIndex{};
                                           }
@@ -215,10 +245,15 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
           tbb::make_filter<std::shared_ptr<Filled>, void>(
               tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Filled>& filled) {
                 builder.Add(filled->place, filled->planes->record(), filled->planes->planes());
+                ++done;
+                band_voxels += filled->planes->band_voxels();
+                tell(kShareBeforeMarks + (1 - kShareBeforeMarks) * static_cast<double>(done) /
+                                             static_cast<double>(marked.size()));
                 const std::lock_guard lock(returning);
                 spare.push_back(std::move(filled->planes));
               }));
-  return builder.Finish();
+  if (done < marked.size()) return stopped;
+  return builder.Finish(band_voxels);
 }
 
 }  // namespace tandem

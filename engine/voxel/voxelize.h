@@ -1,8 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <stop_token>
 
 #include "engine/base/result.h"
+#include "engine/geometry/facets.h"
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/voxel/voxmap.h"
 
@@ -15,6 +18,10 @@ struct VoxelizeOptions {
   /// How flat a feature-free polygon must be, in voxels either side of its plane (paper §4.1).
   double flatness_voxels = 0.5;
   std::size_t max_memory_bytes = std::size_t{8} << 30U;
+  /// Told the share that is done, rising from 0 to 1, by one thread at a time; may be empty.
+  std::function<void(double)> progress = {};
+  /// Asked to stop, voxelization soon ends with an error.
+  std::stop_token stop = {};
 };
 
 /// The memory that voxelizing takes at its height, from the mesh's area and box: an estimate on the
@@ -31,6 +38,10 @@ std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_siz
 /// the same bits for any number of threads. Refused in one line: no triangles, a voxel size that is
 /// not above 0, a need beyond max_memory_bytes.
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
+
+/// With the features and sides of the mesh that were found before, at the options' flatness.
+Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
+                        const Features& features, const VoxelizeOptions& options);
 
 /// The voxel size that `--voxel auto` stands for: a two-hundredth of the longest side, m.
 double AutoVoxelSize(const TriangleMesh& mesh);

@@ -26,11 +26,13 @@ VoxelCounts Voxmap::Count() const {
   counts.planes = header().plane_count - 2;
   counts.hyperchunks = header().record_count - 2;
   counts.bytes = header().bytes;
+  counts.band = header().band_voxels;
   for (std::size_t r = 2; r < header().record_count; ++r) {
     for (std::size_t field = 0; field < kFields; ++field) {
       for (const VoxmapSlice& slice : records()[r].slices[field]) {
         const auto stored = static_cast<std::uint32_t>(std::popcount(slice.stored));
         for (std::uint32_t p = slice.first_plane; p < slice.first_plane + stored; ++p) {
+          const std::size_t surface_before = counts.surface;
           for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
             const int mark = StoredMark(p, cell);
             if (field == 1) counts.edge += mark == kSurfaceMark;
@@ -40,6 +42,7 @@ VoxelCounts Voxmap::Count() const {
             counts.surface += mark == kSurfaceMark;
             counts.free += mark > kSurfaceMark;
           }
+          counts.surface_chunks += counts.surface > surface_before ? 1U : 0U;
         }
       }
     }

@@ -18,6 +18,8 @@ struct VoxelCounts {
   std::size_t edge = 0;    // of the surface voxels, those with a feature edge
   std::size_t vertex = 0;  // of the edge voxels, those with a feature vertex
   std::size_t free = 0;    // within range of the surface
+  std::size_t band = 0;    // within range of the surface on either side, and the surface itself
+  std::size_t surface_chunks = 0;  // that hold surface voxels
   std::size_t planes = 0;
   std::size_t hyperchunks = 0;
   std::size_t bytes = 0;

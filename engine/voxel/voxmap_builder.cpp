@@ -80,7 +80,7 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
     return (bytes + 63) / 64 * 64;
   };
   header_.magic = {'t', 'a', 'n', 'd', 'e', 'm', 'V', 'M'};
-  header_.version = 1;
+  header_.version = kVoxmapVersion;
   header_.bits = static_cast<std::uint32_t>(bits);
   header_.range = static_cast<std::uint32_t>(range);
   header_.voxel_size = voxel_size;
@@ -179,7 +179,8 @@ void VoxmapBuilder::FillChunkLevel() {
   });
 }
 
-Voxmap VoxmapBuilder::Finish() {
+Voxmap VoxmapBuilder::Finish(std::uint64_t band_voxels) {
+  header_.band_voxels = band_voxels;
   FillChunkLevel();
   header_.bytes = header_.planes_offset + header_.plane_count * plane_bytes_;
   std::memcpy(image_.data(), &header_, sizeof header_);

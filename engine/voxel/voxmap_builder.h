@@ -24,7 +24,8 @@ class VoxmapBuilder {
   /// Of a marked hyperchunk; its planes are numbered from its first one.
   void Add(const GridIndex& place, const VoxmapRecord& record,
            std::span<const std::uint8_t> planes);
-  Voxmap Finish();
+  /// `band_voxels` of the whole map.
+  Voxmap Finish(std::uint64_t band_voxels);
 
  private:
   void FillChunkLevel();

@@ -2,7 +2,10 @@
 
 #include <utility>
 
+#include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "engine/base/check.h"
 
@@ -26,31 +29,53 @@ ImageBytes::ImageBytes(std::size_t size) : size_(size) {
   if (skip > 0) munmap(begin, skip);
   munmap(begin + skip + rounded, kHugePage - skip);
   data_ = begin + skip;
+  mapped_ = rounded;
   // small maps are not worth a huge page each
   if (size >= kHugePage) madvise(data_, rounded, MADV_HUGEPAGE);
 }
 
 ImageBytes::~ImageBytes() {
-  if (data_ != nullptr) munmap(data_, (size_ + kHugePage - 1) / kHugePage * kHugePage);
+  if (data_ != nullptr) munmap(data_, mapped_);
+}
+
+Result<ImageBytes> ImageBytes::Map(const std::filesystem::path& file) {
+  const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return Error{file.string() + ": cannot be opened"};
+  struct stat status {};
+  const bool regular = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+  if (!regular || status.st_size == 0) {
+    close(descriptor);
+    return Error{file.string() + (regular ? ": empty" : ": not a file")};
+  }
+  const auto size = static_cast<std::size_t>(status.st_size);
+  void* data = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, descriptor, 0);
+  close(descriptor);
+  if (data == MAP_FAILED) return Error{file.string() + ": cannot be mapped"};
+  ImageBytes image;
+  image.data_ = static_cast<std::byte*>(data);
+  image.size_ = size;
+  image.mapped_ = size;
+  return image;
 }
 
 void ImageBytes::Shrink(std::size_t size) {
   TANDEM_CHECK(size <= size_);
-  const auto rounded = [](std::size_t bytes) {
-    return (bytes + kHugePage - 1) / kHugePage * kHugePage;
-  };
-  if (rounded(size) < rounded(size_)) {
-    munmap(data_ + rounded(size), rounded(size_) - rounded(size));
+  const std::size_t kept = (size + kHugePage - 1) / kHugePage * kHugePage;
+  if (kept < mapped_) {
+    munmap(data_ + kept, mapped_ - kept);
+    mapped_ = kept;
   }
   size_ = size;
 }
 
 ImageBytes::ImageBytes(ImageBytes&& other) noexcept
-    : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+    : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)),
+      mapped_(std::exchange(other.mapped_, 0)) {}
 
 ImageBytes& ImageBytes::operator=(ImageBytes&& other) noexcept {
   std::swap(data_, other.data_);
   std::swap(size_, other.size_);
+  std::swap(mapped_, other.mapped_);
   return *this;
 }
 

@@ -3,8 +3,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 
+#include "engine/base/result.h"
 #include "engine/voxel/voxel.h"
 
 /// The bytes of a voxmap: one block that means the same wherever it lies, so that it can be mapped
@@ -18,6 +20,8 @@
 /// A plane's number is found without a table: the slice's first plane plus the stored chunks below
 /// its own bit.
 namespace tandem {
+
+inline constexpr std::uint32_t kVoxmapVersion = 1;
 
 struct VoxmapHeader {
   std::array<char, 8> magic{};
@@ -34,7 +38,8 @@ struct VoxmapHeader {
   std::uint64_t planes_offset = 0;
   std::uint64_t plane_count = 0;
   std::uint64_t bytes = 0;  // of the whole image
-  std::array<std::uint64_t, 3> spare{};
+  std::uint64_t band_voxels = 0;  // within the range of a surface voxel, either side, or one
+  std::array<std::uint64_t, 2> spare{};
 };
 static_assert(sizeof(VoxmapHeader) == 128);
 
@@ -73,6 +78,9 @@ class ImageBytes {
   ImageBytes(const ImageBytes&) = delete;
   ImageBytes& operator=(const ImageBytes&) = delete;
 
+  /// A file's bytes, read-only, or why they cannot be had.
+  static Result<ImageBytes> Map(const std::filesystem::path& file);
+
   /// Gives back what lies beyond.
   void Shrink(std::size_t size);
 
@@ -83,6 +91,7 @@ class ImageBytes {
  private:
   std::byte* data_ = nullptr;
   std::size_t size_ = 0;
+  std::size_t mapped_ = 0;
 };
 
 }  // namespace tandem

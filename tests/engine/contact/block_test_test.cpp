@@ -74,7 +74,7 @@ Voxmap RandomMap(int bits, int range, std::uint64_t seed) {
     }
     builder.Add(place, record, planes);
   }
-  return builder.Finish();
+  return builder.Finish(0);
 }
 
 Pointshell RandomShell(std::mt19937_64& random, std::size_t chunks, double spread) {

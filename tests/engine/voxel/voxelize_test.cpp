@@ -325,6 +325,124 @@ TEST(Voxelize, GivesTheSameBitsForAnyNumberOfThreads) {
   EXPECT_EQ(digests.size(), 1U);
 }
 
+// All three fields, against brute force over the sources that exact tests give; and each chunk's
+// place in the chunk-level field against all chunks that hold a mark.
+TEST(DistanceField, OfEdgesAndVerticesAndChunksIsTheDistanceToTheNearestOne) {
+  std::mt19937_64 random(4);
+  TriangleMesh mesh = Box(Vec3(1.9, 1.3, 0.4));
+  const Quat q = RandomRotation(random);
+  for (Vec3& v : mesh.vertices) v = q * v + Vec3(3.1, -0.3, 0.123);
+  const double s = 0.05;
+  for (const int range : {4, 8, 13}) {
+    const Voxmap voxmap = MustVoxelize(mesh, s, range);
+    const FeatureVoxels voxels = FindFeatureVoxels(mesh, FindFeatures(mesh, 0.5 * s), s);
+    for (const Field field : kAllFields) {
+      std::vector<GridIndex> sources;
+      for (const auto& chunk : voxels[field].chunks) {
+        for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
+          const GridIndex i = chunk.place * kChunkSide + BlockCell(cell);
+          if (IsSurface(voxels[field], i)) sources.push_back(i);
+        }
+      }
+      ASSERT_FALSE(sources.empty());
+      for (int trial = 0; trial < 600; ++trial) {
+        const auto offset = [&] {
+          return static_cast<std::int32_t>(random() % 41) - 20;
+        };
+        const GridIndex i =
+            sources[random() % sources.size()] + GridIndex{offset(), offset(), offset()};
+        int distance = 1000;
+        for (const GridIndex& source : sources) {
+          const GridIndex d = source - i;
+          distance = std::min(distance, std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}));
+        }
+        const int value = voxmap.Value(field, i - voxmap.origin());
+        if (value == kInteriorMark) continue;
+        ASSERT_EQ(value, distance <= range ? 2 + distance : range + 3);
+        ASSERT_LE(voxmap.Value(Field::kSurface, i - voxmap.origin()), value);
+      }
+    }
+    const auto& size = voxmap.header().size;
+    const GridIndex chunks{static_cast<std::int32_t>(size[0] * 8),
+                           static_cast<std::int32_t>(size[1] * 8),
+                           static_cast<std::int32_t>(size[2] * 8)};
+    std::vector<GridIndex> bearing;
+    std::vector<GridIndex> all;
+    for (std::int32_t z = 0; z < chunks.z; ++z) {
+      for (std::int32_t y = 0; y < chunks.y; ++y) {
+        for (std::int32_t x = 0; x < chunks.x; ++x) {
+          all.push_back({x, y, z});
+          for (const Field field : kAllFields) {
+            if (voxmap.PlaneOf(field, all.back()) == kPlaneBeyond) continue;
+            bearing.push_back(all.back());
+            break;
+          }
+        }
+      }
+    }
+    for (int trial = 0; trial < 500; ++trial) {
+      const GridIndex i = all[random() % all.size()];
+      int distance = 1000;
+      for (const GridIndex& other : bearing) {
+        const GridIndex d = other - i;
+        distance = std::min(distance, std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}));
+      }
+      ASSERT_EQ(voxmap.ChunkValue(i),
+                distance <= Voxmap::kChunkRange ? 2 + distance : Voxmap::kChunkBeyond);
+    }
+  }
+}
+
+// The same marks, however many bits they have.
+TEST(Voxelize, MarksOfTwoAndEightBitsAreThoseOfFour) {
+  const TriangleMesh mesh = Sphere(0.5, 3);
+  const auto made = [&](int range, int bits) {
+    Result<Voxmap> map = Voxelize(mesh, {.voxel_size = 0.03, .range = range, .bits = bits});
+    EXPECT_TRUE(map);
+    return std::move(*map);
+  };
+  for (const auto& [range, bits] : {std::pair{1, 2}, std::pair{8, 8}, std::pair{13, 8}}) {
+    const Voxmap one = made(range, 4);
+    const Voxmap other = made(range, bits);
+    ASSERT_EQ(one.origin(), other.origin());
+    for (std::int32_t z = 40; z < 150; ++z) {
+      for (std::int32_t y = 40; y < 150; ++y) {
+        for (std::int32_t x = 40; x < 150; x += 3) {
+          for (const Field field : kAllFields) {
+            ASSERT_EQ(one.Value(field, {x, y, z}), other.Value(field, {x, y, z}));
+          }
+        }
+      }
+    }
+  }
+  EXPECT_FALSE(Voxelize(mesh, {.voxel_size = 0.03, .range = 2, .bits = 2}));
+  EXPECT_FALSE(Voxelize(mesh, {.voxel_size = 0.03, .range = 14}));
+  EXPECT_FALSE(Voxelize(mesh, {.voxel_size = 0.03, .range = 8, .bits = 3}));
+}
+
+TEST(Voxelize, TellsItsProgressAndStopsWhenAsked) {
+  const TriangleMesh mesh = Sphere(1.0, 3);
+  std::vector<double> shares;
+  VoxelizeOptions options{.voxel_size = 0.01};
+  options.progress = [&](double share) {
+    shares.push_back(share);
+  };
+  ASSERT_TRUE(Voxelize(mesh, options));
+  ASSERT_GT(shares.size(), 10U);
+  EXPECT_EQ(shares.front(), 0.0);
+  EXPECT_DOUBLE_EQ(shares.back(), 1.0);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+
+  std::stop_source source;
+  options.stop = source.get_token();
+  options.progress = [&](double share) {
+    if (share > 0.6) source.request_stop();
+  };
+  const Result<Voxmap> stopped = Voxelize(mesh, options);
+  ASSERT_FALSE(stopped);
+  EXPECT_NE(stopped.error().what.find("stopped"), std::string::npos);
+}
+
 TEST(Voxelize, RefusesWhatDoesNotFitAndNamesAVoxelThatDoes) {
   const TriangleMesh box = Box(Vec3(1, 1, 1));
   const Result<Voxmap> refused =

@@ -1,0 +1,96 @@
+#include "engine/voxel/voxmap_file.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <string>
+
+namespace tandem {
+
+namespace {
+
+/// What an intact image says of itself; nothing if all is well.
+std::optional<Error> FaultOf(const ImageBytes& image, const std::string& name) {
+  if (image.size() < sizeof(VoxmapHeader)) return Error{name + ": too short for a voxmap"};
+  VoxmapHeader h;
+  std::memcpy(&h, image.data(), sizeof h);
+  constexpr std::array<char, 8> kMagic{'t', 'a', 'n', 'd', 'e', 'm', 'V', 'M'};
+  if (h.magic != kMagic) return Error{name + ": not a voxmap"};
+  if (h.version != kVoxmapVersion) {
+    return Error{name + ": a voxmap of version " + std::to_string(h.version) + ", not " +
+                 std::to_string(kVoxmapVersion) + "; voxelize its mesh again"};
+  }
+  if (h.bytes != image.size()) {
+    return Error{name + ": " + std::to_string(image.size()) + " bytes of a voxmap of " +
+                 std::to_string(h.bytes) + "; it was cut short"};
+  }
+  const Error damaged{name + ": a damaged voxmap; voxelize its mesh again"};
+  if ((h.bits != 2 && h.bits != 4 && h.bits != 8) || h.range < 1 ||
+      h.range + 2 >= (1U << h.bits) || !(h.voxel_size > 0) || !std::isfinite(h.voxel_size)) {
+    return damaged;
+  }
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 44U;  // so that no product overflows
+  for (const std::uint32_t size : h.size) {
+    if (size == 0 || size > (1U << 20U)) return damaged;
+  }
+  const std::uint64_t cells = std::uint64_t{h.size[0]} * h.size[1] * h.size[2];
+  const std::uint64_t plane_bytes = kVoxelsPerChunk / 8 * h.bits;
+  if (h.record_count < 2 || h.plane_count < 2 || h.record_count > kMost || h.plane_count > kMost ||
+      cells > kMost || h.index_offset != sizeof(VoxmapHeader) ||
+      h.records_offset % alignof(VoxmapRecord) != 0 || h.planes_offset % 64 != 0 ||
+      h.records_offset < h.index_offset + cells * sizeof(std::uint32_t) ||
+      h.planes_offset < h.records_offset + h.record_count * sizeof(VoxmapRecord) ||
+      h.bytes != h.planes_offset + h.plane_count * plane_bytes) {
+    return damaged;
+  }
+  const auto* index = reinterpret_cast<const std::uint32_t*>(image.data() + h.index_offset);
+  for (std::uint64_t c = 0; c < cells; ++c) {
+    if (index[c] >= h.record_count) return damaged;
+  }
+  const auto* records = reinterpret_cast<const VoxmapRecord*>(image.data() + h.records_offset);
+  for (std::uint64_t r = 0; r < h.record_count; ++r) {
+    for (const auto& slices : records[r].slices) {
+      for (const VoxmapSlice& slice : slices) {
+        const auto stored = static_cast<std::uint64_t>(std::popcount(slice.stored));
+        if (stored != 0 && slice.first_plane + stored > h.plane_count) return damaged;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Error> SaveVoxmap(const Voxmap& voxmap, const std::filesystem::path& file) {
+  if (voxmap.empty()) return Error{file.string() + ": there is no map to save"};
+  std::filesystem::path unfinished = file;
+  unfinished += ".unfinished";
+  std::error_code code;
+  {
+    std::ofstream out(unfinished, std::ios::binary | std::ios::trunc);
+    out.write(reinterpret_cast<const char*>(&voxmap.header()),
+              static_cast<std::streamsize>(voxmap.header().bytes));
+    out.close();
+    if (!out) {
+      std::filesystem::remove(unfinished, code);
+      return Error{file.string() + ": cannot be written; is there room, and may you?"};
+    }
+  }
+  std::filesystem::rename(unfinished, file, code);
+  if (code) {
+    std::filesystem::remove(unfinished, code);
+    return Error{file.string() + ": cannot be put there"};
+  }
+  return std::nullopt;
+}
+
+Result<Voxmap> MapVoxmap(const std::filesystem::path& file) {
+  Result<ImageBytes> image = ImageBytes::Map(file);
+  if (!image) return image.error();
+  if (std::optional<Error> fault = FaultOf(*image, file.string())) return *fault;
+  return Voxmap(std::move(*image));
+}
+
+}  // namespace tandem
