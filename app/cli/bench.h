@@ -14,8 +14,10 @@
 namespace tandem {
 
 /// Each adds a subcommand of `tandem bench`, whose run leaves its exit code in `exit_code`.
+void AddBenchMemory(CLI::App& bench, int& exit_code);
 void AddBenchPoints(CLI::App& bench, int& exit_code);
 void AddBenchProximity(CLI::App& bench, int& exit_code);
+void AddBenchVoxelize(CLI::App& bench, int& exit_code);
 
 /// Where a bench takes its bodies from.
 struct BenchScene {

@@ -26,8 +26,10 @@ Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked
 void AddBenchCommand(CLI::App& app, int& exit_code) {
   CLI::App* bench = app.add_subcommand("bench", "Measure the engine beside this machine's limits");
   bench->require_subcommand(1);
+  AddBenchMemory(*bench, exit_code);
   AddBenchPoints(*bench, exit_code);
   AddBenchProximity(*bench, exit_code);
+  AddBenchVoxelize(*bench, exit_code);
 }
 
 }  // namespace tandem

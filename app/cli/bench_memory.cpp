@@ -28,8 +28,7 @@ struct Row {
   std::size_t bytes = 0;
 
   double bytes_per_band_voxel() const {
-    return static_cast<double>(bytes) /
-           static_cast<double>(std::max<std::size_t>(1, band_voxels));
+    return static_cast<double>(bytes) / static_cast<double>(std::max<std::size_t>(1, band_voxels));
   }
 };
 
@@ -69,9 +68,10 @@ int RunMemoryBench(const MemoryArguments& arguments) {
     return kExitOk;
   }
   for (const Row& row : rows) {
-    std::printf("%s, voxels of %g m: %zu band voxels, %zu planes, %.1f MB, %.3f bytes a band voxel\n",
-                row.scene.c_str(), row.voxel_size, row.band_voxels, row.planes,
-                1e-6 * static_cast<double>(row.bytes), row.bytes_per_band_voxel());
+    std::printf(
+        "%s, voxels of %g m: %zu band voxels, %zu planes, %.1f MB, %.3f bytes a band voxel\n",
+        row.scene.c_str(), row.voxel_size, row.band_voxels, row.planes,
+        1e-6 * static_cast<double>(row.bytes), row.bytes_per_band_voxel());
   }
   return kExitOk;
 }
@@ -83,10 +83,13 @@ void AddBenchMemory(CLI::App& bench, int& exit_code) {
   CLI::App* command = bench.add_subcommand("memory", "What maps take for a voxel of their band");
   command->add_option("--scene", arguments->scenes, "scenes, by name or file")
       ->capture_default_str();
-  command->add_option("--voxel", arguments->voxel_size, "voxel size in metres; default: the scene's")
+  command
+      ->add_option("--voxel", arguments->voxel_size, "voxel size in metres; default: the scene's")
       ->check(CLI::PositiveNumber);
   command->add_flag("--json", arguments->json, "print one JSON object");
-  command->callback([arguments, &exit_code] { exit_code = RunMemoryBench(*arguments); });
+  command->callback([arguments, &exit_code] {
+    exit_code = RunMemoryBench(*arguments);
+  });
 }
 
 }  // namespace tandem

@@ -44,7 +44,9 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
   std::vector<double> cpu_seconds;
   for (double total = 0; total < kLeastSeconds || cpu_seconds.size() < 3;) {
     const double cpu = ProcessCpuSeconds();
-    seconds.push_back(1e-9 * WallNs([&] { voxmap = Voxelize(*mesh, options); }));
+    seconds.push_back(1e-9 * WallNs([&] {
+                        voxmap = Voxelize(*mesh, options);
+                      }));
     cpu_seconds.push_back(ProcessCpuSeconds() - cpu);
     total += cpu_seconds.back();
   }
@@ -93,7 +95,9 @@ void AddBenchVoxelize(CLI::App& bench, int& exit_code) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
-  command->callback([arguments, &exit_code] { exit_code = RunVoxelizeBench(*arguments); });
+  command->callback([arguments, &exit_code] {
+    exit_code = RunVoxelizeBench(*arguments);
+  });
 }
 
 }  // namespace tandem

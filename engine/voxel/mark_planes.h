@@ -50,7 +50,7 @@ class MarkPlanes {
     std::array<std::uint16_t, kSide> touched{};  // layers of the cube with bits at the end
     alignas(64) std::array<std::array<std::uint64_t, kBrickRows>, 4> digits;
     std::array<std::uint8_t, kHyperchunkSide> written{};  // by z: which eights of `digits`
-    std::uint64_t marked = 0;  // voxels with a mark
+    std::uint64_t marked = 0;                             // voxels with a mark
   };
 
  private:

@@ -315,7 +315,7 @@ TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : vie
       view_.sense[k] = n[k] > 0 ? 1 : (n[k] < 0 ? -1 : 0);
     } else {
       const Int128 exact = Int128{view_.p[1][i] - view_.p[0][i]} * (view_.p[2][j] - view_.p[0][j]) -
-                         Int128{view_.p[1][j] - view_.p[0][j]} * (view_.p[2][i] - view_.p[0][i]);
+                           Int128{view_.p[1][j] - view_.p[0][j]} * (view_.p[2][i] - view_.p[0][i]);
       n[k] = static_cast<double>(exact);
       view_.sense[k] = SignOf(exact);
     }

@@ -211,7 +211,8 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
       tokens,
       tbb::make_filter<void, GridIndex>(tbb::filter_mode::serial_in_order,
                                         [&](tbb::flow_control& flow) {
-                                          if (next == marked.size() || options.stop.stop_requested()) {
+                                          if (next == marked.size() ||
+                                              options.stop.stop_requested()) {
                                             flow.stop();
                                             return GridIndex{};
                                           }

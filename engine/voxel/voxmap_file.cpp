@@ -27,8 +27,8 @@ std::optional<Error> FaultOf(const ImageBytes& image, const std::string& name) {
                  std::to_string(h.bytes) + "; it was cut short"};
   }
   const Error damaged{name + ": a damaged voxmap; voxelize its mesh again"};
-  if ((h.bits != 2 && h.bits != 4 && h.bits != 8) || h.range < 1 ||
-      h.range + 2 >= (1U << h.bits) || !(h.voxel_size > 0) || !std::isfinite(h.voxel_size)) {
+  if ((h.bits != 2 && h.bits != 4 && h.bits != 8) || h.range < 1 || h.range + 2 >= (1U << h.bits) ||
+      !(h.voxel_size > 0) || !std::isfinite(h.voxel_size)) {
     return damaged;
   }
   constexpr std::uint64_t kMost = std::uint64_t{1} << 44U;  // so that no product overflows

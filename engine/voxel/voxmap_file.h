@@ -13,8 +13,8 @@ namespace tandem {
 std::optional<Error> SaveVoxmap(const Voxmap& voxmap, const std::filesystem::path& file);
 
 /// Maps an image from a file, read-only; its pages are read as they are first used. Refused in one
-/// line: a file that is not there, of another kind or version, cut short, or whose index and records
-/// point outside it.
+/// line: a file that is not there, of another kind or version, cut short, or whose index and
+/// records point outside it.
 Result<Voxmap> MapVoxmap(const std::filesystem::path& file);
 
 }  // namespace tandem

@@ -69,7 +69,8 @@ void ImageBytes::Shrink(std::size_t size) {
 }
 
 ImageBytes::ImageBytes(ImageBytes&& other) noexcept
-    : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)),
+    : data_(std::exchange(other.data_, nullptr)),
+      size_(std::exchange(other.size_, 0)),
       mapped_(std::exchange(other.mapped_, 0)) {}
 
 ImageBytes& ImageBytes::operator=(ImageBytes&& other) noexcept {

@@ -37,7 +37,7 @@ struct VoxmapHeader {
   std::uint64_t record_count = 0;
   std::uint64_t planes_offset = 0;
   std::uint64_t plane_count = 0;
-  std::uint64_t bytes = 0;  // of the whole image
+  std::uint64_t bytes = 0;        // of the whole image
   std::uint64_t band_voxels = 0;  // within the range of a surface voxel, either side, or one
   std::array<std::uint64_t, 2> spare{};
 };

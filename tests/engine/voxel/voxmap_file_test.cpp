@@ -23,8 +23,8 @@ std::vector<char> BytesOf(const std::filesystem::path& file) {
 }
 
 void Write(const std::filesystem::path& file, const std::vector<char>& bytes) {
-  std::ofstream(file, std::ios::binary).write(bytes.data(),
-                                              static_cast<std::streamsize>(bytes.size()));
+  std::ofstream(file, std::ios::binary)
+      .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
 void ExpectRefused(const std::vector<char>& bytes, const std::string& word) {
