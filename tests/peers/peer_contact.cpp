@@ -126,6 +126,7 @@ std::optional<Error> Run(const PeerPair& files) {
                              {"moving", files.moving.filename()},
                              {"voxel_m", voxel},
                              {"points", models->points.size()},
+                             {"map_bytes", models->voxmap.header().bytes},
                              {"model", files.plain ? "plain" : "refined"},
                              {"kinds", nlohmann::ordered_json::array()}};
   for (const auto& [name, f] : kinds) {
