@@ -20,6 +20,7 @@ namespace {
 struct ProximityArguments {
   std::string scene;
   std::string poses;
+  double scale = 1;  // m per unit of the poses' translations
   double voxel = 0;  // 0: the scene's
   bool coarse = false;
   bool csv = false;
@@ -50,13 +51,22 @@ std::vector<Question> QuestionsOfScene(const Scene& scene) {
   return questions;
 }
 
-Result<std::vector<Question>> QuestionsOfFile(const Scene& scene, const std::string& file) {
+/// By its name or its mesh file's; -1: none.
+int BodyOf(const Scene& scene, const std::string& name) {
+  for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
+    if (scene.bodies[body].mesh.filename() == name) return static_cast<int>(body);
+  }
+  return scene.BodyNamed(name);
+}
+
+Result<std::vector<Question>> QuestionsOfFile(const Scene& scene, const std::string& file,
+                                              double scale) {
   const Result<std::vector<FilePose>> poses = ReadPosesFile(file, PosesOf::kSceneBodies);
   if (!poses) return poses.error();
   std::vector<Question> questions;
   for (const FilePose& pose : *poses) {
     const std::string at = file + ": pose " + std::to_string(pose.row) + ": ";
-    const int body = scene.BodyNamed(pose.moving);
+    const int body = BodyOf(scene, pose.moving);
     if (body < 0) return Error{at + "the scene has no body '" + pose.moving + "'"};
     const SceneBody& of = scene.bodies[static_cast<std::size_t>(body)];
     if (of.fixed) return Error{at + "'" + pose.moving + "' is fixed; name one that moves"};
@@ -65,7 +75,8 @@ Result<std::vector<Question>> QuestionsOfFile(const Scene& scene, const std::str
       return Error{at + "'" + pose.moving + "' is part of '" + scene.bodies[whole].name +
                    "'; name that"};
     }
-    questions.push_back({pose.row, whole, pose.X_WM * of.X_WM.Inverse()});
+    questions.push_back(
+        {pose.row, whole, Pose{pose.X_WM.q, scale * pose.X_WM.p} * of.X_WM.Inverse()});
   }
   if (questions.empty()) return Error{file + ": has no pose"};
   return questions;
@@ -178,11 +189,15 @@ int RunProximity(const ProximityArguments& arguments) {
   if (!(arguments.voxel >= 0) || !std::isfinite(arguments.voxel)) {
     return Fail(kExitUsage, "--voxel takes a size in metres above 0");
   }
+  if (!(arguments.scale > 0) || !std::isfinite(arguments.scale)) {
+    return Fail(kExitUsage, "--scale takes metres per unit of the poses' translations, above 0");
+  }
   if (arguments.csv && arguments.json) return Fail(kExitUsage, "give --csv or --json, not both");
   const Result<Scene> scene = LoadScene(SceneFile(arguments.scene));
   if (!scene) return Fail(kExitFile, scene.error().what);
   const Result<std::vector<Question>> questions =
-      arguments.poses.empty() ? QuestionsOfScene(*scene) : QuestionsOfFile(*scene, arguments.poses);
+      arguments.poses.empty() ? QuestionsOfScene(*scene)
+                              : QuestionsOfFile(*scene, arguments.poses, arguments.scale);
   if (!questions) return Fail(kExitFile, questions.error().what);
   if (questions->empty()) return Fail(kExitFile, arguments.scene + ": no body can move");
   if (scene->bodies.size() < 2) {
@@ -232,6 +247,8 @@ void AddProximityCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("--poses", arguments->poses,
                       "CSV file of poses; otherwise each moving body where it stands at first");
+  command->add_option("--scale", arguments->scale, "metres per unit of the poses' translations")
+      ->capture_default_str();
   command->add_option("--voxel", arguments->voxel, "voxel size in metres; otherwise the scene's");
   command->add_flag("--coarse", arguments->coarse,
                     "by voxels alone: the error is at most sqrt(3) voxels");
@@ -239,11 +256,14 @@ void AddProximityCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->footer(
       "A poses file is CSV with a header that names at least moving,tx,ty,tz,ax,ay,az,angle_deg: "
-      "the moving\nbody's name in the scene; where its file's frame stands in the scene, in "
-      "metres; the axis and angle of\nits turn. All other bodies stand where the scene has them. "
-      "Every figure is in metres and in the scene's\nframe: p is the point on the body, q the one "
-      "on the other, g the unit direction in which the body gains\ndistance fastest. The exact "
-      "distance is within the error bound of the one printed; it is 0 where bodies overlap.");
+      "the moving\nbody's name in the scene, or its mesh file's; where that file's frame stands in "
+      "the scene; the axis and\nangle of its turn. All other bodies stand where the scene has "
+      "them. "
+      "What is printed is in the scene's\nframe: p is the point on the body, q the one on the "
+      "other, "
+      "g the unit direction in which the body gains\ndistance fastest. The exact distance is "
+      "within "
+      "the error bound of the one printed; it is 0 where bodies\noverlap.");
   command->callback([arguments, &exit_code] {
     exit_code = RunProximity(*arguments);
   });

@@ -95,6 +95,12 @@ TEST_F(ProximityCommand, AnswersEachPoseWithDistanceTwoPointsErrorAndGradient) {
   EXPECT_EQ(out.at("rows")[2].at("distance_m"), 0);
 }
 
+TEST_F(ProximityCommand, TakesMeshFilesNamesAndOtherUnits) {
+  const std::string poses = Poses("cube.obj,0,0,18,0,0,1,0\n");
+  ASSERT_EQ(Run(scene_.string() + " --scale 0.001 --poses " + poses), 0) << said_;
+  EXPECT_THAT(out_, HasSubstr("cube to plate: 3.0000 mm"));
+}
+
 TEST_F(ProximityCommand, ByVoxelsAloneStaysWithinTheErrorThatItStates) {
   const std::string poses = Poses("cube,0,0,0.0184,1,1,0,0\n");
   ASSERT_EQ(Run(scene_.string() + " --coarse --csv --poses " + poses), 0) << said_;
@@ -127,6 +133,7 @@ TEST_F(ProximityCommand, SaysInOneLineWhatIsWrong) {
   EXPECT_THAT(line(scene_.string() + " --poses " + Poses(""), 3), HasSubstr("has no pose"));
   EXPECT_THAT(line(scene_.string() + " --csv --json", 2), HasSubstr("--csv or --json"));
   EXPECT_THAT(line(scene_.string() + " --voxel -1", 2), HasSubstr("--voxel"));
+  EXPECT_THAT(line(scene_.string() + " --scale 0", 2), HasSubstr("--scale"));
 }
 
 }  // namespace
