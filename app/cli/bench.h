@@ -18,6 +18,7 @@ void AddBenchMemory(CLI::App& bench, int& exit_code);
 void AddBenchPoints(CLI::App& bench, int& exit_code);
 void AddBenchProximity(CLI::App& bench, int& exit_code);
 void AddBenchVoxelize(CLI::App& bench, int& exit_code);
+void AddBenchFidelity(CLI::App& bench, int& exit_code);
 
 /// Where a bench takes its bodies from.
 struct BenchScene {

@@ -30,6 +30,7 @@ void AddBenchCommand(CLI::App& app, int& exit_code) {
   AddBenchPoints(*bench, exit_code);
   AddBenchProximity(*bench, exit_code);
   AddBenchVoxelize(*bench, exit_code);
+  AddBenchFidelity(*bench, exit_code);
 }
 
 }  // namespace tandem

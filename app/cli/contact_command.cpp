@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "app/cli/commands.h"
 #include "app/cli/poses_file.h"
@@ -24,11 +25,16 @@ struct ContactArguments {
   double voxel = 0;
   double scale = 1.0;
   int force_layer = 0;
+  ContactModel model = ContactModel::kRefined;
   bool csv = false;
 };
 
 std::string Basename(const std::string& path) {
   return std::filesystem::path(path).filename().string();
+}
+
+PointPlace PlaceOf(ContactModel model) {
+  return model == ContactModel::kRefined ? PointPlace::kOnFeature : PointPlace::kVoxelCentre;
 }
 
 /// Whether any part of triangle a b c comes within `reach` of the solid, or into it; cut in two
@@ -112,7 +118,8 @@ int RunContact(const ContactArguments& arguments) {
   const Result<TriangleMesh> moving = ImportMesh(arguments.moving, import);
   if (!moving) return Fail(kExitFile, moving.error().what);
 
-  const VoxelizeOptions options{.voxel_size = arguments.voxel};
+  const double flatness = FlatnessVoxels(arguments.model);
+  const VoxelizeOptions options{.voxel_size = arguments.voxel, .flatness_voxels = flatness};
   const std::size_t need = std::max(EstimateVoxelizeBytes(*fixed, arguments.voxel),
                                     EstimateVoxelizeBytes(*moving, arguments.voxel));
   if (need > options.max_memory_bytes && StaysBeyond(*fixed, *moving, poses, arguments.voxel)) {
@@ -127,11 +134,19 @@ int RunContact(const ContactArguments& arguments) {
   const Result<Voxmap> voxmap = Voxelize(*fixed, options);
   if (!voxmap) return Fail(kExitFile, arguments.fixed + ": " + voxmap.error().what);
   const Pose X_MB{Quat::Identity(), ComputeMassProperties(*moving).p_MBo};
-  const Result<Pointshell> points = MakePointshell(*moving, X_MB, {.spacing = arguments.voxel});
+  const Result<Pointshell> points = MakePointshell(
+      *moving, X_MB,
+      {.spacing = arguments.voxel, .place = PlaceOf(arguments.model), .flatness_voxels = flatness});
   if (!points) return Fail(kExitFile, arguments.moving + ": " + points.error().what);
 
+  const SurfaceDetails details = arguments.model == ContactModel::kRefined
+                                     ? SurfaceDetails(*fixed, flatness, *voxmap)
+                                     : SurfaceDetails();
   const Pose X_WV{Quat::Identity(), voxmap->p_WVo()};
-  ContactPair pair(*points, *voxmap, X_WV, 0, {.force_layer = arguments.force_layer},
+  ContactPair pair(*points, *voxmap, X_WV, 0,
+                   {.force_layer = arguments.force_layer,
+                    .details = details.empty() ? nullptr : &details,
+                    .schedule = {}},
                    DefaultContactGains(arguments.voxel, kMass, kFrame));
   std::size_t touching = 0;
   if (arguments.csv) PrintHeader();
@@ -159,6 +174,12 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
   command->add_option("--scale", arguments->scale, "metres per file unit");
   command->add_option("--force-layer", arguments->force_layer, "layer that first pushes, from 0")
       ->check(CLI::Range(0, kDefaultRange - 2));
+  command
+      ->add_option("--contact", arguments->model,
+                   "how contact is modelled: refined, or the paper's plain")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, ContactModel>{
+          {"refined", ContactModel::kRefined}, {"plain", ContactModel::kPlain}}))
+      ->default_str("refined");
   command->add_flag("--csv", arguments->csv, "print one line a pose");
   command->callback([arguments, &exit_code] {
     exit_code = RunContact(*arguments);

@@ -19,14 +19,61 @@ constexpr double kVertexReach = 1.25;
 constexpr double kFacing = 0.2;
 /// Sine of the angle between two edges below which they are taken as parallel.
 constexpr double kParallel = 0.15;
-/// Cosine between the way apart of two edges and the mean normal of each, at least.
-constexpr double kBehind = 0.3;
+/// The half arc, rad, within which a push on an edge by a vertex or an open rim is believed.
+constexpr double kLooseArc = 1.25;
+/// Rad: how far beyond the arc between an edge's two faces a push fades out.
+constexpr double kArcFade = 0.15;
 constexpr double kAgain = 1e-3;  // voxels, so that a crossing on a voxel's border is not lost
 
 /// 1 squarely over a piece of surface, smoothly 0 at the reach.
 double Weight(double square, double reach) {
   const double left = 1.0 - square / (reach * reach);
   return left > 0 ? left * left : 0.0;
+}
+
+/// How much of a push counts that has that cosine with an edge's normal: all of it within `half` of
+/// it (rad), where the normals of the edge's faces lie.
+double ShareOfPush(double cosine, double half) {
+  const double first = std::cos(half);
+  const double last = std::cos(half + kArcFade);
+  return std::clamp((cosine - last) / (first - last), 0.0, 1.0);
+}
+
+double HalfArc(const SurfaceDetail& detail) {
+  return detail.shape() == SurfaceDetail::Shape::kRidge ? detail.half_angle() : kLooseArc;
+}
+
+/// An edge seen along its line: its faces' normals lie in an arc round its own.
+struct Arc {
+  Vec3 normal;
+  double half;  // of the arc, rad
+};
+struct Leaning {
+  Vec3 normal = Vec3::Zero();
+  double share = 0;
+};
+
+/// How an edge leans on another along the same line `t`, `away` from it: along the direction in
+/// both arcs that parts them most, which is how far apart two wedges are.
+Leaning LeanOnParallel(const Vec3& t, const Vec3& away, const Arc& below, const Arc& above) {
+  const Vec3 e1 = (below.normal - below.normal.dot(t) * t).normalized();
+  const Vec3 e2 = t.cross(e1);
+  const double turn = std::atan2(above.normal.dot(e2), above.normal.dot(e1));
+  double low = std::max(-below.half, turn - above.half);
+  double high = std::min(below.half, turn + above.half);
+  Leaning leaning;
+  leaning.share = std::clamp(1.0 - (low - high) / kArcFade, 0.0, 1.0);
+  if (low > high) low = high = 0.5 * (low + high);
+  const double x = away.dot(e1);
+  const double y = away.dot(e2);
+  double best = std::atan2(y, x);
+  if (best < low || best > high) {
+    const bool lower =
+        x * std::cos(low) + y * std::sin(low) > x * std::cos(high) + y * std::sin(high);
+    best = lower ? low : high;
+  }
+  leaning.normal = std::cos(best) * e1 + std::sin(best) * e2;
+  return leaning;
 }
 
 std::size_t SlotOf(const GridIndex& voxel, std::size_t slots) {
@@ -111,15 +158,41 @@ std::optional<std::size_t> RefinedContacts::MeetSurface(const Candidate& candida
   const Vec3 p = candidate.p_V / s_;
   const std::size_t count = ListSources(candidate.voxel_V, Field::kSurface);
   PlaneMean faces;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 n = FacingNormal(*sources_[i].detail, candidate.nhat_V);
-    if (!(n.dot(candidate.nhat_V) > kFacing)) continue;
-    const Vec3 away = p - sources_[i].q;
+  // a place's height above its plane, and how squarely the vertex stands over it
+  const auto over = [&](const Source& source, const Vec3& n) {
+    const Vec3 away = p - source.q;
     const double height = away.dot(n);
-    faces.Add(sources_[i].q, n, height,
-              Weight(away.squaredNorm() - height * height, kLateralReach));
+    const bool facing = n.dot(candidate.nhat_V) > kFacing;
+    return std::pair(height,
+                     facing ? Weight(away.squaredNorm() - height * height, kLateralReach) : 0.0);
+  };
+  bool only_corners = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    const SurfaceDetail& detail = *sources_[i].detail;
+    const SurfaceDetail::Shape shape = detail.shape();
+    if (shape == SurfaceDetail::Shape::kSmooth) {
+      only_corners = false;
+      const Vec3 n = FacingNormal(detail, candidate.nhat_V);
+      const auto [height, weight] = over(sources_[i], n);
+      faces.Add(sources_[i].q, n, height, weight);
+    } else if (shape == SurfaceDetail::Shape::kRidge) {
+      only_corners = false;
+      const Vec3 n = UnpackDirection(detail.normal);
+      const Vec3 across = std::sin(detail.half_angle()) * UnpackDirection(detail.tangent).cross(n);
+      const Vec3 along = std::cos(detail.half_angle()) * n;
+      const std::array<Vec3, 2> normals{along + across, along - across};
+      const auto one = over(sources_[i], normals[0]);
+      const auto two = over(sources_[i], normals[1]);
+      faces.AddRidge(sources_[i].q, normals, {one.first, two.first}, {one.second, two.second});
+    }
   }
-  std::array<PlaneMean::Push, PlaneMean::kMostFaces> pushes;
+  // where detail is so fine that no face shows, what the corners say on the whole
+  for (std::size_t i = 0; only_corners && i < count; ++i) {
+    const Vec3 n = FacingNormal(*sources_[i].detail, candidate.nhat_V);
+    const auto [height, weight] = over(sources_[i], n);
+    faces.Add(sources_[i].q, n, height, weight);
+  }
+  std::array<PlaneMean::Push, PlaneMean::kMostPushes> pushes;
   const std::size_t pushing = faces.Resolve(pushes);
   if (pushing == 0) return std::nullopt;
   std::size_t found = 0;
@@ -163,6 +236,8 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
   const Vec3 p = candidate.p_V / s_;
   const Pointshell::Edge& edge = shell_->edges[candidate.edge];
   const Vec3 t = R_VS * edge.tangent.cast<double>();
+  if (edge.cosine < 0) return 0;  // a notch: nothing leans on it
+  const double arc = edge.cosine > 0 ? std::acos(double{edge.cosine}) : kLooseArc;
   const double half = edge.half_length / s_ + kAgain;
   const std::size_t count = ListSources(candidate.voxel_V, Field::kEdge);
   std::size_t found = 0;
@@ -174,6 +249,8 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
     if (packed == 0) continue;  // a vertex: the surfaces' business
     // of a thin sheet's edge only that it passes through the voxel is known
     const double other_half = (packed == SurfaceDetail::kTwoSided ? 0.5 : packed / 128.0) + kAgain;
+    if (source.detail->shape() == SurfaceDetail::Shape::kNotch) continue;
+    const double other_arc = HalfArc(*source.detail);
     const Vec3 other_t = UnpackDirection(source.detail->tangent);
     const Vec3 away = p - source.q;
     Vec3 normal = t.cross(other_t);
@@ -181,17 +258,17 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
     if (sine < kParallel) {
       // side by side: each part of the shell's edge rests on the part of the map's beside it
       if (std::abs(away.dot(other_t)) > other_half) continue;
-      normal = n + candidate.nhat_V;
-      normal -= normal.dot(t) * t;
-      normal.normalize();
-      const double depth = kRefinedClearance - away.dot(normal);
-      if (depth > 0) out[found++] = {candidate.p_V, normal, s_ * depth};
+      const Leaning leaning = LeanOnParallel(t, away, {n, other_arc}, {candidate.nhat_V, arc});
+      const double depth = (kRefinedClearance - away.dot(leaning.normal)) * leaning.share;
+      if (depth > 0) out[found++] = {candidate.p_V, leaning.normal, s_ * depth};
       continue;
     }
     normal /= sine;
     if (normal.dot(n + candidate.nhat_V) < 0) normal = -normal;
     // both bodies' material must lie behind the plane between the edges
-    if (normal.dot(n) < kBehind || normal.dot(candidate.nhat_V) < kBehind) continue;
+    const double share =
+        ShareOfPush(normal.dot(n), other_arc) * ShareOfPush(normal.dot(candidate.nhat_V), arc);
+    if (share <= 0) continue;
     // the places on both lines where they come closest: p + u t, q + v t'
     const double cosine = t.dot(other_t);
     const double along = away.dot(t);
@@ -200,7 +277,7 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
     const double u = (cosine * other_along - along) / denominator;
     const double v = (other_along - cosine * along) / denominator;
     if (std::abs(u) > half || std::abs(v) > other_half) continue;
-    const double depth = kRefinedClearance - away.dot(normal);
+    const double depth = (kRefinedClearance - away.dot(normal)) * share;
     if (depth <= 0) continue;
     const Vec3 middle = 0.5 * (p + u * t + source.q + v * other_t);
     out[found++] = {s_ * middle, normal, s_ * depth};
@@ -213,7 +290,7 @@ std::size_t RefinedContacts::TakeVertices(Contact* out) noexcept {
   for (std::size_t i = 0; i < met_count_; ++i) {
     const MetVertex& met = met_[i];
     slots_[used_slots_[i]] = 0;
-    std::array<PlaneMean::Push, PlaneMean::kMostFaces> pushes;
+    std::array<PlaneMean::Push, PlaneMean::kMostPushes> pushes;
     const std::size_t pushing = met.faces.Resolve(pushes);
     for (std::size_t k = 0; k < pushing; ++k) {
       const double depth = (kRefinedClearance - pushes[k].gap) * pushes[k].share;

@@ -104,6 +104,6 @@ class RefinedContacts {
 };
 
 /// The distance between exact features at which the refined model's force begins, voxels.
-inline constexpr double kRefinedClearance = 0.6;
+inline constexpr double kRefinedClearance = 0.45;
 
 }  // namespace tandem

@@ -13,6 +13,8 @@ namespace {
 
 /// No body may travel farther in a frame (paper fn. 3), so no gap need be known better.
 constexpr double kEnoughVoxels = 32;
+/// Voxels of depth from which a refined contact damps in full.
+constexpr double kFullDampingDepth = 0.25;
 
 /// Vectors and matrices about a point, turned from V to W.
 Load Turned(const Load& load_V, const Mat3& R_WV) {
@@ -118,8 +120,13 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
     // contact pushes and never pulls, however fast the point leaves
     const double stiffness = ContactStiffness(gains_.stiffness, depth, voxmap_->voxel_size());
     const double pressed = ContactForce(gains_.stiffness, depth, voxmap_->voxel_size());
-    const double force = std::max(0.0, pressed + gains_.damping * approach);
-    const double damping = force > 0 ? gains_.damping : 0.0;
+    // refined contacts begin exactly, so their damping can grow with depth: a touch does not jerk
+    const double share =
+        refined_ != nullptr
+            ? std::min(1.0, depth / (kFullDampingDepth * voxmap_->voxel_size()))
+            : 1.0;
+    const double force = std::max(0.0, pressed + share * gains_.damping * approach);
+    const double damping = force > 0 ? share * gains_.damping : 0.0;
     Vec6 along_shell;  // the generalized direction of a unit force on the point
     along_shell << r_shell.cross(n), n;
     Vec6 along_map;

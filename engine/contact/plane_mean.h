@@ -11,25 +11,31 @@ namespace tandem {
 /// that they belong to. Each face keeps the mean of its pieces' planes, by how squarely the vertex
 /// stands over each piece: exact over a plane, continuous as the vertex slides along.
 ///
-/// Two faces that meet in a convex edge hold the vertex off together, so only the one that it is
-/// farther above counts; in a concave corner each pushes by itself. Lengths in voxels.
+/// Faces that meet in a convex edge or corner are one thing to stand on: over the edge it is the
+/// way from the edge that counts, beside it the face. In a concave corner each pushes by itself.
+/// Lengths in voxels.
 class PlaneMean {
  public:
-  /// One face's word: push the vertex along `normal`, which is the face's outward one.
+  /// One word: push the vertex along `normal`, which points out of the body.
   struct Push {
     Vec3 normal = Vec3::Zero();
-    double gap = 0;    // of the vertex above the face; negative below
+    double gap = 0;    // of the vertex above it; negative below
     double share = 0;  // 0 to 1: how much of the push counts
   };
-  static constexpr std::size_t kMostFaces = 4;
+  static constexpr std::size_t kMostPushes = 4;
 
   /// A piece of surface: a place on it, its outward normal, the vertex's height above its plane.
   void Add(const Vec3& place, const Vec3& normal, double height, double weight) noexcept;
+  /// A piece of a convex edge: a place on it, its faces' normals, the heights above their planes.
+  void AddRidge(const Vec3& place, const std::array<Vec3, 2>& normals,
+                const std::array<double, 2>& heights,
+                const std::array<double, 2>& weights) noexcept;
 
-  /// The pushes of the faces; gives how many.
-  std::size_t Resolve(std::array<Push, kMostFaces>& pushes) const noexcept;
+  /// The pushes of what the vertex stands on; gives how many.
+  std::size_t Resolve(std::array<Push, kMostPushes>& pushes) const noexcept;
 
  private:
+  static constexpr std::size_t kMostFaces = 4;
   struct Face {
     Vec3 first = Vec3::Zero();  // normal of its first piece
     Vec3 normal = Vec3::Zero();
@@ -37,8 +43,12 @@ class PlaneMean {
     double height = 0;
     double weight = 0;
   };
+  static constexpr std::size_t kMostRidges = 27;
+
   std::array<Face, kMostFaces> faces_;
   std::size_t count_ = 0;
+  std::array<std::array<Vec3, 2>, kMostRidges> ridges_;  // their faces' normals
+  std::size_t ridge_count_ = 0;
 };
 
 }  // namespace tandem

@@ -429,6 +429,14 @@ Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double t
 FeatureNormals FindFeatureNormals(const TriangleMesh& mesh, const Features& features) {
   FeatureNormals normals;
   normals.edges.assign(features.edges.size(), Vec3::Zero());
+  normals.edge_cosines.assign(features.edges.size(), 0.0);
+  /// The triangles at an edge: how many, the first one's normal and its corner off the edge.
+  struct AtEdge {
+    int triangles = 0;
+    Vec3 normal = Vec3::Zero();
+    Vec3 corner = Vec3::Zero();
+  };
+  std::vector<AtEdge> at_edge(features.edges.size());
   normals.vertices.assign(features.vertices.size(), Vec3::Zero());
   std::vector<std::uint32_t> feature_of(mesh.vertices.size(), kNone);
   std::vector<std::uint8_t> on_edge(mesh.vertices.size(), 0);
@@ -452,7 +460,19 @@ FeatureNormals FindFeatureNormals(const TriangleMesh& mesh, const Features& feat
       const std::array<std::uint32_t, 2> ends{std::min(a, b), std::max(a, b)};
       const auto found = std::lower_bound(features.edges.begin(), features.edges.end(), ends);
       if (found != features.edges.end() && *found == ends) {
-        normals.edges[static_cast<std::size_t>(found - features.edges.begin())] += n;
+        const auto e = static_cast<std::size_t>(found - features.edges.begin());
+        normals.edges[e] += n;
+        AtEdge& at = at_edge[e];
+        if (++at.triangles == 1) {
+          at.normal = n;
+          at.corner = mesh.corner(t, (k + 2) % 3);
+        } else if (at.triangles == 2) {
+          const bool ridge = n.dot(at.corner - mesh.vertices[a]) < 0;
+          const double cosine = std::sqrt(std::max(0.0, 0.5 * (1.0 + n.dot(at.normal))));
+          normals.edge_cosines[e] = ridge ? cosine : -cosine;
+        } else {
+          normals.edge_cosines[e] = 0;
+        }
       }
     }
   }

@@ -24,6 +24,7 @@ struct ShellPoint {
   Vec3 inward = Vec3::Zero();  // unit normal
   Vec3 tangent = Vec3::Zero();
   double half_length = 0;
+  double cosine = 0;
 };
 
 /// By label, the vertices first, and then so that neighbours stand together.
@@ -57,6 +58,7 @@ ChunkedPoints SurfacePoints(const FeatureVoxels& voxels, const TriangleMesh& mes
                         : Vec3(point.voxel.x, point.voxel.y, point.voxel.z) + surface.place;
       point.tangent = surface.tangent;
       point.half_length = surface.half_length;
+      point.cosine = surface.cosine;
       for (std::size_t side = 0; side < surface.sides; ++side) {
         point.inward = place == PointPlace::kOnFeature && surface.sides == 1
                            ? -surface.feature_normal
@@ -184,7 +186,8 @@ Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
       ++group.labels[static_cast<std::size_t>(point.label)];
       if (options.place == PointPlace::kOnFeature && point.label == Label::kEdge) {
         shell.edges.push_back(
-            {(R_BW * point.tangent).cast<float>(), static_cast<float>(s * point.half_length)});
+            {(R_BW * point.tangent).cast<float>(), static_cast<float>(s * point.half_length),
+             static_cast<float>(point.cosine)});
       }
       box.Add(shell.point(shell.size() - 1));
     }

@@ -29,6 +29,7 @@ struct Pointshell {
   struct Edge {
     Vec3f tangent = Vec3f::Zero();  // unit, in B
     float half_length = 0;          // m; the point is its middle
+    float cosine = 0;               // as FeatureNormals::edge_cosines
   };
 
   double spacing = 0;             // voxel size of its voxelization, m

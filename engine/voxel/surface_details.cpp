@@ -11,6 +11,8 @@ namespace tandem {
 
 namespace {
 
+/// A notch whose faces turn less than 30 degrees is a piece of curved surface.
+constexpr double kShallow = -0.966;
 constexpr double kDirectionScale = 32767.0;
 
 double SignOf(double x) {
@@ -28,6 +30,15 @@ SurfaceDetail Pack(const VoxelSurface& surface) {
   if (surface.sides > 1) detail.half_length = SurfaceDetail::kTwoSided;
   detail.normal = PackDirection(surface.feature_normal);
   detail.tangent = PackDirection(surface.tangent);
+  if (surface.label == Label::kVertex) {
+    detail.SetShape(SurfaceDetail::Shape::kVertex);
+  } else if (surface.label == Label::kSurface || surface.cosine == 0 || surface.cosine < kShallow) {
+    detail.SetShape(SurfaceDetail::Shape::kSmooth);
+  } else if (surface.cosine < 0) {
+    detail.SetShape(SurfaceDetail::Shape::kNotch);
+  } else {
+    detail.SetRidge(std::acos(surface.cosine));
+  }
   return detail;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -16,10 +17,43 @@ struct SurfaceDetail {
   /// Both sides of a thin sheet: the normal may as well point the other way.
   static constexpr std::uint8_t kTwoSided = 255;
 
-  std::array<std::uint8_t, 3> place{};    // from the voxel's lowest corner, 1/255 voxel
-  std::uint8_t half_length = 0;           // of the edge's part, 1/128 voxel
-  std::array<std::int16_t, 2> normal{};   // outward
-  std::array<std::int16_t, 2> tangent{};  // of the edge
+  std::array<std::uint8_t, 3> place{};   // from the voxel's lowest corner, 1/255 voxel
+  std::uint8_t half_length = 0;          // of the edge's part, 1/128 voxel
+  std::array<std::int16_t, 2> normal{};  // outward
+  /// Of the edge, its direction; and in the four lowest bits of each a code for the shape, which
+  /// turns the direction by less than a millirad.
+  std::array<std::int16_t, 2> tangent{};
+
+  /// What lies in the voxel.
+  enum class Shape : std::uint8_t {
+    kSmooth,  // a piece of surface, or the rim of an open one
+    kVertex,  // a feature vertex
+    kNotch,   // a concave edge
+    kRidge    // a convex edge: its faces' normals are known
+  };
+  Shape shape() const noexcept {
+    const unsigned code = Code();
+    return code >= kFirstShape ? static_cast<Shape>(code - kFirstShape) : Shape::kRidge;
+  }
+  /// Of half the angle between the normals of a ridge's faces.
+  double half_angle() const noexcept { return kAngleStep * Code(); }
+  void SetShape(Shape other_than_ridge) noexcept {
+    SetCode(kFirstShape + static_cast<unsigned>(other_than_ridge));
+  }
+  void SetRidge(double half_angle) noexcept {
+    SetCode(static_cast<unsigned>(std::lround(half_angle / kAngleStep)));
+  }
+
+ private:
+  static constexpr unsigned kFirstShape = 253;
+  static constexpr double kAngleStep = 0.5 * 3.14159265358979323846 / (kFirstShape - 1);
+  unsigned Code() const noexcept {
+    return static_cast<unsigned>((tangent[0] & 15) | (tangent[1] & 15) << 4);
+  }
+  void SetCode(unsigned code) noexcept {
+    tangent[0] = static_cast<std::int16_t>((tangent[0] & ~15) | static_cast<int>(code & 15U));
+    tangent[1] = static_cast<std::int16_t>((tangent[1] & ~15) | static_cast<int>(code >> 4U));
+  }
 };
 static_assert(sizeof(SurfaceDetail) == 12);
 

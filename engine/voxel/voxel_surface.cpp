@@ -223,6 +223,7 @@ std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
     surface.place = longest.from + 0.5 * (low + high) * longest.tangent;
     if (normals.edges[longest.edge].squaredNorm() > 0) {
       surface.feature_normal = normals.edges[longest.edge];
+      surface.cosine = normals.edge_cosines[longest.edge];
     }
     first_part = part;
   }

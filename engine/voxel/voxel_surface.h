@@ -21,6 +21,7 @@ struct VoxelSurface {
   Vec3 place = Vec3::Zero();
   Vec3 tangent = Vec3::Zero();  // unit, of an edge voxel's longest edge
   double half_length = 0;       // of its part in the voxel
+  double cosine = 0;            // as FeatureNormals::edge_cosines
   /// Outward unit normals: one, the mean over the area in the voxel; or where the facets face apart
   /// (a thin sheet) one for each side.
   std::array<Vec3, kMostSides> normals{};

@@ -1,0 +1,155 @@
+#include "app/cli/bench_fidelity.h"
+
+#include <cstdlib>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/bench.h"
+#include "app/cli/scene_files.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+
+namespace tandem {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct FidelityArguments {
+  std::string models;
+  int approaches = 1000;
+  int tilts = 50;
+  int peg_seeds = 100;
+  double nut_voxel = 0.0001;  // m
+  double peg_voxel = 0.00005;
+  bool json = false;
+};
+
+ordered_json AsJson(const Spread& spread) {
+  return {{"min", spread.min}, {"mean", spread.mean}, {"max", spread.max}};
+}
+
+/// Least, mean and largest over the three bodies, and each body's own.
+ordered_json FirstForce(ContactModel model, const FidelityArguments& arguments) {
+  constexpr std::array<const char*, 3> kNames{"sphere", "box", "cylinder"};
+  Spread all;
+  ordered_json bodies;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    const Spread spread = MeasureFirstForce(model, static_cast<Approaching>(i), arguments.tilts,
+                                            arguments.approaches);
+    all.min = i == 0 ? spread.min : std::min(all.min, spread.min);
+    all.max = i == 0 ? spread.max : std::max(all.max, spread.max);
+    all.mean += spread.mean / kNames.size();
+    bodies[kNames[i]] = AsJson(spread);
+  }
+  ordered_json out = AsJson(all);
+  out.update(bodies);
+  return out;
+}
+
+ordered_json Nut(ContactModel model, const FidelityArguments& arguments) {
+  if (arguments.models.empty()) return nullptr;
+  const Result<NutFigures> nut = MeasureNut(model, arguments.models, arguments.nut_voxel);
+  if (!nut) {
+    Say(nut.error().what);
+    return nullptr;
+  }
+  return {{"voxel_mm", 1e3 * nut->voxel},
+          {"force_layer", DefaultForceLayer(model)},
+          {"turned_deg", nut->turned * 57.29577951308232},
+          {"helix_error_mm", nut->helix_error_mm},
+          {"push_mm", nut->push_mm},
+          {"axial_blocked", nut->axial_blocked}};
+}
+
+ordered_json Pegs(ContactModel model, const FidelityArguments& arguments) {
+  if (arguments.models.empty()) return nullptr;
+  const Result<PegFigures> pegs =
+      MeasurePegs(model, arguments.models, arguments.peg_voxel, arguments.peg_seeds);
+  if (!pegs) {
+    Say(pegs.error().what);
+    return nullptr;
+  }
+  return {{"voxel_mm", 1e3 * pegs->voxel},
+          {"force_layer", DefaultForceLayer(model)},
+          {"trials", pegs->trials},
+          {"inserted_share", pegs->inserted_share},
+          {"buzz", pegs->buzz}};
+}
+
+ordered_json Ball(ContactModel model) {
+  const Result<BallFigures> ball = MeasureBall(model, SceneFile("ball_and_socket"));
+  if (!ball) {
+    Say(ball.error().what);
+    return nullptr;
+  }
+  return {{"points_035", ball->points_035},
+          {"points_015", ball->points_015},
+          {"turn_s", ball->turn_s},
+          {"contacts_mean", ball->contacts_mean}};
+}
+
+ordered_json Measure(ContactModel model, const FidelityArguments& arguments) {
+  const PressedFigures pressed = MeasurePressed(model, arguments.tilts);
+  return {{"first_force_gap_voxels", FirstForce(model, arguments)},
+          {"direction_error_deg",
+           {{"mean", pressed.direction_error_mean}, {"max", pressed.direction_error_max}}},
+          {"sliding_ripple", pressed.ripple},
+          {"sliding_ripple_max", pressed.ripple_max},
+          {"nut", Nut(model, arguments)},
+          {"pegs", Pegs(model, arguments)},
+          {"ball", Ball(model)}};
+}
+
+int RunFidelity(FidelityArguments arguments) {
+  if (arguments.models.empty()) {
+    if (const char* models = std::getenv("TANDEM_MODELS")) arguments.models = models;
+  }
+  if (arguments.models.empty()) {
+    Say("no nut and no pegs: give the folder of models/factory with --models or TANDEM_MODELS");
+  }
+  ordered_json out = Measure(ContactModel::kRefined, arguments);
+  out["plain"] = Measure(ContactModel::kPlain, arguments);
+  if (arguments.json) {
+    std::printf("%s\n", out.dump(2).c_str());
+    return kExitOk;
+  }
+  const ordered_json plain = out["plain"];
+  out.erase("plain");
+  for (const auto& [name, figures] : out.items()) {
+    std::printf("%-22s refined %s\n%-22s plain   %s\n", name.c_str(), figures.dump().c_str(), "",
+                plain[name].dump().c_str());
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddBenchFidelity(CLI::App& bench, int& exit_code) {
+  auto arguments = std::make_shared<FidelityArguments>();
+  CLI::App* command =
+      bench.add_subcommand("fidelity", "How near contact comes to exact surfaces, in both models");
+  command->add_option("--models", arguments->models,
+                      "folder that holds factory/, for the nut and the pegs");
+  command->add_option("--approaches", arguments->approaches, "of each body, for first forces")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--tilts", arguments->tilts, "of planes")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--pegs", arguments->peg_seeds, "how many pegs are put in")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--nut-voxel", arguments->nut_voxel, "voxel size for the nut, metres")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--peg-voxel", arguments->peg_voxel, "voxel size for the pegs, metres")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunFidelity(*arguments);
+  });
+}
+
+}  // namespace tandem

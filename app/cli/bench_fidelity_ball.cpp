@@ -1,0 +1,73 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "app/cli/bench_fidelity.h"
+#include "engine/world/world.h"
+
+namespace tandem {
+
+namespace {
+
+Result<std::shared_ptr<const WorldModel>> LoadBall(Scene scene, ContactModel model, double voxel) {
+  scene.contact = model;
+  scene.voxel_size = voxel;
+  scene.force_layer =
+      model == ContactModel::kRefined ? DefaultForceLayer(model) : 0;  // the paper's
+  return LoadWorld(scene);
+}
+
+}  // namespace
+
+Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path& scene_file) {
+  const Result<Scene> scene = LoadScene(scene_file);
+  if (!scene) return scene.error();
+  const auto loaded = LoadBall(*scene, model, 0.00035);
+  if (!loaded) return loaded.error();
+  const WorldModel& joint = **loaded;
+  const auto ball = static_cast<std::size_t>(
+      joint.body_index[static_cast<std::size_t>(scene->BodyNamed("ball"))]);
+  BallFigures figures;
+  figures.points_035 = joint.bodies[ball].points.size();
+
+  // the hand presses the ball into the cup and turns it as fast as it goes
+  World world(*loaded);
+  StepInputs inputs;
+  inputs.bodies.resize(joint.bodies.size());
+  inputs.bodies[ball].drive = BodyDrive::kSimulated;
+  inputs.capacity = 1e9;
+  inputs.hand.body = static_cast<int>(ball);
+  inputs.hand.gains = DefaultHandGains(joint.bodies[ball].inertia);
+  const Pose X_WB0 = joint.bodies[ball].X_WB0;
+  const Vec3 axis = Vec3(1, 0.3, 0.2).normalized();
+  const auto pressed = [&](double turn) {
+    return Pose{RotationBy(turn * axis) * X_WB0.q, X_WB0.p + Vec3(0, 0, -0.002)};
+  };
+  inputs.hand.goal.X_WA = pressed(0);
+  for (int frame = 0; frame < 300; ++frame) world.Step(inputs);
+  const Quat q_first = world.state(ball).X_WB.q;
+  double turned = 0;
+  double last = 0;
+  double contacts = 0;
+  int frames = 0;
+  while (turned < 2 * std::numbers::pi && frames < 10000) {
+    const Quat q = world.state(ball).X_WB.q * q_first.conjugate();
+    const double turn = 2.0 * std::atan2(q.vec().dot(axis), q.w());
+    turned += std::remainder(turn - last, 2 * std::numbers::pi);
+    last = turn;
+    inputs.hand.goal.X_WA = pressed(turned + 1.0);
+    contacts += world.Step(inputs).contact_points;
+    const Vec3 apart = world.state(ball).X_WB.p - X_WB0.p;
+    figures.depth_max_voxels = std::max(figures.depth_max_voxels, apart.norm() / 0.00035);
+    ++frames;
+  }
+  figures.turn_s = kFrame * frames;
+  figures.contacts_mean = contacts / frames;
+
+  const auto fine = LoadBall(*scene, model, 0.00015);
+  if (!fine) return fine.error();
+  figures.points_015 = (*fine)->bodies[ball].points.size();
+  return figures;
+}
+
+}  // namespace tandem
