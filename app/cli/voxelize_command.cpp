@@ -63,14 +63,23 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
           : tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   const std::int64_t start_ns = MonotonicNowNs();
-  const Result<Voxmap> voxmap =
-      Voxelize(*mesh, {.voxel_size = voxel_size, .max_memory_bytes = arguments.max_memory});
+  const VoxelizeOptions options{.voxel_size = voxel_size, .max_memory_bytes = arguments.max_memory};
+  if (const auto fault = VoxelSizeFault(*mesh, voxel_size, arguments.max_memory)) {
+    return Fail(kExitFile, arguments.file + ": " + fault->what);
+  }
+  const MeshSides sides(*mesh);
+  const Features features = FindFeatures(*mesh, sides, options.flatness_voxels * voxel_size);
+  const Result<Voxmap> voxmap = Voxelize(*mesh, sides, features, options);
   if (!voxmap) return Fail(kExitFile, arguments.file + ": " + voxmap.error().what);
   const Result<Pointshell> points = MakePointshell(*mesh, Pose{}, {.spacing = voxel_size});
   if (!points) return Fail(kExitFile, arguments.file + ": " + points.error().what);
   const double seconds = 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
 
   const VoxelCounts counts = voxmap->Count();
+  // without merging, every edge of every triangle would be a feature
+  const Result<Voxmap> unmerged = Voxelize(*mesh, sides, FindFeatures(*mesh, sides, 0.0), options);
+  if (!unmerged) return Fail(kExitFile, arguments.file + ": " + unmerged.error().what);
+  const VoxelCounts saved_of = unmerged->Count();
   Hash64 digest;
   digest.Add(voxmap->Digest());
   digest.Add(Digest(*points));
@@ -87,6 +96,11 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
                                        {"surface", counts.surface},
                                        {"free", counts.free},
                                        {"total", counts.total()}}},
+                                     {"polygons", features.polygons},
+                                     {"edge_voxels", counts.edge},
+                                     {"vertex_voxels", counts.vertex},
+                                     {"edge_voxels_unmerged", saved_of.edge},
+                                     {"vertex_voxels_unmerged", saved_of.vertex},
                                      {"planes", counts.planes},
                                      {"hyperchunks", counts.hyperchunks},
                                      {"bytes", counts.bytes},
@@ -104,6 +118,10 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB\n",
               voxel_size, counts.surface, counts.free, counts.interior, counts.planes,
               1e-6 * static_cast<double>(counts.bytes));
+  std::printf(
+      "%zu polygons of %zu triangles: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
+      features.polygons, mesh->triangles.size(), counts.edge, counts.vertex, saved_of.edge,
+      saved_of.vertex);
   std::printf("%zu points; %.3f s on %zu threads; digest %s\n", points->size(), seconds, threads,
               Hex(digest.value()).c_str());
   return kExitOk;

@@ -70,9 +70,12 @@ Vec3 UnpackDirection(const std::array<std::int16_t, 2>& packed) noexcept {
 }
 
 SurfaceDetails::SurfaceDetails(const TriangleMesh& mesh_W, double flatness_voxels,
+                               const Voxmap& voxmap)
+    : SurfaceDetails(mesh_W, FindFeatures(mesh_W, flatness_voxels * voxmap.voxel_size()), voxmap) {}
+
+SurfaceDetails::SurfaceDetails(const TriangleMesh& mesh_W, const Features& features,
                                const Voxmap& voxmap) {
   const double s = voxmap.voxel_size();
-  const Features features = FindFeatures(mesh_W, flatness_voxels * s);
   const FeatureVoxels voxels = FindFeatureVoxels(mesh_W, features, s);
   const FeatureNormals normals = FindFeatureNormals(mesh_W, features);
   const std::vector<SurfaceVoxels::Chunk>& sources = voxels.surface().chunks;

@@ -79,6 +79,8 @@ class SurfaceDetails {
   SurfaceDetails() = default;
   /// Of a mesh where it stood when `voxmap` was made of it, with the same flatness.
   SurfaceDetails(const TriangleMesh& mesh_W, double flatness_voxels, const Voxmap& voxmap);
+  /// With the features that the map was made with.
+  SurfaceDetails(const TriangleMesh& mesh_W, const Features& features, const Voxmap& voxmap);
 
   bool empty() const noexcept { return details_.empty(); }
   /// Of a chunk counted from the map's origin; null without surface voxels.

@@ -1,11 +1,14 @@
 #include "engine/voxel/surface_voxels.h"
 
+#include <algorithm>
 #include <bit>
 #include <numeric>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
+
+#include "engine/voxel/triangle_rows.h"
 
 namespace tandem {
 
@@ -23,29 +26,46 @@ struct Entry {
   }
 };
 
-/// The chunks that each triangle meets, tested in blocks of 8 x 8 x 8 chunks as voxels are in a
-/// chunk.
+/// The chunks that each triangle meets, found as voxels are in a hyperchunk.
 std::vector<Entry> BinByChunk(const std::vector<SnappedTriangle>& triangles) {
-  std::vector<Entry> entries;
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    const TriangleOverlap overlap(triangles[t]);
-    const GridIndex lowest = overlap.LowestCell(kChunkBits) >> 3;
-    const GridIndex highest = overlap.HighestCell(kChunkBits) >> 3;
-    for (std::int32_t z = lowest.z; z <= highest.z; ++z) {
-      for (std::int32_t y = lowest.y; y <= highest.y; ++y) {
-        for (std::int32_t x = lowest.x; x <= highest.x; ++x) {
-          std::array<std::uint64_t, 8> met{};
-          overlap.MarkBlock({x, y, z}, kChunkBits, met);
-          for (std::size_t word = 0; word < 8; ++word) {
-            for (std::uint64_t rest = met[word]; rest != 0; rest &= rest - 1) {
-              const std::size_t cell = 64 * word + static_cast<std::size_t>(std::countr_zero(rest));
-              const GridIndex chunk = GridIndex{x, y, z} * kChunkSide + BlockCell(cell);
-              entries.push_back({MortonCode(chunk), chunk, t});
+  constexpr std::size_t kBlock = 8192;
+  std::vector<std::vector<Entry>> blocks((triangles.size() + kBlock - 1) / kBlock);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    std::vector<std::uint64_t> met(kBrickRows + TriangleRows::kPadding, 0);
+    const std::size_t end = std::min(triangles.size(), (b + 1) * kBlock);
+    for (std::size_t t = b * kBlock; t < end; ++t) {
+      const TriangleRows rows(triangles[t], kChunkBits);
+      const GridIndex lowest = rows.lowest();
+      const GridIndex highest = rows.highest();
+      const auto add = [&](const GridIndex& chunk) {
+        blocks[b].push_back({MortonCode(chunk), chunk, static_cast<std::uint32_t>(t)});
+      };
+      if (lowest == highest) {
+        add(lowest);
+        continue;
+      }
+      for (std::int32_t z = lowest.z; z <= highest.z; z += kHyperchunkSide) {
+        for (std::int32_t y = lowest.y; y <= highest.y; y += kHyperchunkSide) {
+          for (std::int32_t x = lowest.x; x <= highest.x; x += kHyperchunkSide) {
+            rows.Mark({x, y, z}, met.data(), 0, nullptr);
+            const std::int32_t rows_y = std::min(kHyperchunkSide, highest.y - y + 1);
+            const std::int32_t rows_z = std::min(kHyperchunkSide, highest.z - z + 1);
+            for (std::int32_t row_z = 0; row_z < rows_z; ++row_z) {
+              for (std::int32_t row_y = 0; row_y < rows_y; ++row_y) {
+                std::uint64_t& row = met[static_cast<std::size_t>(row_y + kHyperchunkSide * row_z)];
+                for (; row != 0; row &= row - 1) {
+                  add({x + std::countr_zero(row), y + row_y, z + row_z});
+                }
+              }
             }
           }
         }
       }
     }
+  });
+  std::vector<Entry> entries;
+  for (const std::vector<Entry>& block : blocks) {
+    entries.insert(entries.end(), block.begin(), block.end());
   }
   tbb::parallel_sort(entries.begin(), entries.end());
   return entries;

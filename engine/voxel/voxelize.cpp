@@ -72,6 +72,17 @@ std::uint32_t NeighboursReached(const SurfaceBricks::Source& surface, int chunks
   return reached;
 }
 
+std::size_t NeededBytes(const Bounds& box, double area, std::size_t triangles, double voxel_size) {
+  // per voxel size squared of area: the planes of three fields and the rows of bits they come from;
+  // per triangle: its sides, facet, snapped corners and bins; per hyperchunk of the box its numbers
+  const Vec3 size = box.size() / voxel_size + Vec3::Constant(256.0);
+  const double squares = area / (voxel_size * voxel_size);
+  const double hyperchunks = size.prod() / std::pow(kHyperchunkSide, 3);
+  const double bytes =
+      110.0 * squares + 300.0 * static_cast<double>(triangles) + 40.0 * hyperchunks + 3e7;
+  return bytes < 1e18 ? static_cast<std::size_t>(bytes) : std::size_t{1} << 60U;
+}
+
 std::string InGiB(std::size_t bytes) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g GiB",
@@ -82,14 +93,7 @@ std::string InGiB(std::size_t bytes) {
 }  // namespace
 
 std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, double voxel_size) {
-  // per voxel size squared of area: the planes of three fields and the rows of bits they come from;
-  // per triangle: its sides, facet, snapped corners and bins; per hyperchunk of the box its numbers
-  const Vec3 size = BoundsOf(mesh_W).size() / voxel_size + Vec3::Constant(256.0);
-  const double area = Area(mesh_W) / (voxel_size * voxel_size);
-  const double hyperchunks = size.prod() / std::pow(kHyperchunkSide, 3);
-  const double triangles = static_cast<double>(mesh_W.triangles.size());
-  const double bytes = 110.0 * area + 300.0 * triangles + 40.0 * hyperchunks + 3e7;
-  return bytes < 1e18 ? static_cast<std::size_t>(bytes) : std::size_t{1} << 60U;
+  return NeededBytes(BoundsOf(mesh_W), Area(mesh_W), mesh_W.triangles.size(), voxel_size);
 }
 
 double AutoVoxelSize(const TriangleMesh& mesh) {
@@ -101,13 +105,15 @@ std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_siz
   const double s = voxel_size;
   if (mesh_W.triangles.empty()) return Error{"the mesh has no triangles"};
   if (!(s > 0) || !std::isfinite(s)) return Error{"the voxel size must be above 0 m"};
-  const std::size_t need = EstimateVoxelizeBytes(mesh_W, s);
   const Bounds box = BoundsOf(mesh_W);
+  const double area = Area(mesh_W);
+  const std::size_t triangles = mesh_W.triangles.size();
+  const std::size_t need = NeededBytes(box, area, triangles, s);
   const double farthest = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
   if (need <= max_memory_bytes && farthest <= kFarthestVoxel * s) return std::nullopt;
   // the need falls with the square of the voxel size, or faster
   double fits = std::max(s, farthest / kFarthestVoxel);
-  while (EstimateVoxelizeBytes(mesh_W, fits) > max_memory_bytes && fits < 1e6) fits *= 1.05;
+  while (NeededBytes(box, area, triangles, fits) > max_memory_bytes && fits < 1e6) fits *= 1.05;
   char text[200];
   if (fits >= 1e6) {
     std::snprintf(text, sizeof text, "no voxel size fits into %s", InGiB(max_memory_bytes).c_str());

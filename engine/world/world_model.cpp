@@ -53,13 +53,16 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
                              SurfaceDetails& details) {
   const double flatness = FlatnessVoxels(scene.contact);
-  Result<Voxmap> made =
-      Voxelize(mesh_W, {.voxel_size = scene.voxel_size, .flatness_voxels = flatness});
+  const VoxelizeOptions options{.voxel_size = scene.voxel_size, .flatness_voxels = flatness};
+  if (auto fault = VoxelSizeFault(mesh_W, options.voxel_size, options.max_memory_bytes)) {
+    return fault;
+  }
+  const MeshSides sides(mesh_W);
+  const Features features = FindFeatures(mesh_W, sides, flatness * options.voxel_size);
+  Result<Voxmap> made = Voxelize(mesh_W, sides, features, options);
   if (!made) return made.error();
   voxmap = std::move(*made);
-  if (scene.contact == ContactModel::kRefined) {
-    details = SurfaceDetails(mesh_W, flatness, voxmap);
-  }
+  if (scene.contact == ContactModel::kRefined) details = SurfaceDetails(mesh_W, features, voxmap);
   return std::nullopt;
 }
 
