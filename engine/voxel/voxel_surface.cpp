@@ -64,6 +64,7 @@ struct Gathered {
   std::vector<Vec3> areas;  // of each facet's part
   Vec3 moment = Vec3::Zero();
   double weight = 0;
+  Vec3 on_plane = Vec3::Zero();  // of the last triangle: below the voxel's middle
 };
 
 /// One outward normal, or one a side where the facets face apart.
@@ -166,6 +167,9 @@ std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
     // a triangle that only touches the cell still says which way the surface faces
     g.areas.push_back(part.area + 1e-9 * whole.normalized());
     g.moment += part.moment;
+    const Vec3 middle = cell_corner(cell) + Vec3::Constant(0.5);
+    const Vec3 n = whole.normalized();
+    g.on_plane = middle - n.dot(middle - triangle[0]) * n;
     g.weight += part.area.norm();
   });
 
@@ -181,7 +185,7 @@ std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
     if (surface.sides == 0) continue;
     surface.feature_normal = surface.normals[0];
     surface.place =
-        g.weight > 1e-12 ? Vec3(g.moment / g.weight - cell_corner(cell)) : Vec3::Constant(0.5);
+        Vec3((g.weight > 1e-9 ? Vec3(g.moment / g.weight) : g.on_plane) - cell_corner(cell));
     at[cell] = static_cast<std::int16_t>(out.size());
     out.push_back(surface);
   }

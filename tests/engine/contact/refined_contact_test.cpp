@@ -1,0 +1,248 @@
+// What the refined contact model promises, against exact geometry: planes, edges and convex bodies
+// whose gap is known in closed form.
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "engine/contact/contact_pair.h"
+#include "engine/voxel/voxelize.h"
+#include "tests/support/shapes.h"
+
+namespace tandem {
+namespace {
+
+using testing::Box;
+using testing::RandomDirection;
+using testing::RandomRotation;
+using testing::Sphere;
+using testing::Uniform;
+
+constexpr double kS = 0.001;                // m, a voxel
+constexpr ContactGains kGains{1000.0, 20};  // 1 N a voxel: forces are depths, hardening apart
+constexpr double kRadToDeg = 57.29577951308232;
+
+TriangleMesh Placed(const TriangleMesh& mesh, const Pose& X) {
+  return Transformed(mesh, X);
+}
+
+/// A fixed solid and a moving one, refined: the moving mesh is given in its body's frame.
+struct Refined {
+  Refined(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at)
+      : voxmap(std::move(*Voxelize(
+            fixed_W,
+            {.voxel_size = kS, .flatness_voxels = FlatnessVoxels(ContactModel::kRefined)}))),
+        details(fixed_W, FlatnessVoxels(ContactModel::kRefined), voxmap),
+        shell(std::move(
+            *MakePointshell(Placed(moving_B, {made_at, Vec3::Zero()}), {made_at, Vec3::Zero()},
+                            {.spacing = kS,
+                             .place = PointPlace::kOnFeature,
+                             .flatness_voxels = FlatnessVoxels(ContactModel::kRefined)}))),
+        pair(shell, voxmap, {Quat::Identity(), voxmap.p_WVo()}, 1.0,
+             {.force_layer = DefaultForceLayer(ContactModel::kRefined),
+              .details = &details,
+              .schedule = {}},
+             kGains) {}
+
+  Load LoadAt(const Pose& X_WB, const Twist& V_WB = {}) {
+    Load on_shell;
+    Load on_map;
+    pair.Collide({X_WB, V_WB}, {}, on_shell, on_map);
+    return on_shell;
+  }
+  Vec3 ForceAt(const Pose& X_WB) { return AsWrench(LoadAt(X_WB).force).f; }
+
+  Voxmap voxmap;
+  SurfaceDetails details;
+  Pointshell shell;
+  ContactPair pair;
+};
+
+double LowestAlong(const TriangleMesh& mesh, const Quat& q, const Vec3& normal) {
+  double lowest = 1e300;
+  for (const Vec3& v : mesh.vertices) lowest = std::min(lowest, normal.dot(q * v));
+  return lowest;
+}
+
+/// A plate whose upper face is the plane through `place` with the normal q z.
+TriangleMesh Plate(const Quat& q, const Vec3& place) {
+  return Placed(Box(kS * Vec3(120, 120, 14)), {q, place - q * Vec3(0, 0, 7 * kS)});
+}
+
+class OnTiltedPlanes : public ::testing::TestWithParam<int> {
+ protected:
+  static TriangleMesh Body() {
+    return GetParam() == 0 ? Sphere(10 * kS, 4) : Box(kS * Vec3(24, 18, 14));
+  }
+};
+
+TEST_P(OnTiltedPlanes, ForceBeginsBeforeExactSurfacesMeetAndWithinAVoxel) {
+  std::mt19937_64 random(1);
+  const TriangleMesh body = Body();
+  for (int tilt = 0; tilt < 6; ++tilt) {
+    const Quat q = RandomRotation(random);
+    const Vec3 n = q * Vec3::UnitZ();
+    Refined refined(Plate(q, Vec3::Zero()), body, RandomRotation(random));
+    for (int approach = 0; approach < 10; ++approach) {
+      const Quat q_WB = RandomRotation(random);
+      const Vec3 along = kS * (q * Vec3(Uniform(random, -30, 30), Uniform(random, -30, 30), 0));
+      double gap = 2.0;  // voxels
+      while (gap > -1.0 &&
+             refined.ForceAt({q_WB, along + (gap * kS - LowestAlong(body, q_WB, n)) * n}).dot(n) <=
+                 0) {
+        gap -= 0.02;
+      }
+      EXPECT_GT(gap, 0.0);
+      EXPECT_LE(gap, 1.0);
+    }
+  }
+}
+
+TEST_P(OnTiltedPlanes, ForceStandsOnThePlaneAndDoesNotRippleAsTheBodySlides) {
+  std::mt19937_64 random(2);
+  const TriangleMesh body = Body();
+  for (int tilt = 0; tilt < 6; ++tilt) {
+    const Quat q = RandomRotation(random);
+    const Vec3 n = q * Vec3::UnitZ();
+    Refined refined(Plate(q, Vec3::Zero()), body, RandomRotation(random));
+    const Quat q_WB = RandomRotation(random);
+    const double height = -0.1 * kS - LowestAlong(body, q_WB, n);
+    double sum = 0;
+    double squares = 0;
+    constexpr int kSamples = 200;
+    for (int i = 0; i < kSamples; ++i) {
+      const Vec3 along = kS * (0.25 * i - 25) * (q * Vec3(0.8, 0.6, 0));
+      const Vec3 force = refined.ForceAt({q_WB, along + height * n});
+      EXPECT_LE(std::atan2(force.cross(n).norm(), force.dot(n)) * kRadToDeg, 1.0);
+      sum += force.norm();
+      squares += force.squaredNorm();
+    }
+    const double mean = sum / kSamples;
+    EXPECT_GT(mean, 0.0);
+    EXPECT_LE(std::sqrt(std::max(0.0, squares / kSamples - mean * mean)), 0.05 * mean);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Bodies, OnTiltedPlanes, ::testing::Values(0, 1));
+
+TEST(RefinedContact, WrenchesAreEqualAndOpposite) {
+  std::mt19937_64 random(3);
+  Refined refined(Box(kS * Vec3(60, 40, 30)), Sphere(12 * kS, 3), RandomRotation(random));
+  int loaded = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const Pose X_W{RandomRotation(random), RandomDirection(random)};
+    const Pose X{RandomRotation(random), kS * Uniform(random, 25, 45) * RandomDirection(random)};
+    const BodyMotion shell{X_W * X, {RandomDirection(random), 0.01 * RandomDirection(random)}};
+    const BodyMotion map{X_W, {RandomDirection(random), 0.01 * RandomDirection(random)}};
+    Load on_shell;
+    Load on_map;
+    loaded += refined.pair.Collide(shell, map, on_shell, on_map).loaded_points;
+    const Wrench a = AsWrench(on_shell.force);
+    const Wrench b = AsWrench(on_map.force);
+    EXPECT_NEAR((a.f + b.f).norm(), 0.0, 1e-9 * (1.0 + a.f.norm()));
+    const Vec3 moment = a.tau + shell.X_WB.p.cross(a.f) + b.tau + map.X_WB.p.cross(b.f);
+    EXPECT_NEAR(moment.norm(), 0.0, 1e-9 * (1.0 + a.f.norm()));
+  }
+  EXPECT_GT(loaded, 100);
+}
+
+// A box that lies on a plane, moved along the normal.
+TEST(RefinedContact, StiffnessIsTheDerivativeOfForceOnAPlane) {
+  std::mt19937_64 random(4);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Quat q = RandomRotation(random);
+    const Vec3 n = q * Vec3::UnitZ();
+    const TriangleMesh body = Box(kS * Vec3(24, 18, 14));
+    Refined refined(Plate(q, Vec3::Zero()), body, RandomRotation(random));
+    const auto at = [&](double gap) {
+      return Pose{q, (gap * kS + 7 * kS) * n};
+    };
+    const Load load = refined.LoadAt(at(0.1));
+    constexpr double kStep = 1e-4;  // voxels
+    const double slope =
+        (refined.ForceAt(at(0.1 - kStep)) - refined.ForceAt(at(0.1 + kStep))).dot(n) /
+        (2 * kStep * kS);
+    const double stiffness = n.dot(load.stiffness.bottomRightCorner<3, 3>() * n);
+    EXPECT_GT(stiffness, 0.0);
+    EXPECT_NEAR(slope, stiffness, 0.01 * stiffness);
+    const Eigen::SelfAdjointEigenSolver<Mat6> solver(load.stiffness);
+    EXPECT_GE(solver.eigenvalues().minCoeff(), -1e-9 * solver.eigenvalues().maxCoeff());
+  }
+}
+
+// A corner of a turned box slides over a plate and beyond its edge, then along a floor into a wall.
+// Steps of a fiftieth of a voxel: the force may not jump by more than a tenth of a voxel's.
+TEST(RefinedContact, ForceDoesNotJumpOverAnEdgeNorIntoACorner) {
+  std::mt19937_64 random(5);
+  const Quat corner_down = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3(0, 0, -1));
+  const TriangleMesh body = Box(kS * Vec3(12, 12, 12));
+  for (int trial = 0; trial < 4; ++trial) {
+    const Quat q = RandomRotation(random);
+    const auto slide = [&](const TriangleMesh& fixed_Q, double from, double to, double gap) {
+      Refined refined(Placed(fixed_Q, {q, Vec3::Zero()}), body, RandomRotation(random));
+      const Quat q_WB = q * corner_down;
+      const double lowest = LowestAlong(body, q_WB, q * Vec3::UnitZ());
+      Vec3 last = Vec3::Zero();
+      double largest = 0;
+      bool pushed = false;
+      for (double x = from; x <= to; x += 0.02) {
+        const Vec3 force = refined.ForceAt({q_WB, q * Vec3(x * kS, 0.3 * kS, gap * kS - lowest)});
+        if (x > from) largest = std::max(largest, (force - last).norm());
+        pushed = pushed || force.norm() > 0;
+        last = force;
+      }
+      EXPECT_TRUE(pushed);
+      return largest;
+    };
+    // the plate ends at x = 0
+    const TriangleMesh plate =
+        Placed(Box(kS * Vec3(40, 40, 14)), {Quat::Identity(), kS * Vec3(-20, 0, -7)});
+    EXPECT_LE(slide(plate, -6, 3, 0.2), 0.1);
+    TriangleMesh corner =
+        Placed(Box(kS * Vec3(60, 40, 14)), {Quat::Identity(), kS * Vec3(0, 0, -7)});
+    Append(corner, Placed(Box(kS * Vec3(20, 40, 40)), {Quat::Identity(), kS * Vec3(20, 0, 10)}));
+    EXPECT_LE(slide(corner, -10, 0, 0.2), 0.1);
+  }
+}
+
+TEST(RefinedContact, TwoCrossingEdgesMakeOneContactAlongTheirCommonNormal) {
+  std::mt19937_64 random(6);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Quat q = RandomRotation(random);
+    // two square bars on their edges, one along x below, one along y above
+    const Quat about_x = RotationBy(Vec3(0.7853981633974483, 0, 0));
+    const Quat about_y = RotationBy(Vec3(0, 0.7853981633974483, 0));
+    const double side = 16;
+    const double half_diagonal = side * std::sqrt(0.5);
+    const TriangleMesh below = Placed(Box(kS * Vec3(60, side, side)), {q * about_x, Vec3::Zero()});
+    const TriangleMesh above = Placed(Box(kS * Vec3(side, 60, side)), {about_y, Vec3::Zero()});
+    Refined refined(below, above, RandomRotation(random));
+    const auto at = [&](double gap) {
+      return Pose{q, q * Vec3(Uniform(random, -10, 10) * kS, Uniform(random, -10, 10) * kS,
+                              (2 * half_diagonal + gap) * kS)};
+    };
+    EXPECT_EQ(refined.ForceAt(at(0.6)).norm(), 0.0);
+    const Vec3 force = refined.ForceAt(at(0.2));
+    ASSERT_EQ(refined.pair.contacts().size(), 1U);
+    EXPECT_NEAR((force.normalized() - q * Vec3::UnitZ()).norm(), 0.0, 0.01);
+    EXPECT_NEAR(refined.pair.contacts()[0].depth, (kRefinedClearance - 0.2) * kS, 0.02 * kS);
+  }
+}
+
+TEST(RefinedContact, AThinSheetPushesFromBothSides) {
+  std::mt19937_64 random(7);
+  const TriangleMesh body = Box(kS * Vec3(12, 10, 8));
+  for (int trial = 0; trial < 5; ++trial) {
+    const Quat q = RandomRotation(random);
+    const Vec3 n = q * Vec3::UnitZ();
+    const double half = 0.15;  // voxels: both faces lie in one voxel
+    Refined refined(Placed(Box(kS * Vec3(60, 60, 2 * half)), {q, Vec3::Zero()}), body,
+                    RandomRotation(random));
+    for (const double side : {-1.0, 1.0}) {
+      const Vec3 force = refined.ForceAt({q, side * (4 + half + 0.2) * kS * n});
+      EXPECT_GT(side * force.dot(n), 0.0) << "side " << side;
+      EXPECT_LE(force.cross(n).norm(), 0.05 * force.norm());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem
