@@ -25,10 +25,6 @@ constexpr int kHalo = MarkPlanes::kHalo;
 constexpr int kSide = MarkPlanes::kSide;
 constexpr int kOctets = kSide / 8;
 
-Words Or3(Words a, Words b, Words c) {
-  return hn::Or(hn::Or(a, b), c);
-}
-
 std::size_t RowOf(int octet) {
   return static_cast<std::size_t>(MarkPlanes::kFirstRow + 8 * octet);
 }
@@ -61,8 +57,8 @@ void GrowInLayer(const Layer& layer, int octet, Layer& grown) {
     std::uint64_t* to = grown.words[word].data() + row;
     for (std::size_t i = 0; i < 8; i += kPart) {
       const Words here =
-          Or3(hn::LoadU(w, from + i - 1), hn::Load(w, from + i), hn::LoadU(w, from + i + 1));
-      hn::Store(Or3(here, hn::ShiftLeft<1>(here), hn::ShiftRight<1>(here)), w, to + i);
+          hn::Or3(hn::LoadU(w, from + i - 1), hn::Load(w, from + i), hn::LoadU(w, from + i + 1));
+      hn::Store(hn::Or3(here, hn::ShiftLeft<1>(here), hn::ShiftRight<1>(here)), w, to + i);
     }
   }
 }
@@ -158,10 +154,10 @@ void Grow(Scratch& s, int range) {
         const std::size_t row = RowOf(octet);
         for (std::size_t word = 0; word < 2; ++word) {
           for (std::size_t i = row; i < row + 8; i += kPart) {
-            hn::Store(
-                Or3(hn::Load(w, &s.ring[0].words[word][i]), hn::Load(w, &s.ring[1].words[word][i]),
-                    hn::Load(w, &s.ring[2].words[word][i])),
-                w, &s.cube[layer].words[word][i]);
+            hn::Store(hn::Or3(hn::Load(w, &s.ring[0].words[word][i]),
+                              hn::Load(w, &s.ring[1].words[word][i]),
+                              hn::Load(w, &s.ring[2].words[word][i])),
+                      w, &s.cube[layer].words[word][i]);
           }
         }
         if (is_middle(target) && (kMiddle >> octet & 1U) != 0 && changed != 0) {
@@ -357,6 +353,12 @@ bool MarkPlanes::Gather(Field field) {
   for (int z = -range_; z < kHyperchunkSide + range_; ++z) {
     const auto layer = static_cast<std::size_t>(z + kHalo);
     const int bz = (z >> 6) + 1;
+    unsigned occupied = 0;
+    for (int n = 9 * bz; n < 9 * bz + 9; ++n) {
+      const SurfaceBricks::Source* source = near[static_cast<std::size_t>(n)];
+      if (source != nullptr) occupied |= source->octets[static_cast<std::size_t>(z & 63)];
+    }
+    if (occupied == 0) continue;
     for (int y = -reach; y < kHyperchunkSide + reach; y += 8) {
       const int by = (y >> 6) + 1;
       const auto* const* row_of_three = &near[static_cast<std::size_t>(3 * by + 9 * bz)];

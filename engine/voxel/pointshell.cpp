@@ -185,9 +185,9 @@ Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
       shell.labels.push_back(point.label);
       ++group.labels[static_cast<std::size_t>(point.label)];
       if (options.place == PointPlace::kOnFeature && point.label == Label::kEdge) {
-        shell.edges.push_back(
-            {(R_BW * point.tangent).cast<float>(), static_cast<float>(s * point.half_length),
-             static_cast<float>(point.cosine)});
+        shell.edges.push_back({(R_BW * point.tangent).cast<float>(),
+                               static_cast<float>(s * point.half_length),
+                               static_cast<float>(point.cosine)});
       }
       box.Add(shell.point(shell.size() - 1));
     }

@@ -289,14 +289,17 @@ TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : vie
   for (std::size_t v = 0; v < 3; ++v) {
     for (std::size_t k = 0; k < 3; ++k) view_.c[v][k] = scale * static_cast<double>(view_.p[v][k]);
   }
-  // most triangles of a fine mesh lie in one voxel, and beside its centre line
+  // many triangles of a fine mesh lie in one voxel or a straight run, beside the centre lines
   const auto& v = view_.c;
   const auto beside = [&](std::size_t k) {
     return (v[0][k] > 0.5 && v[1][k] > 0.5 && v[2][k] > 0.5) ||
            (v[0][k] < 0.5 && v[1][k] < 0.5 && v[2][k] < 0.5);
   };
-  if (view_.size == GridIndex{1, 1, 1} && (beside(1) || beside(2))) {
-    view_.sense[0] = 0;
+  const bool one_y = view_.size.y == 1;
+  const bool one_z = view_.size.z == 1;
+  const bool straight = (one_y && one_z) || (view_.size.x == 1 && (one_y || one_z));
+  if (straight && ((one_y && beside(1)) || (one_z && beside(2)))) {
+    view_.whole_box = true;
     return;
   }
   const double extent = std::max({view_.size.x, view_.size.y, view_.size.z});
@@ -444,8 +447,15 @@ void TriangleRows::Mark(const GridIndex& first, std::uint64_t* rows, int facing,
     return begin >= kHyperchunkSide || behind <= 0;
   };
   if (apart(offset.x, end.x) || apart(offset.y, end.y) || apart(offset.z, end.z)) return;
-  if (view_.size == GridIndex{1, 1, 1} && view_.sense[0] == 0) {
-    rows[offset.y + kHyperchunkSide * offset.z] |= std::uint64_t{1} << offset.x;
+  if (view_.whole_box) {
+    const std::int32_t x0 = std::max(0, offset.x);
+    const std::int32_t x1 = std::min(kHyperchunkSide, end.x) - 1;
+    const std::uint64_t run = ~std::uint64_t{0} >> (kHyperchunkSide - 1 - (x1 - x0)) << x0;
+    for (std::int32_t z = std::max(0, offset.z); z < std::min(kHyperchunkSide, end.z); ++z) {
+      for (std::int32_t y = std::max(0, offset.y); y < std::min(kHyperchunkSide, end.y); ++y) {
+        rows[y + kHyperchunkSide * z] |= run;
+      }
+    }
     return;
   }
   HWY_DYNAMIC_DISPATCH(MarkRows)(view_, offset, rows, facing, crossings);

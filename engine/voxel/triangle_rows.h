@@ -78,6 +78,7 @@ class TriangleRows {
     Shadow xy, xz, yz;
     std::array<int, 3> sense;  // signs of the normal
     bool by_plane;             // the plane says more than the shadows and the box
+    bool whole_box;            // all of its box is met, and no centre line: nothing else is known
     double rise_y;             // of the plane's x, by y and z
     double rise_z;
     double doubt;        // of a shadow's bound, cells
