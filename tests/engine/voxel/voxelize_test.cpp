@@ -318,7 +318,7 @@ TEST(Voxelize, OpenSheetsHaveNoInterior) {
 
 TEST(Voxelize, GivesTheSameBitsForAnyNumberOfThreads) {
   std::set<std::uint64_t> digests;
-  for (const std::size_t threads : {1, 2, 4}) {
+  for (const std::size_t threads : {1U, 2U, 4U}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     digests.insert(MustVoxelize(Sphere(1.0, 4), 0.02).Digest());
   }
