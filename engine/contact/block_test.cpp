@@ -24,59 +24,68 @@ using F = hn::CappedTag<float, kLanes>;
 using I = hn::RebindToSigned<F>;
 using U = hn::RebindToUnsigned<F>;
 
-/// One block between the stages.
+using Floats = hn::Vec<F>;
+using Ints = hn::Vec<I>;
+using Uints = hn::Vec<U>;
+constexpr std::size_t kPart = hn::MaxLanes(F());  // lanes of a vector
+constexpr std::size_t kParts = kLanes / kPart;
+
+/// One block between the stages, by lane. Addresses are 32 bits in maps that such reach all of.
+template <class Address>
 struct alignas(64) Stage {
-  std::array<std::int32_t, kLanes> x, y, z;  // voxel of V
-  std::array<std::uint32_t, kLanes> chunk;   // the same for lanes in one chunk
-  std::array<std::uint32_t, kLanes> byte;    // of the voxel's mark in its chunk's plane
-  std::array<std::uint32_t, kLanes> shift;   // of the mark in that byte
-  std::array<std::uint32_t, kLanes> plane;
-  std::array<std::uint64_t, kLanes> address;  // of that byte, from the first plane
-  std::array<std::uint8_t, kLanes> stored;    // that byte
-  unsigned inside;                            // lanes in the map's box
+  std::array<std::uint32_t, kLanes> hyperchunk;  // in the map's index
+  std::array<std::uint32_t, kLanes> key;         // the same for lanes in one chunk
+  std::array<std::uint32_t, kLanes> byte;        // of the mark in its plane
+  std::array<Address, kLanes> address;           // of the byte with the mark, from plane 0
+  std::array<std::uint16_t, kLanes> scale;       // brings the mark in that byte to bit 8
+  std::array<std::uint8_t, kLanes> stored;       // that byte
 };
 
 /// What the kernel reads of a voxmap, in registers.
 struct MapView {
   explicit MapView(const Voxmap& voxmap)
-      : map(&voxmap),
+      : index(voxmap.index()),
+        records(voxmap.records()),
+        size(voxmap.header().size),
         planes(voxmap.planes()),
         bits_log2(std::countr_zero(voxmap.header().bits)),
         plane_log2(std::countr_zero(static_cast<unsigned>(voxmap.plane_bytes()))),
-        largest_mark((1U << voxmap.header().bits) - 1),
-        beyond(static_cast<std::uint32_t>(voxmap.beyond())) {
+        largest_mark(static_cast<std::uint16_t>((1U << voxmap.header().bits) - 1)),
+        beyond(static_cast<std::uint16_t>(voxmap.beyond())) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      last[axis] = static_cast<std::int32_t>(voxmap.header().size[axis] * kHyperchunkSide) - 1;
+      last[axis] = static_cast<float>(voxmap.header().size[axis] * kHyperchunkSide) - 0.5F;
     }
   }
-  const Voxmap* map;
+  const std::uint32_t* index;
+  const VoxmapRecord* records;
+  std::array<std::uint32_t, 3> size;  // hyperchunks
   const std::uint8_t* planes;
   int bits_log2;
   int plane_log2;
-  std::uint32_t largest_mark;
-  std::uint32_t beyond;
-  std::array<std::int32_t, 3> last{};  // voxel of the box
+  std::uint16_t largest_mark;
+  std::uint16_t beyond;
+  std::array<float, 3> last{};  // the middle of the box's last voxel
 };
 
 template <class D, class Mask>
 unsigned MaskBits(D d, Mask mask) {
-  alignas(8) std::array<std::uint8_t, 8> bytes{};
-  hn::StoreMaskBits(d, mask, bytes.data());
-  return bytes[0] | static_cast<unsigned>(bytes[1]) << 8U;
+  std::uint64_t bits = 0;
+  hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
+  return static_cast<unsigned>(bits);
 }
-
-using Floats = hn::Vec<F>;
-using Ints = hn::Vec<I>;
 
 struct VoxelLanes {
   Ints x, y, z;
 };
 
-/// The voxels of V that some of a block's points lie in.
-VoxelLanes VoxelsOf(const PointBlocks& blocks, const VoxelTransform& transform, std::uint32_t block,
-                    std::size_t lane) {
+struct PlaceLanes {
+  Floats x, y, z;
+};
+
+/// Where some of a block's points are, in voxels of V.
+HWY_INLINE PlaceLanes PlacesOf(const PointBlocks& blocks, const VoxelTransform& transform,
+                               std::uint32_t block, std::size_t lane) {
   const F df;
-  const I di;
   const PointBlocks::Lanes& p = blocks.positions()[block];
   const auto& a = transform.a;
   const auto& b = transform.b;
@@ -95,108 +104,151 @@ VoxelLanes VoxelsOf(const PointBlocks& blocks, const VoxelTransform& transform, 
     const Floats along_xy =
         hn::Add(hn::Mul(hn::Set(df, a[3 * r]), x), hn::Mul(hn::Set(df, a[3 * r + 1]), y));
     const Floats along = hn::Add(along_xy, hn::Mul(hn::Set(df, a[3 * r + 2]), z));
-    return hn::ConvertTo(di, hn::Floor(hn::Add(along, hn::Set(df, b[r]))));
+    return hn::Add(along, hn::Set(df, b[r]));
   };
   return {row(0), row(1), row(2)};
 }
 
-/// Place in its chunk of each voxel.
-hn::Vec<U> CellsOf(const VoxelLanes& voxels) {
-  const U du;
-  const auto low = [&](Ints i) HWY_ATTR {
-    return hn::And(hn::BitCast(du, i), hn::Set(du, 7U));
+/// The voxels of V at places. Those outside the box are taken to its outermost voxels, which are
+/// of its empty border.
+HWY_INLINE VoxelLanes VoxelsAt(const PlaceLanes& places, const std::array<float, 3>& last) {
+  const F df;
+  const auto within = [&](Floats p, float most) HWY_ATTR {
+    const Floats clamped = hn::Min(hn::Max(p, hn::Zero(df)), hn::Set(df, most));
+    return hn::ConvertTo(I(), clamped);
   };
-  return hn::Or(low(voxels.x),
-                hn::Or(hn::ShiftLeft<3>(low(voxels.y)), hn::ShiftLeft<6>(low(voxels.z))));
+  return {within(places.x, last[0]), within(places.y, last[1]), within(places.z, last[2])};
 }
 
-/// Voxels of a block's points.
-void Place(const PointBlocks& blocks, const VoxelTransform& transform, const MapView& view,
-           std::uint32_t block, Stage& stage) {
-  const I di;
-  const U du;
-  stage.inside = 0;
-  for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(di)) {
-    const VoxelLanes voxels = VoxelsOf(blocks, transform, block, lane);
-    const auto [ix, iy, iz] = voxels;
-    hn::Store(ix, di, &stage.x[lane]);
-    hn::Store(iy, di, &stage.y[lane]);
-    hn::Store(iz, di, &stage.z[lane]);
-    const auto below = hn::Lt(hn::Or(hn::Or(ix, iy), iz), hn::Zero(di));
-    const auto above =
-        hn::Or(hn::Or(hn::Gt(ix, hn::Set(di, view.last[0])), hn::Gt(iy, hn::Set(di, view.last[1]))),
-               hn::Gt(iz, hn::Set(di, view.last[2])));
-    stage.inside |= (~MaskBits(di, hn::Or(below, above)) & ((1U << hn::Lanes(di)) - 1)) << lane;
-
-    const auto ux = hn::BitCast(du, ix);
-    const auto uy = hn::BitCast(du, iy);
-    const auto uz = hn::BitCast(du, iz);
-    // a block is far less than 2^10 chunks long, so no two of its chunks share these bits
-    const auto low = hn::Set(du, 0x3ffU);
-    const auto chunk = hn::Or(hn::And(hn::ShiftRight<3>(ux), low),
-                              hn::Or(hn::ShiftLeft<10>(hn::And(hn::ShiftRight<3>(uy), low)),
-                                     hn::ShiftLeft<20>(hn::And(hn::ShiftRight<3>(uz), low))));
-    hn::Store(chunk, du, &stage.chunk[lane]);
-    const auto bit = hn::ShiftLeftSame(CellsOf(voxels), view.bits_log2);
-    hn::Store(hn::ShiftRight<3>(bit), du, &stage.byte[lane]);
-    hn::Store(hn::And(bit, hn::Set(du, 7U)), du, &stage.shift[lane]);
-    hn::Store(hn::Zero(du), du, &stage.plane[lane]);  // beyond
-  }
+/// Places in cubes of 8 x 8 x 8.
+HWY_INLINE Uints CellsOf(Uints x, Uints y, Uints z) {
+  const auto low = [](Uints i) HWY_ATTR {
+    return hn::And(i, hn::Set(U(), 7U));
+  };
+  return hn::Or(low(x), hn::Or(hn::ShiftLeft<3>(low(y)), hn::ShiftLeft<6>(low(z))));
 }
 
-/// Where the marks of a block's points lie: one look-up for each chunk that its points are in,
-/// which are one to three as a rule.
-void Resolve(const MapView& view, Field field, Stage& stage) {
-  const U du;
-  for (unsigned left = stage.inside; left != 0;) {
-    const auto first = static_cast<std::size_t>(std::countr_zero(left));
-    const std::uint32_t plane =
-        view.map->PlaneOf(field, GridIndex{stage.x[first], stage.y[first], stage.z[first]} >> 3);
-    const auto wanted = hn::Set(du, stage.chunk[first]);
-    const auto found = hn::Set(du, plane);
-    for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(du)) {
-      const auto same = hn::Eq(hn::Load(du, &stage.chunk[lane]), wanted);
-      hn::BlendedStore(found, same, du, &stage.plane[lane]);
-      left &= ~(MaskBits(du, same) << lane);
-    }
+/// As Voxmap::PlaneOf, without a jump that depends on what the chunk stores: free space and what is
+/// near take turns along a pointshell.
+HWY_INLINE std::uint32_t PlaneOf(const MapView& view, Field field, std::uint32_t hyperchunk,
+                                 std::uint32_t chunk) {
+  const VoxmapRecord& record = view.records[view.index[hyperchunk]];
+  const VoxmapSlice& slice = record.slices[static_cast<std::size_t>(field)][chunk >> 6];
+  const std::uint64_t bit = std::uint64_t{1} << (chunk & 63);
+  const std::uint32_t plane =
+      slice.first_plane + static_cast<std::uint32_t>(std::popcount(slice.stored & (bit - 1)));
+  static_assert(kPlaneInterior == 1 && kPlaneBeyond == 0);
+  const std::uint64_t solid = field == Field::kSurface ? record.solid[chunk >> 6] : 0;
+  const std::uint32_t uniform = (solid & bit) != 0 ? kPlaneInterior : kPlaneBeyond;
+  return (slice.stored & bit) != 0 ? plane : uniform;
+}
+
+/// Addresses of marks, from their planes and their bytes in these.
+HWY_INLINE void StoreAddresses(const std::array<Uints, kParts>& planes,
+                               const std::array<Uints, kParts>& bytes, const MapView& view,
+                               std::array<std::uint32_t, kLanes>& out) {
+  for (std::size_t part = 0; part < kParts; ++part) {
+    hn::Store(hn::Add(hn::ShiftLeftSame(planes[part], view.plane_log2), bytes[part]), U(),
+              &out[part * kPart]);
   }
-  if (stage.inside != (1U << kLanes) - 1) {  // those outside may share a chunk's bits with others
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if ((stage.inside >> lane & 1) == 0) stage.plane[lane] = kPlaneBeyond;
-    }
+}
+HWY_INLINE void StoreAddresses(const std::array<Uints, kParts>& planes,
+                               const std::array<Uints, kParts>& bytes, const MapView& view,
+                               std::array<std::uint64_t, kLanes>& out) {
+  alignas(64) std::array<std::uint32_t, kLanes> plane;
+  alignas(64) std::array<std::uint32_t, kLanes> byte;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    hn::Store(planes[part], U(), &plane[part * kPart]);
+    hn::Store(bytes[part], U(), &byte[part * kPart]);
   }
   const hn::CappedTag<std::uint64_t, kLanes> dw;
   const hn::Rebind<std::uint32_t, decltype(dw)> dn;
   for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(dw)) {
-    const auto plane = hn::PromoteTo(dw, hn::Load(dn, &stage.plane[lane]));
-    const auto byte = hn::PromoteTo(dw, hn::Load(dn, &stage.byte[lane]));
-    hn::Store(hn::Add(hn::ShiftLeftSame(plane, view.plane_log2), byte), dw, &stage.address[lane]);
+    const auto wide = hn::PromoteTo(dw, hn::Load(dn, &plane[lane]));
+    const auto within = hn::PromoteTo(dw, hn::Load(dn, &byte[lane]));
+    hn::Store(hn::Add(hn::ShiftLeftSame(wide, view.plane_log2), within), dw, &out[lane]);
   }
 }
 
-BlockReading Read(const MapView& view, int threshold, unsigned lanes, Stage& stage) {
+/// Where in the map's levels a block's points are.
+template <class Address>
+HWY_INLINE void Place(const PointBlocks& blocks, const VoxelTransform& transform,
+                      const MapView& view, std::uint32_t block, Stage<Address>& stage) {
   const I di;
   const U du;
-  const hn::Rebind<std::uint8_t, U> db;
-  unsigned contacts = 0;
-  auto least = hn::Set(di, 255);
-  for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(du)) {
-    const auto bytes = hn::PromoteTo(du, hn::Load(db, &stage.stored[lane]));
-    const auto mark =
-        hn::And(hn::Shr(bytes, hn::Load(du, &stage.shift[lane])), hn::Set(du, view.largest_mark));
-    const auto read =
-        hn::BitCast(di, hn::IfThenElse(hn::Eq(mark, hn::Zero(du)), hn::Set(du, view.beyond), mark));
-    least = hn::Min(least, read);
-    contacts |= MaskBits(di, hn::Lt(read, hn::Set(di, threshold + 1))) << lane;
+  const hn::Rebind<std::uint16_t, I> dh;
+  for (std::size_t lane = 0; lane < kLanes; lane += kPart) {
+    const VoxelLanes voxels = VoxelsAt(PlacesOf(blocks, transform, block, lane), view.last);
+    const Uints x = hn::BitCast(du, voxels.x);
+    const Uints y = hn::BitCast(du, voxels.y);
+    const Uints z = hn::BitCast(du, voxels.z);
+    const Uints row =
+        hn::Add(hn::ShiftRight<6>(y), hn::Mul(hn::Set(du, view.size[1]), hn::ShiftRight<6>(z)));
+    const Uints place = hn::Add(hn::ShiftRight<6>(x), hn::Mul(hn::Set(du, view.size[0]), row));
+    const Uints chunk = CellsOf(hn::ShiftRight<3>(x), hn::ShiftRight<3>(y), hn::ShiftRight<3>(z));
+    hn::Store(place, du, &stage.hyperchunk[lane]);
+    // no two hyperchunks of one block lie 2^23 apart in the index
+    hn::Store(hn::Or(chunk, hn::ShiftLeft<9>(place)), du, &stage.key[lane]);
+    const Uints bit = hn::ShiftLeftSame(CellsOf(x, y, z), view.bits_log2);
+    hn::Store(hn::ShiftRight<3>(bit), du, &stage.byte[lane]);
+    const Uints scale = hn::Shr(hn::Set(du, 256U), hn::And(bit, hn::Set(du, 7U)));
+    hn::Store(hn::DemoteTo(dh, hn::BitCast(di, scale)), dh, &stage.scale[lane]);
   }
-  return {static_cast<std::uint16_t>(contacts & lanes),
-          static_cast<std::uint8_t>(hn::GetLane(hn::MinOfLanes(di, least)))};
 }
 
-void TestBlocks(const PointBlocks& blocks, const VoxelTransform& transform, const Voxmap& voxmap,
-                int threshold, std::span<const std::uint32_t> list, BlockReading* readings) {
-  const MapView view(voxmap);
-  std::array<Stage, kBatch> stages;
+/// Where the marks of a block's points lie: one look-up for each chunk that its points are in,
+/// which are one to four as a rule.
+template <class Address>
+HWY_INLINE void Locate(const MapView& view, Field field, Stage<Address>& stage) {
+  const U du;
+  std::array<Uints, kParts> keys;
+  std::array<Uints, kParts> bytes;
+  std::array<Uints, kParts> planes;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    keys[part] = hn::Load(du, &stage.key[part * kPart]);
+    bytes[part] = hn::Load(du, &stage.byte[part * kPart]);
+    planes[part] = hn::Zero(du);
+  }
+  for (unsigned left = (1U << kLanes) - 1; left != 0;) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+    const Uints found =
+        hn::Set(du, PlaneOf(view, field, stage.hyperchunk[lane], stage.key[lane] & 511U));
+    const Uints wanted = hn::Set(du, stage.key[lane]);
+    for (std::size_t part = 0; part < kParts; ++part) {
+      const auto same = hn::Eq(keys[part], wanted);
+      planes[part] = hn::IfThenElse(same, found, planes[part]);
+      left &= ~(MaskBits(du, same) << part * kPart);
+    }
+  }
+  StoreAddresses(planes, bytes, view, stage.address);
+}
+
+template <class Address>
+HWY_INLINE BlockReading Read(const MapView& view, int threshold, unsigned lanes,
+                             const Stage<Address>& stage) {
+  const hn::CappedTag<std::uint16_t, 8> dh;
+  const hn::RebindToSigned<decltype(dh)> di;
+  const hn::Rebind<std::uint8_t, decltype(dh)> db;
+  unsigned contacts = 0;
+  auto least = hn::Set(dh, 255);
+  for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(dh)) {
+    const auto byte = hn::PromoteTo(dh, hn::Load(db, &stage.stored[lane]));
+    const auto mark = hn::And(hn::ShiftRight<8>(hn::Mul(byte, hn::Load(dh, &stage.scale[lane]))),
+                              hn::Set(dh, view.largest_mark));
+    const auto read = hn::IfThenElse(hn::Eq(mark, hn::Zero(dh)), hn::Set(dh, view.beyond), mark);
+    least = hn::Min(least, read);
+    const auto below =
+        hn::Lt(hn::BitCast(di, read), hn::Set(di, static_cast<std::int16_t>(threshold + 1)));
+    contacts |= MaskBits(di, below) << lane;
+  }
+  return {static_cast<std::uint16_t>(contacts & lanes),
+          static_cast<std::uint8_t>(hn::GetLane(hn::MinOfLanes(dh, least)))};
+}
+
+template <class Address>
+void TestBlocksWith(const PointBlocks& blocks, const VoxelTransform& transform, const MapView& view,
+                    int threshold, std::span<const std::uint32_t> list, BlockReading* readings) {
+  std::array<Stage<Address>, kBatch> stages;
   for (std::size_t begin = 0; begin < list.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, list.size() - begin);
     const std::span<const std::uint32_t> batch = list.subspan(begin, count);
@@ -207,17 +259,28 @@ void TestBlocks(const PointBlocks& blocks, const VoxelTransform& transform, cons
       hwy::Prefetch(&next->z);
     }
     for (std::size_t k = 0; k < count; ++k) Place(blocks, transform, view, batch[k], stages[k]);
-    for (std::size_t k = 0; k < count; ++k) Resolve(view, blocks.fields()[batch[k]], stages[k]);
     for (std::size_t k = 0; k < count; ++k) {
-      Stage& stage = stages[k];
+      Locate(view, blocks.fields()[batch[k]], stages[k]);
+    }
+    for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        stage.stored[lane] = view.planes[stage.address[lane]];
+        stages[k].stored[lane] = view.planes[stages[k].address[lane]];
       }
     }
     for (std::size_t k = 0; k < count; ++k) {
       const unsigned lanes = (1U << blocks.counts()[batch[k]]) - 1;
       readings[begin + k] = Read(view, threshold, lanes, stages[k]);
     }
+  }
+}
+
+void TestBlocks(const PointBlocks& blocks, const VoxelTransform& transform, const Voxmap& voxmap,
+                int threshold, std::span<const std::uint32_t> list, BlockReading* readings) {
+  const MapView view(voxmap);
+  if (voxmap.header().bytes >> 32U == 0) {
+    TestBlocksWith<std::uint32_t>(blocks, transform, view, threshold, list, readings);
+  } else {
+    TestBlocksWith<std::uint64_t>(blocks, transform, view, threshold, list, readings);
   }
 }
 
@@ -228,7 +291,12 @@ void TransformBlocks(const PointBlocks& blocks, const VoxelTransform& transform,
     unsigned contacts = 0;
     auto least = hn::Set(di, 255);
     for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(di)) {
-      const auto cells = hn::BitCast(di, CellsOf(VoxelsOf(blocks, transform, block, lane)));
+      const PlaceLanes p = PlacesOf(blocks, transform, block, lane);
+      const VoxelLanes voxels{hn::ConvertTo(di, hn::Floor(p.x)), hn::ConvertTo(di, hn::Floor(p.y)),
+                              hn::ConvertTo(di, hn::Floor(p.z))};
+      const auto cells =
+          hn::BitCast(di, CellsOf(hn::BitCast(U(), voxels.x), hn::BitCast(U(), voxels.y),
+                                  hn::BitCast(U(), voxels.z)));
       least = hn::Min(least, cells);
       contacts |= MaskBits(di, hn::Lt(cells, hn::Set(di, threshold + 1))) << lane;
     }
