@@ -35,10 +35,13 @@ PointBlocks::PointBlocks(const Pointshell& shell) {
         normal.z[lane] = shell.nz[point];
         box.Add(shell.point(point));
       }
-      block.p_BC = box.centre();
+      const Vec3f p_BC = box.centre().cast<float>();
+      double radius = 0;
       for (std::uint32_t point = first; point < last; ++point) {
-        block.radius = std::max(block.radius, (shell.point(point) - block.p_BC).norm());
+        radius = std::max(radius, (shell.point(point) - p_BC.cast<double>()).norm());
       }
+      // rounded up
+      balls_.push_back({p_BC.x(), p_BC.y(), p_BC.z(), static_cast<float>(radius * (1 + 1e-6))});
       blocks_.push_back(block);
       positions_.push_back(position);
       normals_.push_back(normal);

@@ -29,10 +29,13 @@ class PointBlocks {
   struct Block {
     std::uint32_t first = 0;       // point of the pointshell; its others follow
     std::uint32_t first_edge = 0;  // into Pointshell::edges, of an edge block with such
-    Vec3 p_BC = Vec3::Zero();      // centre, m
-    double radius = 0;             // of the ball round it that holds its points, m
     std::uint8_t count = 0;
     Label label = Label::kSurface;
+  };
+  /// Holds a block's points, m.
+  struct alignas(16) Ball {
+    float x, y, z;  // centre
+    float radius;
   };
   /// The blocks [first_block, first_block + block_count) of a chunk of the pointshell.
   struct Chunk {
@@ -47,6 +50,7 @@ class PointBlocks {
   std::size_t size() const noexcept { return blocks_.size(); }
   const Block& block(std::size_t b) const noexcept { return blocks_[b]; }
   const std::vector<Chunk>& chunks() const noexcept { return chunks_; }
+  const Ball* balls() const noexcept { return balls_.data(); }
   const Lanes* positions() const noexcept { return positions_.data(); }
   const Lanes* normals() const noexcept { return normals_.data(); }
   const Field* fields() const noexcept { return fields_.data(); }         // that each block reads
@@ -55,6 +59,7 @@ class PointBlocks {
  private:
   std::vector<Block> blocks_;
   std::vector<Chunk> chunks_;
+  std::vector<Ball> balls_;
   std::vector<Lanes> positions_;
   std::vector<Lanes> normals_;
   std::vector<Field> fields_;

@@ -21,12 +21,10 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
       due_(blocks.size()),
       readings_(blocks.size()),
       contacts_(blocks.size()),
-      lookups_(options.drift ? blocks.size() : 0),
-      history_(options.drift ? kHistory : 0),
-      changes_(options.drift ? kHistory : 0) {
+      drift_(blocks) {
   TANDEM_CHECK(force_layer >= 0 && force_layer <= std::max(0, range_ - 2));
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    TANDEM_CHECK(2 * blocks.block(b).radius < kWidestBlock * s_);
+    TANDEM_CHECK(2 * blocks.balls()[b].radius < kWidestBlock * s_);
   }
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < open_.size(); ++c) {
@@ -51,7 +49,7 @@ void PointSchedule::SetForceLayer(int layer) noexcept {
 void PointSchedule::SetDisplacement(double metres) noexcept {
   owed_ += std::abs(metres - displacement_);
   displacement_ = metres;
-  oldest_ = frame_ + 1;
+  drift_.ForgetAll();
 }
 
 double PointSchedule::Allowance(int queue) const noexcept {
@@ -78,7 +76,7 @@ void PointSchedule::TestChunk(std::size_t c, const Pose& X_VS) noexcept {
     const int queue = std::clamp(static_cast<int>(std::floor(gap)) + 1, 0, highest_queue());
     for (std::uint32_t b = chunk.first_block; b < chunk.first_block + chunk.block_count; ++b) {
       blocks_in_.Put(b, queue);
-      if (options_.drift) lookups_[b].frame = 0;
+      drift_.Forget(b);
     }
   } else if (open_[c] != 0 && kChunkSide * (distance - 2) >= radius) {
     open_[c] = 0;
@@ -116,41 +114,12 @@ void PointSchedule::CollectDue(double travel_voxels) noexcept {
   }
 }
 
-void PointSchedule::Remember(const VoxelTransform& transform) noexcept {
-  ++frame_;
-  history_[frame_ % kHistory] = transform;
-}
-
 bool PointSchedule::StillFar(std::uint32_t b) noexcept {
-  const Lookup& lookup = lookups_[b];
-  if (lookup.frame < oldest_ || frame_ - lookup.frame >= kHistory) return false;
-  // what has changed since that frame is the same for all blocks looked up in it
-  Change& change = changes_[lookup.frame % kHistory];
-  if (change.frame != frame_) {
-    const VoxelTransform& then = history_[lookup.frame % kHistory];
-    float square = 0;
-    for (std::size_t k = 0; k < 9; ++k) {
-      change.a[k] = transform_.a[k] - then.a[k];
-      square += change.a[k] * change.a[k];
-    }
-    for (std::size_t k = 0; k < 3; ++k) change.b[k] = transform_.b[k] - then.b[k];
-    change.turn = std::sqrt(square);
-    change.frame = frame_;
-  }
-  const PointBlocks::Block& block = blocks_->block(b);
-  const auto& a = change.a;
-  const auto x = static_cast<float>(block.p_BC.x());
-  const auto y = static_cast<float>(block.p_BC.y());
-  const auto z = static_cast<float>(block.p_BC.z());
-  const float dx = a[0] * x + a[1] * y + a[2] * z + change.b[0];
-  const float dy = a[3] * x + a[4] * y + a[5] * z + change.b[1];
-  const float dz = a[6] * x + a[7] * y + a[8] * z + change.b[2];
-  const double drift = std::sqrt(dx * dx + dy * dy + dz * dz) +
-                       change.turn * static_cast<float>(block.radius) + 4 * kRounding;
-  const double gap = QueueOf(lookup.mark) - 1 - drift;
-  if (gap < 2.0) return false;  // queue 2 or nearer
+  const double drift = drift_.Of(b) + 4 * kRounding;
+  const double gap = QueueOf(drift_.nearest(b)) - 1 - drift;
+  if (!(gap >= 2.0)) return false;  // queue 2 or nearer
   blocks_in_.Put(b, std::min(static_cast<int>(gap) + 1, highest_queue()));
-  counts_.drifted += block.count;
+  counts_.drifted += blocks_->counts()[b];
   return true;
 }
 
@@ -163,7 +132,7 @@ void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
   TestChunks(X_VS, travel_voxels);
   CollectDue(travel_voxels);
   if (options_.drift) {
-    Remember(transform_);
+    drift_.Begin(transform_);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < due_count_; ++k) {
       const std::uint32_t b = due_[k];
@@ -177,9 +146,9 @@ void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
   for (std::size_t k = 0; k < due_count_; ++k) {
     const std::uint32_t b = due_[k];
     const BlockReading& reading = readings_[k];
-    counts_.looked_up += blocks_->block(b).count;
+    counts_.looked_up += blocks_->counts()[b];
     blocks_in_.Put(b, QueueOf(reading.nearest));
-    if (options_.drift) lookups_[b] = {frame_, reading.nearest};
+    drift_.LookedUp(b, reading.nearest);
     if (reading.contacts != 0) contacts_[contact_count_++] = {b, reading.contacts};
   }
   std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(contact_count_),

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/contact/block_drift.h"
 #include "engine/contact/block_test.h"
 #include "engine/contact/distance_queues.h"
 #include "engine/contact/max_travel.h"
@@ -82,7 +83,6 @@ class PointSchedule {
   static constexpr double kChunkUnit = 4.0;
   /// Of a voxel, off every allowance: single-precision places err by less.
   static constexpr double kRounding = 0.004;
-  static constexpr std::size_t kHistory = 1024;  // frames a drift can reach back
 
   double Allowance(int queue) const noexcept;  // voxels
   int QueueOf(int mark) const noexcept;
@@ -91,7 +91,6 @@ class PointSchedule {
   void TestChunk(std::size_t c, const Pose& X_VS) noexcept;
   void CollectDue(double travel_voxels) noexcept;
   bool StillFar(std::uint32_t block) noexcept;
-  void Remember(const VoxelTransform& transform) noexcept;
 
   const PointBlocks* blocks_;
   const Voxmap* voxmap_;
@@ -114,22 +113,7 @@ class PointSchedule {
   std::size_t contact_count_ = 0;
   TestCounts counts_;
 
-  // drift: each block's mark and frame at its last look-up, and how far frames lie apart
-  struct Lookup {
-    std::uint32_t frame = 0;  // 0: never
-    std::uint8_t mark = 0;
-  };
-  struct Change {
-    std::uint32_t frame = 0;  // for which this was computed
-    std::array<float, 9> a{};
-    std::array<float, 3> b{};
-    float turn = 0;  // norm of a
-  };
-  std::uint32_t frame_ = 0;
-  std::uint32_t oldest_ = 1;  // earlier look-ups do not count
-  std::vector<Lookup> lookups_;
-  std::vector<VoxelTransform> history_;
-  std::vector<Change> changes_;
+  BlockDrift drift_;
 };
 
 }  // namespace tandem
