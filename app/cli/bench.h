@@ -15,6 +15,7 @@ namespace tandem {
 
 /// Each adds a subcommand of `tandem bench`, whose run leaves its exit code in `exit_code`.
 void AddBenchMemory(CLI::App& bench, int& exit_code);
+void AddBenchFrame(CLI::App& bench, int& exit_code);
 void AddBenchPoints(CLI::App& bench, int& exit_code);
 void AddBenchProximity(CLI::App& bench, int& exit_code);
 void AddBenchVoxelize(CLI::App& bench, int& exit_code);
@@ -22,8 +23,9 @@ void AddBenchFidelity(CLI::App& bench, int& exit_code);
 
 /// Where a bench takes its bodies from.
 struct BenchScene {
-  std::string scene;      // a scene of ours by name, or a file
-  double voxel_size = 0;  // m; 0: the scene's own
+  std::string scene;       // a scene of ours by name, or a file
+  double voxel_size = 0;   // m; 0: the scene's own
+  std::size_t points = 0;  // of the first moving body, about; 0: a point for each of its voxels
 };
 
 /// The options --scene and --voxel.

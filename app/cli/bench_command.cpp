@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "app/cli/bench.h"
 #include "app/cli/commands.h"
 #include "app/cli/scene_files.h"
@@ -11,6 +13,26 @@ void AddBenchScene(CLI::App& command, BenchScene& scene) {
       ->check(CLI::PositiveNumber);
 }
 
+namespace {
+
+/// Makes the first body's pointshell anew, of about so many points.
+std::optional<Error> SetPoints(std::size_t wanted, WorldModel& world) {
+  BodyModel& body = world.bodies[0];
+  const TriangleMesh& mesh_W = world.meshes_W[world.object[0]];
+  Scene scene = world.scene;
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    const double ratio = static_cast<double>(body.points.size()) / static_cast<double>(wanted);
+    if (std::abs(ratio - 1) < 0.01) break;
+    scene.voxel_size *= std::sqrt(ratio);  // their number goes with the area
+    Result<Pointshell> points = MakePoints(scene, mesh_W, body.X_WB0, 0);
+    if (!points) return points.error();
+    body.points = std::move(*points);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked) {
   const std::filesystem::path file = SceneFile(asked.scene);
   if (asked.scene == "clutter" && !std::filesystem::exists(file)) {
@@ -20,13 +42,18 @@ Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked
   Result<Scene> scene = LoadScene(file);
   if (!scene) return scene.error();
   if (asked.voxel_size > 0) scene->voxel_size = asked.voxel_size;
-  return LoadWorld(*scene);
+  auto world = LoadWorld(*scene);
+  if (!world || asked.points == 0) return world;
+  auto changed = std::make_shared<WorldModel>(**world);
+  if (const auto fault = SetPoints(asked.points, *changed)) return *fault;
+  return std::shared_ptr<const WorldModel>(std::move(changed));
 }
 
 void AddBenchCommand(CLI::App& app, int& exit_code) {
   CLI::App* bench = app.add_subcommand("bench", "Measure the engine beside this machine's limits");
   bench->require_subcommand(1);
   AddBenchMemory(*bench, exit_code);
+  AddBenchFrame(*bench, exit_code);
   AddBenchPoints(*bench, exit_code);
   AddBenchProximity(*bench, exit_code);
   AddBenchVoxelize(*bench, exit_code);

@@ -79,6 +79,8 @@ class ContactPair {
   /// Where the bodies pushed each other in the last Collide() or Read().
   std::span<const Contact> contacts() const noexcept { return {contacts_.data(), contact_count_}; }
   PointSchedule& schedule() noexcept { return schedule_; }
+  const PointSchedule& schedule() const noexcept { return schedule_; }
+  const PointBlocks& blocks() const noexcept { return *blocks_; }
 
  private:
   /// The most that surface points of the two bodies can have come nearer since the last call, m.

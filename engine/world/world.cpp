@@ -85,7 +85,7 @@ bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, do
 
 }  // namespace
 
-World::World(std::shared_ptr<const WorldModel> model)
+World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& schedule)
     : model_(std::move(model)), together_(model_->bodies.size()) {
   const std::vector<BodyModel>& bodies = model_->bodies;
   const int layer = model_->scene.force_layer;
@@ -103,7 +103,9 @@ World::World(std::shared_ptr<const WorldModel> model)
                          model_->fixture,
                          X_WV,
                          0,
-                         {.force_layer = layer, .details = DetailsOf(model_->fixture_details)},
+                         {.force_layer = layer,
+                          .details = DetailsOf(model_->fixture_details),
+                          .schedule = schedule},
                          gains},
                         body,
                         -1});
@@ -114,15 +116,17 @@ World::World(std::shared_ptr<const WorldModel> model)
       const std::size_t map = is_shell ? other : b;
       const ContactGains gains =
           gains_for(std::max(bodies[b].inertia.mass, bodies[other].inertia.mass));
-      pairs_.push_back(
-          {{bodies[shell].points,
-            bodies[map].voxmap,
-            bodies[map].X_BV,
-            RadiusOf(bodies[map]),
-            {.force_layer = layer, .details = DetailsOf(bodies[map].details), .both_move = true},
-            gains},
-           static_cast<int>(shell),
-           static_cast<int>(map)});
+      pairs_.push_back({{bodies[shell].points,
+                         bodies[map].voxmap,
+                         bodies[map].X_BV,
+                         RadiusOf(bodies[map]),
+                         {.force_layer = layer,
+                          .details = DetailsOf(bodies[map].details),
+                          .both_move = true,
+                          .schedule = schedule},
+                         gains},
+                        static_cast<int>(shell),
+                        static_cast<int>(map)});
     }
   }
 }

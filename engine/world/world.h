@@ -18,16 +18,15 @@ inline constexpr double kFrame = 1e-3;  // s
 /// same bits.
 class World {
  public:
-  explicit World(std::shared_ptr<const WorldModel> model);
+  /// `schedule`: which of the paper's savings are in use; all, but for comparisons.
+  explicit World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& schedule = {});
 
   const WorldModel& model() const noexcept { return *model_; }
   const RigidState& state(std::size_t body) const noexcept { return bodies_[body].state; }
   /// Puts a body somewhere, at rest: before the first frame, or for tests.
   void Place(std::size_t body, const Pose& X_WB);
-  /// Where the bodies of a pair pushed each other in the last frame, in the frame of its voxmap.
-  std::span<const Contact> contacts(std::size_t pair) const noexcept {
-    return pairs_[pair].contact.contacts();
-  }
+  /// A pair as of the last frame: its contacts, its schedule.
+  const ContactPair& pair(std::size_t number) const noexcept { return pairs_[number].contact; }
   std::size_t pair_count() const noexcept { return pairs_.size(); }
   /// The bodies of a pair; a voxmap of -1 is the fixture's.
   int shell_of(std::size_t pair) const noexcept { return pairs_[pair].shell; }

@@ -1,0 +1,353 @@
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numeric>
+#include <random>
+
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+
+#include "app/cli/bench.h"
+#include "app/cli/capacity.h"
+#include "app/cli/scene_files.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "engine/haptics/scripted_device.h"
+#include "engine/realtime/periodic_thread.h"
+#include "engine/world/world.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kPeriodNs = 1'000'000;
+constexpr double kBudget = 300e-6;  // s of a frame, for tests
+constexpr int kPriority = 30;
+constexpr int kWarmUp = 500;      // frames before anything counts
+constexpr int kCheckEvery = 100;  // frames between looks at every point
+constexpr int kFreeFrames = 4000;
+
+struct FrameArguments {
+  BenchScene scene{.scene = "clutter"};
+  int frames = 20000;
+  double capacity = 0;  // points a frame; 0: measured
+  std::vector<std::string> without;
+  bool json = false;
+};
+
+/// Arithmetic that touches no memory, as long as a frame: what it varies by is the machine's doing.
+class EmptyWork {
+ public:
+  /// To take `ns` of a quiet processor.
+  void Size(double ns) {
+    constexpr std::uint64_t kProbe = 20000;
+    double best = 1e18;
+    for (int i = 0; i < 50; ++i)
+      best = std::min(best, CpuNs([&] {
+                        Run(kProbe);
+                      }));
+    steps_ = static_cast<std::uint64_t>(ns / best * kProbe);
+  }
+  void operator()() { Run(steps_); }
+
+ private:
+  void Run(std::uint64_t steps) {
+    std::uint64_t x = state_ | 1;
+    for (std::uint64_t i = 0; i < steps; ++i) x = x * 6364136223846793005U + i;
+    state_ = x;
+  }
+  std::uint64_t steps_ = 0;
+  std::uint64_t state_ = 1;
+};
+
+struct FrameFigures {
+  Histogram cpu, wall, noise;
+  double contacts = 0, tests = 0, drifted = 0, chunks = 0, loaded = 0;  // sums over frames
+  std::int64_t frames = 0;
+  std::int64_t at_bound = 0;
+  std::size_t violations = 0;
+  double point_frames = 0;  // looked at for violations
+  long page_faults = 0;
+};
+
+long PageFaults() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+/// Every point of a pair, read whatever the schedule.
+class AllPoints {
+ public:
+  explicit AllPoints(const ContactPair& pair)
+      : pair_(&pair), all_(pair.blocks().size()), readings_(all_.size()), tested_(all_.size()) {
+    std::iota(all_.begin(), all_.end(), 0U);
+  }
+  /// Points in contact that the last frame's schedule did not give, and the other way round.
+  std::size_t Violations() {
+    const PointSchedule& schedule = pair_->schedule();
+    TestBlocks(pair_->blocks(), schedule.transform(), pair_->voxmap(), 2 + schedule.force_layer(),
+               all_, readings_.data());
+    std::fill(tested_.begin(), tested_.end(), std::uint16_t{0});
+    for (const auto& contact : schedule.contacts()) tested_[contact.block] = contact.lanes;
+    std::size_t count = 0;
+    for (std::size_t b = 0; b < all_.size(); ++b) {
+      const unsigned wrong = readings_[b].contacts ^ tested_[b];
+      count += static_cast<std::size_t>(std::popcount(wrong));
+    }
+    return count;
+  }
+  /// Whether every point reads beyond at a pose.
+  bool AllBeyond(const Pose& X_VS) {
+    const Voxmap& voxmap = pair_->voxmap();
+    TestBlocks(pair_->blocks(), VoxelTransform(X_VS, voxmap.voxel_size(), 0), voxmap, 0, all_,
+               readings_.data());
+    return std::all_of(readings_.begin(), readings_.end(), [&](const BlockReading& reading) {
+      return reading.nearest >= voxmap.beyond();
+    });
+  }
+
+ private:
+  const ContactPair* pair_;
+  std::vector<std::uint32_t> all_;
+  std::vector<BlockReading> readings_;
+  std::vector<std::uint16_t> tested_;
+};
+
+/// What holds the body: gives its goal, frame by frame.
+using Hand = std::function<Anchor(std::int64_t frame, const StepReport& report)>;
+
+/// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it.
+void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity, int frames,
+               bool look_at_all, FrameFigures& figures) {
+  StepInputs inputs;
+  inputs.bodies.resize(world.model().bodies.size());
+  inputs.bodies[0].drive = BodyDrive::kSimulated;
+  inputs.capacity = capacity;
+  inputs.hand = {.body = 0,
+                 .X_BD = X_BD,
+                 .goal = {},
+                 .gains = DefaultHandGains(world.model().bodies[0].inertia)};
+  AllPoints all(world.pair(0));
+  EmptyWork noise;
+  LoopClock& clock = MachineClock();
+  StepReport report;
+  PeriodicThread thread(
+      {.period_ns = kPeriodNs, .priority = kPriority}, [&](std::int64_t frame, std::int64_t) {
+        inputs.hand.goal = hand(frame, report);
+        const long faults = PageFaults();
+        const std::int64_t wall = clock.NowNs();
+        const std::int64_t cpu = clock.ThreadCpuNs();
+        report = world.Step(inputs);
+        const std::int64_t cpu_ns = clock.ThreadCpuNs() - cpu;
+        const std::int64_t wall_ns = clock.NowNs() - wall;
+        const long new_faults = PageFaults() - faults;
+        if (frame < kWarmUp) {
+          figures.cpu.Add(cpu_ns);
+          if (frame + 1 < kWarmUp) return true;
+          noise.Size(static_cast<double>(figures.cpu.Quantile(0.5)));
+          figures.cpu = {};
+          return true;
+        }
+        const std::int64_t begin = clock.NowNs();
+        noise();
+        figures.noise.Add(clock.NowNs() - begin);
+        figures.cpu.Add(cpu_ns);
+        figures.wall.Add(wall_ns);
+        figures.contacts += report.contact_points;
+        figures.loaded += report.loaded_points;
+        figures.tests += static_cast<double>(report.tests.looked_up);
+        figures.drifted += static_cast<double>(report.tests.drifted);
+        figures.chunks += static_cast<double>(report.tests.chunks);
+        figures.at_bound += (report.flags & StepReport::kOverCapacity) == 0;
+        figures.page_faults += new_faults;
+        ++figures.frames;
+        if (look_at_all && frame % kCheckEvery == 0) {
+          figures.violations += all.Violations();
+          figures.point_frames += static_cast<double>(world.model().bodies[0].points.size());
+        }
+        return figures.frames < frames;
+      });
+  thread.Join();
+  if (!thread.realtime().fifo) Say("not real-time: " + thread.realtime().warning);
+}
+
+/// The scene's hand, its middle over and over, so that it stays where the contacts are.
+HandScript Working(HandScript script, double seconds) {
+  const std::vector<Waypoint> once = script.waypoints;
+  if (once.size() < 5) return script;
+  script.waypoints.resize(2);
+  double t = once[1].t;
+  while (t < seconds) {
+    for (std::size_t i = 2; i + 2 < once.size(); ++i) {
+      Waypoint next = once[i];
+      t += once[i].t - once[i - 1].t;
+      next.t = t;
+      script.waypoints.push_back(next);
+    }
+    Waypoint back = once[1];
+    back.t = t += 1.5;
+    script.waypoints.push_back(back);
+  }
+  return script;
+}
+
+/// A place within the fixture's box with nothing near, for the body's centre of mass.
+std::optional<Pose> FreePlace(const World& world) {
+  AllPoints all(world.pair(0));
+  const Voxmap& voxmap = world.pair(0).voxmap();
+  const Vec3 margin = Vec3::Constant(kHyperchunkSide * voxmap.voxel_size());
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 at(share(random), share(random), share(random));
+    Pose X_VS;
+    X_VS.p = margin + at.cwiseProduct(voxmap.extent() - 2 * margin);
+    X_VS.q = RotationBy(3 * (Vec3(share(random), share(random), share(random)) * 2 - Vec3::Ones()));
+    if (all.AllBeyond(X_VS)) return Pose{Quat::Identity(), voxmap.p_WVo()} * X_VS;
+  }
+  return std::nullopt;
+}
+
+double Us(const Histogram& of, double quantile) {
+  return 1e-3 * static_cast<double>(of.Quantile(quantile));
+}
+
+/// Without geometrical awareness every point meets every surface (paper §4).
+void ForgetLabels(Pointshell& points) {
+  std::fill(points.labels.begin(), points.labels.end(), Label::kVertex);
+  for (Pointshell::Chunk& chunk : points.chunks) chunk.labels = {0, 0, chunk.count};
+}
+
+int RunFrame(const FrameArguments& arguments) {
+  const auto loaded = LoadBenchScene(arguments.scene);
+  if (!loaded) return Fail(kExitFile, loaded.error().what);
+  std::shared_ptr<const WorldModel> model = *loaded;
+  if (!model->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
+  ScheduleOptions schedule;
+  for (const std::string& what : arguments.without) {
+    if (what == "coherence") schedule.coherence = schedule.chunks = schedule.drift = false;
+    if (what == "chunks") schedule.chunks = false;
+    if (what == "drift") schedule.drift = false;
+    if (what != "awareness") continue;
+    auto blind = std::make_shared<WorldModel>(*model);
+    for (BodyModel& body : blind->bodies) ForgetLabels(body.points);
+    model = std::move(blind);
+  }
+  if (model->scene.hands.empty()) return Fail(kExitFile, arguments.scene.scene + ": no hand");
+  const Result<HandScript> script = LoadHandScript(model->scene.hands[0].file);
+  if (!script) return Fail(kExitFile, script.error().what);
+  const double capacity =
+      arguments.capacity > 0 ? arguments.capacity : MeasureCapacity(*model, kBudget);
+
+  const BodyModel& body = model->bodies[0];
+  World world(model, schedule);
+  const double seconds = 1e-3 * (arguments.frames + kWarmUp);
+  const HandScript working = Working(*script, seconds);
+  ScriptedDevice device(working, body.X_WB0);
+  device.Start();
+  FrameFigures figures;
+  RunFrames(
+      world,
+      [&](std::int64_t, const StepReport& report) {
+        // what the body received, about the device's own origin
+        const Wrench& on_body = report.hand_B_W;
+        const Vec3 r = world.state(0).X_WB.q * working.X_BD.p;
+        device.Render({-(on_body.tau - r.cross(on_body.f)), -on_body.f});
+        return device.Read();
+      },
+      working.X_BD, capacity, arguments.frames, true, figures);
+
+  FrameFigures free;
+  World free_world(model, schedule);
+  const std::optional<Pose> place = FreePlace(free_world);
+  if (place) {
+    free_world.Place(0, *place);
+    RunFrames(
+        free_world,
+        [&](std::int64_t frame, const StepReport&) {
+          // to and fro and round, 20 mm and half a radian, at up to 0.13 m/s
+          const double t = 1e-3 * static_cast<double>(frame);
+          const Vec3 way = 0.02 * Vec3(std::sin(6 * t), std::sin(5 * t), std::sin(4 * t));
+          const Vec3 turn = 0.5 * Vec3(std::sin(0.5 * t), std::sin(0.4 * t), std::sin(0.3 * t));
+          return Anchor{{RotationBy(turn) * place->q, place->p + way}, {}};
+        },
+        Pose{}, capacity, kFreeFrames, true, free);
+  }
+
+  const auto count = static_cast<double>(figures.frames);
+  const VoxelCounts voxels = model->fixture.Count();
+  const double at_bound = static_cast<double>(figures.at_bound) / count;
+  if (arguments.json) {
+    nlohmann::ordered_json out{{"scene", arguments.scene.scene},
+                               {"without", arguments.without},
+                               {"voxel_m", model->scene.voxel_size},
+                               {"points", body.points.size()},
+                               {"voxels", voxels.total()},
+                               {"frames", figures.frames},
+                               {"capacity", capacity},
+                               {"contacts", figures.contacts / count},
+                               {"loaded", figures.loaded / count},
+                               {"cpu_p50_us", Us(figures.cpu, 0.5)},
+                               {"cpu_p99_us", Us(figures.cpu, 0.99)},
+                               {"cpu_p999_us", Us(figures.cpu, 0.999)},
+                               {"wall_p999_us", Us(figures.wall, 0.999)},
+                               {"noise_p999_us", Us(figures.noise, 0.999)},
+                               {"tests_per_frame", figures.tests / count},
+                               {"drifted_per_frame", figures.drifted / count},
+                               {"chunks_per_frame", figures.chunks / count},
+                               {"travel_at_bound_share", at_bound},
+                               {"violations", figures.violations + free.violations},
+                               {"point_frames_checked", figures.point_frames + free.point_frames},
+                               {"page_faults", figures.page_faults + free.page_faults},
+                               {"free_cpu_p99_us", nullptr}};
+    if (place) {
+      out["free_cpu_p50_us"] = Us(free.cpu, 0.5);
+      out["free_cpu_p99_us"] = Us(free.cpu, 0.99);
+      out["free_contacts"] = free.contacts / static_cast<double>(free.frames);
+    }
+    std::printf("%s\n", out.dump(2).c_str());
+    return kExitOk;
+  }
+  std::printf("%zu points against %zu voxels, %.0f contacts, %.0f tests a frame (capacity %.0f)\n",
+              body.points.size(), voxels.total(), figures.contacts / count, figures.tests / count,
+              capacity);
+  std::printf("  processor   p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n", Us(figures.cpu, 0.5),
+              Us(figures.cpu, 0.99), Us(figures.cpu, 0.999));
+  std::printf("  wall        p99.9 %.1f us; empty work of the same length %.1f us\n",
+              Us(figures.wall, 0.999), Us(figures.noise, 0.999));
+  std::printf("  drift       %.0f points a frame put back; %.0f chunks looked at\n",
+              figures.drifted / count, figures.chunks / count);
+  std::printf("  MaxTravel   at its bound in %.2f %% of the frames\n", 100 * at_bound);
+  std::printf("  violations  %zu in %.3g point-frames; %ld page faults\n",
+              figures.violations + free.violations, figures.point_frames + free.point_frames,
+              figures.page_faults + free.page_faults);
+  if (place) std::printf("  free space  p99 %.1f us\n", Us(free.cpu, 0.99));
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddBenchFrame(CLI::App& bench, int& exit_code) {
+  auto arguments = std::make_shared<FrameArguments>();
+  CLI::App* command =
+      bench.add_subcommand("frame", "Time whole frames of a body among parts, at 1 kHz");
+  AddBenchScene(*command, arguments->scene);
+  command->add_option("--points", arguments->scene.points,
+                      "points of the moving body, about; default: one for each of its voxels");
+  command->add_option("--frames", arguments->frames, "frames to time")
+      ->check(CLI::Range(1000, 10'000'000))
+      ->capture_default_str();
+  command->add_option("--capacity", arguments->capacity,
+                      "points that may be tested in a frame; default: what fits 300 us here");
+  command
+      ->add_option("--without", arguments->without,
+                   "leave a saving out: awareness, coherence, chunks or drift")
+      ->check(CLI::IsMember({"awareness", "coherence", "chunks", "drift"}));
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunFrame(*arguments);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "engine/world/world_model.h"
+
+namespace tandem {
+
+/// The nCapacity of this machine for a scene (paper §5): how many points the calling thread can
+/// test in `seconds`, as they are tested in a frame, here and there along the largest pointshell.
+/// Takes about 20 ms. Call it before the loop begins.
+double MeasureCapacity(const WorldModel& world, double seconds);
+
+}  // namespace tandem
