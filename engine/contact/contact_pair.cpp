@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "engine/base/check.h"
+#include "engine/contact/friction.h"
 
 namespace tandem {
 
@@ -116,15 +117,15 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
     ++report.loaded_points;
     const Vec3 r_shell = p - p_VS;
     const Vec3 r_map = p - p_VM;
-    const double approach = -n.dot(v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(r_map));
+    const Vec3 slip = v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(r_map);
+    const double approach = -n.dot(slip);
     // contact pushes and never pulls, however fast the point leaves
     const double stiffness = ContactStiffness(gains_.stiffness, depth, voxmap_->voxel_size());
     const double pressed = ContactForce(gains_.stiffness, depth, voxmap_->voxel_size());
     // refined contacts begin exactly, so their damping can grow with depth: a touch does not jerk
-    const double share =
-        refined_ != nullptr
-            ? std::min(1.0, depth / (kFullDampingDepth * voxmap_->voxel_size()))
-            : 1.0;
+    const double share = refined_ != nullptr
+                             ? std::min(1.0, depth / (kFullDampingDepth * voxmap_->voxel_size()))
+                             : 1.0;
     const double force = std::max(0.0, pressed + share * gains_.damping * approach);
     const double damping = force > 0 ? share * gains_.damping : 0.0;
     Vec6 along_shell;  // the generalized direction of a unit force on the point
@@ -137,9 +138,22 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
     map_V.force -= force * along_map;
     map_V.stiffness += stiffness * along_map * along_map.transpose();
     map_V.damping += damping * along_map * along_map.transpose();
-    if (!both_move_) continue;
-    cross_V.stiffness += stiffness * along_shell * along_map.transpose();
-    cross_V.damping += damping * along_shell * along_map.transpose();
+    if (both_move_) {
+      cross_V.stiffness += stiffness * along_shell * along_map.transpose();
+      cross_V.damping += damping * along_shell * along_map.transpose();
+    }
+    if (gains_.friction == 0) continue;
+    // damping that stops an approach is no pressure yet: a graze would stick
+    const double normal_force = std::min(pressed, force);
+    const Vec3 sliding = slip + approach * n;
+    const double drag = FrictionDamping(gains_.friction, normal_force, sliding.norm());
+    const Eigen::Matrix<double, 6, 3> across_shell = AlongTangent(r_shell, n);
+    const Eigen::Matrix<double, 6, 3> across_map = AlongTangent(r_map, n);
+    shell_V.force -= drag * across_shell * sliding;
+    shell_V.damping += drag * across_shell * across_shell.transpose();
+    map_V.force += drag * across_map * sliding;
+    map_V.damping += drag * across_map * across_map.transpose();
+    if (both_move_) cross_V.damping += drag * across_shell * across_map.transpose();
   }
   if (report.loaded_points == 0) return;
   const Mat3 R_WV = X_WV.q.toRotationMatrix();

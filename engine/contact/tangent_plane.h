@@ -11,6 +11,7 @@ namespace tandem {
 struct ContactGains {
   double stiffness = 0;  // N/m
   double damping = 0;    // N s/m, along the normal
+  double friction = 0;   // Coulomb's mu
 };
 
 /// Stiff enough that a voxel of depth on one point holds 50 N, more than a hand gives, and that one
@@ -19,7 +20,7 @@ struct ContactGains {
 /// so neither has a limit.
 inline ContactGains DefaultContactGains(double voxel_size, double mass, double h) {
   const double stiffness = std::max(50.0 / voxel_size, 0.25 * mass / (h * h));
-  return {stiffness, 2.0 * std::sqrt(stiffness * mass)};
+  return {.stiffness = stiffness, .damping = 2.0 * std::sqrt(stiffness * mass)};
 }
 
 /// The force of a contact at a depth (m): K d, and harder the deeper, so that one point of a body

@@ -181,8 +181,8 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
-  root.AllowKeys(
-      {"name", "voxel_m", "contact", "force_layer", "gravity_m_s2", "bodies", "pairs", "hands"});
+  root.AllowKeys({"name", "voxel_m", "contact", "force_layer", "friction", "gravity_m_s2", "bodies",
+                  "pairs", "hands"});
 
   Scene scene;
   scene.file = file;
@@ -193,6 +193,7 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   if (root.Has("force_layer")) {
     scene.force_layer = root["force_layer"].WholeNumber(0, kDeepestForceLayer);
   }
+  if (root.Has("friction")) scene.friction = root["friction"].NumberFrom(0);
   if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
   const std::vector<JsonNode> bodies = root["bodies"].Items();
   for (const JsonNode& node : bodies) {
@@ -221,6 +222,7 @@ Result<std::uint64_t> HashScene(const Scene& scene) {
   add(scene.voxel_size);
   add(scene.contact == ContactModel::kRefined ? 1 : 0);
   add(scene.force_layer);
+  add(scene.friction);
   for (const double x : {scene.gravity_W.x(), scene.gravity_W.y(), scene.gravity_W.z()}) add(x);
   for (const ScenePair& pair : scene.pairs) {
     add(scene.BodyNamed(pair.pointshell));

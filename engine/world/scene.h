@@ -51,6 +51,7 @@ struct Scene {
   double voxel_size = 0.001;  // m
   ContactModel contact = ContactModel::kRefined;
   int force_layer = DefaultForceLayer(ContactModel::kRefined);  // free layers (paper §3.2)
+  double friction = 0;                                          // Coulomb's mu, of all contacts
   Vec3 gravity_W = Vec3::Zero();                                // m/s^2
   std::vector<SceneBody> bodies;
   std::vector<ScenePair> pairs;

@@ -90,7 +90,9 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
   const std::vector<BodyModel>& bodies = model_->bodies;
   const int layer = model_->scene.force_layer;
   const auto gains_for = [this](double mass) {
-    return DefaultContactGains(model_->scene.voxel_size, mass, kFrame);
+    ContactGains gains = DefaultContactGains(model_->scene.voxel_size, mass, kFrame);
+    gains.friction = model_->scene.friction;
+    return gains;
   };
   bodies_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {

@@ -161,11 +161,13 @@ TEST_F(SceneFile, ErrorsTellWhatDoesNotFitTogether) {
 }
 
 TEST_F(SceneFile, ReadsWhatTheWorldDoesWithItsBodies) {
-  const Result<Scene> loaded = LoadScene(File(WithKeys(
-      R"("free": true, "constraint": {"plane": {"normal_W": [0, 0, 2], "turn": "free"}})",
-      R"("gravity_m_s2": [0, 0, -9.81], "pairs": [{"pointshell": "ring", "voxmap": "peg"}],)")));
+  const Result<Scene> loaded = LoadScene(File(
+      WithKeys(R"("free": true, "constraint": {"plane": {"normal_W": [0, 0, 2], "turn": "free"}})",
+               R"("friction": 0.4, "gravity_m_s2": [0, 0, -9.81],
+          "pairs": [{"pointshell": "ring", "voxmap": "peg"}],)")));
   ASSERT_TRUE(loaded) << loaded.error().what;
   EXPECT_EQ(loaded->gravity_W, Vec3(0, 0, -9.81));
+  EXPECT_EQ(loaded->friction, 0.4);
   ASSERT_EQ(loaded->pairs.size(), 1U);
   EXPECT_EQ(loaded->pairs[0].pointshell, "ring");
   EXPECT_EQ(loaded->pairs[0].voxmap, "peg");
@@ -228,12 +230,13 @@ TEST_F(SceneFile, ErrorsNameWhatIsWrongWithAConstraint) {
   EXPECT_EQ(ErrorOf("\"free\": 1"), "bodies[2].free: expected true or false, got 1");
 }
 
-TEST_F(SceneFile, ErrorsNameWhatIsWrongWithGravityOrAPair) {
+TEST_F(SceneFile, ErrorsNameWhatIsWrongWithGravityFrictionOrAPair) {
   const auto error = [&](const std::string& keys) {
     return ErrorOf("\"free\": true", keys + ",");
   };
   EXPECT_EQ(error("\"gravity_m_s2\": 9.81"),
             "gravity_m_s2: expected three numbers [x, y, z], got 9.81");
+  EXPECT_EQ(error("\"friction\": -0.1"), "friction: expected a number of 0 or more, got -0.1");
   EXPECT_EQ(error(R"("pairs": [{"pointshell": "ring", "voxmap": "block"}])"),
             "pairs[0].voxmap: expected the name of a body that moves, got \"block\"");
   EXPECT_EQ(error(R"("pairs": [{"pointshell": "nut", "voxmap": "peg"}])"),
@@ -280,8 +283,8 @@ TEST_F(SceneFile, MisspeltKeysAreToldWithTheNearestKnownOne) {
             "gravity: unknown key; did you mean gravity_m_s2?");
   EXPECT_EQ(
       ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"wind\": 9.81,"),
-      "wind: unknown key; known here are name voxel_m contact force_layer gravity_m_s2 bodies "
-      "pairs hands");
+      "wind: unknown key; known here are name voxel_m contact force_layer friction gravity_m_s2 "
+      "bodies pairs hands");
 }
 
 TEST_F(SceneFile, SyntaxErrorsTellLineAndColumn) {
@@ -321,6 +324,8 @@ TEST_F(SceneFile, HashFollowsWhatBearsOnForces) {
   }
   EXPECT_NE(Hash(WithKeys("\"free\": true")), hash);
   EXPECT_NE(Hash(WithKeys("\"free\": false", "\"gravity_m_s2\": [0, 0, -1],")), hash);
+  EXPECT_NE(Hash(WithKeys("\"free\": false", "\"friction\": 0.4,")), hash);
+  EXPECT_EQ(Hash(WithKeys("\"free\": false", "\"friction\": 0,")), hash);
   EXPECT_NE(Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 0]}})")), hash);
   EXPECT_NE(Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 0]}})")),
             Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 1]}})")));

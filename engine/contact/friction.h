@@ -1,0 +1,31 @@
+#pragma once
+
+#include <algorithm>
+
+#include "engine/base/load.h"
+
+namespace tandem {
+
+/// m/s. Below this slip a contact does not stick but creeps: friction is a damper there, which
+/// reaches mu N at this speed.
+inline constexpr double kCreepSpeed = 1e-4;
+
+/// Coulomb friction of one contact, as a damper along the tangent that is as hard as the slip
+/// `speed` (m/s) at the frame's start lets it be: mu N over the speed, N s/m. Stepped implicitly it
+/// never turns a slip round, and it only ever takes energy.
+inline double FrictionDamping(double friction, double normal_force, double speed) noexcept {
+  return friction * normal_force / std::max(speed, kCreepSpeed);
+}
+
+/// Columns: generalized forces of unit forces along x, y, z at `r` from a body's centre of mass, as
+/// far as they lie in the plane across `nhat`.
+inline Eigen::Matrix<double, 6, 3> AlongTangent(const Vec3& r, const Vec3& nhat) noexcept {
+  Eigen::Matrix<double, 6, 3> along;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Vec3 direction = Vec3::Unit(axis) - nhat[axis] * nhat;
+    along.col(axis) << r.cross(direction), direction;
+  }
+  return along;
+}
+
+}  // namespace tandem
