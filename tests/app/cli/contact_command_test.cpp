@@ -1,0 +1,181 @@
+// `tandem contact` on real parts at poses that another collision library judged by exact triangles.
+// The parts are not in the tree: TANDEM_MODELS names their folder, and without it these tests are
+// skipped. A few small pairs by default, all of them when TANDEM_ALL_POSES is set (minutes).
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> Cells(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+/// Two parts, and the voxel size at which some free poses are far and the rest are told apart.
+struct Pair {
+  const char* fixed;
+  const char* moving;
+  double voxel;  // m
+  double scale;  // m per file unit
+  bool quick;
+  int far;          // poses farther apart than kFarVoxels
+  int without = 0;  // colliding poses in which no point is in contact by the class rule
+};
+
+constexpr std::array kPairs{
+    Pair{"factory/factory_bolt_m16_loose.obj", "factory/factory_nut_m16_loose_subdiv_3x.obj", 25e-6,
+         1, false, 10},
+    Pair{"factory/factory_bolt_m16_tight.obj", "factory/factory_nut_m16_tight_subdiv_3x.obj",
+         23.09e-6, 1, false, 0},
+    Pair{"factory/factory_round_hole_16mm_subdiv_3x.obj",
+         "factory/factory_round_peg_16mm_loose.obj", 60e-6, 1, true, 6},
+    Pair{"factory/factory_round_hole_16mm_subdiv_3x.obj",
+         "factory/factory_round_peg_16mm_tight.obj", 60e-6, 1, false, 4},
+    Pair{"factory/factory_round_hole_8mm_subdiv_3x.obj", "factory/factory_round_peg_8mm_tight.obj",
+         13e-6, 1, false, 3},
+    Pair{"factory/factory_rectangular_hole_8mm_subdiv_3x.obj",
+         "factory/factory_rectangular_peg_8mm_loose_subdiv_3x.obj", 22e-6, 1, false, 4},
+    Pair{"factory/factory_gear_base_loose_space_5e-4_subdiv_4x.obj",
+         "factory/factory_gear_small_space_5e-4.obj", 110e-6, 1, true, 1},
+    Pair{"rigid-ipc/092-piston/crank.stl", "rigid-ipc/092-piston/connecting-rod.stl", 1.2e-3, 1e-3,
+         false, 1},
+    Pair{"rigid-ipc/092-piston/connecting-rod.stl", "rigid-ipc/092-piston/head.stl", 1.2e-3, 1e-3,
+         false, 1},
+    Pair{"rigid-ipc/092-piston/head.stl", "rigid-ipc/092-piston/cylinder.stl", 0.8e-3, 1e-3, false,
+         1},
+    Pair{"rigid-ipc/092-piston/connecting-rod.stl", "rigid-ipc/092-piston/cylinder.stl", 40e-6,
+         1e-3, true, 25},
+    Pair{"rigid-ipc/140-punching-press/fixed.off", "rigid-ipc/140-punching-press/p1.off", 76.35e-6,
+         1e-3, false, 0},
+    Pair{"rigid-ipc/140-punching-press/fixed.off", "rigid-ipc/140-punching-press/p3.off", 53.24e-6,
+         1e-3, false, 0},
+    // the edge of a bar lies 3.5 voxels deep in a wall that has no vertex within the bar
+    Pair{"rigid-ipc/140-punching-press/fixed.off", "rigid-ipc/140-punching-press/p5.off", 43.24e-6,
+         1e-3, true, 0, 2},
+    Pair{"rigid-ipc/140-punching-press/p1.off", "rigid-ipc/140-punching-press/p2.off", 50.09e-6,
+         1e-3, true, 1},
+    Pair{"rigid-ipc/140-punching-press/p2.off", "rigid-ipc/140-punching-press/p3.off", 53.24e-6,
+         1e-3, false, 0},
+    Pair{"rigid-ipc/140-punching-press/p3.off", "rigid-ipc/140-punching-press/p4.off", 53.36e-6,
+         1e-3, false, 0},
+    Pair{"rigid-ipc/140-punching-press/p4.off", "rigid-ipc/140-punching-press/p5.off", 43.24e-6,
+         1e-3, false, 0}};
+
+constexpr double kFarVoxels = 2.6;       // beyond it nothing may touch at layer 0
+constexpr double kTouchingUnits = 1e-6;  // below it the reference is not sure
+
+void PrintTo(const Pair& pair, std::ostream* out) {
+  *out << fs::path(pair.moving).stem().string() << " in " << fs::path(pair.fixed).stem().string();
+}
+
+/// What is said of one pose.
+struct Answer {
+  int contact_points = 0;
+  int touching_points = 0;
+  double force = 0;  // N
+};
+
+class PosesOfRealParts : public ::testing::TestWithParam<Pair> {
+ protected:
+  void SetUp() override {
+    const char* folder =
+        std::getenv("TANDEM_MODELS");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+    if (folder == nullptr) GTEST_SKIP() << "TANDEM_MODELS does not name the folder of the models";
+    const char* all =
+        std::getenv("TANDEM_ALL_POSES");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+    if (all == nullptr && !GetParam().quick) GTEST_SKIP() << "runs when TANDEM_ALL_POSES is set";
+    folder_ = folder;
+    poses_ = folder_ / "reference_poses_fcl.csv";
+    ASSERT_TRUE(fs::is_regular_file(poses_)) << poses_;
+  }
+
+  /// By row of the poses file.
+  std::map<int, Answer> AnswersAt(int layer) const {
+    const Pair& pair = GetParam();
+    std::ostringstream command;
+    command << TANDEM_PROGRAM << " contact --static " << (folder_ / pair.fixed) << " --dynamic "
+            << (folder_ / pair.moving) << " --voxel " << pair.voxel << " --scale " << pair.scale
+            << " --poses " << poses_ << " --csv --force-layer " << layer << " 2>/dev/null";
+    std::map<int, Answer> answers;
+    FILE* pipe = popen(command.str().c_str(), "r");
+    if (pipe == nullptr) return answers;
+    std::string out;
+    std::array<char, 4096> buffer{};
+    while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe)) {
+      out.append(buffer.data(), got);
+    }
+    const int status = pclose(pipe);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << command.str();
+    std::istringstream lines(out);
+    std::string line;
+    std::getline(lines, line);  // the names of the columns
+    while (std::getline(lines, line)) {
+      const std::vector<std::string> cells = Cells(line);
+      Answer& answer = answers[std::stoi(cells.at(0))];
+      answer.contact_points = std::stoi(cells.at(1));
+      answer.touching_points = std::stoi(cells.at(2));
+      answer.force =
+          std::hypot(std::stod(cells.at(3)), std::stod(cells.at(4)), std::stod(cells.at(5)));
+    }
+    return answers;
+  }
+
+  fs::path folder_;
+  fs::path poses_;
+};
+
+TEST_P(PosesOfRealParts, NothingTouchesWhereTheyAreFarAndSomethingWhereTheyCollide) {
+  const Pair& pair = GetParam();
+  const std::map<int, Answer> at_surface = AnswersAt(0);
+  const std::map<int, Answer> around = AnswersAt(1);
+  std::ifstream file(poses_);
+  std::string line;
+  std::getline(file, line);
+  int rows = 0;
+  int far = 0;
+  int colliding = 0;
+  int without = 0;
+  for (int row = 0; std::getline(file, line); ++row) {
+    // fixed,moving,kind,tx,ty,tz,ax,ay,az,angle_deg,state,min_distance
+    const std::vector<std::string> cells = Cells(line);
+    if (cells.at(0) != pair.fixed || cells.at(1) != pair.moving) continue;
+    ++rows;
+    ASSERT_TRUE(at_surface.contains(row) && around.contains(row)) << row;
+    if (cells.at(10) == "collide") {
+      ++colliding;
+      EXPECT_GT(around.at(row).touching_points, 0) << "row " << row;
+      without += around.at(row).contact_points == 0 ? 1 : 0;
+      EXPECT_EQ(around.at(row).force > 0, around.at(row).contact_points > 0) << "row " << row;
+      continue;
+    }
+    const double distance = std::stod(cells.at(11));
+    if (distance <= kTouchingUnits || distance * pair.scale <= kFarVoxels * pair.voxel) continue;
+    ++far;
+    EXPECT_EQ(at_surface.at(row).touching_points, 0) << "row " << row;
+  }
+  EXPECT_EQ(static_cast<int>(around.size()), rows);
+  EXPECT_GT(far + colliding, 0);
+  EXPECT_EQ(far, pair.far);
+  EXPECT_LE(without, pair.without);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PosesOfRealParts, ::testing::ValuesIn(kPairs));
+
+}  // namespace
+}  // namespace tandem
