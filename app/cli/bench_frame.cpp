@@ -23,8 +23,7 @@ namespace {
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr double kBudget = 300e-6;  // s of a frame, for tests
 constexpr int kPriority = 30;
-constexpr int kWarmUp = 500;      // frames before anything counts
-constexpr int kCheckEvery = 100;  // frames between looks at every point
+constexpr int kWarmUp = 500;  // frames before anything counts
 constexpr int kFreeFrames = 4000;
 
 struct FrameArguments {
@@ -32,6 +31,8 @@ struct FrameArguments {
   int frames = 20000;
   double capacity = 0;  // points a frame; 0: measured
   std::vector<std::string> without;
+  std::string schedule = "ours";
+  int check_every = 100;  // frames between looks at every point
   bool json = false;
 };
 
@@ -85,7 +86,7 @@ class AllPoints {
   }
   /// Points in contact that the last frame's schedule did not give, and the other way round.
   std::size_t Violations() {
-    const PointSchedule& schedule = pair_->schedule();
+    const Schedule& schedule = pair_->schedule();
     TestBlocks(pair_->blocks(), schedule.transform(), pair_->voxmap(), 2 + schedule.force_layer(),
                all_, readings_.data());
     std::fill(tested_.begin(), tested_.end(), std::uint16_t{0});
@@ -119,7 +120,7 @@ using Hand = std::function<Anchor(std::int64_t frame, const StepReport& report)>
 
 /// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it.
 void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity, int frames,
-               bool look_at_all, FrameFigures& figures) {
+               int check_every, FrameFigures& figures) {
   StepInputs inputs;
   inputs.bodies.resize(world.model().bodies.size());
   inputs.bodies[0].drive = BodyDrive::kSimulated;
@@ -162,7 +163,7 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity
         figures.at_bound += (report.flags & StepReport::kOverCapacity) == 0;
         figures.page_faults += new_faults;
         ++figures.frames;
-        if (look_at_all && frame % kCheckEvery == 0) {
+        if (frame % check_every == 0) {
           figures.violations += all.Violations();
           figures.point_frames += static_cast<double>(world.model().bodies[0].points.size());
         }
@@ -225,6 +226,7 @@ int RunFrame(const FrameArguments& arguments) {
   std::shared_ptr<const WorldModel> model = *loaded;
   if (!model->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
   ScheduleOptions schedule;
+  schedule.printed = arguments.schedule == "printed";
   for (const std::string& what : arguments.without) {
     if (what == "coherence") schedule.coherence = schedule.chunks = schedule.drift = false;
     if (what == "chunks") schedule.chunks = false;
@@ -256,7 +258,7 @@ int RunFrame(const FrameArguments& arguments) {
         device.Render({-(on_body.tau - r.cross(on_body.f)), -on_body.f});
         return device.Read();
       },
-      working.X_BD, capacity, arguments.frames, true, figures);
+      working.X_BD, capacity, arguments.frames, arguments.check_every, figures);
 
   FrameFigures free;
   World free_world(model, schedule);
@@ -272,7 +274,7 @@ int RunFrame(const FrameArguments& arguments) {
           const Vec3 turn = 0.5 * Vec3(std::sin(0.5 * t), std::sin(0.4 * t), std::sin(0.3 * t));
           return Anchor{{RotationBy(turn) * place->q, place->p + way}, {}};
         },
-        Pose{}, capacity, kFreeFrames, true, free);
+        Pose{}, capacity, kFreeFrames, arguments.check_every, free);
   }
 
   const auto count = static_cast<double>(figures.frames);
@@ -281,6 +283,7 @@ int RunFrame(const FrameArguments& arguments) {
   if (arguments.json) {
     nlohmann::ordered_json out{{"scene", arguments.scene.scene},
                                {"without", arguments.without},
+                               {"schedule", arguments.schedule},
                                {"voxel_m", model->scene.voxel_size},
                                {"points", body.points.size()},
                                {"voxels", voxels.total()},
@@ -344,6 +347,16 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
       ->add_option("--without", arguments->without,
                    "leave a saving out: awareness, coherence, chunks or drift")
       ->check(CLI::IsMember({"awareness", "coherence", "chunks", "drift"}));
+  command
+      ->add_option("--schedule", arguments->schedule,
+                   "ours, or the paper's rule as printed, which can test a contact late")
+      ->check(CLI::IsMember({"ours", "printed"}))
+      ->capture_default_str();
+  command
+      ->add_option("--check-every", arguments->check_every,
+                   "frames between looks at every point for untested contacts")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunFrame(*arguments);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/contact/point_schedule.h"
+#include "engine/contact/schedule.h"
 #include "engine/realtime/clock.h"
 #include "engine/world/step_inputs.h"
 

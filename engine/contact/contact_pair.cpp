@@ -46,7 +46,7 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       gains_(gains),
       both_move_(options.both_move),
       blocks_(std::make_unique<const PointBlocks>(shell)),
-      schedule_(*blocks_, voxmap, options.force_layer, options.schedule),
+      schedule_(MakeSchedule(*blocks_, voxmap, options.force_layer, options.schedule)),
       candidates_(std::min(shell.size(), kMostCandidates)) {
   if (options.details != nullptr) {
     refined_ =
@@ -62,7 +62,7 @@ double ContactPair::TravelSince(const Pose& shell_WB, const Pose& map_WB) noexce
     const auto of = [](const Pose& from, const Pose& to, double radius) {
       return TravelOf(to.p - from.p, RotationVector(to.q * from.q.conjugate()).norm(), radius);
     };
-    const double shell_radius = shell_->radius + std::abs(schedule_.displacement());
+    const double shell_radius = shell_->radius + std::abs(schedule_->displacement());
     travel = of(shell_WB_, shell_WB, shell_radius) + of(map_WB_, map_WB, map_radius_);
   }
   placed_ = true;
@@ -86,7 +86,7 @@ void ContactPair::AddCandidate(const Pose& X_VS, std::size_t block_number, std::
   candidate.mark = mark;
   candidate.voxel_V = voxel;
   candidate.nhat_V = X_VS.q * shell_->normal(point);
-  candidate.p_V = X_VS * shell_->point(point) + schedule_.displacement() * candidate.nhat_V;
+  candidate.p_V = X_VS * shell_->point(point) + schedule_->displacement() * candidate.nhat_V;
 }
 
 void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
@@ -96,7 +96,7 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
   if (candidate_count_ == 0) return;
   const Mat3 R_VS = X_VS.q.toRotationMatrix();
   const std::span<const Candidate> candidates(candidates_.data(), candidate_count_);
-  const int layer = schedule_.force_layer();
+  const int layer = schedule_->force_layer();
   contact_count_ = refined_ != nullptr
                        ? refined_->Find(candidates, R_VS, layer, contacts_.data())
                        : FindPlainContacts(candidates, *voxmap_, layer, contacts_.data());
@@ -175,15 +175,15 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   if (!(gap_ > enough)) gap_ = GapBetween(map_extent_, shell_extent_, X_VS, 2.0 * enough);
   // the broad phase: nothing can be in contact, so nothing is tested and the queues wait
   if (Gap() > 0) return report;
-  schedule_.Test(X_VS, waiting_);
+  schedule_->Test(X_VS, waiting_);
   waiting_ = 0;
-  report.tests = schedule_.counts();
+  report.tests = schedule_->counts();
   candidate_count_ = 0;
-  for (const PointSchedule::ContactBlock& contact : schedule_.contacts()) {
+  for (const Schedule::ContactBlock& contact : schedule_->contacts()) {
     const Field field = blocks_->fields()[contact.block];
     for (unsigned lanes = contact.lanes; lanes != 0; lanes &= lanes - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(lanes));
-      const GridIndex voxel = VoxelAt(schedule_.transform()(*blocks_, contact.block, lane));
+      const GridIndex voxel = VoxelAt(schedule_->transform()(*blocks_, contact.block, lane));
       AddCandidate(X_VS, contact.block, lane, voxel, voxmap_->Value(field, voxel), report);
     }
   }
@@ -192,10 +192,15 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
 }
 
 TestLoad ContactPair::load() const noexcept {
-  if (Gap() <= 0) return schedule_.Load();
+  if (Gap() <= 0) return schedule_->Load();
   TestLoad load;
   load.bound = std::max(0.5 * voxmap_->voxel_size(), Gap());
   return load;
+}
+
+void ContactPair::LimitTravel(double metres) noexcept {
+  // what is far is not scheduled: waiting_ has its travel
+  schedule_->LimitTravel(Gap() > 0 ? 0.0 : metres);
 }
 
 PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {
@@ -203,8 +208,8 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
   const Pose X_WV = map_body.X_WB * X_BV_;
   const Pose X_VS = X_WV.Inverse() * shell_body.X_WB;
   const double gap = GapBetween(map_extent_, shell_extent_, X_VS, 0);
-  if (gap > std::abs(schedule_.displacement())) return reading;
-  const int threshold = 2 + schedule_.force_layer();
+  if (gap > std::abs(schedule_->displacement())) return reading;
+  const int threshold = 2 + schedule_->force_layer();
   const VoxelTransform transform(X_VS, voxmap_->voxel_size(), 0);
   PairReport report;
   candidate_count_ = 0;

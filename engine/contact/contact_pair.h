@@ -9,7 +9,7 @@
 #include "engine/base/load.h"
 #include "engine/contact/broad_phase.h"
 #include "engine/contact/contact_model.h"
-#include "engine/contact/point_schedule.h"
+#include "engine/contact/schedule.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/voxel/pointshell.h"
 #include "engine/voxel/voxmap.h"
@@ -72,14 +72,17 @@ class ContactPair {
   /// What the next frames' tests will cost, as of the last Collide() (paper §5, Eqn. 2).
   TestLoad load() const noexcept;
 
+  /// How far the two bodies may come towards one another before the next Collide(), m.
+  void LimitTravel(double metres) noexcept;
+
   /// Reads every point, whatever the schedule.
   PoseReading Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept;
 
   const Voxmap& voxmap() const noexcept { return *voxmap_; }
   /// Where the bodies pushed each other in the last Collide() or Read().
   std::span<const Contact> contacts() const noexcept { return {contacts_.data(), contact_count_}; }
-  PointSchedule& schedule() noexcept { return schedule_; }
-  const PointSchedule& schedule() const noexcept { return schedule_; }
+  Schedule& schedule() noexcept { return *schedule_; }
+  const Schedule& schedule() const noexcept { return *schedule_; }
   const PointBlocks& blocks() const noexcept { return *blocks_; }
 
  private:
@@ -87,7 +90,7 @@ class ContactPair {
   double TravelSince(const Pose& shell_WB, const Pose& map_WB) noexcept;
   /// A lower bound of the way between the shell's points and the map's marks as of the last
   /// Collide(), m: above zero, nothing can be in contact and nothing is tested.
-  double Gap() const noexcept { return gap_ - std::abs(schedule_.displacement()); }
+  double Gap() const noexcept { return gap_ - std::abs(schedule_->displacement()); }
   /// A point for candidates_; the rest of them are given up when it is full.
   void AddCandidate(const Pose& X_VS, std::size_t block, std::uint32_t lane, const GridIndex& voxel,
                     int mark, PairReport& report) noexcept;
@@ -107,7 +110,7 @@ class ContactPair {
   bool both_move_;
   CrossLoad cross_;
   std::unique_ptr<const PointBlocks> blocks_;
-  PointSchedule schedule_;
+  std::unique_ptr<Schedule> schedule_;
   std::unique_ptr<RefinedContacts> refined_;
   std::vector<Candidate> candidates_;
   std::size_t candidate_count_ = 0;

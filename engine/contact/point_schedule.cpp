@@ -3,29 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/check.h"
-
 namespace tandem {
 
 PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, int force_layer,
                              const ScheduleOptions& options)
-    : blocks_(&blocks),
-      voxmap_(&voxmap),
+    : Schedule(blocks, voxmap, force_layer),
       options_(options),
-      s_(voxmap.voxel_size()),
-      range_(voxmap.range()),
-      layer_(force_layer),
       blocks_in_(blocks.size()),
       chunks_in_(blocks.chunks().size()),
       open_(blocks.chunks().size(), 0),
-      due_(blocks.size()),
+      due_(std::max(blocks.size(), blocks.chunks().size())),
       readings_(blocks.size()),
-      contacts_(blocks.size()),
       drift_(blocks) {
-  TANDEM_CHECK(force_layer >= 0 && force_layer <= std::max(0, range_ - 2));
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    TANDEM_CHECK(2 * blocks.balls()[b].radius < kWidestBlock * s_);
-  }
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < open_.size(); ++c) {
     if (options_.chunks) {
@@ -40,7 +29,7 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
 }
 
 void PointSchedule::SetForceLayer(int layer) noexcept {
-  TANDEM_CHECK(layer >= 0 && layer <= std::max(0, range_ - 2));
+  CheckForceLayer(layer);
   // a thicker layer comes nearer as a body would; a thinner one leaves more room than is known
   owed_ += std::max(0, layer - layer_) * s_;
   layer_ = layer;
@@ -54,10 +43,6 @@ void PointSchedule::SetDisplacement(double metres) noexcept {
 
 double PointSchedule::Allowance(int queue) const noexcept {
   return std::max(0.0, queue - 1 - kRounding);
-}
-
-int PointSchedule::QueueOf(int mark) const noexcept {
-  return std::clamp(mark - 2 - layer_, 0, highest_queue());
 }
 
 void PointSchedule::TestChunk(std::size_t c, const Pose& X_VS) noexcept {
@@ -151,10 +136,7 @@ void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
     drift_.LookedUp(b, reading.nearest);
     if (reading.contacts != 0) contacts_[contact_count_++] = {b, reading.contacts};
   }
-  std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(contact_count_),
-            [](const ContactBlock& a, const ContactBlock& b) {
-              return a.block < b.block;
-            });
+  SortContacts();
 }
 
 TestLoad PointSchedule::Load() const noexcept {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/contact/point_schedule.h"
+#include "engine/contact/schedule.h"
 #include "engine/dynamics/virtual_coupling.h"
 
 namespace tandem {

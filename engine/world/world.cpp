@@ -159,10 +159,11 @@ void World::ShareTravel(const StepInputs& in) noexcept {
   const double affordable = MaxTravel(load, in.capacity, voxel);
   if (affordable < 0.5 * voxel) report_.flags |= StepReport::kOverCapacity;
   for (Body& body : bodies_) body.max_travel = std::min(affordable, kFreeTravel * voxel);
-  for (const Pair& pair : pairs_) {
+  for (Pair& pair : pairs_) {
     const double travel = contact_on_ && Tested(pair, in)
                               ? std::min(affordable, pair.contact.load().bound)
                               : 0.5 * voxel;
+    pair.contact.LimitTravel(travel);
     Body& shell = bodies_[static_cast<std::size_t>(pair.shell)];
     if (pair.map < 0) {
       shell.max_travel = std::min(shell.max_travel, travel);

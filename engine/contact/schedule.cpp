@@ -1,0 +1,43 @@
+#include "engine/contact/schedule.h"
+
+#include <algorithm>
+
+#include "engine/base/check.h"
+#include "engine/contact/point_schedule.h"
+#include "engine/contact/printed_schedule.h"
+
+namespace tandem {
+
+Schedule::Schedule(const PointBlocks& blocks, const Voxmap& voxmap, int force_layer)
+    : blocks_(&blocks),
+      voxmap_(&voxmap),
+      s_(voxmap.voxel_size()),
+      range_(voxmap.range()),
+      layer_(force_layer),
+      contacts_(blocks.size()) {
+  CheckForceLayer(force_layer);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    TANDEM_CHECK(2 * blocks.balls()[b].radius < kWidestBlock * s_);
+  }
+}
+
+void Schedule::CheckForceLayer(int layer) const noexcept {
+  TANDEM_CHECK(layer >= 0 && layer <= std::max(0, range_ - 2));
+}
+
+void Schedule::SortContacts() noexcept {
+  std::sort(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(contact_count_),
+            [](const ContactBlock& a, const ContactBlock& b) {
+              return a.block < b.block;
+            });
+}
+
+std::unique_ptr<Schedule> MakeSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
+                                       int force_layer, const ScheduleOptions& options) {
+  if (options.printed) {
+    return std::make_unique<PrintedSchedule>(blocks, voxmap, force_layer, options);
+  }
+  return std::make_unique<PointSchedule>(blocks, voxmap, force_layer, options);
+}
+
+}  // namespace tandem
