@@ -35,8 +35,9 @@ template <class Address>
 struct alignas(64) Stage {
   std::array<std::uint32_t, kLanes> hyperchunk;  // in the map's index
   std::array<std::uint32_t, kLanes> key;         // the same for lanes in one chunk
-  std::array<std::uint32_t, kLanes> byte;        // of the mark in its plane
-  std::array<Address, kLanes> address;           // of the byte with the mark, from plane 0
+  std::array<std::uint32_t, kLanes> pick;        // bytes of a VoxmapPlane: the voxel's quarter
+  std::array<std::uint32_t, kLanes> byte;        // of the mark in that quarter
+  std::array<Address, kLanes> address;           // of the byte with the mark, from quarter 0
   std::array<std::uint16_t, kLanes> scale;       // brings the mark in that byte to bit 8
   std::array<std::uint8_t, kLanes> stored;       // that byte
 };
@@ -48,8 +49,9 @@ struct MapView {
         records(voxmap.records()),
         size(voxmap.header().size),
         planes(voxmap.planes()),
+        quarters(voxmap.quarters()),
         bits_log2(std::countr_zero(voxmap.header().bits)),
-        plane_log2(std::countr_zero(static_cast<unsigned>(voxmap.plane_bytes()))),
+        quarter_log2(std::countr_zero(static_cast<unsigned>(voxmap.quarter_bytes()))),
         largest_mark(static_cast<std::uint16_t>((1U << voxmap.header().bits) - 1)),
         beyond(static_cast<std::uint16_t>(voxmap.beyond())) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -59,9 +61,10 @@ struct MapView {
   const std::uint32_t* index;
   const VoxmapRecord* records;
   std::array<std::uint32_t, 3> size;  // hyperchunks
-  const std::uint8_t* planes;
+  const VoxmapPlane* planes;
+  const std::uint8_t* quarters;
   int bits_log2;
-  int plane_log2;
+  int quarter_log2;
   std::uint16_t largest_mark;
   std::uint16_t beyond;
   std::array<float, 3> last{};  // the middle of the box's last voxel
@@ -143,30 +146,39 @@ HWY_INLINE std::uint32_t PlaneOf(const MapView& view, Field field, std::uint32_t
   return (slice.stored & bit) != 0 ? plane : uniform;
 }
 
-/// Addresses of marks, from their planes and their bytes in these.
-HWY_INLINE void StoreAddresses(const std::array<Uints, kParts>& planes,
+/// The numbers of quarters that lanes pick from a plane.
+HWY_INLINE Uints QuartersOf(const VoxmapPlane& plane, Uints pick) {
+#if HWY_TARGET == HWY_SCALAR
+  return hn::Set(U(), plane.quarters[hn::GetLane(pick) >> 2U & 3U]);
+#else
+  return hn::TableLookupBytes(hn::LoadDup128(U(), plane.quarters.data()), pick);
+#endif
+}
+
+/// Addresses of marks, from their quarters and their bytes in these.
+HWY_INLINE void StoreAddresses(const std::array<Uints, kParts>& quarters,
                                const std::array<Uints, kParts>& bytes, const MapView& view,
                                std::array<std::uint32_t, kLanes>& out) {
   for (std::size_t part = 0; part < kParts; ++part) {
-    hn::Store(hn::Add(hn::ShiftLeftSame(planes[part], view.plane_log2), bytes[part]), U(),
+    hn::Store(hn::Add(hn::ShiftLeftSame(quarters[part], view.quarter_log2), bytes[part]), U(),
               &out[part * kPart]);
   }
 }
-HWY_INLINE void StoreAddresses(const std::array<Uints, kParts>& planes,
+HWY_INLINE void StoreAddresses(const std::array<Uints, kParts>& quarters,
                                const std::array<Uints, kParts>& bytes, const MapView& view,
                                std::array<std::uint64_t, kLanes>& out) {
-  alignas(64) std::array<std::uint32_t, kLanes> plane;
+  alignas(64) std::array<std::uint32_t, kLanes> quarter;
   alignas(64) std::array<std::uint32_t, kLanes> byte;
   for (std::size_t part = 0; part < kParts; ++part) {
-    hn::Store(planes[part], U(), &plane[part * kPart]);
+    hn::Store(quarters[part], U(), &quarter[part * kPart]);
     hn::Store(bytes[part], U(), &byte[part * kPart]);
   }
   const hn::CappedTag<std::uint64_t, kLanes> dw;
   const hn::Rebind<std::uint32_t, decltype(dw)> dn;
   for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(dw)) {
-    const auto wide = hn::PromoteTo(dw, hn::Load(dn, &plane[lane]));
+    const auto wide = hn::PromoteTo(dw, hn::Load(dn, &quarter[lane]));
     const auto within = hn::PromoteTo(dw, hn::Load(dn, &byte[lane]));
-    hn::Store(hn::Add(hn::ShiftLeftSame(wide, view.plane_log2), within), dw, &out[lane]);
+    hn::Store(hn::Add(hn::ShiftLeftSame(wide, view.quarter_log2), within), dw, &out[lane]);
   }
 }
 
@@ -189,7 +201,15 @@ HWY_INLINE void Place(const PointBlocks& blocks, const VoxelTransform& transform
     hn::Store(place, du, &stage.hyperchunk[lane]);
     // no two hyperchunks of one block lie 2^23 apart in the index
     hn::Store(hn::Or(chunk, hn::ShiftLeft<9>(place)), du, &stage.key[lane]);
-    const Uints bit = hn::ShiftLeftSame(CellsOf(x, y, z), view.bits_log2);
+    // CellInQuarter(); and QuarterOf(), whose number has four bytes
+    const Uints three = hn::Set(du, 3U);
+    const Uints four = hn::Set(du, 4U);
+    const Uints cell = hn::Or3(hn::And(x, hn::Set(du, 7U)), hn::ShiftLeft<3>(hn::And(y, three)),
+                               hn::ShiftLeft<5>(hn::And(z, three)));
+    const Uints first = hn::Or(hn::And(y, four), hn::ShiftLeft<1>(hn::And(z, four)));
+    hn::Store(hn::Or(hn::Mul(first, hn::Set(du, 0x01010101U)), hn::Set(du, 0x03020100U)), du,
+              &stage.pick[lane]);
+    const Uints bit = hn::ShiftLeftSame(cell, view.bits_log2);
     hn::Store(hn::ShiftRight<3>(bit), du, &stage.byte[lane]);
     const Uints scale = hn::Shr(hn::Set(du, 256U), hn::And(bit, hn::Set(du, 7U)));
     hn::Store(hn::DemoteTo(dh, hn::BitCast(di, scale)), dh, &stage.scale[lane]);
@@ -202,25 +222,27 @@ template <class Address>
 HWY_INLINE void Locate(const MapView& view, Field field, Stage<Address>& stage) {
   const U du;
   std::array<Uints, kParts> keys;
+  std::array<Uints, kParts> picks;
   std::array<Uints, kParts> bytes;
-  std::array<Uints, kParts> planes;
+  std::array<Uints, kParts> quarters;
   for (std::size_t part = 0; part < kParts; ++part) {
     keys[part] = hn::Load(du, &stage.key[part * kPart]);
+    picks[part] = hn::Load(du, &stage.pick[part * kPart]);
     bytes[part] = hn::Load(du, &stage.byte[part * kPart]);
-    planes[part] = hn::Zero(du);
+    quarters[part] = hn::Zero(du);
   }
   for (unsigned left = (1U << kLanes) - 1; left != 0;) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-    const Uints found =
-        hn::Set(du, PlaneOf(view, field, stage.hyperchunk[lane], stage.key[lane] & 511U));
+    const VoxmapPlane& plane =
+        view.planes[PlaneOf(view, field, stage.hyperchunk[lane], stage.key[lane] & 511U)];
     const Uints wanted = hn::Set(du, stage.key[lane]);
     for (std::size_t part = 0; part < kParts; ++part) {
       const auto same = hn::Eq(keys[part], wanted);
-      planes[part] = hn::IfThenElse(same, found, planes[part]);
+      quarters[part] = hn::IfThenElse(same, QuartersOf(plane, picks[part]), quarters[part]);
       left &= ~(MaskBits(du, same) << part * kPart);
     }
   }
-  StoreAddresses(planes, bytes, view, stage.address);
+  StoreAddresses(quarters, bytes, view, stage.address);
 }
 
 template <class Address>
@@ -264,7 +286,7 @@ void TestBlocksWith(const PointBlocks& blocks, const VoxelTransform& transform, 
     }
     for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        stages[k].stored[lane] = view.planes[stages[k].address[lane]];
+        stages[k].stored[lane] = view.quarters[stages[k].address[lane]];
       }
     }
     for (std::size_t k = 0; k < count; ++k) {

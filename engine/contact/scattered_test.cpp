@@ -23,14 +23,17 @@ constexpr std::size_t kGroup = 16;
 // groups that lie between the stages: far enough that what was asked for has come
 constexpr std::size_t kToSlice = 2;
 constexpr std::size_t kToPlane = 4;
-constexpr std::size_t kToMark = 8;
+constexpr std::size_t kToQuarter = 6;
+constexpr std::size_t kToMark = 10;
 constexpr std::size_t kRing = 16;  // > kToMark
 
 struct alignas(64) Group {
   std::array<std::uint32_t, kGroup> hyperchunk;
   std::array<std::uint32_t, kGroup> chunk;  // in its hyperchunk
-  std::array<std::uint32_t, kGroup> voxel;  // in its chunk
+  std::array<std::uint32_t, kGroup> part;   // the voxel's quarter of its chunk
+  std::array<std::uint32_t, kGroup> bit;    // of its mark in that quarter
   std::array<const VoxmapRecord*, kGroup> record;
+  std::array<const std::uint32_t*, kGroup> quarter;
   std::array<const std::uint8_t*, kGroup> byte;
 };
 
@@ -39,15 +42,17 @@ struct MapView {
       : index(voxmap.index()),
         records(voxmap.records()),
         planes(voxmap.planes()),
-        plane_bytes(voxmap.plane_bytes()),
+        quarters(voxmap.quarters()),
+        quarter_log2(std::countr_zero(static_cast<unsigned>(voxmap.quarter_bytes()))),
         bits(voxmap.header().bits),
         beyond(static_cast<std::uint8_t>(voxmap.beyond())),
         size(voxmap.header().size),
         field(static_cast<std::size_t>(read)) {}
   const std::uint32_t* index;
   const VoxmapRecord* records;
-  const std::uint8_t* planes;
-  std::size_t plane_bytes;
+  const VoxmapPlane* planes;
+  const std::uint8_t* quarters;
+  int quarter_log2;
   std::uint32_t bits;
   std::uint8_t beyond;
   std::array<std::uint32_t, 3> size;
@@ -87,7 +92,14 @@ void Locate(const VoxelPlaces& places, const MapView& view, std::size_t first, G
     };
     hn::Store(cell(hn::ShiftRight<3>(x), hn::ShiftRight<3>(y), hn::ShiftRight<3>(z)), du,
               &group.chunk[lane]);
-    hn::Store(cell(x, y, z), du, &group.voxel[lane]);
+    const auto three = hn::Set(du, 3U);
+    const auto four = hn::Set(du, 4U);
+    const auto in_quarter =
+        hn::Or3(hn::And(x, hn::Set(du, 7U)), hn::ShiftLeft<3>(hn::And(y, three)),
+                hn::ShiftLeft<5>(hn::And(z, three)));
+    hn::Store(hn::Mul(in_quarter, hn::Set(du, view.bits)), du, &group.bit[lane]);
+    hn::Store(hn::Or(hn::ShiftRight<2>(hn::And(y, four)), hn::ShiftRight<1>(hn::And(z, four))), du,
+              &group.part[lane]);
   }
   for (std::size_t lane = 0; lane < kGroup; ++lane) {
     hwy::Prefetch(&view.index[group.hyperchunk[lane]]);
@@ -101,7 +113,7 @@ void FindRecords(const MapView& view, Group& group) {
   }
 }
 
-void FindBytes(const MapView& view, Group& group) {
+void FindPlanes(const MapView& view, Group& group) {
   for (std::size_t lane = 0; lane < kGroup; ++lane) {
     const std::size_t chunk = group.chunk[lane];
     const VoxmapSlice& slice = group.record[lane]->slices[view.field][chunk >> 6];
@@ -112,17 +124,31 @@ void FindBytes(const MapView& view, Group& group) {
       const bool solid = view.field == 0 && (group.record[lane]->solid[chunk >> 6] & bit) != 0;
       plane = solid ? kPlaneInterior : kPlaneBeyond;
     }
-    group.byte[lane] =
-        view.planes + plane * view.plane_bytes + (group.voxel[lane] * view.bits >> 3);
+    group.quarter[lane] = &view.planes[plane].quarters[group.part[lane]];
+    hwy::Prefetch(group.quarter[lane]);
+  }
+}
+
+void FindBytes(const MapView& view, Group& group) {
+  for (std::size_t lane = 0; lane < kGroup; ++lane) {
+    group.byte[lane] = view.quarters + (std::uint64_t{*group.quarter[lane]} << view.quarter_log2) +
+                       (group.bit[lane] >> 3);
     hwy::Prefetch(group.byte[lane]);
   }
 }
 
 void ReadMarks(const MapView& view, const Group& group, std::uint8_t* marks) {
-  for (std::size_t lane = 0; lane < kGroup; ++lane) {
-    const unsigned shift = group.voxel[lane] * view.bits & 7;
-    const unsigned mark = *group.byte[lane] >> shift & ((1U << view.bits) - 1);
-    marks[lane] = mark != 0 ? static_cast<std::uint8_t>(mark) : view.beyond;
+  alignas(16) std::array<std::uint8_t, kGroup> bytes;
+  for (std::size_t lane = 0; lane < kGroup; ++lane) bytes[lane] = *group.byte[lane];
+  const hn::CappedTag<std::uint32_t, kGroup> du;
+  const hn::Rebind<std::uint8_t, decltype(du)> db;
+  for (std::size_t lane = 0; lane < kGroup; lane += hn::Lanes(du)) {
+    const auto byte = hn::PromoteTo(du, hn::Load(db, &bytes[lane]));
+    const auto shift = hn::And(hn::Load(du, &group.bit[lane]), hn::Set(du, 7U));
+    const auto mark = hn::And(hn::Shr(byte, shift), hn::Set(du, (1U << view.bits) - 1));
+    const auto read = hn::IfThenElse(hn::Eq(mark, hn::Zero(du)), hn::Set(du, view.beyond), mark);
+    hn::StoreU(hn::DemoteTo(db, hn::BitCast(hn::RebindToSigned<decltype(du)>(), read)), db,
+               marks + lane);
   }
 }
 
@@ -132,7 +158,8 @@ void TestWholeGroups(const VoxelPlaces& places, const MapView& view, std::uint8_
   for (std::size_t g = 0; g < groups + kToMark; ++g) {
     if (g < groups) Locate(places, view, g * kGroup, ring[g % kRing]);
     if (g >= kToSlice && g - kToSlice < groups) FindRecords(view, ring[(g - kToSlice) % kRing]);
-    if (g >= kToPlane && g - kToPlane < groups) FindBytes(view, ring[(g - kToPlane) % kRing]);
+    if (g >= kToPlane && g - kToPlane < groups) FindPlanes(view, ring[(g - kToPlane) % kRing]);
+    if (g >= kToQuarter && g - kToQuarter < groups) FindBytes(view, ring[(g - kToQuarter) % kRing]);
     if (g >= kToMark) ReadMarks(view, ring[(g - kToMark) % kRing], marks + (g - kToMark) * kGroup);
   }
 }

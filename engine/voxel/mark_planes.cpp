@@ -204,7 +204,7 @@ void PackNibbles(const std::uint64_t* digits, std::uint8_t* plane) {
       const std::uint64_t two = digits[8 * digit + cell / 64] >> (cell % 64);
       pair |= (two & 1U) << digit | (two >> 1U & 1U) << (4 + digit);
     }
-    plane[cell / 2] = static_cast<std::uint8_t>(pair);
+    plane[64 * QuarterOf(cell) + CellInQuarter(cell) / 2] = static_cast<std::uint8_t>(pair);
   }
 }
 
@@ -240,7 +240,7 @@ void TransposeOctet(const std::uint64_t* rows, std::uint64_t* words, std::size_t
   for (std::size_t i = 0; i < 8; ++i) words[i * stride] = out[i];
 }
 
-/// 512 marks of 4 bits from their digits (8 words each).
+/// 512 marks of 4 bits from their digits (8 words each), quarter after quarter.
 void PackNibbles(const std::uint64_t* digits, std::uint8_t* plane) {
   const Bytes b;
   const Pairs p;
@@ -278,11 +278,12 @@ void PackNibbles(const std::uint64_t* digits, std::uint8_t* plane) {
     const auto low_odd = hn::BitCast(p, hn::InterleaveLower(b, a_odd, b_odd));
     const auto high_even = hn::BitCast(p, hn::InterleaveUpper(b, a_even, b_even));
     const auto high_odd = hn::BitCast(p, hn::InterleaveUpper(b, a_odd, b_odd));
-    std::uint8_t* to = plane + 32 * i;
+    // layers i and i + 1, four rows of each in a quarter
+    std::uint8_t* to = plane + 128 * (i / 4) + 16 * (i % 4);
     hn::StoreU(hn::BitCast(b, hn::InterleaveLower(p, low_even, low_odd)), b, to);
-    hn::StoreU(hn::BitCast(b, hn::InterleaveUpper(p, low_even, low_odd)), b, to + 16);
-    hn::StoreU(hn::BitCast(b, hn::InterleaveLower(p, high_even, high_odd)), b, to + 32);
-    hn::StoreU(hn::BitCast(b, hn::InterleaveUpper(p, high_even, high_odd)), b, to + 48);
+    hn::StoreU(hn::BitCast(b, hn::InterleaveUpper(p, low_even, low_odd)), b, to + 64);
+    hn::StoreU(hn::BitCast(b, hn::InterleaveLower(p, high_even, high_odd)), b, to + 16);
+    hn::StoreU(hn::BitCast(b, hn::InterleaveUpper(p, high_even, high_odd)), b, to + 80);
   }
 }
 
@@ -309,9 +310,9 @@ void PackOthers(const std::uint64_t* digits, int bits, std::uint8_t* plane) {
   for (std::size_t digit = 0; digit < 4; ++digit) {
     for (std::size_t word = 0; word < 8; ++word) {
       for (std::uint64_t rest = digits[8 * digit + word]; rest != 0; rest &= rest - 1) {
-        const std::size_t bit = (64 * word + static_cast<std::size_t>(std::countr_zero(rest))) *
-                                    static_cast<std::size_t>(bits) +
-                                digit;
+        const std::size_t cell = 64 * word + static_cast<std::size_t>(std::countr_zero(rest));
+        const std::size_t place = kVoxelsPerQuarter * QuarterOf(cell) + CellInQuarter(cell);
+        const std::size_t bit = place * static_cast<std::size_t>(bits) + digit;
         plane[bit >> 3U] = static_cast<std::uint8_t>(plane[bit >> 3U] | 1U << (bit & 7U));
       }
     }

@@ -68,6 +68,18 @@ inline GridIndex BlockCell(std::size_t cell) {
   return {c & 7, c >> 3 & 7, c >> 6};
 }
 
+/// A chunk's marks are stored by quarters of 8 x 4 x 4 voxels, a cache line each at 4 bits a mark.
+inline constexpr std::size_t kQuarters = 4;
+inline constexpr std::size_t kVoxelsPerQuarter = kVoxelsPerChunk / kQuarters;
+/// Of a place as CellInBlock gives it: the quarter, by the upper halves of y and z.
+constexpr std::size_t QuarterOf(std::size_t cell) {
+  return (cell >> 5 & 1) | (cell >> 7 & 2);
+}
+/// And the place within it: x, the lower two bits of y, those of z.
+constexpr std::size_t CellInQuarter(std::size_t cell) {
+  return (cell & 0x1f) | (cell >> 1 & 0x60);
+}
+
 /// Interleaves the bits of an index (offset so that it may be negative): nearby cells get nearby
 /// codes.
 inline std::uint64_t MortonCode(const GridIndex& index) {

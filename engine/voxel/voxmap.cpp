@@ -24,6 +24,7 @@ VoxelCounts Voxmap::Count() const {
   VoxelCounts counts;
   if (empty()) return counts;
   counts.planes = header().plane_count - 2;
+  counts.quarters = header().quarter_count - 2;
   counts.hyperchunks = header().record_count - 2;
   counts.bytes = header().bytes;
   counts.band = header().band_voxels;
@@ -58,6 +59,8 @@ std::uint64_t Voxmap::Digest() const {
     bool operator<(const Place& other) const { return code < other.code; }
   };
   Hash64 hash;
+  const std::size_t run = 4 * header().bits;  // bytes: 32 marks, four rows of a layer
+  std::vector<std::uint8_t> marks(kVoxelsPerChunk / 8 * header().bits);
   for (const Field field : kAllFields) {
     std::vector<Place> places;
     const auto& size = header().size;
@@ -79,7 +82,12 @@ std::uint64_t Voxmap::Digest() const {
     std::sort(places.begin(), places.end());
     for (const Place& place : places) {
       hash.Add(place.code);
-      hash.AddBytes(planes() + place.plane * plane_bytes(), plane_bytes());
+      for (std::size_t cell = 0; cell < kVoxelsPerChunk; cell += 32) {
+        const std::uint32_t quarter = planes()[place.plane].quarters[QuarterOf(cell)];
+        std::memcpy(&marks[cell / 32 * run],
+                    quarters() + quarter * quarter_bytes() + CellInQuarter(cell) / 32 * run, run);
+      }
+      hash.AddBytes(marks.data(), marks.size());
     }
   }
   return hash.value();

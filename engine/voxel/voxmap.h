@@ -21,6 +21,7 @@ struct VoxelCounts {
   std::size_t band = 0;    // within range of the surface on either side, and the surface itself
   std::size_t surface_chunks = 0;  // that hold surface voxels
   std::size_t planes = 0;
+  std::size_t quarters = 0;  // that differ
   std::size_t hyperchunks = 0;
   std::size_t bytes = 0;
   std::size_t total() const { return interior + surface + free; }
@@ -82,10 +83,13 @@ class Voxmap {
   const VoxmapRecord* records() const noexcept {
     return reinterpret_cast<const VoxmapRecord*>(bytes() + header_->records_offset);
   }
-  const std::uint8_t* planes() const noexcept {
-    return reinterpret_cast<const std::uint8_t*>(bytes() + header_->planes_offset);
+  const VoxmapPlane* planes() const noexcept {
+    return reinterpret_cast<const VoxmapPlane*>(bytes() + header_->planes_offset);
   }
-  std::size_t plane_bytes() const noexcept { return kVoxelsPerChunk / 8 * header().bits; }
+  const std::uint8_t* quarters() const noexcept {
+    return reinterpret_cast<const std::uint8_t*>(bytes() + header_->quarters_offset);
+  }
+  std::size_t quarter_bytes() const noexcept { return kVoxelsPerQuarter / 8 * header().bits; }
   /// Which plane a chunk within the box has in a field.
   std::uint32_t PlaneOf(Field field, const GridIndex& chunk_V) const noexcept {
     const VoxmapRecord& record = records()[index()[IndexOf(chunk_V >> 3)]];
@@ -101,8 +105,9 @@ class Voxmap {
   }
   /// As stored: 0 for beyond.
   int StoredMark(std::uint32_t plane, std::size_t cell) const noexcept {
-    const std::size_t bit = cell * header().bits;
-    const std::uint8_t byte = planes()[plane * plane_bytes() + (bit >> 3)];
+    const std::size_t bit = CellInQuarter(cell) * header().bits;
+    const std::uint32_t quarter = planes()[plane].quarters[QuarterOf(cell)];
+    const std::uint8_t byte = quarters()[quarter * quarter_bytes() + (bit >> 3)];
     return byte >> (bit & 7) & ((1 << header().bits) - 1);
   }
 

@@ -48,11 +48,24 @@ void Grow(ChunkCube& cube, ChunkCube& spare) {
   }
 }
 
+std::uint64_t HashOf(const std::uint8_t* bytes, std::size_t count) {
+  constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15U;
+  std::array<std::uint64_t, 4> sums{1, 2, 3, 4};
+  for (std::size_t i = 0; i < count; i += 32) {
+    std::array<std::uint64_t, 4> words;
+    std::memcpy(words.data(), bytes + i, 32);
+    for (std::size_t k = 0; k < 4; ++k) sums[k] = std::rotl((sums[k] ^ words[k]) * kOdd, 29);
+  }
+  std::uint64_t hash = 0;
+  for (const std::uint64_t sum : sums) hash = std::rotl((hash ^ sum) * kOdd, 31);
+  return hash * kOdd;
+}
+
 }  // namespace
 
 VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const HyperchunkBox& box,
                              const std::vector<Kind>& kinds)
-    : box_(box), plane_bytes_(kVoxelsPerChunk / 8 * static_cast<std::size_t>(bits)) {
+    : box_(box), quarter_bytes_(kVoxelsPerQuarter / 8 * static_cast<std::size_t>(bits)) {
   TANDEM_CHECK(voxel_size > 0 && (bits == 2 || bits == 4 || bits == 8));
   TANDEM_CHECK(range >= 1 && range + 2 < (1 << bits) && kinds.size() == box.cells());
   // hyperchunks next to marked or solid ones have a record too, which knows how far those are
@@ -91,16 +104,21 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
   header_.index_offset = sizeof(VoxmapHeader);
   header_.records_offset = aligned(header_.index_offset + box.cells() * sizeof(std::uint32_t));
   header_.record_count = 2;
-  header_.planes_offset = header_.records_offset + records * sizeof(VoxmapRecord);
-  header_.plane_count = 2;
-  image_ = ImageBytes(header_.planes_offset +
-                      (2 + marked * kFields * kChunksPerHyperchunk) * plane_bytes_);
+  header_.quarters_offset = header_.records_offset + records * sizeof(VoxmapRecord);
+  header_.quarter_count = 2;
+  const std::size_t most_planes = 2 + marked * kFields * kChunksPerHyperchunk;
+  image_ = ImageBytes(header_.quarters_offset +
+                      most_planes * (kQuarters * quarter_bytes_ + sizeof(VoxmapPlane)));
   index_ = reinterpret_cast<std::uint32_t*>(image_.data() + header_.index_offset);
   records_ = reinterpret_cast<VoxmapRecord*>(image_.data() + header_.records_offset);
-  planes_ = reinterpret_cast<std::uint8_t*>(image_.data() + header_.planes_offset);
+  quarters_ = reinterpret_cast<std::uint8_t*>(image_.data() + header_.quarters_offset);
+  planes_ = {VoxmapPlane{}, VoxmapPlane{}};
+  planes_[kPlaneInterior].quarters.fill(kQuarterInterior);
   // one mark of 1 after another: its lowest bit at every mark's place
   const int ones = bits == 2 ? 0x55 : (bits == 4 ? 0x11 : 0x01);
-  std::memset(planes_ + kPlaneInterior * plane_bytes_, ones, plane_bytes_);
+  std::memset(quarters_ + kQuarterInterior * quarter_bytes_, ones, quarter_bytes_);
+  number_at_.assign(1U << 12U, 0);
+  Widen();
   records_[kRecordFar] = {};
   records_[kRecordSolid] = {};
   records_[kRecordSolid].solid.fill(~std::uint64_t{0});
@@ -115,19 +133,62 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
   }
 }
 
+/// Of a quarter with these bytes, which is kept if there is none like it yet.
+std::uint32_t VoxmapBuilder::NumberOf(const std::uint8_t* quarter, std::uint64_t hash) {
+  const std::uint64_t mask = number_at_.size() - 1;
+  const std::uint64_t tag = hash << 32U;
+  for (std::uint64_t at = hash >> 32U & mask;; at = (at + 1) & mask) {
+    const auto number = static_cast<std::uint32_t>(number_at_[at]);
+    if (number == 0) {
+      number_at_[at] = tag | header_.quarter_count;
+      break;
+    }
+    if ((number_at_[at] ^ tag) >> 32U == 0 &&
+        std::memcmp(quarters_ + number * quarter_bytes_, quarter, quarter_bytes_) == 0) {
+      return number;
+    }
+  }
+  std::memcpy(quarters_ + header_.quarter_count * quarter_bytes_, quarter, quarter_bytes_);
+  return static_cast<std::uint32_t>(header_.quarter_count++);
+}
+
+void VoxmapBuilder::Widen() {
+  number_at_.assign(4 * number_at_.size(), 0);
+  const std::uint64_t mask = number_at_.size() - 1;
+  for (std::uint64_t q = kQuarterInterior; q < header_.quarter_count; ++q) {
+    const std::uint64_t hash = HashOf(quarters_ + q * quarter_bytes_, quarter_bytes_);
+    std::uint64_t at = hash >> 32U & mask;
+    while (number_at_[at] != 0) at = (at + 1) & mask;
+    number_at_[at] = hash << 32U | q;
+  }
+}
+
 void VoxmapBuilder::Add(const GridIndex& place, const VoxmapRecord& record,
                         std::span<const std::uint8_t> planes) {
   VoxmapRecord& out = records_[index_[box_.CellOf(place)]];
   out = record;
   for (auto& slices : out.slices) {
     for (VoxmapSlice& slice : slices) {
-      slice.first_plane += static_cast<std::uint32_t>(header_.plane_count);
+      slice.first_plane += static_cast<std::uint32_t>(planes_.size());
     }
   }
-  if (!planes.empty()) {
-    std::memcpy(planes_ + header_.plane_count * plane_bytes_, planes.data(), planes.size());
+  const std::size_t quarters = planes.size() / quarter_bytes_;
+  while (2 * (header_.quarter_count + quarters) > number_at_.size()) Widen();
+  hashes_.resize(quarters);
+  for (std::size_t q = 0; q < quarters; ++q) {
+    hashes_[q] = HashOf(&planes[q * quarter_bytes_], quarter_bytes_);
   }
-  header_.plane_count += planes.size() / plane_bytes_;
+  constexpr std::size_t kAhead = 16;
+  const std::uint64_t mask = number_at_.size() - 1;
+  for (std::size_t q = 0; q < quarters; ++q) {
+    if (q + kAhead < quarters) __builtin_prefetch(&number_at_[hashes_[q + kAhead] >> 32U & mask]);
+    if (q % kQuarters == 0) planes_.emplace_back();
+    const std::uint8_t* bytes = &planes[q * quarter_bytes_];
+    const bool empty = std::all_of(bytes, bytes + quarter_bytes_, [](std::uint8_t b) {
+      return b == 0;
+    });
+    planes_.back().quarters[q % kQuarters] = empty ? kQuarterBeyond : NumberOf(bytes, hashes_[q]);
+  }
 }
 
 /// Every record's marks in units of chunks, from which chunks of the 3 x 3 x 3 hyperchunks round it
@@ -182,7 +243,11 @@ void VoxmapBuilder::FillChunkLevel() {
 Voxmap VoxmapBuilder::Finish(std::uint64_t band_voxels) {
   header_.band_voxels = band_voxels;
   FillChunkLevel();
-  header_.bytes = header_.planes_offset + header_.plane_count * plane_bytes_;
+  header_.planes_offset = header_.quarters_offset + header_.quarter_count * quarter_bytes_;
+  header_.plane_count = planes_.size();
+  header_.bytes = header_.planes_offset + planes_.size() * sizeof(VoxmapPlane);
+  std::memcpy(image_.data() + header_.planes_offset, planes_.data(),
+              planes_.size() * sizeof(VoxmapPlane));
   std::memcpy(image_.data(), &header_, sizeof header_);
   image_.Shrink(header_.bytes);
   return Voxmap(std::move(image_));

@@ -21,7 +21,8 @@ class VoxmapBuilder {
   VoxmapBuilder(double voxel_size, int range, int bits, const HyperchunkBox& box,
                 const std::vector<Kind>& kinds);
 
-  /// Of a marked hyperchunk; its planes are numbered from its first one.
+  /// Of a marked hyperchunk; its planes are numbered from its first one, and lie there as four
+  /// quarters each.
   void Add(const GridIndex& place, const VoxmapRecord& record,
            std::span<const std::uint8_t> planes);
   /// `band_voxels` of the whole map.
@@ -29,14 +30,21 @@ class VoxmapBuilder {
 
  private:
   void FillChunkLevel();
+  std::uint32_t NumberOf(const std::uint8_t* quarter, std::uint64_t hash);
+  void Widen();
 
   VoxmapHeader header_;
   HyperchunkBox box_;
   ImageBytes image_;  // of the greatest size it may need; given back at the end
   std::uint32_t* index_ = nullptr;
   VoxmapRecord* records_ = nullptr;
-  std::uint8_t* planes_ = nullptr;
-  std::size_t plane_bytes_ = 0;
+  std::uint8_t* quarters_ = nullptr;
+  std::size_t quarter_bytes_ = 0;
+  std::vector<VoxmapPlane> planes_;
+  std::vector<std::uint64_t> hashes_;  // scratch
+  /// Numbers of quarters by their hash, whose lower half stands above; 0 for none. Its size is a
+  /// power of 2.
+  std::vector<std::uint64_t> number_at_;
 };
 
 }  // namespace tandem

@@ -36,13 +36,15 @@ std::optional<Error> FaultOf(const ImageBytes& image, const std::string& name) {
     if (size == 0 || size > (1U << 20U)) return damaged;
   }
   const std::uint64_t cells = std::uint64_t{h.size[0]} * h.size[1] * h.size[2];
-  const std::uint64_t plane_bytes = kVoxelsPerChunk / 8 * h.bits;
+  const std::uint64_t quarter_bytes = kVoxelsPerQuarter / 8 * h.bits;
   if (h.record_count < 2 || h.plane_count < 2 || h.record_count > kMost || h.plane_count > kMost ||
-      cells > kMost || h.index_offset != sizeof(VoxmapHeader) ||
-      h.records_offset % alignof(VoxmapRecord) != 0 || h.planes_offset % 64 != 0 ||
+      h.quarter_count < 2 || h.quarter_count > kMost || cells > kMost ||
+      h.index_offset != sizeof(VoxmapHeader) || h.records_offset % alignof(VoxmapRecord) != 0 ||
+      h.quarters_offset % 64 != 0 ||
       h.records_offset < h.index_offset + cells * sizeof(std::uint32_t) ||
-      h.planes_offset < h.records_offset + h.record_count * sizeof(VoxmapRecord) ||
-      h.bytes != h.planes_offset + h.plane_count * plane_bytes) {
+      h.quarters_offset < h.records_offset + h.record_count * sizeof(VoxmapRecord) ||
+      h.planes_offset != h.quarters_offset + h.quarter_count * quarter_bytes ||
+      h.bytes != h.planes_offset + h.plane_count * sizeof(VoxmapPlane)) {
     return damaged;
   }
   const auto* index = reinterpret_cast<const std::uint32_t*>(image.data() + h.index_offset);
@@ -56,6 +58,12 @@ std::optional<Error> FaultOf(const ImageBytes& image, const std::string& name) {
         const auto stored = static_cast<std::uint64_t>(std::popcount(slice.stored));
         if (stored != 0 && slice.first_plane + stored > h.plane_count) return damaged;
       }
+    }
+  }
+  const auto* planes = reinterpret_cast<const VoxmapPlane*>(image.data() + h.planes_offset);
+  for (std::uint64_t p = 0; p < h.plane_count; ++p) {
+    for (const std::uint32_t quarter : planes[p].quarters) {
+      if (quarter >= h.quarter_count) return damaged;
     }
   }
   return std::nullopt;

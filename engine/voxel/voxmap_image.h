@@ -15,13 +15,14 @@
 ///   header   | what the numbers below mean, where each part begins
 ///   index    | uint32 per hyperchunk of the box, x fastest: which record
 ///   records  | per hyperchunk near the surface: which chunks store a plane, and where
-///   planes   | per (chunk, field) with marks of more than one kind: 512 marks of 2, 4 or 8 bits
+///   quarters | 128 marks of 2, 4 or 8 bits each, no two alike (docs/decisions/0007)
+///   planes   | per (chunk, field) with marks of more than one kind: which four quarters it has
 ///
 /// A plane's number is found without a table: the slice's first plane plus the stored chunks below
 /// its own bit.
 namespace tandem {
 
-inline constexpr std::uint32_t kVoxmapVersion = 1;
+inline constexpr std::uint32_t kVoxmapVersion = 2;
 
 struct VoxmapHeader {
   std::array<char, 8> magic{};
@@ -39,7 +40,8 @@ struct VoxmapHeader {
   std::uint64_t plane_count = 0;
   std::uint64_t bytes = 0;        // of the whole image
   std::uint64_t band_voxels = 0;  // within the range of a surface voxel, either side, or one
-  std::array<std::uint64_t, 2> spare{};
+  std::uint64_t quarters_offset = 0;
+  std::uint64_t quarter_count = 0;
 };
 static_assert(sizeof(VoxmapHeader) == 128);
 
@@ -61,10 +63,18 @@ struct alignas(64) VoxmapRecord {
 };
 static_assert(sizeof(VoxmapRecord) == 704);
 
+/// The marks of a chunk in a field: numbers of quarters, by QuarterOf().
+struct alignas(16) VoxmapPlane {
+  std::array<std::uint32_t, kQuarters> quarters{};
+};
+static_assert(sizeof(VoxmapPlane) == 16);
+
 inline constexpr std::uint32_t kRecordFar = 0;    // nothing near: beyond in every field and level
 inline constexpr std::uint32_t kRecordSolid = 1;  // inside throughout
 inline constexpr std::uint32_t kPlaneBeyond = 0;
 inline constexpr std::uint32_t kPlaneInterior = 1;
+inline constexpr std::uint32_t kQuarterBeyond = 0;
+inline constexpr std::uint32_t kQuarterInterior = 1;
 
 /// Bytes that begin on a huge page and are asked to lie in huge pages; or a file's, mapped.
 class ImageBytes {

@@ -40,7 +40,8 @@ void AddChunk(Field field, std::size_t chunk, const std::array<int, kVoxelsPerCh
   planes.resize(planes.size() + plane_bytes, 0);
   std::uint8_t* plane = &planes[planes.size() - plane_bytes];
   for (std::size_t cell = 0; cell < marks.size(); ++cell) {
-    const std::size_t at = cell * static_cast<std::size_t>(bits);
+    const std::size_t place = kVoxelsPerQuarter * QuarterOf(cell) + CellInQuarter(cell);
+    const std::size_t at = place * static_cast<std::size_t>(bits);
     plane[at / 8] = static_cast<std::uint8_t>(plane[at / 8] | marks[cell] << (at % 8));
   }
 }

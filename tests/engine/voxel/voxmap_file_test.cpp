@@ -72,6 +72,9 @@ TEST(VoxmapFile, RefusesFilesThatAreNoWholeVoxmap) {
   std::memset(&other[header.records_offset + 2 * sizeof(VoxmapRecord)], 0xff, 16);
   ExpectRefused(other, "damaged");
   other = whole;
+  std::memset(&other[header.planes_offset + 2 * sizeof(VoxmapPlane)], 0xff, 4);
+  ExpectRefused(other, "damaged");
+  other = whole;
   std::memset(&other[offsetof(VoxmapHeader, size)], 0xff, 4);
   ExpectRefused(other, "damaged");
 }
