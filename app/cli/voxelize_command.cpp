@@ -71,7 +71,8 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   const Features features = FindFeatures(*mesh, sides, options.flatness_voxels * voxel_size);
   const Result<Voxmap> voxmap = Voxelize(*mesh, sides, features, options);
   if (!voxmap) return Fail(kExitFile, arguments.file + ": " + voxmap.error().what);
-  const Result<Pointshell> points = MakePointshell(*mesh, Pose{}, {.spacing = voxel_size});
+  const Result<Pointshell> points =
+      MakePointshell(*mesh, features, Pose{}, {.spacing = voxel_size});
   if (!points) return Fail(kExitFile, arguments.file + ": " + points.error().what);
   const double seconds = 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
 

@@ -131,13 +131,29 @@ ChunkedPoints FreeLayerPoints(const SurfaceVoxels& surface, const ChunkedPoints&
 double LargestGap(const SurfaceVoxels& surface, const ChunkedPoints& points, double shift) {
   std::vector<double> gaps(points.size(), 0);
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t c) {
-    for (const ShellPoint& point : points[c]) {
+    // those of one voxel stand together
+    const std::vector<ShellPoint>& own = points[c];
+    std::array<std::uint16_t, kVoxelsPerChunk> first;  // by cell: 1 + the first of its points
+    first.fill(0);
+    for (std::size_t i = own.size(); i-- > 0;) {
+      first[CellInBlock(own[i].voxel)] = static_cast<std::uint16_t>(i + 1);
+    }
+    for (const ShellPoint& point : own) {
       for (const GridIndex& step : {GridIndex{1, 0, 0}, GridIndex{0, 1, 0}, GridIndex{0, 0, 1}}) {
         double nearest = std::numeric_limits<double>::infinity();
-        ForEachPointAt(surface, points, point.voxel + step, [&](const ShellPoint& other) {
+        const auto measure = [&](const ShellPoint& other) {
           const Vec3 apart = Vec3(step.x, step.y, step.z) + shift * (other.inward - point.inward);
           nearest = std::min(nearest, apart.norm());
-        });
+        };
+        const GridIndex voxel = point.voxel + step;
+        if (voxel >> 3 == point.voxel >> 3) {
+          const std::size_t at = first[CellInBlock(voxel)];
+          for (std::size_t i = at - 1; at != 0 && i < own.size() && own[i].voxel == voxel; ++i) {
+            measure(own[i]);
+          }
+        } else {
+          ForEachPointAt(surface, points, voxel, measure);
+        }
         if (nearest < std::numeric_limits<double>::infinity()) {
           gaps[c] = std::max(gaps[c], nearest);
         }
@@ -155,7 +171,15 @@ Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
   if (std::optional<Error> fault = VoxelSizeFault(mesh_W, s, options.max_memory_bytes)) {
     return *fault;
   }
-  const Features features = FindFeatures(mesh_W, options.flatness_voxels * s);
+  return MakePointshell(mesh_W, FindFeatures(mesh_W, options.flatness_voxels * s), X_WB, options);
+}
+
+Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Features& features,
+                                  const Pose& X_WB, const PointshellOptions& options) {
+  const double s = options.spacing;
+  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, s, options.max_memory_bytes)) {
+    return *fault;
+  }
   const FeatureVoxels voxels = FindFeatureVoxels(mesh_W, features, s);
   ChunkedPoints made = SurfacePoints(voxels, mesh_W, features, options.place);
 

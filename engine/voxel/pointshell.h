@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/base/result.h"
+#include "engine/geometry/facets.h"
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/voxel/voxel.h"
 
@@ -70,6 +71,9 @@ struct PointshellOptions {
 /// Makes the points of a mesh that stands in W, in the frame B that stands at X_WB then.
 Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
                                   const PointshellOptions& options);
+/// With the features found already, with the same flatness.
+Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Features& features,
+                                  const Pose& X_WB, const PointshellOptions& options);
 
 /// A hash of the points and normals, in their (Morton) order.
 std::uint64_t Digest(const Pointshell& points);

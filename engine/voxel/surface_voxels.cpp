@@ -105,7 +105,7 @@ SurfaceVoxels FindSurfaceVoxels(const std::vector<SnappedTriangle>& triangles, d
   tbb::parallel_for(std::size_t{0}, surface.chunks.size(), [&](std::size_t c) {
     SurfaceVoxels::Chunk& chunk = surface.chunks[c];
     for (const std::uint32_t t : surface.TrianglesOf(chunk)) {
-      TriangleOverlap(triangles[t]).MarkBlock(chunk.place, kSnapBits, chunk.bits);
+      TriangleRows(triangles[t], kSnapBits).MarkChunk(chunk.place, chunk.bits);
     }
   });
   surface.chunk_at.reserve(surface.chunks.size());

@@ -148,14 +148,14 @@ void NarrowToPlane(const View& t, std::int32_t first_row, std::int32_t z, Flags 
                             }));
 }
 
-void MarkRows(const View& t, const GridIndex& offset, std::uint64_t* rows, int facing,
-              std::vector<Crossing>* crossings) {
+void MarkRows(const View& t, const GridIndex& offset, std::int32_t side, std::uint64_t* rows,
+              int facing, std::vector<Crossing>* crossings) {
   const D d;
   const U u;
   const std::int32_t y0 = std::max(0, -offset.y);
-  const std::int32_t y1 = std::min(t.size.y - 1, kSide - 1 - offset.y);
+  const std::int32_t y1 = std::min(t.size.y - 1, side - 1 - offset.y);
   const std::int32_t z0 = std::max(0, -offset.z);
-  const std::int32_t z1 = std::min(t.size.z - 1, kSide - 1 - offset.z);
+  const std::int32_t z1 = std::min(t.size.z - 1, side - 1 - offset.z);
   const bool crosses = facing != 0 && t.sense[0] != 0;
   ByRow low_xy, high_xy, low_xz, high_xz, low_y, high_y, low_centre, high_centre;
   const Doubles last_x = hn::Set(d, t.size.x - 1);
@@ -199,7 +199,7 @@ void MarkRows(const View& t, const GridIndex& offset, std::uint64_t* rows, int f
       }
       if (hn::AllFalse(d, met)) continue;
       const Doubles begin = hn::Max(hn::Zero(d), hn::Add(low, shift_x));
-      const Doubles end = hn::Min(hn::Set(d, kSide - 1), hn::Add(high, shift_x));
+      const Doubles end = hn::Min(hn::Set(d, side - 1), hn::Add(high, shift_x));
       const Flags here = hn::And(met, hn::Le(begin, end));
       // whole numbers below 64 stand in the lowest bits of 2^52 and themselves
       const Doubles whole = hn::Set(d, 4503599627370496.0);
@@ -210,7 +210,7 @@ void MarkRows(const View& t, const GridIndex& offset, std::uint64_t* rows, int f
       const auto bits = hn::Shl(hn::Shr(hn::Set(u, ~std::uint64_t{0}), unused), from);
       const std::size_t row =
           static_cast<std::size_t>(offset.y + y) +
-          static_cast<std::size_t>(kSide) * static_cast<std::size_t>(offset.z + z);
+          static_cast<std::size_t>(side) * static_cast<std::size_t>(offset.z + z);
       hn::StoreU(
           hn::Or(hn::LoadU(u, rows + row), hn::IfThenElseZero(hn::RebindMask(u, here), bits)), u,
           rows + row);
@@ -232,7 +232,7 @@ void MarkRows(const View& t, const GridIndex& offset, std::uint64_t* rows, int f
         const auto cell =
             std::min(static_cast<std::int32_t>(high_x[lane]), static_cast<std::int32_t>(x));
         const std::int32_t in_block = cell + offset.x;
-        if (in_block < 0 || in_block >= kSide) continue;
+        if (in_block < 0 || in_block >= side) continue;
         crossings->push_back(
             {.row = static_cast<std::uint16_t>(row + lane),
              .from = static_cast<std::uint8_t>(in_block + (x - cell > 0.5 ? 1 : 0)),
@@ -441,24 +441,38 @@ std::int32_t TriangleRows::View::CentreCell(std::size_t from, std::size_t to,
 
 void TriangleRows::Mark(const GridIndex& first, std::uint64_t* rows, int facing,
                         std::vector<Crossing>* crossings) const {
+  MarkBlock(first, kHyperchunkSide, rows, facing, crossings);
+}
+
+void TriangleRows::MarkChunk(const GridIndex& chunk,
+                             std::array<std::uint64_t, kChunkSide>& cells) const {
+  alignas(64) std::array<std::uint64_t, kChunkSide * kChunkSide + kPadding> rows{};
+  MarkBlock(chunk * kChunkSide, kChunkSide, rows.data(), 0, nullptr);
+  for (std::size_t row = 0; row < kChunkSide * kChunkSide; ++row) {
+    cells[row >> 3U] |= rows[row] << (8 * (row & 7U));
+  }
+}
+
+void TriangleRows::MarkBlock(const GridIndex& first, std::int32_t side, std::uint64_t* rows,
+                             int facing, std::vector<Crossing>* crossings) const {
   const GridIndex offset = lowest_ - first;  // of the triangle's own cells in the block
   const GridIndex end = offset + view_.size;
-  const auto apart = [](std::int32_t begin, std::int32_t behind) {
-    return begin >= kHyperchunkSide || behind <= 0;
+  const auto apart = [side](std::int32_t begin, std::int32_t behind) {
+    return begin >= side || behind <= 0;
   };
   if (apart(offset.x, end.x) || apart(offset.y, end.y) || apart(offset.z, end.z)) return;
   if (view_.whole_box) {
     const std::int32_t x0 = std::max(0, offset.x);
-    const std::int32_t x1 = std::min(kHyperchunkSide, end.x) - 1;
-    const std::uint64_t run = ~std::uint64_t{0} >> (kHyperchunkSide - 1 - (x1 - x0)) << x0;
-    for (std::int32_t z = std::max(0, offset.z); z < std::min(kHyperchunkSide, end.z); ++z) {
-      for (std::int32_t y = std::max(0, offset.y); y < std::min(kHyperchunkSide, end.y); ++y) {
-        rows[y + kHyperchunkSide * z] |= run;
+    const std::int32_t x1 = std::min(side, end.x) - 1;
+    const std::uint64_t run = ~std::uint64_t{0} >> (63 - (x1 - x0)) << x0;
+    for (std::int32_t z = std::max(0, offset.z); z < std::min(side, end.z); ++z) {
+      for (std::int32_t y = std::max(0, offset.y); y < std::min(side, end.y); ++y) {
+        rows[y + side * z] |= run;
       }
     }
     return;
   }
-  HWY_DYNAMIC_DISPATCH(MarkRows)(view_, offset, rows, facing, crossings);
+  HWY_DYNAMIC_DISPATCH(MarkRows)(view_, offset, side, rows, facing, crossings);
 }
 
 }  // namespace tandem

@@ -43,6 +43,9 @@ class TriangleRows {
   void Mark(const GridIndex& first, std::uint64_t* rows, int facing,
             std::vector<Crossing>* crossings) const;
 
+  /// Sets the bits, in the order of CellInBlock, of the cells met in a block of 8^3 cells.
+  void MarkChunk(const GridIndex& chunk, std::array<std::uint64_t, kChunkSide>& cells) const;
+
   /// A side of the shadow on a plane (u, v): bounds u in every row of cells v.
   struct Bound {
     double u, v;   // a point of it, in cells
@@ -93,6 +96,9 @@ class TriangleRows {
 
  private:
   void FindShadow(std::size_t u, std::size_t v, int sense, Shadow& shadow) const;
+  /// In a block of `side` cells a side, row y + side z.
+  void MarkBlock(const GridIndex& first, std::int32_t side, std::uint64_t* rows, int facing,
+                 std::vector<Crossing>* crossings) const;
 
   GridIndex lowest_;
   GridIndex highest_;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <span>
+
+#include "engine/voxel/triangle_rows.h"
 
 namespace tandem {
 
@@ -20,6 +23,11 @@ struct Polygon {
 
 /// Cuts away what lies beyond `limit` along an axis; `side` +1 keeps the lower part, -1 the upper.
 void Clip(Polygon& polygon, int axis, double limit, double side) {
+  const auto* const end = polygon.corners.begin() + polygon.count;
+  if (std::all_of(polygon.corners.cbegin(), end, [&](const Vec3& p) {
+        return side * (limit - p[axis]) >= 0;
+      }))
+    return;
   Polygon kept;
   for (std::size_t i = 0; i < polygon.count; ++i) {
     const Vec3& a = polygon.corners[i];
@@ -59,16 +67,22 @@ Part ClippedPart(const std::array<Vec3, 3>& triangle, const Vec3& cell) {
   return part;
 }
 
+/// A facet's area in a voxel.
+struct FacetPart {
+  std::int16_t voxel;  // among those gathered
+  Vec3 area;
+};
+
 /// What has been gathered of one voxel.
 struct Gathered {
-  std::vector<Vec3> areas;  // of each facet's part
+  std::size_t count = 0;  // of facets
   Vec3 moment = Vec3::Zero();
   double weight = 0;
   Vec3 on_plane = Vec3::Zero();  // of the last triangle: below the voxel's middle
 };
 
 /// One outward normal, or one a side where the facets face apart.
-void SetNormals(const std::vector<Vec3>& areas, VoxelSurface& surface) {
+void SetNormals(std::span<const Vec3> areas, VoxelSurface& surface) {
   Vec3 sum = Vec3::Zero();
   double total = 0;
   for (const Vec3& area : areas) {
@@ -81,7 +95,7 @@ void SetNormals(const std::vector<Vec3>& areas, VoxelSurface& surface) {
     return;
   }
   // largest first, each to the first cluster within 90 degrees
-  std::vector<Vec3> ordered = areas;
+  std::vector<Vec3> ordered(areas.begin(), areas.end());
   std::stable_sort(ordered.begin(), ordered.end(), [](const Vec3& a, const Vec3& b) {
     return a.squaredNorm() > b.squaredNorm();
   });
@@ -99,18 +113,23 @@ void SetNormals(const std::vector<Vec3>& areas, VoxelSurface& surface) {
   for (std::size_t i = 0; i < surface.sides; ++i) surface.normals[i].normalize();
 }
 
-/// Calls visit(cell, triangle) for each pair of a triangle and a cell of the chunk that it meets.
+/// Calls visit(triangle, bits) for each triangle that meets the chunk, with the cells it meets.
 template <typename Visit>
 void ForEachMeeting(const SurfaceVoxels& voxels, const GridIndex& place, const Visit& visit) {
   const auto found = voxels.chunk_at.find(place);
   if (found == voxels.chunk_at.end()) return;
   for (const std::uint32_t t : voxels.TrianglesOf(voxels.chunks[found->second])) {
     SurfaceVoxels::Bits met{};
-    TriangleOverlap(voxels.snapped[t]).MarkBlock(place, kSnapBits, met);
-    for (std::size_t word = 0; word < 8; ++word) {
-      for (std::uint64_t rest = met[word]; rest != 0; rest &= rest - 1) {
-        visit(64 * word + static_cast<std::size_t>(std::countr_zero(rest)), t);
-      }
+    TriangleRows(voxels.snapped[t], kSnapBits).MarkChunk(place, met);
+    visit(t, met);
+  }
+}
+
+template <typename Visit>
+void ForEachCell(const SurfaceVoxels::Bits& bits, const Visit& visit) {
+  for (std::size_t word = 0; word < 8; ++word) {
+    for (std::uint64_t rest = bits[word]; rest != 0; rest &= rest - 1) {
+      visit(64 * word + static_cast<std::size_t>(std::countr_zero(rest)));
     }
   }
 }
@@ -155,33 +174,48 @@ std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
     const GridIndex c = BlockCell(cell);
     return Vec3(c.x, c.y, c.z);
   };
-  std::array<Gathered, kVoxelsPerChunk> gathered;
-  ForEachMeeting(voxels.surface(), chunk.place, [&](std::size_t cell, std::uint32_t t) {
+  std::array<std::int16_t, kVoxelsPerChunk> at;  // by cell: which of those gathered
+  at.fill(-1);
+  std::vector<Gathered> gathered;
+  std::vector<FacetPart> facets;
+  ForEachMeeting(voxels.surface(), chunk.place, [&](std::uint32_t t, const auto& met) {
     const std::array<Vec3, 3> triangle{mesh_W.corner(t, 0) / s - origin,
                                        mesh_W.corner(t, 1) / s - origin,
                                        mesh_W.corner(t, 2) / s - origin};
     const Vec3 whole = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     if (whole.norm() <= 0) return;
-    const Part part = ClippedPart(triangle, cell_corner(cell));
-    Gathered& g = gathered[cell];
-    // a triangle that only touches the cell still says which way the surface faces
-    g.areas.push_back(part.area + 1e-9 * whole.normalized());
-    g.moment += part.moment;
-    const Vec3 middle = cell_corner(cell) + Vec3::Constant(0.5);
     const Vec3 n = whole.normalized();
-    g.on_plane = middle - n.dot(middle - triangle[0]) * n;
-    g.weight += part.area.norm();
+    ForEachCell(met, [&](std::size_t cell) {
+      const Part part = ClippedPart(triangle, cell_corner(cell));
+      if (at[cell] < 0) {
+        at[cell] = static_cast<std::int16_t>(gathered.size());
+        gathered.emplace_back();
+      }
+      Gathered& g = gathered[static_cast<std::size_t>(at[cell])];
+      // a triangle that only touches the cell still says which way the surface faces
+      facets.push_back({at[cell], part.area + 1e-9 * n});
+      ++g.count;
+      g.moment += part.moment;
+      const Vec3 middle = cell_corner(cell) + Vec3::Constant(0.5);
+      g.on_plane = middle - n.dot(middle - triangle[0]) * n;
+      g.weight += part.area.norm();
+    });
   });
+  std::vector<std::size_t> next(gathered.size() + 1, 0);
+  for (std::size_t i = 0; i < gathered.size(); ++i) next[i + 1] = next[i] + gathered[i].count;
+  std::vector<Vec3> areas(facets.size());  // voxel by voxel
+  for (const FacetPart& f : facets) areas[next[static_cast<std::size_t>(f.voxel)]++] = f.area;
 
   std::vector<VoxelSurface> out;
-  std::array<std::int16_t, kVoxelsPerChunk> at;
-  at.fill(-1);
+  out.reserve(gathered.size());
   for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
-    const Gathered& g = gathered[cell];
-    if (g.areas.empty()) continue;
+    if (at[cell] < 0) continue;
+    const auto i = static_cast<std::size_t>(at[cell]);
+    at[cell] = -1;  // from here on: which of `out`
+    const Gathered& g = gathered[i];
     VoxelSurface surface;
     surface.cell = static_cast<std::uint16_t>(cell);
-    SetNormals(g.areas, surface);
+    SetNormals(std::span(areas).subspan(next[i] - g.count, g.count), surface);
     if (surface.sides == 0) continue;
     surface.feature_normal = surface.normals[0];
     surface.place =
@@ -193,15 +227,17 @@ std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
   // the parts of feature edges, voxel by voxel, the longest first: it gives the direction, and what
   // goes on nearly the same way (a rim of many mesh edges) makes its part longer
   std::vector<EdgePart> parts;
-  ForEachMeeting(voxels[Field::kEdge], chunk.place, [&](std::size_t cell, std::uint32_t e) {
-    if (at[cell] < 0) return;
-    const Vec3 corner = origin + cell_corner(cell);
-    const Vec3 a = mesh_W.vertices[features.edges[e][0]] / s - corner;
-    const Vec3 b = mesh_W.vertices[features.edges[e][1]] / s - corner;
-    double from = 0;
-    double to = 0;
-    if (!ClipSegment(a, b, from, to)) from = to = 0.5 * (from + to);
-    parts.push_back({at[cell], e, a + from * (b - a), a + to * (b - a), (b - a).normalized()});
+  ForEachMeeting(voxels[Field::kEdge], chunk.place, [&](std::uint32_t e, const auto& met) {
+    ForEachCell(met, [&](std::size_t cell) {
+      if (at[cell] < 0) return;
+      const Vec3 corner = origin + cell_corner(cell);
+      const Vec3 a = mesh_W.vertices[features.edges[e][0]] / s - corner;
+      const Vec3 b = mesh_W.vertices[features.edges[e][1]] / s - corner;
+      double from = 0;
+      double to = 0;
+      if (!ClipSegment(a, b, from, to)) from = to = 0.5 * (from + to);
+      parts.push_back({at[cell], e, a + from * (b - a), a + to * (b - a), (b - a).normalized()});
+    });
   });
   std::stable_sort(parts.begin(), parts.end(), [](const EdgePart& one, const EdgePart& two) {
     if (one.voxel != two.voxel) return one.voxel < two.voxel;
@@ -231,13 +267,15 @@ std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
     }
     first_part = part;
   }
-  ForEachMeeting(voxels[Field::kVertex], chunk.place, [&](std::size_t cell, std::uint32_t v) {
-    if (at[cell] < 0) return;
-    VoxelSurface& surface = out[static_cast<std::size_t>(at[cell])];
-    if (surface.label == Label::kVertex) return;
-    surface.label = Label::kVertex;
-    if (normals.vertices[v].squaredNorm() > 0) surface.feature_normal = normals.vertices[v];
-    surface.place = mesh_W.vertices[features.vertices[v]] / s - origin - cell_corner(cell);
+  ForEachMeeting(voxels[Field::kVertex], chunk.place, [&](std::uint32_t v, const auto& met) {
+    ForEachCell(met, [&](std::size_t cell) {
+      if (at[cell] < 0) return;
+      VoxelSurface& surface = out[static_cast<std::size_t>(at[cell])];
+      if (surface.label == Label::kVertex) return;
+      surface.label = Label::kVertex;
+      if (normals.vertices[v].squaredNorm() > 0) surface.feature_normal = normals.vertices[v];
+      surface.place = mesh_W.vertices[features.vertices[v]] / s - origin - cell_corner(cell);
+    });
   });
   for (VoxelSurface& surface : out) {
     surface.place = surface.place.cwiseMax(0.0).cwiseMin(1.0);

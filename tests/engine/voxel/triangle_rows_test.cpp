@@ -57,6 +57,9 @@ TEST(TriangleRows, MarkTheVoxelsThatSeparatingAxesGive) {
             const GridIndex chunk = BlockCell(c);
             std::array<std::uint64_t, 8> expected{};
             by_axes.MarkBlock(place * kChunkSide + chunk, kSnapBits, expected);
+            std::array<std::uint64_t, 8> in_chunk{};
+            by_rows.MarkChunk(place * kChunkSide + chunk, in_chunk);
+            ASSERT_EQ(in_chunk, expected);
             for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
               const GridIndex i = chunk * kChunkSide + BlockCell(cell);
               const std::uint64_t row = rows[static_cast<std::size_t>(i.y + 64 * i.z)];
