@@ -22,24 +22,28 @@ struct Polygon {
 };
 
 /// Cuts away what lies beyond `limit` along an axis; `side` +1 keeps the lower part, -1 the upper.
-void Clip(Polygon& polygon, int axis, double limit, double side) {
-  const auto* const end = polygon.corners.begin() + polygon.count;
-  if (std::all_of(polygon.corners.cbegin(), end, [&](const Vec3& p) {
-        return side * (limit - p[axis]) >= 0;
-      }))
-    return;
-  Polygon kept;
+/// `spare` is scratch.
+void Clip(Polygon& polygon, Polygon& spare, int axis, double limit, double side) {
+  std::array<double, 10> within;  // by corner
+  double least = 0;
   for (std::size_t i = 0; i < polygon.count; ++i) {
-    const Vec3& a = polygon.corners[i];
-    const Vec3& b = polygon.corners[(i + 1) % polygon.count];
-    const double da = side * (limit - a[axis]);
-    const double db = side * (limit - b[axis]);
-    if (da >= 0) kept.corners[kept.count++] = a;
+    within[i] = side * (limit - polygon.corners[i][axis]);
+    least = std::min(least, within[i]);
+  }
+  if (least >= 0) return;
+  spare.count = 0;
+  for (std::size_t i = 0; i < polygon.count; ++i) {
+    const std::size_t next = i + 1 < polygon.count ? i + 1 : 0;
+    const double da = within[i];
+    const double db = within[next];
+    if (da >= 0) spare.corners[spare.count++] = polygon.corners[i];
     if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
-      kept.corners[kept.count++] = a + da / (da - db) * (b - a);
+      const Vec3& a = polygon.corners[i];
+      spare.corners[spare.count++] = a + da / (da - db) * (polygon.corners[next] - a);
     }
   }
-  polygon = kept;
+  polygon.count = spare.count;
+  std::copy_n(spare.corners.begin(), spare.count, polygon.corners.begin());
 }
 
 /// A triangle's part within a cell: twice its area vector, and its centre times the norm of that.
@@ -50,11 +54,12 @@ struct Part {
 
 Part ClippedPart(const std::array<Vec3, 3>& triangle, const Vec3& cell) {
   Polygon polygon;
+  Polygon spare;
   polygon.count = 3;
   std::copy(triangle.begin(), triangle.end(), polygon.corners.begin());
   for (int axis = 0; axis < 3; ++axis) {
-    Clip(polygon, axis, cell[axis], -1.0);
-    Clip(polygon, axis, cell[axis] + 1.0, 1.0);
+    Clip(polygon, spare, axis, cell[axis], -1.0);
+    Clip(polygon, spare, axis, cell[axis] + 1.0, 1.0);
   }
   Part part;
   for (std::size_t i = 2; i < polygon.count; ++i) {

@@ -79,7 +79,7 @@ std::size_t NeededBytes(const Bounds& box, double area, std::size_t triangles, d
   const double squares = area / (voxel_size * voxel_size);
   const double hyperchunks = size.prod() / std::pow(kHyperchunkSide, 3);
   const double bytes =
-      70.0 * squares + 150.0 * static_cast<double>(triangles) + 40.0 * hyperchunks + 3e7;
+      85.0 * squares + 150.0 * static_cast<double>(triangles) + 40.0 * hyperchunks + 3e7;
   return bytes < 1e18 ? static_cast<std::size_t>(bytes) : std::size_t{1} << 60U;
 }
 

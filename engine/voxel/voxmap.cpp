@@ -28,22 +28,42 @@ VoxelCounts Voxmap::Count() const {
   counts.hyperchunks = header().record_count - 2;
   counts.bytes = header().bytes;
   counts.band = header().band_voxels;
+  struct Marks {
+    std::uint8_t interior = 0;
+    std::uint8_t surface = 0;
+    std::uint8_t marked = 0;
+  };
+  std::vector<Marks> of_quarter(header().quarter_count);
+  const unsigned largest = (1U << header().bits) - 1;
+  for (std::size_t q = 0; q < of_quarter.size(); ++q) {
+    Marks& marks = of_quarter[q];
+    const std::uint8_t* bytes = quarters() + q * quarter_bytes();
+    for (std::size_t i = 0; i < quarter_bytes(); ++i) {
+      for (unsigned shift = 0; shift < 8; shift += header().bits) {
+        const unsigned mark = bytes[i] >> shift & largest;
+        marks.interior = static_cast<std::uint8_t>(marks.interior + (mark == kInteriorMark));
+        marks.surface = static_cast<std::uint8_t>(marks.surface + (mark == kSurfaceMark));
+        marks.marked = static_cast<std::uint8_t>(marks.marked + (mark != 0));
+      }
+    }
+  }
   for (std::size_t r = 2; r < header().record_count; ++r) {
     for (std::size_t field = 0; field < kFields; ++field) {
       for (const VoxmapSlice& slice : records()[r].slices[field]) {
         const auto stored = static_cast<std::uint32_t>(std::popcount(slice.stored));
         for (std::uint32_t p = slice.first_plane; p < slice.first_plane + stored; ++p) {
-          const std::size_t surface_before = counts.surface;
-          for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
-            const int mark = StoredMark(p, cell);
-            if (field == 1) counts.edge += mark == kSurfaceMark;
-            if (field == 2) counts.vertex += mark == kSurfaceMark;
+          std::size_t surface = 0;
+          for (const std::uint32_t quarter : planes()[p].quarters) {
+            const Marks& marks = of_quarter[quarter];
+            surface += marks.surface;
             if (field != 0) continue;
-            counts.interior += mark == kInteriorMark;
-            counts.surface += mark == kSurfaceMark;
-            counts.free += mark > kSurfaceMark;
+            counts.interior += marks.interior;
+            counts.free += std::size_t{marks.marked} - marks.interior - marks.surface;
           }
-          counts.surface_chunks += counts.surface > surface_before ? 1U : 0U;
+          if (field == 0) counts.surface += surface;
+          if (field == 1) counts.edge += surface;
+          if (field == 2) counts.vertex += surface;
+          counts.surface_chunks += field == 0 && surface > 0 ? 1U : 0U;
         }
       }
     }

@@ -153,7 +153,7 @@ std::uint32_t VoxmapBuilder::NumberOf(const std::uint8_t* quarter, std::uint64_t
 }
 
 void VoxmapBuilder::Widen() {
-  number_at_.assign(4 * number_at_.size(), 0);
+  number_at_.assign(2 * number_at_.size(), 0);
   const std::uint64_t mask = number_at_.size() - 1;
   for (std::uint64_t q = kQuarterInterior; q < header_.quarter_count; ++q) {
     const std::uint64_t hash = HashOf(quarters_ + q * quarter_bytes_, quarter_bytes_);

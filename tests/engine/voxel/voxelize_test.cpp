@@ -1,6 +1,8 @@
 #include "engine/voxel/voxelize.h"
 
+#include <fstream>
 #include <set>
+#include <string>
 #include <tuple>
 
 #include <gtest/gtest.h>
@@ -457,6 +459,36 @@ TEST(Voxelize, RefusesWhatDoesNotFitAndNamesAVoxelThatDoes) {
   EXPECT_GT(EstimateVoxelizeBytes(box, 0.8 * fits), 1ULL << 30U);
   EXPECT_FALSE(Voxelize(box, {.voxel_size = 0.0}));
   EXPECT_FALSE(Voxelize(TriangleMesh{}, {.voxel_size = 0.1}));
+}
+
+/// A figure of /proc/self/status, bytes.
+double StatusBytes(const std::string& name) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind(name, 0) == 0) return 1024.0 * std::stod(line.substr(name.size() + 1));
+  }
+  return 0;
+}
+
+// The kernel's own account of the most memory held at once.
+TEST(Voxelize, TakesNoMoreMemoryThanEstimatedAndNotFarLess) {
+  struct Case {
+    TriangleMesh mesh;
+    double voxel_size;
+  };
+  const std::array<Case, 4> cases{Case{Sphere(0.5, 6), 0.002}, Case{Sphere(0.5, 4), 0.001},
+                                  Case{Box(Vec3(1, 0.5, 0.2)), 0.001}, Case{Sheet(1.0), 0.001}};
+  for (const Case& c : cases) {
+    std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins anew
+    const double before = StatusBytes("VmRSS:");
+    if (StatusBytes("VmHWM:") > before + 1e6) GTEST_SKIP() << "the peak cannot be set back";
+    const Result<Voxmap> map = Voxelize(c.mesh, {.voxel_size = c.voxel_size});
+    ASSERT_TRUE(map);
+    const double taken = StatusBytes("VmHWM:") - before;
+    const auto estimated = static_cast<double>(EstimateVoxelizeBytes(c.mesh, c.voxel_size));
+    EXPECT_LT(taken, estimated);
+    EXPECT_GT(20 * taken, estimated);
+  }
 }
 
 // Layer thickness s |n|_1 along the normal (VPS.md §1.9): 1.5 A / s^2 on average over directions.
