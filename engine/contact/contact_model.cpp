@@ -31,20 +31,8 @@ double Weight(double square, double reach) {
   return left > 0 ? left * left : 0.0;
 }
 
-/// How much of a push counts that has that cosine with an edge's normal: all of it within `half` of
-/// it (rad), where the normals of the edge's faces lie.
-double ShareOfPush(double cosine, double half) {
-  const double first = std::cos(half);
-  const double last = std::cos(half + kArcFade);
-  return std::clamp((cosine - last) / (first - last), 0.0, 1.0);
-}
-
-double HalfArc(const SurfaceDetail& detail) {
-  return detail.shape() == SurfaceDetail::Shape::kRidge ? detail.half_angle() : kLooseArc;
-}
-
 /// An edge seen along its line: its faces' normals lie in an arc round its own.
-struct Arc {
+struct Wedge {
   Vec3 normal;
   double half;  // of the arc, rad
 };
@@ -55,7 +43,7 @@ struct Leaning {
 
 /// How an edge leans on another along the same line `t`, `away` from it: along the direction in
 /// both arcs that parts them most, which is how far apart two wedges are.
-Leaning LeanOnParallel(const Vec3& t, const Vec3& away, const Arc& below, const Arc& above) {
+Leaning LeanOnParallel(const Vec3& t, const Vec3& away, const Wedge& below, const Wedge& above) {
   const Vec3 e1 = (below.normal - below.normal.dot(t) * t).normalized();
   const Vec3 e2 = t.cross(e1);
   const double turn = std::atan2(above.normal.dot(e2), above.normal.dot(e1));
@@ -94,6 +82,28 @@ std::size_t FindPlainContacts(std::span<const Candidate> candidates, const Voxma
   return count;
 }
 
+RefinedContacts::Arc::Arc(double half_angle)
+    : half(half_angle),
+      cosine(std::cos(half_angle)),
+      sine(std::sin(half_angle)),
+      last(std::cos(half_angle + kArcFade)),
+      scale(1.0 / (cosine - last)) {}
+
+RefinedContacts::Arc RefinedContacts::Arc::OfCosine(double cosine) {
+  static const double kFadeCosine = std::cos(kArcFade);
+  static const double kFadeSine = std::sin(kArcFade);
+  Arc arc;
+  arc.cosine = cosine;
+  arc.sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+  arc.last = cosine * kFadeCosine - arc.sine * kFadeSine;
+  arc.scale = 1.0 / (arc.cosine - arc.last);
+  return arc;
+}
+
+double RefinedContacts::Arc::ShareOf(double push_cosine) const noexcept {
+  return std::clamp((push_cosine - last) * scale, 0.0, 1.0);
+}
+
 RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
                                  const SurfaceDetails& details, std::size_t most)
     : shell_(&shell),
@@ -104,6 +114,10 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
       met_(MostVertices(most)),
       used_slots_(met_.size()) {
   TANDEM_CHECK(!details.empty());
+  for (std::size_t i = 0; i < SurfaceDetail::kAngles; ++i) {
+    arcs_[i] = Arc(SurfaceDetail::kAngleStep * static_cast<double>(i));
+  }
+  arcs_.back() = Arc(kLooseArc);
 }
 
 std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) noexcept {
@@ -178,8 +192,9 @@ std::optional<std::size_t> RefinedContacts::MeetSurface(const Candidate& candida
     } else if (shape == SurfaceDetail::Shape::kRidge) {
       only_corners = false;
       const Vec3 n = UnpackDirection(detail.normal);
-      const Vec3 across = std::sin(detail.half_angle()) * UnpackDirection(detail.tangent).cross(n);
-      const Vec3 along = std::cos(detail.half_angle()) * n;
+      const Arc& arc = arcs_[detail.half_angle_steps()];
+      const Vec3 across = arc.sine * UnpackDirection(detail.tangent).cross(n);
+      const Vec3 along = arc.cosine * n;
       const std::array<Vec3, 2> normals{along + across, along - across};
       const auto one = over(sources_[i], normals[0]);
       const auto two = over(sources_[i], normals[1]);
@@ -237,50 +252,50 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
   const Pointshell::Edge& edge = shell_->edges[candidate.edge];
   const Vec3 t = R_VS * edge.tangent.cast<double>();
   if (edge.cosine < 0) return 0;  // a notch: nothing leans on it
-  const double arc = edge.cosine > 0 ? std::acos(double{edge.cosine}) : kLooseArc;
+  const Arc arc = edge.cosine > 0 ? Arc::OfCosine(edge.cosine) : arcs_.back();
   const double half = edge.half_length / s_ + kAgain;
   const std::size_t count = ListSources(candidate.voxel_V, Field::kEdge);
   std::size_t found = 0;
   for (std::size_t i = 0; i < count && found < kPerPoint; ++i) {
     const Source& source = sources_[i];
-    const Vec3 n = FacingNormal(*source.detail, candidate.nhat_V);
-    if (!(n.dot(candidate.nhat_V) > kFacing)) continue;
     const std::uint8_t packed = source.detail->half_length;
     if (packed == 0) continue;  // a vertex: the surfaces' business
     // of a thin sheet's edge only that it passes through the voxel is known
     const double other_half = (packed == SurfaceDetail::kTwoSided ? 0.5 : packed / 128.0) + kAgain;
-    if (source.detail->shape() == SurfaceDetail::Shape::kNotch) continue;
-    const double other_arc = HalfArc(*source.detail);
+    // most edges nearby are not beside this one, which takes least to tell
     const Vec3 other_t = UnpackDirection(source.detail->tangent);
     const Vec3 away = p - source.q;
-    Vec3 normal = t.cross(other_t);
-    const double sine = normal.norm();
-    if (sine < kParallel) {
+    const double cosine = t.dot(other_t);
+    const double square_sine = 1.0 - cosine * cosine;
+    const double along = away.dot(t);
+    const double other_along = away.dot(other_t);
+    const bool parallel = square_sine < kParallel * kParallel;
+    // the places on both lines where they come closest: p + u t, q + v t'
+    const double u = parallel ? 0.0 : (cosine * other_along - along) / square_sine;
+    const double v = parallel ? other_along : (other_along - cosine * along) / square_sine;
+    if (std::abs(u) > half || std::abs(v) > other_half) continue;
+    if (source.detail->shape() == SurfaceDetail::Shape::kNotch) continue;
+    const Vec3 n = FacingNormal(*source.detail, candidate.nhat_V);
+    if (!(n.dot(candidate.nhat_V) > kFacing)) continue;
+    const Arc& other_arc = ArcOf(*source.detail);
+    if (parallel) {
       // side by side: each part of the shell's edge rests on the part of the map's beside it
-      if (std::abs(away.dot(other_t)) > other_half) continue;
-      const Leaning leaning = LeanOnParallel(t, away, {n, other_arc}, {candidate.nhat_V, arc});
+      const Leaning leaning =
+          LeanOnParallel(t, away, {n, other_arc.half}, {candidate.nhat_V, std::acos(arc.cosine)});
       const double depth = (kRefinedClearance - away.dot(leaning.normal)) * leaning.share;
       if (depth > 0) out[found++] = {candidate.p_V, leaning.normal, s_ * depth};
       continue;
     }
-    normal /= sine;
+    Vec3 normal = t.cross(other_t).normalized();
     if (normal.dot(n + candidate.nhat_V) < 0) normal = -normal;
+    const double gap = away.dot(normal);
+    if (gap >= kRefinedClearance) continue;
     // both bodies' material must lie behind the plane between the edges
     const double share =
-        ShareOfPush(normal.dot(n), other_arc) * ShareOfPush(normal.dot(candidate.nhat_V), arc);
+        other_arc.ShareOf(normal.dot(n)) * arc.ShareOf(normal.dot(candidate.nhat_V));
     if (share <= 0) continue;
-    // the places on both lines where they come closest: p + u t, q + v t'
-    const double cosine = t.dot(other_t);
-    const double along = away.dot(t);
-    const double other_along = away.dot(other_t);
-    const double denominator = 1.0 - cosine * cosine;
-    const double u = (cosine * other_along - along) / denominator;
-    const double v = (other_along - cosine * along) / denominator;
-    if (std::abs(u) > half || std::abs(v) > other_half) continue;
-    const double depth = (kRefinedClearance - away.dot(normal)) * share;
-    if (depth <= 0) continue;
     const Vec3 middle = 0.5 * (p + u * t + source.q + v * other_t);
-    out[found++] = {s_ * middle, normal, s_ * depth};
+    out[found++] = {s_ * middle, normal, s_ * (kRefinedClearance - gap) * share};
   }
   return found;
 }

@@ -84,6 +84,26 @@ class RefinedContacts {
     PlaneMean faces;  // of the shell
   };
 
+  /// The arc about an edge's own normal in which those of its faces lie, and how a push beside it
+  /// fades out.
+  struct Arc {
+    double half = 0;  // rad
+    double cosine = 1;
+    double sine = 0;
+    double last = 0;   // cosine at which nothing is left of a push
+    double scale = 0;  // 1 / (cosine - last)
+    explicit Arc(double half_angle = 0);
+    /// From its cosine, without a turn through angles.
+    static Arc OfCosine(double cosine);
+    /// How much of a push counts that has that cosine with the edge's normal.
+    double ShareOf(double push_cosine) const noexcept;
+  };
+  /// The arc of a piece of the map's edge; of a vertex's or an open rim's, a wide one.
+  const Arc& ArcOf(const SurfaceDetail& detail) const noexcept {
+    const bool ridge = detail.shape() == SurfaceDetail::Shape::kRidge;
+    return arcs_[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
+  }
+
   /// The sources of a field within one voxel of a voxel, in sources_; gives how many.
   std::size_t ListSources(const GridIndex& voxel, Field field) noexcept;
   /// Nothing when no piece of surface is near.
@@ -96,6 +116,7 @@ class RefinedContacts {
   const Voxmap* voxmap_;
   const SurfaceDetails* details_;
   double s_;
+  std::array<Arc, SurfaceDetail::kAngles + 1> arcs_;  // by step; last, the wide one
   std::array<Source, 27> sources_;
   std::vector<std::uint32_t> slots_;  // a table by voxel: 1 + number in met_
   std::vector<MetVertex> met_;

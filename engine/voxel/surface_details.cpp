@@ -59,14 +59,15 @@ std::array<std::int16_t, 2> PackDirection(const Vec3& unit) {
 }
 
 Vec3 UnpackDirection(const std::array<std::int16_t, 2>& packed) noexcept {
-  const double u = packed[0] / kDirectionScale;
-  const double v = packed[1] / kDirectionScale;
-  Vec3 unit(u, v, 1.0 - std::abs(u) - std::abs(v));
+  constexpr auto kScale = static_cast<float>(1.0 / kDirectionScale);
+  const float u = kScale * packed[0];
+  const float v = kScale * packed[1];
+  Vec3f unit(u, v, 1.0F - std::abs(u) - std::abs(v));
   if (unit.z() < 0) {
-    unit.x() = (1.0 - std::abs(v)) * SignOf(u);
-    unit.y() = (1.0 - std::abs(u)) * SignOf(v);
+    unit.x() = std::copysign(1.0F - std::abs(v), u);
+    unit.y() = std::copysign(1.0F - std::abs(u), v);
   }
-  return unit.normalized();
+  return (unit * (1.0F / unit.norm())).cast<double>();
 }
 
 SurfaceDetails::SurfaceDetails(const TriangleMesh& mesh_W, double flatness_voxels,

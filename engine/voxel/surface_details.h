@@ -35,18 +35,19 @@ struct SurfaceDetail {
     const unsigned code = Code();
     return code >= kFirstShape ? static_cast<Shape>(code - kFirstShape) : Shape::kRidge;
   }
-  /// Of half the angle between the normals of a ridge's faces.
-  double half_angle() const noexcept { return kAngleStep * Code(); }
+  /// Half the angle between the normals of a ridge's faces, in steps of kAngleStep rad.
+  std::size_t half_angle_steps() const noexcept { return Code(); }
   void SetShape(Shape other_than_ridge) noexcept {
     SetCode(kFirstShape + static_cast<unsigned>(other_than_ridge));
   }
   void SetRidge(double half_angle) noexcept {
     SetCode(static_cast<unsigned>(std::lround(half_angle / kAngleStep)));
   }
+  static constexpr unsigned kAngles = 253;  // 0 to a right angle
+  static constexpr double kAngleStep = 0.5 * 3.14159265358979323846 / (kAngles - 1);
 
  private:
-  static constexpr unsigned kFirstShape = 253;
-  static constexpr double kAngleStep = 0.5 * 3.14159265358979323846 / (kFirstShape - 1);
+  static constexpr unsigned kFirstShape = kAngles;
   unsigned Code() const noexcept {
     return static_cast<unsigned>((tangent[0] & 15) | (tangent[1] & 15) << 4);
   }
