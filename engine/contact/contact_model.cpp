@@ -64,6 +64,21 @@ Leaning LeanOnParallel(const Vec3& t, const Vec3& away, const Wedge& below, cons
   return leaning;
 }
 
+/// Voxels from a place to where other pieces of surface come into a window of one voxel all round
+/// its own.
+double ToNewPieces(const Vec3& p, const GridIndex& voxel) {
+  const Vec3 in(p.x() - voxel.x, p.y() - voxel.y, p.z() - voxel.z);
+  return std::min(in.minCoeff(), 1.0 - in.maxCoeff());
+}
+
+/// A feature comes nearer by its own way, and by its direction's turn times what it is looked at
+/// from; turns are bounded by the way of the body's farthest point.
+double CertaintyOf(double radius_voxels) {
+  constexpr double kFarthest = 4.0;   // voxels from a point to a piece in its window
+  constexpr double kSmallest = 10.0;  // voxels: smaller bodies turn far for little travel
+  return radius_voxels > kSmallest ? 1.0 / (1.0 + kFarthest / radius_voxels) : 0.0;
+}
+
 std::size_t SlotOf(const GridIndex& voxel, std::size_t slots) {
   return (MortonCode(voxel) * 0x9e3779b97f4a7c15ULL >> 20U) & (slots - 1);
 }
@@ -110,6 +125,7 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
       voxmap_(&voxmap),
       details_(&details),
       s_(voxmap.voxel_size()),
+      certainty_(CertaintyOf(shell.radius / voxmap.voxel_size())),
       slots_(std::bit_ceil(2 * MostVertices(most)), 0),
       met_(MostVertices(most)),
       used_slots_(met_.size()) {
@@ -167,18 +183,25 @@ std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) no
   return count;
 }
 
-std::optional<std::size_t> RefinedContacts::MeetSurface(const Candidate& candidate,
+std::optional<std::size_t> RefinedContacts::MeetSurface(Candidate& candidate,
                                                         Contact* out) noexcept {
   const Vec3 p = candidate.p_V / s_;
   const std::size_t count = ListSources(candidate.voxel_V, Field::kSurface);
   PlaneMean faces;
   // a place's height above its plane, and how squarely the vertex stands over it
+  double slack = candidate.mark == kInteriorMark ? 0.0 : ToNewPieces(p, candidate.voxel_V);
   const auto over = [&](const Source& source, const Vec3& n) {
     const Vec3 away = p - source.q;
     const double height = away.dot(n);
+    const double square_beside = away.squaredNorm() - height * height;
+    const bool two_sided = source.detail->half_length == SurfaceDetail::kTwoSided;
+    const double above = two_sided ? -1.0 : height - kRefinedClearance;
+    if (above < slack) {
+      slack =
+          std::min(slack, std::max(above, std::sqrt(std::max(0.0, square_beside)) - kLateralReach));
+    }
     const bool facing = n.dot(candidate.nhat_V) > kFacing;
-    return std::pair(height,
-                     facing ? Weight(away.squaredNorm() - height * height, kLateralReach) : 0.0);
+    return std::pair(height, facing ? Weight(square_beside, kLateralReach) : 0.0);
   };
   bool only_corners = true;
   for (std::size_t i = 0; i < count; ++i) {
@@ -207,6 +230,8 @@ std::optional<std::size_t> RefinedContacts::MeetSurface(const Candidate& candida
     const auto [height, weight] = over(sources_[i], n);
     faces.Add(sources_[i].q, n, height, weight);
   }
+  candidate.slack = slack * certainty_;
+  if (slack > 0) return 0;
   std::array<PlaneMean::Push, PlaneMean::kMostPushes> pushes;
   const std::size_t pushing = faces.Resolve(pushes);
   if (pushing == 0) return std::nullopt;
@@ -218,17 +243,24 @@ std::optional<std::size_t> RefinedContacts::MeetSurface(const Candidate& candida
   return found;
 }
 
-void RefinedContacts::MeetVertices(const Candidate& candidate) noexcept {
+void RefinedContacts::MeetVertices(Candidate& candidate) noexcept {
   const Vec3 p = candidate.p_V / s_;
   const Vec3& n = candidate.nhat_V;
   const std::size_t count = ListSources(candidate.voxel_V, Field::kVertex);
+  candidate.slack = ToNewPieces(p, candidate.voxel_V) * certainty_;
   for (std::size_t i = 0; i < count; ++i) {
     const Source& source = sources_[i];
-    if (!(n.dot(FacingNormal(*source.detail, n)) > kFacing)) continue;
     const Vec3 away = p - source.q;
     const double height = away.dot(n);  // of the vertex above the shell's surface
-    const double w = Weight(away.squaredNorm() - height * height, kVertexReach);
-    if (w <= 0) continue;
+    const double square_beside = away.squaredNorm() - height * height;
+    const double w = Weight(square_beside, kVertexReach);
+    if (w <= 0) {
+      const double beside = std::sqrt(square_beside) - kVertexReach;
+      candidate.slack = std::min(candidate.slack, beside * certainty_);
+      continue;
+    }
+    candidate.slack = 0;
+    if (!(n.dot(FacingNormal(*source.detail, n)) > kFacing)) continue;
     std::size_t slot = SlotOf(source.voxel, slots_.size());
     while (slots_[slot] != 0 && !(met_[slots_[slot] - 1].voxel == source.voxel)) {
       slot = (slot + 1) & (slots_.size() - 1);
@@ -246,11 +278,13 @@ void RefinedContacts::MeetVertices(const Candidate& candidate) noexcept {
   }
 }
 
-std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R_VS,
+std::size_t RefinedContacts::MeetEdges(Candidate& candidate, const Mat3& R_VS,
                                        Contact* out) noexcept {
   const Vec3 p = candidate.p_V / s_;
   const Pointshell::Edge& edge = shell_->edges[candidate.edge];
   const Vec3 t = R_VS * edge.tangent.cast<double>();
+  double slack = ToNewPieces(p, candidate.voxel_V);
+  candidate.slack = slack * certainty_;
   if (edge.cosine < 0) return 0;  // a notch: nothing leans on it
   const Arc arc = edge.cosine > 0 ? Arc::OfCosine(edge.cosine) : arcs_.back();
   const double half = edge.half_length / s_ + kAgain;
@@ -269,26 +303,42 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
     const double square_sine = 1.0 - cosine * cosine;
     const double along = away.dot(t);
     const double other_along = away.dot(other_t);
-    const bool parallel = square_sine < kParallel * kParallel;
+    const double from_parallel = square_sine / (kParallel * kParallel);
+    const bool parallel = from_parallel < 1.0;
+    if (from_parallel > 0.5 && from_parallel < 2.0) slack = 0;  // may soon be the other
     // the places on both lines where they come closest: p + u t, q + v t'
     const double u = parallel ? 0.0 : (cosine * other_along - along) / square_sine;
     const double v = parallel ? other_along : (other_along - cosine * along) / square_sine;
-    if (std::abs(u) > half || std::abs(v) > other_half) continue;
     if (source.detail->shape() == SurfaceDetail::Shape::kNotch) continue;
+    if (std::abs(u) > half || std::abs(v) > other_half) {
+      // until the two pieces are beside each other
+      const double beside =
+          std::abs(other_along) - other_half - (parallel ? 0.0 : half * std::abs(cosine));
+      const double before =
+          std::abs(along) - half - (parallel ? other_half : other_half * std::abs(cosine));
+      slack = std::min(slack, parallel ? beside : std::max(beside, before));
+      continue;
+    }
     const Vec3 n = FacingNormal(*source.detail, candidate.nhat_V);
-    if (!(n.dot(candidate.nhat_V) > kFacing)) continue;
+    if (!(n.dot(candidate.nhat_V) > kFacing)) {
+      slack = 0;
+      continue;
+    }
     const Arc& other_arc = ArcOf(*source.detail);
     if (parallel) {
       // side by side: each part of the shell's edge rests on the part of the map's beside it
       const Leaning leaning =
           LeanOnParallel(t, away, {n, other_arc.half}, {candidate.nhat_V, std::acos(arc.cosine)});
-      const double depth = (kRefinedClearance - away.dot(leaning.normal)) * leaning.share;
+      const double gap = away.dot(leaning.normal);
+      slack = std::min(slack, gap - kRefinedClearance);
+      const double depth = (kRefinedClearance - gap) * leaning.share;
       if (depth > 0) out[found++] = {candidate.p_V, leaning.normal, s_ * depth};
       continue;
     }
     Vec3 normal = t.cross(other_t).normalized();
     if (normal.dot(n + candidate.nhat_V) < 0) normal = -normal;
     const double gap = away.dot(normal);
+    slack = std::min(slack, gap - kRefinedClearance);
     if (gap >= kRefinedClearance) continue;
     // both bodies' material must lie behind the plane between the edges
     const double share =
@@ -297,6 +347,7 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
     const Vec3 middle = 0.5 * (p + u * t + source.q + v * other_t);
     out[found++] = {s_ * middle, normal, s_ * (kRefinedClearance - gap) * share};
   }
+  candidate.slack = slack * certainty_;
   return found;
 }
 
@@ -316,10 +367,10 @@ std::size_t RefinedContacts::TakeVertices(Contact* out) noexcept {
   return found;
 }
 
-std::size_t RefinedContacts::Find(std::span<const Candidate> candidates, const Mat3& R_VS,
-                                  int layer, Contact* out) noexcept {
+std::size_t RefinedContacts::Find(std::span<Candidate> candidates, const Mat3& R_VS, int layer,
+                                  Contact* out) noexcept {
   std::size_t found = 0;
-  for (const Candidate& candidate : candidates) {
+  for (Candidate& candidate : candidates) {
     if (candidate.label == Label::kSurface) {
       MeetVertices(candidate);
     } else if (candidate.label == Label::kEdge) {

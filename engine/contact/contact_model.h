@@ -16,12 +16,16 @@ namespace tandem {
 
 /// A point that reads contact in its own field.
 struct Candidate {
+  std::uint32_t point;
   std::uint32_t edge;  // of an edge point: into Pointshell::edges
   Label label;
   int mark;
   GridIndex voxel_V;
   Vec3 p_V;     // m
   Vec3 nhat_V;  // its inward normal
+  /// Told by RefinedContacts: voxels that surfaces may come nearer before this point, which makes
+  /// no contact and bears on none, can do so.
+  double slack = 0;
 };
 
 /// Where two bodies push each other.
@@ -53,6 +57,10 @@ std::size_t FindPlainContacts(std::span<const Candidate> candidates, const Voxma
 /// do not touch: they are on the far sides of thin walls. Deeper in than the map knows its surface,
 /// the plain depth goes on.
 ///
+/// Most points within the force layer are not in contact. For those it tells how far surfaces may
+/// come nearer before they can be (slack), so that they need not be looked at until then; a lower
+/// bound, so contacts are the same with and without.
+///
 /// Used by one thread; Find() does not allocate.
 class RefinedContacts {
  public:
@@ -61,7 +69,7 @@ class RefinedContacts {
                   std::size_t most);
 
   /// `R_VS` turns from the shell's frame to V. `out` has room for RoomFor(candidates) contacts.
-  std::size_t Find(std::span<const Candidate> candidates, const Mat3& R_VS, int layer,
+  std::size_t Find(std::span<Candidate> candidates, const Mat3& R_VS, int layer,
                    Contact* out) noexcept;
   static std::size_t RoomFor(std::size_t candidates) {
     return kPerPoint * (candidates + MostVertices(candidates));
@@ -107,15 +115,16 @@ class RefinedContacts {
   /// The sources of a field within one voxel of a voxel, in sources_; gives how many.
   std::size_t ListSources(const GridIndex& voxel, Field field) noexcept;
   /// Nothing when no piece of surface is near.
-  std::optional<std::size_t> MeetSurface(const Candidate& candidate, Contact* out) noexcept;
-  void MeetVertices(const Candidate& candidate) noexcept;
-  std::size_t MeetEdges(const Candidate& candidate, const Mat3& R_VS, Contact* out) noexcept;
+  std::optional<std::size_t> MeetSurface(Candidate& candidate, Contact* out) noexcept;
+  void MeetVertices(Candidate& candidate) noexcept;
+  std::size_t MeetEdges(Candidate& candidate, const Mat3& R_VS, Contact* out) noexcept;
   std::size_t TakeVertices(Contact* out) noexcept;
 
   const Pointshell* shell_;
   const Voxmap* voxmap_;
   const SurfaceDetails* details_;
   double s_;
+  double certainty_;                                  // share of a slack that turns leave
   std::array<Arc, SurfaceDetail::kAngles + 1> arcs_;  // by step; last, the wide one
   std::array<Source, 27> sources_;
   std::vector<std::uint32_t> slots_;  // a table by voxel: 1 + number in met_

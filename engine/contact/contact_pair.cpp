@@ -17,6 +17,9 @@ constexpr double kEnoughVoxels = 32;
 /// Voxels of depth from which a refined contact damps in full.
 constexpr double kFullDampingDepth = 0.25;
 
+/// Voxels, off every slack: single precision.
+constexpr double kPlaceError = 0.01;
+
 /// Vectors and matrices about a point, turned from V to W.
 Load Turned(const Load& load_V, const Mat3& R_WV) {
   Mat6 R = Mat6::Zero();
@@ -51,6 +54,7 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
   if (options.details != nullptr) {
     refined_ =
         std::make_unique<RefinedContacts>(shell, voxmap, *options.details, candidates_.size());
+    if (options.schedule.coherence) clear_until_.assign(shell.size(), 0.0);
   }
   contacts_.resize(refined_ != nullptr ? RefinedContacts::RoomFor(candidates_.size())
                                        : candidates_.size());
@@ -81,6 +85,7 @@ void ContactPair::AddCandidate(const Pose& X_VS, std::size_t block_number, std::
   const PointBlocks::Block& block = blocks_->block(block_number);
   const std::uint32_t point = block.first + lane;
   Candidate& candidate = candidates_[candidate_count_++];
+  candidate.point = point;
   candidate.edge = block.first_edge + lane;
   candidate.label = block.label;
   candidate.mark = mark;
@@ -95,7 +100,7 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
   contact_count_ = 0;
   if (candidate_count_ == 0) return;
   const Mat3 R_VS = X_VS.q.toRotationMatrix();
-  const std::span<const Candidate> candidates(candidates_.data(), candidate_count_);
+  const std::span<Candidate> candidates(candidates_.data(), candidate_count_);
   const int layer = schedule_->force_layer();
   contact_count_ = refined_ != nullptr
                        ? refined_->Find(candidates, R_VS, layer, contacts_.data())
@@ -176,6 +181,9 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   // the broad phase: nothing can be in contact, so nothing is tested and the queues wait
   if (Gap() > 0) return report;
   schedule_->Test(X_VS, waiting_);
+  if (std::isfinite(waiting_)) odometer_ += waiting_ / voxmap_->voxel_size();
+  odometer_ += std::abs(schedule_->displacement() - displaced_) / voxmap_->voxel_size();
+  displaced_ = schedule_->displacement();
   waiting_ = 0;
   report.tests = schedule_->counts();
   candidate_count_ = 0;
@@ -183,12 +191,31 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
     const Field field = blocks_->fields()[contact.block];
     for (unsigned lanes = contact.lanes; lanes != 0; lanes &= lanes - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(lanes));
+      if (StandsClear(contact.block, lane)) {
+        ++report.contact_points;
+        ++report.clear_points;
+        continue;
+      }
       const GridIndex voxel = VoxelAt(schedule_->transform()(*blocks_, contact.block, lane));
       AddCandidate(X_VS, contact.block, lane, voxel, voxmap_->Value(field, voxel), report);
     }
   }
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
+  RememberSlack();
   return report;
+}
+
+bool ContactPair::StandsClear(std::uint32_t block, std::uint32_t lane) const noexcept {
+  return !clear_until_.empty() && odometer_ < clear_until_[blocks_->block(block).first + lane];
+}
+
+void ContactPair::RememberSlack() noexcept {
+  if (clear_until_.empty()) return;
+  for (std::size_t i = 0; i < candidate_count_; ++i) {
+    const Candidate& candidate = candidates_[i];
+    // places are known to some hundredths of a voxel
+    clear_until_[candidate.point] = odometer_ + candidate.slack - kPlaceError;
+  }
 }
 
 TestLoad ContactPair::load() const noexcept {

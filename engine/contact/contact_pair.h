@@ -25,6 +25,7 @@ struct BodyMotion {
 /// What a frame's test of a pair found.
 struct PairReport {
   int contact_points = 0;      // marks <= 2 + layer, by the class rule
+  int clear_points = 0;        // of these, known to make no contact yet (refined model)
   int loaded_points = 0;       // of these, below their tangent plane
   bool over_capacity = false;  // more contacts than can be held; the rest did not push
   TestCounts tests;
@@ -98,6 +99,10 @@ class ContactPair {
   void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
                  const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) noexcept;
 
+  /// Whether the refined model has told that a point cannot make a contact yet.
+  bool StandsClear(std::uint32_t block, std::uint32_t lane) const noexcept;
+  void RememberSlack() noexcept;
+
   static constexpr std::size_t kMostCandidates = 1 << 14;
 
   const Pointshell* shell_;
@@ -112,6 +117,10 @@ class ContactPair {
   std::unique_ptr<const PointBlocks> blocks_;
   std::unique_ptr<Schedule> schedule_;
   std::unique_ptr<RefinedContacts> refined_;
+  double odometer_ = 0;   // voxels that surfaces can have come nearer since the first test
+  double displaced_ = 0;  // m, of the points at the last test
+  /// By point: the odometer before which it makes no contact; empty without coherence.
+  std::vector<double> clear_until_;
   std::vector<Candidate> candidates_;
   std::size_t candidate_count_ = 0;
   std::vector<Contact> contacts_;

@@ -54,6 +54,7 @@ struct StepReport {
 
   std::uint32_t flags = 0;
   int contact_points = 0;
+  int clear_points = 0;  // of the contact points, known to push nothing yet
   int loaded_points = 0;
   TestCounts tests;
   Wrench hand_B_W;     // hand's coupling on the held body, as applied

@@ -201,6 +201,7 @@ void World::Collide(const StepInputs& in) noexcept {
     report_.tests += found.tests;
     if (found.over_capacity) report_.flags |= StepReport::kOverCapacity;
     report_.contact_points += found.contact_points;
+    report_.clear_points += found.clear_points;
     report_.loaded_points += found.loaded_points;
   }
   if (in.hand.body >= 0) {
