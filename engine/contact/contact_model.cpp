@@ -156,8 +156,6 @@ std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) no
         const std::int32_t x0 = std::max(low.x, first.x) - first.x;
         const std::int32_t x1 = std::min(high.x, first.x + 7) - first.x;
         const std::uint64_t row = ((std::uint64_t{2} << x1) - 1) & ~((std::uint64_t{1} << x0) - 1);
-        const std::uint32_t plane =
-            field == Field::kSurface ? 0 : voxmap_->PlaneOf(field, {cx, cy, cz});
         for (std::int32_t z = std::max(low.z, first.z); z <= std::min(high.z, first.z + 7); ++z) {
           for (std::int32_t y = std::max(low.y, first.y); y <= std::min(high.y, first.y + 7); ++y) {
             const int shift = 8 * (y - first.y);
@@ -165,13 +163,20 @@ std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) no
             for (; bits != 0; bits &= bits - 1) {
               const std::size_t cell = 64 * static_cast<std::size_t>(z - first.z) +
                                        static_cast<std::size_t>(std::countr_zero(bits));
-              if (field != Field::kSurface && voxmap_->StoredMark(plane, cell) != kSurfaceMark) {
+              const SurfaceDetail& detail = details_->Of(*chunk, cell);
+              if (field == Field::kVertex && detail.shape() != SurfaceDetail::Shape::kVertex) {
+                continue;
+              }
+              if (field == Field::kEdge &&
+                  (detail.half_length == 0 ||
+                   (detail.half_length == SurfaceDetail::kTwoSided &&
+                    voxmap_->Value(Field::kEdge, first + BlockCell(cell)) != kSurfaceMark))) {
                 continue;
               }
               Source& source = sources_[count++];
               source.voxel = first + BlockCell(cell);
-              source.detail = &details_->Of(*chunk, cell);
-              const auto& place = source.detail->place;
+              source.detail = &detail;
+              const auto& place = detail.place;
               source.q = Vec3(source.voxel.x + place[0] / 255.0, source.voxel.y + place[1] / 255.0,
                               source.voxel.z + place[2] / 255.0);
             }
@@ -293,7 +298,6 @@ std::size_t RefinedContacts::MeetEdges(Candidate& candidate, const Mat3& R_VS,
   for (std::size_t i = 0; i < count && found < kPerPoint; ++i) {
     const Source& source = sources_[i];
     const std::uint8_t packed = source.detail->half_length;
-    if (packed == 0) continue;  // a vertex: the surfaces' business
     // of a thin sheet's edge only that it passes through the voxel is known
     const double other_half = (packed == SurfaceDetail::kTwoSided ? 0.5 : packed / 128.0) + kAgain;
     // most edges nearby are not beside this one, which takes least to tell
