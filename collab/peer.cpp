@@ -10,6 +10,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
     : world_(&world), device_(&device), inbox_(&inbox), options_(options), remote_(world.model()) {
   const WorldModel& model = world.model();
   inputs_.bodies.resize(model.bodies.size());
+  inputs_.capacity = options.capacity;
   trace_.reserve(options.trace_frames);
   if (options.held_object < 0) return;
   const auto object = static_cast<std::size_t>(options.held_object);

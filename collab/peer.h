@@ -18,6 +18,7 @@ struct PeerOptions {
   Pose X_BD;                 // where the hand grasps it
   std::size_t wait_for = 0;  // other users whose loop must be closed before the hand starts
   SharedBody::Options coupling;
+  double capacity = kDefaultCapacity;  // point tests that fit into a frame (paper §5)
   std::size_t trace_frames = 0;  // recorded at the most; 0 records nothing
 };
 

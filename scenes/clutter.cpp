@@ -176,13 +176,13 @@ HandScript Hand() {
   HandScript script;
   script.impedance.damping = 20;
   script.X_BD.p = {0.2, 0, 0};
-  // down onto the racks, along them, to both sides, and up and out
+  // lightly down onto the racks, along them, to both sides, and up and out
   script.waypoints = {
       {0.0, {0, 0, 0}, Quat::Identity()},
-      {1.0, {0, 0, kMm * -14}, Quat::Identity()},
-      {2.5, {kMm * 25, kMm * 4, kMm * -14}, Quat::Identity()},
-      {4.0, {kMm * -25, kMm * -20, kMm * -12}, RotationBy(Vec3(0.03, 0, 0))},
-      {5.5, {0, kMm * 20, kMm * -12}, RotationBy(Vec3(0, 0.01, 0.01))},
+      {1.0, {0, 0, kMm * -5}, Quat::Identity()},
+      {2.5, {kMm * 9, kMm * 1.5, kMm * -5}, Quat::Identity()},
+      {4.0, {kMm * -9, kMm * -7, kMm * -4.2}, RotationBy(Vec3(0.03, 0, 0))},
+      {5.5, {0, kMm * 7, kMm * -4.2}, RotationBy(Vec3(0, 0.01, 0.01))},
       {7.0, {0, 0, 0}, Quat::Identity()},
       {9.0, {0, 0, kMm * 400}, Quat::Identity()},
   };

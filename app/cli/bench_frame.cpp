@@ -21,7 +21,6 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kPeriodNs = 1'000'000;
-constexpr double kBudget = 300e-6;  // s of a frame, for tests
 constexpr int kPriority = 30;
 constexpr int kSizeEvery = 500;  // frames after which empty work is sized anew
 constexpr int kWarmUp = 500;     // frames before anything counts
@@ -242,7 +241,7 @@ int RunFrame(const FrameArguments& arguments) {
   const Result<HandScript> script = LoadHandScript(model->scene.hands[0].file);
   if (!script) return Fail(kExitFile, script.error().what);
   const double capacity =
-      arguments.capacity > 0 ? arguments.capacity : MeasureCapacity(*model, kBudget);
+      arguments.capacity > 0 ? arguments.capacity : MeasureCapacity(*model, kTestBudget);
 
   const BodyModel& body = model->bodies[0];
   World world(model, schedule);

@@ -4,6 +4,10 @@
 
 namespace tandem {
 
+/// Of a frame of 1 ms, s: for the tests of points; the rest is for contacts, the step, the network
+/// and the machine's own doings.
+inline constexpr double kTestBudget = 300e-6;
+
 /// The nCapacity of this machine for a scene (paper §5): how many points the calling thread can
 /// test in `seconds`, as they are tested in a frame, here and there along the largest pointshell.
 /// Takes about 20 ms. Call it before the loop begins.

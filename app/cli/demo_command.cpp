@@ -10,7 +10,6 @@
 #include "app/cli/demo_judgement.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/scene_files.h"
-#include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 

@@ -7,6 +7,7 @@
 
 #include <unistd.h>
 
+#include "app/cli/capacity.h"
 #include "app/cli/commands.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/talk.h"
@@ -100,6 +101,7 @@ int Prepare(const PeerArguments& arguments, Prepared& prepared) {
     script = std::move(*loaded);
     options.peer.X_BD = script.X_BD;
   }
+  options.peer.capacity = MeasureCapacity(**model, kTestBudget);
   prepared.node = std::make_unique<PeerNode>(
       prepared.model, std::make_unique<ScriptedDevice>(std::move(script), X_WB0), *hash, options);
   if (arguments.no_contact) prepared.node->world().SwitchContactOff();

@@ -1,5 +1,7 @@
 #include "engine/world/world_model.h"
 
+#include <cstdio>
+
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxelize.h"
@@ -19,6 +21,18 @@ std::vector<TriangleMesh> Wholes(const Scene& scene, const std::vector<TriangleM
     if (scene.WholeOf(i) != i) Append(wholes_W[scene.WholeOf(i)], meshes_W[i]);
   }
   return wholes_W;
+}
+
+/// Displaced points part where the surface curves outward from where they go (paper §3.2).
+std::optional<std::string> GapRemark(const Scene& scene, const SceneBody& body,
+                                     const Pointshell& points) {
+  if (body.inward_shift_voxels == 0 || points.largest_gap <= scene.voxel_size) return std::nullopt;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "its displaced points stand up to %.2f voxels apart: what is thinner may slip "
+                "between them; displace them less",
+                points.largest_gap / scene.voxel_size);
+  return text;
 }
 
 Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const TriangleMesh& mesh_W,
@@ -101,6 +115,9 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
     } else if (scene.WholeOf(i) == i) {
       Result<BodyModel> model = LoadBody(scene, body, wholes_W[i], moving > 1);
       if (!model) return model.error();
+      if (const auto gap = GapRemark(scene, body, model->points)) {
+        world->remarks.push_back(At(body, *gap).what);
+      }
       world->body_index[i] = static_cast<int>(world->bodies.size());
       world->bodies.push_back(std::move(*model));
       world->object.push_back(i);
