@@ -70,6 +70,8 @@ struct FrameFigures {
   std::size_t violations = 0;
   double point_frames = 0;  // looked at for violations
   long page_faults = 0;
+  std::int64_t worst_ns = 0;
+  StepReport worst;  // of the frame that took longest
 };
 
 long PageFaults() {
@@ -154,6 +156,10 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity
         noise();
         if (figures.frames >= kSizeEvery) figures.noise.Add(clock.NowNs() - begin);
         figures.cpu.Add(cpu_ns);
+        if (cpu_ns > figures.worst_ns) {
+          figures.worst_ns = cpu_ns;
+          figures.worst = report;
+        }
         figures.wall.Add(wall_ns);
         figures.contacts += report.contact_points;
         figures.clear += report.clear_points;
@@ -296,6 +302,14 @@ int RunFrame(const FrameArguments& arguments) {
                                {"cpu_p50_us", Us(figures.cpu, 0.5)},
                                {"cpu_p99_us", Us(figures.cpu, 0.99)},
                                {"cpu_p999_us", Us(figures.cpu, 0.999)},
+                               {"longest",
+                                {{"cpu_us", 1e-3 * static_cast<double>(figures.worst_ns)},
+                                 {"contacts", figures.worst.contact_points},
+                                 {"clear", figures.worst.clear_points},
+                                 {"loaded", figures.worst.loaded_points},
+                                 {"tests", figures.worst.tests.looked_up},
+                                 {"drifted", figures.worst.tests.drifted},
+                                 {"chunks", figures.worst.tests.chunks}}},
                                {"wall_p999_us", Us(figures.wall, 0.999)},
                                {"noise_p999_us", Us(figures.noise, 0.999)},
                                {"tests_per_frame", figures.tests / count},
