@@ -152,9 +152,9 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity
         if (figures.frames % kSizeEvery == 0 && figures.frames > 0) {
           noise.Size(static_cast<double>(figures.cpu.Quantile(0.5)));
         }
-        const std::int64_t begin = clock.NowNs();
+        const std::int64_t begin = clock.ThreadCpuNs();
         noise();
-        if (figures.frames >= kSizeEvery) figures.noise.Add(clock.NowNs() - begin);
+        if (figures.frames >= kSizeEvery) figures.noise.Add(clock.ThreadCpuNs() - begin);
         figures.cpu.Add(cpu_ns);
         if (cpu_ns > figures.worst_ns) {
           figures.worst_ns = cpu_ns;

@@ -23,6 +23,8 @@ constexpr double kParallel = 0.15;
 constexpr double kLooseArc = 1.25;
 /// Rad: how far beyond the arc between an edge's two faces a push fades out.
 constexpr double kArcFade = 0.15;
+const double kFadeCosine = std::cos(kArcFade);
+const double kFadeSine = std::sin(kArcFade);
 constexpr double kAgain = 1e-3;  // voxels, so that a crossing on a voxel's border is not lost
 
 /// 1 squarely over a piece of surface, smoothly 0 at the reach.
@@ -72,7 +74,7 @@ double ToNewPieces(const Vec3& p, const GridIndex& voxel) {
 }
 
 /// A feature comes nearer by its own way, and by its direction's turn times what it is looked at
-/// from; turns are bounded by the way of the body's farthest point.
+/// from; turns are bounded by the way of the farthest point of the body that turns.
 double CertaintyOf(double radius_voxels) {
   constexpr double kFarthest = 4.0;   // voxels from a point to a piece in its window
   constexpr double kSmallest = 10.0;  // voxels: smaller bodies turn far for little travel
@@ -105,8 +107,6 @@ RefinedContacts::Arc::Arc(double half_angle)
       scale(1.0 / (cosine - last)) {}
 
 RefinedContacts::Arc RefinedContacts::Arc::OfCosine(double cosine) {
-  static const double kFadeCosine = std::cos(kArcFade);
-  static const double kFadeSine = std::sin(kArcFade);
   Arc arc;
   arc.cosine = cosine;
   arc.sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
@@ -120,12 +120,13 @@ double RefinedContacts::Arc::ShareOf(double push_cosine) const noexcept {
 }
 
 RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
-                                 const SurfaceDetails& details, std::size_t most)
+                                 const SurfaceDetails& details, double least_radius,
+                                 std::size_t most)
     : shell_(&shell),
       voxmap_(&voxmap),
       details_(&details),
       s_(voxmap.voxel_size()),
-      certainty_(CertaintyOf(shell.radius / voxmap.voxel_size())),
+      certainty_(CertaintyOf(least_radius / voxmap.voxel_size())),
       slots_(std::bit_ceil(2 * MostVertices(most)), 0),
       met_(MostVertices(most)),
       used_slots_(met_.size()) {
@@ -134,6 +135,12 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
     arcs_[i] = Arc(SurfaceDetail::kAngleStep * static_cast<double>(i));
   }
   arcs_.back() = Arc(kLooseArc);
+}
+
+const SurfaceDetails::Chunk* RefinedContacts::ChunkAt(const GridIndex& chunk_V) noexcept {
+  KnownChunk& known = known_[CellInBlock(chunk_V)];
+  if (!(known.chunk_V == chunk_V)) known = {chunk_V, details_->At(*voxmap_, chunk_V)};
+  return known.found;
 }
 
 std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) noexcept {
@@ -150,7 +157,7 @@ std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) no
             cz >= static_cast<std::int32_t>(8 * size[2])) {
           continue;
         }
-        const SurfaceDetails::Chunk* chunk = details_->At(*voxmap_, {cx, cy, cz});
+        const SurfaceDetails::Chunk* chunk = ChunkAt({cx, cy, cz});
         if (chunk == nullptr) continue;
         const GridIndex first = GridIndex{cx, cy, cz} * kChunkSide;
         const std::int32_t x0 = std::max(low.x, first.x) - first.x;
@@ -160,10 +167,14 @@ std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) no
           for (std::int32_t y = std::max(low.y, first.y); y <= std::min(high.y, first.y + 7); ++y) {
             const int shift = 8 * (y - first.y);
             std::uint64_t bits = chunk->bits[static_cast<std::size_t>(z - first.z)] & row << shift;
+            if (bits == 0) continue;
+            const std::size_t layer = 64 * static_cast<std::size_t>(z - first.z);
+            // the bits of a row follow one another, and so do their details
+            const SurfaceDetail* next =
+                &details_->Of(*chunk, layer + static_cast<std::size_t>(std::countr_zero(bits)));
             for (; bits != 0; bits &= bits - 1) {
-              const std::size_t cell = 64 * static_cast<std::size_t>(z - first.z) +
-                                       static_cast<std::size_t>(std::countr_zero(bits));
-              const SurfaceDetail& detail = details_->Of(*chunk, cell);
+              const SurfaceDetail& detail = *next++;
+              const std::size_t cell = layer + static_cast<std::size_t>(std::countr_zero(bits));
               if (field == Field::kVertex && detail.shape() != SurfaceDetail::Shape::kVertex) {
                 continue;
               }

@@ -64,9 +64,9 @@ std::size_t FindPlainContacts(std::span<const Candidate> candidates, const Voxma
 /// Used by one thread; Find() does not allocate.
 class RefinedContacts {
  public:
-  /// `most` candidates at a time.
+  /// `most` candidates at a time; `least_radius` is the lesser of the moving bodies' radii, m.
   RefinedContacts(const Pointshell& shell, const Voxmap& voxmap, const SurfaceDetails& details,
-                  std::size_t most);
+                  double least_radius, std::size_t most);
 
   /// `R_VS` turns from the shell's frame to V. `out` has room for RoomFor(candidates) contacts.
   std::size_t Find(std::span<Candidate> candidates, const Mat3& R_VS, int layer,
@@ -112,6 +112,9 @@ class RefinedContacts {
     return arcs_[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
   }
 
+  /// The details of a chunk within the map's box. Points in contact ask for the same few chunks
+  /// again and again, so what was found is kept: it never changes.
+  const SurfaceDetails::Chunk* ChunkAt(const GridIndex& chunk_V) noexcept;
   /// The sources of a field within one voxel of a voxel, in sources_; gives how many.
   std::size_t ListSources(const GridIndex& voxel, Field field) noexcept;
   /// Nothing when no piece of surface is near.
@@ -126,6 +129,11 @@ class RefinedContacts {
   double s_;
   double certainty_;                                  // share of a slack that turns leave
   std::array<Arc, SurfaceDetail::kAngles + 1> arcs_;  // by step; last, the wide one
+  struct KnownChunk {
+    GridIndex chunk_V{-1, -1, -1};
+    const SurfaceDetails::Chunk* found = nullptr;
+  };
+  std::array<KnownChunk, 512> known_;  // by the low bits of the chunk's place
   std::array<Source, 27> sources_;
   std::vector<std::uint32_t> slots_;  // a table by voxel: 1 + number in met_
   std::vector<MetVertex> met_;

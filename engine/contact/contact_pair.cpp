@@ -52,8 +52,9 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       schedule_(MakeSchedule(*blocks_, voxmap, options.force_layer, options.schedule)),
       candidates_(std::min(shell.size(), kMostCandidates)) {
   if (options.details != nullptr) {
-    refined_ =
-        std::make_unique<RefinedContacts>(shell, voxmap, *options.details, candidates_.size());
+    const double least_radius = map_radius > 0 ? std::min(shell.radius, map_radius) : shell.radius;
+    refined_ = std::make_unique<RefinedContacts>(shell, voxmap, *options.details, least_radius,
+                                                 candidates_.size());
     if (options.schedule.coherence) clear_until_.assign(shell.size(), 0.0);
   }
   contacts_.resize(refined_ != nullptr ? RefinedContacts::RoomFor(candidates_.size())
@@ -179,6 +180,7 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   gap_ -= travel;
   if (!(gap_ > enough)) gap_ = GapBetween(map_extent_, shell_extent_, X_VS, 2.0 * enough);
   // the broad phase: nothing can be in contact, so nothing is tested and the queues wait
+  contact_count_ = 0;
   if (Gap() > 0) return report;
   schedule_->Test(X_VS, waiting_);
   if (std::isfinite(waiting_)) odometer_ += waiting_ / voxmap_->voxel_size();

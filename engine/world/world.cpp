@@ -1,6 +1,7 @@
 #include "engine/world/world.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "engine/base/check.h"
@@ -12,9 +13,10 @@ namespace {
 /// Voxels a frame where nothing is near: half a hyperchunk (paper fn. 3).
 constexpr double kFreeTravel = 32.0;
 
-/// Of its surface, from its frame's origin, m: points stand in the middles of surface voxels.
-double RadiusOf(const BodyModel& body) {
-  return body.points.radius + body.points.spacing;
+/// Of what others must not reach unseen, from its frame's origin, m: the surface voxels and the
+/// layers round them that read contact.
+double RadiusOf(const BodyModel& body, int force_layer) {
+  return body.points.radius + (force_layer + 2) * std::sqrt(3.0) * body.points.spacing;
 }
 
 /// Of a pair's travel, what falls to one body. A mirrored body gives way to nothing, so the other
@@ -121,7 +123,7 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
       pairs_.push_back({{bodies[shell].points,
                          bodies[map].voxmap,
                          bodies[map].X_BV,
-                         RadiusOf(bodies[map]),
+                         RadiusOf(bodies[map], layer),
                          {.force_layer = layer,
                           .details = DetailsOf(bodies[map].details),
                           .both_move = true,
@@ -160,9 +162,10 @@ void World::ShareTravel(const StepInputs& in) noexcept {
   if (affordable < 0.5 * voxel) report_.flags |= StepReport::kOverCapacity;
   for (Body& body : bodies_) body.max_travel = std::min(affordable, kFreeTravel * voxel);
   for (Pair& pair : pairs_) {
-    const double travel = contact_on_ && Tested(pair, in)
-                              ? std::min(affordable, pair.contact.load().bound)
-                              : 0.5 * voxel;
+    // what nobody tests now is told of all travel when it is tested again
+    if (contact_on_ && !Tested(pair, in)) continue;
+    const double travel =
+        contact_on_ ? std::min(affordable, pair.contact.load().bound) : 0.5 * voxel;
     pair.contact.LimitTravel(travel);
     Body& shell = bodies_[static_cast<std::size_t>(pair.shell)];
     if (pair.map < 0) {
