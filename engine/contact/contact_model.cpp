@@ -203,7 +203,8 @@ std::optional<std::size_t> RefinedContacts::MeetSurface(Candidate& candidate,
                                                         Contact* out) noexcept {
   const Vec3 p = candidate.p_V / s_;
   const std::size_t count = ListSources(candidate.voxel_V, Field::kSurface);
-  PlaneMean faces;
+  PlaneMean& faces = under_;
+  faces.Clear();
   // a place's height above its plane, and how squarely the vertex stands over it
   double slack = candidate.mark == kInteriorMark ? 0.0 : ToNewPieces(p, candidate.voxel_V);
   const auto over = [&](const Source& source, const Vec3& n) {
@@ -284,7 +285,7 @@ void RefinedContacts::MeetVertices(Candidate& candidate) noexcept {
     if (slots_[slot] == 0) {
       if (met_count_ == met_.size()) continue;  // more vertices than candidates were planned for
       used_slots_[met_count_] = static_cast<std::uint32_t>(slot);
-      met_[met_count_] = {};
+      met_[met_count_].faces.Clear();
       met_[met_count_].voxel = source.voxel;
       met_[met_count_].q = source.q;
       slots_[slot] = static_cast<std::uint32_t>(++met_count_);

@@ -135,6 +135,7 @@ class RefinedContacts {
   };
   std::array<KnownChunk, 512> known_;  // by the low bits of the chunk's place
   std::array<Source, 27> sources_;
+  PlaneMean under_;  // what a vertex stands over
   std::vector<std::uint32_t> slots_;  // a table by voxel: 1 + number in met_
   std::vector<MetVertex> met_;
   std::vector<std::uint32_t> used_slots_;

@@ -24,6 +24,11 @@ class PlaneMean {
   };
   static constexpr std::size_t kMostPushes = 4;
 
+  /// Forgets all pieces. Cheaper than a new one, which has two kilobytes to zero.
+  void Clear() noexcept {
+    count_ = 0;
+    ridge_count_ = 0;
+  }
   /// A piece of surface: a place on it, its outward normal, the vertex's height above its plane.
   void Add(const Vec3& place, const Vec3& normal, double height, double weight) noexcept;
   /// A piece of a convex edge: a place on it, its faces' normals, the heights above their planes.
@@ -45,10 +50,10 @@ class PlaneMean {
   };
   static constexpr std::size_t kMostRidges = 27;
 
-  std::array<Face, kMostFaces> faces_;
   std::size_t count_ = 0;
-  std::array<std::array<Vec3, 2>, kMostRidges> ridges_;  // their faces' normals
   std::size_t ridge_count_ = 0;
+  std::array<Face, kMostFaces> faces_;
+  std::array<std::array<Vec3, 2>, kMostRidges> ridges_;  // their faces' normals
 };
 
 }  // namespace tandem
