@@ -35,6 +35,7 @@ struct PeerArguments {
   LinkConditions conditions;
   std::string law = "p+d";
   double publish_hz = 1000;
+  double capacity = 0;  // points a frame; 0: measured
   std::string report;
   bool no_contact = false;
   bool require_rt = false;
@@ -59,6 +60,7 @@ struct Prepared {
   std::shared_ptr<const WorldModel> model;
   std::unique_ptr<PeerNode> node;
   PeerId id = 0;
+  double capacity = 0;
   std::vector<ObjectId> held;
 };
 
@@ -101,7 +103,9 @@ int Prepare(const PeerArguments& arguments, Prepared& prepared) {
     script = std::move(*loaded);
     options.peer.X_BD = script.X_BD;
   }
-  options.peer.capacity = MeasureCapacity(**model, kTestBudget);
+  options.peer.capacity =
+      arguments.capacity > 0 ? arguments.capacity : MeasureCapacity(**model, kTestBudget);
+  prepared.capacity = options.peer.capacity;
   prepared.node = std::make_unique<PeerNode>(
       prepared.model, std::make_unique<ScriptedDevice>(std::move(script), X_WB0), *hash, options);
   if (arguments.no_contact) prepared.node->world().SwitchContactOff();
@@ -111,6 +115,7 @@ int Prepare(const PeerArguments& arguments, Prepared& prepared) {
 
 /// The points that are tested, and the voxels they are tested against.
 void CountShapes(const Prepared& prepared, PeerReport& report) {
+  report.capacity = prepared.capacity;
   report.voxels = prepared.model->has_fixture ? prepared.model->fixture.Count().total() : 0;
   for (const BodyModel& body : prepared.model->bodies) {
     report.points += body.points.size();
@@ -239,6 +244,10 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->conditions.seed, "of jitter and loss");
   command->add_option("--law", arguments->law, "how stiffness follows delay")
       ->check(CLI::IsMember({"p+d", "linear"}));
+  command
+      ->add_option("--capacity", arguments->capacity,
+                   "points that may be tested in a frame; default: what fits 300 us here")
+      ->check(CLI::PositiveNumber);
   command->add_option("--publish-hz", arguments->publish_hz, "rate of states sent")
       ->check(CLI::Range(10.0, 1000.0));
   command->add_option("--interface", arguments->interface, "network interface by name");

@@ -81,6 +81,7 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
           {"contact_share", static_cast<double>(with_contact) / frames},
           {"peak_force_N", peak},
           {"points", report.points},
+          {"capacity", report.capacity},
           {"voxels", report.voxels},
           {"delay_ms", 1e3 * report.mean_delay_s}};
 }

@@ -19,6 +19,7 @@ struct PeerReport {
   std::string scheduler;
   std::size_t points = 0;   // of the body in hand
   std::size_t voxels = 0;   // of the fixture
+  double capacity = 0;      // point tests that fit into a frame
   double mean_delay_s = 0;  // half the loop age
 };
 
