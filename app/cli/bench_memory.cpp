@@ -26,6 +26,7 @@ struct Row {
   std::size_t band_voxels = 0;
   std::size_t planes = 0;
   std::size_t bytes = 0;
+  std::size_t detail_bytes = 0;  // of refined contact, besides
 
   double bytes_per_band_voxel() const {
     return static_cast<double>(bytes) / static_cast<double>(std::max<std::size_t>(1, band_voxels));
@@ -39,16 +40,17 @@ int RunMemoryBench(const MemoryArguments& arguments) {
         LoadBenchScene({.scene = name, .voxel_size = arguments.voxel_size});
     if (!world) return Fail(kExitFile, world.error().what);
     Row row{.scene = name};
-    const auto add = [&row](const Voxmap& voxmap) {
+    const auto add = [&row](const Voxmap& voxmap, const SurfaceDetails& details) {
       if (voxmap.empty()) return;
       const VoxelCounts counts = voxmap.Count();
       row.voxel_size = voxmap.voxel_size();
       row.band_voxels += counts.band;
       row.planes += counts.planes;
       row.bytes += counts.bytes;
+      row.detail_bytes += details.bytes();
     };
-    add((*world)->fixture);
-    for (const BodyModel& body : (*world)->bodies) add(body.voxmap);
+    add((*world)->fixture, (*world)->fixture_details);
+    for (const BodyModel& body : (*world)->bodies) add(body.voxmap, body.details);
     rows.push_back(row);
   }
   double worst = 0;
@@ -61,6 +63,7 @@ int RunMemoryBench(const MemoryArguments& arguments) {
                         {"band_voxels", row.band_voxels},
                         {"planes", row.planes},
                         {"bytes", row.bytes},
+                        {"detail_bytes", row.detail_bytes},
                         {"bytes_per_band_voxel", row.bytes_per_band_voxel()}});
     }
     const nlohmann::ordered_json out{{"bytes_per_band_voxel", worst}, {"scenes", scenes}};
@@ -69,9 +72,11 @@ int RunMemoryBench(const MemoryArguments& arguments) {
   }
   for (const Row& row : rows) {
     std::printf(
-        "%s, voxels of %g m: %zu band voxels, %zu planes, %.1f MB, %.3f bytes a band voxel\n",
+        "%s, voxels of %g m: %zu band voxels, %zu planes, %.1f MB, %.3f bytes a band voxel; "
+        "surface details %.1f MB\n",
         row.scene.c_str(), row.voxel_size, row.band_voxels, row.planes,
-        1e-6 * static_cast<double>(row.bytes), row.bytes_per_band_voxel());
+        1e-6 * static_cast<double>(row.bytes), row.bytes_per_band_voxel(),
+        1e-6 * static_cast<double>(row.detail_bytes));
   }
   return kExitOk;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -31,6 +32,12 @@ inline GridIndex VoxelAt(const std::array<float, 3>& p) noexcept {
     return i - (x < static_cast<float>(i) ? 1 : 0);
   };
   return {down(p[0]), down(p[1]), down(p[2])};
+}
+
+/// Voxels that places of a VoxelTransform may err by where coordinates and the shell's own reach
+/// that many voxels: nine roundings of single precision.
+inline double PlaceError(double voxels) noexcept {
+  return std::max(0.004, 9.0 * voxels / (1U << 24U));
 }
 
 /// Voxels. Far more than any pointshell's, which has a point in every voxel of its own surface.

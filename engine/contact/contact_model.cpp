@@ -137,12 +137,6 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
   arcs_.back() = Arc(kLooseArc);
 }
 
-const SurfaceDetails::Chunk* RefinedContacts::ChunkAt(const GridIndex& chunk_V) noexcept {
-  KnownChunk& known = known_[CellInBlock(chunk_V)];
-  if (!(known.chunk_V == chunk_V)) known = {chunk_V, details_->At(*voxmap_, chunk_V)};
-  return known.found;
-}
-
 std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) noexcept {
   std::size_t count = 0;
   // the window lies in at most two chunks an axis
@@ -157,7 +151,7 @@ std::size_t RefinedContacts::ListSources(const GridIndex& voxel, Field field) no
             cz >= static_cast<std::int32_t>(8 * size[2])) {
           continue;
         }
-        const SurfaceDetails::Chunk* chunk = ChunkAt({cx, cy, cz});
+        const SurfaceDetails::Chunk* chunk = details_->At(*voxmap_, {cx, cy, cz});
         if (chunk == nullptr) continue;
         const GridIndex first = GridIndex{cx, cy, cz} * kChunkSide;
         const std::int32_t x0 = std::max(low.x, first.x) - first.x;

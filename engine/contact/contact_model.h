@@ -112,9 +112,6 @@ class RefinedContacts {
     return arcs_[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
   }
 
-  /// The details of a chunk within the map's box. Points in contact ask for the same few chunks
-  /// again and again, so what was found is kept: it never changes.
-  const SurfaceDetails::Chunk* ChunkAt(const GridIndex& chunk_V) noexcept;
   /// The sources of a field within one voxel of a voxel, in sources_; gives how many.
   std::size_t ListSources(const GridIndex& voxel, Field field) noexcept;
   /// Nothing when no piece of surface is near.
@@ -129,13 +126,8 @@ class RefinedContacts {
   double s_;
   double certainty_;                                  // share of a slack that turns leave
   std::array<Arc, SurfaceDetail::kAngles + 1> arcs_;  // by step; last, the wide one
-  struct KnownChunk {
-    GridIndex chunk_V{-1, -1, -1};
-    const SurfaceDetails::Chunk* found = nullptr;
-  };
-  std::array<KnownChunk, 512> known_;  // by the low bits of the chunk's place
   std::array<Source, 27> sources_;
-  PlaneMean under_;  // what a vertex stands over
+  PlaneMean under_;                   // what a vertex stands over
   std::vector<std::uint32_t> slots_;  // a table by voxel: 1 + number in met_
   std::vector<MetVertex> met_;
   std::vector<std::uint32_t> used_slots_;

@@ -17,9 +17,6 @@ constexpr double kEnoughVoxels = 32;
 /// Voxels of depth from which a refined contact damps in full.
 constexpr double kFullDampingDepth = 0.25;
 
-/// Voxels, off every slack: single precision.
-constexpr double kPlaceError = 0.01;
-
 /// Vectors and matrices about a point, turned from V to W.
 Load Turned(const Load& load_V, const Mat3& R_WV) {
   Mat6 R = Mat6::Zero();
@@ -215,8 +212,7 @@ void ContactPair::RememberSlack() noexcept {
   if (clear_until_.empty()) return;
   for (std::size_t i = 0; i < candidate_count_; ++i) {
     const Candidate& candidate = candidates_[i];
-    // places are known to some hundredths of a voxel
-    clear_until_[candidate.point] = odometer_ + candidate.slack - kPlaceError;
+    clear_until_[candidate.point] = odometer_ + candidate.slack - 2 * schedule_->place_error();
   }
 }
 

@@ -42,12 +42,12 @@ void PointSchedule::SetDisplacement(double metres) noexcept {
 }
 
 double PointSchedule::Allowance(int queue) const noexcept {
-  return std::max(0.0, queue - 1 - kRounding);
+  return std::max(0.0, queue - 1 - place_error_);
 }
 
 void PointSchedule::TestChunk(std::size_t c, const Pose& X_VS) noexcept {
   const PointBlocks::Chunk& chunk = blocks_->chunks()[c];
-  const double radius = (chunk.radius + std::abs(displacement_)) / s_ + kRounding;
+  const double radius = (chunk.radius + std::abs(displacement_)) / s_ + place_error_;
   const Vec3 p = X_VS * chunk.p_BC / (kChunkSide * s_);
   const GridIndex at{static_cast<std::int32_t>(std::floor(p.x())),
                      static_cast<std::int32_t>(std::floor(p.y())),
@@ -100,7 +100,7 @@ void PointSchedule::CollectDue(double travel_voxels) noexcept {
 }
 
 bool PointSchedule::StillFar(std::uint32_t b) noexcept {
-  const double drift = drift_.Of(b) + 4 * kRounding;
+  const double drift = drift_.Of(b) + 4 * place_error_;
   const double gap = QueueOf(drift_.nearest(b)) - 1 - drift;
   if (!(gap >= 2.0)) return false;  // queue 2 or nearer
   blocks_in_.Put(b, std::min(static_cast<int>(gap) + 1, highest_queue()));

@@ -30,14 +30,9 @@ class PointSchedule final : public Schedule {
   /// Counts as travel.
   void SetDisplacement(double metres) noexcept override;
 
-  const DistanceQueues& block_queues() const noexcept { return blocks_in_; }
-  const DistanceQueues& chunk_queues() const noexcept { return chunks_in_; }
-
  private:
   /// A chunk queue holds chunks with at least 4 q voxels of allowance.
   static constexpr double kChunkUnit = 4.0;
-  /// Of a voxel, off every allowance: single-precision places err by less.
-  static constexpr double kRounding = 0.004;
 
   double Allowance(int queue) const noexcept;  // voxels
   void TestChunks(const Pose& X_VS, double travel_voxels) noexcept;

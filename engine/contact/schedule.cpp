@@ -12,13 +12,18 @@ Schedule::Schedule(const PointBlocks& blocks, const Voxmap& voxmap, int force_la
     : blocks_(&blocks),
       voxmap_(&voxmap),
       s_(voxmap.voxel_size()),
+      place_error_(0),
       range_(voxmap.range()),
       layer_(force_layer),
       contacts_(blocks.size()) {
   CheckForceLayer(force_layer);
+  double reach = 0;  // m, of the shell from its frame's origin
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    TANDEM_CHECK(2 * blocks.balls()[b].radius < kWidestBlock * s_);
+    const PointBlocks::Ball& ball = blocks.balls()[b];
+    TANDEM_CHECK(2 * ball.radius < kWidestBlock * s_);
+    reach = std::max<double>(reach, Vec3f(ball.x, ball.y, ball.z).norm() + ball.radius);
   }
+  place_error_ = PlaceError((voxmap.extent().maxCoeff() + reach) / s_);
 }
 
 void Schedule::CheckForceLayer(int layer) const noexcept {

@@ -65,6 +65,8 @@ class Schedule {
   /// What the last Test() took points to voxels with.
   const VoxelTransform& transform() const noexcept { return transform_; }
   const TestCounts& counts() const noexcept { return counts_; }
+  /// Voxels that the places of points may err by.
+  double place_error() const noexcept { return place_error_; }
   int force_layer() const noexcept { return layer_; }
   double displacement() const noexcept { return displacement_; }
 
@@ -80,7 +82,8 @@ class Schedule {
 
   const PointBlocks* blocks_;
   const Voxmap* voxmap_;
-  double s_;  // voxel size, m
+  double s_;            // voxel size, m
+  double place_error_;  // voxels
   int range_;
   int layer_;
   double displacement_ = 0;  // m

@@ -1,11 +1,10 @@
 #include "engine/geometry/exact_surface.h"
 
-#include <array>
 #include <cmath>
-#include <utility>
 
 #include "engine/base/check.h"
 #include "engine/geometry/closest_on_triangle.h"
+#include "engine/geometry/tree_pair.h"
 
 namespace tandem {
 
@@ -26,27 +25,8 @@ ExactSurface::ExactSurface(const TurnedOut& turned_out)
 
 ExactSurface::Closest ExactSurface::Search(const Vec3& p, double cut_off) const {
   Closest closest{.squared_distance = cut_off * cut_off};
-  if (tree_.nodes.empty()) return closest;
-  struct Open {
-    std::uint32_t node;
-    double squared_distance;
-  };
-  std::array<Open, BoxTree::kMaxDepth + 1> stack;
-  std::size_t depth = 0;
-  stack[depth++] = {0, SquaredDistance(tree_.nodes[0].box, p)};
-  while (depth > 0) {
-    const Open open = stack[--depth];
-    if (open.squared_distance >= closest.squared_distance) continue;
-    const BoxTree::Node& node = tree_.nodes[open.node];
-    if (!node.leaf()) {
-      Open near{open.node + 1, SquaredDistance(tree_.nodes[open.node + 1].box, p)};
-      Open far{node.right, SquaredDistance(tree_.nodes[node.right].box, p)};
-      if (far.squared_distance < near.squared_distance) std::swap(near, far);
-      if (far.squared_distance < closest.squared_distance) stack[depth++] = far;
-      if (near.squared_distance < closest.squared_distance) stack[depth++] = near;
-      continue;
-    }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+  VisitNearLeaves(tree_, p, closest.squared_distance, [&](const BoxTree::Node& leaf) {
+    for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
       const Facet& facet = facets_[i];
       const OnTriangle candidate = ClosestOnTriangle(facet.a, facet.b, facet.c, p);
       const double squared = (candidate.point - p).squaredNorm();
@@ -54,7 +34,8 @@ ExactSurface::Closest ExactSurface::Search(const Vec3& p, double cut_off) const 
         closest = {squared, candidate.point, i, candidate.on_face};
       }
     }
-  }
+    return closest.squared_distance;
+  });
   return closest;
 }
 

@@ -8,7 +8,7 @@
 
 #include "engine/geometry/facets.h"
 #include "engine/geometry/triangle_mesh.h"
-#include "engine/voxel/triangle_overlap.h"
+#include "engine/voxel/snapped_point.h"
 #include "engine/voxel/voxel.h"
 
 namespace tandem {

@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/voxel/triangle_overlap.h"
+#include "engine/base/int128.h"
+#include "engine/voxel/snapped_point.h"
 #include "engine/voxel/voxel.h"
 
 namespace tandem {
@@ -19,7 +20,8 @@ struct Crossing {
   std::int8_t entering = 0;  // 1: towards rising x into the solid, -1: out of it
 };
 
-/// The voxels that a triangle meets, row by row: the same cells as TriangleOverlap gives, exactly.
+/// The voxels that a triangle meets, row by row: the same cells as separating axes in whole numbers
+/// give, exactly.
 ///
 /// The separating axes fall into four groups: three shadows along the coordinate axes and the
 /// triangle's own plane. In a row each of them leaves an interval of x, computed in double

@@ -50,7 +50,8 @@ struct StepInputs {
 /// What a frame did.
 struct StepReport {
   static constexpr std::uint32_t kTravelLimited = 1;  // some body was held back
-  static constexpr std::uint32_t kOverCapacity = 2;   // MaxTravel is below its bound
+  static constexpr std::uint32_t kOverCapacity = 2;   // MaxTravel is below half a voxel
+  static constexpr std::uint32_t kContactsFull = 4;   // more contacts than a pair can hold
 
   std::uint32_t flags = 0;
   int contact_points = 0;

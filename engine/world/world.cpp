@@ -202,7 +202,7 @@ void World::Collide(const StepInputs& in) noexcept {
     }
     pair.pushes = found.loaded_points > 0;
     report_.tests += found.tests;
-    if (found.over_capacity) report_.flags |= StepReport::kOverCapacity;
+    if (found.over_capacity) report_.flags |= StepReport::kContactsFull;
     report_.contact_points += found.contact_points;
     report_.clear_points += found.clear_points;
     report_.loaded_points += found.loaded_points;

@@ -15,6 +15,11 @@ TriangleMesh Sphere(double radius, int levels);
 /// A single square sheet of side `side` in the plane z = 0: open.
 TriangleMesh Sheet(double side);
 
+/// A mesh turned and then put somewhere.
+inline TriangleMesh At(const TriangleMesh& mesh, const Vec3& p, const Quat& q = Quat::Identity()) {
+  return Transformed(mesh, {q, p});
+}
+
 Quat RandomRotation(std::mt19937_64& random);
 Vec3 RandomDirection(std::mt19937_64& random);
 

@@ -204,6 +204,33 @@ TEST_F(BlockTest, ScatteredPlacesReadWhatTheMapSaysOnEveryInstructionSet) {
   }
 }
 
+TEST(VoxelTransform, ErrsByNoMoreThanItsBoundHoweverLargeTheMap) {
+  std::mt19937_64 random(13);
+  for (const double extent : {100.0, 3e3, 2e4, 2e5}) {
+    const double reach = 0.3 * extent;  // of the shell, voxels
+    double worst = 0;
+    for (int trial = 0; trial < 40; ++trial) {
+      Pointshell shell = RandomShell(random, 20, 6 * kVoxel);
+      const double scale = reach * kVoxel / 0.9;
+      for (auto* axis : {&shell.x, &shell.y, &shell.z}) {
+        for (float& p : *axis) p *= static_cast<float>(scale);
+      }
+      const PointBlocks blocks(shell);
+      const Pose X_VS{RandomRotation(random),
+                      extent * kVoxel * Vec3(Uniform(random, 0, 1), Uniform(random, 0, 1), 0.5)};
+      const VoxelTransform transform(X_VS, kVoxel, 0);
+      for (std::size_t b = 0; b < blocks.size(); ++b) {
+        for (std::size_t lane = 0; lane < blocks.block(b).count; ++lane) {
+          const Vec3 exact = X_VS * shell.point(blocks.block(b).first + lane) / kVoxel;
+          const std::array<float, 3> p = transform(blocks, b, lane);
+          worst = std::max(worst, (Vec3(p[0], p[1], p[2]) - exact).cwiseAbs().maxCoeff());
+        }
+      }
+    }
+    EXPECT_LT(worst, PlaceError(extent + reach)) << extent;
+  }
+}
+
 TEST_F(BlockTest, AnEmptyListReadsNothing) {
   const Voxmap voxmap = RandomMap(4, 8, 1);
   std::mt19937_64 random(2);

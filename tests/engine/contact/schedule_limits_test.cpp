@@ -15,7 +15,7 @@ using testing::kVoxel;
 using testing::RandomDirection;
 using testing::RandomRotation;
 using testing::Uniform;
-using testing::Untested;
+using testing::UntestedPoints;
 
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
@@ -52,7 +52,8 @@ TEST(ScheduleLimits, ABodyThrownAtAPlateTwoChunksAwayIsNeverLate) {
     int frame = 0;
     do {
       schedule.Test(bodies.X_MV().Inverse() * X_WS, travel);
-      ASSERT_EQ(Untested(bodies, schedule), 0U) << "throw " << k << ", frame " << frame;
+      ASSERT_EQ(UntestedPoints(bodies.blocks, bodies.voxmap, schedule), 0U)
+          << "throw " << k << ", frame " << frame;
       if (!schedule.contacts().empty()) break;
       travel = MaxTravel(schedule.Load(), kEver, kVoxel);
       ASSERT_LE(travel, 32 * kVoxel);
@@ -91,7 +92,7 @@ EdgeFigures OnEdge(const Bodies& bars, double angle, int layer) {
   PointSchedule schedule(bars.blocks, bars.voxmap, layer, {});
   schedule.Test(X_VS, kEver);
   schedule.Test(X_VS, 0);
-  EXPECT_EQ(Untested(bars, schedule), 0U);
+  EXPECT_EQ(UntestedPoints(bars.blocks, bars.voxmap, schedule), 0U);
   EdgeFigures figures{.contacts = 0, .tests = schedule.counts().looked_up, .load = schedule.Load()};
   for (const Schedule::ContactBlock& contact : schedule.contacts()) {
     figures.contacts += static_cast<std::size_t>(std::popcount(contact.lanes));

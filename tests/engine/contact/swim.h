@@ -9,6 +9,7 @@
 #include "engine/contact/schedule.h"
 #include "engine/voxel/voxelize.h"
 #include "tests/support/shapes.h"
+#include "tests/support/untested_points.h"
 
 namespace tandem::testing {
 
@@ -27,23 +28,6 @@ struct Bodies {
   double map_radius;
   Pose X_MV() const { return {Quat::Identity(), voxmap.p_WVo()}; }
 };
-
-/// Every point in contact by its own field, found by reading all of them; the oracle shares with
-/// the schedule only where a point is, not which ones are read.
-inline std::size_t Untested(const Bodies& bodies, const Schedule& schedule) {
-  std::vector<std::uint16_t> tested(bodies.blocks.size(), 0);
-  for (const Schedule::ContactBlock& c : schedule.contacts()) tested[c.block] = c.lanes;
-  std::size_t missed = 0;
-  for (std::size_t b = 0; b < bodies.blocks.size(); ++b) {
-    const Field field = FieldReadBy(bodies.blocks.block(b).label);
-    for (std::size_t lane = 0; lane < bodies.blocks.block(b).count; ++lane) {
-      const GridIndex voxel = VoxelAt(schedule.transform()(bodies.blocks, b, lane));
-      const bool in_contact = bodies.voxmap.Value(field, voxel) <= 2 + schedule.force_layer();
-      if (in_contact != ((tested[b] >> lane & 1) != 0)) ++missed;
-    }
-  }
-  return missed;
-}
 
 /// A body that swims about: its speed changes at random, and something pulls it back.
 struct Swimmer {
@@ -95,7 +79,7 @@ inline Outcome Swim(const Bodies& bodies, const ScheduleOptions& options, double
     }
     if (frame % 300 == 150) schedule->SetDisplacement(Uniform(random, -1.0, 1.0) * kVoxel);
     schedule->Test(X_WV.Inverse() * shell.X_WB, travel);
-    outcome.missed += Untested(bodies, *schedule);
+    outcome.missed += UntestedPoints(bodies.blocks, bodies.voxmap, *schedule);
     outcome.point_frames += static_cast<double>(bodies.shell.size());
     outcome.tests += static_cast<double>(schedule->counts().looked_up);
     outcome.drifted += static_cast<double>(schedule->counts().drifted);

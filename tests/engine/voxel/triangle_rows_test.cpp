@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/triangle_overlap.h"
+
 namespace tandem {
 namespace {
 
@@ -44,7 +46,7 @@ TEST(TriangleRows, MarkTheVoxelsThatSeparatingAxesGive) {
   for (int trial = 0; trial < 800; ++trial) {
     const SnappedTriangle t = RandomTriangle(random);
     const TriangleRows by_rows(t, kSnapBits);
-    const TriangleOverlap by_axes(t);
+    const testing::TriangleOverlap by_axes(t);
     const GridIndex lowest = by_rows.lowest() >> 6;
     const GridIndex highest = by_rows.highest() >> 6;
     for (int z = lowest.z; z <= highest.z; ++z) {

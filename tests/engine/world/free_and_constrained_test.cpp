@@ -8,6 +8,7 @@
 namespace tandem {
 namespace {
 
+using testing::At;
 using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
@@ -21,10 +22,6 @@ using testing::Uniform;
 
 constexpr double kVoxel = 0.001;
 const Vec3 kDown(0, 0, -9.81);
-
-TriangleMesh At(const TriangleMesh& mesh, const Vec3& p, const Quat& q = Quat::Identity()) {
-  return Transformed(mesh, {q, p});
-}
 
 /// A world whose body 0 is held by a constraint, made from its first pose.
 template <typename Make>

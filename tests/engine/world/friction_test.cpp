@@ -11,6 +11,7 @@
 namespace tandem {
 namespace {
 
+using testing::At;
 using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
@@ -22,10 +23,6 @@ using testing::TestBody;
 
 constexpr double kVoxel = 0.001;
 constexpr double kGravity = 9.81;
-
-TriangleMesh At(const TriangleMesh& mesh, const Vec3& p, const Quat& q = Quat::Identity()) {
-  return Transformed(mesh, {q, p});
-}
 
 std::shared_ptr<const WorldModel> WithFriction(const std::vector<TestBody>& bodies, double friction,
                                                const Vec3& gravity_W, ContactModel contact) {

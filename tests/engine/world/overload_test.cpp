@@ -7,6 +7,7 @@
 namespace tandem {
 namespace {
 
+using testing::At;
 using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
@@ -19,10 +20,6 @@ using testing::Uniform;
 constexpr double kVoxel = 0.001;
 // with no test to spare a body moves by the floor alone; a pair of moving bodies shares it
 constexpr int kFramesForFiftyMillimetres = static_cast<int>(0.05 / (0.5 * kTravelFloor * kVoxel));
-
-TriangleMesh At(const TriangleMesh& mesh, const Vec3& p, const Quat& q = Quat::Identity()) {
-  return Transformed(mesh, {q, p});
-}
 
 /// Presses for a second with room to spare, then squeezes the capacity to nothing and pulls to
 /// `out`. Gives how far from there the body is at the end, m.

@@ -14,6 +14,7 @@ namespace tandem {
 namespace {
 
 using testing::AllocationCounter;
+using testing::At;
 using testing::Box;
 using testing::RandomDirection;
 using testing::RandomRotation;
@@ -25,10 +26,6 @@ constexpr double kVoxel = 0.001;
 const double kBound = std::sqrt(3.0) * kVoxel;  // of voxels against voxels of the same size
 constexpr double kPi = 3.14159265358979323846;
 const Vec3 kOff(0.00031, -0.00017, 0.00023);  // so that nothing lies on the grid's planes
-
-TriangleMesh Moved(const TriangleMesh& mesh, const Vec3& p, const Quat& q = Quat::Identity()) {
-  return Transformed(mesh, {q, p});
-}
 
 ProximityShape ShapeOf(const TriangleMesh& mesh_W, double voxel = kVoxel) {
   Result<Voxmap> map = Voxelize(mesh_W, {.voxel_size = voxel});
@@ -74,7 +71,7 @@ void ExpectWithin(const char* shape, const Stated& stated, const Errors& errors)
 
 TEST(VoxelGradient, OfASphereIsWithinItsStatedAngle) {
   const double radius = 0.025;
-  const ProximityShape sphere = ShapeOf(Moved(Sphere(radius, 5), kOff));
+  const ProximityShape sphere = ShapeOf(At(Sphere(radius, 5), kOff));
   std::mt19937_64 random(3);
   for (const Stated& stated :
        {Stated{0, 1, 3.5, 15}, {1, 2, 4, 15}, {2, 4, 2.5, 10}, {4, 8, 1.5, 7}}) {
@@ -97,7 +94,7 @@ TEST(VoxelGradient, OfATurnedBoxIsWithinItsStatedAngle) {
     Errors errors;
     for (int turn = 0; turn < 5; ++turn) {
       const Quat q = RandomRotation(random);
-      const ProximityShape box = ShapeOf(Moved(Box(2 * half), kOff, q));
+      const ProximityShape box = ShapeOf(At(Box(2 * half), kOff, q));
       for (int i = 0; i < 4000; ++i) {
         const Vec3 p(Uniform(random, -0.03, 0.03), Uniform(random, -0.025, 0.025),
                      Uniform(random, -0.02, 0.02));
@@ -117,7 +114,7 @@ TEST(DistanceGradient, IsExactOffABoxAndAsFineAsItsTrianglesOffASphere) {
   const Vec3 half(0.02, 0.015, 0.01);
   std::mt19937_64 random(5);
   const Quat q = RandomRotation(random);
-  const ProximityShape box = ShapeOf(Moved(Box(2 * half), kOff, q));
+  const ProximityShape box = ShapeOf(At(Box(2 * half), kOff, q));
   Errors of_box;
   for (int i = 0; i < 6000; ++i) {
     const Vec3 p(Uniform(random, -0.03, 0.03), Uniform(random, -0.025, 0.025),
@@ -129,7 +126,7 @@ TEST(DistanceGradient, IsExactOffABoxAndAsFineAsItsTrianglesOffASphere) {
   ExpectWithin("box", {0, 8, 1e-4, 1e-3}, of_box);
 
   const double radius = 0.025;
-  const ProximityShape sphere = ShapeOf(Moved(Sphere(radius, 5), kOff));
+  const ProximityShape sphere = ShapeOf(At(Sphere(radius, 5), kOff));
   Errors of_sphere;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 n = RandomDirection(random);
@@ -140,7 +137,7 @@ TEST(DistanceGradient, IsExactOffABoxAndAsFineAsItsTrianglesOffASphere) {
 }
 
 TEST(DistanceGradient, PointsOutwardsFromWithinToo) {
-  const ProximityShape box = ShapeOf(Moved(Box(Vec3(0.04, 0.03, 0.02)), kOff));
+  const ProximityShape box = ShapeOf(At(Box(Vec3(0.04, 0.03, 0.02)), kOff));
   for (const double depth : {0.2, 0.6, 1.1, 3.0, 6.0}) {
     const Vec3 p = kOff + Vec3(0.002, 0.001, 0.01 - depth * kVoxel);
     EXPECT_LT(Degrees(DistanceGradient(box, p), Vec3::UnitZ()), 1e-3) << depth;
@@ -149,7 +146,7 @@ TEST(DistanceGradient, PointsOutwardsFromWithinToo) {
 }
 
 TEST(DistanceGradient, IsZeroBeyondTheRange) {
-  const ProximityShape box = ShapeOf(Moved(Box(Vec3(0.04, 0.03, 0.02)), kOff));
+  const ProximityShape box = ShapeOf(At(Box(Vec3(0.04, 0.03, 0.02)), kOff));
   EXPECT_EQ(DistanceGradient(box, kOff + Vec3(0, 0, 0.03)), Vec3(Vec3::Zero()));
   EXPECT_EQ(VoxelGradient(box, kOff + Vec3(0, 0, 0.03)), Vec3(Vec3::Zero()));
 }
@@ -162,8 +159,8 @@ TEST(ProximityPair, ThePrecisionItStatesHoldsForSphereAndBoxAtAnyDistance) {
   const Vec3 half(0.03, 0.02, 0.012);
   std::mt19937_64 random(6);
   const Quat q_box = RandomRotation(random);
-  const ProximityShape sphere = ShapeOf(Moved(Sphere(radius, 5), kOff));
-  const ProximityShape box = ShapeOf(Moved(Box(2 * half), kOff, q_box));
+  const ProximityShape sphere = ShapeOf(At(Sphere(radius, 5), kOff));
+  const ProximityShape box = ShapeOf(At(Box(2 * half), kOff, q_box));
   ProximityPair pair(sphere, box);
   double worst_voxels = 0;
   double worst_refined = 0;
@@ -207,8 +204,8 @@ TEST(ProximityPair, ThePrecisionItStatesHoldsForSphereAndBoxAtAnyDistance) {
 }
 
 TEST(ProximityPair, TakesBothBodiesDisplacements) {
-  const ProximityShape left = ShapeOf(Moved(Box(Vec3(0.02, 0.02, 0.02)), Vec3(-0.05, 0, 0) + kOff));
-  const ProximityShape right = ShapeOf(Moved(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0.05, 0, 0) + kOff));
+  const ProximityShape left = ShapeOf(At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(-0.05, 0, 0) + kOff));
+  const ProximityShape right = ShapeOf(At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0.05, 0, 0) + kOff));
   ProximityPair pair(left, right);
   EXPECT_NEAR(pair.Nearest(Pose{}).distance, 0.08, 1e-9);
   // both turned by the same quarter about z: the same distance
@@ -221,8 +218,8 @@ TEST(ProximityPair, TakesBothBodiesDisplacements) {
 }
 
 TEST(ProximityPair, SaysZeroWhereSurfacesCrossAndWhereABodyLiesWithinAnother) {
-  const ProximityShape big = ShapeOf(Moved(Box(Vec3(0.06, 0.06, 0.06)), kOff));
-  const ProximityShape small = ShapeOf(Moved(Box(Vec3(0.01, 0.01, 0.01)), kOff));
+  const ProximityShape big = ShapeOf(At(Box(Vec3(0.06, 0.06, 0.06)), kOff));
+  const ProximityShape small = ShapeOf(At(Box(Vec3(0.01, 0.01, 0.01)), kOff));
   ProximityPair pair(small, big);
   for (const double x : {0.0, 0.02, 0.03}) {  // deep within, near the wall, across it
     for (const bool refine : {false, true}) {
@@ -247,8 +244,8 @@ TEST(ProximityPair, AnEmptyBodyIsInfinitelyFar) {
 // Parallel sheets of many triangles leave everything in question: the search ends all the same, and
 // what it states still holds.
 TEST(ProximityPair, WhatASearchCutShortStatesStillHolds) {
-  const ProximityShape outer = ShapeOf(Moved(Sphere(0.03, 5), kOff));
-  const ProximityShape inner = ShapeOf(Moved(Sphere(0.025, 5), kOff));
+  const ProximityShape outer = ShapeOf(At(Sphere(0.03, 5), kOff));
+  const ProximityShape inner = ShapeOf(At(Sphere(0.025, 5), kOff));
   ProximityPair pair(outer, inner);  // the outer sphere's points are not inside the inner one
   for (const std::size_t most : {std::size_t{1}, std::size_t{1000}, std::size_t{20000}}) {
     const Nearness near = pair.Nearest(Pose{}, {.most_pairs = most});
@@ -259,9 +256,9 @@ TEST(ProximityPair, WhatASearchCutShortStatesStillHolds) {
 }
 
 TEST(Shadow, IsEverySurfaceVoxelWithinTheDistanceAndNoOther) {
-  const ProximityShape plate = ShapeOf(Moved(Box(Vec3(0.1, 0.08, 0.01)), kOff));
+  const ProximityShape plate = ShapeOf(At(Box(Vec3(0.1, 0.08, 0.01)), kOff));
   std::mt19937_64 random(8);
-  const ProximityShape body = ShapeOf(Moved(Box(Vec3(0.02, 0.015, 0.012)), kOff));
+  const ProximityShape body = ShapeOf(At(Box(Vec3(0.02, 0.015, 0.012)), kOff));
   ProximityPair pair(body, plate);
   std::vector<Vec3> voxels_A;
   body.surface.VisitWithin(Vec3::Zero(), 1, [&](const Vec3& c) {
@@ -306,7 +303,7 @@ TEST(LowerDistances, AreWithinWhatIsStatedOfTheExactOnes) {
   const Vec3 half(0.02, 0.015, 0.01);
   std::mt19937_64 random(9);
   const Quat q = RandomRotation(random);
-  const ProximityShape box = ShapeOf(Moved(Box(2 * half), kOff, q));
+  const ProximityShape box = ShapeOf(At(Box(2 * half), kOff, q));
   std::vector<std::array<float, 3>> points;
   std::vector<double> exact;
   const Pose X_BA{RandomRotation(random), Vec3(0.4, -0.2, 0.3)};
@@ -356,8 +353,8 @@ TEST(ProximityColour, IsWarmNearColdFarAndOneColourBeyondTheRange) {
 }
 
 TEST(Proximity, NoCallAllocates) {
-  const ProximityShape plate = ShapeOf(Moved(Box(Vec3(0.1, 0.08, 0.01)), kOff));
-  const ProximityShape body = ShapeOf(Moved(Sphere(0.01, 3), kOff));
+  const ProximityShape plate = ShapeOf(At(Box(Vec3(0.1, 0.08, 0.01)), kOff));
+  const ProximityShape body = ShapeOf(At(Sphere(0.01, 3), kOff));
   ProximityPair pair(body, plate);
   std::vector<Vec3> shadow(1000);
   const std::vector<std::array<float, 3>> points(100, {0.0F, 0.0F, 0.007F});

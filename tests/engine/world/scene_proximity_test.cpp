@@ -9,15 +9,12 @@ namespace tandem {
 namespace {
 
 using testing::AllocationCounter;
+using testing::At;
 using testing::Box;
 using testing::Sphere;
 
 constexpr double kVoxel = 0.001;
 constexpr double kFacets = 1e-5;  // m, by which the triangles of a sphere of 1 cm miss it
-
-TriangleMesh At(const TriangleMesh& mesh, const Vec3& p) {
-  return Transformed(mesh, {Quat::Identity(), p});
-}
 
 bool GoOn(std::size_t /*done*/, std::size_t /*total*/, const std::string& /*part*/) {
   return true;

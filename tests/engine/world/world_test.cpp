@@ -6,10 +6,12 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
+#include "tests/support/untested_points.h"
 
 namespace tandem {
 namespace {
 
+using testing::At;
 using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
@@ -19,12 +21,10 @@ using testing::RandomDirection;
 using testing::RandomRotation;
 using testing::Sphere;
 using testing::TestBody;
+using testing::Uniform;
+using testing::UntestedPoints;
 
 constexpr double kVoxel = 0.001;
-
-TriangleMesh At(const TriangleMesh& mesh, const Vec3& p, const Quat& q = Quat::Identity()) {
-  return Transformed(mesh, {q, p});
-}
 
 /// How deep the body's vertices are in a solid (m), by exact geometry.
 double DeepestVertex(const ExactSurface& solid, const TriangleMesh& mesh_W, const Pose& X_WB0,
@@ -217,6 +217,50 @@ TEST(World, AMirrorThatJumpsDoesNotTunnel) {
   }
   EXPECT_TRUE(touched);
   EXPECT_LE(largest_step, 0.25 * kVoxel * 1.000001);  // half of the pair's half voxel
+}
+
+// What a turning body sweeps is what its marks sweep, which stand out beyond its surface.
+TEST(World, TestsEveryPointInContactWhileTheVoxmapsBodyTurns) {
+  kHapticThread.Enter();
+  std::mt19937_64 random(21);
+  for (const ContactModel contact : {ContactModel::kPlain, ContactModel::kRefined}) {
+    const auto model = MakeWorldModel(
+        {{Box(Vec3(0.02, 0.02, 0.02))}, {At(Box(Vec3(0.015, 0.012, 0.009)), Vec3(0, 0, 0.03))}},
+        kVoxel, contact);
+    World world(model);
+    ASSERT_EQ(world.voxmap_of(0), 0);
+    StepInputs inputs = FreeInputs(*model);
+    inputs.bodies[0].drive = BodyDrive::kMirrored;
+    std::size_t untested = 0;
+    int touching = 0;
+    Vec3 side = Vec3(0, 0, 0.01);
+    for (int frame = 0; frame < 20000; ++frame) {
+      // the large body is spun to and fro, the small one is led about it, near and far
+      if (frame % 300 == 0) {
+        inputs.bodies[0].mirror_WB = {RandomRotation(random), 0.004 * RandomDirection(random)};
+        side = Uniform(random, 0.01, 0.03) * RandomDirection(random);
+      }
+      inputs.hand = HandTo(*model, 1, {RandomRotation(random), side});
+      touching += world.Step(inputs).contact_points > 0 ? 1 : 0;
+      const ContactPair& pair = world.pair(0);
+      untested += UntestedPoints(pair.blocks(), pair.voxmap(), pair.schedule());
+    }
+    EXPECT_EQ(untested, 0U);
+    EXPECT_GT(touching, 2000);
+  }
+}
+
+// A mirror that can meet nothing here follows its pose at once, as its own peer moves it.
+TEST(World, AMirrorAloneFollowsItsPoseAtFreeSpeed) {
+  kHapticThread.Enter();
+  const auto model = MakeWorldModel(
+      {{At(Box(Vec3(0.2, 0.2, 0.01)), Vec3(0, 0, -0.2)), true}, {Sphere(0.01, 3)}}, kVoxel);
+  World world(model);
+  StepInputs inputs = FreeInputs(*model);
+  inputs.bodies[0].drive = BodyDrive::kMirrored;
+  inputs.bodies[0].mirror_WB.p = Vec3(0.1, 0, 0);
+  for (int frame = 0; frame < 5; ++frame) world.Step(inputs);
+  EXPECT_LT((world.state(0).X_WB.p - Vec3(0.1, 0, 0)).norm(), 1e-9);
 }
 
 TEST(World, ParkedBodiesStandAndPushBack) {

@@ -1,25 +1,13 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
-
 #include "engine/base/int128.h"
-#include "engine/voxel/voxel.h"
+#include "engine/voxel/snapped_point.h"
 
-namespace tandem {
+namespace tandem::testing {
 
-/// A mesh's vertices in units of 2^-20 voxel sizes, whole numbers. Everything that decides which
-/// voxel is what is computed from these without rounding, so it is exact for the snapped mesh
-/// (which is within half a millionth of a voxel of the given one) and the same on every machine.
-/// |coordinate| < 2^51.
-inline constexpr int kSnapBits = 20;
-using SnappedPoint = std::array<std::int64_t, 3>;
-using SnappedTriangle = std::array<SnappedPoint, 3>;
-
-SnappedPoint Snap(const Vec3& p_W, double voxel_size);
-
-/// Whether one triangle meets half-open boxes [lowest, lowest + side)^3, exactly: separating axes
-/// in whole numbers. VPS: a voxel is surface if the closed triangle meets the half-open cell.
+/// The oracle of TriangleRows: whether one triangle meets half-open boxes [lowest, lowest +
+/// side)^3, exactly: separating axes in whole numbers. VPS: a voxel is surface if the closed
+/// triangle meets the half-open cell.
 ///
 /// A half-open box is the union of the closed boxes [lowest, lowest + side - e] over e > 0, so on
 /// each axis the comparison is strict exactly where the box's bound is not attained.
@@ -52,4 +40,4 @@ class TriangleOverlap {
   std::array<Wide, 3> normal_{};  // the plane passes through first_: its shadow there is 0
 };
 
-}  // namespace tandem
+}  // namespace tandem::testing

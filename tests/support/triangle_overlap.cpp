@@ -1,9 +1,9 @@
-#include "engine/voxel/triangle_overlap.h"
+#include "tests/support/triangle_overlap.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::testing {
 
 namespace {
 
@@ -40,15 +40,6 @@ Slab MakeSlab(const std::array<Wide, 3>& n, Wide least, Wide greatest, const Sna
 }
 
 }  // namespace
-
-SnappedPoint Snap(const Vec3& p_W, double voxel_size) {
-  SnappedPoint snapped{};
-  for (int k = 0; k < 3; ++k) {
-    snapped[static_cast<std::size_t>(k)] =
-        std::llround(p_W[k] / voxel_size * static_cast<double>(1 << kSnapBits));
-  }
-  return snapped;
-}
 
 TriangleOverlap::TriangleOverlap(const SnappedTriangle& triangle) : first_(triangle[0]) {
   min_ = max_ = first_;
@@ -139,4 +130,4 @@ void TriangleOverlap::MarkBlock(const GridIndex& block, int side_bits,
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::testing
