@@ -7,6 +7,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "engine/voxel/triangle_batch.h"
+
 namespace tandem {
 
 namespace {
@@ -188,12 +190,13 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
     const GridIndex first = brick.place * kHyperchunkSide;
     for (std::size_t f = 0; f < kFields; ++f) {
       if (rows_of[b][f] == nullptr) continue;
+      TriangleBatch batch(first, rows_of[b][f], &brick.crossings);
       for (const std::uint32_t item : ItemsAt(bins[f], box_.CellOf(brick.place))) {
         const auto& [i, j, k] = items[f][item];
         const bool crosses = f == 0 && (facing.open.empty() || facing.open[item] == 0);
-        TriangleRows({points[i], points[j], points[k]}, kSnapBits)
-            .Mark(first, rows_of[b][f], crosses ? facing.of_triangle[item] : 0, &brick.crossings);
+        batch.Add(points[i], points[j], points[k], crosses ? facing.of_triangle[item] : 0);
       }
+      batch.Finish();
       if (FindOctets(rows_of[b][f], brick.sources[f].octets)) brick.sources[f].rows = rows_of[b][f];
     }
   });

@@ -1,9 +1,12 @@
 #include "engine/voxel/triangle_rows.h"
 
+#include <algorithm>
 #include <random>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
+#include "engine/voxel/triangle_batch.h"
 #include "tests/support/triangle_overlap.h"
 
 namespace tandem {
@@ -102,6 +105,50 @@ TEST(TriangleRows, CrossingsOfClosedSurfacesCancelInEveryRow) {
     crossings_in_all += static_cast<long>(crossings.size());
   }
   EXPECT_GT(crossings_in_all, 10000);
+}
+
+// The oracle is one triangle after another, which separating axes judge above.
+TEST(TriangleBatch, MarksAndCrossesAsOneTriangleAfterAnother) {
+  std::mt19937_64 random(7);
+  const GridIndex first{64, -128, 0};
+  std::size_t crossings_in_all = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<SnappedTriangle> triangles;
+    std::vector<int> facing;
+    for (std::size_t i = 0; i < 1 + random() % 100; ++i) {
+      SnappedTriangle t = RandomTriangle(random);
+      for (std::size_t k = 0; k < 3; ++k) {
+        // into the block, over its sides, or past it
+        const std::int64_t at = static_cast<std::int64_t>(random() % 100) - 20;
+        const std::int64_t corner = std::array{first.x, first.y, first.z}[k];
+        const std::int64_t lowest = std::min({t[0][k], t[1][k], t[2][k]}) >> kSnapBits;
+        for (SnappedPoint& p : t) p[k] += (corner + at - lowest) * kOne;
+      }
+      triangles.push_back(t);
+      facing.push_back(static_cast<int>(random() % 3) - 1);
+    }
+    std::vector<std::uint64_t> expected(kBrickRows + TriangleRows::kPadding, 0);
+    std::vector<Crossing> expected_crossings;
+    std::vector<std::uint64_t> rows = expected;
+    std::vector<Crossing> crossings;
+    TriangleBatch batch(first, rows.data(), &crossings);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      const SnappedTriangle& t = triangles[i];
+      TriangleRows(t, kSnapBits).Mark(first, expected.data(), facing[i], &expected_crossings);
+      batch.Add(t[0], t[1], t[2], facing[i]);
+    }
+    batch.Finish();
+    ASSERT_EQ(rows, expected) << "trial " << trial;
+    const auto numbers = [](std::vector<Crossing>& of) {
+      std::vector<std::tuple<int, int, int>> all;
+      for (const Crossing& c : of) all.emplace_back(c.row, c.from, c.entering);
+      std::sort(all.begin(), all.end());
+      return all;
+    };
+    ASSERT_EQ(numbers(crossings), numbers(expected_crossings)) << "trial " << trial;
+    crossings_in_all += crossings.size();
+  }
+  EXPECT_GT(crossings_in_all, 10000U);
 }
 
 }  // namespace
