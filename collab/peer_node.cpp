@@ -23,7 +23,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
                    std::uint64_t scene_hash, const NodeOptions& options)
     : model_(std::move(model)),
       options_(options),
-      world_(model_),
+      world_(model_, {.helpers = options.helpers}),
       device_(std::move(device)),
       directory_(options.peer.id, scene_hash),
       inbox_(options.conditions, directory_),

@@ -14,8 +14,9 @@ namespace tandem {
 struct NodeOptions {
   PeerOptions peer;
   std::string name;
-  LinkConditions conditions;  // of what it hears
-  double publish_hz = 1000;   // of states and links
+  LinkConditions conditions;        // of what it hears
+  double publish_hz = 1000;         // of states and links
+  FrameHelpers* helpers = nullptr;  // of the haptic thread; must outlive the node
 };
 
 /// An active peer, whole but for its threads: each of the three frames below belongs to a thread of

@@ -33,6 +33,7 @@ struct FrameArguments {
   std::vector<std::string> without;
   std::string schedule = "ours";
   int check_every = 100;  // frames between looks at every point
+  int threads = 1;        // that share a frame's work
   bool json = false;
 };
 
@@ -63,6 +64,7 @@ class EmptyWork {
 
 struct FrameFigures {
   Histogram cpu, wall, noise;
+  Histogram helpers_cpu;                       // of all helpers together
   double contacts = 0, clear = 0, loaded = 0;  // sums over frames
   double tests = 0, drifted = 0, chunks = 0;
   std::int64_t frames = 0;
@@ -74,9 +76,10 @@ struct FrameFigures {
   StepReport worst;  // of the frame that took longest
 };
 
+/// Of all threads: while a frame runs, they are the haptic one and its helpers.
 long PageFaults() {
   rusage usage{};
-  getrusage(RUSAGE_THREAD, &usage);
+  getrusage(RUSAGE_SELF, &usage);
   return usage.ru_minflt + usage.ru_majflt;
 }
 
@@ -123,7 +126,7 @@ using Hand = std::function<Anchor(std::int64_t frame, const StepReport& report)>
 
 /// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it.
 void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity, int frames,
-               int check_every, FrameFigures& figures) {
+               int check_every, const FrameHelpers& helpers, FrameFigures& figures) {
   StepInputs inputs;
   inputs.bodies.resize(world.model().bodies.size());
   inputs.bodies[0].drive = BodyDrive::kSimulated;
@@ -140,12 +143,14 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity
       {.period_ns = kPeriodNs, .priority = kPriority}, [&](std::int64_t frame, std::int64_t) {
         inputs.hand.goal = hand(frame, report);
         const long faults = PageFaults();
+        const std::int64_t helped = helpers.CpuNs();
         const std::int64_t wall = clock.NowNs();
         const std::int64_t cpu = clock.ThreadCpuNs();
         report = world.Step(inputs);
         const std::int64_t cpu_ns = clock.ThreadCpuNs() - cpu;
         const std::int64_t wall_ns = clock.NowNs() - wall;
         const long new_faults = PageFaults() - faults;
+        const std::int64_t helpers_ns = helpers.CpuNs() - helped;
         if (frame < kWarmUp) {
           return true;
         }
@@ -156,6 +161,7 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity
         noise();
         if (figures.frames >= kSizeEvery) figures.noise.Add(clock.ThreadCpuNs() - begin);
         figures.cpu.Add(cpu_ns);
+        figures.helpers_cpu.Add(helpers_ns);
         if (cpu_ns > figures.worst_ns) {
           figures.worst_ns = cpu_ns;
           figures.worst = report;
@@ -246,8 +252,11 @@ int RunFrame(const FrameArguments& arguments) {
   if (model->scene.hands.empty()) return Fail(kExitFile, arguments.scene.scene + ": no hand");
   const Result<HandScript> script = LoadHandScript(model->scene.hands[0].file);
   if (!script) return Fail(kExitFile, script.error().what);
-  const double capacity =
-      arguments.capacity > 0 ? arguments.capacity : MeasureCapacity(*model, kTestBudget);
+  FrameHelpers helpers({.threads = arguments.threads, .priority = kPriority});
+  if (helpers.threads() > 1) schedule.helpers = &helpers;
+  const double capacity = arguments.capacity > 0
+                              ? arguments.capacity
+                              : MeasureCapacity(*model, kTestBudget, schedule.helpers);
 
   const BodyModel& body = model->bodies[0];
   World world(model, schedule);
@@ -265,7 +274,7 @@ int RunFrame(const FrameArguments& arguments) {
         device.Render({-(on_body.tau - r.cross(on_body.f)), -on_body.f});
         return device.Read();
       },
-      working.X_BD, capacity, arguments.frames, arguments.check_every, figures);
+      working.X_BD, capacity, arguments.frames, arguments.check_every, helpers, figures);
 
   FrameFigures free;
   World free_world(model, schedule);
@@ -281,7 +290,7 @@ int RunFrame(const FrameArguments& arguments) {
           const Vec3 turn = 0.5 * Vec3(std::sin(0.5 * t), std::sin(0.4 * t), std::sin(0.3 * t));
           return Anchor{{RotationBy(turn) * place->q, place->p + way}, {}};
         },
-        Pose{}, capacity, kFreeFrames, arguments.check_every, free);
+        Pose{}, capacity, kFreeFrames, arguments.check_every, helpers, free);
   }
 
   const auto count = static_cast<double>(figures.frames);
@@ -295,6 +304,7 @@ int RunFrame(const FrameArguments& arguments) {
                                {"points", body.points.size()},
                                {"voxels", voxels.total()},
                                {"frames", figures.frames},
+                               {"threads", helpers.threads()},
                                {"capacity", capacity},
                                {"contacts", figures.contacts / count},
                                {"clear", figures.clear / count},
@@ -302,6 +312,7 @@ int RunFrame(const FrameArguments& arguments) {
                                {"cpu_p50_us", Us(figures.cpu, 0.5)},
                                {"cpu_p99_us", Us(figures.cpu, 0.99)},
                                {"cpu_p999_us", Us(figures.cpu, 0.999)},
+                               {"helpers_cpu_p50_us", Us(figures.helpers_cpu, 0.5)},
                                {"longest",
                                 {{"cpu_us", 1e-3 * static_cast<double>(figures.worst_ns)},
                                  {"contacts", figures.worst.contact_points},
@@ -333,6 +344,10 @@ int RunFrame(const FrameArguments& arguments) {
               capacity);
   std::printf("  processor   p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n", Us(figures.cpu, 0.5),
               Us(figures.cpu, 0.99), Us(figures.cpu, 0.999));
+  if (helpers.threads() > 1) {
+    std::printf("  helpers     p50 %.1f us of %d threads together\n", Us(figures.helpers_cpu, 0.5),
+                helpers.threads() - 1);
+  }
   std::printf("  wall        p99.9 %.1f us; empty work of the same length %.1f us\n",
               Us(figures.wall, 0.999), Us(figures.noise, 0.999));
   std::printf("  drift       %.0f points a frame put back; %.0f chunks looked at\n",
@@ -372,6 +387,9 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
       ->add_option("--check-every", arguments->check_every,
                    "frames between looks at every point for untested contacts")
       ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command->add_option("--threads", arguments->threads, "threads that share a frame's work")
+      ->check(CLI::Range(1, FrameHelpers::kMostThreads))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

@@ -36,6 +36,7 @@ struct PeerArguments {
   std::string law = "p+d";
   double publish_hz = 1000;
   double capacity = 0;  // points a frame; 0: measured
+  int threads = 1;      // that share a haptic frame's work
   std::string report;
   bool no_contact = false;
   bool require_rt = false;
@@ -58,6 +59,7 @@ PeerId RandomPeerId() {
 /// A scene loaded, and the node that will simulate it.
 struct Prepared {
   std::shared_ptr<const WorldModel> model;
+  std::unique_ptr<FrameHelpers> helpers;  // null: none
   std::unique_ptr<PeerNode> node;
   PeerId id = 0;
   double capacity = 0;
@@ -103,8 +105,14 @@ int Prepare(const PeerArguments& arguments, Prepared& prepared) {
     script = std::move(*loaded);
     options.peer.X_BD = script.X_BD;
   }
-  options.peer.capacity =
-      arguments.capacity > 0 ? arguments.capacity : MeasureCapacity(**model, kTestBudget);
+  if (arguments.threads > 1) {
+    prepared.helpers =
+        std::make_unique<FrameHelpers>(FrameHelpers::Options{.threads = arguments.threads});
+    options.helpers = prepared.helpers.get();
+  }
+  options.peer.capacity = arguments.capacity > 0
+                              ? arguments.capacity
+                              : MeasureCapacity(**model, kTestBudget, options.helpers);
   prepared.capacity = options.peer.capacity;
   prepared.node = std::make_unique<PeerNode>(
       prepared.model, std::make_unique<ScriptedDevice>(std::move(script), X_WB0), *hash, options);
@@ -248,6 +256,9 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
       ->add_option("--capacity", arguments->capacity,
                    "points that may be tested in a frame; default: what fits 300 us here")
       ->check(CLI::PositiveNumber);
+  command->add_option("--threads", arguments->threads, "threads that share a large frame's work")
+      ->check(CLI::Range(1, FrameHelpers::kMostThreads))
+      ->capture_default_str();
   command->add_option("--publish-hz", arguments->publish_hz, "rate of states sent")
       ->check(CLI::Range(10.0, 1000.0));
   command->add_option("--interface", arguments->interface, "network interface by name");

@@ -5,20 +5,23 @@
 
 namespace tandem {
 
-BlockDrift::BlockDrift(const PointBlocks& blocks)
-    : blocks_(&blocks), lookups_(blocks.size()), history_(kHistory), changes_(kHistory) {}
+BlockDrift::BlockDrift(const PointBlocks& blocks, int threads)
+    : blocks_(&blocks),
+      lookups_(blocks.size()),
+      history_(kHistory),
+      changes_(kHistory * static_cast<std::size_t>(threads)) {}
 
 void BlockDrift::Begin(const VoxelTransform& transform) noexcept {
   ++frame_;
   history_[frame_ % kHistory] = transform;
 }
 
-float BlockDrift::Of(std::uint32_t b) noexcept {
+float BlockDrift::Of(std::uint32_t b, int thread) noexcept {
   const Lookup& lookup = lookups_[b];
   if (lookup.frame < oldest_ || frame_ - lookup.frame >= kHistory) {
     return std::numeric_limits<float>::infinity();
   }
-  Change& change = changes_[lookup.frame % kHistory];
+  Change& change = changes_[static_cast<std::size_t>(thread) * kHistory + lookup.frame % kHistory];
   if (change.frame != frame_) {
     const VoxelTransform& now = history_[frame_ % kHistory];
     const VoxelTransform& then = history_[lookup.frame % kHistory];

@@ -14,10 +14,12 @@ namespace tandem {
 /// where it stood is known from its frame's transform, kept for a while, so its drift costs one
 /// small product instead of sixteen look-ups.
 ///
-/// Used by one thread. Never allocates after construction.
+/// Never allocates after construction. Of() and LookedUp() may be called by several threads at
+/// once, each for blocks of its own; the rest by one.
 class BlockDrift {
  public:
-  explicit BlockDrift(const PointBlocks& blocks);
+  /// `threads`: the most that will use it at once.
+  explicit BlockDrift(const PointBlocks& blocks, int threads = 1);
 
   /// Another frame begins, with the transform that its look-ups will be made with.
   void Begin(const VoxelTransform& transform) noexcept;
@@ -31,8 +33,9 @@ class BlockDrift {
   void ForgetAll() noexcept { oldest_ = frame_ + 1; }
 
   /// The most that any point of the block can be from where it was looked up, in voxels; infinity
-  /// when that is not known. Less the rounding of single precision.
-  float Of(std::uint32_t block) noexcept;
+  /// when that is not known. Less the rounding of single precision. `thread`: the calling one's
+  /// number.
+  float Of(std::uint32_t block, int thread = 0) noexcept;
   /// The mark that was read then.
   std::uint8_t nearest(std::uint32_t block) const noexcept { return lookups_[block].nearest; }
 
@@ -55,7 +58,7 @@ class BlockDrift {
   std::uint32_t oldest_ = 1;  // earlier look-ups do not count
   std::vector<Lookup> lookups_;
   std::vector<VoxelTransform> history_;
-  std::vector<Change> changes_;
+  std::vector<Change> changes_;  // kHistory of each thread
 };
 
 }  // namespace tandem

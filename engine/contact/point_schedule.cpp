@@ -1,6 +1,7 @@
 #include "engine/contact/point_schedule.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tandem {
@@ -13,8 +14,8 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
       chunks_in_(blocks.chunks().size()),
       open_(blocks.chunks().size(), 0),
       due_(std::max(blocks.size(), blocks.chunks().size())),
-      readings_(blocks.size()),
-      drift_(blocks) {
+      outcomes_(due_.size()),
+      drift_(blocks, options.helpers != nullptr ? options.helpers->threads() : 1) {
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < open_.size(); ++c) {
     if (options_.chunks) {
@@ -99,44 +100,74 @@ void PointSchedule::CollectDue(double travel_voxels) noexcept {
   }
 }
 
-bool PointSchedule::StillFar(std::uint32_t b) noexcept {
-  const double drift = drift_.Of(b) + 4 * place_error_;
+int PointSchedule::QueueByDrift(std::uint32_t b, int thread) noexcept {
+  const double drift = drift_.Of(b, thread) + 4 * place_error_;
   const double gap = QueueOf(drift_.nearest(b)) - 1 - drift;
-  if (!(gap >= 2.0)) return false;  // queue 2 or nearer
-  blocks_in_.Put(b, std::min(static_cast<int>(gap) + 1, highest_queue()));
-  counts_.drifted += blocks_->counts()[b];
-  return true;
+  if (!(gap >= 2.0)) return -1;  // queue 2 or nearer
+  return std::min(static_cast<int>(gap) + 1, highest_queue());
+}
+
+void PointSchedule::TestDue(std::size_t begin, std::size_t end, int thread) noexcept {
+  std::array<std::uint32_t, kPiece> list;
+  std::array<std::uint32_t, kPiece> place;
+  std::array<BlockReading, kPiece> readings;
+  while (begin < end) {
+    const std::size_t stop = std::min(begin + kPiece, end);
+    std::size_t count = 0;
+    for (; begin < stop; ++begin) {
+      const std::uint32_t b = due_[begin];
+      if (options_.drift && blocks_in_.queue_of(b) > 1) {
+        const int queue = QueueByDrift(b, thread);
+        if (queue >= 0) {
+          outcomes_[begin] = {0, static_cast<std::uint8_t>(queue), false};
+          continue;
+        }
+      }
+      place[count] = static_cast<std::uint32_t>(begin);
+      list[count++] = b;
+    }
+    TestBlocks(*blocks_, transform_, *voxmap_, 2 + layer_, {list.data(), count}, readings.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      const BlockReading& reading = readings[k];
+      drift_.LookedUp(list[k], reading.nearest);
+      outcomes_[place[k]] = {reading.contacts, static_cast<std::uint8_t>(QueueOf(reading.nearest)),
+                             true};
+    }
+  }
+}
+
+void PointSchedule::Settle() noexcept {
+  for (std::size_t k = 0; k < due_count_; ++k) {
+    const std::uint32_t b = due_[k];
+    const Outcome& outcome = outcomes_[k];
+    (outcome.looked_up ? counts_.looked_up : counts_.drifted) += blocks_->counts()[b];
+    blocks_in_.Put(b, outcome.queue);
+    if (outcome.contacts != 0) contacts_[contact_count_++] = {b, outcome.contacts};
+  }
+  SortContacts();
 }
 
 void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
   counts_ = {};
   contact_count_ = 0;
+  FrameHelpers* const helpers = options_.helpers;
+  // as much as in the last frame: they come while the list is made
+  if (helpers != nullptr && due_count_ >= options_.shared_from) helpers->Summon();
   const double travel_voxels = (travel + owed_) / s_ * (1 + 1e-9);
   owed_ = 0;
   transform_ = VoxelTransform(X_VS, s_, displacement_);
   TestChunks(X_VS, travel_voxels);
   CollectDue(travel_voxels);
-  if (options_.drift) {
-    drift_.Begin(transform_);
-    std::size_t kept = 0;
-    for (std::size_t k = 0; k < due_count_; ++k) {
-      const std::uint32_t b = due_[k];
-      if (blocks_in_.queue_of(b) > 1 && StillFar(b)) continue;
-      due_[kept++] = b;
-    }
-    due_count_ = kept;
+  drift_.Begin(transform_);
+  if (helpers != nullptr && due_count_ >= options_.shared_from) {
+    helpers->Summon();
+    helpers->Share(due_count_, kPiece, [this](std::size_t begin, std::size_t end, int thread) {
+      TestDue(begin, end, thread);
+    });
+  } else {
+    TestDue(0, due_count_, 0);
   }
-  TestBlocks(*blocks_, transform_, *voxmap_, 2 + layer_, {due_.data(), due_count_},
-             readings_.data());
-  for (std::size_t k = 0; k < due_count_; ++k) {
-    const std::uint32_t b = due_[k];
-    const BlockReading& reading = readings_[k];
-    counts_.looked_up += blocks_->counts()[b];
-    blocks_in_.Put(b, QueueOf(reading.nearest));
-    drift_.LookedUp(b, reading.nearest);
-    if (reading.contacts != 0) contacts_[contact_count_++] = {b, reading.contacts};
-  }
-  SortContacts();
+  Settle();
 }
 
 TestLoad PointSchedule::Load() const noexcept {

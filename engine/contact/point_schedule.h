@@ -18,7 +18,9 @@ namespace tandem {
 /// are the certain gaps: (i - 1) s for a point that reads i voxels to contact, since it may lie at
 /// the near side of its voxel and the source at the near side of its own.
 ///
-/// Used by one thread. Test() does not allocate.
+/// Used by one thread. Test() does not allocate. What is due is drifted and looked up in pieces,
+/// which helpers may take; what that comes to is written by place in the list of what is due, and
+/// put into queues by the calling thread, so nothing depends on who did what.
 class PointSchedule final : public Schedule {
  public:
   PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, int force_layer,
@@ -33,12 +35,18 @@ class PointSchedule final : public Schedule {
  private:
   /// A chunk queue holds chunks with at least 4 q voxels of allowance.
   static constexpr double kChunkUnit = 4.0;
+  static constexpr std::size_t kPiece = 128;  // blocks, some microseconds
 
   double Allowance(int queue) const noexcept;  // voxels
   void TestChunks(const Pose& X_VS, double travel_voxels) noexcept;
   void TestChunk(std::size_t c, const Pose& X_VS) noexcept;
   void CollectDue(double travel_voxels) noexcept;
-  bool StillFar(std::uint32_t block) noexcept;
+  /// The queue that a block is put back into because it has not drifted near; -1: it may be near.
+  int QueueByDrift(std::uint32_t block, int thread) noexcept;
+  /// Drifts and looks up the blocks due_[begin, end).
+  void TestDue(std::size_t begin, std::size_t end, int thread) noexcept;
+  /// Puts what was due into its queues.
+  void Settle() noexcept;
 
   ScheduleOptions options_;
   double owed_ = 0;  // m of travel since the last test, besides the motion
@@ -47,8 +55,14 @@ class PointSchedule final : public Schedule {
   DistanceQueues chunks_in_;
   std::vector<std::uint8_t> open_;  // per chunk: its blocks stand in queues
 
+  /// What became of a block that was due.
+  struct Outcome {
+    std::uint16_t contacts = 0;
+    std::uint8_t queue = 0;
+    bool looked_up = false;
+  };
   std::vector<std::uint32_t> due_;
-  std::vector<BlockReading> readings_;
+  std::vector<Outcome> outcomes_;  // of due_
   std::size_t due_count_ = 0;
   BlockDrift drift_;
 };

@@ -8,16 +8,22 @@
 #include "engine/contact/block_test.h"
 #include "engine/contact/max_travel.h"
 #include "engine/contact/point_blocks.h"
+#include "engine/realtime/frame_helpers.h"
 #include "engine/voxel/voxmap.h"
 
 namespace tandem {
 
-/// Which of the paper's savings are in use; all of them, but for comparisons.
+/// Which of the paper's savings are in use; all of them, but for comparisons. And who helps.
 struct ScheduleOptions {
   bool coherence = true;  // §5: distance queues; without, every awake point in every frame
   bool chunks = true;     // §5.1: whole chunks by their centre while they are far
   bool drift = true;      // §5.2: what has not drifted near is not looked up
   bool printed = false;   // by Eqn. 2 and 3 to the letter, which can be late; for comparisons
+  /// Share large frames' work, to the same bits; null: the calling thread does all. Must outlive
+  /// whoever is given it.
+  FrameHelpers* helpers = nullptr;
+  /// Blocks due in a frame from which on helpers are called: about 50 us of one thread.
+  std::size_t shared_from = 1500;
 };
 
 /// What a frame's tests came to.
@@ -34,7 +40,8 @@ struct TestCounts {
 };
 
 /// Which points of a pointshell are tested against a voxmap in a frame (paper §5, §5.1, §5.2), and
-/// which of these are in contact. Called once a frame; used by one thread; no call allocates.
+/// which of these are in contact. Called once a frame; used by one thread, which may have helpers;
+/// no call allocates.
 class Schedule {
  public:
   virtual ~Schedule() = default;

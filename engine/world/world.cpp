@@ -88,7 +88,7 @@ bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, do
 }  // namespace
 
 World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& schedule)
-    : model_(std::move(model)), together_(model_->bodies.size()) {
+    : model_(std::move(model)), together_(model_->bodies.size()), helpers_(schedule.helpers) {
   const std::vector<BodyModel>& bodies = model_->bodies;
   const int layer = model_->scene.force_layer;
   const auto gains_for = [this](double mass) {
@@ -148,6 +148,7 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
   ShareTravel(in);
   Couple(in);
   Move(in);
+  if (helpers_ != nullptr) helpers_->Dismiss();
   return report_;
 }
 

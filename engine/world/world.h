@@ -18,7 +18,8 @@ inline constexpr double kFrame = 1e-3;  // s
 /// same bits.
 class World {
  public:
-  /// `schedule`: which of the paper's savings are in use; all, but for comparisons.
+  /// `schedule`: which of the paper's savings are in use, all, but for comparisons; and the threads
+  /// that help, if any.
   explicit World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& schedule = {});
 
   const WorldModel& model() const noexcept { return *model_; }
@@ -67,6 +68,7 @@ class World {
   Load hand_load_;
   std::array<Load, kMaxLinkAnchors> link_loads_;
   bool contact_on_ = true;
+  FrameHelpers* helpers_;
   StepReport report_;
 };
 
