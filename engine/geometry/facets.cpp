@@ -10,6 +10,8 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "engine/base/huge_vector.h"
+
 namespace tandem {
 
 namespace {
@@ -36,17 +38,17 @@ struct Ground {
   const TriangleMesh& mesh;
   const MeshSides& sides;
   double tolerance;
-  std::vector<Facet> facets;
+  HugeVector<Facet> facets;
   std::vector<std::uint32_t> polygon_of;  // numbered in its body
-  std::vector<std::uint32_t> tried_by;    // the last polygon that met the triangle
-  std::vector<std::uint32_t> holds;       // per vertex: the last polygon that has it
+  HugeVector<std::uint32_t> tried_by;     // the last polygon that met the triangle
+  HugeVector<std::uint32_t> holds;        // per vertex: the last polygon that has it
 };
 
 /// Numbers by falling size, the lesser number first among equals: by digits of the size's bits,
 /// which for numbers of one sign stand in the same order.
 class BySize {
  public:
-  void Sort(const std::vector<Facet>& facets, std::vector<std::uint32_t>& triangles) {
+  void Sort(const HugeVector<Facet>& facets, HugeVector<std::uint32_t>& triangles) {
     entries_.clear();
     std::uint64_t differ = 0;
     for (const std::uint32_t t : triangles) {
@@ -80,8 +82,8 @@ class BySize {
     std::uint64_t key;
     std::uint32_t triangle;
   };
-  std::vector<Entry> entries_;
-  std::vector<Entry> spare_;
+  HugeVector<Entry> entries_;
+  HugeVector<Entry> spare_;
 };
 
 /// Grows the polygons of one body at a time, one polygon at a time.
@@ -241,7 +243,7 @@ class Grower {
 
   Ground& ground_;
   double tolerance_;
-  std::vector<std::uint32_t> seeds_;
+  HugeVector<std::uint32_t> seeds_;
   BySize by_size_;
   std::uint32_t polygons_ = 0;
 
@@ -269,7 +271,7 @@ std::uint32_t GrowPolygons(const TriangleMesh& mesh, const MeshSides& sides, dou
   const std::size_t count = mesh.triangles.size();
   for (std::size_t t = 0; t < count; ++t) ++first[sides.BodyOf(t) + 1];
   std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<std::uint32_t> by_body(count);
+  HugeVector<std::uint32_t> by_body(count);
   std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
   for (std::uint32_t t = 0; t < count; ++t) by_body[next[sides.BodyOf(t)]++] = t;
 
@@ -296,14 +298,14 @@ class FeatureLines {
     std::array<std::uint32_t, 2> polygons;  // on its two sides; equal for a wall within nothing
   };
 
-  FeatureLines(const TriangleMesh& mesh, std::vector<Edge> edges)
+  FeatureLines(const TriangleMesh& mesh, HugeVector<Edge> edges)
       : mesh_(mesh), edges_(std::move(edges)), first_(mesh.vertices.size() + 1, 0) {
     for (const Edge& e : edges_) {
       for (const std::uint32_t v : e.ends) ++first_[v + 1];
     }
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
     at_.resize(first_.back());
-    std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+    HugeVector<std::uint32_t> next(first_.begin(), first_.end() - 1);
     for (std::uint32_t e = 0; e < edges_.size(); ++e) {
       for (const std::uint32_t v : edges_[e].ends) at_[next[v]++] = e;
     }
@@ -371,9 +373,9 @@ class FeatureLines {
   }
 
   const TriangleMesh& mesh_;
-  std::vector<Edge> edges_;
-  std::vector<std::uint32_t> first_;  // per vertex: into at_
-  std::vector<std::uint32_t> at_;     // edges
+  HugeVector<Edge> edges_;
+  HugeVector<std::uint32_t> first_;  // per vertex: into at_
+  HugeVector<std::uint32_t> at_;     // edges
   std::vector<std::uint8_t> corner_;
   std::vector<std::uint8_t> walked_;
   std::vector<std::uint32_t> run_;
@@ -390,8 +392,8 @@ Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double t
   features.polygons = GrowPolygons(mesh, sides, tolerance, features.polygon_of);
 
   // by the lesser end, and these by the greater one
-  std::vector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
-  std::vector<FeatureLines::Edge> found;
+  HugeVector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
+  HugeVector<FeatureLines::Edge> found;
   const auto add = [&](const FeatureLines::Edge& edge) {
     found.push_back(edge);
     ++first[edge.ends[0] + 1];
@@ -410,8 +412,8 @@ Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double t
     }
   }
   std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<FeatureLines::Edge> edges(found.size());
-  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  HugeVector<FeatureLines::Edge> edges(found.size());
+  HugeVector<std::uint32_t> next(first.begin(), first.end() - 1);
   for (const FeatureLines::Edge& e : found) edges[next[e.ends[0]]++] = e;
   for (std::size_t v = 0; v + 1 < first.size(); ++v) {
     if (first[v + 1] - first[v] < 2) continue;

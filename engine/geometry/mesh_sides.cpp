@@ -11,7 +11,7 @@ MeshSides::MeshSides(const TriangleMesh& mesh) {
 }
 
 void MeshSides::FindBodies(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
+  HugeVector<std::uint32_t> parent(mesh.vertices.size());
   std::iota(parent.begin(), parent.end(), 0U);
   const auto find = [&](std::uint32_t i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
@@ -23,7 +23,7 @@ void MeshSides::FindBodies(const TriangleMesh& mesh) {
     const std::uint32_t k = find(c);
     parent[i] = parent[j] = parent[k] = std::min({i, j, k});
   }
-  std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
+  HugeVector<std::uint32_t> number(mesh.vertices.size(), kNone);
   body_of_.resize(mesh.triangles.size());
   for (std::size_t t = 0; t < body_of_.size(); ++t) {
     std::uint32_t& body = number[find(mesh.triangles[t][0])];
@@ -35,7 +35,7 @@ void MeshSides::FindBodies(const TriangleMesh& mesh) {
 void MeshSides::FindSides(const TriangleMesh& mesh) {
   across_.assign(3 * mesh.triangles.size(), kNone);
   // sides by their lesser vertex, so that those of an edge stand close together
-  std::vector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
+  HugeVector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
   for (const auto& [a, b, c] : mesh.triangles) {
     if (a != b) ++first[std::min(a, b) + 1];
     if (b != c) ++first[std::min(b, c) + 1];
@@ -46,8 +46,8 @@ void MeshSides::FindSides(const TriangleMesh& mesh) {
     std::uint32_t greater;
     std::uint32_t side;
   };
-  std::vector<Entry> entries(first.back());
-  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  HugeVector<Entry> entries(first.back());
+  HugeVector<std::uint32_t> next(first.begin(), first.end() - 1);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t a = mesh.triangles[t][k];

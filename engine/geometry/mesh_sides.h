@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/huge_vector.h"
 #include "engine/geometry/triangle_mesh.h"
 
 namespace tandem {
@@ -39,10 +40,10 @@ class MeshSides {
   void FindSides(const TriangleMesh& mesh);
   void FindBodies(const TriangleMesh& mesh);
 
-  std::vector<std::uint32_t> across_;
+  HugeVector<std::uint32_t> across_;
   std::vector<Wall> walls_;
   std::vector<std::uint32_t> wall_sides_;
-  std::vector<std::uint32_t> body_of_;
+  HugeVector<std::uint32_t> body_of_;
   std::size_t bodies_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include "engine/geometry/mesh_facing.h"
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/voxel/surface_bricks.h"
+#include "engine/voxel/voxmap_image.h"
 
 namespace tandem {
 

@@ -61,11 +61,13 @@ void AddWoundVoxels(const WindingNumber& winding, const Bounds& box_W, double vo
     Cells free;
     free.fill(~std::uint64_t{0});
     bool whole = true;
-    if (surface != nullptr && surface->rows != nullptr) {
+    if (surface != nullptr && !surface->empty()) {
       for (std::size_t z = 0; z < 8; ++z) {
         std::uint64_t taken = 0;
-        for (std::size_t y = 0; y < 8; ++y) {
-          taken |= (surface->rows[row_of(y, z)] >> (8 * chunk.x) & 0xffU) << (8 * y);
+        const std::uint64_t* octet = surface->Octet(static_cast<std::size_t>(chunk.z) * 8 + z,
+                                                    static_cast<std::size_t>(chunk.y));
+        for (std::size_t y = 0; y < 8 && octet != nullptr; ++y) {
+          taken |= (octet[y] >> (8 * chunk.x) & 0xffU) << (8 * y);
         }
         free[z] = ~taken;
         whole = whole && taken == 0;

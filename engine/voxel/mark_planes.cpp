@@ -343,7 +343,7 @@ bool MarkPlanes::Gather(Field field) {
     const SurfaceBricks::Brick* brick = bricks_.At(place_ + offset);
     if (brick == nullptr) continue;
     const SurfaceBricks::Source& source = brick->sources[static_cast<std::size_t>(field)];
-    if (source.rows == nullptr) continue;
+    if (source.empty()) continue;
     near[static_cast<std::size_t>(n)] = &source;
     any = true;
   }
@@ -367,10 +367,9 @@ bool MarkPlanes::Gather(Field field) {
       bool some = false;
       for (std::size_t k = 0; k < 3; ++k) {
         if (row_of_three[k] == nullptr) continue;
-        const auto zz = static_cast<std::size_t>(z & 63);
-        if ((row_of_three[k]->octets[zz] >> ((y & 63) / 8) & 1U) == 0) continue;
-        rows[k] = row_of_three[k]->rows + (y & 63) + 64 * (z & 63);
-        some = true;
+        rows[k] = row_of_three[k]->Octet(static_cast<std::size_t>(z & 63),
+                                         static_cast<std::size_t>((y & 63) / 8));
+        some = some || rows[k] != nullptr;
       }
       if (!some) continue;
       const int octet = (y + kHalo) / 8;
@@ -410,7 +409,6 @@ void MarkPlanes::Add(Field field, const std::uint64_t* inside, bool solid) {
   }
   const auto f = static_cast<std::size_t>(field);
   const SurfaceBricks::Brick* brick = bricks_.At(place_);
-  const std::uint64_t* surface = brick != nullptr ? brick->sources[0].rows : nullptr;
   const std::size_t plane_bytes = kVoxelsPerChunk / 8 * static_cast<std::size_t>(bits_);
   alignas(64) std::array<std::array<std::uint64_t, 32>, 8> chunks;  // by x: 4 digits of 8 words
   for (std::size_t cz = 0; cz < 8; ++cz) {
@@ -430,9 +428,11 @@ void MarkPlanes::Add(Field field, const std::uint64_t* inside, bool solid) {
           }
         }
         if (inside != nullptr || solid) {
+          const std::uint64_t* surface =
+              brick != nullptr ? brick->sources[0].Octet(z, cy) : nullptr;
           for (std::size_t i = 0; i < 8; ++i) {
             std::uint64_t in = solid ? ~std::uint64_t{0} : inside[row + i];
-            if (surface != nullptr) in &= ~surface[row + i];
+            if (surface != nullptr) in &= ~surface[i];
             rows[0][i] |= in;
             for (std::size_t digit = 1; digit < 4; ++digit) rows[digit][i] &= ~in;
           }

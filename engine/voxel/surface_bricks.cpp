@@ -5,8 +5,10 @@
 #include <span>
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "engine/base/huge_vector.h"
 #include "engine/voxel/triangle_batch.h"
 
 namespace tandem {
@@ -18,8 +20,8 @@ constexpr std::int32_t kFewBricks = 3;     // along a side, so that all are as w
 
 using Corners = std::array<std::uint32_t, 3>;
 
-std::vector<SnappedPoint> SnapAll(const std::vector<Vec3>& points, double voxel_size) {
-  std::vector<SnappedPoint> snapped(points.size());
+HugeVector<SnappedPoint> SnapAll(const std::vector<Vec3>& points, double voxel_size) {
+  HugeVector<SnappedPoint> snapped(points.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 4096), [&](const auto& some) {
     for (std::size_t i = some.begin(); i < some.end(); ++i)
       snapped[i] = Snap(points[i], voxel_size);
@@ -68,39 +70,55 @@ void ForEachHyperchunk(const SnappedTriangle& t, const Visit& visit) {
 /// Which triangles may reach into each hyperchunk of a box.
 struct Bins {
   std::vector<std::uint32_t> first;  // by cell of the box, and the end
-  std::vector<std::uint32_t> items;
+  HugeVector<std::uint32_t> items;
 };
 
-Bins BinByHyperchunk(const std::vector<SnappedPoint>& points, std::span<const Corners> triangles,
+Bins BinByHyperchunk(const HugeVector<SnappedPoint>& points, std::span<const Corners> triangles,
                      const HyperchunkBox& box) {
-  struct Meeting {
-    std::uint32_t cell;
-    std::uint32_t triangle;
+  // of most triangles the one hyperchunk; kMany says to ask again
+  constexpr std::uint32_t kMany = ~0U;
+  HugeVector<std::uint32_t> cell_of(triangles.size());
+  const auto for_each = [&](std::size_t t, const auto& visit) {
+    const auto& [i, j, k] = triangles[t];
+    ForEachHyperchunk({points[i], points[j], points[k]}, [&](const GridIndex& place) {
+      visit(static_cast<std::uint32_t>(box.CellOf(place)));
+    });
   };
-  constexpr std::size_t kBlock = 16384;
-  std::vector<std::vector<Meeting>> blocks((triangles.size() + kBlock - 1) / kBlock);
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    const std::size_t end = std::min(triangles.size(), (b + 1) * kBlock);
-    blocks[b].reserve(kBlock + kBlock / 4);
-    for (std::size_t t = b * kBlock; t < end; ++t) {
-      const auto& [i, j, k] = triangles[t];
-      ForEachHyperchunk({points[i], points[j], points[k]}, [&](const GridIndex& place) {
-        blocks[b].push_back(
-            {static_cast<std::uint32_t>(box.CellOf(place)), static_cast<std::uint32_t>(t)});
+  const auto place_of = [](const SnappedPoint& p) {
+    return GridIndex{static_cast<std::int32_t>(p[0] >> kBrickBits),
+                     static_cast<std::int32_t>(p[1] >> kBrickBits),
+                     static_cast<std::int32_t>(p[2] >> kBrickBits)};
+  };
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, triangles.size(), 16384), [&](const auto& some) {
+        for (std::size_t t = some.begin(); t < some.end(); ++t) {
+          const auto& [i, j, k] = triangles[t];
+          const GridIndex place = place_of(points[i]);
+          const bool one = place == place_of(points[j]) && place == place_of(points[k]);
+          cell_of[t] = one ? static_cast<std::uint32_t>(box.CellOf(place)) : kMany;
+        }
       });
-    }
-  });
   Bins bins;
   bins.first.assign(box.cells() + 1, 0);
-  for (const auto& block : blocks) {
-    for (const Meeting& m : block) ++bins.first[m.cell + 1];
+  std::vector<std::uint32_t> many;  // triangle and cell, by turns
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (cell_of[t] != kMany) {
+      ++bins.first[cell_of[t] + 1];
+      continue;
+    }
+    for_each(t, [&](std::uint32_t cell) {
+      ++bins.first[cell + 1];
+      many.push_back(static_cast<std::uint32_t>(t));
+      many.push_back(cell);
+    });
   }
   for (std::size_t c = 1; c < bins.first.size(); ++c) bins.first[c] += bins.first[c - 1];
   bins.items.resize(bins.first.back());
   std::vector<std::uint32_t> next(bins.first.begin(), bins.first.end() - 1);
-  for (const auto& block : blocks) {
-    for (const Meeting& m : block) bins.items[next[m.cell]++] = m.triangle;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (cell_of[t] != kMany) bins.items[next[cell_of[t]]++] = t;
   }
+  for (std::size_t m = 0; m < many.size(); m += 2) bins.items[next[many[m + 1]]++] = many[m];
   return bins;
 }
 
@@ -108,24 +126,31 @@ std::span<const std::uint32_t> ItemsAt(const Bins& bins, std::size_t cell) {
   return std::span(bins.items).subspan(bins.first[cell], bins.first[cell + 1] - bins.first[cell]);
 }
 
-/// Whether there is any.
-bool FindOctets(const std::uint64_t* rows, std::array<std::uint8_t, kHyperchunkSide>& octets) {
-  unsigned any = 0;
-  for (std::size_t o = 0; o < kBrickRows / 8; ++o) {
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < 8; ++i) bits |= rows[8 * o + i];
-    const unsigned bit = bits != 0 ? 1U << (o & 7U) : 0U;
-    octets[o >> 3U] = static_cast<std::uint8_t>(octets[o >> 3U] | bit);
-    any |= bit;
+/// Takes the octets that are not empty out of rows, which are zeros afterwards, and appends them.
+void Pack(std::uint64_t* rows, SurfaceBricks::Source& source, std::vector<std::uint64_t>& words) {
+  std::uint16_t count = 0;
+  for (std::size_t z = 0; z < kHyperchunkSide; ++z) {
+    source.first[z] = count;
+    unsigned here = 0;
+    for (std::size_t j = 0; j < 8; ++j) {
+      std::uint64_t* const octet = rows + 8 * j + kHyperchunkSide * z;
+      std::uint64_t any = 0;
+      for (std::size_t i = 0; i < 8; ++i) any |= octet[i];
+      if (any == 0) continue;
+      words.insert(words.end(), octet, octet + 8);
+      std::fill_n(octet, 8, 0);
+      here |= 1U << j;
+      ++count;
+    }
+    source.octets[z] = static_cast<std::uint8_t>(here);
   }
-  return any != 0;
 }
 
 }  // namespace
 
 SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& features,
                              double voxel_size, const MeshFacing& facing) {
-  const std::vector<SnappedPoint> points = SnapAll(mesh_W.vertices, voxel_size);
+  const HugeVector<SnappedPoint> points = SnapAll(mesh_W.vertices, voxel_size);
   std::vector<Corners> edges;
   edges.reserve(features.edges.size());
   for (const auto& [a, b] : features.edges) edges.push_back({a, b, b});
@@ -156,15 +181,12 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
   std::array<Bins, kFields> bins;
   for (std::size_t f = 0; f < kFields; ++f) bins[f] = BinByHyperchunk(points, items[f], box_);
 
-  std::size_t sources = 0;
   for (std::int32_t z = 0; z < box_.size.z; ++z) {
     for (std::int32_t y = 0; y < box_.size.y; ++y) {
       for (std::int32_t x = 0; x < box_.size.x; ++x) {
         const GridIndex place = box_.first + GridIndex{x, y, z};
-        const std::size_t cell = box_.CellOf(place);
-        if (ItemsAt(bins[0], cell).empty()) continue;
+        if (ItemsAt(bins[0], box_.CellOf(place)).empty()) continue;
         bricks_.emplace_back().place = place;
-        for (const Bins& b : bins) sources += !ItemsAt(b, cell).empty();
       }
     }
   }
@@ -172,32 +194,41 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
     return MortonCode(a.place) < MortonCode(b.place);
   });
   brick_at_.assign(box_.cells(), 0);
-  constexpr std::size_t kStride = kBrickRows + TriangleRows::kPadding;
-  rows_ = ImageBytes(sources * kStride * sizeof(std::uint64_t));
-  auto* rows = reinterpret_cast<std::uint64_t*>(rows_.data());
-  std::vector<std::array<std::uint64_t*, kFields>> rows_of(bricks_.size());
   for (std::size_t b = 0; b < bricks_.size(); ++b) {
-    const std::size_t cell = box_.CellOf(bricks_[b].place);
-    brick_at_[cell] = static_cast<std::uint32_t>(b + 1);
-    for (std::size_t f = 0; f < kFields; ++f) {
-      if (ItemsAt(bins[f], cell).empty()) continue;
-      rows_of[b][f] = rows;
-      rows += kStride;
-    }
+    brick_at_[box_.CellOf(bricks_[b].place)] = static_cast<std::uint32_t>(b + 1);
   }
+  struct Scratch {
+    std::vector<std::uint64_t> rows =
+        std::vector<std::uint64_t>(kBrickRows + TriangleRows::kPadding, 0);
+    std::vector<std::uint64_t> words;
+    std::vector<Crossing> crossings;
+  };
+  tbb::enumerable_thread_specific<Scratch> scratch;
   tbb::parallel_for(std::size_t{0}, bricks_.size(), [&](std::size_t b) {
+    Scratch& mine = scratch.local();
+    mine.words.clear();
+    mine.crossings.clear();
     Brick& brick = bricks_[b];
     const GridIndex first = brick.place * kHyperchunkSide;
+    std::array<std::size_t, kFields + 1> begin{};
     for (std::size_t f = 0; f < kFields; ++f) {
-      if (rows_of[b][f] == nullptr) continue;
-      TriangleBatch batch(first, rows_of[b][f], &brick.crossings);
-      for (const std::uint32_t item : ItemsAt(bins[f], box_.CellOf(brick.place))) {
-        const auto& [i, j, k] = items[f][item];
-        const bool crosses = f == 0 && (facing.open.empty() || facing.open[item] == 0);
-        batch.Add(points[i], points[j], points[k], crosses ? facing.of_triangle[item] : 0);
+      const auto here = ItemsAt(bins[f], box_.CellOf(brick.place));
+      if (!here.empty()) {
+        TriangleBatch batch(first, mine.rows.data(), &mine.crossings);
+        for (const std::uint32_t item : here) {
+          const auto& [i, j, k] = items[f][item];
+          const bool crosses = f == 0 && (facing.open.empty() || facing.open[item] == 0);
+          batch.Add(points[i], points[j], points[k], crosses ? facing.of_triangle[item] : 0);
+        }
+        batch.Finish();
+        Pack(mine.rows.data(), brick.sources[f], mine.words);
       }
-      batch.Finish();
-      if (FindOctets(rows_of[b][f], brick.sources[f].octets)) brick.sources[f].rows = rows_of[b][f];
+      begin[f + 1] = mine.words.size();
+    }
+    brick.words.assign(mine.words.begin(), mine.words.end());
+    brick.crossings.assign(mine.crossings.begin(), mine.crossings.end());
+    for (std::size_t f = 0; f < kFields; ++f) {
+      if (begin[f] < begin[f + 1]) brick.sources[f].words = brick.words.data() + begin[f];
     }
   });
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -9,7 +10,6 @@
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/voxel/triangle_rows.h"
 #include "engine/voxel/voxel.h"
-#include "engine/voxel/voxmap_image.h"
 
 namespace tandem {
 
@@ -41,14 +41,26 @@ struct HyperchunkBox {
 /// same exact test, so each source is among the one before.
 class SurfaceBricks {
  public:
+  /// Rows by eights along y; eights without a voxel are not kept.
   struct Source {
-    const std::uint64_t* rows = nullptr;  // kBrickRows; null without any
+    const std::uint64_t* words = nullptr;  // null without any
     /// By z: bit j for any voxel in the rows 8 j to 8 j + 7.
     std::array<std::uint8_t, kHyperchunkSide> octets{};
+    std::array<std::uint16_t, kHyperchunkSide> first{};  // by z: how many octets stand before
+
+    bool empty() const noexcept { return words == nullptr; }
+    /// The rows 8 j to 8 j + 7 of a z; null if there is no voxel in them.
+    const std::uint64_t* Octet(std::size_t z, std::size_t j) const noexcept {
+      const unsigned octets_here = octets[z];
+      if ((octets_here >> j & 1U) == 0) return nullptr;
+      const int before = std::popcount(octets_here & ((1U << j) - 1));
+      return words + 8 * (first[z] + static_cast<std::size_t>(before));
+    }
   };
   struct Brick {
     GridIndex place;
     std::array<Source, kFields> sources;  // by Field
+    std::vector<std::uint64_t> words;     // of all sources
     std::vector<Crossing> crossings;      // of closed bodies, in no order
   };
 
@@ -71,7 +83,6 @@ class SurfaceBricks {
   HyperchunkBox box_;
   std::vector<std::uint32_t> brick_at_;  // by cell of the box: 1 + its number, 0 for none
   std::vector<Brick> bricks_;
-  ImageBytes rows_;
 };
 
 }  // namespace tandem

@@ -39,14 +39,15 @@ double Area(const TriangleMesh& mesh) {
 /// Which sides of a hyperchunk have surface within `chunks` chunks, as the neighbours there that
 /// its band may reach into: bit n for offset (n % 3, n / 3 % 3, n / 9) - 1.
 std::uint32_t NeighboursReached(const SurfaceBricks::Source& surface, int chunks) {
-  if (surface.rows == nullptr) return 0;
+  if (surface.empty()) return 0;
   // by z of the chunks: bit x + 8 y
   std::array<std::uint64_t, kChunkSide> occupied{};
   for (std::size_t z = 0; z < kHyperchunkSide; ++z) {
     for (std::size_t octet = 0; octet < 8; ++octet) {
-      if ((surface.octets[z] >> octet & 1U) == 0) continue;
+      const std::uint64_t* rows = surface.Octet(z, octet);
+      if (rows == nullptr) continue;
       std::uint64_t bits = 0;
-      for (std::size_t i = 0; i < 8; ++i) bits |= surface.rows[64 * z + 8 * octet + i];
+      for (std::size_t i = 0; i < 8; ++i) bits |= rows[i];
       for (std::size_t x = 0; x < 8; ++x) {
         if ((bits >> (8 * x) & 0xffU) != 0) occupied[z / 8] |= std::uint64_t{1} << (x + 8 * octet);
       }

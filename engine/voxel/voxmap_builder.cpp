@@ -117,8 +117,10 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
   // one mark of 1 after another: its lowest bit at every mark's place
   const int ones = bits == 2 ? 0x55 : (bits == 4 ? 0x11 : 0x01);
   std::memset(quarters_ + kQuarterInterior * quarter_bytes_, ones, quarter_bytes_);
-  number_at_.assign(1U << 12U, 0);
-  Widen();
+  number_at_.assign(1U << 13U, 0);
+  const std::uint64_t interior =
+      HashOf(quarters_ + kQuarterInterior * quarter_bytes_, quarter_bytes_);
+  number_at_[interior >> 32U & (number_at_.size() - 1)] = interior >> 32U << 32U | kQuarterInterior;
   records_[kRecordFar] = {};
   records_[kRecordSolid] = {};
   records_[kRecordSolid].solid.fill(~std::uint64_t{0});
@@ -136,7 +138,7 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
 /// Of a quarter with these bytes, which is kept if there is none like it yet.
 std::uint32_t VoxmapBuilder::NumberOf(const std::uint8_t* quarter, std::uint64_t hash) {
   const std::uint64_t mask = number_at_.size() - 1;
-  const std::uint64_t tag = hash << 32U;
+  const std::uint64_t tag = hash >> 32U << 32U;
   for (std::uint64_t at = hash >> 32U & mask;; at = (at + 1) & mask) {
     const auto number = static_cast<std::uint32_t>(number_at_[at]);
     if (number == 0) {
@@ -153,14 +155,15 @@ std::uint32_t VoxmapBuilder::NumberOf(const std::uint8_t* quarter, std::uint64_t
 }
 
 void VoxmapBuilder::Widen() {
-  number_at_.assign(2 * number_at_.size(), 0);
-  const std::uint64_t mask = number_at_.size() - 1;
-  for (std::uint64_t q = kQuarterInterior; q < header_.quarter_count; ++q) {
-    const std::uint64_t hash = HashOf(quarters_ + q * quarter_bytes_, quarter_bytes_);
-    std::uint64_t at = hash >> 32U & mask;
-    while (number_at_[at] != 0) at = (at + 1) & mask;
-    number_at_[at] = hash << 32U | q;
+  std::vector<std::uint64_t> wider(4 * number_at_.size(), 0);
+  const std::uint64_t mask = wider.size() - 1;
+  for (const std::uint64_t entry : number_at_) {
+    if (entry == 0) continue;
+    std::uint64_t at = entry >> 32U & mask;
+    while (wider[at] != 0) at = (at + 1) & mask;
+    wider[at] = entry;
   }
+  number_at_ = std::move(wider);
 }
 
 void VoxmapBuilder::Add(const GridIndex& place, const VoxmapRecord& record,
@@ -184,10 +187,14 @@ void VoxmapBuilder::Add(const GridIndex& place, const VoxmapRecord& record,
     if (q + kAhead < quarters) __builtin_prefetch(&number_at_[hashes_[q + kAhead] >> 32U & mask]);
     if (q % kQuarters == 0) planes_.emplace_back();
     const std::uint8_t* bytes = &planes[q * quarter_bytes_];
-    const bool empty = std::all_of(bytes, bytes + quarter_bytes_, [](std::uint8_t b) {
-      return b == 0;
-    });
-    planes_.back().quarters[q % kQuarters] = empty ? kQuarterBeyond : NumberOf(bytes, hashes_[q]);
+    std::uint64_t any = 0;
+    for (std::size_t i = 0; i < quarter_bytes_; i += 8) {
+      std::uint64_t word;
+      std::memcpy(&word, bytes + i, 8);
+      any |= word;
+    }
+    planes_.back().quarters[q % kQuarters] =
+        any == 0 ? kQuarterBeyond : NumberOf(bytes, hashes_[q]);
   }
 }
 

@@ -42,7 +42,7 @@ class VoxmapBuilder {
   std::size_t quarter_bytes_ = 0;
   std::vector<VoxmapPlane> planes_;
   std::vector<std::uint64_t> hashes_;  // scratch
-  /// Numbers of quarters by their hash, whose lower half stands above; 0 for none. Its size is a
+  /// Numbers of quarters by their hash, whose upper half stands above; 0 for none. Its size is a
   /// power of 2.
   std::vector<std::uint64_t> number_at_;
 };
