@@ -18,30 +18,23 @@ namespace {
 
 constexpr std::uint32_t kNone = MeshSides::kNone;
 
-/// Twice a triangle's area along its normal, and its length.
+/// Of a triangle: twice its area along its normal, and that vector's length.
 struct Facet {
   Vec3 area;
   double norm;
+  std::uint32_t polygon;   // numbered in its body
+  std::uint32_t tried_by;  // the last polygon that met it
 };
 
 /// What growing polygons know of the whole mesh. Bodies do not share triangles or vertices, so they
 /// can be grown at the same time.
 struct Ground {
-  Ground(const TriangleMesh& mesh_in, const MeshSides& sides_in, double tolerance_in)
-      : mesh(mesh_in), sides(sides_in), tolerance(tolerance_in) {
-    const std::size_t count = mesh.triangles.size();
-    facets.resize(count);
-    polygon_of.assign(count, kNone);
-    tried_by.assign(count, kNone);
-    holds.assign(mesh.vertices.size(), kNone);
-  }
   const TriangleMesh& mesh;
   const MeshSides& sides;
   double tolerance;
-  HugeVector<Facet> facets;
-  std::vector<std::uint32_t> polygon_of;  // numbered in its body
-  HugeVector<std::uint32_t> tried_by;     // the last polygon that met the triangle
+  HugeVector<std::uint32_t> place_of;     // per triangle: its number in its body
   HugeVector<std::uint32_t> holds;        // per vertex: the last polygon that has it
+  std::vector<std::uint32_t> polygon_of;  // numbered in its body
 };
 
 /// Numbers by falling size, the lesser number first among equals: by digits of the size's bits,
@@ -94,22 +87,29 @@ class Grower {
   /// Of the body's triangles, in rising order. How many polygons it has.
   std::uint32_t Grow(std::span<const std::uint32_t> triangles) {
     polygons_ = 0;
-    seeds_.assign(triangles.begin(), triangles.end());
-    for (const std::uint32_t t : seeds_) {
-      const TriangleMesh& mesh = ground_.mesh;
-      Facet& facet = ground_.facets[t];
-      facet.area =
-          (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
-      facet.norm = facet.area.norm();
+    triangles_ = triangles;
+    together_ = triangles.back() - triangles.front() + 1 == triangles.size();
+    facets_.resize(triangles.size());
+    seeds_.resize(triangles.size());
+    for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+      const Corners c = CornersOf(i);
+      const Vec3 area = (*c[1] - *c[0]).cross(*c[2] - *c[0]);
+      facets_[i] = {.area = area, .norm = area.norm(), .polygon = kNone, .tried_by = kNone};
+      seeds_[i] = i;
     }
-    by_size_.Sort(ground_.facets, seeds_);
+    by_size_.Sort(facets_, seeds_);
     for (const std::uint32_t seed : seeds_) {
-      if (ground_.polygon_of[seed] == kNone) GrowFrom(seed);
+      if (facets_[seed].polygon == kNone) GrowFrom(seed);
+    }
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      ground_.polygon_of[triangles[i]] = facets_[i].polygon;
     }
     return polygons_;
   }
 
  private:
+  // triangles are numbered in their body
+  using Corners = std::array<const Vec3*, 3>;
   struct Candidate {
     double turn;  // 1 - cos of the angle to the polygon's normal when it was met
     std::uint32_t triangle;
@@ -118,6 +118,19 @@ class Grower {
     }
   };
 
+  /// A body's triangles mostly stand together.
+  std::uint32_t InMesh(std::uint32_t triangle) const {
+    return together_ ? triangles_[0] + triangle : triangles_[triangle];
+  }
+  std::uint32_t InBody(std::uint32_t triangle) const {
+    return together_ ? triangle - triangles_[0] : ground_.place_of[triangle];
+  }
+  Corners CornersOf(std::uint32_t triangle) const {
+    const auto& [a, b, c] = ground_.mesh.triangles[InMesh(triangle)];
+    const std::vector<Vec3>& vertices = ground_.mesh.vertices;
+    return {&vertices[a], &vertices[b], &vertices[c]};
+  }
+
   void GrowFrom(std::uint32_t seed) {
     area_ = Vec3::Zero();
     moment_ = Vec3::Zero();
@@ -125,18 +138,19 @@ class Grower {
     vertices_.clear();
     members_.clear();
     queue_.clear();
-    const Facet& facet = ground_.facets[seed];
+    const Facet& facet = facets_[seed];
+    const Corners c = CornersOf(seed);
     flat_n_ = facing_n_ = Normal(facet.area);
-    flat_centre_ = ground_.mesh.corner(seed, 0);
+    flat_centre_ = *c[0];
     height_ = 0;
     reach_ = 0;
     least_cosine_ = 1;
-    Join(seed, facet.area, Moment(seed), flat_n_);
+    Join(seed, facet.area, Moment(facet, c), flat_n_);
     while (!queue_.empty()) {
       const std::uint32_t triangle = queue_.front().triangle;
       std::pop_heap(queue_.begin(), queue_.end());
       queue_.pop_back();
-      if (ground_.polygon_of[triangle] == kNone) TryToJoin(triangle);
+      if (facets_[triangle].polygon == kNone) TryToJoin(triangle);
     }
     ++polygons_;
   }
@@ -146,22 +160,21 @@ class Grower {
     return norm > 0 ? Vec3(area / norm) : Vec3::Zero();
   }
   /// Centre times area, so that the mean plane goes through the centre of the polygon's area.
-  Vec3 Moment(std::uint32_t t) const {
-    const TriangleMesh& mesh = ground_.mesh;
-    return ground_.facets[t].norm / 3.0 *
-           (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2));
+  static Vec3 Moment(const Facet& facet, const Corners& c) {
+    return facet.norm / 3.0 * (*c[0] + *c[1] + *c[2]);
   }
 
   void TryToJoin(std::uint32_t triangle) {
-    const Facet& facet = ground_.facets[triangle];
+    const Facet& facet = facets_[triangle];
+    const Corners c = CornersOf(triangle);
     const Vec3 area = area_ + facet.area;
-    const Vec3 moment = moment_ + Moment(triangle);
+    const Vec3 moment = moment_ + Moment(facet, c);
     const double weight = weight_ + facet.norm;
     const Vec3 n = Normal(area);
-    const Vec3 centre = weight > 0 ? Vec3(moment / weight) : ground_.mesh.corner(triangle, 0);
+    const Vec3 centre = weight > 0 ? Vec3(moment / weight) : *c[0];
     if (facet.norm > 0 && !(facet.area.dot(n) > 0)) return;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (std::abs((ground_.mesh.corner(triangle, k) - centre).dot(n)) > tolerance_) return;
+    for (const Vec3* corner : c) {
+      if (std::abs((*corner - centre).dot(n)) > tolerance_) return;
     }
     if (!StillFlat(n, centre) || !StillFacing(n)) return;
     Join(triangle, area, moment, n);
@@ -199,7 +212,7 @@ class Grower {
     if (least_cosine_ - (n - facing_n_).norm() > 0) return true;
     double least = 1;
     for (const std::uint32_t t : members_) {
-      const Facet& facet = ground_.facets[t];
+      const Facet& facet = facets_[t];
       if (facet.norm > 0) least = std::min(least, facet.area.dot(n) / facet.norm);
     }
     if (least <= 0) return false;
@@ -209,17 +222,18 @@ class Grower {
   }
 
   void Join(std::uint32_t triangle, const Vec3& area, const Vec3& moment, const Vec3& n) {
-    const Facet& facet = ground_.facets[triangle];
+    Facet& facet = facets_[triangle];
     area_ = area;
     moment_ = moment;
     weight_ += facet.norm;
-    ground_.polygon_of[triangle] = polygons_;
+    facet.polygon = polygons_;
     members_.push_back(triangle);
     if (facet.norm > 0) {
       least_cosine_ = std::min(least_cosine_, facet.area.dot(facing_n_) / facet.norm);
     }
+    const std::uint32_t in_mesh = InMesh(triangle);
     for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t v = ground_.mesh.triangles[triangle][k];
+      const std::uint32_t v = ground_.mesh.triangles[in_mesh][k];
       if (ground_.holds[v] != polygons_) {
         ground_.holds[v] = polygons_;
         vertices_.push_back(ground_.mesh.vertices[v]);
@@ -227,13 +241,12 @@ class Grower {
         height_ = std::max(height_, std::abs(from_centre.dot(flat_n_)));
         reach_ = std::max(reach_, from_centre.norm());
       }
-      const std::uint32_t other = ground_.sides.Across(triangle, k);
-      if (other == kNone || ground_.polygon_of[other] != kNone ||
-          ground_.tried_by[other] == polygons_) {
-        continue;
-      }
-      ground_.tried_by[other] = polygons_;
-      const Facet& theirs = ground_.facets[other];
+      const std::uint32_t across = ground_.sides.Across(in_mesh, k);
+      if (across == kNone) continue;
+      const std::uint32_t other = InBody(across);
+      Facet& theirs = facets_[other];
+      if (theirs.polygon != kNone || theirs.tried_by == polygons_) continue;
+      theirs.tried_by = polygons_;
       const double turn = theirs.norm > 0 ? 1.0 - theirs.area.dot(n) / theirs.norm : 0.0;
       if (turn >= 1.0) continue;
       queue_.push_back({turn, other});
@@ -243,6 +256,9 @@ class Grower {
 
   Ground& ground_;
   double tolerance_;
+  std::span<const std::uint32_t> triangles_;  // of the body, in the mesh
+  bool together_ = false;
+  HugeVector<Facet> facets_;
   HugeVector<std::uint32_t> seeds_;
   BySize by_size_;
   std::uint32_t polygons_ = 0;
@@ -273,9 +289,17 @@ std::uint32_t GrowPolygons(const TriangleMesh& mesh, const MeshSides& sides, dou
   std::partial_sum(first.begin(), first.end(), first.begin());
   HugeVector<std::uint32_t> by_body(count);
   std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-  for (std::uint32_t t = 0; t < count; ++t) by_body[next[sides.BodyOf(t)]++] = t;
-
-  Ground ground(mesh, sides, tolerance);
+  Ground ground{.mesh = mesh,
+                .sides = sides,
+                .tolerance = tolerance,
+                .place_of = HugeVector<std::uint32_t>(count),
+                .holds = HugeVector<std::uint32_t>(mesh.vertices.size(), kNone),
+                .polygon_of = std::vector<std::uint32_t>(count)};
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const std::uint32_t body = sides.BodyOf(t);
+    ground.place_of[t] = next[body] - first[body];
+    by_body[next[body]++] = t;
+  }
   std::vector<std::uint32_t> polygons(sides.bodies() + 1, 0);
   tbb::enumerable_thread_specific<Grower> growers([&] {
     return Grower(ground);

@@ -80,7 +80,7 @@ std::size_t NeededBytes(const Bounds& box, double area, std::size_t triangles, d
   const double squares = area / (voxel_size * voxel_size);
   const double hyperchunks = size.prod() / std::pow(kHyperchunkSide, 3);
   const double bytes =
-      85.0 * squares + 150.0 * static_cast<double>(triangles) + 40.0 * hyperchunks + 3e7;
+      65.0 * squares + 150.0 * static_cast<double>(triangles) + 40.0 * hyperchunks + 3e7;
   return bytes < 1e18 ? static_cast<std::size_t>(bytes) : std::size_t{1} << 60U;
 }
 
@@ -90,6 +90,23 @@ std::string InGiB(std::size_t bytes) {
                 static_cast<double>(bytes) / static_cast<double>(1ULL << 30U));
   return text;
 }
+
+/// What cannot be made of these options, whatever the mesh.
+std::optional<Error> OptionsFault(const VoxelizeOptions& options) {
+  const int greatest = options.bits == 2 ? 1 : kMaxRange;
+  if (options.bits != 2 && options.bits != 4 && options.bits != 8) {
+    return Error{"marks have 2, 4 or 8 bits, not " + std::to_string(options.bits)};
+  }
+  if (options.range < 1 || options.range > greatest) {
+    return Error{"marks of " + std::to_string(options.bits) + " bits hold distances of 1 to " +
+                 std::to_string(greatest) + " voxels, not " + std::to_string(options.range)};
+  }
+  return std::nullopt;
+}
+
+/// Of a mesh that fits, with options that can be.
+Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& sides,
+                               const Features& features, const VoxelizeOptions& options);
 
 }  // namespace
 
@@ -136,27 +153,28 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
           VoxelSizeFault(mesh_W, options.voxel_size, options.max_memory_bytes)) {
     return *fault;
   }
+  if (std::optional<Error> fault = OptionsFault(options)) return *fault;
   const MeshSides sides(mesh_W);
-  return Voxelize(mesh_W, sides,
-                  FindFeatures(mesh_W, sides, options.flatness_voxels * options.voxel_size),
-                  options);
+  return VoxelizeFitting(mesh_W, sides,
+                         FindFeatures(mesh_W, sides, options.flatness_voxels * options.voxel_size),
+                         options);
 }
 
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
                         const Features& features, const VoxelizeOptions& options) {
-  const double s = options.voxel_size;
-  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, s, options.max_memory_bytes)) {
+  if (std::optional<Error> fault =
+          VoxelSizeFault(mesh_W, options.voxel_size, options.max_memory_bytes)) {
     return *fault;
   }
+  if (std::optional<Error> fault = OptionsFault(options)) return *fault;
+  return VoxelizeFitting(mesh_W, sides, features, options);
+}
 
-  const int greatest = options.bits == 2 ? 1 : kMaxRange;
-  if (options.bits != 2 && options.bits != 4 && options.bits != 8) {
-    return Error{"marks have 2, 4 or 8 bits, not " + std::to_string(options.bits)};
-  }
-  if (options.range < 1 || options.range > greatest) {
-    return Error{"marks of " + std::to_string(options.bits) + " bits hold distances of 1 to " +
-                 std::to_string(greatest) + " voxels, not " + std::to_string(options.range)};
-  }
+namespace {
+
+Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& sides,
+                               const Features& features, const VoxelizeOptions& options) {
+  const double s = options.voxel_size;
   const Error stopped{"voxelization was stopped"};
   const auto tell = [&options](double share) {
     if (options.progress) options.progress(share);
@@ -263,5 +281,7 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
   if (done < marked.size()) return stopped;
   return builder.Finish(band_voxels);
 }
+
+}  // namespace
 
 }  // namespace tandem
