@@ -418,6 +418,7 @@ Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double t
   // by the lesser end, and these by the greater one
   HugeVector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
   HugeVector<FeatureLines::Edge> found;
+  found.reserve(mesh.triangles.size() / 2);
   const auto add = [&](const FeatureLines::Edge& edge) {
     found.push_back(edge);
     ++first[edge.ends[0] + 1];

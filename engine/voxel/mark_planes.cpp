@@ -102,7 +102,9 @@ void Grow(Scratch& s, int range) {
   Octets octets = s.octets;
   Octets reached = octets;
   for (int step = 0; step < range; ++step) reached = WithNeighbours(reached);
-  s.touched = reached;
+  for (std::size_t z = 0; z < kSide; ++z) {
+    s.touched[z] = static_cast<std::uint16_t>(Spread(reached[z], range));
+  }
   for (int z = 0; z < kHyperchunkSide; ++z) {
     const auto layer = static_cast<std::size_t>(z);
     const unsigned touched =
@@ -289,6 +291,66 @@ void PackNibbles(const std::uint64_t* digits, std::uint8_t* plane) {
 
 #endif
 
+/// The digits of the eight chunks along x at (cy, cz), 4 times 8 words each. `inside` and `surface`
+/// as rows of the hyperchunk; `solid`: all is inside. Bits 0 to 7: the chunk has digits, bits 8 to
+/// 15: all of it is inside.
+unsigned GatherChunks(const Scratch& s, std::size_t cy, std::size_t cz, const std::uint64_t* inside,
+                      const SurfaceBricks::Source* surface, bool solid,
+                      MarkPlanes::Chunks& chunks) {
+  const W w;
+  const bool filled = inside != nullptr || solid;
+  alignas(64) static constexpr std::array<std::uint64_t, 8> kNoRows{};
+  for (std::size_t k = 0; k < 8; ++k) {
+    const std::size_t z = 8 * cz + k;
+    const std::size_t row = 8 * cy + kHyperchunkSide * z;
+    const bool written = (s.written[z] >> cy & 1U) != 0;
+    if (!filled) {
+      for (std::size_t digit = 0; digit < 4; ++digit) {
+        TransposeOctet(written ? &s.digits[digit][row] : kNoRows.data(), &chunks[0][8 * digit + k],
+                       32);
+      }
+      continue;
+    }
+    alignas(64) std::array<std::uint64_t, 8> in;
+    const std::uint64_t* taken = surface != nullptr ? surface->Octet(z, cy) : nullptr;
+    for (std::size_t i = 0; i < 8; i += kPart) {
+      Words v = solid ? hn::Set(w, ~std::uint64_t{0}) : hn::LoadU(w, inside + row + i);
+      if (taken != nullptr) v = hn::AndNot(hn::LoadU(w, taken + i), v);
+      hn::Store(v, w, &in[i]);
+    }
+    for (std::size_t digit = 0; digit < 4; ++digit) {
+      alignas(64) std::array<std::uint64_t, 8> rows;
+      for (std::size_t i = 0; i < 8; i += kPart) {
+        const Words v = hn::Load(w, &in[i]);
+        const Words was = written ? hn::Load(w, &s.digits[digit][row + i]) : hn::Zero(w);
+        hn::Store(digit == 0 ? hn::Or(was, v) : hn::AndNot(v, was), w, &rows[i]);
+      }
+      TransposeOctet(rows.data(), &chunks[0][8 * digit + k], 32);
+    }
+  }
+  unsigned kinds = 0;
+  for (std::size_t cx = 0; cx < 8; ++cx) {
+    const std::uint64_t* digits = chunks[cx].data();
+    Words ones = hn::Zero(w);
+    Words all = hn::Set(w, ~std::uint64_t{0});
+    Words higher = hn::Zero(w);
+    for (std::size_t i = 0; i < 8; i += kPart) {
+      const Words v = hn::Load(w, digits + i);
+      ones = hn::Or(ones, v);
+      all = hn::And(all, v);
+      for (std::size_t digit = 1; digit < 4; ++digit) {
+        higher = hn::Or(higher, hn::Load(w, digits + 8 * digit + i));
+      }
+    }
+    const auto none = hn::Zero(w);
+    const bool no_higher = hn::AllTrue(w, hn::Eq(higher, none));
+    if (no_higher && hn::AllTrue(w, hn::Eq(ones, none))) continue;
+    const bool whole = no_higher && hn::AllTrue(w, hn::Eq(all, hn::Set(w, ~std::uint64_t{0})));
+    kinds |= 1U << (cx + (whole ? 8U : 0U));
+  }
+  return kinds;
+}
+
 }  // namespace
 }  // namespace tandem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -301,7 +363,7 @@ namespace {
 
 HWY_EXPORT(CountMarked);
 HWY_EXPORT(Grow);
-HWY_EXPORT(TransposeOctet);
+HWY_EXPORT(GatherChunks);
 HWY_EXPORT(PackNibbles);
 
 /// Marks of 2 or 8 bits.
@@ -400,7 +462,10 @@ void MarkPlanes::Add(Field field, const std::uint64_t* inside, bool solid) {
   if (sources) {
     HWY_DYNAMIC_DISPATCH(Grow)(s, range_);
     for (std::size_t z = 0; z < kSide; ++z) {
-      if (s.touched[z] != 0) s.cube[z] = {};
+      for (unsigned rest = s.touched[z]; rest != 0; rest &= rest - 1) {
+        const auto row = static_cast<std::size_t>(kFirstRow + 8 * std::countr_zero(rest));
+        for (auto& word : s.cube[z].words) std::fill_n(&word[row], 8, 0);
+      }
     }
     if (field == Field::kSurface) {
       HWY_DYNAMIC_DISPATCH(CountMarked)(s);
@@ -410,7 +475,9 @@ void MarkPlanes::Add(Field field, const std::uint64_t* inside, bool solid) {
   const auto f = static_cast<std::size_t>(field);
   const SurfaceBricks::Brick* brick = bricks_.At(place_);
   const std::size_t plane_bytes = kVoxelsPerChunk / 8 * static_cast<std::size_t>(bits_);
-  alignas(64) std::array<std::array<std::uint64_t, 32>, 8> chunks;  // by x: 4 digits of 8 words
+  const SurfaceBricks::Source* surface =
+      brick != nullptr && !brick->sources[0].empty() ? &brick->sources[0] : nullptr;
+  alignas(64) Chunks chunks;
   for (std::size_t cz = 0; cz < 8; ++cz) {
     VoxmapSlice& slice = record_.slices[f][cz];
     slice.first_plane = plane_count_;
@@ -418,46 +485,12 @@ void MarkPlanes::Add(Field field, const std::uint64_t* inside, bool solid) {
       bool any = false;
       for (std::size_t z = 8 * cz; z < 8 * cz + 8; ++z) any |= (s.written[z] >> cy & 1U) != 0;
       if (!any && inside == nullptr && !solid) continue;
-      for (std::size_t k = 0; k < 8; ++k) {
-        const std::size_t z = 8 * cz + k;
-        const std::size_t row = 8 * cy + 64 * z;
-        alignas(64) std::array<std::array<std::uint64_t, 8>, 4> rows{};
-        if ((s.written[z] >> cy & 1U) != 0) {
-          for (std::size_t digit = 0; digit < 4; ++digit) {
-            std::memcpy(rows[digit].data(), &s.digits[digit][row], 64);
-          }
-        }
-        if (inside != nullptr || solid) {
-          const std::uint64_t* surface =
-              brick != nullptr ? brick->sources[0].Octet(z, cy) : nullptr;
-          for (std::size_t i = 0; i < 8; ++i) {
-            std::uint64_t in = solid ? ~std::uint64_t{0} : inside[row + i];
-            if (surface != nullptr) in &= ~surface[i];
-            rows[0][i] |= in;
-            for (std::size_t digit = 1; digit < 4; ++digit) rows[digit][i] &= ~in;
-          }
-        }
-        for (std::size_t digit = 0; digit < 4; ++digit) {
-          HWY_DYNAMIC_DISPATCH(TransposeOctet)(rows[digit].data(), &chunks[0][8 * digit + k], 32);
-        }
-      }
-      for (std::size_t cx = 0; cx < 8; ++cx) {
-        const auto& digits = chunks[cx];
-        std::uint64_t ones = 0;
-        std::uint64_t zeros = 0;
-        std::uint64_t higher = 0;
-        for (std::size_t i = 0; i < 8; ++i) {
-          ones |= digits[i];
-          zeros |= ~digits[i];
-        }
-        for (std::size_t i = 8; i < 32; ++i) higher |= digits[i];
-        const std::size_t bit = cx + 8 * cy;
-        if (higher == 0 && ones == 0) continue;
-        if (higher == 0 && zeros == 0) {
-          record_.solid[cz] |= std::uint64_t{1} << bit;
-          continue;
-        }
-        slice.stored |= std::uint64_t{1} << bit;
+      const unsigned kinds =
+          HWY_DYNAMIC_DISPATCH(GatherChunks)(s, cy, cz, inside, surface, solid, chunks);
+      record_.solid[cz] |= std::uint64_t{kinds >> 8U} << (8 * cy);
+      slice.stored |= std::uint64_t{kinds & 0xffU} << (8 * cy);
+      for (unsigned rest = kinds & 0xffU; rest != 0; rest &= rest - 1) {
+        const auto& digits = chunks[static_cast<std::size_t>(std::countr_zero(rest))];
         ++plane_count_;
         planes_.resize(planes_.size() + plane_bytes);
         std::uint8_t* plane = &planes_[planes_.size() - plane_bytes];

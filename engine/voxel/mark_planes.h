@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/base/huge_vector.h"
 #include "engine/voxel/surface_bricks.h"
 #include "engine/voxel/voxmap_image.h"
 
@@ -28,7 +29,7 @@ class MarkPlanes {
   void Add(Field field, const std::uint64_t* inside, bool solid);
 
   const VoxmapRecord& record() const noexcept { return record_; }
-  const std::vector<std::uint8_t>& planes() const noexcept { return planes_; }
+  const HugeVector<std::uint8_t>& planes() const noexcept { return planes_; }
   /// Voxels within the range of a surface voxel, either side, these among them.
   std::uint64_t band_voxels() const noexcept { return band_voxels_; }
 
@@ -42,12 +43,14 @@ class MarkPlanes {
   struct alignas(64) Layer {
     std::array<std::array<std::uint64_t, kStride>, 2> words{};
   };
+  /// By x: 4 digits of 8 words each.
+  using Chunks = std::array<std::array<std::uint64_t, 32>, 8>;
   struct Scratch {
     std::array<Layer, kSide> cube{};
     std::array<Layer, 3> ring{};                // layers grown along x and y
     std::array<std::uint16_t, kSide> octets{};  // by layer: which eights of rows have bits
     std::array<std::uint16_t, 3> ring_octets{};
-    std::array<std::uint16_t, kSide> touched{};  // layers of the cube with bits at the end
+    std::array<std::uint16_t, kSide> touched{};  // by layer: eights of rows with bits at the end
     alignas(64) std::array<std::array<std::uint64_t, kBrickRows>, 4> digits;
     std::array<std::uint8_t, kHyperchunkSide> written{};  // by z: which eights of `digits`
     std::uint64_t marked = 0;                             // voxels with a mark
@@ -61,7 +64,7 @@ class MarkPlanes {
   int bits_;
   GridIndex place_;
   VoxmapRecord record_;
-  std::vector<std::uint8_t> planes_;
+  HugeVector<std::uint8_t> planes_;
   std::uint32_t plane_count_ = 0;
   std::uint64_t band_voxels_ = 0;
   std::unique_ptr<Scratch> scratch_;

@@ -41,6 +41,14 @@ struct HyperchunkBox {
 /// same exact test, so each source is among the one before.
 class SurfaceBricks {
  public:
+  /// Numbers of bits: processors of every kind count them by a call otherwise.
+  static constexpr std::array<std::uint8_t, 256> kBitsOf = [] {
+    std::array<std::uint8_t, 256> bits{};
+    for (std::size_t i = 0; i < bits.size(); ++i) {
+      bits[i] = static_cast<std::uint8_t>(std::popcount(i));
+    }
+    return bits;
+  }();
   /// Rows by eights along y; eights without a voxel are not kept.
   struct Source {
     const std::uint64_t* words = nullptr;  // null without any
@@ -51,10 +59,8 @@ class SurfaceBricks {
     bool empty() const noexcept { return words == nullptr; }
     /// The rows 8 j to 8 j + 7 of a z; null if there is no voxel in them.
     const std::uint64_t* Octet(std::size_t z, std::size_t j) const noexcept {
-      const unsigned octets_here = octets[z];
-      if ((octets_here >> j & 1U) == 0) return nullptr;
-      const int before = std::popcount(octets_here & ((1U << j) - 1));
-      return words + 8 * (first[z] + static_cast<std::size_t>(before));
+      if ((octets[z] >> j & 1U) == 0) return nullptr;
+      return words + 8 * (first[z] + kBitsOf[octets[z] & ((1U << j) - 1)]);
     }
   };
   struct Brick {

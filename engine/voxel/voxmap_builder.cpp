@@ -30,35 +30,45 @@ struct ChunkCube {  // rows along x, by z and y
   std::array<std::array<std::uint32_t, kCubeSide>, kCubeSide> rows{};
 };
 
-/// By one chunk in all directions; `spare` is scratch.
-void Grow(ChunkCube& cube, ChunkCube& spare) {
-  for (std::size_t z = 0; z < kCubeSide; ++z) {
+/// By one chunk in all directions, for the `distance`th time; `spare` is scratch. What cannot reach
+/// the middle any more is left as it is.
+void Grow(ChunkCube& cube, ChunkCube& spare, std::size_t distance) {
+  const std::size_t first = distance;
+  const std::size_t end = kCubeSide - distance;
+  for (std::size_t z = first - 1; z < end + 1; ++z) {
     const auto& from = cube.rows[z];
     auto& to = spare.rows[z];
-    to[0] = from[0] | from[1];
-    for (std::size_t y = 1; y + 1 < kCubeSide; ++y) to[y] = from[y - 1] | from[y] | from[y + 1];
-    to[kCubeSide - 1] = from[kCubeSide - 1] | from[kCubeSide - 2];
-    for (std::uint32_t& row : to) row |= row << 1U | row >> 1U;
+    for (std::size_t y = first; y < end; ++y) {
+      const std::uint32_t row = from[y - 1] | from[y] | from[y + 1];
+      to[y] = row | row << 1U | row >> 1U;
+    }
   }
-  for (std::size_t z = 0; z < kCubeSide; ++z) {
-    const auto& below = spare.rows[z > 0 ? z - 1 : z];
+  for (std::size_t z = first; z < end; ++z) {
+    const auto& below = spare.rows[z - 1];
     const auto& here = spare.rows[z];
-    const auto& above = spare.rows[z + 1 < kCubeSide ? z + 1 : z];
-    for (std::size_t y = 0; y < kCubeSide; ++y) cube.rows[z][y] = below[y] | here[y] | above[y];
+    const auto& above = spare.rows[z + 1];
+    for (std::size_t y = first; y < end; ++y) cube.rows[z][y] = below[y] | here[y] | above[y];
   }
 }
 
+/// 0 for zeros alone.
 std::uint64_t HashOf(const std::uint8_t* bytes, std::size_t count) {
   constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15U;
   std::array<std::uint64_t, 4> sums{1, 2, 3, 4};
+  std::uint64_t any = 0;
   for (std::size_t i = 0; i < count; i += 32) {
     std::array<std::uint64_t, 4> words;
     std::memcpy(words.data(), bytes + i, 32);
-    for (std::size_t k = 0; k < 4; ++k) sums[k] = std::rotl((sums[k] ^ words[k]) * kOdd, 29);
+    for (std::size_t k = 0; k < 4; ++k) {
+      any |= words[k];
+      sums[k] = std::rotl((sums[k] ^ words[k]) * kOdd, 29);
+    }
   }
+  if (any == 0) return 0;
   std::uint64_t hash = 0;
   for (const std::uint64_t sum : sums) hash = std::rotl((hash ^ sum) * kOdd, 31);
-  return hash * kOdd;
+  hash *= kOdd;
+  return hash != 0 ? hash : 1;
 }
 
 }  // namespace
@@ -181,20 +191,21 @@ void VoxmapBuilder::Add(const GridIndex& place, const VoxmapRecord& record,
   for (std::size_t q = 0; q < quarters; ++q) {
     hashes_[q] = HashOf(&planes[q * quarter_bytes_], quarter_bytes_);
   }
-  constexpr std::size_t kAhead = 16;
+  // the table's entries, then the quarters they name, are asked for before they are needed
+  constexpr std::size_t kEntryAhead = 16;
+  constexpr std::size_t kQuarterAhead = 8;
   const std::uint64_t mask = number_at_.size() - 1;
   for (std::size_t q = 0; q < quarters; ++q) {
-    if (q + kAhead < quarters) __builtin_prefetch(&number_at_[hashes_[q + kAhead] >> 32U & mask]);
-    if (q % kQuarters == 0) planes_.emplace_back();
-    const std::uint8_t* bytes = &planes[q * quarter_bytes_];
-    std::uint64_t any = 0;
-    for (std::size_t i = 0; i < quarter_bytes_; i += 8) {
-      std::uint64_t word;
-      std::memcpy(&word, bytes + i, 8);
-      any |= word;
+    if (q + kEntryAhead < quarters) {
+      __builtin_prefetch(&number_at_[hashes_[q + kEntryAhead] >> 32U & mask]);
     }
+    if (q + kQuarterAhead < quarters) {
+      const std::uint64_t entry = number_at_[hashes_[q + kQuarterAhead] >> 32U & mask];
+      __builtin_prefetch(quarters_ + static_cast<std::uint32_t>(entry) * quarter_bytes_);
+    }
+    if (q % kQuarters == 0) planes_.emplace_back();
     planes_.back().quarters[q % kQuarters] =
-        any == 0 ? kQuarterBeyond : NumberOf(bytes, hashes_[q]);
+        hashes_[q] == 0 ? kQuarterBeyond : NumberOf(&planes[q * quarter_bytes_], hashes_[q]);
   }
 }
 
@@ -230,7 +241,7 @@ void VoxmapBuilder::FillChunkLevel() {
     std::array<std::uint8_t, kChunksPerHyperchunk / 2>& marks = records_[index_[cell]].chunk_marks;
     std::array<std::uint8_t, 64> done{};  // by row y + 8 z
     for (int distance = 0; distance <= Voxmap::kChunkRange; ++distance) {
-      if (distance > 0) Grow(cube, spare);
+      if (distance > 0) Grow(cube, spare, static_cast<std::size_t>(distance));
       unsigned all = 0xff;
       for (std::size_t row = 0; row < 64; ++row) {
         const unsigned set = cube.rows[8 + (row >> 3U)][8 + (row & 7U)] >> 8U & 0xffU;
