@@ -29,7 +29,8 @@ constexpr int kFreeFrames = 4000;
 struct FrameArguments {
   BenchScene scene{.scene = "clutter"};
   int frames = 20000;
-  double capacity = 0;  // points a frame; 0: measured
+  double capacity = 0;                   // points a frame; 0: measured
+  double budget_us = 1e6 * kTestBudget;  // of a frame for its tests, where capacity is measured
   std::vector<std::string> without;
   std::string schedule = "ours";
   int check_every = 100;  // frames between looks at every point
@@ -254,9 +255,10 @@ int RunFrame(const FrameArguments& arguments) {
   if (!script) return Fail(kExitFile, script.error().what);
   FrameHelpers helpers({.threads = arguments.threads, .priority = kPriority});
   if (helpers.threads() > 1) schedule.helpers = &helpers;
-  const double capacity = arguments.capacity > 0
-                              ? arguments.capacity
-                              : MeasureCapacity(*model, kTestBudget, schedule.helpers);
+  const double capacity =
+      arguments.capacity > 0
+          ? arguments.capacity
+          : MeasureCapacity(*model, 1e-6 * arguments.budget_us, schedule.helpers);
 
   const BodyModel& body = model->bodies[0];
   World world(model, schedule);
@@ -305,6 +307,7 @@ int RunFrame(const FrameArguments& arguments) {
                                {"voxels", voxels.total()},
                                {"frames", figures.frames},
                                {"threads", helpers.threads()},
+                               {"budget_us", arguments.budget_us},
                                {"capacity", capacity},
                                {"contacts", figures.contacts / count},
                                {"clear", figures.clear / count},
@@ -373,7 +376,10 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
       ->check(CLI::Range(1000, 10'000'000))
       ->capture_default_str();
   command->add_option("--capacity", arguments->capacity,
-                      "points that may be tested in a frame; default: what fits 300 us here");
+                      "points that may be tested in a frame; default: what fits --budget here");
+  command->add_option("--budget", arguments->budget_us, "microseconds of a frame for its tests")
+      ->check(CLI::Range(10.0, 1000.0))
+      ->capture_default_str();
   command
       ->add_option("--without", arguments->without,
                    "leave a saving out: awareness, coherence, chunks or drift")

@@ -27,6 +27,11 @@ class BlockDrift {
   void LookedUp(std::uint32_t block, std::uint8_t nearest) noexcept {
     lookups_[block] = {frame_, nearest};
   }
+  /// Of() will be asked of a block soon.
+  void Fetch(std::uint32_t block) const noexcept {
+    __builtin_prefetch(&lookups_[block]);
+    __builtin_prefetch(&blocks_->balls()[block]);
+  }
   /// What is known of a block no longer counts.
   void Forget(std::uint32_t block) noexcept { lookups_[block].frame = 0; }
   /// Nothing that is known counts any longer: points were displaced.

@@ -36,6 +36,31 @@ void DistanceQueues::Put(std::size_t address, int queue) noexcept {
   queue_of_[address] = static_cast<std::uint8_t>(queue);
 }
 
+void DistanceQueues::PutBeside(std::size_t address, int queue, Moves& moves) noexcept {
+  const int before = queue_of_[address];
+  if (before == queue) return;
+  const std::size_t word = address >> 6;
+  const std::uint64_t bit = std::uint64_t{1} << (address & 63);
+  constexpr auto kRelaxed = std::memory_order_relaxed;  // whoever shared the work waits for its end
+  if (before != kAsleep) {
+    // the upper bit stays: another may be about to put something into the same word
+    std::atomic_ref(Leaf(before, word)).fetch_and(~bit, kRelaxed);
+    --moves[At(before)];
+  }
+  std::atomic_ref(Leaf(queue, word)).fetch_or(bit, kRelaxed);
+  const std::uint64_t upper_bit = std::uint64_t{1} << (word & 63);
+  const std::atomic_ref upper(uppers_[At(queue) * upper_words_ + (word >> 6)]);
+  if ((upper.load(kRelaxed) & upper_bit) == 0) upper.fetch_or(upper_bit, kRelaxed);
+  ++moves[At(queue)];
+  queue_of_[address] = static_cast<std::uint8_t>(queue);
+}
+
+void DistanceQueues::Add(const Moves& moves) noexcept {
+  for (std::size_t q = 0; q < counts_.size(); ++q) {
+    counts_[q] = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(counts_[q]) + moves[q]);
+  }
+}
+
 void DistanceQueues::Sleep(std::size_t address) noexcept {
   if (queue_of_[address] == kAsleep) return;
   Clear(address, queue_of_[address]);

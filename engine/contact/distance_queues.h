@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +18,7 @@ using Fraction = double;
 /// that stretches without a member cost nothing. An address stands in one queue, or in none
 /// (asleep).
 ///
-///   upper  |0 1 0 0 1 ...|            one bit per leaf word, set iff any of its bits is
+///   upper  |0 1 0 0 1 ...|            one bit per leaf word, set if any of its bits is
 ///   leaf   |0000|0110|0000|0000|1000|  one bit per address
 ///
 /// A queue's cursor runs over its range of addresses, not over its members: when it has gone once
@@ -26,7 +27,7 @@ using Fraction = double;
 /// travel than its allowance, which is what makes skipping safe (docs/decisions/0014-schedule.md).
 /// The range is cut into strips that are run through side by side, which evens out the load.
 ///
-/// Used by one thread. Never allocates after construction.
+/// Used by one thread, but for PutBeside(). Never allocates after construction.
 class DistanceQueues {
  public:
   static constexpr int kQueues = 16;
@@ -42,12 +43,18 @@ class DistanceQueues {
 
   /// Moves an address into a queue, from wherever it was.
   void Put(std::size_t address, int queue) noexcept;
+  /// How many addresses came to each queue, less those that left.
+  using Moves = std::array<std::ptrdiff_t, kQueues>;
+  /// The same for several threads at once, each with addresses and moves of its own, while nobody
+  /// does anything else here; count() is as before until Add() has been given all moves.
+  void PutBeside(std::size_t address, int queue, Moves& moves) noexcept;
+  void Add(const Moves& moves) noexcept;
   /// Takes an address out of its queue.
   void Sleep(std::size_t address) noexcept;
 
   /// Calls visit(address) for every member.
   template <typename Visit>
-  void VisitAll(int queue, const Visit& visit) const {
+  void VisitAll(int queue, const Visit& visit) {
     VisitRange(queue, 0, addresses(), visit);
   }
 
@@ -118,9 +125,9 @@ class DistanceQueues {
 
   /// The members with first <= address < last.
   template <typename Visit>
-  void VisitRange(int queue, std::size_t first, std::size_t last, const Visit& visit) const {
+  void VisitRange(int queue, std::size_t first, std::size_t last, const Visit& visit) {
     if (first >= last) return;
-    const std::uint64_t* upper = &uppers_[At(queue) * upper_words_];
+    std::uint64_t* upper = &uppers_[At(queue) * upper_words_];
     const std::size_t first_word = first >> 6;
     const std::size_t last_word = (last - 1) >> 6;
     for (std::size_t u = first_word >> 6; u <= last_word >> 6; ++u) {
@@ -129,6 +136,7 @@ class DistanceQueues {
         if (word < first_word) continue;
         if (word > last_word) return;
         std::uint64_t bits = Leaf(queue, word);
+        if (bits == 0) upper[u] &= ~(std::uint64_t{1} << (word & 63));  // PutBeside() left it
         if (word == first_word) bits &= ~std::uint64_t{0} << (first & 63);
         if (word == last_word) bits &= ~std::uint64_t{0} >> (63 - ((last - 1) & 63));
         for (; bits != 0; bits &= bits - 1) {

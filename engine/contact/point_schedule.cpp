@@ -13,9 +13,11 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
       blocks_in_(blocks.size()),
       chunks_in_(blocks.chunks().size()),
       open_(blocks.chunks().size(), 0),
+      lanes_(blocks.size(), 0),
       due_(std::max(blocks.size(), blocks.chunks().size())),
-      outcomes_(due_.size()),
-      drift_(blocks, options.helpers != nullptr ? options.helpers->threads() : 1) {
+      drift_(blocks, options.helpers != nullptr ? options.helpers->threads() : 1),
+      tallies_(options.helpers != nullptr ? static_cast<std::size_t>(options.helpers->threads())
+                                          : 1) {
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < open_.size(); ++c) {
     if (options_.chunks) {
@@ -108,66 +110,72 @@ int PointSchedule::QueueByDrift(std::uint32_t b, int thread) noexcept {
 }
 
 void PointSchedule::TestDue(std::size_t begin, std::size_t end, int thread) noexcept {
+  constexpr std::size_t kAhead = 12;  // blocks
+  Tally& tally = tallies_[static_cast<std::size_t>(thread)];
   std::array<std::uint32_t, kPiece> list;
-  std::array<std::uint32_t, kPiece> place;
   std::array<BlockReading, kPiece> readings;
   while (begin < end) {
     const std::size_t stop = std::min(begin + kPiece, end);
     std::size_t count = 0;
     for (; begin < stop; ++begin) {
+      if (options_.drift && begin + kAhead < end) drift_.Fetch(due_[begin + kAhead]);
       const std::uint32_t b = due_[begin];
       if (options_.drift && blocks_in_.queue_of(b) > 1) {
         const int queue = QueueByDrift(b, thread);
         if (queue >= 0) {
-          outcomes_[begin] = {0, static_cast<std::uint8_t>(queue), false};
+          PutDue(b, queue, tally);
+          tally.counts.drifted += blocks_->counts()[b];
           continue;
         }
       }
-      place[count] = static_cast<std::uint32_t>(begin);
       list[count++] = b;
     }
     TestBlocks(*blocks_, transform_, *voxmap_, 2 + layer_, {list.data(), count}, readings.data());
     for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t b = list[k];
       const BlockReading& reading = readings[k];
-      drift_.LookedUp(list[k], reading.nearest);
-      outcomes_[place[k]] = {reading.contacts, static_cast<std::uint8_t>(QueueOf(reading.nearest)),
-                             true};
+      PutDue(b, QueueOf(reading.nearest), tally);
+      drift_.LookedUp(b, reading.nearest);
+      tally.counts.looked_up += blocks_->counts()[b];
+      lanes_[b] = reading.contacts;
     }
   }
 }
 
-void PointSchedule::Settle() noexcept {
-  for (std::size_t k = 0; k < due_count_; ++k) {
-    const std::uint32_t b = due_[k];
-    const Outcome& outcome = outcomes_[k];
-    (outcome.looked_up ? counts_.looked_up : counts_.drifted) += blocks_->counts()[b];
-    blocks_in_.Put(b, outcome.queue);
-    if (outcome.contacts != 0) contacts_[contact_count_++] = {b, outcome.contacts};
+void PointSchedule::ShareDue() noexcept {
+  shared_ = options_.helpers != nullptr && due_count_ >= options_.shared_from;
+  if (shared_) {
+    options_.helpers->Summon();
+    options_.helpers->Share(due_count_, kPiece,
+                            [this](std::size_t begin, std::size_t end, int thread) {
+                              TestDue(begin, end, thread);
+                            });
+  } else {
+    TestDue(0, due_count_, 0);
   }
-  SortContacts();
+  for (Tally& tally : tallies_) {
+    counts_ += tally.counts;
+    blocks_in_.Add(tally.moves);
+    tally = {};
+  }
+  // whoever stands in queue 0 was looked up in this frame
+  blocks_in_.VisitAll(0, [this](std::size_t b) {
+    contacts_[contact_count_++] = {static_cast<std::uint32_t>(b), lanes_[b]};
+  });
 }
 
 void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
   counts_ = {};
   contact_count_ = 0;
-  FrameHelpers* const helpers = options_.helpers;
   // as much as in the last frame: they come while the list is made
-  if (helpers != nullptr && due_count_ >= options_.shared_from) helpers->Summon();
+  if (shared_) options_.helpers->Summon();
   const double travel_voxels = (travel + owed_) / s_ * (1 + 1e-9);
   owed_ = 0;
   transform_ = VoxelTransform(X_VS, s_, displacement_);
   TestChunks(X_VS, travel_voxels);
   CollectDue(travel_voxels);
   drift_.Begin(transform_);
-  if (helpers != nullptr && due_count_ >= options_.shared_from) {
-    helpers->Summon();
-    helpers->Share(due_count_, kPiece, [this](std::size_t begin, std::size_t end, int thread) {
-      TestDue(begin, end, thread);
-    });
-  } else {
-    TestDue(0, due_count_, 0);
-  }
-  Settle();
+  ShareDue();
 }
 
 TestLoad PointSchedule::Load() const noexcept {

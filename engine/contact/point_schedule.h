@@ -43,10 +43,22 @@ class PointSchedule final : public Schedule {
   void CollectDue(double travel_voxels) noexcept;
   /// The queue that a block is put back into because it has not drifted near; -1: it may be near.
   int QueueByDrift(std::uint32_t block, int thread) noexcept;
-  /// Drifts and looks up the blocks due_[begin, end).
+  /// Drifts the blocks due_[begin, end), looks up what may be near, and puts them into queues.
   void TestDue(std::size_t begin, std::size_t end, int thread) noexcept;
-  /// Puts what was due into its queues.
-  void Settle() noexcept;
+  void ShareDue() noexcept;
+
+  /// What a thread's pieces of a frame came to.
+  struct alignas(64) Tally {
+    TestCounts counts;
+    DistanceQueues::Moves moves{};
+  };
+  void PutDue(std::uint32_t block, int queue, Tally& tally) noexcept {
+    if (shared_) {
+      blocks_in_.PutBeside(block, queue, tally.moves);
+    } else {
+      blocks_in_.Put(block, queue);
+    }
+  }
 
   ScheduleOptions options_;
   double owed_ = 0;  // m of travel since the last test, besides the motion
@@ -55,16 +67,12 @@ class PointSchedule final : public Schedule {
   DistanceQueues chunks_in_;
   std::vector<std::uint8_t> open_;  // per chunk: its blocks stand in queues
 
-  /// What became of a block that was due.
-  struct Outcome {
-    std::uint16_t contacts = 0;
-    std::uint8_t queue = 0;
-    bool looked_up = false;
-  };
+  std::vector<std::uint16_t> lanes_;  // of each block, in contact when it was last looked up
   std::vector<std::uint32_t> due_;
-  std::vector<Outcome> outcomes_;  // of due_
   std::size_t due_count_ = 0;
   BlockDrift drift_;
+  std::vector<Tally> tallies_;  // of each thread
+  bool shared_ = false;         // this frame's work, among them
 };
 
 }  // namespace tandem
