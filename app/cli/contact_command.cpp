@@ -9,8 +9,10 @@
 #include "app/exit_codes.h"
 #include "engine/contact/contact_pair.h"
 #include "engine/geometry/exact_surface.h"
+#include "engine/geometry/facets.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_file.h"
+#include "engine/geometry/mesh_sides.h"
 #include "engine/voxel/voxelize.h"
 #include "engine/world/world.h"
 
@@ -131,7 +133,9 @@ int RunContact(const ContactArguments& arguments) {
     Say("0 of " + std::to_string(poses.size()) + " poses touch: the parts stay out of range");
     return kExitOk;
   }
-  const Result<Voxmap> voxmap = Voxelize(*fixed, options);
+  const MeshSides sides(*fixed);
+  const Features features = FindFeatures(*fixed, sides, flatness * arguments.voxel);
+  const Result<Voxmap> voxmap = Voxelize(*fixed, sides, features, options);
   if (!voxmap) return Fail(kExitFile, arguments.fixed + ": " + voxmap.error().what);
   const Pose X_MB{Quat::Identity(), ComputeMassProperties(*moving).p_MBo};
   const Result<Pointshell> points = MakePointshell(
@@ -140,7 +144,7 @@ int RunContact(const ContactArguments& arguments) {
   if (!points) return Fail(kExitFile, arguments.moving + ": " + points.error().what);
 
   const SurfaceDetails details = arguments.model == ContactModel::kRefined
-                                     ? SurfaceDetails(*fixed, flatness, *voxmap)
+                                     ? SurfaceDetails(*fixed, features, *voxmap)
                                      : SurfaceDetails();
   const Pose X_WV{Quat::Identity(), voxmap->p_WVo()};
   ContactPair pair(*points, *voxmap, X_WV, 0,

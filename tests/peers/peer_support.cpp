@@ -79,7 +79,7 @@ Timed Repeated(const std::function<void()>& work, double cpu_s) {
   std::vector<double> cpu;
   std::vector<double> wall;
   double used = 0;
-  while (used < cpu_s) {
+  while (used < cpu_s || cpu.size() < 3) {
     const double cpu_begin = ProcessCpuNs();
     const std::int64_t wall_begin = MonotonicNowNs();
     work();

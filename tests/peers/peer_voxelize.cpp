@@ -28,17 +28,12 @@ std::optional<Error> Run(const Arguments& arguments) {
   if (!mesh) return mesh.error();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, arguments.threads);
 
-  VoxelCounts counts;
-  std::optional<Error> fault;
+  Result<Voxmap> voxmap = Voxmap();
   const Timed ours = Repeated([&] {
-    const Result<Voxmap> voxmap = Voxelize(*mesh, {.voxel_size = arguments.voxel});
-    if (!voxmap) {
-      fault = voxmap.error();
-    } else if (counts.bytes == 0) {
-      counts = voxmap->Count();
-    }
+    voxmap = Voxelize(*mesh, {.voxel_size = arguments.voxel});
   });
-  if (fault) return fault;
+  if (!voxmap) return voxmap.error();
+  const VoxelCounts counts = voxmap->Count();
 
   std::vector<openvdb::Vec3s> points;
   std::vector<openvdb::Vec3I> triangles;
