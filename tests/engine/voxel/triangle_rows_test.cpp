@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include "engine/voxel/triangle_batch.h"
 #include "tests/support/triangle_overlap.h"
@@ -107,8 +108,15 @@ TEST(TriangleRows, CrossingsOfClosedSurfacesCancelInEveryRow) {
   EXPECT_GT(crossings_in_all, 10000);
 }
 
+std::vector<std::tuple<int, int, int>> Sorted(const std::vector<Crossing>& crossings) {
+  std::vector<std::tuple<int, int, int>> all;
+  for (const Crossing& c : crossings) all.emplace_back(c.row, c.from, c.entering);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
 // The oracle is one triangle after another, which separating axes judge above.
-TEST(TriangleBatch, MarksAndCrossesAsOneTriangleAfterAnother) {
+TEST(TriangleBatch, MarksAndCrossesAsOneTriangleAfterAnotherOnEveryInstructionSet) {
   std::mt19937_64 random(7);
   const GridIndex first{64, -128, 0};
   std::size_t crossings_in_all = 0;
@@ -129,24 +137,25 @@ TEST(TriangleBatch, MarksAndCrossesAsOneTriangleAfterAnother) {
     }
     std::vector<std::uint64_t> expected(kBrickRows + TriangleRows::kPadding, 0);
     std::vector<Crossing> expected_crossings;
-    std::vector<std::uint64_t> rows = expected;
-    std::vector<Crossing> crossings;
-    TriangleBatch batch(first, rows.data(), &crossings);
+    const std::vector<std::uint64_t> none = expected;
     for (std::size_t i = 0; i < triangles.size(); ++i) {
-      const SnappedTriangle& t = triangles[i];
-      TriangleRows(t, kSnapBits).Mark(first, expected.data(), facing[i], &expected_crossings);
-      batch.Add(t[0], t[1], t[2], facing[i]);
+      TriangleRows(triangles[i], kSnapBits)
+          .Mark(first, expected.data(), facing[i], &expected_crossings);
     }
-    batch.Finish();
-    ASSERT_EQ(rows, expected) << "trial " << trial;
-    const auto numbers = [](std::vector<Crossing>& of) {
-      std::vector<std::tuple<int, int, int>> all;
-      for (const Crossing& c : of) all.emplace_back(c.row, c.from, c.entering);
-      std::sort(all.begin(), all.end());
-      return all;
-    };
-    ASSERT_EQ(numbers(crossings), numbers(expected_crossings)) << "trial " << trial;
-    crossings_in_all += crossings.size();
+    crossings_in_all += expected_crossings.size();
+    for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+      hwy::SetSupportedTargetsForTest(left & -left);
+      std::vector<std::uint64_t> rows = none;
+      std::vector<Crossing> crossings;
+      TriangleBatch batch(first, rows.data(), &crossings);
+      for (std::size_t i = 0; i < triangles.size(); ++i) {
+        batch.Add(triangles[i][0], triangles[i][1], triangles[i][2], facing[i]);
+      }
+      batch.Finish();
+      hwy::SetSupportedTargetsForTest(0);
+      ASSERT_EQ(rows, expected) << "trial " << trial;
+      ASSERT_EQ(Sorted(crossings), Sorted(expected_crossings)) << "trial " << trial;
+    }
   }
   EXPECT_GT(crossings_in_all, 10000U);
 }
