@@ -81,15 +81,17 @@ void ContactPair::AddCandidate(const Pose& X_VS, std::size_t block_number, std::
     return;
   }
   const PointBlocks::Block& block = blocks_->block(block_number);
-  const std::uint32_t point = block.first + lane;
+  const PointBlocks::Lanes& p = blocks_->positions()[block_number];
+  const PointBlocks::Lanes& n = blocks_->normals()[block_number];
   Candidate& candidate = candidates_[candidate_count_++];
-  candidate.point = point;
+  candidate.point = block.first + lane;
   candidate.edge = block.first_edge + lane;
   candidate.label = block.label;
   candidate.mark = mark;
   candidate.voxel_V = voxel;
-  candidate.nhat_V = X_VS.q * shell_->normal(point);
-  candidate.p_V = X_VS * shell_->point(point) + schedule_->displacement() * candidate.nhat_V;
+  candidate.nhat_V = X_VS.q * Vec3(n.x[lane], n.y[lane], n.z[lane]);
+  candidate.p_V =
+      X_VS * Vec3(p.x[lane], p.y[lane], p.z[lane]) + schedule_->displacement() * candidate.nhat_V;
 }
 
 void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,

@@ -8,7 +8,7 @@
 
 #include "engine/base/load.h"
 #include "engine/contact/broad_phase.h"
-#include "engine/contact/contact_model.h"
+#include "engine/contact/refined_contacts.h"
 #include "engine/contact/schedule.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/voxel/pointshell.h"

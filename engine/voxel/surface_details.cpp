@@ -42,6 +42,14 @@ SurfaceDetail Pack(const VoxelSurface& surface) {
   return detail;
 }
 
+/// Whether there is an edge that another can lean on, which a notch is not. Of a thin sheet's edge
+/// no length is known.
+bool HasEdge(const SurfaceDetail& detail, const Voxmap& voxmap, const GridIndex& voxel_V) {
+  if (detail.half_length == 0 || detail.shape() == SurfaceDetail::Shape::kNotch) return false;
+  return detail.half_length != SurfaceDetail::kTwoSided ||
+         voxmap.Value(Field::kEdge, voxel_V) == kSurfaceMark;
+}
+
 }  // namespace
 
 std::array<std::int16_t, 2> PackDirection(const Vec3& unit) {
@@ -85,8 +93,18 @@ SurfaceDetails::SurfaceDetails(const TriangleMesh& mesh_W, const Features& featu
   tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t c) {
     for (const VoxelSurface& surface :
          SurfacesOfChunk(voxels, sources[c], mesh_W, features, normals)) {
-      chunks_[c].bits[surface.cell >> 6U] |= std::uint64_t{1} << (surface.cell & 63U);
-      made[c].push_back(Pack(surface));
+      Chunk& chunk = chunks_[c];
+      const std::size_t word = surface.cell >> 6U;
+      const std::uint64_t bit = std::uint64_t{1} << (surface.cell & 63U);
+      const SurfaceDetail detail = Pack(surface);
+      chunk.bits[word] |= bit;
+      if (HasEdge(
+              detail, voxmap,
+              (sources[c].place - (voxmap.origin() >> 3)) * kChunkSide + BlockCell(surface.cell))) {
+        chunk.edges[word] |= bit;
+      }
+      if (detail.shape() == SurfaceDetail::Shape::kVertex) chunk.vertices[word] |= bit;
+      made[c].push_back(detail);
     }
   });
   chunk_of_plane_.assign(voxmap.header().plane_count, 0);

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/bits.h"
 #include "engine/voxel/surface_voxels.h"
 #include "engine/voxel/voxmap.h"
 
@@ -73,6 +73,8 @@ class SurfaceDetails {
   /// The surface voxels of one chunk, in the order of CellInBlock, and their details.
   struct Chunk {
     SurfaceVoxels::Bits bits{};
+    SurfaceVoxels::Bits edges{};            // of these, the ones that edges of other bodies lean on
+    SurfaceVoxels::Bits vertices{};         // and the ones with a feature vertex
     std::array<std::uint16_t, 8> before{};  // set bits in the words before
     std::uint32_t first = 0;
   };
@@ -93,8 +95,7 @@ class SurfaceDetails {
   /// Of a cell whose bit is set.
   const SurfaceDetail& Of(const Chunk& chunk, std::size_t cell) const noexcept {
     const std::uint64_t below = chunk.bits[cell >> 6] & ((std::uint64_t{1} << (cell & 63)) - 1);
-    return details_[chunk.first + chunk.before[cell >> 6] +
-                    static_cast<std::size_t>(std::popcount(below))];
+    return details_[chunk.first + chunk.before[cell >> 6] + CountBits(below)];
   }
   std::size_t bytes() const noexcept;
 

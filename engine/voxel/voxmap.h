@@ -1,11 +1,11 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
+#include "engine/base/bits.h"
 #include "engine/voxel/voxel.h"
 #include "engine/voxel/voxmap_image.h"
 
@@ -97,8 +97,7 @@ class Voxmap {
     const VoxmapSlice& slice = record.slices[static_cast<std::size_t>(field)][cell >> 6];
     const std::uint64_t bit = std::uint64_t{1} << (cell & 63);
     if ((slice.stored & bit) != 0) {
-      return slice.first_plane +
-             static_cast<std::uint32_t>(std::popcount(slice.stored & (bit - 1)));
+      return slice.first_plane + CountBits(slice.stored & (bit - 1));
     }
     const bool solid = field == Field::kSurface && (record.solid[cell >> 6] & bit) != 0;
     return solid ? kPlaneInterior : kPlaneBeyond;

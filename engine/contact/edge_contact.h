@@ -1,0 +1,55 @@
+#pragma once
+
+#include "engine/base/spatial.h"
+#include "engine/voxel/surface_details.h"
+
+namespace tandem {
+
+/// The distance between exact features at which the refined model's force begins, voxels.
+inline constexpr double kRefinedClearance = 0.45;
+
+/// Cosine between the ways two features push, at least: below, they are on far sides of thin walls,
+/// or of parts that stand on one another.
+inline constexpr double kFacing = 0.2;
+
+/// The arc about an edge's own normal in which those of its faces lie, and how a push beside it
+/// fades out.
+struct EdgeArc {
+  double half = 0;  // rad
+  double cosine = 1;
+  double sine = 0;
+  double last = 0;   // cosine at which nothing is left of a push
+  double scale = 0;  // 1 / (cosine - last)
+
+  explicit EdgeArc(double half_angle = 0);
+  /// From its cosine, without a turn through angles; `half` is not set.
+  static EdgeArc OfCosine(double cosine);
+  /// How much of a push counts that has that cosine with the edge's normal.
+  double ShareOf(double push_cosine) const noexcept;
+};
+
+/// An edge point of the shell: its piece of the edge, in voxels of V.
+struct ShellEdge {
+  Vec3 p;
+  Vec3 tangent;
+  Vec3 nhat;  // the inward normal: the way in which it is pushed
+  double half;
+  EdgeArc arc;
+};
+
+/// How two pieces of edges stand to each other.
+struct EdgeMeeting {
+  /// Voxels that they may come nearer before they can push each other; a lower bound.
+  double slack = 0;
+  double depth = 0;  // voxels; 0: they do not push
+  Vec3 normal = Vec3::Zero();
+  Vec3 place = Vec3::Zero();  // voxels of V
+};
+
+/// `detail` is a piece of the map's edge at `q`, in voxels of V; `arc` is its arc. `turn`: the most
+/// that bodies turn while their surfaces come nearer by a voxel, rad. A slack of `enough` need not
+/// be known better.
+EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q,
+                 const EdgeArc& arc, double turn, double enough) noexcept;
+
+}  // namespace tandem

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/contact/contact_model.h"
+#include "engine/contact/edge_contact.h"
+#include "engine/contact/plane_mean.h"
+#include "engine/contact/surface_window.h"
+#include "engine/voxel/pointshell.h"
+
+namespace tandem {
+
+/// Contacts between exact features, to a small part of a voxel (VPS.md §4.6):
+///
+///   vertex of the shell | surface of the map  | along the map's surface normal
+///   edge of the shell   | edge of the map     | along the cross product of the two edges
+///   surface of the shell| vertex of the map   | along the shell's surface normal
+///
+/// Contact begins when the exact features are kRefinedClearance apart. Features are found to a
+/// quarter of a voxel, so that a smooth surface bulges less than half a voxel beyond its feature
+/// vertices, and force begins before exact surfaces meet.
+///
+/// A vertex against surface voxels takes a mean of their planes, by how squarely it stands over
+/// each: exact over a plane, continuous over edges and curves. A vertex of the map is met by
+/// several points of the shell's surface, and makes one contact with the mean of their planes. Two
+/// edges make one contact, in the voxels where they come closest. Features that face the same way
+/// do not touch: they are on the far sides of thin walls. Deeper in than the map knows its surface,
+/// the plain depth goes on.
+///
+/// Most points within the force layer are not in contact. For those it tells how far surfaces may
+/// come nearer before they can be (slack), so that they need not be looked at until then. A point
+/// is judged by the pieces of surface within one voxel of its own; for its slack those at two
+/// voxels count as well, from when they can come within one. A lower bound, so contacts are the
+/// same with and without.
+///
+/// Used by one thread; no call allocates.
+class RefinedContacts {
+ public:
+  /// `most` candidates at a time; `least_radius` is the lesser of the moving bodies' radii, m.
+  RefinedContacts(const Pointshell& shell, const Voxmap& voxmap, const SurfaceDetails& details,
+                  double least_radius, std::size_t most);
+
+  /// `R_VS` turns from the shell's frame to V. `out` has room for RoomFor(candidates) contacts.
+  std::size_t Find(std::span<Candidate> candidates, const Mat3& R_VS, int layer,
+                   Contact* out) noexcept;
+  static std::size_t RoomFor(std::size_t candidates) {
+    return kPerPoint * (candidates + MostVertices(candidates));
+  }
+
+ private:
+  static constexpr std::size_t kPerPoint = 4;  // contacts of one point, at most
+  static std::size_t MostVertices(std::size_t candidates) { return 2 * candidates + 32; }
+
+  /// A vertex of the map and what the shell's surface says of it.
+  struct MetVertex {
+    GridIndex voxel;
+    Vec3 q = Vec3::Zero();
+    PlaneMean faces;  // of the shell
+  };
+  /// A piece of surface under a vertex of the shell.
+  struct Standing {
+    std::array<Vec3, 2> normals;  // a ridge's two; otherwise the first
+    std::array<double, 2> heights{};
+    std::array<double, 2> weights{};
+    double slack = 0;  // voxels that the piece may come nearer before it counts
+  };
+
+  ShellEdge EdgeAt(const Candidate& candidate, const Mat3& R_VS) const noexcept;
+  /// The arc of a piece of the map's edge; of a vertex's or an open rim's, a wide one.
+  const EdgeArc& ArcOf(const SurfaceDetail& detail) const noexcept {
+    const bool ridge = detail.shape() == SurfaceDetail::Shape::kRidge;
+    return arcs_[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
+  }
+  Standing StandOn(const SurfaceWindow::Piece& piece, const Vec3& p,
+                   const Vec3& nhat) const noexcept;
+
+  /// Nothing when no piece of surface is near.
+  std::optional<std::size_t> MeetSurface(Candidate& candidate, Contact* out) noexcept;
+  void MeetVertices(Candidate& candidate) noexcept;
+  std::size_t MeetEdges(Candidate& candidate, const Mat3& R_VS, Contact* out) noexcept;
+  std::size_t TakeVertices(Contact* out) noexcept;
+  MetVertex* FindOrAdd(const GridIndex& voxel, const Vec3& q) noexcept;
+
+  /// The slack of a point; `near` is what the pieces within one voxel leave. `piece_slack` gives
+  /// what one at two voxels leaves by itself.
+  template <class PieceSlack>
+  double Widened(double near, const Candidate& candidate, Field field,
+                 const PieceSlack& piece_slack) noexcept;
+  double SlackOfEdge(double near, const Candidate& candidate, const ShellEdge& edge) noexcept;
+  double SlackOfVertex(double near, const Candidate& candidate) noexcept;
+  double SlackOfSurface(double near, const Candidate& candidate) noexcept;
+
+  const Pointshell* shell_;
+  const Voxmap* voxmap_;
+  SurfaceWindow window_;
+  double s_;
+  double turn_;       // rad, the most that bodies turn for a voxel of travel
+  double certainty_;  // share of a slack that turns leave
+  std::array<EdgeArc, SurfaceDetail::kAngles + 1> arcs_;  // by step; last, the wide one
+  PlaneMean under_;                                       // what a vertex stands over
+  std::vector<std::uint32_t> slots_;                      // a table by voxel: 1 + number in met_
+  std::vector<MetVertex> met_;
+  std::vector<std::uint32_t> used_slots_;
+  std::size_t met_count_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "engine/voxel/surface_details.h"
+#include "engine/voxel/voxmap.h"
+
+namespace tandem {
+
+/// The pieces of a map's exact surface about one of its voxels, found chunk by chunk.
+///
+/// Used by one thread; no call allocates.
+class SurfaceWindow {
+ public:
+  struct Piece {
+    GridIndex voxel_V;
+    const SurfaceDetail* detail;
+
+    /// Where the piece is, in voxels of V.
+    Vec3 place() const noexcept {
+      constexpr double kStep = 1.0 / 255.0;
+      const auto& at = detail->place;
+      return {voxel_V.x + kStep * at[0], voxel_V.y + kStep * at[1], voxel_V.z + kStep * at[2]};
+    }
+  };
+
+  SurfaceWindow(const Voxmap& voxmap, const SurfaceDetails& details) noexcept
+      : voxmap_(&voxmap), details_(&details) {}
+
+  /// The sources of a field within one voxel of a voxel; valid until the next call.
+  std::span<const Piece> Near(const GridIndex& voxel_V, Field field) noexcept;
+  /// Those at two voxels from it.
+  std::span<const Piece> Round(const GridIndex& voxel_V, Field field) noexcept;
+
+ private:
+  /// Within `reach` voxels but not within `inner`, which is negative for none.
+  template <int reach, int inner>
+  std::span<const Piece> List(const GridIndex& voxel_V, Field field) noexcept;
+
+  const Voxmap* voxmap_;
+  const SurfaceDetails* details_;
+  std::array<Piece, 98> pieces_;
+};
+
+}  // namespace tandem
