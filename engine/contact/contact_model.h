@@ -10,6 +10,8 @@ namespace tandem {
 
 /// A point that reads contact in its own field.
 struct Candidate {
+  std::uint32_t block;  // of PointBlocks
+  std::uint32_t lane;
   std::uint32_t point;
   std::uint32_t edge;  // of an edge point: into Pointshell::edges
   Label label;

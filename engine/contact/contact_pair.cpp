@@ -45,13 +45,16 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       map_extent_(ExtentOf(voxmap)),
       gains_(gains),
       both_move_(options.both_move),
+      helpers_(options.schedule.helpers),
+      shared_from_(options.schedule.shared_from / kBlocks),
       blocks_(std::make_unique<const PointBlocks>(shell)),
       schedule_(MakeSchedule(*blocks_, voxmap, options.force_layer, options.schedule)),
       candidates_(std::min(shell.size(), kMostCandidates)) {
   if (options.details != nullptr) {
     const double least_radius = map_radius > 0 ? std::min(shell.radius, map_radius) : shell.radius;
     refined_ = std::make_unique<RefinedContacts>(shell, voxmap, *options.details, least_radius,
-                                                 candidates_.size());
+                                                 candidates_.size(),
+                                                 helpers_ != nullptr ? helpers_->threads() : 1);
     if (options.schedule.coherence) clear_until_.assign(shell.size(), 0.0);
   }
   contacts_.resize(refined_ != nullptr ? RefinedContacts::RoomFor(candidates_.size())
@@ -73,38 +76,57 @@ double ContactPair::TravelSince(const Pose& shell_WB, const Pose& map_WB) noexce
   return travel;
 }
 
-void ContactPair::AddCandidate(const Pose& X_VS, std::size_t block_number, std::uint32_t lane,
-                               const GridIndex& voxel, int mark, PairReport& report) noexcept {
+void ContactPair::AddCandidate(std::size_t block, std::uint32_t lane, PairReport& report) noexcept {
   ++report.contact_points;
   if (candidate_count_ == candidates_.size()) {
     report.over_capacity = true;
     return;
   }
-  const PointBlocks::Block& block = blocks_->block(block_number);
-  const PointBlocks::Lanes& p = blocks_->positions()[block_number];
-  const PointBlocks::Lanes& n = blocks_->normals()[block_number];
   Candidate& candidate = candidates_[candidate_count_++];
-  candidate.point = block.first + lane;
-  candidate.edge = block.first_edge + lane;
+  candidate.block = static_cast<std::uint32_t>(block);
+  candidate.lane = lane;
+}
+
+void ContactPair::Place(const Pose& X_VS, const VoxelTransform& transform,
+                        Candidate& candidate) const noexcept {
+  const std::size_t lane = candidate.lane;
+  const PointBlocks::Block& block = blocks_->block(candidate.block);
+  const PointBlocks::Lanes& p = blocks_->positions()[candidate.block];
+  const PointBlocks::Lanes& n = blocks_->normals()[candidate.block];
+  candidate.point = block.first + candidate.lane;
+  candidate.edge = block.first_edge + candidate.lane;
   candidate.label = block.label;
-  candidate.mark = mark;
-  candidate.voxel_V = voxel;
+  candidate.voxel_V = VoxelAt(transform(*blocks_, candidate.block, lane));
+  candidate.mark = voxmap_->Value(blocks_->fields()[candidate.block], candidate.voxel_V);
   candidate.nhat_V = X_VS.q * Vec3(n.x[lane], n.y[lane], n.z[lane]);
   candidate.p_V =
       X_VS * Vec3(p.x[lane], p.y[lane], p.z[lane]) + schedule_->displacement() * candidate.nhat_V;
 }
 
-void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
-                            const BodyMotion& map_body, const Pose& X_WV, PairReport& report,
-                            Load& on_shell, Load& on_map) noexcept {
-  contact_count_ = 0;
-  if (candidate_count_ == 0) return;
+void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform) noexcept {
   const Mat3 R_VS = X_VS.q.toRotationMatrix();
   const std::span<Candidate> candidates(candidates_.data(), candidate_count_);
   const int layer = schedule_->force_layer();
+  const auto look = [&](std::size_t begin, std::size_t end, int thread) {
+    for (std::size_t i = begin; i < end; ++i) Place(X_VS, transform, candidates[i]);
+    if (refined_ == nullptr) return;
+    refined_->LookAt(candidates, begin, end, R_VS, layer, thread, contacts_.data());
+  };
+  if (helpers_ != nullptr && candidate_count_ >= shared_from_) {
+    helpers_->Summon();
+    helpers_->Share(candidate_count_, kPiece, look);
+  } else {
+    look(0, candidate_count_, 0);
+  }
   contact_count_ = refined_ != nullptr
-                       ? refined_->Find(candidates, R_VS, layer, contacts_.data())
+                       ? refined_->Take(candidates, contacts_.data())
                        : FindPlainContacts(candidates, *voxmap_, layer, contacts_.data());
+}
+
+void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
+                            const BodyMotion& map_body, const Pose& X_WV, PairReport& report,
+                            Load& on_shell, Load& on_map) noexcept {
+  if (contact_count_ == 0) return;
   const Quat q_VW = X_WV.q.conjugate();
   const Vec3 p_VS = X_VS.p;                            // shell body's centre of mass
   const Vec3 p_VM = X_WV.Inverse() * map_body.X_WB.p;  // voxmap body's
@@ -189,7 +211,6 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   report.tests = schedule_->counts();
   candidate_count_ = 0;
   for (const Schedule::ContactBlock& contact : schedule_->contacts()) {
-    const Field field = blocks_->fields()[contact.block];
     for (unsigned lanes = contact.lanes; lanes != 0; lanes &= lanes - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(lanes));
       if (StandsClear(contact.block, lane)) {
@@ -197,10 +218,10 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
         ++report.clear_points;
         continue;
       }
-      const GridIndex voxel = VoxelAt(schedule_->transform()(*blocks_, contact.block, lane));
-      AddCandidate(X_VS, contact.block, lane, voxel, voxmap_->Value(field, voxel), report);
+      AddCandidate(contact.block, lane, report);
     }
   }
+  FindContacts(X_VS, schedule_->transform());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
   RememberSlack();
   return report;
@@ -250,9 +271,10 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
       }
       reading.touching_points += surface <= threshold ? 1 : 0;
       const int mark = voxmap_->Value(FieldReadBy(block.label), voxel);
-      if (mark <= threshold) AddCandidate(X_VS, b, lane, voxel, mark, report);
+      if (mark <= threshold) AddCandidate(b, lane, report);
     }
   }
+  FindContacts(X_VS, transform);
   Load on_map;
   AddForces(X_VS, shell_body, map_body, X_WV, report, reading.on_shell, on_map);
   reading.contact_points = report.contact_points;

@@ -93,9 +93,13 @@ class ContactPair {
   /// Collide(), m: above zero, nothing can be in contact and nothing is tested.
   double Gap() const noexcept { return gap_ - std::abs(schedule_->displacement()); }
   /// A point for candidates_; the rest of them are given up when it is full.
-  void AddCandidate(const Pose& X_VS, std::size_t block, std::uint32_t lane, const GridIndex& voxel,
-                    int mark, PairReport& report) noexcept;
-  /// What the candidates come to.
+  void AddCandidate(std::size_t block, std::uint32_t lane, PairReport& report) noexcept;
+  /// Where a candidate is and what it reads.
+  void Place(const Pose& X_VS, const VoxelTransform& transform,
+             Candidate& candidate) const noexcept;
+  /// Finds the candidates' contacts; helpers may share it.
+  void FindContacts(const Pose& X_VS, const VoxelTransform& transform) noexcept;
+  /// What the contacts come to.
   void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
                  const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) noexcept;
 
@@ -104,6 +108,8 @@ class ContactPair {
   void RememberSlack() noexcept;
 
   static constexpr std::size_t kMostCandidates = 1 << 14;
+  static constexpr std::size_t kPiece = 32;  // candidates, some microseconds
+  static constexpr std::size_t kBlocks = 6;  // whose tests take as long as a candidate
 
   const Pointshell* shell_;
   const Voxmap* voxmap_;
@@ -113,6 +119,8 @@ class ContactPair {
   Extent map_extent_;
   ContactGains gains_;
   bool both_move_;
+  FrameHelpers* helpers_;    // null: none
+  std::size_t shared_from_;  // candidates
   CrossLoad cross_;
   std::unique_ptr<const PointBlocks> blocks_;
   std::unique_ptr<Schedule> schedule_;

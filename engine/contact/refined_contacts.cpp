@@ -58,13 +58,14 @@ std::size_t SlotOf(const GridIndex& voxel, std::size_t slots) {
 
 RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
                                  const SurfaceDetails& details, double least_radius,
-                                 std::size_t most)
+                                 std::size_t most, int threads)
     : shell_(&shell),
       voxmap_(&voxmap),
-      window_(voxmap, details),
       s_(voxmap.voxel_size()),
       turn_(voxmap.voxel_size() / least_radius),
       certainty_(CertaintyOf(turn_)),
+      scratch_(static_cast<std::size_t>(threads), Scratch{{voxmap, details}, {}}),
+      found_(most, 0),
       slots_(std::bit_ceil(2 * MostVertices(most)), 0),
       met_(MostVertices(most)),
       used_slots_(met_.size()) {
@@ -77,7 +78,8 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
 
 template <class PieceSlack>
 double RefinedContacts::Widened(double near, const Candidate& candidate, Field field,
-                                const PieceSlack& piece_slack) noexcept {
+                                SurfaceWindow& window,
+                                const PieceSlack& piece_slack) const noexcept {
   double slack = near;
   if (!(slack > 0) || certainty_ == 0) return 0.0;
   const ToSides sides(candidate.p_V / s_, candidate.voxel_V);
@@ -85,7 +87,7 @@ double RefinedContacts::Widened(double near, const Candidate& candidate, Field f
   if (slack > soonest) {
     // what is three voxels off comes within one when the point is two voxels on
     slack = std::min(slack, soonest + 1.0);
-    for (const SurfaceWindow::Piece& piece : window_.Round(candidate.voxel_V, field)) {
+    for (const SurfaceWindow::Piece& piece : window.Round(candidate.voxel_V, field)) {
       const double until = sides.Until(piece.voxel_V - candidate.voxel_V);
       if (until < slack) slack = std::min(slack, std::max(until, piece_slack(piece, slack)));
     }
@@ -125,20 +127,22 @@ RefinedContacts::Standing RefinedContacts::StandOn(const SurfaceWindow::Piece& p
   return standing;
 }
 
-double RefinedContacts::SlackOfVertex(double near, const Candidate& candidate) noexcept {
+double RefinedContacts::SlackOfVertex(double near, const Candidate& candidate,
+                                      SurfaceWindow& window) const noexcept {
   const Vec3 p = candidate.p_V / s_;
-  return Widened(near, candidate, Field::kSurface, [&](const SurfaceWindow::Piece& piece, double) {
-    return StandOn(piece, p, candidate.nhat_V).slack;
-  });
+  return Widened(near, candidate, Field::kSurface, window,
+                 [&](const SurfaceWindow::Piece& piece, double) {
+                   return StandOn(piece, p, candidate.nhat_V).slack;
+                 });
 }
 
-std::optional<std::size_t> RefinedContacts::MeetSurface(Candidate& candidate,
+std::optional<std::size_t> RefinedContacts::MeetSurface(Candidate& candidate, Scratch& scratch,
                                                         Contact* out) noexcept {
   using Shape = SurfaceDetail::Shape;
   const Vec3 p = candidate.p_V / s_;
   const std::span<const SurfaceWindow::Piece> pieces =
-      window_.Near(candidate.voxel_V, Field::kSurface);
-  PlaneMean& faces = under_;
+      scratch.window.Near(candidate.voxel_V, Field::kSurface);
+  PlaneMean& faces = scratch.under;
   faces.Clear();
   double slack = candidate.mark == kInteriorMark ? 0.0 : kNever;
   double corners_slack = kNever;
@@ -168,7 +172,7 @@ std::optional<std::size_t> RefinedContacts::MeetSurface(Candidate& candidate,
     // corners may be all that is near as soon as other pieces come and go
     const double soonest = ToSides(p, candidate.voxel_V).least();
     slack = std::min(slack, std::max(soonest, corners_slack));
-    candidate.slack = SlackOfVertex(slack, candidate);
+    candidate.slack = SlackOfVertex(slack, candidate, scratch.window);
     return 0;
   }
   candidate.slack = 0;
@@ -200,34 +204,49 @@ RefinedContacts::MetVertex* RefinedContacts::FindOrAdd(const GridIndex& voxel,
   return &met_[slots_[slot] - 1];
 }
 
-double RefinedContacts::SlackOfSurface(double near, const Candidate& candidate) noexcept {
+double RefinedContacts::SlackOfSurface(double near, const Candidate& candidate,
+                                       SurfaceWindow& window) const noexcept {
   const Vec3 p = candidate.p_V / s_;
-  return Widened(near, candidate, Field::kVertex, [&](const SurfaceWindow::Piece& piece, double) {
-    const Vec3 away = p - piece.place();
-    const double height = away.dot(candidate.nhat_V);
-    return std::sqrt(std::max(0.0, away.squaredNorm() - height * height)) - kVertexReach;
-  });
+  return Widened(
+      near, candidate, Field::kVertex, window, [&](const SurfaceWindow::Piece& piece, double) {
+        const Vec3 away = p - piece.place();
+        const double height = away.dot(candidate.nhat_V);
+        return std::sqrt(std::max(0.0, away.squaredNorm() - height * height)) - kVertexReach;
+      });
 }
 
-void RefinedContacts::MeetVertices(Candidate& candidate) noexcept {
+RefinedContacts::Over RefinedContacts::StandUnder(const SurfaceWindow::Piece& piece, const Vec3& p,
+                                                  const Vec3& nhat) noexcept {
+  const Vec3 q = piece.place();
+  const Vec3 away = p - q;
+  const double height = away.dot(nhat);
+  const double square_beside = away.squaredNorm() - height * height;
+  return {q, height, square_beside, Weight(square_beside, kVertexReach)};
+}
+
+bool RefinedContacts::BearsOnVertices(Candidate& candidate, SurfaceWindow& window) noexcept {
+  const Vec3 p = candidate.p_V / s_;
+  double slack = kNever;
+  for (const SurfaceWindow::Piece& piece : window.Near(candidate.voxel_V, Field::kVertex)) {
+    const Over over = StandUnder(piece, p, candidate.nhat_V);
+    const bool bears = over.weight > 0;
+    slack = std::min(slack, bears ? 0.0 : std::sqrt(over.square_beside) - kVertexReach);
+  }
+  candidate.slack = SlackOfSurface(slack, candidate, window);
+  return slack <= 0;
+}
+
+void RefinedContacts::MeetVertices(const Candidate& candidate) noexcept {
   const Vec3 p = candidate.p_V / s_;
   const Vec3& n = candidate.nhat_V;
-  double slack = kNever;
-  for (const SurfaceWindow::Piece& piece : window_.Near(candidate.voxel_V, Field::kVertex)) {
-    const Vec3 q = piece.place();
-    const Vec3 away = p - q;
-    const double height = away.dot(n);  // of the vertex above the shell's surface
-    const double square_beside = away.squaredNorm() - height * height;
-    const double w = Weight(square_beside, kVertexReach);
-    if (w <= 0) {
-      slack = std::min(slack, std::sqrt(square_beside) - kVertexReach);
-      continue;
-    }
-    slack = 0;
+  SurfaceWindow& window = scratch_[0].window;
+  for (const SurfaceWindow::Piece& piece : window.Near(candidate.voxel_V, Field::kVertex)) {
+    const Over over = StandUnder(piece, p, n);
+    if (over.weight <= 0) continue;
     if (!(n.dot(FacingNormal(*piece.detail, n)) > kFacing)) continue;
-    if (MetVertex* met = FindOrAdd(piece.voxel_V, q)) met->faces.Add(p, -n, height, w);
+    MetVertex* met = FindOrAdd(piece.voxel_V, over.q);
+    if (met != nullptr) met->faces.Add(p, -n, over.height, over.weight);
   }
-  candidate.slack = SlackOfSurface(slack, candidate);
 }
 
 ShellEdge RefinedContacts::EdgeAt(const Candidate& candidate, const Mat3& R_VS) const noexcept {
@@ -236,22 +255,22 @@ ShellEdge RefinedContacts::EdgeAt(const Candidate& candidate, const Mat3& R_VS) 
           edge.half_length / s_, edge.cosine > 0 ? EdgeArc::OfCosine(edge.cosine) : arcs_.back()};
 }
 
-double RefinedContacts::SlackOfEdge(double near, const Candidate& candidate,
-                                    const ShellEdge& edge) noexcept {
+double RefinedContacts::SlackOfEdge(double near, const Candidate& candidate, const ShellEdge& edge,
+                                    SurfaceWindow& window) const noexcept {
   return Widened(
-      near, candidate, Field::kEdge, [&](const SurfaceWindow::Piece& piece, double enough) {
+      near, candidate, Field::kEdge, window, [&](const SurfaceWindow::Piece& piece, double enough) {
         return Meet(edge, *piece.detail, piece.place(), ArcOf(*piece.detail), turn_, enough).slack;
       });
 }
 
 std::size_t RefinedContacts::MeetEdges(Candidate& candidate, const Mat3& R_VS,
-                                       Contact* out) noexcept {
+                                       SurfaceWindow& window, Contact* out) noexcept {
   candidate.slack = kNever;
   if (shell_->edges[candidate.edge].cosine < 0) return 0;  // a notch: nothing leans on it
   const ShellEdge edge = EdgeAt(candidate, R_VS);
   double slack = kNever;
   std::size_t found = 0;
-  for (const SurfaceWindow::Piece& piece : window_.Near(candidate.voxel_V, Field::kEdge)) {
+  for (const SurfaceWindow::Piece& piece : window.Near(candidate.voxel_V, Field::kEdge)) {
     const EdgeMeeting meeting =
         Meet(edge, *piece.detail, piece.place(), ArcOf(*piece.detail), turn_, slack);
     slack = std::min(slack, meeting.slack);
@@ -259,7 +278,7 @@ std::size_t RefinedContacts::MeetEdges(Candidate& candidate, const Mat3& R_VS,
     out[found++] = {s_ * meeting.place, meeting.normal, s_ * meeting.depth};
     if (found == kPerPoint) break;
   }
-  candidate.slack = SlackOfEdge(slack, candidate, edge);
+  candidate.slack = SlackOfEdge(slack, candidate, edge, window);
   return found;
 }
 
@@ -279,26 +298,41 @@ std::size_t RefinedContacts::TakeVertices(Contact* out) noexcept {
   return found;
 }
 
-std::size_t RefinedContacts::Find(std::span<Candidate> candidates, const Mat3& R_VS, int layer,
-                                  Contact* out) noexcept {
-  std::size_t found = 0;
-  for (Candidate& candidate : candidates) {
+void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end,
+                             const Mat3& R_VS, int layer, int thread, Contact* out) noexcept {
+  Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
+  for (std::size_t i = begin; i < end; ++i) {
+    Candidate& candidate = candidates[i];
+    Contact* const own = out + kPerPoint * i;
+    std::size_t found = 0;
     if (candidate.label == Label::kSurface) {
-      MeetVertices(candidate);
+      found = BearsOnVertices(candidate, scratch.window) ? kBears : 0;
     } else if (candidate.label == Label::kEdge) {
-      found += MeetEdges(candidate, R_VS, out + found);
+      found = MeetEdges(candidate, R_VS, scratch.window, own);
     } else {
-      const std::optional<std::size_t> met = MeetSurface(candidate, out + found);
+      const std::optional<std::size_t> met = MeetSurface(candidate, scratch, own);
       if (met.has_value()) {
-        found += *met;
+        found = *met;
       } else if (candidate.mark == kInteriorMark) {
         // deeper in than the map's surface reaches: the plain depth goes on
-        found += FindPlainContacts({&candidate, 1}, *voxmap_, layer, out + found);
+        found = FindPlainContacts({&candidate, 1}, *voxmap_, layer, own);
       }
     }
+    found_[i] = static_cast<std::uint8_t>(found);
   }
-  // an edge point gives at most kPerPoint, a vertex of the map comes with a surface point
-  return found + TakeVertices(out + found);
+}
+
+std::size_t RefinedContacts::Take(std::span<const Candidate> candidates, Contact* out) noexcept {
+  std::size_t taken = 0;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (found_[i] == kBears) {
+      MeetVertices(candidates[i]);
+      continue;
+    }
+    for (std::size_t k = 0; k < found_[i]; ++k) out[taken++] = out[kPerPoint * i + k];
+  }
+  // a point gives at most kPerPoint, a vertex of the map comes with a surface point
+  return taken + TakeVertices(out + taken);
 }
 
 }  // namespace tandem

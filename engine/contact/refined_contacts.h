@@ -37,22 +37,30 @@ namespace tandem {
 /// voxels count as well, from when they can come within one. A lower bound, so contacts are the
 /// same with and without.
 ///
-/// Used by one thread; no call allocates.
+/// Candidates are looked at each by itself, which several threads may share, and what that gave is
+/// taken in their order. No call allocates.
 class RefinedContacts {
  public:
-  /// `most` candidates at a time; `least_radius` is the lesser of the moving bodies' radii, m.
+  /// `most` candidates at a time, looked at by `threads`; `least_radius` is the lesser of the
+  /// moving bodies' radii, m.
   RefinedContacts(const Pointshell& shell, const Voxmap& voxmap, const SurfaceDetails& details,
-                  double least_radius, std::size_t most);
+                  double least_radius, std::size_t most, int threads = 1);
 
-  /// `R_VS` turns from the shell's frame to V. `out` has room for RoomFor(candidates) contacts.
-  std::size_t Find(std::span<Candidate> candidates, const Mat3& R_VS, int layer,
-                   Contact* out) noexcept;
+  /// Looks at a frame's candidates [begin, end); `R_VS` turns from the shell's frame to V. `out` is
+  /// that of Take(). `thread`: the calling one's number.
+  void LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end, const Mat3& R_VS,
+              int layer, int thread, Contact* out) noexcept;
+  /// The contacts of a frame's candidates, all of which have been looked at; `out` has room for
+  /// RoomFor(candidates) contacts. One thread.
+  std::size_t Take(std::span<const Candidate> candidates, Contact* out) noexcept;
   static std::size_t RoomFor(std::size_t candidates) {
     return kPerPoint * (candidates + MostVertices(candidates));
   }
 
  private:
   static constexpr std::size_t kPerPoint = 4;  // contacts of one point, at most
+  /// In found_: bears on vertices of the map, which are met in order.
+  static constexpr std::uint8_t kBears = 255;
   static std::size_t MostVertices(std::size_t candidates) { return 2 * candidates + 32; }
 
   /// A vertex of the map and what the shell's surface says of it.
@@ -69,39 +77,61 @@ class RefinedContacts {
     double slack = 0;  // voxels that the piece may come nearer before it counts
   };
 
+  /// What a thread looks at a candidate with.
+  struct alignas(64) Scratch {
+    SurfaceWindow window;
+    PlaneMean under;  // what a vertex stands over
+  };
+
   ShellEdge EdgeAt(const Candidate& candidate, const Mat3& R_VS) const noexcept;
   /// The arc of a piece of the map's edge; of a vertex's or an open rim's, a wide one.
   const EdgeArc& ArcOf(const SurfaceDetail& detail) const noexcept {
     const bool ridge = detail.shape() == SurfaceDetail::Shape::kRidge;
     return arcs_[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
   }
+  /// A point of the shell's surface over a vertex of the map.
+  struct Over {
+    Vec3 q;         // the vertex
+    double height;  // of the vertex above the shell's surface
+    double square_beside;
+    double weight;
+  };
+  static Over StandUnder(const SurfaceWindow::Piece& piece, const Vec3& p,
+                         const Vec3& nhat) noexcept;
   Standing StandOn(const SurfaceWindow::Piece& piece, const Vec3& p,
                    const Vec3& nhat) const noexcept;
 
   /// Nothing when no piece of surface is near.
-  std::optional<std::size_t> MeetSurface(Candidate& candidate, Contact* out) noexcept;
-  void MeetVertices(Candidate& candidate) noexcept;
-  std::size_t MeetEdges(Candidate& candidate, const Mat3& R_VS, Contact* out) noexcept;
+  std::optional<std::size_t> MeetSurface(Candidate& candidate, Scratch& scratch,
+                                         Contact* out) noexcept;
+  /// Whether a point of the shell's surface says something of any vertex of the map.
+  bool BearsOnVertices(Candidate& candidate, SurfaceWindow& window) noexcept;
+  void MeetVertices(const Candidate& candidate) noexcept;
+  std::size_t MeetEdges(Candidate& candidate, const Mat3& R_VS, SurfaceWindow& window,
+                        Contact* out) noexcept;
   std::size_t TakeVertices(Contact* out) noexcept;
   MetVertex* FindOrAdd(const GridIndex& voxel, const Vec3& q) noexcept;
 
   /// The slack of a point; `near` is what the pieces within one voxel leave. `piece_slack` gives
   /// what one at two voxels leaves by itself.
   template <class PieceSlack>
-  double Widened(double near, const Candidate& candidate, Field field,
-                 const PieceSlack& piece_slack) noexcept;
-  double SlackOfEdge(double near, const Candidate& candidate, const ShellEdge& edge) noexcept;
-  double SlackOfVertex(double near, const Candidate& candidate) noexcept;
-  double SlackOfSurface(double near, const Candidate& candidate) noexcept;
+  double Widened(double near, const Candidate& candidate, Field field, SurfaceWindow& window,
+                 const PieceSlack& piece_slack) const noexcept;
+  double SlackOfEdge(double near, const Candidate& candidate, const ShellEdge& edge,
+                     SurfaceWindow& window) const noexcept;
+  double SlackOfVertex(double near, const Candidate& candidate,
+                       SurfaceWindow& window) const noexcept;
+  double SlackOfSurface(double near, const Candidate& candidate,
+                        SurfaceWindow& window) const noexcept;
 
   const Pointshell* shell_;
   const Voxmap* voxmap_;
-  SurfaceWindow window_;
   double s_;
   double turn_;       // rad, the most that bodies turn for a voxel of travel
   double certainty_;  // share of a slack that turns leave
   std::array<EdgeArc, SurfaceDetail::kAngles + 1> arcs_;  // by step; last, the wide one
-  PlaneMean under_;                                       // what a vertex stands over
+  std::vector<Scratch> scratch_;                          // of each thread
+  std::vector<std::uint8_t> found_;                       // contacts of each candidate, or kBears
   std::vector<std::uint32_t> slots_;                      // a table by voxel: 1 + number in met_
   std::vector<MetVertex> met_;
   std::vector<std::uint32_t> used_slots_;

@@ -1,5 +1,6 @@
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <random>
@@ -7,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/contact/contact_pair.h"
 #include "engine/realtime/frame_helpers.h"
 #include "tests/engine/contact/swim.h"
 #include "tests/support/allocation_counter.h"
@@ -101,6 +103,82 @@ TEST(SharedFrame, HasTheSameBitsOnOneTwoAndFourThreads) {
       SwimTogether(bodies, {.chunks = chunks, .drift = drift}, 11);
     }
   }
+}
+
+// Boxes, one turned, that push one another with faces, edges and vertices.
+struct PushingBoxes {
+  static constexpr double kS = 0.001;
+  PushingBoxes()
+      : map_mesh(
+            testing::At(Box(kS * Vec3(60, 40, 30)), Vec3::Zero(), RotationBy({0.3, 0.2, 0.1}))),
+        voxmap(std::move(*Voxelize(map_mesh, {.voxel_size = kS, .flatness_voxels = kFlat}))),
+        details(map_mesh, kFlat, voxmap),
+        shell(std::move(*MakePointshell(
+            Box(kS * Vec3(50, 36, 24)), Pose{},
+            {.spacing = 0.5 * kS, .place = PointPlace::kOnFeature, .flatness_voxels = kFlat}))) {}
+  std::unique_ptr<ContactPair> Pair(FrameHelpers* helpers) const {
+    return std::make_unique<ContactPair>(
+        shell, voxmap, Pose{Quat::Identity(), voxmap.p_WVo()}, 0.04,
+        PairOptions{.force_layer = 1,
+                    .details = &details,
+                    .both_move = true,
+                    .schedule = {.helpers = helpers, .shared_from = 60}},
+        ContactGains{1000.0, 20});
+  }
+
+  inline static const double kFlat = FlatnessVoxels(ContactModel::kRefined);
+  TriangleMesh map_mesh;
+  Voxmap voxmap;
+  SurfaceDetails details;
+  Pointshell shell;
+};
+
+template <class Matrix>
+bool SameBits(const Matrix& a, const Matrix& b) {
+  return std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+TEST(SharedFrame, PushesWithTheSameBitsOnOneTwoAndFourThreads) {
+  const PushingBoxes boxes;
+  FrameHelpers one_helper({.threads = 2, .priority = 0});
+  FrameHelpers three_helpers({.threads = 4, .priority = 0});
+  const auto alone = boxes.Pair(nullptr);
+  const std::array<std::unique_ptr<ContactPair>, 2> shared{boxes.Pair(&one_helper),
+                                                           boxes.Pair(&three_helpers)};
+  std::mt19937_64 random(3);
+  int pushed = 0;
+  int many = 0;
+  BodyMotion body;
+  for (int frame = 0; frame < 600; ++frame) {
+    // from somewhere else every 20 frames; then on by up to a quarter of a voxel
+    const double reach = PushingBoxes::kS * (frame % 20 == 0 ? 28 : 0.25);
+    const Vec3 way = reach * testing::RandomDirection(random);
+    if (frame % 20 == 0) body.X_WB = {testing::RandomRotation(random), way};
+    if (frame % 20 != 0) body.X_WB.p += way;
+    body.V_WB.v = way;
+    Load on_shell;
+    Load on_map;
+    const PairReport report = alone->Collide(body, {}, on_shell, on_map);
+    pushed += report.loaded_points;
+    many += static_cast<int>(report.contact_points - report.clear_points >= 10);
+    for (const auto& pair : shared) {
+      Load same_shell;
+      Load same_map;
+      const PairReport same = pair->Collide(body, {}, same_shell, same_map);
+      ASSERT_EQ(same.contact_points, report.contact_points) << "frame " << frame;
+      ASSERT_EQ(same.clear_points, report.clear_points) << "frame " << frame;
+      ASSERT_EQ(same.loaded_points, report.loaded_points) << "frame " << frame;
+      ASSERT_TRUE(SameBits(same_shell.force, on_shell.force)) << "frame " << frame;
+      ASSERT_TRUE(SameBits(same_shell.stiffness, on_shell.stiffness)) << "frame " << frame;
+      ASSERT_TRUE(SameBits(same_shell.damping, on_shell.damping)) << "frame " << frame;
+      ASSERT_TRUE(SameBits(same_map.force, on_map.force)) << "frame " << frame;
+      ASSERT_TRUE(SameBits(pair->cross().stiffness, alone->cross().stiffness)) << "frame " << frame;
+    }
+    one_helper.Dismiss();
+    three_helpers.Dismiss();
+  }
+  EXPECT_GT(pushed, 300);
+  EXPECT_GT(many, 200);
 }
 
 TEST(SharedFrame, AllocatesNothing) {
