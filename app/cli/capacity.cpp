@@ -14,9 +14,9 @@ constexpr std::uint32_t kStride = 7;  // of the blocks tested: those that come d
 constexpr std::size_t kPiece = 128;   // of them, that one thread takes at a time
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
 /// What is done besides, for each test, as a share of its time: queues, which are shared as well,
-/// and the list of what is due, which one thread makes.
-constexpr double kQueueShare = 0.15;
-constexpr double kListShare = 0.15;
+/// and what one thread does.
+constexpr double kQueueShare = 0.25;
+constexpr double kAloneShare = 0.05;
 
 /// Of one test among many, s; by the calling thread alone.
 template <class Test>
@@ -81,7 +81,7 @@ double MeasureCapacity(const WorldModel& world, double seconds, FrameHelpers* he
     helpers->Share(list.size(), kPiece, test);
     helpers->Dismiss();
   });
-  return std::max(1000.0, seconds / ((1 + kQueueShare) * shared + kListShare * alone));
+  return std::max(1000.0, seconds / ((1 + kQueueShare) * shared + kAloneShare * alone));
 }
 
 }  // namespace tandem

@@ -62,28 +62,40 @@ class DistanceQueues {
   /// member that it passes. The members must not change queue within.
   template <typename Visit>
   void Sweep(int queue, Fraction advance, const Visit& visit) {
-    if (advance <= 0) return;
+    const Passed passed = Advance(queue, advance);
+    for (std::size_t strip = 0; strip < kStrips; ++strip) VisitPassed(queue, passed, strip, visit);
+  }
+
+  /// The same strip by strip, which several threads may do side by side: what a cursor passes in
+  /// each strip, from a share of it to a share of it, or to 1 and more where it begins again.
+  static constexpr std::size_t kStrips = 32;
+  struct Passed {
+    Fraction from = 0;
+    Fraction to = 0;
+  };
+  static constexpr Passed kAll{0, 1};
+  Passed Advance(int queue, Fraction advance) {
+    if (advance <= 0) return {};
+    if (advance >= 1.0) return kAll;
     const Fraction from = cursors_[At(queue)];
-    const bool all = advance >= 1.0;
-    const Fraction to = all ? from : from + advance;
+    const Fraction to = from + advance;
     cursors_[At(queue)] = to >= 1.0 ? to - 1.0 : to;
-    if (counts_[At(queue)] == 0) return;
-    if (all) {
-      VisitAll(queue, visit);
-      return;
-    }
-    for (std::size_t strip = 0; strip < kStrips; ++strip) {
-      const std::size_t begin = addresses() * strip / kStrips;
-      const std::size_t end = addresses() * (strip + 1) / kStrips;
-      const auto length = static_cast<Fraction>(end - begin);
-      // an address is passed when the cursor passes its lower end
-      const auto first = begin + CeilOf(from * length);
-      if (to < 1.0) {
-        VisitRange(queue, first, std::min(end, begin + CeilOf(to * length)), visit);
-      } else {
-        VisitRange(queue, first, end, visit);
-        VisitRange(queue, begin, std::min(end, begin + CeilOf((to - 1.0) * length)), visit);
-      }
+    return {from, to};
+  }
+  std::size_t StripBegin(std::size_t strip) const { return addresses() * strip / kStrips; }
+  template <typename Visit>
+  void VisitPassed(int queue, const Passed& passed, std::size_t strip, const Visit& visit) {
+    if (counts_[At(queue)] == 0 || passed.to <= passed.from) return;
+    const std::size_t begin = StripBegin(strip);
+    const std::size_t end = StripBegin(strip + 1);
+    const auto length = static_cast<Fraction>(end - begin);
+    // an address is passed when the cursor passes its lower end
+    const auto first = begin + CeilOf(passed.from * length);
+    if (passed.to < 1.0) {
+      VisitRange(queue, first, std::min(end, begin + CeilOf(passed.to * length)), visit);
+    } else {
+      VisitRange(queue, first, end, visit);
+      VisitRange(queue, begin, std::min(end, begin + CeilOf((passed.to - 1.0) * length)), visit);
     }
   }
 
@@ -109,8 +121,6 @@ class DistanceQueues {
   }
 
  private:
-  static constexpr std::size_t kStrips = 32;
-
   static std::size_t At(int queue) noexcept { return static_cast<std::size_t>(queue); }
   static std::size_t CeilOf(double x) noexcept {
     const auto down = static_cast<std::size_t>(x);
@@ -131,12 +141,17 @@ class DistanceQueues {
     const std::size_t first_word = first >> 6;
     const std::size_t last_word = (last - 1) >> 6;
     for (std::size_t u = first_word >> 6; u <= last_word >> 6; ++u) {
-      for (std::uint64_t any = upper[u]; any != 0; any &= any - 1) {
+      const std::atomic_ref upper_word(upper[u]);
+      for (std::uint64_t any = upper_word.load(std::memory_order_relaxed); any != 0;
+           any &= any - 1) {
         const std::size_t word = (u << 6) + static_cast<std::size_t>(std::countr_zero(any));
         if (word < first_word) continue;
         if (word > last_word) return;
         std::uint64_t bits = Leaf(queue, word);
-        if (bits == 0) upper[u] &= ~(std::uint64_t{1} << (word & 63));  // PutBeside() left it
+        if (bits == 0) {  // PutBeside() left it; strips may share the word
+          upper_word.fetch_and(~(std::uint64_t{1} << (word & 63)), std::memory_order_relaxed);
+          continue;
+        }
         if (word == first_word) bits &= ~std::uint64_t{0} << (first & 63);
         if (word == last_word) bits &= ~std::uint64_t{0} >> (63 - ((last - 1) & 63));
         for (; bits != 0; bits &= bits - 1) {

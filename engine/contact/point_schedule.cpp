@@ -90,15 +90,38 @@ void PointSchedule::TestChunks(const Pose& X_VS, double travel_voxels) noexcept 
   for (std::size_t k = 0; k < due_count_; ++k) TestChunk(due_[k], X_VS);
 }
 
-void PointSchedule::CollectDue(double travel_voxels) noexcept {
-  due_count_ = 0;
-  const auto note = [this](std::size_t b) {
-    due_[due_count_++] = static_cast<std::uint32_t>(b);
+void PointSchedule::CollectStrip(std::size_t strip) noexcept {
+  const std::size_t begin = blocks_in_.StripBegin(strip);
+  std::size_t end = begin;
+  const auto note = [this, &end](std::size_t b) {
+    due_[end++] = static_cast<std::uint32_t>(b);
   };
+  for (int q = 0; q < DistanceQueues::kQueues; ++q) {
+    blocks_in_.VisitPassed(q, passed_[static_cast<std::size_t>(q)], strip, note);
+  }
+  due_in_[strip] = end - begin;
+}
+
+void PointSchedule::CollectDue(double travel_voxels) noexcept {
   const int mandatory = options_.coherence ? 1 : DistanceQueues::kQueues - 1;
-  for (int q = 0; q <= mandatory; ++q) blocks_in_.VisitAll(q, note);
-  for (int q = mandatory + 1; q < DistanceQueues::kQueues; ++q) {
-    blocks_in_.Sweep(q, travel_voxels / Allowance(q), note);
+  for (int q = 0; q < DistanceQueues::kQueues; ++q) {
+    passed_[static_cast<std::size_t>(q)] =
+        q <= mandatory ? DistanceQueues::kAll : blocks_in_.Advance(q, travel_voxels / Allowance(q));
+  }
+  const auto collect = [this](std::size_t begin, std::size_t end, int) {
+    for (std::size_t strip = begin; strip < end; ++strip) CollectStrip(strip);
+  };
+  // as much is due as in the last frame, about
+  if (shared_) {
+    options_.helpers->Share(DistanceQueues::kStrips, 1, collect);
+  } else {
+    collect(0, DistanceQueues::kStrips, 0);
+  }
+  due_count_ = 0;
+  for (std::size_t strip = 0; strip < DistanceQueues::kStrips; ++strip) {
+    const auto from = due_.begin() + static_cast<std::ptrdiff_t>(blocks_in_.StripBegin(strip));
+    std::copy_n(from, due_in_[strip], due_.begin() + static_cast<std::ptrdiff_t>(due_count_));
+    due_count_ += due_in_[strip];
   }
 }
 

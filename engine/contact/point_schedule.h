@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -41,6 +42,8 @@ class PointSchedule final : public Schedule {
   void TestChunks(const Pose& X_VS, double travel_voxels) noexcept;
   void TestChunk(std::size_t c, const Pose& X_VS) noexcept;
   void CollectDue(double travel_voxels) noexcept;
+  /// What is due in a strip of the blocks, into the strip's own stretch of due_.
+  void CollectStrip(std::size_t strip) noexcept;
   /// The queue that a block is put back into because it has not drifted near; -1: it may be near.
   int QueueByDrift(std::uint32_t block, int thread) noexcept;
   /// Drifts the blocks due_[begin, end), looks up what may be near, and puts them into queues.
@@ -70,6 +73,8 @@ class PointSchedule final : public Schedule {
   std::vector<std::uint16_t> lanes_;  // of each block, in contact when it was last looked up
   std::vector<std::uint32_t> due_;
   std::size_t due_count_ = 0;
+  std::array<DistanceQueues::Passed, DistanceQueues::kQueues> passed_{};  // in this frame
+  std::array<std::size_t, DistanceQueues::kStrips> due_in_{};             // each strip
   BlockDrift drift_;
   std::vector<Tally> tallies_;  // of each thread
   bool shared_ = false;         // this frame's work, among them
