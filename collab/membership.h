@@ -9,12 +9,21 @@ namespace tandem {
 
 /// What the haptic thread must know of another active peer, when it changes. Handed over by value.
 struct MembershipChange {
-  static constexpr std::size_t kMaxHeld = 16;
+  enum class Kind : std::uint8_t { kJoined, kLeft, kLost, kBack, kClaims };
 
+  Kind kind = Kind::kJoined;
   PeerId peer = 0;
-  bool present = false;  // false: it left, or fell silent
-  std::uint32_t held_count = 0;
-  std::array<ObjectId, kMaxHeld> held{};
+  std::uint32_t claim_count = 0;  // all that it claims now
+  std::array<Claim, kMaxClaims> claims{};
+
+  bool present() const noexcept { return kind != Kind::kLeft && kind != Kind::kLost; }
+  /// Whether the peer is here and has the body in hand.
+  bool Holds(ObjectId object) const noexcept {
+    for (std::uint32_t i = 0; present() && i < claim_count; ++i) {
+      if (claims[i].object == object && claims[i].held) return true;
+    }
+    return false;
+  }
 };
 
 }  // namespace tandem

@@ -16,18 +16,28 @@ namespace tandem {
 using PeerId = std::uint64_t;    // random, never 0
 using ObjectId = std::uint32_t;  // index into Scene::bodies
 
-inline constexpr std::uint32_t kProtocol = 1;
-inline constexpr std::size_t kMaxPeers = 8;  // active ones, oneself included
-inline constexpr std::size_t kMaxLinks = kMaxPeers;
+inline constexpr std::uint32_t kProtocol = 2;
+inline constexpr std::size_t kMaxPeers = 16;   // active ones, oneself included
+inline constexpr std::size_t kMaxLinks = 8;    // couplings of one instance
+inline constexpr std::size_t kMaxClaims = 64;  // bodies that one peer answers for
+inline constexpr std::size_t kMaxSceneBodies = 256;
+inline constexpr ObjectId kNoObject = 0xFFFFFFFF;
 inline constexpr std::size_t kMaxViewBodies = 24;
 
 enum class Role : std::uint8_t { kActive, kViewer };
+
+/// Bits of ObjectState::flags beside those of StepReport, which are the low byte.
+enum StateFlag : std::uint32_t {
+  kStateParked = 0x100,   // nobody has it in hand: where it stands, 5 times a second
+  kStateGoodbye = 0x200,  // the last one of its sender
+  kStateTrapped = 0x400   // a thin wall is between this instance and another
+};
 
 /// An instance of a body as one peer simulates it; topic state/1, up to 1 kHz.
 struct ObjectState {
   PeerId peer = 0;
   ObjectId object = 0;
-  std::uint32_t epoch = 0;  // +1 at each grab
+  std::uint32_t epoch = 0;  // +1 whenever the authority over the body changes
   std::uint32_t seq = 0;
   std::uint32_t flags = 0;
   std::int64_t sample_ns = 0;
@@ -41,10 +51,12 @@ struct LinkEntry {
   PeerId to = 0;
   std::int64_t echo_ns = 0;  // newest sample_ns of `to` that the sender holds
   double stiffness = 0;      // N/m that the sender would use; both ends use the smaller
+  double gate_overflow = 0;  // J that its energy gate let through beyond its tank, cumulative
   Wrench applied_B_W;        // on the sender's instance; shown, never applied by the receiver
 };
 
-/// With each state of a shared body; topic link/1.
+/// From every active peer to the others, eight in turn where there are more; topic link/1. `object`
+/// is the shared body it holds, or kNoObject: then the echoes alone count.
 struct CouplingLinks {
   PeerId from = 0;
   ObjectId object = 0;
@@ -76,6 +88,28 @@ struct ViewFrame {
   std::array<ViewBody, kMaxViewBodies> bodies{};
 };
 
+/// Who answers for a body. The greater claim counts: of the later epoch, then of the lower peer id.
+struct Claim {
+  ObjectId object = 0;
+  std::uint32_t epoch = 0;
+  bool held = false;  // in the claimant's hand
+
+  friend bool operator==(const Claim&, const Claim&) = default;
+};
+
+enum class EventKind : std::uint8_t { kAsk, kGrant, kRefuse, kRelease, kHeal };
+
+/// What one peer says to another about a body, once; topic event, all of them in order.
+struct Event {
+  PeerId peer = 0;  // who says it
+  std::uint32_t seq = 0;
+  EventKind kind = EventKind::kAsk;
+  ObjectId object = 0;
+  std::uint32_t epoch = 0;
+  PeerId to = 0;  // 0: to all
+  Pose X_WB;      // of a grant or a release: where the body is
+};
+
 /// Who takes part; topic peer_info, on change and again a few times a second (`beat`).
 struct PeerInfo {
   PeerId peer = 0;
@@ -83,17 +117,34 @@ struct PeerInfo {
   std::uint32_t beat = 0;
   Role role = Role::kActive;
   std::string name;
-  std::uint64_t scene_hash = 0;
-  std::vector<ObjectId> held;
+  std::uint64_t scene_hash = 0;   // of what the scene is made of
+  std::uint64_t params_hash = 0;  // of its voxel size and force parameters
+  std::vector<Claim> claims;      // bodies that the peer holds or answers for
 };
 
-/// What the session is about; topic scene, kept for those who come later.
+/// A body of the scene, for those who compare theirs with it.
+struct BodyDecl {
+  std::string name;
+  std::uint64_t content_hash = 0;  // mesh, scale, placement, mass, sharing, constraint
+
+  friend bool operator==(const BodyDecl&, const BodyDecl&) = default;
+};
+
+/// What the session is about; topic scene, kept for those who come later. Of several the one of the
+/// highest revision counts, then that of the lowest `offered_by`; a peer that adopts one offers it
+/// on, so that it outlives its author.
 struct SceneManifest {
-  std::uint64_t scene_hash = 0;  // the key
+  PeerId offered_by = 0;  // the key
+  std::uint32_t revision = 0;
+  std::uint64_t content_hash = 0;
   std::string name;
   std::string file;  // where the offering peer has it: a hint for viewers on the same machine
   double voxel_size = 0;
-  std::uint32_t body_count = 0;
+  double contact_stiffness = 0;  // N/m
+  std::int32_t force_layer = 0;
+  std::uint8_t contact_model = 0;
+  double friction = 0;
+  std::vector<BodyDecl> bodies;
 };
 
 }  // namespace tandem

@@ -1,8 +1,7 @@
 #include "collab/peer.h"
 
-#include <algorithm>
-
 #include "engine/base/check.h"
+#include "engine/base/hash.h"
 
 namespace tandem {
 
@@ -27,10 +26,13 @@ const RigidState* Peer::held_state() const noexcept {
 }
 
 void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
+  FrameTap* const tap = options_.tap;
+  if (tap != nullptr) tap->Begin(now_ns, inputs_.capacity);
   Receive(now_ns);
   StartWhenReady(now_ns);
 
   const Anchor goal = device_->Read();
+  if (tap != nullptr) tap->Felt(goal);
   remote_.Prepare(held_, inputs_);
   if (held_ >= 0) {
     const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
@@ -53,19 +55,34 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
 
   FillOutbox(now_ns, out);
   Record(now_ns);
+  if (tap != nullptr) tap->End(StateHash());
 }
 
 void Peer::Receive(std::int64_t now_ns) noexcept {
+  FrameTap* const tap = options_.tap;
   MembershipChange change;
-  while (inbox_->membership().TryPop(change)) OnMembership(change);
+  while (inbox_->membership().TryPop(change)) {
+    if (tap != nullptr) tap->Heard(change);
+    OnMembership(change);
+  }
+  Event event;
+  while (inbox_->events().TryPop(event)) {
+    if (tap != nullptr) tap->Heard(event);
+  }
+  Command command;
+  while (commands_.TryPop(command)) {
+    if (tap != nullptr) tap->Asked(command);
+  }
   while (const auto* next = inbox_->states().Front()) {
     if (next->due_ns > now_ns) break;
+    if (tap != nullptr) tap->Heard(next->sample);
     if (shared_) shared_->OnState(next->sample);
     remote_.OnState(next->sample);
     inbox_->states().Drop();
   }
   while (const auto* next = inbox_->links().Front()) {
     if (next->due_ns > now_ns) break;
+    if (tap != nullptr) tap->Heard(next->sample);
     if (shared_) shared_->OnLinks(next->sample);
     inbox_->links().Drop();
   }
@@ -74,9 +91,7 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
 void Peer::OnMembership(const MembershipChange& change) noexcept {
   remote_.OnMembership(change);
   if (!shared_) return;
-  const auto* end = change.held.begin() + change.held_count;
-  const auto object = static_cast<ObjectId>(options_.held_object);
-  if (change.present && std::find(change.held.begin(), end, object) != end) {
+  if (change.Holds(static_cast<ObjectId>(options_.held_object))) {
     shared_->Join(change.peer);
   } else {
     shared_->Part(change.peer);
@@ -131,6 +146,18 @@ void Peer::Record(std::int64_t now_ns) noexcept {
                     .hand_force = static_cast<float>(report_.hand_B_W.f.norm()),
                     .contact_points = report_.contact_points,
                     .loaded = report_.loaded_points > 0});
+}
+
+std::uint64_t Peer::StateHash() const noexcept {
+  Hash64 hash;
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    const RigidState& state = world_->state(b);
+    for (const double x : state.X_WB.q.coeffs()) hash.Add(x);
+    for (const Vec3* v : {&state.X_WB.p, &state.V_WB.v, &state.V_WB.w}) {
+      for (const double x : *v) hash.Add(x);
+    }
+  }
+  return hash.value();
 }
 
 }  // namespace tandem

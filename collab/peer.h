@@ -3,6 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "collab/command.h"
+#include "collab/frame_tap.h"
 #include "collab/outbox.h"
 #include "collab/peer_inbox.h"
 #include "collab/remote_bodies.h"
@@ -19,7 +21,8 @@ struct PeerOptions {
   std::size_t wait_for = 0;  // other users whose loop must be closed before the hand starts
   SharedBody::Options coupling;
   double capacity = kDefaultCapacity;  // point tests that fit into a frame (paper §5)
-  std::size_t trace_frames = 0;  // recorded at the most; 0 records nothing
+  std::size_t trace_frames = 0;        // recorded at the most; 0 records nothing
+  FrameTap* tap = nullptr;             // gets every frame's inputs; must outlive the peer
 };
 
 /// What a frame leaves for the report: the held body's motion, and what was felt.
@@ -52,6 +55,8 @@ class Peer {
   /// The present pose of the held body, for those in the same thread.
   const RigidState* held_state() const noexcept;
   const StepReport& report() const noexcept { return report_; }
+  /// What the user asks for; pushed by one other thread.
+  SpscQueue<Command>& commands() noexcept { return commands_; }
 
  private:
   void Receive(std::int64_t now_ns) noexcept;
@@ -59,6 +64,7 @@ class Peer {
   void StartWhenReady(std::int64_t now_ns) noexcept;
   void FillOutbox(std::int64_t now_ns, Outbox& out) noexcept;
   void Record(std::int64_t now_ns) noexcept;
+  std::uint64_t StateHash() const noexcept;
 
   World* world_;
   Device* device_;
@@ -69,6 +75,7 @@ class Peer {
   RemoteBodies remote_;
   StepInputs inputs_;
   StepReport report_;
+  SpscQueue<Command> commands_{64};
   std::uint32_t seq_ = 0;
   std::optional<std::int64_t> started_ns_;
   std::vector<TraceSample> trace_;

@@ -36,7 +36,7 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   const auto [it, added] = entries_.try_emplace(info.peer);
   Entry& entry = it->second;
   const bool returned = !added && entry.presence != Presence::kHere;
-  const bool held_changed = entry.info.held != info.held;
+  const bool claims_changed = entry.info.claims != info.claims;
   entry.info = info;
   entry.presence = Presence::kHere;
   entry.refused = WhyRefused(info, scene_hash_);
@@ -48,7 +48,10 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   } else if (returned) {
     news_.push_back(info.name + role + " is back");
   }
-  if (added || returned || held_changed) Tell(entry, true);
+  using Kind = MembershipChange::Kind;
+  if (added || returned || claims_changed) {
+    Tell(entry, added ? Kind::kJoined : returned ? Kind::kBack : Kind::kClaims);
+  }
 }
 
 void PeerDirectory::OnGone(PeerId peer, Presence presence) {
@@ -58,17 +61,20 @@ void PeerDirectory::OnGone(PeerId peer, Presence presence) {
   const bool was_here = it->second.presence == Presence::kHere;
   it->second.presence = presence;
   news_.push_back(it->second.info.name + (presence == Presence::kLeft ? " left" : " is lost"));
-  if (was_here) Tell(it->second, false);
+  if (was_here) {
+    Tell(it->second, presence == Presence::kLeft ? MembershipChange::Kind::kLeft
+                                                 : MembershipChange::Kind::kLost);
+  }
 }
 
-void PeerDirectory::Tell(const Entry& entry, bool present) {
+void PeerDirectory::Tell(const Entry& entry, MembershipChange::Kind kind) {
   if (entry.info.role != Role::kActive || !entry.refused.empty()) return;
   MembershipChange change;
+  change.kind = kind;
   change.peer = entry.info.peer;
-  change.present = present;
-  change.held_count =
-      static_cast<std::uint32_t>(std::min(entry.info.held.size(), MembershipChange::kMaxHeld));
-  std::copy_n(entry.info.held.begin(), change.held_count, change.held.begin());
+  change.claim_count =
+      static_cast<std::uint32_t>(std::min(entry.info.claims.size(), change.claims.size()));
+  std::copy_n(entry.info.claims.begin(), change.claim_count, change.claims.begin());
   if (!changes_.TryPush(change)) {
     news_.push_back(entry.info.name + ": the membership queue is full; its change is not felt");
   }

@@ -38,7 +38,7 @@ class PeerDirectory {
 
  private:
   void OnGone(PeerId peer, Presence presence);
-  void Tell(const Entry& entry, bool present);
+  void Tell(const Entry& entry, MembershipChange::Kind kind);
 
   PeerId self_;
   std::uint64_t scene_hash_;

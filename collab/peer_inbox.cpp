@@ -15,4 +15,8 @@ void PeerInbox::OnLinks(const CouplingLinks& links, std::int64_t arrival_ns) {
   if (due && !links_.TryPush({*due, links})) overflows_.fetch_add(1, std::memory_order_relaxed);
 }
 
+void PeerInbox::OnEvent(const Event& event, std::int64_t) {
+  if (!events_.TryPush(event)) overflows_.fetch_add(1, std::memory_order_relaxed);
+}
+
 }  // namespace tandem

@@ -29,11 +29,13 @@ class PeerInbox : public Inbox {
   void OnPeerInfo(const PeerInfo& info, std::int64_t) override { directory_->OnPeerInfo(info); }
   void OnPeerLeft(PeerId peer) override { directory_->OnPeerLeft(peer); }
   void OnPeerLost(PeerId peer) override { directory_->OnPeerLost(peer); }
+  void OnEvent(const Event& event, std::int64_t arrival_ns) override;
   void OnScene(const SceneManifest&) override {}
 
   /// The haptic thread's ends: oldest first.
   SpscQueue<DueSample<ObjectState>>& states() noexcept { return states_; }
   SpscQueue<DueSample<CouplingLinks>>& links() noexcept { return links_; }
+  SpscQueue<Event>& events() noexcept { return events_; }
   SpscQueue<MembershipChange>& membership() noexcept { return directory_->changes(); }
 
   /// Samples that found a ring full and were dropped: the haptic thread stood still for seconds.
@@ -47,6 +49,7 @@ class PeerInbox : public Inbox {
   PeerDirectory* directory_;
   SpscQueue<DueSample<ObjectState>> states_{kCapacity};
   SpscQueue<DueSample<CouplingLinks>> links_{kCapacity};
+  SpscQueue<Event> events_{1024};
   std::atomic<std::uint64_t> overflows_{0};
 };
 

@@ -34,15 +34,24 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
            .role = Role::kActive,
            .name = options.name,
            .scene_hash = scene_hash,
-           .held = {}};
+           .params_hash = 0,
+           .claims = {}};
   if (options.peer.held_object >= 0) {
-    info_.held.push_back(static_cast<ObjectId>(options.peer.held_object));
+    info_.claims.push_back(
+        {.object = static_cast<ObjectId>(options.peer.held_object), .epoch = 1, .held = true});
   }
-  manifest_ = {.scene_hash = scene_hash,
+  manifest_ = {.offered_by = options.peer.id,
+               .revision = 1,
+               .content_hash = scene_hash,
                .name = model_->scene.name,
                .file = std::filesystem::absolute(model_->scene.file).string(),
                .voxel_size = model_->scene.voxel_size,
-               .body_count = static_cast<std::uint32_t>(model_->scene.bodies.size())};
+               .contact_stiffness = 0,
+               .force_layer = model_->scene.force_layer,
+               .contact_model = static_cast<std::uint8_t>(model_->scene.contact),
+               .friction = model_->scene.friction,
+               .bodies = {}};
+  for (const SceneBody& body : model_->scene.bodies) manifest_.bodies.push_back({body.name, 0});
 }
 
 void PeerNode::HapticFrame(std::int64_t now_ns) noexcept {

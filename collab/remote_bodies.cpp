@@ -23,11 +23,9 @@ RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
 void RemoteBodies::OnMembership(const MembershipChange& change) noexcept {
   auto place = std::find(present_.begin(), present_.end(), change.peer);
   if (place == present_.end()) place = std::find(present_.begin(), present_.end(), PeerId{0});
-  if (place != present_.end()) *place = change.present ? change.peer : 0;
+  if (place != present_.end()) *place = change.present() ? change.peer : 0;
   for (Body& body : bodies_) {
-    const auto* held_end = change.held.begin() + change.held_count;
-    const bool holds =
-        change.present && std::find(change.held.begin(), held_end, body.object) != held_end;
+    const bool holds = change.Holds(body.object);
     Instance* instance = Find(body, change.peer);
     if (instance == nullptr && holds) instance = Find(body, 0);
     if (instance == nullptr) continue;

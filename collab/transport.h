@@ -18,13 +18,14 @@ class Inbox {
   virtual void OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) = 0;
   virtual void OnPeerLeft(PeerId peer) = 0;  // said goodbye
   virtual void OnPeerLost(PeerId peer) = 0;  // fell silent; may come back with OnPeerInfo
+  virtual void OnEvent(const Event& event, std::int64_t arrival_ns) = 0;
   virtual void OnScene(const SceneManifest& manifest) = 0;
 };
 
 /// A peer's way to the others: over DDS in the product, over the simulated network in virtual time.
-/// Each Publish is called by one thread at a time: states, links and views by the sender thread,
-/// the rest by the control thread. What it hears goes to the Inbox it was made with. Destroying it
-/// without Leave() looks to the others like a crash.
+/// Each Publish is called by one thread at a time: states, links, views and events by the sender
+/// thread, the rest by the control thread. What it hears goes to the Inbox it was made with.
+/// Destroying it without Leave() looks to the others like a crash.
 class Transport {
  public:
   virtual ~Transport() = default;
@@ -32,6 +33,7 @@ class Transport {
   virtual void Publish(const CouplingLinks& links) = 0;
   virtual void Publish(const ViewFrame& frame) = 0;
   virtual void Publish(const PeerInfo& info) = 0;
+  virtual void Publish(const Event& event) = 0;
   virtual void Publish(const SceneManifest& manifest) = 0;
   /// Says goodbye: the others get OnPeerLeft at once.
   virtual void Leave() = 0;

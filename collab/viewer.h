@@ -48,6 +48,7 @@ class Viewer : public Inbox {
   void OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) override;
   void OnPeerLeft(PeerId peer) override;
   void OnPeerLost(PeerId peer) override;
+  void OnEvent(const Event&, std::int64_t) override {}
   void OnScene(const SceneManifest& manifest) override;
 
  private:

@@ -63,7 +63,6 @@ struct Prepared {
   std::unique_ptr<PeerNode> node;
   PeerId id = 0;
   double capacity = 0;
-  std::vector<ObjectId> held;
 };
 
 /// Loads everything, or says why not and gives the exit code.
@@ -96,7 +95,6 @@ int Prepare(const PeerArguments& arguments, Prepared& prepared) {
     const auto body = static_cast<std::size_t>(found);
     const ObjectId object = (*model)->object[body];
     options.peer.held_object = static_cast<int>(object);
-    prepared.held.push_back(object);
     X_WB0 = (*model)->bodies[body].X_WB0;
   }
   if (!arguments.hand.empty()) {
@@ -149,7 +147,7 @@ int RunPeer(const PeerArguments& arguments) {
                                                            .role = Role::kActive,
                                                            .domain = arguments.domain,
                                                            .interface = arguments.interface,
-                                                           .held = prepared.held},
+                                                           .objects = prepared.model->object},
                                                           node.inbox());
   if (!joined) return Fail(kExitNetwork, joined.error().what);
   Transport& transport = **joined;

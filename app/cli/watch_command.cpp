@@ -46,7 +46,7 @@ class Reporter {
   explicit Reporter(std::uint64_t own_scene_hash) : own_scene_hash_(own_scene_hash) {}
 
   void TellNews(const ViewerPicture& picture) {
-    if (picture.scene && told_scene_.insert(picture.scene->scene_hash).second) {
+    if (picture.scene && told_scene_.insert(picture.scene->content_hash).second) {
       TellScene(*picture.scene);
     }
     for (const ViewedPeer& peer : picture.peers) {
@@ -80,10 +80,10 @@ class Reporter {
 
  private:
   void TellScene(const SceneManifest& scene) const {
-    Say("scene " + scene.name + ", " + std::to_string(scene.body_count) + " bodies, from " +
+    Say("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
         scene.file);
     if (own_scene_hash_ == 0) return;
-    Say(own_scene_hash_ == scene.scene_hash ? "it is the scene given with --scene"
+    Say(own_scene_hash_ == scene.content_hash ? "it is the scene given with --scene"
                                             : "it is NOT the scene given with --scene");
   }
 
@@ -142,7 +142,7 @@ int WatchCommand(const WatchOptions& options) {
     const ViewerPicture picture = viewer.Picture();
     reporter.TellNews(picture);
     if (now_ns - beat_ns >= kBeatNs) {
-      if (picture.scene) info.scene_hash = picture.scene->scene_hash;
+      if (picture.scene) info.scene_hash = picture.scene->content_hash;
       transport.Publish(info);
       ++info.beat;
       beat_ns = now_ns;

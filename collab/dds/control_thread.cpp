@@ -50,7 +50,8 @@ ControlThread::~ControlThread() {
 void ControlThread::Run() {
   pthread_setname_np(pthread_self(), "dds-control");
   const Entity waitset(dds_create_waitset(sources_.participant));
-  for (const dds_entity_t reader : {sources_.peer_info, sources_.scene}) {
+  for (const dds_entity_t reader : {sources_.peer_info, sources_.scene, sources_.event}) {
+    if (reader == 0) continue;
     const dds_entity_t any = dds_create_readcondition(reader, DDS_ANY_STATE);
     dds_waitset_attach(waitset.get(), any, 0);
   }
@@ -68,6 +69,7 @@ void ControlThread::Run() {
     }
     TakePeerInfo();
     TakeScenes();
+    if (sources_.event != 0) TakeEvents();
   }
 }
 
@@ -109,6 +111,16 @@ void ControlThread::TakeScenes() {
   TakeAll<tandem_SceneManifest>(
       sources_.scene, [&](const tandem_SceneManifest& wire, const dds_sample_info_t& sample) {
         if (sample.valid_data && FromWire(wire, manifest)) inbox_.OnScene(manifest);
+      });
+}
+
+void ControlThread::TakeEvents() {
+  Event event;
+  TakeAll<tandem_Event>(
+      sources_.event, [&](const tandem_Event& wire, const dds_sample_info_t& sample) {
+        if (!sample.valid_data || wire.peer == self_ || !FromWire(wire, event)) return;
+        if (OwnerOfWriter(sources_.event, sample.publication_handle) != event.peer) return;
+        inbox_.OnEvent(event, MonotonicNow_ns());
       });
 }
 

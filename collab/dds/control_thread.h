@@ -17,6 +17,7 @@ class ControlThread {
     dds_entity_t participant = 0;
     dds_entity_t peer_info = 0;  // readers
     dds_entity_t scene = 0;
+    dds_entity_t event = 0;     // 0: a viewer has none
     dds_entity_t on_match = 0;  // guard condition: writers of fast topics have come or gone
   };
 
@@ -32,6 +33,7 @@ class ControlThread {
   void Run();
   void TakePeerInfo();
   void TakeScenes();
+  void TakeEvents();
   void Hear(const PeerInfo& info, dds_instance_handle_t writer);
   void NoteEnd(PeerId peer, const dds_sample_info_t& end);
 

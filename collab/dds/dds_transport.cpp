@@ -21,6 +21,7 @@ struct Topics {
   dds_entity_t state = 0;
   dds_entity_t links = 0;
   dds_entity_t view = 0;
+  dds_entity_t event = 0;
   dds_entity_t peer_info = 0;
   dds_entity_t scene = 0;
 };
@@ -29,6 +30,7 @@ struct Writers {
   dds_entity_t state = 0;  // 0: a viewer has none
   dds_entity_t links = 0;
   dds_entity_t view = 0;
+  dds_entity_t event = 0;
   dds_entity_t peer_info = 0;
   dds_entity_t scene = 0;
 };
@@ -51,16 +53,16 @@ class DdsTransport final : public Transport {
     Note(participant_.get(), "the participant");
     OpenTopics();
     OpenWriters();
-    RegisterHeld();
+    RegisterObjects();
     OpenReaders();
     if (failed_.has_value()) return failed_;
-    control_.emplace(
-        ControlThread::Sources{participant_.get(), peer_info_reader_, scene_reader_, on_match_},
-        options_.peer, inbox_, [this] {
-          states_.RefreshOwners();
-          links_.RefreshOwners();
-          views_.RefreshOwners();
-        });
+    control_.emplace(ControlThread::Sources{participant_.get(), peer_info_reader_, scene_reader_,
+                                            event_reader_, on_match_},
+                     options_.peer, inbox_, [this] {
+                       states_.RefreshOwners();
+                       links_.RefreshOwners();
+                       views_.RefreshOwners();
+                     });
     return std::nullopt;
   }
 
@@ -75,12 +77,15 @@ class DdsTransport final : public Transport {
   }
   void Publish(const PeerInfo& info) override {
     tandem_PeerInfo wire{};
-    CountUnless(ToWire(info, wire) && dds_write(writers_.peer_info, &wire) == DDS_RETCODE_OK);
+    CountUnless(ToWire(info, wire, claims_) &&
+                dds_write(writers_.peer_info, &wire) == DDS_RETCODE_OK);
   }
+  void Publish(const Event& event) override { PublishFast<tandem_Event>(writers_.event, event); }
   void Publish(const SceneManifest& manifest) override {
     tandem_SceneManifest wire{};
-    ToWire(manifest, wire);
-    CountUnless(dds_write(writers_.scene, &wire) == DDS_RETCODE_OK);
+    std::vector<tandem_BodyDecl> bodies;
+    CountUnless(ToWire(manifest, wire, bodies) &&
+                dds_write(writers_.scene, &wire) == DDS_RETCODE_OK);
   }
 
   void Leave() override {
@@ -118,6 +123,7 @@ class DdsTransport final : public Transport {
     topics_.state = open(tandem_ObjectState_desc, "state/1");
     topics_.links = open(tandem_CouplingLinks_desc, "link/1");
     topics_.view = open(tandem_ViewFrame_desc, "view/1");
+    topics_.event = open(tandem_Event_desc, "event");
     topics_.peer_info = open(tandem_PeerInfo_desc, "peer_info");
     topics_.scene = open(tandem_SceneManifest_desc, "scene");
   }
@@ -132,27 +138,32 @@ class DdsTransport final : public Transport {
     if (options_.role == Role::kViewer) return;
     writers_.state = open(topics_.state, Purpose::kMotion, partition);
     writers_.links = open(topics_.links, Purpose::kMotion, partition);
+    writers_.event = open(topics_.event, Purpose::kEvent, partition);
     writers_.view = open(topics_.view, Purpose::kMotion, ViewPartition(options_.peer));
     writers_.scene = open(topics_.scene, Purpose::kSubject, kScenePartition);
   }
 
   // An instance that is not registered is made and dropped again at each write.
-  void RegisterHeld() {
+  void RegisterObjects() {
     if (options_.role == Role::kViewer || failed_.has_value()) return;
     const auto add = [this](dds_entity_t writer, const auto& key) {
       dds_instance_handle_t instance = 0;
       Note(dds_register_instance(writer, &instance, &key), "an instance");
     };
-    for (const ObjectId object : options_.held) {
-      tandem_ObjectState state{};
-      state.peer = options_.peer;
-      state.object = object;
-      add(writers_.state, state);
+    const auto add_links = [&](ObjectId object) {
       tandem_CouplingLinks links{};
       links.peer = options_.peer;
       links.object = object;
       add(writers_.links, links);
+    };
+    for (const ObjectId object : options_.objects) {
+      tandem_ObjectState state{};
+      state.peer = options_.peer;
+      state.object = object;
+      add(writers_.state, state);
+      add_links(object);
     }
+    add_links(kNoObject);
     tandem_ViewFrame view{};
     view.peer = options_.peer;
     add(writers_.view, view);
@@ -170,6 +181,7 @@ class DdsTransport final : public Transport {
     } else {
       const Qos qos = MakeQos(Purpose::kMotion, kEveryPeer);
       Note(states_.Open(participant, topics_.state, qos), "the reader of state/1");
+      event_reader_ = open(topics_.event, Purpose::kEvent, kEveryPeer);
       Note(links_.Open(participant, topics_.links, qos), "the reader of link/1");
     }
     peer_info_reader_ = open(topics_.peer_info, Purpose::kPresence, kEveryPeer);
@@ -208,6 +220,8 @@ class DdsTransport final : public Transport {
   Writers writers_;
   dds_entity_t peer_info_reader_ = 0;
   dds_entity_t scene_reader_ = 0;
+  dds_entity_t event_reader_ = 0;
+  std::vector<tandem_Claim> claims_;  // of the peer_info being sent
   std::optional<ControlThread> control_;
 };
 

@@ -15,16 +15,17 @@ struct DdsOptions {
   PeerId peer = 0;
   Role role = Role::kActive;
   std::uint32_t domain = 42;
-  std::string interface;       // by name; empty: Cyclone's choice. "lo": loopback, no multicast
-  std::vector<ObjectId> held;  // DDS instances of state/1 and link/1 registered before the loop
+  std::string interface;          // by name; empty: Cyclone's choice. "lo": loopback, no multicast
+  std::vector<ObjectId> objects;  // that may be published: their DDS instances of state/1 and
+                                  // link/1 are registered before the loop
 };
 
 /// Joins a session. `inbox` must outlive the transport. An active peer reads state/1, link/1,
-/// peer_info and scene; a viewer reads view/1, peer_info and scene, and of pose topics nothing
-/// else. Errors (unknown interface, no free port, …) are said in words. Sets no clock, starts
-/// Cyclone's own threads and one control thread.
-/// A process is in one session of a domain at a time. Leave() and destruction end all calls to the
-/// inbox, and so must not be called from within one.
+/// event, peer_info and scene; a viewer reads view/1, peer_info and scene, and of pose topics
+/// nothing else. Errors (unknown interface, no free port, …) are said in words. Sets no clock,
+/// starts Cyclone's own threads and one control thread. A process is in one session of a domain at
+/// a time. Leave() and destruction end all calls to the inbox, and so must not be called from
+/// within one.
 Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox& inbox);
 
 }  // namespace tandem

@@ -5,6 +5,8 @@ namespace {
 
 // A listener takes each sample as it comes; the depth covers those that come while it takes.
 constexpr int kMotionDepth = 8;
+// Events that may wait for a receiver at once.
+constexpr int kEventDepth = 32;
 
 void KeepForLatecomers(dds_qos_t* qos) {
   dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
@@ -29,6 +31,11 @@ Qos MakeQos(Purpose purpose, const std::string& partition) {
     return qos;
   }
   dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
+  if (purpose == Purpose::kEvent) {
+    dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kEventDepth);
+    return qos;
+  }
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
   KeepForLatecomers(qos.get());
   if (purpose == Purpose::kPresence) {

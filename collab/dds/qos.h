@@ -13,10 +13,11 @@ enum class Purpose : std::uint8_t {
   kPresence,  // peer_info: kept for those who come later; its silence is noticed within
               // kLivelinessLeaseNs
   kSubject,   // scene: kept for those who come later
+  kEvent      // event: each, in order; not kept
 };
 
 /// How long a peer may be silent before the others take it for lost. Both ends announce it.
-inline constexpr std::int64_t kLivelinessLeaseNs = 800'000'000;
+inline constexpr std::int64_t kLivelinessLeaseNs = 600'000'000;
 
 /// The quality of service of a topic's readers and writers alike. Samples of the own participant
 /// are never delivered. Writers do not dispose of their instances when deleted: a disposed instance

@@ -11,7 +11,6 @@ namespace {
 static_assert(std::size(tandem_CouplingLinks{}.entries) == kMaxLinks);
 static_assert(std::size(tandem_ViewFrame{}.bodies) == kMaxViewBodies);
 
-constexpr std::uint32_t kMaxHeld = 64;  // the bound of PeerInfo::held in the idl
 constexpr double kUnitTolerance = 1e-3;
 
 // NOLINTBEGIN(modernize-avoid-c-arrays): idlc's arrays are C's
@@ -63,6 +62,14 @@ std::string GetText(const char (&in)[size]) {
   return text;
 }
 
+// A sequence that lies in `room` and is only read: dds_write's samples are const.
+template <typename Item, typename Sequence>
+void Lend(std::vector<Item>& room, Sequence& out) {
+  out._maximum = out._length = static_cast<std::uint32_t>(room.size());
+  out._buffer = room.data();
+  out._release = false;
+}
+
 // NOLINTEND(modernize-avoid-c-arrays)
 
 }  // namespace
@@ -105,6 +112,7 @@ void ToWire(const CouplingLinks& links, tandem_CouplingLinks& wire) noexcept {
     wire.entries[i].to = entry.to;
     wire.entries[i].echo_ns = entry.echo_ns;
     wire.entries[i].stiffness = entry.stiffness;
+    wire.entries[i].gate_overflow = entry.gate_overflow;
     Put(entry.applied_B_W, wire.entries[i].applied);
   }
 }
@@ -121,7 +129,9 @@ bool FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept {
     entry.to = wire.entries[i].to;
     entry.echo_ns = wire.entries[i].echo_ns;
     entry.stiffness = wire.entries[i].stiffness;
+    entry.gate_overflow = wire.entries[i].gate_overflow;
     const bool sound = entry.to != 0 && std::isfinite(entry.stiffness) && entry.stiffness >= 0 &&
+                       std::isfinite(entry.gate_overflow) && entry.gate_overflow >= 0 &&
                        Get(wire.entries[i].applied, entry.applied_B_W);
     if (!sound) return false;
   }
@@ -167,23 +177,49 @@ bool FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noexcept {
   return true;
 }
 
-bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire) {
-  if (info.held.size() > kMaxHeld) return false;
+void ToWire(const Event& event, tandem_Event& wire) noexcept {
+  wire.peer = event.peer;
+  wire.seq = event.seq;
+  wire.kind = static_cast<tandem_EventKind>(event.kind);
+  wire.object = event.object;
+  wire.epoch = event.epoch;
+  wire.to = event.to;
+  Put(event.X_WB.p, wire.pose.p);
+  Put(event.X_WB.q, wire.pose.q);
+}
+
+bool FromWire(const tandem_Event& wire, Event& event) noexcept {
+  static_assert(static_cast<int>(EventKind::kHeal) == static_cast<int>(tandem_HEAL));
+  const auto kind = static_cast<std::uint32_t>(wire.kind);
+  if (wire.peer == 0 || kind > static_cast<std::uint32_t>(tandem_HEAL)) return false;
+  event.peer = wire.peer;
+  event.seq = wire.seq;
+  event.kind = static_cast<EventKind>(kind);
+  event.object = wire.object;
+  event.epoch = wire.epoch;
+  event.to = wire.to;
+  return Get(wire.pose.p, event.X_WB.p) && Get(wire.pose.q, event.X_WB.q);
+}
+
+bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, std::vector<tandem_Claim>& room) {
+  if (info.claims.size() > kMaxClaims) return false;
   wire.peer = info.peer;
   wire.protocol = info.protocol;
   wire.beat = info.beat;
   wire.role = info.role == Role::kViewer ? tandem_VIEWER : tandem_ACTIVE;
   PutText(info.name, wire.name);
   wire.scene_hash = info.scene_hash;
-  wire.held._maximum = wire.held._length = static_cast<std::uint32_t>(info.held.size());
-  wire.held._buffer =
-      const_cast<std::uint32_t*>(info.held.data());  // only read: dds_write's samples are const
-  wire.held._release = false;
+  wire.params_hash = info.params_hash;
+  room.clear();
+  for (const Claim& claim : info.claims) {
+    room.push_back({.object = claim.object, .epoch = claim.epoch, .held = claim.held});
+  }
+  Lend(room, wire.claims);
   return true;
 }
 
 bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info) {
-  if (wire.peer == 0 || wire.held._length > kMaxHeld) return false;
+  if (wire.peer == 0 || wire.claims._length > kMaxClaims) return false;
   if (wire.role != tandem_ACTIVE && wire.role != tandem_VIEWER) return false;
   info.peer = wire.peer;
   info.protocol = wire.protocol;
@@ -191,25 +227,61 @@ bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info) {
   info.role = wire.role == tandem_VIEWER ? Role::kViewer : Role::kActive;
   info.name = GetText(wire.name);
   info.scene_hash = wire.scene_hash;
-  info.held.assign(wire.held._buffer, wire.held._buffer + wire.held._length);
+  info.params_hash = wire.params_hash;
+  info.claims.clear();
+  for (std::uint32_t i = 0; i < wire.claims._length; ++i) {
+    const tandem_Claim& claim = wire.claims._buffer[i];
+    info.claims.push_back({claim.object, claim.epoch, claim.held});
+  }
   return true;
 }
 
-void ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire) {
-  wire.scene_hash = manifest.scene_hash;
+bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire,
+            std::vector<tandem_BodyDecl>& room) {
+  if (manifest.bodies.size() > kMaxSceneBodies) return false;
+  wire.offered_by = manifest.offered_by;
+  wire.revision = manifest.revision;
+  wire.content_hash = manifest.content_hash;
   PutText(manifest.name, wire.name);
   PutText(manifest.file.size() < sizeof wire.file ? manifest.file : std::string(), wire.file);
   wire.voxel_size = manifest.voxel_size;
-  wire.body_count = manifest.body_count;
+  wire.contact_stiffness = manifest.contact_stiffness;
+  wire.force_layer = manifest.force_layer;
+  wire.contact_model = manifest.contact_model;
+  wire.friction = manifest.friction;
+  room.clear();
+  for (const BodyDecl& body : manifest.bodies) {
+    tandem_BodyDecl& decl = room.emplace_back();
+    PutText(body.name, decl.name);
+    decl.content_hash = body.content_hash;
+  }
+  Lend(room, wire.bodies);
+  return true;
 }
 
 bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest) {
-  if (!std::isfinite(wire.voxel_size) || wire.voxel_size <= 0) return false;
-  manifest.scene_hash = wire.scene_hash;
+  const auto not_negative = [](double x) {
+    return std::isfinite(x) && x >= 0;
+  };
+  const bool sound = wire.offered_by != 0 && wire.bodies._length <= kMaxSceneBodies &&
+                     not_negative(wire.voxel_size) && wire.voxel_size > 0 &&
+                     not_negative(wire.contact_stiffness) && not_negative(wire.friction);
+  if (!sound) return false;
+  manifest.offered_by = wire.offered_by;
+  manifest.revision = wire.revision;
+  manifest.content_hash = wire.content_hash;
   manifest.name = GetText(wire.name);
   manifest.file = GetText(wire.file);
   manifest.voxel_size = wire.voxel_size;
-  manifest.body_count = wire.body_count;
+  manifest.contact_stiffness = wire.contact_stiffness;
+  manifest.force_layer = wire.force_layer;
+  manifest.contact_model = wire.contact_model;
+  manifest.friction = wire.friction;
+  manifest.bodies.clear();
+  for (std::uint32_t i = 0; i < wire.bodies._length; ++i) {
+    const tandem_BodyDecl& decl = wire.bodies._buffer[i];
+    manifest.bodies.push_back({GetText(decl.name), decl.content_hash});
+  }
   return true;
 }
 

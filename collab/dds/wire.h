@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "collab/messages.h"
 #include "tandem.h"  // idlc's
 
@@ -22,14 +24,19 @@ bool FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept;
 void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept;
 bool FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noexcept;
 
-/// Names too long for the wire are cut before a character. False: more bodies held than the wire
-/// can say. The wire's list of bodies is `info`'s own, and lives no longer.
-bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire);
+void ToWire(const Event& event, tandem_Event& wire) noexcept;
+bool FromWire(const tandem_Event& wire, Event& event) noexcept;
+
+/// Names too long for the wire are cut before a character. False: more claims than the wire can
+/// say. The wire's list of claims lies in `room`, and lives as long.
+bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, std::vector<tandem_Claim>& room);
 /// Control characters in names become '?'.
 bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info);
 
-/// A file name too long for the wire is left out: half of one is no hint.
-void ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire);
+/// A file name too long for the wire is left out: half of one is no hint. False: more bodies than
+/// the wire can say. Its list of bodies lies in `room`, and lives as long.
+bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire,
+            std::vector<tandem_BodyDecl>& room);
 bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest);
 
 }  // namespace tandem

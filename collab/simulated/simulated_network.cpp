@@ -34,6 +34,11 @@ class SimulatedNetwork::Link : public Transport {
     ForOthers(Role::kActive, tell);
     ForOthers(Role::kViewer, tell);
   }
+  void Publish(const Event& event) override {
+    ForOthers(Role::kActive, [&](Inbox& inbox) {
+      inbox.OnEvent(event, network_->now_ns_);
+    });
+  }
   void Publish(const SceneManifest& manifest) override {
     network_->scene_ = manifest;
     const auto tell = [&](Inbox& inbox) {

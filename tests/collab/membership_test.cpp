@@ -16,7 +16,7 @@ PeerInfo Anna() {
   info.peer = 2;
   info.name = "Anna";
   info.scene_hash = 42;
-  info.held = {1};
+  info.claims = {{1, 4, true}};
   return info;
 }
 
@@ -40,17 +40,18 @@ TEST(PeerDirectory, HandsChangesToTheHapticThread) {
   directory.OnPeerInfo(Anna());
   ASSERT_TRUE(directory.changes().TryPop(change));
   EXPECT_EQ(change.peer, 2U);
-  EXPECT_TRUE(change.present);
-  ASSERT_EQ(change.held_count, 1U);
-  EXPECT_EQ(change.held[0], 1U);
+  EXPECT_EQ(change.kind, MembershipChange::Kind::kJoined);
+  ASSERT_EQ(change.claim_count, 1U);
+  EXPECT_EQ(change.claims[0], (Claim{1, 4, true}));
   PeerInfo other_hand = Anna();
-  other_hand.held = {5};
+  other_hand.claims = {{5, 1, true}};
   directory.OnPeerInfo(other_hand);
   ASSERT_TRUE(directory.changes().TryPop(change));
-  EXPECT_EQ(change.held[0], 5U);
+  EXPECT_EQ(change.kind, MembershipChange::Kind::kClaims);
+  EXPECT_EQ(change.claims[0].object, 5U);
   directory.OnPeerLost(2);
   ASSERT_TRUE(directory.changes().TryPop(change));
-  EXPECT_FALSE(change.present);
+  EXPECT_EQ(change.kind, MembershipChange::Kind::kLost);
 }
 
 TEST(PeerDirectory, KeepsViewersFromTheHapticThread) {
@@ -75,7 +76,7 @@ TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneClearLine) {
   directory.OnPeerInfo(newer);
   EXPECT_THAT(directory.TakeNews(),
               ElementsAre(HasSubstr("Anna is not taken in: its scene is"),
-                          HasSubstr("Ben is not taken in: it speaks protocol 2")));
+                          HasSubstr("Ben is not taken in: it speaks protocol 3")));
   MembershipChange change;
   EXPECT_FALSE(directory.changes().TryPop(change));
 }

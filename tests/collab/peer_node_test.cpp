@@ -185,6 +185,7 @@ class CountingTransport : public Transport {
     view = frame;
   }
   void Publish(const PeerInfo&) override { ++infos; }
+  void Publish(const Event&) override {}
   void Publish(const SceneManifest&) override { ++scenes; }
   void Leave() override {}
   int states = 0, links = 0, views = 0, infos = 0, scenes = 0;

@@ -14,6 +14,7 @@ TEST(RemoteBodies, AFreeBodyIsSimulatedOnlyWhileNoOtherPeerIsThere) {
   const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
   WorldModel model = *testing::MakeWorldModel({{box}, {box}, {box}}, 0.001);
   model.scene.bodies[1].free = true;
+  using Kind = MembershipChange::Kind;
   RemoteBodies remote(model);
   StepInputs inputs = testing::FreeInputs(model);
   const auto drives = [&] {
@@ -26,13 +27,13 @@ TEST(RemoteBodies, AFreeBodyIsSimulatedOnlyWhileNoOtherPeerIsThere) {
   const std::vector<BodyDrive> in_company{BodyDrive::kSimulated, BodyDrive::kParked,
                                           BodyDrive::kParked};
   EXPECT_EQ(drives(), alone);
-  remote.OnMembership({.peer = 7, .present = true});
-  remote.OnMembership({.peer = 7, .present = true});  // it took something else
-  remote.OnMembership({.peer = 9, .present = true});
+  remote.OnMembership({.kind = Kind::kJoined, .peer = 7});
+  remote.OnMembership({.kind = Kind::kClaims, .peer = 7});  // it took something else
+  remote.OnMembership({.kind = Kind::kJoined, .peer = 9});
   EXPECT_EQ(drives(), in_company);
-  remote.OnMembership({.peer = 7, .present = false});
+  remote.OnMembership({.kind = Kind::kLeft, .peer = 7});
   EXPECT_EQ(drives(), in_company);
-  remote.OnMembership({.peer = 9, .present = false});
+  remote.OnMembership({.kind = Kind::kLost, .peer = 9});
   EXPECT_EQ(drives(), alone);
 }
 

@@ -33,7 +33,7 @@ void SceneModel::OpenNamed(const std::filesystem::path& file) {
 
 void SceneModel::SetSessionScene(const std::optional<SceneManifest>& manifest) {
   if (!manifest) return;
-  if (manifest_ && manifest_->scene_hash == manifest->scene_hash &&
+  if (manifest_ && manifest_->content_hash == manifest->content_hash &&
       manifest_->file == manifest->file) {
     return;
   }
@@ -103,14 +103,14 @@ void SceneModel::OnLoaded(unsigned load) {
         tr("The scene could not be loaded:\n%1").arg(QString::fromStdString(result.error().what)));
     return;
   }
-  if (!named_ && manifest_ && result->hash != manifest_->scene_hash) {
+  if (!named_ && manifest_ && result->hash != manifest_->content_hash) {
     SetState(State::kMissing,
              tr("The session runs \u201c%1\u201d, but the file of that name on this machine is "
                 "another one:\n"
                 "%2\n\nIts hash is %3, the session\u2019s is %4.\n"
                 "Get the same scene and start with --scene FILE.")
                  .arg(QString::fromStdString(manifest_->name), FileText(result->file),
-                      HashText(result->hash), HashText(manifest_->scene_hash)));
+                      HashText(result->hash), HashText(manifest_->content_hash)));
     return;
   }
   scene_ = std::make_shared<const DrawnScene>(*std::move(result));
@@ -122,11 +122,11 @@ void SceneModel::OnLoaded(unsigned load) {
 void SceneModel::CheckAgreement() {
   if (state_ != State::kReady || !manifest_) return;
   const QString warning =
-      scene_->hash == manifest_->scene_hash
+      scene_->hash == manifest_->content_hash
           ? QString()
           : tr("This is not the scene that the session runs (\u201c%1\u201d, hash %2; shown: %3). "
                "Places and shapes may be wrong.")
-                .arg(QString::fromStdString(manifest_->name), HashText(manifest_->scene_hash),
+                .arg(QString::fromStdString(manifest_->name), HashText(manifest_->content_hash),
                      HashText(scene_->hash));
   if (warning == warning_) return;
   warning_ = warning;

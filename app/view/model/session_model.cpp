@@ -66,7 +66,7 @@ void SessionModel::PublishPresence() {
   info.role = Role::kViewer;
   info.name = request_.name;
   const ViewerPicture picture = viewer_->Picture();
-  if (picture.scene) info.scene_hash = picture.scene->scene_hash;
+  if (picture.scene) info.scene_hash = picture.scene->content_hash;
   transport_->Publish(info);
 }
 

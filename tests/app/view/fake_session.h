@@ -73,6 +73,7 @@ struct FakeSession {
     void Publish(const CouplingLinks&) override { FAIL() << "a viewer says nothing of poses"; }
     void Publish(const ViewFrame&) override { FAIL() << "a viewer says nothing of poses"; }
     void Publish(const PeerInfo& info) override { session.said.push_back(info); }
+    void Publish(const Event&) override { FAIL() << "a viewer says nothing of bodies"; }
     void Publish(const SceneManifest&) override { FAIL() << "a viewer offers no scene"; }
     void Leave() override { ++session.left; }
     FakeSession& session;

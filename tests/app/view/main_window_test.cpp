@@ -279,7 +279,7 @@ TEST_F(Window, SaysWhatIsMissingInPlaceOfThePicture) {
   JoinSession();
   EXPECT_TRUE(window_.page()->text().contains("bracket"));
   SceneManifest manifest;
-  manifest.scene_hash = 3;
+  manifest.content_hash = 3;
   manifest.name = "gearbox";
   manifest.file = "/nowhere/gearbox.json";
   fake_.inbox->OnScene(manifest);

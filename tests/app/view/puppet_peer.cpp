@@ -31,14 +31,15 @@ int Play(char** argv, bool has_hash) {
   manifest.name = scene->name;
   manifest.file = scene->file.string();
   manifest.voxel_size = scene->voxel_size;
-  manifest.body_count = static_cast<std::uint32_t>(scene->bodies.size());
-  manifest.scene_hash = has_hash ? std::strtoull(argv[9], nullptr, 16) : *HashScene(*scene);
+  for (const SceneBody& body : scene->bodies) manifest.bodies.push_back({body.name, 0});
+  manifest.content_hash = has_hash ? std::strtoull(argv[9], nullptr, 16) : *HashScene(*scene);
 
   std::random_device random;
   PeerInfo info;
   info.peer = 1 + random();
+  manifest.offered_by = info.peer;
   info.name = argv[2];
-  info.scene_hash = manifest.scene_hash;
+  info.scene_hash = manifest.content_hash;
   Viewer ears;
   DdsOptions options;
   options.session = argv[1];

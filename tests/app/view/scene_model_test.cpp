@@ -22,7 +22,7 @@ Result<DrawnScene> LoadBlockAndBall(const std::filesystem::path& file, const Loa
 
 SceneManifest ManifestOf(const std::string& file, std::uint64_t hash) {
   SceneManifest manifest;
-  manifest.scene_hash = hash;
+  manifest.content_hash = hash;
   manifest.name = "session's scene";
   manifest.file = file;
   return manifest;

@@ -52,8 +52,9 @@ TEST(DdsTransport, ActivePeersHearOneAnother) {
   EXPECT_EQ(h.links.at(kThere).count, 2U);
   EXPECT_EQ(h.links.at(kThere).entries[0].echo_ns, 123456789);
   EXPECT_EQ(h.infos.at(kThere).name, "Ada");
-  EXPECT_THAT(h.infos.at(kThere).held, ::testing::ElementsAre(7, 9));
-  EXPECT_EQ(h.scenes.front().scene_hash, SampleScene().scene_hash);
+  EXPECT_THAT(h.infos.at(kThere).claims,
+              ::testing::ElementsAre(Claim{7, 2, true}, Claim{9, 3, false}));
+  EXPECT_EQ(h.scenes.front().content_hash, SampleScene().content_hash);
   EXPECT_EQ(h.scenes.front().file, SampleScene().file);
   EXPECT_TRUE(h.views.empty());
 

@@ -27,7 +27,7 @@ DdsOptions LoopbackOptions(const std::string& session, PeerId peer, Role role) {
   options.peer = peer;
   options.role = role;
   options.interface = "lo";
-  options.held = {7};
+  options.objects = {7};
   return options;
 }
 
@@ -52,8 +52,8 @@ CouplingLinks SampleLinks(PeerId peer, std::uint32_t seq) {
   links.seq = seq;
   links.sample_ns = Now_ns();
   links.count = 2;
-  links.entries[0] = {11, 123456789, 800.5, {Vec3(1, 2, 3), Vec3(4, 5, 6)}};
-  links.entries[1] = {12, -5, 0, {}};
+  links.entries[0] = {11, 123456789, 800.5, 0.25, {Vec3(1, 2, 3), Vec3(4, 5, 6)}};
+  links.entries[1] = {12, -5, 0, 0, {}};
   return links;
 }
 
@@ -76,12 +76,19 @@ PeerInfo SampleInfo(PeerId peer, Role role, std::uint32_t beat) {
   info.role = role;
   info.name = "Ada";
   info.scene_hash = 42;
-  info.held = {7, 9};
+  info.claims = {{7, 2, true}, {9, 3, false}};
   return info;
 }
 
 SceneManifest SampleScene() {
-  return {42, "bracket", "/tmp/bracket.json", 0.002, 3};
+  SceneManifest manifest;
+  manifest.offered_by = 5;
+  manifest.content_hash = 42;
+  manifest.name = "bracket";
+  manifest.file = "/tmp/bracket.json";
+  manifest.voxel_size = 0.002;
+  manifest.bodies = {{"plate", 1}, {"bracket", 2}, {"pin", 3}};
+  return manifest;
 }
 
 Recorder::Heard Recorder::Now() const {
@@ -137,9 +144,15 @@ void Recorder::OnPeerLost(PeerId peer) {
   ++heard_.lost[peer];
   changed_.notify_all();
 }
+void Recorder::OnEvent(const Event& event, std::int64_t /*arrival_ns*/) {
+  const std::scoped_lock lock(mutex_);
+  tell("event", event.peer);
+  heard_.events.push_back(event);
+  changed_.notify_all();
+}
 void Recorder::OnScene(const SceneManifest& manifest) {
   const std::scoped_lock lock(mutex_);
-  tell("scene", manifest.scene_hash);
+  tell("scene", manifest.content_hash);
   heard_.scenes.push_back(manifest);
   changed_.notify_all();
 }

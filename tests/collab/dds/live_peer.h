@@ -27,6 +27,7 @@ class Recorder : public Inbox {
     std::map<PeerId, ViewFrame> views;
     std::map<PeerId, PeerInfo> infos;
     std::vector<SceneManifest> scenes;
+    std::vector<Event> events;
     std::map<PeerId, int> info_count, left, lost;
   };
 
@@ -45,6 +46,7 @@ class Recorder : public Inbox {
   void OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) override;
   void OnPeerLeft(PeerId peer) override;
   void OnPeerLost(PeerId peer) override;
+  void OnEvent(const Event& event, std::int64_t arrival_ns) override;
   void OnScene(const SceneManifest& manifest) override;
 
   /// Arrival less the sender's stamp: of peers on this machine, whose clock is ours.

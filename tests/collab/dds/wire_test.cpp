@@ -110,7 +110,7 @@ CouplingLinks FullLinks() {
   for (std::size_t i = 0; i < kMaxLinks; ++i) {
     const auto x = static_cast<double>(i);
     links.entries[i] = {
-        i + 10, static_cast<std::int64_t>(i), 100 * x, {Vec3(x, 1, 2), Vec3(3, x, 5)}};
+        i + 10, static_cast<std::int64_t>(i), 100 * x, 0.5 * x, {Vec3(x, 1, 2), Vec3(3, x, 5)}};
   }
   return links;
 }
@@ -129,6 +129,7 @@ TEST(Wire, LinksComeBackAsTheyWere) {
   EXPECT_EQ(last.to, kMaxLinks + 9);
   EXPECT_EQ(last.echo_ns, static_cast<std::int64_t>(kMaxLinks - 1));
   EXPECT_EQ(last.stiffness, 700.0);
+  EXPECT_EQ(last.gate_overflow, 3.5);
   EXPECT_EQ(last.applied_B_W.tau, Vec3(7, 1, 2));
   EXPECT_EQ(last.applied_B_W.f, Vec3(3, 7, 5));
 }
@@ -159,6 +160,9 @@ TEST(Wire, UnsoundLinksAreRefused) {
   }));
   EXPECT_TRUE(refuses([](auto& w) {
     w.entries[3].stiffness = kNan;
+  }));
+  EXPECT_TRUE(refuses([](auto& w) {
+    w.entries[3].gate_overflow = -1;
   }));
   EXPECT_TRUE(refuses([](auto& w) {
     w.entries[7].applied.f[2] = kInfinity;
@@ -234,9 +238,11 @@ TEST(Wire, UnsoundViewsAreRefused) {
 }
 
 TEST(Wire, PeerInfoComesBackAsItWas) {
-  const PeerInfo info{3, kProtocol, 9, Role::kViewer, "Żaneta", 77, {1, 5}};
+  const PeerInfo info{3,        kProtocol, 9,  Role::kViewer,
+                      "Żaneta", 77,        78, {{1, 2, true}, {5, 0, false}}};
   tandem_PeerInfo wire{};
-  ASSERT_TRUE(ToWire(info, wire));
+  std::vector<tandem_Claim> room;
+  ASSERT_TRUE(ToWire(info, wire, room));
   PeerInfo back;
   ASSERT_TRUE(FromWire(wire, back));
   EXPECT_EQ(back.peer, 3U);
@@ -245,7 +251,8 @@ TEST(Wire, PeerInfoComesBackAsItWas) {
   EXPECT_EQ(back.role, Role::kViewer);
   EXPECT_EQ(back.name, "Żaneta");
   EXPECT_EQ(back.scene_hash, 77U);
-  EXPECT_THAT(back.held, ::testing::ElementsAre(1, 5));
+  EXPECT_EQ(back.params_hash, 78U);
+  EXPECT_EQ(back.claims, info.claims);
 }
 
 TEST(Wire, LongNamesAreCutBetweenCharacters) {
@@ -254,7 +261,8 @@ TEST(Wire, LongNamesAreCutBetweenCharacters) {
   info.name =
       std::string(63, 'a') + "Ż";  // 65 bytes; 64 fit, and would hold half of the last letter
   tandem_PeerInfo wire{};
-  ASSERT_TRUE(ToWire(info, wire));
+  std::vector<tandem_Claim> room;
+  ASSERT_TRUE(ToWire(info, wire, room));
   EXPECT_EQ(std::string(wire.name), std::string(63, 'a'));
 }
 
@@ -263,7 +271,8 @@ TEST(Wire, NamesCannotSteerATerminal) {
   info.peer = 1;
   info.name = "a\x1b[2Jb\n";
   tandem_PeerInfo wire{};
-  ASSERT_TRUE(ToWire(info, wire));
+  std::vector<tandem_Claim> room;
+  ASSERT_TRUE(ToWire(info, wire, room));
   PeerInfo back;
   ASSERT_TRUE(FromWire(wire, back));
   EXPECT_EQ(back.name, "a?[2Jb?");
@@ -272,44 +281,113 @@ TEST(Wire, NamesCannotSteerATerminal) {
 TEST(Wire, PeerInfoBeyondTheBoundIsNotSentNorTaken) {
   PeerInfo info;
   info.peer = 1;
-  info.held.assign(65, 0);
+  info.claims.resize(65);
   tandem_PeerInfo wire{};
-  EXPECT_FALSE(ToWire(info, wire));
-  info.held.resize(64);
-  ASSERT_TRUE(ToWire(info, wire));
+  std::vector<tandem_Claim> room;
+  EXPECT_FALSE(ToWire(info, wire, room));
+  info.claims.resize(64);
+  ASSERT_TRUE(ToWire(info, wire, room));
   PeerInfo back;
   EXPECT_TRUE(FromWire(wire, back));
-  wire.held._length = 65;
+  wire.claims._length = 65;
   EXPECT_FALSE(FromWire(wire, back));
 }
 
+TEST(Wire, AnEventComesBackAsItWas) {
+  Event event;
+  event.peer = 3;
+  event.seq = 4;
+  event.kind = EventKind::kRelease;
+  event.object = 5;
+  event.epoch = 6;
+  event.to = 7;
+  event.X_WB = {Quat(0.5, 0.5, -0.5, 0.5), Vec3(1, 2, 3)};
+  tandem_Event wire{};
+  ToWire(event, wire);
+  Event back;
+  ASSERT_TRUE(FromWire(wire, back));
+  EXPECT_EQ(back.peer, 3U);
+  EXPECT_EQ(back.seq, 4U);
+  EXPECT_EQ(back.kind, EventKind::kRelease);
+  EXPECT_EQ(back.object, 5U);
+  EXPECT_EQ(back.epoch, 6U);
+  EXPECT_EQ(back.to, 7U);
+  EXPECT_EQ(back.X_WB.p, Vec3(1, 2, 3));
+  EXPECT_EQ(back.X_WB.q.coeffs(), event.X_WB.q.coeffs());
+}
+
+TEST(Wire, UnsoundEventsAreRefused) {
+  Event event;
+  event.peer = 3;
+  Event out;
+  tandem_Event wire{};
+  ToWire(event, wire);
+  EXPECT_TRUE(FromWire(wire, out));
+  wire.pose.p[1] = kNan;
+  EXPECT_FALSE(FromWire(wire, out));
+  ToWire(event, wire);
+  wire.peer = 0;
+  EXPECT_FALSE(FromWire(wire, out));
+}
+
+SceneManifest Bracket() {
+  SceneManifest manifest;
+  manifest.offered_by = 9;
+  manifest.revision = 2;
+  manifest.content_hash = 8;
+  manifest.name = "bracket";
+  manifest.file = "/tmp/b.json";
+  manifest.voxel_size = 0.002;
+  manifest.contact_stiffness = 750;
+  manifest.force_layer = 2;
+  manifest.contact_model = 1;
+  manifest.friction = 0.25;
+  manifest.bodies = {{"plate", 11}, {"bracket", 12}};
+  return manifest;
+}
+
 TEST(Wire, AManifestComesBackAsItWas) {
-  const SceneManifest manifest{8, "bracket", "/tmp/b.json", 0.002, 3};
   tandem_SceneManifest wire{};
-  ToWire(manifest, wire);
+  std::vector<tandem_BodyDecl> room;
+  ASSERT_TRUE(ToWire(Bracket(), wire, room));
   SceneManifest back;
   ASSERT_TRUE(FromWire(wire, back));
-  EXPECT_EQ(back.scene_hash, 8U);
+  EXPECT_EQ(back.offered_by, 9U);
+  EXPECT_EQ(back.revision, 2U);
+  EXPECT_EQ(back.content_hash, 8U);
   EXPECT_EQ(back.name, "bracket");
   EXPECT_EQ(back.file, "/tmp/b.json");
   EXPECT_EQ(back.voxel_size, 0.002);
-  EXPECT_EQ(back.body_count, 3U);
+  EXPECT_EQ(back.contact_stiffness, 750);
+  EXPECT_EQ(back.force_layer, 2);
+  EXPECT_EQ(back.contact_model, 1);
+  EXPECT_EQ(back.friction, 0.25);
+  EXPECT_EQ(back.bodies, Bracket().bodies);
 }
 
 TEST(Wire, AFileNameTooLongIsLeftOut) {
-  SceneManifest manifest{8, "bracket", std::string(2000, 'f'), 0.002, 3};
+  SceneManifest manifest = Bracket();
+  manifest.file = std::string(2000, 'f');
   tandem_SceneManifest wire{};
-  ToWire(manifest, wire);
+  std::vector<tandem_BodyDecl> room;
+  ASSERT_TRUE(ToWire(manifest, wire, room));
   EXPECT_EQ(std::string(wire.file), "");
 }
 
-TEST(Wire, AManifestWithoutASoundVoxelSizeIsRefused) {
+TEST(Wire, AManifestThatNoSoundPeerSendsIsRefused) {
   SceneManifest out;
+  std::vector<tandem_BodyDecl> room;
   for (const double size : {0.0, -1.0, kNan, kInfinity}) {
+    SceneManifest manifest = Bracket();
+    manifest.voxel_size = size;
     tandem_SceneManifest wire{};
-    ToWire({8, "", "", size, 3}, wire);
+    ASSERT_TRUE(ToWire(manifest, wire, room));
     EXPECT_FALSE(FromWire(wire, out)) << size;
   }
+  SceneManifest crowded = Bracket();
+  crowded.bodies.resize(kMaxSceneBodies + 1);
+  tandem_SceneManifest wire{};
+  EXPECT_FALSE(ToWire(crowded, wire, room));
 }
 
 }  // namespace
