@@ -26,6 +26,25 @@ Load Turned(const Load& load_V, const Mat3& R_WV) {
           R * load_V.damping * R.transpose()};
 }
 
+/// m += k v v^T, of a symmetric matrix of which only the lower triangle is kept.
+void AddLower(const Vec6& v, double k, Mat6& m) {
+  for (Eigen::Index column = 0; column < 6; ++column) {
+    const double kv = k * v[column];
+    for (Eigen::Index row = column; row < 6; ++row) m(row, column) += kv * v[row];
+  }
+}
+
+void MirrorLower(Mat6& m) {
+  m.triangularView<Eigen::StrictlyUpper>() = m.transpose();
+}
+
+/// Brings forces, moments first, from about a point to about another, from which it lies at `r`.
+Mat6 AboutAnotherPoint(const Vec3& r) {
+  Mat6 T = Mat6::Identity();
+  T.topRightCorner<3, 3>() << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+  return T;
+}
+
 CrossLoad Turned(const CrossLoad& cross_V, const Mat3& R_WV) {
   Mat6 R = Mat6::Zero();
   R.topLeftCorner<3, 3>() = R_WV;
@@ -135,16 +154,13 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
   const Vec3 w_map = q_VW * map_body.V_WB.w;
   const Vec3 v_map = q_VW * map_body.V_WB.v;
   Load shell_V;
-  Load map_V;
-  CrossLoad cross_V;
   for (std::size_t i = 0; i < contact_count_; ++i) {
     const Vec3& p = contacts_[i].p_V;
     const Vec3& n = contacts_[i].nhat_V;
     const double depth = contacts_[i].depth;
     ++report.loaded_points;
     const Vec3 r_shell = p - p_VS;
-    const Vec3 r_map = p - p_VM;
-    const Vec3 slip = v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(r_map);
+    const Vec3 slip = v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(p - p_VM);
     const double approach = -n.dot(slip);
     // contact pushes and never pulls, however fast the point leaves
     const double stiffness = ContactStiffness(gains_.stiffness, depth, voxmap_->voxel_size());
@@ -155,38 +171,33 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
                              : 1.0;
     const double force = std::max(0.0, pressed + share * gains_.damping * approach);
     const double damping = force > 0 ? share * gains_.damping : 0.0;
-    Vec6 along_shell;  // the generalized direction of a unit force on the point
-    along_shell << r_shell.cross(n), n;
-    Vec6 along_map;
-    along_map << r_map.cross(n), n;
-    shell_V.force += force * along_shell;
-    shell_V.stiffness += stiffness * along_shell * along_shell.transpose();
-    shell_V.damping += damping * along_shell * along_shell.transpose();
-    map_V.force -= force * along_map;
-    map_V.stiffness += stiffness * along_map * along_map.transpose();
-    map_V.damping += damping * along_map * along_map.transpose();
-    if (both_move_) {
-      cross_V.stiffness += stiffness * along_shell * along_map.transpose();
-      cross_V.damping += damping * along_shell * along_map.transpose();
-    }
+    Vec6 along;  // the generalized direction of a unit force on the point
+    along << r_shell.cross(n), n;
+    shell_V.force += force * along;
+    AddLower(along, stiffness, shell_V.stiffness);
+    AddLower(along, damping, shell_V.damping);
     if (gains_.friction == 0) continue;
     // damping that stops an approach is no pressure yet: a graze would stick
     const double normal_force = std::min(pressed, force);
     const Vec3 sliding = slip + approach * n;
     const double drag = FrictionDamping(gains_.friction, normal_force, sliding.norm());
-    const Eigen::Matrix<double, 6, 3> across_shell = AlongTangent(r_shell, n);
-    const Eigen::Matrix<double, 6, 3> across_map = AlongTangent(r_map, n);
-    shell_V.force -= drag * across_shell * sliding;
-    shell_V.damping += drag * across_shell * across_shell.transpose();
-    map_V.force += drag * across_map * sliding;
-    map_V.damping += drag * across_map * across_map.transpose();
-    if (both_move_) cross_V.damping += drag * across_shell * across_map.transpose();
+    const Eigen::Matrix<double, 6, 3> across = AlongTangent(r_shell, n);
+    shell_V.force -= drag * across * sliding;
+    shell_V.damping.triangularView<Eigen::Lower>() += drag * across * across.transpose();
   }
   if (report.loaded_points == 0) return;
+  MirrorLower(shell_V.stiffness);
+  MirrorLower(shell_V.damping);
+  // the same forces on the map's body, about its own centre of mass
+  const Mat6 T = AboutAnotherPoint(p_VS - p_VM);
+  const Load map_V{-T * shell_V.force, T * shell_V.stiffness * T.transpose(),
+                   T * shell_V.damping * T.transpose()};
   const Mat3 R_WV = X_WV.q.toRotationMatrix();
   on_shell += Turned(shell_V, R_WV);
   on_map += Turned(map_V, R_WV);
-  if (both_move_) cross_ = Turned(cross_V, R_WV);
+  if (!both_move_) return;
+  cross_ =
+      Turned(CrossLoad{shell_V.stiffness * T.transpose(), shell_V.damping * T.transpose()}, R_WV);
 }
 
 PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
