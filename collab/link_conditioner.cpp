@@ -5,20 +5,62 @@
 
 namespace tandem {
 
-LinkConditioner::LinkConditioner(const LinkConditions& conditions)
-    : conditions_(conditions), random_(conditions.seed) {}
+namespace {
+
+constexpr double kTwoPi = 6.283185307179586;
+
+/// Neighbouring seeds give unlike streams (splitmix64).
+std::uint64_t Mixed(std::uint64_t seed) {
+  seed += 0x9E3779B97F4A7C15U;
+  seed = (seed ^ (seed >> 30U)) * 0xBF58476D1CE4E5B9U;
+  seed = (seed ^ (seed >> 27U)) * 0x94D049BB133111EBU;
+  return seed ^ (seed >> 31U);
+}
+
+std::int64_t Ns(double ms) {
+  return std::llround(1e6 * ms);
+}
+
+}  // namespace
+
+LinkConditioner::LinkConditioner(const LinkConditions& conditions, std::uint64_t stream)
+    : conditions_(conditions), random_(Mixed(Mixed(conditions.seed) ^ stream)) {}
 
 double LinkConditioner::Random() noexcept {
   return static_cast<double>(random_() >> 11U) * 0x1p-53;
 }
 
-std::optional<std::int64_t> LinkConditioner::Due(std::int64_t arrival_ns) noexcept {
-  if (conditions_.loss > 0 && Random() < conditions_.loss) return std::nullopt;
+bool LinkConditioner::Lost() noexcept {
+  if (conditions_.burst_enter > 0) {
+    in_burst_ =
+        in_burst_ ? Random() >= conditions_.burst_leave : Random() < conditions_.burst_enter;
+  } else {
+    in_burst_ = false;
+  }
+  if (in_burst_ && Random() < conditions_.burst_loss) return true;
+  return conditions_.loss > 0 && Random() < conditions_.loss;
+}
+
+std::size_t LinkConditioner::Due(std::int64_t arrival_ns,
+                                 std::array<std::int64_t, 2>& due_ns) noexcept {
+  if (Lost() || conditions_.cut) return 0;
   double delay_ms = conditions_.delay_ms;
+  if (conditions_.swing_ms > 0) {
+    const double turns = 1e-9 * static_cast<double>(arrival_ns) / conditions_.swing_period_s;
+    delay_ms += conditions_.swing_ms * std::sin(kTwoPi * (turns - std::floor(turns)));
+  }
   if (conditions_.jitter_ms > 0) delay_ms += conditions_.jitter_ms * Random();
-  latest_due_ns_ =
-      std::max<std::int64_t>(latest_due_ns_, arrival_ns + std::llround(delay_ms * 1e6));
-  return latest_due_ns_;
+  const std::int64_t due = arrival_ns + Ns(std::max(0.0, delay_ms));
+  if (conditions_.reorder > 0 && Random() < conditions_.reorder) {
+    // those that come after it do not wait for it
+    due_ns[0] = std::max(latest_due_ns_, due) + Ns(conditions_.reorder_ms * Random());
+  } else {
+    latest_due_ns_ = std::max(latest_due_ns_, due);
+    due_ns[0] = latest_due_ns_;
+  }
+  if (conditions_.duplicate <= 0 || Random() >= conditions_.duplicate) return 1;
+  due_ns[1] = due_ns[0] + Ns(1.0 + std::max(conditions_.jitter_ms, 1.0) * Random());
+  return 2;
 }
 
 }  // namespace tandem

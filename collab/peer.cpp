@@ -73,17 +73,16 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
   while (commands_.TryPop(command)) {
     if (tap != nullptr) tap->Asked(command);
   }
-  while (const auto* next = inbox_->states().Front()) {
-    if (next->due_ns > now_ns) break;
-    if (tap != nullptr) tap->Heard(next->sample);
-    if (shared_) shared_->OnState(next->sample);
-    remote_.OnState(next->sample);
+  inbox_->Collect();
+  while (const ObjectState* state = inbox_->states().Due(now_ns)) {
+    if (tap != nullptr) tap->Heard(*state);
+    if (shared_) shared_->OnState(*state);
+    remote_.OnState(*state);
     inbox_->states().Drop();
   }
-  while (const auto* next = inbox_->links().Front()) {
-    if (next->due_ns > now_ns) break;
-    if (tap != nullptr) tap->Heard(next->sample);
-    if (shared_) shared_->OnLinks(next->sample);
+  while (const CouplingLinks* links = inbox_->links().Due(now_ns)) {
+    if (tap != nullptr) tap->Heard(*links);
+    if (shared_) shared_->OnLinks(*links);
     inbox_->links().Drop();
   }
 }

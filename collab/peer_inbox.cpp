@@ -1,18 +1,81 @@
 #include "collab/peer_inbox.h"
 
+#include <algorithm>
+
 namespace tandem {
 
-PeerInbox::PeerInbox(const LinkConditions& conditions, PeerDirectory& directory)
-    : conditioner_(conditions), directory_(&directory) {}
+PeerInbox::PeerInbox(const LinkConditions& conditions, PeerDirectory& directory,
+                     std::size_t waiting)
+    : conditions_(conditions),
+      directory_(&directory),
+      waiting_states_(waiting),
+      waiting_links_(waiting) {}
 
 void PeerInbox::OnState(const ObjectState& state, std::int64_t arrival_ns) {
-  const std::optional<std::int64_t> due = conditioner_.Due(arrival_ns);
-  if (due && !states_.TryPush({*due, state})) overflows_.fetch_add(1, std::memory_order_relaxed);
+  Arrive(state.peer, state, arrival_ns, arriving_states_);
 }
 
 void PeerInbox::OnLinks(const CouplingLinks& links, std::int64_t arrival_ns) {
-  const std::optional<std::int64_t> due = conditioner_.Due(arrival_ns);
-  if (due && !links_.TryPush({*due, links})) overflows_.fetch_add(1, std::memory_order_relaxed);
+  Arrive(links.from, links, arrival_ns, arriving_links_);
+}
+
+template <typename T>
+void PeerInbox::Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
+                       SpscQueue<DueSample<T>>& ring) noexcept {
+  TakeSwitches();
+  std::array<std::int64_t, 2> due_ns{};
+  const std::size_t copies = ConditionerOf(from, arrival_ns).Due(arrival_ns, due_ns);
+  for (std::size_t copy = 0; copy < copies; ++copy) {
+    if (!ring.TryPush({due_ns[copy], sample})) overflows_.fetch_add(1, std::memory_order_relaxed);
+  }
+}
+
+LinkConditioner& PeerInbox::ConditionerOf(PeerId from, std::int64_t arrival_ns) noexcept {
+  // where all places are taken, whoever has been silent longest gives way
+  Sender* place = &senders_[0];
+  for (Sender& sender : senders_) {
+    if (sender.peer == from) {
+      place = &sender;
+      break;
+    }
+    if (place->peer == 0) continue;
+    if (sender.peer == 0 || sender.heard_ns < place->heard_ns) place = &sender;
+  }
+  if (place->peer != from) {
+    place->peer = from;
+    place->conditioner = LinkConditioner(conditions_, from);
+  }
+  place->heard_ns = arrival_ns;
+  return place->conditioner;
+}
+
+void PeerInbox::TakeSwitches() noexcept {
+  LinkSwitch order;
+  while (switches_.TryPop(order)) {
+    if (order.from != 0) {
+      ConditionerOf(order.from, 0).Switch(order.conditions);
+      continue;
+    }
+    conditions_ = order.conditions;
+    for (Sender& sender : senders_) {
+      if (sender.peer != 0) sender.conditioner.Switch(order.conditions);
+    }
+  }
+}
+
+void PeerInbox::Collect() noexcept {
+  Move(arriving_states_, waiting_states_);
+  Move(arriving_links_, waiting_links_);
+}
+
+template <typename T>
+void PeerInbox::Move(SpscQueue<DueSample<T>>& ring, DueQueue<T>& waiting) noexcept {
+  while (const DueSample<T>* next = ring.Front()) {
+    if (!waiting.Push(next->due_ns, next->sample)) {
+      overflows_.fetch_add(1, std::memory_order_relaxed);
+    }
+    ring.Drop();
+  }
 }
 
 void PeerInbox::OnEvent(const Event& event, std::int64_t) {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 
+#include "collab/due_queue.h"
 #include "collab/link_conditioner.h"
 #include "collab/peer_directory.h"
 #include "collab/transport.h"
@@ -16,12 +18,25 @@ struct DueSample {
   T sample;
 };
 
-/// What an active peer hears: states and links go through the link conditioner into rings, stamped
-/// with the time they are due, and the haptic thread takes them when that has come; membership goes
-/// to the directory.
+/// Other conditions of the link from a peer (0: from everybody).
+struct LinkSwitch {
+  PeerId from = 0;
+  LinkConditions conditions;
+};
+
+/// What an active peer hears: states and links go through the conditioner of their sender into
+/// rings, stamped with the time they are due; the haptic thread takes them when that has come, in
+/// that order. Membership goes to the directory.
 class PeerInbox : public Inbox {
  public:
-  PeerInbox(const LinkConditions& conditions, PeerDirectory& directory);
+  /// Samples that may wait for their time: two seconds of delay from seven partners at 1 kHz, and
+  /// some of them twice.
+  static constexpr std::size_t kDefaultWaiting = 16384;
+
+  /// `conditions`: of every sender until Switch() says otherwise; each has a random stream of its
+  /// own.
+  PeerInbox(const LinkConditions& conditions, PeerDirectory& directory,
+            std::size_t waiting = kDefaultWaiting);
 
   void OnState(const ObjectState& state, std::int64_t arrival_ns) override;
   void OnLinks(const CouplingLinks& links, std::int64_t arrival_ns) override;
@@ -32,23 +47,48 @@ class PeerInbox : public Inbox {
   void OnEvent(const Event& event, std::int64_t arrival_ns) override;
   void OnScene(const SceneManifest&) override {}
 
-  /// The haptic thread's ends: oldest first.
-  SpscQueue<DueSample<ObjectState>>& states() noexcept { return states_; }
-  SpscQueue<DueSample<CouplingLinks>>& links() noexcept { return links_; }
+  /// Other conditions for what comes from `from` (0: from everybody, now and later), from its next
+  /// sample on. False: too many switches are waiting. One thread, the control one.
+  bool Switch(PeerId from, const LinkConditions& conditions) noexcept {
+    return switches_.TryPush({from, conditions});
+  }
+
+  /// The haptic thread's ends. Collect() first, once a frame: it makes what has arrived visible.
+  void Collect() noexcept;
+  DueQueue<ObjectState>& states() noexcept { return waiting_states_; }
+  DueQueue<CouplingLinks>& links() noexcept { return waiting_links_; }
   SpscQueue<Event>& events() noexcept { return events_; }
   SpscQueue<MembershipChange>& membership() noexcept { return directory_->changes(); }
 
-  /// Samples that found a ring full and were dropped: the haptic thread stood still for seconds.
+  /// Samples that found no room and were dropped: the haptic thread stood still for seconds.
   std::uint64_t overflows() const noexcept { return overflows_.load(std::memory_order_relaxed); }
 
  private:
-  // two seconds of delay from four partners at 1 kHz
-  static constexpr std::size_t kCapacity = 8192;
+  struct Sender {
+    PeerId peer = 0;  // 0: a free place
+    std::int64_t heard_ns = 0;
+    LinkConditioner conditioner{LinkConditions{}};
+  };
 
-  LinkConditioner conditioner_;
+  // until the haptic thread collects, once a millisecond
+  static constexpr std::size_t kArriving = 4096;
+
+  LinkConditioner& ConditionerOf(PeerId from, std::int64_t arrival_ns) noexcept;
+  void TakeSwitches() noexcept;
+  template <typename T>
+  void Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
+              SpscQueue<DueSample<T>>& ring) noexcept;
+  template <typename T>
+  void Move(SpscQueue<DueSample<T>>& ring, DueQueue<T>& waiting) noexcept;
+
+  LinkConditions conditions_;
   PeerDirectory* directory_;
-  SpscQueue<DueSample<ObjectState>> states_{kCapacity};
-  SpscQueue<DueSample<CouplingLinks>> links_{kCapacity};
+  std::array<Sender, 2 * kMaxPeers> senders_;
+  SpscQueue<LinkSwitch> switches_{64};
+  SpscQueue<DueSample<ObjectState>> arriving_states_{kArriving};
+  SpscQueue<DueSample<CouplingLinks>> arriving_links_{kArriving};
+  DueQueue<ObjectState> waiting_states_;
+  DueQueue<CouplingLinks> waiting_links_;
   SpscQueue<Event> events_{1024};
   std::atomic<std::uint64_t> overflows_{0};
 };

@@ -26,7 +26,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
       world_(model_, {.helpers = options.helpers}),
       device_(std::move(device)),
       directory_(options.peer.id, scene_hash),
-      inbox_(options.conditions, directory_),
+      inbox_(options.conditions, directory_, options.waiting),
       peer_(world_, *device_, inbox_, options.peer) {
   info_ = {.peer = options.peer.id,
            .protocol = kProtocol,

@@ -14,9 +14,10 @@ namespace tandem {
 struct NodeOptions {
   PeerOptions peer;
   std::string name;
-  LinkConditions conditions;        // of what it hears
-  double publish_hz = 1000;         // of states and links
-  FrameHelpers* helpers = nullptr;  // of the haptic thread; must outlive the node
+  LinkConditions conditions;                         // of what it hears
+  std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
+  double publish_hz = 1000;                          // of states and links
+  FrameHelpers* helpers = nullptr;                   // of the haptic thread; must outlive the node
 };
 
 /// An active peer, whole but for its threads: each of the three frames below belongs to a thread of
@@ -27,7 +28,7 @@ class PeerNode {
   PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Device> device,
            std::uint64_t scene_hash, const NodeOptions& options);
 
-  Inbox& inbox() noexcept { return inbox_; }
+  PeerInbox& inbox() noexcept { return inbox_; }
   Peer& peer() noexcept { return peer_; }
   World& world() noexcept { return world_; }
   PeerDirectory& directory() noexcept { return directory_; }

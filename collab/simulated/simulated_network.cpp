@@ -1,5 +1,8 @@
 #include "collab/simulated/simulated_network.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace tandem {
 
 class SimulatedNetwork::Link : public Transport {
@@ -10,76 +13,226 @@ class SimulatedNetwork::Link : public Transport {
   Link& operator=(const Link&) = delete;
 
   void Publish(const ObjectState& state) override {
-    ForOthers(Role::kActive, [&](Inbox& inbox) {
-      inbox.OnState(state, network_->now_ns_);
-    });
+    ++network_->sent_[peer_].states;
+    network_->SendMotion(peer_, Role::kActive, state);
   }
   void Publish(const CouplingLinks& links) override {
-    ForOthers(Role::kActive, [&](Inbox& inbox) {
-      inbox.OnLinks(links, network_->now_ns_);
-    });
+    ++network_->sent_[peer_].links;
+    network_->SendMotion(peer_, Role::kActive, links);
   }
   void Publish(const ViewFrame& frame) override {
-    ForOthers(Role::kViewer, [&](Inbox& inbox) {
-      inbox.OnView(frame, network_->now_ns_);
-    });
+    ++network_->sent_[peer_].views;
+    network_->SendMotion(peer_, Role::kViewer, frame);
   }
   void Publish(const PeerInfo& info) override {
     const auto self = network_->members_.find(peer_);
     if (self == network_->members_.end()) return;
     self->second.info = info;
-    const auto tell = [&](Inbox& inbox) {
-      inbox.OnPeerInfo(info, network_->now_ns_);
-    };
-    ForOthers(Role::kActive, tell);
-    ForOthers(Role::kViewer, tell);
+    network_->SendToAll(peer_, info);
   }
   void Publish(const Event& event) override {
-    ForOthers(Role::kActive, [&](Inbox& inbox) {
-      inbox.OnEvent(event, network_->now_ns_);
-    });
+    if (network_->members_.contains(peer_)) network_->SendToAll(peer_, event);
   }
   void Publish(const SceneManifest& manifest) override {
-    network_->scene_ = manifest;
-    const auto tell = [&](Inbox& inbox) {
-      inbox.OnScene(manifest);
-    };
-    ForOthers(Role::kActive, tell);
-    ForOthers(Role::kViewer, tell);
+    const auto self = network_->members_.find(peer_);
+    if (self == network_->members_.end()) return;
+    self->second.scene = manifest;
+    network_->SendToAll(peer_, manifest);
   }
   void Leave() override { network_->Remove(peer_, true); }
 
  private:
-  template <typename Tell>
-  void ForOthers(Role role, const Tell& tell) {
-    if (!network_->members_.contains(peer_)) return;
-    for (auto& [id, member] : network_->members_) {
-      if (id != peer_ && member.role == role) tell(*member.inbox);
-    }
-  }
-
   SimulatedNetwork* network_;
   PeerId peer_;
 };
 
-std::unique_ptr<Transport> SimulatedNetwork::Join(PeerId peer, Role role, Inbox& inbox) {
-  for (const auto& [id, member] : members_) {
-    if (member.info) inbox.OnPeerInfo(*member.info, now_ns_);
+std::unique_ptr<Transport> SimulatedNetwork::Join(PeerId peer, Role role, Inbox& inbox,
+                                                  PeerClock clock) {
+  Member& member = members_[peer];
+  member = Member{};
+  member.role = role;
+  member.inbox = &inbox;
+  member.clock = clock;
+  member.incarnation = ++incarnations_;
+  sent_.try_emplace(peer);
+  for (const auto& [id, other] : members_) {
+    if (id == peer) continue;
+    LineOf(id, peer).hearing = Hearing{};
+    if (other.scene) Send(id, peer, *other.scene);
+    if (other.info) Send(id, peer, *other.info);
   }
-  if (scene_) inbox.OnScene(*scene_);
-  members_[peer] = {role, &inbox, std::nullopt};
   return std::make_unique<Link>(*this, peer);
 }
 
-void SimulatedNetwork::Remove(PeerId peer, bool graceful) {
-  if (members_.erase(peer) == 0) return;
-  for (auto& [id, member] : members_) {
-    if (graceful) {
-      member.inbox->OnPeerLeft(peer);
-    } else {
-      member.inbox->OnPeerLost(peer);
+SimulatedNetwork::Line& SimulatedNetwork::LineOf(PeerId from, PeerId to) {
+  const auto [it, added] = lines_.try_emplace({from, to});
+  if (added) it->second.conditioner = LinkConditioner({.seed = seed_}, from * 0x10001U + to);
+  return it->second;
+}
+
+std::int64_t SimulatedNetwork::LocalNow(PeerId peer) const {
+  return LocalNowOf(members_.at(peer));
+}
+
+std::int64_t SimulatedNetwork::LocalNowOf(const Member& member) const {
+  const PeerClock& clock = member.clock;
+  const double drift = 1e-6 * clock.drift_ppm * static_cast<double>(now_ns_);
+  return clock.offset_ns + now_ns_ + std::llround(drift);
+}
+
+void SimulatedNetwork::Send(PeerId from, PeerId to, const Control& what) {
+  Line& line = LineOf(from, to);
+  std::array<std::int64_t, 2> due_ns{};
+  std::int64_t sent_ns = now_ns_;
+  if (std::holds_alternative<Alive>(what)) {
+    // life is shown again soon: what is lost is lost
+    if (line.cut || line.conditioner.Due(sent_ns, due_ns) == 0) return;
+  } else {
+    constexpr int kMostResends = 100;
+    for (int i = 0; i < kMostResends && line.conditioner.Due(sent_ns, due_ns) == 0; ++i) {
+      sent_ns += kResendNs;
+      due_ns[0] = sent_ns;
+    }
+    if (line.cut && std::holds_alternative<PeerInfo>(what)) {
+      // of peer_info the newest is kept
+      std::erase_if(line.under_way, [](const OnItsWay& item) {
+        return std::holds_alternative<PeerInfo>(item.what);
+      });
     }
   }
+  line.last_due_ns = std::max(line.last_due_ns, due_ns[0]);
+  const auto receiver = members_.find(to);
+  if (receiver == members_.end()) return;
+  line.under_way.push_back({line.last_due_ns, receiver->second.incarnation, what});
+}
+
+void SimulatedNetwork::SendToAll(PeerId from, const Control& what) {
+  ++sent_[from].control;
+  for (const auto& [id, member] : members_) {
+    if (id != from) Send(from, id, what);
+  }
+}
+
+template <typename T>
+void SimulatedNetwork::SendMotion(PeerId from, Role to, const T& what) {
+  if (!members_.contains(from)) return;
+  for (auto& [id, member] : members_) {
+    if (id == from || member.role != to || LineOf(from, id).cut) continue;
+    if (!member.halted) {
+      Arrive(member, what);
+      continue;
+    }
+    auto& kept = member.backlog[from];
+    kept.push_back(what);
+    if (kept.size() > kHistory) kept.pop_front();
+  }
+}
+
+void SimulatedNetwork::Arrive(Member& to, const ObjectState& state) {
+  to.inbox->OnState(state, LocalNowOf(to));
+}
+
+void SimulatedNetwork::Arrive(Member& to, const CouplingLinks& links) {
+  to.inbox->OnLinks(links, LocalNowOf(to));
+}
+
+void SimulatedNetwork::Arrive(Member& to, const ViewFrame& view) {
+  to.inbox->OnView(view, LocalNowOf(to));
+}
+
+void SimulatedNetwork::Advance(std::int64_t now_ns) {
+  now_ns_ = now_ns;
+  if (now_ns_ >= next_alive_ns_) {
+    next_alive_ns_ = now_ns_ + kAlivePeriodNs;
+    for (const auto& [id, member] : members_) {
+      if (member.halted) continue;
+      for (const auto& [other, receiver] : members_) {
+        if (other != id) Send(id, other, Alive{});
+      }
+    }
+  }
+  // first, so that one who was halted finds the others' leases over, as a stopped process does
+  EndLeases();
+  for (auto& [key, line] : lines_) {
+    while (!line.cut && !line.under_way.empty() && line.under_way.front().due_ns <= now_ns_) {
+      const auto receiver = members_.find(key.second);
+      if (receiver != members_.end() && receiver->second.halted) break;
+      const OnItsWay item = std::move(line.under_way.front());
+      line.under_way.pop_front();
+      if (receiver == members_.end() || receiver->second.incarnation != item.to_incarnation) {
+        continue;
+      }
+      Deliver(key.first, key.second, line, item.what);
+    }
+  }
+}
+
+void SimulatedNetwork::Deliver(PeerId from, PeerId to, Line& line, const Control& what) {
+  Member& member = members_.at(to);
+  Hearing& hearing = line.hearing;
+  hearing.heard_ns = now_ns_;
+  if (const auto* info = std::get_if<PeerInfo>(&what)) {
+    hearing.known = true;
+    hearing.alive = true;
+    member.inbox->OnPeerInfo(*info, LocalNowOf(member));
+  } else if (const auto* event = std::get_if<Event>(&what)) {
+    if (member.role == Role::kActive) member.inbox->OnEvent(*event, LocalNowOf(member));
+  } else if (const auto* scene = std::get_if<SceneManifest>(&what)) {
+    member.inbox->OnScene(*scene);
+  } else if (std::holds_alternative<Left>(what)) {
+    hearing = Hearing{};
+    member.inbox->OnPeerLeft(from);
+  }
+}
+
+void SimulatedNetwork::EndLeases() {
+  for (auto& [key, line] : lines_) {
+    Hearing& hearing = line.hearing;
+    if (!hearing.alive || now_ns_ - hearing.heard_ns <= kLeaseNs) continue;
+    const auto receiver = members_.find(key.second);
+    if (receiver == members_.end() || receiver->second.halted) continue;
+    hearing.alive = false;
+    receiver->second.inbox->OnPeerLost(key.first);
+  }
+}
+
+void SimulatedNetwork::Cut(PeerId from, PeerId to, bool cut) {
+  Line& line = LineOf(from, to);
+  if (line.cut == cut) return;
+  line.cut = cut;
+  if (cut) {
+    line.cut_since_ns = now_ns_;
+    return;
+  }
+  if (now_ns_ - line.cut_since_ns <= kForgetNs) return;
+  // found again as if new: peer_info and scene are kept for such, and a goodbye is a fact
+  std::erase_if(line.under_way, [](const OnItsWay& item) {
+    return !std::holds_alternative<PeerInfo>(item.what) &&
+           !std::holds_alternative<SceneManifest>(item.what) &&
+           !std::holds_alternative<Left>(item.what);
+  });
+}
+
+void SimulatedNetwork::Halt(PeerId peer, bool halted) {
+  Member& member = members_.at(peer);
+  member.halted = halted;
+  if (halted) return;
+  for (auto& [from, kept] : member.backlog) {
+    for (const auto& item : kept) {
+      std::visit(
+          [&](const auto& what) {
+            Arrive(member, what);
+          },
+          item);
+    }
+  }
+  member.backlog.clear();
+}
+
+void SimulatedNetwork::Remove(PeerId peer, bool graceful) {
+  if (!members_.contains(peer)) return;
+  if (graceful) SendToAll(peer, Left{});
+  members_.erase(peer);
 }
 
 }  // namespace tandem

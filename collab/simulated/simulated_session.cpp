@@ -6,13 +6,15 @@ namespace tandem {
 
 namespace {
 constexpr std::int64_t kFrameNs = 1'000'000;
-constexpr std::int64_t kBeatFrames = 250;  // of ControlFrame
+constexpr std::int64_t kBeatFrames = 200;  // of ControlFrame
 }  // namespace
 
-std::size_t SimulatedSession::Add(std::unique_ptr<PeerNode> node, PeerId id) {
-  network_.SetNow(now_ns_);
+std::size_t SimulatedSession::Add(std::unique_ptr<PeerNode> node, PeerId id,
+                                  const PeerClock& clock) {
+  network_.Advance(now_ns_);
   Member member;
-  member.transport = network_.Join(id, Role::kActive, node->inbox());
+  member.id = id;
+  member.transport = network_.Join(id, Role::kActive, node->inbox(), clock);
   member.node = std::move(node);
   member.node->ControlFrame(*member.transport);
   members_.push_back(std::move(member));
@@ -20,15 +22,15 @@ std::size_t SimulatedSession::Add(std::unique_ptr<PeerNode> node, PeerId id) {
 }
 
 void SimulatedSession::Step() {
-  network_.SetNow(now_ns_);
+  network_.Advance(now_ns_);
   for (Member& member : members_) {
-    if (!member.transport) continue;
-    member.node->HapticFrame(now_ns_);
+    if (!member.transport || member.halted) continue;
+    member.node->HapticFrame(network_.LocalNow(member.id));
   }
   // a frame's states are on their way before the next frame begins
   for (Member& member : members_) {
-    if (!member.transport) continue;
-    member.node->SendFrame(now_ns_, *member.transport);
+    if (!member.transport || member.halted) continue;
+    member.node->SendFrame(network_.LocalNow(member.id), *member.transport);
     if (frame_ % kBeatFrames == 0) member.node->ControlFrame(*member.transport);
   }
   ++frame_;
@@ -36,14 +38,17 @@ void SimulatedSession::Step() {
 }
 
 void SimulatedSession::Leave(std::size_t peer) {
-  network_.SetNow(now_ns_);
   members_[peer].transport->Leave();
   members_[peer].transport.reset();
 }
 
 void SimulatedSession::Kill(std::size_t peer) {
-  network_.SetNow(now_ns_);
   members_[peer].transport.reset();
+}
+
+void SimulatedSession::Halt(std::size_t peer, bool halted) {
+  members_[peer].halted = halted;
+  network_.Halt(members_[peer].id, halted);
 }
 
 }  // namespace tandem

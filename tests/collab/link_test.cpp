@@ -3,60 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "collab/delay_meter.h"
-#include "collab/link_conditioner.h"
 #include "collab/stiffness_schedule.h"
 
 namespace tandem {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
-
-TEST(LinkConditioner, AddsExactlyTheDelay) {
-  LinkConditioner link({.delay_ms = 100});
-  for (std::int64_t t = 0; t < 100; ++t) EXPECT_EQ(link.Due(t * kMs), (t + 100) * kMs);
-}
-
-TEST(LinkConditioner, KeepsOrderWithinTheJitter) {
-  LinkConditioner link({.delay_ms = 50, .jitter_ms = 20, .seed = 3});
-  std::int64_t last = 0;
-  std::int64_t least = INT64_MAX;
-  std::int64_t most = 0;
-  for (std::int64_t t = 0; t < 5000; ++t) {
-    // ten milliseconds apart, so that order seldom binds
-    const std::int64_t due = *link.Due(t * 10 * kMs);
-    EXPECT_GE(due, last);
-    last = due;
-    least = std::min(least, due - t * 10 * kMs);
-    most = std::max(most, due - t * 10 * kMs);
-  }
-  EXPECT_GE(least, 50 * kMs);
-  EXPECT_LT(least, 51 * kMs);
-  EXPECT_LE(most, 70 * kMs);
-  EXPECT_GT(most, 69 * kMs);
-}
-
-TEST(LinkConditioner, LosesItsShare) {
-  LinkConditioner link({.delay_ms = 10, .loss = 0.05, .seed = 5});
-  int lost = 0;
-  for (std::int64_t t = 0; t < 20000; ++t) lost += link.Due(t * kMs) ? 0 : 1;
-  EXPECT_NEAR(lost, 1000, 5 * std::sqrt(950.0));  // five standard deviations
-}
-
-TEST(LinkConditioner, RepeatsItselfForASeed) {
-  const LinkConditions conditions{.delay_ms = 10, .jitter_ms = 30, .loss = 0.1, .seed = 9};
-  LinkConditioner first(conditions);
-  LinkConditioner second(conditions);
-  LinkConditions other_seed = conditions;
-  other_seed.seed = 10;
-  LinkConditioner other(other_seed);
-  int differ = 0;
-  for (std::int64_t t = 0; t < 1000; ++t) {
-    const auto due = first.Due(t * kMs);
-    EXPECT_EQ(due, second.Due(t * kMs));
-    differ += due != other.Due(t * kMs) ? 1 : 0;
-  }
-  EXPECT_GT(differ, 100);
-}
 
 TEST(DelayMeter, HoldsThePeakForTwoSeconds) {
   DelayMeter meter;

@@ -87,25 +87,5 @@ TEST(PeerDirectory, IsNotItsOwnPeer) {
   EXPECT_THAT(directory.Entries(), IsEmpty());
 }
 
-TEST(PeerInbox, StampsSamplesWithTheTimeTheyAreDue) {
-  PeerDirectory directory(1, 42);
-  PeerInbox inbox({.delay_ms = 100}, directory);
-  ObjectState state;
-  state.seq = 9;
-  inbox.OnState(state, 5'000'000);
-  const DueSample<ObjectState>* next = inbox.states().Front();
-  ASSERT_NE(next, nullptr);
-  EXPECT_EQ(next->due_ns, 105'000'000);
-  EXPECT_EQ(next->sample.seq, 9U);
-}
-
-TEST(PeerInbox, CountsWhatItHasNoRoomFor) {
-  PeerDirectory directory(1, 42);
-  PeerInbox inbox({}, directory);
-  const std::size_t capacity = inbox.states().capacity();
-  for (std::size_t i = 0; i < capacity + 3; ++i) inbox.OnState({}, 0);
-  EXPECT_EQ(inbox.overflows(), 3U);
-}
-
 }  // namespace
 }  // namespace tandem

@@ -97,7 +97,7 @@ TEST(PeerNode, LeavingIsFeltAsAFadeAndReturningAsNothing) {
       last = force;
     }
   };
-  watch(1000);
+  watch(1600);  // the lease, the fade, and the way back
   EXPECT_EQ(last, 0.0);
   EXPECT_LT(largest_step, 0.1);  // N a frame
   EXPECT_NEAR(PlaceOf(session, 0).x(), 0.06, 1e-3);
