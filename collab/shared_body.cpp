@@ -2,33 +2,56 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "collab/newer.h"
+#include "collab/stiffness_slew.h"
 #include "engine/world/world.h"
 
 namespace tandem {
 
 namespace {
 
-constexpr double kFadeTime = 0.2;       // s, of a partner that is gone
-constexpr double kFallTime = 0.02;      // s, of a stiffness that must fall
-constexpr double kFastestRise = 400.0;  // N/m/s
-constexpr double kRisePower = 0.02;     // W that a rising spring may put in
-constexpr double kArmMass = 1.2;        // kg of hand and device that may move with the body
+constexpr double kArmMass = 1.2;  // kg of hand and device that may move with the body
+constexpr double kMostTurn = 150.0 * M_PI / 180.0;  // of a link's moment
+constexpr double kQuietAfter = 0.02;                // s; then a copy's velocity fades
+constexpr double kQuietTime = 0.1;                  // s, of that fade
 
-/// The next stiffness on the way to `wanted`, the spring being stretched by `stretch` (m).
-double Slewed(double stiffness, double wanted, double stretch) {
-  if (wanted <= stiffness) return wanted + (stiffness - wanted) * std::exp(-kFrame / kFallTime);
-  const double by_power = 2.0 * kRisePower / std::max(stretch * stretch, 1e-8);
-  return std::min(wanted, stiffness + kFrame * std::min(kFastestRise, by_power));
+/// Length of a link's spring in six dimensions: with it the energy is k stretch^2/2.
+double StretchOf(const RigidState& own, const Pose& copy_WB, const Mat3& per_mass) {
+  const Vec3 theta = RotationVector(copy_WB.q * own.X_WB.q.conjugate());
+  return std::sqrt((copy_WB.p - own.X_WB.p).squaredNorm() + theta.dot(per_mass * theta));
+}
+
+/// The copy's rotation, turned from ours by at most kMostTurn: beyond, the moment stays as it is
+/// and the way round is kept, since past half a turn the shortest way is the other one.
+Quat ClampTurn(const Quat& q_own, const Quat& q_copy, Vec3& axis) {
+  const Vec3 turn = RotationVector(q_copy * q_own.conjugate());
+  const double angle = turn.norm();
+  if (angle < 1e-6) return q_copy;
+  const Vec3 now = turn / angle;
+  if (angle < kMostTurn) {
+    axis = now;
+    return q_copy;
+  }
+  if (now.dot(axis) > 0) axis = now;
+  return RotationBy(kMostTurn * axis) * q_own;
+}
+
+double Seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
 }
 
 }  // namespace
 
 SharedBody::SharedBody(PeerId self, ObjectId object, const Inertia& inertia, const Options& options)
-    : self_(self), object_(object), inertia_(inertia), options_(options) {}
+    : self_(self),
+      object_(object),
+      inertia_(inertia),
+      gyration_(std::sqrt(0.5 * inertia.I_B.trace() / inertia.mass)),
+      options_(options) {}
 
-SharedBody::Partner* SharedBody::Find(PeerId peer) noexcept {
+Partner* SharedBody::Find(PeerId peer) noexcept {
   const auto it = std::find_if(partners_.begin(), partners_.end(), [peer](const Partner& p) {
     return p.peer == peer;
   });
@@ -46,7 +69,10 @@ void SharedBody::Join(PeerId peer) noexcept {
 }
 
 void SharedBody::Part(PeerId peer) noexcept {
-  if (Partner* partner = Find(peer)) partner->present = false;
+  Partner* partner = Find(peer);
+  if (partner == nullptr || !partner->present) return;
+  partner->present = false;
+  partner->fade_rate = partner->stiffness / kFadeTime;
 }
 
 void SharedBody::OnState(const ObjectState& state) noexcept {
@@ -56,6 +82,7 @@ void SharedBody::OnState(const ObjectState& state) noexcept {
   if (partner->heard && !IsNewer(state, partner->state)) return;
   partner->state = state;
   partner->heard = true;
+  partner->fresh_state = true;
 }
 
 void SharedBody::OnLinks(const CouplingLinks& links) noexcept {
@@ -66,80 +93,165 @@ void SharedBody::OnLinks(const CouplingLinks& links) noexcept {
   for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
     const LinkEntry& entry = links.entries[i];
     if (entry.to != self_ || entry.echo_ns == 0) continue;
+    if (!sent_.Has(entry.echo_ns) || (partner->linked && entry.echo_ns < partner->echo_ns)) {
+      ++bad_echoes_;
+      continue;
+    }
+    if (!partner->linked) partner->last_echo_ns = entry.echo_ns;
     partner->echo_ns = entry.echo_ns;
     partner->its_stiffness = std::max(0.0, entry.stiffness);
+    partner->its_applied_B_W = entry.applied_B_W;
     partner->links_seq = links.seq;
     partner->linked = true;
+    partner->fresh_link = true;
+  }
+}
+
+bool SharedBody::InUse(const Partner& partner, std::int64_t now_ns) const noexcept {
+  return partner.closed() && partner.meter.peak_loop_age_s() <= kLongestLoopAge &&
+         Seconds(partner.loop_age_ns(now_ns)) <= kLongestLoopAge;
+}
+
+LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
+  double peak = 0;
+  std::size_t users = 1;
+  for (Partner& partner : partners_) {
+    if (std::exchange(partner.fresh_state, false)) partner.heard_ns = now_ns;
+    if (!partner.closed()) continue;
+    if (std::exchange(partner.fresh_link, false)) {
+      // as old as it was in the frame before it was heard of again; a peak of silence counts then
+      partner.meter.Add(
+          now_ns, std::max(partner.loop_age_ns(now_ns), last_frame_ns_ - partner.last_echo_ns));
+      partner.last_echo_ns = partner.echo_ns;
+    }
+    delay_sum_s_ += 0.5 * Seconds(partner.loop_age_ns(now_ns));
+    ++delays_;
+    if (!InUse(partner, now_ns)) continue;
+    ++users;
+    peak = std::max(peak, partner.meter.peak_loop_age_s());
+  }
+  last_frame_ns_ = now_ns;
+  return LawInputsAt(peak, users, inertia_.mass + kArmMass);
+}
+
+void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidState& own,
+                      const Mat3& per_mass) noexcept {
+  const LinkLaw allowed = options_.law->Link(common);
+  const double most = allowed.stiffness * static_cast<double>(common.users - 1);
+  double sum = 0;  // of the links in use
+  for (const Partner& partner : partners_) {
+    if (InUse(partner, now_ns)) sum += partner.stiffness;
+  }
+  for (Partner& partner : partners_) {
+    if (!partner.heard) continue;
+    StiffnessSlew slew{.h = kFrame, .stretch = StretchOf(own, partner.state.X_WB, per_mass)};
+    LinkLaw link = allowed;
+    if (!partner.present) {
+      slew.ceiling = partner.stiffness;
+      slew.gentlest = partner.fade_rate;
+    } else if (InUse(partner, now_ns)) {
+      // while nobody answers, the loop grows older with the clock; what this wants is gentle
+      LawInputs alone = common;
+      alone.peak_loop_age_s =
+          std::max(common.peak_loop_age_s, Seconds(partner.loop_age_ns(now_ns)));
+      alone.te_s = DesignDelay(alone.peak_loop_age_s);
+      link = options_.law->Link(alone);
+      const double share = sum > most ? most / sum : 1.0;
+      const double others = sum - partner.stiffness;
+      const double own_ceiling = std::max(allowed.stiffness, share * partner.stiffness);
+      partner.offered_stiffness =
+          std::max(link.stiffness, std::min(own_ceiling, partner.stiffness));
+      slew.ceiling = std::min(own_ceiling, partner.its_stiffness);
+      slew.wanted = std::min(link.stiffness, partner.its_stiffness);
+      slew.room = most - others;
+    } else {
+      partner.offered_stiffness = 0;
+      const bool silent = partner.meter.peak_loop_age_s() <= kLongestLoopAge;
+      slew.ceiling = silent ? partner.stiffness : 0.0;
+    }
+    const double before = partner.stiffness;
+    partner.stiffness = slew.Next(before);
+    if (InUse(partner, now_ns)) sum += partner.stiffness - before;
+    partner.relative_damping =
+        link.stiffness > 0 ? link.relative_damping * partner.stiffness / link.stiffness : 0.0;
   }
 }
 
 void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs& inputs) noexcept {
-  // one delay for all links, the worst: simplest, and safe
-  double peak = 0;
-  for (Partner& partner : partners_) {
-    if (!partner.present || !partner.heard || !partner.linked) continue;
-    partner.meter.Add(now_ns, now_ns - partner.echo_ns);
-    delay_sum_s_ += 0.5e-9 * static_cast<double>(now_ns - partner.echo_ns);
-    ++delays_;
-    peak = std::max(peak, partner.meter.peak_loop_age_s());
-  }
-  own_stiffness_ =
-      LinkStiffness(options_.law, options_.limits, peak, coupled() + 1, inertia_.mass + kArmMass);
-
   const Mat3 R = own.X_WB.q.toRotationMatrix();
   const Mat3 per_mass = R * inertia_.I_B * R.transpose() / inertia_.mass;
+  const LawInputs common = MeasureDelays(now_ns);
+  Slew(now_ns, common, own, per_mass);
+
   double stiffness_sum = 0;
   link_count_ = 0;
   for (std::size_t i = 0; i < partners_.size(); ++i) {
     Partner& partner = partners_[i];
-    if (partner.peer == 0 || !partner.heard) {
-      if (!partner.present) partner.peer = 0;
+    if (partner.peer == 0) continue;
+    if (!partner.present && (!partner.heard || partner.stiffness <= 0)) {
+      partner = Partner{};
       continue;
     }
-    if (!partner.present) {
-      partner.fade -= kFrame / kFadeTime;
-      if (partner.fade <= 0) {
-        partner = Partner{};
-        continue;
-      }
-    } else {
-      const double stretch = (partner.state.X_WB.p - own.X_WB.p).norm();
-      const double wanted = partner.linked ? std::min(own_stiffness_, partner.its_stiffness) : 0.0;
-      partner.stiffness = Slewed(partner.stiffness, wanted, stretch);
-    }
-    const double k = partner.fade * partner.stiffness;
+    if (!partner.heard) continue;
+    const double k = partner.stiffness;
+    // a copy that is not heard of stands
+    const double quiet = Seconds(now_ns - partner.heard_ns) - kQuietAfter;
+    const double moving = std::clamp(1.0 - quiet / kQuietTime, 0.0, 1.0);
     StepInputs::Link& link = inputs.links[link_count_];
-    link.copy = {partner.state.X_WB, {}};
-    link.gains = {k, 0.0, k * per_mass, Mat3::Zero()};
+    link.copy = {
+        {ClampTurn(own.X_WB.q, partner.state.X_WB.q, partner.turn_axis), partner.state.X_WB.p},
+        {moving * partner.state.V_WB.w, moving * partner.state.V_WB.v}};
+    link.gains = {k, partner.relative_damping, k * per_mass, partner.relative_damping * per_mass};
     partner_of_link_[link_count_++] = i;
     stiffness_sum += k;
   }
   inputs.link_count = link_count_;
-  inputs.ground_damping = LinkDrag(options_.law, options_.limits, stiffness_sum, DesignDelay(peak));
+  inputs.ground_damping = options_.law->GroundDamping(common, stiffness_sum);
   inputs.ground_rotation_damping = inputs.ground_damping * per_mass;
 }
 
 void SharedBody::Describe(std::int64_t now_ns, std::uint32_t seq, const StepReport& report,
-                          CouplingLinks& out) const noexcept {
+                          CouplingLinks& out) noexcept {
+  sent_.Add(now_ns);
   out.from = self_;
   out.object = object_;
   out.seq = seq;
   out.sample_ns = now_ns;
   out.count = 0;
   for (std::size_t link = 0; link < link_count_; ++link) {
-    const Partner& partner = partners_[partner_of_link_[link]];
+    Partner& partner = partners_[partner_of_link_[link]];
+    partner.applied_B_W = report.links_B_W[link];
     if (!partner.present) continue;
     out.entries[out.count++] = {.to = partner.peer,
                                 .echo_ns = partner.state.sample_ns,
-                                .stiffness = own_stiffness_,
-                                .applied_B_W = report.links_B_W[link]};
+                                .stiffness = partner.offered_stiffness,
+                                .applied_B_W = partner.applied_B_W};
   }
+}
+
+std::size_t SharedBody::Links(std::int64_t now_ns,
+                              std::array<LinkView, kMaxLinks>& out) const noexcept {
+  const auto size = [this](const Wrench& F) {
+    return std::sqrt(F.f.squaredNorm() + F.tau.squaredNorm() / (gyration_ * gyration_));
+  };
+  for (std::size_t link = 0; link < link_count_; ++link) {
+    const Partner& partner = partners_[partner_of_link_[link]];
+    Wrench sum = partner.applied_B_W;
+    sum += partner.its_applied_B_W;
+    const double larger = std::max(size(partner.applied_B_W), size(partner.its_applied_B_W));
+    out[link] = {.peer = partner.peer,
+                 .loop_age_s = partner.linked ? Seconds(partner.loop_age_ns(now_ns)) : 0.0,
+                 .stiffness = partner.stiffness,
+                 .force = partner.applied_B_W.f.norm(),
+                 .disagreement = larger > 0 ? size(sum) / larger : 0.0};
+  }
+  return link_count_;
 }
 
 std::size_t SharedBody::coupled() const noexcept {
   return static_cast<std::size_t>(
       std::count_if(partners_.begin(), partners_.end(), [](const Partner& p) {
-        return p.present && p.heard && p.linked;
+        return p.closed();
       }));
 }
 
@@ -147,7 +259,7 @@ double SharedBody::delay_s(std::int64_t now_ns) const noexcept {
   double delay = 0;
   for (const Partner& partner : partners_) {
     if (!partner.present || !partner.linked) continue;
-    delay = std::max(delay, 0.5e-9 * static_cast<double>(now_ns - partner.echo_ns));
+    delay = std::max(delay, 0.5 * Seconds(partner.loop_age_ns(now_ns)));
   }
   return delay;
 }

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 
-#include "collab/delay_meter.h"
+#include "collab/coupling_law.h"
 #include "collab/messages.h"
-#include "collab/stiffness_schedule.h"
+#include "collab/partner.h"
+#include "collab/sent_stamps.h"
 #include "engine/world/step_inputs.h"
 
 namespace tandem {
@@ -18,20 +20,20 @@ namespace tandem {
 ///   other holds: me  <--state/1, link/1--  other          now - that stamp is the age of the whole
 ///   loop
 ///
-/// Both ends use the smaller of their two stiffnesses. A rise is slowed so that a stretched spring
-/// takes in at most 20 mW, a fall takes 20 ms. Used by the haptic thread alone; nothing allocates.
+/// Both ends use the smaller of their two stiffnesses, made for the worst loop among the links in
+/// use; a link whose own loop is older than kLongestLoopAge is out of use by itself. How stiffness
+/// may change: StiffnessSlew. Used by the haptic thread alone; nothing allocates.
 class SharedBody {
  public:
   struct Options {
-    CouplingLaw law = CouplingLaw::kPlusDamping;
-    CouplingLimits limits;
+    std::shared_ptr<const CouplingLaw> law = DefaultLaw();
   };
 
   SharedBody(PeerId self, ObjectId object, const Inertia& inertia, const Options& options);
 
   /// Another user holds the body now, or again.
   void Join(PeerId peer) noexcept;
-  /// Its pull fades over 200 ms; then it is forgotten.
+  /// Its pull fades over 200 ms, or longer where it is above 1.6 N; then it is forgotten.
   void Part(PeerId peer) noexcept;
 
   void OnState(const ObjectState& state) noexcept;
@@ -41,7 +43,7 @@ class SharedBody {
   void Prepare(std::int64_t now_ns, const RigidState& own, StepInputs& inputs) noexcept;
   /// What to tell the others with the state of this frame; `report`: of the same frame.
   void Describe(std::int64_t now_ns, std::uint32_t seq, const StepReport& report,
-                CouplingLinks& out) const noexcept;
+                CouplingLinks& out) noexcept;
 
   /// Others whose loop is closed: they are heard, and they have heard us.
   std::size_t coupled() const noexcept;
@@ -51,32 +53,32 @@ class SharedBody {
   double mean_delay_s() const noexcept {
     return delays_ == 0 ? 0.0 : delay_sum_s_ / static_cast<double>(delays_);
   }
+  /// The links of the last frame, at most kMaxLinks; gives how many. The two wrenches of a link are
+  /// opposite at rest; in motion each end sees the other's past.
+  std::size_t Links(std::int64_t now_ns, std::array<LinkView, kMaxLinks>& out) const noexcept;
+  /// Echoes refused: of a time at which we sent nothing, or older than the one before.
+  std::uint64_t bad_echoes() const noexcept { return bad_echoes_; }
 
  private:
-  struct Partner {
-    PeerId peer = 0;  // 0: a free place
-    bool present = false;
-    double fade = 1.0;  // of the pull, down to 0 after Part()
-    bool heard = false;
-    ObjectState state;  // newest
-    bool linked = false;
-    std::uint32_t links_seq = 0;
-    std::int64_t echo_ns = 0;  // newest own stamp that it holds
-    double its_stiffness = 0;  // N/m that it would use
-    double stiffness = 0;      // N/m in use
-    DelayMeter meter;
-  };
-
   Partner* Find(PeerId peer) noexcept;
+  /// Takes the delays of the frame; gives the inputs of the law.
+  LawInputs MeasureDelays(std::int64_t now_ns) noexcept;
+  /// Whether the link may pull at that time.
+  bool InUse(const Partner& partner, std::int64_t now_ns) const noexcept;
+  void Slew(std::int64_t now_ns, const LawInputs& common, const RigidState& own,
+            const Mat3& per_mass) noexcept;
 
   PeerId self_;
   ObjectId object_;
   Inertia inertia_;
+  double gyration_;  // m
   Options options_;
   std::array<Partner, kMaxLinks> partners_{};
-  double own_stiffness_ = 0;                              // what the law gives us now
   std::array<std::size_t, kMaxLinks> partner_of_link_{};  // of the coming frame's links
   std::size_t link_count_ = 0;
+  SentStamps sent_;
+  std::uint64_t bad_echoes_ = 0;
+  std::int64_t last_frame_ns_ = 0;
   double delay_sum_s_ = 0;
   std::uint64_t delays_ = 0;
 };

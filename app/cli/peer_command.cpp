@@ -79,7 +79,7 @@ int Prepare(const PeerArguments& arguments, Prepared& prepared) {
   NodeOptions options;
   options.peer.id = prepared.id;
   options.peer.wait_for = arguments.wait_for;
-  options.peer.coupling.law = *CouplingLawNamed(arguments.law);
+  options.peer.coupling.law = *MakeLaw(arguments.law);
   options.peer.trace_frames = static_cast<std::size_t>(arguments.seconds * 1000.0);
   options.name = arguments.name;
   options.conditions = arguments.conditions;
@@ -249,7 +249,7 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--seed", arguments->conditions.seed, "of jitter and loss");
   command->add_option("--law", arguments->law, "how stiffness follows delay")
-      ->check(CLI::IsMember({"p+d", "linear"}));
+      ->check(CLI::IsMember({"p+d", "linear", "pdopt"}));
   command
       ->add_option("--capacity", arguments->capacity,
                    "points that may be tested in a frame; default: what fits 300 us here")

@@ -71,7 +71,7 @@ TEST(PeerNode, TwoHandsPullTheirInstancesTogether) {
   // hand 300 N/m and coupling 800 N/m in series, 218 N/m a side; between them the link
   const double k_side = 1.0 / (1.0 / 300.0 + 1.0 / 800.0);
   const double loop = session.node(0).peer().mean_delay_s() * 2;
-  const double k_link = LinkStiffness(CouplingLaw::kPlusDamping, {}, loop, 2, 0.3 + 1.2);
+  const double k_link = DefaultLaw()->Link(LawInputsAt(loop, 2, 0.3 + 1.2)).stiffness;
   const double force = 0.06 / (1.0 / k_link + 2.0 / k_side);
   EXPECT_NEAR(PlaceOf(session, 0).x() - PlaceOf(session, 1).x(), force / k_link, 0.0006);
   EXPECT_NEAR(PlaceOf(session, 1).x(), force / k_side, 0.0003);

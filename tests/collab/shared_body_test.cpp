@@ -14,31 +14,44 @@ constexpr ObjectId kObject = 3;
 
 /// Our end of a link, and a partner of which each test says what it sends.
 struct Bench {
-  Bench() : body(kMe, kObject, {0.3, 1e-4 * Mat3::Identity()}, {}) { inputs.bodies.resize(1); }
+  Bench() : body(kMe, kObject, {0.3, 1e-4 * Mat3::Identity()}, {}) {
+    inputs.bodies.resize(1);
+    for (int i = 0; i < 3000; ++i) Alone();  // what was sent may be echoed
+  }
+
+  /// A frame in which nothing comes.
+  void Alone() {
+    now += kMs;
+    body.Prepare(now, own, inputs);
+    body.Describe(now, ++frame, report, out);
+  }
 
   /// A frame: the partner's state, held still at `place`, which echoes our stamp of `loop_ms` ago.
   void Frame(double place_m, std::int64_t loop_ms, double its_stiffness, bool heard = true) {
-    now += kMs;
+    if (!heard) return Alone();
+    Hear(kOther, place_m, loop_ms, its_stiffness);
+    Alone();
+  }
+
+  void Hear(PeerId peer, double place_m, std::int64_t loop_ms, double its_stiffness) {
     ++seq;
-    if (heard) {
-      ObjectState state;
-      state.peer = kOther;
-      state.object = kObject;
-      state.epoch = 1;
-      state.seq = seq;
-      state.sample_ns = 7'000'000'000 + now;  // another clock
-      state.X_WB.p.x() = place_m;
-      body.OnState(state);
-      CouplingLinks links;
-      links.from = kOther;
-      links.object = kObject;
-      links.seq = seq;
-      links.count = 1;
-      links.entries[0] = {
-          .to = kMe, .echo_ns = now - loop_ms * kMs, .stiffness = its_stiffness, .applied_B_W = {}};
-      body.OnLinks(links);
-    }
-    body.Prepare(now, own, inputs);
+    const std::int64_t then = now + kMs;
+    ObjectState state;
+    state.peer = peer;
+    state.object = kObject;
+    state.epoch = 1;
+    state.seq = seq;
+    state.sample_ns = 7'000'000'000 + then;  // another clock
+    state.X_WB.p.x() = place_m;
+    body.OnState(state);
+    CouplingLinks links;
+    links.from = peer;
+    links.object = kObject;
+    links.seq = seq;
+    links.count = 1;
+    links.entries[0] = {
+        .to = kMe, .echo_ns = then - loop_ms * kMs, .stiffness = its_stiffness, .applied_B_W = {}};
+    body.OnLinks(links);
   }
   double stiffness() const {
     return inputs.link_count == 0 ? 0.0 : inputs.links[0].gains.stiffness;
@@ -47,6 +60,9 @@ struct Bench {
   SharedBody body;
   RigidState own;
   StepInputs inputs;
+  StepReport report;
+  CouplingLinks out;
+  std::uint32_t frame = 0;
   std::int64_t now = 1000 * kMs;
   std::uint32_t seq = 0;
 };
@@ -73,7 +89,7 @@ TEST(SharedBody, UsesTheSmallerStiffnessOfBothEnds) {
   for (int i = 0; i < 3000; ++i) bench.Frame(0, 200, 30);
   EXPECT_NEAR(bench.stiffness(), 30, 1e-6);
   for (int i = 0; i < 3000; ++i) bench.Frame(0, 200, 400);
-  const double own = LinkStiffness(CouplingLaw::kPlusDamping, {}, 0.2, 2, 0.3 + 1.2);
+  const double own = DefaultLaw()->Link(LawInputsAt(0.2, 2, 0.3 + 1.2)).stiffness;
   EXPECT_NEAR(bench.stiffness(), own, 0.01);
   EXPECT_NEAR(bench.body.mean_delay_s(), 0.1, 1e-9);
   EXPECT_NEAR(bench.body.delay_s(bench.now), 0.1, 1e-9);
@@ -142,6 +158,114 @@ TEST(SharedBody, ASilentPartnerIsLetGoWhenTheLoopIsTooOld) {
   EXPECT_GT(bench.stiffness(), 50);
   for (int i = 0; i < 2600; ++i) bench.Frame(0.01, 100, 100, false);
   EXPECT_LT(bench.stiffness(), 0.1);
+}
+
+// One whose loop is older than 2.4 s is out of use by itself: the other link neither ends nor is
+// made for that delay, nor shared with it.
+TEST(SharedBody, ALoopThatIsTooOldEndsNoOtherLink) {
+  Bench bench;
+  bench.body.Join(kOther);
+  bench.body.Join(3);
+  for (int i = 0; i < 3000; ++i) {
+    bench.Hear(3, 0, 2600, 500);
+    bench.Frame(0, 20, 500);
+  }
+  ASSERT_EQ(bench.inputs.link_count, 2U);
+  EXPECT_NEAR(bench.inputs.links[0].gains.stiffness,
+              DefaultLaw()->Link(LawInputsAt(0.02, 2, 1.5)).stiffness, 1e-6);
+  EXPECT_EQ(bench.inputs.links[1].gains.stiffness, 0.0);
+  EXPECT_LT(bench.inputs.ground_damping, 10.0);
+}
+
+// An echo of the future, or of a time at which nothing was sent, would feign a short loop.
+TEST(SharedBody, EchoesOfStampsNeverSentAreRefused) {
+  Bench bench;
+  bench.body.Join(kOther);
+  bench.Frame(0, 200, 500);
+  EXPECT_EQ(bench.body.bad_echoes(), 0U);
+  for (int i = 0; i < 3000; ++i) {
+    bench.Hear(kOther, 0, 200, 500);
+    CouplingLinks links;
+    links.from = kOther;
+    links.object = kObject;
+    links.count = 1;
+    for (const std::int64_t echo :
+         {bench.now + 5 * kMs, bench.now - kMs / 2, std::int64_t{-7}, INT64_MAX}) {
+      links.seq = ++bench.seq;
+      links.entries[0] = {.to = kMe, .echo_ns = echo, .stiffness = 500, .applied_B_W = {}};
+      bench.body.OnLinks(links);
+    }
+    bench.Alone();
+  }
+  EXPECT_EQ(bench.body.bad_echoes(), 12000U);
+  EXPECT_NEAR(bench.stiffness(), DefaultLaw()->Link(LawInputsAt(0.2, 2, 1.5)).stiffness, 0.01);
+}
+
+// 400 N/m stretched by 7.5 mm, 3 N: of a partner that falls silent, then is told to be lost, and
+// the other way when a third one comes; at most 1 N within 100 ms each.
+TEST(SharedBody, APullOfThreeNewtonsGoesGently) {
+  for (const bool third_comes : {false, true}) {
+    SCOPED_TRACE(third_comes);
+    Bench bench;
+    bench.body.Join(kOther);
+    for (int i = 0; i < 4000; ++i) bench.Frame(0.0075, 4, 500);
+    ASSERT_NEAR(bench.stiffness(), 400, 1);
+    if (third_comes) bench.body.Join(3);
+    std::vector<double> force;
+    for (int i = 0; i < 1500; ++i) {
+      if (!third_comes && i == 600) bench.body.Part(kOther);
+      if (third_comes) bench.Hear(3, 0.0, 4, 500);
+      bench.Frame(0.0075, 4, 500, third_comes);
+      force.push_back(0.0075 * bench.stiffness());
+    }
+    for (std::size_t i = 100; i < force.size(); ++i) {
+      EXPECT_LE(force[i - 100] - force[i], 0.85) << i;
+    }
+    EXPECT_NEAR(force.back(), third_comes ? 1.5 : 0.0, 0.01);
+  }
+}
+
+// Both wrenches of a link add up to nothing, or the larger share of them that does not.
+TEST(SharedBody, ComparesTheTwoWrenchesOfALink) {
+  Bench bench;
+  bench.body.Join(kOther);
+  bench.Frame(0.01, 20, 100);
+  bench.report.links_B_W[0].f = Vec3(2, 0, 0);
+  const auto disagreement = [&](double its_force) {
+    CouplingLinks links;
+    links.from = kOther;
+    links.object = kObject;
+    links.seq = ++bench.seq;
+    links.count = 1;
+    links.entries[0] = {.to = kMe, .echo_ns = bench.now, .stiffness = 100, .applied_B_W = {}};
+    links.entries[0].applied_B_W.f.x() = its_force;
+    bench.body.OnLinks(links);
+    bench.Alone();
+    std::array<LinkView, kMaxLinks> views;
+    EXPECT_EQ(bench.body.Links(bench.now, views), 1U);
+    EXPECT_EQ(views[0].peer, kOther);
+    EXPECT_NEAR(views[0].force, 2.0, 1e-12);
+    return views[0].disagreement;
+  };
+  EXPECT_NEAR(disagreement(-2.0), 0.0, 1e-12);
+  EXPECT_NEAR(disagreement(-1.9), 0.05, 1e-12);
+  EXPECT_NEAR(disagreement(2.5), 1.8, 1e-12);  // a wrong sign
+}
+
+TEST(SharedBody, BeyondFiveTwelfthsOfATurnTheMomentKeepsItsSizeAndItsWay) {
+  Bench bench;
+  bench.body.Join(kOther);
+  ObjectState state;
+  state.peer = kOther;
+  state.object = kObject;
+  for (int degrees = 0; degrees <= 200; degrees += 5) {
+    state.seq = static_cast<std::uint32_t>(degrees + 1);
+    state.X_WB.q = RotationBy(Vec3(0, 0, degrees * M_PI / 180));
+    bench.body.OnState(state);
+    bench.Alone();
+    const Vec3 turn = RotationVector(bench.inputs.links[0].copy.X_WA.q);
+    EXPECT_NEAR(turn.z(), std::min(degrees, 150) * M_PI / 180, 1e-9) << degrees;
+  }
 }
 
 TEST(SharedBody, TellsEachPartnerTheNewestStampItHolds) {

@@ -70,8 +70,11 @@ TEST(SharedPart, ComesOutOverALinkThatJittersAndLoses) {
   EXPECT_LE(demo.mean_delay_s[0], 0.125);
 }
 
-TEST(SharedPart, ComesOutUnderTheLinearLaw) {
-  ExpectWorkedOut(MustRun("peg_in_slot", {.seconds = 18, .law = CouplingLaw::kLinear}));
+TEST(SharedPart, ComesOutUnderTheOtherLaws) {
+  for (const char* law : {"linear", "pdopt"}) {
+    SCOPED_TRACE(law);
+    ExpectWorkedOut(MustRun("peg_in_slot", {.seconds = 18, .law = *MakeLaw(law)}));
+  }
 }
 
 // By exact geometry; and the oracle is not blind: without contact the same hands pull the peg

@@ -18,7 +18,7 @@ struct SimulatedDemo {
 struct SimulatedDemoOptions {
   double seconds = 20;
   LinkConditions conditions{.delay_ms = 100};
-  CouplingLaw law = CouplingLaw::kPlusDamping;
+  std::shared_ptr<const CouplingLaw> law = DefaultLaw();
   bool contact = true;
 };
 

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string_view>
+
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// What a law is told of the couplings of one instance of a body.
+struct LawInputs {
+  double te_s = 0;             // delay that gains are made for: DesignDelay(peak_loop_age_s)
+  double peak_loop_age_s = 0;  // the worst of the links in use
+  std::size_t users = 2;       // oneself and the partners on those links
+  double mass_max = 1.5;       // kg that may move together: body, device, arm
+};
+
+/// Gains of ONE of the users - 1 links. Rotation has the same, times inertia over mass.
+struct LinkLaw {
+  double stiffness = 0;         // N/m
+  double relative_damping = 0;  // N s/m, of the velocity between the instances
+};
+
+/// How firmly two instances of a body may pull one another at a given delay (paper §6.1: "the
+/// coupling stiffness is scaled by delay"). Pure; each peer computes its own pull from the states
+/// it holds:
+///
+///   F_i = sum_j k (y_j - x_i) + bc (u_j - v_i) - b v_i      y_j, u_j: x_j, v_j some time ago
+///
+/// Stability: V = sum m v^2/2 + sum k |x_i - x_j|^2/2; as x_j - y_j is the integral of v_j over the
+/// sample's age, Schwarz bounds what the delay puts in by k (age_ij + age_ji) |v_i||v_j|, which the
+/// drags take out while 4 b_i b_j >= (k L)^2, L the loop age; for N users while b_i >= sum_j k L/2
+/// (Gershgorin). This holds for any jitter, loss, passive hand and contact (Lee & Spong, IEEE TRO
+/// 22 (2006) 269; Nuno et al., IEEE TRO 25 (2009) 753). With te = L/2 and a drag budget B that is k
+/// = B/te.
+class CouplingLaw {
+ public:
+  CouplingLaw() = default;
+  CouplingLaw(const CouplingLaw&) = delete;
+  CouplingLaw& operator=(const CouplingLaw&) = delete;
+  virtual ~CouplingLaw() = default;
+
+  virtual const char* name() const noexcept = 0;
+  virtual LinkLaw Link(const LawInputs& inputs) const noexcept = 0;
+  /// Drag against the ground, N s/m, that links of that stiffness in sum need.
+  virtual double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept = 0;
+};
+
+struct CouplingLimits {
+  double damping_budget = 10.0;      // B, N s/m that the hand may feel
+  double stiffness = 500.0;          // K0, N/m without delay
+  double margin = 0.8;               // sigma
+  double linear_stiffness = 40.0;    // k0 of "linear", N/m: stable to 1 s with 10 N s/m of drag
+  double constant_stiffness = 200;   // N/m, of "constant"
+  double constant_damping = 0;       // N s/m against the ground, of "constant"
+  double constant_link_damping = 0;  // N s/m between the instances, of "constant"
+};
+
+inline constexpr double kLongestLoopAge = 2.4;  // s; beyond, a link is cut whatever the law
+
+/// Half the worst loop age to be expected of a peak held for two seconds: (1.1 L_peak + 5 ms) / 2.
+/// The peak alone falls short of the next second's worst in a quarter of the cases, this in 2 to
+/// 6 %.
+double DesignDelay(double peak_loop_age_s) noexcept;
+
+LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max) noexcept;
+
+/// The law of that name:
+///
+/// "p+d", the default: k = sigma min(K0, B/te + B^2/(3 m_max)) / (N - 1), b = sum k te in [1, B].
+///   The second term is what a bounded mass allows beyond B/te: the exact boundary of two free
+///   instances is k_crit = (b^2 + m^2 w^2)/(2 m), w tan(w te/2) = b/m, and with atan t >= 3t/(3 +
+///   t^2) it is at least b/te + b^2/(3 m).
+/// "linear", the paper's: k = k0 max(0.02, 1 - tau / 1 s) / (N - 1), tau = half the loop age, b =
+/// B.
+///   Passive only while B >= k0/4 [1/s] (tau (1 - tau) <= 1/4); beyond 85 N/m unstable with hands
+///   off.
+/// "pdopt": k = sigma min(K0, 1.5 B/te) / (N - 1), bc = k te/2, b = sum k te/5, at least 1. The PD
+///   link's passivity needs a ground damping of only g(r) k te, g = .164 at r = bc/(k te) = .5, for
+///   a constant delay (after Lee & Spong); what jitter adds is the energy gate's to pay.
+/// "constant": gains that know of no delay, for the lab: refused unless `lab`.
+Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
+                                                   const CouplingLimits& limits = {},
+                                                   bool lab = false);
+
+/// "p+d" with its default limits.
+std::shared_ptr<const CouplingLaw> DefaultLaw();
+
+}  // namespace tandem

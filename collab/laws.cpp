@@ -1,0 +1,126 @@
+#include <algorithm>
+#include <string>
+
+#include "collab/coupling_law.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr double kLeastDrag = 1.0;  // N s/m, as soon as anything pulls
+
+double LinksOf(const LawInputs& inputs) {
+  return static_cast<double>(std::max<std::size_t>(inputs.users, 2) - 1);
+}
+
+class PlusDamping : public CouplingLaw {
+ public:
+  explicit PlusDamping(const CouplingLimits& limits) : limits_(limits) {}
+  const char* name() const noexcept override { return "p+d"; }
+  LinkLaw Link(const LawInputs& inputs) const noexcept override {
+    const double B = limits_.damping_budget;
+    const double k = std::min(limits_.stiffness, B / inputs.te_s + B * B / (3.0 * inputs.mass_max));
+    return {limits_.margin * k / LinksOf(inputs), 0.0};
+  }
+  double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept override {
+    if (stiffness_sum <= 0) return 0;
+    return std::clamp(stiffness_sum * inputs.te_s, std::min(kLeastDrag, limits_.damping_budget),
+                      limits_.damping_budget);
+  }
+
+ private:
+  CouplingLimits limits_;
+};
+
+class Linear : public CouplingLaw {
+ public:
+  explicit Linear(const CouplingLimits& limits) : limits_(limits) {}
+  const char* name() const noexcept override { return "linear"; }
+  LinkLaw Link(const LawInputs& inputs) const noexcept override {
+    constexpr double kLongestDelay = 1.0;  // s
+    const double tau = 0.5 * inputs.peak_loop_age_s;
+    const double share = std::max(0.02, 1.0 - tau / kLongestDelay);
+    return {limits_.linear_stiffness * share / LinksOf(inputs), 0.0};
+  }
+  double GroundDamping(const LawInputs&, double stiffness_sum) const noexcept override {
+    return stiffness_sum > 0 ? limits_.damping_budget : 0.0;
+  }
+
+ private:
+  CouplingLimits limits_;
+};
+
+class PdOpt : public CouplingLaw {
+ public:
+  explicit PdOpt(const CouplingLimits& limits) : limits_(limits) {}
+  const char* name() const noexcept override { return "pdopt"; }
+  LinkLaw Link(const LawInputs& inputs) const noexcept override {
+    const double k = limits_.margin *
+                     std::min(limits_.stiffness, 1.5 * limits_.damping_budget / inputs.te_s) /
+                     LinksOf(inputs);
+    return {k, 0.5 * k * inputs.te_s};
+  }
+  double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept override {
+    if (stiffness_sum <= 0) return 0;
+    return std::max(kLeastDrag, 0.2 * stiffness_sum * inputs.te_s);
+  }
+
+ private:
+  CouplingLimits limits_;
+};
+
+class Constant : public CouplingLaw {
+ public:
+  explicit Constant(const CouplingLimits& limits) : limits_(limits) {}
+  const char* name() const noexcept override { return "constant"; }
+  LinkLaw Link(const LawInputs& inputs) const noexcept override {
+    return {limits_.constant_stiffness / LinksOf(inputs),
+            limits_.constant_link_damping / LinksOf(inputs)};
+  }
+  double GroundDamping(const LawInputs&, double stiffness_sum) const noexcept override {
+    return stiffness_sum > 0 ? limits_.constant_damping : 0.0;
+  }
+
+ private:
+  CouplingLimits limits_;
+};
+
+template <class Law>
+std::shared_ptr<const CouplingLaw> Make(const CouplingLimits& limits) {
+  return std::make_shared<const Law>(limits);
+}
+
+}  // namespace
+
+double DesignDelay(double peak_loop_age_s) noexcept {
+  return 0.5 * (1.1 * peak_loop_age_s + 0.005);
+}
+
+LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max) noexcept {
+  return {.te_s = DesignDelay(peak_loop_age_s),
+          .peak_loop_age_s = peak_loop_age_s,
+          .users = users,
+          .mass_max = mass_max};
+}
+
+Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
+                                                   const CouplingLimits& limits, bool lab) {
+  if (name == "p+d") return Make<PlusDamping>(limits);
+  if (name == "linear") return Make<Linear>(limits);
+  if (name == "pdopt") return Make<PdOpt>(limits);
+  if (name != "constant") {
+    return Error{"no coupling law is called '" + std::string(name) +
+                 "': there are p+d, linear and pdopt"};
+  }
+  if (!lab) {
+    return Error{
+        "the law 'constant' knows of no delay and can shake: it is for the lab, with --lab"};
+  }
+  return Make<Constant>(limits);
+}
+
+std::shared_ptr<const CouplingLaw> DefaultLaw() {
+  return Make<PlusDamping>({});
+}
+
+}  // namespace tandem

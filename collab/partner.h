@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+
+#include "collab/delay_meter.h"
+#include "collab/messages.h"
+
+namespace tandem {
+
+/// Another user of a shared body, as one end of a link knows it.
+struct Partner {
+  PeerId peer = 0;       // 0: a free place
+  bool present = false;  // false while its pull fades
+  double fade_rate = 0;  // N/m/s of that fade
+  bool heard = false;
+  bool fresh_state = false;   // since the last frame
+  std::int64_t heard_ns = 0;  // own time of the newest state
+  ObjectState state;          // newest
+  bool linked = false;
+  bool fresh_link = false;
+  std::uint32_t links_seq = 0;
+  std::int64_t echo_ns = 0;        // newest own stamp that it holds
+  std::int64_t last_echo_ns = 0;   // as of the last frame
+  double its_stiffness = 0;        // N/m that it would use
+  Wrench its_applied_B_W;          // on its instance, as it says
+  DelayMeter meter;                // of loop ages at which something came
+  double offered_stiffness = 0;    // N/m that we would use
+  double stiffness = 0;            // N/m in use
+  double relative_damping = 0;     // N s/m in use
+  Wrench applied_B_W;              // on our instance, in the last frame
+  Vec3 turn_axis = Vec3::UnitX();  // from our instance to its
+
+  bool closed() const noexcept { return present && heard && linked; }
+  std::int64_t loop_age_ns(std::int64_t now_ns) const noexcept { return now_ns - echo_ns; }
+};
+
+/// What is shown and logged of a link.
+struct LinkView {
+  PeerId peer = 0;
+  double loop_age_s = 0;    // now
+  double stiffness = 0;     // N/m in use
+  double force = 0;         // N, on our instance
+  double disagreement = 0;  // of the two wrenches of the link: |own + its| / the larger; 0 at rest
+};
+
+}  // namespace tandem

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace tandem {
+
+/// The times of our own samples of the last four seconds and more, so that an echo can be told from
+/// a number that somebody made up. Used by the haptic thread alone.
+class SentStamps {
+ public:
+  void Add(std::int64_t sample_ns) noexcept {
+    if (count_ > 0 && sample_ns <= At(count_ - 1)) return;
+    stamps_[count_ % kKept] = sample_ns;
+    ++count_;
+  }
+  bool Has(std::int64_t sample_ns) const noexcept {
+    std::uint64_t low = count_ > kKept ? count_ - kKept : 0;
+    std::uint64_t high = count_;
+    while (low < high) {
+      const std::uint64_t middle = low + (high - low) / 2;
+      if (At(middle) < sample_ns) {
+        low = middle + 1;
+      } else {
+        high = middle;
+      }
+    }
+    return low < count_ && At(low) == sample_ns;
+  }
+
+ private:
+  static constexpr std::uint64_t kKept = 4096;
+  std::int64_t At(std::uint64_t number) const noexcept { return stamps_[number % kKept]; }
+
+  std::array<std::int64_t, kKept> stamps_{};
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+
+inline constexpr double kFadeTime = 0.2;    // s, of a partner that is gone, at the least
+inline constexpr double kGentleFall = 8.0;  // N/s that a gentle fall may take from a link's force
+
+/// How the stiffness of a link may change in a frame of h seconds.
+struct StiffnessSlew {
+  double h = 1e-3;         // s
+  double stretch = 0;      // m, of the spring: sqrt(|d|^2 + theta^T (I/m) theta)
+  double ceiling = 0;      // N/m that the delay allows: above, it falls in 20 ms
+  double wanted = 0;       // N/m to go to; at most the ceiling
+  double room = 0;         // N/m that it may rise to, as the other links leave it
+  double gentlest = 1e30;  // N/m/s: a gentle fall is not faster than this
+
+  /// A rise puts dk stretch^2/2 into the spring: 20 mW at the most. A fall takes energy out, so it
+  /// may be as fast as the delay wants; where its cause is only that nobody answers, or that one
+  /// more has come, it is gentle: a held copy is a fixed anchor and harms nobody (VPS.md §12.4).
+  double Next(double k) const noexcept {
+    constexpr double kFallTime = 0.02;       // s
+    constexpr double kFastestRise = 400.0;   // N/m/s
+    constexpr double kRisePower = 0.02;      // W
+    constexpr double kLeastStretch = 0.001;  // m; below it a force is none
+    if (k > ceiling) k = ceiling + (k - ceiling) * std::exp(-h / kFallTime);
+    const double goal = std::min(wanted, ceiling);
+    if (k > goal) {
+      const double rate = std::min(gentlest, kGentleFall / std::max(stretch, kLeastStretch));
+      return std::max(goal, k - h * rate);
+    }
+    const double by_power = 2.0 * kRisePower / std::max(stretch * stretch, 1e-8);
+    const double risen = std::min(goal, k + h * std::min(kFastestRise, by_power));
+    return std::max(k, std::min(risen, room));
+  }
+};
+
+}  // namespace tandem
