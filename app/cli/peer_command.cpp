@@ -10,6 +10,7 @@
 #include "app/cli/capacity.h"
 #include "app/cli/commands.h"
 #include "app/cli/peer_report.h"
+#include "app/cli/reach_options.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
@@ -27,8 +28,7 @@ struct PeerArguments {
   std::string hold;
   std::string hand;
   std::string name;
-  std::string interface;
-  std::uint32_t domain = 42;
+  ReachOptions reach;
   std::size_t wait_for = 0;
   double wait_seconds = 60;
   double seconds = 0;  // after the hand's start; 0: until a signal comes
@@ -142,13 +142,10 @@ int RunPeer(const PeerArguments& arguments) {
   Prepared prepared;
   if (const int failed = Prepare(arguments, prepared); failed != kExitOk) return failed;
   PeerNode& node = *prepared.node;
-  Result<std::unique_ptr<Transport>> joined = JoinOverDds({.session = arguments.session,
-                                                           .peer = prepared.id,
-                                                           .role = Role::kActive,
-                                                           .domain = arguments.domain,
-                                                           .interface = arguments.interface,
-                                                           .objects = prepared.model->object},
-                                                          node.inbox());
+  DdsOptions dds{
+      .session = arguments.session, .peer = prepared.id, .objects = prepared.model->object};
+  ApplyReach(arguments.reach, dds);
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, node.inbox());
   if (!joined) return Fail(kExitNetwork, joined.error().what);
   Transport& transport = **joined;
   std::signal(SIGINT, AskToStop);
@@ -259,8 +256,7 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--publish-hz", arguments->publish_hz, "rate of states sent")
       ->check(CLI::Range(10.0, 1000.0));
-  command->add_option("--interface", arguments->interface, "network interface by name");
-  command->add_option("--domain", arguments->domain, "DDS domain")->check(CLI::Range(0, 230));
+  AddReachOptions(*command, arguments->reach);
   command->add_option("--report", arguments->report, "write a report (JSON) and a trace there");
   command->add_flag("--no-contact", arguments->no_contact, "bodies pass through one another");
   command->add_flag("--require-rt", arguments->require_rt, "fail when SCHED_FIFO is not granted");

@@ -122,8 +122,7 @@ int WatchCommand(const WatchOptions& options) {
   dds.session = options.session;
   dds.peer = RandomPeerId();
   dds.role = Role::kViewer;
-  dds.domain = options.domain;
-  dds.interface = options.interface;
+  ApplyReach(options.reach, dds);
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, viewer);
   if (!joined) return Fail(kExitNetwork, joined.error().what);
   Transport& transport = **joined;
@@ -171,8 +170,7 @@ void AddWatchCommand(CLI::App& app, int& exit_code) {
   command->add_option("--session", options->session, "name of the session")->required();
   command->add_option("--scene", options->scene, "compare this scene file with the session's");
   command->add_option("--name", options->name, "how others see you");
-  command->add_option("--interface", options->interface, "network interface by name");
-  command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 230));
+  AddReachOptions(*command, options->reach);
   command->add_option("--seconds", options->seconds, "leave after this; 0: on a signal")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--report", options->report, "write what was received (JSON) there");

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include <CLI/CLI.hpp>
+
+#include "app/cli/reach_options.h"
 
 namespace tandem {
 
@@ -12,8 +13,7 @@ struct WatchOptions {
   std::string session;
   std::string scene;  // to be compared with the session's; empty: no comparison
   std::string name;
-  std::string interface;
-  std::uint32_t domain = 42;
+  ReachOptions reach;
   double seconds = 0;  // 0: until a signal comes
   std::string report;
   bool json = false;

@@ -18,6 +18,12 @@ struct DdsOptions {
   std::string interface;          // by name; empty: Cyclone's choice. "lo": loopback, no multicast
   std::vector<ObjectId> objects;  // that may be published: their DDS instances of state/1 and
                                   // link/1 are registered before the loop
+  /// Where others are, HOST or HOST:PORT, IPv4: then no multicast is sent or heard, and packets are
+  /// kept below what any path carries. Without a port all those of a machine's first programs are
+  /// tried.
+  std::vector<std::string> peers;
+  std::string external_address;  // behind address translation: the IPv4 address that others use
+  std::uint16_t port = 0;        // UDP ports `port` and `port` + 1; 0: the domain's first free ones
 };
 
 /// Joins a session. `inbox` must outlive the transport. An active peer reads state/1, link/1,

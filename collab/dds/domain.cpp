@@ -1,15 +1,19 @@
 #include "collab/dds/domain.h"
 
 #include <array>
+#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <set>
 #include <thread>
 
+#include <arpa/inet.h>
 #include <ifaddrs.h>
 #include <net/if.h>
+#include <netdb.h>
 #include <pthread.h>
+#include <unistd.h>
 
 #include "collab/dds/cyclone_log.h"
 
@@ -84,6 +88,86 @@ std::optional<Error> CheckInterface(const std::string& name) {
   return Error{fault + " (usable: " + names + ")"};
 }
 
+bool IsIpv4(const std::string& text) {
+  in_addr address{};
+  return inet_pton(AF_INET, text.c_str(), &address) == 1;
+}
+
+// Why a host is not to be found, or nothing.
+std::optional<Error> CheckHost(const std::string& host) {
+  addrinfo hints{};
+  hints.ai_family = AF_INET;
+  hints.ai_socktype = SOCK_DGRAM;
+  addrinfo* found = nullptr;
+  const int failed = getaddrinfo(host.c_str(), nullptr, &hints, &found);
+  if (failed != 0) return Error{"--peers: no IPv4 address is known for '" + host + "'"};
+  freeaddrinfo(found);
+  return std::nullopt;
+}
+
+bool PortIsFree(std::uint16_t port) {
+  const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (probe < 0) return true;  // Cyclone will say
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  const bool free = bind(probe, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
+  close(probe);
+  return free;
+}
+
+// What keeps an own port from use, or nothing.
+std::optional<Error> CheckPort(std::uint16_t port) {
+  if (port == 0) return std::nullopt;
+  for (const std::uint32_t one : {std::uint32_t{port}, std::uint32_t{port} + 1}) {
+    if (one > 65535 || !PortIsFree(static_cast<std::uint16_t>(one))) {
+      return Error{"--port " + std::to_string(port) + ": UDP port " + std::to_string(one) +
+                   (one > 65535 ? " does not exist" : " is taken by another program")};
+    }
+  }
+  return std::nullopt;
+}
+
+std::string PortsXml(std::uint16_t port) {
+  // index 0 of a domain without an offset: exactly `port` and the next
+  return "<Ports><Base>" + std::to_string(port) +
+         "</Base><DomainGain>0</DomainGain><UnicastMetaOffset>0</UnicastMetaOffset>"
+         "<UnicastDataOffset>1</UnicastDataOffset><MulticastMetaOffset>2</MulticastMetaOffset>"
+         "<MulticastDataOffset>3</MulticastDataOffset></Ports>";
+}
+
+std::string PeersXml(const DdsOptions& options, bool loopback) {
+  std::string xml = "<Peers>";
+  if (loopback && options.peers.empty()) xml += "<Peer address=\"127.0.0.1\"/>";
+  for (const std::string& text : options.peers) {
+    const Result<PeerAddress> peer = ParsePeerAddress(text);
+    if (!peer) continue;  // CheckOptions has said so
+    // with a port of one's own the others are taken to have the same
+    const std::uint16_t port = peer->port != 0 ? peer->port : options.port;
+    xml += "<Peer address=\"" + EscapeXml(peer->host);
+    if (port != 0) xml.append(":").append(std::to_string(port));
+    xml += "\"/>";
+  }
+  return xml + "</Peers>";
+}
+
+}  // namespace
+
+Result<PeerAddress> ParsePeerAddress(const std::string& text) {
+  const Error bad{"--peers: '" + text + "' is not HOST or HOST:PORT"};
+  const std::size_t colon = text.find(':');
+  PeerAddress peer{.host = text.substr(0, colon), .port = 0};
+  for (const char c : peer.host) {
+    if (!IsPlain(c)) return bad;
+  }
+  if (peer.host.empty()) return bad;
+  if (colon == std::string::npos) return peer;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, peer.port);
+  if (error != std::errc() || stop != end || peer.port == 0) return bad;
+  return peer;
+}
+
 std::optional<Error> CheckOptions(const DdsOptions& options) {
   if (options.session.empty()) return Error{"a session needs a name"};
   if (options.session.size() > kMaxSessionName) {
@@ -93,11 +177,19 @@ std::optional<Error> CheckOptions(const DdsOptions& options) {
     return Error{"there is no DDS domain " + std::to_string(options.domain) +
                  ": they go from 0 to " + std::to_string(kMaxDomain)};
   }
-  if (!options.interface.empty()) return CheckInterface(options.interface);
-  return std::nullopt;
+  if (!options.interface.empty()) {
+    if (std::optional<Error> error = CheckInterface(options.interface)) return error;
+  }
+  for (const std::string& text : options.peers) {
+    const Result<PeerAddress> peer = ParsePeerAddress(text);
+    if (!peer) return peer.error();
+    if (std::optional<Error> error = CheckHost(peer->host)) return error;
+  }
+  if (!options.external_address.empty() && !IsIpv4(options.external_address)) {
+    return Error{"--external-address: '" + options.external_address + "' is not an IPv4 address"};
+  }
+  return CheckPort(options.port);
 }
-
-}  // namespace
 
 std::string DiscoveryTag(const std::string& session) {
   std::string tag = "tandem/";
@@ -116,18 +208,30 @@ std::string DiscoveryTag(const std::string& session) {
 
 std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   const bool loopback = options.interface == kLoopback;
-  std::string xml = "<Domain Id=\"any\">";
+  const bool multicast = !loopback && options.peers.empty();
+  std::string xml = "<Domain Id=\"any\"><General>";
   if (!options.interface.empty()) {
-    xml += "<General><Interfaces><NetworkInterface name=\"" + EscapeXml(options.interface) +
-           "\"/></Interfaces><AllowMulticast>" + (loopback ? "false" : "true") +
-           "</AllowMulticast></General>";
+    xml += "<Interfaces><NetworkInterface name=\"" + EscapeXml(options.interface) +
+           "\"/></Interfaces>";
   }
-  xml += "<Discovery><Tag>" + DiscoveryTag(options.session) +
-         "</Tag>"
-         "<ParticipantIndex>auto</ParticipantIndex>"
-         "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>"
-         "<LeaseDuration>2 s</LeaseDuration>";
-  if (loopback) xml += "<Peers><Peer address=\"127.0.0.1\"/></Peers>";
+  xml += std::string("<AllowMulticast>") + (multicast ? "true" : "false") + "</AllowMulticast>";
+  if (!options.external_address.empty()) {
+    xml += "<ExternalNetworkAddress>" + options.external_address + "</ExternalNetworkAddress>";
+  }
+  // fragments of IP packets do not get through many routers
+  if (!options.peers.empty()) {
+    xml += "<MaxMessageSize>1400 B</MaxMessageSize><FragmentSize>1300 B</FragmentSize>";
+  }
+  xml += "</General><Discovery><Tag>" + DiscoveryTag(options.session) + "</Tag>";
+  if (options.port != 0) {
+    xml += "<ParticipantIndex>0</ParticipantIndex>" + PortsXml(options.port);
+  } else {
+    xml +=
+        "<ParticipantIndex>auto</ParticipantIndex>"
+        "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>";
+  }
+  xml += "<LeaseDuration>2 s</LeaseDuration>";
+  if (!multicast) xml += PeersXml(options, loopback);
   xml += "</Discovery><Internal><MultipleReceiveThreads>false</MultipleReceiveThreads></Internal>";
   if (real_time_receive) {
     xml += "<Threads><Thread Name=\"recv\"><Scheduling><Class>Realtime</Class><Priority>" +

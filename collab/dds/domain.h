@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "collab/dds/dds_api.h"
@@ -14,6 +15,22 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive);
 /// whatever is not a letter, digit, '.', '_' or '-' as %XX. XML and Cyclone's own ${} leave it as
 /// it is.
 std::string DiscoveryTag(const std::string& session);
+
+/// HOST[:PORT] taken apart; port 0: none was given.
+struct PeerAddress {
+  std::string host;
+  std::uint16_t port = 0;
+};
+Result<PeerAddress> ParsePeerAddress(const std::string& text);
+
+/// The UDP port that a program listens at for discovery, the `index`-th of its machine in a domain;
+/// the next one is for data.
+constexpr std::uint32_t DiscoveryPort(std::uint32_t domain, std::uint32_t index) {
+  return 7400 + 250 * domain + 10 + 2 * index;
+}
+
+/// Why these options cannot work, in words; nothing: they can.
+std::optional<Error> CheckOptions(const DdsOptions& options);
 
 /// Makes the domain from the options alone; CYCLONEDDS_URI in the environment is not heeded, and
 /// that is said. A process takes part in a domain once at a time.

@@ -17,6 +17,8 @@ ChildPeer::ChildPeer(const std::string& session, PeerId id, const Options& optio
   const std::string own_id = std::to_string(id);
   const std::string claimed = std::to_string(options.claimed == 0 ? id : options.claimed);
   const char* role = options.role == Role::kViewer ? "viewer" : "active";
+  const std::string port = std::to_string(options.port);
+  const std::string peer_port = std::to_string(options.peer_port);
   int in[2];
   int out[2];
   TANDEM_CHECK(pipe2(in, O_CLOEXEC) == 0 && pipe2(out, O_CLOEXEC) == 0);
@@ -26,7 +28,7 @@ ChildPeer::ChildPeer(const std::string& session, PeerId id, const Options& optio
     dup2(in[0], STDIN_FILENO);
     dup2(out[1], STDOUT_FILENO);
     execl(TANDEM_DDS_TEST_PEER, TANDEM_DDS_TEST_PEER, session.c_str(), own_id.c_str(), role,
-          claimed.c_str(), nullptr);
+          claimed.c_str(), port.c_str(), peer_port.c_str(), options.secure.c_str(), nullptr);
     _exit(127);
   }
   close(in[0]);

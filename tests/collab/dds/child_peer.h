@@ -14,7 +14,10 @@ class ChildPeer {
  public:
   struct Options {
     Role role = Role::kActive;
-    PeerId claimed = 0;  // publishes states of this peer too; 0: of itself only
+    PeerId claimed = 0;           // publishes states of this peer too; 0: of itself only
+    std::uint16_t port = 0;       // 0: the domain's own way of meeting; else exactly this one …
+    std::uint16_t peer_port = 0;  // … and nobody but this port of this machine is called
+    std::string secure;           // folder of keys; empty: plain
   };
 
   ChildPeer(const std::string& session, PeerId id, const Options& options);

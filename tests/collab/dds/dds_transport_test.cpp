@@ -66,6 +66,40 @@ TEST(DdsTransport, ActivePeersHearOneAnother) {
   EXPECT_FALSE(heard.Now().infos.contains(kHere)) << "a peer does not hear itself";
 }
 
+// Fixed ports, nobody told of but one address: nothing but what --peers names is ever sent to.
+TEST(DdsTransport, PeersNamedByAddressMeetWithoutMulticast) {
+  const std::string session = RandomSession();
+  const std::uint16_t here_port = FreePortPair();
+  const std::uint16_t there_port = FreePortPair();
+  ChildPeer there(session, kThere, {.port = there_port, .peer_port = here_port});
+  Recorder heard;
+  DdsOptions options = LoopbackOptions(session, kHere, Role::kActive);
+  options.port = here_port;
+  options.peers = {"127.0.0.1:" + std::to_string(there_port)};
+  const auto here = Join(options, heard);
+  ASSERT_NE(here, nullptr);
+  EXPECT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    return h.states.contains(kThere) && h.infos.contains(kThere);
+  }));
+  EXPECT_TRUE(there.Says("state " + std::to_string(kHere)));
+}
+
+TEST(DdsTransport, APortThatIsTakenIsNamed) {
+  const int other = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  ASSERT_EQ(bind(other, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  socklen_t size = sizeof address;
+  getsockname(other, reinterpret_cast<sockaddr*>(&address), &size);
+  Recorder heard;
+  DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
+  options.port = ntohs(address.sin_port);
+  const auto joined = JoinOverDds(options, heard);
+  close(other);
+  ASSERT_FALSE(joined.has_value());
+  EXPECT_THAT(joined.error().what, HasSubstr(std::to_string(options.port) + " is taken"));
+}
+
 TEST(DdsTransport, LatecomersGetTheSceneAndWhoIsThere) {
   const std::string session = RandomSession();
   ChildPeer early(session, kThere);

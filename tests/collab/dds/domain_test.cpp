@@ -36,6 +36,52 @@ TEST(Domain, OtherInterfacesFindPeersByMulticast) {
   EXPECT_THAT(xml, HasSubstr("<Class>Realtime<"));
 }
 
+TEST(Domain, NamedPeersTakeThePlaceOfMulticast) {
+  DdsOptions options;
+  options.session = "s";
+  options.interface = "eth0";
+  options.peers = {"192.0.2.7", "192.0.2.8:7500"};
+  options.external_address = "203.0.113.1";
+  const std::string xml = DomainXml(options, false);
+  EXPECT_THAT(xml, HasSubstr("<AllowMulticast>false<"));
+  EXPECT_THAT(xml, HasSubstr("<Peer address=\"192.0.2.7\"/><Peer address=\"192.0.2.8:7500\"/>"));
+  EXPECT_THAT(xml, HasSubstr("<ExternalNetworkAddress>203.0.113.1<"));
+  EXPECT_THAT(xml, HasSubstr("<MaxMessageSize>1400 B<"));
+}
+
+TEST(Domain, APortOfOnesOwnIsTakenToBeTheOthersToo) {
+  DdsOptions options;
+  options.session = "s";
+  options.peers = {"192.0.2.7", "192.0.2.8:7500"};
+  options.port = 9000;
+  const std::string xml = DomainXml(options, false);
+  EXPECT_THAT(xml, HasSubstr("<Base>9000</Base>"));
+  EXPECT_THAT(xml, HasSubstr("<ParticipantIndex>0<"));
+  EXPECT_THAT(xml, HasSubstr("192.0.2.7:9000\"/><Peer address=\"192.0.2.8:7500\""));
+}
+
+TEST(Domain, PeerAddressesAreHostAndPort) {
+  EXPECT_EQ(ParsePeerAddress("anna.example")->host, "anna.example");
+  EXPECT_EQ(ParsePeerAddress("anna.example")->port, 0);
+  EXPECT_EQ(ParsePeerAddress("10.0.0.1:7410")->port, 7410);
+  for (const char* bad : {"", ":7410", "a:", "a:0", "a:65536", "a:1x", "a b", "::1"}) {
+    EXPECT_FALSE(ParsePeerAddress(bad).has_value()) << bad;
+  }
+}
+
+TEST(Domain, AddressesThatCannotWorkAreSaidInWords) {
+  DdsOptions options;
+  options.session = "s";
+  options.peers = {"no-such-host.invalid"};
+  EXPECT_THAT(CheckOptions(options)->what, HasSubstr("no-such-host.invalid"));
+  options.peers.clear();
+  options.external_address = "router";
+  EXPECT_THAT(CheckOptions(options)->what, HasSubstr("--external-address"));
+  options.external_address.clear();
+  options.interface = "no-such-one";
+  EXPECT_THAT(CheckOptions(options)->what, HasSubstr("usable: "));
+}
+
 TEST(Domain, OptionsOutOfRangeAreSaidInWords) {
   DdsOptions options;
   EXPECT_THAT(CreateDomain(options).error().what, HasSubstr("name"));

@@ -3,6 +3,10 @@
 #include <random>
 #include <utility>
 
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 namespace tandem::testing {
 namespace {
 
@@ -19,6 +23,24 @@ std::int64_t Now_ns() {
 std::string RandomSession() {
   std::random_device random;
   return "test-" + std::to_string(random()) + "-" + std::to_string(random());
+}
+
+std::uint16_t FreePortPair() {
+  const auto try_port = [](std::uint16_t port) -> std::uint16_t {  // 0: any; gives 0 if taken
+    const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    socklen_t size = sizeof address;
+    const bool bound = bind(probe, reinterpret_cast<sockaddr*>(&address), size) == 0;
+    getsockname(probe, reinterpret_cast<sockaddr*>(&address), &size);
+    close(probe);
+    return bound ? ntohs(address.sin_port) : std::uint16_t{0};
+  };
+  for (;;) {
+    const std::uint16_t port = try_port(0);
+    if (port < 65535 && try_port(static_cast<std::uint16_t>(port + 1)) != 0) return port;
+  }
 }
 
 DdsOptions LoopbackOptions(const std::string& session, PeerId peer, Role role) {

@@ -18,6 +18,9 @@ namespace tandem::testing {
 /// A session name that no other test uses.
 std::string RandomSession();
 
+/// A UDP port that is free now, and so is the next.
+std::uint16_t FreePortPair();
+
 /// What a peer has heard so far, to be waited for.
 class Recorder : public Inbox {
  public:

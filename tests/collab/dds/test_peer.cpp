@@ -1,6 +1,6 @@
 // A peer in a process of its own, for the tests: dds_test_peer SESSION ID active|viewer CLAIMED-ID
-// Says what happens to it line by line ("ready", "state 11", "left 11" …) and obeys lines: "leave"
-// says goodbye, "drop" or the end of input does not; both end it.
+// PORT PEER-PORT KEYS Says what happens to it line by line ("ready", "state 11", "left 11" …) and
+// obeys lines: "leave" says goodbye, "drop" or the end of input does not; both end it.
 #include <cstdio>
 #include <iostream>
 #include <string>
@@ -10,7 +10,7 @@
 int main(int argc, char** argv) {
   using namespace tandem;
   using namespace tandem::testing;
-  if (argc != 5) return 2;
+  if (argc != 8) return 2;
   const PeerId id = std::stoull(argv[2]);
   const Role role = std::string(argv[3]) == "viewer" ? Role::kViewer : Role::kActive;
 
@@ -19,7 +19,9 @@ int main(int argc, char** argv) {
     std::printf("%s %llu\n", what, static_cast<unsigned long long>(peer));
     std::fflush(stdout);
   };
-  const DdsOptions options = LoopbackOptions(argv[1], id, role);
+  DdsOptions options = LoopbackOptions(argv[1], id, role);
+  options.port = static_cast<std::uint16_t>(std::stoul(argv[5]));
+  if (options.port != 0) options.peers = {std::string("127.0.0.1:") + argv[6]};
   auto transport = JoinOverDds(options, recorder);
   if (!transport) {
     std::fprintf(stderr, "%s\n", transport.error().what.c_str());
