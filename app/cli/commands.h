@@ -11,6 +11,7 @@ void AddContactCommand(CLI::App& app, int& exit_code);
 void AddProximityCommand(CLI::App& app, int& exit_code);
 void AddDemoCommand(CLI::App& app, int& exit_code);
 void AddBenchCommand(CLI::App& app, int& exit_code);
+void AddKeysCommand(CLI::App& app, int& exit_code);
 void AddPeerCommand(CLI::App& app, int& exit_code);
 
 }  // namespace tandem

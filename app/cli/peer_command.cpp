@@ -2,7 +2,6 @@
 #include <csignal>
 #include <fstream>
 #include <memory>
-#include <random>
 #include <thread>
 
 #include <unistd.h>
@@ -49,13 +48,6 @@ void AskToStop(int) {
   stop_asked.store(true);
 }
 
-PeerId RandomPeerId() {
-  std::random_device random;
-  PeerId id = 0;
-  while (id == 0) id = static_cast<PeerId>(random()) << 32U | random();
-  return id;
-}
-
 /// A scene loaded, and the node that will simulate it.
 struct Prepared {
   std::shared_ptr<const WorldModel> model;
@@ -66,7 +58,10 @@ struct Prepared {
 };
 
 /// Loads everything, or says why not and gives the exit code.
-int Prepare(const PeerArguments& arguments, Prepared& prepared) {
+int Prepare(PeerArguments& arguments, Prepared& prepared) {
+  const Result<PeerId> id = Identify(arguments.reach, Role::kActive, arguments.name);
+  if (!id) return Fail(kExitSecurity, id.error().what);
+  prepared.id = *id;
   const Result<Scene> scene = LoadScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
   const Result<std::uint64_t> hash = HashScene(*scene);
@@ -74,7 +69,6 @@ int Prepare(const PeerArguments& arguments, Prepared& prepared) {
   Result<std::shared_ptr<const WorldModel>> model = LoadWorld(*scene);
   if (!model) return Fail(kExitFile, model.error().what);
   prepared.model = *model;
-  prepared.id = RandomPeerId();
 
   NodeOptions options;
   options.peer.id = prepared.id;
@@ -138,15 +132,19 @@ int WriteReport(const PeerArguments& arguments, const PeerReport& report, const 
   return written ? kExitOk : Fail(kExitFile, written.error().what);
 }
 
-int RunPeer(const PeerArguments& arguments) {
+int RunPeer(PeerArguments& arguments) {
   Prepared prepared;
   if (const int failed = Prepare(arguments, prepared); failed != kExitOk) return failed;
   PeerNode& node = *prepared.node;
-  DdsOptions dds{
-      .session = arguments.session, .peer = prepared.id, .objects = prepared.model->object};
+  DdsOptions dds;
+  dds.session = arguments.session;
+  dds.peer = prepared.id;
+  dds.objects = prepared.model->object;
   ApplyReach(arguments.reach, dds);
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, node.inbox());
-  if (!joined) return Fail(kExitNetwork, joined.error().what);
+  if (!joined) {
+    return Fail(arguments.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
+  }
   Transport& transport = **joined;
   std::signal(SIGINT, AskToStop);
   std::signal(SIGTERM, AskToStop);
@@ -178,6 +176,8 @@ int RunPeer(const PeerArguments& arguments) {
     return Fail(kExitNotRealTime, "not real-time, and --require-rt was given");
   }
   Say(arguments.name + " is in session " + arguments.session + " (" + realtime.scheduler() + ")");
+
+  TellSecurity(arguments.reach, arguments.session);
 
   kControlThread.Enter();
   constexpr std::int64_t kControlPeriodNs = 200'000'000;

@@ -1,5 +1,10 @@
 #include "app/cli/reach_options.h"
 
+#include <random>
+
+#include "app/cli/talk.h"
+#include "collab/dds/keys.h"
+
 namespace tandem {
 
 void AddReachOptions(CLI::App& command, ReachOptions& options) {
@@ -16,6 +21,8 @@ void AddReachOptions(CLI::App& command, ReachOptions& options) {
                   "UDP port to be reached at, and the next one; default: 7410 + 250 x domain, or "
                   "the next that is free")
       ->check(CLI::Range(1024, 65534));
+  command.add_option("--secure", options.secure,
+                     "folder of keys, made by 'tandem keys': nobody without such takes part");
 }
 
 void ApplyReach(const ReachOptions& options, DdsOptions& dds) {
@@ -24,6 +31,32 @@ void ApplyReach(const ReachOptions& options, DdsOptions& dds) {
   dds.peers = options.peers;
   dds.external_address = options.external_address;
   dds.port = options.port;
+  dds.secure = options.secure;
+}
+
+Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& name) {
+  if (options.secure.empty()) {
+    std::random_device random;
+    PeerId id = 0;
+    while (id == 0) id = static_cast<PeerId>(random()) << 32U | random();
+    return id;
+  }
+  const Result<MemberKeys> keys = LoadMemberKeys(options.secure);
+  if (!keys) return keys.error();
+  if (keys->role != role) {
+    return Error{options.secure + ": these are keys of a " +
+                 (role == Role::kViewer ? "peer; looking on needs a viewer's"
+                                        : "viewer; taking part needs a peer's")};
+  }
+  name = keys->name;
+  return keys->peer;
+}
+
+void TellSecurity(const ReachOptions& options, const std::string& session) {
+  Say(options.secure.empty()
+          ? "session " + session +
+                " is plain: whoever reaches this network can listen and take part (--secure)"
+          : "session " + session + " is secured: members only, signed and encrypted");
 }
 
 }  // namespace tandem

@@ -17,12 +17,20 @@ struct ReachOptions {
   std::vector<std::string> peers;  // HOST or HOST:PORT
   std::string external_address;
   std::uint16_t port = 0;
+  std::string secure;  // folder of keys; empty: plain
 };
 
-/// Adds --interface, --domain, --peers, --external-address and --port.
+/// Adds --interface, --domain, --peers, --external-address, --port and --secure.
 void AddReachOptions(CLI::App& command, ReachOptions& options);
 
 /// Puts them into what a transport is made with.
 void ApplyReach(const ReachOptions& options, DdsOptions& dds);
+
+/// Who one is: in a plain session a new random id, in a secured one the keys' id and name (into
+/// `name`). Errors: the folder is no member's, or another role's.
+Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& name);
+
+/// Says whether others can listen.
+void TellSecurity(const ReachOptions& options, const std::string& session);
 
 }  // namespace tandem

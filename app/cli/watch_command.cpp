@@ -6,7 +6,6 @@
 #include <ctime>
 #include <map>
 #include <memory>
-#include <random>
 #include <set>
 
 #include <unistd.h>
@@ -28,13 +27,6 @@ using Presence = ViewedPeer::Presence;
 constexpr std::int64_t kTurnNs = 100'000'000;      // looks at what is new
 constexpr std::int64_t kBeatNs = 250'000'000;      // says that it is here
 constexpr std::int64_t kStatusNs = 1'000'000'000;  // says what it receives
-
-PeerId RandomPeerId() {
-  std::random_device random;
-  PeerId id = 0;
-  while (id == 0) id = static_cast<PeerId>(random()) << 32U | random();
-  return id;
-}
 
 std::string NameOf(const ViewedPeer& peer) {
   return peer.info.name.empty() ? "peer " + std::to_string(peer.info.peer) : peer.info.name;
@@ -84,7 +76,7 @@ class Reporter {
         scene.file);
     if (own_scene_hash_ == 0) return;
     Say(own_scene_hash_ == scene.content_hash ? "it is the scene given with --scene"
-                                            : "it is NOT the scene given with --scene");
+                                              : "it is NOT the scene given with --scene");
   }
 
   std::uint64_t own_scene_hash_;
@@ -101,7 +93,10 @@ bool SignalCame(const sigset_t& signals) {
 
 }  // namespace
 
-int WatchCommand(const WatchOptions& options) {
+int WatchCommand(const WatchOptions& asked) {
+  WatchOptions options = asked;
+  const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.name);
+  if (!id) return Fail(kExitSecurity, id.error().what);
   std::uint64_t own_scene_hash = 0;
   if (!options.scene.empty()) {
     const Result<Scene> scene = LoadScene(options.scene);
@@ -120,13 +115,16 @@ int WatchCommand(const WatchOptions& options) {
   Viewer viewer;
   DdsOptions dds;
   dds.session = options.session;
-  dds.peer = RandomPeerId();
+  dds.peer = *id;
   dds.role = Role::kViewer;
   ApplyReach(options.reach, dds);
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, viewer);
-  if (!joined) return Fail(kExitNetwork, joined.error().what);
+  if (!joined) {
+    return Fail(options.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
+  }
   Transport& transport = **joined;
   Say("watching session " + options.session);
+  TellSecurity(options.reach, options.session);
 
   PeerInfo info;
   info.peer = dds.peer;

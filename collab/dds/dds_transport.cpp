@@ -9,6 +9,7 @@
 #include "collab/dds/domain.h"
 #include "collab/dds/fast_reader.h"
 #include "collab/dds/qos.h"
+#include "collab/dds/security.h"
 #include "collab/dds/wire.h"
 
 namespace tandem {
@@ -37,11 +38,11 @@ struct Writers {
 
 class DdsTransport final : public Transport {
  public:
-  DdsTransport(const DdsOptions& options, Inbox& inbox, Entity domain)
+  DdsTransport(const DdsOptions& options, Inbox& inbox, Entity domain, const dds_qos_t* qos)
       : options_(options),
         inbox_(inbox),
         domain_(std::move(domain)),
-        participant_(dds_create_participant(options.domain, nullptr, nullptr)),
+        participant_(dds_create_participant(options.domain, qos, nullptr)),
         on_match_(dds_create_guardcondition(participant_.get())),
         states_(inbox, &Inbox::OnState, options.peer, on_match_),
         links_(inbox, &Inbox::OnLinks, options.peer, on_match_),
@@ -120,12 +121,14 @@ class DdsTransport final : public Transport {
     const auto open = [this](const dds_topic_descriptor_t& type, const char* name) {
       return Note(dds_create_topic(participant_.get(), &type, name, nullptr, nullptr), name);
     };
-    topics_.state = open(tandem_ObjectState_desc, "state/1");
-    topics_.links = open(tandem_CouplingLinks_desc, "link/1");
     topics_.view = open(tandem_ViewFrame_desc, "view/1");
-    topics_.event = open(tandem_Event_desc, "event");
     topics_.peer_info = open(tandem_PeerInfo_desc, "peer_info");
     topics_.scene = open(tandem_SceneManifest_desc, "scene");
+    // a viewer's permissions do not let it have the others
+    if (options_.role == Role::kViewer) return;
+    topics_.state = open(tandem_ObjectState_desc, "state/1");
+    topics_.links = open(tandem_CouplingLinks_desc, "link/1");
+    topics_.event = open(tandem_Event_desc, "event");
   }
 
   void OpenWriters() {
@@ -230,13 +233,24 @@ class DdsTransport final : public Transport {
 Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox& inbox) {
   TANDEM_CHECK(options.peer != 0);
   TakeOverCycloneLog();
+  MemberKeys keys;
+  Qos qos;
+  if (!options.secure.empty()) {
+    Result<MemberKeys> loaded = LoadMemberKeys(options.secure);
+    if (!loaded) return loaded.error();
+    keys = *std::move(loaded);
+    Result<Qos> secured = SecureParticipantQos(keys);
+    if (!secured) return secured.error();
+    qos = *std::move(secured);
+  }
   Result<Entity> domain = CreateDomain(options);
   if (!domain) return domain.error();
 
   CycloneLogCapture log;
-  auto transport = std::make_unique<DdsTransport>(options, inbox, *std::move(domain));
+  auto transport = std::make_unique<DdsTransport>(options, inbox, *std::move(domain), qos.get());
   if (const std::optional<Error> error = transport->Open()) {
     const std::string said = log.Take();
+    if (qos != nullptr) return Error{ExplainRefusal(error->what + " " + said, keys)};
     return Error{"cannot join session '" + options.session + "': " + error->what +
                  (said.empty() ? "" : " (" + said + ")")};
   }

@@ -24,6 +24,9 @@ struct DdsOptions {
   std::vector<std::string> peers;
   std::string external_address;  // behind address translation: the IPv4 address that others use
   std::uint16_t port = 0;        // UDP ports `port` and `port` + 1; 0: the domain's first free ones
+  /// Folder of a member's keys: only those whose keys the same authorities signed are met, and
+  /// `peer` and `role` must be the keys'. Empty: anyone on the network may listen and take part.
+  std::string secure;
 };
 
 /// Joins a session. `inbox` must outlive the transport. An active peer reads state/1, link/1,

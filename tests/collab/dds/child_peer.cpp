@@ -13,12 +13,17 @@
 
 namespace tandem::testing {
 
-ChildPeer::ChildPeer(const std::string& session, PeerId id, const Options& options) {
-  const std::string own_id = std::to_string(id);
-  const std::string claimed = std::to_string(options.claimed == 0 ? id : options.claimed);
-  const char* role = options.role == Role::kViewer ? "viewer" : "active";
-  const std::string port = std::to_string(options.port);
-  const std::string peer_port = std::to_string(options.peer_port);
+ChildPeer::ChildPeer(const std::string& session, PeerId id, const Options& options)
+    : ChildPeer({TANDEM_DDS_TEST_PEER, session, std::to_string(id),
+                 options.role == Role::kViewer ? "viewer" : "active",
+                 std::to_string(options.claimed == 0 ? id : options.claimed),
+                 std::to_string(options.port), std::to_string(options.peer_port), options.secure}) {
+}
+
+ChildPeer::ChildPeer(std::vector<std::string> command) {
+  std::vector<char*> argv;
+  for (std::string& word : command) argv.push_back(word.data());
+  argv.push_back(nullptr);
   int in[2];
   int out[2];
   TANDEM_CHECK(pipe2(in, O_CLOEXEC) == 0 && pipe2(out, O_CLOEXEC) == 0);
@@ -27,8 +32,7 @@ ChildPeer::ChildPeer(const std::string& session, PeerId id, const Options& optio
   if (pid_ == 0) {
     dup2(in[0], STDIN_FILENO);
     dup2(out[1], STDOUT_FILENO);
-    execl(TANDEM_DDS_TEST_PEER, TANDEM_DDS_TEST_PEER, session.c_str(), own_id.c_str(), role,
-          claimed.c_str(), port.c_str(), peer_port.c_str(), options.secure.c_str(), nullptr);
+    execv(argv[0], argv.data());
     _exit(127);
   }
   close(in[0]);

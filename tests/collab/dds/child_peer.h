@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include <sys/types.h>
 
@@ -17,11 +18,13 @@ class ChildPeer {
     PeerId claimed = 0;           // publishes states of this peer too; 0: of itself only
     std::uint16_t port = 0;       // 0: the domain's own way of meeting; else exactly this one …
     std::uint16_t peer_port = 0;  // … and nobody but this port of this machine is called
-    std::string secure;           // folder of keys; empty: plain
+    std::string secure = {};      // folder of keys; empty: plain
   };
 
   ChildPeer(const std::string& session, PeerId id, const Options& options);
   ChildPeer(const std::string& session, PeerId id) : ChildPeer(session, id, Options()) {}
+  /// Another program that talks the same way.
+  explicit ChildPeer(std::vector<std::string> command);
   ~ChildPeer();
   ChildPeer(const ChildPeer&) = delete;
   ChildPeer& operator=(const ChildPeer&) = delete;

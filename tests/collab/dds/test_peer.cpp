@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   DdsOptions options = LoopbackOptions(argv[1], id, role);
   options.port = static_cast<std::uint16_t>(std::stoul(argv[5]));
   if (options.port != 0) options.peers = {std::string("127.0.0.1:") + argv[6]};
+  options.secure = argv[7];
   auto transport = JoinOverDds(options, recorder);
   if (!transport) {
     std::fprintf(stderr, "%s\n", transport.error().what.c_str());

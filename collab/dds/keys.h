@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "collab/messages.h"
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// An authority: a certificate and its private key, PEM files.
+struct Authority {
+  std::filesystem::path certificate;
+  std::filesystem::path key;
+};
+
+/// Makes a session's folder: two authorities of its own and the signed governance. Given ones take
+/// the place of new ones (an empty path: none given). One for both is refused: a member could then
+/// sign permissions with its own certificate (CVE-2023-24011).
+Result<bool> MakeSessionKeys(const std::filesystem::path& folder, const Authority& identity = {},
+                             const Authority& permissions = {}, int days = 3650);
+
+/// Makes a member's folder `out`, with all that it needs to join and nothing else: certificate and
+/// private key, both authorities' certificates, governance, its permissions, its name and id.
+/// `name` is letters, digits, '.', '_' and '-'.
+Result<PeerId> MakeMemberKeys(const std::filesystem::path& session, const std::string& name,
+                              Role role, const std::filesystem::path& out, int days = 365);
+
+/// A member's folder, checked: complete, two authorities, its own words well-formed.
+struct MemberKeys {
+  std::filesystem::path folder;  // absolute
+  std::string name;
+  PeerId peer = 0;
+  Role role = Role::kActive;
+};
+Result<MemberKeys> LoadMemberKeys(const std::filesystem::path& folder);
+
+/// Signs a document (S/MIME, as DDS Security wants it) with an authority's key.
+Result<bool> SignDocument(const std::string& text, const Authority& authority,
+                          const std::filesystem::path& out);
+
+}  // namespace tandem
