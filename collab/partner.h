@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "collab/delay_meter.h"
+#include "collab/energy_gate.h"
 #include "collab/messages.h"
 
 namespace tandem {
@@ -16,18 +17,21 @@ struct Partner {
   bool fresh_state = false;   // since the last frame
   std::int64_t heard_ns = 0;  // own time of the newest state
   ObjectState state;          // newest
+  bool catching_up = false;   // its copy goes slowly to where it is after a silence
   bool linked = false;
   bool fresh_link = false;
   std::uint32_t links_seq = 0;
-  std::int64_t echo_ns = 0;        // newest own stamp that it holds
-  std::int64_t last_echo_ns = 0;   // as of the last frame
-  double its_stiffness = 0;        // N/m that it would use
-  Wrench its_applied_B_W;          // on its instance, as it says
-  DelayMeter meter;                // of loop ages at which something came
-  double offered_stiffness = 0;    // N/m that we would use
-  double stiffness = 0;            // N/m in use
-  double relative_damping = 0;     // N s/m in use
-  Wrench applied_B_W;              // on our instance, in the last frame
+  std::int64_t echo_ns = 0;       // newest own stamp that it holds
+  std::int64_t last_echo_ns = 0;  // as of the last frame
+  double its_stiffness = 0;       // N/m that it would use
+  Wrench its_applied_B_W;         // on its instance, as it says
+  DelayMeter meter;               // of loop ages at which something came
+  double offered_stiffness = 0;   // N/m that we would use
+  double stiffness = 0;           // N/m in use
+  double relative_damping = 0;    // N s/m in use
+  Wrench applied_B_W;             // on our instance, in the last frame
+  EnergyGate gate;
+  Pose copy_WB;                    // what the gate has let through
   Vec3 turn_axis = Vec3::UnitX();  // from our instance to its
 
   bool closed() const noexcept { return present && heard && linked; }
@@ -40,6 +44,8 @@ struct LinkView {
   double loop_age_s = 0;    // now
   double stiffness = 0;     // N/m in use
   double force = 0;         // N, on our instance
+  double tank = 0;          // J, of our gate
+  bool clipped = false;     // the gate holds the copy back
   double disagreement = 0;  // of the two wrenches of the link: |own + its| / the larger; 0 at rest
 };
 

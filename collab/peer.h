@@ -55,6 +55,8 @@ class Peer {
   /// The present pose of the held body, for those in the same thread.
   const RigidState* held_state() const noexcept;
   const StepReport& report() const noexcept { return report_; }
+  /// The couplings of the body in hand; null: it is not shared.
+  const SharedBody* shared() const noexcept { return shared_ ? &*shared_ : nullptr; }
   /// What the user asks for; pushed by one other thread.
   SpscQueue<Command>& commands() noexcept { return commands_; }
 

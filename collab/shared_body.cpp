@@ -15,12 +15,15 @@ namespace {
 constexpr double kArmMass = 1.2;  // kg of hand and device that may move with the body
 constexpr double kMostTurn = 150.0 * M_PI / 180.0;  // of a link's moment
 constexpr double kQuietAfter = 0.02;                // s; then a copy's velocity fades
+constexpr std::int64_t kSilenceNs = 250'000'000;    // after it a copy comes back slowly
+constexpr double kGentleStep = 0.05;                // N a frame, by that way
+constexpr double kMostStep = 0.8;                   // N a frame, by any way of a copy
 constexpr double kQuietTime = 0.1;                  // s, of that fade
 
-/// Length of a link's spring in six dimensions: with it the energy is k stretch^2/2.
-double StretchOf(const RigidState& own, const Pose& copy_WB, const Mat3& per_mass) {
-  const Vec3 theta = RotationVector(copy_WB.q * own.X_WB.q.conjugate());
-  return std::sqrt((copy_WB.p - own.X_WB.p).squaredNorm() + theta.dot(per_mass * theta));
+/// Between two poses in six dimensions, m: stretched by it, a link's energy is k distance^2/2.
+double DistanceOf(const Pose& a, const Pose& b, const Mat3& per_mass) {
+  const Vec3 theta = RotationVector(b.q * a.q.conjugate());
+  return std::sqrt((b.p - a.p).squaredNorm() + theta.dot(per_mass * theta));
 }
 
 /// The copy's rotation, turned from ours by at most kMostTurn: beyond, the moment stays as it is
@@ -61,7 +64,14 @@ Partner* SharedBody::Find(PeerId peer) noexcept {
 void SharedBody::Join(PeerId peer) noexcept {
   Partner* partner = Find(peer);
   if (partner != nullptr && partner->present) return;
-  if (partner == nullptr) partner = Find(0);
+  if (partner != nullptr) {  // back while its pull still fades: it goes on from there
+    partner->present = true;
+    partner->linked = false;
+    partner->catching_up = true;
+    partner->meter = DelayMeter{};
+    return;
+  }
+  partner = Find(0);
   if (partner == nullptr) return;  // more users than places: it stays uncoupled
   *partner = Partner{};
   partner->peer = peer;
@@ -101,6 +111,7 @@ void SharedBody::OnLinks(const CouplingLinks& links) noexcept {
     partner->echo_ns = entry.echo_ns;
     partner->its_stiffness = std::max(0.0, entry.stiffness);
     partner->its_applied_B_W = entry.applied_B_W;
+    partner->gate.Receive(entry.gate_overflow);
     partner->links_seq = links.seq;
     partner->linked = true;
     partner->fresh_link = true;
@@ -116,7 +127,11 @@ LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
   double peak = 0;
   std::size_t users = 1;
   for (Partner& partner : partners_) {
-    if (std::exchange(partner.fresh_state, false)) partner.heard_ns = now_ns;
+    if (std::exchange(partner.fresh_state, false)) {
+      const bool silent = partner.heard_ns != 0 && now_ns - partner.heard_ns > kSilenceNs;
+      partner.catching_up = partner.catching_up || silent;
+      partner.heard_ns = now_ns;
+    }
     if (!partner.closed()) continue;
     if (std::exchange(partner.fresh_link, false)) {
       // as old as it was in the frame before it was heard of again; a peak of silence counts then
@@ -134,6 +149,28 @@ LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
   return LawInputsAt(peak, users, inertia_.mass + kArmMass);
 }
 
+void SharedBody::Admit(const RigidState& own, const Mat3& per_mass) noexcept {
+  double sum = 0;
+  for (const Partner& partner : partners_) sum += partner.stiffness;
+  const double lost =
+      kFrame * ground_damping_ * (own.V_WB.v.squaredNorm() + own.V_WB.w.dot(per_mass * own.V_WB.w));
+  for (Partner& partner : partners_) {
+    if (!partner.heard) continue;
+    if (sum > 0) partner.gate.Earn(lost * partner.stiffness / sum);
+    // as far as the force may change in a frame, then as far as there is energy for it
+    Pose next = partner.state.X_WB;
+    const double step = partner.catching_up ? kGentleStep : kMostStep;
+    const double share = step / (partner.stiffness * DistanceOf(partner.copy_WB, next, per_mass));
+    if (partner.stiffness > 0 && share < 1) {
+      next = Between(partner.copy_WB, next, share);
+    } else {
+      partner.catching_up = false;
+    }
+    partner.copy_WB =
+        options_.gate ? partner.gate.Admit(next, own, partner.stiffness, per_mass) : next;
+  }
+}
+
 void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidState& own,
                       const Mat3& per_mass) noexcept {
   const LinkLaw allowed = options_.law->Link(common);
@@ -144,7 +181,9 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
   }
   for (Partner& partner : partners_) {
     if (!partner.heard) continue;
-    StiffnessSlew slew{.h = kFrame, .stretch = StretchOf(own, partner.state.X_WB, per_mass)};
+    StiffnessSlew slew{.h = kFrame, .stretch = DistanceOf(own.X_WB, partner.copy_WB, per_mass)};
+    // half the credit is left for the way of the copy
+    if (options_.gate) slew.energy = partner.gate.tank() - 0.5 * EnergyGate::kCredit;
     LinkLaw link = allowed;
     if (!partner.present) {
       slew.ceiling = partner.stiffness;
@@ -171,6 +210,8 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
     }
     const double before = partner.stiffness;
     partner.stiffness = slew.Next(before);
+    const double rise = std::max(0.0, partner.stiffness - before);
+    partner.gate.Charge(0.5 * rise * slew.stretch * slew.stretch);
     if (InUse(partner, now_ns)) sum += partner.stiffness - before;
     partner.relative_damping =
         link.stiffness > 0 ? link.relative_damping * partner.stiffness / link.stiffness : 0.0;
@@ -181,6 +222,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
   const Mat3 R = own.X_WB.q.toRotationMatrix();
   const Mat3 per_mass = R * inertia_.I_B * R.transpose() / inertia_.mass;
   const LawInputs common = MeasureDelays(now_ns);
+  Admit(own, per_mass);
   Slew(now_ns, common, own, per_mass);
 
   double stiffness_sum = 0;
@@ -196,18 +238,24 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     const double k = partner.stiffness;
     // a copy that is not heard of stands
     const double quiet = Seconds(now_ns - partner.heard_ns) - kQuietAfter;
-    const double moving = std::clamp(1.0 - quiet / kQuietTime, 0.0, 1.0);
+    double moving = std::clamp(1.0 - quiet / kQuietTime, 0.0, 1.0);
+    const double b = partner.relative_damping;
+    const double given = kFrame * b * moving * partner.state.V_WB.v.dot(own.V_WB.v);
+    if (options_.gate && given > 0) {
+      if (given > partner.gate.tank()) moving = 0;
+      if (moving > 0) partner.gate.Charge(given);
+    }
     StepInputs::Link& link = inputs.links[link_count_];
-    link.copy = {
-        {ClampTurn(own.X_WB.q, partner.state.X_WB.q, partner.turn_axis), partner.state.X_WB.p},
-        {moving * partner.state.V_WB.w, moving * partner.state.V_WB.v}};
-    link.gains = {k, partner.relative_damping, k * per_mass, partner.relative_damping * per_mass};
+    link.copy = {{ClampTurn(own.X_WB.q, partner.copy_WB.q, partner.turn_axis), partner.copy_WB.p},
+                 {moving * partner.state.V_WB.w, moving * partner.state.V_WB.v}};
+    link.gains = {k, b, k * per_mass, b * per_mass};
     partner_of_link_[link_count_++] = i;
     stiffness_sum += k;
   }
   inputs.link_count = link_count_;
   inputs.ground_damping = options_.law->GroundDamping(common, stiffness_sum);
   inputs.ground_rotation_damping = inputs.ground_damping * per_mass;
+  ground_damping_ = inputs.ground_damping;
 }
 
 void SharedBody::Describe(std::int64_t now_ns, std::uint32_t seq, const StepReport& report,
@@ -225,6 +273,7 @@ void SharedBody::Describe(std::int64_t now_ns, std::uint32_t seq, const StepRepo
     out.entries[out.count++] = {.to = partner.peer,
                                 .echo_ns = partner.state.sample_ns,
                                 .stiffness = partner.offered_stiffness,
+                                .gate_overflow = partner.gate.overflow(),
                                 .applied_B_W = partner.applied_B_W};
   }
 }
@@ -243,6 +292,8 @@ std::size_t SharedBody::Links(std::int64_t now_ns,
                  .loop_age_s = partner.linked ? Seconds(partner.loop_age_ns(now_ns)) : 0.0,
                  .stiffness = partner.stiffness,
                  .force = partner.applied_B_W.f.norm(),
+                 .tank = partner.gate.tank(),
+                 .clipped = partner.gate.clipped(),
                  .disagreement = larger > 0 ? size(sum) / larger : 0.0};
   }
   return link_count_;

@@ -21,12 +21,14 @@ namespace tandem {
 ///   loop
 ///
 /// Both ends use the smaller of their two stiffnesses, made for the worst loop among the links in
-/// use; a link whose own loop is older than kLongestLoopAge is out of use by itself. How stiffness
-/// may change: StiffnessSlew. Used by the haptic thread alone; nothing allocates.
+/// use, and let the copy move as far as the energy gate pays; a link whose own loop is older than
+/// kLongestLoopAge is out of use by itself. How stiffness may change: StiffnessSlew. Used by the
+/// haptic thread alone; nothing allocates.
 class SharedBody {
  public:
   struct Options {
     std::shared_ptr<const CouplingLaw> law = DefaultLaw();
+    bool gate = true;  // off: for comparison only
   };
 
   SharedBody(PeerId self, ObjectId object, const Inertia& inertia, const Options& options);
@@ -56,6 +58,8 @@ class SharedBody {
   /// The links of the last frame, at most kMaxLinks; gives how many. The two wrenches of a link are
   /// opposite at rest; in motion each end sees the other's past.
   std::size_t Links(std::int64_t now_ns, std::array<LinkView, kMaxLinks>& out) const noexcept;
+  /// Drag against the ground in the last frame, N s/m.
+  double ground_damping() const noexcept { return ground_damping_; }
   /// Echoes refused: of a time at which we sent nothing, or older than the one before.
   std::uint64_t bad_echoes() const noexcept { return bad_echoes_; }
 
@@ -63,6 +67,8 @@ class SharedBody {
   Partner* Find(PeerId peer) noexcept;
   /// Takes the delays of the frame; gives the inputs of the law.
   LawInputs MeasureDelays(std::int64_t now_ns) noexcept;
+  /// Pays the gates for what drag took out in the last frame, and brings the copies up to date.
+  void Admit(const RigidState& own, const Mat3& per_mass) noexcept;
   /// Whether the link may pull at that time.
   bool InUse(const Partner& partner, std::int64_t now_ns) const noexcept;
   void Slew(std::int64_t now_ns, const LawInputs& common, const RigidState& own,
@@ -76,6 +82,7 @@ class SharedBody {
   std::array<Partner, kMaxLinks> partners_{};
   std::array<std::size_t, kMaxLinks> partner_of_link_{};  // of the coming frame's links
   std::size_t link_count_ = 0;
+  double ground_damping_ = 0;  // N s/m, of the last frame
   SentStamps sent_;
   std::uint64_t bad_echoes_ = 0;
   std::int64_t last_frame_ns_ = 0;

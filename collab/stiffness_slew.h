@@ -16,6 +16,7 @@ struct StiffnessSlew {
   double wanted = 0;       // N/m to go to; at most the ceiling
   double room = 0;         // N/m that it may rise to, as the other links leave it
   double gentlest = 1e30;  // N/m/s: a gentle fall is not faster than this
+  double energy = 1e30;    // J that a rise may put into the spring now
 
   /// A rise puts dk stretch^2/2 into the spring: 20 mW at the most. A fall takes energy out, so it
   /// may be as fast as the delay wants; where its cause is only that nobody answers, or that one
@@ -31,8 +32,9 @@ struct StiffnessSlew {
       const double rate = std::min(gentlest, kGentleFall / std::max(stretch, kLeastStretch));
       return std::max(goal, k - h * rate);
     }
-    const double by_power = 2.0 * kRisePower / std::max(stretch * stretch, 1e-8);
-    const double risen = std::min(goal, k + h * std::min(kFastestRise, by_power));
+    const double by_energy =
+        2.0 * std::min(h * kRisePower, std::max(0.0, energy)) / std::max(stretch * stretch, 1e-8);
+    const double risen = std::min(goal, k + std::min(h * kFastestRise, by_energy));
     return std::max(k, std::min(risen, room));
   }
 };

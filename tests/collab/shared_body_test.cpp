@@ -122,14 +122,14 @@ TEST(SharedBody, OldSamplesChangeNothing) {
   old.object = kObject;
   old.epoch = 1;
   old.seq = 5;
-  old.X_WB.p.x() = 9.0;
+  old.X_WB.p.x() = 0.02;
   bench.body.OnState(old);
   bench.body.Prepare(bench.now, bench.own, bench.inputs);
   EXPECT_EQ(bench.inputs.links[0].copy.X_WA.p.x(), 0.01);
   old.epoch = 2;  // a new grab counts anew
   bench.body.OnState(old);
   bench.body.Prepare(bench.now, bench.own, bench.inputs);
-  EXPECT_EQ(bench.inputs.links[0].copy.X_WA.p.x(), 9.0);
+  EXPECT_EQ(bench.inputs.links[0].copy.X_WA.p.x(), 0.02);
 }
 
 TEST(SharedBody, ALostPartnersPullFadesOverTwoHundredMilliseconds) {
