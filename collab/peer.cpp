@@ -6,7 +6,12 @@
 namespace tandem {
 
 Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& options)
-    : world_(&world), device_(&device), inbox_(&inbox), options_(options), remote_(world.model()) {
+    : world_(&world),
+      device_(&device),
+      inbox_(&inbox),
+      options_(options),
+      remote_(world.model()),
+      gate_(options.id, world.model().object, inbox.drops()) {
   const WorldModel& model = world.model();
   inputs_.bodies.resize(model.bodies.size());
   inputs_.capacity = options.capacity;
@@ -76,18 +81,21 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
   inbox_->Collect();
   while (const ObjectState* state = inbox_->states().Due(now_ns)) {
     if (tap != nullptr) tap->Heard(*state);
-    if (shared_) shared_->OnState(*state);
-    remote_.OnState(*state);
+    if (gate_.Admit(*state)) {
+      if (shared_) shared_->OnState(*state);
+      remote_.OnState(*state);
+    }
     inbox_->states().Drop();
   }
   while (const CouplingLinks* links = inbox_->links().Due(now_ns)) {
     if (tap != nullptr) tap->Heard(*links);
-    if (shared_) shared_->OnLinks(*links);
+    if (gate_.Admit(*links) && shared_) shared_->OnLinks(*links);
     inbox_->links().Drop();
   }
 }
 
 void Peer::OnMembership(const MembershipChange& change) noexcept {
+  gate_.OnMembership(change);
   remote_.OnMembership(change);
   if (!shared_) return;
   if (change.Holds(static_cast<ObjectId>(options_.held_object))) {
@@ -110,6 +118,7 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
   out.holds = held_ >= 0;
   if (!out.holds) return;
   ++seq_;
+  gate_.NoteSent(now_ns);
   const RigidState& state = *held_state();
   out.state = {.peer = options_.id,
                .object = static_cast<ObjectId>(options_.held_object),

@@ -8,6 +8,7 @@
 #include "collab/outbox.h"
 #include "collab/peer_inbox.h"
 #include "collab/remote_bodies.h"
+#include "collab/sample_gate.h"
 #include "collab/shared_body.h"
 #include "engine/haptics/device.h"
 #include "engine/world/world.h"
@@ -75,6 +76,7 @@ class Peer {
   int held_ = -1;  // into the world's moving bodies
   std::optional<SharedBody> shared_;
   RemoteBodies remote_;
+  SampleGate gate_;
   StepInputs inputs_;
   StepReport report_;
   SpscQueue<Command> commands_{64};

@@ -4,6 +4,17 @@
 
 namespace tandem {
 
+namespace {
+
+PeerId SenderOf(const ObjectState& state) {
+  return state.peer;
+}
+PeerId SenderOf(const CouplingLinks& links) {
+  return links.from;
+}
+
+}  // namespace
+
 PeerInbox::PeerInbox(const LinkConditions& conditions, PeerDirectory& directory,
                      std::size_t waiting)
     : conditions_(conditions),
@@ -12,6 +23,7 @@ PeerInbox::PeerInbox(const LinkConditions& conditions, PeerDirectory& directory,
       waiting_links_(waiting) {}
 
 void PeerInbox::OnState(const ObjectState& state, std::int64_t arrival_ns) {
+  delivery_.Add(state.peer, state.seq);
   Arrive(state.peer, state, arrival_ns, arriving_states_);
 }
 
@@ -26,7 +38,7 @@ void PeerInbox::Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
   std::array<std::int64_t, 2> due_ns{};
   const std::size_t copies = ConditionerOf(from, arrival_ns).Due(arrival_ns, due_ns);
   for (std::size_t copy = 0; copy < copies; ++copy) {
-    if (!ring.TryPush({due_ns[copy], sample})) overflows_.fetch_add(1, std::memory_order_relaxed);
+    if (!ring.TryPush({due_ns[copy], sample})) drops_.Count(from, Drop::kRingFull);
   }
 }
 
@@ -71,15 +83,14 @@ void PeerInbox::Collect() noexcept {
 template <typename T>
 void PeerInbox::Move(SpscQueue<DueSample<T>>& ring, DueQueue<T>& waiting) noexcept {
   while (const DueSample<T>* next = ring.Front()) {
-    if (!waiting.Push(next->due_ns, next->sample)) {
-      overflows_.fetch_add(1, std::memory_order_relaxed);
-    }
+    if (!waiting.Push(next->due_ns, next->sample))
+      drops_.Count(SenderOf(next->sample), Drop::kRingFull);
     ring.Drop();
   }
 }
 
 void PeerInbox::OnEvent(const Event& event, std::int64_t) {
-  if (!events_.TryPush(event)) overflows_.fetch_add(1, std::memory_order_relaxed);
+  if (!events_.TryPush(event)) drops_.Count(event.peer, Drop::kRingFull);
 }
 
 }  // namespace tandem

@@ -3,6 +3,8 @@
 #include <array>
 #include <atomic>
 
+#include "collab/delivery_count.h"
+#include "collab/drop_counts.h"
 #include "collab/due_queue.h"
 #include "collab/link_conditioner.h"
 #include "collab/peer_directory.h"
@@ -46,6 +48,7 @@ class PeerInbox : public Inbox {
   void OnPeerLost(PeerId peer) override { directory_->OnPeerLost(peer); }
   void OnEvent(const Event& event, std::int64_t arrival_ns) override;
   void OnScene(const SceneManifest&) override {}
+  void OnDropped(PeerId from, Drop reason) override { drops_.Count(from, reason); }
 
   /// Other conditions for what comes from `from` (0: from everybody, now and later), from its next
   /// sample on. False: too many switches are waiting. One thread, the control one.
@@ -61,7 +64,13 @@ class PeerInbox : public Inbox {
   SpscQueue<MembershipChange>& membership() noexcept { return directory_->changes(); }
 
   /// Samples that found no room and were dropped: the haptic thread stood still for seconds.
-  std::uint64_t overflows() const noexcept { return overflows_.load(std::memory_order_relaxed); }
+  std::uint64_t overflows() const noexcept {
+    return drops_.Total()[static_cast<std::size_t>(Drop::kRingFull)];
+  }
+  /// What was dropped and why, by the transport, here and by the haptic thread.
+  DropTable& drops() noexcept { return drops_; }
+  /// Of the states that came, before any conditioner; once the transport has gone.
+  const DeliveryCount& delivery() const noexcept { return delivery_; }
 
  private:
   struct Sender {
@@ -90,7 +99,8 @@ class PeerInbox : public Inbox {
   DueQueue<ObjectState> waiting_states_;
   DueQueue<CouplingLinks> waiting_links_;
   SpscQueue<Event> events_{1024};
-  std::atomic<std::uint64_t> overflows_{0};
+  DropTable drops_;
+  DeliveryCount delivery_;
 };
 
 }  // namespace tandem

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "collab/drop_counts.h"
 #include "collab/messages.h"
 
 namespace tandem {
@@ -20,6 +21,9 @@ class Inbox {
   virtual void OnPeerLost(PeerId peer) = 0;  // fell silent; may come back with OnPeerInfo
   virtual void OnEvent(const Event& event, std::int64_t arrival_ns) = 0;
   virtual void OnScene(const SceneManifest& manifest) = 0;
+  /// A sample of motion that no sound peer sends was dropped; `from`: whose it was as far as the
+  /// way it came tells, 0: nobody's. On the receive thread.
+  virtual void OnDropped(PeerId /*from*/, Drop /*reason*/) {}
 };
 
 /// A peer's way to the others: over DDS in the product, over the simulated network in virtual time.

@@ -20,6 +20,8 @@ void AddBenchPoints(CLI::App& bench, int& exit_code);
 void AddBenchProximity(CLI::App& bench, int& exit_code);
 void AddBenchVoxelize(CLI::App& bench, int& exit_code);
 void AddBenchFidelity(CLI::App& bench, int& exit_code);
+void AddBenchNetwork(CLI::App& bench, int& exit_code);
+void AddBenchSession(CLI::App& bench, int& exit_code);
 
 /// Where a bench takes its bodies from.
 struct BenchScene {

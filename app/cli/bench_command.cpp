@@ -58,6 +58,8 @@ void AddBenchCommand(CLI::App& app, int& exit_code) {
   AddBenchProximity(*bench, exit_code);
   AddBenchVoxelize(*bench, exit_code);
   AddBenchFidelity(*bench, exit_code);
+  AddBenchNetwork(*bench, exit_code);
+  AddBenchSession(*bench, exit_code);
 }
 
 }  // namespace tandem

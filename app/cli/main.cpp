@@ -19,12 +19,12 @@ int main(int argc, char** argv) {
   tandem::AddPeerCommand(app, exit_code);
   tandem::AddViewCommand(app, exit_code);
   tandem::AddWatchCommand(app, exit_code);
+  tandem::AddRelayCommand(app, exit_code);
   tandem::AddVoxelizeCommand(app, exit_code);
   tandem::AddContactCommand(app, exit_code);
   tandem::AddBenchCommand(app, exit_code);
   tandem::AddProximityCommand(app, exit_code);
   tandem::AddKeysCommand(app, exit_code);
-  tandem::AddSimulateCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

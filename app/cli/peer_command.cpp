@@ -155,7 +155,7 @@ int RunPeer(PeerArguments& arguments) {
   std::atomic<bool> done{false};
   const auto frames = static_cast<std::int64_t>(arguments.seconds * 1000.0);
   std::int64_t frames_since_start = 0;
-  PeriodicThread haptic({}, [&](std::int64_t, std::int64_t now_ns) {
+  PeriodicThread haptic({.name = "haptic"}, [&](std::int64_t, std::int64_t now_ns) {
     kHapticThread.Enter();
     node.HapticFrame(now_ns);
     if (node.peer().started_ns()) {
@@ -164,7 +164,7 @@ int RunPeer(PeerArguments& arguments) {
     }
     return true;
   });
-  PeriodicThread sender({.priority = 20}, [&](std::int64_t, std::int64_t now_ns) {
+  PeriodicThread sender({.priority = 20, .name = "sender"}, [&](std::int64_t, std::int64_t now_ns) {
     kSenderThread.Enter();
     node.SendFrame(now_ns, transport);
     return true;
@@ -216,6 +216,8 @@ int RunPeer(PeerArguments& arguments) {
                     .scheduler = realtime.scheduler(),
                     .mean_delay_s = node.peer().mean_delay_s()};
   CountShapes(prepared, report);
+  report.drops = node.inbox().drops().Total();
+  AddDelivery(node.inbox().delivery(), report);
   return WriteReport(arguments, report, haptic.stats(), node.peer().trace());
 }
 

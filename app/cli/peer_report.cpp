@@ -16,6 +16,12 @@ nlohmann::ordered_json Microseconds(const Histogram& ns) {
   return {{"p50", us(0.5)}, {"p99", us(0.99)}, {"max", 1e-3 * static_cast<double>(ns.max())}};
 }
 
+nlohmann::ordered_json AsJson(const DropCounts& drops) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < drops.size(); ++i) json[NameOf(static_cast<Drop>(i))] = drops[i];
+  return json;
+}
+
 // time since the first frame apart, for a double does not hold all ns of a long uptime
 using Row = std::array<double, kTraceColumns>;
 
@@ -56,6 +62,16 @@ TraceSample FromRow(const Row& row) {
 
 }  // namespace
 
+void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
+  for (const DeliveryCount::Row& row : delivery.rows()) {
+    if (row.peer == 0) continue;
+    report.states_sent += row.sent;
+    report.states_received += row.received;
+    report.least_delivered = std::min(
+        report.least_delivered, static_cast<double>(row.received) / static_cast<double>(row.sent));
+  }
+}
+
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
                               const std::vector<TraceSample>& trace) {
   double sum = 0;
@@ -83,7 +99,12 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
           {"points", report.points},
           {"capacity", report.capacity},
           {"voxels", report.voxels},
-          {"delay_ms", 1e3 * report.mean_delay_s}};
+          {"delay_ms", 1e3 * report.mean_delay_s},
+          {"heard",
+           {{"sent", report.states_sent},
+            {"received", report.states_received},
+            {"least_delivered", report.least_delivered}}},
+          {"drops", AsJson(report.drops)}};
 }
 
 Result<bool> WriteTrace(const std::filesystem::path& file, const std::vector<TraceSample>& trace) {

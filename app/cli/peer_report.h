@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "collab/delivery_count.h"
+#include "collab/drop_counts.h"
 #include "collab/peer.h"
 #include "engine/base/result.h"
 #include "engine/realtime/frame_stats.h"
@@ -21,10 +23,19 @@ struct PeerReport {
   std::size_t voxels = 0;   // of the fixture
   double capacity = 0;      // point tests that fit into a frame
   double mean_delay_s = 0;  // half the loop age
+  DropCounts drops{};       // of samples heard, by reason
+  // states heard of all others, and of the one of whom the largest share is missing
+  std::uint64_t states_sent = 0;
+  std::uint64_t states_received = 0;
+  double least_delivered = 1;
 };
 
+/// Of what came from all others.
+void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
+
 /// One JSON object: frames, missed, frame_cpu_us and lateness_us {p50, p99, max}, and of the trace
-/// contact_points {mean, max}, contact_share, peak_force_N.
+/// contact_points {mean, max}, contact_share, peak_force_N; heard {sent, received,
+/// least_delivered}, drops by reason.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
                               const std::vector<TraceSample>& trace);
 

@@ -13,6 +13,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
+#include "collab/dds/relay.h"
 #include "collab/viewer.h"
 #include "collab/viewer_report.h"
 #include "engine/realtime/clock.h"
@@ -118,6 +119,10 @@ int WatchCommand(const WatchOptions& asked) {
   dds.peer = *id;
   dds.role = Role::kViewer;
   ApplyReach(options.reach, dds);
+  if (options.from_relay) {
+    dds.session = RelaySession(options.session);
+    dds.domain = RelayDomain(dds.domain);
+  }
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, viewer);
   if (!joined) {
     return Fail(options.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
@@ -172,6 +177,7 @@ void AddWatchCommand(CLI::App& app, int& exit_code) {
   command->add_option("--seconds", options->seconds, "leave after this; 0: on a signal")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--report", options->report, "write what was received (JSON) there");
+  command->add_flag("--from-relay", options->from_relay, "look through a relay (tandem relay)");
   command->add_flag("--json", options->json, "print the report on stdout");
   command->callback([options, &exit_code] {
     exit_code = WatchCommand(*options);

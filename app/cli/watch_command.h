@@ -17,6 +17,7 @@ struct WatchOptions {
   double seconds = 0;  // 0: until a signal comes
   std::string report;
   bool json = false;
+  bool from_relay = false;  // of a relay's viewers instead of the session's own
 };
 
 /// A viewer without a window: a line on stderr for each coming and going, one a second on what is

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
+#include <optional>
 
 #include "collab/dds/dds_api.h"
 #include "collab/dds/partitions.h"
@@ -19,8 +19,9 @@ std::int64_t MonotonicNow_ns();
 bool OnReceiveThread() noexcept;
 
 /// Reads a topic of motion: takes each sample on the receive thread as it comes, refuses what is
-/// unsound, comes by another than its peer's partition, or comes from oneself, and hands the rest
-/// to the inbox. Takes no lock of ours, allocates nothing, says nothing.
+/// unsound or comes by another than its peer's partition, telling the inbox why, passes over what
+/// comes from oneself, and hands the rest to the inbox. Takes no lock of ours, allocates nothing,
+/// says nothing.
 template <typename Wire, typename Message>
 class FastReader {
  public:
@@ -50,7 +51,6 @@ class FastReader {
   void RefreshOwners() {
     if (reader_ > 0) owners_.Refresh(reader_);
   }
-  std::uint64_t refused() const noexcept { return refused_.load(std::memory_order_relaxed); }
 
  private:
   static constexpr std::size_t kBatch = 16;
@@ -70,12 +70,20 @@ class FastReader {
   void Hand(const Wire& wire, dds_instance_handle_t writer, std::int64_t arrival_ns) noexcept {
     if (wire.peer == self_) return;
     const PeerId owner = owners_.Find(writer);
-    if (owner == 0) return;  // nobody's, or matched so lately that the table does not say whose yet
-    if (wire.peer != owner || !FromWire(wire, message_)) {
-      refused_.fetch_add(1, std::memory_order_relaxed);
-      return;
+    if (owner == 0) return;  // matched so lately that the table does not say whose yet
+    std::optional<Drop> fault;
+    if (owner == WriterOwners::kNobody) {
+      fault = Drop::kNoOwner;
+    } else if (wire.peer != owner) {
+      fault = Drop::kWrongOwner;
+    } else {
+      fault = FromWire(wire, message_);
     }
-    (inbox_.*deliver_)(message_, arrival_ns);
+    if (fault) {
+      inbox_.OnDropped(owner == WriterOwners::kNobody ? 0 : owner, *fault);
+    } else {
+      (inbox_.*deliver_)(message_, arrival_ns);
+    }
   }
 
   Inbox& inbox_;
@@ -84,7 +92,6 @@ class FastReader {
   const dds_entity_t on_match_;
   dds_entity_t reader_ = 0;
   WriterOwners owners_;
-  std::atomic<std::uint64_t> refused_ = 0;
 
   // of the receive thread, which is in one listener of a reader at a time
   std::array<Wire, kBatch> samples_{};

@@ -63,7 +63,7 @@ void WriterOwners::Refresh(dds_entity_t reader) {
   for (const dds_instance_handle_t writer : writers) {
     if (Find(writer) != 0) continue;
     const PeerId owner = OwnerOfWriter(reader, writer);
-    if (owner != 0) Add(writer, owner);
+    Add(writer, owner != 0 ? owner : kNobody);
   }
 }
 

@@ -29,8 +29,11 @@ PeerId OwnerOfWriter(dds_entity_t reader, dds_instance_handle_t writer);
 /// thread.
 class WriterOwners {
  public:
+  /// Of a writer in more than one partition, or in none of a peer's.
+  static constexpr PeerId kNobody = ~PeerId{0};
+
   void Refresh(dds_entity_t reader);
-  PeerId Find(dds_instance_handle_t writer) const noexcept;  // 0 when none of them
+  PeerId Find(dds_instance_handle_t writer) const noexcept;  // 0: not known (yet)
 
  private:
   // the writers of a crashed peer stay until its lease ends, beside those of its successor

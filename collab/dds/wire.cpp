@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string_view>
 
 namespace tandem {
@@ -27,18 +28,63 @@ void Put(const Wrench& F, tandem_Wrench& out) {
   Put(F.tau, out.t);
 }
 
+/// Reads numbers, and keeps the first fault that it finds.
+class Reader {
+ public:
+  template <typename Scalar>
+  Vec3 Get(const Scalar (&in)[3], double limit) {
+    const Vec3 v(in[0], in[1], in[2]);
+    for (const double x : v) Check(x, limit);
+    return v;
+  }
+  template <typename Scalar>
+  Quat Get(const Scalar (&in)[4]) {
+    Quat q;
+    q.coeffs() << in[0], in[1], in[2], in[3];
+    for (const double x : q.coeffs()) Check(x, std::numeric_limits<double>::max());
+    if (std::abs(q.norm() - 1.0) > kUnitTolerance) Note(Drop::kNotUnit);
+    if (!fault_) q.normalize();
+    return q;
+  }
+  Wrench Get(const tandem_Wrench& in) {
+    return {Get(in.t, kWireBounds.torque), Get(in.f, kWireBounds.force)};
+  }
+  double GetNotNegative(double x, double limit) {
+    Check(x, limit);
+    if (x < 0) Note(Drop::kHuge);
+    return x;
+  }
+  void Expect(bool holds, Drop otherwise) {
+    if (!holds) Note(otherwise);
+  }
+  std::optional<Drop> fault() const { return fault_; }
+
+ private:
+  void Check(double x, double limit) {
+    if (!std::isfinite(x)) {
+      Note(Drop::kNotFinite);
+    } else if (std::abs(x) > limit) {
+      Note(Drop::kHuge);
+    }
+  }
+  void Note(Drop fault) {
+    if (!fault_) fault_ = fault;
+  }
+
+  std::optional<Drop> fault_;
+};
+
 template <typename Scalar>
 bool Get(const Scalar (&in)[3], Vec3& v) {
-  v = Vec3(in[0], in[1], in[2]);
-  return std::isfinite(in[0]) && std::isfinite(in[1]) && std::isfinite(in[2]);
+  Reader reader;
+  v = reader.Get(in, kWireBounds.position);
+  return !reader.fault();
 }
 template <typename Scalar>
 bool Get(const Scalar (&in)[4], Quat& q) {
-  q.coeffs() << in[0], in[1], in[2], in[3];
-  return std::abs(q.norm() - 1.0) <= kUnitTolerance;  // false for NaN
-}
-bool Get(const tandem_Wrench& in, Wrench& F) {
-  return Get(in.f, F.f) && Get(in.t, F.tau);
+  Reader reader;
+  q = reader.Get(in);
+  return !reader.fault();
 }
 
 // Copies what fits, not cutting a UTF-8 character in two.
@@ -88,16 +134,21 @@ void ToWire(const ObjectState& state, tandem_ObjectState& wire) noexcept {
   Put(state.contact_B_W, wire.contact);
 }
 
-bool FromWire(const tandem_ObjectState& wire, ObjectState& state) noexcept {
+std::optional<Drop> FromWire(const tandem_ObjectState& wire, ObjectState& state) noexcept {
   state.peer = wire.peer;
   state.object = wire.object;
   state.epoch = wire.epoch;
   state.seq = wire.seq;
   state.flags = wire.flags;
   state.sample_ns = wire.sample_ns;
-  return wire.peer != 0 && Get(wire.pose.p, state.X_WB.p) && Get(wire.pose.q, state.X_WB.q) &&
-         Get(wire.twist.v, state.V_WB.v) && Get(wire.twist.w, state.V_WB.w) &&
-         Get(wire.contact, state.contact_B_W);
+  Reader reader;
+  reader.Expect(wire.peer != 0, Drop::kNoOwner);
+  state.X_WB.p = reader.Get(wire.pose.p, kWireBounds.position);
+  state.X_WB.q = reader.Get(wire.pose.q);
+  state.V_WB.v = reader.Get(wire.twist.v, kWireBounds.speed);
+  state.V_WB.w = reader.Get(wire.twist.w, kWireBounds.spin);
+  state.contact_B_W = reader.Get(wire.contact);
+  return reader.fault();
 }
 
 void ToWire(const CouplingLinks& links, tandem_CouplingLinks& wire) noexcept {
@@ -117,25 +168,25 @@ void ToWire(const CouplingLinks& links, tandem_CouplingLinks& wire) noexcept {
   }
 }
 
-bool FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept {
-  if (wire.peer == 0 || wire.count > kMaxLinks) return false;
+std::optional<Drop> FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept {
+  if (wire.peer == 0) return Drop::kNoOwner;
+  if (wire.count > kMaxLinks) return Drop::kBadCount;
   links.from = wire.peer;
   links.object = wire.object;
   links.seq = wire.seq;
   links.sample_ns = wire.sample_ns;
   links.count = wire.count;
+  Reader reader;
   for (std::size_t i = 0; i < wire.count; ++i) {
     LinkEntry& entry = links.entries[i];
     entry.to = wire.entries[i].to;
     entry.echo_ns = wire.entries[i].echo_ns;
-    entry.stiffness = wire.entries[i].stiffness;
-    entry.gate_overflow = wire.entries[i].gate_overflow;
-    const bool sound = entry.to != 0 && std::isfinite(entry.stiffness) && entry.stiffness >= 0 &&
-                       std::isfinite(entry.gate_overflow) && entry.gate_overflow >= 0 &&
-                       Get(wire.entries[i].applied, entry.applied_B_W);
-    if (!sound) return false;
+    reader.Expect(entry.to != 0, Drop::kBadCount);
+    entry.stiffness = reader.GetNotNegative(wire.entries[i].stiffness, kWireBounds.stiffness);
+    entry.gate_overflow = reader.GetNotNegative(wire.entries[i].gate_overflow, kWireBounds.energy);
+    entry.applied_B_W = reader.Get(wire.entries[i].applied);
   }
-  return true;
+  return reader.fault();
 }
 
 void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept {
@@ -155,26 +206,25 @@ void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept {
   }
 }
 
-bool FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noexcept {
-  const bool sound = wire.peer != 0 && wire.count <= kMaxViewBodies &&
-                     std::isfinite(wire.delay_ms) && wire.delay_ms >= 0;
-  if (!sound) return false;
+std::optional<Drop> FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noexcept {
+  if (wire.peer == 0) return Drop::kNoOwner;
+  if (wire.count > kMaxViewBodies) return Drop::kBadCount;
+  Reader reader;
   frame.peer = wire.peer;
   frame.seq = wire.seq;
   frame.sample_ns = wire.sample_ns;
   frame.delay_ms = wire.delay_ms;
+  reader.GetNotNegative(static_cast<double>(wire.delay_ms), kWireBounds.delay_ms);
   frame.count = wire.count;
   for (std::size_t i = 0; i < wire.count; ++i) {
     ViewBody& body = frame.bodies[i];
     body.object = wire.bodies[i].object;
     body.flags = wire.bodies[i].flags;
-    if (!Get(wire.bodies[i].p, body.X_W.p) || !Get(wire.bodies[i].q, body.X_W.q) ||
-        !Get(wire.bodies[i].hand_force, body.hand_force_W)) {
-      return false;
-    }
-    body.X_W.q.normalize();  // single precision on the wire
+    body.X_W.p = reader.Get(wire.bodies[i].p, kWireBounds.position);
+    body.X_W.q = reader.Get(wire.bodies[i].q);  // single precision on the wire
+    body.hand_force_W = reader.Get(wire.bodies[i].hand_force, kWireBounds.force);
   }
-  return true;
+  return reader.fault();
 }
 
 void ToWire(const Event& event, tandem_Event& wire) noexcept {

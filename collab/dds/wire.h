@@ -1,28 +1,44 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "collab/drop_counts.h"
 #include "collab/messages.h"
 #include "tandem.h"  // idlc's
 
 namespace tandem {
 
+/// Beyond these no sound peer is; SI units.
+struct WireBounds {
+  double position = 1e3;
+  double speed = 50;
+  double spin = 500;
+  double force = 1e4;
+  double torque = 1e4;
+  double stiffness = 1e6;
+  double energy = 1e9;
+  double delay_ms = 1e6;
+};
+inline constexpr WireBounds kWireBounds;
+
 /// Between the plain messages and their form on the wire (idl/tandem.idl).
 ///
-/// FromWire answers false where the sample is none that a sound peer sends: a number that is not
-/// finite, a quaternion off unit length by more than a thousandth, a count beyond its array, a peer
-/// of id 0. The output is then unspecified. Those of state, links and view neither allocate nor
-/// throw.
+/// FromWire answers why the sample is none that a sound peer sends, the first reason found, or
+/// nothing when it is sound: a number that is not finite or beyond kWireBounds, a quaternion off
+/// unit length by more than a thousandth (within, it is brought to unit length), a count beyond its
+/// array, a peer of id 0. The output is then unspecified. Those of the control topics answer false
+/// for the same. Those of state, links and view neither allocate nor throw.
 void ToWire(const ObjectState& state, tandem_ObjectState& wire) noexcept;
-bool FromWire(const tandem_ObjectState& wire, ObjectState& state) noexcept;
+std::optional<Drop> FromWire(const tandem_ObjectState& wire, ObjectState& state) noexcept;
 
 /// At most kMaxLinks entries are sent.
 void ToWire(const CouplingLinks& links, tandem_CouplingLinks& wire) noexcept;
-bool FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept;
+std::optional<Drop> FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept;
 
 /// In single precision; at most kMaxViewBodies bodies are sent.
 void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept;
-bool FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noexcept;
+std::optional<Drop> FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noexcept;
 
 void ToWire(const Event& event, tandem_Event& wire) noexcept;
 bool FromWire(const tandem_Event& wire, Event& event) noexcept;

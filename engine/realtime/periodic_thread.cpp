@@ -32,6 +32,7 @@ void RunPeriodically(std::int64_t period_ns, const PeriodicFrame& frame,
 PeriodicThread::PeriodicThread(const Options& options, PeriodicFrame frame)
     : frame_(std::move(frame)) {
   thread_ = std::thread([this, options] {
+    if (options.name != nullptr) prctl(PR_SET_NAME, options.name);
     if (options.priority > 0) {
       realtime_ = EnterRealtime(options.priority);
     } else {

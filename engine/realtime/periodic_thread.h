@@ -29,6 +29,7 @@ class PeriodicThread {
   struct Options {
     std::int64_t period_ns = 1'000'000;
     int priority = 30;  // of SCHED_FIFO; 0: an ordinary thread, whose sleeps only are exact
+    const char* name = nullptr;  // as debuggers and top show it, 15 characters; null: the program's
   };
 
   /// Returns once the thread runs and its status is known.

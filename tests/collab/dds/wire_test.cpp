@@ -10,6 +10,11 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+template <typename Wire, typename Message>
+bool Sound(const Wire& wire, Message& message) {
+  return !FromWire(wire, message).has_value();
+}
+
 tandem_ObjectState SoundState() {
   ObjectState state;
   state.peer = 5;
@@ -28,7 +33,7 @@ tandem_ObjectState SoundState() {
 
 TEST(Wire, AStateComesBackAsItWas) {
   ObjectState state;
-  ASSERT_TRUE(FromWire(SoundState(), state));
+  ASSERT_TRUE(Sound(SoundState(), state));
   EXPECT_EQ(state.peer, 5U);
   EXPECT_EQ(state.object, 6U);
   EXPECT_EQ(state.epoch, 7U);
@@ -75,7 +80,7 @@ TEST(Wire, AStateWithANumberThatIsNotFiniteIsRefused) {
                                                      }}) {
         tandem_ObjectState wire = SoundState();
         member(wire)[i] = bad;
-        EXPECT_FALSE(FromWire(wire, out));
+        EXPECT_FALSE(Sound(wire, out));
       }
     }
   }
@@ -86,18 +91,18 @@ TEST(Wire, AQuaternionOffUnitLengthIsRefused) {
   for (const double scale : {0.0, 0.9, 0.998, 1.002, 2.0, 1e-320, 1e200}) {
     tandem_ObjectState wire = SoundState();
     for (double& component : wire.pose.q) component *= scale;
-    EXPECT_FALSE(FromWire(wire, out)) << scale;
+    EXPECT_FALSE(Sound(wire, out)) << scale;
   }
   tandem_ObjectState wire = SoundState();
   for (double& component : wire.pose.q) component *= 1.0005;
-  EXPECT_TRUE(FromWire(wire, out));
+  EXPECT_TRUE(Sound(wire, out));
 }
 
 TEST(Wire, PeerZeroIsRefused) {
   tandem_ObjectState wire = SoundState();
   wire.peer = 0;
   ObjectState out;
-  EXPECT_FALSE(FromWire(wire, out));
+  EXPECT_FALSE(Sound(wire, out));
 }
 
 CouplingLinks FullLinks() {
@@ -119,7 +124,7 @@ TEST(Wire, LinksComeBackAsTheyWere) {
   tandem_CouplingLinks wire;
   ToWire(FullLinks(), wire);
   CouplingLinks back;
-  ASSERT_TRUE(FromWire(wire, back));
+  ASSERT_TRUE(Sound(wire, back));
   EXPECT_EQ(back.from, 1U);
   EXPECT_EQ(back.object, 2U);
   EXPECT_EQ(back.seq, 3U);
@@ -141,7 +146,7 @@ TEST(Wire, UnsoundLinksAreRefused) {
   auto refuses = [&](auto spoil) {
     tandem_CouplingLinks wire = sound;
     spoil(wire);
-    return !FromWire(wire, out);
+    return !Sound(wire, out);
   };
   EXPECT_TRUE(refuses([](auto& w) {
     w.count = kMaxLinks + 1;
@@ -185,7 +190,7 @@ TEST(Wire, AViewComesBackInSinglePrecision) {
   tandem_ViewFrame wire;
   ToWire(frame, wire);
   ViewFrame back;
-  ASSERT_TRUE(FromWire(wire, back));
+  ASSERT_TRUE(Sound(wire, back));
   EXPECT_EQ(back.peer, 1U);
   EXPECT_EQ(back.seq, 2U);
   EXPECT_EQ(back.sample_ns, 3);
@@ -210,7 +215,7 @@ TEST(Wire, UnsoundViewsAreRefused) {
   auto refuses = [&](auto spoil) {
     tandem_ViewFrame wire = sound;
     spoil(wire);
-    return !FromWire(wire, out);
+    return !Sound(wire, out);
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_FALSE(refuses([](auto&) {}));

@@ -1,0 +1,203 @@
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "app/cli/bench.h"
+#include "app/cli/child_processes.h"
+#include "app/cli/scene_files.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+
+namespace tandem {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct SessionArguments {
+  std::string scene = "peg_in_slot";
+  std::size_t peers = 8;
+  double hz = 1000;
+  double seconds = 10;
+  std::vector<std::size_t> compare;
+  bool json = false;
+};
+
+constexpr double kMeetingSeconds = 120;    // for loading and meeting, at the most
+constexpr std::size_t kMostWaitedFor = 7;  // couplings that an instance has at the most, less one
+
+double LoadAverage() {
+  double one_minute = 0;
+  return getloadavg(&one_minute, 1) == 1 ? one_minute : 0;
+}
+
+/// Peers, each a process: the first `holders` hold the scene's hands' body, in turn by each of its
+/// hands, the others take part with empty hands. Their reports, in order.
+Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, const Scene& scene,
+                                           std::size_t count, std::size_t holders) {
+  const TemporaryFolder folder;
+  const std::string session =
+      "bench-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
+  std::vector<ChildProcess> peers;
+  std::vector<std::filesystem::path> reports;
+  for (std::size_t p = 0; p < count; ++p) {
+    const SceneHand& hand = scene.hands[p % scene.hands.size()];
+    reports.push_back(folder.path() / (std::to_string(p) + ".json"));
+    std::vector<std::string> command{(ProgramFolder() / "tandem").string(),
+                                     "peer",
+                                     "--session",
+                                     session,
+                                     "--scene",
+                                     scene.file.string(),
+                                     "--interface",
+                                     "lo",
+                                     "--name",
+                                     "peer-" + std::to_string(p),
+                                     "--capacity",
+                                     "20000",
+                                     "--publish-hz",
+                                     std::to_string(arguments.hz),
+                                     "--seconds",
+                                     std::to_string(arguments.seconds),
+                                     "--report",
+                                     reports.back().string()};
+    if (p < holders) {
+      const std::size_t others = std::min(holders - 1, kMostWaitedFor);
+      command.insert(command.end(), {"--hold", hand.body, "--hand", hand.file.string(),
+                                     "--wait-for", std::to_string(others)});
+    }
+    Result<ChildProcess> peer = ChildProcess::Start(command);
+    if (!peer) return peer.error();
+    peers.push_back(std::move(*peer));
+  }
+  const std::chrono::milliseconds limit(
+      static_cast<long>(1e3 * (arguments.seconds + kMeetingSeconds)));
+  std::vector<ordered_json> read;
+  for (std::size_t p = 0; p < count; ++p) {
+    const int code = peers[p].Wait(limit).value_or(-1);
+    if (code != kExitOk) return Error{"a peer ended with exit code " + std::to_string(code)};
+    std::ifstream stream(reports[p]);
+    read.push_back(ordered_json::parse(stream, nullptr, false));
+    if (read.back().is_discarded()) return Error{"a peer left no report"};
+  }
+  return read;
+}
+
+ordered_json Delivery(const SessionArguments& arguments, const std::vector<ordered_json>& reports,
+                      double load) {
+  std::uint64_t sent = 0;
+  std::uint64_t received = 0;
+  double least = 1;
+  ordered_json cpu_us = ordered_json::array();
+  std::uint64_t frames = 0;
+  std::uint64_t missed = 0;
+  for (const ordered_json& report : reports) {
+    const ordered_json& heard = report.at("heard");
+    sent += heard.at("sent").get<std::uint64_t>();
+    received += heard.at("received").get<std::uint64_t>();
+    least = std::min(least, heard.at("least_delivered").get<double>());
+    cpu_us.push_back(report.at("frame_cpu_us").at("p99"));
+    frames += report.at("frames").get<std::uint64_t>();
+    missed += report.at("missed").get<std::uint64_t>();
+  }
+  return {{"peers", arguments.peers},
+          {"hz", arguments.hz},
+          {"seconds", arguments.seconds},
+          {"samples_sent", sent},
+          {"samples_delivered", received},
+          {"delivered",
+           static_cast<double>(received) / static_cast<double>(std::max<std::uint64_t>(sent, 1))},
+          {"least_delivered", least},
+          {"frames", frames},
+          {"missed", missed},
+          {"frame_cpu_p99_us", cpu_us},
+          {"scheduler", reports.front().at("scheduler")},
+          {"cores", std::thread::hardware_concurrency()},
+          {"load_before", load}};
+}
+
+/// The first peer's frames with so many in the session, the others having empty hands.
+Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& scene) {
+  ordered_json rows = ordered_json::array();
+  double alone = 0;
+  for (const std::size_t count : arguments.compare) {
+    const auto reports = RunPeers(arguments, scene, count, 1);
+    if (!reports) return reports.error();
+    const double p99 = reports->front().at("frame_cpu_us").at("p99").get<double>();
+    if (rows.empty()) alone = p99;
+    rows.push_back({{"peers", count},
+                    {"frame_cpu_p50_us", reports->front().at("frame_cpu_us").at("p50")},
+                    {"frame_cpu_p99_us", p99},
+                    {"ratio", p99 / alone}});
+  }
+  return ordered_json{{"seconds", arguments.seconds}, {"sessions", rows}};
+}
+
+int RunBenchSession(const SessionArguments& arguments) {
+  const Result<Scene> scene = LoadScene(SceneFile(arguments.scene));
+  if (!scene) return Fail(kExitFile, scene.error().what);
+  if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": it has no hands");
+  const double load = LoadAverage();
+  ordered_json json;
+  if (arguments.compare.empty()) {
+    const auto reports = RunPeers(arguments, *scene, arguments.peers, arguments.peers);
+    if (!reports) return Fail(kExitFailed, reports.error().what);
+    json = Delivery(arguments, *reports, load);
+  } else {
+    const Result<ordered_json> compared = Compare(arguments, *scene);
+    if (!compared) return Fail(kExitFailed, compared.error().what);
+    json = *compared;
+    json["load_before"] = load;
+  }
+  if (arguments.json) {
+    std::printf("%s\n", json.dump(2).c_str());
+  } else if (arguments.compare.empty()) {
+    std::printf("%zu peers at %.0f Hz: %.4f %% of %.0f samples delivered, the worst pair %.4f %%\n",
+                arguments.peers, arguments.hz, 100 * json.at("delivered").get<double>(),
+                json.at("samples_sent").get<double>(),
+                100 * json.at("least_delivered").get<double>());
+  } else {
+    for (const ordered_json& row : json.at("sessions")) {
+      std::printf("%d peers: a frame's processor time p99 %.1f us, %.2f of the first\n",
+                  row.at("peers").get<int>(), row.at("frame_cpu_p99_us").get<double>(),
+                  row.at("ratio").get<double>());
+    }
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddBenchSession(CLI::App& bench, int& exit_code) {
+  auto arguments = std::make_shared<SessionArguments>();
+  CLI::App* command = bench.add_subcommand(
+      "session", "Whole peers on this machine: samples delivered, and what a frame takes");
+  command->add_option("--scene", arguments->scene, "scene with hands on a shared body")
+      ->capture_default_str();
+  command->add_option("--peers", arguments->peers, "that hold the body together")
+      ->check(CLI::Range(2, 16))
+      ->capture_default_str();
+  command->add_option("--hz", arguments->hz, "rate of states sent")
+      ->check(CLI::Range(10.0, 1000.0))
+      ->capture_default_str();
+  command->add_option("--seconds", arguments->seconds, "of the hands' motion")
+      ->check(CLI::Range(1.0, 600.0))
+      ->capture_default_str();
+  command
+      ->add_option("--compare", arguments->compare,
+                   "instead: a frame's processor time with so many peers, as 1,2,4")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 16));
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunBenchSession(*arguments);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,161 @@
+#include "collab/dds/relay.h"
+
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "collab/dds/cyclone_log.h"
+#include "collab/dds/domain.h"
+#include "collab/dds/partitions.h"
+#include "collab/dds/qos.h"
+#include "collab/dds/wire.h"
+
+namespace tandem {
+
+std::string RelaySession(const std::string& session) {
+  return session + "/view";
+}
+
+namespace {
+
+constexpr dds_duration_t kGoodbyeWait = DDS_MSECS(100);
+
+class DdsRelay final : public Relay {
+ public:
+  explicit DdsRelay(Entity domain, std::uint32_t number)
+      : domain_(std::move(domain)),
+        participant_(dds_create_participant(number, nullptr, nullptr)) {}
+
+  bool Open() {
+    const auto topic = [this](const dds_topic_descriptor_t& type, const char* name) {
+      return dds_create_topic(participant_.get(), &type, name, nullptr, nullptr);
+    };
+    view_topic_ = topic(tandem_ViewFrame_desc, "view/1");
+    info_topic_ = topic(tandem_PeerInfo_desc, "peer_info");
+    const dds_entity_t scene_topic = topic(tandem_SceneManifest_desc, "scene");
+    scene_writer_ = Writer(scene_topic, Purpose::kSubject, kScenePartition);
+    return view_topic_ > 0 && info_topic_ > 0 && scene_writer_ > 0;
+  }
+
+  void OnState(const ObjectState&, std::int64_t) override {}
+  void OnLinks(const CouplingLinks&, std::int64_t) override {}
+  void OnEvent(const Event&, std::int64_t) override {}
+
+  void OnView(const ViewFrame& frame, std::int64_t /*arrival_ns*/) override {
+    const std::scoped_lock lock(mutex_);
+    const auto it = peers_.find(frame.peer);
+    if (it == peers_.end()) return;
+    tandem_ViewFrame wire;
+    ToWire(frame, wire);
+    if (dds_write(it->second.view.get(), &wire) == DDS_RETCODE_OK) views_passed_on_.fetch_add(1);
+  }
+
+  void OnPeerInfo(const PeerInfo& info, std::int64_t /*arrival_ns*/) override {
+    // other viewers are nobody's business
+    if (info.role != Role::kActive) return;
+    const std::scoped_lock lock(mutex_);
+    const auto it = peers_.find(info.peer);
+    if (it == peers_.end() && peers_.size() >= kMaxRelayed) return;
+    Relayed& peer = it == peers_.end() ? Add(info.peer) : it->second;
+    tandem_PeerInfo wire{};
+    if (ToWire(info, wire, claims_)) dds_write(peer.info.get(), &wire);
+  }
+
+  void OnPeerLeft(PeerId peer) override {
+    const std::scoped_lock lock(mutex_);
+    const auto it = peers_.find(peer);
+    if (it == peers_.end()) return;
+    SayGoodbye(peer, it->second);
+    peers_.erase(it);
+  }
+
+  // gone without a goodbye here as there
+  void OnPeerLost(PeerId peer) override {
+    const std::scoped_lock lock(mutex_);
+    peers_.erase(peer);
+  }
+
+  void OnScene(const SceneManifest& manifest) override {
+    tandem_SceneManifest wire{};
+    const std::scoped_lock lock(mutex_);
+    if (ToWire(manifest, wire, bodies_)) dds_write(scene_writer_, &wire);
+  }
+
+  void Leave() override {
+    const std::scoped_lock lock(mutex_);
+    for (auto& [peer, relayed] : peers_) SayGoodbye(peer, relayed);
+    peers_.clear();
+    participant_.Delete();
+    domain_.Delete();
+  }
+
+  std::uint64_t views_passed_on() const override { return views_passed_on_.load(); }
+
+  std::size_t viewers() const override {
+    dds_publication_matched_status_t matched{};
+    if (dds_get_publication_matched_status(scene_writer_, &matched) != DDS_RETCODE_OK) return 0;
+    return matched.current_count;
+  }
+
+ private:
+  // forged participants may be many
+  static constexpr std::size_t kMaxRelayed = 4 * kMaxPeers;
+
+  struct Relayed {
+    Entity info;
+    Entity view;
+  };
+
+  dds_entity_t Writer(dds_entity_t topic, Purpose purpose, const std::string& partition) {
+    const Qos qos = MakeQos(purpose, partition);
+    return dds_create_writer(participant_.get(), topic, qos.get(), nullptr);
+  }
+
+  Relayed& Add(PeerId peer) {
+    Relayed& relayed = peers_[peer];
+    relayed.info = Entity(Writer(info_topic_, Purpose::kPresence, PeerPartition(peer)));
+    relayed.view = Entity(Writer(view_topic_, Purpose::kMotion, ViewPartition(peer)));
+    tandem_ViewFrame key{};
+    key.peer = peer;
+    dds_instance_handle_t instance = 0;
+    dds_register_instance(relayed.view.get(), &instance, &key);
+    return relayed;
+  }
+
+  static void SayGoodbye(PeerId peer, const Relayed& relayed) {
+    tandem_PeerInfo key{};
+    key.peer = peer;
+    dds_dispose(relayed.info.get(), &key);
+    dds_wait_for_acks(relayed.info.get(), kGoodbyeWait);
+  }
+
+  Entity domain_;
+  Entity participant_;
+  dds_entity_t view_topic_ = 0;
+  dds_entity_t info_topic_ = 0;
+  dds_entity_t scene_writer_ = 0;
+  std::atomic<std::uint64_t> views_passed_on_ = 0;
+
+  std::mutex mutex_;  // of all below
+  std::map<PeerId, Relayed> peers_;
+  std::vector<tandem_Claim> claims_;
+  std::vector<tandem_BodyDecl> bodies_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Relay>> Relay::Open(const RelayOptions& options) {
+  TakeOverCycloneLog();
+  DdsOptions viewers;
+  viewers.session = RelaySession(options.session);
+  viewers.domain = RelayDomain(options.domain);
+  viewers.interface = options.interface;
+  Result<Entity> domain = CreateDomain(viewers);
+  if (!domain) return domain.error();
+  auto relay = std::make_unique<DdsRelay>(*std::move(domain), viewers.domain);
+  if (!relay->Open()) return Error{"cannot open the viewers' side of the relay"};
+  return std::unique_ptr<Relay>(std::move(relay));
+}
+
+}  // namespace tandem

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "engine/base/result.h"
+#include "engine/realtime/histogram.h"
+
+namespace tandem {
+
+/// What a packet takes to another process of this machine and back: over a plain UDP socket, and
+/// over DDS as the product uses it (a state written by one thread, taken on the receive thread). In
+/// every millisecond both are sent, in turn first, in datagrams of one length; all threads run
+/// under SCHED_FIFO where that is granted.
+struct RoundTrips {
+  static constexpr std::size_t kDatagramBytes = 244;  // of a state over RTPS, what UDP carries
+
+  Histogram udp;  // ns
+  Histogram dds;
+  std::uint64_t udp_lost = 0;  // no answer within 20 ms
+  std::uint64_t dds_lost = 0;
+  bool fifo = false;
+};
+
+struct RoundTripOptions {
+  std::string session;  // that nobody else uses
+  std::uint32_t domain = 42;
+  double seconds = 5;
+};
+
+/// A socket of loopback; its port is where the echo says that it is there.
+class RoundTripMeter {
+ public:
+  static Result<RoundTripMeter> Open();
+  RoundTripMeter(RoundTripMeter&& other) noexcept;
+  RoundTripMeter& operator=(RoundTripMeter&&) = delete;
+  ~RoundTripMeter();
+
+  std::uint16_t port() const noexcept { return port_; }
+  /// Waits up to 10 s for the echo, then measures.
+  Result<RoundTrips> Measure(const RoundTripOptions& options);
+
+ private:
+  RoundTripMeter() = default;
+  Result<bool> MeetEcho() const;
+
+  int socket_ = -1;
+  std::uint16_t port_ = 0;
+};
+
+/// The other process: sends back what comes until `stop`.
+Result<bool> EchoRoundTrips(const RoundTripOptions& options, std::uint16_t port,
+                            const std::atomic<bool>& stop);
+
+}  // namespace tandem

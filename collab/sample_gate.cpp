@@ -1,0 +1,106 @@
+#include "collab/sample_gate.h"
+
+#include <algorithm>
+
+#include "collab/newer.h"
+
+namespace tandem {
+
+SampleGate::SampleGate(PeerId self, const std::vector<std::uint32_t>& objects, DropTable& drops)
+    : self_(self), objects_(objects), drops_(&drops) {
+  for (Sender& sender : senders_) sender.instances.resize(objects.size() + 1);
+}
+
+SampleGate::Sender* SampleGate::Find(PeerId peer) noexcept {
+  const auto it = std::find_if(senders_.begin(), senders_.end(), [peer](const Sender& s) {
+    return s.peer == peer;
+  });
+  return it == senders_.end() ? nullptr : &*it;
+}
+
+SampleGate::Instance* SampleGate::InstanceOf(Sender& sender, ObjectId object) noexcept {
+  if (object == kNoObject) return &sender.instances.back();
+  const auto it = std::find(objects_.begin(), objects_.end(), object);
+  if (it == objects_.end()) return nullptr;
+  return &sender.instances[static_cast<std::size_t>(it - objects_.begin())];
+}
+
+bool SampleGate::Drops(PeerId peer, Drop reason) noexcept {
+  drops_->Count(peer, reason);
+  return false;
+}
+
+void SampleGate::OnMembership(const MembershipChange& change) noexcept {
+  Sender* sender = Find(change.peer);
+  if (sender == nullptr && change.present()) sender = Find(0);
+  if (sender == nullptr) return;
+  // who comes anew, or again, counts anew
+  if (change.kind != MembershipChange::Kind::kClaims) {
+    std::fill(sender->instances.begin(), sender->instances.end(), Instance{});
+  }
+  sender->peer = change.present() ? change.peer : 0;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    Instance& instance = sender->instances[i];
+    const Claim* claim = nullptr;
+    for (std::uint32_t c = 0; c < change.claim_count; ++c) {
+      if (change.claims[c].object == objects_[i]) claim = &change.claims[c];
+    }
+    const bool goes_on = claim != nullptr && instance.claimed && instance.epoch == claim->epoch;
+    instance.heard = instance.heard && goes_on;
+    instance.claimed = claim != nullptr;
+    instance.epoch = claim != nullptr ? claim->epoch : 0;
+  }
+}
+
+void SampleGate::NoteSent(std::int64_t sample_ns) noexcept {
+  stamps_[stamp_count_++ % kStamps] = sample_ns;
+}
+
+// The ring's stamps, from its oldest to its newest, only grow.
+bool SampleGate::WasSent(std::int64_t stamp_ns) const noexcept {
+  std::uint64_t first = stamp_count_ > kStamps ? stamp_count_ - kStamps : 0;
+  std::uint64_t last = stamp_count_;
+  while (first < last) {
+    const std::uint64_t middle = first + (last - first) / 2;
+    const std::int64_t stamp = stamps_[middle % kStamps];
+    if (stamp == stamp_ns) return true;
+    (stamp < stamp_ns ? first : last) = stamp < stamp_ns ? middle + 1 : middle;
+  }
+  return false;
+}
+
+bool SampleGate::Admit(const ObjectState& state) noexcept {
+  Sender* sender = Find(state.peer);
+  if (state.peer == 0 || sender == nullptr || state.object == kNoObject) return true;
+  Instance* instance = InstanceOf(*sender, state.object);
+  if (instance == nullptr || !instance->claimed) return Drops(state.peer, Drop::kWrongOwner);
+  if (state.epoch != instance->epoch) return Drops(state.peer, Drop::kWrongEpoch);
+  if (instance->heard && !IsAfter(state.seq, instance->seq)) {
+    return Drops(state.peer, Drop::kReplayed);
+  }
+  instance->heard = true;
+  instance->seq = state.seq;
+  return true;
+}
+
+bool SampleGate::Admit(const CouplingLinks& links) noexcept {
+  Sender* sender = Find(links.from);
+  if (links.from == 0 || sender == nullptr) return true;
+  Instance* instance = InstanceOf(*sender, links.object);
+  if (instance == nullptr) return Drops(links.from, Drop::kWrongOwner);
+  if (instance->linked && !IsAfter(links.seq, instance->links_seq)) {
+    return Drops(links.from, Drop::kReplayed);
+  }
+  for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
+    const LinkEntry& entry = links.entries[i];
+    // 0: it has not heard us yet
+    if (entry.to == self_ && entry.echo_ns != 0 && !WasSent(entry.echo_ns)) {
+      return Drops(links.from, Drop::kBadEcho);
+    }
+  }
+  instance->linked = true;
+  instance->links_seq = links.seq;
+  return true;
+}
+
+}  // namespace tandem

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "collab/drop_counts.h"
+#include "collab/membership.h"
+#include "collab/messages.h"
+
+namespace tandem {
+
+/// Lets through what others may say of bodies and loops, and counts the rest: a state counts only
+/// under its sender's present claim on the body, and each only once; an echo only if it is a stamp
+/// of ours. What comes from those who are not here passes uncounted, for nobody takes it. Used by
+/// the haptic thread alone; nothing allocates after construction.
+class SampleGate {
+ public:
+  /// `objects`: the bodies that move.
+  SampleGate(PeerId self, const std::vector<std::uint32_t>& objects, DropTable& drops);
+
+  void OnMembership(const MembershipChange& change) noexcept;
+  /// A stamp that goes out with this frame's states and links; they only grow.
+  void NoteSent(std::int64_t sample_ns) noexcept;
+
+  bool Admit(const ObjectState& state) noexcept;
+  bool Admit(const CouplingLinks& links) noexcept;
+
+ private:
+  // at 1 kHz longer than any loop that is used
+  static constexpr std::size_t kStamps = 8192;
+
+  struct Instance {
+    bool claimed = false;
+    std::uint32_t epoch = 0;  // of the claim
+    bool heard = false;
+    std::uint32_t seq = 0;  // of the newest state under it
+    bool linked = false;
+    std::uint32_t links_seq = 0;
+  };
+  struct Sender {
+    PeerId peer = 0;                  // 0: a free place
+    std::vector<Instance> instances;  // as objects_, and one for links without an object
+  };
+
+  Sender* Find(PeerId peer) noexcept;
+  Instance* InstanceOf(Sender& sender, ObjectId object) noexcept;  // null: no body that moves
+  bool WasSent(std::int64_t stamp_ns) const noexcept;
+  bool Drops(PeerId peer, Drop reason) noexcept;  // false, for returning
+
+  PeerId self_;
+  std::vector<std::uint32_t> objects_;
+  DropTable* drops_;
+  std::array<Sender, kMaxPeers> senders_;
+  std::array<std::int64_t, kStamps> stamps_{};
+  std::uint64_t stamp_count_ = 0;
+};
+
+}  // namespace tandem

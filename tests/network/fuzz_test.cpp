@@ -1,0 +1,151 @@
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <tuple>
+
+#include <arpa/inet.h>
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tests/network/own_peer.h"
+#include "tests/network/packet_fuzzer.h"
+#include "tests/network/real_peers.h"
+
+namespace {
+
+// What the test's own peer sends: Cyclone finds this program's sendmsg before the system's.
+std::atomic<bool> keeping = false;
+std::mutex kept_mutex;
+std::vector<tandem::testing::Packet> kept;
+
+}  // namespace
+
+extern "C" ssize_t sendmsg(int socket, const msghdr* message, int flags) {
+  static const auto real = reinterpret_cast<decltype(&sendmsg)>(dlsym(RTLD_NEXT, "sendmsg"));
+  if (keeping) {
+    tandem::testing::Packet packet;
+    for (std::size_t i = 0; i < message->msg_iovlen; ++i) {
+      const auto* bytes = static_cast<const unsigned char*>(message->msg_iov[i].iov_base);
+      packet.insert(packet.end(), bytes, bytes + message->msg_iov[i].iov_len);
+    }
+    const std::scoped_lock lock(kept_mutex);
+    kept.push_back(std::move(packet));
+  }
+  return real(socket, message, flags);
+}
+
+namespace tandem {
+namespace {
+
+using testing::OwnPeer;
+using testing::Packet;
+using testing::PacketFuzzer;
+using testing::RealPeers;
+
+double FuzzSeconds() {
+  const char* asked = std::getenv("TANDEM_FUZZ_SECONDS");
+  return asked != nullptr ? std::stod(asked) : 10;
+}
+
+/// One of each length and first submessages: thousands of packets differ in their numbers only.
+std::vector<Packet> Kinds(const std::vector<Packet>& packets) {
+  std::map<std::vector<unsigned>, Packet> kinds;
+  for (const Packet& packet : packets) {
+    std::vector<unsigned> kind{static_cast<unsigned>(packet.size())};
+    for (std::size_t at = 20; at + 4 <= packet.size() && kind.size() < 8;) {
+      kind.push_back(packet[at]);
+      at += 4U + packet[at + 2] + 256U * packet[at + 3];
+    }
+    kinds[kind] = packet;
+  }
+  std::vector<Packet> one_each;
+  for (const auto& [kind, packet] : kinds) one_each.push_back(packet);
+  return one_each;
+}
+
+/// Sends bad packets to the ports in turn, twenty a millisecond; how many.
+long Fuzz(const std::vector<Packet>& good, const std::vector<std::uint16_t>& ports,
+          double seconds) {
+  const int out = socket(AF_INET, SOCK_DGRAM, 0);
+  PacketFuzzer fuzzer(good, 1);
+  const std::int64_t until_ns = MonotonicNowNs() + static_cast<std::int64_t>(1e9 * seconds);
+  long sent = 0;
+  for (std::int64_t next_ns = MonotonicNowNs(); next_ns < until_ns; next_ns += 1'000'000) {
+    for (int i = 0; i < 20; ++i) {
+      const Packet& packet = fuzzer.Next();
+      sockaddr_in to{};
+      to.sin_family = AF_INET;
+      to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      to.sin_port = htons(ports[static_cast<std::size_t>(sent) % ports.size()]);
+      sendto(out, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
+             sizeof to);
+      ++sent;
+    }
+    MachineClock().SleepUntil(next_ns);
+  }
+  close(out);
+  return sent;
+}
+
+long LinesOf(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  long lines = 0;
+  for (std::string line; std::getline(stream, line);) ++lines;
+  return lines;
+}
+
+TEST(Fuzz, ARunningSessionOutlivesBadPacketsAtEveryPort) {
+  const double seconds = FuzzSeconds();
+  const TemporaryFolder folder;
+  const std::filesystem::path said = folder.path() / "said";
+  RealPeers peers({.count = 2, .seconds = seconds + 4, .said = said.string()});
+
+  // what is sent from the first packet on: discovery, matching, motion, membership, scene
+  keeping = true;
+  OwnPeer own(peers.session(), 0x1234567890abcdef);
+  own.Run(3, [] {
+    return false;
+  });
+  keeping = false;
+  std::vector<Packet> good;
+  {
+    const std::scoped_lock lock(kept_mutex);
+    good = Kinds(kept);
+  }
+  EXPECT_GE(good.size(), 20U);  // kinds of packets
+
+  std::vector<std::uint16_t> ports = testing::UdpPortsOf(peers.peer(0).pid());
+  ASSERT_GE(ports.size(), 2U);
+  const std::vector<std::uint16_t> others = testing::UdpPortsOf(peers.peer(1).pid());
+  ports.insert(ports.end(), others.begin(), others.end());
+
+  const long lines_before = LinesOf(said);
+  std::thread fuzz([&, sent = 0L]() mutable {
+    sent = Fuzz(good, ports, seconds);
+    EXPECT_GE(static_cast<double>(sent), 10'000 * seconds);
+  });
+  own.Run(seconds, [] {
+    return false;
+  });
+  fuzz.join();
+  const long lines = LinesOf(said) - lines_before;
+
+  EXPECT_EQ(peers.Wait(), (std::vector<int>{0, 0}));
+  EXPECT_LE(static_cast<double>(lines), 2 * 10 * (seconds + 1));  // two programs
+  for (std::size_t i = 0; i < 2; ++i) {
+    const nlohmann::json report = peers.Report(i);
+    ASSERT_TRUE(report.is_object());
+    EXPECT_GT(report.at("frames").get<double>(), 1000 * seconds);
+    EXPECT_LE(report.at("peak_force_N").get<double>(), 20.0);
+    EXPECT_GT(report.at("delay_ms").get<double>(), 0);
+  }
+}
+
+}  // namespace
+}  // namespace tandem
