@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   tandem::AddBenchCommand(app, exit_code);
   tandem::AddProximityCommand(app, exit_code);
   tandem::AddKeysCommand(app, exit_code);
+  tandem::AddSimulateCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

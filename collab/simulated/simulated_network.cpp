@@ -13,15 +13,15 @@ class SimulatedNetwork::Link : public Transport {
   Link& operator=(const Link&) = delete;
 
   void Publish(const ObjectState& state) override {
-    ++network_->sent_[peer_].states;
+    if (network_->watch_ != nullptr) network_->watch_->OnState(peer_, state);
     network_->SendMotion(peer_, Role::kActive, state);
   }
   void Publish(const CouplingLinks& links) override {
-    ++network_->sent_[peer_].links;
+    if (network_->watch_ != nullptr) network_->watch_->OnLinks(peer_, links);
     network_->SendMotion(peer_, Role::kActive, links);
   }
   void Publish(const ViewFrame& frame) override {
-    ++network_->sent_[peer_].views;
+    if (network_->watch_ != nullptr) network_->watch_->OnView(peer_, frame);
     network_->SendMotion(peer_, Role::kViewer, frame);
   }
   void Publish(const PeerInfo& info) override {
@@ -54,7 +54,6 @@ std::unique_ptr<Transport> SimulatedNetwork::Join(PeerId peer, Role role, Inbox&
   member.inbox = &inbox;
   member.clock = clock;
   member.incarnation = ++incarnations_;
-  sent_.try_emplace(peer);
   for (const auto& [id, other] : members_) {
     if (id == peer) continue;
     LineOf(id, peer).hearing = Hearing{};
@@ -107,7 +106,6 @@ void SimulatedNetwork::Send(PeerId from, PeerId to, const Control& what) {
 }
 
 void SimulatedNetwork::SendToAll(PeerId from, const Control& what) {
-  ++sent_[from].control;
   for (const auto& [id, member] : members_) {
     if (id != from) Send(from, id, what);
   }

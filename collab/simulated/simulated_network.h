@@ -20,6 +20,15 @@ struct PeerClock {
   double drift_ppm = 0;
 };
 
+/// Sees what peers put on the wire, as they do.
+class WireWatch {
+ public:
+  virtual ~WireWatch() = default;
+  virtual void OnState(PeerId from, const ObjectState& state) = 0;
+  virtual void OnLinks(PeerId from, const CouplingLinks& links) = 0;
+  virtual void OnView(PeerId from, const ViewFrame& view) = 0;
+};
+
 /// A network in virtual time for any number of peers in one thread, that behaves as DDS does:
 ///
 /// - states, links and views arrive in the frame in which they are sent; delay, jitter and loss are
@@ -61,12 +70,8 @@ class SimulatedNetwork {
   /// A peer's clock now.
   std::int64_t LocalNow(PeerId peer) const;
 
-  /// What was sent by each kind, all peers together, for checkers: [state, links, view, control].
-  struct Sent {
-    std::uint64_t states = 0, links = 0, views = 0, control = 0;
-  };
-  /// By a peer that is in the network or was.
-  const Sent& sent(PeerId peer) const { return sent_.at(peer); }
+  /// Null: nobody watches.
+  void SetWatch(WireWatch* watch) noexcept { watch_ = watch; }
 
  private:
   class Link;
@@ -121,7 +126,7 @@ class SimulatedNetwork {
   std::uint64_t incarnations_ = 0;
   std::map<PeerId, Member> members_;
   std::map<std::pair<PeerId, PeerId>, Line> lines_;
-  std::map<PeerId, Sent> sent_;
+  WireWatch* watch_ = nullptr;
 };
 
 }  // namespace tandem

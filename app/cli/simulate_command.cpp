@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/commands.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "collab/simulated/light_scene.h"
+#include "collab/simulated/simulator.h"
+
+namespace tandem {
+
+namespace {
+
+struct SimulateArguments {
+  std::uint64_t seeds = 100;
+  std::uint64_t first = 1;
+  std::uint64_t seed = 0;  // 0: many
+  unsigned threads = 0;    // 0: as many as processors
+  bool json = false;
+};
+
+std::string Hex(std::uint64_t value) {
+  char text[20];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+/// Seeds first, first + 1, … on several threads, a seed on one.
+std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsigned threads) {
+  const std::shared_ptr<const WorldModel> model = MakeLightScene();
+  std::vector<SeedResult> results(count);
+  std::atomic<std::uint64_t> next{0};
+  std::vector<std::thread> workers;
+  for (unsigned t = 0; t < threads; ++t) {
+    workers.emplace_back([&] {
+      for (std::uint64_t i = next++; i < count; i = next++) {
+        results[i] = SimulateSeed(first + i, model);
+      }
+    });
+  }
+  for (std::thread& worker : workers) worker.join();
+  return results;
+}
+
+int RunSimulate(const SimulateArguments& arguments) {
+  const bool one = arguments.seed != 0;
+  const std::uint64_t first = one ? arguments.seed : arguments.first;
+  const std::uint64_t count = one ? 1 : arguments.seeds;
+  const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
+  const unsigned threads = arguments.threads == 0 ? processors : arguments.threads;
+  const auto began = std::chrono::steady_clock::now();
+  const std::vector<SeedResult> results = RunSeeds(first, count, threads);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
+
+  double peer_seconds = 0;
+  std::uint64_t broken = 0;
+  std::uint64_t digest = 0;
+  nlohmann::ordered_json found = nlohmann::ordered_json::array();
+  for (const SeedResult& result : results) {
+    peer_seconds += result.peer_seconds;
+    digest = digest * 0x100000001b3U ^ result.digest;
+    if (result.broken.empty()) continue;
+    ++broken;
+    found.push_back({{"seed", result.seed}, {"broken", result.broken}});
+  }
+  if (arguments.json) {
+    const nlohmann::ordered_json out{{"seeds", count},         {"broken", broken},
+                                     {"wall_s", wall.count()}, {"simulated_peer_s", peer_seconds},
+                                     {"threads", threads},     {"digest", Hex(digest)},
+                                     {"found", found}};
+    std::printf("%s\n", out.dump(2).c_str());
+  } else {
+    if (one) {
+      for (const std::string& line : DescribeSeed(first)) std::printf("%s\n", line.c_str());
+    }
+    for (const SeedResult& result : results) {
+      for (const std::string& line : result.broken) {
+        std::printf("seed %llu %s\n", static_cast<unsigned long long>(result.seed), line.c_str());
+      }
+    }
+    std::printf("%llu seeds, %llu broken, %.1f s, %.0f peer-seconds simulated, digest %s\n",
+                static_cast<unsigned long long>(count), static_cast<unsigned long long>(broken),
+                wall.count(), peer_seconds, Hex(digest).c_str());
+  }
+  return broken == 0 ? kExitOk : kExitFailed;
+}
+
+}  // namespace
+
+void AddSimulateCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<SimulateArguments>();
+  CLI::App* command = app.add_subcommand(
+      "simulate", "Whole sessions in virtual time, with cuts, crashes and pauses drawn from seeds");
+  command->add_option("--seeds", arguments->seeds, "how many sessions")->capture_default_str();
+  command->add_option("--first", arguments->first, "the first seed")->capture_default_str();
+  command->add_option("--seed", arguments->seed, "this one alone, and what it stands for");
+  command->add_option("--threads", arguments->threads, "sessions at a time; default: processors");
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunSimulate(*arguments);
+  });
+}
+
+}  // namespace tandem

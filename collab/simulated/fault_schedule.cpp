@@ -1,0 +1,203 @@
+#include "collab/simulated/fault_schedule.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "collab/simulated/light_scene.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kFaultsEndMs = 6000;
+constexpr std::int64_t kQuietMs = 2000;
+
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : random_(seed) {}
+  double Uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_() >> 11U) * 0x1p-53;
+  }
+  std::int64_t Whole(std::int64_t low, std::int64_t high) {  // both included
+    return low + static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(high - low + 1));
+  }
+  bool Chance(double chance) { return Uniform(0, 1) < chance; }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+double BaseDelayMs(Dice& dice) {
+  const double kind = dice.Uniform(0, 1);
+  if (kind < 0.45) return dice.Uniform(0, 30);
+  if (kind < 0.85) return dice.Uniform(30, 250);
+  return dice.Uniform(250, 2000);
+}
+
+LinkConditions Rough(Dice& dice, double delay_ms) {
+  LinkConditions link{.delay_ms = delay_ms};
+  if (dice.Chance(0.5)) link.jitter_ms = dice.Uniform(0, 30);
+  if (dice.Chance(0.5)) link.loss = dice.Uniform(0, 0.3);
+  if (dice.Chance(0.2)) {
+    link.burst_enter = dice.Uniform(0, 0.01);
+    link.burst_leave = dice.Uniform(0.02, 0.2);
+  }
+  if (dice.Chance(0.3)) {
+    link.reorder = dice.Uniform(0, 0.2);
+    link.reorder_ms = dice.Uniform(1, 50);
+  }
+  if (dice.Chance(0.3)) link.duplicate = dice.Uniform(0, 0.1);
+  if (dice.Chance(0.2)) {
+    link.swing_ms = 0.5 * delay_ms;
+    link.swing_period_s = dice.Uniform(1, 5);
+  }
+  return link;
+}
+
+/// Wanders for `seconds`, then is at home.
+HandScript Wander(Dice& dice, double seconds) {
+  HandScript script;
+  script.waypoints = {{0, Vec3::Zero(), Quat::Identity()}};
+  for (double t = dice.Uniform(0.5, 1.5); t < seconds - 1.0; t += dice.Uniform(0.5, 1.5)) {
+    const Vec3 p(dice.Uniform(-0.03, 0.03), dice.Uniform(-0.03, 0.03), dice.Uniform(-0.02, 0.03));
+    const Vec3 turn(dice.Uniform(-0.3, 0.3), dice.Uniform(-0.3, 0.3), dice.Uniform(-0.3, 0.3));
+    const double angle = turn.norm();
+    script.waypoints.push_back(
+        {t, p, Quat(Eigen::AngleAxisd(angle, angle > 0 ? Vec3(turn / angle) : Vec3::UnitX()))});
+  }
+  const double home = std::max(seconds, script.waypoints.back().t + 0.7);
+  script.waypoints.push_back({home, Vec3::Zero(), Quat::Identity()});
+  return script;
+}
+
+class Drawer {
+ public:
+  explicit Drawer(std::uint64_t seed) : dice_(seed * 0x9E3779B97F4A7C15U + 1) {
+    schedule_.seed = seed;
+    schedule_.faults_end_ms = kFaultsEndMs;
+  }
+
+  FaultSchedule Draw() {
+    DrawPeers();
+    DrawLinks();
+    const std::int64_t count = dice_.Whole(2, 8);
+    for (std::int64_t i = 0; i < count; ++i) DrawFault();
+    for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
+      ScheduledPeer& peer = schedule_.peers[p];
+      // a halted hand is late by as long as it stood
+      const auto run_ms = kFaultsEndMs - peer.joins_ms - halted_ms_[p] - 800;
+      peer.hand = Wander(dice_, std::max(1.0, 1e-3 * static_cast<double>(run_ms)));
+    }
+    std::stable_sort(schedule_.faults.begin(), schedule_.faults.end(),
+                     [](const ScheduledFault& a, const ScheduledFault& b) {
+                       return a.t_ms < b.t_ms;
+                     });
+    schedule_.end_ms =
+        kFaultsEndMs + kQuietMs + static_cast<std::int64_t>(4.0 * schedule_.LongestRoundTripMs());
+    return std::move(schedule_);
+  }
+
+ private:
+  void DrawPeers() {
+    const std::int64_t count = dice_.Whole(3, 5);
+    int next_own = kLightSceneFirstOwn;
+    for (std::int64_t p = 0; p < count; ++p) {
+      ScheduledPeer peer;
+      peer.id = static_cast<PeerId>(100 + dice_.Whole(0, 99) * 10 + p);
+      peer.joins_ms = dice_.Chance(0.7) ? dice_.Whole(0, 300) : dice_.Whole(300, 4000);
+      // the first two share
+      const bool shares = p < 2 || next_own >= kLightSceneObjects || dice_.Chance(0.4);
+      peer.object = shares ? kLightSceneShared : next_own++;
+      peer.publish_hz = dice_.Chance(0.6) ? 1000 : dice_.Chance(0.5) ? 250 : 100;
+      peer.clock = {.offset_ns = dice_.Whole(1, 1'000'000) * 1'000'000'000,
+                    .drift_ppm = dice_.Uniform(-100, 100)};
+      schedule_.peers.push_back(std::move(peer));
+    }
+    halted_ms_.assign(schedule_.peers.size(), 0);
+    gone_.assign(schedule_.peers.size(), false);
+    busy_until_ms_.assign(schedule_.peers.size(), 0);
+  }
+
+  void DrawLinks() {
+    const std::size_t n = schedule_.peers.size();
+    const double delay = BaseDelayMs(dice_);
+    schedule_.delay_ms.assign(n, std::vector<double>(n, 0.0));
+    schedule_.links.assign(n, std::vector<LinkConditions>(n));
+    for (std::size_t from = 0; from < n; ++from) {
+      for (std::size_t to = 0; to < n; ++to) {
+        schedule_.delay_ms[from][to] = std::min(2000.0, delay * dice_.Uniform(0.5, 1.5));
+        schedule_.links[from][to] = Rough(dice_, schedule_.delay_ms[from][to]);
+      }
+    }
+  }
+
+  void DrawFault() {
+    const auto n = static_cast<std::int64_t>(schedule_.peers.size());
+    const auto peer = static_cast<std::size_t>(dice_.Whole(0, n - 1));
+    const auto other = static_cast<int>(dice_.Whole(0, n - 1));
+    const std::int64_t t = dice_.Whole(
+        std::max<std::int64_t>(1500, schedule_.peers[peer].joins_ms + 200), kFaultsEndMs - 500);
+    const std::int64_t lasts = std::min(dice_.Whole(50, 3000), kFaultsEndMs - 1 - t);
+    if (gone_[peer] || busy_until_ms_[peer] > 0) return;
+    const auto add = [&](std::int64_t t_ms, ScheduledFault::Kind kind) -> ScheduledFault& {
+      ScheduledFault& fault = schedule_.faults.emplace_back();
+      fault.t_ms = t_ms;
+      fault.kind = kind;
+      fault.peer = static_cast<int>(peer);
+      return fault;
+    };
+    using Kind = ScheduledFault::Kind;
+    const double what = dice_.Uniform(0, 1);
+    if (what < 0.25) {
+      if (std::count(gone_.begin(), gone_.end(), false) <= 2) return;
+      gone_[peer] = true;
+      add(t, what < 0.12 ? Kind::kLeave : Kind::kKill);
+    } else if (what < 0.45) {
+      busy_until_ms_[peer] = t + lasts;  // one pause each
+      halted_ms_[peer] += lasts;
+      add(t, Kind::kHalt);
+      add(t + lasts, Kind::kWake);
+    } else if (what < 0.7) {
+      const int whom = dice_.Chance(0.3) ? -1 : other;
+      if (whom == static_cast<int>(peer)) return;
+      add(t, Kind::kCut).other = whom;
+      add(t + lasts, Kind::kHeal).other = whom;
+    } else if (what < 0.85) {
+      if (other == static_cast<int>(peer)) return;
+      ScheduledFault& fault = add(t, Kind::kCondition);
+      fault.other = other;
+      fault.conditions = Rough(dice_, std::min(2000.0, BaseDelayMs(dice_)));
+    } else if (what < 0.9) {
+      add(t, Kind::kClockStep).step_ns = dice_.Whole(10, 2000) * 1'000'000;
+    } else {
+      ScheduledFault& fault = add(t, Kind::kCommand);
+      fault.command.kind = dice_.Chance(0.5) ? Command::Kind::kGrab : Command::Kind::kRelease;
+      fault.command.object = static_cast<ObjectId>(dice_.Whole(1, kLightSceneObjects - 1));
+    }
+  }
+
+  Dice dice_;
+  FaultSchedule schedule_;
+  std::vector<std::int64_t> halted_ms_;
+  std::vector<std::int64_t> busy_until_ms_;
+  std::vector<bool> gone_;
+};
+
+}  // namespace
+
+double FaultSchedule::LongestRoundTripMs() const {
+  double longest = 0;
+  for (std::size_t a = 0; a < peers.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      longest = std::max(longest, delay_ms[a][b] + delay_ms[b][a]);
+    }
+  }
+  return longest;
+}
+
+FaultSchedule DrawSchedule(std::uint64_t seed) {
+  return Drawer(seed).Draw();
+}
+
+}  // namespace tandem

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "collab/command.h"
+#include "collab/link_conditioner.h"
+#include "collab/simulated/simulated_network.h"
+#include "engine/haptics/hand_script.h"
+
+namespace tandem {
+
+/// A peer of a simulated session, as drawn from a seed. Peers are told by their place in
+/// FaultSchedule::peers.
+struct ScheduledPeer {
+  PeerId id = 0;
+  int object = -1;  // that it takes in hand first
+  std::int64_t joins_ms = 0;
+  double publish_hz = 1000;
+  PeerClock clock;
+  HandScript hand;  // ends where it began, before the faults stop
+};
+
+/// Something that happens to a simulated session.
+struct ScheduledFault {
+  enum class Kind : std::uint8_t {
+    kLeave,
+    kKill,
+    kHalt,
+    kWake,
+    kCut,        // from peer to other; of `other` < 0: all that it sends and hears
+    kHeal,       //
+    kCondition,  // of what peer sends to other
+    kClockStep,  // forward: a monotonic clock does not go back
+    kCommand
+  };
+  std::int64_t t_ms = 0;
+  Kind kind = Kind::kKill;
+  int peer = 0;
+  int other = -1;
+  LinkConditions conditions;
+  std::int64_t step_ns = 0;
+  Command command;
+};
+
+/// What a seed stands for: peers, links and faults, and when all faults are over.
+struct FaultSchedule {
+  std::uint64_t seed = 0;
+  std::vector<ScheduledPeer> peers;
+  std::vector<std::vector<double>> delay_ms;       // of the link [from][to], for good
+  std::vector<std::vector<LinkConditions>> links;  // [from][to], until the faults stop
+  std::vector<ScheduledFault> faults;              // by time
+  std::int64_t faults_end_ms = 0;
+  std::int64_t end_ms = 0;  // 2 s and four round trips later
+
+  double LongestRoundTripMs() const;
+};
+
+/// Three to five peers; joins, leaves, kills, pauses, cuts, heals, delay of 0 to 2 s, loss of 0 to
+/// 30 %, grabs and releases, clock steps and drift. At least two peers stay to the end.
+FaultSchedule DrawSchedule(std::uint64_t seed);
+
+}  // namespace tandem
