@@ -1,29 +1,38 @@
 #include "collab/peer.h"
 
+#include <algorithm>
+
 #include "engine/base/check.h"
 #include "engine/base/hash.h"
 
 namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kParkedPeriodNs = 200'000'000;
+constexpr double kNear = 1e-3;       // m from where it was said to be: the hand may take it
+constexpr double kNearAngle = 0.01;  // rad
+constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
+
+}  // namespace
 
 Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& options)
     : world_(&world),
       device_(&device),
       inbox_(&inbox),
       options_(options),
+      holdings_(options.id, world.model(), options.settle_ns),
       remote_(world.model()),
       gate_(options.id, world.model().object, inbox.drops()) {
   const WorldModel& model = world.model();
   inputs_.bodies.resize(model.bodies.size());
   inputs_.capacity = options.capacity;
+  next_parked_ns_.resize(model.bodies.size());
   trace_.reserve(options.trace_frames);
   if (options.held_object < 0) return;
   const auto object = static_cast<std::size_t>(options.held_object);
   TANDEM_CHECK(object < model.body_index.size() && model.body_index[object] >= 0);
-  held_ = model.body_index[object];
-  const BodyModel& body = model.bodies[static_cast<std::size_t>(held_)];
-  if (model.scene.bodies[object].shared) {
-    shared_.emplace(options.id, static_cast<ObjectId>(object), body.inertia, options.coupling);
-  }
+  holdings_.Ask(static_cast<ObjectId>(object));
 }
 
 const RigidState* Peer::held_state() const noexcept {
@@ -34,31 +43,39 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   FrameTap* const tap = options_.tap;
   if (tap != nullptr) tap->Begin(now_ns, inputs_.capacity);
   Receive(now_ns);
+  TickHoldings(now_ns);
+  TakeAndLetGo();
   StartWhenReady(now_ns);
 
   const Anchor goal = device_->Read();
   if (tap != nullptr) tap->Felt(goal);
   remote_.Prepare(held_, inputs_);
+  PrepareParked();
+  inputs_.hand.body = -1;
+  inputs_.link_count = 0;
+  inputs_.ground_damping = 0;
+  inputs_.ground_rotation_damping.setZero();
   if (held_ >= 0) {
+    if (!attached_) Attach(goal);
     const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
-    const RigidState& state = *held_state();
-    inputs_.hand = {.body = held_,
-                    .X_BD = options_.X_BD,
-                    .goal = goal,
-                    .gains = DefaultHandGains(body.inertia)};
-    if (shared_) shared_->Prepare(now_ns, state, inputs_);
+    if (attached_) {
+      inputs_.hand = {
+          .body = held_, .X_BD = X_BD_, .goal = goal, .gains = DefaultHandGains(body.inertia)};
+    }
+    if (shared_) shared_->Prepare(now_ns, *held_state(), inputs_);
   }
   report_ = world_->Step(inputs_);
 
   // the device gets exactly what the body received, about its own origin
   Wrench on_device;
-  if (held_ >= 0) {
-    const Vec3 r = held_state()->X_WB.q * options_.X_BD.p;
+  if (attached_) {
+    const Vec3 r = held_state()->X_WB.q * X_BD_.p;
     on_device = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
   device_->Render(on_device);
 
   FillOutbox(now_ns, out);
+  SayParked(now_ns);
   Record(now_ns);
   if (tap != nullptr) tap->End(StateHash());
 }
@@ -73,18 +90,17 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
   Event event;
   while (inbox_->events().TryPop(event)) {
     if (tap != nullptr) tap->Heard(event);
+    holdings_.OnEvent(event);
   }
   Command command;
   while (commands_.TryPop(command)) {
     if (tap != nullptr) tap->Asked(command);
+    OnCommand(command);
   }
   inbox_->Collect();
   while (const ObjectState* state = inbox_->states().Due(now_ns)) {
     if (tap != nullptr) tap->Heard(*state);
-    if (gate_.Admit(*state)) {
-      if (shared_) shared_->OnState(*state);
-      remote_.OnState(*state);
-    }
+    if (gate_.Admit(*state)) OnState(*state);
     inbox_->states().Drop();
   }
   while (const CouplingLinks* links = inbox_->links().Due(now_ns)) {
@@ -96,17 +112,112 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
 
 void Peer::OnMembership(const MembershipChange& change) noexcept {
   gate_.OnMembership(change);
+  holdings_.OnMembership(change);
   remote_.OnMembership(change);
   if (!shared_) return;
-  if (change.Holds(static_cast<ObjectId>(options_.held_object))) {
+  if (change.Holds(world_->model().object[static_cast<std::size_t>(held_)])) {
     shared_->Join(change.peer);
   } else {
     shared_->Part(change.peer);
   }
 }
 
+void Peer::OnState(const ObjectState& state) noexcept {
+  if (!holdings_.Accepts(state)) return;
+  holdings_.OnState(state);
+  if ((state.flags & kStateParked) != 0) return;
+  if (shared_) shared_->OnState(state);
+  remote_.OnState(state);
+}
+
+void Peer::OnCommand(const Command& command) noexcept {
+  switch (command.kind) {
+    case Command::Kind::kGrab:
+      holdings_.Ask(command.object);
+      return;
+    case Command::Kind::kRelease:
+      holdings_.Release();
+      return;
+    case Command::Kind::kGive:
+      holdings_.Give(command.to);
+      return;
+    case Command::Kind::kHeal:
+      return;
+  }
+}
+
+void Peer::TickHoldings(std::int64_t now_ns) noexcept {
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    holdings_.SeeAt(b, world_->state(b).X_WB);
+  }
+  std::array<Event, 8> events;
+  std::size_t count = 0;
+  holdings_.Tick(now_ns, events, count);
+  for (std::size_t i = 0; i < count; ++i) events_.TryPush(events[i]);
+  HoldingNews news;
+  while (holdings_.TakeNews(news)) news_.TryPush(news);
+  ClaimList& list = claims_.back();
+  list.count = holdings_.Claims(list.claims);
+  claims_.Publish();
+}
+
+void Peer::TakeAndLetGo() noexcept {
+  const int now_held = holdings_.held();
+  if (now_held == held_) return;
+  if (shared_) last_delay_s_ = shared_->mean_delay_s();
+  shared_.reset();
+  held_ = now_held;
+  attached_ = false;
+  nearing_frames_ = 0;
+  if (held_ < 0) return;
+  const WorldModel& model = world_->model();
+  const auto body = static_cast<std::size_t>(held_);
+  const ObjectId object = model.object[body];
+  if (!model.scene.bodies[object].shared) return;
+  shared_.emplace(options_.id, object, model.bodies[body].inertia, options_.coupling);
+  std::array<PeerId, kMaxPeers> holders{};
+  const std::size_t count = holdings_.Holders(body, holders);
+  for (std::size_t i = 0; i < count; ++i) shared_->Join(holders[i]);
+}
+
+void Peer::Attach(const Anchor& goal) noexcept {
+  const auto body = static_cast<std::size_t>(held_);
+  const Pose& X_WB = held_state()->X_WB;
+  const Pose* told = shared_ ? nullptr : holdings_.ParkedAt(body);
+  if (told != nullptr && nearing_frames_ < kNearingFrames) {
+    const bool near =
+        (told->p - X_WB.p).norm() < kNear && told->q.angularDistance(X_WB.q) < kNearAngle;
+    if (!near) {
+      // its picture here is still on the way
+      ++nearing_frames_;
+      inputs_.bodies[body].drive = BodyDrive::kMirrored;
+      inputs_.bodies[body].mirror_WB = *told;
+      return;
+    }
+  }
+  const Pose& X_WB0 = world_->model().bodies[body].X_WB0;
+  const bool first = X_WB.p == X_WB0.p && X_WB.q.coeffs() == X_WB0.q.coeffs();
+  const bool as_agreed =
+      first && static_cast<int>(world_->model().object[body]) == options_.held_object;
+  X_BD_ = as_agreed ? options_.X_BD : X_WB.Inverse() * goal.X_WA;
+  attached_ = true;
+}
+
+void Peer::PrepareParked() noexcept {
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    StepInputs::BodyInput& input = inputs_.bodies[b];
+    if (input.drive != BodyDrive::kParked) continue;
+    const Pose* told = holdings_.ParkedAt(b);
+    if (told == nullptr) continue;
+    input.drive = BodyDrive::kMirrored;
+    input.mirror_WB = *told;
+  }
+}
+
 void Peer::StartWhenReady(std::int64_t now_ns) noexcept {
   if (started_ns_) return;
+  // the hand has nothing to do before it has what it came for, or knows that it does not get it
+  if (options_.held_object >= 0 && holdings_.wanted() >= 0) return;
   // partners on the shared body must have heard us too; of others a first pose is enough
   const std::size_t ready = shared_ ? shared_->coupled() : remote_.heard();
   if (ready < options_.wait_for) return;
@@ -115,14 +226,16 @@ void Peer::StartWhenReady(std::int64_t now_ns) noexcept {
 }
 
 void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
-  out.holds = held_ >= 0;
+  out.seq = ++seq_;
+  FillView(now_ns, out.view);
+  out.holds = held_ >= 0 && !holdings_.listening();
   if (!out.holds) return;
-  ++seq_;
   gate_.NoteSent(now_ns);
+  const auto body = static_cast<std::size_t>(held_);
   const RigidState& state = *held_state();
   out.state = {.peer = options_.id,
-               .object = static_cast<ObjectId>(options_.held_object),
-               .epoch = 1,
+               .object = world_->model().object[body],
+               .epoch = holdings_.epoch(body),
                .seq = seq_,
                .flags = report_.flags,
                .sample_ns = now_ns,
@@ -131,18 +244,57 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .contact_B_W = report_.contact_B_W};
   out.shared = shared_.has_value();
   if (shared_) shared_->Describe(now_ns, seq_, report_, out.links);
+}
 
-  const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
-  out.view.peer = options_.id;
-  out.view.seq = seq_;
-  out.view.sample_ns = now_ns;
-  out.view.delay_ms = static_cast<float>(1e3 * (shared_ ? shared_->delay_s(now_ns) : 0.0));
-  out.view.count = 1;
-  out.view.bodies[0] = {
-      .object = out.state.object,
-      .flags = ViewBody::kHeld | (report_.contact_points > 0 ? ViewBody::kInContact : 0U),
-      .X_W = state.X_WB * body.X_WB0.Inverse(),
-      .hand_force_W = report_.hand_B_W.f};
+void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {
+  view.peer = options_.id;
+  view.seq = seq_;
+  view.sample_ns = now_ns;
+  view.delay_ms = static_cast<float>(1e3 * (shared_ ? shared_->delay_s(now_ns) : 0.0));
+  view.count = 0;
+  const auto add = [&](std::size_t b, std::uint32_t flags, const Vec3& hand_force_W) {
+    if (view.count == kMaxViewBodies) return;
+    const Pose X_W = world_->state(b).X_WB * world_->model().bodies[b].X_WB0.Inverse();
+    view.bodies[view.count++] = {.object = world_->model().object[b],
+                                 .flags = flags,
+                                 .X_W = X_W,
+                                 .hand_force_W = hand_force_W};
+  };
+  if (held_ >= 0) {
+    const bool in_contact = report_.contact_points > 0;
+    add(static_cast<std::size_t>(held_), ViewBody::kHeld | (in_contact ? ViewBody::kInContact : 0U),
+        report_.hand_B_W.f);
+  }
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    if (static_cast<int>(b) != held_ && holdings_.Parks(b)) add(b, 0, Vec3::Zero());
+  }
+}
+
+void Peer::SayParked(std::int64_t now_ns) noexcept {
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    if (!holdings_.Parks(b)) {
+      next_parked_ns_[b] = 0;
+      continue;
+    }
+    if (holdings_.listening() || now_ns < next_parked_ns_[b]) continue;
+    next_parked_ns_[b] = now_ns + kParkedPeriodNs;
+    const RigidState& state = world_->state(b);
+    const Pose* told = holdings_.ParkedAt(b);
+    parked_.TryPush({.peer = options_.id,
+                     .object = world_->model().object[b],
+                     .epoch = holdings_.epoch(b),
+                     .seq = seq_,
+                     .flags = kStateParked,
+                     .sample_ns = now_ns,
+                     .X_WB = told != nullptr ? *told : state.X_WB,
+                     .V_WB = state.V_WB,
+                     .contact_B_W = {}});
+  }
+}
+
+void Peer::Leave(std::int64_t now_ns) noexcept {
+  holdings_.Leave();
+  for (int turns = 0; turns < 32; ++turns) TickHoldings(now_ns);
 }
 
 void Peer::Record(std::int64_t now_ns) noexcept {

@@ -5,21 +5,24 @@
 
 #include "collab/command.h"
 #include "collab/frame_tap.h"
+#include "collab/holdings.h"
 #include "collab/outbox.h"
 #include "collab/peer_inbox.h"
 #include "collab/remote_bodies.h"
 #include "collab/sample_gate.h"
 #include "collab/shared_body.h"
 #include "engine/haptics/device.h"
+#include "engine/realtime/triple_buffer.h"
 #include "engine/world/world.h"
 
 namespace tandem {
 
 struct PeerOptions {
   PeerId id = 0;
-  int held_object = -1;      // number in the scene of the body in hand; -1: none
-  Pose X_BD;                 // where the hand grasps it
-  std::size_t wait_for = 0;  // other users whose loop must be closed before the hand starts
+  int held_object = -1;        // number in the scene of the body to take in hand first; -1: none
+  Pose X_BD;                   // where the hand grasps that one; others where they are when taken
+  std::int64_t settle_ns = 0;  // how long to listen before taking what nobody seems to hold
+  std::size_t wait_for = 0;    // other users whose loop must be closed before the hand starts
   SharedBody::Options coupling;
   double capacity = kDefaultCapacity;  // point tests that fit into a frame (paper §5)
   std::size_t trace_frames = 0;        // recorded at the most; 0 records nothing
@@ -52,18 +55,40 @@ class Peer {
   std::optional<std::int64_t> started_ns() const noexcept { return started_ns_; }
   const std::vector<TraceSample>& trace() const noexcept { return trace_; }
   /// Half the loop age, mean since the loop closed, s.
-  double mean_delay_s() const noexcept { return shared_ ? shared_->mean_delay_s() : 0.0; }
+  double mean_delay_s() const noexcept { return shared_ ? shared_->mean_delay_s() : last_delay_s_; }
   /// The present pose of the held body, for those in the same thread.
   const RigidState* held_state() const noexcept;
   const StepReport& report() const noexcept { return report_; }
   /// The couplings of the body in hand; null: it is not shared.
   const SharedBody* shared() const noexcept { return shared_ ? &*shared_ : nullptr; }
+  const Holdings& holdings() const noexcept { return holdings_; }
+
   /// What the user asks for; pushed by one other thread.
   SpscQueue<Command>& commands() noexcept { return commands_; }
+  /// What the sender thread is to publish beside the outbox, each.
+  SpscQueue<Event>& events() noexcept { return events_; }
+  SpscQueue<ObjectState>& parked() noexcept { return parked_; }
+  /// For the control thread.
+  TripleBuffer<ClaimList>& claims() noexcept { return claims_; }
+  SpscQueue<HoldingNews>& news() noexcept { return news_; }
+
+  /// Hands on all that we answer for; after the last frame.
+  void Leave(std::int64_t now_ns) noexcept;
 
  private:
   void Receive(std::int64_t now_ns) noexcept;
   void OnMembership(const MembershipChange& change) noexcept;
+  void OnState(const ObjectState& state) noexcept;
+  void OnCommand(const Command& command) noexcept;
+  /// Time-outs of the holdings; what they have to say goes into the queues.
+  void TickHoldings(std::int64_t now_ns) noexcept;
+  /// Makes the hand hold what the holdings say, once it is where it is known to be.
+  void TakeAndLetGo() noexcept;
+  void Attach(const Anchor& goal) noexcept;
+  /// Bodies that nobody holds stand where their authority says.
+  void PrepareParked() noexcept;
+  void SayParked(std::int64_t now_ns) noexcept;
+  void FillView(std::int64_t now_ns, ViewFrame& view) const noexcept;
   void StartWhenReady(std::int64_t now_ns) noexcept;
   void FillOutbox(std::int64_t now_ns, Outbox& out) noexcept;
   void Record(std::int64_t now_ns) noexcept;
@@ -73,13 +98,23 @@ class Peer {
   Device* device_;
   PeerInbox* inbox_;
   PeerOptions options_;
-  int held_ = -1;  // into the world's moving bodies
+  Holdings holdings_;
+  int held_ = -1;          // into the world's moving bodies: in hand
+  bool attached_ = false;  // the hand has grasped it
+  Pose X_BD_;              // there
+  std::int64_t nearing_frames_ = 0;
   std::optional<SharedBody> shared_;
+  double last_delay_s_ = 0;  // mean_delay_s() of the body let go
   RemoteBodies remote_;
   SampleGate gate_;
   StepInputs inputs_;
   StepReport report_;
   SpscQueue<Command> commands_{64};
+  SpscQueue<Event> events_{256};
+  SpscQueue<ObjectState> parked_{512};
+  SpscQueue<HoldingNews> news_{64};
+  TripleBuffer<ClaimList> claims_;
+  std::vector<std::int64_t> next_parked_ns_;  // per moving body
   std::uint32_t seq_ = 0;
   std::optional<std::int64_t> started_ns_;
   std::vector<TraceSample> trace_;

@@ -87,6 +87,21 @@ std::vector<PeerDirectory::Entry> PeerDirectory::Entries() const {
   return entries;
 }
 
+std::string PeerDirectory::NameOf(PeerId peer) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = entries_.find(peer);
+  return it == entries_.end() ? "somebody" : it->second.info.name;
+}
+
+PeerId PeerDirectory::PeerNamed(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [id, entry] : entries_) {
+    const bool here = entry.presence == Presence::kHere && entry.info.role == Role::kActive;
+    if (here && entry.info.name == name) return id;
+  }
+  return 0;
+}
+
 std::vector<std::string> PeerDirectory::TakeNews() {
   const std::lock_guard lock(mutex_);
   return std::exchange(news_, {});

@@ -30,6 +30,10 @@ class PeerDirectory {
   void OnPeerLost(PeerId peer) { OnGone(peer, Presence::kLost); }
 
   std::vector<Entry> Entries() const;
+  /// How a person is told of a peer.
+  std::string NameOf(PeerId peer) const;
+  /// The active peer here of that name; 0: none.
+  PeerId PeerNamed(const std::string& name) const;
   /// What happened since the last call, a line each: "anna joined", "anna left", "anna is lost",
   /// "anna is back".
   std::vector<std::string> TakeNews();

@@ -1,5 +1,6 @@
 #include "collab/peer_node.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -7,6 +8,7 @@ namespace tandem {
 
 namespace {
 
+constexpr std::int64_t kInfoPeriodNs = 200'000'000;
 constexpr std::int64_t kViewPeriodNs = 16'666'667;  // 60 Hz
 
 /// Whether something due every `period_ns` is due now; keeps the beat without catching up.
@@ -36,10 +38,6 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
            .scene_hash = scene_hash,
            .params_hash = 0,
            .claims = {}};
-  if (options.peer.held_object >= 0) {
-    info_.claims.push_back(
-        {.object = static_cast<ObjectId>(options.peer.held_object), .epoch = 1, .held = true});
-  }
   manifest_ = {.offered_by = options.peer.id,
                .revision = 1,
                .content_hash = scene_hash,
@@ -59,21 +57,76 @@ void PeerNode::HapticFrame(std::int64_t now_ns) noexcept {
   outbox_.Publish();
 }
 
+void PeerNode::SendEvents(Transport& transport) {
+  Event event;
+  while (peer_.events().TryPop(event)) transport.Publish(event);
+}
+
 void PeerNode::SendFrame(std::int64_t now_ns, Transport& transport) {
+  SendEvents(transport);
+  ObjectState parked;
+  while (peer_.parked().TryPop(parked)) transport.Publish(parked);
   const Outbox& out = outbox_.Read();
-  if (!out.holds || out.state.seq == sent_seq_) return;
-  if (TakeTurn(now_ns, std::llround(1e9 / options_.publish_hz), next_state_ns_)) {
-    sent_seq_ = out.state.seq;
+  if (out.seq == sent_seq_) return;
+  if (out.holds && TakeTurn(now_ns, std::llround(1e9 / options_.publish_hz), next_state_ns_)) {
+    sent_seq_ = out.seq;
     transport.Publish(out.state);
     if (out.shared) transport.Publish(out.links);
   }
-  if (TakeTurn(now_ns, kViewPeriodNs, next_view_ns_)) transport.Publish(out.view);
+  if (out.view.count > 0 && TakeTurn(now_ns, kViewPeriodNs, next_view_ns_)) {
+    transport.Publish(out.view);
+  }
 }
 
-void PeerNode::ControlFrame(Transport& transport) {
-  ++info_.beat;
-  transport.Publish(info_);
+void PeerNode::ControlFrame(std::int64_t now_ns, Transport& transport) {
+  const ClaimList& list = peer_.claims().Read();
+  const auto* end = list.claims.begin() + list.count;
+  const bool changed =
+      !std::equal(list.claims.begin(), end, info_.claims.begin(), info_.claims.end());
+  if (changed) info_.claims.assign(list.claims.begin(), end);
+  if (changed || now_ns >= next_info_ns_) {
+    next_info_ns_ = now_ns + kInfoPeriodNs;
+    ++info_.beat;
+    transport.Publish(info_);
+  }
   if (!std::exchange(offered_, true)) transport.Publish(manifest_);
+}
+
+void PeerNode::Leave(std::int64_t now_ns, Transport& transport) {
+  peer_.Leave(now_ns);
+  SendEvents(transport);
+  transport.Leave();
+}
+
+std::vector<std::string> PeerNode::TakeNews() {
+  std::vector<std::string> lines = directory_.TakeNews();
+  HoldingNews news;
+  while (peer_.news().TryPop(news)) lines.push_back(Told(news));
+  return lines;
+}
+
+std::string PeerNode::Told(const HoldingNews& news) const {
+  const std::string body = model_->scene.bodies[news.object].name;
+  const std::string who = directory_.NameOf(news.peer);
+  switch (news.kind) {
+    case HoldingNews::Kind::kInHand:
+      return "you hold " + body;
+    case HoldingNews::Kind::kAsking:
+      return "asking " + who + " for " + body;
+    case HoldingNews::Kind::kRefused:
+      return who + " holds " + body;
+    case HoldingNews::Kind::kNoAnswer:
+      return who + " does not answer: you do not get " + body;
+    case HoldingNews::Kind::kLetGo:
+      return "you let go of " + body;
+    case HoldingNews::Kind::kGiven:
+      return "you gave " + body + " to " + who;
+    case HoldingNews::Kind::kTaken:
+      return who + " answers for " + body + " now: your hand let go of it";
+    case HoldingNews::Kind::kInherited:
+      return "you answer for " + body + " now";
+  }
+  return {};
 }
 
 }  // namespace tandem

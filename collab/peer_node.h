@@ -37,8 +37,13 @@ class PeerNode {
   void HapticFrame(std::int64_t now_ns) noexcept TANDEM_RUNS_ON(kHapticThread);
   /// Publishes the newest frame where its time has come; called at least at publish_hz.
   void SendFrame(std::int64_t now_ns, Transport& transport) TANDEM_RUNS_ON(kSenderThread);
-  /// Says again who we are and what the session is about; called a few times a second.
-  void ControlFrame(Transport& transport) TANDEM_RUNS_ON(kControlThread);
+  /// Says who we are and what we hold, when that has changed and five times a second, and once what
+  /// the session is about; called some 50 times a second.
+  void ControlFrame(std::int64_t now_ns, Transport& transport) TANDEM_RUNS_ON(kControlThread);
+  /// Hands on what we answer for and says goodbye; after the last of the three frames.
+  void Leave(std::int64_t now_ns, Transport& transport);
+  /// What happened since the last call, a line each: who came and went, what became of bodies.
+  std::vector<std::string> TakeNews() TANDEM_RUNS_ON(kControlThread);
 
  private:
   std::shared_ptr<const WorldModel> model_;
@@ -50,6 +55,9 @@ class PeerNode {
   Peer peer_;
   TripleBuffer<Outbox> outbox_;
 
+  std::string Told(const HoldingNews& news) const;
+  void SendEvents(Transport& transport);
+
   // the sender's
   std::uint32_t sent_seq_ = 0;
   std::int64_t next_state_ns_ = 0;
@@ -59,6 +67,7 @@ class PeerNode {
   PeerInfo info_;
   SceneManifest manifest_;
   bool offered_ = false;
+  std::int64_t next_info_ns_ = 0;
 };
 
 }  // namespace tandem

@@ -48,6 +48,9 @@ void AskToStop(int) {
   stop_asked.store(true);
 }
 
+// how long those who are in the session already may take to be discovered
+constexpr std::int64_t kSettleNs = 1'000'000'000;
+
 /// A scene loaded, and the node that will simulate it.
 struct Prepared {
   std::shared_ptr<const WorldModel> model;
@@ -73,6 +76,7 @@ int Prepare(PeerArguments& arguments, Prepared& prepared) {
   NodeOptions options;
   options.peer.id = prepared.id;
   options.peer.wait_for = arguments.wait_for;
+  options.peer.settle_ns = kSettleNs;
   options.peer.coupling.law = *MakeLaw(arguments.law);
   options.peer.trace_frames = static_cast<std::size_t>(arguments.seconds * 1000.0);
   options.name = arguments.name;
@@ -180,15 +184,15 @@ int RunPeer(PeerArguments& arguments) {
   TellSecurity(arguments.reach, arguments.session);
 
   kControlThread.Enter();
-  constexpr std::int64_t kControlPeriodNs = 200'000'000;
+  constexpr std::int64_t kControlPeriodNs = 20'000'000;
   const std::int64_t opened_ns = MonotonicNowNs();
   std::int64_t next_ns = opened_ns;
   std::int64_t done_ns = 0;
   int exit_code = kExitOk;
   while (!stop_asked.load()) {
-    node.ControlFrame(transport);
-    for (const std::string& news : node.directory().TakeNews()) Say(news);
     const std::int64_t now_ns = MonotonicNowNs();
+    node.ControlFrame(now_ns, transport);
+    for (const std::string& news : node.TakeNews()) Say(news);
     if (!begun.load(std::memory_order_relaxed) &&
         static_cast<double>(now_ns - opened_ns) > 1e9 * arguments.wait_seconds) {
       exit_code = Fail(kExitNetwork, "nobody to begin with came within " +
@@ -208,7 +212,7 @@ int RunPeer(PeerArguments& arguments) {
   haptic.Join();
   sender.Stop();
   sender.Join();
-  transport.Leave();
+  node.Leave(MonotonicNowNs(), transport);
   if (exit_code != kExitOk || arguments.report.empty()) return exit_code;
 
   PeerReport report{.name = arguments.name,

@@ -6,7 +6,7 @@ namespace tandem {
 
 namespace {
 constexpr std::int64_t kFrameNs = 1'000'000;
-constexpr std::int64_t kBeatFrames = 200;  // of ControlFrame
+constexpr std::int64_t kControlFrames = 20;  // from one ControlFrame to the next
 }  // namespace
 
 std::size_t SimulatedSession::Add(std::unique_ptr<PeerNode> node, PeerId id,
@@ -16,7 +16,7 @@ std::size_t SimulatedSession::Add(std::unique_ptr<PeerNode> node, PeerId id,
   member.id = id;
   member.transport = network_.Join(id, Role::kActive, node->inbox(), clock);
   member.node = std::move(node);
-  member.node->ControlFrame(*member.transport);
+  member.node->ControlFrame(network_.LocalNow(id), *member.transport);
   members_.push_back(std::move(member));
   return members_.size() - 1;
 }
@@ -30,15 +30,17 @@ void SimulatedSession::Step() {
   // a frame's states are on their way before the next frame begins
   for (Member& member : members_) {
     if (!member.transport || member.halted) continue;
-    member.node->SendFrame(network_.LocalNow(member.id), *member.transport);
-    if (frame_ % kBeatFrames == 0) member.node->ControlFrame(*member.transport);
+    const std::int64_t local_ns = network_.LocalNow(member.id);
+    member.node->SendFrame(local_ns, *member.transport);
+    if (frame_ % kControlFrames == 0) member.node->ControlFrame(local_ns, *member.transport);
   }
   ++frame_;
   now_ns_ += kFrameNs;
 }
 
 void SimulatedSession::Leave(std::size_t peer) {
-  members_[peer].transport->Leave();
+  Member& member = members_[peer];
+  member.node->Leave(network_.LocalNow(member.id), *member.transport);
   members_[peer].transport.reset();
 }
 

@@ -1,0 +1,418 @@
+#include "collab/holdings.h"
+
+#include <algorithm>
+
+namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kAskAgain = 250 * kMs;
+constexpr std::int64_t kGiveUp = 5000 * kMs;
+constexpr std::int64_t kPause = 500 * kMs;      // of our own frames: we were stopped
+constexpr std::int64_t kListen = 300 * kMs;     // after a pause
+constexpr std::int64_t kLostWait = 300 * kMs;   // after the lease of a lost authority
+constexpr std::int64_t kDisowned = 5000 * kMs;  // an authority is here but does not claim its body
+constexpr std::int64_t kNextInLine = 1000 * kMs;  // when the lowest peer does not take over
+constexpr std::uint32_t kMostEpochs = 1000;       // that one claim may run ahead of what we know
+
+}  // namespace
+
+Holdings::Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns)
+    : self_(self), settle_ns_(settle_ns) {
+  for (std::size_t b = 0; b < model.object.size(); ++b) {
+    Body& body = bodies_.emplace_back();
+    body.object = model.object[b];
+    body.shared = model.scene.bodies[body.object].shared;
+    body.X_WB = model.bodies[b].X_WB0;
+  }
+  to_send_.resize(2 * bodies_.size() + 16);
+}
+
+int Holdings::BodyOf(ObjectId object) const noexcept {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (bodies_[b].object == object) return static_cast<int>(b);
+  }
+  return -1;
+}
+
+const Holdings::Member* Holdings::Find(PeerId peer) const noexcept {
+  for (const Member& member : members_) {
+    if (member.peer == peer) return &member;
+  }
+  return nullptr;
+}
+
+const Claim* Holdings::ClaimOf(const Member& member, ObjectId object) noexcept {
+  for (std::uint32_t i = 0; i < member.claim_count; ++i) {
+    if (member.claims[i].object == object) return &member.claims[i];
+  }
+  return nullptr;
+}
+
+bool Holdings::HeldBy(std::size_t body, PeerId peer) const noexcept {
+  if (peer == self_) return held_ == static_cast<int>(body);
+  const Member* member = Find(peer);
+  if (member == nullptr || !member->present) return false;
+  const Claim* claim = ClaimOf(*member, bodies_[body].object);
+  return claim != nullptr && claim->held;
+}
+
+std::size_t Holdings::Holders(std::size_t body, std::array<PeerId, kMaxPeers>& out) const noexcept {
+  std::size_t count = 0;
+  for (const Member& member : members_) {
+    if (member.peer != 0 && HeldBy(body, member.peer)) out[count++] = member.peer;
+  }
+  return count;
+}
+
+bool Holdings::HeldByOther(std::size_t body) const noexcept {
+  return LowestOther(static_cast<int>(body)) != 0;
+}
+
+PeerId Holdings::LowestOther(int holding_body) const noexcept {
+  PeerId lowest = 0;
+  for (const Member& member : members_) {
+    if (member.peer == 0 || !member.present || (lowest != 0 && member.peer > lowest)) continue;
+    if (holding_body >= 0 && !HeldBy(static_cast<std::size_t>(holding_body), member.peer)) continue;
+    lowest = member.peer;
+  }
+  return lowest;
+}
+
+PeerId Holdings::authority(std::size_t body) const noexcept {
+  if (bodies_[body].claim.peer != 0) return bodies_[body].claim.peer;
+  const PeerId other = LowestOther(-1);
+  return other != 0 && other < self_ ? other : self_;
+}
+
+bool Holdings::Parks(std::size_t body) const noexcept {
+  return bodies_[body].claim.peer == self_ && held_ != static_cast<int>(body) &&
+         !(bodies_[body].shared && HeldByOther(body));
+}
+
+const Pose* Holdings::ParkedAt(std::size_t body) const noexcept {
+  const Body& b = bodies_[body];
+  return b.told ? &b.parked : nullptr;
+}
+
+bool Holdings::Greater(std::uint32_t epoch, PeerId peer, const Body& than) noexcept {
+  if (than.claim.peer == 0) return true;
+  return epoch > than.claim.epoch || (epoch == than.claim.epoch && peer < than.claim.peer);
+}
+
+void Holdings::Note(std::size_t index, std::uint32_t epoch, PeerId peer,
+                    bool in_its_hand) noexcept {
+  Body& body = bodies_[index];
+  if (!Greater(epoch, peer, body)) return;
+  // one that nobody can have come to by grabbing is a fault or an attack
+  if (body.claim.peer != 0 && epoch - body.claim.epoch > kMostEpochs) return;
+  body.claim = {epoch, peer};
+  body.orphaned_ns = 0;
+  if (held_ != static_cast<int>(index) || body.shared || peer == self_) return;
+  // another part of the session went on without us, or took it while we were stopped
+  held_ = -1;
+  Tell(HoldingNews::Kind::kTaken, index, peer);
+  if (!in_its_hand) Ask(body.object);
+}
+
+Holdings::Member* Holdings::PlaceFor(PeerId peer) noexcept {
+  // its own; else a free one; else that of somebody who is gone
+  Member* best = nullptr;
+  for (Member& place : members_) {
+    if (place.peer == peer) return &place;
+    if (place.present || (best != nullptr && best->peer == 0)) continue;
+    best = &place;
+  }
+  return best;
+}
+
+void Holdings::OnMembership(const MembershipChange& change) noexcept {
+  if (change.peer == 0 || change.peer == self_) return;
+  if (!change.present() && Find(change.peer) == nullptr) return;
+  Member* member = PlaceFor(change.peer);
+  if (member == nullptr) return;  // more than a session may have
+  member->peer = change.peer;
+  member->present = change.present();
+  member->left = change.kind == MembershipChange::Kind::kLeft;
+  if (!change.present()) return;
+  member->claim_count = std::min<std::uint32_t>(change.claim_count, kMaxClaims);
+  member->claims = change.claims;
+  for (std::uint32_t i = 0; i < member->claim_count; ++i) {
+    const Claim& claim = member->claims[i];
+    const int body = BodyOf(claim.object);
+    // epoch 0: it holds a shared body that another answers for
+    if (body >= 0 && claim.epoch > 0) {
+      Note(static_cast<std::size_t>(body), claim.epoch, change.peer, claim.held);
+    }
+  }
+}
+
+void Holdings::OnEvent(const Event& event) noexcept {
+  const int found = BodyOf(event.object);
+  if (found < 0 || event.peer == self_ || event.peer == 0) return;
+  const auto index = static_cast<std::size_t>(found);
+  Body& body = bodies_[index];
+  switch (event.kind) {
+    case EventKind::kAsk:
+      if (event.to == self_) OnAsk(index, event.peer);
+      return;
+    case EventKind::kGrant:
+      OnGrant(index, event);
+      return;
+    case EventKind::kRefuse:
+      if (event.to != self_ || wanted_ != found) return;
+      wanted_ = -1;
+      Tell(HoldingNews::Kind::kRefused, index, event.peer);
+      return;
+    case EventKind::kRelease:
+      if (event.to != 0) {
+        OnGrant(index, event);
+      } else if (event.peer == body.claim.peer && event.epoch == body.claim.epoch) {
+        body.parked = event.X_WB;
+        body.told = true;
+      }
+      return;
+    case EventKind::kHeal:
+      return;
+  }
+}
+
+void Holdings::OnAsk(std::size_t index, PeerId from) noexcept {
+  const Body& body = bodies_[index];
+  if (body.claim.peer == from) {
+    // our grant of it has not reached the asker
+    Say(EventKind::kGrant, index, body.claim.epoch, from);
+    return;
+  }
+  if (authority(index) != self_ || listening()) return;
+  if (body.shared && (held_ == static_cast<int>(index) || HeldByOther(index))) return;
+  if (held_ == static_cast<int>(index)) {
+    Say(EventKind::kRefuse, index, body.claim.epoch, from);
+    return;
+  }
+  HandOver(index, EventKind::kGrant, from);
+}
+
+void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {
+  Body& body = bodies_[index];
+  body.claim = {body.claim.epoch + 1, to};
+  body.parked = body.X_WB;
+  body.told = kind == EventKind::kRelease;
+  body.orphaned_ns = 0;
+  Say(kind, index, body.claim.epoch, to);
+}
+
+void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
+  if (event.to == 0) return;
+  Body& body = bodies_[index];
+  const bool known = body.claim.epoch == event.epoch && body.claim.peer == event.to;
+  if (!known) Note(index, event.epoch, event.to, event.kind == EventKind::kGrant);
+  if (body.claim.peer != event.to || body.claim.epoch != event.epoch) return;
+  if (known) return;
+  // what is granted to another is about to move
+  body.parked = event.X_WB;
+  body.told = event.to == self_ || event.kind == EventKind::kRelease;
+  if (event.to != self_) return;
+  const int b = static_cast<int>(index);
+  // one that is put into our hand unasked is taken if the hand is empty
+  const bool given = event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0;
+  if (wanted_ == b || given) TakeInHand(index);
+}
+
+void Holdings::OnState(const ObjectState& state) noexcept {
+  const int found = BodyOf(state.object);
+  if (found < 0) return;
+  Body& body = bodies_[static_cast<std::size_t>(found)];
+  body.parked = state.X_WB;
+  body.told = (state.flags & kStateParked) != 0;
+}
+
+bool Holdings::Accepts(const ObjectState& state) const noexcept {
+  const int found = BodyOf(state.object);
+  if (found < 0) return false;
+  const Body& body = bodies_[static_cast<std::size_t>(found)];
+  const bool answers = body.claim.peer == state.peer && body.claim.epoch == state.epoch;
+  if (!body.shared || (state.flags & kStateParked) != 0) return answers;
+  return HeldBy(static_cast<std::size_t>(found), state.peer);
+}
+
+void Holdings::Ask(ObjectId object) noexcept {
+  const int found = BodyOf(object);
+  if (found < 0 || found == held_) return;
+  if (held_ >= 0) Release();
+  wanted_ = found;
+  wanted_since_ns_ = now_ns_;
+  asked_ns_ = 0;
+}
+
+void Holdings::Release() noexcept {
+  wanted_ = -1;
+  if (held_ < 0) return;
+  const auto index = static_cast<std::size_t>(held_);
+  Body& body = bodies_[index];
+  held_ = -1;
+  body.told = false;
+  Tell(HoldingNews::Kind::kLetGo, index, 0);
+  const PeerId next = body.shared ? LowestOther(static_cast<int>(index)) : 0;
+  if (body.claim.peer == self_ && next != 0) {
+    HandOver(index, EventKind::kRelease, next);
+  } else if (body.claim.peer == self_) {
+    Say(EventKind::kRelease, index, body.claim.epoch, 0);
+  } else if (next == 0) {
+    // the last hand on a shared body whose authority is gone
+    body.claim = {body.claim.epoch + 1, self_};
+  }
+}
+
+void Holdings::Give(PeerId to) noexcept {
+  if (held_ < 0 || to == self_) return;
+  const auto index = static_cast<std::size_t>(held_);
+  const Member* member = Find(to);
+  if (member == nullptr || !member->present || bodies_[index].claim.peer != self_) return;
+  held_ = -1;
+  wanted_ = -1;
+  Tell(HoldingNews::Kind::kGiven, index, to);
+  HandOver(index, EventKind::kGrant, to);
+}
+
+void Holdings::Leave() noexcept {
+  if (held_ >= 0) Release();
+  wanted_ = -1;
+  const PeerId next = LowestOther(-1);
+  if (next == 0) return;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (bodies_[b].claim.peer == self_) HandOver(b, EventKind::kRelease, next);
+  }
+}
+
+void Holdings::TakeInHand(std::size_t index) noexcept {
+  held_ = static_cast<int>(index);
+  wanted_ = -1;
+  Tell(HoldingNews::Kind::kInHand, index, 0);
+}
+
+void Holdings::Tick(std::int64_t now_ns, std::span<Event> out, std::size_t& count) noexcept {
+  if (now_ns_ == 0) {
+    listen_until_ns_ = now_ns + settle_ns_;
+  } else if (now_ns - now_ns_ > kPause) {
+    listen_until_ns_ = std::max(listen_until_ns_, now_ns + kListen);
+    // what others did not hear meanwhile is no reason to give up
+    wanted_since_ns_ += now_ns - now_ns_;
+  }
+  now_ns_ = now_ns;
+  if (wanted_ >= 0) Pursue();
+  if (!listening()) Succeed();
+
+  count = std::min(out.size(), send_count_);
+  for (std::size_t i = 0; i < count; ++i) {
+    out[i] = to_send_[send_first_];
+    send_first_ = (send_first_ + 1) % to_send_.size();
+  }
+  send_count_ -= count;
+}
+
+void Holdings::Pursue() noexcept {
+  const auto index = static_cast<std::size_t>(wanted_);
+  Body& body = bodies_[index];
+  if (wanted_since_ns_ == 0) wanted_since_ns_ = now_ns_;
+  if (listening()) {
+    wanted_since_ns_ = now_ns_;
+    return;
+  }
+  if (body.shared && HeldByOther(index)) {
+    TakeInHand(index);
+    return;
+  }
+  const PeerId answers = authority(index);
+  if (answers == self_) {
+    if (body.claim.peer == 0) body.claim = {1, self_};
+    TakeInHand(index);
+    return;
+  }
+  if (now_ns_ - wanted_since_ns_ > kGiveUp) {
+    wanted_ = -1;
+    Tell(HoldingNews::Kind::kNoAnswer, index, answers);
+    return;
+  }
+  if (asked_ns_ != 0 && now_ns_ - asked_ns_ < kAskAgain) return;
+  if (asked_ns_ == 0) Tell(HoldingNews::Kind::kAsking, index, answers);
+  asked_ns_ = now_ns_;
+  Say(EventKind::kAsk, index, body.claim.epoch, answers);
+}
+
+void Holdings::Succeed() noexcept {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    Body& body = bodies_[b];
+    if (body.claim.peer == 0 || body.claim.peer == self_) continue;
+    const Member* member = Find(body.claim.peer);
+    const bool here = member != nullptr && member->present;
+    if (here) {
+      const Claim* claim = ClaimOf(*member, body.object);
+      if (claim != nullptr && claim->epoch >= body.claim.epoch) {
+        body.orphaned_ns = 0;
+        continue;
+      }
+    }
+    if (body.orphaned_ns == 0) body.orphaned_ns = now_ns_;
+    // holders of a shared body come first, in each group the lowest
+    const bool in_hands = body.shared && (held_ == static_cast<int>(b) || HeldByOther(b));
+    const bool ours = held_ == static_cast<int>(b);
+    std::int64_t turn = 0;
+    for (const Member& other : members_) {
+      if (other.peer == 0 || !other.present || other.peer == body.claim.peer) continue;
+      const bool holds = in_hands && HeldBy(b, other.peer);
+      if (holds != ours && in_hands ? holds : other.peer < self_) ++turn;
+    }
+    const bool left = member != nullptr && member->left;
+    // somebody not heard of yet may have been granted it by another
+    const bool gone = member != nullptr && !here;
+    const std::int64_t wait = (!gone ? kDisowned : left ? 0 : kLostWait) + turn * kNextInLine;
+    if (now_ns_ - body.orphaned_ns < wait) continue;
+    body.claim = {body.claim.epoch + 1, self_};
+    body.orphaned_ns = 0;
+    Tell(HoldingNews::Kind::kInherited, b, 0);
+  }
+}
+
+std::uint32_t Holdings::Claims(std::array<Claim, kMaxClaims>& out) const noexcept {
+  std::uint32_t count = 0;
+  const auto add = [&](std::size_t b) {
+    const bool answers = bodies_[b].claim.peer == self_;
+    const bool in_hand = held_ == static_cast<int>(b);
+    if (count == kMaxClaims || (!answers && !in_hand)) return;
+    out[count++] = {bodies_[b].object, answers ? bodies_[b].claim.epoch : 0, in_hand};
+  };
+  if (held_ >= 0) add(static_cast<std::size_t>(held_));
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (held_ != static_cast<int>(b)) add(b);
+  }
+  return count;
+}
+
+void Holdings::Say(EventKind kind, std::size_t index, std::uint32_t epoch, PeerId to) noexcept {
+  if (send_count_ == to_send_.size()) return;  // it will be asked for again
+  Event& event = to_send_[(send_first_ + send_count_++) % to_send_.size()];
+  event = {.peer = self_,
+           .seq = ++event_seq_,
+           .kind = kind,
+           .object = bodies_[index].object,
+           .epoch = epoch,
+           .to = to,
+           .X_WB = bodies_[index].X_WB};
+}
+
+void Holdings::Tell(HoldingNews::Kind kind, std::size_t index, PeerId peer) noexcept {
+  if (news_count_ < news_.size()) news_[news_count_++] = {kind, bodies_[index].object, peer};
+}
+
+bool Holdings::TakeNews(HoldingNews& news) noexcept {
+  if (news_count_ == 0) return false;
+  news = news_[0];
+  std::copy(news_.begin() + 1, news_.begin() + static_cast<std::ptrdiff_t>(news_count_),
+            news_.begin());
+  --news_count_;
+  return true;
+}
+
+}  // namespace tandem

@@ -1,0 +1,150 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "collab/membership.h"
+#include "engine/world/world_model.h"
+
+namespace tandem {
+
+/// What became of a body, for the person at the device.
+struct HoldingNews {
+  enum class Kind : std::uint8_t {
+    kInHand,    // it is in our hand now
+    kAsking,    // `peer` answers for it and has been asked
+    kRefused,   // `peer` holds it
+    kNoAnswer,  // nobody answered for 5 s
+    kLetGo,     // we released it
+    kGiven,     // we handed it to `peer`
+    kTaken,     // `peer` has it by the greater claim
+    kInherited  // its last authority is gone: we answer for it
+  };
+  Kind kind = Kind::kInHand;
+  ObjectId object = kNoObject;
+  PeerId peer = 0;
+};
+
+/// Who answers for every moving body, and what our own hand holds (paper §6.1: type-1 and type-2).
+/// A pure state machine of the haptic thread, fed with the time, the others' claims and events, and
+/// the user's wishes; it reads no clock and allocates nothing after construction.
+///
+/// Every body has one authority, the peer of the greatest claim: of the later epoch, then of the
+/// lower id; without any claim, the lowest active peer. The authority alone says where the body is,
+/// but for a shared one in several hands, of which every holder says its own instance. To take a
+/// body one asks its authority, who grants it (epoch + 1) and gives it up in that same frame. When
+/// an authority goes, the lowest peer left takes its bodies (of a shared one in hands, the lowest
+/// holder). A peer whose own clock jumped listens before it acts as an authority again. Among peers
+/// that hear one another there is so one authority; between parts of a torn network one in each,
+/// until they meet and the greater claim counts. docs/decisions/0016-authority.md
+class Holdings {
+ public:
+  /// Nobody takes a body by itself for `settle_ns` after the first frame: others may have been here
+  /// long.
+  Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns = 0);
+
+  void OnMembership(const MembershipChange& change) noexcept;
+  void OnEvent(const Event& event) noexcept;
+  /// Keeps the pose of a parked body; one that moves again has none. Of samples that are accepted.
+  void OnState(const ObjectState& state) noexcept;
+  /// Whether a sample is one that the peer who sent it may send of that body.
+  bool Accepts(const ObjectState& state) const noexcept;
+
+  /// The user's wishes. What the hand holds already is released first.
+  void Ask(ObjectId object) noexcept;
+  void Release() noexcept;
+  void Give(PeerId to) noexcept;
+
+  /// Where each moving body is, as simulated here; before Tick().
+  void SeeAt(std::size_t body, const Pose& X_WB) noexcept { bodies_[body].X_WB = X_WB; }
+  /// Time-outs, succession, asking again. Events to send go to `out`, those that find no room there
+  /// wait for the next frame.
+  void Tick(std::int64_t now_ns, std::span<Event> out, std::size_t& count) noexcept;
+  /// Hands all that we answer for to those who stay.
+  void Leave() noexcept;
+
+  PeerId authority(std::size_t body) const noexcept;
+  std::uint32_t epoch(std::size_t body) const noexcept { return bodies_[body].claim.epoch; }
+  /// The moving body in our hand, or -1.
+  int held() const noexcept { return held_; }
+  /// The moving body that we have asked for, or -1.
+  int wanted() const noexcept { return wanted_; }
+  bool HeldBy(std::size_t body, PeerId peer) const noexcept;
+  /// The other peers that hold a body; how many.
+  std::size_t Holders(std::size_t body, std::array<PeerId, kMaxPeers>& out) const noexcept;
+  /// Whether it is ours to say where the body stands.
+  bool Parks(std::size_t body) const noexcept;
+  /// Where another peer has put the body down or handed it to us, and nobody has moved it since;
+  /// null: it stands where it is here.
+  const Pose* ParkedAt(std::size_t body) const noexcept;
+  /// Whether what we hold and park may be said: not while we listen after a pause.
+  bool listening() const noexcept { return now_ns_ < listen_until_ns_; }
+
+  /// What we claim, for peer_info; the number of claims.
+  std::uint32_t Claims(std::array<Claim, kMaxClaims>& out) const noexcept;
+  bool TakeNews(HoldingNews& news) noexcept;
+
+ private:
+  struct Body {
+    ObjectId object = 0;
+    bool shared = false;
+    struct {
+      std::uint32_t epoch = 0;
+      PeerId peer = 0;  // 0: nobody has claimed it yet
+    } claim;
+    Pose X_WB;    // here
+    Pose parked;  // as told by its authority
+    bool told = false;
+    std::int64_t orphaned_ns = 0;  // since when its claimant does not answer for it; 0: it does
+  };
+  struct Member {
+    PeerId peer = 0;  // 0: a free place
+    bool present = false;
+    bool left = false;
+    std::uint32_t claim_count = 0;
+    std::array<Claim, kMaxClaims> claims{};
+  };
+
+  static bool Greater(std::uint32_t epoch, PeerId peer, const Body& than) noexcept;
+  int BodyOf(ObjectId object) const noexcept;
+  const Member* Find(PeerId peer) const noexcept;
+  Member* PlaceFor(PeerId peer) noexcept;
+  static const Claim* ClaimOf(const Member& member, ObjectId object) noexcept;
+  /// Takes note of a claim where it is the greater one.
+  void Note(std::size_t body, std::uint32_t epoch, PeerId peer, bool in_its_hand) noexcept;
+  /// The lowest present peer that is not us and, if asked, holds the body; 0: none.
+  PeerId LowestOther(int holding_body) const noexcept;
+  bool HeldByOther(std::size_t body) const noexcept;
+  void TakeInHand(std::size_t body) noexcept;
+  /// Makes `to` the authority, from this frame on.
+  void HandOver(std::size_t body, EventKind kind, PeerId to) noexcept;
+  void Say(EventKind kind, std::size_t body, std::uint32_t epoch, PeerId to) noexcept;
+  void Tell(HoldingNews::Kind kind, std::size_t body, PeerId peer) noexcept;
+  void OnAsk(std::size_t body, PeerId from) noexcept;
+  void OnGrant(std::size_t body, const Event& event) noexcept;
+  /// Goes on towards what the hand wants.
+  void Pursue() noexcept;
+  /// Takes over what has lost its authority, where it is our turn.
+  void Succeed() noexcept;
+
+  PeerId self_;
+  std::int64_t settle_ns_;
+  std::vector<Body> bodies_;
+  std::array<Member, kMaxPeers> members_{};
+  int held_ = -1;
+  int wanted_ = -1;
+  std::int64_t wanted_since_ns_ = 0;
+  std::int64_t asked_ns_ = 0;  // when last; 0: not yet
+  std::int64_t now_ns_ = 0;    // of the last frame; 0: none yet
+  std::int64_t listen_until_ns_ = 0;
+  std::uint32_t event_seq_ = 0;
+  std::vector<Event> to_send_;  // ring of events that wait
+  std::size_t send_first_ = 0;
+  std::size_t send_count_ = 0;
+  std::array<HoldingNews, 16> news_{};
+  std::size_t news_count_ = 0;
+};
+
+}  // namespace tandem
