@@ -57,7 +57,7 @@ class Holdings {
   void Release() noexcept;
   void Give(PeerId to) noexcept;
 
-  /// Where each moving body is, as simulated here; before Tick().
+  /// Where each moving body is, as simulated here; first in each frame.
   void SeeAt(std::size_t body, const Pose& X_WB) noexcept { bodies_[body].X_WB = X_WB; }
   /// Time-outs, succession, asking again. Events to send go to `out`, those that find no room there
   /// wait for the next frame.

@@ -42,6 +42,7 @@ const RigidState* Peer::held_state() const noexcept {
 void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   FrameTap* const tap = options_.tap;
   if (tap != nullptr) tap->Begin(now_ns, inputs_.capacity);
+  SeeBodies();
   Receive(now_ns);
   TickHoldings(now_ns);
   TakeAndLetGo();
@@ -146,10 +147,13 @@ void Peer::OnCommand(const Command& command) noexcept {
   }
 }
 
-void Peer::TickHoldings(std::int64_t now_ns) noexcept {
+void Peer::SeeBodies() noexcept {
   for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
     holdings_.SeeAt(b, world_->state(b).X_WB);
   }
+}
+
+void Peer::TickHoldings(std::int64_t now_ns) noexcept {
   std::array<Event, 8> events;
   std::size_t count = 0;
   holdings_.Tick(now_ns, events, count);
@@ -293,6 +297,7 @@ void Peer::SayParked(std::int64_t now_ns) noexcept {
 }
 
 void Peer::Leave(std::int64_t now_ns) noexcept {
+  SeeBodies();
   holdings_.Leave();
   for (int turns = 0; turns < 32; ++turns) TickHoldings(now_ns);
 }

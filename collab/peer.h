@@ -80,6 +80,7 @@ class Peer {
   void OnMembership(const MembershipChange& change) noexcept;
   void OnState(const ObjectState& state) noexcept;
   void OnCommand(const Command& command) noexcept;
+  void SeeBodies() noexcept;
   /// Time-outs of the holdings; what they have to say goes into the queues.
   void TickHoldings(std::int64_t now_ns) noexcept;
   /// Makes the hand hold what the holdings say, once it is where it is known to be.

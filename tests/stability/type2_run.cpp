@@ -109,7 +109,8 @@ Type2Run RunType2(const Type2Case& test) {
   for (std::size_t user = 0; user < test.users; ++user) session.Add(UserOf(test, user), 1 + user);
   const auto ready = [&] {
     for (std::size_t user = 0; user < test.users; ++user) {
-      if (session.node(user).peer().shared()->coupled() + 1 < test.users) return false;
+      const SharedBody* shared = session.node(user).peer().shared();
+      if (shared == nullptr || shared->coupled() + 1 < test.users) return false;
     }
     return true;
   };
@@ -127,6 +128,7 @@ Type2Run RunType2(const Type2Case& test) {
     for (std::size_t user = 0; user < session.size(); ++user) {
       if (!session.present(user)) continue;
       const Peer& peer = session.node(user).peer();
+      if (peer.shared() == nullptr) continue;  // has not got it yet
       const RigidState& state = *peer.held_state();
       square += state.V_WB.v.squaredNorm();
       const std::size_t links = peer.shared()->Links(0, views);
@@ -147,6 +149,7 @@ Type2Run RunType2(const Type2Case& test) {
     run.link_force.push_back(links.norm());
     run.link_each.push_back(count > 0 ? first.report().links_B_W[0].f.norm() : 0.0);
     if (session.size() < 2 || !session.present(1)) continue;
+    if (session.node(1).peer().held_state() == nullptr) continue;
     const double apart =
         (first.held_state()->X_WB.p - session.node(1).peer().held_state()->X_WB.p).norm();
     run.peak_apart = std::max(run.peak_apart, apart);
