@@ -107,6 +107,7 @@ void Holdings::Note(std::size_t index, std::uint32_t epoch, PeerId peer,
   if (!Greater(epoch, peer, body)) return;
   // one that nobody can have come to by grabbing is a fault or an attack
   if (body.claim.peer != 0 && epoch - body.claim.epoch > kMostEpochs) return;
+  if (held_ == static_cast<int>(index) && body.claim.peer == self_) hold_epoch_ = body.claim.epoch;
   body.claim = {epoch, peer};
   body.orphaned_ns = 0;
   if (held_ != static_cast<int>(index) || body.shared || peer == self_) return;
@@ -141,7 +142,6 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   for (std::uint32_t i = 0; i < member->claim_count; ++i) {
     const Claim& claim = member->claims[i];
     const int body = BodyOf(claim.object);
-    // epoch 0: it holds a shared body that another answers for
     if (body >= 0 && claim.epoch > 0) {
       Note(static_cast<std::size_t>(body), claim.epoch, change.peer, claim.held);
     }
@@ -289,6 +289,10 @@ void Holdings::Leave() noexcept {
 void Holdings::TakeInHand(std::size_t index) noexcept {
   held_ = static_cast<int>(index);
   wanted_ = -1;
+  // beside others we say that we hold it under the same epoch: of them the lowest answers for it
+  Body& body = bodies_[index];
+  hold_epoch_ = body.claim.epoch;
+  if (body.shared && self_ < body.claim.peer) body.claim.peer = self_;
   Tell(HoldingNews::Kind::kInHand, index, 0);
 }
 
@@ -381,7 +385,7 @@ std::uint32_t Holdings::Claims(std::array<Claim, kMaxClaims>& out) const noexcep
     const bool answers = bodies_[b].claim.peer == self_;
     const bool in_hand = held_ == static_cast<int>(b);
     if (count == kMaxClaims || (!answers && !in_hand)) return;
-    out[count++] = {bodies_[b].object, answers ? bodies_[b].claim.epoch : 0, in_hand};
+    out[count++] = {bodies_[b].object, own_epoch(b), in_hand};
   };
   if (held_ >= 0) add(static_cast<std::size_t>(held_));
   for (std::size_t b = 0; b < bodies_.size(); ++b) {

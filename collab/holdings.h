@@ -67,6 +67,10 @@ class Holdings {
 
   PeerId authority(std::size_t body) const noexcept;
   std::uint32_t epoch(std::size_t body) const noexcept { return bodies_[body].claim.epoch; }
+  /// The epoch of our own claim on what we hold or answer for, and of our samples of it.
+  std::uint32_t own_epoch(std::size_t body) const noexcept {
+    return bodies_[body].claim.peer == self_ ? bodies_[body].claim.epoch : hold_epoch_;
+  }
   /// The moving body in our hand, or -1.
   int held() const noexcept { return held_; }
   /// The moving body that we have asked for, or -1.
@@ -134,6 +138,7 @@ class Holdings {
   std::vector<Body> bodies_;
   std::array<Member, kMaxPeers> members_{};
   int held_ = -1;
+  std::uint32_t hold_epoch_ = 0;  // of our claim on a shared body that another answers for
   int wanted_ = -1;
   std::int64_t wanted_since_ns_ = 0;
   std::int64_t asked_ns_ = 0;  // when last; 0: not yet

@@ -239,7 +239,7 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
   const RigidState& state = *held_state();
   out.state = {.peer = options_.id,
                .object = world_->model().object[body],
-               .epoch = holdings_.epoch(body),
+               .epoch = holdings_.own_epoch(body),
                .seq = seq_,
                .flags = report_.flags,
                .sample_ns = now_ns,

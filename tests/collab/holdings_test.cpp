@@ -322,18 +322,23 @@ TEST(Holdings, ASharedBodyIsTakenBesideItsHoldersAndParkedByTheLast) {
   company[3].Ask(kShared);
   company.Run(100);
   EXPECT_EQ(company.Holders(1), (std::vector<PeerId>{3, 5, 9}));
+  EXPECT_EQ(company.Authority(1), 3U) << "the lowest holder";
+  company[3].Release();
+  company.Run(100);
   EXPECT_EQ(company.Authority(1), 5U);
+  company[3].Ask(kShared);
   company[5].Release();
   company.Run(100);
-  EXPECT_EQ(company.Authority(1), 3U);
-  EXPECT_FALSE(company[3].Parks(1));
-  company.Kill(3);
+  EXPECT_EQ(company.Holders(1), (std::vector<PeerId>{3, 9}));
+  EXPECT_EQ(company.Authority(1), 9U) << "the lowest holder that it knew of";
+  EXPECT_FALSE(company[9].Parks(1));
+  company.Kill(9);
   company.Run(400);
-  EXPECT_EQ(company.Authority(1), 9U) << "a holder before the lowest";
-  company[9].Release();
+  EXPECT_EQ(company.Authority(1), 3U) << "the holder that is left";
+  company[3].Release();
   company.Run(100);
-  EXPECT_EQ(company.Authority(1), 9U);
-  EXPECT_TRUE(company[9].Parks(1));
+  EXPECT_EQ(company.Authority(1), 3U);
+  EXPECT_TRUE(company[3].Parks(1));
 }
 
 TEST(Holdings, ALateJoinerHearsWhoAnswers) {
