@@ -13,6 +13,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "collab/messages.h"
 
 namespace tandem {
 
@@ -29,8 +30,7 @@ struct SessionArguments {
   bool json = false;
 };
 
-constexpr double kMeetingSeconds = 120;    // for loading and meeting, at the most
-constexpr std::size_t kMostWaitedFor = 7;  // couplings that an instance has at the most, less one
+constexpr double kMeetingSeconds = 120;  // for loading and meeting, at the most
 
 double LoadAverage() {
   double one_minute = 0;
@@ -68,7 +68,8 @@ Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, co
                                      "--report",
                                      reports.back().string()};
     if (p < holders) {
-      const std::size_t others = std::min(holders - 1, kMostWaitedFor);
+      // where there are more than an instance has couplings, who has which is anybody's guess
+      const std::size_t others = holders <= kMaxLinks ? holders - 1 : 1;
       command.insert(command.end(), {"--hold", hand.body, "--hand", hand.file.string(),
                                      "--wait-for", std::to_string(others)});
     }
