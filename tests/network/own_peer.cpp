@@ -61,11 +61,11 @@ OwnPeer::~OwnPeer() {
 }
 
 void OwnPeer::Run(double seconds, const std::function<bool()>& done) {
-  constexpr std::int64_t kControlPeriodNs = 200'000'000;
+  constexpr std::int64_t kControlPeriodNs = 20'000'000;
   kControlThread.Enter();
   const std::int64_t until_ns = MonotonicNowNs() + static_cast<std::int64_t>(1e9 * seconds);
   while (!done() && MonotonicNowNs() < until_ns) {
-    node_->ControlFrame(*transport_);
+    node_->ControlFrame(MonotonicNowNs(), *transport_);
     MachineClock().SleepUntil(MonotonicNowNs() + kControlPeriodNs);
   }
 }
@@ -82,7 +82,7 @@ void OwnPeer::StepFrames(int count) {
     kSenderThread.Enter();
     node_->SendFrame(now_ns, *transport_);
     kControlThread.Enter();
-    if (stepped_ % 200 == 0) node_->ControlFrame(*transport_);
+    if (stepped_ % 20 == 0) node_->ControlFrame(now_ns, *transport_);
   }
 }
 
