@@ -23,7 +23,8 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       options_(options),
       holdings_(options.id, world.model(), options.settle_ns),
       remote_(world.model()),
-      gate_(options.id, world.model().object, inbox.drops()) {
+      gate_(options.id, world.model().object, inbox.drops()),
+      echoes_(options.id) {
   const WorldModel& model = world.model();
   inputs_.bodies.resize(model.bodies.size());
   inputs_.capacity = options.capacity;
@@ -52,6 +53,8 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   if (tap != nullptr) tap->Felt(goal);
   remote_.Prepare(held_, inputs_);
   PrepareParked();
+  echoes_.Measure(now_ns);
+  remote_.GiveWay(*world_, DesignDelay(echoes_.peak_loop_age_s()), inputs_);
   inputs_.hand.body = -1;
   inputs_.link_count = 0;
   inputs_.ground_damping = 0;
@@ -101,12 +104,18 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
   inbox_->Collect();
   while (const ObjectState* state = inbox_->states().Due(now_ns)) {
     if (tap != nullptr) tap->Heard(*state);
-    if (gate_.Admit(*state)) OnState(*state);
+    if (gate_.Admit(*state)) {
+      OnState(*state);
+      echoes_.OnState(*state);
+    }
     inbox_->states().Drop();
   }
   while (const CouplingLinks* links = inbox_->links().Due(now_ns)) {
     if (tap != nullptr) tap->Heard(*links);
-    if (gate_.Admit(*links) && shared_) shared_->OnLinks(*links);
+    if (gate_.Admit(*links)) {
+      if (shared_) shared_->OnLinks(*links);
+      echoes_.OnLinks(*links);
+    }
     inbox_->links().Drop();
   }
 }
@@ -115,6 +124,7 @@ void Peer::OnMembership(const MembershipChange& change) noexcept {
   gate_.OnMembership(change);
   holdings_.OnMembership(change);
   remote_.OnMembership(change);
+  echoes_.OnMembership(change);
   if (!shared_) return;
   if (change.Holds(world_->model().object[static_cast<std::size_t>(held_)])) {
     shared_->Join(change.peer);
@@ -246,8 +256,14 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .X_WB = state.X_WB,
                .V_WB = state.V_WB,
                .contact_B_W = report_.contact_B_W};
-  out.shared = shared_.has_value();
+  out.links.from = options_.id;
+  out.links.object = kNoObject;
+  out.links.seq = seq_;
+  out.links.sample_ns = now_ns;
+  out.links.count = 0;
   if (shared_) shared_->Describe(now_ns, seq_, report_, out.links);
+  echoes_.Append(now_ns, out.links);
+  out.shared = shared_.has_value() || out.links.count > 0;
 }
 
 void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {

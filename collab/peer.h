@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "collab/command.h"
+#include "collab/echoes.h"
 #include "collab/frame_tap.h"
 #include "collab/holdings.h"
 #include "collab/outbox.h"
@@ -59,6 +60,8 @@ class Peer {
   /// The present pose of the held body, for those in the same thread.
   const RigidState* held_state() const noexcept;
   const StepReport& report() const noexcept { return report_; }
+  /// The farthest that a mirror is from the pose that was received of it, m.
+  double mirror_lag_m() const noexcept { return remote_.mirror_lag_m(); }
   /// The couplings of the body in hand; null: it is not shared.
   const SharedBody* shared() const noexcept { return shared_ ? &*shared_ : nullptr; }
   const Holdings& holdings() const noexcept { return holdings_; }
@@ -108,6 +111,7 @@ class Peer {
   double last_delay_s_ = 0;  // mean_delay_s() of the body let go
   RemoteBodies remote_;
   SampleGate gate_;
+  Echoes echoes_;
   StepInputs inputs_;
   StepReport report_;
   SpscQueue<Command> commands_{64};

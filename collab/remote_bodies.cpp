@@ -8,7 +8,8 @@ namespace tandem {
 
 RemoteBodies::RemoteBodies(const WorldModel& model) {
   for (const std::uint32_t object : model.object) {
-    bodies_.push_back({.object = object, .free = model.scene.bodies[object].free, .instances = {}});
+    bodies_.push_back(
+        {.object = object, .free = model.scene.bodies[object].free, .blend = {}, .instances = {}});
   }
 }
 
@@ -58,26 +59,84 @@ std::size_t RemoteBodies::heard() const noexcept {
   return count;
 }
 
-void RemoteBodies::Prepare(int held, StepInputs& inputs) const noexcept {
+void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
+  // the two that are farthest apart, found in a fixed order
+  const Instance* first = nullptr;
+  const Instance* second = nullptr;
+  double farthest = -1;
+  for (const Instance& a : body.instances) {
+    if (!a.heard) continue;
+    for (const Instance& b : body.instances) {
+      if (!b.heard || b.peer < a.peer) continue;
+      const double apart = (a.state.X_WB.p - b.state.X_WB.p).norm();
+      if (apart <= farthest) continue;
+      farthest = apart;
+      first = &a;
+      second = &b;
+    }
+  }
+  body.parted = farthest > (body.parted ? kMeet : kPart);
+  std::array<Vec3, 2> p{Vec3::Zero(), Vec3::Zero()};
+  std::array<Eigen::Vector4d, 2> q{Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero()};
+  std::array<double, 2> count{};
+  for (const Instance& instance : body.instances) {
+    if (!instance.heard) continue;
+    const Pose& X_WB = instance.state.X_WB;
+    const bool nearer_second = (X_WB.p - second->state.X_WB.p).squaredNorm() <
+                               (X_WB.p - first->state.X_WB.p).squaredNorm();
+    const std::size_t side = body.parted && nearer_second ? 1 : 0;
+    const Quat& reference = (side == 0 ? first : second)->state.X_WB.q;
+    const double sign = reference.dot(X_WB.q) < 0 ? -1.0 : 1.0;
+    p[side] += X_WB.p;
+    q[side] += sign * X_WB.q.coeffs();
+    count[side] += 1;
+  }
+  input.mirror_WB = {Quat(q[0]).normalized(), p[0] / count[0]};
+  input.parted = body.parted;
+  if (body.parted) input.second_WB = {Quat(q[1]).normalized(), p[1] / count[1]};
+}
+
+void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
   const bool alone = std::all_of(present_.begin(), present_.end(), [](PeerId peer) {
     return peer == 0;
   });
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     StepInputs::BodyInput& input = inputs.bodies[b];
+    input.parted = false;
     if (static_cast<int>(b) == held) {
       input.drive = BodyDrive::kSimulated;
       continue;
     }
-    // where several hold it, the one of the lowest number is followed
-    const Instance* followed = nullptr;
-    for (const Instance& instance : bodies_[b].instances) {
-      if (instance.heard && (followed == nullptr || instance.peer < followed->peer)) {
-        followed = &instance;
-      }
-    }
+    const bool followed = std::any_of(bodies_[b].instances.begin(), bodies_[b].instances.end(),
+                                      [](const Instance& instance) {
+                                        return instance.heard;
+                                      });
     const BodyDrive unheld = alone && bodies_[b].free ? BodyDrive::kSimulated : BodyDrive::kParked;
-    input.drive = followed != nullptr ? BodyDrive::kMirrored : unheld;
-    if (followed != nullptr) input.mirror_WB = followed->state.X_WB;
+    input.drive = followed ? BodyDrive::kMirrored : unheld;
+    if (followed) Place(bodies_[b], input);
+  }
+}
+
+void RemoteBodies::GiveWay(const World& world, double te_s, StepInputs& inputs) noexcept {
+  mirror_lag_ = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    StepInputs::BodyInput& input = inputs.bodies[b];
+    ContactBlend& blend = bodies_[b].blend;
+    if (input.drive != BodyDrive::kMirrored) {
+      blend = ContactBlend{};
+      continue;
+    }
+    const Pose& X_WB = world.state(b).X_WB;
+    const double lag = (input.mirror_WB.p - X_WB.p).norm();
+    mirror_lag_ = std::max(mirror_lag_, lag);
+    blend.Next(world.Pushed(b), te_s, lag, kFrame);
+    if (!blend.yields()) continue;
+    input.drive = BodyDrive::kYielding;
+    const Inertia& inertia = world.model().bodies[b].inertia;
+    const Mat3 R = X_WB.q.toRotationMatrix();
+    const Mat3 per_mass = R * inertia.I_B * R.transpose() / inertia.mass;
+    const double drag = blend.Drag(inertia.mass);
+    input.pull = {blend.stiffness(), drag, blend.stiffness() * per_mass, drag * per_mass};
   }
 }
 

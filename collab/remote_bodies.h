@@ -3,8 +3,10 @@
 #include <array>
 #include <vector>
 
+#include "collab/contact_blend.h"
 #include "collab/membership.h"
 #include "engine/world/step_inputs.h"
+#include "engine/world/world.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {
@@ -15,6 +17,9 @@ namespace tandem {
 /// construction.
 class RemoteBodies {
  public:
+  static constexpr double kPart = 0.04;  // m
+  static constexpr double kMeet = 0.02;
+
   explicit RemoteBodies(const WorldModel& model);
 
   void OnMembership(const MembershipChange& change) noexcept;
@@ -25,7 +30,16 @@ class RemoteBodies {
   /// Says of every body but `held` (index into the moving bodies, or -1) who moves it. A free body
   /// that nobody holds is simulated here while no other active peer is in the session; with others
   /// it stands, since nobody's motion of it would be everybody's.
-  void Prepare(int held, StepInputs& inputs) const noexcept;
+  ///
+  /// A shared body in several hands is met as one thing, the mean of its instances, until two of
+  /// them are kPart from one another: from then as both, each the mean of those nearest to it,
+  /// until they are within kMeet again.
+  void Prepare(int held, StepInputs& inputs) noexcept;
+  /// Lets mirrors that are pushed give way as the delay wants (ContactBlend); after Prepare().
+  /// `te_s`: DesignDelay() of the worst loop to the others.
+  void GiveWay(const World& world, double te_s, StepInputs& inputs) noexcept;
+  /// How far the mirrors were from the poses received, the farthest, m.
+  double mirror_lag_m() const noexcept { return mirror_lag_; }
 
  private:
   struct Instance {
@@ -37,12 +51,17 @@ class RemoteBodies {
   struct Body {
     ObjectId object = 0;
     bool free = false;
+    bool parted = false;
+    ContactBlend blend{};
     std::array<Instance, kMaxPeers> instances{};
   };
 
+  /// Where the body's instances are: in one place, or in two.
+  static void Place(Body& body, StepInputs::BodyInput& input) noexcept;
   static Instance* Find(Body& body, PeerId peer) noexcept;
 
   std::vector<Body> bodies_;
+  double mirror_lag_ = 0;
   std::array<PeerId, kMaxPeers> present_{};  // other active peers; 0: a free place
 };
 

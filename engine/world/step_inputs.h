@@ -14,16 +14,21 @@ inline constexpr double kDefaultCapacity = 1e5;  // of a frame of 1 ms, on slow 
 
 /// What moves a body in a frame.
 enum class BodyDrive : std::uint8_t {
+  kAbsent,     // a second instance that there is none of now
   kParked,     // nobody: it stands
   kSimulated,  // forces, here
-  kMirrored    // another peer, whose pose it follows
+  kMirrored,   // another peer, whose pose it follows
+  kYielding    // another peer, to whose pose it is pulled: it gives way where it is pushed
 };
 
 /// Everything from outside that a frame depends on. Sized once, for all moving bodies.
 struct StepInputs {
   struct BodyInput {
     BodyDrive drive = BodyDrive::kParked;
-    Pose mirror_WB;  // where a mirrored body is to go
+    Pose mirror_WB;       // where a mirrored or yielding body is to go
+    CouplingGains pull;   // of a yielding body: springs to that pose, dampers against the ground
+    bool parted = false;  // others' instances of a shared body are in two places:
+    Pose second_WB;       // the other one of them
   };
   struct Hand {
     int body = -1;  // into WorldModel::bodies; -1: the hand holds nothing

@@ -23,7 +23,7 @@ double RadiusOf(const BodyModel& body, int force_layer) {
 /// can get out of its way faster than it comes. Parked bodies need none.
 double ShareOf(BodyDrive drive, BodyDrive other) {
   constexpr auto weight = [](BodyDrive of) {
-    return of == BodyDrive::kParked ? 0.0 : of == BodyDrive::kMirrored ? 0.3 : 0.7;
+    return of <= BodyDrive::kParked ? 0.0 : of == BodyDrive::kMirrored ? 0.3 : 0.7;
   };
   const double sum = weight(drive) + weight(other);
   return sum > 0 ? weight(drive) / sum : 0.5;
@@ -32,11 +32,6 @@ double ShareOf(BodyDrive drive, BodyDrive other) {
 /// Null in the plain model.
 const SurfaceDetails* DetailsOf(const SurfaceDetails& details) {
   return details.empty() ? nullptr : &details;
-}
-
-/// Of a body's number, or -1 for the fixture.
-bool IsSimulated(const StepInputs& in, int body) {
-  return body >= 0 && in.bodies[static_cast<std::size_t>(body)].drive == BodyDrive::kSimulated;
 }
 
 /// Whether the pair's pointshell is body `a`: as the scene has it, else the one with fewer points,
@@ -90,54 +85,87 @@ bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, do
 World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& schedule)
     : model_(std::move(model)), together_(model_->bodies.size()), helpers_(schedule.helpers) {
   const std::vector<BodyModel>& bodies = model_->bodies;
-  const int layer = model_->scene.force_layer;
-  const auto gains_for = [this](double mass) {
-    ContactGains gains = DefaultContactGains(model_->scene.voxel_size, mass, kFrame);
-    gains.friction = model_->scene.friction;
-    return gains;
-  };
   bodies_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     bodies_[b].state.X_WB = bodies[b].X_WB0;
-    const int body = static_cast<int>(b);
+    bodies_[b].shape = b;
     if (model_->has_fixture) {
       const Pose X_WV{Quat::Identity(), model_->fixture.p_WVo()};
-      const ContactGains gains = gains_for(bodies[b].inertia.mass);
       pairs_.push_back({{bodies[b].points,
                          model_->fixture,
                          X_WV,
                          0,
-                         {.force_layer = layer,
+                         {.force_layer = model_->scene.force_layer,
                           .details = DetailsOf(model_->fixture_details),
                           .schedule = schedule},
-                         gains},
-                        body,
+                         GainsFor(bodies[b].inertia.mass)},
+                        static_cast<int>(b),
                         -1});
     }
-    for (std::size_t other = 0; other < b; ++other) {
-      const bool is_shell = IsShell(*model_, b, other);
-      const std::size_t shell = is_shell ? b : other;
-      const std::size_t map = is_shell ? other : b;
-      const ContactGains gains =
-          gains_for(std::max(bodies[b].inertia.mass, bodies[other].inertia.mass));
-      pairs_.push_back({{bodies[shell].points,
-                         bodies[map].voxmap,
-                         bodies[map].X_BV,
-                         RadiusOf(bodies[map], layer),
-                         {.force_layer = layer,
-                          .details = DetailsOf(bodies[map].details),
-                          .both_move = true,
-                          .schedule = schedule},
-                         gains},
-                        static_cast<int>(shell),
-                        static_cast<int>(map)});
+    for (std::size_t other = 0; other < b; ++other) AddPair(b, other, schedule);
+  }
+  first_pairs_ = pairs_.size();
+  // others may hold a shared body in two places at once
+  for (std::size_t b = 0; b < bodies.size() && bodies.size() > 1; ++b) {
+    if (!model_->scene.bodies[model_->object[b]].shared) continue;
+    bodies_[b].second = static_cast<int>(bodies_.size());
+    bodies_.push_back(bodies_[b]);
+    bodies_.back().second = -1;
+    for (std::size_t other = 0; other < bodies.size(); ++other) {
+      if (other != b) AddPair(bodies_.size() - 1, other, schedule);
     }
   }
+}
+
+ContactGains World::GainsFor(double mass) const {
+  ContactGains gains = DefaultContactGains(model_->scene.voxel_size, mass, kFrame);
+  gains.friction = model_->scene.friction;
+  return gains;
+}
+
+void World::AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedule) {
+  const bool is_shell = IsShell(*model_, bodies_[a].shape, bodies_[b].shape);
+  const std::size_t shell = is_shell ? a : b;
+  const std::size_t map = is_shell ? b : a;
+  const BodyModel& shell_model = model_->bodies[bodies_[shell].shape];
+  const BodyModel& map_model = model_->bodies[bodies_[map].shape];
+  const int layer = model_->scene.force_layer;
+  pairs_.push_back({{shell_model.points,
+                     map_model.voxmap,
+                     map_model.X_BV,
+                     RadiusOf(map_model, layer),
+                     {.force_layer = layer,
+                      .details = DetailsOf(map_model.details),
+                      .both_move = true,
+                      .schedule = schedule},
+                     GainsFor(std::max(shell_model.inertia.mass, map_model.inertia.mass))},
+                    static_cast<int>(shell),
+                    static_cast<int>(map)});
+}
+
+BodyDrive World::DriveOf(const StepInputs& in, std::size_t body) const noexcept {
+  if (body < in.bodies.size()) return in.bodies[body].drive;
+  const StepInputs::BodyInput& first = in.bodies[bodies_[body].shape];
+  const bool here = first.parted && first.drive >= BodyDrive::kMirrored;
+  return here ? BodyDrive::kMirrored : BodyDrive::kAbsent;
+}
+
+bool World::IsSimulated(const StepInputs& in, int body) const noexcept {
+  if (body < 0) return false;
+  const BodyDrive drive = DriveOf(in, static_cast<std::size_t>(body));
+  return drive == BodyDrive::kSimulated || drive == BodyDrive::kYielding;
 }
 
 void World::Place(std::size_t body, const Pose& X_WB) {
   TANDEM_CHECK(body < bodies_.size());
   bodies_[body].state = {X_WB, {}};
+}
+
+bool World::Pushed(std::size_t body) const noexcept {
+  return std::any_of(pairs_.begin(), pairs_.end(), [body](const Pair& pair) {
+    const int b = static_cast<int>(body);
+    return pair.pushes && pair.map >= 0 && (pair.shell == b || pair.map == b);
+  });
 }
 
 const StepReport& World::Step(const StepInputs& in) noexcept {
@@ -175,15 +203,17 @@ void World::ShareTravel(const StepInputs& in) noexcept {
     }
     // what shrinks a gap is what both bodies of a pair travel
     Body& map = bodies_[static_cast<std::size_t>(pair.map)];
-    const double share = ShareOf(in.bodies[static_cast<std::size_t>(pair.shell)].drive,
-                                 in.bodies[static_cast<std::size_t>(pair.map)].drive);
+    const double share = ShareOf(DriveOf(in, static_cast<std::size_t>(pair.shell)),
+                                 DriveOf(in, static_cast<std::size_t>(pair.map)));
     shell.max_travel = std::min(shell.max_travel, share * travel);
     map.max_travel = std::min(map.max_travel, (1.0 - share) * travel);
   }
 }
 
 bool World::Tested(const Pair& pair, const StepInputs& in) const noexcept {
-  return IsSimulated(in, pair.shell) || IsSimulated(in, pair.map);
+  if (!IsSimulated(in, pair.shell) && !IsSimulated(in, pair.map)) return false;
+  return DriveOf(in, static_cast<std::size_t>(pair.shell)) != BodyDrive::kAbsent &&
+         (pair.map < 0 || DriveOf(in, static_cast<std::size_t>(pair.map)) != BodyDrive::kAbsent);
 }
 
 void World::Collide(const StepInputs& in) noexcept {
@@ -214,6 +244,11 @@ void World::Collide(const StepInputs& in) noexcept {
 }
 
 void World::Couple(const StepInputs& in) noexcept {
+  for (std::size_t b = 0; b < in.bodies.size(); ++b) {
+    const StepInputs::BodyInput& input = in.bodies[b];
+    if (input.drive != BodyDrive::kYielding) continue;
+    bodies_[b].load += CouplingLoad(input.pull, bodies_[b].state, Pose{}, {input.mirror_WB, {}});
+  }
   if (in.hand.body < 0) return;
   Body& held = bodies_[static_cast<std::size_t>(in.hand.body)];
   hand_load_ = CouplingLoad(in.hand.gains, held.state, in.hand.X_BD, in.hand.goal);
@@ -243,27 +278,34 @@ void World::SolveTogether(const StepInputs& in) noexcept {
     }
     together_.Couple(shell, map, pair.contact.cross(), kFrame);
   }
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+  for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
     bodies_[b].together = begun && together_.has(b);
   }
   if (begun) together_.Solve();
 }
 
 void World::Move(const StepInputs& in) noexcept {
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+  for (std::size_t b = 0; b < in.bodies.size(); ++b) {
     if (in.bodies[b].drive != BodyDrive::kSimulated) continue;
     bodies_[b].load.force.tail<3>() += model_->bodies[b].inertia.mass * model_->scene.gravity_W;
   }
   SolveTogether(in);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
-    const BodyModel& model = model_->bodies[b];
-    if (in.bodies[b].drive == BodyDrive::kParked) {
+    const BodyModel& model = model_->bodies[body.shape];
+    const BodyDrive drive = DriveOf(in, b);
+    if (drive == BodyDrive::kAbsent) {
+      body.state = bodies_[body.shape].state;  // where it will begin
+      continue;
+    }
+    if (drive == BodyDrive::kParked) {
       body.state.V_WB = {};
       continue;
     }
-    if (in.bodies[b].drive == BodyDrive::kMirrored) {
-      FollowMirror(model, body.state, in.bodies[b].mirror_WB, body.max_travel);
+    if (drive == BodyDrive::kMirrored) {
+      const StepInputs::BodyInput& input = in.bodies[body.shape];
+      const Pose& target_WB = b == body.shape ? input.mirror_WB : input.second_WB;
+      FollowMirror(model, body.state, target_WB, body.max_travel);
       continue;
     }
     const Twist before = body.state.V_WB;

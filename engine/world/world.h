@@ -28,10 +28,19 @@ class World {
   void Place(std::size_t body, const Pose& X_WB);
   /// A pair as of the last frame: its contacts, its schedule.
   const ContactPair& pair(std::size_t number) const noexcept { return pairs_[number].contact; }
-  std::size_t pair_count() const noexcept { return pairs_.size(); }
+  std::size_t pair_count() const noexcept { return first_pairs_; }
+  /// Where others' second instance of a shared body is here (paper §6.1, mixed types): the body
+  /// itself while there is only one.
+  const RigidState& second_state(std::size_t body) const noexcept {
+    return bodies_[bodies_[body].second >= 0 ? static_cast<std::size_t>(bodies_[body].second)
+                                             : body]
+        .state;
+  }
   /// The bodies of a pair; a voxmap of -1 is the fixture's.
   int shell_of(std::size_t pair) const noexcept { return pairs_[pair].shell; }
   int voxmap_of(std::size_t pair) const noexcept { return pairs_[pair].map; }
+  /// Whether a body that moves here and another moving one pushed each other in the last frame.
+  bool Pushed(std::size_t body) const noexcept;
   /// Bodies pass through one another: for comparison only.
   void SwitchContactOff() noexcept { contact_on_ = false; }
 
@@ -44,6 +53,8 @@ class World {
     Load load;
     double max_travel = 0;  // m, in this frame
     bool together = false;  // its twist is that of together_
+    std::size_t shape = 0;  // into the model's bodies; its own number, but of a second instance
+    int second = -1;        // its second instance, of a shared body
   };
   struct Pair {
     ContactPair contact;
@@ -52,6 +63,12 @@ class World {
     bool pushes = false;  // in this frame
   };
 
+  /// A pair of bodies that both move, by number.
+  void AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedule);
+  ContactGains GainsFor(double mass) const;
+  BodyDrive DriveOf(const StepInputs& in, std::size_t body) const noexcept;
+  /// Whether forces move it here; of a body's number, or -1 for the fixture.
+  bool IsSimulated(const StepInputs& in, int body) const noexcept;
   void ShareTravel(const StepInputs& in) noexcept;
   /// Whether a pair can push anything in this frame.
   bool Tested(const Pair& pair, const StepInputs& in) const noexcept;
@@ -64,6 +81,7 @@ class World {
   std::shared_ptr<const WorldModel> model_;
   std::vector<Body> bodies_;
   std::vector<Pair> pairs_;
+  std::size_t first_pairs_ = 0;  // the others are of second instances
   CoupledStep together_;
   Load hand_load_;
   std::array<Load, kMaxLinkAnchors> link_loads_;

@@ -135,14 +135,14 @@ TEST(PeerNode, OwnObjectsAreMirroredAtTheOthers) {
   }
   for (std::size_t peer = 0; peer < 2; ++peer) {
     const World& world = session.node(peer).world();
-    // each presses against where the other was: with the delay they part and meet again
-    EXPECT_GT(pressing[peer], 300) << "peer " << peer;
+    // each presses against the other's mirror, which gives way a little: they rest, without a bounce
+    EXPECT_GT(pressing[peer], 990) << "peer " << peer;
     // exact boxes stay apart in each peer's eyes
     EXPECT_GT(world.state(1).X_WB.p.x() - world.state(0).X_WB.p.x(), 0.020);
     const double mirror_lag =
         (world.state(1 - peer).X_WB.p - session.node(1 - peer).world().state(1 - peer).X_WB.p)
             .norm();
-    EXPECT_LT(mirror_lag, 2e-3);
+    EXPECT_LT(mirror_lag, 3e-3);
   }
 }
 

@@ -37,5 +37,41 @@ TEST(RemoteBodies, AFreeBodyIsSimulatedOnlyWhileNoOtherPeerIsThere) {
   EXPECT_EQ(drives(), alone);
 }
 
+// Mean while near, two when far, and the distance to become one again is smaller.
+TEST(RemoteBodies, InstancesPartAtFortyMillimetresAndMeetAtTwenty) {
+  const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
+  WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);
+  model.scene.bodies[0].shared = true;
+  RemoteBodies remote(model);
+  StepInputs inputs = testing::FreeInputs(model);
+  std::uint32_t seq = 0;
+  const auto place = [&](std::vector<double> x) {
+    ++seq;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const PeerId peer = 10 + i;
+      MembershipChange change;
+      change.peer = peer;
+      change.claim_count = 1;
+      change.claims[0] = {.object = 0, .epoch = 1, .held = true};
+      if (seq == 1) remote.OnMembership(change);
+      ObjectState state;
+      state.peer = peer;
+      state.epoch = 1;
+      state.seq = seq;
+      state.X_WB.p.x() = x[i];
+      remote.OnState(state);
+    }
+    remote.Prepare(1, inputs);
+    return inputs.bodies[0].parted;
+  };
+  EXPECT_FALSE(place({0, 0.03, 0.036}));
+  EXPECT_NEAR(inputs.bodies[0].mirror_WB.p.x(), 0.022, 1e-12);
+  EXPECT_TRUE(place({0, 0.03, 0.041}));
+  EXPECT_NEAR(inputs.bodies[0].mirror_WB.p.x(), 0.0, 1e-12);
+  EXPECT_NEAR(inputs.bodies[0].second_WB.p.x(), 0.0355, 1e-12);
+  EXPECT_TRUE(place({0, 0.03, 0.021}));
+  EXPECT_FALSE(place({0, 0.01, 0.019}));
+}
+
 }  // namespace
 }  // namespace tandem

@@ -1,0 +1,86 @@
+#include "collab/echoes.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "collab/newer.h"
+
+namespace tandem {
+
+namespace {
+constexpr std::int64_t kStillNew = 1'000'000'000;  // ns that a stamp is echoed for
+}  // namespace
+
+Echoes::Other* Echoes::Find(PeerId peer) noexcept {
+  const auto it = std::find_if(others_.begin(), others_.end(), [peer](const Other& other) {
+    return other.peer == peer;
+  });
+  return it == others_.end() ? nullptr : &*it;
+}
+
+void Echoes::OnMembership(const MembershipChange& change) noexcept {
+  Other* other = Find(change.peer);
+  if (!change.present()) {
+    if (other != nullptr) *other = Other{};
+    return;
+  }
+  if (other != nullptr) return;
+  other = Find(0);
+  if (other != nullptr) other->peer = change.peer;
+}
+
+void Echoes::OnState(const ObjectState& state) noexcept {
+  if ((state.flags & kStateParked) != 0) return;  // five a second say nothing of the delay
+  Other* other = Find(state.peer);
+  if (other == nullptr) return;
+  other->sample_ns = std::max(other->sample_ns, state.sample_ns);
+  other->heard = true;
+}
+
+void Echoes::OnLinks(const CouplingLinks& links) noexcept {
+  Other* other = Find(links.from);
+  if (other == nullptr || (other->echo_ns != 0 && !IsAfter(links.seq, other->seq))) return;
+  for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
+    const LinkEntry& entry = links.entries[i];
+    if (entry.to != self_ || entry.echo_ns < other->echo_ns || !sent_.Has(entry.echo_ns)) continue;
+    other->echo_ns = entry.echo_ns;
+    other->seq = links.seq;
+    other->fresh = true;
+  }
+}
+
+void Echoes::Measure(std::int64_t now_ns) noexcept {
+  for (Other& other : others_) {
+    if (std::exchange(other.heard, false)) other.heard_ns = now_ns;
+    if (std::exchange(other.fresh, false)) other.meter.Add(now_ns, now_ns - other.echo_ns);
+  }
+}
+
+double Echoes::peak_loop_age_s() const noexcept {
+  double peak = 0;
+  for (const Other& other : others_) {
+    if (other.peer != 0) peak = std::max(peak, other.meter.peak_loop_age_s());
+  }
+  return peak;
+}
+
+void Echoes::Append(std::int64_t now_ns, CouplingLinks& out) noexcept {
+  sent_.Add(now_ns);
+  // where there are more than fit, each comes in its turn
+  ++turn_;
+  for (std::size_t i = 0; i < others_.size() && out.count < kMaxLinks; ++i) {
+    const Other& other = others_[(i + turn_) % others_.size()];
+    if (other.peer == 0 || other.sample_ns == 0 || now_ns - other.heard_ns > kStillNew) continue;
+    const auto* end = out.entries.begin() + out.count;
+    const bool named = std::any_of(static_cast<const LinkEntry*>(out.entries.begin()), end,
+                                   [&other](const LinkEntry& entry) {
+                                     return entry.to == other.peer;
+                                   });
+    if (named) continue;
+    out.entries[out.count] = LinkEntry{};
+    out.entries[out.count].to = other.peer;
+    out.entries[out.count++].echo_ns = other.sample_ns;
+  }
+}
+
+}  // namespace tandem

@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include "collab/simulated/simulated_session.h"
+#include "engine/haptics/scripted_device.h"
+#include "tests/support/shapes.h"
+#include "tests/support/test_world.h"
+
+namespace tandem {
+namespace {
+
+using testing::Box;
+using testing::MakeWorldModel;
+
+constexpr double kSide = 0.03;  // m, of both cubes
+
+/// A shared cube at the origin, and an own one 120 mm beside it.
+std::shared_ptr<const WorldModel> TwoCubes() {
+  auto model = std::make_shared<WorldModel>(*MakeWorldModel(
+      {{Box(Vec3(kSide, kSide, kSide))},
+       {Transformed(Box(Vec3(kSide, kSide, kSide)), {Quat::Identity(), Vec3(0.12, 0, 0)})}},
+      0.002));
+  model->scene.bodies[0].shared = true;
+  return model;
+}
+
+std::unique_ptr<PeerNode> Hand(const std::shared_ptr<const WorldModel>& model, PeerId id,
+                               int object, std::vector<Waypoint> way, double delay_ms) {
+  HandScript script;
+  script.waypoints = std::move(way);
+  NodeOptions options;
+  options.peer.id = id;
+  options.peer.held_object = object;
+  options.peer.wait_for = 1;
+  options.conditions.delay_ms = delay_ms;
+  return std::make_unique<PeerNode>(
+      model,
+      std::make_unique<ScriptedDevice>(script,
+                                       model->bodies[static_cast<std::size_t>(object)].X_WB0),
+      42, options);
+}
+
+std::vector<Waypoint> Go(const Vec3& by) {
+  return {{0, Vec3::Zero(), Quat::Identity()}, {1, by, Quat::Identity()}};
+}
+
+const Vec3& Held(SimulatedSession& session, std::size_t peer) {
+  return session.node(peer).peer().held_state()->X_WB.p;
+}
+
+// Two, or four, hold the cube some way apart: the one who does not sees one cube, at their mean.
+TEST(Mixed, AThirdMeetsASharedBodyAsOneThingAtTheMeanOfItsInstances) {
+  const auto model = TwoCubes();
+  for (const std::size_t holders : {2U, 4U}) {
+    SimulatedSession session;
+    for (std::size_t h = 0; h < holders; ++h) {
+      const Vec3 by(0, h % 2 == 0 ? 0.02 : -0.01, 0);
+      session.Add(Hand(model, 1 + h, 0, Go(by), 20), 1 + h);
+    }
+    session.Add(Hand(model, 9, 1, {}, 20), 9);
+    for (int i = 0; i < 6000; ++i) session.Step();
+    Vec3 mean = Vec3::Zero();
+    for (std::size_t h = 0; h < holders; ++h) {
+      mean += Held(session, h) / static_cast<double>(holders);
+    }
+    EXPECT_GT((Held(session, 0) - Held(session, 1)).norm(), 0.002);
+    const World& world = session.node(holders).world();
+    EXPECT_LT((world.state(0).X_WB.p - mean).norm(), 5e-4) << holders;
+    EXPECT_EQ(world.second_state(0).X_WB.p, world.state(0).X_WB.p);
+  }
+}
+
+// They part for good: then there are two cubes, and the third runs into each of them.
+TEST(Mixed, InstancesThatHavePartedAreMetBoth) {
+  const auto model = TwoCubes();
+  for (const std::size_t holders : {2U, 4U}) {
+    for (const double side : {0.06, -0.06}) {
+      SCOPED_TRACE(std::to_string(holders) + " holders, " + std::to_string(side));
+      SimulatedSession session;
+      for (std::size_t h = 0; h < holders; ++h) {
+        const Vec3 by(0, h % 2 == 0 ? 0.08 : -0.08, 0);
+        session.Add(Hand(model, 1 + h, 0, Go(by), 300), 1 + h);
+      }
+      // over to one of them, then against it
+      session.Add(Hand(model, 9, 1,
+                       {{0, Vec3::Zero(), Quat::Identity()},
+                        {3, Vec3::Zero(), Quat::Identity()},
+                        {4, Vec3(0, side, 0), Quat::Identity()},
+                        {6, Vec3(-0.11, side, 0), Quat::Identity()}},
+                       300),
+                  9);
+      double least = 1e9;
+      for (int i = 0; i < 9000; ++i) {
+        session.Step();
+        if (session.node(holders).peer().held_state() == nullptr) continue;  // not granted yet
+        const World& world = session.node(holders).world();
+        for (const Vec3& p : {world.state(0).X_WB.p, world.second_state(0).X_WB.p}) {
+          least = std::min(least, (p - Held(session, holders)).norm());
+        }
+      }
+      const World& world = session.node(holders).world();
+      EXPECT_GT((world.state(0).X_WB.p - world.second_state(0).X_WB.p).norm(), 0.04);
+      EXPECT_GT(session.node(holders).peer().report().hand_B_W.f.norm(), 0.3);
+      EXPECT_GT(least, kSide - 0.002);  // centres of cubes that do not overlap, by half a voxel
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem
