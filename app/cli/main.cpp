@@ -26,6 +26,8 @@ int main(int argc, char** argv) {
   tandem::AddProximityCommand(app, exit_code);
   tandem::AddKeysCommand(app, exit_code);
   tandem::AddSimulateCommand(app, exit_code);
+  tandem::AddDoctorCommand(app, exit_code);
+  tandem::AddReplayCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -14,6 +14,7 @@
 #include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/peer_node.h"
+#include "collab/recording/recorder.h"
 #include "engine/haptics/scripted_device.h"
 #include "engine/realtime/periodic_thread.h"
 
@@ -37,6 +38,7 @@ struct PeerArguments {
   double capacity = 0;  // points a frame; 0: measured
   int threads = 1;      // that share a haptic frame's work
   std::string report;
+  std::string record;
   bool no_contact = false;
   bool require_rt = false;
 };
@@ -55,6 +57,7 @@ constexpr std::int64_t kSettleNs = 1'000'000'000;
 struct Prepared {
   std::shared_ptr<const WorldModel> model;
   std::unique_ptr<FrameHelpers> helpers;  // null: none
+  std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
   std::unique_ptr<PeerNode> node;
   PeerId id = 0;
   double capacity = 0;
@@ -110,6 +113,20 @@ int Prepare(PeerArguments& arguments, Prepared& prepared) {
                               ? arguments.capacity
                               : MeasureCapacity(**model, kTestBudget, options.helpers);
   prepared.capacity = options.peer.capacity;
+  if (!arguments.record.empty()) {
+    Result<std::unique_ptr<Recorder>> recorder =
+        Recorder::Create(arguments.record, {.program = TANDEM_VERSION,
+                                            .name = arguments.name,
+                                            .scene = std::filesystem::absolute(scene->file),
+                                            .scene_hash = *hash,
+                                            .voxel_size = scene->voxel_size,
+                                            .contact = !arguments.no_contact,
+                                            .law = arguments.law,
+                                            .peer = options.peer});
+    if (!recorder) return Fail(kExitFile, recorder.error().what);
+    prepared.recorder = *std::move(recorder);
+    options.peer.tap = prepared.recorder.get();
+  }
   prepared.node = std::make_unique<PeerNode>(
       prepared.model, std::make_unique<ScriptedDevice>(std::move(script), X_WB0), *hash, options);
   if (arguments.no_contact) prepared.node->world().SwitchContactOff();
@@ -213,6 +230,11 @@ int RunPeer(PeerArguments& arguments) {
   sender.Stop();
   sender.Join();
   node.Leave(MonotonicNowNs(), transport);
+  if (prepared.recorder) {
+    const Result<std::uint64_t> recorded = prepared.recorder->Close();
+    if (!recorded) exit_code = Fail(kExitFile, recorded.error().what);
+    if (recorded) Say(arguments.record + ": " + std::to_string(*recorded) + " frames recorded");
+  }
   if (exit_code != kExitOk || arguments.report.empty()) return exit_code;
 
   PeerReport report{.name = arguments.name,
@@ -264,6 +286,8 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(10.0, 1000.0));
   AddReachOptions(*command, arguments->reach);
   command->add_option("--report", arguments->report, "write a report (JSON) and a trace there");
+  command->add_option("--record", arguments->record,
+                      "keep every input of every frame there, for 'tandem replay'");
   command->add_flag("--no-contact", arguments->no_contact, "bodies pass through one another");
   command->add_flag("--require-rt", arguments->require_rt, "fail when SCHED_FIFO is not granted");
   command->callback([arguments, &exit_code] {

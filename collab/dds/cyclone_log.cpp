@@ -1,5 +1,6 @@
 #include "collab/dds/cyclone_log.h"
 
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <mutex>
@@ -12,6 +13,22 @@ namespace tandem {
 namespace {
 
 constexpr int kLinesPerSecond = 9;  // and one that counts the rest
+
+// A piece of Cyclone's words, and ours. The first that fits counts.
+constexpr std::array<std::pair<const char*, const char*>, 12> kMeanings{{
+    {"Certificate not valid", "somebody with keys of another session was refused"},
+    {"PKCS7", "somebody's permissions, or our own, are not signed by the session's authority"},
+    {"Could not get remote participant", "somebody's permissions were refused"},
+    {"not allowed", "somebody tried what its permissions do not allow, and was refused"},
+    {"Not Allowed By Security", "our own permissions do not allow this"},
+    {"handshake", "somebody could not prove who it is"},
+    {"free participant index", "too many programs take part on this machine"},
+    {"socket buffer size", "the system keeps packets for less long than it could"},
+    {"using network interface", "this machine has several networks; --interface chooses one"},
+    {"multicast", "multicast does not work here; name the others with --peers"},
+    {"malformed", "a damaged or hostile packet was dropped"},
+    {"deserialization", "a message that this version cannot read was dropped"},
+}};
 constexpr std::size_t kMaxKept = 100;
 
 // Cyclone calls it from any of its threads.
@@ -47,7 +64,7 @@ class CycloneLog {
     }
     if (printed_ < kLinesPerSecond) {
       ++printed_;
-      std::fprintf(stderr, "dds: %s\n", line.c_str());
+      std::fprintf(stderr, "dds: %s\n", InPlainWords(line).c_str());
     } else {
       ++dropped_;
     }
@@ -74,6 +91,15 @@ void OnCycloneMessage(void* /*unused*/, const dds_log_data_t* data) {
 }
 
 }  // namespace
+
+std::string InPlainWords(const std::string& message) {
+  for (const auto& [piece, meaning] : kMeanings) {
+    if (message.find(piece) != std::string::npos) {
+      return std::string(meaning) + " (" + message + ")";
+    }
+  }
+  return "the network layer says: " + message;
+}
 
 void TakeOverCycloneLog() {
   dds_set_log_sink(&OnCycloneMessage, nullptr);

@@ -9,6 +9,9 @@ namespace tandem {
 /// the domain is made.
 void TakeOverCycloneLog();
 
+/// One of Cyclone's messages with what it means for a person before it.
+std::string InPlainWords(const std::string& message);
+
 /// While it lives, Cyclone's messages are kept back, so that a failure can be told in one line of
 /// ours. One at a time.
 class CycloneLogCapture {

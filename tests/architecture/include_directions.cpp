@@ -36,10 +36,12 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab", {"engine/haptics"});
     may_see("collab/dds", {"collab"});
     may_see("collab/simulated", {"collab"});
+    may_see("collab/recording", {"collab"});
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
     may_see("app", {});                     // what all programs share
     may_see("app/devices", {"engine/haptics"});
-    may_see("app/cli", {"app", "collab/dds", "collab/simulated", "scenes", "app/devices"});
+    may_see("app/cli",
+            {"app", "collab/dds", "collab/simulated", "collab/recording", "scenes", "app/devices"});
     may_see("app/view", {"app", "collab/dds"});
     return map;
   }();

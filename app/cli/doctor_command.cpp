@@ -1,0 +1,268 @@
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/commands.h"
+#include "app/cli/reach_options.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "collab/dds/domain.h"
+#include "collab/dds/reach.h"
+#include "engine/realtime/periodic_thread.h"
+
+namespace tandem {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::uint32_t kPortsLookedAt = 8;        // of as many programs on this machine
+constexpr std::uint16_t kAnswerPort = 7399;        // beside DDS's own, which begin at 7400
+constexpr int kLeastPayload = 1400;                // what a session's packets need
+constexpr std::int64_t kTimerFrames = 500;         // of a millisecond
+constexpr double kLateEnoughToFeelUs = 500;        // half a frame
+constexpr std::int64_t kListenNs = 2'000'000'000;  // for who is in the session
+
+struct DoctorArguments {
+  ReachOptions reach;
+  std::string session;
+  bool answer = false;
+  bool json = false;
+};
+
+enum class Verdict : std::uint8_t { kGood, kWarning, kBad };
+
+/// What was found, one line each, and what mends it.
+class Findings {
+ public:
+  void Add(Verdict verdict, const std::string& what, const std::string& found,
+           const std::string& mend = {}) {
+    constexpr std::array<const char*, 3> kWords{"ok", "warning", "bad"};
+    const char* word = kWords[static_cast<std::size_t>(verdict)];
+    json_.push_back({{"check", what}, {"verdict", word}, {"found", found}, {"mend", mend}});
+    text_ += std::string(word) + (verdict == Verdict::kGood ? "       " : "  ") + what + ": " +
+             found + "\n";
+    if (!mend.empty()) text_ += "         -> " + mend + "\n";
+    bad_ = bad_ || verdict == Verdict::kBad;
+  }
+  const ordered_json& json() const { return json_; }
+  const std::string& text() const { return text_; }
+  bool bad() const { return bad_; }
+
+ private:
+  ordered_json json_ = ordered_json::array();
+  std::string text_;
+  bool bad_ = false;
+};
+
+std::atomic<bool> stop_asked{false};
+
+void AskToStop(int) {
+  stop_asked.store(true);
+}
+
+/// Who answers in a session, by name.
+class Listener final : public Inbox {
+ public:
+  void OnState(const ObjectState&, std::int64_t) override {}
+  void OnLinks(const CouplingLinks&, std::int64_t) override {}
+  void OnView(const ViewFrame&, std::int64_t) override {}
+  void OnPeerInfo(const PeerInfo& info, std::int64_t) override {
+    const std::scoped_lock lock(mutex_);
+    names_[info.peer] = info.name;
+  }
+  void OnPeerLeft(PeerId) override {}
+  void OnPeerLost(PeerId) override {}
+  void OnEvent(const Event&, std::int64_t) override {}
+  void OnScene(const SceneManifest&) override {}
+
+  std::string Names() const {
+    const std::scoped_lock lock(mutex_);
+    std::string all;
+    for (const auto& [peer, name] : names_) all += (all.empty() ? "" : ", ") + name;
+    return all;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<PeerId, std::string> names_;
+};
+
+void CheckInterfaces(const DoctorArguments& arguments, Findings& findings) {
+  bool beyond = false;
+  const bool needs_multicast = arguments.reach.peers.empty();
+  for (const InterfaceFacts& interface : UsableInterfaces()) {
+    const std::string& wanted = arguments.reach.interface;
+    if (!wanted.empty() && wanted != interface.name) continue;
+    beyond = beyond || !interface.loopback;
+    const std::string what = "interface " + interface.name;
+    const std::string found =
+        interface.address + ", packets of " + std::to_string(interface.mtu) + " bytes";
+    if (interface.loopback || !needs_multicast) {
+      findings.Add(Verdict::kGood, what, found);
+    } else if (!interface.multicast || !MulticastWorks(interface)) {
+      findings.Add(Verdict::kWarning, what, found + ", no multicast",
+                   "name the others: --peers HOST[:PORT],…");
+    } else {
+      findings.Add(Verdict::kGood, what, found + ", multicast");
+    }
+  }
+  if (!beyond && arguments.reach.interface != "lo") {
+    findings.Add(Verdict::kWarning, "interfaces", "none but this machine's own",
+                 "connect to a network; on this machine alone, --interface lo");
+  }
+}
+
+void CheckPorts(const DoctorArguments& arguments, Findings& findings) {
+  if (arguments.reach.port != 0) return;  // the options' check has said
+  const std::vector<std::uint16_t> taken = PortsTaken(arguments.reach.domain, kPortsLookedAt);
+  const std::uint32_t first = DiscoveryPort(arguments.reach.domain, 0);
+  if (taken.empty()) {
+    findings.Add(Verdict::kGood, "ports",
+                 "UDP " + std::to_string(first) + " and the next are free");
+    return;
+  }
+  std::string list;
+  for (const std::uint16_t port : taken) list += (list.empty() ? "" : ", ") + std::to_string(port);
+  findings.Add(taken.front() == first ? Verdict::kWarning : Verdict::kGood, "ports",
+               "UDP " + list + " are in use",
+               "fine if that is Tandem; others reach us at the next free pair, or fix one: --port");
+}
+
+void CheckTimer(Findings& findings) {
+  PeriodicThread thread({}, [](std::int64_t frame, std::int64_t) {
+    return frame + 1 < kTimerFrames;
+  });
+  thread.Join();
+  const RealtimeStatus& realtime = thread.realtime();
+  findings.Add(realtime.warning.empty() ? Verdict::kGood : Verdict::kWarning, "real-time",
+               realtime.scheduler(), realtime.warning);
+  const double late_us = static_cast<double>(thread.stats().lateness().Quantile(0.99)) * 1e-3;
+  const auto missed = static_cast<unsigned long long>(thread.stats().missed());
+  std::array<char, 96> found{};
+  std::snprintf(found.data(), found.size(), "99 %% of wakings within %.0f us, %llu of %lld missed",
+                late_us, missed, static_cast<long long>(kTimerFrames));
+  findings.Add(late_us > kLateEnoughToFeelUs ? Verdict::kWarning : Verdict::kGood, "timer",
+               found.data(),
+               late_us > kLateEnoughToFeelUs
+                   ? "end other programs, or give this one real-time rights; a virtual machine may "
+                     "never do better"
+                   : "");
+}
+
+void CheckPath(const std::string& text, Findings& findings) {
+  const Result<PeerAddress> peer = ParsePeerAddress(text);
+  if (!peer) {
+    findings.Add(Verdict::kBad, "peer " + text, peer.error().what);
+    return;
+  }
+  const std::string what = "path to " + peer->host;
+  const PathFacts path = ProbePath(peer->host, kAnswerPort);
+  const std::string mend =
+      "on the other machine: tandem doctor --answer; if still nothing comes, let UDP through its "
+      "firewall, or use a VPN";
+  if (!path.error.empty()) {
+    findings.Add(Verdict::kBad, what, path.error, "check the name and the network");
+  } else if (path.answered == 0) {
+    findings.Add(Verdict::kWarning, what,
+                 path.address + (path.refused ? " is there, but does not answer" : " is silent") +
+                     "; route for packets of " + std::to_string(path.route_mtu) + " bytes",
+                 mend);
+  } else {
+    std::array<char, 160> found{};
+    std::snprintf(found.data(), found.size(),
+                  "%s, round trip %.2f ms, %d of %d answered, up to %d bytes in one piece",
+                  path.address.c_str(), path.least_round_trip_ms, path.answered, path.sent,
+                  path.largest_answered);
+    const bool enough = path.largest_answered >= kLeastPayload;
+    findings.Add(enough ? Verdict::kGood : Verdict::kWarning, what, found.data(),
+                 enough ? "" : "a session's packets have up to 1400 bytes: raise the path's MTU");
+  }
+}
+
+void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
+  DdsOptions dds;
+  dds.session = arguments.session.empty() ? "tandem-doctor" : arguments.session;
+  dds.role = Role::kViewer;
+  ApplyReach(arguments.reach, dds);
+  std::string name = "doctor";
+  const Result<PeerId> id = Identify(arguments.reach, Role::kViewer, name);
+  if (!id) {
+    findings.Add(Verdict::kBad, "keys", id.error().what, "the doctor looks on: viewer's keys");
+    return;
+  }
+  dds.peer = *id;
+  Listener listener;
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, listener);
+  if (!joined) {
+    findings.Add(Verdict::kBad, "joining", joined.error().what);
+    return;
+  }
+  if (arguments.session.empty()) {
+    findings.Add(Verdict::kGood, "joining", "DDS domain " + std::to_string(dds.domain) + " opens");
+    return;
+  }
+  MachineClock().SleepUntil(MonotonicNowNs() + kListenNs);
+  const std::string names = listener.Names();
+  (*joined)->Leave();
+  findings.Add(names.empty() ? Verdict::kWarning : Verdict::kGood, "session " + arguments.session,
+               names.empty() ? "nobody was heard" : names,
+               names.empty() ? "same --session, --domain and --secure on both sides? beyond one "
+                               "network: --peers"
+                             : "");
+}
+
+int AnswerOthers() {
+  Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(kAnswerPort);
+  if (!answerer) return Fail(kExitNetwork, answerer.error().what);
+  std::signal(SIGINT, AskToStop);
+  std::signal(SIGTERM, AskToStop);
+  Say("answering at UDP " + std::to_string(kAnswerPort) +
+      "; now 'tandem doctor --peers' on the other machine; Ctrl-C ends");
+  while (!stop_asked.load()) answerer->Answer(100);
+  return kExitOk;
+}
+
+int RunDoctor(const DoctorArguments& arguments) {
+  if (arguments.answer) return AnswerOthers();
+  Findings findings;
+  DdsOptions dds;
+  dds.session = "tandem-doctor";
+  ApplyReach(arguments.reach, dds);
+  if (const std::optional<Error> wrong = CheckOptions(dds)) {
+    findings.Add(Verdict::kBad, "options", wrong->what);
+  } else {
+    CheckInterfaces(arguments, findings);
+    CheckPorts(arguments, findings);
+    CheckTimer(findings);
+    CheckDiscovery(arguments, findings);
+    for (const std::string& peer : arguments.reach.peers) CheckPath(peer, findings);
+  }
+  if (arguments.json) {
+    std::printf("%s\n", findings.json().dump(2).c_str());
+  } else {
+    std::printf("%s", findings.text().c_str());
+  }
+  return findings.bad() ? kExitNetwork : kExitOk;
+}
+
+}  // namespace
+
+void AddDoctorCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<DoctorArguments>();
+  CLI::App* command = app.add_subcommand(
+      "doctor", "Check what a session needs of this machine and network, and say what mends it");
+  command->add_option("--session", arguments->session, "look whom this session has");
+  AddReachOptions(*command, arguments->reach);
+  command->add_flag("--answer", arguments->answer, "answer another machine's doctor, until Ctrl-C");
+  command->add_flag("--json", arguments->json, "print the findings as JSON");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunDoctor(*arguments);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "collab/dds/domain.h"
+
+namespace tandem {
+
+/// A network interface that is up and has an IPv4 address.
+struct InterfaceFacts {
+  std::string name;
+  std::string address;
+  int mtu = 0;  // bytes
+  bool loopback = false;
+  bool multicast = false;  // by its flags
+};
+std::vector<InterfaceFacts> UsableInterfaces();
+
+/// Whether a packet sent to DDS's discovery group by this interface comes back to a listener on it.
+bool MulticastWorks(const InterfaceFacts& interface);
+
+/// UDP ports of a domain on this machine that other programs have, among those of the first `count`
+/// participants.
+std::vector<std::uint16_t> PortsTaken(std::uint32_t domain, std::uint32_t count);
+
+/// What is known of the way to another machine.
+struct PathFacts {
+  std::string error;     // why nothing can be sent at all; else empty
+  std::string address;   // what the host's name stands for
+  int route_mtu = 0;     // bytes, of the IP packet, that the kernel believes in
+  bool refused = false;  // the machine is there and says that nobody listens at that port
+  int answered = 0;      // probes that came back, of `sent`
+  int sent = 0;
+  int largest_answered = 0;  // bytes of UDP payload, unfragmented
+  double least_round_trip_ms = 0;
+};
+
+/// Sends unfragmentable packets of growing size, several each, to an AnswerProbes() there.
+PathFacts ProbePath(const std::string& host, std::uint16_t port);
+
+/// Sends probes back where they came from, and nothing else.
+class ProbeAnswerer {
+ public:
+  /// Port 0: any. Errors: the port is taken.
+  static Result<ProbeAnswerer> Open(std::uint16_t port);
+  ProbeAnswerer(ProbeAnswerer&& other) noexcept;
+  ProbeAnswerer& operator=(ProbeAnswerer&&) = delete;
+  ~ProbeAnswerer();
+  std::uint16_t port() const noexcept { return port_; }
+  /// Answers what comes within `wait_ms`; how many.
+  int Answer(int wait_ms);
+
+ private:
+  ProbeAnswerer(int socket, std::uint16_t port) : socket_(socket), port_(port) {}
+  int socket_;
+  std::uint16_t port_;
+};
+
+}  // namespace tandem

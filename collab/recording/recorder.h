@@ -1,0 +1,66 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "collab/recording/byte_ring.h"
+#include "collab/recording/frame_code.h"
+#include "collab/recording/recording.h"
+
+namespace tandem {
+
+inline constexpr std::string_view kRecordingMagic = "tandem-recording 1\n";
+
+/// Keeps every input of every frame in a file: what a crash of this program costs are the last 100
+/// ms. The haptic thread puts frames into a ring, a thread of the recorder's own writes them down.
+/// Where that cannot keep up, the recording ends with the last whole frame, for what follows could
+/// not be repeated.
+class Recorder final : public FrameTap {
+ public:
+  static Result<std::unique_ptr<Recorder>> Create(const std::filesystem::path& file,
+                                                  const RecordingHeader& header);
+  ~Recorder() override;
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  void Begin(std::int64_t now_ns, double capacity) noexcept override;
+  void Heard(const MembershipChange& change) noexcept override;
+  void Heard(const Event& event) noexcept override;
+  void Heard(const ObjectState& state) noexcept override;
+  void Heard(const CouplingLinks& links) noexcept override;
+  void Asked(const Command& command) noexcept override;
+  void Felt(const Anchor& device) noexcept override;
+  void End(std::uint64_t state_hash) noexcept override;
+
+  /// Writes the rest down, after the last frame. Errors: the disk was full or too slow, from that
+  /// frame on nothing was kept.
+  Result<std::uint64_t> Close();
+
+ private:
+  Recorder(std::filesystem::path file, int descriptor);
+  void Run();
+  void WriteDown();
+  template <typename T>
+  void PutPart(FramePart part, const T& value) noexcept;
+
+  const std::filesystem::path file_;
+  int descriptor_;
+  ByteRing ring_{std::size_t{1} << 24U};
+  std::atomic<bool> ended_{false};  // a frame did not fit
+  std::mutex mutex_;
+  std::condition_variable stopping_;
+  bool stop_ = false;
+  std::vector<std::byte> taken_;  // the writing thread's
+  std::vector<std::byte> out_;
+  std::uint64_t frames_ = 0;
+  bool failed_ = false;
+  std::thread thread_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,203 @@
+#include "collab/recording/recording.h"
+
+#include <array>
+#include <bit>
+#include <cstring>
+
+#include <nlohmann/json.hpp>
+
+#include "collab/recording/frame_code.h"
+#include "collab/recording/recorder.h"
+
+namespace tandem {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::uint32_t kMaxHeader = 1U << 20U;
+constexpr std::uint32_t kMaxFrame = 1U << 26U;
+
+static_assert(std::endian::native == std::endian::little);
+
+// Takes numbers from a frame's bytes; beyond their end it gives zeros and says so.
+class Decoder {
+ public:
+  Decoder(const char* data, std::size_t size) : data_(data), end_(data + size) {}
+  template <typename T>
+  void operator()(T& value) {
+    value = T{};
+    if (static_cast<std::size_t>(end_ - data_) < sizeof value) {
+      sound_ = false;
+      data_ = end_;
+      return;
+    }
+    std::memcpy(&value, data_, sizeof value);
+    data_ += sizeof value;
+  }
+  bool done() const { return data_ == end_; }
+  bool sound() const { return sound_; }
+
+ private:
+  const char* data_;
+  const char* end_;
+  bool sound_ = true;
+};
+
+template <typename T>
+bool Read(std::ifstream& stream, T& value) {
+  return static_cast<bool>(stream.read(reinterpret_cast<char*>(&value), sizeof value));
+}
+
+template <typename T>
+void AddPart(Decoder& decoder, std::vector<T>& parts) {
+  CodeFields(decoder, parts.emplace_back());
+}
+
+std::optional<RecordedFrame> Decode(const std::vector<char>& bytes) {
+  Decoder decoder(bytes.data(), bytes.size());
+  RecordedFrame frame;
+  while (!decoder.done()) {
+    FramePart part{};
+    decoder(part);
+    switch (part) {
+      case FramePart::kBegin:
+        decoder(frame.now_ns);
+        decoder(frame.capacity);
+        break;
+      case FramePart::kMembership:
+        AddPart(decoder, frame.changes);
+        break;
+      case FramePart::kEvent:
+        AddPart(decoder, frame.events);
+        break;
+      case FramePart::kState:
+        AddPart(decoder, frame.states);
+        break;
+      case FramePart::kLinks:
+        AddPart(decoder, frame.links);
+        break;
+      case FramePart::kCommand:
+        AddPart(decoder, frame.commands);
+        break;
+      case FramePart::kDevice:
+        CodeFields(decoder, frame.device);
+        break;
+      case FramePart::kEnd:
+        decoder(frame.state_hash);
+        break;
+      default:
+        return std::nullopt;
+    }
+  }
+  if (!decoder.sound()) return std::nullopt;
+  return frame;
+}
+
+std::array<std::uint32_t, 256> CrcTable() {
+  std::array<std::uint32_t, 256> table{};
+  for (std::uint32_t i = 0; i < table.size(); ++i) {
+    std::uint32_t crc = i;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+    table[i] = crc;
+  }
+  return table;
+}
+
+}  // namespace
+
+std::uint32_t Crc32(const void* data, std::size_t size) {
+  static const std::array<std::uint32_t, 256> table = CrcTable();
+  std::uint32_t crc = 0xFFFFFFFFU;
+  const auto* bytes = static_cast<const unsigned char*>(data);
+  for (std::size_t i = 0; i < size; ++i) crc = (crc >> 8U) ^ table[(crc ^ bytes[i]) & 0xFFU];
+  return ~crc;
+}
+
+std::string AsText(const RecordingHeader& header) {
+  const Pose& X_BD = header.peer.X_BD;
+  const auto& q = X_BD.q.coeffs();
+  const ordered_json json{{"program", header.program},
+                          {"protocol", kProtocol},
+                          {"name", header.name},
+                          {"scene", header.scene},
+                          {"scene_hash", header.scene_hash},
+                          {"voxel_size", header.voxel_size},
+                          {"contact", header.contact},
+                          {"law", header.law},
+                          {"peer", header.peer.id},
+                          {"held_object", header.peer.held_object},
+                          {"grasp", {q[0], q[1], q[2], q[3], X_BD.p[0], X_BD.p[1], X_BD.p[2]}},
+                          {"settle_ns", header.peer.settle_ns},
+                          {"wait_for", header.peer.wait_for},
+                          {"capacity", header.peer.capacity}};
+  return json.dump();
+}
+
+Result<RecordingHeader> ParseHeader(const std::string& text) {
+  try {
+    const ordered_json json = ordered_json::parse(text);
+    if (json.at("protocol") != kProtocol) {
+      return Error{"recorded with protocol " + json.at("protocol").dump() + ", this program's is " +
+                   std::to_string(kProtocol)};
+    }
+    RecordingHeader header;
+    header.program = json.at("program");
+    header.name = json.at("name");
+    header.scene = json.at("scene");
+    header.scene_hash = json.at("scene_hash");
+    header.voxel_size = json.at("voxel_size");
+    header.contact = json.at("contact");
+    header.law = json.at("law");
+    header.peer.id = json.at("peer");
+    header.peer.held_object = json.at("held_object");
+    const std::array<double, 7> grasp = json.at("grasp");
+    for (int i = 0; i < 4; ++i) header.peer.X_BD.q.coeffs()[i] = grasp[static_cast<std::size_t>(i)];
+    for (int i = 0; i < 3; ++i) header.peer.X_BD.p[i] = grasp[static_cast<std::size_t>(4 + i)];
+    header.peer.settle_ns = json.at("settle_ns");
+    header.peer.wait_for = json.at("wait_for");
+    header.peer.capacity = json.at("capacity");
+    return header;
+  } catch (const ordered_json::exception& bad) {
+    return Error{std::string("its header cannot be read: ") + bad.what()};
+  }
+}
+
+Result<RecordingReader> RecordingReader::Open(const std::filesystem::path& file) {
+  RecordingReader reader;
+  reader.stream_.open(file, std::ios::binary);
+  if (!reader.stream_) return Error{file.string() + ": cannot be opened"};
+  std::string magic(kRecordingMagic.size(), '\0');
+  std::uint32_t length = 0;
+  if (!reader.stream_.read(magic.data(), static_cast<std::streamsize>(magic.size())) ||
+      magic != kRecordingMagic || !Read(reader.stream_, length) || length > kMaxHeader) {
+    return Error{file.string() + ": is not a recording"};
+  }
+  std::string text(length, '\0');
+  if (!reader.stream_.read(text.data(), length)) {
+    return Error{file.string() + ": ends within its header"};
+  }
+  Result<RecordingHeader> header = ParseHeader(text);
+  if (!header) return Error{file.string() + ": " + header.error().what};
+  reader.header_ = *std::move(header);
+  return reader;
+}
+
+std::optional<RecordedFrame> RecordingReader::Next() {
+  if (torn_) return std::nullopt;
+  std::uint32_t length = 0;
+  std::uint32_t crc = 0;
+  if (!Read(stream_, length)) {
+    torn_ = stream_.gcount() > 0;
+    return std::nullopt;
+  }
+  torn_ = true;  // until the frame is whole
+  if (!Read(stream_, crc) || length > kMaxFrame) return std::nullopt;
+  bytes_.resize(length);
+  if (!stream_.read(bytes_.data(), length)) return std::nullopt;
+  if (Crc32(bytes_.data(), length) != crc) return std::nullopt;
+  std::optional<RecordedFrame> frame = Decode(bytes_);
+  torn_ = !frame;
+  return frame;
+}
+
+}  // namespace tandem

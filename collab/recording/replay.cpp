@@ -1,0 +1,100 @@
+#include "collab/recording/replay.h"
+
+#include <utility>
+
+#include "engine/base/check.h"
+
+namespace tandem {
+
+/// Gives what the hand did, feels nothing.
+class Replay::Device final : public tandem::Device {
+ public:
+  void Start() noexcept override {}
+  Anchor Read() noexcept override { return now; }
+  void Render(const Wrench&) noexcept override {}
+  Anchor now;
+};
+
+/// Keeps what the frame ended in.
+class Replay::Tap final : public FrameTap {
+ public:
+  void Begin(std::int64_t, double) noexcept override {}
+  void Heard(const MembershipChange&) noexcept override {}
+  void Heard(const Event&) noexcept override {}
+  void Heard(const ObjectState&) noexcept override {}
+  void Heard(const CouplingLinks&) noexcept override {}
+  void Asked(const Command&) noexcept override {}
+  void Felt(const Anchor&) noexcept override {}
+  void End(std::uint64_t state_hash) noexcept override { hash = state_hash; }
+  std::uint64_t hash = 0;
+};
+
+Replay::Replay() : tap_(std::make_unique<Tap>()) {}
+Replay::~Replay() = default;
+
+Result<std::unique_ptr<Replay>> Replay::Create(const RecordingHeader& header,
+                                               std::shared_ptr<const WorldModel> model,
+                                               FrameHelpers* helpers) {
+  const int object = header.peer.held_object;
+  const auto bodies = static_cast<int>(model->body_index.size());
+  if (object >= bodies ||
+      (object >= 0 && model->body_index[static_cast<std::size_t>(object)] < 0)) {
+    return Error{"the scene has no moving body " + std::to_string(object) + ", which was held"};
+  }
+  Result<std::shared_ptr<const CouplingLaw>> law = MakeLaw(header.law, {}, true);
+  if (!law) return law.error();
+
+  std::unique_ptr<Replay> replay(new Replay);
+  auto device = std::make_unique<Device>();
+  replay->device_ = device.get();
+  NodeOptions options;
+  options.peer = header.peer;
+  options.peer.coupling.law = *std::move(law);
+  options.peer.tap = replay->tap_.get();
+  options.name = header.name;
+  options.helpers = helpers;
+  replay->node_ =
+      std::make_unique<PeerNode>(std::move(model), std::move(device), header.scene_hash, options);
+  if (!header.contact) replay->node_->world().SwitchContactOff();
+  return replay;
+}
+
+std::uint64_t Replay::Run(const RecordedFrame& frame) {
+  // the queues are drained in each frame, so all that was taken from them in one goes into them
+  PeerInbox& inbox = node_->inbox();
+  for (const MembershipChange& change : frame.changes) {
+    TANDEM_CHECK(inbox.membership().TryPush(change));
+  }
+  for (const Event& event : frame.events) TANDEM_CHECK(inbox.events().TryPush(event));
+  for (const Command& command : frame.commands) {
+    TANDEM_CHECK(node_->peer().commands().TryPush(command));
+  }
+  for (const ObjectState& state : frame.states) {
+    TANDEM_CHECK(inbox.states().Push(frame.now_ns, state));
+  }
+  for (const CouplingLinks& links : frame.links) {
+    TANDEM_CHECK(inbox.links().Push(frame.now_ns, links));
+  }
+  device_->now = frame.device;
+  node_->HapticFrame(frame.now_ns);
+  return tap_->hash;
+}
+
+ReplayResult RunAll(
+    RecordingReader& reader, Replay& replay,
+    const std::function<bool(std::int64_t number, const RecordedFrame&)>& after_frame) {
+  ReplayResult result;
+  while (const std::optional<RecordedFrame> frame = reader.Next()) {
+    result.recorded_hash = frame->state_hash;
+    result.replayed_hash = replay.Run(*frame);
+    if (result.replayed_hash != result.recorded_hash) {
+      result.first_different = result.frames;
+      return result;
+    }
+    if (after_frame && !after_frame(result.frames, *frame)) return result;
+    ++result.frames;
+  }
+  return result;
+}
+
+}  // namespace tandem

@@ -1,0 +1,261 @@
+#include "collab/recording/recording.h"
+
+#include <cstdlib>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "collab/recording/recorder.h"
+#include "collab/recording/replay.h"
+#include "collab/simulated/simulated_session.h"
+#include "engine/haptics/scripted_device.h"
+#include "tests/support/allocation_counter.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/shapes.h"
+#include "tests/support/test_world.h"
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+// A shared box on a plate, and a box of one's own beside it.
+std::shared_ptr<const WorldModel> Boxes() {
+  const auto box_at = [](double x) {
+    return Transformed(testing::Box(Vec3(0.03, 0.02, 0.02)), {Quat::Identity(), Vec3(x, 0, 0)});
+  };
+  const TriangleMesh plate =
+      Transformed(testing::Box(Vec3(0.2, 0.2, 0.01)), {Quat::Identity(), Vec3(0, 0, -0.03)});
+  auto model = std::make_shared<WorldModel>(
+      *testing::MakeWorldModel({{plate, true}, {box_at(0)}, {box_at(0.07)}}, 0.002));
+  model->scene.bodies[1].shared = true;
+  return model;
+}
+
+// To and fro, down into the plate and turned, for ever.
+HandScript Kneading(double phase) {
+  HandScript script;
+  for (int i = 0; i <= 1200; ++i) {
+    const double t = 0.25 * i;
+    script.waypoints.push_back({t, Vec3(0.03 * std::sin(t + phase), 0.01 * std::cos(2 * t), -0.02),
+                                RotationBy(Vec3(0, 0, 0.3 * std::sin(3 * t + phase)))});
+  }
+  return script;
+}
+
+RecordingHeader HeaderOf(PeerId id, int object) {
+  RecordingHeader header;
+  header.program = "test";
+  header.name = "peer " + std::to_string(id);
+  header.scene = "none";
+  header.scene_hash = 42;
+  header.voxel_size = 0.002;
+  header.law = "p+d";
+  header.peer.id = id;
+  header.peer.held_object = object;
+  header.peer.settle_ns = 123'456'789;
+  header.peer.wait_for = 1;
+  header.peer.capacity = 12345.678901234567;
+  header.peer.X_BD = {RotationBy(Vec3(0.1, 0.2, 0.3)), Vec3(0.001, -0.002, 1.0 / 3.0 * 0.01)};
+  return header;
+}
+
+std::unique_ptr<PeerNode> Node(const std::shared_ptr<const WorldModel>& model,
+                               const RecordingHeader& header, FrameTap* tap, double phase) {
+  NodeOptions options;
+  options.peer = header.peer;
+  options.peer.coupling.law = *MakeLaw(header.law);
+  options.peer.tap = tap;
+  options.name = header.name;
+  options.conditions = {.delay_ms = 40, .jitter_ms = 20, .loss = 0.05};
+  HandScript script = Kneading(phase);
+  script.X_BD = header.peer.X_BD;
+  const auto body = static_cast<std::size_t>(
+      model->body_index[static_cast<std::size_t>(header.peer.held_object)]);
+  return std::make_unique<PeerNode>(
+      model, std::make_unique<ScriptedDevice>(script, model->bodies[body].X_WB0), 42, options);
+}
+
+std::unique_ptr<Recorder> Record(const fs::path& file, const RecordingHeader& header) {
+  Result<std::unique_ptr<Recorder>> recorder = Recorder::Create(file, header);
+  EXPECT_TRUE(recorder.has_value()) << recorder.error().what;
+  return *std::move(recorder);
+}
+
+ReplayResult ReplayFile(const fs::path& file, const std::shared_ptr<const WorldModel>& model) {
+  Result<RecordingReader> reader = RecordingReader::Open(file);
+  EXPECT_TRUE(reader.has_value()) << reader.error().what;
+  Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), model);
+  EXPECT_TRUE(replay.has_value()) << replay.error().what;
+  return RunAll(*reader, **replay);
+}
+
+// One peer's recording of a session of two, so many frames long.
+void RecordAlone(const fs::path& file, const std::shared_ptr<const WorldModel>& model, int frames) {
+  const RecordingHeader header = HeaderOf(1, 1);
+  const std::unique_ptr<Recorder> recorder = Record(file, header);
+  SimulatedSession session;
+  session.Add(Node(model, header, recorder.get(), 0), 1);
+  session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
+  for (int i = 0; i < frames; ++i) session.Step();
+  ASSERT_TRUE(recorder->Close().has_value());
+}
+
+// Two hold one part against the plate, a third its own part beside it; one is killed and another
+// comes in its place. TANDEM_REPLAY_SECONDS=300 is the long run.
+TEST(Recording, ThreePeersSessionIsRepeatedBitForBit) {
+  const char* asked = std::getenv("TANDEM_REPLAY_SECONDS");
+  const int frames = 1000 * (asked != nullptr ? std::atoi(asked) : 10);
+  const ScratchFolder scratch;
+  const auto model = Boxes();
+  std::vector<std::unique_ptr<Recorder>> recorders;
+  SimulatedSession session;
+  int loaded = 0;
+  for (const PeerId id : {1, 2, 3}) {
+    const RecordingHeader header = HeaderOf(id, id == 3 ? 2 : 1);
+    recorders.push_back(Record(scratch.path() / std::to_string(id), header));
+    session.Add(Node(model, header, recorders.back().get(), static_cast<double>(id)), id);
+  }
+  for (int i = 0; i < frames; ++i) {
+    if (i == frames / 2) session.Kill(1);
+    if (i == frames * 3 / 4) session.Add(Node(model, HeaderOf(4, 1), nullptr, 4), 4);
+    session.Step();
+    loaded += session.node(1).peer().report().loaded_points > 0 ? 1 : 0;
+  }
+  EXPECT_GT(loaded, frames / 4) << "there was contact";
+  const std::array<std::int64_t, 3> expected{frames, frames / 2, frames};
+  for (std::size_t p = 0; p < 3; ++p) {
+    const Result<std::uint64_t> recorded = recorders[p]->Close();
+    ASSERT_TRUE(recorded.has_value()) << recorded.error().what;
+    const ReplayResult result = ReplayFile(scratch.path() / std::to_string(p + 1), model);
+    EXPECT_FALSE(result.first_different)
+        << "peer " << p + 1 << ", frame " << *result.first_different;
+    EXPECT_EQ(result.frames, expected[p]);
+  }
+}
+
+TEST(Recording, TheHeaderSurvivesAsItWas) {
+  const RecordingHeader header = HeaderOf(0xFEDCBA9876543210, 1);
+  const Result<RecordingHeader> read = ParseHeader(AsText(header));
+  ASSERT_TRUE(read.has_value()) << read.error().what;
+  EXPECT_EQ(AsText(*read), AsText(header));
+  EXPECT_EQ(read->peer.id, header.peer.id);
+  EXPECT_EQ(read->peer.capacity, header.peer.capacity);
+  EXPECT_EQ(read->peer.X_BD.p, header.peer.X_BD.p);
+  EXPECT_EQ(read->peer.X_BD.q.coeffs(), header.peer.X_BD.q.coeffs());
+}
+
+TEST(Recording, AnotherInputIsNamedByItsFrame) {
+  const ScratchFolder scratch;
+  const auto model = Boxes();
+  const fs::path file = scratch.path() / "r";
+  RecordAlone(file, model, 1500);
+  Result<RecordingReader> reader = RecordingReader::Open(file);
+  ASSERT_TRUE(reader.has_value());
+  Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), model);
+  ASSERT_TRUE(replay.has_value());
+  std::optional<std::int64_t> first;
+  for (std::int64_t number = 0; std::optional<RecordedFrame> frame = reader->Next(); ++number) {
+    // the smallest change that a number can have
+    double& x = frame->device.X_WA.p.x();
+    if (number == 1234) x = std::nextafter(x + 1e-9, 1.0);
+    const bool same = (*replay)->Run(*frame) == frame->state_hash;
+    if (!same && !first) first = number;
+  }
+  EXPECT_EQ(first, 1234);
+}
+
+TEST(Recording, ATornOrDamagedEndCostsTheLastFramesOnly) {
+  const ScratchFolder scratch;
+  const auto model = Boxes();
+  const fs::path whole = scratch.path() / "whole";
+  RecordAlone(whole, model, 300);
+  const auto size = static_cast<std::int64_t>(fs::file_size(whole));
+  for (const std::int64_t cut : {1, 3, 7, 100, 1000}) {
+    const fs::path torn = scratch.path() / ("torn" + std::to_string(cut));
+    fs::copy_file(whole, torn);
+    fs::resize_file(torn, static_cast<std::uintmax_t>(size - cut));
+    const ReplayResult result = ReplayFile(torn, model);
+    EXPECT_FALSE(result.first_different);
+    EXPECT_GE(result.frames, 290);
+    EXPECT_LT(result.frames, 300);
+  }
+  const fs::path damaged = scratch.path() / "damaged";
+  fs::copy_file(whole, damaged);
+  std::fstream stream(damaged, std::ios::binary | std::ios::in | std::ios::out);
+  stream.seekp(size / 2);
+  stream.put('\x5A');
+  stream.put('\xA5');
+  stream.close();
+  Result<RecordingReader> reader = RecordingReader::Open(damaged);
+  ASSERT_TRUE(reader.has_value());
+  int frames = 0;
+  while (reader->Next()) ++frames;
+  EXPECT_TRUE(reader->torn());
+  EXPECT_GT(frames, 100);
+  EXPECT_LT(frames, 300);
+}
+
+TEST(Recording, AFileThatIsNoRecordingIsRefused) {
+  const ScratchFolder scratch;
+  for (const char* text : {"", "tandem-recording 1\n", "something else altogether, and long"}) {
+    const Result<RecordingReader> reader = RecordingReader::Open(scratch.Write("file", text));
+    ASSERT_FALSE(reader.has_value());
+    EXPECT_THAT(reader.error().what, HasSubstr("is not a recording"));
+  }
+}
+
+TEST(Recording, IsReadableAfterKill9) {
+  const ScratchFolder scratch;
+  const auto model = Boxes();
+  const fs::path file = scratch.path() / "r";
+  int told[2];
+  ASSERT_EQ(pipe(told), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const RecordingHeader header = HeaderOf(1, 1);
+    const std::unique_ptr<Recorder> recorder = Record(file, header);
+    SimulatedSession session;
+    session.Add(Node(model, header, recorder.get(), 0), 1);
+    session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
+    const auto empty = fs::file_size(file);
+    for (bool said = false;;) {
+      session.Step();
+      if (said || fs::file_size(file) == empty) continue;
+      said = write(told[1], "!", 1) == 1;
+    }
+  }
+  char mark = 0;
+  ASSERT_EQ(read(told[0], &mark, 1), 1);
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  close(told[0]);
+  close(told[1]);
+  const ReplayResult result = ReplayFile(file, model);
+  EXPECT_FALSE(result.first_different);
+  EXPECT_GT(result.frames, 0);
+}
+
+TEST(Recording, CostsTheHapticThreadNoAllocation) {
+  const ScratchFolder scratch;
+  const auto model = Boxes();
+  const RecordingHeader header = HeaderOf(1, 1);
+  const std::unique_ptr<Recorder> recorder = Record(scratch.path() / "r", header);
+  SimulatedSession session;
+  session.Add(Node(model, header, recorder.get(), 0), 1);
+  session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
+  for (int i = 0; i < 500; ++i) session.Step();
+  kHapticThread.Enter();
+  std::int64_t now_ns = session.now_ns();
+  const testing::AllocationCounter counter;
+  for (int i = 0; i < 1000; ++i) session.node(0).HapticFrame(now_ns += 1'000'000);
+  EXPECT_EQ(counter.count(), 0);
+}
+
+}  // namespace
+}  // namespace tandem
