@@ -123,6 +123,11 @@ TEST(Recording, ThreePeersSessionIsRepeatedBitForBit) {
   for (int i = 0; i < frames; ++i) {
     if (i == frames / 2) session.Kill(1);
     if (i == frames * 3 / 4) session.Add(Node(model, HeaderOf(4, 1), nullptr, 4), 4);
+    // hands let go and grasp again: what the user asks for is an input too
+    SpscQueue<Command>& asks = session.node(i % 2 == 0 ? 2 : 1).peer().commands();
+    const ObjectId object = i % 2 == 0 ? 2 : 1;
+    if (i % 2500 >= 2000 && i % 2500 < 2002) asks.TryPush({Command::Kind::kRelease, object, 0});
+    if (i % 2500 >= 2200 && i % 2500 < 2202) asks.TryPush({Command::Kind::kGrab, object, 0});
     session.Step();
     loaded += session.node(1).peer().report().loaded_points > 0 ? 1 : 0;
   }
