@@ -68,8 +68,8 @@ Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, co
                                      "--report",
                                      reports.back().string()};
     if (p < holders) {
-      // where there are more than an instance has couplings, who has which is anybody's guess
-      const std::size_t others = holders <= kMaxLinks ? holders - 1 : 1;
+      // where there are more than an instance has couplings, some have none: nobody waits
+      const std::size_t others = holders <= kMaxLinks ? holders - 1 : 0;
       command.insert(command.end(), {"--hold", hand.body, "--hand", hand.file.string(),
                                      "--wait-for", std::to_string(others)});
     }
