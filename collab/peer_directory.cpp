@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
 #include <utility>
 
 namespace tandem {
@@ -27,8 +28,21 @@ std::string WhyRefused(const PeerInfo& info, std::uint64_t scene_hash) {
 
 }  // namespace
 
-PeerDirectory::PeerDirectory(PeerId self, std::uint64_t scene_hash)
-    : self_(self), scene_hash_(scene_hash) {}
+PeerDirectory::PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name)
+    : self_(self), scene_hash_(scene_hash), name_(std::move(name)) {}
+
+int PeerDirectory::NumberOfNamesake(const PeerInfo& info) const {
+  // of those who are gone for good the name is free again
+  std::set<int> taken;
+  if (info.name == name_) taken.insert(1);
+  for (const auto& [id, entry] : entries_) {
+    const bool same = id != info.peer && entry.presence != Presence::kLeft;
+    if (same && entry.told_name == info.name) taken.insert(entry.namesake);
+  }
+  int number = 1;
+  while (taken.count(number) != 0) ++number;
+  return number;
+}
 
 void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   if (info.peer == self_ || info.peer == 0) return;
@@ -37,16 +51,24 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   Entry& entry = it->second;
   const bool returned = !added && entry.presence != Presence::kHere;
   const bool claims_changed = entry.info.claims != info.claims;
+  if (added || entry.told_name != info.name) {
+    entry.namesake = NumberOfNamesake(info);
+    entry.told_name = info.name;
+  }
   entry.info = info;
+  const bool clash = entry.namesake > 1;
+  if (clash) entry.info.name += " (" + std::to_string(entry.namesake) + ")";
   entry.presence = Presence::kHere;
   entry.refused = WhyRefused(info, scene_hash_);
   const std::string role = info.role == Role::kViewer ? " (viewer)" : "";
   if (added && !entry.refused.empty()) {
-    news_.push_back(info.name + role + " is not taken in: " + entry.refused);
+    news_.push_back(entry.info.name + role + " is not taken in: " + entry.refused);
+  } else if (added && clash) {
+    news_.push_back("another " + info.name + role + " joined, shown as " + entry.info.name);
   } else if (added) {
-    news_.push_back(info.name + role + " joined");
+    news_.push_back(entry.info.name + role + " joined");
   } else if (returned) {
-    news_.push_back(info.name + role + " is back");
+    news_.push_back(entry.info.name + role + " is back");
   }
   using Kind = MembershipChange::Kind;
   if (added || returned || claims_changed) {

@@ -20,10 +20,13 @@ class PeerDirectory {
   struct Entry {
     PeerInfo info;
     Presence presence = Presence::kHere;
-    std::string refused;  // why it is not taken in: other protocol, other scene; else empty
+    std::string told_name;  // as it calls itself
+    int namesake = 1;       // which of those with its name it is
+    std::string refused;    // why it is not taken in: other protocol, other scene; else empty
   };
 
-  PeerDirectory(PeerId self, std::uint64_t scene_hash);
+  /// `name`: our own. Others of one name get numbers: "anna (2)".
+  PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name = {});
 
   void OnPeerInfo(const PeerInfo& info);
   void OnPeerLeft(PeerId peer) { OnGone(peer, Presence::kLeft); }
@@ -41,11 +44,13 @@ class PeerDirectory {
   SpscQueue<MembershipChange>& changes() noexcept { return changes_; }
 
  private:
+  int NumberOfNamesake(const PeerInfo& info) const;
   void OnGone(PeerId peer, Presence presence);
   void Tell(const Entry& entry, MembershipChange::Kind kind);
 
   PeerId self_;
   std::uint64_t scene_hash_;
+  std::string name_;
   mutable std::mutex mutex_;
   std::map<PeerId, Entry> entries_;
   std::vector<std::string> news_;

@@ -27,7 +27,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
       options_(options),
       world_(model_, {.helpers = options.helpers}),
       device_(std::move(device)),
-      directory_(options.peer.id, scene_hash),
+      directory_(options.peer.id, scene_hash, options.name),
       inbox_(options.conditions, directory_, options.waiting),
       peer_(world_, *device_, inbox_, options.peer) {
   info_ = {.peer = options.peer.id,

@@ -8,6 +8,7 @@
 
 #include "app/cli/capacity.h"
 #include "app/cli/commands.h"
+#include "app/cli/peer_orders.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/reach_options.h"
 #include "app/cli/talk.h"
@@ -205,11 +206,20 @@ int RunPeer(PeerArguments& arguments) {
   const std::int64_t opened_ns = MonotonicNowNs();
   std::int64_t next_ns = opened_ns;
   std::int64_t done_ns = 0;
+  OrderReader orders;
   int exit_code = kExitOk;
   while (!stop_asked.load()) {
     const std::int64_t now_ns = MonotonicNowNs();
     node.ControlFrame(now_ns, transport);
     for (const std::string& news : node.TakeNews()) Say(news);
+    for (const std::string& line : orders.TakeLines()) {
+      const Result<Command> order = ParseOrder(line, *prepared.model, node.directory());
+      if (!order) {
+        Say(order.error().what);
+      } else if (!node.peer().commands().TryPush(*order)) {
+        Say("too many orders at once: '" + line + "' is not obeyed");
+      }
+    }
     if (!begun.load(std::memory_order_relaxed) &&
         static_cast<double>(now_ns - opened_ns) > 1e9 * arguments.wait_seconds) {
       exit_code = Fail(kExitNetwork, "nobody to begin with came within " +

@@ -81,6 +81,25 @@ TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneClearLine) {
   EXPECT_FALSE(directory.changes().TryPop(change));
 }
 
+TEST(PeerDirectory, TellsPeersOfOneNameApart) {
+  PeerDirectory directory(1, 42, "Ben");
+  PeerInfo info = Anna();
+  directory.OnPeerInfo(info);
+  info.peer = 3;
+  directory.OnPeerInfo(info);
+  info.name = "Ben";
+  info.peer = 4;
+  directory.OnPeerInfo(info);
+  EXPECT_THAT(directory.TakeNews(),
+              ElementsAre("Anna joined", "another Anna joined, shown as Anna (2)",
+                          "another Ben joined, shown as Ben (2)"));
+  EXPECT_EQ(directory.PeerNamed("Anna"), 2U);
+  EXPECT_EQ(directory.PeerNamed("Anna (2)"), 3U);
+  EXPECT_EQ(directory.NameOf(4), "Ben (2)");
+  directory.OnPeerLost(3);
+  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna (2) is lost"));
+}
+
 TEST(PeerDirectory, IsNotItsOwnPeer) {
   PeerDirectory directory(2, 42);
   directory.OnPeerInfo(Anna());
