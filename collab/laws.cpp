@@ -2,6 +2,7 @@
 #include <string>
 
 #include "collab/coupling_law.h"
+#include "collab/planted_faults.h"
 
 namespace tandem {
 
@@ -93,6 +94,7 @@ std::shared_ptr<const CouplingLaw> Make(const CouplingLimits& limits) {
 }  // namespace
 
 double DesignDelay(double peak_loop_age_s) noexcept {
+  if (Planted(Fault::kHalfTheDelay)) return 0.25 * (1.1 * peak_loop_age_s + 0.005);
   return 0.5 * (1.1 * peak_loop_age_s + 0.005);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "collab/messages.h"
+#include "collab/planted_faults.h"
 
 namespace tandem {
 
@@ -11,6 +12,7 @@ inline bool IsAfter(std::uint32_t a, std::uint32_t b) noexcept {
 
 /// Whether a state was taken after another of the same instance: by grab, then by number.
 inline bool IsNewer(const ObjectState& a, const ObjectState& b) noexcept {
+  if (Planted(Fault::kStaleState)) return !IsAfter(a.seq, b.seq);
   return IsAfter(a.epoch, b.epoch) || (a.epoch == b.epoch && IsAfter(a.seq, b.seq));
 }
 

@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "collab/planted_faults.h"
+
 namespace tandem {
 
 namespace {
@@ -71,6 +73,7 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
     news_.push_back(entry.info.name + role + " is back");
   }
   using Kind = MembershipChange::Kind;
+  if (Planted(Fault::kLostReturn) && returned) return;
   if (added || returned || claims_changed) {
     Tell(entry, added ? Kind::kJoined : returned ? Kind::kBack : Kind::kClaims);
   }
@@ -97,6 +100,7 @@ void PeerDirectory::Tell(const Entry& entry, MembershipChange::Kind kind) {
   change.claim_count =
       static_cast<std::uint32_t>(std::min(entry.info.claims.size(), change.claims.size()));
   std::copy_n(entry.info.claims.begin(), change.claim_count, change.claims.begin());
+  if (Planted(Fault::kClaimsForgotten)) change.claim_count = 0;
   if (!changes_.TryPush(change)) {
     news_.push_back(entry.info.name + ": the membership queue is full; its change is not felt");
   }

@@ -8,6 +8,7 @@
 #include "collab/due_queue.h"
 #include "collab/link_conditioner.h"
 #include "collab/peer_directory.h"
+#include "collab/planted_faults.h"
 #include "collab/transport.h"
 #include "engine/realtime/spsc_queue.h"
 
@@ -44,8 +45,12 @@ class PeerInbox : public Inbox {
   void OnLinks(const CouplingLinks& links, std::int64_t arrival_ns) override;
   void OnView(const ViewFrame&, std::int64_t) override {}
   void OnPeerInfo(const PeerInfo& info, std::int64_t) override { directory_->OnPeerInfo(info); }
-  void OnPeerLeft(PeerId peer) override { directory_->OnPeerLeft(peer); }
-  void OnPeerLost(PeerId peer) override { directory_->OnPeerLost(peer); }
+  void OnPeerLeft(PeerId peer) override {
+    if (!Planted(Fault::kLostGoodbye)) directory_->OnPeerLeft(peer);
+  }
+  void OnPeerLost(PeerId peer) override {
+    if (!Planted(Fault::kLostLease)) directory_->OnPeerLost(peer);
+  }
   void OnEvent(const Event& event, std::int64_t arrival_ns) override;
   void OnScene(const SceneManifest&) override {}
   void OnDropped(PeerId from, Drop reason) override { drops_.Count(from, reason); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "collab/newer.h"
+#include "collab/planted_faults.h"
 
 namespace tandem {
 
@@ -43,6 +44,7 @@ void RemoteBodies::OnState(const ObjectState& state) noexcept {
     if (body.object != state.object) continue;
     Instance* instance = Find(body, state.peer);
     if (instance == nullptr || !instance->holds) return;
+    if (Planted(Fault::kMirrorFrozen) && instance->heard) return;
     if (!instance->heard || IsNewer(state, instance->state)) {
       instance->state = state;
       instance->heard = true;

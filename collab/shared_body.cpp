@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "collab/newer.h"
+#include "collab/planted_faults.h"
 #include "collab/stiffness_slew.h"
 #include "engine/world/world.h"
 
@@ -119,6 +120,7 @@ void SharedBody::OnLinks(const CouplingLinks& links) noexcept {
 }
 
 bool SharedBody::InUse(const Partner& partner, std::int64_t now_ns) const noexcept {
+  if (Planted(Fault::kNoLongestLoop)) return partner.closed();
   return partner.closed() && partner.meter.peak_loop_age_s() <= kLongestLoopAge &&
          Seconds(partner.loop_age_ns(now_ns)) <= kLongestLoopAge;
 }
@@ -187,7 +189,7 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
     LinkLaw link = allowed;
     if (!partner.present) {
       slew.ceiling = partner.stiffness;
-      slew.gentlest = partner.fade_rate;
+      slew.gentlest = Planted(Fault::kFadeNever) ? 0.0 : partner.fade_rate;
     } else if (InUse(partner, now_ns)) {
       // while nobody answers, the loop grows older with the clock; what this wants is gentle
       LawInputs alone = common;
@@ -221,7 +223,9 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
 void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs& inputs) noexcept {
   const Mat3 R = own.X_WB.q.toRotationMatrix();
   const Mat3 per_mass = R * inertia_.I_B * R.transpose() / inertia_.mass;
-  const LawInputs common = MeasureDelays(now_ns);
+  LawInputs common = MeasureDelays(now_ns);
+  if (Planted(Fault::kUsersInPlaceOfLinks)) ++common.users;
+  if (Planted(Fault::kEveryLinkWhole)) common.users = 2;
   Admit(own, per_mass);
   Slew(now_ns, common, own, per_mass);
 
@@ -248,6 +252,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     StepInputs::Link& link = inputs.links[link_count_];
     link.copy = {{ClampTurn(own.X_WB.q, partner.copy_WB.q, partner.turn_axis), partner.copy_WB.p},
                  {moving * partner.state.V_WB.w, moving * partner.state.V_WB.v}};
+    if (Planted(Fault::kLinkSign)) link.copy.X_WA.p = 2.0 * own.X_WB.p - link.copy.X_WA.p;
     link.gains = {k, b, k * per_mass, b * per_mass};
     partner_of_link_[link_count_++] = i;
     stiffness_sum += k;
@@ -275,6 +280,12 @@ void SharedBody::Describe(std::int64_t now_ns, std::uint32_t seq, const StepRepo
                                 .stiffness = partner.offered_stiffness,
                                 .gate_overflow = partner.gate.overflow(),
                                 .applied_B_W = partner.applied_B_W};
+    LinkEntry& entry = out.entries[out.count - 1];
+    if (Planted(Fault::kEchoOfArrival)) entry.echo_ns = partner.heard_ns;
+    if (Planted(Fault::kOwnStampForTheirs)) entry.echo_ns = partner.echo_ns;
+    if (Planted(Fault::kNotFinite) && seq % 1000 == 999) entry.stiffness = std::nan("");
+    if (Planted(Fault::kNegativeStiffness) && seq % 1000 == 999) entry.stiffness = -1.0;
+    if (Planted(Fault::kOthersName)) out.from = partner.peer;
   }
 }
 

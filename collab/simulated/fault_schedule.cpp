@@ -55,7 +55,7 @@ LinkConditions Rough(Dice& dice, double delay_ms) {
   return link;
 }
 
-/// Wanders for `seconds`, then is at home.
+/// Wanders for `seconds`, then is at home, which is the same for all.
 HandScript Wander(Dice& dice, double seconds) {
   HandScript script;
   script.waypoints = {{0, Vec3::Zero(), Quat::Identity()}};
@@ -67,7 +67,9 @@ HandScript Wander(Dice& dice, double seconds) {
         {t, p, Quat(Eigen::AngleAxisd(angle, angle > 0 ? Vec3(turn / angle) : Vec3::UnitX()))});
   }
   const double home = std::max(seconds, script.waypoints.back().t + 0.7);
-  script.waypoints.push_back({home, Vec3::Zero(), Quat::Identity()});
+  // at home is not where all began, so that what never came is told from what came
+  script.waypoints.push_back(
+      {home, Vec3(0.006, -0.004, 0.012), Quat(Eigen::AngleAxisd(0.15, Vec3(1, 2, 2) / 3.0))});
   return script;
 }
 

@@ -18,7 +18,7 @@ struct ScheduledPeer {
   std::int64_t joins_ms = 0;
   double publish_hz = 1000;
   PeerClock clock;
-  HandScript hand;  // ends where it began, before the faults stop
+  HandScript hand;  // ends at the same place for all, before the faults stop
 };
 
 /// Something that happens to a simulated session.

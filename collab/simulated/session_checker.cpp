@@ -143,6 +143,7 @@ void SessionChecker::Look(SimulatedSession& session) {
   place_.resize(session.size());
   for (std::size_t m = 0; m < session.size(); ++m) {
     if (!session.present(m) || session.halted(m)) continue;
+    LookAtEnergy(session, m);
     const World& world = session.node(m).world();
     const bool first = place_[m].empty();
     place_[m].resize(model_->bodies.size());
@@ -162,6 +163,24 @@ void SessionChecker::Look(SimulatedSession& session) {
       place_[m][b] = state.X_WB.p;
     }
   }
+}
+
+void SessionChecker::LookAtEnergy(SimulatedSession& session, std::size_t member) {
+  PeerNode& node = session.node(member);
+  const RigidState* held = node.peer().held_state();
+  if (held == nullptr) return;
+  constexpr double kMostDrag = 10.0;         // N s/m, as docs/decisions/0005 allows
+  constexpr double kGyration2 = 0.0004 / 6;  // m^2, of a cube of 20 mm half edges
+  double power = 0;
+  for (const Wrench& F : node.peer().report().links_B_W) {
+    power += F.f.dot(held->V_WB.v) + F.tau.dot(held->V_WB.w);
+  }
+  const double drag =
+      kMostDrag * (held->V_WB.v.squaredNorm() + 4.0 * kGyration2 * held->V_WB.w.squaredNorm());
+  energy_ += kFrame * (power - (power != 0 ? drag : 0.0));
+  const double n = static_cast<double>(schedule_->peers.size());
+  const double credit = 0.1 * n * (n - 1) * 2.0;
+  if (energy_ > credit) Break("links give more energy than their credit", Text("%.3f J", energy_));
 }
 
 void SessionChecker::LookAtEnd(SimulatedSession& session, const std::vector<int>& of_peer,
@@ -196,6 +215,14 @@ void SessionChecker::LookAtEnd(SimulatedSession& session, const std::vector<int>
         });
     if (seen == picture.peers.end() || seen->presence != ViewedPeer::Presence::kHere) {
       Break("the viewer misses one", who);
+    }
+  }
+  for (std::size_t p = 0; p < of_peer.size(); ++p) {
+    const bool here = of_peer[p] >= 0 && session.present(static_cast<std::size_t>(of_peer[p]));
+    // all hands rest at one place, where nothing touches
+    if (here && force_[p].norm() > kMostForceAtRest) {
+      Break("a hand is pulled though all is quiet",
+            "peer " + std::to_string(schedule_->peers[p].id) + Text(", %.2f N", force_[p].norm()));
     }
   }
   LookAtCopies(session, present);
@@ -256,6 +283,7 @@ void SessionChecker::LookAtLinks(SimulatedSession& session) {
     }
     double users = 0;  // links of loops too old are not in use
     for (std::uint32_t i = 0; i < links.count; ++i) users += links.entries[i].stiffness > 0 ? 1 : 0;
+    users = std::max(users, 1.0);
     for (std::uint32_t i = 0; i < links.count; ++i) {
       const std::size_t o = PlaceOf(links.entries[i].to);
       const double loop_s = 1e-3 * (schedule_->delay_ms[self][o] + schedule_->delay_ms[o][self]);

@@ -15,9 +15,10 @@ namespace tandem {
 /// true time, by what is on the wire, in the simulations and in the hands.
 class SessionChecker : public WireWatch {
  public:
-  static constexpr double kMostForce = 12;        // N, on a device
-  static constexpr double kMostForceStep = 2;     // N, from one frame to the next
-  static constexpr double kAgreeDistance = 1e-3;  // m, of all copies when all is quiet
+  static constexpr double kMostForce = 12;         // N, on a device
+  static constexpr double kMostForceStep = 2;      // N, from one frame to the next
+  static constexpr double kMostForceAtRest = 0.5;  // N
+  static constexpr double kAgreeDistance = 1e-3;   // m, of all copies when all is quiet
   static constexpr double kAgreeAngle = 0.5 * 3.141592653589793 / 180;
 
   SessionChecker(const FaultSchedule& schedule, const WorldModel& model, PeerId viewer);
@@ -55,6 +56,7 @@ class SessionChecker : public WireWatch {
   std::size_t PlaceOf(PeerId id) const;
   /// The largest stiffness that the default law allows at that loop age, N/m, to one partner.
   static double LargestStiffness(double loop_s);
+  void LookAtEnergy(SimulatedSession& session, std::size_t member);
   void LookAtCopies(SimulatedSession& session, const std::vector<std::size_t>& present);
 
   const FaultSchedule* schedule_;
@@ -66,6 +68,7 @@ class SessionChecker : public WireWatch {
   std::vector<std::vector<double>> most_delay_ms_;
   std::vector<Vec3> force_;               // of each hand, in its last frame
   std::vector<std::vector<Vec3>> place_;  // [member][body], a frame ago
+  double energy_ = 0;  // J that all links gave since the start, less what the drag may have taken
   std::map<std::string, int> sorts_;
   std::vector<std::string> broken_;
 };

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+
+namespace tandem {
+
+/// Faults that the tests of the session simulator plant, one at a time, to see that it finds them.
+/// In the product Planted() is false for the compiler, and nothing of them is left.
+enum class Fault : std::uint8_t {
+  kNone,
+  kLinkSign,             // a link pushes instances apart
+  kEchoOfArrival,        // the time of hearing is sent back in place of the sender's stamp
+  kOwnStampForTheirs,    // the own stamp is sent back
+  kUsersInPlaceOfLinks,  // stiffness is shared by N, not by N - 1
+  kEveryLinkWhole,       // stiffness is not shared at all
+  kHalfTheDelay,         // gains made for half the delay
+  kNoLongestLoop,        // links of too old loops are kept
+  kLostGoodbye,          // leaving is not heard of
+  kLostLease,            // a crash is not heard of
+  kLostReturn,           // who comes back stays lost to the forces
+  kOneDelayForAll,       // samples of all senders wait in one row
+  kStatesDropped,        // states of one sender in four are thrown away
+  kLinksDropped,         // links are thrown away once some have come
+  kDueNever,             // the time at which samples are due is never reached again after a pause
+  kNotFinite,            // not a number in what is published
+  kNegativeStiffness,    // of a link on its first frames
+  kStaleState,           // older states count as newer
+  kMirrorFrozen,         // only the first state of a body moves its mirror
+  kOthersName,           // links are written in the partner's name
+  kClaimsForgotten,      // what another holds is not told to the forces
+  kFadeNever,            // the pull of one who is gone stays
+  kCount
+};
+
+#ifdef TANDEM_PLANTED_FAULTS
+inline Fault planted_fault = Fault::kNone;
+inline bool Planted(Fault fault) noexcept {
+  return fault == planted_fault;
+}
+#else
+constexpr bool Planted(Fault) noexcept {
+  return false;
+}
+#endif
+
+}  // namespace tandem
