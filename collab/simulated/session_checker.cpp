@@ -267,7 +267,15 @@ void SessionChecker::LookAtLinks(SimulatedSession& session) {
   for (const std::size_t member : holders) {
     const PeerId id = session.id(member);
     const std::string who = "peer " + std::to_string(id);
-    const CouplingLinks& links = writers_[id].links;
+    // loop ages go to all, links to holders
+    CouplingLinks links = writers_[id].links;
+    const auto* const end = std::remove_if(
+        links.entries.begin(), links.entries.begin() + links.count, [&](const LinkEntry& entry) {
+          return std::none_of(holders.begin(), holders.end(), [&](std::size_t other) {
+            return session.id(other) == entry.to;
+          });
+        });
+    links.count = static_cast<std::uint32_t>(end - links.entries.begin());
     if (links.count + 1 != holders.size()) {
       Break("a link is missing, or one too many",
             who + Text(", %.0f in place of %.0f", links.count,
