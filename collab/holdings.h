@@ -13,14 +13,15 @@ namespace tandem {
 /// What became of a body, for the person at the device.
 struct HoldingNews {
   enum class Kind : std::uint8_t {
-    kInHand,    // it is in our hand now
-    kAsking,    // `peer` answers for it and has been asked
-    kRefused,   // `peer` holds it
-    kNoAnswer,  // nobody answered for 5 s
-    kLetGo,     // we released it
-    kGiven,     // we handed it to `peer`
-    kTaken,     // `peer` has it by the greater claim
-    kInherited  // its last authority is gone: we answer for it
+    kInHand,       // it is in our hand now
+    kAsking,       // `peer` answers for it and has been asked
+    kRefused,      // `peer` holds it
+    kNoAnswer,     // nobody answered for 5 s
+    kLetGo,        // we released it
+    kGiven,        // we handed it to `peer`
+    kTaken,        // `peer` has it by the greater claim
+    kInherited,    // its last authority is gone: we answer for it
+    kForceStopped  // what it puts on our hand is no number: the hand feels nothing from now on
   };
   Kind kind = Kind::kInHand;
   ObjectId object = kNoObject;

@@ -1,6 +1,7 @@
 #include "collab/peer.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/base/check.h"
 #include "engine/base/hash.h"
@@ -10,6 +11,7 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kParkedPeriodNs = 200'000'000;
+constexpr double kFarthest = 1e3;    // m: a handle beyond is none
 constexpr double kNear = 1e-3;       // m from where it was said to be: the hand may take it
 constexpr double kNearAngle = 0.01;  // rad
 constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
@@ -24,6 +26,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       holdings_(options.id, world.model(), options.settle_ns),
       remote_(world.model()),
       gate_(options.id, world.model().object, inbox.drops()),
+      guard_(device.limits()),
       echoes_(options.id) {
   const WorldModel& model = world.model();
   inputs_.bodies.resize(model.bodies.size());
@@ -49,7 +52,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   TakeAndLetGo();
   StartWhenReady(now_ns);
 
-  const Anchor goal = device_->Read();
+  const Anchor goal = ReadDevice();
   if (tap != nullptr) tap->Felt(goal);
   remote_.Prepare(held_, inputs_);
   PrepareParked();
@@ -69,19 +72,25 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
     if (shared_) shared_->Prepare(now_ns, *held_state(), inputs_);
   }
   report_ = world_->Step(inputs_);
-
-  // the device gets exactly what the body received, about its own origin
-  Wrench on_device;
-  if (attached_) {
-    const Vec3 r = held_state()->X_WB.q * X_BD_.p;
-    on_device = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
-  }
-  device_->Render(on_device);
+  Render();
 
   FillOutbox(now_ns, out);
   SayParked(now_ns);
   Record(now_ns);
   if (tap != nullptr) tap->End(StateHash());
+}
+
+Anchor Peer::ReadDevice() noexcept {
+  const Anchor read = device_->Read();
+  const bool sound = read.X_WA.p.allFinite() && read.X_WA.p.cwiseAbs().maxCoeff() < kFarthest &&
+                     std::abs(read.X_WA.q.norm() - 1.0) < 1e-6 && read.V_WA.v.allFinite() &&
+                     read.V_WA.w.allFinite();
+  if (sound) {
+    handle_ = read;
+  } else {
+    handle_.V_WA = {};
+  }
+  return handle_;
 }
 
 void Peer::Receive(std::int64_t now_ns) noexcept {
@@ -215,6 +224,21 @@ void Peer::Attach(const Anchor& goal) noexcept {
       first && static_cast<int>(world_->model().object[body]) == options_.held_object;
   X_BD_ = as_agreed ? options_.X_BD : X_WB.Inverse() * goal.X_WA;
   attached_ = true;
+  guard_.Begin();
+}
+
+void Peer::Render() noexcept {
+  // what the body received, about the device's own origin
+  Wrench wanted;
+  if (attached_) {
+    const Vec3 r = held_state()->X_WB.q * X_BD_.p;
+    wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
+  }
+  const bool stopped = guard_.stopped();
+  device_->Render(guard_.Pass(wanted));
+  if (guard_.stopped() == stopped) return;
+  const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
+  news_.TryPush({HoldingNews::Kind::kForceStopped, object, 0});
 }
 
 void Peer::PrepareParked() noexcept {

@@ -13,6 +13,7 @@
 #include "collab/sample_gate.h"
 #include "collab/shared_body.h"
 #include "engine/haptics/device.h"
+#include "engine/haptics/force_guard.h"
 #include "engine/realtime/triple_buffer.h"
 #include "engine/world/world.h"
 
@@ -65,6 +66,8 @@ class Peer {
   /// The couplings of the body in hand; null: it is not shared.
   const SharedBody* shared() const noexcept { return shared_ ? &*shared_ : nullptr; }
   const Holdings& holdings() const noexcept { return holdings_; }
+  /// What stands between the simulation and the hand.
+  const ForceGuard& guard() const noexcept { return guard_; }
 
   /// What the user asks for; pushed by one other thread.
   SpscQueue<Command>& commands() noexcept { return commands_; }
@@ -79,6 +82,8 @@ class Peer {
   void Leave(std::int64_t now_ns) noexcept;
 
  private:
+  /// Where the handle is; one that says nonsense is where it was, at rest.
+  Anchor ReadDevice() noexcept;
   void Receive(std::int64_t now_ns) noexcept;
   void OnMembership(const MembershipChange& change) noexcept;
   void OnState(const ObjectState& state) noexcept;
@@ -89,6 +94,8 @@ class Peer {
   /// Makes the hand hold what the holdings say, once it is where it is known to be.
   void TakeAndLetGo() noexcept;
   void Attach(const Anchor& goal) noexcept;
+  /// Gives the device what the body received, as far as the guard lets it through.
+  void Render() noexcept;
   /// Bodies that nobody holds stand where their authority says.
   void PrepareParked() noexcept;
   void SayParked(std::int64_t now_ns) noexcept;
@@ -111,6 +118,8 @@ class Peer {
   double last_delay_s_ = 0;  // mean_delay_s() of the body let go
   RemoteBodies remote_;
   SampleGate gate_;
+  ForceGuard guard_;
+  Anchor handle_;  // of the device, as last read
   Echoes echoes_;
   StepInputs inputs_;
   StepReport report_;

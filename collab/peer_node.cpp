@@ -125,6 +125,9 @@ std::string PeerNode::Told(const HoldingNews& news) const {
       return who + " answers for " + body + " now: your hand let go of it";
     case HoldingNews::Kind::kInherited:
       return "you answer for " + body + " now";
+    case HoldingNews::Kind::kForceStopped:
+      return "the force of " + body +
+             " is not a number: your hand feels nothing of it until you take it again";
   }
   return {};
 }

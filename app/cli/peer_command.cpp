@@ -250,7 +250,8 @@ int RunPeer(PeerArguments& arguments) {
   PeerReport report{.name = arguments.name,
                     .pid = getpid(),
                     .scheduler = realtime.scheduler(),
-                    .mean_delay_s = node.peer().mean_delay_s()};
+                    .mean_delay_s = node.peer().mean_delay_s(),
+                    .guarded_share = node.peer().guard().guarded_share()};
   CountShapes(prepared, report);
   report.drops = node.inbox().drops().Total();
   AddDelivery(node.inbox().delivery(), report);

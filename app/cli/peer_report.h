@@ -19,11 +19,12 @@ struct PeerReport {
   std::string name;
   int pid = 0;
   std::string scheduler;
-  std::size_t points = 0;   // of the body in hand
-  std::size_t voxels = 0;   // of the fixture
-  double capacity = 0;      // point tests that fit into a frame
-  double mean_delay_s = 0;  // half the loop age
-  DropCounts drops{};       // of samples heard, by reason
+  std::size_t points = 0;    // of the body in hand
+  std::size_t voxels = 0;    // of the fixture
+  double capacity = 0;       // point tests that fit into a frame
+  double mean_delay_s = 0;   // half the loop age
+  double guarded_share = 0;  // of frames, in which the hand got something else than was wanted
+  DropCounts drops{};        // of samples heard, by reason
   // states heard of all others, and of the one of whom the largest share is missing
   std::uint64_t states_sent = 0;
   std::uint64_t states_received = 0;
@@ -34,7 +35,7 @@ struct PeerReport {
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 
 /// One JSON object: frames, missed, frame_cpu_us and lateness_us {p50, p99, max}, and of the trace
-/// contact_points {mean, max}, contact_share, peak_force_N; heard {sent, received,
+/// contact_points {mean, max}, contact_share, peak_force_N, guarded_share; heard {sent, received,
 /// least_delivered}, drops by reason.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
                               const std::vector<TraceSample>& trace);

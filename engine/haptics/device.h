@@ -5,6 +5,12 @@
 
 namespace tandem {
 
+/// What a device can and may render; by default what a desktop device gives and no hand is hurt by.
+struct DeviceLimits {
+  double force = 12.0;  // N
+  double moment = 0.5;  // N m
+};
+
 /// A hand's device: gives the pose of its handle, takes the force it is to render. Used by the
 /// haptic thread alone, once a frame in this order; neither call may block, allocate or throw.
 class Device {
@@ -17,6 +23,7 @@ class Device {
   /// The wrench on the handle about its origin, in W: the opposite of what its coupling put on the
   /// body.
   virtual void Render(const Wrench& F_D_W) noexcept = 0;
+  virtual DeviceLimits limits() const noexcept { return {}; }
 };
 
 }  // namespace tandem

@@ -1,0 +1,87 @@
+// Nothing reaches a hand but through the guard: whole peers whose devices see all that they are
+// given.
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "collab/simulated/simulated_session.h"
+#include "tests/support/shapes.h"
+#include "tests/support/test_world.h"
+
+namespace tandem {
+namespace {
+
+/// A handle that is thrown about, and now and then says nonsense; keeps the worst it was given.
+class WildDevice : public Device {
+ public:
+  void Start() noexcept override {}
+  Anchor Read() noexcept override {
+    const int frame = frames_++;
+    if (frame < 300) return {};
+    Anchor anchor;
+    switch (frame / 50 % 4) {
+      case 0:
+        anchor.X_WA.p = Vec3(frame % 2 == 0 ? 3.0 : -3.0, 0, 0);
+        return anchor;
+      case 1:
+        anchor.X_WA.q = RotationBy(Vec3(0, 0.05 * frame, 0));
+        anchor.V_WA.v = Vec3(0, 0, 500);
+        return anchor;
+      case 2:
+        anchor.X_WA.p.y() = frame % 3 == 0 ? std::numeric_limits<double>::quiet_NaN() : 1e200;
+        return anchor;
+      default:
+        return anchor;
+    }
+  }
+  void Render(const Wrench& F_D_W) noexcept override {
+    sound = sound && F_D_W.f.allFinite() && F_D_W.tau.allFinite();
+    force = std::max(force, F_D_W.f.norm());
+    moment = std::max(moment, F_D_W.tau.norm());
+    step = std::max(step, (F_D_W.f - last_.f).norm());
+    turn = std::max(turn, (F_D_W.tau - last_.tau).norm());
+    last_ = F_D_W;
+  }
+  DeviceLimits limits() const noexcept override { return {.force = 8, .moment = 0.3}; }
+
+  bool sound = true;
+  double force = 0, moment = 0, step = 0, turn = 0;
+
+ private:
+  int frames_ = 0;
+  Wrench last_;
+};
+
+TEST(PeerGuard, NothingPassesWhateverTheHandDoes) {
+  const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
+  auto model = std::make_shared<WorldModel>(*testing::MakeWorldModel({{box}}, 0.001));
+  model->scene.bodies[0].shared = true;
+  SimulatedSession session;
+  std::array<WildDevice*, 2> devices{};
+  for (PeerId id = 1; id <= 2; ++id) {
+    NodeOptions options;
+    options.peer.id = id;
+    options.peer.held_object = 0;
+    options.conditions.delay_ms = 20;
+    auto device = std::make_unique<WildDevice>();
+    devices[id - 1] = device.get();
+    session.Add(std::make_unique<PeerNode>(model, std::move(device), 42, options), id);
+  }
+  for (int i = 0; i < 3000; ++i) session.Step();
+  for (std::size_t p = 0; p < 2; ++p) {
+    const WildDevice& device = *devices[p];
+    EXPECT_TRUE(device.sound);
+    EXPECT_NEAR(device.force, 8, 1e-9);  // it was thrown as hard as that
+    EXPECT_NEAR(device.moment, 0.3, 1e-9);
+    EXPECT_LE(device.step, ForceGuard::kForceStep + 1e-9);
+    EXPECT_LE(device.turn, ForceGuard::kMomentStep + 1e-9);
+    const ForceGuard& guard = session.node(p).peer().guard();
+    EXPECT_GT(guard.guarded(), 500U);
+    EXPECT_EQ(guard.frames(), 3000U);
+    EXPECT_TRUE(session.node(p).peer().held_state()->X_WB.p.allFinite());
+  }
+}
+
+}  // namespace
+}  // namespace tandem

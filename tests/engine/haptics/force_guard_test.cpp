@@ -1,0 +1,127 @@
+#include "engine/haptics/force_guard.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+Wrench Push(double f, double tau = 0) {
+  return {Vec3(0, tau, 0), Vec3(f, 0, 0)};
+}
+
+/// Past the ramp.
+ForceGuard Warm(const DeviceLimits& limits = {}) {
+  ForceGuard guard(limits);
+  for (int i = 0; i < ForceGuard::kRampFrames; ++i) guard.Pass({});
+  return guard;
+}
+
+TEST(ForceGuard, LetsOrdinaryForcesThroughAsTheyAre) {
+  ForceGuard guard = Warm();
+  for (int i = 0; i < 1000; ++i) {
+    const Wrench wanted{Vec3(0.2 * std::sin(0.01 * i), 0, 0.1), Vec3(0, 8 * std::sin(0.01 * i), 1)};
+    if (i < 3) {  // from nothing to this
+      guard.Pass(wanted);
+      continue;
+    }
+    const Wrench given = guard.Pass(wanted);
+    EXPECT_LT((given.f - wanted.f).norm(), 1e-12);
+    EXPECT_LT((given.tau - wanted.tau).norm(), 1e-12);
+  }
+  EXPECT_LE(guard.guarded(), 3U);
+  EXPECT_EQ(guard.frames(), 1000U + ForceGuard::kRampFrames);
+}
+
+TEST(ForceGuard, RisesFromNothingAfterEachBeginning) {
+  ForceGuard guard = Warm();
+  for (int i = 0; i < 20; ++i) guard.Pass(Push(5, 0.2));
+  guard.Begin();
+  for (int i = 0; i < 10; ++i) guard.Pass(Push(5, 0.2));  // what was there falls by the slew
+  for (int i = 10; i < ForceGuard::kRampFrames; ++i) {
+    const double share = (i + 1.0) / ForceGuard::kRampFrames;
+    const Wrench given = guard.Pass(Push(5, 0.2));
+    EXPECT_NEAR(given.f.x(), 5 * share, 1e-12);
+    EXPECT_NEAR(given.tau.y(), 0.2 * share, 1e-12);
+  }
+  EXPECT_NEAR(guard.Pass(Push(5)).f.x(), 5, 1e-12);
+}
+
+TEST(ForceGuard, KeepsTheDirectionOfWhatItLimits) {
+  ForceGuard guard = Warm();
+  Wrench given;
+  for (int i = 0; i < 50; ++i) given = guard.Pass({Vec3(3, 0, 4), Vec3(-300, 400, 0)});
+  EXPECT_LT((given.f - 12 * Vec3(-0.6, 0.8, 0)).norm(), 1e-9);
+  EXPECT_LT((given.tau - 0.5 * Vec3(0.6, 0, 0.8)).norm(), 1e-9);
+  EXPECT_EQ(guard.guarded(), 50U);
+}
+
+TEST(ForceGuard, HoldsADevicesOwnLimits) {
+  ForceGuard guard = Warm({.force = 3, .moment = 0.1});
+  for (int i = 0; i < 50; ++i) guard.Pass(Push(100, 100));
+  EXPECT_NEAR(guard.Pass(Push(100, 100)).f.norm(), 3, 1e-9);
+  EXPECT_NEAR(guard.Pass(Push(100, 100)).tau.norm(), 0.1, 1e-9);
+}
+
+TEST(ForceGuard, WhatIsNoNumberIsNothingUntilTheNextBeginning) {
+  for (const double bad : {kNan, kInf, -kInf}) {
+    for (const Wrench& wrong : {Push(bad), Push(1, bad)}) {
+      ForceGuard guard = Warm();
+      for (int i = 0; i < 20; ++i) guard.Pass(Push(10));
+      guard.Pass(wrong);
+      EXPECT_TRUE(guard.stopped());
+      for (int i = 0; i < 10; ++i) guard.Pass(Push(10));
+      EXPECT_TRUE(guard.Pass(Push(10)).f.isZero());
+      guard.Begin();
+      EXPECT_FALSE(guard.stopped());
+      for (int i = 0; i < 2 * ForceGuard::kRampFrames; ++i) guard.Pass(Push(10));
+      EXPECT_NEAR(guard.Pass(Push(10)).f.x(), 10, 1e-9);
+    }
+  }
+}
+
+// Whatever is asked for, in whatever order: nothing passes the limits or the slew.
+TEST(ForceGuard, NothingPasses) {
+  std::mt19937 random(3);
+  const auto draw = [&] {
+    switch (random() % 12) {
+      case 0:
+        return kNan;
+      case 1:
+        return random() % 2 != 0 ? kInf : -kInf;
+      case 2:
+        return std::numeric_limits<double>::max();
+      case 3:
+        return std::numeric_limits<double>::denorm_min();
+      default:
+        return std::pow(10.0, static_cast<int>(random() % 8) - 4) *
+               (static_cast<double>(random() % 2001) / 1000 - 1);
+    }
+  };
+  ForceGuard guard({});
+  Wrench last;
+  for (int i = 0; i < 200'000; ++i) {
+    if (random() % 50 == 0) guard.Begin();
+    Wrench wanted;
+    if (random() % 3 != 0) wanted.f = Vec3(draw(), draw(), draw());
+    if (random() % 3 != 0) wanted.tau = Vec3(draw(), draw(), draw());
+    // long stretches of numbers, so that not all is stopped
+    if (i / 1000 % 2 == 0 && !(wanted.f.allFinite() && wanted.tau.allFinite())) continue;
+    const Wrench given = guard.Pass(wanted);
+    ASSERT_TRUE(given.f.allFinite() && given.tau.allFinite()) << i;
+    ASSERT_LE(given.f.norm(), 12 + 1e-9) << i;
+    ASSERT_LE(given.tau.norm(), 0.5 + 1e-9) << i;
+    ASSERT_LE((given.f - last.f).norm(), ForceGuard::kForceStep + 1e-9) << i;
+    ASSERT_LE((given.tau - last.tau).norm(), ForceGuard::kMomentStep + 1e-9) << i;
+    last = given;
+  }
+}
+
+}  // namespace
+}  // namespace tandem
