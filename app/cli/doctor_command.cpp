@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
-#include "app/cli/reach_options.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/reach/reach_options.h"
 #include "collab/dds/domain.h"
 #include "collab/dds/reach.h"
 #include "engine/realtime/periodic_thread.h"

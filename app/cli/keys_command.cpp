@@ -31,14 +31,22 @@ int MakeSession(const KeysArguments& arguments) {
   return kExitOk;
 }
 
-int MakeMember(const KeysArguments& arguments, Role role) {
+enum class Part { kPeer, kViewer, kRelay };
+
+int MakeMember(const KeysArguments& arguments, Part part) {
   const std::string out =
       arguments.out.empty() ? arguments.folder + "/" + arguments.name : arguments.out;
   const Result<PeerId> made =
-      MakeMemberKeys(arguments.folder, arguments.name, role, out, arguments.days);
+      part == Part::kRelay ? MakeRelayKeys(arguments.folder, arguments.name, out, arguments.days)
+                           : MakeMemberKeys(arguments.folder, arguments.name,
+                                            part == Part::kViewer ? Role::kViewer : Role::kActive,
+                                            out, arguments.days);
   if (!made) return Fail(kExitSecurity, made.error().what);
+  const char* next = part == Part::kPeer     ? "tandem peer --secure FOLDER"
+                     : part == Part::kViewer ? "tandem watch --secure FOLDER"
+                                             : "tandem relay --audience-secure FOLDER";
   Say(out + " is all that " + arguments.name + " needs: give the folder to nobody else, then " +
-      (role == Role::kViewer ? "tandem watch" : "tandem peer") + " --secure FOLDER");
+      next);
   return kExitOk;
 }
 
@@ -65,19 +73,25 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
     exit_code = MakeSession(*arguments);
   });
 
-  for (const Role role : {Role::kActive, Role::kViewer}) {
-    const bool viewer = role == Role::kViewer;
-    auto member = std::make_shared<KeysArguments>();
-    CLI::App* command =
-        keys->add_subcommand(viewer ? "viewer" : "peer", viewer ? "Keys of someone who looks on"
-                                                                : "Keys of someone who takes part");
-    command->add_option("FOLDER", member->folder, "the session's folder")->required();
-    command->add_option("NAME", member->name, "how others see them")->required();
-    command->add_option("--out", member->out, "new folder; default: FOLDER/NAME");
-    command->add_option("--days", member->days, "how long they are valid")
+  struct Member {
+    Part part;
+    const char* name;
+    const char* what;
+  };
+  for (const Member member :
+       {Member{Part::kPeer, "peer", "Keys of someone who takes part"},
+        Member{Part::kViewer, "viewer", "Keys of someone who looks on"},
+        Member{Part::kRelay, "relay",
+               "Keys of a relay, for the session of those who look on behind it"}}) {
+    auto asked = std::make_shared<KeysArguments>();
+    CLI::App* command = keys->add_subcommand(member.name, member.what);
+    command->add_option("FOLDER", asked->folder, "the session's folder")->required();
+    command->add_option("NAME", asked->name, "how others see them")->required();
+    command->add_option("--out", asked->out, "new folder; default: FOLDER/NAME");
+    command->add_option("--days", asked->days, "how long they are valid")
         ->check(CLI::PositiveNumber);
-    command->callback([member, role, &exit_code] {
-      exit_code = MakeMember(*member, role);
+    command->callback([asked, part = member.part, &exit_code] {
+      exit_code = MakeMember(*asked, part);
     });
   }
 }

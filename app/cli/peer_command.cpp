@@ -10,9 +10,9 @@
 #include "app/cli/commands.h"
 #include "app/cli/peer_orders.h"
 #include "app/cli/peer_report.h"
-#include "app/cli/reach_options.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/reach/reach_options.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/peer_node.h"
 #include "collab/recording/recorder.h"
@@ -199,7 +199,7 @@ int RunPeer(PeerArguments& arguments) {
   }
   Say(arguments.name + " is in session " + arguments.session + " (" + realtime.scheduler() + ")");
 
-  TellSecurity(arguments.reach, arguments.session);
+  Say(SecurityOf(arguments.reach, arguments.session));
 
   kControlThread.Enter();
   constexpr std::int64_t kControlPeriodNs = 20'000'000;

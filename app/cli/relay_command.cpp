@@ -6,9 +6,9 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
-#include "app/cli/reach_options.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/reach/reach_options.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/relay.h"
 #include "engine/realtime/clock.h"
@@ -21,8 +21,9 @@ constexpr std::int64_t kTurnNs = 250'000'000;      // says that it is here
 constexpr std::int64_t kStatusNs = 5'000'000'000;  // says what it does
 
 struct RelayArguments {
-  RelayOptions relay;
+  std::string session;
   ReachOptions reach;
+  ReachOptions audience;  // interface, port and keys of the viewers' side
   std::string name;
   double seconds = 0;
 };
@@ -35,24 +36,37 @@ int RunRelay(RelayArguments arguments) {
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 
-  if (!arguments.reach.secure.empty()) {
-    return Fail(kExitUsage, "a relay's viewers need no keys: it does not show a secured session");
+  if (!arguments.reach.secure.empty() && arguments.audience.secure.empty()) {
+    return Fail(kExitUsage,
+                "a secured session is shown to holders of keys only: --audience-secure, with keys "
+                "made by 'tandem keys relay'");
   }
   const Result<PeerId> id = Identify(arguments.reach, Role::kViewer, arguments.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
-  arguments.relay.domain = arguments.reach.domain;
-  arguments.relay.interface = arguments.reach.interface;
-  const Result<std::unique_ptr<Relay>> relay = Relay::Open(arguments.relay);
-  if (!relay) return Fail(kExitNetwork, relay.error().what);
+  DdsOptions viewers;
+  viewers.session = arguments.session;
+  ReachOptions audience = arguments.audience;
+  audience.domain = arguments.reach.domain;
+  audience.external_address = arguments.reach.external_address;
+  if (audience.interface.empty()) audience.interface = arguments.reach.interface;
+  ApplyReach(audience, viewers);
+  GoToRelay(viewers);
+  const Result<std::unique_ptr<Relay>> relay = Relay::Open(viewers);
+  if (!relay) {
+    return Fail(audience.secure.empty() ? kExitNetwork : kExitSecurity, relay.error().what);
+  }
   DdsOptions upstream;
-  upstream.session = arguments.relay.session;
+  upstream.session = arguments.session;
   upstream.peer = *id;
   upstream.role = Role::kViewer;
   ApplyReach(arguments.reach, upstream);
   const Result<std::unique_ptr<Transport>> joined = JoinOverDds(upstream, **relay);
-  if (!joined) return Fail(kExitNetwork, joined.error().what);
-  Say("relaying session " + arguments.relay.session +
-      "; viewers see it with: tandem watch --from-relay --session " + arguments.relay.session);
+  if (!joined) {
+    return Fail(arguments.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
+  }
+  Say("relaying session " + arguments.session + "; viewers see it with: tandem watch --from-relay" +
+      (audience.secure.empty() ? "" : " --secure KEYS") + " --session " + arguments.session);
+  Say(SecurityOf(arguments.reach, arguments.session));
 
   PeerInfo info;
   info.peer = upstream.peer;
@@ -91,9 +105,18 @@ void AddRelayCommand(CLI::App& app, int& exit_code) {
   arguments->name = "relay-" + std::to_string(getpid());
   CLI::App* command = app.add_subcommand(
       "relay", "Show a session to many: its peers serve the relay alone, the relay the viewers");
-  command->add_option("--session", arguments->relay.session, "name of the session")->required();
+  command->add_option("--session", arguments->session, "name of the session")->required();
   command->add_option("--name", arguments->name, "how the session's peers see it");
   AddReachOptions(*command, arguments->reach);
+  command->add_option("--audience-interface", arguments->audience.interface,
+                      "where its viewers are; default: the session's");
+  command
+      ->add_option("--audience-port", arguments->audience.port,
+                   "UDP port for viewers beyond the local network, and the next one")
+      ->check(CLI::Range(1024, 65534));
+  command->add_option("--audience-secure", arguments->audience.secure,
+                      "folder made by 'tandem keys relay' in a session of the viewers' own: nobody "
+                      "without its keys looks on");
   command->add_option("--seconds", arguments->seconds, "leave after this; 0: on a signal")
       ->check(CLI::NonNegativeNumber);
   command->callback([arguments, &exit_code] {

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
-#include "app/cli/reach_options.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/reach/reach_options.h"
 #include "collab/recording/replay.h"
 #include "engine/realtime/clock.h"
 #include "engine/world/scene.h"
@@ -89,7 +89,7 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
   ApplyReach(arguments.reach, dds);
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, node.inbox());
   if (!joined) return joined.error();
-  TellSecurity(arguments.reach, arguments.session);
+  Say(SecurityOf(arguments.reach, arguments.session));
   return std::unique_ptr<Transport>(std::make_unique<ViewersOnly>(*std::move(joined)));
 }
 

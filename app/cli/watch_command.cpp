@@ -119,17 +119,14 @@ int WatchCommand(const WatchOptions& asked) {
   dds.peer = *id;
   dds.role = Role::kViewer;
   ApplyReach(options.reach, dds);
-  if (options.from_relay) {
-    dds.session = RelaySession(options.session);
-    dds.domain = RelayDomain(dds.domain);
-  }
+  if (options.from_relay) GoToRelay(dds);
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, viewer);
   if (!joined) {
     return Fail(options.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
   }
   Transport& transport = **joined;
   Say("watching session " + options.session);
-  TellSecurity(options.reach, options.session);
+  Say(SecurityOf(options.reach, options.session));
 
   PeerInfo info;
   info.peer = dds.peer;

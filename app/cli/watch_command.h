@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "app/cli/reach_options.h"
+#include "app/reach/reach_options.h"
 
 namespace tandem {
 

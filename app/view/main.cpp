@@ -7,7 +7,7 @@
 #include "app/view/options.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/ui/main_window.h"
-#include "collab/dds/dds_transport.h"
+#include "collab/dds/relay.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/world/scene.h"
 
@@ -20,14 +20,19 @@ int Fail(int exit_code, const std::string& line) {
   return exit_code;
 }
 
-Result<std::unique_ptr<Transport>> Join(const JoinRequest& request, PeerId peer, Inbox& inbox) {
-  DdsOptions options;
-  options.session = request.session;
-  options.peer = peer;
-  options.role = Role::kViewer;
-  options.domain = request.domain;
-  options.interface = request.interface;
-  return JoinOverDds(options, inbox);
+/// Over DDS, by the way that the command line says; domain and interface are the form's.
+JoinFunction JoinBy(const ReachOptions& reach) {
+  return [reach](const JoinRequest& request, PeerId peer, Inbox& inbox) {
+    DdsOptions options;
+    options.session = request.session;
+    options.peer = peer;
+    options.role = Role::kViewer;
+    ApplyReach(reach, options);
+    options.domain = request.domain;
+    options.interface = request.interface;
+    if (request.from_relay) GoToRelay(options);
+    return JoinOverDds(options, inbox);
+  };
 }
 
 }  // namespace
@@ -52,7 +57,7 @@ int main(int argc, char** argv) {
   QApplication app(qt_argc, argv);
   QApplication::setApplicationName(QStringLiteral("tandem-view"));
 
-  SessionModel session(Join);
+  SessionModel session(JoinBy(options->reach));
   SceneModel scene(LoadDrawnScene);
   const Result<GlInfo> gl = CheckGl();
   if (!gl) Fail(kExitDisplay, gl.error().what);

@@ -1,5 +1,6 @@
 #include "app/view/options.h"
 
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
@@ -51,10 +52,8 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   app.add_option("--session", options.join.session, "join this session at once");
   app.add_option("--scene", options.scene, "scene file; otherwise the session's, if it is here");
   app.add_option("--name", options.join.name, "how others see you")->capture_default_str();
-  app.add_option("--domain", options.join.domain, "DDS domain")
-      ->check(CLI::Range(0, 230))
-      ->capture_default_str();
-  app.add_option("--interface", options.join.interface, "network interface by name");
+  AddReachOptions(app, options.reach);
+  app.add_flag("--from-relay", options.join.from_relay, "look through a relay (tandem relay)");
   app.add_flag("--proximity", options.proximity,
                "show distances from the start: colours, near voxels, the least distance (key P)");
   app.add_option("--screenshot", options.screenshot,
@@ -67,7 +66,8 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   app.add_option("--seconds", options.seconds, "end after this; 0: when the window is closed")
       ->check(CLI::NonNegativeNumber);
   app.footer(
-      "Exit codes: 0 ok, 1 failed, 2 usage, 3 file, 4 no display or OpenGL, 5 network.\n"
+      "Exit codes: 0 ok, 1 failed, 2 usage, 3 file, 4 no display or OpenGL, 5 network, 9 "
+      "security.\n"
       "Without OpenGL the window opens all the same and says why; a picture then shows that page, "
       "and the\n"
       "exit code is 4.");
@@ -76,6 +76,18 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kExitOk : kExitUsage;
     return std::nullopt;
+  }
+  options.join.domain = options.reach.domain;
+  options.join.interface = options.reach.interface;
+  if (!options.reach.secure.empty()) {
+    const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.join.name);
+    if (!id) {
+      std::fprintf(stderr, "tandem-view: %s\n", id.error().what.c_str());
+      exit_code = kExitSecurity;
+      return std::nullopt;
+    }
+    options.join.peer = *id;
+    options.join.secured = true;
   }
   return options;
 }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "app/reach/reach_options.h"
 #include "app/view/model/session_model.h"
 
 namespace tandem {
@@ -11,6 +12,7 @@ namespace tandem {
 /// What `tandem-view` was asked for.
 struct ViewOptions {
   JoinRequest join;  // session empty: the form waits
+  ReachOptions reach;
   std::string scene;
   bool proximity = false;  // shown from the start
   std::string screenshot;

@@ -18,9 +18,9 @@ struct DdsOptions {
   std::string interface;          // by name; empty: Cyclone's choice. "lo": loopback, no multicast
   std::vector<ObjectId> objects;  // that may be published: their DDS instances of state/1 and
                                   // link/1 are registered before the loop
-  /// Where others are, HOST or HOST:PORT, IPv4: then no multicast is sent or heard, and packets are
-  /// kept below what any path carries. Without a port all those of a machine's first programs are
-  /// tried.
+  /// Where others are, HOST or HOST:PORT, IPv4: then no multicast is sent or heard. Without a port
+  /// all those of a machine's first programs are tried. With any of these three, packets are kept
+  /// below what every path carries.
   std::vector<std::string> peers;
   std::string external_address;  // behind address translation: the IPv4 address that others use
   std::uint16_t port = 0;        // UDP ports `port` and `port` + 1; 0: the domain's first free ones

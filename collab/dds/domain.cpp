@@ -219,7 +219,7 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
     xml += "<ExternalNetworkAddress>" + options.external_address + "</ExternalNetworkAddress>";
   }
   // fragments of IP packets do not get through many routers
-  if (!options.peers.empty()) {
+  if (!options.peers.empty() || options.port != 0 || !options.external_address.empty()) {
     xml += "<MaxMessageSize>1400 B</MaxMessageSize><FragmentSize>1300 B</FragmentSize>";
   }
   xml += "</General><Discovery><Tag>" + DiscoveryTag(options.session) + "</Tag>";

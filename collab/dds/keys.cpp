@@ -5,6 +5,7 @@
 #include <charconv>
 #include <ctime>
 #include <fstream>
+#include <functional>
 #include <random>
 
 #include <sys/stat.h>
@@ -132,6 +133,39 @@ Result<bool> MakeIdentity(const Authority& authority, const std::string& name, P
   return true;
 }
 
+// A folder for one who is `part` in the session: "peer", "viewer" or "relay".
+Result<PeerId> MakeKeys(
+    const fs::path& session, const std::string& name, const std::string& part, const fs::path& out,
+    int days,
+    const std::function<std::string(PeerId, std::time_t from, std::time_t until)>& permissions_of) {
+  const OwnerOnly owner_only;
+  if (!IsName(name)) {
+    return Error{"'" + name + "' is no name for a member: letters, digits, '.', '_', '-'"};
+  }
+  const Authority identity = IdentityAuthority(session);
+  const Authority permissions = PermissionsAuthority(session);
+  Result<bool> done = AreTwo(identity.certificate, permissions.certificate);
+  if (done) done = MakeFolder(out);
+  const PeerId peer = NewPeerId();
+  if (done) done = MakeIdentity(identity, name, peer, out, days);
+  const std::time_t now = std::time(nullptr);
+  if (done) {  // a day back: clocks differ
+    done =
+        SignDocument(permissions_of(peer, now - kDaySeconds, now + std::time_t{days} * kDaySeconds),
+                     permissions, out / "permissions.p7s");
+  }
+  for (const char* shared : {"identity_ca.pem", "permissions_ca.pem", "governance.p7s"}) {
+    if (done) done = CopyInto(session / shared, out / shared);
+  }
+  if (done) {
+    std::array<char, 17> id{};
+    std::snprintf(id.data(), id.size(), "%016llx", static_cast<unsigned long long>(peer));
+    done = WriteText(out / "member.txt", name + " " + std::string(id.data()) + " " + part + "\n");
+  }
+  if (!done) return done.error();
+  return peer;
+}
+
 }  // namespace
 
 Result<bool> SignDocument(const std::string& text, const Authority& authority,
@@ -167,33 +201,18 @@ Result<bool> MakeSessionKeys(const fs::path& folder, const Authority& identity,
 
 Result<PeerId> MakeMemberKeys(const fs::path& session, const std::string& name, Role role,
                               const fs::path& out, int days) {
-  const OwnerOnly owner_only;
-  if (!IsName(name)) {
-    return Error{"'" + name + "' is no name for a member: letters, digits, '.', '_', '-'"};
-  }
-  const Authority identity = IdentityAuthority(session);
-  const Authority permissions = PermissionsAuthority(session);
-  Result<bool> done = AreTwo(identity.certificate, permissions.certificate);
-  if (done) done = MakeFolder(out);
-  const PeerId peer = NewPeerId();
-  if (done) done = MakeIdentity(identity, name, peer, out, days);
-  const std::time_t now = std::time(nullptr);
-  if (done) {  // a day back: clocks differ
-    done = SignDocument(
-        PermissionsXml(name, peer, role, now - kDaySeconds, now + std::time_t{days} * kDaySeconds),
-        permissions, out / "permissions.p7s");
-  }
-  for (const char* shared : {"identity_ca.pem", "permissions_ca.pem", "governance.p7s"}) {
-    if (done) done = CopyInto(session / shared, out / shared);
-  }
-  if (done) {
-    std::array<char, 17> id{};
-    std::snprintf(id.data(), id.size(), "%016llx", static_cast<unsigned long long>(peer));
-    done = WriteText(out / "member.txt", name + " " + std::string(id.data()) +
-                                             (role == Role::kViewer ? " viewer\n" : " peer\n"));
-  }
-  if (!done) return done.error();
-  return peer;
+  return MakeKeys(session, name, role == Role::kViewer ? "viewer" : "peer", out, days,
+                  [&](PeerId peer, std::time_t from, std::time_t until) {
+                    return PermissionsXml(name, peer, role, from, until);
+                  });
+}
+
+Result<PeerId> MakeRelayKeys(const fs::path& session, const std::string& name, const fs::path& out,
+                             int days) {
+  return MakeKeys(session, name, "relay", out, days,
+                  [&](PeerId peer, std::time_t from, std::time_t until) {
+                    return RelayPermissionsXml(name, peer, from, until);
+                  });
 }
 
 Result<MemberKeys> LoadMemberKeys(const fs::path& folder) {
@@ -211,10 +230,11 @@ Result<MemberKeys> LoadMemberKeys(const fs::path& folder) {
   stream >> keys.name >> id >> role;
   const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), keys.peer, 16);
   if (!IsName(keys.name) || error != std::errc() || end != id.data() + id.size() ||
-      keys.peer == 0 || (role != "peer" && role != "viewer")) {
+      keys.peer == 0 || (role != "peer" && role != "viewer" && role != "relay")) {
     return Error{(folder / "member.txt").string() + ": not as 'tandem keys' wrote it"};
   }
-  keys.role = role == "viewer" ? Role::kViewer : Role::kActive;
+  keys.role = role == "peer" ? Role::kActive : Role::kViewer;
+  keys.relay = role == "relay";
   const Result<bool> two = AreTwo(folder / "identity_ca.pem", folder / "permissions_ca.pem");
   if (!two) return two.error();
   return keys;

@@ -27,12 +27,18 @@ Result<bool> MakeSessionKeys(const std::filesystem::path& folder, const Authorit
 Result<PeerId> MakeMemberKeys(const std::filesystem::path& session, const std::string& name,
                               Role role, const std::filesystem::path& out, int days = 365);
 
+/// The same for a relay (tandem relay) in the session of those who look on behind it: it may speak
+/// there as each peer that it shows.
+Result<PeerId> MakeRelayKeys(const std::filesystem::path& session, const std::string& name,
+                             const std::filesystem::path& out, int days = 365);
+
 /// A member's folder, checked: complete, two authorities, its own words well-formed.
 struct MemberKeys {
   std::filesystem::path folder;  // absolute
   std::string name;
   PeerId peer = 0;
   Role role = Role::kActive;
+  bool relay = false;  // then it has no role
 };
 Result<MemberKeys> LoadMemberKeys(const std::filesystem::path& folder);
 

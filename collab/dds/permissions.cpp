@@ -29,6 +29,16 @@ std::string Allow(const char* action, const std::vector<std::string>& topics,
          action + ">";
 }
 
+// What a member may do, and nothing else.
+std::string Grant(const std::string& name, PeerId peer, std::time_t from, std::time_t until,
+                  const std::string& rules) {
+  return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<dds>\n<permissions>\n<grant name=\"" + name +
+         "\">\n<subject_name>" + SubjectOf(name, peer) + "</subject_name>\n<validity><not_before>" +
+         Instant(from) + "</not_before><not_after>" + Instant(until) +
+         "</not_after></validity>\n<allow_rule>\n" + kEveryDomain + "\n" + rules +
+         "</allow_rule>\n<default>DENY</default>\n</grant>\n</permissions>\n</dds>\n";
+}
+
 }  // namespace
 
 std::string SubjectOf(const std::string& name, PeerId peer) {
@@ -59,24 +69,28 @@ std::string GovernanceXml() {
 
 std::string PermissionsXml(const std::string& name, PeerId peer, Role role, std::time_t from,
                            std::time_t until) {
-  std::string xml =
-      "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<dds>\n<permissions>\n<grant name=\"" + name +
-      "\">\n<subject_name>" + SubjectOf(name, peer) + "</subject_name>\n<validity><not_before>" +
-      Instant(from) + "</not_before><not_after>" + Instant(until) + "</not_after></validity>\n";
-  xml += std::string("<allow_rule>\n") + kEveryDomain + "\n";
+  std::string rules;
   if (role == Role::kViewer) {
-    xml += Allow("publish", {"peer_info"}, PeerPartition(peer)) + "\n";
-    xml += Allow("subscribe", {"peer_info"}, kEveryPeer) + "\n";
+    rules += Allow("publish", {"peer_info"}, PeerPartition(peer)) + "\n";
+    rules += Allow("subscribe", {"peer_info"}, kEveryPeer) + "\n";
   } else {
     const std::vector<std::string> own{"state/1", "link/1", "event", "peer_info"};
-    xml += Allow("publish", own, PeerPartition(peer)) + "\n";
-    xml += Allow("publish", {"view/1"}, ViewPartition(peer)) + "\n";
-    xml += Allow("publish", {"scene"}, kScenePartition) + "\n";
-    xml += Allow("subscribe", own, kEveryPeer) + "\n";
+    rules += Allow("publish", own, PeerPartition(peer)) + "\n";
+    rules += Allow("publish", {"view/1"}, ViewPartition(peer)) + "\n";
+    rules += Allow("publish", {"scene"}, kScenePartition) + "\n";
+    rules += Allow("subscribe", own, kEveryPeer) + "\n";
   }
-  xml += Allow("subscribe", {"view/1"}, kEveryView) + "\n";
-  xml += Allow("subscribe", {"scene"}, kScenePartition) + "\n";
-  return xml + "</allow_rule>\n<default>DENY</default>\n</grant>\n</permissions>\n</dds>\n";
+  rules += Allow("subscribe", {"view/1"}, kEveryView) + "\n";
+  rules += Allow("subscribe", {"scene"}, kScenePartition) + "\n";
+  return Grant(name, peer, from, until, rules);
+}
+
+std::string RelayPermissionsXml(const std::string& name, PeerId peer, std::time_t from,
+                                std::time_t until) {
+  return Grant(name, peer, from, until,
+               Allow("publish", {"peer_info"}, kEveryPeer) + "\n" +
+                   Allow("publish", {"view/1"}, kEveryView) + "\n" +
+                   Allow("publish", {"scene"}, kScenePartition) + "\n");
 }
 
 }  // namespace tandem

@@ -22,4 +22,9 @@ std::string GovernanceXml();
 std::string PermissionsXml(const std::string& name, PeerId peer, Role role, std::time_t from,
                            std::time_t until);
 
+/// What a relay may do among those who look on behind it: say what each peer that it shows says.
+/// Nothing there is worth having for a peer, so these are of a session of their own.
+std::string RelayPermissionsXml(const std::string& name, PeerId peer, std::time_t from,
+                                std::time_t until);
+
 }  // namespace tandem

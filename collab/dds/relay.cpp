@@ -7,14 +7,17 @@
 
 #include "collab/dds/cyclone_log.h"
 #include "collab/dds/domain.h"
+#include "collab/dds/keys.h"
 #include "collab/dds/partitions.h"
 #include "collab/dds/qos.h"
+#include "collab/dds/security.h"
 #include "collab/dds/wire.h"
 
 namespace tandem {
 
-std::string RelaySession(const std::string& session) {
-  return session + "/view";
+void GoToRelay(DdsOptions& options) {
+  options.session += "/view";
+  ++options.domain;
 }
 
 namespace {
@@ -23,9 +26,8 @@ constexpr dds_duration_t kGoodbyeWait = DDS_MSECS(100);
 
 class DdsRelay final : public Relay {
  public:
-  explicit DdsRelay(Entity domain, std::uint32_t number)
-      : domain_(std::move(domain)),
-        participant_(dds_create_participant(number, nullptr, nullptr)) {}
+  DdsRelay(Entity domain, std::uint32_t number, const dds_qos_t* qos)
+      : domain_(std::move(domain)), participant_(dds_create_participant(number, qos, nullptr)) {}
 
   bool Open() {
     const auto topic = [this](const dds_topic_descriptor_t& type, const char* name) {
@@ -145,16 +147,31 @@ class DdsRelay final : public Relay {
 
 }  // namespace
 
-Result<std::unique_ptr<Relay>> Relay::Open(const RelayOptions& options) {
+Result<std::unique_ptr<Relay>> Relay::Open(const DdsOptions& viewers) {
   TakeOverCycloneLog();
-  DdsOptions viewers;
-  viewers.session = RelaySession(options.session);
-  viewers.domain = RelayDomain(options.domain);
-  viewers.interface = options.interface;
+  MemberKeys keys;
+  Qos qos;
+  if (!viewers.secure.empty()) {
+    Result<MemberKeys> loaded = LoadMemberKeys(viewers.secure);
+    if (!loaded) return loaded.error();
+    keys = *std::move(loaded);
+    if (!keys.relay) {
+      return Error{viewers.secure +
+                   ": these are no keys of a relay; 'tandem keys relay' makes some"};
+    }
+    Result<Qos> secured = SecureParticipantQos(keys);
+    if (!secured) return secured.error();
+    qos = *std::move(secured);
+  }
   Result<Entity> domain = CreateDomain(viewers);
   if (!domain) return domain.error();
-  auto relay = std::make_unique<DdsRelay>(*std::move(domain), viewers.domain);
-  if (!relay->Open()) return Error{"cannot open the viewers' side of the relay"};
+  CycloneLogCapture log;
+  auto relay = std::make_unique<DdsRelay>(*std::move(domain), viewers.domain, qos.get());
+  if (!relay->Open()) {
+    const std::string said = log.Take();
+    if (qos != nullptr) return Error{ExplainRefusal(said, keys)};
+    return Error{"cannot open the viewers' side of the relay" + (said.empty() ? "" : ": " + said)};
+  }
   return std::unique_ptr<Relay>(std::move(relay));
 }
 

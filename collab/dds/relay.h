@@ -4,22 +4,15 @@
 #include <memory>
 #include <string>
 
+#include "collab/dds/dds_transport.h"
 #include "collab/transport.h"
 #include "engine/base/result.h"
 
 namespace tandem {
 
-struct RelayOptions {
-  std::string session;
-  std::uint32_t domain = 42;  // the session's; the relay's own viewers are in the next
-  std::string interface;
-};
-
-/// Where the viewers of a relay are: a session of its own, found by them and the relay alone.
-std::string RelaySession(const std::string& session);
-inline std::uint32_t RelayDomain(std::uint32_t domain) {
-  return domain + 1;
-}
+/// Makes of a session's options those of where its relay shows it: a session of its own in the next
+/// domain, found by its viewers and the relay alone.
+void GoToRelay(DdsOptions& options);
 
 /// Gives what it hears as a viewer of a session on to viewers in a discovery tag of their own, so
 /// that the session's peers send each picture once, however many look on. To its viewers the
@@ -29,8 +22,9 @@ inline std::uint32_t RelayDomain(std::uint32_t domain) {
 /// It is an Inbox; the calls of one session may come from several threads.
 class Relay : public Inbox {
  public:
-  /// The viewers' side.
-  static Result<std::unique_ptr<Relay>> Open(const RelayOptions& options);
+  /// The viewers' side; `viewers` are GoToRelay()'s. With `secure` its viewers need keys: the
+  /// folder is a relay's (MakeRelayKeys), of authorities that are not the session's own.
+  static Result<std::unique_ptr<Relay>> Open(const DdsOptions& viewers);
 
   /// Says goodbye for all that are still here.
   virtual void Leave() = 0;

@@ -40,9 +40,10 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
     may_see("app", {});                     // what all programs share
     may_see("app/devices", {"engine/haptics"});
+    may_see("app/reach", {"collab/dds"});
     may_see("app/cli",
-            {"app", "collab/dds", "collab/simulated", "collab/recording", "scenes", "app/devices"});
-    may_see("app/view", {"app", "collab/dds"});
+            {"app", "app/reach", "collab/simulated", "collab/recording", "scenes", "app/devices"});
+    may_see("app/view", {"app", "app/reach"});
     return map;
   }();
   return *arrows;

@@ -37,7 +37,7 @@ SessionModel::~SessionModel() {
 void SessionModel::Join(const JoinRequest& request) {
   TANDEM_CHECK(state_ != State::kJoining && state_ != State::kJoined);
   request_ = request;
-  peer_ = RandomPeerId();
+  peer_ = request.peer != 0 ? request.peer : RandomPeerId();
   viewer_ = std::make_unique<Viewer>();
   SetState(State::kJoining);
   joiner_ = std::thread([this, request, peer = peer_, viewer = viewer_.get()] {

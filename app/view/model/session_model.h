@@ -20,7 +20,10 @@ struct JoinRequest {
   std::string session;
   std::string name;
   std::uint32_t domain = 42;
-  std::string interface;  // empty: the middleware's choice
+  std::string interface;    // empty: the middleware's choice
+  bool from_relay = false;  // the session as its relay shows it
+  bool secured = false;     // by keys, which nobody else has
+  PeerId peer = 0;          // whom the keys belong to; 0: a new id each time
 };
 
 /// Enters a session for a viewer of the given id; may take a while. Over DDS in the product.

@@ -91,6 +91,7 @@ SessionDock::SessionDock(SessionModel& session, SceneModel& scene, QWidget* pare
 }
 
 void SessionDock::SetRequest(const JoinRequest& request) {
+  given_ = request;
   session_->setText(QString::fromStdString(request.session));
   name_->setText(QString::fromStdString(request.name));
   domain_->setValue(static_cast<int>(request.domain));
@@ -98,9 +99,12 @@ void SessionDock::SetRequest(const JoinRequest& request) {
 }
 
 JoinRequest SessionDock::Request() const {
-  return {session_->text().trimmed().toStdString(), name_->text().trimmed().toStdString(),
-          static_cast<std::uint32_t>(domain_->value()),
-          interface_->currentText().trimmed().toStdString()};
+  JoinRequest request = given_;
+  request.session = session_->text().trimmed().toStdString();
+  request.name = name_->text().trimmed().toStdString();
+  request.domain = static_cast<std::uint32_t>(domain_->value());
+  request.interface = interface_->currentText().trimmed().toStdString();
+  return request;
 }
 
 void SessionDock::Join() {
@@ -117,6 +121,10 @@ void SessionDock::ShowSession() {
   leave_->setEnabled(state == SessionModel::State::kJoined);
   QString text = Describe(state);
   if (state == SessionModel::State::kFailed) text += ": " + session_model_.error();
+  if (state == SessionModel::State::kJoined) {
+    text += session_model_.request().secured ? tr("; secured: members only")
+                                             : tr("; plain: anyone on the network can look on");
+  }
   state_->setText(text);
 }
 

@@ -27,6 +27,7 @@ class SessionDock : public QDockWidget {
   void ShowScene();
   void Join();
 
+  JoinRequest given_;  // what the form does not ask for is as it was given
   SessionModel& session_model_;
   SceneModel& scene_model_;
   QLineEdit* session_;

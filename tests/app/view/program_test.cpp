@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "collab/dds/dds_transport.h"
+#include "collab/dds/keys.h"
 #include "collab/viewer.h"
 #include "tests/app/view/fake_session.h"
 
@@ -222,6 +223,47 @@ TEST_F(Program, SaysWhichOptionItDoesNotKnow) {
 TEST_F(Program, AnUnattendedRunThatCannotJoinEndsWithTheNetworksCode) {
   EXPECT_EQ(Run({"--session", session_, "--interface", "nosuch0", "--seconds", "30"}, here_), 5);
   EXPECT_THAT(said_, ::testing::HasSubstr("nosuch0"));
+  EXPECT_EQ(Run({"--session", session_, "--peers", "a:b", "--seconds", "30"}, here_), 5);
+  EXPECT_THAT(said_, ::testing::HasSubstr("HOST:PORT"));
+}
+
+TEST_F(Program, WithoutAViewersKeysItDoesNotBegin) {
+  EXPECT_EQ(Run({"--session", session_, "--secure", folder_.path()}, here_), 9);
+  EXPECT_THAT(said_, ::testing::HasSubstr("is missing"));
+  EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);
+}
+
+TEST_F(Program, LooksOnAtASecuredSessionByItsKeys) {
+  const std::filesystem::path keys = folder_.filePath("keys").toStdString();
+  ASSERT_TRUE(MakeSessionKeys(keys));
+  const Result<PeerId> anna = MakeMemberKeys(keys, "anna", Role::kActive, keys / "anna");
+  ASSERT_TRUE(anna && MakeMemberKeys(keys, "vera", Role::kViewer, keys / "vera"));
+  Viewer unused;
+  DdsOptions options;
+  options.session = session_.toStdString();
+  options.peer = *anna;
+  options.interface = "lo";
+  options.secure = (keys / "anna").string();
+  const Result<std::unique_ptr<Transport>> joined = JoinOverDds(options, unused);
+  ASSERT_TRUE(joined) << joined.error().what;
+  QProcess view;
+  view.start(TANDEM_VIEW,
+             {"--session", session_, "--interface", "lo", "--seconds", "4", "--report",
+              In("report.json"), "--secure", QString::fromStdString((keys / "vera").string())});
+  ViewFrame frame;
+  frame.peer = *anna;
+  PeerInfo info;
+  info.peer = *anna;
+  info.name = "anna";
+  while (!view.waitForFinished(20)) {
+    ++info.beat;
+    (*joined)->Publish(info);
+    (*joined)->Publish(frame);
+  }
+  EXPECT_EQ(view.exitCode(), 0) << view.readAllStandardError().toStdString();
+  EXPECT_EQ(Report().at("peers_seen"), 1);
+  EXPECT_GT(Report().at("samples").get<int>(), 10);
+  (*joined)->Leave();
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
-#include "app/cli/reach_options.h"
+#include "app/reach/reach_options.h"
 
 #include <random>
 
-#include "app/cli/talk.h"
 #include "collab/dds/keys.h"
 
 namespace tandem {
@@ -43,6 +42,9 @@ Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& nam
   }
   const Result<MemberKeys> keys = LoadMemberKeys(options.secure);
   if (!keys) return keys.error();
+  if (keys->relay) {
+    return Error{options.secure + ": these are keys of a relay's other side (--audience-secure)"};
+  }
   if (keys->role != role) {
     return Error{options.secure + ": these are keys of a " +
                  (role == Role::kViewer ? "peer; looking on needs a viewer's"
@@ -52,11 +54,12 @@ Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& nam
   return keys->peer;
 }
 
-void TellSecurity(const ReachOptions& options, const std::string& session) {
-  Say(options.secure.empty()
-          ? "session " + session +
-                " is plain: whoever reaches this network can listen and take part (--secure)"
-          : "session " + session + " is secured: members only, signed and encrypted");
+std::string SecurityOf(const ReachOptions& options, const std::string& session) {
+  if (!options.secure.empty()) {
+    return "session " + session + " is secured: members only, signed and encrypted";
+  }
+  return "session " + session +
+         " is plain: whoever reaches this network can listen and take part (--secure)";
 }
 
 }  // namespace tandem

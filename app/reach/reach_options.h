@@ -30,7 +30,7 @@ void ApplyReach(const ReachOptions& options, DdsOptions& dds);
 /// `name`). Errors: the folder is no member's, or another role's.
 Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& name);
 
-/// Says whether others can listen.
-void TellSecurity(const ReachOptions& options, const std::string& session);
+/// Whether others can listen, in a line for a person.
+std::string SecurityOf(const ReachOptions& options, const std::string& session);
 
 }  // namespace tandem

@@ -1,0 +1,205 @@
+#include <algorithm>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/child_processes.h"
+#include "app/exit_codes.h"
+#include "tests/app/cli/program_run.h"
+
+// The commands of a session as a person uses them: keys, relay, watch, doctor.
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::RunTandem;
+using testing::Said;
+
+std::string RandomName() {
+  return "commands-" + std::to_string(std::random_device{}());
+}
+
+/// A run that must fail: with this code, and with one line that has these words.
+void ExpectRefused(const std::string& arguments, int exit_code, const std::string& words) {
+  const Said said = RunTandem(arguments, "timeout 20 ");
+  EXPECT_EQ(said.exit_code, exit_code) << arguments << "\n" << said.err;
+  EXPECT_THAT(said.err, HasSubstr(words)) << arguments;
+  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+  EXPECT_EQ(said.out, "") << arguments;
+}
+
+/// Of CLI11's own: a line that says what, a blank line after it or not, and where help is.
+void ExpectUsage(const std::string& arguments, const std::string& words) {
+  const Said said = RunTandem(arguments, "timeout 20 ");
+  EXPECT_EQ(said.exit_code, kExitUsage) << arguments << "\n" << said.err;
+  EXPECT_THAT(said.err, HasSubstr(words)) << arguments;
+}
+
+/// Two secured sessions: of those who take part, and of those who look on behind the relay.
+class SecuredSession : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<ScratchFolder>();
+    for (const char* arguments : {"session in", "peer in anna", "viewer in hall", "session out",
+                                  "relay out hall", "viewer out vic"}) {
+      std::string line = "keys ";
+      for (const std::string& word : Words(arguments)) {
+        line += (word == "in" || word == "out" ? (folder_->path() / word).string() : word) + " ";
+      }
+      const Said said = RunTandem(line);
+      ASSERT_EQ(said.exit_code, 0) << said.err;
+    }
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+  static std::vector<std::string> Words(const std::string& text) {
+    std::istringstream stream(text);
+    return {std::istream_iterator<std::string>(stream), {}};
+  }
+  static std::string Keys(const char* of) { return (folder_->path() / of).string(); }
+
+  static ChildProcess Start(const std::string& arguments) {
+    std::vector<std::string> command = Words(arguments);
+    command.insert(command.begin(), TANDEM_PROGRAM);
+    Result<ChildProcess> started = ChildProcess::Start(command);
+    EXPECT_TRUE(started);
+    return *std::move(started);
+  }
+  /// The report of a viewer that has looked on for a few seconds.
+  static json Watched(const std::string& arguments, const char* seconds) {
+    const Said said = RunTandem("watch --interface lo --json --seconds " + std::string(seconds) +
+                                " " + arguments);
+    EXPECT_EQ(said.exit_code, 0) << said.err;
+    return json::parse(said.out, nullptr, false);
+  }
+
+  static std::unique_ptr<ScratchFolder> folder_;
+};
+std::unique_ptr<ScratchFolder> SecuredSession::folder_;
+
+TEST_F(SecuredSession, IsShownBehindARelayToHoldersOfTheAudiencesKeysAndToNobodyElse) {
+  const std::string session = RandomName();
+  const std::string at = " --interface lo --session " + session;
+  ChildProcess anna =
+      Start("peer --capacity 20000 --hold peg --scene " TANDEM_SCENES
+            "/peg_in_slot.json --hand " TANDEM_SCENES "/peg_in_slot_left.json --secure " +
+            Keys("in/anna") + at);
+  ChildProcess relay =
+      Start("relay --secure " + Keys("in/hall") + " --audience-secure " + Keys("out/hall") + at);
+  const std::string behind = "--from-relay --session " + session;
+
+  const json watched = Watched(behind + " --secure " + Keys("out/vic"), "6");
+  EXPECT_GT(watched.at("samples").get<int>(), 60);
+  EXPECT_EQ(watched.at("peers_seen"), 1);
+  const json plain = Watched(behind, "2");
+  EXPECT_EQ(plain.at("samples"), 0);
+  EXPECT_EQ(plain.at("peers_seen"), 0);
+  const json of_the_session = Watched(behind + " --secure " + Keys("in/hall"), "2");
+  EXPECT_EQ(of_the_session.at("samples"), 0);
+
+  relay.Signal(SIGTERM);
+  anna.Signal(SIGTERM);
+  EXPECT_EQ(relay.Wait(std::chrono::seconds(10)), 0);
+  EXPECT_EQ(anna.Wait(std::chrono::seconds(10)), 0);
+}
+
+TEST_F(SecuredSession, KeysServeTheirPurposeOnly) {
+  const std::string in = " --interface lo --session " + RandomName();
+  ExpectRefused("watch --secure " + Keys("in/anna") + in, kExitSecurity, "needs a viewer's");
+  ExpectRefused("watch --secure " + Keys("out/hall") + in, kExitSecurity, "a relay's other side");
+  ExpectRefused("relay --secure " + Keys("in/hall") + in, kExitUsage, "--audience-secure");
+  ExpectRefused("relay --audience-secure " + Keys("out/vic") + in, kExitSecurity,
+                "no keys of a relay");
+  ExpectRefused("relay --secure " + Keys("in/anna") + " --audience-secure " + Keys("out/hall") + in,
+                kExitSecurity, "needs a viewer's");
+  ExpectRefused("watch --secure " + folder_->path().string() + in, kExitSecurity, "is missing");
+}
+
+TEST_F(SecuredSession, KeysAreNeitherOverwrittenNorMadeOfOneAuthority) {
+  ExpectRefused("keys session " + Keys("in"), kExitSecurity, "never overwritten");
+  ExpectRefused("keys peer " + Keys("in") + " anna", kExitSecurity, "never overwritten");
+  ExpectRefused("keys viewer " + Keys("in") + " ../eve", kExitSecurity, "is no name");
+  ExpectRefused("keys relay " + Keys("nowhere") + " eve", kExitSecurity, "nowhere");
+  const std::string one = Keys("in/identity_ca.pem") + " " + Keys("in/identity_ca.key");
+  ExpectRefused("keys session " + Keys("both") + " --identity-authority " + one +
+                    " --permissions-authority " + one,
+                kExitSecurity, "one authority for both");
+  EXPECT_FALSE(std::filesystem::exists(Keys("both")));
+  ExpectUsage("keys", "subcommand");
+  ExpectUsage("keys viewer " + Keys("in"), "NAME");
+  ExpectUsage("keys session " + Keys("new") + " --days -1", "--days");
+}
+
+TEST(Watch, SaysInALineWhatKeepsItOut) {
+  const std::string session = " --session " + RandomName();
+  ExpectUsage("watch", "--session");
+  ExpectUsage("watch --domain 231" + session, "--domain");
+  ExpectUsage("watch --port 80" + session, "--port");
+  ExpectRefused("watch --interface nosuch0" + session, kExitNetwork, "nosuch0");
+  ExpectRefused("watch --peers no-such-host.invalid" + session, kExitNetwork,
+                "no-such-host.invalid");
+  ExpectRefused("watch --peers 127.0.0.1:port" + session, kExitNetwork, "HOST:PORT");
+  ExpectRefused("watch --external-address here" + session, kExitNetwork, "not an IPv4 address");
+  ExpectRefused("watch --scene /nowhere.json" + session, kExitFile, "/nowhere.json");
+}
+
+TEST(Relay, SaysInALineWhatKeepsItOut) {
+  const std::string session = " --session " + RandomName();
+  ExpectUsage("relay", "--session");
+  ExpectRefused("relay --interface nosuch0" + session, kExitNetwork, "nosuch0");
+  ExpectRefused("relay --interface lo --domain 230" + session, kExitNetwork, "domain 231");
+  ExpectRefused("relay --interface lo --peers a:b" + session, kExitNetwork, "HOST:PORT");
+}
+
+// The peers' way in, over loopback: a port of one's own, the others named, no multicast.
+TEST(Relay, ShowsASessionThatIsReachedByNamedAddressesOnly) {
+  const std::string session = RandomName();
+  const auto start = [&](const std::string& arguments) {
+    std::istringstream stream(arguments + " --interface lo --session " + session);
+    std::vector<std::string> command{TANDEM_PROGRAM};
+    command.insert(command.end(), std::istream_iterator<std::string>(stream), {});
+    return *ChildProcess::Start(command);
+  };
+  // ports of this test: two for the peer, two for the relay, two for those behind it
+  const int base = 20000 + 6 * static_cast<int>(std::random_device{}() % 1000);
+  const auto port = [base](int i) {
+    return std::to_string(base + 2 * i);
+  };
+  ChildProcess peer =
+      start("peer --capacity 20000 --hold peg --scene " TANDEM_SCENES
+            "/peg_in_slot.json --hand " TANDEM_SCENES "/peg_in_slot_left.json --port " +
+            port(0));
+  ChildProcess relay = start("relay --port " + port(1) + " --peers 127.0.0.1:" + port(0) +
+                             " --audience-port " + port(2));
+  const Said said = RunTandem("watch --from-relay --json --seconds 6 --interface lo --session " +
+                              session + " --peers 127.0.0.1:" + port(2));
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_GT(json::parse(said.out).at("samples").get<int>(), 60) << said.err;
+  relay.Signal(SIGTERM);
+  peer.Signal(SIGTERM);
+  EXPECT_EQ(relay.Wait(std::chrono::seconds(10)), 0);
+  EXPECT_EQ(peer.Wait(std::chrono::seconds(10)), 0);
+}
+
+TEST(Doctor, FindsWhatIsWrongAndSaysWhatMendsIt) {
+  const Said good = RunTandem("doctor --interface lo --json", "timeout 60 ");
+  EXPECT_EQ(good.exit_code, 0) << good.out << good.err;
+  EXPECT_TRUE(json::parse(good.out, nullptr, false).is_object() ||
+              json::parse(good.out, nullptr, false).is_array());
+
+  const Said bad = RunTandem("doctor --interface nosuch0", "timeout 60 ");
+  EXPECT_EQ(bad.exit_code, kExitNetwork);
+  EXPECT_THAT(bad.out, AllOf(HasSubstr("nosuch0"), HasSubstr("usable: ")));
+
+  // a machine that is there, but where nobody answers: the path is tried, and what to do is said
+  const Said deaf = RunTandem("doctor --interface lo --peers 127.0.0.1", "timeout 60 ");
+  EXPECT_THAT(deaf.out, AllOf(HasSubstr("127.0.0.1"), HasSubstr("doctor --answer")));
+  ExpectUsage("doctor --port 80", "--port");
+}
+
+}  // namespace
+}  // namespace tandem
