@@ -394,6 +394,12 @@ std::uint32_t Holdings::Claims(std::array<Claim, kMaxClaims>& out) const noexcep
   return count;
 }
 
+void Holdings::Heal() noexcept {
+  if (held_ < 0) return;
+  const auto body = static_cast<std::size_t>(held_);
+  Say(EventKind::kHeal, body, bodies_[body].claim.epoch, 0);
+}
+
 void Holdings::Say(EventKind kind, std::size_t index, std::uint32_t epoch, PeerId to) noexcept {
   if (send_count_ == to_send_.size()) return;  // it will be asked for again
   Event& event = to_send_[(send_first_ + send_count_++) % to_send_.size()];

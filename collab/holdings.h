@@ -13,15 +13,20 @@ namespace tandem {
 /// What became of a body, for the person at the device.
 struct HoldingNews {
   enum class Kind : std::uint8_t {
-    kInHand,       // it is in our hand now
-    kAsking,       // `peer` answers for it and has been asked
-    kRefused,      // `peer` holds it
-    kNoAnswer,     // nobody answered for 5 s
-    kLetGo,        // we released it
-    kGiven,        // we handed it to `peer`
-    kTaken,        // `peer` has it by the greater claim
-    kInherited,    // its last authority is gone: we answer for it
-    kForceStopped  // what it puts on our hand is no number: the hand feels nothing from now on
+    kInHand,        // it is in our hand now
+    kAsking,        // `peer` answers for it and has been asked
+    kRefused,       // `peer` holds it
+    kNoAnswer,      // nobody answered for 5 s
+    kLetGo,         // we released it
+    kGiven,         // we handed it to `peer`
+    kTaken,         // `peer` has it by the greater claim
+    kInherited,     // its last authority is gone: we answer for it
+    kForceStopped,  // what it puts on our hand is no number: the hand feels nothing from now on
+    kApart,         // something fixed is between our instance and that of `peer`
+    kNotApart,      // nothing is, and we asked to be brought together
+    kComingBack,    // our instance goes to that of `peer`, our hand is let go of meanwhile
+    kNoWayBack,     // no way to it is known
+    kTogether       // nothing is between them any more
   };
   Kind kind = Kind::kInHand;
   ObjectId object = kNoObject;
@@ -57,6 +62,8 @@ class Holdings {
   void Ask(ObjectId object) noexcept;
   void Release() noexcept;
   void Give(PeerId to) noexcept;
+  /// Asks the others who hold the body in our hand to be brought together with us.
+  void Heal() noexcept;
 
   /// Where each moving body is, as simulated here; first in each frame.
   void SeeAt(std::size_t body, const Pose& X_WB) noexcept { bodies_[body].X_WB = X_WB; }

@@ -29,6 +29,7 @@ struct Partner {
   double offered_stiffness = 0;   // N/m that we would use
   double stiffness = 0;           // N/m in use
   double relative_damping = 0;    // N s/m in use
+  double most_force = 1e30;       // N that its link may pull with
   Wrench applied_B_W;             // on our instance, in the last frame
   EnergyGate gate;
   Pose copy_WB;                    // what the gate has let through
@@ -36,6 +37,12 @@ struct Partner {
 
   bool closed() const noexcept { return present && heard && linked; }
   std::int64_t loop_age_ns(std::int64_t now_ns) const noexcept { return now_ns - echo_ns; }
+};
+
+/// Another user's instance of a shared body, where it was heard of last.
+struct InstanceView {
+  PeerId peer = 0;
+  Pose X_WB;
 };
 
 /// What is shown and logged of a link.

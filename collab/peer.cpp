@@ -24,6 +24,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       inbox_(&inbox),
       options_(options),
       holdings_(options.id, world.model(), options.settle_ns),
+      divergence_(options.id, world.model()),
       remote_(world.model()),
       gate_(options.id, world.model().object, inbox.drops()),
       guard_(device.limits()),
@@ -69,6 +70,10 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
       inputs_.hand = {
           .body = held_, .X_BD = X_BD_, .goal = goal, .gains = DefaultHandGains(body.inertia)};
     }
+    if (shared_) divergence_.Look(now_ns, *held_state(), *shared_);
+    if (shared_ && attached_) {
+      divergence_.Lead(*held_state(), goal.X_WA, X_BD_, inputs_.hand);
+    }
     if (shared_) shared_->Prepare(now_ns, *held_state(), inputs_);
   }
   report_ = world_->Step(inputs_);
@@ -103,7 +108,7 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
   Event event;
   while (inbox_->events().TryPop(event)) {
     if (tap != nullptr) tap->Heard(event);
-    holdings_.OnEvent(event);
+    OnEvent(event);
   }
   Command command;
   while (commands_.TryPop(command)) {
@@ -150,6 +155,14 @@ void Peer::OnState(const ObjectState& state) noexcept {
   remote_.OnState(state);
 }
 
+void Peer::OnEvent(const Event& event) noexcept {
+  holdings_.OnEvent(event);
+  if (event.kind != EventKind::kHeal || !shared_) return;
+  const auto body = static_cast<std::size_t>(held_);
+  const bool ours = event.object == world_->model().object[body];
+  if (ours && holdings_.HeldBy(body, event.peer)) divergence_.Ask();
+}
+
 void Peer::OnCommand(const Command& command) noexcept {
   switch (command.kind) {
     case Command::Kind::kGrab:
@@ -162,6 +175,12 @@ void Peer::OnCommand(const Command& command) noexcept {
       holdings_.Give(command.to);
       return;
     case Command::Kind::kHeal:
+      if (!divergence_.apart()) {
+        news_.TryPush({HoldingNews::Kind::kNotApart, kNoObject, 0});
+        return;
+      }
+      divergence_.Ask();
+      holdings_.Heal();
       return;
   }
 }
@@ -179,6 +198,7 @@ void Peer::TickHoldings(std::int64_t now_ns) noexcept {
   for (std::size_t i = 0; i < count; ++i) events_.TryPush(events[i]);
   HoldingNews news;
   while (holdings_.TakeNews(news)) news_.TryPush(news);
+  while (divergence_.TakeNews(news)) news_.TryPush(news);
   ClaimList& list = claims_.back();
   list.count = holdings_.Claims(list.claims);
   claims_.Publish();
@@ -189,6 +209,7 @@ void Peer::TakeAndLetGo() noexcept {
   if (now_held == held_) return;
   if (shared_) last_delay_s_ = shared_->mean_delay_s();
   shared_.reset();
+  divergence_.Begin(-1);
   held_ = now_held;
   attached_ = false;
   nearing_frames_ = 0;
@@ -197,6 +218,7 @@ void Peer::TakeAndLetGo() noexcept {
   const auto body = static_cast<std::size_t>(held_);
   const ObjectId object = model.object[body];
   if (!model.scene.bodies[object].shared) return;
+  divergence_.Begin(held_);
   shared_.emplace(options_.id, object, model.bodies[body].inertia, options_.coupling);
   std::array<PeerId, kMaxPeers> holders{};
   const std::size_t count = holdings_.Holders(body, holders);
@@ -230,7 +252,7 @@ void Peer::Attach(const Anchor& goal) noexcept {
 void Peer::Render() noexcept {
   // what the body received, about the device's own origin
   Wrench wanted;
-  if (attached_) {
+  if (attached_ && !divergence_.leading()) {
     const Vec3 r = held_state()->X_WB.q * X_BD_.p;
     wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
@@ -275,7 +297,7 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .object = world_->model().object[body],
                .epoch = holdings_.own_epoch(body),
                .seq = seq_,
-               .flags = report_.flags,
+               .flags = report_.flags | (divergence_.trapped() ? kStateTrapped : 0U),
                .sample_ns = now_ns,
                .X_WB = state.X_WB,
                .V_WB = state.V_WB,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "collab/command.h"
+#include "collab/divergence.h"
 #include "collab/echoes.h"
 #include "collab/frame_tap.h"
 #include "collab/holdings.h"
@@ -68,6 +69,8 @@ class Peer {
   const Holdings& holdings() const noexcept { return holdings_; }
   /// What stands between the simulation and the hand.
   const ForceGuard& guard() const noexcept { return guard_; }
+  /// What is between our instance of it and the others'.
+  const Divergence& divergence() const noexcept { return divergence_; }
 
   /// What the user asks for; pushed by one other thread.
   SpscQueue<Command>& commands() noexcept { return commands_; }
@@ -87,6 +90,7 @@ class Peer {
   void Receive(std::int64_t now_ns) noexcept;
   void OnMembership(const MembershipChange& change) noexcept;
   void OnState(const ObjectState& state) noexcept;
+  void OnEvent(const Event& event) noexcept;
   void OnCommand(const Command& command) noexcept;
   void SeeBodies() noexcept;
   /// Time-outs of the holdings; what they have to say goes into the queues.
@@ -116,6 +120,7 @@ class Peer {
   std::int64_t nearing_frames_ = 0;
   std::optional<SharedBody> shared_;
   double last_delay_s_ = 0;  // mean_delay_s() of the body let go
+  Divergence divergence_;
   RemoteBodies remote_;
   SampleGate gate_;
   ForceGuard guard_;

@@ -106,6 +106,9 @@ std::vector<std::string> PeerNode::TakeNews() {
 }
 
 std::string PeerNode::Told(const HoldingNews& news) const {
+  if (news.kind == HoldingNews::Kind::kNotApart) {
+    return "nothing is between you and others that could be healed";
+  }
   const std::string body = model_->scene.bodies[news.object].name;
   const std::string who = directory_.NameOf(news.peer);
   switch (news.kind) {
@@ -128,6 +131,17 @@ std::string PeerNode::Told(const HoldingNews& news) const {
     case HoldingNews::Kind::kForceStopped:
       return "the force of " + body +
              " is not a number: your hand feels nothing of it until you take it again";
+    case HoldingNews::Kind::kApart:
+      return "something is between your " + body + " and that of " + who +
+             ": it pulls with 3 N at the most";
+    case HoldingNews::Kind::kComingBack:
+      return "your " + body + " comes back to that of " + who + "; your hand is free until then";
+    case HoldingNews::Kind::kNoWayBack:
+      return "no way is known that brings your " + body + " to that of " + who;
+    case HoldingNews::Kind::kTogether:
+      return "nothing is between your " + body + " and that of " + who + " any more";
+    case HoldingNews::Kind::kNotApart:
+      break;
   }
   return {};
 }

@@ -119,6 +119,18 @@ void SharedBody::OnLinks(const CouplingLinks& links) noexcept {
   }
 }
 
+std::size_t SharedBody::Instances(std::array<InstanceView, kMaxLinks>& out) const noexcept {
+  std::size_t count = 0;
+  for (const Partner& partner : partners_) {
+    if (partner.present && partner.heard) out[count++] = {partner.peer, partner.state.X_WB};
+  }
+  return count;
+}
+
+void SharedBody::CapForce(PeerId peer, double newtons) noexcept {
+  if (Partner* partner = Find(peer)) partner->most_force = newtons;
+}
+
 bool SharedBody::InUse(const Partner& partner, std::int64_t now_ns) const noexcept {
   if (Planted(Fault::kNoLongestLoop)) return partner.closed();
   return partner.closed() && partner.meter.peak_loop_age_s() <= kLongestLoopAge &&
@@ -197,13 +209,14 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
           std::max(common.peak_loop_age_s, Seconds(partner.loop_age_ns(now_ns)));
       alone.te_s = DesignDelay(alone.peak_loop_age_s);
       link = options_.law->Link(alone);
+      const double offer =
+          std::min(link.stiffness, partner.most_force / std::max(slew.stretch, 1e-3));
       const double share = sum > most ? most / sum : 1.0;
       const double others = sum - partner.stiffness;
       const double own_ceiling = std::max(allowed.stiffness, share * partner.stiffness);
-      partner.offered_stiffness =
-          std::max(link.stiffness, std::min(own_ceiling, partner.stiffness));
+      partner.offered_stiffness = std::max(offer, std::min(own_ceiling, partner.stiffness));
       slew.ceiling = std::min(own_ceiling, partner.its_stiffness);
-      slew.wanted = std::min(link.stiffness, partner.its_stiffness);
+      slew.wanted = std::min(offer, partner.its_stiffness);
       slew.room = most - others;
     } else {
       partner.offered_stiffness = 0;

@@ -58,6 +58,11 @@ class SharedBody {
   /// The links of the last frame, at most kMaxLinks; gives how many. The two wrenches of a link are
   /// opposite at rest; in motion each end sees the other's past.
   std::size_t Links(std::int64_t now_ns, std::array<LinkView, kMaxLinks>& out) const noexcept;
+  /// The instances of those who are here and heard, at most kMaxLinks; gives how many.
+  std::size_t Instances(std::array<InstanceView, kMaxLinks>& out) const noexcept;
+  /// From now on a partner's link pulls with at most `newtons`; where it pulls with more it falls
+  /// gently, and its other end with it.
+  void CapForce(PeerId peer, double newtons) noexcept;
   /// Drag against the ground in the last frame, N s/m.
   double ground_damping() const noexcept { return ground_damping_; }
   /// Echoes refused: of a time at which we sent nothing, or older than the one before.

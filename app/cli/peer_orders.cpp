@@ -17,10 +17,11 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   words >> verb >> body;
   std::getline(words >> std::ws, peer);
   if (verb == "release" && body.empty()) return Command{Command::Kind::kRelease, kNoObject, 0};
+  if (verb == "heal" && body.empty()) return Command{Command::Kind::kHeal, kNoObject, 0};
   const bool grab = verb == "grab" && !body.empty() && peer.empty();
   const bool give = verb == "give" && !peer.empty();
   if (!grab && !give) {
-    return Error{"'" + line + "' is no order: grab BODY, release, or give BODY PEER"};
+    return Error{"'" + line + "' is no order: grab BODY, release, give BODY PEER, or heal"};
   }
   const int found = model.BodyNamed(body);
   if (found < 0) return Error{"the scene has no moving body '" + body + "'"};

@@ -10,8 +10,8 @@
 
 namespace tandem {
 
-/// What a line of a user's asks for: `grab BODY`, `release`, `give BODY PEER`. An error says what
-/// is not understood, or not there.
+/// What a line of a user's asks for: `grab BODY`, `release`, `give BODY PEER`, `heal`. An error
+/// says what is not understood, or not there.
 Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
                            const PeerDirectory& directory);
 

@@ -225,6 +225,28 @@ TEST(SharedBody, APullOfThreeNewtonsGoesGently) {
   }
 }
 
+// A spring of 20 mm that pulls with 5 N falls by 8 N/s to 3 N when it is capped, and tells its
+// partner so.
+TEST(SharedBody, ACappedLinkFallsGentlyToWhatItMayPullWith) {
+  Bench bench;
+  bench.body.Join(kOther);
+  for (int i = 0; i < 10000; ++i) bench.Frame(0.02, 2, 1e3);
+  const double free = 0.02 * bench.stiffness();
+  ASSERT_GT(free, 4.9);
+  bench.body.CapForce(kOther, 3.0);
+  double last = free;
+  double fastest = 0;
+  for (int i = 0; i < 2000; ++i) {
+    bench.Frame(0.02, 2, 1e3);
+    const double force = 0.02 * bench.stiffness();
+    fastest = std::max(fastest, last - force);
+    last = force;
+  }
+  EXPECT_NEAR(last, 3.0, 0.01);
+  EXPECT_LT(fastest, 0.0081);
+  EXPECT_NEAR(bench.out.entries[0].stiffness, bench.stiffness(), 0.1);
+}
+
 // Both wrenches of a link add up to nothing, or the larger share of them that does not.
 TEST(SharedBody, ComparesTheTwoWrenchesOfALink) {
   Bench bench;

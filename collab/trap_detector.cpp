@@ -1,0 +1,181 @@
+#include "collab/trap_detector.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+
+namespace {
+
+constexpr double kInwardVoxels = 3.0;
+// of the points' lines, that many that cross are no accident of a corner
+constexpr std::size_t kCrossings = TrapDetector::kPoints / 8;
+
+std::vector<Vec3> PointsOf(const BodyModel& body) {
+  std::vector<Vec3> points{Vec3::Zero()};
+  const std::size_t size = body.points.size();
+  const std::size_t count = std::min(size, TrapDetector::kPoints);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = (2 * i + 1) * size / (2 * count);
+    points.emplace_back(body.points.point(at) +
+                        kInwardVoxels * body.points.spacing * body.points.normal(at));
+  }
+  return points;
+}
+
+}  // namespace
+
+TrapDetector::TrapDetector(const WorldModel& model) : model_(&model) {
+  for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+    const bool shared = model.has_fixture && model.scene.bodies[model.object[b]].shared;
+    points_B_.push_back(shared ? PointsOf(model.bodies[b]) : std::vector<Vec3>());
+  }
+}
+
+void TrapDetector::Begin(std::size_t body) noexcept {
+  body_ = body;
+  links_ = {};
+  sweep_ = {};
+}
+
+const TrapDetector::Link* TrapDetector::Find(PeerId peer) const noexcept {
+  const auto* it = std::find_if(links_.begin(), links_.end(), [peer](const Link& link) {
+    return link.peer == peer;
+  });
+  return peer == 0 || it == links_.end() ? nullptr : &*it;
+}
+
+bool TrapDetector::trapped(PeerId peer) const noexcept {
+  const Link* link = Find(peer);
+  return link != nullptr && link->trapped;
+}
+
+bool TrapDetector::blocked(PeerId peer) const noexcept {
+  const Link* link = Find(peer);
+  return link != nullptr && link->blocked;
+}
+
+void TrapDetector::Match(const InstanceView* others, std::size_t count) noexcept {
+  for (Link& link : links_) {
+    const bool here = std::any_of(others, others + count, [&link](const InstanceView& other) {
+      return other.peer == link.peer;
+    });
+    if (link.peer != 0 && !here) link = Link{};
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (Find(others[i].peer) != nullptr) continue;
+    auto* place = std::find_if(links_.begin(), links_.end(), [](const Link& link) {
+      return link.peer == 0;
+    });
+    if (place != links_.end()) place->peer = others[i].peer;
+  }
+}
+
+void TrapDetector::BeginSweep(const Pose& X_WB, const InstanceView* others,
+                              std::size_t count) noexcept {
+  std::size_t next = sweep_.link;
+  sweep_ = {};
+  for (std::size_t turn = 0; turn < links_.size(); ++turn) {
+    next = (next + 1) % links_.size();
+    if (links_[next].peer == 0) continue;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (others[i].peer != links_[next].peer) continue;
+      sweep_.link = next;
+      sweep_.peer = others[i].peer;
+      sweep_.ours = X_WB;
+      sweep_.theirs = others[i].X_WB;
+      return;
+    }
+  }
+}
+
+int TrapDetector::MarkAt(const Vec3& p_W) const noexcept {
+  const Voxmap& map = model_->fixture;
+  const Vec3 v = (p_W - map.p_WVo()) / map.voxel_size();
+  // far outside, where no number of a voxel would hold
+  if (!(v.cwiseAbs().maxCoeff() < 1e9)) return map.beyond();
+  return map.Value(Field::kSurface, {static_cast<std::int32_t>(std::floor(v.x())),
+                                     static_cast<std::int32_t>(std::floor(v.y())),
+                                     static_cast<std::int32_t>(std::floor(v.z()))});
+}
+
+bool TrapDetector::March(std::size_t& reads) noexcept {
+  const Vec3& p_B = points_B_[body_][sweep_.point];
+  const Vec3 from = sweep_.ours * p_B;
+  const Vec3 line = sweep_.theirs * p_B - from;
+  const double length = line.norm();
+  // a point that stands in the fixture at either end, as those of a ring on its peg may, says
+  // nothing
+  if (sweep_.way == 0) {
+    reads += 2;
+    if (length <= 0 || MarkAt(from) <= kSurfaceMark || MarkAt(from + line) <= kSurfaceMark) {
+      return true;
+    }
+  }
+  const double voxel = model_->fixture.voxel_size();
+  const Vec3 direction = line / length;
+  // in the chess-board metric of the marks a line is shorter than it is
+  const double stretch = 1.0 / direction.cwiseAbs().maxCoeff();
+  while (sweep_.way < length && reads < kReads) {
+    ++reads;
+    const int mark = MarkAt(from + sweep_.way * direction);
+    if (mark <= kSurfaceMark) {
+      sweep_.met = true;
+      return true;
+    }
+    // the nearest surface voxel is mark - 2 voxels off: one less is free for certain
+    const double free = std::max(0.5, static_cast<double>(mark - kSurfaceMark - 1));
+    sweep_.way += free * voxel * stretch;
+  }
+  return sweep_.way >= length;
+}
+
+void TrapDetector::Look(std::int64_t now_ns, const Pose& X_WB, const InstanceView* others,
+                        std::size_t count) noexcept {
+  if (points_B_[body_].empty()) return;
+  Match(others, count);
+  std::size_t reads = 0;
+  while (reads < kReads) {
+    if (sweep_.peer == 0 || links_[sweep_.link].peer != sweep_.peer) {
+      BeginSweep(X_WB, others, count);
+      if (sweep_.peer == 0) break;
+    }
+    if (!March(reads)) break;
+    if (sweep_.met) {
+      ++sweep_.crossings;
+      sweep_.centre_crosses = sweep_.centre_crosses || sweep_.point == 0;
+    }
+    sweep_.met = false;
+    sweep_.way = 0;
+    if (++sweep_.point < points_B_[body_].size()) continue;
+    links_[sweep_.link].blocked = sweep_.centre_crosses || sweep_.crossings >= kCrossings;
+    sweep_.peer = 0;
+    break;  // one look a frame is enough
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    for (Link& link : links_) {
+      if (link.peer != others[i].peer) continue;
+      Judge(link, now_ns, (others[i].X_WB.p - X_WB.p).norm());
+    }
+  }
+}
+
+void TrapDetector::Judge(Link& link, std::int64_t now_ns, double distance) noexcept {
+  if (!link.blocked) {
+    link.trapped = false;
+    link.since_ns = 0;
+    return;
+  }
+  if (link.trapped) return;
+  if (distance <= kApart) {
+    link.since_ns = 0;
+    return;
+  }
+  if (link.since_ns == 0 || distance < link.least - kShrinks) {
+    link.since_ns = now_ns;
+    link.least = distance;
+  }
+  link.trapped = now_ns - link.since_ns >= kLastingNs;
+}
+
+}  // namespace tandem

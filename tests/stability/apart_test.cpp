@@ -1,0 +1,266 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <gtest/gtest.h>
+
+#include "collab/simulated/simulated_session.h"
+#include "engine/haptics/scripted_device.h"
+#include "tests/support/shapes.h"
+#include "tests/support/test_world.h"
+
+// A wall of 4 mm comes between two instances of one shared cube: notes of study 7 in our World
+// (paper §6.1). The wall stands in the plane x = 0 from y = -200 to y = 0; all begin above its
+// edge.
+namespace tandem {
+namespace {
+
+using testing::At;
+using testing::Box;
+
+constexpr double kSide = 0.02;    // m, of the cube
+constexpr double kWall = 0.004;   // m
+constexpr double kAbove = 0.03;   // m, of the start over the wall's edge
+constexpr double kVoxel = 0.002;  // m
+
+const std::shared_ptr<const WorldModel>& WallAndCube() {
+  static const std::shared_ptr<const WorldModel> kModel = [] {
+    const TriangleMesh wall = At(Box(Vec3(kWall, 0.2, 0.1)), Vec3(0, -0.1, 0));
+    const TriangleMesh cube = At(Box(Vec3(kSide, kSide, kSide)), Vec3(0, kAbove, 0));
+    auto model =
+        std::make_shared<WorldModel>(*testing::MakeWorldModel({{wall, true}, {cube}}, kVoxel));
+    model->scene.bodies[1].shared = true;
+    model->scene.bodies[1].name = "cube";
+    return model;
+  }();
+  return kModel;
+}
+
+/// Aside by so much, then down along that side of the wall.
+HandScript Side(double aside, double hand_stiffness) {
+  HandScript script;
+  script.impedance.stiffness = hand_stiffness;
+  const Quat q = Quat::Identity();
+  script.waypoints = {{0, Vec3::Zero(), q},
+                      {1, Vec3::Zero(), q},
+                      {1.6, Vec3(aside, 0, 0), q},
+                      {2.4, Vec3(aside, -0.12, 0), q}};
+  return script;
+}
+
+/// A hand that remembers what it was given.
+class FeltDevice : public Device {
+ public:
+  FeltDevice(const HandScript& script, const Pose& X_WB0) : hand_(script, X_WB0) {}
+  void Start() noexcept override { hand_.Start(); }
+  Anchor Read() noexcept override { return hand_.Read(); }
+  void Render(const Wrench& F_D_W) noexcept override {
+    step = (F_D_W.f - force).norm();
+    force = F_D_W.f;
+    hand_.Render(F_D_W);
+  }
+  Vec3 force = Vec3::Zero();
+  double step = 0;  // N, since the frame before
+
+ private:
+  ScriptedDevice hand_;
+};
+
+struct ApartCase {
+  std::vector<PeerId> ids;      // of the users
+  std::vector<double> aside;    // where each goes
+  double delay_ms = 20;         // one way
+  double hand_stiffness = 300;  // N/m
+};
+
+struct ApartRun {
+  explicit ApartRun(const ApartCase& test) {
+    const auto& model = WallAndCube();
+    for (std::size_t user = 0; user < test.ids.size(); ++user) {
+      NodeOptions options;
+      options.peer.id = test.ids[user];
+      options.peer.held_object = 1;
+      options.peer.wait_for = test.ids.size() - 1;
+      options.name = std::to_string(test.ids[user]);
+      options.conditions.delay_ms = test.delay_ms;
+      auto device = std::make_unique<FeltDevice>(Side(test.aside[user], test.hand_stiffness),
+                                                 model->bodies[0].X_WB0);
+      devices.push_back(device.get());
+      session.Add(std::make_unique<PeerNode>(model, std::move(device), 42, options),
+                  test.ids[user]);
+    }
+    while (!session.node(0).peer().started_ns()) session.Step();
+    most_step.resize(session.size());
+    found_s.resize(session.size(), -1);
+  }
+
+  const Peer& peer(std::size_t user) { return session.node(user).peer(); }
+  Vec3 place(std::size_t user) { return peer(user).held_state()->X_WB.p; }
+  double apart() {
+    double most = 0;
+    for (std::size_t a = 0; a < session.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) most = std::max(most, (place(a) - place(b)).norm());
+    }
+    return most;
+  }
+  double LinkForce(std::size_t user) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t link = 0; link < peer(user).shared()->coupled(); ++link) {
+      sum += peer(user).report().links_B_W[link].f;
+    }
+    return sum.norm();
+  }
+
+  void Run(double seconds) {
+    for (int i = 0; i < static_cast<int>(1000 * seconds); ++i) {
+      session.Step();
+      time_s += 1e-3;
+      for (std::size_t user = 0; user < session.size(); ++user) {
+        if (!session.present(user)) continue;
+        most_step[user] = std::max(most_step[user], devices[user]->step);
+        if (found_s[user] < 0 && peer(user).divergence().trapped()) found_s[user] = time_s;
+        for (const std::string& line : session.node(user).TakeNews()) {
+          news.push_back(std::to_string(user) + ": " + line);
+        }
+        // below the edge no cube may be nearer to the wall than its contact lets it
+        const Vec3 p = place(user);
+        if (p.y() < -0.5 * kSide) {
+          deepest = std::max(deepest, 0.5 * (kSide + kWall) - std::abs(p.x()));
+        }
+      }
+    }
+  }
+  bool Told(const std::string& part) const {
+    return std::any_of(news.begin(), news.end(), [&part](const std::string& line) {
+      return line.find(part) != std::string::npos;
+    });
+  }
+
+  SimulatedSession session;
+  std::vector<FeltDevice*> devices;
+  std::vector<double> most_step;  // N from one frame to the next, on each hand
+  std::vector<double> found_s;    // -1: not
+  std::vector<std::string> news;
+  double deepest = -1;  // m into the wall
+  double time_s = 0;    // since the hands began
+};
+
+// Found about 0.6 s after the two no longer come nearer, on both sides; capped by gentle slew;
+// after two seconds more the second comes back to the first by its way. Both ends, for any delay.
+TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
+  for (const double delay_ms : {1.0, 20.0, 100.0, 200.0}) {
+    SCOPED_TRACE(std::to_string(delay_ms) + " ms");
+    ApartRun run({{1, 2}, {0.06, -0.06}, delay_ms});
+    run.Run(2.4);
+    const double parted = run.apart();
+    EXPECT_GT(parted, kSide);
+    double capped_s = -1;
+    double led_s = -1;
+    double back_s = -1;
+    for (int i = 0; i < 1000; ++i) {
+      run.Run(0.01);
+      const bool led = run.peer(1).divergence().leading();
+      const bool capped = run.LinkForce(0) <= 3.01 && run.LinkForce(1) <= 3.01;
+      if (capped_s < 0 && run.found_s[1] > 0 && capped) capped_s = run.time_s;
+      if (led_s < 0 && led) led_s = run.time_s;
+      if (back_s < 0 && led_s > 0 && !led) back_s = run.time_s;
+      if (led) {
+        EXPECT_EQ(run.devices[1]->force, Vec3::Zero());
+      }
+    }
+    // the hands part for good at 1.6 to 2.4 s
+    for (const double found_s : run.found_s) EXPECT_NEAR(found_s, 2.8, 0.5);
+    EXPECT_LT(capped_s - run.found_s[1], Divergence::kPatienceNs * 1e-9);
+    EXPECT_NEAR(led_s - run.found_s[1], 2.2, 0.01);
+    EXPECT_LT(back_s - led_s, 4.0);
+    EXPECT_LT(run.apart(), 0.02);
+    EXPECT_FALSE(run.peer(0).divergence().apart());
+    EXPECT_FALSE(run.peer(1).divergence().apart());
+    EXPECT_LT(run.deepest, 0.5 * kVoxel);
+    for (std::size_t user = 0; user < 2; ++user) {
+      EXPECT_LT(run.most_step[user], 1.0);
+      EXPECT_EQ(run.peer(user).guard().guarded(), 0U);  // nothing was left for it to do
+    }
+    for (const char* part : {"0: something is between", "1: something is between", "1: your cube",
+                             "0: nothing is between", "1: nothing is between"}) {
+      EXPECT_TRUE(run.Told(part)) << part;
+    }
+    EXPECT_FALSE(run.Told("0: your cube"));  // the lower id stays where it is
+    std::printf(
+        "delay %3.0f ms: found %.2f %.2f s, 3 N %.2f s, led %.2f to %.2f s, %.0f -> %.1f mm, "
+        "%.2f N a frame\n",
+        delay_ms, run.found_s[0], run.found_s[1], capped_s, led_s, back_s, 1e3 * parted,
+        1e3 * run.apart(), std::max(run.most_step[0], run.most_step[1]));
+  }
+}
+
+// Whoever is parted from the lowest comes to it: two to one, or one to two.
+TEST(Apart, ThreeMeetWhereTheLowestIs) {
+  for (const std::size_t lonely : {0U, 1U, 2U}) {
+    SCOPED_TRACE(lonely);
+    ApartCase test{{1, 2, 3}, {-0.06, -0.06, -0.06}, 50};
+    test.aside[lonely] = 0.06;
+    ApartRun run(test);
+    run.Run(2.4);
+    EXPECT_GT(run.apart(), kSide);
+    run.Run(10);
+    EXPECT_LT(run.apart(), 0.02);
+    EXPECT_GT(run.place(0).x() * test.aside[0], 0);  // on its side
+    EXPECT_LT(run.deepest, 0.5 * kVoxel);
+    for (std::size_t user = 0; user < 3; ++user) {
+      EXPECT_FALSE(run.peer(user).divergence().trapped());
+      EXPECT_LT(run.most_step[user], 1.0);
+    }
+  }
+}
+
+// Either of the two asks: the second comes back at once, without the time of patience.
+TEST(Apart, AUserAsksToBeBroughtTogether) {
+  for (const std::size_t asks : {0U, 1U}) {
+    ApartRun run({{1, 2}, {0.06, -0.06}, 50});
+    run.Run(2.6);
+    ASSERT_TRUE(run.peer(asks).divergence().apart());
+    ASSERT_FALSE(run.peer(1).divergence().leading());
+    ASSERT_TRUE(
+        run.session.node(asks).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0}));
+    run.Run(0.3);
+    EXPECT_TRUE(run.peer(1).divergence().leading());
+    run.Run(5);
+    EXPECT_LT(run.apart(), 0.02);
+  }
+}
+
+TEST(Apart, NothingToHealIsSaidSo) {
+  ApartRun run({{1, 2}, {0.06, 0.06}, 20});
+  run.Run(2);
+  run.session.node(0).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
+  run.Run(0.1);
+  EXPECT_TRUE(run.Told("0: nothing is between you and others"));
+  EXPECT_FALSE(run.peer(1).divergence().leading());
+}
+
+// Hands too soft to leave one another: the coupling holds them together, and no alarm is heard.
+TEST(Apart, SoftHandsAreHeldTogether) {
+  ApartRun run({{1, 2}, {0.06, -0.06}, 20, 15});
+  run.Run(8);
+  EXPECT_LT(run.apart(), 0.02);
+  EXPECT_FALSE(run.Told("something is between"));
+}
+
+// The other vanishes while we are on the way: the hand takes the body where it is, softly.
+TEST(Apart, TheWayEndsWhereTheOtherVanishes) {
+  ApartRun run({{1, 2}, {0.06, -0.06}, 20});
+  run.Run(2.6);
+  run.session.node(1).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
+  run.Run(1);
+  ASSERT_TRUE(run.peer(1).divergence().leading());
+  run.session.Kill(0);
+  run.Run(3);
+  EXPECT_FALSE(run.peer(1).divergence().leading());
+  EXPECT_TRUE(run.Told("1: no way is known"));
+  EXPECT_LT(run.most_step[1], 1.0);
+  EXPECT_LT(run.devices[1]->force.norm(), 1.0);
+}
+
+}  // namespace
+}  // namespace tandem
