@@ -31,6 +31,7 @@ class PeerNode {
   PeerInbox& inbox() noexcept { return inbox_; }
   Peer& peer() noexcept { return peer_; }
   World& world() noexcept { return world_; }
+  const World& world() const noexcept { return world_; }
   PeerDirectory& directory() noexcept { return directory_; }
 
   /// One haptic frame.

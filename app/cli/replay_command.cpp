@@ -1,5 +1,6 @@
-#include <chrono>
+#include <atomic>
 #include <cinttypes>
+#include <csignal>
 #include <cstdio>
 #include <memory>
 
@@ -9,6 +10,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/reach/reach_options.h"
+#include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"
 #include "engine/realtime/clock.h"
 #include "engine/world/scene.h"
@@ -23,8 +25,9 @@ constexpr std::int64_t kControlFrames = 20;  // from one ControlFrame to the nex
 
 struct ReplayArguments {
   std::string file;
-  std::string scene;    // empty: the recorded file
-  std::string session;  // empty: nobody looks on
+  std::string scene;     // empty: the recorded file
+  std::string session;   // empty: nobody looks on
+  std::string exported;  // empty: not
   ReachOptions reach;
   double speed = 0;  // times real time; 0: as fast as it goes
   int threads = 1;
@@ -43,21 +46,56 @@ class Nowhere final : public Transport {
   void Leave() override {}
 };
 
-/// Replays are seen, not met: of what a peer says only what viewers need goes out.
+/// Replays are seen, not met: of what a peer says only what viewers need goes out, under an id of
+/// the replay's own.
 class ViewersOnly final : public Transport {
  public:
-  explicit ViewersOnly(std::unique_ptr<Transport> to) : to_(std::move(to)) {}
+  ViewersOnly(std::unique_ptr<Transport> to, PeerId as) : to_(std::move(to)), as_(as) {}
   void Publish(const ObjectState&) override {}
   void Publish(const CouplingLinks&) override {}
-  void Publish(const ViewFrame& frame) override { to_->Publish(frame); }
-  void Publish(const PeerInfo& info) override { to_->Publish(info); }
+  void Publish(const ViewFrame& frame) override {
+    ViewFrame ours = frame;
+    ours.peer = as_;
+    to_->Publish(ours);
+  }
+  void Publish(const PeerInfo& info) override {
+    PeerInfo ours = info;
+    ours.peer = as_;
+    ours.claims.clear();  // it answers for nothing
+    to_->Publish(ours);
+  }
   void Publish(const Event&) override {}
-  void Publish(const SceneManifest& manifest) override { to_->Publish(manifest); }
+  void Publish(const SceneManifest& manifest) override {
+    SceneManifest ours = manifest;
+    ours.offered_by = as_;
+    to_->Publish(ours);
+  }
   void Leave() override { to_->Leave(); }
 
  private:
   std::unique_ptr<Transport> to_;
+  PeerId as_;
 };
+
+/// Whoever is in that session must not reach what is replayed.
+class Deaf final : public Inbox {
+ public:
+  void OnState(const ObjectState&, std::int64_t) override {}
+  void OnLinks(const CouplingLinks&, std::int64_t) override {}
+  void OnView(const ViewFrame&, std::int64_t) override {}
+  void OnPeerInfo(const PeerInfo&, std::int64_t) override {}
+  void OnPeerLeft(PeerId) override {}
+  void OnPeerLost(PeerId) override {}
+  void OnEvent(const Event&, std::int64_t) override {}
+  void OnScene(const SceneManifest&) override {}
+};
+
+std::atomic<bool> stop_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void AskToStop(int) {
+  stop_asked.store(true);
+}
 
 std::string Hex(std::uint64_t hash) {
   std::array<char, 17> digits{};
@@ -80,18 +118,63 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& ar
   return LoadWorld(*scene);
 }
 
-Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& arguments,
-                                                  const RecordingHeader& header, PeerNode& node) {
+/// The way to the viewers; `exit_code` is that of a failure.
+Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& arguments, Inbox& inbox,
+                                                  int& exit_code) {
   if (arguments.session.empty()) return std::unique_ptr<Transport>(std::make_unique<Nowhere>());
+  exit_code = kExitSecurity;
+  std::string name;
+  const Result<PeerId> id = Identify(arguments.reach, Role::kActive, name);
+  if (!id) return id.error();
+  if (arguments.reach.secure.empty()) exit_code = kExitNetwork;
   DdsOptions dds;
   dds.session = arguments.session;
-  dds.peer = header.peer.id;
+  dds.peer = *id;
   ApplyReach(arguments.reach, dds);
-  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, node.inbox());
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, inbox);
   if (!joined) return joined.error();
   Say(SecurityOf(arguments.reach, arguments.session));
-  return std::unique_ptr<Transport>(std::make_unique<ViewersOnly>(*std::move(joined)));
+  return std::unique_ptr<Transport>(std::make_unique<ViewersOnly>(*std::move(joined), *id));
 }
+
+/// The run, at its speed, shown and written down as it goes.
+class Player {
+ public:
+  Player(const ReplayArguments& arguments, PeerNode& node, Transport& transport,
+         RecordingExport* exported)
+      : arguments_(arguments), node_(node), transport_(transport), exported_(exported) {}
+
+  /// After each frame; false ends the run.
+  bool After(std::int64_t number, const RecordedFrame& frame) {
+    node_.SendFrame(frame.now_ns, transport_);
+    if (number % kControlFrames == 0) node_.ControlFrame(frame.now_ns, transport_);
+    if (exported_ != nullptr) exported_->Add(frame, node_);
+    if ((number + 1) % kFramesPerSecond == 0) {
+      golden_.push_back(Hex(frame.state_hash));
+      if (!arguments_.json) {
+        std::printf("%" PRId64 " s %s\n", (number + 1) / kFramesPerSecond,
+                    Hex(frame.state_hash).c_str());
+      }
+    }
+    if (arguments_.speed > 0) {
+      MachineClock().SleepUntil(
+          begin_ns_ +
+          static_cast<std::int64_t>(1e6 * static_cast<double>(number + 1) / arguments_.speed));
+    }
+    return !stop_asked.load();
+  }
+
+  double seconds() const { return static_cast<double>(MonotonicNowNs() - begin_ns_) * 1e-9; }
+  const ordered_json& golden() const { return golden_; }
+
+ private:
+  const ReplayArguments& arguments_;
+  PeerNode& node_;
+  Transport& transport_;
+  RecordingExport* exported_;
+  ordered_json golden_ = ordered_json::array();
+  std::int64_t begin_ns_ = MonotonicNowNs();
+};
 
 int RunReplay(const ReplayArguments& arguments) {
   Result<RecordingReader> reader = RecordingReader::Open(arguments.file);
@@ -105,48 +188,48 @@ int RunReplay(const ReplayArguments& arguments) {
   }
   Result<std::unique_ptr<Replay>> replay = Replay::Create(header, *model, helpers.get());
   if (!replay) return Fail(kExitFile, arguments.file + ": " + replay.error().what);
-  PeerNode& node = (*replay)->node();
-  Result<std::unique_ptr<Transport>> transport = JoinForViewers(arguments, header, node);
-  if (!transport) return Fail(kExitNetwork, transport.error().what);
+  std::unique_ptr<RecordingExport> exported;
+  if (!arguments.exported.empty()) {
+    auto created = RecordingExport::Create(arguments.exported, header, **model);
+    if (!created) return Fail(kExitFile, created.error().what);
+    exported = *std::move(created);
+  }
+  Deaf deaf;
+  int exit_code = kExitOk;
+  const Result<std::unique_ptr<Transport>> transport = JoinForViewers(arguments, deaf, exit_code);
+  if (!transport) return Fail(exit_code, transport.error().what);
   Say(header.name + " as recorded by version " + header.program + ", scene " + header.scene);
+  std::signal(SIGINT, AskToStop);
+  std::signal(SIGTERM, AskToStop);
 
   kHapticThread.Enter();
   kSenderThread.Enter();
   kControlThread.Enter();
-  ordered_json golden = ordered_json::array();
-  const std::int64_t begin_ns = MonotonicNowNs();
+  Player player(arguments, (*replay)->node(), **transport, exported.get());
   const ReplayResult result =
       RunAll(*reader, **replay, [&](std::int64_t number, const RecordedFrame& frame) {
-        node.SendFrame(frame.now_ns, **transport);
-        if (number % kControlFrames == 0) node.ControlFrame(frame.now_ns, **transport);
-        if ((number + 1) % kFramesPerSecond == 0) {
-          golden.push_back(Hex(frame.state_hash));
-          if (!arguments.json) {
-            std::printf("%" PRId64 " s %s\n", (number + 1) / kFramesPerSecond,
-                        Hex(frame.state_hash).c_str());
-          }
-        }
-        if (arguments.speed > 0) {
-          MachineClock().SleepUntil(
-              begin_ns +
-              static_cast<std::int64_t>(1e6 * static_cast<double>(number + 1) / arguments.speed));
-        }
-        return true;
+        return player.After(number, frame);
       });
-  const double wall_s = static_cast<double>(MonotonicNowNs() - begin_ns) * 1e-9;
+  const double wall_s = player.seconds();
   (*transport)->Leave();
+  if (exported) {
+    const Result<std::uint64_t> messages = exported->Close();
+    if (!messages) return Fail(kExitFile, messages.error().what);
+    Say(arguments.exported + ": " + std::to_string(*messages) + " messages");
+  }
 
   const bool identical = !result.first_different;
   if (reader->torn()) Say("the recording is torn off after its last whole frame");
   if (arguments.json) {
     ordered_json json{{"frames", result.frames},    {"identical", identical},
                       {"first_different", nullptr}, {"torn", reader->torn()},
-                      {"wall_s", wall_s},           {"hash_each_second", golden}};
+                      {"wall_s", wall_s},           {"hash_each_second", player.golden()}};
     if (!identical) json["first_different"] = *result.first_different;
     std::printf("%s\n", json.dump(2).c_str());
   }
   if (identical) {
-    Say(std::to_string(result.frames) + " frames, bit for bit as recorded");
+    Say(std::to_string(result.frames) + " frames, bit for bit as recorded" +
+        (stop_asked.load() ? "; stopped there" : ""));
     return kExitOk;
   }
   return Fail(kExitFailed, "frame " + std::to_string(*result.first_different) +
@@ -168,6 +251,8 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, FrameHelpers::kMostThreads));
   command->add_option("--session", arguments->session,
                       "show it to the viewers of this session; with --speed 1, say");
+  command->add_option("--export", arguments->exported,
+                      "write poses, twists and forces there as MCAP, for other programs");
   AddReachOptions(*command, arguments->reach);
   command->add_flag("--json", arguments->json, "print the result on stdout");
   command->callback([arguments, &exit_code] {

@@ -154,7 +154,7 @@ std::string PeersXml(const DdsOptions& options, bool loopback) {
 }  // namespace
 
 Result<PeerAddress> ParsePeerAddress(const std::string& text) {
-  const Error bad{"--peers: '" + text + "' is not HOST or HOST:PORT"};
+  const Error bad{"--peers: '" + text + "' is not HOST or HOST:PORT (IPv4)"};
   const std::size_t colon = text.find(':');
   PeerAddress peer{.host = text.substr(0, colon), .port = 0};
   for (const char c : peer.host) {

@@ -105,9 +105,9 @@ std::array<std::uint32_t, 256> CrcTable() {
 
 }  // namespace
 
-std::uint32_t Crc32(const void* data, std::size_t size) {
+std::uint32_t Crc32(const void* data, std::size_t size, std::uint32_t before) {
   static const std::array<std::uint32_t, 256> table = CrcTable();
-  std::uint32_t crc = 0xFFFFFFFFU;
+  std::uint32_t crc = ~before;
   const auto* bytes = static_cast<const unsigned char*>(data);
   for (std::size_t i = 0; i < size; ++i) crc = (crc >> 8U) ^ table[(crc ^ bytes[i]) & 0xFFU];
   return ~crc;

@@ -43,7 +43,8 @@ struct RecordedFrame {
   std::uint64_t state_hash = 0;
 };
 
-std::uint32_t Crc32(const void* data, std::size_t size);
+/// Of what follows `before`, whose CRC that is; 0: of nothing.
+std::uint32_t Crc32(const void* data, std::size_t size, std::uint32_t before = 0);
 
 /// Reads a recording from its beginning, frame by frame.
 class RecordingReader {

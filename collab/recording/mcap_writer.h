@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/result.h"
+
+namespace tandem {
+
+using Bytes = std::vector<unsigned char>;
+
+/// Writes an MCAP file (version 0 of its specification, mcap.dev/spec): schemas, channels and
+/// messages in uncompressed chunks with their indexes, a summary, and a CRC-32 over each part. Whom
+/// a crash interrupts leaves whole chunks behind, which readers recover.
+class McapWriter {
+ public:
+  /// `profile` and `library`: of the file's header.
+  static Result<std::unique_ptr<McapWriter>> Create(const std::filesystem::path& file,
+                                                    const std::string& profile,
+                                                    const std::string& library);
+
+  /// `text`: the schema itself, in the language `encoding`.
+  std::uint16_t AddSchema(const std::string& name, const std::string& encoding,
+                          const std::string& text);
+  std::uint16_t AddChannel(std::uint16_t schema, const std::string& topic,
+                           const std::string& message_encoding,
+                           const std::map<std::string, std::string>& metadata);
+  /// In the order of `time_ns`.
+  void Write(std::uint16_t channel, std::uint64_t time_ns, std::span<const unsigned char> message);
+
+  /// Writes the rest. Gives the number of messages; the error names the file.
+  Result<std::uint64_t> Close();
+
+ private:
+  struct Chunk {
+    Bytes records;
+    std::uint64_t first_ns = 0;
+    std::uint64_t last_ns = 0;
+    // of each channel, its messages' times and places in `records`
+    std::map<std::uint16_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>> messages;
+  };
+
+  explicit McapWriter(std::filesystem::path file) : file_(std::move(file)) {}
+  void Put(const Bytes& bytes);
+  void EndChunk();
+
+  std::filesystem::path file_;
+  std::ofstream stream_;
+  std::uint64_t written_ = 0;  // bytes
+  std::uint32_t crc_ = 0;      // of them
+  Chunk chunk_;
+  Bytes schemas_;        // records, for the summary
+  Bytes channels_;       // the same
+  Bytes chunk_indexes_;  // the same
+  std::uint16_t schema_count_ = 0;
+  std::uint32_t chunk_count_ = 0;
+  std::uint64_t first_ns_ = 0;
+  std::uint64_t last_ns_ = 0;
+  std::uint64_t message_count_ = 0;
+  std::vector<std::uint64_t> message_counts_;  // by channel
+};
+
+}  // namespace tandem

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "collab/peer_node.h"
+#include "collab/recording/mcap_writer.h"
+#include "collab/recording/recording.h"
+
+namespace tandem {
+
+/// A replayed recording for other programs: an MCAP file (decision 0024) of ROS 2's common
+/// messages, one of each channel a frame. Lengths in m, forces in N, moments in N m, all in the
+/// world's frame; times are the recording machine's monotonic clock.
+///
+///   /bodies/NAME/pose, /twist     each moving body as this peer saw it; origin: centre of mass
+///   /hand/pose                    the device
+///   /hand/wrench                  its coupling on the body in hand, about the body's origin
+///   /contact/wrench               of all contact on the body in hand
+///   /links/PEER/wrench            the coupling to another's instance, on the body in hand
+///   /links/PEER/stiffness, /delay N/m; half the loop age, s
+///   /peers/PEER/NAME/pose         as it was heard of the others
+///   /events                       comings and goings, what peers asked and answered, in words
+class RecordingExport {
+ public:
+  static Result<std::unique_ptr<RecordingExport>> Create(const std::filesystem::path& file,
+                                                         const RecordingHeader& header,
+                                                         const WorldModel& model);
+
+  /// A frame that `node` has just done again.
+  void Add(const RecordedFrame& frame, PeerNode& node);
+  /// Ends the file. Gives the number of messages.
+  Result<std::uint64_t> Close() { return writer_->Close(); }
+
+ private:
+  RecordingExport(std::unique_ptr<McapWriter> writer, const WorldModel& model);
+  std::uint16_t Channel(const std::string& topic, std::uint16_t schema);
+  std::string NameOf(ObjectId object) const;
+  void AddBodies(const RecordedFrame& frame, const PeerNode& node);
+  void AddForces(const RecordedFrame& frame, PeerNode& node);
+  void AddWords(const RecordedFrame& frame);
+
+  std::unique_ptr<McapWriter> writer_;
+  const WorldModel* model_;
+  std::uint16_t pose_ = 0;  // schemas
+  std::uint16_t twist_ = 0;
+  std::uint16_t wrench_ = 0;
+  std::uint16_t number_ = 0;
+  std::uint16_t text_ = 0;
+  std::map<std::string, std::uint16_t> channels_;  // by topic
+  std::vector<std::string> names_;                 // of the scene's bodies, as topics have them
+};
+
+}  // namespace tandem

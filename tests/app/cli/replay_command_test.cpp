@@ -1,0 +1,185 @@
+#include <algorithm>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/child_processes.h"
+#include "app/exit_codes.h"
+#include "tests/app/cli/program_run.h"
+
+// `tandem peer --record` and what `tandem replay` makes of it, as programs.
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using testing::RunTandem;
+using testing::Said;
+
+namespace fs = std::filesystem;
+
+std::string RandomName() {
+  return "replay-" + std::to_string(std::random_device{}());
+}
+
+ChildProcess Start(const std::string& arguments) {
+  std::istringstream stream(arguments);
+  std::vector<std::string> command{TANDEM_PROGRAM};
+  command.insert(command.end(), std::istream_iterator<std::string>(stream), {});
+  Result<ChildProcess> started = ChildProcess::Start(command);
+  EXPECT_TRUE(started);
+  return *std::move(started);
+}
+
+const char* const kScenes = TANDEM_SCENES;
+const std::string kPeg = std::string("peer --interface lo --capacity 20000 --hold peg --scene ") +
+                         kScenes + "/peg_in_slot.json --hand " + kScenes + "/peg_in_slot_left.json";
+
+/// A session of one, recorded: the peg is worked towards the slot for a second.
+class ReplayCommand : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<ScratchFolder>();
+    const Said said = RunTandem(kPeg + " --name anna --seconds 1 --session " + RandomName() +
+                                " --record " + File("run"));
+    ASSERT_EQ(said.exit_code, 0) << said.err;
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+  static std::string File(const char* name) { return (folder_->path() / name).string(); }
+
+  /// The result of a replay that must succeed.
+  static json Replayed(const std::string& arguments) {
+    const Said said = RunTandem("replay --json " + arguments, "timeout 60 ");
+    EXPECT_EQ(said.exit_code, 0) << said.err;
+    json result = json::parse(said.out, nullptr, false);
+    EXPECT_TRUE(result.is_object()) << said.out;
+    return result;
+  }
+  static void ExpectRefused(const std::string& arguments, int exit_code, const std::string& words) {
+    const Said said = RunTandem("replay " + arguments, "timeout 60 ");
+    EXPECT_EQ(said.exit_code, exit_code) << said.err;
+    EXPECT_THAT(said.err, HasSubstr(words));
+    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+  }
+
+  static std::unique_ptr<ScratchFolder> folder_;
+};
+std::unique_ptr<ScratchFolder> ReplayCommand::folder_;
+
+TEST_F(ReplayCommand, RepeatsARunWithOneHashASecondForAnyNumberOfThreads) {
+  const json one = Replayed(File("run"));
+  EXPECT_EQ(one.at("identical"), true);
+  EXPECT_EQ(one.at("torn"), false);
+  const auto frames = one.at("frames").get<std::size_t>();
+  EXPECT_GT(frames, 2500U);
+  EXPECT_EQ(one.at("hash_each_second").size(), frames / 1000);
+  EXPECT_NE(one.at("hash_each_second")[0], one.at("hash_each_second")[1]) << "the peg moved";
+  const json two = Replayed(File("run") + " --threads 2");
+  EXPECT_EQ(two.at("hash_each_second"), one.at("hash_each_second"));
+}
+
+// Somebody else takes part in that session: he must not reach what is replayed.
+TEST_F(ReplayCommand, IsShownToViewersAtItsSpeedAndHearsNobody) {
+  const std::string session = RandomName();
+  ChildProcess other = Start(kPeg + " --name ben --session " + session);
+  ChildProcess watch =
+      Start("watch --interface lo --session " + session + " --report " + File("watched"));
+  const json replayed = Replayed(File("run") + " --speed 2 --interface lo --session " + session);
+  EXPECT_EQ(replayed.at("identical"), true);
+  const double frames = replayed.at("frames").get<double>();
+  EXPECT_GE(replayed.at("wall_s").get<double>(), 1e-3 * frames / 2);
+  watch.Signal(SIGTERM);
+  other.Signal(SIGTERM);
+  EXPECT_EQ(watch.Wait(std::chrono::seconds(20)), 0);
+  EXPECT_EQ(other.Wait(std::chrono::seconds(20)), 0);
+  std::ifstream stream(File("watched"));
+  const json watched = json::parse(stream, nullptr, false);
+  EXPECT_EQ(watched.at("peers_seen"), 2);
+  EXPECT_GT(watched.at("samples").get<int>(), 100);
+}
+
+TEST_F(ReplayCommand, ATornFileIsRepeatedAsFarAsItGoes) {
+  const auto size = fs::file_size(File("run"));
+  fs::copy_file(File("run"), File("torn"));
+  fs::resize_file(File("torn"), size / 2);
+  const json torn = Replayed(File("torn"));
+  EXPECT_EQ(torn.at("torn"), true);
+  EXPECT_EQ(torn.at("identical"), true);
+  EXPECT_GT(torn.at("frames").get<int>(), 500);
+}
+
+TEST_F(ReplayCommand, WhatAKilledPeerRecordedIsRepeated) {
+  const std::string file = File("killed");
+  ChildProcess peer = Start(kPeg + " --session " + RandomName() + " --record " + file);
+  // until it has written down more than a second
+  const auto enough = fs::file_size(File("run")) / 2;
+  std::error_code none;
+  for (int i = 0; i < 4000 && (!fs::exists(file) || fs::file_size(file, none) < enough); ++i) {
+    ASSERT_FALSE(peer.Wait(std::chrono::milliseconds(5)));
+  }
+  peer.Signal(SIGKILL);
+  EXPECT_EQ(peer.Wait(std::chrono::seconds(10)), 128 + SIGKILL);
+  const json replayed = Replayed(file);
+  EXPECT_EQ(replayed.at("identical"), true);
+  EXPECT_GT(replayed.at("frames").get<int>(), 1000);
+}
+
+TEST_F(ReplayCommand, AnotherSceneOrFileIsRefused) {
+  ExpectRefused(File("run") + " --scene " + kScenes + "/ball_and_socket.json", kExitFile,
+                "is not the scene that was recorded");
+  ExpectRefused(File("run") + " --scene /nowhere.json", kExitFile, "/nowhere.json");
+  ExpectRefused("/nowhere", kExitFile, "/nowhere: cannot be opened");
+  ExpectRefused(std::string(kScenes) + "/peg_in_slot.json", kExitFile, "is not a recording");
+  ExpectRefused(File("run") + " --export /nowhere/out.mcap", kExitFile, "/nowhere/out.mcap");
+  ExpectRefused(File("run") + " --session s --interface nosuch0", kExitNetwork, "nosuch0");
+  ExpectRefused(File("run") + " --session s --secure " + folder_->path().string(), kExitSecurity,
+                "is missing");
+  EXPECT_EQ(RunTandem("replay").exit_code, kExitUsage);
+  EXPECT_EQ(RunTandem("replay " + File("run") + " --speed -1").exit_code, kExitUsage);
+  EXPECT_EQ(RunTandem("replay " + File("run") + " --threads 0").exit_code, kExitUsage);
+}
+
+// A byte changed in the middle, its frame's checksum set right again: the frame is named.
+TEST_F(ReplayCommand, AnInputThatWasChangedIsNamedByItsFrame) {
+  std::ifstream stream(File("run"), std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  const auto number = [&bytes](std::size_t at) {
+    std::uint32_t value = 0;
+    std::memcpy(&value, &bytes[at], sizeof value);
+    return value;
+  };
+  constexpr std::size_t kLine = 19;  // "tandem-recording 1\n"
+  std::size_t at = kLine + 4 + number(kLine);
+  for (int frame = 0; frame < 1765; ++frame) at += 8 + number(at);
+  const std::uint32_t length = number(at);
+  // from the end: the hash, 8, its mark, 1, then the device's twist, its last number's sign
+  bytes[at + 8 + length - 10] = static_cast<char>(bytes[at + 8 + length - 10] ^ 0x80);
+  std::uint32_t crc = ~0U;
+  for (std::size_t i = at + 8; i < at + 8 + length; ++i) {
+    crc ^= static_cast<unsigned char>(bytes[i]);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1U) != 0 ? crc >> 1U ^ 0xEDB88320U : crc >> 1U;
+  }
+  crc = ~crc;
+  std::memcpy(&bytes[at + 4], &crc, sizeof crc);
+  std::ofstream(File("changed"), std::ios::binary) << bytes;
+  const Said said = RunTandem("replay --json " + File("changed"), "timeout 60 ");
+  EXPECT_EQ(said.exit_code, kExitFailed);
+  EXPECT_THAT(said.err, HasSubstr("frame 1765 is the first that differs"));
+  EXPECT_EQ(json::parse(said.out).at("first_different"), 1765);
+}
+
+TEST_F(ReplayCommand, ExportsAnMcapFile) {
+  const Said said = RunTandem("replay " + File("run") + " --export " + File("out.mcap"));
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_THAT(said.err, HasSubstr("out.mcap: "));
+  std::ifstream stream(File("out.mcap"), std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  EXPECT_EQ(bytes.substr(0, 8), std::string("\x89MCAP0\r\n", 8));
+  EXPECT_THAT(bytes, HasSubstr("/bodies/peg/pose"));
+}
+
+}  // namespace
+}  // namespace tandem
