@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collab/energy_gate.h"
 #include "engine/base/check.h"
 #include "engine/base/hash.h"
 
@@ -11,9 +12,11 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kParkedPeriodNs = 200'000'000;
-constexpr double kFarthest = 1e3;    // m: a handle beyond is none
-constexpr double kNear = 1e-3;       // m from where it was said to be: the hand may take it
-constexpr double kNearAngle = 0.01;  // rad
+constexpr double kFarthest = 1e3;      // m: a handle beyond is none
+constexpr double kNear = 1e-3;         // m from where it was said to be: the hand may take it
+constexpr double kNearAngle = 0.01;    // rad
+constexpr double kNearingStep = 1e-3;  // m a frame, of a body that comes to the hand
+constexpr double kNearingTurn = 0.02;  // rad a frame
 constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
 
 }  // namespace
@@ -233,10 +236,12 @@ void Peer::Attach(const Anchor& goal) noexcept {
     const bool near =
         (told->p - X_WB.p).norm() < kNear && told->q.angularDistance(X_WB.q) < kNearAngle;
     if (!near) {
-      // its picture here is still on the way
+      // its picture here is still on the way: it comes at a hand's pace, for it is in our hand
       ++nearing_frames_;
+      const double turn = told->q.angularDistance(X_WB.q);
+      const double frames = std::max((told->p - X_WB.p).norm() / kNearingStep, turn / kNearingTurn);
       inputs_.bodies[body].drive = BodyDrive::kMirrored;
-      inputs_.bodies[body].mirror_WB = *told;
+      inputs_.bodies[body].mirror_WB = Between(X_WB, *told, 1.0 / std::max(1.0, frames));
       return;
     }
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "engine/base/check.h"
 
@@ -172,12 +173,22 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
   report_ = {};
   for (Body& body : bodies_) body.load = {};
   for (Pair& pair : pairs_) pair.pushes = false;
+  BeginAtRest(in);
   if (contact_on_) Collide(in);
   ShareTravel(in);
   Couple(in);
   Move(in);
   if (helpers_ != nullptr) helpers_->Dismiss();
   return report_;
+}
+
+void World::BeginAtRest(const StepInputs& in) noexcept {
+  for (std::size_t b = 0; b < in.bodies.size(); ++b) {
+    const BodyDrive before = std::exchange(bodies_[b].drive, in.bodies[b].drive);
+    if (before == BodyDrive::kMirrored && bodies_[b].drive == BodyDrive::kSimulated) {
+      bodies_[b].state.V_WB = {};
+    }
+  }
 }
 
 void World::ShareTravel(const StepInputs& in) noexcept {

@@ -51,8 +51,9 @@ class World {
   struct Body {
     RigidState state;
     Load load;
-    double max_travel = 0;  // m, in this frame
-    bool together = false;  // its twist is that of together_
+    BodyDrive drive = BodyDrive::kParked;  // in the last frame
+    double max_travel = 0;                 // m, in this frame
+    bool together = false;                 // its twist is that of together_
     std::size_t shape = 0;  // into the model's bodies; its own number, but of a second instance
     int second = -1;        // its second instance, of a shared body
   };
@@ -69,6 +70,9 @@ class World {
   BodyDrive DriveOf(const StepInputs& in, std::size_t body) const noexcept;
   /// Whether forces move it here; of a body's number, or -1 for the fixture.
   bool IsSimulated(const StepInputs& in, int body) const noexcept;
+  /// What was moved from outside has no momentum of its own: it may have come a long way in a
+  /// frame.
+  void BeginAtRest(const StepInputs& in) noexcept;
   void ShareTravel(const StepInputs& in) noexcept;
   /// Whether a pair can push anything in this frame.
   bool Tested(const Pair& pair, const StepInputs& in) const noexcept;

@@ -26,7 +26,7 @@ class Holding : public ::testing::Test {
     options.peer.id = id;
     options.peer.held_object = object;
     options.name = "peer " + std::to_string(id);
-    options.conditions.delay_ms = 20;
+    options.conditions.delay_ms = delay_ms_;
     HandScript script;
     script.waypoints = {{0, Vec3::Zero(), Quat::Identity()}, {1, by, Quat::Identity()}};
     auto device = std::make_unique<ScriptedDevice>(script, model_->bodies[0].X_WB0);
@@ -46,6 +46,7 @@ class Holding : public ::testing::Test {
 
   std::shared_ptr<const WorldModel> model_ = TwoBoxes();
   SimulatedSession session_;
+  double delay_ms_ = 20;  // of states
 };
 
 TEST_F(Holding, WhatIsLetGoStaysWhereItIsForAllAndForThoseWhoComeLater) {
@@ -97,6 +98,29 @@ TEST_F(Holding, WhatIsHandedOverIsInOneHandInEveryFrame) {
   EXPECT_EQ(Held(0), -1);
   EXPECT_EQ(Held(1), 0);
   EXPECT_LT((Place(1) - Vec3(0.1, 0, 0)).norm(), 2e-3);
+}
+
+// Given while it moves, on a slow line: where it is now is known before its picture is there.
+TEST_F(Holding, WhatComesToAHandFromAfarComesAtAHandsPaceAndAtRest) {
+  delay_ms_ = 300;
+  Add(1, kBox, Vec3(0.2, 0, 0));
+  Add(2, -1, Vec3::Zero());
+  Run(520);
+  const Vec3 given = Place(0);
+  Vec3 last = Place(1);
+  ASSERT_GT((given - last).norm(), 0.05);
+  Order(0, Command::Kind::kGive, kBox, 2);
+  double largest = 0;
+  for (int i = 0; i < 1000; ++i) {
+    session_.Step();
+    const bool held = session_.node(1).peer().held_state() != nullptr;
+    ASSERT_TRUE(!held || (Place(1) - last).norm() < 1.1e-3) << i;
+    last = Place(1);
+    largest = std::max(largest, session_.node(1).peer().report().hand_B_W.f.norm());
+  }
+  EXPECT_EQ(Held(1), 0);
+  EXPECT_LT((Place(1) - given).norm(), 3e-3);
+  EXPECT_LT(largest, 0.05) << "N, in a hand that rests";
 }
 
 TEST_F(Holding, ABodyInAnothersHandIsNotTaken) {

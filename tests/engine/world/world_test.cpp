@@ -251,6 +251,28 @@ TEST(World, TestsEveryPointInContactWhileTheVoxmapsBodyTurns) {
 }
 
 // A mirror that can meet nothing here follows its pose at once, as its own peer moves it.
+// A mirror may come 60 mm in a frame; who takes it then takes no 60 m/s with it.
+TEST(World, WhatWasMirroredBeginsAtRest) {
+  const auto model = MakeWorldModel({{Box(Vec3(0.02, 0.02, 0.02))}}, 0.002);
+  World world(model);
+  StepInputs inputs = FreeInputs(*model);
+  inputs.bodies[0].drive = BodyDrive::kMirrored;
+  inputs.bodies[0].mirror_WB = model->bodies[0].X_WB0;
+  inputs.bodies[0].mirror_WB.p.x() += 0.06;
+  inputs.bodies[0].mirror_WB.q = RotationBy(Vec3(0, 0.2, 0)) * inputs.bodies[0].mirror_WB.q;
+  world.Step(inputs);
+  const Pose X_WB = world.state(0).X_WB;
+  ASSERT_GT(world.state(0).V_WB.v.norm(), 10);
+  inputs.bodies[0].drive = BodyDrive::kSimulated;
+  inputs.hand = testing::HandTo(*model, 0, X_WB);
+  EXPECT_LT(world.Step(inputs).hand_B_W.f.norm(), 1e-9);
+  EXPECT_LT((world.state(0).X_WB.p - X_WB.p).norm(), 1e-12);
+  // one that is moved by forces keeps its way
+  inputs.hand.goal.X_WA.p.x() += 0.01;
+  world.Step(inputs);
+  EXPECT_GT(world.state(0).V_WB.v.x(), 0.01);
+}
+
 TEST(World, AMirrorAloneFollowsItsPoseAtFreeSpeed) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel(
