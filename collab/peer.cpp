@@ -27,7 +27,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       inbox_(&inbox),
       options_(options),
       holdings_(options.id, world.model(), options.settle_ns),
-      divergence_(options.id, world.model()),
+      parting_(options.id, world.model()),
       remote_(world.model()),
       gate_(options.id, world.model().object, inbox.drops()),
       guard_(device.limits()),
@@ -73,9 +73,9 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
       inputs_.hand = {
           .body = held_, .X_BD = X_BD_, .goal = goal, .gains = DefaultHandGains(body.inertia)};
     }
-    if (shared_) divergence_.Look(now_ns, *held_state(), *shared_);
+    if (shared_) parting_.Look(now_ns, *held_state(), *shared_);
     if (shared_ && attached_) {
-      divergence_.Lead(*held_state(), goal.X_WA, X_BD_, inputs_.hand);
+      parting_.Lead(*held_state(), goal.X_WA, X_BD_, inputs_.hand);
     }
     if (shared_) shared_->Prepare(now_ns, *held_state(), inputs_);
   }
@@ -163,7 +163,7 @@ void Peer::OnEvent(const Event& event) noexcept {
   if (event.kind != EventKind::kHeal || !shared_) return;
   const auto body = static_cast<std::size_t>(held_);
   const bool ours = event.object == world_->model().object[body];
-  if (ours && holdings_.HeldBy(body, event.peer)) divergence_.Ask();
+  if (ours && holdings_.HeldBy(body, event.peer)) parting_.Ask();
 }
 
 void Peer::OnCommand(const Command& command) noexcept {
@@ -178,11 +178,11 @@ void Peer::OnCommand(const Command& command) noexcept {
       holdings_.Give(command.to);
       return;
     case Command::Kind::kHeal:
-      if (!divergence_.apart()) {
+      if (!parting_.apart()) {
         news_.TryPush({HoldingNews::Kind::kNotApart, kNoObject, 0});
         return;
       }
-      divergence_.Ask();
+      parting_.Ask();
       holdings_.Heal();
       return;
   }
@@ -201,7 +201,7 @@ void Peer::TickHoldings(std::int64_t now_ns) noexcept {
   for (std::size_t i = 0; i < count; ++i) events_.TryPush(events[i]);
   HoldingNews news;
   while (holdings_.TakeNews(news)) news_.TryPush(news);
-  while (divergence_.TakeNews(news)) news_.TryPush(news);
+  while (parting_.TakeNews(news)) news_.TryPush(news);
   ClaimList& list = claims_.back();
   list.count = holdings_.Claims(list.claims);
   claims_.Publish();
@@ -212,7 +212,7 @@ void Peer::TakeAndLetGo() noexcept {
   if (now_held == held_) return;
   if (shared_) last_delay_s_ = shared_->mean_delay_s();
   shared_.reset();
-  divergence_.Begin(-1);
+  parting_.Begin(-1);
   held_ = now_held;
   attached_ = false;
   nearing_frames_ = 0;
@@ -221,7 +221,7 @@ void Peer::TakeAndLetGo() noexcept {
   const auto body = static_cast<std::size_t>(held_);
   const ObjectId object = model.object[body];
   if (!model.scene.bodies[object].shared) return;
-  divergence_.Begin(held_);
+  parting_.Begin(held_);
   shared_.emplace(options_.id, object, model.bodies[body].inertia, options_.coupling);
   std::array<PeerId, kMaxPeers> holders{};
   const std::size_t count = holdings_.Holders(body, holders);
@@ -257,7 +257,7 @@ void Peer::Attach(const Anchor& goal) noexcept {
 void Peer::Render() noexcept {
   // what the body received, about the device's own origin
   Wrench wanted;
-  if (attached_ && !divergence_.leading()) {
+  if (attached_ && !parting_.leading()) {
     const Vec3 r = held_state()->X_WB.q * X_BD_.p;
     wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
@@ -302,7 +302,7 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .object = world_->model().object[body],
                .epoch = holdings_.own_epoch(body),
                .seq = seq_,
-               .flags = report_.flags | (divergence_.trapped() ? kStateTrapped : 0U),
+               .flags = report_.flags | (parting_.trapped() ? kStateTrapped : 0U),
                .sample_ns = now_ns,
                .X_WB = state.X_WB,
                .V_WB = state.V_WB,

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "collab/command.h"
-#include "collab/divergence.h"
 #include "collab/echoes.h"
 #include "collab/frame_tap.h"
 #include "collab/holdings.h"
 #include "collab/outbox.h"
+#include "collab/parting.h"
 #include "collab/peer_inbox.h"
 #include "collab/remote_bodies.h"
 #include "collab/sample_gate.h"
@@ -70,7 +70,7 @@ class Peer {
   /// What stands between the simulation and the hand.
   const ForceGuard& guard() const noexcept { return guard_; }
   /// What is between our instance of it and the others'.
-  const Divergence& divergence() const noexcept { return divergence_; }
+  const Parting& parting() const noexcept { return parting_; }
 
   /// What the user asks for; pushed by one other thread.
   SpscQueue<Command>& commands() noexcept { return commands_; }
@@ -120,7 +120,7 @@ class Peer {
   std::int64_t nearing_frames_ = 0;
   std::optional<SharedBody> shared_;
   double last_delay_s_ = 0;  // mean_delay_s() of the body let go
-  Divergence divergence_;
+  Parting parting_;
   RemoteBodies remote_;
   SampleGate gate_;
   ForceGuard guard_;

@@ -118,7 +118,7 @@ struct ApartRun {
       for (std::size_t user = 0; user < session.size(); ++user) {
         if (!session.present(user)) continue;
         most_step[user] = std::max(most_step[user], devices[user]->step);
-        if (found_s[user] < 0 && peer(user).divergence().trapped()) found_s[user] = time_s;
+        if (found_s[user] < 0 && peer(user).parting().trapped()) found_s[user] = time_s;
         for (const std::string& line : session.node(user).TakeNews()) {
           news.push_back(std::to_string(user) + ": " + line);
         }
@@ -159,7 +159,7 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
     double back_s = -1;
     for (int i = 0; i < 1000; ++i) {
       run.Run(0.01);
-      const bool led = run.peer(1).divergence().leading();
+      const bool led = run.peer(1).parting().leading();
       const bool capped = run.LinkForce(0) <= 3.01 && run.LinkForce(1) <= 3.01;
       if (capped_s < 0 && run.found_s[1] > 0 && capped) capped_s = run.time_s;
       if (led_s < 0 && led) led_s = run.time_s;
@@ -170,12 +170,12 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
     }
     // the hands part for good at 1.6 to 2.4 s
     for (const double found_s : run.found_s) EXPECT_NEAR(found_s, 2.8, 0.5);
-    EXPECT_LT(capped_s - run.found_s[1], Divergence::kPatienceNs * 1e-9);
+    EXPECT_LT(capped_s - run.found_s[1], Parting::kPatienceNs * 1e-9);
     EXPECT_NEAR(led_s - run.found_s[1], 2.2, 0.01);
     EXPECT_LT(back_s - led_s, 4.0);
     EXPECT_LT(run.apart(), 0.02);
-    EXPECT_FALSE(run.peer(0).divergence().apart());
-    EXPECT_FALSE(run.peer(1).divergence().apart());
+    EXPECT_FALSE(run.peer(0).parting().apart());
+    EXPECT_FALSE(run.peer(1).parting().apart());
     EXPECT_LT(run.deepest, 0.5 * kVoxel);
     for (std::size_t user = 0; user < 2; ++user) {
       EXPECT_LT(run.most_step[user], 1.0);
@@ -208,7 +208,7 @@ TEST(Apart, ThreeMeetWhereTheLowestIs) {
     EXPECT_GT(run.place(0).x() * test.aside[0], 0);  // on its side
     EXPECT_LT(run.deepest, 0.5 * kVoxel);
     for (std::size_t user = 0; user < 3; ++user) {
-      EXPECT_FALSE(run.peer(user).divergence().trapped());
+      EXPECT_FALSE(run.peer(user).parting().trapped());
       EXPECT_LT(run.most_step[user], 1.0);
     }
   }
@@ -219,12 +219,12 @@ TEST(Apart, AUserAsksToBeBroughtTogether) {
   for (const std::size_t asks : {0U, 1U}) {
     ApartRun run({{1, 2}, {0.06, -0.06}, 50});
     run.Run(2.6);
-    ASSERT_TRUE(run.peer(asks).divergence().apart());
-    ASSERT_FALSE(run.peer(1).divergence().leading());
+    ASSERT_TRUE(run.peer(asks).parting().apart());
+    ASSERT_FALSE(run.peer(1).parting().leading());
     ASSERT_TRUE(
         run.session.node(asks).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0}));
     run.Run(0.3);
-    EXPECT_TRUE(run.peer(1).divergence().leading());
+    EXPECT_TRUE(run.peer(1).parting().leading());
     run.Run(5);
     EXPECT_LT(run.apart(), 0.02);
   }
@@ -236,7 +236,7 @@ TEST(Apart, NothingToHealIsSaidSo) {
   run.session.node(0).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
   run.Run(0.1);
   EXPECT_TRUE(run.Told("0: nothing is between you and others"));
-  EXPECT_FALSE(run.peer(1).divergence().leading());
+  EXPECT_FALSE(run.peer(1).parting().leading());
 }
 
 // Hands too soft to leave one another: the coupling holds them together, and no alarm is heard.
@@ -253,10 +253,10 @@ TEST(Apart, TheWayEndsWhereTheOtherVanishes) {
   run.Run(2.6);
   run.session.node(1).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
   run.Run(1);
-  ASSERT_TRUE(run.peer(1).divergence().leading());
+  ASSERT_TRUE(run.peer(1).parting().leading());
   run.session.Kill(0);
   run.Run(3);
-  EXPECT_FALSE(run.peer(1).divergence().leading());
+  EXPECT_FALSE(run.peer(1).parting().leading());
   EXPECT_TRUE(run.Told("1: no way is known"));
   EXPECT_LT(run.most_step[1], 1.0);
   EXPECT_LT(run.devices[1]->force.norm(), 1.0);

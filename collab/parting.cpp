@@ -1,4 +1,4 @@
-#include "collab/divergence.h"
+#include "collab/parting.h"
 
 #include <algorithm>
 #include <utility>
@@ -20,10 +20,10 @@ bool AnyShared(const WorldModel& model) {
 
 }  // namespace
 
-Divergence::Divergence(PeerId self, const WorldModel& model)
+Parting::Parting(PeerId self, const WorldModel& model)
     : self_(self), model_(&model), detector_(model), history_(AnyShared(model)) {}
 
-void Divergence::Begin(int body) noexcept {
+void Parting::Begin(int body) noexcept {
   body_ = body;
   frames_ = 0;
   trapped_ = false;
@@ -39,12 +39,12 @@ void Divergence::Begin(int body) noexcept {
   if (body >= 0) detector_.Begin(static_cast<std::size_t>(body));
 }
 
-void Divergence::Tell(HoldingNews::Kind kind, PeerId peer) noexcept {
+void Parting::Tell(HoldingNews::Kind kind, PeerId peer) noexcept {
   if (news_count_ == news_.size()) return;
   news_[news_count_++] = {kind, model_->object[static_cast<std::size_t>(body_)], peer};
 }
 
-bool Divergence::TakeNews(HoldingNews& news) noexcept {
+bool Parting::TakeNews(HoldingNews& news) noexcept {
   if (news_count_ == 0) return false;
   news = news_[0];
   std::move(news_.begin() + 1, news_.end(), news_.begin());
@@ -52,8 +52,8 @@ bool Divergence::TakeNews(HoldingNews& news) noexcept {
   return true;
 }
 
-void Divergence::Keep(const RigidState& own, const std::array<InstanceView, kMaxLinks>& others,
-                      std::size_t count) noexcept {
+void Parting::Keep(const RigidState& own, const std::array<InstanceView, kMaxLinks>& others,
+                   std::size_t count) noexcept {
   if (frames_++ % PoseHistory::kPeriod != 0) return;
   PoseHistory::Moment& moment = history_.Add();
   moment.ours = own.X_WB;
@@ -64,7 +64,7 @@ void Divergence::Keep(const RigidState& own, const std::array<InstanceView, kMax
   }
 }
 
-void Divergence::Look(std::int64_t now_ns, const RigidState& own, SharedBody& shared) noexcept {
+void Parting::Look(std::int64_t now_ns, const RigidState& own, SharedBody& shared) noexcept {
   if (!history_.used() || body_ < 0) return;
   std::array<InstanceView, kMaxLinks> others;
   const std::size_t count = shared.Instances(others);
@@ -92,7 +92,7 @@ void Divergence::Look(std::int64_t now_ns, const RigidState& own, SharedBody& sh
   Heal(now_ns, own, lowest);
 }
 
-void Divergence::Heal(std::int64_t now_ns, const RigidState& own, PeerId lowest) noexcept {
+void Parting::Heal(std::int64_t now_ns, const RigidState& own, PeerId lowest) noexcept {
   const bool asked = std::exchange(asked_, false);
   if (phase_ == Phase::kLeading) retrace_.Advance(history_, own.X_WB);
   if (phase_ == Phase::kLettingGo || phase_ == Phase::kLeading) return;
@@ -115,8 +115,8 @@ void Divergence::Heal(std::int64_t now_ns, const RigidState& own, PeerId lowest)
   phase_ = Phase::kLettingGo;
 }
 
-void Divergence::Lead(const RigidState& own, const Pose& X_WD, Pose& X_BD,
-                      StepInputs::Hand& hand) noexcept {
+void Parting::Lead(const RigidState& own, const Pose& X_WD, Pose& X_BD,
+                   StepInputs::Hand& hand) noexcept {
   if (phase_ == Phase::kInHand) return;
   const bool arrived = retrace_.state() == Retrace::State::kArrived;
   if (phase_ == Phase::kLettingGo) {

@@ -18,14 +18,14 @@ namespace tandem {
 /// id, who stays: so all of any number meet on one side. Meanwhile the hand is let go of, softly,
 /// and afterwards takes the body where it then is. Used by the haptic thread alone; nothing
 /// allocates after construction.
-class Divergence {
+class Parting {
  public:
   static constexpr double kMostForce = 3.0;  // N
   static constexpr std::int64_t kPatienceNs = 2'000'000'000;
   static constexpr double kLetGo = 0.2;  // s
   static constexpr double kTakeUp = 0.5;
 
-  Divergence(PeerId self, const WorldModel& model);
+  Parting(PeerId self, const WorldModel& model);
 
   /// A shared body is in hand now (into the moving bodies), or none is (-1).
   void Begin(int body) noexcept;
