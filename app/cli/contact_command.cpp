@@ -122,8 +122,8 @@ int RunContact(const ContactArguments& arguments) {
 
   const double flatness = FlatnessVoxels(arguments.model);
   const VoxelizeOptions options{.voxel_size = arguments.voxel, .flatness_voxels = flatness};
-  const std::size_t need = std::max(EstimateVoxelizeBytes(*fixed, arguments.voxel),
-                                    EstimateVoxelizeBytes(*moving, arguments.voxel));
+  const std::size_t need =
+      std::max(EstimateVoxelizeBytes(*fixed, options), EstimateVoxelizeBytes(*moving, options));
   if (need > options.max_memory_bytes && StaysBeyond(*fixed, *moving, poses, arguments.voxel)) {
     // no voxel that could be stored would be read
     if (arguments.csv) PrintHeader();

@@ -168,7 +168,8 @@ double LargestGap(const SurfaceVoxels& surface, const ChunkedPoints& points, dou
 Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
                                   const PointshellOptions& options) {
   const double s = options.spacing;
-  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, s, options.max_memory_bytes)) {
+  if (std::optional<Error> fault =
+          VoxelSizeFault(mesh_W, {.voxel_size = s, .max_memory_bytes = options.max_memory_bytes})) {
     return *fault;
   }
   return MakePointshell(mesh_W, FindFeatures(mesh_W, options.flatness_voxels * s), X_WB, options);
@@ -177,7 +178,8 @@ Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
 Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Features& features,
                                   const Pose& X_WB, const PointshellOptions& options) {
   const double s = options.spacing;
-  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, s, options.max_memory_bytes)) {
+  if (std::optional<Error> fault =
+          VoxelSizeFault(mesh_W, {.voxel_size = s, .max_memory_bytes = options.max_memory_bytes})) {
     return *fault;
   }
   const FeatureVoxels voxels = FindFeatureVoxels(mesh_W, features, s);

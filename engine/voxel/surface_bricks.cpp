@@ -8,6 +8,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "engine/base/check.h"
 #include "engine/base/huge_vector.h"
 #include "engine/voxel/triangle_batch.h"
 
@@ -126,8 +127,22 @@ std::span<const std::uint32_t> ItemsAt(const Bins& bins, std::size_t cell) {
   return std::span(bins.items).subspan(bins.first[cell], bins.first[cell + 1] - bins.first[cell]);
 }
 
-/// Takes the octets that are not empty out of rows, which are zeros afterwards, and appends them.
-void Pack(std::uint64_t* rows, SurfaceBricks::Source& source, std::vector<std::uint64_t>& words) {
+}  // namespace
+
+constexpr std::array<std::uint64_t, kBrickRows> SurfaceBricks::kFullWords = [] {
+  std::array<std::uint64_t, kBrickRows> words{};
+  for (std::uint64_t& word : words) word = ~std::uint64_t{0};
+  return words;
+}();
+
+void SurfaceBricks::Packer::Take(Field field, std::uint64_t* rows) {
+  if (std::equal(kFullWords.begin(), kFullWords.end(), rows)) {
+    TakeFull(field);
+    std::fill_n(rows, kBrickRows, 0);
+    return;
+  }
+  Source& source = sources_[static_cast<std::size_t>(field)];
+  begin_[static_cast<std::size_t>(field)] = words_.size();
   std::uint16_t count = 0;
   for (std::size_t z = 0; z < kHyperchunkSide; ++z) {
     source.first[z] = count;
@@ -137,19 +152,45 @@ void Pack(std::uint64_t* rows, SurfaceBricks::Source& source, std::vector<std::u
       std::uint64_t any = 0;
       for (std::size_t i = 0; i < 8; ++i) any |= octet[i];
       if (any == 0) continue;
-      words.insert(words.end(), octet, octet + 8);
+      words_.insert(words_.end(), octet, octet + 8);
       std::fill_n(octet, 8, 0);
       here |= 1U << j;
       ++count;
     }
     source.octets[z] = static_cast<std::uint8_t>(here);
   }
+  if (count > 0) source.words = words_.data();  // the brick's own are known to Fill()
 }
 
-}  // namespace
+void SurfaceBricks::Packer::TakeFull(Field field) {
+  Source& source = sources_[static_cast<std::size_t>(field)];
+  source.words = kFullWords.data();
+  source.octets.fill(0xff);
+  for (std::size_t z = 0; z < kHyperchunkSide; ++z) {
+    source.first[z] = static_cast<std::uint16_t>(8 * z);
+  }
+}
+
+void SurfaceBricks::Packer::Fill(Brick& brick) {
+  brick.words.assign(words_.begin(), words_.end());
+  for (std::size_t f = 0; f < kFields; ++f) {
+    brick.sources[f] = sources_[f];
+    if (!sources_[f].empty() && !sources_[f].full()) {
+      brick.sources[f].words = brick.words.data() + begin_[f];
+    }
+  }
+  sources_ = {};
+  words_.clear();
+}
+
+SurfaceBricks::SurfaceBricks(const HyperchunkBox& box, std::vector<Brick> bricks)
+    : box_(box), brick_at_(box.cells()), bricks_(std::move(bricks)) {
+  TANDEM_CHECK(bricks_.size() == box.cells());
+  for (std::size_t b = 0; b < bricks_.size(); ++b) brick_at_[b] = static_cast<std::uint32_t>(b + 1);
+}
 
 SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& features,
-                             double voxel_size, const MeshFacing& facing) {
+                             double voxel_size, const MeshFacing& facing, int border) {
   const HugeVector<SnappedPoint> points = SnapAll(mesh_W.vertices, voxel_size);
   std::vector<Corners> edges;
   edges.reserve(features.edges.size());
@@ -174,9 +215,9 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
                      static_cast<std::int32_t>(p[1] >> kBrickBits),
                      static_cast<std::int32_t>(p[2] >> kBrickBits)};
   };
-  const GridIndex border{1, 1, 1};
-  box_.first = place_of(low) - border;
-  box_.size = place_of(high) + border * 2 - box_.first;
+  const GridIndex around{border, border, border};
+  box_.first = place_of(low) - around;
+  box_.size = place_of(high) + around + GridIndex{1, 1, 1} - box_.first;
 
   std::array<Bins, kFields> bins;
   for (std::size_t f = 0; f < kFields; ++f) bins[f] = BinByHyperchunk(points, items[f], box_);
@@ -200,17 +241,15 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
   struct Scratch {
     std::vector<std::uint64_t> rows =
         std::vector<std::uint64_t>(kBrickRows + TriangleRows::kPadding, 0);
-    std::vector<std::uint64_t> words;
+    Packer packer;
     std::vector<Crossing> crossings;
   };
   tbb::enumerable_thread_specific<Scratch> scratch;
   tbb::parallel_for(std::size_t{0}, bricks_.size(), [&](std::size_t b) {
     Scratch& mine = scratch.local();
-    mine.words.clear();
     mine.crossings.clear();
     Brick& brick = bricks_[b];
     const GridIndex first = brick.place * kHyperchunkSide;
-    std::array<std::size_t, kFields + 1> begin{};
     for (std::size_t f = 0; f < kFields; ++f) {
       const auto here = ItemsAt(bins[f], box_.CellOf(brick.place));
       if (!here.empty()) {
@@ -221,15 +260,11 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
           batch.Add(points[i], points[j], points[k], crosses ? facing.of_triangle[item] : 0);
         }
         batch.Finish();
-        Pack(mine.rows.data(), brick.sources[f], mine.words);
+        mine.packer.Take(static_cast<Field>(f), mine.rows.data());
       }
-      begin[f + 1] = mine.words.size();
     }
-    brick.words.assign(mine.words.begin(), mine.words.end());
+    mine.packer.Fill(brick);
     brick.crossings.assign(mine.crossings.begin(), mine.crossings.end());
-    for (std::size_t f = 0; f < kFields; ++f) {
-      if (begin[f] < begin[f + 1]) brick.sources[f].words = brick.words.data() + begin[f];
-    }
   });
 }
 

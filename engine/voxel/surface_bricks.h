@@ -33,6 +33,10 @@ struct HyperchunkBox {
                (static_cast<std::size_t>(i.y) +
                 static_cast<std::size_t>(size.y) * static_cast<std::size_t>(i.z));
   }
+  GridIndex PlaceOf(std::size_t cell) const noexcept {
+    const auto c = static_cast<std::int32_t>(cell);
+    return first + GridIndex{c % size.x, c / size.x % size.y, c / size.x / size.y};
+  }
 };
 
 /// The sources of the three fields (paper §4) as rows of bits: the voxels that the surface, its
@@ -57,6 +61,8 @@ class SurfaceBricks {
     std::array<std::uint16_t, kHyperchunkSide> first{};  // by z: how many octets stand before
 
     bool empty() const noexcept { return words == nullptr; }
+    /// Known to be all of the hyperchunk.
+    bool full() const noexcept { return words == kFullWords.data(); }
     /// The rows 8 j to 8 j + 7 of a z; null if there is no voxel in them.
     const std::uint64_t* Octet(std::size_t z, std::size_t j) const noexcept {
       if ((octets[z] >> j & 1U) == 0) return nullptr;
@@ -69,14 +75,30 @@ class SurfaceBricks {
     std::vector<std::uint64_t> words;     // of all sources
     std::vector<Crossing> crossings;      // of closed bodies, in no order
   };
+  /// Sources of kBrickRows rows each, made one after another and put into bricks together.
+  class Packer {
+   public:
+    /// Takes the rows, which are zeros afterwards.
+    void Take(Field field, std::uint64_t* rows);
+    void TakeFull(Field field);
+    /// Gives the brick what was taken since the last time.
+    void Fill(Brick& brick);
 
-  /// Crossings of closed bodies only.
+   private:
+    std::array<Source, kFields> sources_;
+    std::array<std::size_t, kFields> begin_{};
+    std::vector<std::uint64_t> words_;
+  };
+
+  /// Crossings of closed bodies only. `border`: hyperchunks more all round the box, at least one.
   SurfaceBricks(const TriangleMesh& mesh_W, const Features& features, double voxel_size,
-                const MeshFacing& facing);
+                const MeshFacing& facing, int border);
+  /// One brick for each cell of the box.
+  SurfaceBricks(const HyperchunkBox& box, std::vector<Brick> bricks);
 
   /// In Morton order of their places; some may be without voxels.
   const std::vector<Brick>& bricks() const noexcept { return bricks_; }
-  /// The box of their places, and one more hyperchunk all round.
+  /// The box of their places with its border.
   const HyperchunkBox& box() const noexcept { return box_; }
   /// By cell of the box; null without voxels.
   const Brick* At(const GridIndex& place) const noexcept {
@@ -86,6 +108,8 @@ class SurfaceBricks {
   }
 
  private:
+  static const std::array<std::uint64_t, kBrickRows> kFullWords;
+
   HyperchunkBox box_;
   std::vector<std::uint32_t> brick_at_;  // by cell of the box: 1 + its number, 0 for none
   std::vector<Brick> bricks_;

@@ -9,9 +9,9 @@
 
 namespace tandem {
 
-/// What a field says of a voxel, in 4 bits (paper §3): 1 interior, 2 surface, 2 + d free space at
-/// chess-board distance d >= 1 from the nearest surface voxel. Stored 0 means never written: beyond
-/// the range D, it reads as D + 3.
+/// What a field says of a voxel, in 2, 4 or 8 bits (paper §3): 1 interior, 2 surface, 2 + d free
+/// space at chess-board distance d >= 1 from the nearest surface voxel. Stored 0 means never
+/// written: beyond the range D, it reads as D + 3.
 using Mark = std::uint8_t;
 inline constexpr Mark kInteriorMark = 1;
 inline constexpr Mark kSurfaceMark = 2;
@@ -36,7 +36,15 @@ constexpr Field FieldReadBy(Label label) {
 /// Chess-board range of the distance field: one chunk, so that a body in a neighbouring chunk is
 /// announced.
 inline constexpr int kDefaultRange = 8;
-inline constexpr int kMaxRange = 13;  // marks 3..15 in 4 bits
+/// The widest range that marks of 2, 4 or 8 bits hold. A byte's last value is kept for what is read
+/// beyond the range, so that a mark fits into one everywhere.
+constexpr int WidestRange(int bits) {
+  return bits == 2 ? 1 : (bits == 4 ? 13 : 252);
+}
+/// The least of them that hold a range.
+constexpr int BitsFor(int range) {
+  return range <= WidestRange(2) ? 2 : (range <= WidestRange(4) ? 4 : 8);
+}
 
 /// The tree's three levels: voxel, chunk of 8 x 8 x 8, hyperchunk of 8 x 8 x 8 chunks (paper §2.1).
 inline constexpr int kChunkSide = 8;

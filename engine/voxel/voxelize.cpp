@@ -36,10 +36,16 @@ double Area(const TriangleMesh& mesh) {
   return area;
 }
 
-/// Which sides of a hyperchunk have surface within `chunks` chunks, as the neighbours there that
-/// its band may reach into: bit n for offset (n % 3, n / 3 % 3, n / 9) - 1.
-std::uint32_t NeighboursReached(const SurfaceBricks::Source& surface, int chunks) {
-  if (surface.empty()) return 0;
+/// Hyperchunks that a band of so many chunks reaches into from the next.
+int HyperchunksReached(int chunks) {
+  return (chunks + 7) / 8;
+}
+
+/// Calls visit(offset) for the hyperchunks, by offset from this one, that have chunks within
+/// `chunks` chunks of its surface.
+template <typename Visit>
+void VisitReached(const SurfaceBricks::Source& surface, int chunks, const Visit& visit) {
+  if (surface.empty()) return;
   // by z of the chunks: bit x + 8 y
   std::array<std::uint64_t, kChunkSide> occupied{};
   for (std::size_t z = 0; z < kHyperchunkSide; ++z) {
@@ -53,34 +59,45 @@ std::uint32_t NeighboursReached(const SurfaceBricks::Source& surface, int chunks
       }
     }
   }
-  const auto side = [chunks](int direction) {  // of eight chunks in a row
+  const auto side = [chunks](int offset) {  // of eight chunks in a row, those near enough
     const unsigned all = 0xff;
-    return direction < 0 ? all >> (8 - chunks) : (direction > 0 ? all << (8 - chunks) & all : all);
+    const int least = std::max(0, 8 * std::abs(offset) - chunks);
+    return offset < 0 ? all >> least : (offset > 0 ? all << least & all : all);
   };
-  std::uint32_t reached = 0;
-  for (int n = 0; n < 27; ++n) {
-    const unsigned in_x = side(n % 3 - 1);
-    const unsigned in_y = side(n / 3 % 3 - 1);
-    const unsigned in_z = side(n / 9 - 1);
-    std::uint64_t layer = 0;
-    for (unsigned y = 0; y < 8; ++y) {
-      if ((in_y >> y & 1U) != 0) layer |= std::uint64_t{in_x} << (8 * y);
-    }
-    for (unsigned z = 0; z < 8; ++z) {
-      if ((in_z >> z & 1U) != 0 && (occupied[z] & layer) != 0) reached |= 1U << n;
+  const int far = HyperchunksReached(chunks);
+  for (std::int32_t dz = -far; dz <= far; ++dz) {
+    for (std::int32_t dy = -far; dy <= far; ++dy) {
+      std::uint64_t rows = 0;  // of a layer, in y
+      for (unsigned y = 0; y < 8; ++y) {
+        if ((side(dy) >> y & 1U) != 0) rows |= std::uint64_t{0xff} << (8 * y);
+      }
+      for (std::int32_t dx = -far; dx <= far; ++dx) {
+        const std::uint64_t layer = rows & (side(dx) * 0x0101010101010101ULL);
+        bool any = false;
+        for (unsigned z = 0; z < 8; ++z) {
+          any = any || ((side(dz) >> z & 1U) != 0 && (occupied[z] & layer) != 0);
+        }
+        if (any) visit(GridIndex{dx, dy, dz});
+      }
     }
   }
-  return reached;
 }
 
-std::size_t NeededBytes(const Bounds& box, double area, std::size_t triangles, double voxel_size) {
+std::size_t NeededBytes(const Bounds& box, double area, std::size_t triangles, double voxel_size,
+                        int range, int bits) {
   // per voxel size squared of area: the planes of three fields and the rows of bits they come from;
   // per triangle: its sides, facet, snapped corners and bins; per hyperchunk of the box its numbers
   const Vec3 size = box.size() / voxel_size + Vec3::Constant(256.0);
   const double squares = area / (voxel_size * voxel_size);
   const double hyperchunks = size.prod() / std::pow(kHyperchunkSide, 3);
-  const double bytes =
-      65.0 * squares + 150.0 * static_cast<double>(triangles) + 40.0 * hyperchunks + 3e7;
+  double marks = 65.0 * squares;
+  if (bits == 8) {
+    // all that the range reaches, and a bit a voxel for each round that it grows in
+    const double voxels = (box.size() / voxel_size + Vec3::Constant(2.0 * range + 64)).prod();
+    const double rounds = static_cast<double>(MarkPlanes::Rounds(range)) - 1;
+    marks += kFields * voxels * (1.0 + rounds / 8);
+  }
+  const double bytes = marks + 150.0 * static_cast<double>(triangles) + 40.0 * hyperchunks + 3e7;
   return bytes < 1e18 ? static_cast<std::size_t>(bytes) : std::size_t{1} << 60U;
 }
 
@@ -93,7 +110,7 @@ std::string InGiB(std::size_t bytes) {
 
 /// What cannot be made of these options, whatever the mesh.
 std::optional<Error> OptionsFault(const VoxelizeOptions& options) {
-  const int greatest = options.bits == 2 ? 1 : kMaxRange;
+  const int greatest = WidestRange(options.bits);
   if (options.bits != 2 && options.bits != 4 && options.bits != 8) {
     return Error{"marks have 2, 4 or 8 bits, not " + std::to_string(options.bits)};
   }
@@ -110,28 +127,32 @@ Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& side
 
 }  // namespace
 
-std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, double voxel_size) {
-  return NeededBytes(BoundsOf(mesh_W), Area(mesh_W), mesh_W.triangles.size(), voxel_size);
+std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
+  return NeededBytes(BoundsOf(mesh_W), Area(mesh_W), mesh_W.triangles.size(), options.voxel_size,
+                     options.range, options.bits);
 }
 
 double AutoVoxelSize(const TriangleMesh& mesh) {
   return BoundsOf(mesh).size().maxCoeff() / 200.0;
 }
 
-std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_size,
-                                    std::size_t max_memory_bytes) {
-  const double s = voxel_size;
+std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
+  const double s = options.voxel_size;
+  const std::size_t max_memory_bytes = options.max_memory_bytes;
   if (mesh_W.triangles.empty()) return Error{"the mesh has no triangles"};
   if (!(s > 0) || !std::isfinite(s)) return Error{"the voxel size must be above 0 m"};
   const Bounds box = BoundsOf(mesh_W);
   const double area = Area(mesh_W);
   const std::size_t triangles = mesh_W.triangles.size();
-  const std::size_t need = NeededBytes(box, area, triangles, s);
+  const auto needed = [&](double voxel_size) {
+    return NeededBytes(box, area, triangles, voxel_size, options.range, options.bits);
+  };
+  const std::size_t need = needed(s);
   const double farthest = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
   if (need <= max_memory_bytes && farthest <= kFarthestVoxel * s) return std::nullopt;
   // the need falls with the square of the voxel size, or faster
   double fits = std::max(s, farthest / kFarthestVoxel);
-  while (NeededBytes(box, area, triangles, fits) > max_memory_bytes && fits < 1e6) fits *= 1.05;
+  while (needed(fits) > max_memory_bytes && fits < 1e6) fits *= 1.05;
   char text[200];
   if (fits >= 1e6) {
     std::snprintf(text, sizeof text, "no voxel size fits into %s", InGiB(max_memory_bytes).c_str());
@@ -149,11 +170,8 @@ std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_siz
 }
 
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
-  if (std::optional<Error> fault =
-          VoxelSizeFault(mesh_W, options.voxel_size, options.max_memory_bytes)) {
-    return *fault;
-  }
   if (std::optional<Error> fault = OptionsFault(options)) return *fault;
+  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, options)) return *fault;
   const MeshSides sides(mesh_W);
   return VoxelizeFitting(mesh_W, sides,
                          FindFeatures(mesh_W, sides, options.flatness_voxels * options.voxel_size),
@@ -162,11 +180,8 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
 
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
                         const Features& features, const VoxelizeOptions& options) {
-  if (std::optional<Error> fault =
-          VoxelSizeFault(mesh_W, options.voxel_size, options.max_memory_bytes)) {
-    return *fault;
-  }
   if (std::optional<Error> fault = OptionsFault(options)) return *fault;
+  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, options)) return *fault;
   return VoxelizeFitting(mesh_W, sides, features, options);
 }
 
@@ -181,27 +196,30 @@ Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& side
   };
   tell(0.0);
   const MeshFacing facing = FindFacing(mesh_W, sides);
-  const SurfaceBricks bricks(mesh_W, features, s, facing);
+  const int reach = (options.range + kChunkSide - 1) / kChunkSide;  // chunks
+  std::vector<SurfaceBricks> rounds;
+  rounds.reserve(MarkPlanes::Rounds(options.range));
+  rounds.emplace_back(mesh_W, features, s, facing, HyperchunksReached(reach));
+  const SurfaceBricks& bricks = rounds.front();
   if (options.stop.stop_requested()) return stopped;
   tell(kShareBeforeMarks / 2);
   const InsideRows inside(bricks, mesh_W, facing, s);
+  while (rounds.size() < MarkPlanes::Rounds(options.range)) {
+    if (options.stop.stop_requested()) return stopped;
+    rounds.push_back(GrownSources(rounds.back()));
+  }
   if (options.stop.stop_requested()) return stopped;
   tell(kShareBeforeMarks);
 
-  // the bricks' box and one more hyperchunk all round: the band may reach one out, and then there
-  // is a border without marks
+  // the bricks' box holds all that the band may reach; one more hyperchunk all round has no marks
   const HyperchunkBox& inner = bricks.box();
   const GridIndex border{1, 1, 1};
   const HyperchunkBox box{inner.first - border, inner.size + border * 2};
   std::vector<VoxmapBuilder::Kind> kinds(box.cells(), VoxmapBuilder::Kind::kFar);
-  const int reach = (options.range + kChunkSide - 1) / kChunkSide;  // chunks
   for (const SurfaceBricks::Brick& brick : bricks.bricks()) {
-    const std::uint32_t reached = NeighboursReached(brick.sources[0], reach);
-    for (std::int32_t n = 0; n < 27; ++n) {
-      if ((reached >> n & 1U) == 0) continue;
-      kinds[box.CellOf(brick.place + GridIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1})] =
-          VoxmapBuilder::Kind::kMarked;
-    }
+    VisitReached(brick.sources[0], reach, [&](const GridIndex& offset) {
+      kinds[box.CellOf(brick.place + offset)] = VoxmapBuilder::Kind::kMarked;
+    });
   }
   std::vector<GridIndex> marked;
   for (std::int32_t z = 0; z < inner.size.z; ++z) {
@@ -257,7 +275,7 @@ Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& side
                 }
                 if (filled->planes == nullptr) {
                   filled->planes =
-                      std::make_unique<MarkPlanes>(bricks, options.range, options.bits);
+                      std::make_unique<MarkPlanes>(rounds, options.range, options.bits);
                 }
                 const std::uint64_t* rows = inside.RowsOf(inner.CellOf(place));
                 const bool solid = inside.Solid(inner.CellOf(place));

@@ -14,7 +14,7 @@ namespace tandem {
 struct VoxelizeOptions {
   double voxel_size = 0.001;  // m
   int range = kDefaultRange;  // of the distance fields, voxels
-  int bits = 4;               // of a mark: 2 (range 1), 4 (8 (range to 13)
+  int bits = 4;               // of a mark: 2 (range 1), 4 (to 13) or 8 (to 252)
   /// How flat a feature-free polygon must be, in voxels either side of its plane (paper §4.1).
   double flatness_voxels = 0.5;
   std::size_t max_memory_bytes = std::size_t{8} << 30U;
@@ -26,12 +26,11 @@ struct VoxelizeOptions {
 
 /// The memory that voxelizing takes at its height, from the mesh's area and box: an estimate on the
 /// safe side.
-std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, double voxel_size);
+std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 
-/// Why a mesh cannot be voxelized at that size within that memory, and a voxel size that would do;
-/// nothing if it can.
-std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, double voxel_size,
-                                    std::size_t max_memory_bytes);
+/// Why a mesh cannot be voxelized at the options' voxel size within their memory, and a voxel size
+/// that would do; nothing if it can.
+std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 
 /// Voxelizes a mesh where it stands in W: exact conservative surface, distance field, interior by
 /// counted crossings, of open bodies by winding number (paper §2.1, §3; VPS.md §1). In parallel;

@@ -77,7 +77,7 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
                              const std::vector<Kind>& kinds)
     : box_(box), quarter_bytes_(kVoxelsPerQuarter / 8 * static_cast<std::size_t>(bits)) {
   TANDEM_CHECK(voxel_size > 0 && (bits == 2 || bits == 4 || bits == 8));
-  TANDEM_CHECK(range >= 1 && range + 2 < (1 << bits) && kinds.size() == box.cells());
+  TANDEM_CHECK(range >= 1 && range <= WidestRange(bits) && kinds.size() == box.cells());
   // hyperchunks next to marked or solid ones have a record too, which knows how far those are
   std::vector<std::uint8_t> near(box.cells(), 0);
   std::size_t marked = 0;
@@ -216,9 +216,7 @@ void VoxmapBuilder::FillChunkLevel() {
   for (std::size_t r = 1; r < bearing.size(); ++r) bearing[r] = BearingOf(records_[r]);
   tbb::parallel_for(std::size_t{0}, box_.cells(), [&](std::size_t cell) {
     if (index_[cell] <= kRecordSolid) return;
-    const auto c = static_cast<std::int32_t>(cell);
-    const GridIndex place = box_.first + GridIndex{c % box_.size.x, c / box_.size.x % box_.size.y,
-                                                   c / box_.size.x / box_.size.y};
+    const GridIndex place = box_.PlaceOf(cell);
     ChunkCube cube;
     std::uint64_t any = 0;
     for (std::int32_t n = 0; n < 27; ++n) {

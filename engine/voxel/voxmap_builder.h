@@ -16,8 +16,8 @@ class VoxmapBuilder {
   /// What is known of a hyperchunk before it is filled.
   enum class Kind : std::uint8_t { kFar, kMarked, kSolid };
 
-  /// `bits` of a mark: 2 (range 1), 4 (range to 13) or 8. `kinds` by cell of the box, whose border
-  /// of one hyperchunk is far.
+  /// `bits` of a mark: 2 (range 1), 4 (to 13) or 8 (to 252). `kinds` by cell of the box, whose
+  /// border of one hyperchunk is far.
   VoxmapBuilder(double voxel_size, int range, int bits, const HyperchunkBox& box,
                 const std::vector<Kind>& kinds);
 

@@ -27,7 +27,8 @@ std::optional<Error> FaultOf(const ImageBytes& image, const std::string& name) {
                  std::to_string(h.bytes) + "; it was cut short"};
   }
   const Error damaged{name + ": a damaged voxmap; voxelize its mesh again"};
-  if ((h.bits != 2 && h.bits != 4 && h.bits != 8) || h.range < 1 || h.range + 2 >= (1U << h.bits) ||
+  if ((h.bits != 2 && h.bits != 4 && h.bits != 8) || h.range < 1 ||
+      h.range > static_cast<unsigned>(WidestRange(static_cast<int>(h.bits))) ||
       !(h.voxel_size > 0) || !std::isfinite(h.voxel_size)) {
     return damaged;
   }

@@ -68,7 +68,7 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
                              SurfaceDetails& details) {
   const double flatness = FlatnessVoxels(scene.contact);
   const VoxelizeOptions options{.voxel_size = scene.voxel_size, .flatness_voxels = flatness};
-  if (auto fault = VoxelSizeFault(mesh_W, options.voxel_size, options.max_memory_bytes)) {
+  if (auto fault = VoxelSizeFault(mesh_W, options)) {
     return fault;
   }
   const MeshSides sides(mesh_W);

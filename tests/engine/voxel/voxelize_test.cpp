@@ -5,9 +5,8 @@
 #include <string>
 #include <tuple>
 
-#include <malloc.h>
-
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <tbb/global_control.h>
 
 #include "engine/voxel/surface_voxels.h"
@@ -136,7 +135,7 @@ TEST(SurfaceVoxels, FacesOnGridPlanesBelongToTheUpperVoxels) {
 }
 
 Voxmap MustVoxelize(const TriangleMesh& mesh, double s, int range = kDefaultRange) {
-  Result<Voxmap> made = Voxelize(mesh, {.voxel_size = s, .range = range});
+  Result<Voxmap> made = Voxelize(mesh, {.voxel_size = s, .range = range, .bits = BitsFor(range)});
   EXPECT_TRUE(made) << (made ? "" : made.error().what);
   return std::move(*made);
 }
@@ -144,7 +143,7 @@ Voxmap MustVoxelize(const TriangleMesh& mesh, double s, int range = kDefaultRang
 // Brute force over all surface voxels in a box round the shape, for several ranges.
 TEST(DistanceField, IsTheChessBoardDistanceToTheNearestSurfaceVoxel) {
   std::mt19937_64 random(2);
-  for (const int range : {1, 8, 13}) {
+  for (const int range : {1, 8, 13, 16, 30, 70, 150}) {
     TriangleMesh mesh = Box(Vec3(0.9, 1.3, 0.4));
     const Quat q = RandomRotation(random);
     for (Vec3& v : mesh.vertices) v = q * v + Vec3(7.77, -3.3, 0.123);
@@ -159,10 +158,12 @@ TEST(DistanceField, IsTheChessBoardDistanceToTheNearestSurfaceVoxel) {
       }
     }
     ASSERT_FALSE(sources.empty());
+    const int reach = range + 7;
     for (int trial = 0; trial < 4000; ++trial) {
       const GridIndex near = sources[random() % sources.size()];
       const auto offset = [&] {
-        return static_cast<std::int32_t>(random() % 41) - 20;
+        return static_cast<std::int32_t>(random() % (2U * static_cast<unsigned>(reach) + 1)) -
+               reach;
       };
       const GridIndex i = near + GridIndex{offset(), offset(), offset()};
       int distance = 1000;
@@ -194,7 +195,8 @@ TEST(DistanceField, OfEdgesAndVerticesAndChunksIsTheDistanceToTheNearestOne) {
   const Quat q = RandomRotation(random);
   for (Vec3& v : mesh.vertices) v = q * v + Vec3(3.1, -0.3, 0.123);
   const double s = 0.05;
-  for (const int range : {4, 8, 13}) {
+  for (const int range : {4, 8, 13, 40}) {
+    const int reach = range + 7;
     const Voxmap voxmap = MustVoxelize(mesh, s, range);
     const FeatureVoxels voxels = FindFeatureVoxels(mesh, FindFeatures(mesh, 0.5 * s), s);
     for (const Field field : kAllFields) {
@@ -208,7 +210,8 @@ TEST(DistanceField, OfEdgesAndVerticesAndChunksIsTheDistanceToTheNearestOne) {
       ASSERT_FALSE(sources.empty());
       for (int trial = 0; trial < 600; ++trial) {
         const auto offset = [&] {
-          return static_cast<std::int32_t>(random() % 41) - 20;
+          return static_cast<std::int32_t>(random() % (2U * static_cast<unsigned>(reach) + 1)) -
+                 reach;
         };
         const GridIndex i =
             sources[random() % sources.size()] + GridIndex{offset(), offset(), offset()};
@@ -278,6 +281,7 @@ TEST(Voxelize, MarksOfTwoAndEightBitsAreThoseOfFour) {
   }
   EXPECT_FALSE(Voxelize(mesh, {.voxel_size = 0.03, .range = 2, .bits = 2}));
   EXPECT_FALSE(Voxelize(mesh, {.voxel_size = 0.03, .range = 14}));
+  EXPECT_FALSE(Voxelize(mesh, {.voxel_size = 0.03, .range = 253, .bits = 8}));
   EXPECT_FALSE(Voxelize(mesh, {.voxel_size = 0.03, .range = 8, .bits = 3}));
 }
 
@@ -314,8 +318,8 @@ TEST(Voxelize, RefusesWhatDoesNotFitAndNamesAVoxelThatDoes) {
   const std::size_t at = text.find("; ");
   ASSERT_NE(at, std::string::npos) << text;
   ASSERT_EQ(std::sscanf(text.c_str() + at, "; %lf m would fit", &fits), 1) << text;
-  EXPECT_LE(EstimateVoxelizeBytes(box, fits), 1ULL << 30U);
-  EXPECT_GT(EstimateVoxelizeBytes(box, 0.8 * fits), 1ULL << 30U);
+  EXPECT_LE(EstimateVoxelizeBytes(box, {.voxel_size = fits}), 1ULL << 30U);
+  EXPECT_GT(EstimateVoxelizeBytes(box, {.voxel_size = 0.8 * fits}), 1ULL << 30U);
   EXPECT_FALSE(Voxelize(box, {.voxel_size = 0.0}));
   EXPECT_FALSE(Voxelize(TriangleMesh{}, {.voxel_size = 0.1}));
 }
@@ -337,18 +341,22 @@ TEST(Voxelize, TakesNoMoreMemoryThanEstimatedAndNotFarLess) {
   struct Case {
     TriangleMesh mesh;
     double voxel_size;
+    int range = kDefaultRange;
   };
-  const std::array<Case, 4> cases{Case{Sphere(0.5, 6), 0.002}, Case{Sphere(0.5, 4), 0.001},
-                                  Case{Box(Vec3(1, 0.5, 0.2)), 0.001}, Case{Sheet(1.0), 0.001}};
+  const std::array<Case, 5> cases{Case{Sphere(0.5, 6), 0.002}, Case{Sphere(0.5, 4), 0.001},
+                                  Case{Box(Vec3(1, 0.5, 0.2)), 0.001}, Case{Sheet(1.0), 0.001},
+                                  Case{Sphere(0.5, 4), 0.005, 100}};
   for (const Case& c : cases) {
     malloc_trim(0);  // what the case before gave back would not be counted
     std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins anew
     const double before = StatusBytes("VmRSS:");
     if (StatusBytes("VmHWM:") > before + 1e6) GTEST_SKIP() << "the peak cannot be set back";
-    const Result<Voxmap> map = Voxelize(c.mesh, {.voxel_size = c.voxel_size});
+    const VoxelizeOptions options{
+        .voxel_size = c.voxel_size, .range = c.range, .bits = BitsFor(c.range)};
+    const Result<Voxmap> map = Voxelize(c.mesh, options);
     ASSERT_TRUE(map);
     const double taken = StatusBytes("VmHWM:") - before;
-    const auto estimated = static_cast<double>(EstimateVoxelizeBytes(c.mesh, c.voxel_size));
+    const auto estimated = static_cast<double>(EstimateVoxelizeBytes(c.mesh, options));
     EXPECT_LT(taken, estimated);
     EXPECT_GT(20 * taken, estimated);
   }
