@@ -118,7 +118,7 @@ int RunProximity(const ProximityArguments& arguments) {
   const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene);
   if (!bodies) return Fail(kExitFile, bodies.error().what);
   Result<std::vector<ProximityPart>> parts = MakeProximityParts(
-      *bodies, scene->voxel_size,
+      *bodies, scene->voxel_size, scene->range_voxels,
       [](std::size_t /*done*/, std::size_t /*total*/, const std::string& /*part*/) {
         return true;
       });

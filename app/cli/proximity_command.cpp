@@ -22,6 +22,7 @@ struct ProximityArguments {
   std::string poses;
   double scale = 1;  // m per unit of the poses' translations
   double voxel = 0;  // 0: the scene's
+  int range = 0;     // voxels; 0: the scene's
   bool coarse = false;
   bool csv = false;
   bool json = false;
@@ -210,6 +211,7 @@ int RunProximity(const ProximityArguments& arguments) {
   const std::int64_t start_ns = MonotonicNowNs();
   Result<std::vector<ProximityPart>> parts = MakeProximityParts(
       *bodies, arguments.voxel > 0 ? arguments.voxel : scene->voxel_size,
+      arguments.range > 0 ? arguments.range : scene->range_voxels,
       [](std::size_t /*done*/, std::size_t /*total*/, const std::string& /*part*/) {
         return true;
       });
@@ -250,6 +252,10 @@ void AddProximityCommand(CLI::App& app, int& exit_code) {
   command->add_option("--scale", arguments->scale, "metres per unit of the poses' translations")
       ->capture_default_str();
   command->add_option("--voxel", arguments->voxel, "voxel size in metres; otherwise the scene's");
+  command
+      ->add_option("--range", arguments->range,
+                   "voxels that the distance fields reach; otherwise the scene's")
+      ->check(CLI::Range(1, WidestRange(8)));
   command->add_flag("--coarse", arguments->coarse,
                     "by voxels alone: the error is at most sqrt(3) voxels");
   command->add_flag("--csv", arguments->csv, "print one line a pose for programs");

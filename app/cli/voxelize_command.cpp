@@ -1,9 +1,12 @@
+#include <atomic>
 #include <charconv>
 #include <cmath>
+#include <csignal>
 #include <optional>
 
 #include <nlohmann/json.hpp>
 #include <tbb/global_control.h>
+#include <unistd.h>
 
 #include "app/cli/commands.h"
 #include "app/cli/talk.h"
@@ -15,6 +18,7 @@
 #include "engine/realtime/clock.h"
 #include "engine/voxel/pointshell.h"
 #include "engine/voxel/voxelize.h"
+#include "engine/voxel/voxmap_file.h"
 
 namespace tandem {
 
@@ -24,10 +28,35 @@ struct VoxelizeArguments {
   std::string file;
   std::string voxel = "auto";
   double scale = 1.0;
+  int range = kDefaultRange;
+  int bits = 0;  // 0: the least that hold the range
+  std::string out;
   std::uint64_t max_memory = std::uint64_t{8} << 30U;
   std::size_t threads = 0;
   bool json = false;
 };
+
+std::atomic<bool> stop_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void AskToStop(int) {
+  stop_asked.store(true);
+}
+
+/// Shows a person how far it is, and stops when one presses Ctrl-C.
+std::function<void(double)> Watch(std::stop_source& stop) {
+  std::signal(SIGINT, AskToStop);
+  std::signal(SIGTERM, AskToStop);
+  const bool shown = isatty(STDERR_FILENO) != 0;
+  return [shown, &stop, percent = -1](double share) mutable {
+    if (stop_asked.load()) stop.request_stop();
+    const int now = static_cast<int>(100 * share);
+    if (!shown || now == percent) return;
+    percent = now;
+    std::fprintf(stderr, "\rvoxelizing: %d %%", now);
+    if (now == 100) std::fprintf(stderr, "\r                   \r");
+  };
+}
 
 std::optional<double> AsNumber(const std::string& text) {
   double value = 0;
@@ -63,14 +92,28 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
           : tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   const std::int64_t start_ns = MonotonicNowNs();
-  const VoxelizeOptions options{.voxel_size = voxel_size, .max_memory_bytes = arguments.max_memory};
-  if (const auto fault = VoxelSizeFault(*mesh, voxel_size, arguments.max_memory)) {
+  VoxelizeOptions options{.voxel_size = voxel_size,
+                          .range = arguments.range,
+                          .bits = arguments.bits > 0 ? arguments.bits : BitsFor(arguments.range),
+                          .max_memory_bytes = arguments.max_memory};
+  if (options.range > WidestRange(options.bits)) {
+    return Fail(kExitUsage, "--bits " + std::to_string(options.bits) + " holds a range of " +
+                                std::to_string(WidestRange(options.bits)) +
+                                " voxels at the most; give more bits or a --range within");
+  }
+  if (const auto fault = VoxelSizeFault(*mesh, options)) {
     return Fail(kExitFile, arguments.file + ": " + fault->what);
   }
+  std::stop_source stop;
+  options.stop = stop.get_token();
+  options.progress = Watch(stop);
   const MeshSides sides(*mesh);
   const Features features = FindFeatures(*mesh, sides, options.flatness_voxels * voxel_size);
   const Result<Voxmap> voxmap = Voxelize(*mesh, sides, features, options);
   if (!voxmap) return Fail(kExitFile, arguments.file + ": " + voxmap.error().what);
+  if (!arguments.out.empty()) {
+    if (const auto fault = SaveVoxmap(*voxmap, arguments.out)) return Fail(kExitFile, fault->what);
+  }
   const Result<Pointshell> points =
       MakePointshell(*mesh, features, Pose{}, {.spacing = voxel_size});
   if (!points) return Fail(kExitFile, arguments.file + ": " + points.error().what);
@@ -108,6 +151,8 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
                                      {"points", {{"total", points->size()}}},
                                      {"volume_m3", mass.volume},
                                      {"voxel_m", voxel_size},
+                                     {"range_voxels", options.range},
+                                     {"bits", options.bits},
                                      {"digest", Hex(digest.value())}};
     std::printf("%s\n", out.dump(2).c_str());
     return kExitOk;
@@ -137,6 +182,13 @@ void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
   command->add_option("--voxel", arguments->voxel,
                       "voxel size in metres, or auto: a two-hundredth of the longest side");
   command->add_option("--scale", arguments->scale, "metres per file unit");
+  command->add_option("--range", arguments->range, "voxels that the distance fields reach")
+      ->check(CLI::Range(1, WidestRange(8)))
+      ->capture_default_str();
+  command->add_option("--bits", arguments->bits, "of a mark: 2, 4 or 8; default: as few as will do")
+      ->check(CLI::IsMember({2, 4, 8}));
+  command->add_option("--out", arguments->out,
+                      "write the map there: one image that programs map into memory");
   command
       ->add_option("--max-memory", arguments->max_memory,
                    "most memory to use: bytes, or with a unit (8GiB)")

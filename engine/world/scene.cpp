@@ -12,7 +12,7 @@
 namespace tandem {
 namespace {
 
-constexpr int kDeepestForceLayer = 6;  // the range of the distance field less two queues of warning
+constexpr int kWarning = 2;  // queues between the deepest force layer and the range
 
 std::filesystem::path ReadFilePath(const JsonNode& node, const std::filesystem::path& folder) {
   const std::filesystem::path named = node.Text("the name of a file");
@@ -181,17 +181,20 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
-  root.AllowKeys({"name", "voxel_m", "contact", "force_layer", "friction", "gravity_m_s2", "bodies",
-                  "pairs", "hands"});
+  root.AllowKeys({"name", "voxel_m", "range_voxels", "contact", "force_layer", "friction",
+                  "gravity_m_s2", "bodies", "pairs", "hands"});
 
   Scene scene;
   scene.file = file;
   scene.name = root["name"].Text("the scene's name");
   scene.voxel_size = root["voxel_m"].NumberAbove(0);
+  if (root.Has("range_voxels")) {
+    scene.range_voxels = root["range_voxels"].WholeNumber(4, WidestRange(8));
+  }
   if (root.Has("contact")) scene.contact = ReadContact(root["contact"]);
   scene.force_layer = DefaultForceLayer(scene.contact);
   if (root.Has("force_layer")) {
-    scene.force_layer = root["force_layer"].WholeNumber(0, kDeepestForceLayer);
+    scene.force_layer = root["force_layer"].WholeNumber(0, scene.range_voxels - kWarning);
   }
   if (root.Has("friction")) scene.friction = root["friction"].NumberFrom(0);
   if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();

@@ -9,6 +9,7 @@
 #include "engine/base/result.h"
 #include "engine/base/spatial.h"
 #include "engine/contact/contact_kind.h"
+#include "engine/voxel/voxel.h"
 #include "engine/world/scene_constraint.h"
 
 namespace tandem {
@@ -48,7 +49,8 @@ struct ScenePair {
 struct Scene {
   std::string name;
   std::filesystem::path file;
-  double voxel_size = 0.001;  // m
+  double voxel_size = 0.001;         // m
+  int range_voxels = kDefaultRange;  // of the distance fields
   ContactModel contact = ContactModel::kRefined;
   int force_layer = DefaultForceLayer(ContactModel::kRefined);  // free layers (paper §3.2)
   double friction = 0;                                          // Coulomb's mu, of all contacts

@@ -58,7 +58,7 @@ std::vector<PartPlan> PlanParts(const std::vector<ProximityBody>& bodies) {
 }  // namespace
 
 Result<std::vector<ProximityPart>> MakeProximityParts(const std::vector<ProximityBody>& bodies,
-                                                      double voxel_size,
+                                                      double voxel_size, int range_voxels,
                                                       const ProximityProgress& progress) {
   const std::vector<PartPlan> plans = PlanParts(bodies);
   std::vector<ProximityPart> parts;
@@ -66,7 +66,9 @@ Result<std::vector<ProximityPart>> MakeProximityParts(const std::vector<Proximit
     if (!progress(parts.size(), plans.size(), plan.name)) {
       return Error{"voxelizing was given up"};
     }
-    Result<Voxmap> map = Voxelize(plan.mesh_W, {.voxel_size = voxel_size});
+    Result<Voxmap> map =
+        Voxelize(plan.mesh_W,
+                 {.voxel_size = voxel_size, .range = range_voxels, .bits = BitsFor(range_voxels)});
     if (!map) return Error{"'" + plan.name + "': " + map.error().what};
     parts.push_back({plan.name, plan.bodies, plan.fixed, {plan.mesh_W, std::move(*map)}});
   }

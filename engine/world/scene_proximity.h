@@ -36,7 +36,7 @@ using ProximityProgress =
 /// Voxelizes the bodies: the fixture first, if there is one, then the moving bodies in order. An
 /// error names the part.
 Result<std::vector<ProximityPart>> MakeProximityParts(const std::vector<ProximityBody>& bodies,
-                                                      double voxel_size,
+                                                      double voxel_size, int range_voxels,
                                                       const ProximityProgress& progress);
 
 /// How near a part is to another, in W. The exact distance lies in [least, most].

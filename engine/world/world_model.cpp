@@ -67,7 +67,10 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
                              SurfaceDetails& details) {
   const double flatness = FlatnessVoxels(scene.contact);
-  const VoxelizeOptions options{.voxel_size = scene.voxel_size, .flatness_voxels = flatness};
+  const VoxelizeOptions options{.voxel_size = scene.voxel_size,
+                                .range = scene.range_voxels,
+                                .bits = BitsFor(scene.range_voxels),
+                                .flatness_voxels = flatness};
   if (auto fault = VoxelSizeFault(mesh_W, options)) {
     return fault;
   }

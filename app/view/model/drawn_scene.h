@@ -9,6 +9,7 @@
 #include "app/view/model/picture_composer.h"
 #include "app/view/model/shaded_mesh.h"
 #include "engine/base/result.h"
+#include "engine/voxel/voxel.h"
 
 namespace tandem {
 
@@ -26,6 +27,7 @@ struct DrawnScene {
   std::filesystem::path file;
   std::uint64_t hash = 0;
   double voxel_size = 0;  // m
+  int range_voxels = kDefaultRange;
   std::vector<DrawnBody> bodies;
 
   Bounds BoundsOfAll() const;

@@ -26,6 +26,7 @@ Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadP
   drawn.file = file;
   drawn.hash = *hash;
   drawn.voxel_size = scene->voxel_size;
+  drawn.range_voxels = scene->range_voxels;
   for (std::size_t i = 0; i < scene->bodies.size(); ++i) {
     const SceneBody& body = scene->bodies[i];
     if (!progress(drawn.bodies.size(), scene->bodies.size(), body.mesh.filename().string())) {

@@ -128,7 +128,7 @@ std::unique_ptr<ProximityComposer> ProximityModel::Voxelize(
   // the other processors are a peer's, if there is one
   tbb::task_arena half(std::max(1, tbb::this_task_arena::max_concurrency() / 2));
   Result<std::vector<ProximityPart>> parts = half.execute([&] {
-    return MakeProximityParts(ProximityBodiesOf(*scene), scene->voxel_size,
+    return MakeProximityParts(ProximityBodiesOf(*scene), scene->voxel_size, scene->range_voxels,
                               [&](std::size_t done, std::size_t total, const std::string& part) {
                                 const QString text = QStringLiteral("%1 (%2 of %3)")
                                                          .arg(QString::fromStdString(part))

@@ -11,7 +11,7 @@ constexpr double kGap = 0.05;  // m, between ball and block at first
 
 ProximityComposer ComposerOf(const std::shared_ptr<const DrawnScene>& scene) {
   auto parts = MakeProximityParts(
-      ProximityBodiesOf(*scene), scene->voxel_size,
+      ProximityBodiesOf(*scene), scene->voxel_size, scene->range_voxels,
       [](std::size_t /*done*/, std::size_t /*total*/, const std::string& /*part*/) {
         return true;
       });

@@ -46,5 +46,17 @@ TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
   EXPECT_GT(squeezed, 0.5);
 }
 
+// Whatever the range: marks of four bits and eight, within and beyond what the queues tell apart.
+TEST(PointSchedule, TestsEveryPointInContactWhateverTheRange) {
+  for (const int range : {5, 13, 14, 60}) {
+    const Bodies bodies = Rods(range);
+    const double points = static_cast<double>(bodies.shell.size());
+    const Outcome outcome = Swim(bodies, {}, 0.3 * points, static_cast<int>(2e6 / points),
+                                 900 + static_cast<std::uint64_t>(range));
+    EXPECT_EQ(outcome.missed, 0U) << "range " << range;
+    EXPECT_GT(outcome.contacts, 0.5) << "range " << range;
+  }
+}
+
 }  // namespace
 }  // namespace tandem

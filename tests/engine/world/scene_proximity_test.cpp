@@ -30,7 +30,8 @@ class TwoMovingParts : public ::testing::Test {
         {"ball", false, At(Sphere(0.01, 4), Vec3(0, 0, 0.03))},
         {"post", true, At(Box(Vec3(0.01, 0.01, 0.05)), Vec3(-0.15, 0, 0.025))},
         {"block", false, At(Box(Vec3(0.04, 0.04, 0.04)), Vec3(0.09, 0, 0.1))}};
-    Result<std::vector<ProximityPart>> parts = MakeProximityParts(bodies, kVoxel, GoOn);
+    Result<std::vector<ProximityPart>> parts =
+        MakeProximityParts(bodies, kVoxel, kDefaultRange, GoOn);
     EXPECT_TRUE(parts.has_value());
     parts_ = std::make_shared<const std::vector<ProximityPart>>(std::move(*parts));
   }
@@ -50,6 +51,29 @@ TEST_F(TwoMovingParts, AreOneFixtureAndAPartForEachMovingBody) {
   EXPECT_EQ((*parts_)[kBlock].bodies, std::vector<std::size_t>{3});
   EXPECT_EQ((*parts_)[kFixture].bodies, (std::vector<std::size_t>{0, 2}));
   EXPECT_DOUBLE_EQ(SceneProximity(parts_).range(), 8 * kVoxel);
+}
+
+// The lowest point of a ball 20 voxels off is in sight of a range of 30 voxels and not of 8.
+TEST_F(TwoMovingParts, ColoursReachAsFarAsTheRange) {
+  const std::vector<ProximityBody> bodies{
+      {"plate", true, Box(Vec3(0.2, 0.2, 0.01))},
+      {"ball", false, At(Sphere(0.01, 4), Vec3(0, 0, 0.005 + 20 * kVoxel + 0.01))}};
+  const std::array<std::array<float, 3>, 1> lowest{
+      std::array<float, 3>{0, 0, static_cast<float>(0.005 + 20 * kVoxel)}};
+  for (const int range : {8, 30}) {
+    Result<std::vector<ProximityPart>> parts = MakeProximityParts(bodies, kVoxel, range, GoOn);
+    ASSERT_TRUE(parts);
+    const SceneProximity scene(
+        std::make_shared<const std::vector<ProximityPart>>(std::move(*parts)));
+    EXPECT_DOUBLE_EQ(scene.range(), range * kVoxel);
+    std::array<float, 1> distance{};
+    scene.Distances(kBall, lowest, std::vector<Pose>(2), distance);
+    if (range == 8) {
+      EXPECT_GT(distance[0], 8 * kVoxel);
+    } else {
+      EXPECT_NEAR(distance[0], 20 * kVoxel, 2 * kVoxel);
+    }
+  }
 }
 
 TEST_F(TwoMovingParts, TheNearestOfAllIsToldWithItsPointsInW) {
@@ -156,7 +180,7 @@ TEST(SceneProximity, ABodyMergedWithAnotherIsPartOfItAndMovesWithIt) {
       MakeProximityParts({{"knob", false, At(Box(Vec3(0.01, 0.01, 0.03)), Vec3(0, 0, 0.065)), 1},
                           {"block", false, At(Box(Vec3(0.04, 0.04, 0.04)), Vec3(0, 0, 0.1))},
                           {"plate", true, At(Box(Vec3(0.2, 0.2, 0.01)), Vec3(0, 0, -0.005))}},
-                         kVoxel, GoOn);
+                         kVoxel, kDefaultRange, GoOn);
   ASSERT_TRUE(parts.has_value());
   ASSERT_EQ(parts->size(), 2U);
   EXPECT_EQ((*parts)[1].name, "block");
@@ -170,7 +194,7 @@ TEST(SceneProximity, ABodyMergedWithAnotherIsPartOfItAndMovesWithIt) {
 
 TEST(SceneProximity, OfOneBodyAloneHasNothingToBeNearTo) {
   Result<std::vector<ProximityPart>> parts =
-      MakeProximityParts({{"ball", false, Sphere(0.01, 2)}}, kVoxel, GoOn);
+      MakeProximityParts({{"ball", false, Sphere(0.01, 2)}}, kVoxel, kDefaultRange, GoOn);
   ASSERT_TRUE(parts.has_value());
   SceneProximity scene(std::make_shared<const std::vector<ProximityPart>>(std::move(*parts)));
   const std::vector<Pose> X_W(1);
@@ -182,16 +206,17 @@ TEST(SceneProximity, OfOneBodyAloneHasNothingToBeNearTo) {
 TEST(SceneProximity, SaysWhichPartCannotBeVoxelizedAndGivesUpWhenAsked) {
   const std::vector<ProximityBody> bodies{{"plate", true, Box(Vec3(0.1, 0.1, 0.1))},
                                           {"nothing", false, {}}};
-  const auto bad = MakeProximityParts(bodies, kVoxel, GoOn);
+  const auto bad = MakeProximityParts(bodies, kVoxel, kDefaultRange, GoOn);
   ASSERT_FALSE(bad.has_value());
   EXPECT_NE(bad.error().what.find("'nothing'"), std::string::npos) << bad.error().what;
   std::vector<std::string> told;
-  const auto given_up = MakeProximityParts(
-      bodies, kVoxel, [&](std::size_t done, std::size_t total, const std::string& part) {
-        told.push_back(part);
-        EXPECT_EQ(total, 2U);
-        return done < 1;
-      });
+  const auto given_up =
+      MakeProximityParts(bodies, kVoxel, kDefaultRange,
+                         [&](std::size_t done, std::size_t total, const std::string& part) {
+                           told.push_back(part);
+                           EXPECT_EQ(total, 2U);
+                           return done < 1;
+                         });
   EXPECT_FALSE(given_up.has_value());
   EXPECT_EQ(told, (std::vector<std::string>{"plate", "nothing"}));
 }

@@ -128,6 +128,10 @@ TEST_F(SceneFile, ErrorsNameThePlaceAndWhatWasExpected) {
             "force_layer: expected a whole number from 0 to 6, got 7");
   EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"force_layer\": 1.5"),
             "force_layer: expected a whole number from 0 to 6, got 1.5");
+  EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"force_layer\": 4, \"range_voxels\": 5"),
+            "force_layer: expected a whole number from 0 to 3, got 4");
+  EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"range_voxels\": 253"),
+            "range_voxels: expected a whole number from 4 to 252, got 253");
   EXPECT_EQ(ErrorAfter("[0.1, 0.2, 0.3]", "[0.1, 0.2]"),
             "bodies[1].pose.p_W: expected three numbers [x, y, z], got [0.1,0.2]");
   EXPECT_EQ(ErrorAfter("[0.1, 0.2, 0.3]", "[0.1, \"y\", 0.3]"),
@@ -283,8 +287,8 @@ TEST_F(SceneFile, MisspeltKeysAreToldWithTheNearestKnownOne) {
             "gravity: unknown key; did you mean gravity_m_s2?");
   EXPECT_EQ(
       ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"wind\": 9.81,"),
-      "wind: unknown key; known here are name voxel_m contact force_layer friction gravity_m_s2 "
-      "bodies pairs hands");
+      "wind: unknown key; known here are name voxel_m range_voxels contact force_layer friction "
+      "gravity_m_s2 bodies pairs hands");
 }
 
 TEST_F(SceneFile, SyntaxErrorsTellLineAndColumn) {
