@@ -207,6 +207,9 @@ Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& side
   while (rounds.size() < MarkPlanes::Rounds(options.range)) {
     if (options.stop.stop_requested()) return stopped;
     rounds.push_back(GrownSources(rounds.back()));
+    tell(kShareBeforeMarks / 4 *
+         (3 + static_cast<double>(rounds.size()) /
+                  static_cast<double>(MarkPlanes::Rounds(options.range))));
   }
   if (options.stop.stop_requested()) return stopped;
   tell(kShareBeforeMarks);

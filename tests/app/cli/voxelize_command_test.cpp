@@ -1,0 +1,83 @@
+#include <csignal>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/child_processes.h"
+#include "app/exit_codes.h"
+#include "engine/voxel/voxmap_file.h"
+#include "tests/app/cli/program_run.h"
+#include "tests/support/scratch_folder.h"
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::RunTandem;
+using testing::Said;
+
+/// Whether the process has a handler for SIGINT, as the kernel tells it.
+bool Listens(pid_t pid) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind("SigCgt:", 0) != 0) continue;
+    return (std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1) & 1U) != 0;
+  }
+  return false;
+}
+
+class VoxelizeCommand : public ::testing::Test {
+ protected:
+  VoxelizeCommand() {
+    mesh_ = folder_
+                .Write("wedge.obj",
+                       "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\n"
+                       "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+                .string();
+  }
+  ScratchFolder folder_;
+  std::string mesh_;
+};
+
+TEST_F(VoxelizeCommand, WritesAMapThatReachesAsFarAsAsked) {
+  const std::filesystem::path file = folder_.path() / "wedge.voxmap";
+  for (const auto& [range, bits] : {std::pair{1, 2}, std::pair{8, 4}, std::pair{40, 8}}) {
+    const Said said = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --json --range " +
+                                std::to_string(range) + " --out " + file.string());
+    ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+    const auto told = nlohmann::json::parse(said.out);
+    EXPECT_EQ(told["bits"], bits);
+    const Result<Voxmap> map = MapVoxmap(file);
+    ASSERT_TRUE(map) << map.error().what;
+    EXPECT_EQ(map->range(), range);
+    EXPECT_EQ(map->bits(), bits);
+    EXPECT_EQ(map->Count().surface, told["voxels"]["surface"]);
+    EXPECT_EQ(map->Count().free, told["voxels"]["free"]);
+  }
+}
+
+TEST_F(VoxelizeCommand, RefusesARangeThatItsMarksCannotHold) {
+  const Said said = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --range 14 --bits 4");
+  EXPECT_EQ(said.exit_code, kExitUsage);
+  EXPECT_THAT(said.err, HasSubstr("--bits 4 holds a range of 13 voxels at the most"));
+}
+
+TEST_F(VoxelizeCommand, StopsWhenAskedAndLeavesNoFile) {
+  const std::filesystem::path file = folder_.path() / "wedge.voxmap";
+  Result<ChildProcess> child =
+      ChildProcess::Start({TANDEM_PROGRAM, "voxelize", mesh_, "--voxel", "0.00015", "--range",
+                           "252", "--max-memory", "64GiB", "--out", file.string()});
+  ASSERT_TRUE(child);
+  while (!Listens(child->pid())) {
+    ASSERT_FALSE(child->Poll()) << "it was done before it could be asked";
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  child->Signal(SIGINT);
+  EXPECT_EQ(child->Wait(std::chrono::seconds(30)), kExitFile);
+  EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+}  // namespace
+}  // namespace tandem
