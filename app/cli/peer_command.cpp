@@ -8,6 +8,7 @@
 
 #include "app/cli/capacity.h"
 #include "app/cli/commands.h"
+#include "app/cli/network_plan.h"
 #include "app/cli/peer_orders.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/talk.h"
@@ -34,6 +35,7 @@ struct PeerArguments {
   double wait_seconds = 60;
   double seconds = 0;  // after the hand's start; 0: until a signal comes
   LinkConditions conditions;
+  std::string network;  // plan file
   std::string law = "p+d";
   double publish_hz = 1000;
   double capacity = 0;  // points a frame; 0: measured
@@ -155,6 +157,9 @@ int WriteReport(const PeerArguments& arguments, const PeerReport& report, const 
 }
 
 int RunPeer(PeerArguments& arguments) {
+  Result<NetworkPlan> plan = NetworkPlan{};
+  if (!arguments.network.empty()) plan = LoadNetworkPlan(arguments.network);
+  if (!plan) return Fail(kExitFile, plan.error().what);
   Prepared prepared;
   if (const int failed = Prepare(arguments, prepared); failed != kExitOk) return failed;
   PeerNode& node = *prepared.node;
@@ -207,12 +212,19 @@ int RunPeer(PeerArguments& arguments) {
   std::int64_t next_ns = opened_ns;
   std::int64_t done_ns = 0;
   OrderReader orders;
+  PlannedNetwork network;
+  if (!arguments.network.empty()) network.Start(*std::move(plan), opened_ns);
   int exit_code = kExitOk;
   while (!stop_asked.load()) {
     const std::int64_t now_ns = MonotonicNowNs();
     node.ControlFrame(now_ns, transport);
     for (const std::string& news : node.TakeNews()) Say(news);
+    for (const std::string& news : network.Apply(now_ns, node.directory(), node.inbox())) Say(news);
     for (const std::string& line : orders.TakeLines()) {
+      if (PlannedNetwork::IsOrder(line)) {
+        if (const auto wrong = network.Obey(line, now_ns)) Say(wrong->what);
+        continue;
+      }
       const Result<Command> order = ParseOrder(line, *prepared.model, node.directory());
       if (!order) {
         Say(order.error().what);
@@ -284,6 +296,12 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
   command->add_option("--loss", arguments->conditions.loss, "share of samples lost, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--seed", arguments->conditions.seed, "of jitter and loss");
+  CLI::Option* network = command->add_option(
+      "--network", arguments->network,
+      "plan file: what is heard of whom comes late, twice or not at all, and when");
+  for (const char* option : {"--delay-ms", "--jitter-ms", "--loss", "--seed"}) {
+    network->excludes(option);
+  }
   command->add_option("--law", arguments->law, "how stiffness follows delay")
       ->check(CLI::IsMember({"p+d", "linear", "pdopt"}));
   command

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "collab/link_conditioner.h"
+#include "collab/peer_directory.h"
+#include "collab/peer_inbox.h"
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// What the network is to do to what a peer hears, by sender and in time (docs/network-plans.md).
+struct NetworkPlan {
+  struct Step {
+    double at_s = 0;  // from the plan's start
+    LinkConditions conditions;
+  };
+  struct Link {
+    std::string from;  // a peer's name; empty: everybody that no other link names
+    std::vector<Step> steps;
+  };
+  std::vector<Link> links;
+};
+
+/// Errors name the file and the place in it.
+Result<NetworkPlan> LoadNetworkPlan(const std::filesystem::path& file);
+
+/// Carries a plan out. One thread, the control one.
+class PlannedNetwork {
+ public:
+  /// Instead of the one before, if any; its time begins at `now_ns`.
+  void Start(NetworkPlan plan, std::int64_t now_ns);
+  /// Whether a line of the user's is for the network: `network FILE`, `network off`.
+  static bool IsOrder(const std::string& line);
+  /// Starts that plan, or none; what was wrong, or nothing: then all goes on as it was.
+  std::optional<Error> Obey(const std::string& order, std::int64_t now_ns);
+  /// Switches what is due; whom the plan names may come later or again. Gives a line for each
+  /// switch.
+  std::vector<std::string> Apply(std::int64_t now_ns, const PeerDirectory& directory,
+                                 PeerInbox& inbox);
+
+ private:
+  struct Running {
+    NetworkPlan::Link link;
+    PeerId peer = 0;       // that the link was last switched for
+    std::size_t done = 0;  // steps
+    bool stale = false;    // a switch for everybody has undone it
+  };
+
+  std::vector<Running> links_;  // that for everybody first
+  std::int64_t begin_ns_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,156 @@
+#include "app/cli/network_plan.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/support/scratch_folder.h"
+
+namespace tandem {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+PeerInfo Here(PeerId id, const std::string& name) {
+  PeerInfo info;
+  info.peer = id;
+  info.name = name;
+  return info;
+}
+
+/// A peer that hears Anna (11) and Ben (12) and follows a plan.
+class NetworkPlanTest : public ::testing::Test {
+ protected:
+  NetworkPlanTest() {
+    directory_.OnPeerInfo(Here(11, "anna"));
+    directory_.OnPeerInfo(Here(12, "ben"));
+  }
+  void Start(const std::string& text) {
+    Result<NetworkPlan> plan = LoadNetworkPlan(folder_.Write("plan.json", text));
+    ASSERT_TRUE(plan) << plan.error().what;
+    planned_.Start(*std::move(plan), kBegin);
+  }
+  std::vector<std::string> ApplyAt(double seconds) {
+    now_ns_ = kBegin + static_cast<std::int64_t>(seconds * 1e9);
+    return planned_.Apply(now_ns_, directory_, inbox_);
+  }
+  /// When what arrives now is due, ms from now; none: never.
+  std::vector<double> Due(PeerId from) {
+    ObjectState state;
+    state.peer = from;
+    state.seq = ++seq_;
+    inbox_.OnState(state, now_ns_);
+    inbox_.Collect();
+    std::vector<double> due;
+    for (std::int64_t later = 0; later < 3 * kSecond; later += 1'000'000) {
+      while (const ObjectState* next = inbox_.states().Due(now_ns_ + later)) {
+        EXPECT_EQ(next->peer, from);
+        due.push_back(1e-6 * static_cast<double>(later));
+        inbox_.states().Drop();
+      }
+    }
+    return due;
+  }
+
+  static constexpr std::int64_t kBegin = 1000 * kSecond;
+  ScratchFolder folder_;
+  PeerDirectory directory_{1, 0};
+  PeerInbox inbox_{LinkConditions{}, directory_};
+  PlannedNetwork planned_;
+  std::int64_t now_ns_ = kBegin;
+  std::uint32_t seq_ = 0;
+};
+
+TEST_F(NetworkPlanTest, EachSenderHasItsStepsAndTheOthersThoseForEverybody) {
+  Start(R"({"links": [{"steps": [{"delay_ms": 40}, {"at_s": 9, "delay_ms": 70}]},
+                      {"from": "ben", "steps": [{"at_s": 2, "delay_ms": 120},
+                                                {"at_s": 5, "cut": true},
+                                                {"at_s": 6, "duplicate": 1}]}]})");
+  EXPECT_THAT(ApplyAt(0), ElementsAre("network: what is heard comes 40 ms late"));
+  EXPECT_THAT(ApplyAt(1), IsEmpty());
+  EXPECT_THAT(Due(11), ElementsAre(40));
+  EXPECT_THAT(Due(12), ElementsAre(40)) << "before its first step";
+  EXPECT_THAT(ApplyAt(2), ElementsAre("network: what ben says comes 120 ms late"));
+  EXPECT_THAT(Due(11), ElementsAre(40));
+  EXPECT_THAT(Due(12), ElementsAre(120));
+  EXPECT_THAT(ApplyAt(5.5), ElementsAre("network: what ben says comes no more"));
+  EXPECT_THAT(Due(11), ElementsAre(40));
+  EXPECT_THAT(Due(12), IsEmpty());
+  ApplyAt(7);
+  EXPECT_EQ(Due(12).size(), 2U) << "a step holds alone";
+  // a switch for everybody leaves alone whom another link names
+  EXPECT_THAT(ApplyAt(9), ElementsAre("network: what is heard comes 70 ms late"));
+  EXPECT_THAT(Due(11), ElementsAre(70));
+  EXPECT_EQ(Due(12).size(), 2U);
+}
+
+TEST_F(NetworkPlanTest, CountsForWhomItNamesWhenHeComesAndWhenHeComesBackAsAnother) {
+  Start(R"({"links": [{"from": "carl", "steps": [{"delay_ms": 200}]}]})");
+  EXPECT_THAT(ApplyAt(0), ElementsAre("network: what is heard comes 0 ms late"));
+  directory_.OnPeerInfo(Here(13, "carl"));
+  EXPECT_THAT(ApplyAt(3), ElementsAre("network: what carl says comes 200 ms late"));
+  EXPECT_THAT(Due(13), ElementsAre(200));
+  EXPECT_THAT(Due(12), ElementsAre(0));
+  directory_.OnPeerLeft(13);
+  EXPECT_THAT(ApplyAt(4), IsEmpty());
+  directory_.OnPeerInfo(Here(14, "carl"));
+  EXPECT_THAT(ApplyAt(5), ElementsAre("network: what carl says comes 200 ms late"));
+  EXPECT_THAT(Due(14), ElementsAre(200));
+}
+
+TEST_F(NetworkPlanTest, IsSwitchedByAnOrderWhileItRuns) {
+  Start(R"({"links": [{"from": "ben", "steps": [{"cut": true}]}]})");
+  ApplyAt(0);
+  EXPECT_THAT(Due(12), IsEmpty());
+  const std::string other =
+      folder_.Write("other plan.json", R"({"links": [{"steps": [{"at_s": 1, "delay_ms": 30}]}]})")
+          .string();
+  ASSERT_TRUE(PlannedNetwork::IsOrder("network " + other));
+  EXPECT_FALSE(PlannedNetwork::IsOrder("networks x"));
+  EXPECT_FALSE(planned_.Obey("network " + other, kBegin + 10 * kSecond));
+  ApplyAt(10.5);
+  EXPECT_THAT(Due(12), ElementsAre(0)) << "its time begins with the order";
+  ApplyAt(11.5);
+  EXPECT_THAT(Due(12), ElementsAre(30));
+  // a file that cannot be read changes nothing
+  const std::optional<Error> wrong = planned_.Obey("network /nowhere.json", kBegin + 12 * kSecond);
+  ASSERT_TRUE(wrong);
+  EXPECT_THAT(wrong->what, HasSubstr("/nowhere.json"));
+  ApplyAt(12.5);
+  EXPECT_THAT(Due(12), ElementsAre(30));
+  EXPECT_FALSE(planned_.Obey("network off", kBegin + 13 * kSecond));
+  ApplyAt(13);
+  EXPECT_THAT(Due(12), ElementsAre(0));
+  EXPECT_TRUE(planned_.Obey("network", kBegin));
+}
+
+TEST_F(NetworkPlanTest, ReadsEveryConditionAndNamesWhatIsWrong) {
+  const Result<NetworkPlan> plan = LoadNetworkPlan(folder_.Write("all.json", R"({"seed": 9,
+    "links": [{"steps": [{"delay_ms": 1, "jitter_ms": 2, "swing_ms": 3, "swing_period_s": 4,
+      "loss": 0.05, "burst_enter": 0.06, "burst_leave": 0.07, "burst_loss": 0.08, "reorder": 0.09,
+      "reorder_ms": 10, "duplicate": 0.11, "cut": true}]}]})"));
+  ASSERT_TRUE(plan) << plan.error().what;
+  const LinkConditions& c = plan->links.at(0).steps.at(0).conditions;
+  EXPECT_THAT((std::vector<double>{c.delay_ms, c.jitter_ms, c.swing_ms, c.swing_period_s, c.loss,
+                                   c.burst_enter, c.burst_leave, c.burst_loss, c.reorder,
+                                   c.reorder_ms, c.duplicate}),
+              ElementsAre(1, 2, 3, 4, 0.05, 0.06, 0.07, 0.08, 0.09, 10, 0.11));
+  EXPECT_TRUE(c.cut);
+  EXPECT_EQ(c.seed, 9U);
+
+  const auto wrong = [this](const std::string& steps) {
+    const Result<NetworkPlan> bad =
+        LoadNetworkPlan(folder_.Write("bad.json", R"({"links": [{"steps": )" + steps + "}]}"));
+    return bad ? std::string("nothing") : bad.error().what;
+  };
+  EXPECT_THAT(wrong(R"([{"delay": 1}])"), HasSubstr("links[0].steps[0].delay"));
+  EXPECT_THAT(wrong(R"([{"loss": 1.5}])"), HasSubstr("a number from 0 to 1"));
+  EXPECT_THAT(wrong(R"([{"delay_ms": 5000}])"), HasSubstr("a number from 0 to 2000"));
+  EXPECT_THAT(wrong(R"([{"at_s": 2}, {"at_s": 2}])"), HasSubstr("later than the step before"));
+  EXPECT_THAT(wrong("[{]"), HasSubstr("line 1"));
+}
+
+}  // namespace
+}  // namespace tandem
