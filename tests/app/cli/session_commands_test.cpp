@@ -185,6 +185,16 @@ TEST(Relay, ShowsASessionThatIsReachedByNamedAddressesOnly) {
   EXPECT_EQ(peer.Wait(std::chrono::seconds(10)), 0);
 }
 
+TEST(Peer, ReadsItsNetworkPlanBeforeItJoins) {
+  const ScratchFolder folder;
+  const std::string plan = folder.Write("plan.json", R"({"links": [{"form": "ben"}]})").string();
+  const std::string peer =
+      "peer --interface lo --scene " TANDEM_SCENES "/peg_in_slot.json --session " + RandomName();
+  ExpectRefused(peer + " --network " + plan, kExitFile, "did you mean from?");
+  ExpectRefused(peer + " --network /nowhere.json", kExitFile, "/nowhere.json");
+  ExpectUsage(peer + " --delay-ms 5 --network " + plan, "--network");
+}
+
 TEST(Doctor, FindsWhatIsWrongAndSaysWhatMendsIt) {
   const Said good = RunTandem("doctor --interface lo --json", "timeout 60 ");
   EXPECT_EQ(good.exit_code, 0) << good.out << good.err;
