@@ -64,6 +64,20 @@ double Echoes::peak_loop_age_s() const noexcept {
   return peak;
 }
 
+std::size_t Echoes::Loops(std::int64_t now_ns, std::array<Loop, kMaxPeers>& out) const noexcept {
+  const auto since = [now_ns](std::int64_t ns) {
+    return 1e-9 * static_cast<double>(now_ns - ns);
+  };
+  std::size_t count = 0;
+  for (const Other& other : others_) {
+    if (other.peer == 0) continue;
+    const bool answers = other.meter.peak_loop_age_s() > 0;
+    out[count++] = {other.peer, answers ? since(other.echo_ns) : 0.0,
+                    other.heard_ns != 0 ? since(other.heard_ns) : 0.0};
+  }
+  return count;
+}
+
 void Echoes::Append(std::int64_t now_ns, CouplingLinks& out) noexcept {
   sent_.Add(now_ns);
   // where there are more than fit, each comes in its turn

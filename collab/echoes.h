@@ -25,6 +25,16 @@ class Echoes {
   /// The worst loop of the past two seconds over the peers that answer, s.
   double peak_loop_age_s() const noexcept;
 
+  /// A peer's loop: how old it is now, s, and how long ago a state of it came; 0: not lately, or
+  /// never.
+  struct Loop {
+    PeerId peer = 0;
+    double age_s = 0;
+    double heard_s = 0;
+  };
+  /// Of all active peers; gives how many.
+  std::size_t Loops(std::int64_t now_ns, std::array<Loop, kMaxPeers>& out) const noexcept;
+
   /// Says what we have seen of those that `out` does not name yet; our own sample is of `now_ns`.
   void Append(std::int64_t now_ns, CouplingLinks& out) noexcept;
 

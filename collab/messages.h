@@ -71,6 +71,7 @@ struct CouplingLinks {
 struct ViewBody {
   static constexpr std::uint32_t kHeld = 1;  // by the sender's hand
   static constexpr std::uint32_t kInContact = 2;
+  static constexpr std::uint32_t kTrapped = 4;  // something fixed keeps it from another's instance
 
   ObjectId object = 0;
   std::uint32_t flags = 0;
@@ -83,7 +84,10 @@ struct ViewFrame {
   PeerId peer = 0;
   std::uint32_t seq = 0;
   std::int64_t sample_ns = 0;
-  float delay_ms = 0;  // half the loop age, the largest over its partners; 0 when alone
+  float delay_ms = 0;       // half the loop age, the largest over its partners; 0 when alone
+  float mirror_lag_mm = 0;  // the farthest that others' bodies are here from where they were said
+  float link_force = 0;     // N, the largest of its couplings on the body in hand
+  Twist V_W;  // of the body in hand, at its X_W; for the picture between two frames, nothing else
   std::uint32_t count = 0;
   std::array<ViewBody, kMaxViewBodies> bodies{};
 };

@@ -51,6 +51,7 @@ struct LinkView {
   double loop_age_s = 0;    // now
   double stiffness = 0;     // N/m in use
   double force = 0;         // N, on our instance
+  double its_force = 0;     // N, on its instance, as it says
   double tank = 0;          // J, of our gate
   bool clipped = false;     // the gate holds the copy back
   double disagreement = 0;  // of the two wrenches of the link: |own + its| / the larger; 0 at rest

@@ -12,11 +12,12 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kParkedPeriodNs = 200'000'000;
-constexpr double kFarthest = 1e3;      // m: a handle beyond is none
-constexpr double kNear = 1e-3;         // m from where it was said to be: the hand may take it
-constexpr double kNearAngle = 0.01;    // rad
-constexpr double kNearingStep = 1e-3;  // m a frame, of a body that comes to the hand
-constexpr double kNearingTurn = 0.02;  // rad a frame
+constexpr double kFarthest = 1e3;       // m: a handle beyond is none
+constexpr double kNear = 1e-3;          // m from where it was said to be: the hand may take it
+constexpr double kNearAngle = 0.01;     // rad
+constexpr double kNearingStep = 1e-3;   // m a frame, of a body that comes to the hand
+constexpr double kNearingTurn = 0.02;   // rad a frame
+constexpr double kFastestShown = 10.0;  // m/s of a picture
 constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
 
 }  // namespace
@@ -84,6 +85,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
 
   FillOutbox(now_ns, out);
   SayParked(now_ns);
+  if (seq_ % PeerTable::kPeriod == 0) FillTable(now_ns);
   Record(now_ns);
   if (tap != nullptr) tap->End(StateHash());
 }
@@ -279,6 +281,36 @@ void Peer::PrepareParked() noexcept {
   }
 }
 
+void Peer::FillTable(std::int64_t now_ns) noexcept {
+  PeerTable& table = table_.back();
+  table.time_ns = now_ns;
+  std::array<Echoes::Loop, kMaxPeers> loops;
+  table.count = static_cast<std::uint32_t>(echoes_.Loops(now_ns, loops));
+  std::array<LinkView, kMaxLinks> links;
+  const std::size_t link_count = shared_ ? shared_->Links(now_ns, links) : 0;
+  for (std::size_t i = 0; i < table.count; ++i) {
+    PeerTableRow& row = table.rows[i];
+    row = {};
+    row.peer = loops[i].peer;
+    row.loop_age_s = loops[i].age_s;
+    row.mirror_age_s = loops[i].heard_s;
+    for (std::size_t k = 0; k < link_count; ++k) {
+      if (links[k].peer != row.peer) continue;
+      row.coupled = links[k].loop_age_s > 0;
+      row.loop_age_s = links[k].loop_age_s;
+      row.stiffness = links[k].stiffness;
+      row.link_force = links[k].force;
+      row.its_link_force = links[k].its_force;
+      row.disagreement = links[k].disagreement;
+      row.trapped = parting_.trapped(row.peer);
+    }
+    row.delay_s = 0.5 * row.loop_age_s;
+    row.mirror_lag_m = remote_.LagOf(row.peer);
+    row.drops = inbox_->drops().Of(row.peer);
+  }
+  table_.Publish();
+}
+
 void Peer::StartWhenReady(std::int64_t now_ns) noexcept {
   if (started_ns_) return;
   // the hand has nothing to do before it has what it came for, or knows that it does not get it
@@ -322,6 +354,9 @@ void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {
   view.seq = seq_;
   view.sample_ns = now_ns;
   view.delay_ms = static_cast<float>(1e3 * (shared_ ? shared_->delay_s(now_ns) : 0.0));
+  view.mirror_lag_mm = static_cast<float>(1e3 * mirror_lag_m());
+  view.link_force = 0;
+  view.V_W = {};
   view.count = 0;
   const auto add = [&](std::size_t b, std::uint32_t flags, const Vec3& hand_force_W) {
     if (view.count == kMaxViewBodies) return;
@@ -332,9 +367,17 @@ void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {
                                  .hand_force_W = hand_force_W};
   };
   if (held_ >= 0) {
-    const bool in_contact = report_.contact_points > 0;
-    add(static_cast<std::size_t>(held_), ViewBody::kHeld | (in_contact ? ViewBody::kInContact : 0U),
-        report_.hand_B_W.f);
+    std::uint32_t flags = ViewBody::kHeld;
+    if (report_.contact_points > 0) flags |= ViewBody::kInContact;
+    if (parting_.trapped()) flags |= ViewBody::kTrapped;
+    add(static_cast<std::size_t>(held_), flags, report_.hand_B_W.f);
+    for (std::size_t link = 0; link < inputs_.link_count; ++link) {
+      const auto force = static_cast<float>(report_.links_B_W[link].f.norm());
+      view.link_force = std::max(view.link_force, force);
+    }
+    const auto& [X_WB, V_WB] = *held_state();
+    const Vec3 v = V_WB.v + V_WB.w.cross(view.bodies[0].X_W.p - X_WB.p);
+    if (v.norm() < kFastestShown) view.V_W = {V_WB.w, v};
   }
   for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
     if (static_cast<int>(b) != held_ && holdings_.Parks(b)) add(b, 0, Vec3::Zero());

@@ -10,6 +10,7 @@
 #include "collab/outbox.h"
 #include "collab/parting.h"
 #include "collab/peer_inbox.h"
+#include "collab/peer_table.h"
 #include "collab/remote_bodies.h"
 #include "collab/sample_gate.h"
 #include "collab/shared_body.h"
@@ -79,6 +80,7 @@ class Peer {
   SpscQueue<ObjectState>& parked() noexcept { return parked_; }
   /// For the control thread.
   TripleBuffer<ClaimList>& claims() noexcept { return claims_; }
+  TripleBuffer<PeerTable>& table() noexcept { return table_; }
   SpscQueue<HoldingNews>& news() noexcept { return news_; }
 
   /// Hands on all that we answer for; after the last frame.
@@ -104,6 +106,8 @@ class Peer {
   void PrepareParked() noexcept;
   void SayParked(std::int64_t now_ns) noexcept;
   void FillView(std::int64_t now_ns, ViewFrame& view) const noexcept;
+  /// What we know of the others, for those who look.
+  void FillTable(std::int64_t now_ns) noexcept;
   void StartWhenReady(std::int64_t now_ns) noexcept;
   void FillOutbox(std::int64_t now_ns, Outbox& out) noexcept;
   void Record(std::int64_t now_ns) noexcept;
@@ -133,6 +137,7 @@ class Peer {
   SpscQueue<ObjectState> parked_{512};
   SpscQueue<HoldingNews> news_{64};
   TripleBuffer<ClaimList> claims_;
+  TripleBuffer<PeerTable> table_;
   std::vector<std::int64_t> next_parked_ns_;  // per moving body
   std::uint32_t seq_ = 0;
   std::optional<std::int64_t> started_ns_;

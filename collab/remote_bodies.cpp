@@ -61,6 +61,16 @@ std::size_t RemoteBodies::heard() const noexcept {
   return count;
 }
 
+double RemoteBodies::LagOf(PeerId peer) const noexcept {
+  double lag = 0;
+  for (const Body& body : bodies_) {
+    for (const Instance& instance : body.instances) {
+      if (instance.heard && instance.peer == peer) lag = std::max(lag, body.lag);
+    }
+  }
+  return lag;
+}
+
 void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
   // the two that are farthest apart, found in a fixed order
   const Instance* first = nullptr;
@@ -124,12 +134,14 @@ void RemoteBodies::GiveWay(const World& world, double te_s, StepInputs& inputs) 
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     StepInputs::BodyInput& input = inputs.bodies[b];
     ContactBlend& blend = bodies_[b].blend;
+    bodies_[b].lag = 0;
     if (input.drive != BodyDrive::kMirrored) {
       blend = ContactBlend{};
       continue;
     }
     const Pose& X_WB = world.state(b).X_WB;
     const double lag = (input.mirror_WB.p - X_WB.p).norm();
+    bodies_[b].lag = lag;
     mirror_lag_ = std::max(mirror_lag_, lag);
     blend.Next(world.Pushed(b), te_s, lag, kFrame);
     if (!blend.yields()) continue;

@@ -40,6 +40,8 @@ class RemoteBodies {
   void GiveWay(const World& world, double te_s, StepInputs& inputs) noexcept;
   /// How far the mirrors were from the poses received, the farthest, m.
   double mirror_lag_m() const noexcept { return mirror_lag_; }
+  /// Of those that this peer moves.
+  double LagOf(PeerId peer) const noexcept;
 
  private:
   struct Instance {
@@ -52,6 +54,7 @@ class RemoteBodies {
     ObjectId object = 0;
     bool free = false;
     bool parted = false;
+    double lag = 0;  // m
     ContactBlend blend{};
     std::array<Instance, kMaxPeers> instances{};
   };

@@ -316,6 +316,7 @@ std::size_t SharedBody::Links(std::int64_t now_ns,
                  .loop_age_s = partner.linked ? Seconds(partner.loop_age_ns(now_ns)) : 0.0,
                  .stiffness = partner.stiffness,
                  .force = partner.applied_B_W.f.norm(),
+                 .its_force = partner.its_applied_B_W.f.norm(),
                  .tank = partner.gate.tank(),
                  .clipped = partner.gate.clipped(),
                  .disagreement = larger > 0 ? size(sum) / larger : 0.0};

@@ -11,6 +11,7 @@
 #include "app/cli/network_plan.h"
 #include "app/cli/peer_orders.h"
 #include "app/cli/peer_report.h"
+#include "app/cli/peer_table_text.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/reach/reach_options.h"
@@ -214,13 +215,22 @@ int RunPeer(PeerArguments& arguments) {
   OrderReader orders;
   PlannedNetwork network;
   if (!arguments.network.empty()) network.Start(*std::move(plan), opened_ns);
+  const NameFunction name = [&node](PeerId peer) {
+    return node.directory().NameOf(peer);
+  };
+  PeerTable table;  // the last one with anybody in it
   int exit_code = kExitOk;
   while (!stop_asked.load()) {
     const std::int64_t now_ns = MonotonicNowNs();
     node.ControlFrame(now_ns, transport);
     for (const std::string& news : node.TakeNews()) Say(news);
     for (const std::string& news : network.Apply(now_ns, node.directory(), node.inbox())) Say(news);
+    if (const PeerTable& now = node.peer().table().Read(); now.count > 0) table = now;
     for (const std::string& line : orders.TakeLines()) {
+      if (line == "peers") {
+        for (const std::string& row : AsLines(node.peer().table().Read(), name)) Say(row);
+        continue;
+      }
       if (PlannedNetwork::IsOrder(line)) {
         if (const auto wrong = network.Obey(line, now_ns)) Say(wrong->what);
         continue;
@@ -267,6 +277,7 @@ int RunPeer(PeerArguments& arguments) {
   CountShapes(prepared, report);
   report.drops = node.inbox().drops().Total();
   AddDelivery(node.inbox().delivery(), report);
+  report.peers = AsJson(table, name);
   return WriteReport(arguments, report, haptic.stats(), node.peer().trace());
 }
 

@@ -21,7 +21,8 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   const bool grab = verb == "grab" && !body.empty() && peer.empty();
   const bool give = verb == "give" && !peer.empty();
   if (!grab && !give) {
-    return Error{"'" + line + "' is no order: grab BODY, release, give BODY PEER, heal, or network FILE"};
+    return Error{"'" + line +
+                 "' is no order: grab BODY, release, give BODY PEER, heal, peers, or network FILE"};
   }
   const int found = model.BodyNamed(body);
   if (found < 0) return Error{"the scene has no moving body '" + body + "'"};

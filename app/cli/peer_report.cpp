@@ -105,7 +105,8 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
            {{"sent", report.states_sent},
             {"received", report.states_received},
             {"least_delivered", report.least_delivered}}},
-          {"drops", AsJson(report.drops)}};
+          {"drops", AsJson(report.drops)},
+          {"peers", report.peers}};
 }
 
 Result<bool> WriteTrace(const std::filesystem::path& file, const std::vector<TraceSample>& trace) {

@@ -195,6 +195,10 @@ void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept {
   wire.seq = frame.seq;
   wire.sample_ns = frame.sample_ns;
   wire.delay_ms = frame.delay_ms;
+  wire.mirror_lag_mm = frame.mirror_lag_mm;
+  wire.link_force = frame.link_force;
+  Put(frame.V_W.v, wire.v);
+  Put(frame.V_W.w, wire.w);
   wire.count = std::min<std::uint32_t>(frame.count, kMaxViewBodies);
   for (std::size_t i = 0; i < wire.count; ++i) {
     const ViewBody& body = frame.bodies[i];
@@ -215,6 +219,12 @@ std::optional<Drop> FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noe
   frame.sample_ns = wire.sample_ns;
   frame.delay_ms = wire.delay_ms;
   reader.GetNotNegative(static_cast<double>(wire.delay_ms), kWireBounds.delay_ms);
+  frame.mirror_lag_mm = wire.mirror_lag_mm;
+  reader.GetNotNegative(static_cast<double>(wire.mirror_lag_mm), 1e3 * kWireBounds.position);
+  frame.link_force = wire.link_force;
+  reader.GetNotNegative(static_cast<double>(wire.link_force), kWireBounds.force);
+  frame.V_W.v = reader.Get(wire.v, kWireBounds.speed);
+  frame.V_W.w = reader.Get(wire.w, kWireBounds.spin);
   frame.count = wire.count;
   for (std::size_t i = 0; i < wire.count; ++i) {
     ViewBody& body = frame.bodies[i];

@@ -51,12 +51,14 @@ struct Bench {
     links.count = 1;
     links.entries[0] = {
         .to = kMe, .echo_ns = then - loop_ms * kMs, .stiffness = its_stiffness, .applied_B_W = {}};
+    links.entries[0].applied_B_W.f.x() = its_force;
     body.OnLinks(links);
   }
   double stiffness() const {
     return inputs.link_count == 0 ? 0.0 : inputs.links[0].gains.stiffness;
   }
 
+  double its_force = 0;  // N, that the partner says is on its instance
   SharedBody body;
   RigidState own;
   StepInputs inputs;
@@ -272,6 +274,25 @@ TEST(SharedBody, ComparesTheTwoWrenchesOfALink) {
   EXPECT_NEAR(disagreement(-2.0), 0.0, 1e-12);
   EXPECT_NEAR(disagreement(-1.9), 0.05, 1e-12);
   EXPECT_NEAR(disagreement(2.5), 1.8, 1e-12);  // a wrong sign
+}
+
+// Whatever a partner says that its end felt: what we feel is from its poses alone.
+TEST(SharedBody, WhatAPartnerSaysOfItsForceIsNeverApplied) {
+  std::array<StepInputs, 2> inputs;
+  for (const std::size_t lies : {0U, 1U}) {
+    Bench bench;
+    bench.body.Join(kOther);
+    for (int i = 0; i < 3000; ++i) {
+      bench.its_force = lies == 1 ? 1e4 : 0.0;
+      bench.Frame(0.01, 20, 100);
+    }
+    inputs[lies] = bench.inputs;
+  }
+  ASSERT_EQ(inputs[1].link_count, 1U);
+  ASSERT_GT(inputs[0].links[0].gains.stiffness, 50.0);
+  EXPECT_EQ(inputs[1].links[0].gains.stiffness, inputs[0].links[0].gains.stiffness);
+  EXPECT_EQ(inputs[1].links[0].copy.X_WA.p, inputs[0].links[0].copy.X_WA.p);
+  EXPECT_EQ(inputs[1].ground_damping, inputs[0].ground_damping);
 }
 
 TEST(SharedBody, BeyondFiveTwelfthsOfATurnTheMomentKeepsItsSizeAndItsWay) {

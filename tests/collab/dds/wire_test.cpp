@@ -184,6 +184,9 @@ TEST(Wire, AViewComesBackInSinglePrecision) {
   frame.seq = 2;
   frame.sample_ns = 3;
   frame.delay_ms = 4.5F;
+  frame.mirror_lag_mm = 5.5F;
+  frame.link_force = 6.5F;
+  frame.V_W = {Vec3(0.5, 1.5, 2.5), Vec3(-0.5, -1.5, -2.5)};
   frame.count = kMaxViewBodies;
   const Pose X_W{RotationBy(Vec3(0.3, -0.7, 1.1)), Vec3(0.1, 0.2, 0.3)};
   for (ViewBody& body : frame.bodies) body = {6, ViewBody::kInContact, X_W, Vec3(1.1, 2, 3)};
@@ -195,6 +198,10 @@ TEST(Wire, AViewComesBackInSinglePrecision) {
   EXPECT_EQ(back.seq, 2U);
   EXPECT_EQ(back.sample_ns, 3);
   EXPECT_EQ(back.delay_ms, 4.5F);
+  EXPECT_EQ(back.mirror_lag_mm, 5.5F);
+  EXPECT_EQ(back.link_force, 6.5F);
+  EXPECT_EQ(back.V_W.w, frame.V_W.w);
+  EXPECT_EQ(back.V_W.v, frame.V_W.v);
   ASSERT_EQ(back.count, kMaxViewBodies);
   const ViewBody& last = back.bodies[kMaxViewBodies - 1];
   EXPECT_EQ(last.object, 6U);
@@ -230,6 +237,18 @@ TEST(Wire, UnsoundViewsAreRefused) {
   }));
   EXPECT_TRUE(refuses([](auto& w) {
     w.delay_ms = -1;
+  }));
+  EXPECT_TRUE(refuses([](auto& w) {
+    w.mirror_lag_mm = -1;
+  }));
+  EXPECT_TRUE(refuses([](auto& w) {
+    w.link_force = 1e9F;
+  }));
+  EXPECT_TRUE(refuses([&](auto& w) {
+    w.v[1] = nan;
+  }));
+  EXPECT_TRUE(refuses([](auto& w) {
+    w.w[2] = 1e6F;
   }));
   EXPECT_TRUE(refuses([&](auto& w) {
     w.bodies[1].p[0] = nan;
