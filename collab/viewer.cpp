@@ -30,6 +30,10 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   peer.info.peer =
       frame.peer;  // whether it is here only its peer_info tells: this may be a straggler
   peer.delay_ms = static_cast<double>(frame.delay_ms);
+  peer.mirror_lag_mm = static_cast<double>(frame.mirror_lag_mm);
+  peer.link_force = static_cast<double>(frame.link_force);
+  peer.V_W = frame.V_W;
+  peer.seq = frame.seq;
   peer.heard_ns = arrival_ns;
   // frames of a peer with many bodies bring some of them each
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.count, kMaxViewBodies); ++i) {

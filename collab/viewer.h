@@ -18,6 +18,10 @@ struct ViewedPeer {
   PeerInfo info;
   Presence presence = Presence::kHere;
   double delay_ms = 0;           // half its loop age to its partners, as it says itself
+  double mirror_lag_mm = 0;      // and how far others' bodies are there from where they were said
+  double link_force = 0;         // N, the largest of its couplings
+  Twist V_W;                     // of what its hand holds, at the body's X_W
+  std::uint32_t seq = 0;         // of its newest frame
   std::int64_t heard_ns = 0;     // newest sign of it, this machine's clock
   std::vector<ViewBody> bodies;  // newest poses
 };

@@ -65,6 +65,24 @@ TEST(IncludeDirections, AssimpIsSeenByOneFileAtMost) {
   EXPECT_THAT(including, SizeIs(Le(1)));
 }
 
+// Dead reckoning is for the picture (VPS.md §12, notes: in contact it draws energy in): what is
+// measured and what moves are never predicted.
+TEST(IncludeDirections, OnlyThePictureIsPredicted) {
+  std::vector<std::string> including;
+  for (const SourceFile& file : ReadTree()) {
+    if (file.text.find("dead_reckoning.h\"") != std::string::npos) including.push_back(file.path);
+  }
+  EXPECT_THAT(including, ::testing::UnorderedElementsAre("app/view/model/dead_reckoning.cpp",
+                                                         "app/view/model/picture_composer.h"));
+  including.clear();
+  for (const SourceFile& file : ReadTree()) {
+    if (file.text.find("picture_composer.h\"") == std::string::npos) continue;
+    EXPECT_THAT(file.path, ::testing::StartsWith("app/view/"));
+    including.push_back(file.path);
+  }
+  EXPECT_THAT(including, ::testing::Contains("app/view/ui/main_window.h"));
+}
+
 struct Planted {
   const char* path;
   const char* line;

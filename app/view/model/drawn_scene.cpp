@@ -20,7 +20,10 @@ std::size_t DrawnScene::TriangleCount() const {
 
 std::vector<BodyLook> DrawnScene::Looks() const {
   std::vector<BodyLook> looks;
-  for (const DrawnBody& body : bodies) looks.push_back(body.look);
+  for (const DrawnBody& body : bodies) {
+    looks.push_back(body.look);
+    if (!body.bounds_W.empty()) looks.back().middle_W = body.bounds_W.centre();
+  }
   return looks;
 }
 

@@ -2,7 +2,6 @@
 
 #include <QColor>
 #include <algorithm>
-#include <cmath>
 
 #include "app/view/model/picture_composer.h"
 
@@ -16,12 +15,16 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
     row.name = QString::fromStdString(DisplayName(peer));
     row.role = peer.info.role == Role::kActive ? tr("active") : tr("viewer");
     row.here = peer.presence == ViewedPeer::Presence::kHere;
-    row.presence = row.here                                       ? tr("here")
+    row.presence = row.here && IsTrapped(peer)                    ? tr("trapped")
+                   : row.here                                     ? tr("here")
                    : peer.presence == ViewedPeer::Presence::kLost ? tr("lost")
                                                                   : tr("left");
-    row.delay = row.here && peer.delay_ms > 0
-                    ? tr("%1 ms").arg(static_cast<qlonglong>(std::llround(peer.delay_ms)))
-                    : QStringLiteral("\u2013");
+    const auto number = [&row](double value, int decimals, const QString& text) {
+      return row.here && value > 0 ? text.arg(value, 0, 'f', decimals) : QStringLiteral("\u2013");
+    };
+    row.delay = number(peer.delay_ms, 0, tr("%1 ms"));
+    row.lag = number(peer.mirror_lag_mm, 1, tr("%1 mm"));
+    row.force = number(peer.link_force, 1, tr("%1 N"));
     row.colour = palette.Of(peer.info.peer);
     rows.push_back(row);
   }
@@ -68,6 +71,10 @@ const QString& PeerTableModel::Text(const Row& row, int column) const {
       return row.presence;
     case kDelay:
       return row.delay;
+    case kLag:
+      return row.lag;
+    case kForce:
+      return row.force;
     default:
       return row.name;
   }
@@ -85,7 +92,7 @@ QVariant PeerTableModel::data(const QModelIndex& index, int role) const {
       return QColor::fromRgbF(row.colour[0], row.colour[1], row.colour[2]);
     case Qt::TextAlignmentRole:
       return QVariant::fromValue(Qt::Alignment(
-          Qt::AlignVCenter | (index.column() == kDelay ? Qt::AlignRight : Qt::AlignLeft)));
+          Qt::AlignVCenter | (index.column() >= kDelay ? Qt::AlignRight : Qt::AlignLeft)));
     case Qt::ForegroundRole:
       return row.here ? QVariant() : QVariant(QColor(Qt::gray));
     default:
@@ -104,6 +111,10 @@ QVariant PeerTableModel::headerData(int section, Qt::Orientation orientation, in
       return tr("Presence");
     case kDelay:
       return tr("Delay");
+    case kLag:
+      return tr("Lag");
+    case kForce:
+      return tr("Force");
     default:
       return {};
   }

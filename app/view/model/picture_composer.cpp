@@ -29,12 +29,24 @@ const ViewedPeer* OwnerOf(const std::vector<ViewedPeer>& peers, std::size_t body
   return owner;
 }
 
+}  // namespace
+
+bool IsTrapped(const ViewedPeer& peer) {
+  return std::any_of(peer.bodies.begin(), peer.bodies.end(), [](const ViewBody& body) {
+    return (body.flags & ViewBody::kTrapped) != 0;
+  });
+}
+
+namespace {
+
 std::string LabelText(const ViewedPeer& peer) {
   const std::string name = DisplayName(peer);
   if (peer.presence == Presence::kLeft) return name + " \u00b7 left";
   if (peer.presence == Presence::kLost) return name + " \u00b7 lost";
-  if (peer.delay_ms <= 0) return name;
-  return name + " \u00b7 " + std::to_string(std::lround(peer.delay_ms)) + " ms";
+  std::string text = name;
+  if (peer.delay_ms > 0) text += " \u00b7 " + std::to_string(std::lround(peer.delay_ms)) + " ms";
+  if (IsTrapped(peer)) text += " \u00b7 trapped";
+  return text;
 }
 
 bool SamePose(const Pose& a, const Pose& b) {
@@ -76,15 +88,33 @@ float PictureComposer::Opacity(const ViewedPeer& peer, double now_s) {
   return static_cast<float>(std::clamp(1.0 - (now_s - known.since_s) / kFadeSeconds, 0.0, 1.0));
 }
 
+Pose PictureComposer::Shown(const ViewedPeer& peer, const ViewBody& body,
+                            const std::vector<BodyLook>& bodies, double now_s) {
+  DeadReckoning::Told told{peer.seq, body.X_W, {}};
+  const bool free = (body.flags & (ViewBody::kInContact | ViewBody::kTrapped)) == 0;
+  const bool held = (body.flags & ViewBody::kHeld) != 0;
+  if (held && free && peer.presence == Presence::kHere) told.V_W = peer.V_W;
+  return ahead_[{peer.info.peer, body.object}].Show(told, bodies[body.object].middle_W, now_s);
+}
+
 DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vector<BodyLook>& bodies,
                                   double now_s, PeerPalette& palette) {
   DrawList list;
+  // each once a picture
+  std::map<std::pair<PeerId, std::size_t>, Pose> shown;
+  for (const ViewedPeer& peer : picture.peers) {
+    for (const ViewBody& body : peer.bodies) {
+      if (body.object >= bodies.size()) continue;
+      shown[{peer.info.peer, body.object}] = Shown(peer, body, bodies, now_s);
+    }
+  }
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     BodyInstance solid{body, {}, bodies[body].colour, 1.0F};
     const std::size_t whole = bodies[body].part_of.value_or(body);
     const ViewedPeer* owner = bodies[body].fixed ? nullptr : OwnerOf(picture.peers, whole);
-    if (owner != nullptr) solid.X_W = BodyOf(*owner, whole)->X_W;
+    if (owner != nullptr) solid.X_W = shown.at({owner->info.peer, whole});
     list.solids.push_back(solid);
+    list.told.push_back(owner != nullptr ? BodyOf(*owner, whole)->X_W : Pose{});
   }
   for (const ViewedPeer& peer : picture.peers) {
     const float opacity = Opacity(peer, now_s);
@@ -100,11 +130,13 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
       if (OwnerOf(picture.peers, body.object) == &peer) continue;
       for (std::size_t part = 0; part < bodies.size(); ++part) {
         if (bodies[part].part_of.value_or(part) != body.object) continue;
-        list.ghosts.push_back({part, body.X_W, colour, kGhostOpacity * opacity});
+        const Pose& X_W = shown.at({peer.info.peer, body.object});
+        list.ghosts.push_back({part, X_W, colour, kGhostOpacity * opacity});
       }
     }
     if (named != nullptr) {
-      list.labels.push_back({LabelText(peer), colour, named->object, named->X_W, opacity});
+      const Pose& X_W = shown.at({peer.info.peer, named->object});
+      list.labels.push_back({LabelText(peer), colour, named->object, X_W, opacity});
     }
   }
   return list;

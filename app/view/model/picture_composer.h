@@ -3,8 +3,10 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "app/view/model/dead_reckoning.h"
 #include "app/view/model/peer_palette.h"
 #include "collab/viewer.h"
 
@@ -32,6 +34,7 @@ struct DrawList {
   std::vector<BodyInstance> solids;  // one a body, by body
   std::vector<BodyInstance> ghosts;  // other peers' instances of the same bodies
   std::vector<InstanceLabel> labels;
+  std::vector<Pose> told;  // of the solids, as received; not compared
 };
 bool operator==(const BodyInstance& a, const BodyInstance& b);
 bool operator==(const InstanceLabel& a, const InstanceLabel& b);
@@ -42,13 +45,15 @@ struct BodyLook {
   bool fixed = false;
   Colour colour{};
   std::optional<std::size_t> part_of = std::nullopt;  // the body that it is merged with
+  Vec3 middle_W = Vec3::Zero();                       // where it stands at first
 };
 
 /// Decides what is drawn of a session: of each moving body the instance of the first active peer
 /// (lowest id) that is here, solid; the other peers' instances as ghosts in the peers' colours. A
 /// peer that left or fell silent fades; a body that nobody moves any more stays where it was last
 /// seen, one that nobody ever sent where it stands at first. A part goes where the body goes that
-/// it is merged with, in its own colour.
+/// it is merged with, in its own colour. What a hand moves freely is drawn a little ahead
+/// (DeadReckoning); what is in contact, as it was told.
 class PictureComposer {
  public:
   static constexpr double kFadeSeconds = 1.5;
@@ -65,10 +70,17 @@ class PictureComposer {
   };
   float Opacity(const ViewedPeer& peer, double now_s);  // 1 while here
 
+  /// Where a peer's instance is drawn.
+  Pose Shown(const ViewedPeer& peer, const ViewBody& body, const std::vector<BodyLook>& bodies,
+             double now_s);
+
   std::map<PeerId, Known> known_;
+  std::map<std::pair<PeerId, std::size_t>, DeadReckoning> ahead_;
 };
 
 /// "Anna" or, as long as its name is not known, "peer 1f03".
 std::string DisplayName(const ViewedPeer& peer);
+/// Whether something fixed keeps its instance of a body from another's.
+bool IsTrapped(const ViewedPeer& peer);
 
 }  // namespace tandem

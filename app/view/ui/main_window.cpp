@@ -229,9 +229,7 @@ void MainWindow::Refresh() {
   if (session_.state() == SessionModel::State::kJoined) scene_.SetSessionScene(picture.scene);
   const DrawList list = composer_.Compose(picture, looks_, now_s, palette_);
   if (view_ != nullptr) view_->SetDrawList(list);
-  std::vector<Pose> X_W;  // one solid a body, by body
-  for (const BodyInstance& solid : list.solids) X_W.push_back(solid.X_W);
-  proximity_.SetPoses(X_W);
+  proximity_.SetPoses(list.told);  // measured where they are, not where they are drawn
   if (refreshes_++ % kRefreshesPerTable == 0) peers_.Update(picture.peers, palette_);
   if (session_.state() != SessionModel::State::kJoined && now_s > still_until_s_) {
     refresh_.stop();

@@ -41,6 +41,24 @@ TEST_F(PeerTable, ShowsNameRolePresenceAndDelayWithItsUnit) {
   EXPECT_TRUE(model_.data(model_.index(0, PeerTableModel::kName), Qt::DecorationRole).isValid());
 }
 
+TEST_F(PeerTable, ShowsLagForceAndWhoIsTrapped) {
+  ViewedPeer anna = Peer(1, "Anna", Role::kActive, 20);
+  anna.mirror_lag_mm = 12.34;
+  anna.link_force = 2.96;
+  anna.bodies = {{0, ViewBody::kHeld, {}, Vec3::Zero()}, {1, ViewBody::kTrapped, {}, Vec3::Zero()}};
+  model_.Update({anna, Peer(2, "Ben", Role::kActive, 20)}, palette_);
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence), "trapped");
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kLag), "12.3 mm");
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kForce), "3.0 N");
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kPresence), "here");
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kLag), "\u2013");
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kForce), "\u2013");
+  anna.presence = ViewedPeer::Presence::kLost;
+  model_.Update({anna}, palette_);
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence), "lost");
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kLag), "\u2013");
+}
+
 TEST_F(PeerTable, KeepsItsRowsInOrderWhilePeersComeAndGo) {
   model_.Update({Peer(5, "E", Role::kActive, 0)}, palette_);
   const QPersistentModelIndex e = model_.index(0, 0);

@@ -57,6 +57,37 @@ TEST_F(Composed, TheFirstActivePeersInstanceIsSolidAndTheOthersAreGhostsInTheirC
   EXPECT_EQ(list.labels[1].text, "Ben");
 }
 
+// A body in hand is drawn ahead of its frame; what is measured stays where it was told to be.
+TEST_F(Composed, WhatAHandMovesFreelyIsDrawnAhead) {
+  picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  for (ViewedPeer& peer : picture_.peers) {
+    peer.bodies[0].flags = ViewBody::kHeld;
+    peer.V_W.v.x() = 0.2;
+  }
+  At(0);
+  DrawList list = At(0.05);
+  EXPECT_NEAR(list.solids[1].X_W.p.x(), kX + 0.01, 1e-12);
+  EXPECT_NEAR(list.ghosts[0].X_W.p.x(), 2 * kX + 0.01, 1e-12);
+  EXPECT_NEAR(list.labels[0].X_W.p.x(), kX + 0.01, 1e-12);
+  EXPECT_EQ(list.told[1].p.x(), kX);
+  EXPECT_EQ(list.told[0].p, Vec3::Zero());
+  // not where it touches something, nor where its peer is silent
+  picture_.peers[0].bodies[0].flags |= ViewBody::kInContact;
+  picture_.peers[0].seq = 1;
+  picture_.peers[1].presence = Presence::kLost;
+  picture_.peers[1].seq = 1;
+  At(0.05);
+  list = At(0.6);
+  EXPECT_EQ(list.solids[1].X_W.p.x(), kX);
+  EXPECT_EQ(list.ghosts[0].X_W.p.x(), 2 * kX);
+}
+
+TEST_F(Composed, AWallBetweenIsWrittenBesideTheName) {
+  picture_.peers = {PeerAt(3, "Anna", kX, 20)};
+  picture_.peers[0].bodies[0].flags = ViewBody::kHeld | ViewBody::kTrapped;
+  EXPECT_EQ(At(0).labels[0].text, "Anna \u00b7 20 ms \u00b7 trapped");
+}
+
 TEST_F(Composed, APeerThatLeavesFadesAndTheNextOnesInstanceBecomesTheSolidOne) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   At(10);
