@@ -98,6 +98,7 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
   ordered_json cpu_us = ordered_json::array();
   std::uint64_t frames = 0;
   std::uint64_t missed = 0;
+  std::uint64_t socket_dropped = 0;
   for (const ordered_json& report : reports) {
     const ordered_json& heard = report.at("heard");
     sent += heard.at("sent").get<std::uint64_t>();
@@ -106,6 +107,7 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
     cpu_us.push_back(report.at("frame_cpu_us").at("p99"));
     frames += report.at("frames").get<std::uint64_t>();
     missed += report.at("missed").get<std::uint64_t>();
+    socket_dropped += heard.at("socket_dropped").get<std::uint64_t>();
   }
   return {{"peers", arguments.peers},
           {"hz", arguments.hz},
@@ -115,6 +117,7 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
           {"delivered",
            static_cast<double>(received) / static_cast<double>(std::max<std::uint64_t>(sent, 1))},
           {"least_delivered", least},
+          {"packets_dropped_at_full_sockets", socket_dropped},
           {"frames", frames},
           {"missed", missed},
           {"frame_cpu_p99_us", cpu_us},

@@ -13,6 +13,7 @@
 #include "app/reach/reach_options.h"
 #include "collab/dds/domain.h"
 #include "collab/dds/reach.h"
+#include "collab/dds/socket_drops.h"
 #include "engine/realtime/periodic_thread.h"
 
 namespace tandem {
@@ -154,6 +155,17 @@ void CheckTimer(Findings& findings) {
                    : "");
 }
 
+void CheckSocketBuffers(Findings& findings) {
+  const std::uint64_t largest = LargestSocketBuffer();
+  const bool enough = largest >= kSocketBuffer;
+  findings.Add(enough ? Verdict::kGood : Verdict::kWarning, "socket buffers",
+               "up to " + std::to_string(largest) + " bytes",
+               enough ? ""
+                      : "a session of many loses packets when this machine is busy; as root: "
+                        "sysctl -w net.core.rmem_max=" +
+                            std::to_string(kSocketBuffer));
+}
+
 void CheckPath(const std::string& text, Findings& findings) {
   const Result<PeerAddress> peer = ParsePeerAddress(text);
   if (!peer) {
@@ -239,6 +251,7 @@ int RunDoctor(const DoctorArguments& arguments) {
     CheckInterfaces(arguments, findings);
     CheckPorts(arguments, findings);
     CheckTimer(findings);
+    CheckSocketBuffers(findings);
     CheckDiscovery(arguments, findings);
     for (const std::string& peer : arguments.reach.peers) CheckPath(peer, findings);
   }

@@ -16,6 +16,7 @@
 #include "app/exit_codes.h"
 #include "app/reach/reach_options.h"
 #include "collab/dds/dds_transport.h"
+#include "collab/dds/socket_drops.h"
 #include "collab/peer_node.h"
 #include "collab/recording/recorder.h"
 #include "engine/haptics/scripted_device.h"
@@ -261,6 +262,7 @@ int RunPeer(PeerArguments& arguments) {
   haptic.Join();
   sender.Stop();
   sender.Join();
+  const std::uint64_t socket_dropped = PacketsDroppedAtSockets();
   node.Leave(MonotonicNowNs(), transport);
   if (prepared.recorder) {
     const Result<std::uint64_t> recorded = prepared.recorder->Close();
@@ -278,6 +280,7 @@ int RunPeer(PeerArguments& arguments) {
   report.drops = node.inbox().drops().Total();
   AddDelivery(node.inbox().delivery(), report);
   report.peers = AsJson(table, name);
+  report.socket_dropped = socket_dropped;
   return WriteReport(arguments, report, haptic.stats(), node.peer().trace());
 }
 

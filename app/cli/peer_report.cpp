@@ -104,7 +104,8 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
           {"heard",
            {{"sent", report.states_sent},
             {"received", report.states_received},
-            {"least_delivered", report.least_delivered}}},
+            {"least_delivered", report.least_delivered},
+            {"socket_dropped", report.socket_dropped}}},
           {"drops", AsJson(report.drops)},
           {"peers", report.peers}};
 }

@@ -30,6 +30,7 @@ struct PeerReport {
   std::uint64_t states_received = 0;
   double least_delivered = 1;
   nlohmann::ordered_json peers = nlohmann::ordered_json::array();  // AsJson() of the last table
+  std::uint64_t socket_dropped = 0;  // packets of any kind, since the receive thread was late
 };
 
 /// Of what came from all others.
@@ -37,7 +38,7 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 
 /// One JSON object: frames, missed, frame_cpu_us and lateness_us {p50, p99, max}, and of the trace
 /// contact_points {mean, max}, contact_share, peak_force_N, guarded_share; heard {sent, received,
-/// least_delivered}, drops by reason, peers.
+/// least_delivered, socket_dropped}, drops by reason, peers.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
                               const std::vector<TraceSample>& trace);
 

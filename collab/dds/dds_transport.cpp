@@ -1,8 +1,10 @@
 #include "collab/dds/dds_transport.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "collab/dds/control_thread.h"
 #include "collab/dds/cyclone_log.h"
@@ -60,9 +62,7 @@ class DdsTransport final : public Transport {
     control_.emplace(ControlThread::Sources{participant_.get(), peer_info_reader_, scene_reader_,
                                             event_reader_, on_match_},
                      options_.peer, inbox_, [this] {
-                       states_.RefreshOwners();
-                       links_.RefreshOwners();
-                       views_.RefreshOwners();
+                       RefreshOwners();
                      });
     return std::nullopt;
   }
@@ -194,6 +194,17 @@ class DdsTransport final : public Transport {
     scene_reader_ = open(topics_.scene, Purpose::kSubject, kScenePartition);
   }
 
+  // The control thread's; what it cannot keep is said once.
+  void RefreshOwners() {
+    const std::size_t unheard =
+        std::max({states_.RefreshOwners(), links_.RefreshOwners(), views_.RefreshOwners()});
+    if (unheard == 0 || std::exchange(told_of_unheard_, true)) return;
+    std::fprintf(stderr,
+                 "dds: more than %zu programs send in this session: %zu that came last are not "
+                 "heard (--secure keeps strangers out)\n",
+                 WriterOwners::kMaxWriters, unheard);
+  }
+
   // The control thread goes first: it uses the readers.
   void Close() {
     if (participant_.get() > 0) Report();
@@ -227,6 +238,7 @@ class DdsTransport final : public Transport {
   dds_entity_t scene_reader_ = 0;
   dds_entity_t event_reader_ = 0;
   std::vector<tandem_Claim> claims_;  // of the peer_info being sent
+  bool told_of_unheard_ = false;      // the control thread's
   std::optional<ControlThread> control_;
 };
 

@@ -48,9 +48,8 @@ class FastReader {
     return reader_;
   }
 
-  void RefreshOwners() {
-    if (reader_ > 0) owners_.Refresh(reader_);
-  }
+  /// Gives how many writers are not heard since there are too many.
+  std::size_t RefreshOwners() { return reader_ > 0 ? owners_.Refresh(reader_) : 0; }
 
  private:
   static constexpr std::size_t kBatch = 16;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
-#include <span>
+#include <vector>
 
 namespace tandem {
 namespace {
@@ -51,29 +51,38 @@ PeerId OwnerOfWriter(dds_entity_t reader, dds_instance_handle_t writer) {
   return owner;
 }
 
-void WriterOwners::Refresh(dds_entity_t reader) {
-  std::array<dds_instance_handle_t, kMaxWriters> matched{};
-  const dds_return_t found = dds_get_matched_publications(reader, matched.data(), matched.size());
-  if (found < 0) return;
-  const std::span writers(matched.data(), std::min(static_cast<std::size_t>(found), kMaxWriters));
+std::size_t WriterOwners::Refresh(dds_entity_t reader) {
+  std::vector<dds_instance_handle_t> writers(kMaxWriters);
+  dds_return_t found = 0;
+  for (;;) {
+    found = dds_get_matched_publications(reader, writers.data(), writers.size());
+    if (found < 0) return 0;
+    if (static_cast<std::size_t>(found) <= writers.size()) break;
+    writers.resize(2 * static_cast<std::size_t>(found));
+  }
+  writers.resize(static_cast<std::size_t>(found));
+  std::ranges::sort(writers);
 
   for (Slot& slot : slots_) {
-    if (std::ranges::count(writers, slot.writer.load()) == 0) slot.writer.store(0);
+    if (!std::ranges::binary_search(writers, slot.writer.load())) slot.writer.store(0);
   }
+  std::size_t without_place = 0;
   for (const dds_instance_handle_t writer : writers) {
     if (Find(writer) != 0) continue;
     const PeerId owner = OwnerOfWriter(reader, writer);
-    Add(writer, owner != 0 ? owner : kNobody);
+    if (!Add(writer, owner != 0 ? owner : kNobody)) ++without_place;
   }
+  return without_place;
 }
 
-void WriterOwners::Add(dds_instance_handle_t writer, PeerId owner) {
+bool WriterOwners::Add(dds_instance_handle_t writer, PeerId owner) {
   for (Slot& slot : slots_) {
     if (slot.writer.load() != 0) continue;
     slot.owner.store(owner);
     slot.writer.store(writer);
-    return;
+    return true;
   }
+  return false;
 }
 
 PeerId WriterOwners::Find(dds_instance_handle_t writer) const noexcept {

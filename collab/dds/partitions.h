@@ -26,26 +26,28 @@ PeerId OwnerOfPartition(std::string_view partition);
 PeerId OwnerOfWriter(dds_entity_t reader, dds_instance_handle_t writer);
 
 /// Whose the writers that match a reader are. Written by the control thread, read by the receive
-/// thread.
+/// thread. Of more than it has places for, those that came first keep theirs: a flood of newcomers
+/// mutes nobody who is known.
 class WriterOwners {
  public:
   /// Of a writer in more than one partition, or in none of a peer's.
   static constexpr PeerId kNobody = ~PeerId{0};
 
-  void Refresh(dds_entity_t reader);
+  /// The writers of a crashed peer stay until its lease ends, beside those of its successor.
+  static constexpr std::size_t kMaxWriters = 16 * kMaxPeers;
+
+  /// Gives how many found no place: they are not heard.
+  std::size_t Refresh(dds_entity_t reader);
   PeerId Find(dds_instance_handle_t writer) const noexcept;  // 0: not known (yet)
 
  private:
-  // the writers of a crashed peer stay until its lease ends, beside those of its successor
-  static constexpr std::size_t kMaxWriters = 4 * kMaxPeers;
-
   struct Slot {
     std::atomic<dds_instance_handle_t> writer =
         0;  // never used for two writers in a process's life
     std::atomic<PeerId> owner = 0;
   };
 
-  void Add(dds_instance_handle_t writer, PeerId owner);
+  bool Add(dds_instance_handle_t writer, PeerId owner);
 
   std::array<Slot, kMaxWriters> slots_;
 };

@@ -1,11 +1,16 @@
 #include "collab/dds/reach.h"
 
+#include <array>
 #include <atomic>
 #include <thread>
 
 #include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "collab/dds/cyclone_log.h"
+#include "collab/dds/socket_drops.h"
 #include "tests/collab/dds/live_peer.h"
 
 namespace tandem {
@@ -41,6 +46,34 @@ TEST(Reach, AnswersTellThePathsSizeAndRoundTrip) {
   EXPECT_EQ(path.largest_answered, 1472);
   EXPECT_GT(path.least_round_trip_ms, 0.0);
   EXPECT_GE(path.route_mtu, 1500);
+}
+
+TEST(Reach, PacketsThatAFullSocketLosesAreCounted) {
+  const int deaf = socket(AF_INET, SOCK_DGRAM, 0);
+  const int out = socket(AF_INET, SOCK_DGRAM, 0);
+  const int size = 4096;
+  setsockopt(deaf, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof to;
+  ASSERT_EQ(bind(deaf, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+  ASSERT_EQ(getsockname(deaf, reinterpret_cast<sockaddr*>(&to), &length), 0);
+  const std::uint64_t before = PacketsDroppedAtSockets();
+  constexpr int kSent = 500;
+  const std::array<char, 200> packet{};
+  for (int i = 0; i < kSent; ++i) {
+    sendto(out, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  }
+  const std::uint64_t dropped = PacketsDroppedAtSockets() - before;
+  int kept = 0;
+  std::array<char, 200> got{};
+  while (recv(deaf, got.data(), got.size(), MSG_DONTWAIT) > 0) ++kept;
+  close(deaf);
+  close(out);
+  EXPECT_GT(kept, 0);
+  EXPECT_LT(kept, kSent);
+  EXPECT_EQ(dropped, static_cast<std::uint64_t>(kSent - kept));
 }
 
 TEST(Reach, AMachineWithoutAnAnswererIsToldFromOneThatIsNotThere) {
