@@ -187,7 +187,7 @@ Result<Judged> Judge(const DemoArguments& arguments, const Scene& scene,
   if (!viewer) return viewer.error();
 
   Say("judging both instances by exact geometry");
-  const Divergence divergence = DivergenceOf(traces[0], traces[1]);
+  const TraceDivergence divergence = DivergenceOf(traces[0], traces[1]);
   const Outcome first = OutcomeOf(model, body, traces[0].back().X_WB);
   const Outcome second = OutcomeOf(model, body, traces[1].back().X_WB);
   const PenetrationReport penetration = Penetration(model, body, traces, kJudgeSeconds);

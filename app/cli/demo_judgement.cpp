@@ -50,8 +50,8 @@ double Slope(const std::vector<double>& values) {
 
 }  // namespace
 
-Divergence DivergenceOf(const std::vector<TraceSample>& a, const std::vector<TraceSample>& b) {
-  Divergence divergence;
+TraceDivergence DivergenceOf(const std::vector<TraceSample>& a, const std::vector<TraceSample>& b) {
+  TraceDivergence divergence;
   std::size_t j = 0;
   for (const TraceSample& sample : a) {
     while (j + 1 < b.size() && b[j + 1].time_ns <= sample.time_ns) ++j;

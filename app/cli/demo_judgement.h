@@ -10,11 +10,11 @@
 namespace tandem {
 
 /// How far two instances of a body were apart, at equal times of the machine's clock (m).
-struct Divergence {
+struct TraceDivergence {
   double peak = 0;
   double last = 0;
 };
-Divergence DivergenceOf(const std::vector<TraceSample>& a, const std::vector<TraceSample>& b);
+TraceDivergence DivergenceOf(const std::vector<TraceSample>& a, const std::vector<TraceSample>& b);
 
 /// Whether a body has come to rest: in the last third, RMS speed below 2 mm/s and 2 degrees/s, and
 /// not growing from half second to half second, unless it ends below 0.1 mm/s.

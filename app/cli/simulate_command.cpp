@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "collab/simulated/fault_schedule.h"
 #include "collab/simulated/light_scene.h"
 #include "collab/simulated/simulator.h"
 
@@ -23,6 +23,7 @@ struct SimulateArguments {
   std::uint64_t first = 1;
   std::uint64_t seed = 0;  // 0: many
   unsigned threads = 0;    // 0: as many as processors
+  bool verbose = false;
   bool json = false;
 };
 
@@ -32,40 +33,35 @@ std::string Hex(std::uint64_t value) {
   return text;
 }
 
-/// Seeds first, first + 1, … on several threads, a seed on one.
-std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsigned threads) {
-  const std::shared_ptr<const WorldModel> model = MakeLightScene();
-  std::vector<SeedResult> results(count);
-  std::atomic<std::uint64_t> next{0};
-  std::vector<std::thread> workers;
-  for (unsigned t = 0; t < threads; ++t) {
-    workers.emplace_back([&] {
-      for (std::uint64_t i = next++; i < count; i = next++) {
-        results[i] = SimulateSeed(first + i, model);
-      }
-    });
-  }
-  for (std::thread& worker : workers) worker.join();
-  return results;
-}
-
 int RunSimulate(const SimulateArguments& arguments) {
   const bool one = arguments.seed != 0;
   const std::uint64_t first = one ? arguments.seed : arguments.first;
   const std::uint64_t count = one ? 1 : arguments.seeds;
   const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
   const unsigned threads = arguments.threads == 0 ? processors : arguments.threads;
+  SeedLog log;
+  if (one && !arguments.json) {
+    for (const std::string& line : Describe(DrawSchedule(first))) std::printf("%s\n", line.c_str());
+    if (arguments.verbose) {
+      log = [](const std::string& line) {
+        std::printf("%s\n", line.c_str());
+      };
+    }
+  }
   const auto began = std::chrono::steady_clock::now();
-  const std::vector<SeedResult> results = RunSeeds(first, count, threads);
+  const std::vector<SeedResult> results =
+      SimulateSeeds(first, count, threads, MakeLightScene(), log);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
 
   double peer_seconds = 0;
+  Tally tally;
   std::uint64_t broken = 0;
   std::uint64_t digest = 0;
   nlohmann::ordered_json found = nlohmann::ordered_json::array();
   for (const SeedResult& result : results) {
     peer_seconds += result.peer_seconds;
     digest = digest * 0x100000001b3U ^ result.digest;
+    for (const auto& [what, times] : result.tally) tally[what] += times;
     if (result.broken.empty()) continue;
     ++broken;
     found.push_back({{"seed", result.seed}, {"broken", result.broken}});
@@ -74,11 +70,11 @@ int RunSimulate(const SimulateArguments& arguments) {
     const nlohmann::ordered_json out{{"seeds", count},         {"broken", broken},
                                      {"wall_s", wall.count()}, {"simulated_peer_s", peer_seconds},
                                      {"threads", threads},     {"digest", Hex(digest)},
-                                     {"found", found}};
+                                     {"happened", tally},      {"found", found}};
     std::printf("%s\n", out.dump(2).c_str());
   } else {
-    if (one) {
-      for (const std::string& line : DescribeSeed(first)) std::printf("%s\n", line.c_str());
+    for (const auto& [what, times] : tally) {
+      std::printf("%6llu %s\n", static_cast<unsigned long long>(times), what.c_str());
     }
     for (const SeedResult& result : results) {
       for (const std::string& line : result.broken) {
@@ -102,6 +98,8 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
   command->add_option("--first", arguments->first, "the first seed")->capture_default_str();
   command->add_option("--seed", arguments->seed, "this one alone, and what it stands for");
   command->add_option("--threads", arguments->threads, "sessions at a time; default: processors");
+  command->add_flag("--verbose", arguments->verbose,
+                    "with --seed: what happens and what each user is told, as it comes");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunSimulate(*arguments);

@@ -10,8 +10,8 @@ namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kFaultsEndMs = 6000;
-constexpr std::int64_t kQuietMs = 2000;
+constexpr std::int64_t kFaultsEndMs = 7000;
+constexpr std::int64_t kSettleMs = 1000;  // before a hand takes anything
 
 class Dice {
  public:
@@ -58,6 +58,9 @@ LinkConditions Rough(Dice& dice, double delay_ms) {
 /// Wanders for `seconds`, then is at home, which is the same for all.
 HandScript Wander(Dice& dice, double seconds) {
   HandScript script;
+  // a hand that comes to rest within a second with a body at arm's length too
+  script.impedance.damping = 15.0;
+  script.impedance.rotation_damping = 0.1;
   script.waypoints = {{0, Vec3::Zero(), Quat::Identity()}};
   for (double t = dice.Uniform(0.5, 1.5); t < seconds - 1.0; t += dice.Uniform(0.5, 1.5)) {
     const Vec3 p(dice.Uniform(-0.03, 0.03), dice.Uniform(-0.03, 0.03), dice.Uniform(-0.02, 0.03));
@@ -83,20 +86,22 @@ class Drawer {
   FaultSchedule Draw() {
     DrawPeers();
     DrawLinks();
-    const std::int64_t count = dice_.Whole(2, 8);
+    const double law = dice_.Uniform(0, 1);
+    schedule_.law = law < 0.7 ? "p+d" : law < 0.85 ? "pdopt" : "linear";
+    const std::int64_t count = dice_.Whole(3, 9);
     for (std::int64_t i = 0; i < count; ++i) DrawFault();
+    const std::int64_t wishes = dice_.Whole(2, 9);
+    for (std::int64_t i = 0; i < wishes; ++i) DrawWish();
     for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
       ScheduledPeer& peer = schedule_.peers[p];
       // a halted hand is late by as long as it stood
-      const auto run_ms = kFaultsEndMs - peer.joins_ms - halted_ms_[p] - 800;
+      const auto run_ms = kFaultsEndMs - peer.joins_ms - halted_ms_[p] - kSettleMs - 800;
       peer.hand = Wander(dice_, std::max(1.0, 1e-3 * static_cast<double>(run_ms)));
     }
     std::stable_sort(schedule_.faults.begin(), schedule_.faults.end(),
                      [](const ScheduledFault& a, const ScheduledFault& b) {
                        return a.t_ms < b.t_ms;
                      });
-    schedule_.end_ms =
-        kFaultsEndMs + kQuietMs + static_cast<std::int64_t>(4.0 * schedule_.LongestRoundTripMs());
     return std::move(schedule_);
   }
 
@@ -118,7 +123,6 @@ class Drawer {
     }
     halted_ms_.assign(schedule_.peers.size(), 0);
     gone_.assign(schedule_.peers.size(), false);
-    busy_until_ms_.assign(schedule_.peers.size(), 0);
   }
 
   void DrawLinks() {
@@ -134,55 +138,73 @@ class Drawer {
     }
   }
 
+  ScheduledFault& Add(std::int64_t t_ms, ScheduledFault::Kind kind, std::size_t peer) {
+    ScheduledFault& fault = schedule_.faults.emplace_back();
+    fault.t_ms = t_ms;
+    fault.kind = kind;
+    fault.peer = static_cast<int>(peer);
+    return fault;
+  }
+
   void DrawFault() {
+    using Kind = ScheduledFault::Kind;
     const auto n = static_cast<std::int64_t>(schedule_.peers.size());
     const auto peer = static_cast<std::size_t>(dice_.Whole(0, n - 1));
-    const auto other = static_cast<int>(dice_.Whole(0, n - 1));
+    // another one
+    const auto other =
+        static_cast<int>((static_cast<std::int64_t>(peer) + dice_.Whole(1, n - 1)) % n);
     const std::int64_t t = dice_.Whole(
-        std::max<std::int64_t>(1500, schedule_.peers[peer].joins_ms + 200), kFaultsEndMs - 500);
+        std::max<std::int64_t>(1000, schedule_.peers[peer].joins_ms + 200), kFaultsEndMs - 500);
     const std::int64_t lasts = std::min(dice_.Whole(50, 3000), kFaultsEndMs - 1 - t);
-    if (gone_[peer] || busy_until_ms_[peer] > 0) return;
-    const auto add = [&](std::int64_t t_ms, ScheduledFault::Kind kind) -> ScheduledFault& {
-      ScheduledFault& fault = schedule_.faults.emplace_back();
-      fault.t_ms = t_ms;
-      fault.kind = kind;
-      fault.peer = static_cast<int>(peer);
-      return fault;
-    };
-    using Kind = ScheduledFault::Kind;
     const double what = dice_.Uniform(0, 1);
-    if (what < 0.25) {
+    if (gone_[peer] || halted_ms_[peer] > 0) return;
+    if (what < 0.2) {
       if (std::count(gone_.begin(), gone_.end(), false) <= 2) return;
       gone_[peer] = true;
-      add(t, what < 0.12 ? Kind::kLeave : Kind::kKill);
-    } else if (what < 0.45) {
-      busy_until_ms_[peer] = t + lasts;  // one pause each
-      halted_ms_[peer] += lasts;
-      add(t, Kind::kHalt);
-      add(t + lasts, Kind::kWake);
+      Add(t, what < 0.1 ? Kind::kLeave : Kind::kKill, peer);
+    } else if (what < 0.4) {
+      halted_ms_[peer] = lasts;  // one pause each
+      Add(t, Kind::kHalt, peer);
+      Add(t + lasts, Kind::kWake, peer);
     } else if (what < 0.7) {
       const int whom = dice_.Chance(0.3) ? -1 : other;
-      if (whom == static_cast<int>(peer)) return;
-      add(t, Kind::kCut).other = whom;
-      add(t + lasts, Kind::kHeal).other = whom;
+      const bool both_ways = whom < 0 || dice_.Chance(0.5);
+      for (const bool cut : {true, false}) {
+        ScheduledFault& fault = Add(cut ? t : t + lasts, cut ? Kind::kCut : Kind::kHeal, peer);
+        fault.other = whom;
+        fault.both_ways = both_ways;
+      }
     } else if (what < 0.85) {
-      if (other == static_cast<int>(peer)) return;
-      ScheduledFault& fault = add(t, Kind::kCondition);
+      ScheduledFault& fault = Add(t, Kind::kCondition, peer);
       fault.other = other;
       fault.conditions = Rough(dice_, std::min(2000.0, BaseDelayMs(dice_)));
-    } else if (what < 0.9) {
-      add(t, Kind::kClockStep).step_ns = dice_.Whole(10, 2000) * 1'000'000;
     } else {
-      ScheduledFault& fault = add(t, Kind::kCommand);
-      fault.command.kind = dice_.Chance(0.5) ? Command::Kind::kGrab : Command::Kind::kRelease;
-      fault.command.object = static_cast<ObjectId>(dice_.Whole(1, kLightSceneObjects - 1));
+      Add(t, Kind::kClockStep, peer).step_ns = dice_.Whole(10, 2000) * 1'000'000;
+    }
+  }
+
+  /// What a user asks for.
+  void DrawWish() {
+    const auto n = static_cast<std::int64_t>(schedule_.peers.size());
+    const auto peer = static_cast<std::size_t>(dice_.Whole(0, n - 1));
+    const auto other =
+        static_cast<std::size_t>((static_cast<std::int64_t>(peer) + dice_.Whole(1, n - 1)) % n);
+    const std::int64_t t = dice_.Whole(schedule_.peers[peer].joins_ms + 200, kFaultsEndMs - 200);
+    const double what = dice_.Uniform(0, 1);
+    const auto object = static_cast<ObjectId>(dice_.Whole(1, kLightSceneObjects - 1));
+    Command& command = Add(t, ScheduledFault::Kind::kCommand, peer).command;
+    if (what < 0.5) {
+      command = {Command::Kind::kGrab, object, 0};
+    } else if (what < 0.7) {
+      command = {Command::Kind::kRelease, kNoObject, 0};
+    } else {
+      command = {Command::Kind::kGive, kNoObject, schedule_.peers[other].id};
     }
   }
 
   Dice dice_;
   FaultSchedule schedule_;
   std::vector<std::int64_t> halted_ms_;
-  std::vector<std::int64_t> busy_until_ms_;
   std::vector<bool> gone_;
 };
 

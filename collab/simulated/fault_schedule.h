@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "collab/command.h"
@@ -29,7 +31,7 @@ struct ScheduledFault {
     kHalt,
     kWake,
     kCut,        // from peer to other; of `other` < 0: all that it sends and hears
-    kHeal,       //
+    kHeal,       // of such a cut
     kCondition,  // of what peer sends to other
     kClockStep,  // forward: a monotonic clock does not go back
     kCommand
@@ -38,6 +40,7 @@ struct ScheduledFault {
   Kind kind = Kind::kKill;
   int peer = 0;
   int other = -1;
+  bool both_ways = false;  // of a cut, a heal
   LinkConditions conditions;
   std::int64_t step_ns = 0;
   Command command;
@@ -51,13 +54,25 @@ struct FaultSchedule {
   std::vector<std::vector<LinkConditions>> links;  // [from][to], until the faults stop
   std::vector<ScheduledFault> faults;              // by time
   std::int64_t faults_end_ms = 0;
-  std::int64_t end_ms = 0;  // 2 s and four round trips later
+  std::string law = "p+d";  // of all couplings
 
   double LongestRoundTripMs() const;
 };
 
 /// Three to five peers; joins, leaves, kills, pauses, cuts, heals, delay of 0 to 2 s, loss of 0 to
-/// 30 %, grabs and releases, clock steps and drift. At least two peers stay to the end.
+/// 30 %, grabs, releases and hand-overs, clock steps and drift. At least two peers stay to the end.
 FaultSchedule DrawSchedule(std::uint64_t seed);
+
+/// How often each sort of thing happens in a session: "kills", "late joins".
+using Tally = std::map<std::string, std::uint64_t>;
+
+/// Of what is scheduled.
+Tally CountOf(const FaultSchedule& schedule);
+
+/// A line for each peer and fault, by time, for a person to follow.
+std::vector<std::string> Describe(const FaultSchedule& schedule);
+
+/// The line of one fault.
+std::string Describe(const FaultSchedule& schedule, const ScheduledFault& fault);
 
 }  // namespace tandem

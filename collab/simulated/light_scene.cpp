@@ -21,7 +21,7 @@ TriangleMesh BoxAt(const Vec3& centre, const Vec3& size) {
 }
 
 void AddMoving(const std::string& name, const Vec3& centre, bool shared, WorldModel& world) {
-  const TriangleMesh mesh = BoxAt(centre, Vec3::Constant(0.04));
+  const TriangleMesh mesh = BoxAt(centre, Vec3::Constant(kLightSceneBox));
   SceneBody& part = world.scene.bodies.emplace_back();
   part.name = name;
   part.shared = shared;
@@ -44,12 +44,16 @@ void AddMoving(const std::string& name, const Vec3& centre, bool shared, WorldMo
 
 }  // namespace
 
+SolidBox LightScenePlate() {
+  return {{Quat::Identity(), Vec3(0, 0, -0.045)}, Vec3(0.1, 0.1, 0.01)};
+}
+
 std::shared_ptr<const WorldModel> MakeLightScene() {
   auto world = std::make_shared<WorldModel>();
   world->scene.name = "light";
   world->scene.file = "light.json";
   world->scene.voxel_size = kVoxel;
-  const TriangleMesh plate = BoxAt(Vec3(0, 0, -0.045), Vec3(0.2, 0.2, 0.02));
+  const TriangleMesh plate = BoxAt(LightScenePlate().X_WB.p, 2.0 * LightScenePlate().half);
   world->scene.bodies.emplace_back().fixed = true;
   world->scene.bodies.back().name = "plate";
   world->body_index.push_back(-1);

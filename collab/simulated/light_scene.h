@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "collab/simulated/box_gap.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {
@@ -11,6 +12,10 @@ namespace tandem {
 /// 2 mm. All stand clear of one another at first.
 std::shared_ptr<const WorldModel> MakeLightScene();
 
+/// The fixed plate.
+SolidBox LightScenePlate();
+
+inline constexpr double kLightSceneBox = 0.04;  // m, edge of the moving bodies
 inline constexpr int kLightSceneShared = 1;
 inline constexpr int kLightSceneFirstOwn = 2;
 inline constexpr int kLightSceneObjects = 4;

@@ -1,76 +1,81 @@
 #pragma once
 
-#include <cstdint>
-#include <map>
-#include <string>
-#include <vector>
-
-#include "collab/simulated/fault_schedule.h"
-#include "collab/simulated/simulated_session.h"
-#include "collab/viewer.h"
+#include "collab/simulated/authority_checker.h"
+#include "collab/simulated/energy_checker.h"
+#include "collab/simulated/hand_checker.h"
+#include "collab/simulated/motion_checker.h"
+#include "collab/simulated/rest_checker.h"
+#include "collab/simulated/wire_checker.h"
 
 namespace tandem {
 
 /// What must hold in every session, whatever is cut, lost or killed; looked at from outside, in
-/// true time, by what is on the wire, in the simulations and in the hands.
+/// true time, by what is on the wire, in the simulations and in the hands. Each part has a checker
+/// of its own.
 class SessionChecker : public WireWatch {
  public:
-  static constexpr double kMostForce = 12;         // N, on a device
-  static constexpr double kMostForceStep = 2;      // N, from one frame to the next
-  static constexpr double kMostForceAtRest = 0.5;  // N
-  static constexpr double kAgreeDistance = 1e-3;   // m, of all copies when all is quiet
-  static constexpr double kAgreeAngle = 0.5 * 3.141592653589793 / 180;
+  SessionChecker(const FaultSchedule& schedule, const WorldModel& model, PeerId viewer)
+      : schedule_(&schedule),
+        wire_(schedule, viewer, breakages_),
+        authority_(model, breakages_),
+        motion_(model, breakages_),
+        energy_(model, breakages_),
+        hands_(schedule.peers.size(), breakages_),
+        rest_(schedule, model, breakages_) {}
 
-  SessionChecker(const FaultSchedule& schedule, const WorldModel& model, PeerId viewer);
+  void OnState(PeerId from, const ObjectState& state) override {
+    wire_.OnState(from, state);
+    authority_.OnState(from, state);
+  }
+  void OnLinks(PeerId from, const CouplingLinks& links) override { wire_.OnLinks(from, links); }
+  void OnView(PeerId from, const ViewFrame& view) override { wire_.OnView(from, view); }
+  void OnPeerInfo(PeerId from, const PeerInfo& info) override { wire_.OnPeerInfo(from, info); }
+  void OnEvent(PeerId from, const Event& event) override {
+    wire_.OnEvent(from, event);
+    ++events_[static_cast<std::size_t>(event.kind)];
+  }
 
-  void OnState(PeerId from, const ObjectState& state) override;
-  void OnLinks(PeerId from, const CouplingLinks& links) override;
-  void OnView(PeerId from, const ViewFrame& view) override;
+  /// Of what `from` sends to `to`, from now on.
+  void LinkSwitched(std::size_t from, std::size_t to, const LinkConditions& link) {
+    wire_.LinkSwitched(from, to, link);
+  }
+  void ClockStepped(std::size_t peer, double step_ms) { wire_.ClockStepped(peer, step_ms); }
+  /// What the hand of a scheduled peer is given in this frame.
+  void Felt(std::size_t peer, const Wrench& F_D_W) {
+    hands_.Felt(peer, schedule_->peers[peer].id, F_D_W);
+  }
+  /// Before every frame.
+  void SetTime(std::int64_t now_ns) noexcept { breakages_.SetTime(now_ns); }
+  /// After it.
+  void Look(SimulatedSession& session) {
+    authority_.Look(session);
+    motion_.Look(session);
+    energy_.Look(session);
+  }
+  /// When the faults are over, the hands rest and time enough has passed. `member`: of the session,
+  /// for each scheduled peer; -1: it never came.
+  void LookAtEnd(SimulatedSession& session, const std::vector<int>& member, const Viewer& viewer) {
+    authority_.LookAtEnd(session);
+    rest_.Look(session, member, hands_, viewer);
+  }
+  void NeverAtRest() { breakages_.Add("hands do not come to rest", 0); }
+  /// Some time later, when the longest silence is forgotten.
+  void LookAtLinks(SimulatedSession& session) { rest_.LookAtLinks(session, wire_); }
 
-  /// The least one-way delay of a link from now on, ms.
-  void LinkSwitched(std::size_t from, std::size_t to, const LinkConditions& link);
-  /// What a hand was given in this frame, N.
-  void Felt(std::size_t peer, const Vec3& force);
-  /// After every frame.
-  void Look(SimulatedSession& session);
-  /// After the faults have stopped and time enough has passed. `of_peer`: the member of the session
-  /// that a scheduled peer is, or -1.
-  void LookAtEnd(SimulatedSession& session, const std::vector<int>& of_peer, const Viewer& viewer);
-  /// Some time later, when the longest silence is forgotten: every link is there, and as stiff as
-  /// the law says.
-  void LookAtLinks(SimulatedSession& session);
-
-  /// What did not hold, each sort once: "at 3.217 s: peer 101: …".
-  const std::vector<std::string>& broken() const noexcept { return broken_; }
+  const Breakages& breakages() const noexcept { return breakages_; }
+  /// How many of a sort have been on the wire.
+  std::uint64_t events(EventKind kind) const { return events_[static_cast<std::size_t>(kind)]; }
 
  private:
-  struct Writer {
-    std::vector<std::int64_t> stamps;  // sample_ns, rising
-    std::map<ObjectId, std::uint32_t> epoch;
-    std::uint32_t links_seq = 0;
-    CouplingLinks links;  // newest
-  };
-
-  /// `sort`: only the first of a sort is kept.
-  void Break(const std::string& sort, const std::string& what);
-  std::size_t PlaceOf(PeerId id) const;
-  /// The largest stiffness that the default law allows at that loop age, N/m, to one partner.
-  static double LargestStiffness(double loop_s);
-  void LookAtEnergy(SimulatedSession& session, std::size_t member);
-  void LookAtCopies(SimulatedSession& session, const std::vector<std::size_t>& present);
-
   const FaultSchedule* schedule_;
-  const WorldModel* model_;
-  PeerId viewer_;
-  std::int64_t now_ns_ = 0;
-  std::map<PeerId, Writer> writers_;
-  std::vector<std::vector<double>> least_delay_ms_;  // [from][to], of all time
-  std::vector<std::vector<double>> most_delay_ms_;
-  std::vector<Vec3> force_;               // of each hand, in its last frame
-  std::vector<std::vector<Vec3>> place_;  // [member][body], a frame ago
-  double energy_ = 0;  // J that all links gave since the start, less what the drag may have taken
-  std::map<std::string, int> sorts_;
-  std::vector<std::string> broken_;
+  Breakages breakages_;
+  WireChecker wire_;
+  AuthorityChecker authority_;
+  MotionChecker motion_;
+  EnergyChecker energy_;
+  HandChecker hands_;
+  RestChecker rest_;
+  std::array<std::uint64_t, 5> events_{};
 };
 
 }  // namespace tandem

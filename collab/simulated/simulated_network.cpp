@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tandem {
+
+namespace {
+constexpr std::int64_t kWindowNs = 2'000'000'000;  // for which a long way is remembered, at least
+}  // namespace
 
 class SimulatedNetwork::Link : public Transport {
  public:
@@ -27,11 +32,14 @@ class SimulatedNetwork::Link : public Transport {
   void Publish(const PeerInfo& info) override {
     const auto self = network_->members_.find(peer_);
     if (self == network_->members_.end()) return;
+    if (network_->watch_ != nullptr) network_->watch_->OnPeerInfo(peer_, info);
     self->second.info = info;
     network_->SendToAll(peer_, info);
   }
   void Publish(const Event& event) override {
-    if (network_->members_.contains(peer_)) network_->SendToAll(peer_, event);
+    if (!network_->members_.contains(peer_)) return;
+    if (network_->watch_ != nullptr) network_->watch_->OnEvent(peer_, event);
+    network_->SendToAll(peer_, event);
   }
   void Publish(const SceneManifest& manifest) override {
     const auto self = network_->members_.find(peer_);
@@ -100,6 +108,7 @@ void SimulatedNetwork::Send(PeerId from, PeerId to, const Control& what) {
     }
   }
   line.last_due_ns = std::max(line.last_due_ns, due_ns[0]);
+  line.longest_ns = std::max(line.longest_ns, line.last_due_ns - now_ns_);
   const auto receiver = members_.find(to);
   if (receiver == members_.end()) return;
   line.under_way.push_back({line.last_due_ns, receiver->second.incarnation, what});
@@ -149,6 +158,12 @@ void SimulatedNetwork::Advance(std::int64_t now_ns) {
       }
     }
   }
+  if (now_ns_ >= next_window_ns_) {
+    next_window_ns_ = now_ns_ + kWindowNs;
+    for (auto& [key, line] : lines_) {
+      line.longest_before_ns = std::exchange(line.longest_ns, line.last_due_ns - now_ns_);
+    }
+  }
   // first, so that one who was halted finds the others' leases over, as a stopped process does
   EndLeases();
   for (auto& [key, line] : lines_) {
@@ -171,6 +186,7 @@ void SimulatedNetwork::Deliver(PeerId from, PeerId to, Line& line, const Control
   hearing.heard_ns = now_ns_;
   if (const auto* info = std::get_if<PeerInfo>(&what)) {
     hearing.known = true;
+    if (!hearing.alive) hearing.since_ns = now_ns_;
     hearing.alive = true;
     member.inbox->OnPeerInfo(*info, LocalNowOf(member));
   } else if (const auto* event = std::get_if<Event>(&what)) {
@@ -202,6 +218,7 @@ void SimulatedNetwork::Cut(PeerId from, PeerId to, bool cut) {
     line.cut_since_ns = now_ns_;
     return;
   }
+  line.healed_ns = now_ns_;
   if (now_ns_ - line.cut_since_ns <= kForgetNs) return;
   // found again as if new: peer_info and scene are kept for such, and a goodbye is a fact
   std::erase_if(line.under_way, [](const OnItsWay& item) {
@@ -209,6 +226,25 @@ void SimulatedNetwork::Cut(PeerId from, PeerId to, bool cut) {
            !std::holds_alternative<SceneManifest>(item.what) &&
            !std::holds_alternative<Left>(item.what);
   });
+}
+
+std::optional<std::int64_t> SimulatedNetwork::ClearSince(PeerId from, PeerId to) const {
+  const auto it = lines_.find({from, to});
+  if (it == lines_.end() || it->second.cut || !it->second.hearing.alive) return std::nullopt;
+  return std::max(it->second.hearing.since_ns, it->second.healed_ns);
+}
+
+bool SimulatedNetwork::IsCut(PeerId from, PeerId to) const {
+  const auto it = lines_.find({from, to});
+  return it != lines_.end() && it->second.cut;
+}
+
+std::int64_t SimulatedNetwork::LongestWay() const {
+  std::int64_t longest = 0;
+  for (const auto& [key, line] : lines_) {
+    longest = std::max({longest, line.longest_ns, line.longest_before_ns});
+  }
+  return longest;
 }
 
 void SimulatedNetwork::Halt(PeerId peer, bool halted) {

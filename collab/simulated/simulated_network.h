@@ -27,6 +27,8 @@ class WireWatch {
   virtual void OnState(PeerId from, const ObjectState& state) = 0;
   virtual void OnLinks(PeerId from, const CouplingLinks& links) = 0;
   virtual void OnView(PeerId from, const ViewFrame& view) = 0;
+  virtual void OnPeerInfo(PeerId from, const PeerInfo& info) = 0;
+  virtual void OnEvent(PeerId from, const Event& event) = 0;
 };
 
 /// A network in virtual time for any number of peers in one thread, that behaves as DDS does:
@@ -70,6 +72,14 @@ class SimulatedNetwork {
   /// A peer's clock now.
   std::int64_t LocalNow(PeerId peer) const;
 
+  /// Since when `to` has counted `from` as here and nothing between them was cut, that way;
+  /// nothing: it does not, or something is. True time.
+  std::optional<std::int64_t> ClearSince(PeerId from, PeerId to) const;
+  bool IsCut(PeerId from, PeerId to) const;
+  /// The longest that control traffic between any two has lately been on its way, all its re-sends
+  /// and what waited before it included, ns.
+  std::int64_t LongestWay() const;
+
   /// Null: nobody watches.
   void SetWatch(WireWatch* watch) noexcept { watch_ = watch; }
 
@@ -92,6 +102,7 @@ class SimulatedNetwork {
     bool known = false;
     bool alive = false;
     std::int64_t heard_ns = 0;
+    std::int64_t since_ns = 0;  // alive
   };
   struct OnItsWay {
     std::int64_t due_ns = 0;
@@ -102,6 +113,9 @@ class SimulatedNetwork {
     LinkConditioner conditioner{LinkConditions{}};
     bool cut = false;
     std::int64_t cut_since_ns = 0;
+    std::int64_t healed_ns = 0;
+    std::int64_t longest_ns = 0;         // way of an item, of this window
+    std::int64_t longest_before_ns = 0;  // and of the one before
     std::int64_t last_due_ns = 0;
     std::deque<OnItsWay> under_way;
     Hearing hearing;
@@ -123,6 +137,7 @@ class SimulatedNetwork {
   std::uint64_t seed_;
   std::int64_t now_ns_ = 0;
   std::int64_t next_alive_ns_ = 0;
+  std::int64_t next_window_ns_ = 0;  // of the longest ways
   std::uint64_t incarnations_ = 0;
   std::map<PeerId, Member> members_;
   std::map<std::pair<PeerId, PeerId>, Line> lines_;

@@ -25,6 +25,7 @@ class SimulatedSession {
   bool present(std::size_t peer) const { return members_[peer].transport != nullptr; }
   bool halted(std::size_t peer) const { return members_[peer].halted; }
   SimulatedNetwork& network() noexcept { return network_; }
+  const SimulatedNetwork& network() const noexcept { return network_; }
   /// True time; no peer sees it.
   std::int64_t now_ns() const noexcept { return now_ns_; }
 

@@ -1,10 +1,12 @@
 #include "collab/simulated/simulator.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
+#include <atomic>
+#include <thread>
+#include <utility>
 
-#include "collab/simulated/fault_schedule.h"
+#include "collab/coupling_law.h"
+#include "collab/simulated/light_scene.h"
 #include "collab/simulated/session_checker.h"
 #include "engine/base/hash.h"
 #include "engine/haptics/scripted_device.h"
@@ -16,7 +18,12 @@ namespace {
 constexpr PeerId kViewerId = 7;
 constexpr std::uint64_t kSceneHash = 1;
 constexpr std::int64_t kDigestFrames = 10;
-constexpr std::int64_t kForgetMs = 500;  // beyond the two seconds for which a peak is held
+constexpr std::int64_t kBeginNs = 1'000'000'000;  // true time of the first frame
+constexpr std::int64_t kQuietMs = 2000;
+constexpr std::int64_t kForgetMs = 500;      // beyond the two seconds for which a peak is held
+constexpr std::int64_t kGraspMs = 500;       // and a round trip: until the last movement is known
+constexpr std::int64_t kLongestMs = 30'000;  // until the hands are at home
+constexpr std::int64_t kSettleNs = 1'000'000'000;  // as `tandem peer` has it
 
 /// A scripted hand whose device shows the checker what it is given.
 class WatchedHand : public Device {
@@ -27,24 +34,39 @@ class WatchedHand : public Device {
   void Start() noexcept override { hand_.Start(); }
   Anchor Read() noexcept override { return hand_.Read(); }
   void Render(const Wrench& F_D_W) noexcept override {
-    checker_->Felt(peer_, F_D_W.f);
+    checker_->Felt(peer_, F_D_W);
     hand_.Render(F_D_W);
+    const Twist V = hand_.Read().V_WA;
+    const bool still = V.v.norm() < kStillSpeed && V.w.norm() < kStillTurn;
+    still_frames_ = still ? still_frames_ + 1 : 0;
+  }
+  /// Where it stays, and has come to rest.
+  bool at_home() const {
+    return hand_.time() >= hand_.script().duration() && still_frames_ >= kStillFrames;
   }
 
  private:
+  static constexpr double kStillSpeed = 2e-3;  // m/s
+  static constexpr double kStillTurn = 0.02;   // rad/s
+  static constexpr int kStillFrames = 100;
+
   ScriptedDevice hand_;
+  int still_frames_ = 0;
   SessionChecker* checker_;
   std::size_t peer_;
 };
 
 class Run {
  public:
-  Run(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model)
+  Run(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model, const SeedLog& log)
       : schedule_(DrawSchedule(seed)),
         model_(model),
+        log_(log),
         checker_(schedule_, *model, kViewerId),
         session_(seed),
         member_(schedule_.peers.size(), -1),
+        hands_(schedule_.peers.size(), nullptr),
+        grasps_(schedule_.peers.size()),
         links_(schedule_.links) {
     viewer_link_ = session_.network().Join(kViewerId, Role::kViewer, viewer_);
     session_.network().SetWatch(&checker_);
@@ -56,9 +78,11 @@ class Run {
   SeedResult Go() {
     SeedResult result;
     result.seed = schedule_.seed;
+    const auto round_trip_ms = static_cast<std::int64_t>(schedule_.LongestRoundTripMs());
+    std::int64_t rest_ms = kLongestMs + 1;  // since when the faults are over and the hands at home
     std::size_t next_fault = 0;
-    for (std::int64_t ms = 0; ms < schedule_.end_ms + kForgetMs; ++ms) {
-      if (ms == schedule_.end_ms) checker_.LookAtEnd(session_, member_, viewer_);
+    for (std::int64_t ms = 0;; ++ms) {
+      checker_.SetTime(session_.now_ns() - kBeginNs);
       for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
         if (schedule_.peers[p].joins_ms == ms) Join(p);
       }
@@ -67,16 +91,33 @@ class Run {
         Apply(schedule_.faults[next_fault]);
       }
       if (ms == schedule_.faults_end_ms) EndFaults();
+      if (ms >= schedule_.faults_end_ms && ms < rest_ms && (ms == kLongestMs || HandsAreHome())) {
+        if (ms == kLongestMs) checker_.NeverAtRest();
+        rest_ms = ms;
+        LetGoOfOtherGrasps();
+      }
+      if (ms == rest_ms + round_trip_ms + kGraspMs) GraspAgain();
+      const std::int64_t end_ms = rest_ms + kQuietMs + 4 * round_trip_ms;
+      if (ms == end_ms) checker_.LookAtEnd(session_, member_, viewer_);
+      if (ms == end_ms + kForgetMs) break;
       session_.Step();
+      SeeGrasps();
       checker_.Look(session_);
+      if (log_) TellNews();
       if (ms % kDigestFrames == 0) Digest();
       for (std::size_t m = 0; m < session_.size(); ++m) {
         result.peer_seconds += session_.present(m) ? 1e-3 : 0.0;
       }
     }
     checker_.LookAtLinks(session_);
-    result.broken = checker_.broken();
+    result.broken = checker_.breakages().all();
     result.digest = digest_.value();
+    result.tally = CountOf(schedule_);
+    result.tally["asked"] = checker_.events(EventKind::kAsk);
+    result.tally["granted"] = checker_.events(EventKind::kGrant);
+    result.tally["refused"] = checker_.events(EventKind::kRefuse);
+    result.tally["let go"] = checker_.events(EventKind::kRelease);
+    result.tally["taken in hand"] = taken_;
     return result;
   }
 
@@ -86,6 +127,8 @@ class Run {
     NodeOptions options;
     options.peer.id = peer.id;
     options.peer.held_object = peer.object;
+    options.peer.settle_ns = kSettleNs;
+    options.peer.coupling.law = *MakeLaw(schedule_.law);
     options.name = std::to_string(peer.id);
     options.publish_hz = peer.publish_hz;
     const double most_delay_s = 1e-3 * 0.5 * schedule_.LongestRoundTripMs() + 2.1;
@@ -94,6 +137,7 @@ class Run {
     const auto body =
         static_cast<std::size_t>(model_->body_index[static_cast<std::size_t>(peer.object)]);
     auto hand = std::make_unique<WatchedHand>(peer.hand, model_->bodies[body].X_WB0, checker_, p);
+    hands_[p] = hand.get();
     member_[p] = static_cast<int>(
         session_.Add(std::make_unique<PeerNode>(model_, std::move(hand), kSceneHash, options),
                      peer.id, peer.clock));
@@ -137,13 +181,12 @@ class Run {
   void Apply(const ScheduledFault& fault) {
     const auto p = static_cast<std::size_t>(fault.peer);
     using Kind = ScheduledFault::Kind;
+    if (log_) log_(Describe(schedule_, fault));
     if (fault.kind == Kind::kCut || fault.kind == Kind::kHeal) {
-      const bool cut = fault.kind == Kind::kCut;
-      if (fault.other >= 0) return Cut(p, static_cast<std::size_t>(fault.other), cut);
       for (std::size_t q = 0; q < schedule_.peers.size(); ++q) {
-        if (q == p) continue;
-        Cut(p, q, cut);
-        Cut(q, p, cut);
+        if (q == p || (fault.other >= 0 && static_cast<std::size_t>(fault.other) != q)) continue;
+        Cut(p, q, fault.kind == Kind::kCut);
+        if (fault.both_ways) Cut(q, p, fault.kind == Kind::kCut);
       }
       return;
     }
@@ -166,6 +209,7 @@ class Run {
       case Kind::kClockStep: {
         PeerClock clock = session_.network().clock(id);
         clock.offset_ns += fault.step_ns;
+        checker_.ClockStepped(p, 1e-6 * static_cast<double>(fault.step_ns));
         return session_.network().SetClock(id, clock);
       }
       case Kind::kCommand:
@@ -185,6 +229,82 @@ class Run {
     }
   }
 
+  /// Whether all hands stay where they are and have what they asked for.
+  bool HandsAreHome() {
+    for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
+      if (!IsHere(p)) continue;
+      if (!hands_[p]->at_home() || PeerOf(p).holdings().wanted() >= 0) return false;
+    }
+    return true;
+  }
+
+  bool IsHere(std::size_t p) const {
+    return member_[p] >= 0 && session_.present(static_cast<std::size_t>(member_[p]));
+  }
+
+  Peer& PeerOf(std::size_t p) { return session_.node(static_cast<std::size_t>(member_[p])).peer(); }
+
+  /// Notes who takes what where.
+  void SeeGrasps() {
+    for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
+      if (!IsHere(p)) continue;
+      Grasp& grasp = grasps_[p];
+      const int held = PeerOf(p).holdings().held();
+      if (held != grasp.held && held >= 0) {
+        ++taken_;
+        const auto body = static_cast<std::size_t>(held);
+        grasp.as_agreed = static_cast<int>(model_->object[body]) == schedule_.peers[p].object &&
+                          grasp.at_first[body];
+      }
+      grasp.held = held;
+      const World& world = session_.node(static_cast<std::size_t>(member_[p])).world();
+      grasp.at_first.resize(model_->bodies.size());
+      for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
+        const Pose& X = world.state(b).X_WB;
+        const Pose& X0 = model_->bodies[b].X_WB0;
+        grasp.at_first[b] = X.p == X0.p && X.q.coeffs() == X0.q.coeffs();
+      }
+    }
+  }
+
+  /// Hands that share a body pull at one another at rest unless they grasped it at the same place:
+  /// those that did not, let go and take it again.
+  void LetGoOfOtherGrasps() {
+    std::vector<std::size_t> holders;
+    for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
+      if (IsHere(p) && PeerOf(p).shared() != nullptr) holders.push_back(p);
+    }
+    const bool any_agreed = std::any_of(holders.begin(), holders.end(), [&](std::size_t p) {
+      return grasps_[p].as_agreed;
+    });
+    for (const std::size_t p : holders) {
+      if (grasps_[p].as_agreed || (!any_agreed && p == holders.front())) continue;
+      PeerOf(p).commands().TryPush({Command::Kind::kRelease, kNoObject, 0});
+      grasps_[p].again = true;
+    }
+  }
+
+  void GraspAgain() {
+    for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
+      if (!grasps_[p].again) continue;
+      PeerOf(p).commands().TryPush({Command::Kind::kGrab, kLightSceneShared, 0});
+    }
+  }
+
+  void TellNews() {
+    for (std::size_t m = 0; m < session_.size(); ++m) {
+      for (const std::string& line : session_.node(m).TakeNews()) {
+        log_(Text("%6.3f s: peer %llu is told: ",
+                  1e-9 * static_cast<double>(session_.now_ns() - kBeginNs),
+                  static_cast<unsigned long long>(session_.id(m))) +
+             line);
+      }
+    }
+    for (; told_ < checker_.breakages().all().size(); ++told_) {
+      log_("   BROKEN " + checker_.breakages().all()[told_]);
+    }
+  }
+
   void Digest() {
     for (std::size_t m = 0; m < session_.size(); ++m) {
       for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
@@ -195,79 +315,52 @@ class Run {
     }
   }
 
+  struct Grasp {
+    int held = -1;           // a frame ago
+    bool as_agreed = false;  // at the place that all know, before the body had moved
+    bool again = false;      // is to take the shared body once more
+    std::vector<bool> at_first;
+  };
+
   FaultSchedule schedule_;
   std::shared_ptr<const WorldModel> model_;
+  SeedLog log_;
   SessionChecker checker_;
   Viewer viewer_;
   SimulatedSession session_;
   std::unique_ptr<Transport> viewer_link_;
   std::vector<int> member_;  // of the session, for each scheduled peer; -1: not yet there
+  std::vector<const WatchedHand*> hands_;
+  std::vector<Grasp> grasps_;
   std::vector<std::vector<LinkConditions>> links_;
   std::vector<std::pair<std::size_t, std::size_t>> cuts_;
+  std::uint64_t taken_ = 0;
+  std::size_t told_ = 0;
   Hash64 digest_;
 };
 
-const char* NameOf(ScheduledFault::Kind kind) {
-  using Kind = ScheduledFault::Kind;
-  switch (kind) {
-    case Kind::kLeave:
-      return "leaves";
-    case Kind::kKill:
-      return "is killed";
-    case Kind::kHalt:
-      return "is halted";
-    case Kind::kWake:
-      return "goes on";
-    case Kind::kCut:
-      return "is cut from";
-    case Kind::kHeal:
-      return "is joined again to";
-    case Kind::kCondition:
-      return "has another link to";
-    case Kind::kClockStep:
-      return "has its clock put forward";
-    case Kind::kCommand:
-      return "grabs or releases";
-  }
-  return "";
-}
-
 }  // namespace
 
-SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model) {
-  return Run(seed, model).Go();
+SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model,
+                        const SeedLog& log) {
+  return Run(seed, model, log).Go();
 }
 
-std::vector<std::string> DescribeSeed(std::uint64_t seed) {
-  const FaultSchedule schedule = DrawSchedule(seed);
-  std::vector<std::string> lines;
-  char text[200];
-  for (const ScheduledPeer& peer : schedule.peers) {
-    std::snprintf(text, sizeof text, "%.3f s: peer %llu joins, object %d, %.0f Hz",
-                  1e-3 * static_cast<double>(peer.joins_ms),
-                  static_cast<unsigned long long>(peer.id), peer.object, peer.publish_hz);
-    lines.emplace_back(text);
+std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
+                                      const std::shared_ptr<const WorldModel>& model,
+                                      const SeedLog& log) {
+  std::vector<SeedResult> results(count);
+  std::atomic<std::uint64_t> next{0};
+  std::vector<std::thread> workers;
+  for (unsigned t = 0; t < threads; ++t) {
+    workers.emplace_back([&] {
+      for (std::uint64_t i = next++; i < count; i = next++) {
+        results[i] = SimulateSeed(first + i, model, log);
+      }
+    });
   }
-  for (const ScheduledFault& fault : schedule.faults) {
-    const auto id = [&](int peer) {
-      return peer < 0 ? 0ULL
-                      : static_cast<unsigned long long>(
-                            schedule.peers[static_cast<std::size_t>(peer)].id);
-    };
-    std::snprintf(text, sizeof text, "%.3f s: peer %llu %s", 1e-3 * static_cast<double>(fault.t_ms),
-                  id(fault.peer), NameOf(fault.kind));
-    lines.emplace_back(text);
-    using Kind = ScheduledFault::Kind;
-    if (fault.kind == Kind::kCut || fault.kind == Kind::kHeal || fault.kind == Kind::kCondition) {
-      lines.back() += fault.other < 0 ? " all" : " peer " + std::to_string(id(fault.other));
-    }
-  }
-  std::snprintf(text, sizeof text,
-                "longest round trip %.0f ms; faults end at %.3f s, all at %.3f s",
-                schedule.LongestRoundTripMs(), 1e-3 * static_cast<double>(schedule.faults_end_ms),
-                1e-3 * static_cast<double>(schedule.end_ms));
-  lines.emplace_back(text);
-  return lines;
+  for (std::thread& worker : workers) worker.join();
+  return results;
 }
 
 }  // namespace tandem

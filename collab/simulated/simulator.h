@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "collab/simulated/fault_schedule.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {
@@ -15,13 +17,21 @@ struct SeedResult {
   std::vector<std::string> broken;  // invariants that did not hold; none is as it should be
   std::uint64_t digest = 0;         // of all bodies at all peers, every frame
   double peer_seconds = 0;          // simulated, all peers together
+  Tally tally;                      // of what happened
 };
+
+/// Gets a line for everything that happens.
+using SeedLog = std::function<void(const std::string&)>;
 
 /// Runs the session that a seed stands for: whole peers, one thread, virtual time. The same seed
 /// gives the same bits (of the same build of the program). `model`: of the light scene.
-SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model);
+SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model,
+                        const SeedLog& log = {});
 
-/// What the seed stands for, a line an event.
-std::vector<std::string> DescribeSeed(std::uint64_t seed);
+/// Seeds first, first + 1, … in that order, `threads` at a time, each on one. However many: the
+/// same results.
+std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
+                                      const std::shared_ptr<const WorldModel>& model,
+                                      const SeedLog& log = {});
 
 }  // namespace tandem

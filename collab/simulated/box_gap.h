@@ -1,0 +1,17 @@
+#pragma once
+
+#include "engine/base/spatial.h"
+
+namespace tandem {
+
+/// A box about its own origin, along its own axes.
+struct SolidBox {
+  Pose X_WB;
+  Vec3 half = Vec3::Zero();  // m
+};
+
+/// Between two boxes, m: where they overlap, less the way out of one another; where they are apart,
+/// at most their distance. By the fifteen axes that can separate boxes.
+double BoxGap(const SolidBox& a, const SolidBox& b);
+
+}  // namespace tandem

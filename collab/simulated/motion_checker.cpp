@@ -1,0 +1,91 @@
+#include "collab/simulated/motion_checker.h"
+
+#include "collab/simulated/box_gap.h"
+#include "collab/simulated/light_scene.h"
+
+namespace tandem {
+
+namespace {
+
+bool IsFinite(const RigidState& state) {
+  return state.X_WB.p.allFinite() && state.X_WB.q.coeffs().allFinite() &&
+         state.V_WB.v.allFinite() && state.V_WB.w.allFinite();
+}
+
+SolidBox BoxOf(const Pose& X_WB) {
+  return {X_WB, Vec3::Constant(0.5 * kLightSceneBox)};
+}
+
+}  // namespace
+
+void MotionChecker::Look(SimulatedSession& session) {
+  seen_.resize(session.size());
+  held_.resize(session.size(), -1);
+  for (std::size_t m = 0; m < session.size(); ++m) {
+    if (!session.present(m) || session.halted(m)) continue;
+    const PeerId id = session.id(m);
+    PeerNode& node = session.node(m);
+    const World& world = node.world();
+    std::vector<Seen>& seen = seen_[m];
+    seen.resize(model_->bodies.size());
+    bool sound = true;
+    for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
+      sound = sound && IsFinite(world.state(b));
+    }
+    if (!sound) {
+      breakages_->Add("a simulation is not finite", id);
+      continue;
+    }
+    for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
+      const RigidState& state = world.state(b);
+      const double moved = (state.X_WB.p - seen[b].X_WB.p).norm();
+      const bool held = node.peer().held_state() == &state;
+      if (held && seen[b].known && moved > model_->scene.voxel_size) {
+        breakages_->Add("a body in hand jumps", id, Text("by %.2f mm", 1e3 * moved));
+      }
+    }
+    // until the hand has grasped it, it comes as a mirror does
+    const bool grasped = node.peer().report().hand_B_W.f != Vec3::Zero();
+    const int held = grasped ? node.peer().holdings().held() : -1;
+    if (held >= 0) LookAtHeld(session, m, static_cast<std::size_t>(held));
+    held_[m] = held;
+    for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
+      seen[b].known = true;
+      seen[b].X_WB = world.state(b).X_WB;
+    }
+  }
+}
+
+void MotionChecker::LookAtHeld(SimulatedSession& session, std::size_t member, std::size_t held) {
+  const PeerId id = session.id(member);
+  const World& world = session.node(member).world();
+  const SolidBox in_hand = BoxOf(world.state(held).X_WB);
+  const double deepest = kMostOverlap;
+  if (BoxGap(in_hand, LightScenePlate()) < -deepest) {
+    breakages_->Add("what the hand holds is in the plate", id);
+  }
+  for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
+    if (b == held) continue;
+    const Pose& X_WB = world.state(b).X_WB;
+    Seen& seen = seen_[member][b];
+    const double gap = BoxGap(in_hand, BoxOf(X_WB));
+    const bool touched = seen.touching;
+    seen.touching = gap < 0;
+    const bool taken_now = held_[member] != static_cast<int>(held);
+    seen.excused = seen.touching && (seen.excused || taken_now);
+    if (seen.excused) continue;
+    if (gap < -deepest) {
+      breakages_->Add("a body is in the one that the hand holds", id,
+                      model_->bodies[b].name + Text(", by %.2f mm", -1e3 * gap));
+    }
+    if (!touched || !seen.known) continue;
+    const double surface = (X_WB.p - seen.X_WB.p).norm() +
+                           X_WB.q.angularDistance(seen.X_WB.q) * model_->bodies[b].points.radius;
+    if (surface > kMostMirrorTravel) {
+      breakages_->Add("a mirror pushes in by more than its share", id,
+                      model_->bodies[b].name + Text(", %.3f mm in a frame", 1e3 * surface));
+    }
+  }
+}
+
+}  // namespace tandem

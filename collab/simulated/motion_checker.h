@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vector>
+
+#include "collab/simulated/breakages.h"
+#include "collab/simulated/simulated_session.h"
+
+namespace tandem {
+
+/// What must hold of the bodies as each peer simulates them: finite; those in hand do not jump;
+/// nothing passes into what the hand holds, but for what was in it when it was taken: bodies in
+/// others' hands may overlap here, each as old as its way; a mirror that touches it comes by at
+/// most its share of the travel limit. Of the light scene, whose moving bodies are boxes of 40 mm.
+class MotionChecker {
+ public:
+  static constexpr double kMostOverlap = 4e-3;         // m, two voxels: as deep as layers reach
+  static constexpr double kMostMirrorTravel = 0.6e-3;  // m a frame
+
+  MotionChecker(const WorldModel& model, Breakages& breakages)
+      : model_(&model), breakages_(&breakages) {}
+
+  /// After every frame.
+  void Look(SimulatedSession& session);
+
+ private:
+  struct Seen {
+    bool known = false;
+    bool touching = false;  // the body in hand, as of the frame before
+    bool excused = false;   // it overlapped what the hand took when it took it
+    Pose X_WB;
+  };
+
+  void LookAtHeld(SimulatedSession& session, std::size_t member, std::size_t held);
+
+  const WorldModel* model_;
+  Breakages* breakages_;
+  std::vector<std::vector<Seen>> seen_;  // [member][body], a frame ago
+  std::vector<int> held_;                // of each member: simulated in its hand a frame ago
+};
+
+}  // namespace tandem

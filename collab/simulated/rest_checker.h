@@ -1,0 +1,43 @@
+#pragma once
+
+#include <vector>
+
+#include "collab/simulated/breakages.h"
+#include "collab/simulated/hand_checker.h"
+#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/wire_checker.h"
+#include "collab/viewer.h"
+
+namespace tandem {
+
+/// What must hold once the faults are over, the hands rest and time enough has passed: all know who
+/// is here, all copies of every body agree, those that nobody holds too, no hand is pulled, and all
+/// who share a body are linked as the law says.
+class RestChecker {
+ public:
+  static constexpr double kMostForce = 0.5;  // N
+  static constexpr double kDistance = 1e-3;  // m, between copies
+  static constexpr double kAngle = 0.5 * 3.141592653589793 / 180;
+
+  RestChecker(const FaultSchedule& schedule, const WorldModel& model, Breakages& breakages)
+      : schedule_(&schedule), model_(&model), breakages_(&breakages) {}
+
+  /// `member`: of the session, for each scheduled peer; -1: it never came.
+  void Look(SimulatedSession& session, const std::vector<int>& member, const HandChecker& hands,
+            const Viewer& viewer);
+  /// Later, when the longest silence is forgotten.
+  void LookAtLinks(SimulatedSession& session, WireChecker& wire);
+
+ private:
+  void LookAtMembership(SimulatedSession& session, const std::vector<std::size_t>& present,
+                        const Viewer& viewer);
+  void LookAtCopies(SimulatedSession& session, const std::vector<std::size_t>& present);
+  void LookAtLinksOf(SimulatedSession& session, std::size_t member,
+                     const std::vector<std::size_t>& holders, WireChecker& wire);
+
+  const FaultSchedule* schedule_;
+  const WorldModel* model_;
+  Breakages* breakages_;
+};
+
+}  // namespace tandem
