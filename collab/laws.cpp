@@ -14,9 +14,18 @@ double LinksOf(const LawInputs& inputs) {
   return static_cast<double>(std::max<std::size_t>(inputs.users, 2) - 1);
 }
 
-class PlusDamping : public CouplingLaw {
+/// A law with the limits that it was made for.
+class LimitedLaw : public CouplingLaw {
  public:
-  explicit PlusDamping(const CouplingLimits& limits) : limits_(limits) {}
+  explicit LimitedLaw(const CouplingLimits& limits) : limits_(limits) {}
+
+ protected:
+  const CouplingLimits limits_;
+};
+
+class PlusDamping : public LimitedLaw {
+ public:
+  using LimitedLaw::LimitedLaw;
   const char* name() const noexcept override { return "p+d"; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     const double B = limits_.damping_budget;
@@ -28,14 +37,11 @@ class PlusDamping : public CouplingLaw {
     return std::clamp(stiffness_sum * inputs.te_s, std::min(kLeastDrag, limits_.damping_budget),
                       limits_.damping_budget);
   }
-
- private:
-  CouplingLimits limits_;
 };
 
-class Linear : public CouplingLaw {
+class Linear : public LimitedLaw {
  public:
-  explicit Linear(const CouplingLimits& limits) : limits_(limits) {}
+  using LimitedLaw::LimitedLaw;
   const char* name() const noexcept override { return "linear"; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     constexpr double kLongestDelay = 1.0;  // s
@@ -46,14 +52,11 @@ class Linear : public CouplingLaw {
   double GroundDamping(const LawInputs&, double stiffness_sum) const noexcept override {
     return stiffness_sum > 0 ? limits_.damping_budget : 0.0;
   }
-
- private:
-  CouplingLimits limits_;
 };
 
-class PdOpt : public CouplingLaw {
+class PdOpt : public LimitedLaw {
  public:
-  explicit PdOpt(const CouplingLimits& limits) : limits_(limits) {}
+  using LimitedLaw::LimitedLaw;
   const char* name() const noexcept override { return "pdopt"; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     const double k = limits_.margin *
@@ -65,14 +68,11 @@ class PdOpt : public CouplingLaw {
     if (stiffness_sum <= 0) return 0;
     return std::max(kLeastDrag, 0.2 * stiffness_sum * inputs.te_s);
   }
-
- private:
-  CouplingLimits limits_;
 };
 
-class Constant : public CouplingLaw {
+class Constant : public LimitedLaw {
  public:
-  explicit Constant(const CouplingLimits& limits) : limits_(limits) {}
+  using LimitedLaw::LimitedLaw;
   const char* name() const noexcept override { return "constant"; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     return {limits_.constant_stiffness / LinksOf(inputs),
@@ -81,9 +81,6 @@ class Constant : public CouplingLaw {
   double GroundDamping(const LawInputs&, double stiffness_sum) const noexcept override {
     return stiffness_sum > 0 ? limits_.constant_damping : 0.0;
   }
-
- private:
-  CouplingLimits limits_;
 };
 
 template <class Law>

@@ -29,7 +29,6 @@ enum class Role : std::uint8_t { kActive, kViewer };
 /// Bits of ObjectState::flags beside those of StepReport, which are the low byte.
 enum StateFlag : std::uint32_t {
   kStateParked = 0x100,   // nobody has it in hand: where it stands, 5 times a second
-  kStateGoodbye = 0x200,  // the last one of its sender
   kStateTrapped = 0x400   // a thin wall is between this instance and another
 };
 

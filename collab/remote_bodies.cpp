@@ -129,28 +129,41 @@ void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
   }
 }
 
+bool RemoteBodies::Yields(ContactBlend& blend, bool pushed, double te_s, const RigidState& state,
+                          const Pose& target_WB, const Inertia& inertia, double& most_lag,
+                          CouplingGains& pull) noexcept {
+  const double lag = (target_WB.p - state.X_WB.p).norm();
+  most_lag = std::max(most_lag, lag);
+  blend.Next(pushed, te_s, lag, kFrame);
+  if (!blend.yields()) return false;
+  const Mat3 R = state.X_WB.q.toRotationMatrix();
+  const Mat3 per_mass = R * inertia.I_B * R.transpose() / inertia.mass;
+  const double drag = blend.Drag(inertia.mass);
+  pull = {blend.stiffness(), drag, blend.stiffness() * per_mass, drag * per_mass};
+  return true;
+}
+
 void RemoteBodies::GiveWay(const World& world, double te_s, StepInputs& inputs) noexcept {
   mirror_lag_ = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     StepInputs::BodyInput& input = inputs.bodies[b];
-    ContactBlend& blend = bodies_[b].blend;
-    bodies_[b].lag = 0;
-    if (input.drive != BodyDrive::kMirrored) {
-      blend = ContactBlend{};
-      continue;
-    }
-    const Pose& X_WB = world.state(b).X_WB;
-    const double lag = (input.mirror_WB.p - X_WB.p).norm();
-    bodies_[b].lag = lag;
-    mirror_lag_ = std::max(mirror_lag_, lag);
-    blend.Next(world.Pushed(b), te_s, lag, kFrame);
-    if (!blend.yields()) continue;
-    input.drive = BodyDrive::kYielding;
+    Body& body = bodies_[b];
+    body.lag = 0;
     const Inertia& inertia = world.model().bodies[b].inertia;
-    const Mat3 R = X_WB.q.toRotationMatrix();
-    const Mat3 per_mass = R * inertia.I_B * R.transpose() / inertia.mass;
-    const double drag = blend.Drag(inertia.mass);
-    input.pull = {blend.stiffness(), drag, blend.stiffness() * per_mass, drag * per_mass};
+    if (input.drive != BodyDrive::kMirrored) {
+      body.blend = ContactBlend{};
+    } else if (Yields(body.blend, world.Pushed(b), te_s, world.state(b), input.mirror_WB, inertia,
+                      body.lag, input.pull)) {
+      input.drive = BodyDrive::kYielding;
+    }
+    input.second_drive = BodyDrive::kMirrored;
+    if (!input.parted) {
+      body.second_blend = ContactBlend{};
+    } else if (Yields(body.second_blend, world.SecondPushed(b), te_s, world.second_state(b),
+                      input.second_WB, inertia, input.second_pull)) {
+      input.second_drive = BodyDrive::kYielding;
+    }
+    mirror_lag_ = std::max(mirror_lag_, body.lag);
   }
 }
 

@@ -56,11 +56,16 @@ class RemoteBodies {
     bool parted = false;
     double lag = 0;  // m
     ContactBlend blend{};
+    ContactBlend second_blend{};
     std::array<Instance, kMaxPeers> instances{};
   };
 
   /// Where the body's instances are: in one place, or in two.
   static void Place(Body& body, StepInputs::BodyInput& input) noexcept;
+  /// The same of one instance: whether it yields, and how it is pulled then.
+  static bool Yields(ContactBlend& blend, bool pushed, double te_s, const RigidState& state,
+                     const Pose& target_WB, const Inertia& inertia, double& most_lag,
+                     CouplingGains& pull) noexcept;
   static Instance* Find(Body& body, PeerId peer) noexcept;
 
   std::vector<Body> bodies_;

@@ -39,6 +39,7 @@ struct PeerArguments {
   LinkConditions conditions;
   std::string network;  // plan file
   std::string law = "p+d";
+  bool lab = false;
   double publish_hz = 1000;
   double capacity = 0;  // points a frame; 0: measured
   int threads = 1;      // that share a haptic frame's work
@@ -73,6 +74,8 @@ int Prepare(PeerArguments& arguments, Prepared& prepared) {
   const Result<PeerId> id = Identify(arguments.reach, Role::kActive, arguments.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
   prepared.id = *id;
+  const auto law = MakeLaw(arguments.law, {}, arguments.lab);
+  if (!law) return Fail(kExitUsage, law.error().what);
   const Result<Scene> scene = LoadScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
   const Result<std::uint64_t> hash = HashScene(*scene);
@@ -85,7 +88,7 @@ int Prepare(PeerArguments& arguments, Prepared& prepared) {
   options.peer.id = prepared.id;
   options.peer.wait_for = arguments.wait_for;
   options.peer.settle_ns = kSettleNs;
-  options.peer.coupling.law = *MakeLaw(arguments.law);
+  options.peer.coupling.law = *law;
   options.peer.trace_frames = static_cast<std::size_t>(arguments.seconds * 1000.0);
   options.name = arguments.name;
   options.conditions = arguments.conditions;
@@ -317,7 +320,8 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
     network->excludes(option);
   }
   command->add_option("--law", arguments->law, "how stiffness follows delay")
-      ->check(CLI::IsMember({"p+d", "linear", "pdopt"}));
+      ->check(CLI::IsMember({"p+d", "linear", "pdopt", "constant"}));
+  command->add_flag("--lab", arguments->lab, "allow the law 'constant', which can shake");
   command
       ->add_option("--capacity", arguments->capacity,
                    "points that may be tested in a frame; default: what fits 300 us here")

@@ -28,7 +28,9 @@ struct StepInputs {
     Pose mirror_WB;       // where a mirrored or yielding body is to go
     CouplingGains pull;   // of a yielding body: springs to that pose, dampers against the ground
     bool parted = false;  // others' instances of a shared body are in two places:
-    Pose second_WB;       // the other one of them
+    BodyDrive second_drive = BodyDrive::kMirrored;  // of the other one of them, or yielding
+    Pose second_WB;
+    CouplingGains second_pull;
   };
   struct Hand {
     int body = -1;  // into WorldModel::bodies; -1: the hand holds nothing

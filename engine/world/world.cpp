@@ -84,7 +84,7 @@ bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, do
 }  // namespace
 
 World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& schedule)
-    : model_(std::move(model)), together_(model_->bodies.size()), helpers_(schedule.helpers) {
+    : model_(std::move(model)), together_(2 * model_->bodies.size()), helpers_(schedule.helpers) {
   const std::vector<BodyModel>& bodies = model_->bodies;
   bodies_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -148,7 +148,7 @@ BodyDrive World::DriveOf(const StepInputs& in, std::size_t body) const noexcept 
   if (body < in.bodies.size()) return in.bodies[body].drive;
   const StepInputs::BodyInput& first = in.bodies[bodies_[body].shape];
   const bool here = first.parted && first.drive >= BodyDrive::kMirrored;
-  return here ? BodyDrive::kMirrored : BodyDrive::kAbsent;
+  return here ? first.second_drive : BodyDrive::kAbsent;
 }
 
 bool World::IsSimulated(const StepInputs& in, int body) const noexcept {
@@ -255,10 +255,12 @@ void World::Collide(const StepInputs& in) noexcept {
 }
 
 void World::Couple(const StepInputs& in) noexcept {
-  for (std::size_t b = 0; b < in.bodies.size(); ++b) {
-    const StepInputs::BodyInput& input = in.bodies[b];
-    if (input.drive != BodyDrive::kYielding) continue;
-    bodies_[b].load += CouplingLoad(input.pull, bodies_[b].state, Pose{}, {input.mirror_WB, {}});
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (DriveOf(in, b) != BodyDrive::kYielding) continue;
+    const StepInputs::BodyInput& input = in.bodies[bodies_[b].shape];
+    const bool first = b == bodies_[b].shape;
+    bodies_[b].load += CouplingLoad(first ? input.pull : input.second_pull, bodies_[b].state,
+                                    Pose{}, {first ? input.mirror_WB : input.second_WB, {}});
   }
   if (in.hand.body < 0) return;
   Body& held = bodies_[static_cast<std::size_t>(in.hand.body)];
@@ -281,7 +283,7 @@ void World::SolveTogether(const StepInputs& in) noexcept {
     const auto map = static_cast<std::size_t>(pair.map);
     for (const std::size_t b : {shell, map}) {
       if (together_.has(b)) continue;
-      const BodyModel& model = model_->bodies[b];
+      const BodyModel& model = model_->bodies[bodies_[b].shape];
       const RigidState& state = bodies_[b].state;
       const Mat6 basis =
           model.constraint ? AllowedBasis(*model.constraint, state.X_WB) : Mat6::Identity();
@@ -289,7 +291,7 @@ void World::SolveTogether(const StepInputs& in) noexcept {
     }
     together_.Couple(shell, map, pair.contact.cross(), kFrame);
   }
-  for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
     bodies_[b].together = begun && together_.has(b);
   }
   if (begun) together_.Solve();

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "collab/contact_blend.h"
+#include "collab/coupling_law.h"
 #include "collab/simulated/simulated_session.h"
-#include "engine/haptics/scripted_device.h"
+#include "tests/support/scripted_node.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
@@ -10,6 +12,7 @@ namespace {
 
 using testing::Box;
 using testing::MakeWorldModel;
+using testing::ScriptedNode;
 
 constexpr double kSide = 0.03;  // m, of both cubes
 
@@ -21,22 +24,6 @@ std::shared_ptr<const WorldModel> TwoCubes() {
       0.002));
   model->scene.bodies[0].shared = true;
   return model;
-}
-
-std::unique_ptr<PeerNode> Hand(const std::shared_ptr<const WorldModel>& model, PeerId id,
-                               int object, std::vector<Waypoint> way, double delay_ms) {
-  HandScript script;
-  script.waypoints = std::move(way);
-  NodeOptions options;
-  options.peer.id = id;
-  options.peer.held_object = object;
-  options.peer.wait_for = 1;
-  options.conditions.delay_ms = delay_ms;
-  return std::make_unique<PeerNode>(
-      model,
-      std::make_unique<ScriptedDevice>(script,
-                                       model->bodies[static_cast<std::size_t>(object)].X_WB0),
-      42, options);
 }
 
 std::vector<Waypoint> Go(const Vec3& by) {
@@ -54,9 +41,9 @@ TEST(Mixed, AThirdMeetsASharedBodyAsOneThingAtTheMeanOfItsInstances) {
     SimulatedSession session;
     for (std::size_t h = 0; h < holders; ++h) {
       const Vec3 by(0, h % 2 == 0 ? 0.02 : -0.01, 0);
-      session.Add(Hand(model, 1 + h, 0, Go(by), 20), 1 + h);
+      session.Add(ScriptedNode(model, 1 + h, 0, Go(by), 20), 1 + h);
     }
-    session.Add(Hand(model, 9, 1, {}, 20), 9);
+    session.Add(ScriptedNode(model, 9, 1, {}, 20), 9);
     for (int i = 0; i < 6000; ++i) session.Step();
     Vec3 mean = Vec3::Zero();
     for (std::size_t h = 0; h < holders; ++h) {
@@ -78,15 +65,15 @@ TEST(Mixed, InstancesThatHavePartedAreMetBoth) {
       SimulatedSession session;
       for (std::size_t h = 0; h < holders; ++h) {
         const Vec3 by(0, h % 2 == 0 ? 0.08 : -0.08, 0);
-        session.Add(Hand(model, 1 + h, 0, Go(by), 300), 1 + h);
+        session.Add(ScriptedNode(model, 1 + h, 0, Go(by), 300), 1 + h);
       }
       // over to one of them, then against it
-      session.Add(Hand(model, 9, 1,
-                       {{0, Vec3::Zero(), Quat::Identity()},
-                        {3, Vec3::Zero(), Quat::Identity()},
-                        {4, Vec3(0, side, 0), Quat::Identity()},
-                        {6, Vec3(-0.11, side, 0), Quat::Identity()}},
-                       300),
+      session.Add(ScriptedNode(model, 9, 1,
+                               {{0, Vec3::Zero(), Quat::Identity()},
+                                {3, Vec3::Zero(), Quat::Identity()},
+                                {4, Vec3(0, side, 0), Quat::Identity()},
+                                {6, Vec3(-0.11, side, 0), Quat::Identity()}},
+                               300),
                   9);
       double least = 1e9;
       for (int i = 0; i < 9000; ++i) {
@@ -99,8 +86,13 @@ TEST(Mixed, InstancesThatHavePartedAreMetBoth) {
       }
       const World& world = session.node(holders).world();
       EXPECT_GT((world.state(0).X_WB.p - world.second_state(0).X_WB.p).norm(), 0.04);
-      EXPECT_GT(session.node(holders).peer().report().hand_B_W.f.norm(), 0.3);
-      EXPECT_GT(least, kSide - 0.002);  // centres of cubes that do not overlap, by half a voxel
+      const double felt = session.node(holders).peer().report().hand_B_W.f.norm();
+      // in series: my hand and its coupling, the instance's, and the mirror that gives way by B/te
+      const double k_hand = 1.0 / (1.0 / 300.0 + 1.0 / 800.0);
+      const double k_mirror = ContactBlend::kDrag / DesignDelay(0.602);
+      const double overlap = kSide - 0.01 + 0.45 * 0.002;  // wanted; and where contact begins
+      EXPECT_NEAR(felt, overlap / (2.0 / k_hand + 1.0 / k_mirror), 0.03);
+      EXPECT_GT(least, kSide);  // centres of cubes that do not overlap
     }
   }
 }

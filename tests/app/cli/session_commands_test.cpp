@@ -211,5 +211,12 @@ TEST(Doctor, FindsWhatIsWrongAndSaysWhatMendsIt) {
   ExpectUsage("doctor --port 80", "--port");
 }
 
+// The law that knows of no delay is not for ordinary use.
+TEST(PeerCommand, TheConstantLawIsForTheLabAlone) {
+  const std::string arguments = "peer --session s --scene nowhere.json --law constant";
+  ExpectRefused(arguments, kExitUsage, "it is for the lab, with --lab");
+  ExpectRefused(arguments + " --lab", kExitFile, "nowhere.json");
+}
+
 }  // namespace
 }  // namespace tandem
