@@ -160,7 +160,7 @@ void RemoteBodies::GiveWay(const World& world, double te_s, StepInputs& inputs) 
     if (!input.parted) {
       body.second_blend = ContactBlend{};
     } else if (Yields(body.second_blend, world.SecondPushed(b), te_s, world.second_state(b),
-                      input.second_WB, inertia, input.second_pull)) {
+                      input.second_WB, inertia, body.lag, input.second_pull)) {
       input.second_drive = BodyDrive::kYielding;
     }
     mirror_lag_ = std::max(mirror_lag_, body.lag);
