@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "app/cli/bench.h"
+#include "app/cli/bench_audience.h"
 #include "app/cli/child_processes.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
@@ -27,6 +28,7 @@ struct SessionArguments {
   double hz = 1000;
   double seconds = 10;
   std::vector<std::size_t> compare;
+  std::vector<std::size_t> viewers;
   bool json = false;
 };
 
@@ -37,13 +39,16 @@ double LoadAverage() {
   return getloadavg(&one_minute, 1) == 1 ? one_minute : 0;
 }
 
+std::string NewSession() {
+  return "bench-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
+}
+
 /// Peers, each a process: the first `holders` hold the scene's hands' body, in turn by each of its
 /// hands, the others take part with empty hands. Their reports, in order.
 Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, const Scene& scene,
-                                           std::size_t count, std::size_t holders) {
+                                           const std::string& session, std::size_t count,
+                                           std::size_t holders) {
   const TemporaryFolder folder;
-  const std::string session =
-      "bench-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
   std::vector<ChildProcess> peers;
   std::vector<std::filesystem::path> reports;
   for (std::size_t p = 0; p < count; ++p) {
@@ -131,7 +136,7 @@ Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& sce
   ordered_json rows = ordered_json::array();
   double alone = 0;
   for (const std::size_t count : arguments.compare) {
-    const auto reports = RunPeers(arguments, scene, count, 1);
+    const auto reports = RunPeers(arguments, scene, NewSession(), count, 1);
     if (!reports) return reports.error();
     const double p99 = reports->front().at("frame_cpu_us").at("p99").get<double>();
     if (rows.empty()) alone = p99;
@@ -143,14 +148,59 @@ Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& sce
   return ordered_json{{"seconds", arguments.seconds}, {"sessions", rows}};
 }
 
+/// Two peers' frames, on half of the cores, with so many looking on behind a relay, on the other,
+/// and twice without any: the two runs without differ too, and by how much is what a difference has
+/// to be compared with.
+Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& scene) {
+  ordered_json rows = ordered_json::array();
+  std::vector<double> alone;
+  std::vector<std::size_t> counts{0};
+  counts.insert(counts.end(), arguments.viewers.begin(), arguments.viewers.end());
+  counts.push_back(0);
+  for (const std::size_t count : counts) {
+    const std::string session = NewSession();
+    Result<Audience> audience = Audience::Gather(session, count);
+    if (!audience) return audience.error();
+    const auto reports = [&] {
+      const HalfOfTheCores apart(HalfOfTheCores::Half::kFirst);
+      return RunPeers(arguments, scene, session, 2, 2);
+    }();
+    if (!reports) return reports.error();
+    const Result<std::uint64_t> least = audience->Leave();
+    if (!least) return least.error();
+    double p50 = 0;
+    double p99 = 0;
+    for (const ordered_json& report : *reports) {
+      p50 = std::max(p50, report.at("frame_cpu_us").at("p50").get<double>());
+      p99 = std::max(p99, report.at("frame_cpu_us").at("p99").get<double>());
+    }
+    if (count == 0) alone.push_back(p99);
+    rows.push_back({{"viewers", count},
+                    {"least_pictures", *least},
+                    {"frame_cpu_p50_us", p50},
+                    {"frame_cpu_p99_us", p99},
+                    {"ratio", p99 / alone.front()}});
+  }
+  const double apart = std::max(alone[0], alone[1]) / std::min(alone[0], alone[1]);
+  for (ordered_json& row : rows) row["beyond_viewerless"] = row.at("ratio").get<double>() / apart;
+  return ordered_json{
+      {"seconds", arguments.seconds}, {"viewerless_ratio", apart}, {"sessions", rows}};
+}
+
 int RunBenchSession(const SessionArguments& arguments) {
   const Result<Scene> scene = LoadScene(SceneFile(arguments.scene));
   if (!scene) return Fail(kExitFile, scene.error().what);
   if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": it has no hands");
   const double load = LoadAverage();
   ordered_json json;
-  if (arguments.compare.empty()) {
-    const auto reports = RunPeers(arguments, *scene, arguments.peers, arguments.peers);
+  if (!arguments.viewers.empty()) {
+    const Result<ordered_json> watched = Watched(arguments, *scene);
+    if (!watched) return Fail(kExitFailed, watched.error().what);
+    json = *watched;
+    json["load_before"] = load;
+  } else if (arguments.compare.empty()) {
+    const auto reports =
+        RunPeers(arguments, *scene, NewSession(), arguments.peers, arguments.peers);
     if (!reports) return Fail(kExitFailed, reports.error().what);
     json = Delivery(arguments, *reports, load);
   } else {
@@ -161,6 +211,12 @@ int RunBenchSession(const SessionArguments& arguments) {
   }
   if (arguments.json) {
     std::printf("%s\n", json.dump(2).c_str());
+  } else if (!arguments.viewers.empty()) {
+    for (const ordered_json& row : json.at("sessions")) {
+      std::printf("%d viewers: a frame's processor time p99 %.1f us, %.2f of the first run\n",
+                  row.at("viewers").get<int>(), row.at("frame_cpu_p99_us").get<double>(),
+                  row.at("ratio").get<double>());
+    }
   } else if (arguments.compare.empty()) {
     std::printf("%zu peers at %.0f Hz: %.4f %% of %.0f samples delivered, the worst pair %.4f %%\n",
                 arguments.peers, arguments.hz, 100 * json.at("delivered").get<double>(),
@@ -193,11 +249,19 @@ void AddBenchSession(CLI::App& bench, int& exit_code) {
   command->add_option("--seconds", arguments->seconds, "of the hands' motion")
       ->check(CLI::Range(1.0, 600.0))
       ->capture_default_str();
+  CLI::Option* viewers =
+      command
+          ->add_option("--viewers", arguments->viewers,
+                       "instead: a frame's processor time of two peers with so many viewers behind "
+                       "a relay, as 8,32, and twice without any")
+          ->delimiter(',')
+          ->check(CLI::Range(1, 64));
   command
       ->add_option("--compare", arguments->compare,
                    "instead: a frame's processor time with so many peers, as 1,2,4")
       ->delimiter(',')
-      ->check(CLI::Range(1, 16));
+      ->check(CLI::Range(1, 16))
+      ->excludes(viewers);
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunBenchSession(*arguments);

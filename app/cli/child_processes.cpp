@@ -75,6 +75,24 @@ void ChildProcess::Signal(int signal) const noexcept {
   if (pid_ > 0 && !ended_) kill(pid_, signal);
 }
 
+HalfOfTheCores::HalfOfTheCores(Half half) {
+  sched_getaffinity(0, sizeof before_, &before_);
+  const int count = CPU_COUNT(&before_);
+  if (count < 4) return;
+  cpu_set_t wanted;
+  CPU_ZERO(&wanted);
+  int seen = 0;
+  for (int core = 0; core < CPU_SETSIZE; ++core) {
+    if (!CPU_ISSET(core, &before_)) continue;
+    if ((seen++ < count / 2) == (half == Half::kFirst)) CPU_SET(core, &wanted);
+  }
+  sched_setaffinity(0, sizeof wanted, &wanted);
+}
+
+HalfOfTheCores::~HalfOfTheCores() {
+  sched_setaffinity(0, sizeof before_, &before_);
+}
+
 TemporaryFolder::TemporaryFolder() {
   std::string name = (std::filesystem::temp_directory_path() / "tandem-XXXXXX").string();
   TANDEM_CHECK(mkdtemp(name.data()) != nullptr);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <sched.h>
 #include <sys/types.h>
 
 #include "engine/base/result.h"
@@ -38,6 +39,20 @@ class ChildProcess {
 
   pid_t pid_ = -1;
   std::optional<int> ended_;
+};
+
+/// While it lives, what is started runs on one half of the cores alone, so that two groups of
+/// programs are as on two machines; where there are fewer than four, on all.
+class HalfOfTheCores {
+ public:
+  enum class Half { kFirst, kSecond };
+  explicit HalfOfTheCores(Half half);
+  ~HalfOfTheCores();
+  HalfOfTheCores(const HalfOfTheCores&) = delete;
+  HalfOfTheCores& operator=(const HalfOfTheCores&) = delete;
+
+ private:
+  cpu_set_t before_{};
 };
 
 /// A new folder of our own under the system's temporary one, removed with its content at the end.
