@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/geometry/facets.h"
+#include "engine/geometry/feature_normals.h"
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/voxel/surface_voxels.h"
 
