@@ -47,11 +47,11 @@ ordered_json FirstForce(ContactModel model, const FidelityArguments& arguments) 
   return out;
 }
 
-ordered_json Nut(ContactModel model, const FidelityArguments& arguments) {
+ordered_json Nut(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
   if (arguments.models.empty()) return nullptr;
   const Result<NutFigures> nut = MeasureNut(model, arguments.models, arguments.nut_voxel);
   if (!nut) {
-    Say(nut.error().what);
+    exit_code = Fail(kExitFile, nut.error().what);
     return nullptr;
   }
   return {{"voxel_mm", 1e3 * nut->voxel},
@@ -62,12 +62,12 @@ ordered_json Nut(ContactModel model, const FidelityArguments& arguments) {
           {"axial_blocked", nut->axial_blocked}};
 }
 
-ordered_json Pegs(ContactModel model, const FidelityArguments& arguments) {
+ordered_json Pegs(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
   if (arguments.models.empty()) return nullptr;
   const Result<PegFigures> pegs =
       MeasurePegs(model, arguments.models, arguments.peg_voxel, arguments.peg_seeds);
   if (!pegs) {
-    Say(pegs.error().what);
+    exit_code = Fail(kExitFile, pegs.error().what);
     return nullptr;
   }
   return {{"voxel_mm", 1e3 * pegs->voxel},
@@ -77,10 +77,10 @@ ordered_json Pegs(ContactModel model, const FidelityArguments& arguments) {
           {"buzz", pegs->buzz}};
 }
 
-ordered_json Ball(ContactModel model) {
+ordered_json Ball(ContactModel model, int& exit_code) {
   const Result<BallFigures> ball = MeasureBall(model, SceneFile("ball_and_socket"));
   if (!ball) {
-    Say(ball.error().what);
+    exit_code = Fail(kExitFile, ball.error().what);
     return nullptr;
   }
   return {{"points_035", ball->points_035},
@@ -89,16 +89,17 @@ ordered_json Ball(ContactModel model) {
           {"contacts_mean", ball->contacts_mean}};
 }
 
-ordered_json Measure(ContactModel model, const FidelityArguments& arguments) {
+/// What cannot be measured is null, said, and in the exit code.
+ordered_json Measure(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
   const PressedFigures pressed = MeasurePressed(model, arguments.tilts);
   return {{"first_force_gap_voxels", FirstForce(model, arguments)},
           {"direction_error_deg",
            {{"mean", pressed.direction_error_mean}, {"max", pressed.direction_error_max}}},
           {"sliding_ripple", pressed.ripple},
           {"sliding_ripple_max", pressed.ripple_max},
-          {"nut", Nut(model, arguments)},
-          {"pegs", Pegs(model, arguments)},
-          {"ball", Ball(model)}};
+          {"nut", Nut(model, arguments, exit_code)},
+          {"pegs", Pegs(model, arguments, exit_code)},
+          {"ball", Ball(model, exit_code)}};
 }
 
 int RunFidelity(FidelityArguments arguments) {
@@ -108,11 +109,12 @@ int RunFidelity(FidelityArguments arguments) {
   if (arguments.models.empty()) {
     Say("no nut and no pegs: give the folder of models/factory with --models or TANDEM_MODELS");
   }
-  ordered_json out = Measure(ContactModel::kRefined, arguments);
-  out["plain"] = Measure(ContactModel::kPlain, arguments);
+  int exit_code = kExitOk;
+  ordered_json out = Measure(ContactModel::kRefined, arguments, exit_code);
+  out["plain"] = Measure(ContactModel::kPlain, arguments, exit_code);
   if (arguments.json) {
     std::printf("%s\n", out.dump(2).c_str());
-    return kExitOk;
+    return exit_code;
   }
   const ordered_json plain = out["plain"];
   out.erase("plain");
@@ -120,7 +122,7 @@ int RunFidelity(FidelityArguments arguments) {
     std::printf("%-22s refined %s\n%-22s plain   %s\n", name.c_str(), figures.dump().c_str(), "",
                 plain[name].dump().c_str());
   }
-  return kExitOk;
+  return exit_code;
 }
 
 }  // namespace
