@@ -73,7 +73,7 @@ std::size_t Echoes::Loops(std::int64_t now_ns, std::array<Loop, kMaxPeers>& out)
     if (other.peer == 0) continue;
     const bool answers = other.meter.peak_loop_age_s() > 0;
     out[count++] = {other.peer, answers ? since(other.echo_ns) : 0.0,
-                    other.heard_ns != 0 ? since(other.heard_ns) : 0.0};
+                    other.heard_ns != 0 ? since(other.heard_ns) : -1.0};
   }
   return count;
 }

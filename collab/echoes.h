@@ -25,8 +25,8 @@ class Echoes {
   /// The worst loop of the past two seconds over the peers that answer, s.
   double peak_loop_age_s() const noexcept;
 
-  /// A peer's loop: how old it is now, s, and how long ago a state of it came; 0: not lately, or
-  /// never.
+  /// A peer's loop: how old it is now, s, and 0: not lately; how long ago a state of it came,
+  /// -1: never did.
   struct Loop {
     PeerId peer = 0;
     double age_s = 0;

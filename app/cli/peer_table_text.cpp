@@ -51,8 +51,8 @@ std::vector<std::string> AsLines(const PeerTable& table, const NameFunction& nam
               Cell(row.coupled, row.stiffness, 0, "N/m"), Cell(row.coupled, row.link_force, 2, "N"),
               Cell(row.coupled, row.its_link_force, 2, "N"),
               Cell(row.coupled, 1e2 * row.disagreement, 0, "%"),
-              Cell(row.mirror_age_s > 0, 1e3 * row.mirror_lag_m, 1, "mm"),
-              Cell(row.mirror_age_s > 0, 1e3 * row.mirror_age_s, 0, "ms"), AsText(row.drops)});
+              Cell(row.mirror_age_s >= 0, 1e3 * row.mirror_lag_m, 1, "mm"),
+              Cell(row.mirror_age_s >= 0, 1e3 * row.mirror_age_s, 0, "ms"), AsText(row.drops)});
     if (row.trapped) line += "  TRAPPED: something fixed is between";
     lines.push_back(line);
   }

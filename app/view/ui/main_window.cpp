@@ -74,6 +74,13 @@ void MainWindow::MakeDocks() {
   header->resizeSection(PeerTableModel::kRole, room_for(tr("viewer")));
   header->resizeSection(PeerTableModel::kPresence, room_for(tr("Presence")));
   header->resizeSection(PeerTableModel::kDelay, room_for(tr("1000 ms")));
+  header->resizeSection(PeerTableModel::kLag, room_for(tr("99.9 mm")));
+  header->resizeSection(PeerTableModel::kForce, room_for(tr("99.9 N")));
+  int width = room_for(tr("A longer name")) + 2 * peers_view_->frameWidth();
+  for (int column = 1; column < PeerTableModel::kColumnCount; ++column) {
+    width += header->sectionSize(column);
+  }
+  peers_view_->setMinimumWidth(width);
   header->setHighlightSections(false);
   header->setDefaultAlignment(Qt::AlignLeft | Qt::AlignVCenter);
   auto* dock = new QDockWidget(tr("Peers"), this);

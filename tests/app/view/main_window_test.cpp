@@ -141,6 +141,11 @@ TEST_F(Window, ListsPeersWithTheirDelay) {
     return text(PeerTableModel::kDelay) == "104 ms";
   }));
   EXPECT_EQ(text(PeerTableModel::kName), "Anna");
+  // no column is out of sight
+  const int last = PeerTableModel::kColumnCount - 1;
+  EXPECT_LE(peers->columnViewportPosition(last) + peers->columnWidth(last),
+            peers->viewport()->width());
+  EXPECT_GT(peers->columnWidth(PeerTableModel::kName), 60);
   fake_.inbox->OnPeerLost(5);
   EXPECT_TRUE(ProcessEventsUntil([&] {
     return text(PeerTableModel::kPresence) == "lost";
