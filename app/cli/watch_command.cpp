@@ -66,6 +66,7 @@ class Reporter {
         line += ", body " + std::to_string(body.object) + " moved " +
                 std::to_string(std::lround(1000 * body.X_W.p.norm())) + " mm";
         if ((body.flags & ViewBody::kInContact) != 0) line += " (contact)";
+        if ((body.flags & ViewBody::kTrapped) != 0) line += " (trapped)";
       }
     }
     Say(line);

@@ -4,8 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include "collab/recording/recorder.h"
+#include "collab/recording/replay.h"
 #include "collab/simulated/simulated_session.h"
 #include "engine/haptics/scripted_device.h"
+#include "tests/support/allocation_counter.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
@@ -67,10 +71,11 @@ class FeltDevice : public Device {
 };
 
 struct ApartCase {
-  std::vector<PeerId> ids;      // of the users
-  std::vector<double> aside;    // where each goes
-  double delay_ms = 20;         // one way
-  double hand_stiffness = 300;  // N/m
+  std::vector<PeerId> ids;         // of the users
+  std::vector<double> aside;       // where each goes
+  double delay_ms = 20;            // one way
+  double hand_stiffness = 300;     // N/m
+  std::filesystem::path record{};  // folder of recordings, a file each; empty: none
 };
 
 struct ApartRun {
@@ -83,6 +88,7 @@ struct ApartRun {
       options.peer.wait_for = test.ids.size() - 1;
       options.name = std::to_string(test.ids[user]);
       options.conditions.delay_ms = test.delay_ms;
+      if (!test.record.empty()) options.peer.tap = Record(test.record / options.name, options);
       auto device = std::make_unique<FeltDevice>(Side(test.aside[user], test.hand_stiffness),
                                                  model->bodies[0].X_WB0);
       devices.push_back(device.get());
@@ -92,6 +98,19 @@ struct ApartRun {
     while (!session.node(0).peer().started_ns()) session.Step();
     most_step.resize(session.size());
     found_s.resize(session.size(), -1);
+  }
+
+  FrameTap* Record(const std::filesystem::path& file, const NodeOptions& options) {
+    auto recorder = Recorder::Create(file, {.program = "test",
+                                            .name = options.name,
+                                            .scene = "none",
+                                            .scene_hash = 42,
+                                            .voxel_size = kVoxel,
+                                            .law = "p+d",
+                                            .peer = options.peer});
+    EXPECT_TRUE(recorder.has_value());
+    recorders.push_back(*std::move(recorder));
+    return recorders.back().get();
   }
 
   const Peer& peer(std::size_t user) { return session.node(user).peer(); }
@@ -136,6 +155,7 @@ struct ApartRun {
     });
   }
 
+  std::vector<std::unique_ptr<Recorder>> recorders;
   SimulatedSession session;
   std::vector<FeltDevice*> devices;
   std::vector<double> most_step;  // N from one frame to the next, on each hand
@@ -237,6 +257,36 @@ TEST(Apart, NothingToHealIsSaidSo) {
   run.Run(0.1);
   EXPECT_TRUE(run.Told("0: nothing is between you and others"));
   EXPECT_FALSE(run.peer(1).parting().leading());
+}
+
+// All of it is in the inputs of the frames; and no frame of it allocates.
+TEST(Apart, TheWayBackIsRepeatedBitForBit) {
+  const ScratchFolder scratch;
+  ApartRun run({{1, 2}, {0.06, -0.06}, 30, 300, scratch.path()});
+  run.Run(3);
+  run.session.node(0).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
+  run.Run(0.5);
+  EXPECT_TRUE(run.peer(1).parting().leading());
+  run.Run(4);
+  EXPECT_LT(run.apart(), 0.02);
+  for (const std::size_t user : {0U, 1U}) {
+    ASSERT_TRUE(run.recorders[user]->Close().has_value());
+    Result<RecordingReader> reader =
+        RecordingReader::Open(scratch.path() / std::to_string(user + 1));
+    ASSERT_TRUE(reader.has_value()) << reader.error().what;
+    Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), WallAndCube());
+    ASSERT_TRUE(replay.has_value()) << replay.error().what;
+    int frames = 0;
+    int different = 0;
+    while (const std::optional<RecordedFrame> frame = reader->Next()) {
+      const testing::AllocationCounter allocations;
+      different += (*replay)->Run(*frame) != frame->state_hash ? 1 : 0;
+      EXPECT_EQ(allocations.count(), 0) << frames;
+      ++frames;
+    }
+    EXPECT_EQ(different, 0);
+    EXPECT_GT(frames, 7500);
+  }
 }
 
 // Hands too soft to leave one another: the coupling holds them together, and no alarm is heard.
