@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "collab/newer.h"
+#include "collab/planted_faults.h"
 
 namespace tandem {
 
@@ -42,7 +43,9 @@ void Echoes::OnLinks(const CouplingLinks& links) noexcept {
   if (other == nullptr || (other->echo_ns != 0 && !IsAfter(links.seq, other->seq))) return;
   for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
     const LinkEntry& entry = links.entries[i];
-    if (entry.to != self_ || entry.echo_ns < other->echo_ns || !sent_.Has(entry.echo_ns)) continue;
+    if ((entry.to != self_ && !Planted(Fault::kEchoForAnother)) || entry.echo_ns < other->echo_ns ||
+        !sent_.Has(entry.echo_ns))
+      continue;
     other->echo_ns = entry.echo_ns;
     other->seq = links.seq;
     other->fresh = true;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "collab/planted_faults.h"
+
 namespace tandem {
 
 namespace {
@@ -44,6 +46,7 @@ Pose EnergyGate::Admit(const Pose& y_WB, const RigidState& own, double stiffness
 }
 
 void EnergyGate::Add(double energy) noexcept {
+  if (Planted(Fault::kGateForgets)) energy = std::max(0.0, energy);
   const double full = std::max(kCredit, tank_);
   tank_ += energy;
   if (tank_ <= full) return;

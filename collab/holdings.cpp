@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "collab/planted_faults.h"
+
 namespace tandem {
 
 namespace {
@@ -97,7 +99,7 @@ const Pose* Holdings::ParkedAt(std::size_t body) const noexcept {
 }
 
 bool Holdings::Greater(std::uint32_t epoch, PeerId peer, const Body& than) noexcept {
-  if (than.claim.peer == 0) return true;
+  if (than.claim.peer == 0 || Planted(Fault::kStaleClaim)) return true;
   return epoch > than.claim.epoch || (epoch == than.claim.epoch && peer < than.claim.peer);
 }
 
@@ -111,6 +113,7 @@ void Holdings::Note(std::size_t index, std::uint32_t epoch, PeerId peer,
   body.claim = {epoch, peer};
   body.orphaned_ns = 0;
   if (held_ != static_cast<int>(index) || body.shared || peer == self_) return;
+  if (Planted(Fault::kHandsKept)) return;
   // another part of the session went on without us, or took it while we were stopped
   held_ = -1;
   Tell(HoldingNews::Kind::kTaken, index, peer);
@@ -166,6 +169,7 @@ void Holdings::OnEvent(const Event& event) noexcept {
       Tell(HoldingNews::Kind::kRefused, index, event.peer);
       return;
     case EventKind::kRelease:
+      if (Planted(Fault::kLostRelease)) return;
       if (event.to != 0) {
         OnGrant(index, event);
       } else if (event.peer == body.claim.peer && event.epoch == body.claim.epoch) {
@@ -201,6 +205,7 @@ void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {
   body.told = kind == EventKind::kRelease;
   body.orphaned_ns = 0;
   Say(kind, index, body.claim.epoch, to);
+  if (Planted(Fault::kGrantKept)) body.claim.peer = self_;
 }
 
 void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
@@ -299,7 +304,7 @@ void Holdings::TakeInHand(std::size_t index) noexcept {
 void Holdings::Tick(std::int64_t now_ns, std::span<Event> out, std::size_t& count) noexcept {
   if (now_ns_ == 0) {
     listen_until_ns_ = now_ns + settle_ns_;
-  } else if (now_ns - now_ns_ > kPause) {
+  } else if (now_ns - now_ns_ > kPause && !Planted(Fault::kNoListening)) {
     listen_until_ns_ = std::max(listen_until_ns_, now_ns + kListen);
     // what others did not hear meanwhile is no reason to give up
     wanted_since_ns_ += now_ns - now_ns_;
@@ -367,6 +372,7 @@ void Holdings::Succeed() noexcept {
       if (other.peer == 0 || !other.present || other.peer == body.claim.peer) continue;
       const bool holds = in_hands && HeldBy(b, other.peer);
       if (holds != ours && in_hands ? holds : other.peer < self_) ++turn;
+      if (Planted(Fault::kAllSucceed)) turn = 0;
     }
     const bool left = member != nullptr && member->left;
     // somebody not heard of yet may have been granted it by another

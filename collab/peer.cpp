@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collab/energy_gate.h"
+#include "collab/planted_faults.h"
 #include "engine/base/check.h"
 #include "engine/base/hash.h"
 
@@ -264,7 +265,7 @@ void Peer::Render() noexcept {
     wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
   const bool stopped = guard_.stopped();
-  device_->Render(guard_.Pass(wanted));
+  device_->Render(Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted));
   if (guard_.stopped() == stopped) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
   news_.TryPush({HoldingNews::Kind::kForceStopped, object, 0});
@@ -385,6 +386,7 @@ void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {
 }
 
 void Peer::SayParked(std::int64_t now_ns) noexcept {
+  if (Planted(Fault::kNoParkedPose)) return;
   for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
     if (!holdings_.Parks(b)) {
       next_parked_ns_[b] = 0;

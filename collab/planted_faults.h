@@ -29,6 +29,19 @@ enum class Fault : std::uint8_t {
   kOthersName,           // links are written in the partner's name
   kClaimsForgotten,      // what another holds is not told to the forces
   kFadeNever,            // the pull of one who is gone stays
+  kLinkTurn,             // a link turns instances away from one another
+  kGateForgets,          // what energy a copy's way has cost is not noted
+  kEchoForAnother,       // an echo that is meant for another peer counts
+  kStaleClaim,           // a smaller claim counts in place of a greater one
+  kGrantKept,            // who grants a body goes on to answer for it
+  kHandsKept,            // who hears of a greater claim keeps the body in hand
+  kLostRelease,          // hand-overs by letting go are not heard of
+  kAllSucceed,           // all take over at once what nobody answers for
+  kNoListening,          // no silence after a pause
+  kNoGuard,              // nothing between the simulation and the hand
+  kNoParkedPose,         // bodies that nobody holds are not said to be anywhere
+  kMirrorNotTurned,      // mirrors follow in place alone
+  kViewerWrites,         // a viewer publishes
   kCount
 };
 

@@ -126,6 +126,7 @@ void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
     const BodyDrive unheld = alone && bodies_[b].free ? BodyDrive::kSimulated : BodyDrive::kParked;
     input.drive = followed ? BodyDrive::kMirrored : unheld;
     if (followed) Place(bodies_[b], input);
+    if (followed && Planted(Fault::kMirrorNotTurned)) input.mirror_WB.q = Quat::Identity();
   }
 }
 

@@ -103,7 +103,7 @@ void SharedBody::OnLinks(const CouplingLinks& links) noexcept {
   if (partner->linked && !IsAfter(links.seq, partner->links_seq)) return;
   for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
     const LinkEntry& entry = links.entries[i];
-    if (entry.to != self_ || entry.echo_ns == 0) continue;
+    if ((entry.to != self_ && !Planted(Fault::kEchoForAnother)) || entry.echo_ns == 0) continue;
     if (!sent_.Has(entry.echo_ns) || (partner->linked && entry.echo_ns < partner->echo_ns)) {
       ++bad_echoes_;
       continue;
@@ -266,6 +266,9 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     link.copy = {{ClampTurn(own.X_WB.q, partner.copy_WB.q, partner.turn_axis), partner.copy_WB.p},
                  {moving * partner.state.V_WB.w, moving * partner.state.V_WB.v}};
     if (Planted(Fault::kLinkSign)) link.copy.X_WA.p = 2.0 * own.X_WB.p - link.copy.X_WA.p;
+    if (Planted(Fault::kLinkTurn)) {
+      link.copy.X_WA.q = own.X_WB.q * link.copy.X_WA.q.conjugate() * own.X_WB.q;
+    }
     link.gains = {k, b, k * per_mass, b * per_mass};
     partner_of_link_[link_count_++] = i;
     stiffness_sum += k;

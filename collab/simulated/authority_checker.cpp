@@ -8,6 +8,8 @@ namespace {
 
 constexpr std::int64_t kSettle = 300'000'000;
 constexpr std::int64_t kBeat = 200'000'000;
+constexpr std::int64_t kPause = 505'000'000;   // its own clock may drift
+constexpr std::int64_t kListen = 295'000'000;  //
 
 }  // namespace
 
@@ -26,9 +28,17 @@ void AuthorityChecker::Look(SimulatedSession& session) {
   const std::size_t before = ids_.size();
   for (std::size_t m = before; m < session.size(); ++m) ids_.push_back(session.id(m));
   awake_ns_.resize(session.size(), now_ns_);
+  halted_ns_.resize(session.size(), 0);
+  silent_ns_.resize(session.size(), 0);
   known_.resize(session.size(), std::vector<Known>(model_->bodies.size()));
   for (std::size_t m = 0; m < session.size(); ++m) {
-    if (session.halted(m)) awake_ns_[m] = now_ns_;
+    if (session.halted(m)) {
+      awake_ns_[m] = now_ns_;
+      if (halted_ns_[m] == 0) halted_ns_[m] = now_ns_;
+    } else if (halted_ns_[m] != 0) {
+      if (now_ns_ - halted_ns_[m] > kPause) silent_ns_[m] = now_ns_ + kListen;
+      halted_ns_[m] = 0;
+    }
   }
   LookAtClaims(session);
 
@@ -165,6 +175,10 @@ void AuthorityChecker::OnState(PeerId from, const ObjectState& state) {
 
 void AuthorityChecker::LookAtSaid() {
   for (const Said& says : said_) {
+    for (std::size_t m = 0; m < ids_.size(); ++m) {
+      if (ids_[m] != says.from || now_ns_ >= silent_ns_[m]) continue;
+      breakages_->Add("one who was stopped speaks before it has listened", says.from);
+    }
     Part* const part = PartOf(says.from);
     if (part == nullptr) continue;
     Known& greatest = part->said[says.body];

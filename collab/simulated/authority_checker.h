@@ -14,6 +14,8 @@ namespace tandem {
 /// At each peer, always: its knowledge of who answers for a body only ever goes to a greater claim,
 /// of the later epoch or, of one epoch, of the lower peer.
 ///
+/// A peer that has stood still for more than 0.5 s says of no body where it is for the next 0.3 s.
+///
 /// Among the peers of a part of the network that is *settled*: every one of them has heard every
 /// other, uncut and running, for two ways and 0.3 s, and nobody else can hear or be heard by any.
 /// - A body that only one may hold is in at most one hand.
@@ -67,6 +69,8 @@ class AuthorityChecker {
   std::int64_t way_ns_ = 0;
   std::vector<PeerId> ids_;                // by member
   std::vector<std::int64_t> awake_ns_;     // by member: since when it runs
+  std::vector<std::int64_t> halted_ns_;    // by member: since when it stands; 0: it runs
+  std::vector<std::int64_t> silent_ns_;    // by member: until when it may say nothing
   std::vector<std::vector<Known>> known_;  // [member][body], a frame ago
   std::vector<Part> parts_;
   std::vector<Said> said_;  // in this frame

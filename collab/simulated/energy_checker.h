@@ -20,6 +20,7 @@ namespace tandem {
 class EnergyChecker {
  public:
   static constexpr double kCredit = 0.1;      // J of one end, as docs/decisions/0017 gives it
+  static constexpr double kMostKept = 1.5;    // J, in the tanks, the springs and on the way
   static constexpr double kTolerance = 0.02;  // J, for work by the velocity at a frame's end
 
   EnergyChecker(const WorldModel& model, Breakages& breakages)

@@ -87,7 +87,7 @@ class Drawer {
     DrawPeers();
     DrawLinks();
     const double law = dice_.Uniform(0, 1);
-    schedule_.law = law < 0.7 ? "p+d" : law < 0.85 ? "pdopt" : "linear";
+    schedule_.law = law < 0.7 ? "p+d" : law < 0.85 ? "pdopt" : law < 0.95 ? "linear" : "constant";
     const std::int64_t count = dice_.Whole(3, 9);
     for (std::int64_t i = 0; i < count; ++i) DrawFault();
     const std::int64_t wishes = dice_.Whole(2, 9);
@@ -119,6 +119,8 @@ class Drawer {
       peer.publish_hz = dice_.Chance(0.6) ? 1000 : dice_.Chance(0.5) ? 250 : 100;
       peer.clock = {.offset_ns = dice_.Whole(1, 1'000'000) * 1'000'000'000,
                     .drift_ppm = dice_.Uniform(-100, 100)};
+      // some are on one machine
+      if (p > 0 && peer.id / 10 % 4 == 0) peer.clock = schedule_.peers.back().clock;
       schedule_.peers.push_back(std::move(peer));
     }
     halted_ms_.assign(schedule_.peers.size(), 0);

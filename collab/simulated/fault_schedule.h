@@ -54,7 +54,7 @@ struct FaultSchedule {
   std::vector<std::vector<LinkConditions>> links;  // [from][to], until the faults stop
   std::vector<ScheduledFault> faults;              // by time
   std::int64_t faults_end_ms = 0;
-  std::string law = "p+d";  // of all couplings
+  std::string law = "p+d";  // of all couplings; "constant" has the energy gates alone to keep still
 
   double LongestRoundTripMs() const;
 };

@@ -4,6 +4,7 @@
 #include "collab/simulated/energy_checker.h"
 #include "collab/simulated/hand_checker.h"
 #include "collab/simulated/motion_checker.h"
+#include "collab/simulated/pull_checker.h"
 #include "collab/simulated/rest_checker.h"
 #include "collab/simulated/wire_checker.h"
 
@@ -20,6 +21,7 @@ class SessionChecker : public WireWatch {
         authority_(model, breakages_),
         motion_(model, breakages_),
         energy_(model, breakages_),
+        pulls_(breakages_),
         hands_(schedule.peers.size(), breakages_),
         rest_(schedule, model, breakages_) {}
 
@@ -51,11 +53,13 @@ class SessionChecker : public WireWatch {
     authority_.Look(session);
     motion_.Look(session);
     energy_.Look(session);
+    pulls_.Look(session);
   }
   /// When the faults are over, the hands rest and time enough has passed. `member`: of the session,
   /// for each scheduled peer; -1: it never came.
   void LookAtEnd(SimulatedSession& session, const std::vector<int>& member, const Viewer& viewer) {
     authority_.LookAtEnd(session);
+    pulls_.LookAtEnd();
     rest_.Look(session, member, hands_, viewer);
   }
   void NeverAtRest() { breakages_.Add("hands do not come to rest", 0); }
@@ -73,6 +77,7 @@ class SessionChecker : public WireWatch {
   AuthorityChecker authority_;
   MotionChecker motion_;
   EnergyChecker energy_;
+  PullChecker pulls_;
   HandChecker hands_;
   RestChecker rest_;
   std::array<std::uint64_t, 5> events_{};

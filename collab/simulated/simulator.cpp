@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "collab/coupling_law.h"
+#include "collab/planted_faults.h"
 #include "collab/simulated/light_scene.h"
 #include "collab/simulated/session_checker.h"
 #include "engine/base/hash.h"
@@ -23,6 +24,7 @@ constexpr std::int64_t kQuietMs = 2000;
 constexpr std::int64_t kForgetMs = 500;      // beyond the two seconds for which a peak is held
 constexpr std::int64_t kGraspMs = 500;       // and a round trip: until the last movement is known
 constexpr std::int64_t kLongestMs = 30'000;  // until the hands are at home
+constexpr double kConstantStiffness = 2000;  // N/m, of the law that knows of no delay
 constexpr std::int64_t kSettleNs = 1'000'000'000;  // as `tandem peer` has it
 
 /// A scripted hand whose device shows the checker what it is given.
@@ -92,14 +94,18 @@ class Run {
       }
       if (ms == schedule_.faults_end_ms) EndFaults();
       if (ms >= schedule_.faults_end_ms && ms < rest_ms && (ms == kLongestMs || HandsAreHome())) {
-        if (ms == kLongestMs) checker_.NeverAtRest();
+        if (ms == kLongestMs && schedule_.law != "constant") checker_.NeverAtRest();
         rest_ms = ms;
         LetGoOfOtherGrasps();
       }
       if (ms == rest_ms + round_trip_ms + kGraspMs) GraspAgain();
       const std::int64_t end_ms = rest_ms + kQuietMs + 4 * round_trip_ms;
-      if (ms == end_ms) checker_.LookAtEnd(session_, member_, viewer_);
+      // a law that knows of no delay does not come to rest
+      if (ms == end_ms && schedule_.law != "constant") {
+        checker_.LookAtEnd(session_, member_, viewer_);
+      }
       if (ms == end_ms + kForgetMs) break;
+      if (Planted(Fault::kViewerWrites) && ms == kQuietMs) viewer_link_->Publish(ViewFrame{});
       session_.Step();
       SeeGrasps();
       checker_.Look(session_);
@@ -109,7 +115,7 @@ class Run {
         result.peer_seconds += session_.present(m) ? 1e-3 : 0.0;
       }
     }
-    checker_.LookAtLinks(session_);
+    if (schedule_.law != "constant") checker_.LookAtLinks(session_);
     result.broken = checker_.breakages().all();
     result.digest = digest_.value();
     result.tally = CountOf(schedule_);
@@ -128,7 +134,7 @@ class Run {
     options.peer.id = peer.id;
     options.peer.held_object = peer.object;
     options.peer.settle_ns = kSettleNs;
-    options.peer.coupling.law = *MakeLaw(schedule_.law);
+    options.peer.coupling.law = *MakeLaw(schedule_.law, {.constant_stiffness = kConstantStiffness}, true);
     options.name = std::to_string(peer.id);
     options.publish_hz = peer.publish_hz;
     const double most_delay_s = 1e-3 * 0.5 * schedule_.LongestRoundTripMs() + 2.1;
