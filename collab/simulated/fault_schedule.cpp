@@ -222,6 +222,18 @@ double FaultSchedule::LongestRoundTripMs() const {
   return longest;
 }
 
+double FaultSchedule::LongestWayMs() const {
+  double longest = 0;
+  const auto add = [&](const LinkConditions& link) {
+    longest = std::max(longest, link.delay_ms + link.swing_ms + link.jitter_ms + link.reorder_ms);
+  };
+  for (const std::vector<LinkConditions>& row : links) {
+    for (const LinkConditions& link : row) add(link);
+  }
+  for (const ScheduledFault& fault : faults) add(fault.conditions);
+  return longest;
+}
+
 FaultSchedule DrawSchedule(std::uint64_t seed) {
   return Drawer(seed).Draw();
 }

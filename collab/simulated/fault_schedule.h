@@ -57,6 +57,8 @@ struct FaultSchedule {
   std::string law = "p+d";  // of all couplings; "constant" has the energy gates alone to keep still
 
   double LongestRoundTripMs() const;
+  /// The longest way that anything is under way on, while there are faults too, ms.
+  double LongestWayMs() const;
 };
 
 /// Three to five peers; joins, leaves, kills, pauses, cuts, heals, delay of 0 to 2 s, loss of 0 to

@@ -81,6 +81,9 @@ class Run {
     SeedResult result;
     result.seed = schedule_.seed;
     const auto round_trip_ms = static_cast<std::int64_t>(schedule_.LongestRoundTripMs());
+    // what was sent before the faults ended may be under way for long after
+    const std::int64_t known_ms =
+        schedule_.faults_end_ms + static_cast<std::int64_t>(schedule_.LongestWayMs());
     std::int64_t rest_ms = kLongestMs + 1;  // since when the faults are over and the hands at home
     std::size_t next_fault = 0;
     for (std::int64_t ms = 0;; ++ms) {
@@ -93,7 +96,7 @@ class Run {
         Apply(schedule_.faults[next_fault]);
       }
       if (ms == schedule_.faults_end_ms) EndFaults();
-      if (ms >= schedule_.faults_end_ms && ms < rest_ms && (ms == kLongestMs || HandsAreHome())) {
+      if (ms >= known_ms && ms < rest_ms && (ms == kLongestMs || HandsAreHome())) {
         if (ms == kLongestMs && schedule_.law != "constant") checker_.NeverAtRest();
         rest_ms = ms;
         LetGoOfOtherGrasps();
