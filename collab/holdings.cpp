@@ -20,8 +20,8 @@ constexpr std::uint32_t kMostEpochs = 1000;       // that one claim may run ahea
 
 }  // namespace
 
-Holdings::Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns)
-    : self_(self), settle_ns_(settle_ns) {
+Holdings::Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns, bool own_only)
+    : self_(self), settle_ns_(settle_ns), own_only_(own_only) {
   for (std::size_t b = 0; b < model.object.size(); ++b) {
     Body& body = bodies_.emplace_back();
     body.object = model.object[b];
@@ -221,7 +221,8 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   if (event.to != self_) return;
   const int b = static_cast<int>(index);
   // one that is put into our hand unasked is taken if the hand is empty
-  const bool given = event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0;
+  const bool given =
+      event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0 && !(own_only_ && body.shared);
   if (wanted_ == b || given) TakeInHand(index);
 }
 
@@ -245,6 +246,7 @@ bool Holdings::Accepts(const ObjectState& state) const noexcept {
 void Holdings::Ask(ObjectId object) noexcept {
   const int found = BodyOf(object);
   if (found < 0 || found == held_) return;
+  if (own_only_ && bodies_[static_cast<std::size_t>(found)].shared) return;
   if (held_ >= 0) Release();
   wanted_ = found;
   wanted_since_ns_ = now_ns_;

@@ -49,7 +49,8 @@ class Holdings {
  public:
   /// Nobody takes a body by itself for `settle_ns` after the first frame: others may have been here
   /// long.
-  Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns = 0);
+  /// `own_only`: takes no shared body in hand, for its force parameters are not the others'.
+  Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns = 0, bool own_only = false);
 
   void OnMembership(const MembershipChange& change) noexcept;
   void OnEvent(const Event& event) noexcept;
@@ -143,6 +144,7 @@ class Holdings {
 
   PeerId self_;
   std::int64_t settle_ns_;
+  bool own_only_;
   std::vector<Body> bodies_;
   std::array<Member, kMaxPeers> members_{};
   int held_ = -1;

@@ -128,24 +128,30 @@ struct PeerInfo {
 /// A body of the scene, for those who compare theirs with it.
 struct BodyDecl {
   std::string name;
-  std::uint64_t content_hash = 0;  // mesh, scale, placement, mass, sharing, constraint
+  std::uint64_t values_hash = 0;  // scale, placement, mass, sharing, constraint
+  std::uint64_t mesh_hash = 0;    // the bytes of its mesh file
 
   friend bool operator==(const BodyDecl&, const BodyDecl&) = default;
 };
 
 /// What the session is about; topic scene, kept for those who come later. Of several the one of the
 /// highest revision counts, then that of the lowest `offered_by`; a peer that adopts one offers it
-/// on, so that it outlives its author.
+/// on, so that it outlives its author (SceneOffers).
 struct SceneManifest {
+  /// Of the offer of a peer that keeps to its own force parameters: the session's are others.
+  static constexpr std::uint32_t kOwnOnly = 0;
+  static constexpr std::uint32_t kSession = 1;
+  static constexpr std::uint32_t kUnderWay = 2;  // of the session's, once somebody simulates by it
+
   PeerId offered_by = 0;  // the key
-  std::uint32_t revision = 0;
-  std::uint64_t content_hash = 0;
+  std::uint32_t revision = kSession;
+  std::uint64_t content_hash = 0;  // of all bodies, pairs and gravity
   std::string name;
   std::string file;  // where the offering peer has it: a hint for viewers on the same machine
   double voxel_size = 0;
-  double contact_stiffness = 0;  // N/m
-  std::int32_t force_layer = 0;
-  std::uint8_t contact_model = 0;
+  double contact_stiffness = 0;    // N/m at a point of a light body
+  std::int32_t force_layer = 0;    // as of ForceParameters, and the two below
+  std::uint8_t contact_model = 0;  // ContactModel
   double friction = 0;
   std::vector<BodyDecl> bodies;
 };

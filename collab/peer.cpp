@@ -28,7 +28,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       device_(&device),
       inbox_(&inbox),
       options_(options),
-      holdings_(options.id, world.model(), options.settle_ns),
+      holdings_(options.id, world.model(), options.settle_ns, options.own_only),
       parting_(options.id, world.model()),
       remote_(world.model()),
       gate_(options.id, world.model().object, inbox.drops()),

@@ -26,6 +26,7 @@ struct PeerOptions {
   int held_object = -1;        // number in the scene of the body to take in hand first; -1: none
   Pose X_BD;                   // where the hand grasps that one; others where they are when taken
   std::int64_t settle_ns = 0;  // how long to listen before taking what nobody seems to hold
+  bool own_only = false;       // takes no shared body: its force parameters are not the others'
   std::size_t wait_for = 0;    // other users whose loop must be closed before the hand starts
   SharedBody::Options coupling;
   double capacity = kDefaultCapacity;  // point tests that fit into a frame (paper §5)

@@ -1,6 +1,7 @@
 #include "collab/peer_directory.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <set>
 #include <utility>
@@ -9,29 +10,28 @@
 
 namespace tandem {
 
-namespace {
+PeerDirectory::PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name,
+                             OwnTerms terms)
+    : self_(self),
+      scene_hash_(scene_hash),
+      name_(std::move(name)),
+      terms_(std::move(terms)),
+      parameters_hash_(HashOf(terms_.parameters)) {}
 
-std::string WhyRefused(const PeerInfo& info, std::uint64_t scene_hash) {
-  char text[160];
+std::string PeerDirectory::WhyRefused(const PeerInfo& info) const {
+  std::array<char, 160> text{};
   if (info.protocol != kProtocol) {
-    std::snprintf(text, sizeof text, "it speaks protocol %u and we %u: bring both to one version",
-                  info.protocol, kProtocol);
-    return text;
-  }
-  if (info.role == Role::kActive && info.scene_hash != scene_hash) {
-    std::snprintf(text, sizeof text,
+    std::snprintf(text.data(), text.size(),
+                  "it speaks protocol %u and we %u: bring both to one version", info.protocol,
+                  kProtocol);
+  } else if (info.role == Role::kActive && info.scene_hash != scene_hash_) {
+    std::snprintf(text.data(), text.size(),
                   "its scene is %016llx and ours %016llx: open the same scene with the same files",
                   static_cast<unsigned long long>(info.scene_hash),
-                  static_cast<unsigned long long>(scene_hash));
-    return text;
+                  static_cast<unsigned long long>(scene_hash_));
   }
-  return {};
+  return text.data();
 }
-
-}  // namespace
-
-PeerDirectory::PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name)
-    : self_(self), scene_hash_(scene_hash), name_(std::move(name)) {}
 
 int PeerDirectory::NumberOfNamesake(const PeerInfo& info) const {
   // of those who are gone for good the name is free again
@@ -46,11 +46,34 @@ int PeerDirectory::NumberOfNamesake(const PeerInfo& info) const {
   return number;
 }
 
+PeerDirectory::Entry* PeerDirectory::PlaceFor(PeerId peer, bool& added) {
+  added = false;
+  if (const auto known = entries_.find(peer); known != entries_.end()) return &known->second;
+  if (entries_.size() >= kMost) {
+    auto longest = entries_.end();
+    for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+      if (it->second.presence == Presence::kHere) continue;
+      if (longest == entries_.end() || it->second.gone < longest->second.gone) longest = it;
+    }
+    if (longest == entries_.end()) {
+      if (!std::exchange(crowd_told_, true)) {
+        Say("more than " + std::to_string(kMost) + " are here: further ones are not taken in");
+      }
+      return nullptr;
+    }
+    entries_.erase(longest);
+  }
+  added = true;
+  return &entries_[peer];
+}
+
 void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   if (info.peer == self_ || info.peer == 0) return;
   const std::lock_guard lock(mutex_);
-  const auto [it, added] = entries_.try_emplace(info.peer);
-  Entry& entry = it->second;
+  bool added = false;
+  Entry* const place = PlaceFor(info.peer, added);
+  if (place == nullptr) return;
+  Entry& entry = *place;
   const bool returned = !added && entry.presence != Presence::kHere;
   const bool claims_changed = entry.info.claims != info.claims;
   if (added || entry.told_name != info.name) {
@@ -61,17 +84,23 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   const bool clash = entry.namesake > 1;
   if (clash) entry.info.name += " (" + std::to_string(entry.namesake) + ")";
   entry.presence = Presence::kHere;
-  entry.refused = WhyRefused(info, scene_hash_);
+  offers_.OnPresence(info.peer, true);
+  entry.refused = WhyRefused(info);
+  const bool unequal =
+      info.role == Role::kActive && entry.refused.empty() && info.params_hash != parameters_hash_;
+  if (unequal != entry.unequal) entry.unequal_told = false;
+  entry.unequal = unequal;
   const std::string role = info.role == Role::kViewer ? " (viewer)" : "";
   if (added && !entry.refused.empty()) {
-    news_.push_back(entry.info.name + role + " is not taken in: " + entry.refused);
+    Say(entry.info.name + role + " is not taken in: " + entry.refused);
   } else if (added && clash) {
-    news_.push_back("another " + info.name + role + " joined, shown as " + entry.info.name);
+    Say("another " + info.name + role + " joined, shown as " + entry.info.name);
   } else if (added) {
-    news_.push_back(entry.info.name + role + " joined");
+    Say(entry.info.name + role + " joined");
   } else if (returned) {
-    news_.push_back(entry.info.name + role + " is back");
+    Say(entry.info.name + role + " is back");
   }
+  TellUnequal(entry);
   using Kind = MembershipChange::Kind;
   if (Planted(Fault::kLostReturn) && returned) return;
   if (added || returned || claims_changed) {
@@ -79,13 +108,32 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   }
 }
 
+void PeerDirectory::OnScene(const SceneManifest& manifest) {
+  if (manifest.offered_by == self_) return;
+  const std::lock_guard lock(mutex_);
+  offers_.OnScene(manifest);
+  const auto it = entries_.find(manifest.offered_by);
+  if (it != entries_.end()) TellUnequal(it->second);
+}
+
+void PeerDirectory::TellUnequal(Entry& entry) {
+  const SceneManifest* const offer = offers_.From(entry.info.peer);
+  if (!entry.unequal || entry.unequal_told || offer == nullptr) return;
+  const ForceParameters theirs = ParametersOf(*offer);
+  if (HashOf(theirs) != entry.info.params_hash) return;  // its newer offer is on its way
+  entry.unequal_told = true;
+  Say(PushWarning(terms_.parameters, theirs, terms_.heaviest_kg, entry.info.name));
+}
+
 void PeerDirectory::OnGone(PeerId peer, Presence presence) {
   const std::lock_guard lock(mutex_);
+  offers_.OnPresence(peer, false);
   const auto it = entries_.find(peer);
   if (it == entries_.end() || it->second.presence == presence) return;
   const bool was_here = it->second.presence == Presence::kHere;
   it->second.presence = presence;
-  news_.push_back(it->second.info.name + (presence == Presence::kLeft ? " left" : " is lost"));
+  it->second.gone = ++departures_;
+  Say(it->second.info.name + (presence == Presence::kLeft ? " left" : " is lost"));
   if (was_here) {
     Tell(it->second, presence == Presence::kLeft ? MembershipChange::Kind::kLeft
                                                  : MembershipChange::Kind::kLost);
@@ -101,9 +149,28 @@ void PeerDirectory::Tell(const Entry& entry, MembershipChange::Kind kind) {
       static_cast<std::uint32_t>(std::min(entry.info.claims.size(), change.claims.size()));
   std::copy_n(entry.info.claims.begin(), change.claim_count, change.claims.begin());
   if (Planted(Fault::kClaimsForgotten)) change.claim_count = 0;
-  if (!changes_.TryPush(change)) {
-    news_.push_back(entry.info.name + ": the membership queue is full; its change is not felt");
+  for (std::uint32_t i = 0; entry.unequal && i < change.claim_count; ++i) {
+    const std::vector<ObjectId>& shared = terms_.shared;
+    Claim& claim = change.claims[i];
+    if (std::find(shared.begin(), shared.end(), claim.object) != shared.end()) claim.held = false;
   }
+  if (!changes_.TryPush(change)) {
+    Say(entry.info.name + ": the membership queue is full; its change is not felt");
+  }
+}
+
+void PeerDirectory::Say(std::string line) {
+  if (news_.size() < kMostNews) {
+    news_.push_back(std::move(line));
+  } else {
+    ++untold_;
+  }
+}
+
+std::optional<SceneManifest> PeerDirectory::SessionScene() const {
+  const std::lock_guard lock(mutex_);
+  const SceneManifest* const session = offers_.session();
+  return session == nullptr ? std::nullopt : std::optional(*session);
 }
 
 std::vector<PeerDirectory::Entry> PeerDirectory::Entries() const {
@@ -130,6 +197,8 @@ PeerId PeerDirectory::PeerNamed(const std::string& name) const {
 
 std::vector<std::string> PeerDirectory::TakeNews() {
   const std::lock_guard lock(mutex_);
+  if (untold_ > 0) news_.push_back("and " + std::to_string(untold_) + " more such lines");
+  untold_ = 0;
   return std::exchange(news_, {});
 }
 

@@ -2,41 +2,63 @@
 
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "collab/membership.h"
+#include "collab/scene_agreement.h"
 #include "engine/realtime/spsc_queue.h"
 
 namespace tandem {
 
+/// What of our own scene bears on how others are met.
+struct OwnTerms {
+  ForceParameters parameters;
+  double heaviest_kg = 0;        // of the moving bodies
+  std::vector<ObjectId> shared;  // bodies that several may hold
+};
+
 /// Who is in the session, as told by peer_info (paper §6.1: anyone may enter or leave at any time).
 /// Told by the transport's control thread, asked by the program's main thread; changes that bear on
-/// forces go to the haptic thread through a queue.
+/// forces go to the haptic thread through a queue. Who goes by other force parameters is met, but
+/// what it holds of shared bodies is not heard of. However many come and go, at most kMost are
+/// kept.
 class PeerDirectory {
  public:
+  /// Those here beyond it are not taken in; of those gone the ones longest gone are forgotten.
+  static constexpr std::size_t kMost = 128;
+  /// Lines that may wait to be taken.
+  static constexpr std::size_t kMostNews = 256;
+
   enum class Presence : std::uint8_t { kHere, kLeft, kLost };
 
   struct Entry {
     PeerInfo info;
     Presence presence = Presence::kHere;
-    std::string told_name;  // as it calls itself
-    int namesake = 1;       // which of those with its name it is
-    std::string refused;    // why it is not taken in: other protocol, other scene; else empty
+    std::string told_name;   // as it calls itself
+    int namesake = 1;        // which of those with its name it is
+    std::string refused;     // why it is not taken in: other protocol, other scene; else empty
+    bool unequal = false;    // goes by other force parameters
+    std::uint64_t gone = 0;  // which departure it was; of those who are not here
+    bool unequal_told = false;
   };
 
   /// `name`: our own. Others of one name get numbers: "anna (2)".
-  PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name = {});
+  PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name = {}, OwnTerms terms = {});
 
   void OnPeerInfo(const PeerInfo& info);
   void OnPeerLeft(PeerId peer) { OnGone(peer, Presence::kLeft); }
   void OnPeerLost(PeerId peer) { OnGone(peer, Presence::kLost); }
+  void OnScene(const SceneManifest& manifest);
 
   std::vector<Entry> Entries() const;
   /// How a person is told of a peer.
   std::string NameOf(PeerId peer) const;
   /// The active peer here of that name; 0: none.
   PeerId PeerNamed(const std::string& name) const;
+  /// What the session is about, as others offer it; nothing: nobody has.
+  std::optional<SceneManifest> SessionScene() const;
   /// What happened since the last call, a line each: "anna joined", "anna left", "anna is lost",
   /// "anna is back".
   std::vector<std::string> TakeNews();
@@ -45,15 +67,26 @@ class PeerDirectory {
 
  private:
   int NumberOfNamesake(const PeerInfo& info) const;
+  /// The peer's place, if there is one or can be.
+  Entry* PlaceFor(PeerId peer, bool& added);
+  std::string WhyRefused(const PeerInfo& info) const;
   void OnGone(PeerId peer, Presence presence);
   void Tell(const Entry& entry, MembershipChange::Kind kind);
+  void TellUnequal(Entry& entry);
+  void Say(std::string line);
 
   PeerId self_;
   std::uint64_t scene_hash_;
   std::string name_;
+  OwnTerms terms_;
+  std::uint64_t parameters_hash_;
   mutable std::mutex mutex_;
   std::map<PeerId, Entry> entries_;
+  SceneOffers offers_;
+  std::uint64_t departures_ = 0;
+  bool crowd_told_ = false;
   std::vector<std::string> news_;
+  std::size_t untold_ = 0;  // lines that found no room
   SpscQueue<MembershipChange> changes_{256};
 };
 

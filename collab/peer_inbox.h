@@ -52,7 +52,7 @@ class PeerInbox : public Inbox {
     if (!Planted(Fault::kLostLease)) directory_->OnPeerLost(peer);
   }
   void OnEvent(const Event& event, std::int64_t arrival_ns) override;
-  void OnScene(const SceneManifest&) override {}
+  void OnScene(const SceneManifest& manifest) override { directory_->OnScene(manifest); }
   void OnDropped(PeerId from, Drop reason) override { drops_.Count(from, reason); }
 
   /// Other conditions for what comes from `from` (0: from everybody, now and later), from its next

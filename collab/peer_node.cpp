@@ -9,6 +9,8 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kInfoPeriodNs = 200'000'000;
+// Who offers another scene at the same time is heard by then; who does so later comes too late.
+constexpr std::int64_t kUnderWayNs = 1'000'000'000;
 constexpr std::int64_t kViewPeriodNs = 16'666'667;  // 60 Hz
 
 /// Whether something due every `period_ns` is due now; keeps the beat without catching up.
@@ -19,6 +21,15 @@ bool TakeTurn(std::int64_t now_ns, std::int64_t period_ns, std::int64_t& next_ns
   return true;
 }
 
+OwnTerms TermsOf(const WorldModel& model) {
+  OwnTerms terms{.parameters = ParametersOf(model.scene), .shared = {}};
+  for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+    terms.heaviest_kg = std::max(terms.heaviest_kg, model.bodies[b].inertia.mass);
+    if (model.scene.bodies[model.object[b]].shared) terms.shared.push_back(model.object[b]);
+  }
+  return terms;
+}
+
 }  // namespace
 
 PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Device> device,
@@ -27,7 +38,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
       options_(options),
       world_(model_, {.helpers = options.helpers}),
       device_(std::move(device)),
-      directory_(options.peer.id, scene_hash, options.name),
+      directory_(options.peer.id, scene_hash, options.name, TermsOf(*model_)),
       inbox_(options.conditions, directory_, options.waiting),
       peer_(world_, *device_, inbox_, options.peer) {
   info_ = {.peer = options.peer.id,
@@ -36,20 +47,12 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
            .role = Role::kActive,
            .name = options.name,
            .scene_hash = scene_hash,
-           .params_hash = 0,
+           .params_hash = HashOf(ParametersOf(model_->scene)),
            .claims = {}};
-  manifest_ = {.offered_by = options.peer.id,
-               .revision = 1,
-               .content_hash = scene_hash,
-               .name = model_->scene.name,
-               .file = std::filesystem::absolute(model_->scene.file).string(),
-               .voxel_size = model_->scene.voxel_size,
-               .contact_stiffness = 0,
-               .force_layer = model_->scene.force_layer,
-               .contact_model = static_cast<std::uint8_t>(model_->scene.contact),
-               .friction = model_->scene.friction,
-               .bodies = {}};
-  for (const SceneBody& body : model_->scene.bodies) manifest_.bodies.push_back({body.name, 0});
+  manifest_ = options.manifest
+                  ? *options.manifest
+                  : ManifestOf(model_->scene, {.content = scene_hash, .bodies = {}}, 0);
+  manifest_.offered_by = options.peer.id;
 }
 
 void PeerNode::HapticFrame(std::int64_t now_ns) noexcept {
@@ -89,7 +92,13 @@ void PeerNode::ControlFrame(std::int64_t now_ns, Transport& transport) {
     ++info_.beat;
     transport.Publish(info_);
   }
-  if (!std::exchange(offered_, true)) transport.Publish(manifest_);
+  if (under_way_ns_ == 0) {
+    under_way_ns_ = now_ns + kUnderWayNs;
+    transport.Publish(manifest_);
+  } else if (manifest_.revision == SceneManifest::kSession && now_ns >= under_way_ns_) {
+    manifest_.revision = SceneManifest::kUnderWay;
+    transport.Publish(manifest_);
+  }
 }
 
 void PeerNode::Leave(std::int64_t now_ns, Transport& transport) {

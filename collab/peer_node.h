@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "collab/peer.h"
@@ -14,6 +15,9 @@ namespace tandem {
 struct NodeOptions {
   PeerOptions peer;
   std::string name;
+  /// What is offered to those who come later: the session's manifest where one was adopted, ours
+  /// otherwise. Nothing: made from the scene, without its files' hashes.
+  std::optional<SceneManifest> manifest;
   LinkConditions conditions;                         // of what it hears
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
   double publish_hz = 1000;                          // of states and links
@@ -25,6 +29,7 @@ struct NodeOptions {
 /// other.
 class PeerNode {
  public:
+  /// `scene_hash`: of the content, as of SceneHash.
   PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Device> device,
            std::uint64_t scene_hash, const NodeOptions& options);
 
@@ -45,6 +50,8 @@ class PeerNode {
   void Leave(std::int64_t now_ns, Transport& transport);
   /// What happened since the last call, a line each: who came and went, what became of bodies.
   std::vector<std::string> TakeNews() TANDEM_RUNS_ON(kControlThread);
+  /// What we offer.
+  const SceneManifest& manifest() const noexcept { return manifest_; }
 
  private:
   std::shared_ptr<const WorldModel> model_;
@@ -67,7 +74,7 @@ class PeerNode {
   // the control thread's
   PeerInfo info_;
   SceneManifest manifest_;
-  bool offered_ = false;
+  std::int64_t under_way_ns_ = 0;  // when the session goes by what we offer; 0: not offered yet
   std::int64_t next_info_ns_ = 0;
 };
 

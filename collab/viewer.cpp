@@ -10,7 +10,8 @@ constexpr std::size_t kMaxAges = 1U << 20U;  // an hour of four peers at 60 Hz, 
 
 ViewerPicture Viewer::Picture() const {
   const std::lock_guard lock(mutex_);
-  ViewerPicture picture{.scene = scene_,
+  const SceneManifest* const session = offers_.session();
+  ViewerPicture picture{.scene = session == nullptr ? std::nullopt : std::optional(*session),
                         .peers = {},
                         .samples = samples_,
                         .first_sample_ns = first_sample_ns_,
@@ -26,7 +27,9 @@ std::vector<float> Viewer::SampleAgesMs() const {
 
 void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   const std::lock_guard lock(mutex_);
-  ViewedPeer& peer = peers_[frame.peer];
+  ViewedPeer* const place = PlaceFor(frame.peer);
+  if (place == nullptr) return;
+  ViewedPeer& peer = *place;
   peer.info.peer =
       frame.peer;  // whether it is here only its peer_info tells: this may be a straggler
   peer.delay_ms = static_cast<double>(frame.delay_ms);
@@ -57,29 +60,44 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
 
 void Viewer::OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) {
   const std::lock_guard lock(mutex_);
-  ViewedPeer& peer = peers_[info.peer];
+  offers_.OnPresence(info.peer, true);
+  ViewedPeer* const place = PlaceFor(info.peer);
+  if (place == nullptr) return;
+  ViewedPeer& peer = *place;
   peer.info = info;
   peer.presence = ViewedPeer::Presence::kHere;
   peer.heard_ns = std::max(peer.heard_ns, arrival_ns);
 }
 
 void Viewer::OnPeerLeft(PeerId peer) {
-  const std::lock_guard lock(mutex_);
-  if (const auto it = peers_.find(peer); it != peers_.end()) {
-    it->second.presence = ViewedPeer::Presence::kLeft;
-  }
+  NoteEnd(peer, ViewedPeer::Presence::kLeft);
 }
 
 void Viewer::OnPeerLost(PeerId peer) {
-  const std::lock_guard lock(mutex_);
-  if (const auto it = peers_.find(peer); it != peers_.end()) {
-    it->second.presence = ViewedPeer::Presence::kLost;
-  }
+  NoteEnd(peer, ViewedPeer::Presence::kLost);
 }
 
 void Viewer::OnScene(const SceneManifest& manifest) {
   const std::lock_guard lock(mutex_);
-  scene_ = manifest;
+  offers_.OnScene(manifest);
+}
+
+ViewedPeer* Viewer::PlaceFor(PeerId peer) {
+  if (const auto known = peers_.find(peer); known != peers_.end()) return &known->second;
+  if (peers_.size() >= kMost) {
+    const auto gone = std::find_if(peers_.begin(), peers_.end(), [](const auto& entry) {
+      return entry.second.presence != ViewedPeer::Presence::kHere;
+    });
+    if (gone == peers_.end()) return nullptr;
+    peers_.erase(gone);
+  }
+  return &peers_[peer];
+}
+
+void Viewer::NoteEnd(PeerId peer, ViewedPeer::Presence presence) {
+  const std::lock_guard lock(mutex_);
+  offers_.OnPresence(peer, false);
+  if (const auto it = peers_.find(peer); it != peers_.end()) it->second.presence = presence;
 }
 
 }  // namespace tandem

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "collab/scene_agreement.h"
 #include "collab/transport.h"
 
 namespace tandem {
@@ -28,7 +29,7 @@ struct ViewedPeer {
 
 /// What a viewer shows, at one moment.
 struct ViewerPicture {
-  std::optional<SceneManifest> scene;  // not before an active peer has offered one
+  std::optional<SceneManifest> scene;  // the session's; not before an active peer has offered one
   std::vector<ViewedPeer> peers;       // by id; those that left stay, marked
   std::uint64_t samples = 0;           // view frames received so far
   std::int64_t first_sample_ns =
@@ -41,6 +42,9 @@ struct ViewerPicture {
 /// the reader's at once.
 class Viewer : public Inbox {
  public:
+  /// Peers that are kept; then those gone make room, and when all are here no more are taken.
+  static constexpr std::size_t kMost = 128;
+
   ViewerPicture Picture() const;
   /// Ages of view frames at arrival (sender's stamp against our clock, ms): meaningful on one host
   /// only.
@@ -56,8 +60,12 @@ class Viewer : public Inbox {
   void OnScene(const SceneManifest& manifest) override;
 
  private:
+  /// The peer's place; null: there are too many, all of them here.
+  ViewedPeer* PlaceFor(PeerId peer);
+  void NoteEnd(PeerId peer, ViewedPeer::Presence presence);
+
   mutable std::mutex mutex_;
-  std::optional<SceneManifest> scene_;
+  SceneOffers offers_;
   std::map<PeerId, ViewedPeer> peers_;
   std::uint64_t samples_ = 0;
   std::int64_t first_sample_ns_ = 0;

@@ -11,6 +11,7 @@
 #include "app/cli/bench.h"
 #include "app/cli/bench_audience.h"
 #include "app/cli/child_processes.h"
+#include "app/cli/peer_words.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -52,32 +53,21 @@ Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, co
   std::vector<ChildProcess> peers;
   std::vector<std::filesystem::path> reports;
   for (std::size_t p = 0; p < count; ++p) {
-    const SceneHand& hand = scene.hands[p % scene.hands.size()];
     reports.push_back(folder.path() / (std::to_string(p) + ".json"));
-    std::vector<std::string> command{(ProgramFolder() / "tandem").string(),
-                                     "peer",
-                                     "--session",
-                                     session,
-                                     "--scene",
-                                     scene.file.string(),
-                                     "--interface",
-                                     "lo",
-                                     "--name",
-                                     "peer-" + std::to_string(p),
-                                     "--capacity",
-                                     "20000",
-                                     "--publish-hz",
-                                     std::to_string(arguments.hz),
-                                     "--seconds",
-                                     std::to_string(arguments.seconds),
-                                     "--report",
-                                     reports.back().string()};
+    LocalPeer local{.session = session,
+                    .scene = scene.file,
+                    .name = "peer-" + std::to_string(p),
+                    .hand = {},
+                    .wait_for = 0,
+                    .seconds = arguments.seconds,
+                    .report = reports.back()};
     if (p < holders) {
+      local.hand = scene.hands[p % scene.hands.size()];
       // where there are more than an instance has couplings, some have none: nobody waits
-      const std::size_t others = holders <= kMaxLinks ? holders - 1 : 0;
-      command.insert(command.end(), {"--hold", hand.body, "--hand", hand.file.string(),
-                                     "--wait-for", std::to_string(others)});
+      local.wait_for = holders <= kMaxLinks ? holders - 1 : 0;
     }
+    const std::vector<std::string> command =
+        WordsOf(local, {"--capacity", "20000", "--publish-hz", std::to_string(arguments.hz)});
     Result<ChildProcess> peer = ChildProcess::Start(command);
     if (!peer) return peer.error();
     peers.push_back(std::move(*peer));

@@ -9,6 +9,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/demo_judgement.h"
 #include "app/cli/peer_report.h"
+#include "app/cli/peer_words.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -51,39 +52,20 @@ std::vector<std::string> PeerCommand(const DemoArguments& arguments, const Scene
                                      const std::string& session, std::size_t peer,
                                      const std::filesystem::path& report) {
   constexpr std::array<const char*, 2> kNames{"Anna", "Ben"};
-  const SceneHand& hand = scene.hands[peer];
-  std::vector<std::string> command{(ProgramFolder() / "tandem").string(),
-                                   "peer",
-                                   "--session",
-                                   session,
-                                   "--scene",
-                                   scene.file.string(),
-                                   "--interface",
-                                   "lo",
-                                   "--name",
-                                   kNames[peer],
-                                   "--hold",
-                                   hand.body,
-                                   "--hand",
-                                   hand.file.string(),
-                                   "--wait-for",
-                                   "1",
-                                   "--seconds",
-                                   std::to_string(arguments.seconds),
-                                   "--delay-ms",
-                                   std::to_string(arguments.delay_ms),
-                                   "--jitter-ms",
-                                   std::to_string(arguments.jitter_ms),
-                                   "--loss",
-                                   std::to_string(arguments.loss),
-                                   "--seed",
-                                   std::to_string(arguments.seed + peer),
-                                   "--law",
-                                   arguments.law,
-                                   "--report",
-                                   report.string()};
-  if (arguments.no_contact) command.emplace_back("--no-contact");
-  return command;
+  std::vector<std::string> more{"--delay-ms",  std::to_string(arguments.delay_ms),
+                                "--jitter-ms", std::to_string(arguments.jitter_ms),
+                                "--loss",      std::to_string(arguments.loss),
+                                "--seed",      std::to_string(arguments.seed + peer),
+                                "--law",       arguments.law};
+  if (arguments.no_contact) more.emplace_back("--no-contact");
+  return WordsOf({.session = session,
+                  .scene = scene.file,
+                  .name = kNames[peer],
+                  .hand = scene.hands[peer],
+                  .wait_for = 1,
+                  .seconds = arguments.seconds,
+                  .report = report},
+                 more);
 }
 
 std::vector<std::string> ViewerCommand(const DemoArguments& arguments, const std::string& session,

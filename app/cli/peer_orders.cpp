@@ -9,7 +9,7 @@
 namespace tandem {
 
 Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
-                           const PeerDirectory& directory) {
+                           const PeerDirectory& directory, bool own_only) {
   std::istringstream words(line);
   std::string verb;
   std::string body;
@@ -27,6 +27,9 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   const int found = model.BodyNamed(body);
   if (found < 0) return Error{"the scene has no moving body '" + body + "'"};
   const ObjectId object = model.object[static_cast<std::size_t>(found)];
+  if (grab && own_only && model.scene.bodies[object].shared) {
+    return Error{"'" + body + "' is shared: it is not held by other force parameters (--insist)"};
+  }
   if (grab) return Command{Command::Kind::kGrab, object, 0};
   const PeerId to = directory.PeerNamed(peer);
   if (to == 0) return Error{"nobody here who takes part is called '" + peer + "'"};

@@ -13,7 +13,7 @@
 #include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"
 #include "engine/realtime/clock.h"
-#include "engine/world/scene.h"
+#include "engine/world/scene_hash.h"
 
 namespace tandem {
 namespace {
@@ -109,10 +109,10 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& ar
   const std::string file = arguments.scene.empty() ? header.scene : arguments.scene;
   Result<Scene> scene = LoadScene(file);
   if (!scene) return Error{scene.error().what + " (--scene says where it is now)"};
-  scene->voxel_size = header.voxel_size;
-  const Result<std::uint64_t> hash = HashScene(*scene);
+  Adopt(header.parameters, *scene);
+  const Result<SceneHash> hash = HashScene(*scene);
   if (!hash) return hash.error();
-  if (*hash != header.scene_hash) {
+  if (hash->content != header.scene_hash) {
     return Error{file + ": is not the scene that was recorded; it has changed since"};
   }
   return LoadWorld(*scene);

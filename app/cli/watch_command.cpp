@@ -6,6 +6,7 @@
 #include <ctime>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include <unistd.h>
@@ -14,10 +15,10 @@
 #include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/relay.h"
+#include "collab/scene_agreement.h"
 #include "collab/viewer.h"
 #include "collab/viewer_report.h"
 #include "engine/realtime/clock.h"
-#include "engine/world/scene.h"
 
 namespace tandem {
 
@@ -33,10 +34,16 @@ std::string NameOf(const ViewedPeer& peer) {
   return peer.info.name.empty() ? "peer " + std::to_string(peer.info.peer) : peer.info.name;
 }
 
+/// What was given with --scene.
+struct OwnScene {
+  Scene scene;
+  SceneHash hash;
+};
+
 /// Tells the news of a session, line by line.
 class Reporter {
  public:
-  explicit Reporter(std::uint64_t own_scene_hash) : own_scene_hash_(own_scene_hash) {}
+  explicit Reporter(std::optional<OwnScene> own) : own_(std::move(own)) {}
 
   void TellNews(const ViewerPicture& picture) {
     if (picture.scene && told_scene_.insert(picture.scene->content_hash).second) {
@@ -76,12 +83,14 @@ class Reporter {
   void TellScene(const SceneManifest& scene) const {
     Say("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
         scene.file);
-    if (own_scene_hash_ == 0) return;
-    Say(own_scene_hash_ == scene.content_hash ? "it is the scene given with --scene"
-                                              : "it is NOT the scene given with --scene");
+    Say("its force parameters: " + Describe(ParametersOf(scene)));
+    if (!own_) return;
+    const std::string difference = ContentDifference(own_->scene, own_->hash, scene);
+    Say(difference.empty() ? "it is the scene given with --scene"
+                           : "it is NOT the scene given with --scene: " + difference);
   }
 
-  std::uint64_t own_scene_hash_;
+  std::optional<OwnScene> own_;
   std::map<PeerId, Presence> told_;
   std::set<std::uint64_t> told_scene_;
   std::uint64_t samples_told_ = 0;
@@ -99,13 +108,13 @@ int WatchCommand(const WatchOptions& asked) {
   WatchOptions options = asked;
   const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
-  std::uint64_t own_scene_hash = 0;
+  std::optional<OwnScene> own;
   if (!options.scene.empty()) {
-    const Result<Scene> scene = LoadScene(options.scene);
+    Result<Scene> scene = LoadScene(options.scene);
     if (!scene) return Fail(kExitFile, scene.error().what);
-    const Result<std::uint64_t> hash = HashScene(*scene);
+    Result<SceneHash> hash = HashScene(*scene);
     if (!hash) return Fail(kExitFile, hash.error().what);
-    own_scene_hash = *hash;
+    own.emplace(OwnScene{*std::move(scene), *std::move(hash)});
   }
   // before the transport's threads start, so that none of them takes the signals
   sigset_t signals;
@@ -133,7 +142,7 @@ int WatchCommand(const WatchOptions& asked) {
   info.peer = dds.peer;
   info.role = Role::kViewer;
   info.name = options.name;
-  Reporter reporter(own_scene_hash);
+  Reporter reporter(std::move(own));
   const std::int64_t joined_ns = MonotonicNowNs();
   std::int64_t beat_ns = joined_ns - kBeatNs;
   std::int64_t status_ns = joined_ns;

@@ -6,6 +6,8 @@
 #include <limits>
 #include <string_view>
 
+#include "engine/world/scene.h"
+
 namespace tandem {
 namespace {
 
@@ -313,7 +315,8 @@ bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire,
   for (const BodyDecl& body : manifest.bodies) {
     tandem_BodyDecl& decl = room.emplace_back();
     PutText(body.name, decl.name);
-    decl.content_hash = body.content_hash;
+    decl.values_hash = body.values_hash;
+    decl.mesh_hash = body.mesh_hash;
   }
   Lend(room, wire.bodies);
   return true;
@@ -325,7 +328,9 @@ bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest) {
   };
   const bool sound = wire.offered_by != 0 && wire.bodies._length <= kMaxSceneBodies &&
                      not_negative(wire.voxel_size) && wire.voxel_size > 0 &&
-                     not_negative(wire.contact_stiffness) && not_negative(wire.friction);
+                     not_negative(wire.contact_stiffness) && not_negative(wire.friction) &&
+                     wire.contact_model <= static_cast<std::uint8_t>(ContactModel::kRefined) &&
+                     wire.force_layer >= 0 && wire.force_layer <= WidestRange(8) - kWarningQueues;
   if (!sound) return false;
   manifest.offered_by = wire.offered_by;
   manifest.revision = wire.revision;
@@ -340,7 +345,7 @@ bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest) {
   manifest.bodies.clear();
   for (std::uint32_t i = 0; i < wire.bodies._length; ++i) {
     const tandem_BodyDecl& decl = wire.bodies._buffer[i];
-    manifest.bodies.push_back({GetText(decl.name), decl.content_hash});
+    manifest.bodies.push_back({GetText(decl.name), decl.values_hash, decl.mesh_hash});
   }
   return true;
 }

@@ -53,6 +53,7 @@ bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info);
 /// the wire can say. Its list of bodies lies in `room`, and lives as long.
 bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire,
             std::vector<tandem_BodyDecl>& room);
+/// False also for force parameters that no scene file may have.
 bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest);
 
 }  // namespace tandem

@@ -121,7 +121,11 @@ std::string AsText(const RecordingHeader& header) {
                           {"name", header.name},
                           {"scene", header.scene},
                           {"scene_hash", header.scene_hash},
-                          {"voxel_size", header.voxel_size},
+                          {"voxel_size", header.parameters.voxel_size},
+                          {"contact_model", static_cast<int>(header.parameters.contact)},
+                          {"force_layer", header.parameters.force_layer},
+                          {"friction", header.parameters.friction},
+                          {"own_only", header.peer.own_only},
                           {"contact", header.contact},
                           {"law", header.law},
                           {"peer", header.peer.id},
@@ -145,7 +149,12 @@ Result<RecordingHeader> ParseHeader(const std::string& text) {
     header.name = json.at("name");
     header.scene = json.at("scene");
     header.scene_hash = json.at("scene_hash");
-    header.voxel_size = json.at("voxel_size");
+    header.parameters.voxel_size = json.at("voxel_size");
+    header.parameters.contact =
+        json.at("contact_model") == 0 ? ContactModel::kPlain : ContactModel::kRefined;
+    header.parameters.force_layer = json.at("force_layer");
+    header.parameters.friction = json.at("friction");
+    header.peer.own_only = json.at("own_only");
     header.contact = json.at("contact");
     header.law = json.at("law");
     header.peer.id = json.at("peer");

@@ -10,6 +10,7 @@
 #include "collab/frame_tap.h"
 #include "collab/peer.h"
 #include "engine/base/result.h"
+#include "engine/world/force_parameters.h"
 
 namespace tandem {
 
@@ -21,7 +22,7 @@ struct RecordingHeader {
   std::string name;     // the peer's
   std::string scene;    // file
   std::uint64_t scene_hash = 0;
-  double voxel_size = 0;
+  ForceParameters parameters;  // the session's, which may not be the file's
   bool contact = true;
   std::string law;
   PeerOptions peer;  // without law and tap

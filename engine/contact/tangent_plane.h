@@ -14,12 +14,17 @@ struct ContactGains {
   double friction = 0;   // Coulomb's mu
 };
 
-/// Stiff enough that a voxel of depth on one point holds 50 N, more than a hand gives, and that one
-/// point stops a body of that mass (kg), arriving at the travel limit of half a voxel a frame (h,
+/// N/m at each point, of bodies however light: a voxel of depth on one point holds 50 N, more than a
+/// hand gives.
+constexpr double LeastContactStiffness(double voxel_size) {
+  return 50.0 / voxel_size;
+}
+
+/// Stiff enough for that, and that one point stops a body of that mass (kg), arriving at the travel limit of half a voxel a frame (h,
 /// s), within a voxel: m v^2 = K s^2 with v = s / (2 h). Critically damped. The step is implicit,
 /// so neither has a limit.
 inline ContactGains DefaultContactGains(double voxel_size, double mass, double h) {
-  const double stiffness = std::max(50.0 / voxel_size, 0.25 * mass / (h * h));
+  const double stiffness = std::max(LeastContactStiffness(voxel_size), 0.25 * mass / (h * h));
   return {.stiffness = stiffness, .damping = 2.0 * std::sqrt(stiffness * mass)};
 }
 

@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "engine/world/world.h"
-
 namespace tandem {
 
 ScriptedDevice::ScriptedDevice(HandScript script, const Pose& X_WB0)
@@ -12,12 +10,12 @@ ScriptedDevice::ScriptedDevice(HandScript script, const Pose& X_WB0)
   state_.X_WB = X_WB0_ * script_.X_BD;
 }
 
-Anchor ScriptedDevice::Intent() const noexcept {
-  const Waypoint way = script_.IntentAt(time_);
-  const Twist V = script_.IntendedTwistAt(time_);
-  const Pose X_WB{way.q_W * X_WB0_.q, X_WB0_.p + way.p_W};
-  const Vec3 r = X_WB.q * script_.X_BD.p;
-  return {X_WB * script_.X_BD, {V.w, V.v + V.w.cross(r)}};
+Anchor IntendedHandle(const HandScript& script, const Pose& X_WB0, double t) noexcept {
+  const Waypoint way = script.IntentAt(t);
+  const Twist V = script.IntendedTwistAt(t);
+  const Pose X_WB{way.q_W * X_WB0.q, X_WB0.p + way.p_W};
+  const Vec3 r = X_WB.q * script.X_BD.p;
+  return {X_WB * script.X_BD, {V.w, V.v + V.w.cross(r)}};
 }
 
 void ScriptedDevice::Render(const Wrench& F_D_W) noexcept {
@@ -26,7 +24,7 @@ void ScriptedDevice::Render(const Wrench& F_D_W) noexcept {
                             hand.rotation_stiffness * Mat3::Identity(),
                             hand.rotation_damping * Mat3::Identity()};
   if (started_) time_ += kFrame;
-  Load load = CouplingLoad(gains, state_, Pose{}, Intent());
+  Load load = CouplingLoad(gains, state_, Pose{}, IntendedHandle(script_, X_WB0_, time_));
   load.force.head<3>() += F_D_W.tau;
   load.force.tail<3>() += F_D_W.f;
   const Inertia inertia{hand.mass, hand.inertia * Mat3::Identity()};

@@ -3,8 +3,12 @@
 #include "engine/dynamics/rigid_body.h"
 #include "engine/haptics/device.h"
 #include "engine/haptics/hand_script.h"
+#include "engine/world/world.h"
 
 namespace tandem {
+
+/// Where a script wants the handle at time t (s, from 0), of a body that first stands at X_WB0.
+Anchor IntendedHandle(const HandScript& script, const Pose& X_WB0, double t) noexcept;
 
 /// A hand that follows a script through its impedance, so that sessions run without hardware and
 /// the hand gives way as a real one does. Its clock counts frames from Start().
@@ -21,9 +25,6 @@ class ScriptedDevice : public Device {
   const HandScript& script() const noexcept { return script_; }
 
  private:
-  /// Where the script wants the handle at the present time.
-  Anchor Intent() const noexcept;
-
   HandScript script_;
   Pose X_WB0_;
   RigidState state_;  // of the handle

@@ -1,18 +1,13 @@
 #include "engine/world/scene.h"
 
 #include <algorithm>
-#include <cstddef>
-#include <fstream>
 #include <optional>
 #include <utility>
 
-#include "engine/base/hash.h"
 #include "engine/base/json_reader.h"
 
 namespace tandem {
 namespace {
-
-constexpr int kWarning = 2;  // queues between the deepest force layer and the range
 
 std::filesystem::path ReadFilePath(const JsonNode& node, const std::filesystem::path& folder) {
   const std::filesystem::path named = node.Text("the name of a file");
@@ -147,22 +142,6 @@ SceneHand ReadHand(const JsonNode& node, const Scene& scene) {
   return hand;
 }
 
-std::optional<Error> AddFile(Hash64& hash, const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return Error{file.string() + ": cannot be read"};
-  std::uint64_t size = 0;
-  std::array<char, 65536> block{};
-  do {
-    stream.read(block.data(), block.size());
-    const auto got = static_cast<std::size_t>(stream.gcount());
-    hash.AddBytes(block.data(), got);
-    size += got;
-  } while (stream);
-  if (!stream.eof()) return Error{file.string() + ": cannot be read"};
-  hash.Add(size);
-  return std::nullopt;
-}
-
 }  // namespace
 
 int Scene::BodyNamed(const std::string& body_name) const {
@@ -194,7 +173,7 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   if (root.Has("contact")) scene.contact = ReadContact(root["contact"]);
   scene.force_layer = DefaultForceLayer(scene.contact);
   if (root.Has("force_layer")) {
-    scene.force_layer = root["force_layer"].WholeNumber(0, scene.range_voxels - kWarning);
+    scene.force_layer = root["force_layer"].WholeNumber(0, scene.range_voxels - kWarningQueues);
   }
   if (root.Has("friction")) scene.friction = root["friction"].NumberFrom(0);
   if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
@@ -214,41 +193,6 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   }
   if (const std::optional<Error> fault = json->fault()) return *fault;
   return scene;
-}
-
-Result<std::uint64_t> HashScene(const Scene& scene) {
-  Hash64 hash;
-  // adding 0 makes a negative zero, which means the same, the same
-  const auto add = [&hash](double value) {
-    hash.Add(value + 0.0);
-  };
-  add(scene.voxel_size);
-  add(scene.contact == ContactModel::kRefined ? 1 : 0);
-  add(scene.force_layer);
-  add(scene.friction);
-  for (const double x : {scene.gravity_W.x(), scene.gravity_W.y(), scene.gravity_W.z()}) add(x);
-  for (const ScenePair& pair : scene.pairs) {
-    add(scene.BodyNamed(pair.pointshell));
-    add(scene.BodyNamed(pair.voxmap));
-  }
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const SceneBody& body = scene.bodies[i];
-    add(static_cast<double>(scene.WholeOf(i)));
-    add(body.free ? 1 : 0);
-    AddTo(hash, body.constraint);
-    add(body.scale);
-    for (const double x : {body.X_WM.p.x(), body.X_WM.p.y(), body.X_WM.p.z()}) add(x);
-    for (const double x : {body.X_WM.q.x(), body.X_WM.q.y(), body.X_WM.q.z(), body.X_WM.q.w()}) {
-      add(x);
-    }
-    add(body.fixed ? 1 : 0);
-    add(body.shared ? 1 : 0);
-    add(body.mass);
-    add(body.density);
-    add(body.inward_shift_voxels);
-    if (const std::optional<Error> fault = AddFile(hash, body.mesh)) return *fault;
-  }
-  return hash.value();
 }
 
 }  // namespace tandem

@@ -14,6 +14,9 @@
 
 namespace tandem {
 
+/// Queues between the deepest force layer and the range of the distance field.
+inline constexpr int kWarningQueues = 2;
+
 /// One part as the scene file tells of it. Its place in Scene::bodies is its number on the network.
 struct SceneBody {
   std::string name;
@@ -68,9 +71,5 @@ struct Scene {
 /// Reads a scene. An error names the file, the place in it (`bodies[1].mass_kg`) and what was
 /// expected there.
 Result<Scene> LoadScene(const std::filesystem::path& file);
-
-/// The hash peers compare before they touch one another: the scene's values that bear on forces,
-/// and the bytes of its meshes. Independent of where the files lie.
-Result<std::uint64_t> HashScene(const Scene& scene);
 
 }  // namespace tandem

@@ -3,6 +3,7 @@
 
 #include "collab/peer_directory.h"
 #include "collab/peer_inbox.h"
+#include "engine/contact/tangent_plane.h"
 
 namespace tandem {
 namespace {
@@ -98,6 +99,71 @@ TEST(PeerDirectory, TellsPeersOfOneNameApart) {
   EXPECT_EQ(directory.NameOf(4), "Ben (2)");
   directory.OnPeerLost(3);
   EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna (2) is lost"));
+}
+
+TEST(PeerDirectory, KeepsFewOfTenThousandForgedParticipants) {
+  PeerDirectory directory(1, 42);
+  PeerInfo info = Anna();
+  info.role = Role::kViewer;
+  for (PeerId id = 2; id < 10'002; ++id) {
+    info.peer = id;
+    info.name = "forged " + std::to_string(id);
+    directory.OnPeerInfo(info);
+  }
+  EXPECT_EQ(directory.Entries().size(), PeerDirectory::kMost);
+  const std::vector<std::string> news = directory.TakeNews();
+  EXPECT_EQ(news.size(), PeerDirectory::kMost + 1);
+  EXPECT_THAT(news.back(), HasSubstr("further ones are not taken in"));
+}
+
+TEST(PeerDirectory, ForgetsThoseLongestGoneAndLinesThatNobodyTakes) {
+  PeerDirectory directory(1, 42);
+  PeerInfo info = Anna();
+  info.role = Role::kViewer;
+  for (PeerId id = 2; id < 10'002; ++id) {
+    info.peer = id;
+    info.name = "viewer " + std::to_string(id);
+    directory.OnPeerInfo(info);
+    directory.OnPeerLeft(id);
+  }
+  EXPECT_EQ(directory.Entries().size(), PeerDirectory::kMost);
+  EXPECT_EQ(directory.NameOf(10'001), "viewer 10001");
+  EXPECT_EQ(directory.NameOf(2), "somebody");
+  const std::vector<std::string> news = directory.TakeNews();
+  EXPECT_EQ(news.size(), PeerDirectory::kMostNews + 1);
+  EXPECT_EQ(news.back(), "and 19744 more such lines");  // 2 x 10,000 less 256
+}
+
+// The scene's body 1 is shared; Anna holds it and her own body 5, by other voxels than ours.
+TEST(PeerDirectory, OfThoseWithOtherForceParametersHearsNothingOfSharedBodies) {
+  OwnTerms terms{.parameters = {.voxel_size = 0.001}, .heaviest_kg = 0.1, .shared = {1}};
+  PeerDirectory directory(1, 42, "Ben", terms);
+  SceneManifest offer;
+  offer.offered_by = 2;
+  offer.revision = SceneManifest::kOwnOnly;
+  offer.voxel_size = 0.002;
+  offer.contact_stiffness = LeastContactStiffness(0.002);
+  offer.force_layer = 1;
+  offer.contact_model = static_cast<std::uint8_t>(ContactModel::kRefined);
+  PeerInfo info = Anna();
+  info.claims = {{1, 4, true}, {5, 2, true}};
+  info.params_hash = HashOf(ParametersOf(offer));
+  directory.OnPeerInfo(info);
+  MembershipChange change;
+  ASSERT_TRUE(directory.changes().TryPop(change));
+  EXPECT_FALSE(change.Holds(1));
+  EXPECT_TRUE(change.Holds(5));
+  directory.OnScene(offer);
+  directory.OnPeerInfo(info);
+  directory.OnScene(offer);
+  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna joined", HasSubstr("you push harder")));
+
+  // once she goes by ours she is met in full
+  info.params_hash = HashOf(terms.parameters);
+  info.claims[0].epoch = 5;
+  directory.OnPeerInfo(info);
+  ASSERT_TRUE(directory.changes().TryPop(change));
+  EXPECT_TRUE(change.Holds(1));
 }
 
 TEST(PeerDirectory, IsNotItsOwnPeer) {

@@ -1,5 +1,6 @@
 #include "collab/peer_node.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "collab/contact_blend.h"
@@ -99,9 +100,13 @@ TEST(PeerNode, LeavingIsFeltAsAFadeAndReturningAsNothing) {
       last = force;
     }
   };
-  watch(1600);  // the lease, the fade, and the way back
+  // the bar: a crash is noticed, and its pull has faded, within a second
+  session.node(0).TakeNews();
+  watch(1000);
+  EXPECT_THAT(session.node(0).TakeNews(), ::testing::Contains("2 is lost"));
   EXPECT_EQ(last, 0.0);
   EXPECT_LT(largest_step, 0.1);  // N a frame
+  watch(600);                    // the hand's way back
   EXPECT_NEAR(PlaceOf(session, 0).x(), 0.06, 1e-3);
   session.Add(Node(model, 2, Shift(Vec3::Zero(), 1), 50), 2);
   watch(3000);

@@ -4,7 +4,7 @@
 
 #include "engine/base/check.h"
 #include "engine/haptics/scripted_device.h"
-#include "engine/world/scene.h"
+#include "engine/world/scene_hash.h"
 
 namespace tandem::testing {
 
@@ -20,7 +20,7 @@ void OwnPeer::Join(const std::string& session, PeerId id) {
   options.peer.held_object = object;
   options.name = "own";
   node_ = std::make_unique<PeerNode>(
-      *model, std::make_unique<ScriptedDevice>(HandScript{}, (*model)->bodies[0].X_WB0), *hash,
+      *model, std::make_unique<ScriptedDevice>(HandScript{}, (*model)->bodies[0].X_WB0), hash->content,
       options);
   DdsOptions dds;
   dds.session = session;

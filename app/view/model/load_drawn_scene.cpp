@@ -1,7 +1,7 @@
 #include "app/view/model/drawn_scene.h"
 #include "app/view/model/refined_mesh.h"
 #include "engine/geometry/mesh_file.h"
-#include "engine/world/scene.h"
+#include "engine/world/scene_hash.h"
 
 namespace tandem {
 
@@ -18,13 +18,13 @@ Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadP
   if (!progress(0, 1, file.filename().string())) return given_up;
   const Result<Scene> scene = LoadScene(file);
   if (!scene) return scene.error();
-  const Result<std::uint64_t> hash = HashScene(*scene);
+  const Result<SceneHash> hash = HashScene(*scene);
   if (!hash) return hash.error();
 
   DrawnScene drawn;
   drawn.name = scene->name;
   drawn.file = file;
-  drawn.hash = *hash;
+  drawn.hash = hash->content;
   drawn.voxel_size = scene->voxel_size;
   drawn.range_voxels = scene->range_voxels;
   for (std::size_t i = 0; i < scene->bodies.size(); ++i) {

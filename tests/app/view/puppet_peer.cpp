@@ -32,7 +32,7 @@ int Play(char** argv, bool has_hash) {
   manifest.file = scene->file.string();
   manifest.voxel_size = scene->voxel_size;
   for (const SceneBody& body : scene->bodies) manifest.bodies.push_back({body.name, 0});
-  manifest.content_hash = has_hash ? std::strtoull(argv[9], nullptr, 16) : *HashScene(*scene);
+  manifest.content_hash = has_hash ? std::strtoull(argv[9], nullptr, 16) : HashScene(*scene)->content;
 
   std::random_device random;
   PeerInfo info;

@@ -366,7 +366,7 @@ SceneManifest Bracket() {
   manifest.force_layer = 2;
   manifest.contact_model = 1;
   manifest.friction = 0.25;
-  manifest.bodies = {{"plate", 11}, {"bracket", 12}};
+  manifest.bodies = {{"plate", 11, 13}, {"bracket", 12, 14}};
   return manifest;
 }
 
@@ -407,6 +407,14 @@ TEST(Wire, AManifestThatNoSoundPeerSendsIsRefused) {
     tandem_SceneManifest wire{};
     ASSERT_TRUE(ToWire(manifest, wire, room));
     EXPECT_FALSE(FromWire(wire, out)) << size;
+  }
+  for (const auto& [layer, model] : {std::pair{-1, 1}, {1000, 1}, {1, 2}}) {
+    SceneManifest manifest = Bracket();
+    manifest.force_layer = layer;
+    manifest.contact_model = static_cast<std::uint8_t>(model);
+    tandem_SceneManifest wire{};
+    ASSERT_TRUE(ToWire(manifest, wire, room));
+    EXPECT_FALSE(FromWire(wire, out)) << layer << " " << model;
   }
   SceneManifest crowded = Bracket();
   crowded.bodies.resize(kMaxSceneBodies + 1);

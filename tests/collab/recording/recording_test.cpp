@@ -53,7 +53,10 @@ RecordingHeader HeaderOf(PeerId id, int object) {
   header.name = "peer " + std::to_string(id);
   header.scene = "none";
   header.scene_hash = 42;
-  header.voxel_size = 0.002;
+  header.parameters = {.voxel_size = 0.002,
+                       .contact = ContactModel::kPlain,
+                       .force_layer = 3,
+                       .friction = 0.25};
   header.law = "p+d";
   header.peer.id = id;
   header.peer.held_object = object;
@@ -144,10 +147,13 @@ TEST(Recording, ThreePeersSessionIsRepeatedBitForBit) {
 }
 
 TEST(Recording, TheHeaderSurvivesAsItWas) {
-  const RecordingHeader header = HeaderOf(0xFEDCBA9876543210, 1);
+  RecordingHeader header = HeaderOf(0xFEDCBA9876543210, 1);
+  header.peer.own_only = true;
   const Result<RecordingHeader> read = ParseHeader(AsText(header));
   ASSERT_TRUE(read.has_value()) << read.error().what;
   EXPECT_EQ(AsText(*read), AsText(header));
+  EXPECT_EQ(read->parameters, header.parameters);
+  EXPECT_TRUE(read->peer.own_only);
   EXPECT_EQ(read->peer.id, header.peer.id);
   EXPECT_EQ(read->peer.capacity, header.peer.capacity);
   EXPECT_EQ(read->peer.X_BD.p, header.peer.X_BD.p);

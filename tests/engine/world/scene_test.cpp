@@ -1,9 +1,11 @@
 #include "engine/world/scene.h"
 
 #include <string>
+#include <utility>
 
 #include <gmock/gmock.h>
 
+#include "engine/world/scene_hash.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem {
@@ -64,11 +66,12 @@ class SceneFile : public ::testing::Test {
     return scene.error().what.substr((folder_.path() / "scene.json: ").string().size());
   }
 
-  std::uint64_t Hash(const std::string& text) {
+  SceneHash Hashes(const std::string& text) {
     const Result<Scene> scene = LoadScene(File(text));
     EXPECT_TRUE(scene) << scene.error().what;
     return HashScene(*scene).value();
   }
+  std::uint64_t Hash(const std::string& text) { return Hashes(text).content; }
 
   ScratchFolder folder_;
 };
@@ -312,11 +315,9 @@ TEST_F(SceneFile, AnyShortenedFileIsAnErrorAndNeverACrash) {
   }
 }
 
-TEST_F(SceneFile, HashFollowsWhatBearsOnForces) {
+TEST_F(SceneFile, HashFollowsWhatTheBodiesAre) {
   const std::uint64_t hash = Hash(kScene);
   for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
-           {"0.0005", "0.001"},
-           {"\"force_layer\": 1", "\"force_layer\": 2"},
            {"0.3, \"sharing\"", "0.31, \"sharing\""},
            {"\"shared\"", "\"own\""},
            {"\"scale\": 0.001", "\"scale\": 0.002"},
@@ -328,8 +329,6 @@ TEST_F(SceneFile, HashFollowsWhatBearsOnForces) {
   }
   EXPECT_NE(Hash(WithKeys("\"free\": true")), hash);
   EXPECT_NE(Hash(WithKeys("\"free\": false", "\"gravity_m_s2\": [0, 0, -1],")), hash);
-  EXPECT_NE(Hash(WithKeys("\"free\": false", "\"friction\": 0.4,")), hash);
-  EXPECT_EQ(Hash(WithKeys("\"free\": false", "\"friction\": 0,")), hash);
   EXPECT_NE(Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 0]}})")), hash);
   EXPECT_NE(Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 0]}})")),
             Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 1]}})")));
@@ -338,6 +337,38 @@ TEST_F(SceneFile, HashFollowsWhatBearsOnForces) {
   EXPECT_EQ(Hash(WithKeys("\"free\": false")), hash);
   folder_.Write("peg.stl", "pegs");
   EXPECT_NE(Hash(kScene), hash);
+}
+
+TEST_F(SceneFile, ForceParametersHaveAHashOfTheirOwn) {
+  const SceneHash hash = Hashes(kScene);
+  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
+           {"0.0005", "0.001"},
+           {"\"force_layer\": 1", "\"force_layer\": 2"},
+           {"\"force_layer\": 1", "\"contact\": \"plain\", \"force_layer\": 1"},
+           {"\"force_layer\": 1", "\"friction\": 0.4, \"force_layer\": 1"}}) {
+    const SceneHash changed = Hashes(Changed(from, to));
+    EXPECT_NE(changed.parameters, hash.parameters) << to;
+    EXPECT_EQ(changed.content, hash.content) << to;
+    EXPECT_EQ(changed.bodies, hash.bodies) << to;
+  }
+  EXPECT_EQ(Hashes(WithKeys("\"free\": false", "\"friction\": 0,")).parameters, hash.parameters);
+  EXPECT_EQ(Hashes(Changed("2700", "2701")).parameters, hash.parameters);
+}
+
+TEST_F(SceneFile, EveryBodyHasHashesOfItsValuesAndItsMesh) {
+  const SceneHash hash = Hashes(kScene);
+  ASSERT_EQ(hash.bodies.size(), 3U);
+  EXPECT_EQ(hash.bodies[1].mesh, hash.bodies[2].mesh);  // of one file
+  EXPECT_NE(hash.bodies[0].mesh, hash.bodies[1].mesh);
+  const SceneHash denser = Hashes(Changed("2700", "2701"));
+  EXPECT_EQ(denser.bodies[1], hash.bodies[1]);
+  EXPECT_NE(denser.bodies[2].values, hash.bodies[2].values);
+  EXPECT_EQ(denser.bodies[2].mesh, hash.bodies[2].mesh);
+  folder_.Write("block.stl", "blocks");
+  const SceneHash other = Hashes(kScene);
+  EXPECT_NE(other.bodies[0].mesh, hash.bodies[0].mesh);
+  EXPECT_EQ(other.bodies[0].values, hash.bodies[0].values);
+  EXPECT_EQ(other.bodies[1], hash.bodies[1]);
 }
 
 TEST_F(SceneFile, HashLeavesOutWhatDoesNot) {
@@ -352,14 +383,14 @@ TEST_F(SceneFile, HashLeavesOutWhatDoesNot) {
   other.Write("left.json", "{}");
   const Result<Scene> scene = LoadScene(other.Write("renamed.json", kScene));
   ASSERT_TRUE(scene);
-  EXPECT_EQ(HashScene(*scene).value(), hash);
+  EXPECT_EQ(HashScene(*scene)->content, hash);
 }
 
 TEST_F(SceneFile, HashOfAMissingMeshIsAnError) {
   Result<Scene> scene = LoadScene(File(kScene));
   ASSERT_TRUE(scene);
   scene->bodies[0].mesh = folder_.path() / "gone.stl";
-  const Result<std::uint64_t> hash = HashScene(*scene);
+  const Result<SceneHash> hash = HashScene(*scene);
   ASSERT_FALSE(hash);
   EXPECT_THAT(hash.error().what, HasSubstr("gone.stl"));
 }

@@ -1,0 +1,234 @@
+#include "app/cli/joining.h"
+
+#include <algorithm>
+
+#include "app/cli/capacity.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "collab/dds/dds_transport.h"
+#include "engine/haptics/passive_device.h"
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+// for the session's scene, before anything is loaded: those who are here answer in a tenth of it
+constexpr std::int64_t kListenNs = 400 * kMs;
+// how long those who are in the session already may take to be discovered
+constexpr std::int64_t kSettleNs = 1000 * kMs;
+// of that, for claims to reach the haptic thread
+constexpr std::int64_t kLeastSettleNs = 100 * kMs;
+
+bool Precedes(const SceneManifest& a, const SceneManifest& b) {
+  return a.revision != b.revision ? a.revision > b.revision : a.offered_by < b.offered_by;
+}
+
+/// Reads the scene file and what it is made of.
+int ReadScene(const PeerArguments& arguments, Joining& joining) {
+  Result<Scene> scene = LoadScene(arguments.scene);
+  if (!scene) return Fail(kExitFile, scene.error().what);
+  Result<SceneHash> hash = HashScene(*scene);
+  if (!hash) return Fail(kExitFile, hash.error().what);
+  joining.scene = *std::move(scene);
+  joining.hash = *std::move(hash);
+  joining.manifest = ManifestOf(joining.scene, joining.hash, joining.id);
+  return kExitOk;
+}
+
+int Connect(const PeerArguments& arguments, Joining& joining) {
+  DdsOptions dds;
+  dds.session = arguments.session;
+  dds.peer = joining.id;
+  const Scene& scene = joining.scene;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.bodies[i].fixed || scene.WholeOf(i) != i) continue;
+    dds.objects.push_back(static_cast<ObjectId>(i));
+  }
+  ApplyReach(arguments.reach, dds);
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, joining.inbox);
+  if (!joined) {
+    return Fail(arguments.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
+  }
+  joining.transport = *std::move(joined);
+  joining.joined_ns = MonotonicNowNs();
+  return kExitOk;
+}
+
+/// Keeps to the scene file's force parameters beside a session that has others.
+int Insist(const PeerArguments& arguments, const ForceParameters& session, Joining& joining) {
+  const int held = joining.scene.BodyNamed(arguments.hold);
+  if (held >= 0 &&
+      joining.scene.bodies[joining.scene.WholeOf(static_cast<std::size_t>(held))].shared) {
+    return Fail(kExitIncompatiblePeer,
+                "--insist: " + arguments.hold + " is shared, and is held together by equal force " +
+                    "parameters only; the session goes by " + Describe(session) +
+                    ": leave out --insist, or hold another body");
+  }
+  joining.unequal = session;
+  joining.manifest.revision = SceneManifest::kOwnOnly;
+  return kExitOk;
+}
+
+void OfferOn(const SceneManifest& session, Joining& joining) {
+  joining.manifest = session;
+  joining.manifest.offered_by = joining.id;
+  // one insisted, and is the only one left: what it goes by is the session's now
+  joining.manifest.revision = std::max(session.revision, SceneManifest::kSession);
+}
+
+/// Compares what we have with the session's scene and adopts its force parameters, or insists.
+int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining& joining) {
+  const std::string difference = ContentDifference(joining.scene, joining.hash, session);
+  if (!difference.empty()) {
+    return Fail(kExitIncompatiblePeer, difference + ": get the same, or name another session");
+  }
+  const ForceParameters theirs = ParametersOf(session);
+  const ForceParameters ours = ParametersOf(joining.scene);
+  if (theirs == ours) {
+    OfferOn(session, joining);
+    return kExitOk;
+  }
+  if (arguments.insist) return Insist(arguments, theirs, joining);
+  Adopt(theirs, joining.scene);
+  if (!(ParametersOf(joining.scene) == theirs)) {
+    return Fail(kExitIncompatiblePeer,
+                "the session's contacts are made by another version of this program: bring all to "
+                "one version, or --insist");
+  }
+  Say("the session goes by " + Describe(theirs) + ", which is adopted (--insist keeps " +
+      Describe(ours) + ")");
+  joining.hash.parameters = HashOf(theirs);
+  OfferOn(session, joining);
+  return kExitOk;
+}
+
+/// Loads the world for the scene as agreed on; the slow part.
+int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
+  Result<std::shared_ptr<const WorldModel>> model = LoadWorld(joining.scene);
+  if (!model) return Fail(kExitFile, model.error().what);
+  joining.model = *std::move(model);
+  joining.helpers.reset();
+  if (arguments.threads > 1) {
+    joining.helpers =
+        std::make_unique<FrameHelpers>(FrameHelpers::Options{.threads = arguments.threads});
+  }
+  joining.capacity = arguments.capacity > 0
+                         ? arguments.capacity
+                         : MeasureCapacity(*joining.model, kTestBudget, joining.helpers.get());
+  return kExitOk;
+}
+
+std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript script,
+                                   const Pose& X_WB0) {
+  if (arguments.device == "none") return std::make_unique<PassiveDevice>(std::move(script), X_WB0);
+  return std::make_unique<ScriptedDevice>(std::move(script), X_WB0);
+}
+
+/// Makes the node that simulates what was loaded.
+int MakeNode(const PeerArguments& arguments, Joining& joining) {
+  const WorldModel& model = *joining.model;
+  NodeOptions options;
+  options.peer.id = joining.id;
+  options.peer.own_only = joining.unequal.has_value();
+  options.peer.wait_for = arguments.wait_for;
+  options.peer.settle_ns =
+      std::max(kLeastSettleNs, kSettleNs - (MonotonicNowNs() - joining.joined_ns));
+  options.peer.coupling.law = *MakeLaw(arguments.law, {}, arguments.lab);
+  options.peer.trace_frames = static_cast<std::size_t>(arguments.seconds * 1000.0);
+  options.peer.capacity = joining.capacity;
+  options.name = arguments.name;
+  options.manifest = joining.manifest;
+  options.conditions = arguments.conditions;
+  options.publish_hz = arguments.publish_hz;
+  options.helpers = joining.helpers.get();
+  HandScript script;
+  Pose X_WB0;
+  if (!arguments.hold.empty()) {
+    const auto body = static_cast<std::size_t>(model.BodyNamed(arguments.hold));
+    options.peer.held_object = static_cast<int>(model.object[body]);
+    X_WB0 = model.bodies[body].X_WB0;
+  }
+  if (!arguments.hand.empty()) {
+    Result<HandScript> loaded = LoadHandScript(arguments.hand);
+    if (!loaded) return Fail(kExitFile, loaded.error().what);
+    script = std::move(*loaded);
+    options.peer.X_BD = script.X_BD;
+  }
+  if (!arguments.record.empty()) {
+    Result<std::unique_ptr<Recorder>> recorder =
+        Recorder::Create(arguments.record, {.program = TANDEM_VERSION,
+                                            .name = arguments.name,
+                                            .scene = std::filesystem::absolute(joining.scene.file),
+                                            .scene_hash = joining.hash.content,
+                                            .parameters = ParametersOf(joining.scene),
+                                            .contact = !arguments.no_contact,
+                                            .law = arguments.law,
+                                            .peer = options.peer});
+    if (!recorder) return Fail(kExitFile, recorder.error().what);
+    joining.recorder = *std::move(recorder);
+    options.peer.tap = joining.recorder.get();
+  }
+  joining.node =
+      std::make_unique<PeerNode>(joining.model, MakeDevice(arguments, std::move(script), X_WB0),
+                                 joining.hash.content, options);
+  if (arguments.no_contact) joining.node->world().SwitchContactOff();
+  return kExitOk;
+}
+
+}  // namespace
+
+bool Superseded(const Joining& joining) {
+  if (joining.unequal) return false;
+  const std::optional<SceneManifest> session =
+      joining.node ? joining.node->directory().SessionScene() : joining.inbox.SessionScene();
+  return session && session->content_hash == joining.hash.content &&
+         Precedes(*session, joining.manifest) &&
+         !(ParametersOf(*session) == ParametersOf(joining.scene));
+}
+
+int Join(PeerArguments& arguments, Joining& joining) {
+  const Result<PeerId> id = Identify(arguments.reach, Role::kActive, arguments.name);
+  if (!id) return Fail(kExitSecurity, id.error().what);
+  joining.id = *id;
+  if (const auto law = MakeLaw(arguments.law, {}, arguments.lab); !law) {
+    return Fail(kExitUsage, law.error().what);
+  }
+  if (const int failed = ReadScene(arguments, joining); failed != kExitOk) return failed;
+  const int held = joining.scene.BodyNamed(arguments.hold);
+  if (!arguments.hold.empty() &&
+      (held < 0 || joining.scene.bodies[static_cast<std::size_t>(held)].fixed)) {
+    return Fail(kExitUsage, "--hold " + arguments.hold + ": " + joining.scene.file.string() +
+                                " has no moving body of that name");
+  }
+  if (const int failed = Connect(arguments, joining); failed != kExitOk) return failed;
+  std::optional<SceneManifest> session = joining.inbox.SessionScene();
+  while (!session && MonotonicNowNs() - joining.joined_ns < kListenNs) {
+    MachineClock().SleepUntil(MonotonicNowNs() + 10 * kMs);
+    session = joining.inbox.SessionScene();
+  }
+  do {
+    if (session) {
+      if (const int failed = Agree(arguments, *session, joining); failed != kExitOk) return failed;
+    }
+    // at once: who comes while we load adopts what we offer
+    joining.transport->Publish(joining.manifest);
+    if (const int failed = LoadAgreed(arguments, joining); failed != kExitOk) return failed;
+    session = joining.inbox.SessionScene();
+  } while (Superseded(joining));
+  if (const int failed = MakeNode(arguments, joining); failed != kExitOk) return failed;
+  for (const std::string& remark : joining.model->remarks) Say(remark);
+  if (joining.unequal) {
+    double heaviest_kg = 0;
+    for (const BodyModel& body : joining.model->bodies) {
+      heaviest_kg = std::max(heaviest_kg, body.inertia.mass);
+    }
+    Say(PushWarning(ParametersOf(joining.scene), *joining.unequal, heaviest_kg, "the session") +
+        "; shared bodies are not held");
+  }
+  joining.inbox.HandOver(joining.node->inbox());
+  return kExitOk;
+}
+
+}  // namespace tandem

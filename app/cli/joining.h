@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "app/cli/peer_options.h"
+#include "collab/early_inbox.h"
+#include "collab/peer_node.h"
+#include "collab/recording/recorder.h"
+#include "engine/realtime/frame_helpers.h"
+
+namespace tandem {
+
+/// The way into a session, in two phases: listen for its scene, agree with it, and only then load
+/// (docs/decisions/0022-agreement.md). Listening goes on while loading, so the first of a session
+/// waits for nobody.
+struct Joining {
+  PeerId id = 0;
+  std::int64_t joined_ns = 0;
+  EarlyInbox inbox;
+  Scene scene;                             // with the force parameters that it will be simulated by
+  SceneHash hash;                          // of it
+  SceneManifest manifest;                  // what we offer
+  std::optional<ForceParameters> unequal;  // the session's, where we insist on others
+  std::shared_ptr<const WorldModel> model;
+  std::unique_ptr<FrameHelpers> helpers;  // null: none
+  std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
+  double capacity = 0;
+  std::unique_ptr<PeerNode> node;
+  std::unique_ptr<Transport> transport;  // goes first
+};
+
+/// Comes as far as a node that hears the session and has said nothing but what it offers; or says
+/// why not and gives the exit code.
+int Join(PeerArguments& arguments, Joining& joining);
+
+/// Whether others have offered the session other force parameters before us: then what we have
+/// loaded is of no use, unless we insist.
+bool Superseded(const Joining& joining);
+
+}  // namespace tandem

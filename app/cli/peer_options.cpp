@@ -1,0 +1,78 @@
+#include "app/cli/peer_options.h"
+
+#include "engine/realtime/frame_helpers.h"
+
+namespace tandem {
+
+namespace {
+
+void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
+  command.add_option("--hold", arguments.hold, "body to take in hand");
+  command.add_option("--hand", arguments.hand, "hand file: a script in place of a device");
+  command
+      .add_option("--device", arguments.device,
+                  "scripted: a hand that feels and gives way; none: without force feedback")
+      ->check(CLI::IsMember({"scripted", "none"}))
+      ->capture_default_str();
+  command.add_option("--wait-for", arguments.wait_for,
+                     "the hand starts when that many others are there");
+  command.add_option("--wait-seconds", arguments.wait_seconds, "give up waiting after this");
+  command.add_option("--seconds", arguments.seconds,
+                     "leave so long after the hand's start; 0: on a signal");
+}
+
+void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
+  LinkConditions& conditions = arguments.conditions;
+  command.add_option("--delay-ms", conditions.delay_ms, "delay injected in what is heard")
+      ->check(CLI::Range(0.0, 2000.0));
+  command.add_option("--jitter-ms", conditions.jitter_ms, "up to so much more, at random")
+      ->check(CLI::Range(0.0, 1000.0));
+  command.add_option("--loss", conditions.loss, "share of samples lost, 0 to 1")
+      ->check(CLI::Range(0.0, 1.0));
+  command.add_option("--seed", conditions.seed, "of jitter and loss");
+  CLI::Option* network =
+      command.add_option("--network", arguments.network,
+                         "plan file: what is heard of whom comes late, twice or not at all, and "
+                         "when");
+  for (const char* option : {"--delay-ms", "--jitter-ms", "--loss", "--seed"}) {
+    network->excludes(option);
+  }
+  command.add_option("--law", arguments.law, "how stiffness follows delay")
+      ->check(CLI::IsMember({"p+d", "linear", "pdopt", "constant"}));
+  command.add_flag("--lab", arguments.lab, "allow the law 'constant', which can shake");
+  command.add_option("--publish-hz", arguments.publish_hz, "rate of states sent")
+      ->check(CLI::Range(10.0, 1000.0));
+}
+
+}  // namespace
+
+void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
+  command.add_option("--session", arguments.session, "name of the session to join")->required();
+  command.add_option("--scene", arguments.scene, "scene file")->required();
+  command
+      .add_option("--role", arguments.role,
+                  "active: simulates and may hold bodies; viewer: looks on, as tandem watch")
+      ->check(CLI::IsMember({"active", "viewer"}))
+      ->capture_default_str();
+  command.add_option("--name", arguments.name, "how others see you");
+  command.add_flag("--insist", arguments.insist,
+                   "keep to the scene file's voxels and force parameters where the session has "
+                   "others; shared bodies are then not held");
+  AddHandOptions(command, arguments);
+  AddLinkOptions(command, arguments);
+  command
+      .add_option("--capacity", arguments.capacity,
+                  "points that may be tested in a frame; default: what fits 300 us here")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--threads", arguments.threads, "threads that share a large frame's work")
+      ->check(CLI::Range(1, FrameHelpers::kMostThreads))
+      ->capture_default_str();
+  AddReachOptions(command, arguments.reach);
+  command.add_option("--report", arguments.report, "write a report (JSON) and a trace there");
+  command.add_option("--record", arguments.record,
+                     "keep every input of every frame there, for 'tandem replay'");
+  command.add_flag("--no-contact", arguments.no_contact, "bodies pass through one another");
+  command.add_flag("--require-rt", arguments.require_rt, "fail when SCHED_FIFO is not granted");
+}
+
+}  // namespace tandem

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "app/reach/reach_options.h"
+#include "collab/link_conditioner.h"
+
+namespace tandem {
+
+/// What `tandem peer` was asked for.
+struct PeerArguments {
+  std::string session;
+  std::string scene;
+  std::string role = "active";
+  std::string hold;
+  std::string hand;
+  std::string device = "scripted";
+  std::string name;
+  ReachOptions reach;
+  std::size_t wait_for = 0;
+  double wait_seconds = 60;
+  double seconds = 0;  // after the hand's start; 0: until a signal comes
+  LinkConditions conditions;
+  std::string network;  // plan file
+  std::string law = "p+d";
+  bool lab = false;
+  double publish_hz = 1000;
+  double capacity = 0;  // points a frame; 0: measured
+  int threads = 1;      // that share a haptic frame's work
+  std::string report;
+  std::string record;
+  bool no_contact = false;
+  bool require_rt = false;
+  bool insist = false;  // on the scene file's force parameters
+};
+
+void AddPeerOptions(CLI::App& command, PeerArguments& arguments);
+
+}  // namespace tandem

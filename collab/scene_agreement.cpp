@@ -1,0 +1,149 @@
+#include "collab/scene_agreement.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <tuple>
+
+namespace tandem {
+
+SceneManifest ManifestOf(const Scene& scene, const SceneHash& hash, PeerId by) {
+  const ForceParameters parameters = ParametersOf(scene);
+  SceneManifest manifest{.offered_by = by,
+                         .revision = SceneManifest::kSession,
+                         .content_hash = hash.content,
+                         .name = scene.name,
+                         .file = std::filesystem::absolute(scene.file).string(),
+                         .voxel_size = parameters.voxel_size,
+                         .contact_stiffness = parameters.stiffness,
+                         .force_layer = parameters.force_layer,
+                         .contact_model = static_cast<std::uint8_t>(parameters.contact),
+                         .friction = parameters.friction,
+                         .bodies = {}};
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    BodyDecl& decl = manifest.bodies.emplace_back();
+    decl.name = scene.bodies[i].name;
+    if (i >= hash.bodies.size()) continue;
+    decl.values_hash = hash.bodies[i].values;
+    decl.mesh_hash = hash.bodies[i].mesh;
+  }
+  return manifest;
+}
+
+ForceParameters ParametersOf(const SceneManifest& manifest) {
+  return {.voxel_size = manifest.voxel_size,
+          .contact = static_cast<ContactModel>(manifest.contact_model),
+          .force_layer = manifest.force_layer,
+          .friction = manifest.friction,
+          .stiffness = manifest.contact_stiffness};
+}
+
+std::string ContentDifference(const Scene& scene, const SceneHash& hash,
+                              const SceneManifest& session) {
+  if (hash.content == session.content_hash) return {};
+  const std::string of_session = "the session's scene \"" + session.name + "\"";
+  for (const BodyDecl& body : session.bodies) {
+    if (scene.BodyNamed(body.name) >= 0 || scene.bodies.size() >= session.bodies.size()) continue;
+    return scene.file.string() + ": body \"" + body.name + "\" of " + of_session + " is missing";
+  }
+  for (const SceneBody& body : scene.bodies) {
+    const bool known =
+        std::any_of(session.bodies.begin(), session.bodies.end(), [&](const BodyDecl& decl) {
+          return decl.name == body.name;
+        });
+    if (known || scene.bodies.size() <= session.bodies.size()) continue;
+    return scene.file.string() + ": body \"" + body.name + "\" is not in " + of_session;
+  }
+  const std::size_t count = std::min(scene.bodies.size(), session.bodies.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string body = scene.file.string() + ": body \"" + scene.bodies[i].name + "\"";
+    if (hash.bodies[i].mesh != session.bodies[i].mesh_hash) {
+      return body + ": its file " + scene.bodies[i].mesh.string() + " is not the one of " +
+             of_session;
+    }
+    if (hash.bodies[i].values != session.bodies[i].values_hash) {
+      return body + " differs from that of " + of_session +
+             " in scale, pose, mass, sharing, constraint or inward shift";
+    }
+  }
+  return scene.file.string() + " differs from " + of_session +
+         (scene.bodies.size() == session.bodies.size() ? " in gravity or pairs"
+                                                       : " in the number of its bodies");
+}
+
+std::string PushWarning(const ForceParameters& ours, const ForceParameters& theirs, double mass,
+                        const std::string& who) {
+  const std::string head = who + " goes by other force parameters (" + Describe(theirs) +
+                           "; here " + Describe(ours) + "): ";
+  const std::optional<UnequalPush> push = ComparePush(ours, theirs, mass);
+  if (!push) return head + "you push alike, but what sticks for one may slide for the other";
+  const bool we = push->first_harder;
+  const std::string pushed = we ? "theirs" : "yours";
+  std::array<char, 240> text{};
+  if (push->head_start > 0) {
+    std::snprintf(text.data(), text.size(),
+                  "%s harder; where parts press one another, %s is pushed back from a gap of %.2f "
+                  "mm on, %s from %.2f mm, and up to %.0f N a point of contact %s all of it",
+                  we ? "you push" : (who + " pushes").c_str(), pushed.c_str(),
+                  1e3 * std::max(GapAtFirstForce(ours), GapAtFirstForce(theirs)),
+                  we ? "yours" : "theirs",
+                  1e3 * std::min(GapAtFirstForce(ours), GapAtFirstForce(theirs)), push->alone_force,
+                  we ? "they feel" : "you feel");
+  } else {
+    std::snprintf(text.data(), text.size(),
+                  "%s harder; where parts press one another, %s is pushed back with %.2f times the "
+                  "force",
+                  we ? "you push" : (who + " pushes").c_str(), pushed.c_str(), push->ratio);
+  }
+  return head + text.data();
+}
+
+bool SceneOffers::Precedes(const Offer& a, const Offer& b) {
+  const auto rank = [](const Offer& offer) {
+    return std::make_tuple(!offer.here, ~offer.manifest.revision, offer.manifest.offered_by);
+  };
+  return rank(a) < rank(b);
+}
+
+void SceneOffers::OnScene(const SceneManifest& manifest) {
+  const auto known = std::find_if(offers_.begin(), offers_.end(), [&](const Offer& offer) {
+    return offer.manifest.offered_by == manifest.offered_by;
+  });
+  if (known != offers_.end()) {
+    *known = {manifest, true};
+    return;
+  }
+  if (offers_.size() < kMost) {
+    offers_.push_back({manifest, true});
+    return;
+  }
+  const auto last = std::max_element(offers_.begin(), offers_.end(), Precedes);
+  if (const Offer offer{manifest, true}; Precedes(offer, *last)) *last = offer;
+}
+
+void SceneOffers::OnPresence(PeerId peer, bool here) {
+  for (Offer& offer : offers_) {
+    if (offer.manifest.offered_by == peer) offer.here = here;
+  }
+}
+
+const SceneManifest* SceneOffers::session() const {
+  const auto first = std::min_element(offers_.begin(), offers_.end(), Precedes);
+  return first == offers_.end() ? nullptr : &first->manifest;
+}
+
+std::vector<SceneManifest> SceneOffers::All() const {
+  std::vector<SceneManifest> all;
+  for (const Offer& offer : offers_) all.push_back(offer.manifest);
+  return all;
+}
+
+const SceneManifest* SceneOffers::From(PeerId peer) const {
+  for (const Offer& offer : offers_) {
+    if (offer.manifest.offered_by == peer) return &offer.manifest;
+  }
+  return nullptr;
+}
+
+}  // namespace tandem

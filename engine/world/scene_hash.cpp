@@ -1,0 +1,79 @@
+#include "engine/world/scene_hash.h"
+
+#include <array>
+#include <cstddef>
+#include <fstream>
+
+#include "engine/base/hash.h"
+#include "engine/world/force_parameters.h"
+
+namespace tandem {
+
+namespace {
+
+Result<std::uint64_t> HashFile(const std::filesystem::path& file) {
+  const Error unread{file.string() + ": cannot be read"};
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return unread;
+  Hash64 hash;
+  std::uint64_t size = 0;
+  std::array<char, 65536> block{};
+  do {
+    stream.read(block.data(), block.size());
+    const auto got = static_cast<std::size_t>(stream.gcount());
+    hash.AddBytes(block.data(), got);
+    size += got;
+  } while (stream);
+  if (!stream.eof()) return unread;
+  hash.Add(size);
+  return hash.value();
+}
+
+// adding 0 makes a negative zero, which means the same, the same
+void Add(Hash64& hash, double value) {
+  hash.Add(value + 0.0);
+}
+
+std::uint64_t HashValues(const Scene& scene, std::size_t i) {
+  const SceneBody& body = scene.bodies[i];
+  Hash64 hash;
+  Add(hash, static_cast<double>(scene.WholeOf(i)));
+  Add(hash, body.free ? 1 : 0);
+  AddTo(hash, body.constraint);
+  Add(hash, body.scale);
+  const Vec3& p = body.X_WM.p;
+  const Quat& q = body.X_WM.q;
+  for (const double x : {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()}) Add(hash, x);
+  Add(hash, body.fixed ? 1 : 0);
+  Add(hash, body.shared ? 1 : 0);
+  Add(hash, body.mass);
+  Add(hash, body.density);
+  Add(hash, body.inward_shift_voxels);
+  return hash.value();
+}
+
+}  // namespace
+
+Result<SceneHash> HashScene(const Scene& scene) {
+  SceneHash result;
+  result.parameters = HashOf(ParametersOf(scene));
+  Hash64 hash;
+  const Vec3& g = scene.gravity_W;
+  for (const double x : {g.x(), g.y(), g.z()}) Add(hash, x);
+  for (const ScenePair& pair : scene.pairs) {
+    Add(hash, scene.BodyNamed(pair.pointshell));
+    Add(hash, scene.BodyNamed(pair.voxmap));
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Result<std::uint64_t> mesh = HashFile(scene.bodies[i].mesh);
+    if (!mesh) return mesh.error();
+    const SceneHash::Body body{.values = HashValues(scene, i), .mesh = *mesh};
+    result.bodies.push_back(body);
+    hash.Add(body.values);
+    hash.Add(body.mesh);
+  }
+  result.content = hash.value();
+  return result;
+}
+
+}  // namespace tandem

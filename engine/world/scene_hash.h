@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/result.h"
+#include "engine/world/scene.h"
+
+namespace tandem {
+
+/// What peers compare before they touch one another. Independent of names, colours, hands and where
+/// the files lie.
+struct SceneHash {
+  struct Body {
+    std::uint64_t values = 0;  // scale, placement, mass, sharing, constraint, …
+    std::uint64_t mesh = 0;    // the bytes of its mesh file
+
+    friend bool operator==(const Body&, const Body&) = default;
+  };
+
+  std::uint64_t content = 0;     // of all bodies, of pairs and gravity; not of force parameters
+  std::uint64_t parameters = 0;  // of voxel size and force parameters
+  std::vector<Body> bodies;      // in the scene's order
+};
+
+/// Reads the mesh files' bytes. The error names the file.
+Result<SceneHash> HashScene(const Scene& scene);
+
+}  // namespace tandem

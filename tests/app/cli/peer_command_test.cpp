@@ -1,0 +1,272 @@
+#include <algorithm>
+#include <chrono>
+#include <random>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/child_processes.h"
+#include "app/cli/peer_report.h"
+#include "app/exit_codes.h"
+#include "collab/dds/dds_transport.h"
+#include "collab/viewer.h"
+#include "tests/app/cli/program_run.h"
+
+// `tandem peer` as a person uses it: who takes part, and in which scene.
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::RunTandem;
+using testing::Said;
+
+/// A box of these half sides in Wavefront's format, and a remark.
+std::string BoxFile(double x, double y, double z, const std::string& remark = "") {
+  std::ostringstream text;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    text << "v " << ((corner & 1U) != 0 ? x : -x) << " " << ((corner & 2U) != 0 ? y : -y) << " "
+         << ((corner & 4U) != 0 ? z : -z) << "\n";
+  }
+  text << "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\n"
+          "f 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n#"
+       << remark << "\n";
+  return text.str();
+}
+
+/// A peer that runs beside the test.
+class Running {
+ public:
+  /// `orders`: a shell's words whose output are its orders; empty: none.
+  Running(const std::string& arguments, const std::filesystem::path& said,
+          const std::string& orders = "")
+      : said_(said) {
+    const std::string feed = orders.empty() ? "exec " : "(" + orders + ") | ";
+    const std::string input = orders.empty() ? " </dev/null" : "";
+    Result<ChildProcess> started = ChildProcess::Start(
+        {"/bin/sh", "-c",
+         feed + TANDEM_PROGRAM + " peer " + arguments + input + " >" + said.string() + " 2>&1"});
+    EXPECT_TRUE(started);
+    process_.emplace(*std::move(started));
+  }
+
+  std::string said() const {
+    std::ostringstream text;
+    text << std::ifstream(said_).rdbuf();
+    return text.str();
+  }
+  /// Whether it has said this within some seconds.
+  bool WaitFor(const std::string& words, double seconds = 15) const {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    while (std::chrono::steady_clock::now() < until) {
+      if (said().find(words) != std::string::npos) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return false;
+  }
+  int Wait() { return process_->Wait(std::chrono::seconds(30)).value_or(-1); }
+  int End() {
+    process_->Signal(SIGTERM);
+    return Wait();
+  }
+
+ private:
+  std::filesystem::path said_;
+  std::optional<ChildProcess> process_;
+};
+
+/// Two boxes, the right one shared, by voxels of 1 mm (`one`) and 2 mm (`two`); `other` has another
+/// mesh for the right one.
+class PeerCommand : public ::testing::Test {
+ protected:
+  PeerCommand() : session_("peers-" + std::to_string(std::random_device{}())) {
+    folder_.Write("left.obj", BoxFile(0.02, 0.02, 0.02));
+    folder_.Write("right.obj", BoxFile(0.02, 0.02, 0.02));
+    folder_.Write("wrong.obj", BoxFile(0.02, 0.02, 0.02, "another"));
+    folder_.Write("shift.json", R"({"waypoints": [
+        {"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
+        {"t_s": 0.5, "p_W": [0, 0, 0.03], "q_xyzw": [0, 0, 0, 1]}]})");
+    WriteScene("one", 0.001, "right.obj");
+    WriteScene("two", 0.002, "right.obj");
+    WriteScene("other", 0.001, "wrong.obj");
+  }
+  void WriteScene(const std::string& name, double voxel_m, const std::string& mesh) {
+    json scene{{"name", "boxes"}, {"voxel_m", voxel_m}};
+    scene["bodies"] = {{{"name", "left"},
+                        {"mesh", "left.obj"},
+                        {"mass_kg", 0.1},
+                        {"pose", {{"p_W", {-0.05, 0, 0}}}}},
+                       {{"name", "right"},
+                        {"mesh", mesh},
+                        {"mass_kg", 0.1},
+                        {"sharing", "shared"},
+                        {"pose", {{"p_W", {0.05, 0, 0}}}}}};
+    folder_.Write(name + ".json", scene.dump());
+  }
+  std::string In(const std::string& file) const { return (folder_.path() / file).string(); }
+  /// The words of a peer by one of the scenes.
+  std::string By(const std::string& scene, const std::string& more) const {
+    return "--interface lo --capacity 20000 --session " + session_ + " --scene " +
+           In(scene + ".json") + " " + more;
+  }
+  Running Start(const std::string& scene, const std::string& more, const std::string& orders = "") {
+    return {By(scene, more), In("said" + std::to_string(started_++)), orders};
+  }
+  Said Run(const std::string& scene, const std::string& more) const {
+    return RunTandem("peer " + By(scene, more), "timeout 40 ");
+  }
+
+  ScratchFolder folder_;
+  std::string session_;
+  int started_ = 0;
+};
+
+/// One line with these words, and this exit code.
+void ExpectRefused(const Said& said, int exit_code, const std::string& words) {
+  EXPECT_EQ(said.exit_code, exit_code) << said.err;
+  EXPECT_THAT(said.err, HasSubstr(words));
+  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+}
+
+TEST_F(PeerCommand, SaysInALineWhatKeepsItOut) {
+  ExpectRefused(RunTandem("peer --interface nosuch0 --session s --scene " + In("one.json")),
+                kExitNetwork, "nosuch0");
+  ExpectRefused(Run("nowhere", ""), kExitFile, "nowhere.json: cannot be read");
+  WriteScene("torn", 0.001, "gone.obj");
+  ExpectRefused(Run("torn", ""), kExitFile, "bodies[1].mesh: no such file");
+  ExpectRefused(Run("one", "--hold nothing"), kExitUsage, "no moving body of that name");
+  ExpectRefused(Run("one", "--role viewer --hold left"), kExitUsage, "neither holds nor records");
+  ExpectRefused(Run("one", "--hand " + In("nowhere.json")), kExitFile, "nowhere.json");
+}
+
+TEST_F(PeerCommand, AJoinerOfOtherContentIsToldWhichBodyAndFile) {
+  Running anna = Start("one", "--name anna");
+  ASSERT_TRUE(anna.WaitFor("is in session"));
+  const Said said = Run("other", "--seconds 1");
+  ExpectRefused(said, kExitIncompatiblePeer, "other.json: body \"right\": its file ");
+  EXPECT_THAT(said.err, HasSubstr("wrong.obj is not the one of the session's scene \"boxes\""));
+  EXPECT_EQ(anna.End(), kExitOk);
+  EXPECT_THAT(anna.said(), Not(HasSubstr("joined")));
+}
+
+TEST_F(PeerCommand, AJoinerOfOtherVoxelsAdoptsTheSessionsWhichOutliveTheirAuthor) {
+  Running anna = Start("one", "--name anna");
+  ASSERT_TRUE(anna.WaitFor("is in session"));
+  Running ben = Start("two", "--name ben --hold right");
+  ASSERT_TRUE(ben.WaitFor("you hold right"));
+  EXPECT_THAT(ben.said(), HasSubstr("the session goes by voxels of 1 mm, refined contact, force "
+                                    "layer 1, friction 0, which is adopted"));
+  EXPECT_EQ(anna.End(), kExitOk);
+  EXPECT_THAT(anna.said(), AllOf(HasSubstr("ben joined"), Not(HasSubstr("other force"))));
+
+  Running carl = Start("two", "--name carl --hold left");
+  ASSERT_TRUE(carl.WaitFor("you hold left"));
+  EXPECT_THAT(carl.said(), HasSubstr("voxels of 1 mm"));
+  EXPECT_EQ(carl.End(), kExitOk);
+  EXPECT_EQ(ben.End(), kExitOk);
+}
+
+TEST_F(PeerCommand, WhoInsistsIsToldWhoPushesHarderAndGetsNoSharedBody) {
+  Running anna = Start("one", "--name anna");
+  ASSERT_TRUE(anna.WaitFor("is in session"));
+  ExpectRefused(Run("two", "--insist --hold right"), kExitIncompatiblePeer,
+                "--insist: right is shared");
+  Running ben =
+      Start("two", "--name ben --insist --hold left", "sleep 2; echo grab right; sleep 20");
+  ASSERT_TRUE(ben.WaitFor("you hold left"));
+  // 0.45 of a voxel; 12 N as of ForceParameters.WhoHasTheSmallerVoxelsPushesHarder
+  EXPECT_THAT(ben.said(), HasSubstr("the session pushes harder; where parts press one another, "
+                                    "yours is pushed back from a gap of 0.90 mm on, theirs from "
+                                    "0.45 mm, and up to 12 N a point of contact you feel all"));
+  EXPECT_TRUE(anna.WaitFor("ben goes by other force parameters (voxels of 2 mm"));
+  EXPECT_THAT(anna.said(), HasSubstr("you push harder"));
+  EXPECT_TRUE(ben.WaitFor("'right' is shared: it is not held by other force parameters"));
+  EXPECT_EQ(anna.End(), kExitOk);
+}
+
+TEST_F(PeerCommand, OfTwoWhoBeginAtOnceByOtherVoxelsOneAdoptsTheOthers) {
+  Running anna = Start("one", "--name anna --wait-for 1");
+  Running ben = Start("two", "--name ben --wait-for 1");
+  const auto adopted = [](const Running& peer) {
+    return peer.said().find("which is adopted") != std::string::npos;
+  };
+  for (int i = 0; i < 500 && !adopted(anna) && !adopted(ben); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_TRUE(anna.WaitFor("ben joined"));
+  EXPECT_TRUE(ben.WaitFor("anna joined"));
+  EXPECT_NE(adopted(anna), adopted(ben)) << anna.said() << ben.said();
+  EXPECT_EQ(anna.End(), kExitOk);
+  EXPECT_EQ(ben.End(), kExitOk);
+}
+
+TEST_F(PeerCommand, ALateJoinerFindsAParkedBodyWhereItWasPut) {
+  Running anna = Start("one", "--name anna --hold left --hand " + In("shift.json"),
+                       "sleep 4; echo release; sleep 20");
+  ASSERT_TRUE(anna.WaitFor("you let go of left"));
+  // by the way of agreement: his file has other voxels
+  const Said ben = Run("two", "--name ben --hold left --seconds 1 --report " + In("ben"));
+  ASSERT_EQ(ben.exit_code, kExitOk) << ben.err;
+  EXPECT_THAT(ben.err, AllOf(HasSubstr("which is adopted"), HasSubstr("you hold left")));
+  const auto trace = ReadTrace(In("ben.trace"));
+  ASSERT_TRUE(trace && !trace->empty());
+  EXPECT_NEAR(trace->front().X_WB.p.x(), -0.05, 2e-3);
+  EXPECT_NEAR(trace->front().X_WB.p.z(), 0.03, 2e-3);
+  anna.End();
+}
+
+TEST_F(PeerCommand, AnotherProtocolIsToldInALineAndAsAnExitCode) {
+  Viewer ears;
+  DdsOptions options;
+  options.session = session_;
+  options.peer = 77;
+  options.interface = "lo";
+  const auto joined = JoinOverDds(options, ears);
+  ASSERT_TRUE(joined);
+  PeerInfo info;
+  info.peer = 77;
+  info.protocol = kProtocol + 1;
+  info.name = "newer";
+  (*joined)->Publish(info);
+  const Said said = Run("one", "--wait-for 1 --wait-seconds 3");
+  EXPECT_EQ(said.exit_code, kExitIncompatiblePeer);
+  EXPECT_THAT(said.err,
+              HasSubstr("newer is not taken in: it speaks protocol " +
+                        std::to_string(kProtocol + 1) + " and we " + std::to_string(kProtocol)));
+  (*joined)->Leave();
+}
+
+TEST_F(PeerCommand, TwoOfOneNameAreToldApart) {
+  Running first = Start("one", "--name anna");
+  ASSERT_TRUE(first.WaitFor("is in session"));
+  Running second = Start("one", "--name anna");
+  EXPECT_TRUE(first.WaitFor("another anna joined, shown as anna (2)"));
+  EXPECT_TRUE(second.WaitFor("another anna joined, shown as anna (2)"));
+  EXPECT_EQ(first.End(), kExitOk);
+  EXPECT_EQ(second.End(), kExitOk);
+}
+
+TEST_F(PeerCommand, AViewerLooksOnAndAUserWithoutForceFeedbackIsOtherwiseEqual) {
+  Running anna = Start("one", "--name anna --device none --hold left --seconds 4 --hand " +
+                                  In("shift.json") + " --report " + In("anna"));
+  ASSERT_TRUE(anna.WaitFor("you hold left"));
+  const Said vera = Run("one", "--role viewer --name vera --seconds 2 --report " + In("vera"));
+  EXPECT_EQ(vera.exit_code, kExitOk);
+  EXPECT_THAT(vera.err, AllOf(HasSubstr("anna joined"), HasSubstr("it is the scene given")));
+  EXPECT_EQ(anna.Wait(), kExitOk);
+  EXPECT_THAT(anna.said(), HasSubstr("vera (viewer) joined"));
+  const json report = json::parse(std::ifstream(In("vera")), nullptr, false);
+  EXPECT_GT(report.at("samples").get<int>(), 60);
+  // her handle is exactly where she means it to be, and nothing is in the way of the body
+  const auto trace = ReadTrace(In("anna.trace"));
+  ASSERT_TRUE(trace && !trace->empty());
+  EXPECT_NEAR(trace->back().X_WB.p.z(), 0.03, 1e-6);
+}
+
+}  // namespace
+}  // namespace tandem
