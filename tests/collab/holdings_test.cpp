@@ -31,8 +31,8 @@ class Company {
     for (const PeerId id : ids) Add(id);
   }
 
-  void Add(PeerId id) {
-    peers_.emplace(id, Node{std::make_unique<Holdings>(id, model_), {}, {}, true});
+  void Add(PeerId id, bool own_only = false) {
+    peers_.emplace(id, Node{std::make_unique<Holdings>(id, model_, 0, own_only), {}, {}, true});
     for (auto& [other, node] : peers_) {
       if (other == id || !node.here) continue;
       Hear(other, Kind::kJoined, id);
@@ -399,6 +399,27 @@ TEST(Holdings, AGrantThatIsLostIsGivenAgain) {
   company.Run(20);
   EXPECT_EQ(company.Holders(0), std::vector<PeerId>{5});
   EXPECT_EQ(company.Authority(0), 5U);
+}
+
+// Its force parameters are not the others': what it is given it answers for, but does not hold.
+TEST(Holdings, WhoInsistsOnOtherParametersTakesOwnBodiesAndNoSharedOnes) {
+  Company company({1}, 3);
+  company.Add(2, true);
+  company[1].Ask(kShared);
+  company.Run(50);
+  ASSERT_EQ(company.Holders(1), std::vector<PeerId>{1});
+  company[2].Ask(kShared);
+  company.Run(50);
+  EXPECT_EQ(company[2].wanted(), -1);
+  EXPECT_EQ(company.Holders(1), std::vector<PeerId>{1});
+  company[1].Give(2);
+  company.Run(50);
+  EXPECT_TRUE(company.Holders(1).empty());
+  EXPECT_EQ(company.Authority(1), 2U);
+  EXPECT_TRUE(company[2].Parks(1));
+  company[2].Ask(kOwn);
+  company.Run(50);
+  EXPECT_EQ(company.Holders(0), std::vector<PeerId>{2});
 }
 
 }  // namespace

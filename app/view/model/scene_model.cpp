@@ -113,6 +113,10 @@ void SceneModel::OnLoaded(unsigned load) {
                       HashText(result->hash), HashText(manifest_->content_hash)));
     return;
   }
+  // the voxels that the session goes by, which may not be the file's
+  if (manifest_ && result->hash == manifest_->content_hash) {
+    result->voxel_size = manifest_->voxel_size;
+  }
   scene_ = std::make_shared<const DrawnScene>(*std::move(result));
   percent_ = 100;
   SetState(State::kReady);

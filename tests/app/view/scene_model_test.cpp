@@ -25,6 +25,7 @@ SceneManifest ManifestOf(const std::string& file, std::uint64_t hash) {
   manifest.content_hash = hash;
   manifest.name = "session's scene";
   manifest.file = file;
+  manifest.voxel_size = 0.003;
   return manifest;
 }
 
@@ -48,6 +49,7 @@ TEST_F(SceneOfASession, IsLoadedWhenItsFileIsHereAndItsHashIsTheSessions) {
   ASSERT_TRUE(Settled(model));
   ASSERT_EQ(model.state(), State::kReady);
   EXPECT_EQ(model.scene()->bodies.size(), 2U);
+  EXPECT_EQ(model.scene()->voxel_size, 0.003);  // the session's
   EXPECT_TRUE(model.warning().isEmpty());
 }
 
