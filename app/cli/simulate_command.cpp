@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/cli/simulate_scene.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "collab/simulated/fault_schedule.h"
@@ -23,6 +24,8 @@ struct SimulateArguments {
   std::uint64_t first = 1;
   std::uint64_t seed = 0;  // 0: many
   unsigned threads = 0;    // 0: as many as processors
+  std::string scene;       // in place of seeds
+  double seconds = 1e9;    // of it, at the most
   bool verbose = false;
   bool json = false;
 };
@@ -33,7 +36,20 @@ std::string Hex(std::uint64_t value) {
   return text;
 }
 
+int RunScene(const SimulateArguments& arguments) {
+  const Result<nlohmann::ordered_json> figures = SimulateScene(arguments.scene, arguments.seconds);
+  if (!figures) return Fail(kExitFile, figures.error().what);
+  if (arguments.json) {
+    std::printf("%s\n", figures->dump(2).c_str());
+  } else {
+    std::printf("%.1f times as fast as the wall clock, %.1f times in contact\n",
+                figures->at("speed").get<double>(), figures->at("contact_speed").get<double>());
+  }
+  return kExitOk;
+}
+
 int RunSimulate(const SimulateArguments& arguments) {
+  if (!arguments.scene.empty()) return RunScene(arguments);
   const bool one = arguments.seed != 0;
   const std::uint64_t first = one ? arguments.seed : arguments.first;
   const std::uint64_t count = one ? 1 : arguments.seeds;
@@ -94,9 +110,16 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand(
       "simulate", "Whole sessions in virtual time, with cuts, crashes and pauses drawn from seeds");
-  command->add_option("--seeds", arguments->seeds, "how many sessions")->capture_default_str();
+  command->add_option("--seeds", arguments->seeds, "how many sessions")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
   command->add_option("--first", arguments->first, "the first seed")->capture_default_str();
-  command->add_option("--seed", arguments->seed, "this one alone, and what it stands for");
+  command->add_option("--seed", arguments->seed, "this one alone, and what it stands for")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--scene", arguments->scene,
+                      "no seeds: one session of a scene by its hands, and how fast it goes");
+  command->add_option("--seconds", arguments->seconds, "with --scene: no longer than that")
+      ->check(CLI::PositiveNumber);
   command->add_option("--threads", arguments->threads, "sessions at a time; default: processors");
   command->add_flag("--verbose", arguments->verbose,
                     "with --seed: what happens and what each user is told, as it comes");
