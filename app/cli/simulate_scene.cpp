@@ -45,7 +45,7 @@ Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double mos
   double contact_s = 0;
   double contact_cpu_s = 0;
   double points = 0;
-  double loaded = 0;
+  double pushing = 0;
   double peer_frames = 0;
   const auto frames = static_cast<int>(seconds / kFrame);
   for (int frame = 0; frame < frames; ++frame) {
@@ -62,7 +62,7 @@ Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double mos
     contact_cpu_s += took_s;
     for (std::size_t p = 0; p < session.size(); ++p) {
       points += session.node(p).peer().report().contact_points;
-      loaded += session.node(p).peer().report().loaded_points;
+      pushing += session.node(p).peer().report().loaded_points;
       peer_frames += 1;
     }
   }
@@ -77,7 +77,7 @@ Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double mos
       {"contact_cpu_s", contact_cpu_s},
       {"contact_speed", contact_cpu_s > 0 ? contact_s / contact_cpu_s : 0.0},
       {"contact_points", peer_frames > 0 ? points / peer_frames : 0.0},
-      {"loaded_points", peer_frames > 0 ? loaded / peer_frames : 0.0}};
+      {"loaded_points", peer_frames > 0 ? pushing / peer_frames : 0.0}};
 }
 
 }  // namespace tandem
