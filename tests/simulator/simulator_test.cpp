@@ -1,7 +1,5 @@
 #include "collab/simulated/simulator.h"
 
-#include <algorithm>
-#include <array>
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -46,19 +44,26 @@ TEST(Simulator, WhatIsToBeCommonIsCommon) {
   }
 }
 
-// Seeds that break an invariant as things are: docs/decisions/0018-simulator.md.
-constexpr std::array<std::uint64_t, 2> kOpen{46, 50};
+// Open (docs/decisions/0018-simulator.md): edges that miss one another beside their corners let a
+// box into the one that the hand holds, in one seed of thirty. Nothing else may break, and that in
+// no more than one of fifteen.
+constexpr const char* kOpen = "a body is in the one that the hand holds";
 
 // TANDEM_SIMULATOR_SEEDS=1000 for the long run; `tandem simulate` does it on all processors.
 TEST(Simulator, NoSeedBreaksAnInvariant) {
   const char* const asked = std::getenv("TANDEM_SIMULATOR_SEEDS");
   const std::uint64_t seeds = asked != nullptr ? std::strtoull(asked, nullptr, 10) : 60;
+  std::uint64_t open = 0;
   for (const SeedResult& result : SimulateSeeds(1, seeds, 2, MakeLightScene())) {
-    if (std::find(kOpen.begin(), kOpen.end(), result.seed) != kOpen.end()) continue;
     for (const std::string& what : result.broken) {
-      ADD_FAILURE() << "seed " << result.seed << " " << what;
+      if (what.find(kOpen) != std::string::npos) {
+        ++open;
+      } else {
+        ADD_FAILURE() << "seed " << result.seed << " " << what;
+      }
     }
   }
+  EXPECT_LE(open, (seeds + 14) / 15);
 }
 
 }  // namespace
