@@ -37,7 +37,7 @@ void ExpectWorkedOut(const SimulatedDemo& demo) {
     EXPECT_GE(peak, 1.0F);
     EXPECT_LE(peak, 20.0F);
   }
-  const Divergence divergence = DivergenceOf(demo.traces[0], demo.traces[1]);
+  const TraceDivergence divergence = DivergenceOf(demo.traces[0], demo.traces[1]);
   EXPECT_GT(divergence.peak, 1e-3);
   EXPECT_LT(divergence.last, 1e-3);
 }

@@ -34,7 +34,7 @@ class Pressing {
   Pressing(const ForceParameters& first, const ForceParameters& second, double way, double seconds,
            double delay_ms = 0) {
     const std::array<ForceParameters, 2> by{first, second};
-    for (const PeerId id : {1, 2}) {
+    for (const PeerId id : {PeerId{1}, PeerId{2}}) {
       const auto model = Parts(by[id - 1].voxel_size, by[id - 1].contact);
       HandScript script;
       script.waypoints = {{0, Vec3::Zero(), Quat::Identity()},
