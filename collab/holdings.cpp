@@ -15,7 +15,7 @@ constexpr std::int64_t kPause = 500 * kMs;      // of our own frames: we were st
 constexpr std::int64_t kListen = 300 * kMs;     // after a pause
 constexpr std::int64_t kLostWait = 300 * kMs;   // after the lease of a lost authority
 constexpr std::int64_t kDisowned = 5000 * kMs;  // an authority is here but does not claim its body
-constexpr std::int64_t kNextInLine = 1000 * kMs;  // when the lowest peer does not take over
+constexpr std::int64_t kNextInLine = 1500 * kMs;  // when the lowest peer does not take over
 constexpr std::uint32_t kMostEpochs = 1000;       // that one claim may run ahead of what we know
 
 }  // namespace
@@ -112,6 +112,7 @@ void Holdings::Note(std::size_t index, std::uint32_t epoch, PeerId peer,
   if (held_ == static_cast<int>(index) && body.claim.peer == self_) hold_epoch_ = body.claim.epoch;
   body.claim = {epoch, peer};
   body.orphaned_ns = 0;
+  body.handed = false;
   if (held_ != static_cast<int>(index) || body.shared || peer == self_) return;
   if (Planted(Fault::kHandsKept)) return;
   // another part of the session went on without us, or took it while we were stopped
@@ -139,7 +140,13 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   member->peer = change.peer;
   member->present = change.present();
   member->left = change.kind == MembershipChange::Kind::kLeft;
-  if (!change.present()) return;
+  if (!change.present()) {
+    // who did not answer for its body while it was here is gone only from now on, as for all others
+    for (Body& body : bodies_) {
+      if (body.claim.peer == change.peer) body.orphaned_ns = 0;
+    }
+    return;
+  }
   member->claim_count = std::min<std::uint32_t>(change.claim_count, kMaxClaims);
   member->claims = change.claims;
   for (std::uint32_t i = 0; i < member->claim_count; ++i) {
@@ -204,6 +211,9 @@ void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {
   body.parked = body.X_WB;
   body.told = kind == EventKind::kRelease;
   body.orphaned_ns = 0;
+  body.handed = true;
+  body.handed_by = kind;
+  body.said_ns = now_ns_;
   Say(kind, index, body.claim.epoch, to);
   if (Planted(Fault::kGrantKept)) body.claim.peer = self_;
 }
@@ -363,6 +373,11 @@ void Holdings::Succeed() noexcept {
       if (claim != nullptr && claim->epoch >= body.claim.epoch) {
         body.orphaned_ns = 0;
         continue;
+      }
+      // a hand-over may be lost in a cut, and who is handed what it has not asked for does not ask
+      if (body.handed && now_ns_ - body.said_ns >= kAskAgain) {
+        body.said_ns = now_ns_;
+        Say(body.handed_by, b, body.claim.epoch, body.claim.peer);
       }
     }
     if (body.orphaned_ns == 0) body.orphaned_ns = now_ns_;

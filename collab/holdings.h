@@ -111,6 +111,9 @@ class Holdings {
     Pose parked;  // as told by its authority
     bool told = false;
     std::int64_t orphaned_ns = 0;  // since when its claimant does not answer for it; 0: it does
+    bool handed = false;           // by us, to the claimant, in that way:
+    EventKind handed_by = EventKind::kGrant;
+    std::int64_t said_ns = 0;  // when last
   };
   struct Member {
     PeerId peer = 0;  // 0: a free place

@@ -422,5 +422,59 @@ TEST(Holdings, WhoInsistsOnOtherParametersTakesOwnBodiesAndNoSharedOnes) {
   EXPECT_EQ(company.Holders(0), std::vector<PeerId>{2});
 }
 
+/// Frames of 1 ms of one peer by itself; what it says of kind `kind`.
+std::vector<Event> Said(Holdings& holdings, std::int64_t& now_ns, int frames, EventKind kind) {
+  std::vector<Event> said;
+  for (int i = 0; i < frames; ++i) {
+    std::array<Event, 8> out;
+    std::size_t count = 0;
+    holdings.Tick(now_ns += 1'000'000, out, count);
+    for (std::size_t e = 0; e < count; ++e) {
+      if (out[e].kind == kind) said.push_back(out[e]);
+    }
+  }
+  return said;
+}
+
+// Granted a body and killed before it could say so: it is lost when it is lost, and the lowest goes
+// first.
+TEST(Holdings, WhoNeverAnsweredIsGoneOnlyFromWhenItIsLost) {
+  const WorldModel model = TwoBodies();
+  Holdings nine(9, model);
+  std::int64_t now_ns = 1'000'000'000;
+  for (const PeerId peer : {3, 5, 7}) nine.OnMembership({.kind = Kind::kJoined, .peer = peer});
+  Said(nine, now_ns, 10, EventKind::kGrant);
+  nine.OnEvent({.peer = 3, .kind = EventKind::kGrant, .object = kOwn, .epoch = 2, .to = 7});
+  Said(nine, now_ns, 3000, EventKind::kGrant);
+  ASSERT_EQ(nine.authority(0), 7U);
+  nine.OnMembership({.kind = Kind::kLost, .peer = 7});
+  Said(nine, now_ns, 3000, EventKind::kGrant);
+  EXPECT_EQ(nine.authority(0), 7U) << "3 and 5 are before us, one and a half seconds each";
+  Said(nine, now_ns, 400, EventKind::kGrant);
+  EXPECT_EQ(nine.authority(0), 9U);
+}
+
+TEST(Holdings, AHandOverThatIsLostIsSaidAgain) {
+  const WorldModel model = TwoBodies();
+  Holdings three(3, model);
+  std::int64_t now_ns = 1'000'000'000;
+  three.OnMembership({.kind = Kind::kJoined, .peer = 9});
+  three.Ask(kOwn);
+  Said(three, now_ns, 10, EventKind::kGrant);
+  ASSERT_EQ(three.held(), 0);
+  three.Give(9);
+  const std::vector<Event> said = Said(three, now_ns, 600, EventKind::kGrant);
+  ASSERT_EQ(said.size(), 3U);  // at once, and every 250 ms
+  for (const Event& event : said) {
+    EXPECT_EQ(event.to, 9U);
+    EXPECT_EQ(event.epoch, said[0].epoch);
+  }
+  MembershipChange answer{.kind = Kind::kClaims, .peer = 9};
+  answer.claim_count = 1;
+  answer.claims[0] = {.object = kOwn, .epoch = said[0].epoch, .held = true};
+  three.OnMembership(answer);
+  EXPECT_TRUE(Said(three, now_ns, 1000, EventKind::kGrant).empty());
+}
+
 }  // namespace
 }  // namespace tandem
