@@ -69,7 +69,7 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
   const Result<testing::SimulatedDemo> simulated =
       testing::RunSimulatedDemo("bracket_actuator", {});
   ASSERT_TRUE(simulated) << simulated.error().what;
-  const Divergence expected = DivergenceOf(simulated->traces[0], simulated->traces[1]);
+  const TraceDivergence expected = DivergenceOf(simulated->traces[0], simulated->traces[1]);
   const double peak_mm = out.at("divergence_mm").at("peak").get<double>();
   EXPECT_GT(peak_mm, 1.0);
   EXPECT_NEAR(peak_mm, 1e3 * expected.peak, 100.0 * expected.peak);

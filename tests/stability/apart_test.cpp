@@ -105,7 +105,7 @@ struct ApartRun {
                                             .name = options.name,
                                             .scene = "none",
                                             .scene_hash = 42,
-                                            .voxel_size = kVoxel,
+                                            .parameters = ParametersOf(WallAndCube()->scene),
                                             .law = "p+d",
                                             .peer = options.peer});
     EXPECT_TRUE(recorder.has_value());
