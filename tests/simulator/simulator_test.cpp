@@ -45,8 +45,8 @@ TEST(Simulator, WhatIsToBeCommonIsCommon) {
 }
 
 // Open (docs/decisions/0018-simulator.md): edges that miss one another beside their corners let a
-// box into the one that the hand holds, in one seed of thirty. Nothing else may break, and that in
-// no more than one of fifteen.
+// box into the one that the hand holds, in one seed of forty-five. Nothing else may break, and that
+// in no more than one of fifteen.
 constexpr const char* kOpen = "a body is in the one that the hand holds";
 
 // TANDEM_SIMULATOR_SEEDS=1000 for the long run; `tandem simulate` does it on all processors.
