@@ -372,6 +372,7 @@ void Holdings::Succeed() noexcept {
       const Claim* claim = ClaimOf(*member, body.object);
       if (claim != nullptr && claim->epoch >= body.claim.epoch) {
         body.orphaned_ns = 0;
+        body.handed = false;
         continue;
       }
       // a hand-over may be lost in a cut, and who is handed what it has not asked for does not ask

@@ -476,5 +476,26 @@ TEST(Holdings, AHandOverThatIsLostIsSaidAgain) {
   EXPECT_TRUE(Said(three, now_ns, 1000, EventKind::kGrant).empty());
 }
 
+// It crashes with the body in hand and is back, its hand empty, before anybody took it for lost.
+TEST(Holdings, AHandOverThatArrivedIsNotSaidAgainToOneWhoStartedAnew) {
+  const WorldModel model = TwoBodies();
+  Holdings three(3, model);
+  std::int64_t now_ns = 1'000'000'000;
+  three.OnMembership({.kind = Kind::kJoined, .peer = 9});
+  three.Ask(kOwn);
+  Said(three, now_ns, 10, EventKind::kGrant);
+  three.Give(9);
+  ASSERT_EQ(Said(three, now_ns, 10, EventKind::kGrant).size(), 1U);
+  MembershipChange answer{.kind = Kind::kClaims, .peer = 9};
+  answer.claim_count = 1;
+  answer.claims[0] = {.object = kOwn, .epoch = three.epoch(0), .held = true};
+  three.OnMembership(answer);
+  Said(three, now_ns, 10, EventKind::kGrant);
+  three.OnMembership({.kind = Kind::kClaims, .peer = 9});
+  EXPECT_TRUE(Said(three, now_ns, 4000, EventKind::kGrant).empty());
+  Said(three, now_ns, 2000, EventKind::kGrant);
+  EXPECT_EQ(three.authority(0), 3U) << "nobody answered for it for five seconds";
+}
+
 }  // namespace
 }  // namespace tandem
