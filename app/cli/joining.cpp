@@ -183,8 +183,10 @@ bool Superseded(const Joining& joining) {
   if (joining.unequal) return false;
   const std::optional<SceneManifest> session =
       joining.node ? joining.node->directory().SessionScene() : joining.inbox.SessionScene();
+  // the node's own is under way after a while
+  const SceneManifest& ours = joining.node ? joining.node->manifest() : joining.manifest;
   return session && session->content_hash == joining.hash.content &&
-         Precedes(*session, joining.manifest) &&
+         Precedes(*session, ours) &&
          !(ParametersOf(*session) == ParametersOf(joining.scene));
 }
 

@@ -11,6 +11,7 @@
 #include "app/cli/peer_report.h"
 #include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
+#include "collab/early_inbox.h"
 #include "collab/viewer.h"
 #include "tests/app/cli/program_run.h"
 
@@ -142,6 +143,40 @@ TEST_F(PeerCommand, SaysInALineWhatKeepsItOut) {
   ExpectRefused(Run("one", "--hold nothing"), kExitUsage, "no moving body of that name");
   ExpectRefused(Run("one", "--role viewer --hold left"), kExitUsage, "neither holds nor records");
   ExpectRefused(Run("one", "--hand " + In("nowhere.json")), kExitFile, "nowhere.json");
+}
+
+// One that comes late, and has the lowest id, offers its own before it has heard of anybody.
+TEST_F(PeerCommand, WhoWaitsUnderWayKeepsToItsParametersBesideANewcomersOffer) {
+  EarlyInbox ears;
+  DdsOptions options;
+  options.session = session_;
+  options.peer = 1;
+  options.interface = "lo";
+  const auto joined = JoinOverDds(options, ears);
+  ASSERT_TRUE(joined);
+  const Result<Scene> scene = LoadScene(In("two.json"));
+  ASSERT_TRUE(scene);
+  const Result<SceneHash> hash = HashScene(*scene);
+  ASSERT_TRUE(hash);
+  Running anna = Start("one", "--name anna --wait-for 1");
+  const auto under_way = [&ears] {
+    const auto offer = ears.SessionScene();
+    return offer && offer->revision == SceneManifest::kUnderWay;
+  };
+  for (int i = 0; i < 1000 && !under_way(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  ASSERT_TRUE(under_way());
+  (*joined)->Publish(ManifestOf(*scene, *hash, 1));
+  PeerInfo info;
+  info.peer = 1;
+  info.protocol = kProtocol + 1;  // so that she goes on waiting
+  info.name = "newcomer";
+  (*joined)->Publish(info);
+  ASSERT_TRUE(anna.WaitFor("newcomer is not taken in"));
+  EXPECT_EQ(anna.End(), kExitOk);
+  EXPECT_THAT(anna.said(), Not(HasSubstr("joining anew")));
+  (*joined)->Leave();
 }
 
 TEST_F(PeerCommand, AJoinerOfOtherContentIsToldWhichBodyAndFile) {
