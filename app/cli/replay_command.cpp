@@ -2,7 +2,11 @@
 #include <cinttypes>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 
 #include <nlohmann/json.hpp>
 
@@ -21,7 +25,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::int64_t kFramesPerSecond = 1000;
-constexpr std::int64_t kControlFrames = 20;  // from one ControlFrame to the next
+constexpr std::int64_t kControlFrames = 20;        // from one ControlFrame to the next
+constexpr std::int64_t kListenNs = 1'000'000'000;  // for those who are in the session already
 
 struct ReplayArguments {
   std::string file;
@@ -77,17 +82,36 @@ class ViewersOnly final : public Transport {
   PeerId as_;
 };
 
-/// Whoever is in that session must not reach what is replayed.
-class Deaf final : public Inbox {
+/// Whoever is in that session must not reach what is replayed; only who else takes part is heard.
+class Ears final : public Inbox {
  public:
   void OnState(const ObjectState&, std::int64_t) override {}
   void OnLinks(const CouplingLinks&, std::int64_t) override {}
   void OnView(const ViewFrame&, std::int64_t) override {}
-  void OnPeerInfo(const PeerInfo&, std::int64_t) override {}
-  void OnPeerLeft(PeerId) override {}
-  void OnPeerLost(PeerId) override {}
+  void OnPeerInfo(const PeerInfo& info, std::int64_t) override {
+    if (info.role != Role::kActive) return;
+    const std::lock_guard lock(mutex_);
+    active_[info.peer] = info.name;
+  }
+  void OnPeerLeft(PeerId peer) override { Forget(peer); }
+  void OnPeerLost(PeerId peer) override { Forget(peer); }
   void OnEvent(const Event&, std::int64_t) override {}
   void OnScene(const SceneManifest&) override {}
+
+  /// The name of an active peer that is here; nothing: none is.
+  std::optional<std::string> Active() const {
+    const std::lock_guard lock(mutex_);
+    return active_.empty() ? std::nullopt : std::optional(active_.begin()->second);
+  }
+
+ private:
+  void Forget(PeerId peer) {
+    const std::lock_guard lock(mutex_);
+    active_.erase(peer);
+  }
+
+  mutable std::mutex mutex_;
+  std::map<PeerId, std::string> active_;
 };
 
 std::atomic<bool> stop_asked{false};
@@ -118,8 +142,14 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& ar
   return LoadWorld(*scene);
 }
 
+/// Active peers would take a replay for one of them, who answers for bodies and is deaf.
+std::string NotBeside(const std::string& name, const ReplayArguments& arguments) {
+  return name + " takes part in session " + arguments.session +
+         ": a replay is shown in a session of its own";
+}
+
 /// The way to the viewers; `exit_code` is that of a failure.
-Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& arguments, Inbox& inbox,
+Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& arguments, Ears& ears,
                                                   int& exit_code) {
   if (arguments.session.empty()) return std::unique_ptr<Transport>(std::make_unique<Nowhere>());
   exit_code = kExitSecurity;
@@ -131,8 +161,13 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
   dds.session = arguments.session;
   dds.peer = *id;
   ApplyReach(arguments.reach, dds);
-  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, inbox);
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, ears);
   if (!joined) return joined.error();
+  exit_code = kExitNetwork;
+  for (const std::int64_t begin_ns = MonotonicNowNs(); MonotonicNowNs() - begin_ns < kListenNs;) {
+    if (const auto other = ears.Active()) return Error{NotBeside(*other, arguments)};
+    MachineClock().SleepUntil(MonotonicNowNs() + 10'000'000);
+  }
   Say(SecurityOf(arguments.reach, arguments.session));
   return std::unique_ptr<Transport>(std::make_unique<ViewersOnly>(*std::move(joined), *id));
 }
@@ -140,14 +175,21 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
 /// The run, at its speed, shown and written down as it goes.
 class Player {
  public:
-  Player(const ReplayArguments& arguments, PeerNode& node, Transport& transport,
+  Player(const ReplayArguments& arguments, PeerNode& node, const Ears& ears, Transport& transport,
          RecordingExport* exported)
-      : arguments_(arguments), node_(node), transport_(transport), exported_(exported) {}
+      : arguments_(arguments),
+        node_(node),
+        ears_(ears),
+        transport_(transport),
+        exported_(exported) {}
 
   /// After each frame; false ends the run.
   bool After(std::int64_t number, const RecordedFrame& frame) {
     node_.SendFrame(frame.now_ns, transport_);
-    if (number % kControlFrames == 0) node_.ControlFrame(frame.now_ns, transport_);
+    if (number % kControlFrames == 0) {
+      node_.ControlFrame(frame.now_ns, transport_);
+      newcomer_ = ears_.Active();
+    }
     if (exported_ != nullptr) exported_->Add(frame, node_);
     if ((number + 1) % kFramesPerSecond == 0) {
       golden_.push_back(Hex(frame.state_hash));
@@ -161,18 +203,22 @@ class Player {
           begin_ns_ +
           static_cast<std::int64_t>(1e6 * static_cast<double>(number + 1) / arguments_.speed));
     }
-    return !stop_asked.load();
+    return !stop_asked.load() && !newcomer_;
   }
 
   double seconds() const { return static_cast<double>(MonotonicNowNs() - begin_ns_) * 1e-9; }
   const ordered_json& golden() const { return golden_; }
+  /// The active peer whose coming has ended the run; nothing: nobody's.
+  const std::optional<std::string>& newcomer() const { return newcomer_; }
 
  private:
   const ReplayArguments& arguments_;
   PeerNode& node_;
+  const Ears& ears_;
   Transport& transport_;
   RecordingExport* exported_;
   ordered_json golden_ = ordered_json::array();
+  std::optional<std::string> newcomer_;
   std::int64_t begin_ns_ = MonotonicNowNs();
 };
 
@@ -190,13 +236,17 @@ int RunReplay(const ReplayArguments& arguments) {
   if (!replay) return Fail(kExitFile, arguments.file + ": " + replay.error().what);
   std::unique_ptr<RecordingExport> exported;
   if (!arguments.exported.empty()) {
+    std::error_code not_there;  // then it is another file
+    if (std::filesystem::equivalent(arguments.file, arguments.exported, not_there)) {
+      return Fail(kExitUsage, arguments.exported + ": is the recording itself, export to another");
+    }
     auto created = RecordingExport::Create(arguments.exported, header, **model);
     if (!created) return Fail(kExitFile, created.error().what);
     exported = *std::move(created);
   }
-  Deaf deaf;
+  Ears ears;
   int exit_code = kExitOk;
-  const Result<std::unique_ptr<Transport>> transport = JoinForViewers(arguments, deaf, exit_code);
+  const Result<std::unique_ptr<Transport>> transport = JoinForViewers(arguments, ears, exit_code);
   if (!transport) return Fail(exit_code, transport.error().what);
   Say(header.name + " as recorded by version " + header.program + ", scene " + header.scene);
   std::signal(SIGINT, AskToStop);
@@ -205,7 +255,7 @@ int RunReplay(const ReplayArguments& arguments) {
   kHapticThread.Enter();
   kSenderThread.Enter();
   kControlThread.Enter();
-  Player player(arguments, (*replay)->node(), **transport, exported.get());
+  Player player(arguments, (*replay)->node(), ears, **transport, exported.get());
   const ReplayResult result =
       RunAll(*reader, **replay, [&](std::int64_t number, const RecordedFrame& frame) {
         return player.After(number, frame);
@@ -218,6 +268,7 @@ int RunReplay(const ReplayArguments& arguments) {
     Say(arguments.exported + ": " + std::to_string(*messages) + " messages");
   }
 
+  if (player.newcomer()) return Fail(kExitNetwork, NotBeside(*player.newcomer(), arguments));
   const bool identical = !result.first_different;
   if (reader->torn()) Say("the recording is torn off after its last whole frame");
   if (arguments.json) {
