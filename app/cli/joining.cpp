@@ -141,6 +141,7 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
   options.name = arguments.name;
   options.manifest = joining.manifest;
   options.conditions = arguments.conditions;
+  options.waiting = joining.waiting;
   options.publish_hz = arguments.publish_hz;
   options.helpers = joining.helpers.get();
   HandScript script;
@@ -185,8 +186,7 @@ bool Superseded(const Joining& joining) {
       joining.node ? joining.node->directory().SessionScene() : joining.inbox.SessionScene();
   // the node's own is under way after a while
   const SceneManifest& ours = joining.node ? joining.node->manifest() : joining.manifest;
-  return session && session->content_hash == joining.hash.content &&
-         Precedes(*session, ours) &&
+  return session && session->content_hash == joining.hash.content && Precedes(*session, ours) &&
          !(ParametersOf(*session) == ParametersOf(joining.scene));
 }
 

@@ -26,6 +26,7 @@ struct Joining {
   std::unique_ptr<FrameHelpers> helpers;  // null: none
   std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
   double capacity = 0;
+  std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
   std::unique_ptr<PeerNode> node;
   std::unique_ptr<Transport> transport;  // goes first
 };

@@ -87,6 +87,21 @@ Result<NetworkPlan> LoadNetworkPlan(const std::filesystem::path& file) {
   return plan;
 }
 
+std::size_t MostWaiting(const NetworkPlan& plan, std::size_t senders) {
+  constexpr double kHapticDelayMs = 100;  // until a sample that is due is taken
+  double most = 0;
+  for (const NetworkPlan::Link& link : plan.links) {
+    for (const NetworkPlan::Step& step : link.steps) {
+      const LinkConditions& c = step.conditions;
+      const double held_ms = c.delay_ms + c.jitter_ms + c.swing_ms +
+                             (c.reorder > 0 ? c.reorder_ms : 0) + kHapticDelayMs;
+      // one a millisecond
+      if (!c.cut) most = std::max(most, c.duplicate > 0 ? 2 * held_ms : held_ms);
+    }
+  }
+  return static_cast<std::size_t>(most * static_cast<double>(senders)) + 1;
+}
+
 void PlannedNetwork::Start(NetworkPlan plan, std::int64_t now_ns) {
   begin_ns_ = now_ns;
   links_.clear();
@@ -107,7 +122,8 @@ bool PlannedNetwork::IsOrder(const std::string& line) {
   return line == kOrder || line.rfind(std::string(kOrder) + " ", 0) == 0;
 }
 
-std::optional<Error> PlannedNetwork::Obey(const std::string& order, std::int64_t now_ns) {
+std::optional<Error> PlannedNetwork::Obey(const std::string& order, std::int64_t now_ns,
+                                          std::size_t senders) {
   std::istringstream words(order.substr(std::string_view(kOrder).size()));
   std::string file;
   std::getline(words >> std::ws, file);
@@ -118,6 +134,11 @@ std::optional<Error> PlannedNetwork::Obey(const std::string& order, std::int64_t
   }
   Result<NetworkPlan> plan = LoadNetworkPlan(file);
   if (!plan) return plan.error();
+  if (const std::size_t most = MostWaiting(*plan, senders); most > room_) {
+    return Error{file + ": holds back up to " + std::to_string(most) + " samples of " +
+                 std::to_string(senders) + " senders, and there is room for " +
+                 std::to_string(room_) + ": begin with it, as --network"};
+  }
   Start(*std::move(plan), now_ns);
   return std::nullopt;
 }

@@ -29,15 +29,22 @@ struct NetworkPlan {
 /// Errors name the file and the place in it.
 Result<NetworkPlan> LoadNetworkPlan(const std::filesystem::path& file);
 
+/// Samples of a kind that it holds back at once, at the most, of so many senders at 1 kHz.
+std::size_t MostWaiting(const NetworkPlan& plan, std::size_t senders);
+
 /// Carries a plan out. One thread, the control one.
 class PlannedNetwork {
  public:
+  /// `room`: samples of a kind that the inbox keeps.
+  explicit PlannedNetwork(std::size_t room = PeerInbox::kDefaultWaiting) : room_(room) {}
+
   /// Instead of the one before, if any; its time begins at `now_ns`.
   void Start(NetworkPlan plan, std::int64_t now_ns);
   /// Whether a line of the user's is for the network: `network FILE`, `network off`.
   static bool IsOrder(const std::string& line);
-  /// Starts that plan, or none; what was wrong, or nothing: then all goes on as it was.
-  std::optional<Error> Obey(const std::string& order, std::int64_t now_ns);
+  /// Starts that plan, or none; what was wrong, or nothing: then all goes on as it was. A plan that
+  /// holds more back of so many senders than there is room for is wrong.
+  std::optional<Error> Obey(const std::string& order, std::int64_t now_ns, std::size_t senders);
   /// Switches what is due; whom the plan names may come later or again. Gives a line for each
   /// switch.
   std::vector<std::string> Apply(std::int64_t now_ns, const PeerDirectory& directory,
@@ -51,6 +58,7 @@ class PlannedNetwork {
     bool stale = false;    // a switch for everybody has undone it
   };
 
+  std::size_t room_;
   std::vector<Running> links_;  // that for everybody first
   std::int64_t begin_ns_ = 0;
 };

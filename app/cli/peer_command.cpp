@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <fstream>
@@ -51,11 +52,27 @@ int WriteReport(const PeerArguments& arguments, const PeerReport& report, const 
 // not one of ExitCode: the session's force parameters came too late, all is to be done again
 constexpr int kJoinAgain = -1;
 
+/// Samples that the network, as it is to be from the start, holds back in the largest session.
+std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
+  plan.links.push_back({.from = {}, .steps = {{.at_s = 0, .conditions = conditions}}});
+  return std::max(PeerInbox::kDefaultWaiting, MostWaiting(plan, kMaxPeers - 1));
+}
+
+std::size_t ActiveIn(const PeerDirectory& directory) {
+  const std::vector<PeerDirectory::Entry> entries = directory.Entries();
+  return static_cast<std::size_t>(
+      std::ranges::count_if(entries, [](const PeerDirectory::Entry& entry) {
+        return entry.presence == PeerDirectory::Presence::kHere &&
+               entry.info.role == Role::kActive && entry.refused.empty();
+      }));
+}
+
 int RunOnce(PeerArguments& arguments) {
   Result<NetworkPlan> plan = NetworkPlan{};
   if (!arguments.network.empty()) plan = LoadNetworkPlan(arguments.network);
   if (!plan) return Fail(kExitFile, plan.error().what);
   Joining joining;
+  joining.waiting = RoomFor(*plan, arguments.conditions);
   if (const int failed = Join(arguments, joining); failed != kExitOk) return failed;
   PeerNode& node = *joining.node;
   Transport& transport = *joining.transport;
@@ -98,7 +115,7 @@ int RunOnce(PeerArguments& arguments) {
   std::int64_t next_ns = opened_ns;
   std::int64_t done_ns = 0;
   OrderReader orders;
-  PlannedNetwork network;
+  PlannedNetwork network(joining.waiting);
   if (!arguments.network.empty()) network.Start(*std::move(plan), opened_ns);
   const NameFunction name = [&node](PeerId peer) {
     return node.directory().NameOf(peer);
@@ -117,7 +134,8 @@ int RunOnce(PeerArguments& arguments) {
         continue;
       }
       if (PlannedNetwork::IsOrder(line)) {
-        if (const auto wrong = network.Obey(line, now_ns)) Say(wrong->what);
+        const std::size_t senders = ActiveIn(node.directory());
+        if (const auto wrong = network.Obey(line, now_ns, senders)) Say(wrong->what);
         continue;
       }
       const Result<Command> order =

@@ -109,21 +109,58 @@ TEST_F(NetworkPlanTest, IsSwitchedByAnOrderWhileItRuns) {
           .string();
   ASSERT_TRUE(PlannedNetwork::IsOrder("network " + other));
   EXPECT_FALSE(PlannedNetwork::IsOrder("networks x"));
-  EXPECT_FALSE(planned_.Obey("network " + other, kBegin + 10 * kSecond));
+  EXPECT_FALSE(planned_.Obey("network " + other, kBegin + 10 * kSecond, 2));
   ApplyAt(10.5);
   EXPECT_THAT(Due(12), ElementsAre(0)) << "its time begins with the order";
   ApplyAt(11.5);
   EXPECT_THAT(Due(12), ElementsAre(30));
   // a file that cannot be read changes nothing
-  const std::optional<Error> wrong = planned_.Obey("network /nowhere.json", kBegin + 12 * kSecond);
+  const std::optional<Error> wrong =
+      planned_.Obey("network /nowhere.json", kBegin + 12 * kSecond, 2);
   ASSERT_TRUE(wrong);
   EXPECT_THAT(wrong->what, HasSubstr("/nowhere.json"));
   ApplyAt(12.5);
   EXPECT_THAT(Due(12), ElementsAre(30));
-  EXPECT_FALSE(planned_.Obey("network off", kBegin + 13 * kSecond));
+  EXPECT_FALSE(planned_.Obey("network off", kBegin + 13 * kSecond, 2));
   ApplyAt(13);
   EXPECT_THAT(Due(12), ElementsAre(0));
-  EXPECT_TRUE(planned_.Obey("network", kBegin));
+  EXPECT_TRUE(planned_.Obey("network", kBegin, 2));
+}
+
+const char* const kHeldLong = R"({"links": [{"steps": [{"delay_ms": 2000, "jitter_ms": 1000,
+    "swing_ms": 1000, "reorder": 0.5, "reorder_ms": 1000, "duplicate": 1}]}]})";
+
+/// Samples lost for want of room while three peers speak for eight seconds at 1 kHz.
+std::uint64_t LostOfThree(const NetworkPlan& plan, std::size_t room) {
+  PeerDirectory directory(1, 0);
+  PeerInbox inbox(plan.links.at(0).steps.at(0).conditions, directory, room);
+  for (std::int64_t ms = 0; ms < 8000; ++ms) {
+    for (const PeerId peer : {11, 12, 13}) {
+      ObjectState state;
+      state.peer = peer;
+      state.seq = static_cast<std::uint32_t>(ms + 1);
+      inbox.OnState(state, ms * 1'000'000);
+    }
+    inbox.Collect();
+    while (inbox.states().Due(ms * 1'000'000) != nullptr) inbox.states().Drop();
+  }
+  return inbox.overflows();
+}
+
+TEST_F(NetworkPlanTest, ThereIsRoomForAllThatAPlanHoldsBack) {
+  const Result<NetworkPlan> plan = LoadNetworkPlan(folder_.Write("long.json", kHeldLong));
+  ASSERT_TRUE(plan) << plan.error().what;
+  EXPECT_GT(LostOfThree(*plan, PeerInbox::kDefaultWaiting), 0U) << "a plan that needs more";
+  EXPECT_EQ(LostOfThree(*plan, MostWaiting(*plan, 3)), 0U);
+}
+
+TEST_F(NetworkPlanTest, AnOrderForMoreThanThereIsRoomForIsRefused) {
+  const std::string order = "network " + folder_.Write("long.json", kHeldLong).string();
+  EXPECT_FALSE(planned_.Obey(order, kBegin, 1));
+  const std::optional<Error> wrong = planned_.Obey(order, kBegin, 3);
+  ASSERT_TRUE(wrong);
+  // 5.1 s of three, twice
+  EXPECT_THAT(wrong->what, HasSubstr("holds back up to 30601 samples of 3 senders"));
 }
 
 TEST_F(NetworkPlanTest, ReadsEveryConditionAndNamesWhatIsWrong) {
