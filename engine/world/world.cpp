@@ -87,22 +87,25 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
     : model_(std::move(model)), together_(2 * model_->bodies.size()), helpers_(schedule.helpers) {
   const std::vector<BodyModel>& bodies = model_->bodies;
   bodies_.resize(bodies.size());
+  const auto add_fixture_pair = [&](std::size_t body) {
+    if (!model_->has_fixture) return;
+    const BodyModel& shell = bodies[bodies_[body].shape];
+    const Pose X_WV{Quat::Identity(), model_->fixture.p_WVo()};
+    pairs_.push_back({{shell.points,
+                       model_->fixture,
+                       X_WV,
+                       0,
+                       {.force_layer = model_->scene.force_layer,
+                        .details = DetailsOf(model_->fixture_details),
+                        .schedule = schedule},
+                       GainsFor(shell.inertia.mass)},
+                      static_cast<int>(body),
+                      -1});
+  };
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     bodies_[b].state.X_WB = bodies[b].X_WB0;
     bodies_[b].shape = b;
-    if (model_->has_fixture) {
-      const Pose X_WV{Quat::Identity(), model_->fixture.p_WVo()};
-      pairs_.push_back({{bodies[b].points,
-                         model_->fixture,
-                         X_WV,
-                         0,
-                         {.force_layer = model_->scene.force_layer,
-                          .details = DetailsOf(model_->fixture_details),
-                          .schedule = schedule},
-                         GainsFor(bodies[b].inertia.mass)},
-                        static_cast<int>(b),
-                        -1});
-    }
+    add_fixture_pair(b);
     for (std::size_t other = 0; other < b; ++other) AddPair(b, other, schedule);
   }
   first_pairs_ = pairs_.size();
@@ -112,6 +115,7 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
     bodies_[b].second = static_cast<int>(bodies_.size());
     bodies_.push_back(bodies_[b]);
     bodies_.back().second = -1;
+    add_fixture_pair(bodies_.size() - 1);
     for (std::size_t other = 0; other < bodies.size(); ++other) {
       if (other != b) AddPair(bodies_.size() - 1, other, schedule);
     }

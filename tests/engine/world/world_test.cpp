@@ -285,6 +285,42 @@ TEST(World, AMirrorAloneFollowsItsPoseAtFreeSpeed) {
   EXPECT_LT((world.state(0).X_WB.p - Vec3(0.1, 0, 0)).norm(), 1e-9);
 }
 
+// Others hold a shared body in two places, and both instances are drawn into the wall as yielding
+// mirrors are: neither gets into it.
+TEST(World, BothInstancesOfAPartedBodyStopAtTheFixture) {
+  kHapticThread.Enter();
+  const TriangleMesh wall = At(Box(Vec3(0.01, 0.12, 0.06)), Vec3(-0.005, 0, 0));
+  const TriangleMesh cube = At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0.02, 0, 0));
+  const TriangleMesh elsewhere = At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0.2, 0, 0));
+  const ExactSurface solid(wall);
+  auto model =
+      std::make_shared<WorldModel>(*MakeWorldModel({{wall, true}, {cube}, {elsewhere}}, kVoxel));
+  model->scene.bodies[1].shared = true;
+  World world(model);
+  StepInputs inputs = FreeInputs(*model);
+  inputs.bodies[1].drive = BodyDrive::kParked;
+  StepInputs::BodyInput& input = inputs.bodies[0];
+  const double mass = model->bodies[0].inertia.mass;
+  const Mat3 per_mass = model->bodies[0].inertia.I_B / mass;
+  input.drive = input.second_drive = BodyDrive::kYielding;
+  input.pull = input.second_pull = {400, 20, 400 * per_mass, 20 * per_mass};
+  input.parted = true;
+  const Pose& X_WB0 = model->bodies[0].X_WB0;
+  input.mirror_WB = {X_WB0.q, Vec3(-0.005, 0.03, 0)};
+  input.second_WB = {X_WB0.q, Vec3(-0.005, -0.03, 0)};
+  double deepest = 0;
+  for (int frame = 0; frame < 1500; ++frame) {
+    world.Step(inputs);
+    for (const RigidState* state : {&world.state(0), &world.second_state(0)}) {
+      deepest = std::max(deepest, DeepestVertex(solid, cube, X_WB0, state->X_WB));
+    }
+  }
+  EXPECT_LE(deepest, 0.5 * kVoxel);
+  EXPECT_NEAR(world.state(0).X_WB.p.y(), 0.03, 2e-3);  // where they are drawn along the wall
+  EXPECT_NEAR(world.second_state(0).X_WB.p.y(), -0.03, 2e-3);
+  EXPECT_NEAR(world.state(0).X_WB.p.x(), world.second_state(0).X_WB.p.x(), 1e-4);
+}
+
 TEST(World, ParkedBodiesStandAndPushBack) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0, 0.04))},
