@@ -1,6 +1,7 @@
 #include "collab/remote_bodies.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "collab/newer.h"
 #include "collab/planted_faults.h"
@@ -86,6 +87,13 @@ void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
       first = &a;
       second = &b;
     }
+  }
+  if (body.parted) {
+    // hands tremble, so another pair may be the farthest now: each instance stays on its side
+    const auto from_last = [&input](const Instance* instance) {
+      return (instance->state.X_WB.p - input.mirror_WB.p).squaredNorm();
+    };
+    if (from_last(second) < from_last(first)) std::swap(first, second);
   }
   body.parted = farthest > (body.parted ? kMeet : kPart);
   std::array<Vec3, 2> p{Vec3::Zero(), Vec3::Zero()};

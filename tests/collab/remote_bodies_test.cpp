@@ -73,5 +73,38 @@ TEST(RemoteBodies, InstancesPartAtFortyMillimetresAndMeetAtTwenty) {
   EXPECT_FALSE(place({0, 0.01, 0.019}));
 }
 
+// 10 and 12 are on one side and tremble, 11 is alone on the other: whoever of the two is farther
+// from it, each instance of the picture stays on its side.
+TEST(RemoteBodies, PartedInstancesStayOnTheirSidesWhileHandsTremble) {
+  const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
+  WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);
+  model.scene.bodies[0].shared = true;
+  RemoteBodies remote(model);
+  StepInputs inputs = testing::FreeInputs(model);
+  for (PeerId peer = 10; peer <= 12; ++peer) {
+    MembershipChange change;
+    change.peer = peer;
+    change.claim_count = 1;
+    change.claims[0] = {.object = 0, .epoch = 1, .held = true};
+    remote.OnMembership(change);
+  }
+  for (std::uint32_t seq = 1; seq <= 20; ++seq) {
+    const double tremble = seq % 2 == 0 ? 5e-4 : -5e-4;
+    const std::array<double, 3> x{tremble, 0.06, -tremble};
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      ObjectState state;
+      state.peer = 10 + i;
+      state.epoch = 1;
+      state.seq = seq;
+      state.X_WB.p.x() = x[i];
+      remote.OnState(state);
+    }
+    remote.Prepare(1, inputs);
+    ASSERT_TRUE(inputs.bodies[0].parted);
+    EXPECT_NEAR(inputs.bodies[0].mirror_WB.p.x(), 0.0, 1e-12) << seq;
+    EXPECT_NEAR(inputs.bodies[0].second_WB.p.x(), 0.06, 1e-12) << seq;
+  }
+}
+
 }  // namespace
 }  // namespace tandem
