@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "collab/energy_gate.h"
 #include "collab/planted_faults.h"
@@ -38,6 +39,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
   inputs_.bodies.resize(model.bodies.size());
   inputs_.capacity = options.capacity;
   next_parked_ns_.resize(model.bodies.size());
+  handle_.X_WA.p.setConstant(std::numeric_limits<double>::quiet_NaN());
   trace_.reserve(options.trace_frames);
   if (options.held_object < 0) return;
   const auto object = static_cast<std::size_t>(options.held_object);
@@ -69,7 +71,12 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   inputs_.ground_damping = 0;
   inputs_.ground_rotation_damping.setZero();
   if (held_ >= 0) {
-    if (!attached_) Attach(goal);
+    if (!goal.X_WA.p.allFinite()) {
+      // nobody knows yet where the hand is: the body waits for it where it stands
+      inputs_.bodies[static_cast<std::size_t>(held_)].drive = BodyDrive::kParked;
+    } else if (!attached_) {
+      Attach(goal);
+    }
     const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
     if (attached_) {
       inputs_.hand = {

@@ -88,7 +88,7 @@ class Peer {
   void Leave(std::int64_t now_ns) noexcept;
 
  private:
-  /// Where the handle is; one that says nonsense is where it was, at rest.
+  /// Where the handle is; one that says nonsense is where it was, at rest: at NaN, if never sound.
   Anchor ReadDevice() noexcept;
   void Receive(std::int64_t now_ns) noexcept;
   void OnMembership(const MembershipChange& change) noexcept;

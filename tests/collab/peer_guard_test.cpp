@@ -1,5 +1,6 @@
 // Nothing reaches a hand but through the guard: whole peers whose devices see all that they are
 // given.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -81,6 +82,75 @@ TEST(PeerGuard, NothingPassesWhateverTheHandDoes) {
     EXPECT_EQ(guard.frames(), 3000U);
     EXPECT_TRUE(session.node(p).peer().held_state()->X_WB.p.allFinite());
   }
+}
+
+/// A handle that says what the test has it say.
+class ToldDevice : public Device {
+ public:
+  void Start() noexcept override {}
+  Anchor Read() noexcept override { return now; }
+  void Render(const Wrench& F_D_W) noexcept override { felt = F_D_W; }
+
+  Anchor now;
+  Wrench felt;
+};
+
+/// One with such a handle, holding nothing at first, and one who watches.
+struct ToldSession {
+  ToldSession() {
+    const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
+    const auto model = testing::MakeWorldModel({{box}}, 0.001);
+    for (PeerId id = 1; id <= 2; ++id) {
+      NodeOptions options;
+      options.peer.id = id;
+      options.conditions.delay_ms = 20;
+      auto held_by = std::make_unique<ToldDevice>();
+      if (id == 1) device = held_by.get();
+      session.Add(std::make_unique<PeerNode>(model, std::move(held_by), 42, options), id);
+    }
+  }
+  void Run(int frames) {
+    for (int i = 0; i < frames; ++i) {
+      session.Step();
+      largest = std::max({largest, device->felt.f.norm(), device->felt.tau.norm()});
+      const StepReport& report = peer().report();
+      sound = sound && report.contact_B_W.f.allFinite() && report.hand_B_W.f.allFinite();
+      for (std::size_t node = 0; node < 2; ++node) {
+        sound = sound && Sound(session.node(node).world().state(0).X_WB);
+      }
+      for (const std::string& line : session.node(0).TakeNews()) news.push_back(line);
+    }
+  }
+  static bool Sound(const Pose& pose) { return pose.p.allFinite() && pose.q.coeffs().allFinite(); }
+  void Order(Command::Kind kind) {
+    ASSERT_TRUE(session.node(0).peer().commands().TryPush({kind, 0, 0}));
+  }
+  Peer& peer() { return session.node(0).peer(); }
+  Vec3 place(std::size_t node) { return session.node(node).world().state(0).X_WB.p; }
+
+  SimulatedSession session;
+  ToldDevice* device = nullptr;
+  double largest = 0;  // of what the hand felt, N or N m
+  bool sound = true;   // all poses, and forces that are told to others
+  std::vector<std::string> news;
+};
+
+// A device that begins with nonsense: the hand grasps once it is known where it is, and feels
+// nothing of it.
+TEST(PeerGuard, AHandGraspsNothingBeforeItIsKnownWhereItIs) {
+  ToldSession run;
+  run.device->now.X_WA.p.x() = std::numeric_limits<double>::quiet_NaN();
+  run.Order(Command::Kind::kGrab);
+  run.Run(300);
+  ASSERT_EQ(run.peer().holdings().held(), 0);
+  const Vec3 before = run.place(0);
+  run.device->now.X_WA.p = Vec3(0.008, 0.02, 0);
+  run.Run(500);
+  EXPECT_LT(run.largest, 1e-9);
+  EXPECT_LT((run.place(0) - before).norm(), 1e-9);
+  run.device->now.X_WA.p.y() += 0.003;
+  run.Run(4000);  // held beside its middle it turns first, and slowly back
+  EXPECT_NEAR(run.place(0).y() - before.y(), 0.003, 1e-4) << "now it holds it";
 }
 
 }  // namespace
