@@ -22,6 +22,10 @@ constexpr double kNearingTurn = 0.02;   // rad a frame
 constexpr double kFastestShown = 10.0;  // m/s of a picture
 constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
 
+bool AllFinite(const Wrench& F) {
+  return F.f.allFinite() && F.tau.allFinite();
+}
+
 }  // namespace
 
 Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& options)
@@ -90,6 +94,11 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   }
   report_ = world_->Step(inputs_);
   Render();
+  if (!AllFinite(report_.hand_B_W) || !AllFinite(report_.contact_B_W)) {
+    // what is no number goes no further than the guard
+    report_.hand_B_W = report_.contact_B_W = {};
+    report_.links_B_W = {};
+  }
 
   FillOutbox(now_ns, out);
   SayParked(now_ns);

@@ -161,6 +161,10 @@ Twist ConstrainedTwist(const Constraint& constraint, const Inertia& inertia,
 double Advance(const Constraint& constraint, RigidState& state, const Twist& V_WB, double h,
                double radius, double max_travel) noexcept {
   constexpr int kMostLooks = 8;
+  if (!V_WB.v.allFinite() || !V_WB.w.allFinite()) {
+    state.V_WB = {};
+    return 0;
+  }
   const JointRates wanted = RatesOf(constraint, state.X_WB, V_WB);
   const Pose X_J0J = constraint.Allowed(InJoint(constraint, state.X_WB));
   double scale = 1.0;

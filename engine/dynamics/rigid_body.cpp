@@ -31,6 +31,10 @@ Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load&
 
 double Advance(RigidState& state, const Twist& V_WB, double h, double radius,
                double max_travel) noexcept {
+  if (!V_WB.v.allFinite() || !V_WB.w.allFinite()) {
+    state.V_WB = {};
+    return 0;
+  }
   const double wanted = TravelOf(h * V_WB.v, h * V_WB.w.norm(), radius);
   // |sin| is concave: scaling the twist scales the travel by at least as much, so a second look is
   // cheap

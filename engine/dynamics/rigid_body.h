@@ -37,7 +37,7 @@ Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load&
 
 /// Moves the state by `V_WB` for h seconds, the whole twist scaled down so that no surface point
 /// goes farther than `max_travel` (m); the scaled twist is the new velocity, so that nothing winds
-/// up. Returns the travel made, m.
+/// up. A twist that is no number leaves it where it is, at rest. Returns the travel made, m.
 double Advance(RigidState& state, const Twist& V_WB, double h, double radius,
                double max_travel) noexcept;
 

@@ -65,7 +65,7 @@ struct StepReport {
   int clear_points = 0;  // of the contact points, known to push nothing yet
   int loaded_points = 0;
   TestCounts tests;
-  Wrench hand_B_W;     // hand's coupling on the held body, as applied
+  Wrench hand_B_W;     // hand's coupling on the held body, as applied; NaN: its step was no number
   Wrench contact_B_W;  // contact on the held body, at the frame's start
   std::array<Wrench, kMaxLinkAnchors> links_B_W{};  // couplings to copies, as applied
 };

@@ -333,6 +333,12 @@ void World::Move(const StepInputs& in) noexcept {
     }
     const Twist& after = body.state.V_WB;
     if (in.hand.body != static_cast<int>(b)) continue;
+    if (!wanted.v.allFinite() || !wanted.w.allFinite()) {
+      // the body stands, but nothing that is known pulls at the hand
+      report_.hand_B_W.f.setConstant(std::numeric_limits<double>::quiet_NaN());
+      report_.hand_B_W.tau = report_.hand_B_W.f;
+      continue;
+    }
     report_.hand_B_W = AppliedWrench(hand_load_, before, after, kFrame);
     for (std::size_t k = 0; k < in.link_count; ++k) {
       report_.links_B_W[k] = AppliedWrench(link_loads_[k], before, after, kFrame);

@@ -153,5 +153,41 @@ TEST(PeerGuard, AHandGraspsNothingBeforeItIsKnownWhereItIs) {
   EXPECT_NEAR(run.place(0).y() - before.y(), 0.003, 1e-4) << "now it holds it";
 }
 
+// A frame in which the simulation leaves the numbers: the body stays where it was, for all, the
+// hand feels nothing of it and is told so, and when it takes it again it feels it again.
+TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
+  ToldSession run;
+  run.Order(Command::Kind::kGrab);
+  run.Run(300);
+  ASSERT_EQ(run.peer().holdings().held(), 0);
+  run.device->now.V_WA.v.x() = 1e308;
+  run.Run(1);
+  EXPECT_EQ(run.place(0), Vec3::Zero());
+  run.device->now = {};
+  run.device->now.X_WA.p.y() = 0.005;
+  run.Run(5);
+  run.largest = 0;
+  run.Run(500);
+  EXPECT_EQ(run.largest, 0.0);
+  EXPECT_TRUE(run.sound);
+  EXPECT_TRUE(run.peer().guard().stopped());
+  const auto told = std::count_if(run.news.begin(), run.news.end(), [](const std::string& line) {
+    return line.find("is not a number") != std::string::npos;
+  });
+  EXPECT_EQ(told, 1);
+  run.Order(Command::Kind::kRelease);
+  run.Run(300);
+  run.Order(Command::Kind::kGrab);
+  run.Run(300);
+  ASSERT_EQ(run.peer().holdings().held(), 0);
+  EXPECT_FALSE(run.peer().guard().stopped());
+  run.device->now.X_WA.p.y() += 0.005;
+  run.Run(3);
+  EXPECT_GT(run.largest, 0.1);
+  run.Run(1000);
+  EXPECT_NEAR(run.place(0).y(), 0.010, 1e-3);
+  EXPECT_NEAR(run.place(1).y(), 0.010, 1e-3);
+}
+
 }  // namespace
 }  // namespace tandem

@@ -1,5 +1,7 @@
 #include "engine/dynamics/rigid_body.h"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/shapes.h"
@@ -129,6 +131,39 @@ TEST(Follow, ArrivesAndNeverGoesTooFast) {
       left = now;
     }
     EXPECT_LT(left, 1e-9);
+  }
+}
+
+// A twist or a target that is no number leaves the body where it was, at rest; the next sound one
+// moves it again.
+TEST(Advance, WhatIsNoNumberLeavesTheBodyWhereItWas) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const Pose X_WB{RotationBy(Vec3(0.1, 0.2, 0.3)), Vec3(0.01, 0.02, 0.03)};
+  for (const double bad : {kNaN, kInfinite, -kInfinite}) {
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      RigidState state{X_WB, {Vec3(1, 0, 0), Vec3(0, 1, 0)}};
+      Vec6 V = Vec6::Zero();
+      V[axis] = bad;
+      EXPECT_EQ(Advance(state, {V.head<3>(), V.tail<3>()}, 1e-3, 0.1, 0.001), 0.0);
+      EXPECT_EQ(state.X_WB.p, X_WB.p);
+      EXPECT_EQ(state.X_WB.q.coeffs(), X_WB.q.coeffs());
+      EXPECT_EQ(state.V_WB.v, Vec3::Zero());
+      EXPECT_EQ(state.V_WB.w, Vec3::Zero());
+    }
+    RigidState state{X_WB, {}};
+    Pose target = X_WB;
+    target.p.x() = bad;
+    Follow(state, target, 1e-3, 0.1, 0.001);
+    EXPECT_EQ(state.X_WB.p, X_WB.p);
+    target = X_WB;
+    target.q.x() = bad;
+    Follow(state, target, 1e-3, 0.1, 0.001);
+    EXPECT_EQ(state.X_WB.q.coeffs(), X_WB.q.coeffs());
+    target = X_WB;
+    target.p.x() += 1e-4;
+    Follow(state, target, 1e-3, 0.1, 0.001);
+    EXPECT_NEAR(state.X_WB.p.x(), target.p.x(), 1e-12);
   }
 }
 
