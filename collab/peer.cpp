@@ -93,6 +93,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
     if (shared_) shared_->Prepare(now_ns, *held_state(), inputs_);
   }
   report_ = world_->Step(inputs_);
+  if (attached_ && parting_.leading()) report_.hand_B_W = {};
   Render();
   if (!AllFinite(report_.hand_B_W) || !AllFinite(report_.contact_B_W)) {
     // what is no number goes no further than the guard

@@ -45,7 +45,8 @@ void MotionChecker::Look(SimulatedSession& session) {
       }
     }
     // until the hand has grasped it, it comes as a mirror does
-    const bool grasped = node.peer().report().hand_B_W.f != Vec3::Zero();
+    const bool grasped =
+        node.peer().report().hand_B_W.f != Vec3::Zero() || node.peer().parting().leading();
     const int held = grasped ? node.peer().holdings().held() : -1;
     if (held >= 0) LookAtHeld(session, m, static_cast<std::size_t>(held));
     held_[m] = held;

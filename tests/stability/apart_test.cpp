@@ -186,6 +186,9 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
       if (back_s < 0 && led_s > 0 && !led) back_s = run.time_s;
       if (led) {
         EXPECT_EQ(run.devices[1]->force, Vec3::Zero());
+        // what pictures, traces and exports show of it
+        EXPECT_EQ(run.peer(1).report().hand_B_W.f, Vec3::Zero());
+        EXPECT_EQ(run.peer(1).report().hand_B_W.tau, Vec3::Zero());
       }
     }
     // the hands part for good at 1.6 to 2.4 s
