@@ -1,6 +1,7 @@
 #include "engine/dynamics/constraint.h"
 
 #include <functional>
+#include <limits>
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
@@ -220,6 +221,19 @@ TEST(Constraint, StandsWhereNoTravelIsLeft) {
     EXPECT_EQ(Advance(kind.constraint, state, {Vec3(1, 2, 3), Vec3(1, 2, 3)}, kStep, 0.1, 0.0),
               0.0);
     EXPECT_LT((state.X_WB.p - kFirst.p).norm(), 1e-15) << kind.name;
+  }
+}
+
+TEST(Constraint, WhatIsNoNumberLeavesTheBodyWhereItWas) {
+  for (const Kind& kind : Kinds()) {
+    RigidState state{kFirst, {Vec3(1, 0, 0), Vec3(0, 1, 0)}};
+    const Vec3 none = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+    EXPECT_EQ(Advance(kind.constraint, state, {none, none}, kStep, 0.1, 1e-3), 0.0) << kind.name;
+    Follow(kind.constraint, state, {kFirst.q, none}, kStep, 0.1, 1e-3);
+    EXPECT_LT((state.X_WB.p - kFirst.p).norm(), 1e-12) << kind.name;
+    EXPECT_LT(state.X_WB.q.angularDistance(kFirst.q), 1e-7) << kind.name;
+    EXPECT_LT(state.V_WB.v.norm(), 1e-9) << kind.name;
+    EXPECT_LT(state.V_WB.w.norm(), 1e-9) << kind.name;
   }
 }
 
