@@ -89,13 +89,14 @@ void Parting::Look(std::int64_t now_ns, const RigidState& own, SharedBody& share
     shared.CapForce(peer, trapped || phase_ != Phase::kInHand ? most : kNoCap);
   }
   told_ = still;
-  Heal(now_ns, own, lowest);
+  if (phase_ == Phase::kLeading) retrace_.Advance(history_, own.X_WB);
+  Heal(now_ns, lowest);
 }
 
-void Parting::Heal(std::int64_t now_ns, const RigidState& own, PeerId lowest) noexcept {
+void Parting::Heal(std::int64_t now_ns, PeerId lowest) noexcept {
   const bool asked = std::exchange(asked_, false);
-  if (phase_ == Phase::kLeading) retrace_.Advance(history_, own.X_WB);
   if (phase_ == Phase::kLettingGo || phase_ == Phase::kLeading) return;
+  if (retrace_.state() == Retrace::State::kSearching) return Seek(lowest);
   if (lowest == self_ || !detector_.trapped(lowest)) {
     apart_since_ns_ = 0;
     given_up_ = 0;
@@ -106,13 +107,23 @@ void Parting::Heal(std::int64_t now_ns, const RigidState& own, PeerId lowest) no
   }
   const bool waited = apart_since_ns_ != 0 && now_ns - apart_since_ns_ >= kPatienceNs;
   if (!asked && (!waited || given_up_ == lowest)) return;
-  if (!retrace_.Start(history_, lowest, own.X_WB, body().points.radius)) {
-    given_up_ = lowest;
-    Tell(HoldingNews::Kind::kNoWayBack, lowest);
+  retrace_.Start(history_, lowest, body().points.radius);
+  Seek(lowest);
+}
+
+void Parting::Seek(PeerId lowest) noexcept {
+  if (retrace_.towards() != lowest || !(detector_.blocked(lowest) || detector_.trapped(lowest))) {
+    retrace_.Stop();  // it is not wanted any more
     return;
   }
-  Tell(HoldingNews::Kind::kComingBack, lowest);
-  phase_ = Phase::kLettingGo;
+  retrace_.Search(history_);
+  if (retrace_.state() == Retrace::State::kFound) {
+    Tell(HoldingNews::Kind::kComingBack, lowest);
+    phase_ = Phase::kLettingGo;
+  } else if (retrace_.state() == Retrace::State::kNoWay) {
+    given_up_ = lowest;
+    Tell(HoldingNews::Kind::kNoWayBack, lowest);
+  }
 }
 
 void Parting::Lead(const RigidState& own, const Pose& X_WD, Pose& X_BD,
@@ -121,7 +132,10 @@ void Parting::Lead(const RigidState& own, const Pose& X_WD, Pose& X_BD,
   const bool arrived = retrace_.state() == Retrace::State::kArrived;
   if (phase_ == Phase::kLettingGo) {
     hand_share_ -= kFrame / kLetGo;
-    if (hand_share_ <= 0) phase_ = Phase::kLeading;
+    if (hand_share_ <= 0) {
+      phase_ = Phase::kLeading;
+      retrace_.SetOut(history_, own.X_WB);  // it went on while it was let go of
+    }
   } else if (phase_ == Phase::kLeading && retrace_.state() != Retrace::State::kUnderWay) {
     phase_ = Phase::kTakingUp;
     X_BD = own.X_WB.Inverse() * X_WD;

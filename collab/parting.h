@@ -52,7 +52,9 @@ class Parting {
   void Keep(const RigidState& own, const std::array<InstanceView, kMaxLinks>& others,
             std::size_t count) noexcept;
   /// Starts, or goes on with, the way to `lowest`.
-  void Heal(std::int64_t now_ns, const RigidState& own, PeerId lowest) noexcept;
+  void Heal(std::int64_t now_ns, PeerId lowest) noexcept;
+  /// A frame of the search for the way to `lowest`; lets go of the body when it is found.
+  void Seek(PeerId lowest) noexcept;
   void Tell(HoldingNews::Kind kind, PeerId peer) noexcept;
   const BodyModel& body() const noexcept { return model_->bodies[static_cast<std::size_t>(body_)]; }
 

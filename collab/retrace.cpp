@@ -12,41 +12,48 @@ namespace {
 
 // whether a line was free is known some frames late: that many moments earlier it is certain
 constexpr std::int64_t kCertain = 5;
-constexpr int kMostMoments = 64;  // gone through in a frame, where the body stood
-
-/// The newest moment at which a straight line led to the other, from `nearest` m at the most; -1:
-/// none is kept.
-std::int64_t LastFree(const PoseHistory& history, PeerId peer, double nearest, double angle) {
-  std::int64_t run = 0;
-  for (std::int64_t moment = history.end() - 1; moment >= history.begin(); --moment) {
-    const bool free = history.WasFree(peer, moment);
-    run = free ? run + 1 : 0;
-    if (run <= kCertain) continue;
-    const Pose& ours = history.Ours(moment);
-    const Pose& theirs = *history.Of(peer, moment);
-    if ((theirs.p - ours.p).norm() <= nearest && ours.q.angularDistance(theirs.q) <= angle) {
-      return moment;
-    }
-  }
-  return -1;
-}
 
 }  // namespace
 
-bool Retrace::Start(const PoseHistory& history, PeerId towards, const Pose& X_WB,
-                    double radius) noexcept {
-  state_ = State::kIdle;
-  together_ = LastFree(history, towards, kTogether, kTogetherAngle);
-  if (together_ < 0) together_ = LastFree(history, towards, 1e9, 1e9);
-  if (together_ < 0) return false;
-  state_ = State::kUnderWay;
+void Retrace::Start(const PoseHistory& history, PeerId towards, double radius) noexcept {
+  state_ = State::kSearching;
   towards_ = towards;
   radius_ = radius;
+  sought_ = history.end() - 1;
+  free_run_ = 0;
+  together_ = -1;
+}
+
+void Retrace::Search(const PoseHistory& history) noexcept {
+  if (state_ != State::kSearching) return;
+  for (int moments = 0; moments < kMostMoments; ++moments, --sought_) {
+    if (sought_ < history.begin()) {
+      // never near, but a straight line led to the other once
+      state_ = together_ >= history.begin() ? State::kFound : State::kNoWay;
+      return;
+    }
+    free_run_ = history.WasFree(towards_, sought_) ? free_run_ + 1 : 0;
+    if (free_run_ <= kCertain) continue;
+    if (together_ < 0) together_ = sought_;
+    const Pose& ours = history.Ours(sought_);
+    const Pose& theirs = *history.Of(towards_, sought_);
+    if ((theirs.p - ours.p).norm() <= kTogether &&
+        ours.q.angularDistance(theirs.q) <= kTogetherAngle) {
+      together_ = sought_;
+      state_ = State::kFound;
+      return;
+    }
+  }
+}
+
+void Retrace::SetOut(const PoseHistory& history, const Pose& X_WB) noexcept {
+  if (state_ != State::kFound) return;
+  state_ = State::kUnderWay;
   back_ = true;
   moment_ = history.end() - 1;
   goal_ = X_WB;
+  frames_ = 0;
   stuck_frames_ = 0;
-  return true;
 }
 
 const Pose* Retrace::Next(const PoseHistory& history) const noexcept {
@@ -61,7 +68,7 @@ double Retrace::Travel(const Pose& from, const Pose& to) const noexcept {
 void Retrace::Advance(const PoseHistory& history, const Pose& X_WB) noexcept {
   if (state_ != State::kUnderWay) return;
   const Pose* last = history.Of(towards_, history.end() - 1);
-  if (last == nullptr || ++stuck_frames_ > kStuckFrames) {
+  if (last == nullptr || ++stuck_frames_ > kStuckFrames || ++frames_ > kMostFrames) {
     state_ = State::kStuck;
     return;
   }

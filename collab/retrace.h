@@ -14,18 +14,33 @@ class Retrace {
  public:
   static constexpr double kTogether = 0.03;  // m
   static constexpr double kTogetherAngle = 0.5;
-  static constexpr double kSpeed = 0.25;     // m/s, of the fastest surface point
-  static constexpr double kLead = 0.01;      // m that the goal is ahead of the body at the most
-  static constexpr double kThere = 0.015;    // m from the other: arrived
-  static constexpr int kStuckFrames = 3000;  // without a step of the goal
+  static constexpr double kSpeed = 0.25;      // m/s, of the fastest surface point
+  static constexpr double kLead = 0.01;       // m that the goal is ahead of the body at the most
+  static constexpr double kThere = 0.015;     // m from the other: arrived
+  static constexpr int kStuckFrames = 3000;   // without a step of the goal
+  static constexpr int kMostFrames = 15'000;  // of the whole way
+  static constexpr int kMostMoments = 64;     // of the history, looked at in a frame
 
-  enum class State : std::uint8_t { kIdle, kUnderWay, kArrived, kStuck };
+  /// kSearching: Search() goes on; kNoWay: there was no moment at which they were together;
+  /// kFound: SetOut() begins.
+  enum class State : std::uint8_t {
+    kIdle,
+    kSearching,
+    kNoWay,
+    kFound,
+    kUnderWay,
+    kArrived,
+    kStuck
+  };
 
-  /// Begins at `X_WB` towards that one. False: there was no moment at which they were together.
-  /// `radius`: of the body, m.
-  bool Start(const PoseHistory& history, PeerId towards, const Pose& X_WB, double radius) noexcept;
+  /// Begins to look for a way to that one. `radius`: of the body, m.
+  void Start(const PoseHistory& history, PeerId towards, double radius) noexcept;
   void Stop() noexcept { state_ = State::kIdle; }
-  /// A frame: where our instance is.
+  /// A frame of the search: some moments further back.
+  void Search(const PoseHistory& history) noexcept;
+  /// Takes the way that was found, from where our instance is now.
+  void SetOut(const PoseHistory& history, const Pose& X_WB) noexcept;
+  /// A frame on the way: where our instance is.
   void Advance(const PoseHistory& history, const Pose& X_WB) noexcept;
 
   State state() const noexcept { return state_; }
@@ -41,10 +56,13 @@ class Retrace {
   State state_ = State::kIdle;
   PeerId towards_ = 0;
   double radius_ = 0;
+  std::int64_t sought_ = 0;    // moment to look at next
+  std::int64_t free_run_ = 0;  // moments before it, all of them free
   bool back_ = true;           // on our own path
   std::int64_t moment_ = 0;    // to go to next
-  std::int64_t together_ = 0;  // where our path is left for the other's
+  std::int64_t together_ = 0;  // where our path is left for the other's; -1: not known
   Pose goal_;
+  int frames_ = 0;  // on the way
   int stuck_frames_ = 0;
 };
 

@@ -33,11 +33,19 @@ struct Parting {
   PoseHistory history;
 };
 
+/// Whether there is a way; then at its beginning.
+bool Begin(Retrace& retrace, const PoseHistory& history, PeerId towards, const Pose& X_WB) {
+  retrace.Start(history, towards, kRadius);
+  while (retrace.state() == Retrace::State::kSearching) retrace.Search(history);
+  retrace.SetOut(history, X_WB);
+  return retrace.state() == Retrace::State::kUnderWay;
+}
+
 TEST(Retrace, GoesBackByOurPathAndOnByTheirs) {
   Parting parting;
   Retrace retrace;
   Pose X_WB = parting.history.Ours(parting.history.end() - 1);
-  ASSERT_TRUE(retrace.Start(parting.history, kAnna, X_WB, kRadius));
+  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
   double highest = -1;
   double fastest = 0;
   int frames = 0;
@@ -63,7 +71,7 @@ TEST(Retrace, WaitsForABodyThatIsHeldBackAndGivesUpInTheEnd) {
   Parting parting;
   Retrace retrace;
   const Pose X_WB = parting.history.Ours(parting.history.end() - 1);
-  ASSERT_TRUE(retrace.Start(parting.history, kAnna, X_WB, kRadius));
+  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
   for (int i = 0; i < 2900; ++i) retrace.Advance(parting.history, X_WB);
   EXPECT_EQ(retrace.state(), Retrace::State::kUnderWay);
   EXPECT_LT((retrace.goal().p - X_WB.p).norm(), Retrace::kLead + 1e-3);
@@ -75,7 +83,7 @@ TEST(Retrace, FollowsOneWhoGoesOn) {
   Parting parting;
   Retrace retrace;
   Pose X_WB = parting.history.Ours(parting.history.end() - 1);
-  ASSERT_TRUE(retrace.Start(parting.history, kAnna, X_WB, kRadius));
+  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
   for (int i = 0; i < 10000 && retrace.state() == Retrace::State::kUnderWay; ++i) {
     const double on = 0.05 * std::min(3.0, 1e-3 * i);
     if (i % 10 == 0) parting.Add(X_WB.p, Vec3(0.1, -0.2, on), true);
@@ -84,6 +92,24 @@ TEST(Retrace, FollowsOneWhoGoesOn) {
   }
   EXPECT_EQ(retrace.state(), Retrace::State::kArrived);
   EXPECT_GT(X_WB.p.z(), 0.1);
+}
+
+// The hand feels nothing on the way: it may not last for ever.
+TEST(Retrace, GivesUpOneWhoKeepsGoingFaster) {
+  Parting parting;
+  Retrace retrace;
+  Pose X_WB = parting.history.Ours(parting.history.end() - 1);
+  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
+  int frames = 0;
+  for (; frames < 30'000 && retrace.state() == Retrace::State::kUnderWay; ++frames) {
+    const double round = 5.0 * 1e-3 * frames;  // rad: 0.5 m/s
+    const Vec3 aside(0.1 * std::cos(round), -0.2 + 0.1 * std::sin(round), 0);
+    if (frames % 10 == 0) parting.Add(X_WB.p, aside, true);
+    retrace.Advance(parting.history, X_WB);
+    X_WB = retrace.goal();
+  }
+  EXPECT_EQ(retrace.state(), Retrace::State::kStuck);
+  EXPECT_NEAR(frames * kFrame, 15, 0.1);
 }
 
 TEST(Retrace, HasNoWayToOneWhoWasNeverNear) {
@@ -96,15 +122,50 @@ TEST(Retrace, HasNoWayToOneWhoWasNeverNear) {
     moment.blocked[0] = true;
   }
   Retrace retrace;
-  EXPECT_FALSE(retrace.Start(history, kAnna, {}, kRadius));
-  EXPECT_FALSE(retrace.Start(history, kAnna + 1, {}, kRadius));
+  EXPECT_FALSE(Begin(retrace, history, kAnna, {}));
+  EXPECT_FALSE(Begin(retrace, history, kAnna + 1, {}));
+}
+
+// A haptic frame is short: a long history is gone through in many.
+TEST(Retrace, LooksAtSoMuchOfTheHistoryInAFrame) {
+  Parting parting;
+  for (int i = 0; i < 3300; ++i) parting.Add(Vec3(-0.1, 0, 0), Vec3(0.1, 0, 0), true);
+  Retrace retrace;
+  retrace.Start(parting.history, kAnna, kRadius);
+  int frames = 0;
+  for (; frames < 1000 && retrace.state() == Retrace::State::kSearching; ++frames) {
+    retrace.Search(parting.history);
+  }
+  // 3000 moments, none of them free
+  EXPECT_EQ(retrace.state(), Retrace::State::kNoWay);
+  EXPECT_EQ(frames, 3000 / Retrace::kMostMoments + 1);
+}
+
+// Before it sets out the body moves on: the way begins where it then is.
+TEST(Retrace, SetsOutFromWhereTheBodyIsThen) {
+  Parting parting;
+  Retrace retrace;
+  retrace.Start(parting.history, kAnna, kRadius);
+  while (retrace.state() == Retrace::State::kSearching) retrace.Search(parting.history);
+  ASSERT_EQ(retrace.state(), Retrace::State::kFound);
+  Pose X_WB = parting.history.Ours(parting.history.end() - 1);
+  for (int i = 0; i < 20; ++i) {
+    X_WB.p.y() -= 0.005;
+    parting.Add(X_WB.p, Vec3(0.1, -0.2, 0), true);
+  }
+  retrace.SetOut(parting.history, X_WB);
+  EXPECT_EQ(retrace.goal().p, X_WB.p);
+  retrace.Advance(parting.history, X_WB);
+  EXPECT_LE((retrace.goal().p - X_WB.p).norm(), Retrace::kSpeed * kFrame + 1e-9);
+  // back along its own path, what it went meanwhile too
+  EXPECT_EQ(retrace.goal().p.x(), X_WB.p.x());
 }
 
 TEST(Retrace, StopsWhenTheOtherIsGone) {
   Parting parting;
   Retrace retrace;
   const Pose X_WB = parting.history.Ours(parting.history.end() - 1);
-  ASSERT_TRUE(retrace.Start(parting.history, kAnna, X_WB, kRadius));
+  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
   parting.Add(X_WB.p, Vec3::Zero(), false, false);
   retrace.Advance(parting.history, X_WB);
   EXPECT_EQ(retrace.state(), Retrace::State::kStuck);

@@ -194,7 +194,8 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
     // the hands part for good at 1.6 to 2.4 s
     for (const double found_s : run.found_s) EXPECT_NEAR(found_s, 2.8, 0.5);
     EXPECT_LT(capped_s - run.found_s[1], Parting::kPatienceNs * 1e-9);
-    EXPECT_NEAR(led_s - run.found_s[1], 2.2, 0.01);
+    // patience and letting go, looked at every 10 ms; the search takes some frames
+    EXPECT_NEAR(led_s - run.found_s[1], 2.2, 0.02);
     EXPECT_LT(back_s - led_s, 4.0);
     EXPECT_LT(run.apart(), 0.02);
     EXPECT_FALSE(run.peer(0).parting().apart());

@@ -1,0 +1,66 @@
+#include "collab/parting.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/shapes.h"
+#include "tests/support/test_world.h"
+
+namespace tandem {
+namespace {
+
+using testing::At;
+using testing::Box;
+
+constexpr PeerId kAnna = 1;
+constexpr std::int64_t kMs = 1'000'000;
+
+/// A wall in the plane x = 0 that ends at y = 0, and a shared cube, which stands above its edge.
+std::shared_ptr<const WorldModel> WallAndCube() {
+  const TriangleMesh wall = At(Box(Vec3(0.004, 0.2, 0.1)), Vec3(0, -0.1, 0));
+  const TriangleMesh cube = At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0.03, 0));
+  auto model =
+      std::make_shared<WorldModel>(*testing::MakeWorldModel({{wall, true}, {cube}}, 0.002));
+  model->scene.bodies[1].shared = true;
+  return model;
+}
+
+// While the hand lets go of it the body moves on: what then leads it begins where it is, and does
+// not tear it back to where it was when the way was found.
+TEST(Parting, LeadsAMovingBodyFromWhereItIsOnceItIsLetGoOf) {
+  const auto model = WallAndCube();
+  Parting parting(2, *model);
+  parting.Begin(0);
+  SharedBody shared(2, 1, model->bodies[0].inertia, {});
+  shared.Join(kAnna);
+  RigidState own;
+  Pose X_BD;
+  StepInputs::Hand hand;
+  std::uint32_t seq = 0;
+  const auto frame = [&](double aside, double down, double ours_further) {
+    ObjectState theirs;
+    theirs.peer = kAnna;
+    theirs.object = 1;
+    theirs.seq = ++seq;
+    theirs.X_WB.p = Vec3(aside, 0.03 - down, 0);
+    shared.OnState(theirs);
+    own.X_WB.p = Vec3(-aside - ours_further, 0.03 - down, 0);
+    parting.Look(seq * kMs, own, shared);
+    hand = {};
+    hand.gains.stiffness = 1;
+    parting.Lead(own, own.X_WB, X_BD, hand);
+  };
+  for (int i = 0; i < 500; ++i) frame(0, 0, 0);
+  for (int i = 0; i < 500; ++i) frame(1e-4 * i, 0, 0);
+  for (int i = 0; i < 500; ++i) frame(0.05, 2e-4 * i, 0);
+  ASSERT_TRUE(parting.apart());
+  parting.Ask();
+  int moving = 0;  // frames, at 0.5 m/s
+  while (!parting.leading() && moving < 1000) frame(0.05, 0.1, 5e-4 * ++moving);
+  ASSERT_TRUE(parting.leading());
+  EXPECT_GT(moving, 190);
+  const Vec3 lift = -model->bodies[0].inertia.mass / hand.gains.stiffness * model->scene.gravity_W;
+  EXPECT_LT((hand.goal.X_WA.p - lift - own.X_WB.p).norm(), 1e-6);
+}
+
+}  // namespace
+}  // namespace tandem
