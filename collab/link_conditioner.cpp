@@ -24,7 +24,12 @@ std::int64_t Ns(double ms) {
 }  // namespace
 
 LinkConditioner::LinkConditioner(const LinkConditions& conditions, std::uint64_t stream)
-    : conditions_(conditions), random_(Mixed(Mixed(conditions.seed) ^ stream)) {}
+    : conditions_(conditions), stream_(stream), random_(Mixed(Mixed(conditions.seed) ^ stream)) {}
+
+void LinkConditioner::Switch(const LinkConditions& conditions) noexcept {
+  if (conditions.seed != conditions_.seed) random_.seed(Mixed(Mixed(conditions.seed) ^ stream_));
+  conditions_ = conditions;
+}
 
 double LinkConditioner::Random() noexcept {
   return static_cast<double>(random_() >> 11U) * 0x1p-53;

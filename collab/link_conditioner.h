@@ -33,8 +33,9 @@ class LinkConditioner {
   /// `stream` tells apart the links of one receiver: each has a random stream of its own.
   explicit LinkConditioner(const LinkConditions& conditions, std::uint64_t stream = 0);
 
-  /// Other conditions from now on: an outage, a better route. The random stream goes on.
-  void Switch(const LinkConditions& conditions) noexcept { conditions_ = conditions; }
+  /// Other conditions from now on: an outage, a better route. The random stream goes on; with
+  /// another seed it begins anew.
+  void Switch(const LinkConditions& conditions) noexcept;
   const LinkConditions& conditions() const noexcept { return conditions_; }
 
   /// When a sample that arrives now is to be delivered (the receiver's clock, ns): writes as many
@@ -46,6 +47,7 @@ class LinkConditioner {
   bool Lost() noexcept;
 
   LinkConditions conditions_;
+  std::uint64_t stream_;
   std::mt19937_64 random_;
   bool in_burst_ = false;
   std::int64_t latest_due_ns_ = INT64_MIN;

@@ -67,6 +67,7 @@ Result<NetworkPlan> LoadNetworkPlan(const std::filesystem::path& file) {
   root.AllowKeys({"seed", "links"});
   const int seed = root.Has("seed") ? root["seed"].WholeNumber(0, 1'000'000'000) : 1;
   NetworkPlan plan;
+  plan.seed = static_cast<std::uint64_t>(seed);
   for (const JsonNode& node : root["links"].Items()) {
     node.AllowKeys({"from", "steps"});
     NetworkPlan::Link link;
@@ -75,7 +76,7 @@ Result<NetworkPlan> LoadNetworkPlan(const std::filesystem::path& file) {
       if (other.from == link.from) node.Fault("another link has the same sender");
     }
     for (const JsonNode& item : node["steps"].Items()) {
-      const NetworkPlan::Step step = ReadStep(item, static_cast<std::uint64_t>(seed));
+      const NetworkPlan::Step step = ReadStep(item, plan.seed);
       if (!link.steps.empty() && step.at_s <= link.steps.back().at_s) {
         item["at_s"].Fault("must be later than the step before");
       }
@@ -107,7 +108,7 @@ void PlannedNetwork::Start(NetworkPlan plan, std::int64_t now_ns) {
   links_.clear();
   // what no link names is as if there were no plan, from the beginning on
   links_.push_back({});
-  links_[0].link.steps.push_back({});
+  links_[0].link.steps.push_back({.at_s = 0, .conditions = {.seed = plan.seed}});
   for (NetworkPlan::Link& link : plan.links) {
     if (!link.from.empty()) {
       links_.push_back({.link = std::move(link)});

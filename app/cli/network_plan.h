@@ -23,6 +23,7 @@ struct NetworkPlan {
     std::string from;  // a peer's name; empty: everybody that no other link names
     std::vector<Step> steps;
   };
+  std::uint64_t seed = 1;  // of what no step says; steps have it in their conditions
   std::vector<Link> links;
 };
 

@@ -161,7 +161,6 @@ class Run {
 
   void SwitchLink(std::size_t from, std::size_t to, const LinkConditions& conditions) {
     links_[from][to] = conditions;
-    links_[from][to].seed = schedule_.seed;
     checker_.LinkSwitched(from, to, conditions);
     const PeerId id = schedule_.peers[from].id;
     if (member_[to] >= 0) {
@@ -171,7 +170,8 @@ class Run {
         .link(id, schedule_.peers[to].id)
         .Switch({.delay_ms = conditions.delay_ms,
                  .jitter_ms = conditions.jitter_ms,
-                 .loss = conditions.loss});
+                 .loss = conditions.loss,
+                 .seed = schedule_.seed});
   }
 
   void CutLink(std::size_t from, std::size_t to, bool cut) {

@@ -137,5 +137,25 @@ TEST(LinkConditioner, RepeatsItselfForASeedAndAStream) {
   EXPECT_GT(stream_differs, 100);
 }
 
+TEST(LinkConditioner, BeginsItsStreamAnewWhereASwitchBringsAnotherSeed) {
+  const LinkConditions conditions{.delay_ms = 10, .jitter_ms = 30, .loss = 0.1, .seed = 9};
+  LinkConditioner fresh(conditions, 5);
+  LinkConditioner switched({}, 5);
+  switched.Switch(conditions);
+  LinkConditioner other({}, 5);
+  LinkConditions other_seed = conditions;
+  other_seed.seed = 10;
+  other.Switch(other_seed);
+  int differ = 0;
+  for (std::int64_t t = 0; t < 1000; ++t) {
+    // within a seed the stream goes on
+    if (t == 500) switched.Switch(conditions);
+    const auto due = DueOf(fresh, t * kMs);
+    EXPECT_EQ(due, DueOf(switched, t * kMs));
+    differ += due != DueOf(other, t * kMs) ? 1 : 0;
+  }
+  EXPECT_GT(differ, 100);
+}
+
 }  // namespace
 }  // namespace tandem

@@ -1,5 +1,7 @@
 #include "app/cli/network_plan.h"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 
 #include "tests/support/scratch_folder.h"
@@ -98,6 +100,35 @@ TEST_F(NetworkPlanTest, CountsForWhomItNamesWhenHeComesAndWhenHeComesBackAsAnoth
   directory_.OnPeerInfo(Here(14, "carl"));
   EXPECT_THAT(ApplyAt(5), ElementsAre("network: what carl says comes 200 ms late"));
   EXPECT_THAT(Due(14), ElementsAre(200));
+}
+
+TEST_F(NetworkPlanTest, TheSeedMakesWhatIsLost) {
+  // of 200 samples from Ben, by the seed's plan; `before`: what was heard without a plan
+  const auto lost = [this](int seed, int before) {
+    PeerInbox inbox(LinkConditions{.loss = 0.5}, directory_);
+    ObjectState state;
+    state.peer = 12;
+    for (int i = 0; i < before; ++i) inbox.OnState(state, kBegin - 1);
+    inbox.Collect();
+    while (inbox.states().Due(kBegin) != nullptr) inbox.states().Drop();
+    Start(R"({"seed": )" + std::to_string(seed) +
+          R"(, "links": [{"from": "ben", "steps": [{"loss": 0.5}]}]})");
+    planned_.Apply(kBegin, directory_, inbox);
+    std::string heard;
+    for (int i = 0; i < 200; ++i) {
+      inbox.OnState(state, kBegin);
+      inbox.Collect();
+      const bool came = inbox.states().Due(kBegin) != nullptr;
+      heard += came ? '1' : '0';
+      if (came) inbox.states().Drop();
+    }
+    return heard;
+  };
+  const std::string seven = lost(7, 0);
+  EXPECT_EQ(seven, lost(7, 0));
+  EXPECT_EQ(seven, lost(7, 30)) << "it is the plan's own";
+  EXPECT_NE(seven, lost(8, 0));
+  EXPECT_NEAR(static_cast<double>(std::ranges::count(seven, '1')), 100, 36);
 }
 
 TEST_F(NetworkPlanTest, IsSwitchedByAnOrderWhileItRuns) {
