@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 namespace tandem {
 
@@ -97,8 +98,20 @@ Pose PictureComposer::Shown(const ViewedPeer& peer, const ViewBody& body,
   return ahead_[{peer.info.peer, body.object}].Show(told, bodies[body.object].middle_W, now_s);
 }
 
+void PictureComposer::Forget(const ViewerPicture& picture) {
+  std::set<PeerId> peers;
+  for (const ViewedPeer& peer : picture.peers) peers.insert(peer.info.peer);
+  std::erase_if(known_, [&peers](const auto& entry) {
+    return !peers.contains(entry.first);
+  });
+  std::erase_if(ahead_, [&peers](const auto& entry) {
+    return !peers.contains(entry.first.first);
+  });
+}
+
 DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vector<BodyLook>& bodies,
                                   double now_s, PeerPalette& palette) {
+  Forget(picture);
   DrawList list;
   // each once a picture
   std::map<std::pair<PeerId, std::size_t>, Pose> shown;

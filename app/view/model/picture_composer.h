@@ -68,6 +68,8 @@ class PictureComposer {
     ViewedPeer::Presence presence = ViewedPeer::Presence::kHere;
     double since_s = 0;
   };
+  /// Nothing is kept of peers that the picture does not have.
+  void Forget(const ViewerPicture& picture);
   float Opacity(const ViewedPeer& peer, double now_s);  // 1 while here
 
   /// Where a peer's instance is drawn.

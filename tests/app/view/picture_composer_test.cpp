@@ -118,6 +118,23 @@ TEST_F(Composed, APeerThatWasLostAndComesBackIsShownAtOnce) {
   EXPECT_FLOAT_EQ(list.ghosts[0].opacity, PictureComposer::kGhostOpacity);
 }
 
+// A viewer keeps so many peers: of those that it has forgotten nothing is kept here either.
+TEST_F(Composed, APeerThatWasForgottenIsNewWhenItComesBack) {
+  picture_.peers = {PeerAt(3, "Anna", kX)};
+  picture_.peers[0].presence = Presence::kLost;
+  At(0);
+  EXPECT_TRUE(At(2).labels.empty());
+  picture_.peers.clear();
+  At(3);
+  picture_.peers = {PeerAt(3, "Anna", kX + 0.05)};
+  picture_.peers[0].presence = Presence::kLost;
+  picture_.peers[0].seq = 9;
+  const DrawList list = At(3.001);
+  EXPECT_EQ(list.solids[1].X_W.p.x(), kX + 0.05) << "drawn over from where it once was";
+  ASSERT_EQ(list.labels.size(), 1U) << "faded long ago";
+  EXPECT_FLOAT_EQ(list.labels[0].opacity, 1.0F);
+}
+
 TEST_F(Composed, ABodyStaysWhereItWasLastSeenWhenEverybodyIsGone) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   picture_.peers[0].heard_ns = 5;
