@@ -13,11 +13,20 @@ constexpr double kParallel = 0.15;
 constexpr double kArcFade = 0.15;
 const double kFadeCosine = std::cos(kArcFade);
 const double kFadeSine = std::sin(kArcFade);
+/// Voxels: how far a piece of the map's edge, whose ends are known to a hundredth, reaches into the
+/// next. They share what lies there.
+constexpr double kSeam = 0.05;
 constexpr double kAgain = 1e-3;  // voxels, so that a crossing on a voxel's border is not lost
 /// Voxels: the most that a slack can be, when what is three voxels away is not looked at.
 constexpr double kMostTravel = 1.6;
 /// Of the two edges' normals along the way they push each other, least sum: contacts have 0.3.
 constexpr double kSides = 0.2;
+
+/// How much of a push counts so many voxels from the end of an edge.
+double ShareFromEnd(double from) {
+  constexpr double kFade = 0.5;
+  return std::clamp(from / kFade, 0.0, 1.0);
+}
 
 /// An edge seen along its line: its faces' normals lie in an arc round its own.
 struct Wedge {
@@ -74,12 +83,13 @@ double EdgeArc::ShareOf(double push_cosine) const noexcept {
   return std::clamp((push_cosine - last) * scale, 0.0, 1.0);
 }
 
-EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q,
+EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q, bool ends,
                  const EdgeArc& other_arc, double turn, double enough) noexcept {
   EdgeMeeting meeting;
   // of a thin sheet's edge only that it passes through the voxel is known
   const bool two_sided = detail.half_length == SurfaceDetail::kTwoSided;
-  const double other_half = (two_sided ? 0.5 : detail.half_length / 128.0) + kAgain;
+  const double other_end = two_sided ? 0.5 : detail.half_length / 128.0;
+  const double other_half = other_end + kSeam;
   const double half = edge.half + kAgain;
   const Vec3& t = edge.tangent;
   const Vec3 other_t = UnpackDirection(detail.tangent);
@@ -139,9 +149,12 @@ EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3&
     // both bodies' material must lie behind the plane between the edges
     share =
         other_arc.ShareOf(meeting.normal.dot(n)) * edge.arc.ShareOf(meeting.normal.dot(edge.nhat));
+    if (edge.ends) share *= ShareFromEnd(u + edge.half);
+    if (ends) share *= ShareFromEnd(v + other_end);
     // where the sides may swap, the gap says nothing
     if (std::abs(side) < kSides + margin * swing) return meeting;
   }
+  if (!ends || v > 0) share *= std::clamp(0.5 + 0.5 * (other_end - std::abs(v)) / kSeam, 0.0, 1.0);
   const double above = (gap - kRefinedClearance) / (1.0 + turn * swing * away.norm());
   if (!may_change) meeting.slack = std::max(beside, above);
   if (!apart) meeting.depth = std::max(0.0, (kRefinedClearance - gap) * share);

@@ -35,6 +35,7 @@ struct ShellEdge {
   Vec3 nhat;  // the inward normal: the way in which it is pushed
   double half;
   EdgeArc arc;
+  bool ends = false;  // at a vertex, which the tangent points away from
 };
 
 /// How two pieces of edges stand to each other.
@@ -46,10 +47,11 @@ struct EdgeMeeting {
   Vec3 place = Vec3::Zero();  // voxels of V
 };
 
-/// `detail` is a piece of the map's edge at `q`, in voxels of V; `arc` is its arc. `turn`: the most
+/// `detail` is a piece of the map's edge at `q`, in voxels of V, `ends` as of ShellEdge; `arc` is
+/// its arc. Towards a vertex that an edge ends at, its push fades out. `turn`: the most
 /// that bodies turn while their surfaces come nearer by a voxel, rad. A slack of `enough` need not
 /// be known better.
-EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q,
+EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q, bool ends,
                  const EdgeArc& arc, double turn, double enough) noexcept;
 
 }  // namespace tandem

@@ -251,16 +251,22 @@ void RefinedContacts::MeetVertices(const Candidate& candidate) noexcept {
 
 ShellEdge RefinedContacts::EdgeAt(const Candidate& candidate, const Mat3& R_VS) const noexcept {
   const Pointshell::Edge& edge = shell_->edges[candidate.edge];
-  return {candidate.p_V / s_, R_VS * edge.tangent.cast<double>(), candidate.nhat_V,
-          edge.half_length / s_, edge.cosine > 0 ? EdgeArc::OfCosine(edge.cosine) : arcs_.back()};
+  return {candidate.p_V / s_,
+          R_VS * edge.tangent.cast<double>(),
+          candidate.nhat_V,
+          edge.half_length / s_,
+          edge.cosine > 0 ? EdgeArc::OfCosine(edge.cosine) : arcs_.back(),
+          edge.ends};
 }
 
 double RefinedContacts::SlackOfEdge(double near, const Candidate& candidate, const ShellEdge& edge,
                                     SurfaceWindow& window) const noexcept {
-  return Widened(
-      near, candidate, Field::kEdge, window, [&](const SurfaceWindow::Piece& piece, double enough) {
-        return Meet(edge, *piece.detail, piece.place(), ArcOf(*piece.detail), turn_, enough).slack;
-      });
+  return Widened(near, candidate, Field::kEdge, window,
+                 [&](const SurfaceWindow::Piece& piece, double enough) {
+                   return Meet(edge, *piece.detail, piece.place(), piece.ends, ArcOf(*piece.detail),
+                               turn_, enough)
+                       .slack;
+                 });
 }
 
 std::size_t RefinedContacts::MeetEdges(Candidate& candidate, const Mat3& R_VS,
@@ -272,7 +278,7 @@ std::size_t RefinedContacts::MeetEdges(Candidate& candidate, const Mat3& R_VS,
   std::size_t found = 0;
   for (const SurfaceWindow::Piece& piece : window.Near(candidate.voxel_V, Field::kEdge)) {
     const EdgeMeeting meeting =
-        Meet(edge, *piece.detail, piece.place(), ArcOf(*piece.detail), turn_, slack);
+        Meet(edge, *piece.detail, piece.place(), piece.ends, ArcOf(*piece.detail), turn_, slack);
     slack = std::min(slack, meeting.slack);
     if (meeting.depth <= 0) continue;
     out[found++] = {s_ * meeting.place, meeting.normal, s_ * meeting.depth};

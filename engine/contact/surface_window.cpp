@@ -65,7 +65,17 @@ std::span<const SurfaceWindow::Piece> SurfaceWindow::List(const GridIndex& voxel
           if (z >= at.z - inner && z <= at.z + inner) cells &= ~hole;
           for (; cells != 0; cells &= cells - 1) {
             const std::size_t cell = 64 * word + static_cast<std::size_t>(std::countr_zero(cells));
-            pieces_[count++] = {first + BlockCell(cell), &details_->Of(*chunk, cell)};
+            const GridIndex voxel = first + BlockCell(cell);
+            const std::uint64_t bit = std::uint64_t{1} << (cell & 63);
+            const bool edges = field == Field::kEdge;
+            // a vertex voxel has edges, but no one that is its own
+            if (!edges || (chunk->vertices[word] & bit) == 0) {
+              pieces_[count++] = {voxel, &details_->Of(*chunk, cell)};
+            }
+            if (!edges || (chunk->forked[word] & bit) == 0) continue;
+            for (const SurfaceDetails::MoreEdge& edge : details_->MoreEdges(*chunk, cell)) {
+              pieces_[count++] = {voxel, &edge.detail, edge.ends};
+            }
           }
         }
       }

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "engine/voxel/surface_details.h"
+#include "engine/voxel/voxel_surface.h"
 #include "engine/voxel/voxmap.h"
 
 namespace tandem {
@@ -16,6 +17,7 @@ class SurfaceWindow {
   struct Piece {
     GridIndex voxel_V;
     const SurfaceDetail* detail;
+    bool ends = false;  // an edge that ends here, which its tangent points away from
 
     /// Where the piece is, in voxels of V.
     Vec3 place() const noexcept {
@@ -40,7 +42,7 @@ class SurfaceWindow {
 
   const Voxmap* voxmap_;
   const SurfaceDetails* details_;
-  std::array<Piece, 98> pieces_;
+  std::array<Piece, 98 * (1 + VoxelSurface::kMostMoreEdges)> pieces_;
 };
 
 }  // namespace tandem

@@ -25,6 +25,7 @@ struct ShellPoint {
   Vec3 tangent = Vec3::Zero();
   double half_length = 0;
   double cosine = 0;
+  bool ends = false;
 };
 
 /// By label, the vertices first, and then so that neighbours stand together.
@@ -41,15 +42,15 @@ Vec3 Centre(const GridIndex& voxel) {
 
 using ChunkedPoints = std::vector<std::vector<ShellPoint>>;  // by chunk of SurfaceVoxels
 
-/// One point for each side of each surface voxel.
+/// One point for each side of each surface voxel; on features, one more for each edge beside a
+/// vertex or a longer edge.
 ChunkedPoints SurfacePoints(const FeatureVoxels& voxels, const TriangleMesh& mesh_W,
                             const Features& features, PointPlace place) {
   const FeatureNormals normals = FindFeatureNormals(mesh_W, features);
   const std::vector<SurfaceVoxels::Chunk>& chunks = voxels.surface().chunks;
   ChunkedPoints made(chunks.size());
   tbb::parallel_for(std::size_t{0}, made.size(), [&](std::size_t c) {
-    for (const VoxelSurface& surface :
-         SurfacesOfChunk(voxels, chunks[c], mesh_W, features, normals)) {
+    const auto add = [&](const VoxelSurface& surface) {
       ShellPoint point;
       point.voxel = chunks[c].place * kChunkSide + BlockCell(surface.cell);
       point.label = surface.label;
@@ -58,6 +59,7 @@ ChunkedPoints SurfacePoints(const FeatureVoxels& voxels, const TriangleMesh& mes
                         : Vec3(point.voxel.x, point.voxel.y, point.voxel.z) + surface.place;
       point.tangent = surface.tangent;
       point.half_length = surface.half_length;
+      point.ends = surface.ends;
       point.cosine = surface.cosine;
       for (std::size_t side = 0; side < surface.sides; ++side) {
         point.inward = place == PointPlace::kOnFeature && surface.sides == 1
@@ -65,6 +67,11 @@ ChunkedPoints SurfacePoints(const FeatureVoxels& voxels, const TriangleMesh& mes
                            : -surface.normals[side];
         made[c].push_back(point);
       }
+    };
+    const ChunkSurfaces surfaces = SurfacesOfChunk(voxels, chunks[c], mesh_W, features, normals);
+    for (const VoxelSurface& surface : surfaces.voxels) add(surface);
+    if (place == PointPlace::kOnFeature) {
+      for (const VoxelSurface& edge : surfaces.more_edges) add(edge);
     }
     Order(made[c]);
   });
@@ -213,7 +220,7 @@ Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Features& fe
       if (options.place == PointPlace::kOnFeature && point.label == Label::kEdge) {
         shell.edges.push_back({(R_BW * point.tangent).cast<float>(),
                                static_cast<float>(s * point.half_length),
-                               static_cast<float>(point.cosine)});
+                               static_cast<float>(point.cosine), point.ends});
       }
       box.Add(shell.point(shell.size() - 1));
     }

@@ -14,8 +14,9 @@ namespace tandem {
 /// A body's surface as points that are tested against other bodies' voxmaps (paper §2.1, §3.2, §4):
 /// one for every surface voxel of its own voxelization, with its voxel's label and a unit normal
 /// that points into the body. Where both sides of a thin sheet lie in one voxel there is a point
-/// for each. Grouped by chunk, in a chunk by label, the vertices first, and then so that neighbours
-/// stand together. Coordinates in the body's frame B; read-only once built.
+/// for each; on features, one more for each edge beside a vertex or a longer edge. Grouped by
+/// chunk, in a chunk by label, the vertices first, and then so that neighbours stand together.
+/// Coordinates in the body's frame B; read-only once built.
 struct Pointshell {
   /// Points [first, first + count), from one chunk.
   struct Chunk {
@@ -31,6 +32,7 @@ struct Pointshell {
     Vec3f tangent = Vec3f::Zero();  // unit, in B
     float half_length = 0;          // m; the point is its middle
     float cosine = 0;               // as FeatureNormals::edge_cosines
+    bool ends = false;              // at a vertex in its voxel, which the tangent points away from
   };
 
   double spacing = 0;             // voxel size of its voxelization, m

@@ -88,23 +88,42 @@ SurfaceDetails::SurfaceDetails(const TriangleMesh& mesh_W, const Features& featu
   const FeatureVoxels voxels = FindFeatureVoxels(mesh_W, features, s);
   const FeatureNormals normals = FindFeatureNormals(mesh_W, features);
   const std::vector<SurfaceVoxels::Chunk>& sources = voxels.surface().chunks;
-  std::vector<std::vector<SurfaceDetail>> made(sources.size());
+  struct Made {
+    std::vector<SurfaceDetail> details;
+    std::vector<MoreEdge> more_edges;
+    std::vector<std::uint32_t> counts;  // by forked voxel: how many of more_edges
+  };
+  std::vector<Made> made(sources.size());
   chunks_.resize(sources.size());
   tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t c) {
-    for (const VoxelSurface& surface :
-         SurfacesOfChunk(voxels, sources[c], mesh_W, features, normals)) {
-      Chunk& chunk = chunks_[c];
+    const ChunkSurfaces surfaces = SurfacesOfChunk(voxels, sources[c], mesh_W, features, normals);
+    const GridIndex first_V = (sources[c].place - (voxmap.origin() >> 3)) * kChunkSide;
+    Chunk& chunk = chunks_[c];
+    auto more_edge = surfaces.more_edges.begin();
+    for (const VoxelSurface& surface : surfaces.voxels) {
       const std::size_t word = surface.cell >> 6U;
       const std::uint64_t bit = std::uint64_t{1} << (surface.cell & 63U);
+      const GridIndex voxel_V = first_V + BlockCell(surface.cell);
       const SurfaceDetail detail = Pack(surface);
       chunk.bits[word] |= bit;
-      if (HasEdge(
-              detail, voxmap,
-              (sources[c].place - (voxmap.origin() >> 3)) * kChunkSide + BlockCell(surface.cell))) {
+      made[c].details.push_back(detail);
+      if (detail.shape() == SurfaceDetail::Shape::kVertex) {
+        chunk.vertices[word] |= bit;
+      } else if (HasEdge(detail, voxmap, voxel_V)) {
         chunk.edges[word] |= bit;
       }
-      if (detail.shape() == SurfaceDetail::Shape::kVertex) chunk.vertices[word] |= bit;
-      made[c].push_back(detail);
+      std::uint32_t count = 0;
+      for (; more_edge != surfaces.more_edges.end() && more_edge->cell == surface.cell;
+           ++more_edge) {
+        const SurfaceDetail edge = Pack(*more_edge);
+        if (!HasEdge(edge, voxmap, voxel_V)) continue;
+        made[c].more_edges.push_back({edge, more_edge->ends});
+        ++count;
+      }
+      if (count == 0) continue;
+      made[c].counts.push_back(count);
+      chunk.edges[word] |= bit;
+      chunk.forked[word] |= bit;
     }
   });
   chunk_of_plane_.assign(voxmap.header().plane_count, 0);
@@ -116,15 +135,24 @@ SurfaceDetails::SurfaceDetails(const TriangleMesh& mesh_W, const Features& featu
       chunk.before[word] = static_cast<std::uint16_t>(before);
       before += static_cast<std::size_t>(std::popcount(chunk.bits[word]));
     }
-    details_.insert(details_.end(), made[c].begin(), made[c].end());
+    details_.insert(details_.end(), made[c].details.begin(), made[c].details.end());
+    chunk.first_forked = static_cast<std::uint32_t>(first_more_edge_.size());
+    auto first = static_cast<std::uint32_t>(more_edges_.size());
+    for (const std::uint32_t count : made[c].counts) {
+      first_more_edge_.push_back(first);
+      first += count;
+    }
+    more_edges_.insert(more_edges_.end(), made[c].more_edges.begin(), made[c].more_edges.end());
     const GridIndex place = sources[c].place - (voxmap.origin() >> 3);
     chunk_of_plane_[voxmap.PlaneOf(Field::kSurface, place)] = static_cast<std::uint32_t>(c + 1);
   }
+  first_more_edge_.push_back(static_cast<std::uint32_t>(more_edges_.size()));
 }
 
 std::size_t SurfaceDetails::bytes() const noexcept {
   return chunk_of_plane_.size() * sizeof(chunk_of_plane_[0]) + chunks_.size() * sizeof(Chunk) +
-         details_.size() * sizeof(SurfaceDetail);
+         details_.size() * sizeof(SurfaceDetail) + more_edges_.size() * sizeof(MoreEdge) +
+         first_more_edge_.size() * sizeof(first_more_edge_[0]);
 }
 
 }  // namespace tandem

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/base/bits.h"
@@ -75,8 +76,16 @@ class SurfaceDetails {
     SurfaceVoxels::Bits bits{};
     SurfaceVoxels::Bits edges{};            // of these, the ones that edges of other bodies lean on
     SurfaceVoxels::Bits vertices{};         // and the ones with a feature vertex
+    SurfaceVoxels::Bits forked{};           // and the ones that more edges run in
+    std::uint32_t first_forked = 0;         // of these, how many stand in the chunks before
     std::array<std::uint16_t, 8> before{};  // set bits in the words before
     std::uint32_t first = 0;
+  };
+
+  /// An edge's part in a voxel that has a vertex or another edge already.
+  struct MoreEdge {
+    SurfaceDetail detail;
+    bool ends = false;  // as VoxelSurface::ends
   };
 
   SurfaceDetails() = default;
@@ -97,12 +106,23 @@ class SurfaceDetails {
     const std::uint64_t below = chunk.bits[cell >> 6] & ((std::uint64_t{1} << (cell & 63)) - 1);
     return details_[chunk.first + chunk.before[cell >> 6] + CountBits(below)];
   }
+  /// The edges in a cell whose bit is set in `forked`, beside its own detail: all of a vertex
+  /// voxel's.
+  std::span<const MoreEdge> MoreEdges(const Chunk& chunk, std::size_t cell) const noexcept {
+    std::size_t at = chunk.first_forked;
+    for (std::size_t word = 0; word < cell >> 6; ++word) at += CountBits(chunk.forked[word]);
+    at += CountBits(chunk.forked[cell >> 6] & ((std::uint64_t{1} << (cell & 63)) - 1));
+    return std::span(more_edges_)
+        .subspan(first_more_edge_[at], first_more_edge_[at + 1] - first_more_edge_[at]);
+  }
   std::size_t bytes() const noexcept;
 
  private:
   std::vector<std::uint32_t> chunk_of_plane_;  // by plane of the map: 1 + its chunk, 0 for none
   std::vector<Chunk> chunks_;
   std::vector<SurfaceDetail> details_;
+  std::vector<MoreEdge> more_edges_;
+  std::vector<std::uint32_t> first_more_edge_;  // by forked voxel, and the end
 };
 
 }  // namespace tandem

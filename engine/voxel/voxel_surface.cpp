@@ -166,12 +166,39 @@ bool ClipSegment(const Vec3& a, const Vec3& b, double& from, double& to) {
   return from <= to;
 }
 
+/// Makes `surface` an edge voxel of the first of these parts, which is the longest, and of those
+/// that go on as one line with it: puts them first, and gives how many they are.
+std::size_t TakeLine(std::span<EdgePart> parts, const FeatureNormals& normals,
+                     VoxelSurface& surface) {
+  const EdgePart longest = parts.front();
+  double low = 0;
+  double high = (longest.to - longest.from).norm();
+  const auto rest = std::stable_partition(parts.begin(), parts.end(), [&](const EdgePart& part) {
+    return std::abs(part.tangent.dot(longest.tangent)) >= kSameLine;
+  });
+  for (auto part = parts.begin(); part != rest; ++part) {
+    for (const Vec3& end : {part->from, part->to}) {
+      const double along = (end - longest.from).dot(longest.tangent);
+      low = std::min(low, along);
+      high = std::max(high, along);
+    }
+  }
+  surface.label = Label::kEdge;
+  surface.tangent = longest.tangent;
+  surface.half_length = 0.5 * (high - low);
+  surface.place = longest.from + 0.5 * (low + high) * longest.tangent;
+  if (normals.edges[longest.edge].squaredNorm() > 0) {
+    surface.feature_normal = normals.edges[longest.edge];
+    surface.cosine = normals.edge_cosines[longest.edge];
+  }
+  return static_cast<std::size_t>(rest - parts.begin());
+}
+
 }  // namespace
 
-std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
-                                          const SurfaceVoxels::Chunk& chunk,
-                                          const TriangleMesh& mesh_W, const Features& features,
-                                          const FeatureNormals& normals) {
+ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::Chunk& chunk,
+                              const TriangleMesh& mesh_W, const Features& features,
+                              const FeatureNormals& normals) {
   const double s = voxels.surface().voxel_size;
   const GridIndex first = chunk.place * kChunkSide;
   const Vec3 origin(first.x, first.y, first.z);
@@ -211,7 +238,8 @@ std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
   std::vector<Vec3> areas(facets.size());  // voxel by voxel
   for (const FacetPart& f : facets) areas[next[static_cast<std::size_t>(f.voxel)]++] = f.area;
 
-  std::vector<VoxelSurface> out;
+  ChunkSurfaces surfaces;
+  std::vector<VoxelSurface>& out = surfaces.voxels;
   out.reserve(gathered.size());
   for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
     if (at[cell] < 0) continue;
@@ -249,28 +277,11 @@ std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
     return (one.to - one.from).squaredNorm() > (two.to - two.from).squaredNorm();
   });
   for (std::size_t first_part = 0; first_part < parts.size();) {
-    const EdgePart& longest = parts[first_part];
-    double low = 0;
-    double high = (longest.to - longest.from).norm();
-    std::size_t part = first_part;
-    for (; part < parts.size() && parts[part].voxel == longest.voxel; ++part) {
-      if (std::abs(parts[part].tangent.dot(longest.tangent)) < kSameLine) continue;
-      for (const Vec3& end : {parts[part].from, parts[part].to}) {
-        const double along = (end - longest.from).dot(longest.tangent);
-        low = std::min(low, along);
-        high = std::max(high, along);
-      }
-    }
-    VoxelSurface& surface = out[static_cast<std::size_t>(longest.voxel)];
-    surface.label = Label::kEdge;
-    surface.tangent = longest.tangent;
-    surface.half_length = 0.5 * (high - low);
-    surface.place = longest.from + 0.5 * (low + high) * longest.tangent;
-    if (normals.edges[longest.edge].squaredNorm() > 0) {
-      surface.feature_normal = normals.edges[longest.edge];
-      surface.cosine = normals.edge_cosines[longest.edge];
-    }
-    first_part = part;
+    std::size_t end = first_part;
+    while (end < parts.size() && parts[end].voxel == parts[first_part].voxel) ++end;
+    const std::span<EdgePart> here(&parts[first_part], end - first_part);
+    TakeLine(here, normals, out[static_cast<std::size_t>(here.front().voxel)]);
+    first_part = end;
   }
   ForEachMeeting(voxels[Field::kVertex], chunk.place, [&](std::uint32_t v, const auto& met) {
     ForEachCell(met, [&](std::size_t cell) {
@@ -278,14 +289,45 @@ std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
       VoxelSurface& surface = out[static_cast<std::size_t>(at[cell])];
       if (surface.label == Label::kVertex) return;
       surface.label = Label::kVertex;
+      surface.half_length = 0;
       if (normals.vertices[v].squaredNorm() > 0) surface.feature_normal = normals.vertices[v];
       surface.place = mesh_W.vertices[features.vertices[v]] / s - origin - cell_corner(cell);
     });
   });
-  for (VoxelSurface& surface : out) {
-    surface.place = surface.place.cwiseMax(0.0).cwiseMin(1.0);
+  // an edge of a corner's goes on to the corner itself, beside those that meet it there
+  for (std::size_t first_part = 0; first_part < parts.size();) {
+    std::size_t end = first_part;
+    while (end < parts.size() && parts[end].voxel == parts[first_part].voxel) ++end;
+    std::span<EdgePart> here(&parts[first_part], end - first_part);
+    const VoxelSurface& corner = out[static_cast<std::size_t>(here.front().voxel)];
+    first_part = end;
+    const bool is_vertex = corner.label == Label::kVertex;
+    if (!is_vertex) {
+      VoxelSurface own = corner;
+      here = here.subspan(TakeLine(here, normals, own));
+    }
+    for (std::size_t lines = 0; lines < VoxelSurface::kMostMoreEdges && !here.empty(); ++lines) {
+      VoxelSurface edge = corner;
+      edge.feature_normal = corner.normals[0];
+      edge.cosine = 0;
+      here = here.subspan(TakeLine(here, normals, edge));
+      if (edge.half_length <= 0) continue;
+      const double along = (corner.place - edge.place).dot(edge.tangent);
+      edge.ends = is_vertex && std::abs(along) > 0.99 * edge.half_length;
+      if (edge.ends && along > 0) edge.tangent = -edge.tangent;
+      surfaces.more_edges.push_back(edge);
+    }
   }
-  return out;
+  std::stable_sort(surfaces.more_edges.begin(), surfaces.more_edges.end(),
+                   [](const VoxelSurface& one, const VoxelSurface& two) {
+                     return one.cell < two.cell;
+                   });
+  for (std::vector<VoxelSurface>* all : {&out, &surfaces.more_edges}) {
+    for (VoxelSurface& surface : *all) {
+      surface.place = surface.place.cwiseMax(0.0).cwiseMin(1.0);
+    }
+  }
+  return surfaces;
 }
 
 }  // namespace tandem

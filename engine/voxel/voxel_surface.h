@@ -15,14 +15,17 @@ namespace tandem {
 /// §3.2, §4.6). Lengths in voxels, places from the voxel's lowest corner, axes of W.
 struct VoxelSurface {
   static constexpr std::size_t kMostSides = 4;
+  static constexpr std::size_t kMostMoreEdges = 6;  // the longest
 
   std::uint16_t cell = 0;  // place in its chunk, as CellInBlock
   Label label = Label::kSurface;
   /// The feature vertex; or the middle of the feature edge's part; or the centre of the area.
   Vec3 place = Vec3::Zero();
   Vec3 tangent = Vec3::Zero();  // unit, of an edge voxel's longest edge
-  double half_length = 0;       // of its part in the voxel
+  double half_length = 0;       // of its part in the voxel; 0 of other voxels
   double cosine = 0;            // as FeatureNormals::edge_cosines
+  /// Of an edge in a vertex voxel: it ends at the vertex, which the tangent points away from.
+  bool ends = false;
   /// Outward unit normals: one, the mean over the area in the voxel; or where the facets face apart
   /// (a thin sheet) one for each side.
   std::array<Vec3, kMostSides> normals{};
@@ -31,11 +34,15 @@ struct VoxelSurface {
   Vec3 feature_normal = Vec3::Zero();
 };
 
-/// Of every surface voxel of a chunk, by rising cell; none for voxels that only facets without area
-/// meet.
-std::vector<VoxelSurface> SurfacesOfChunk(const FeatureVoxels& voxels,
-                                          const SurfaceVoxels::Chunk& chunk,
-                                          const TriangleMesh& mesh_W, const Features& features,
-                                          const FeatureNormals& normals);
+struct ChunkSurfaces {
+  /// Of every surface voxel, by rising cell; none for voxels that only facets without area meet.
+  std::vector<VoxelSurface> voxels;
+  /// The edges in voxels that have a vertex, or a longer edge, already: each with its part there,
+  /// as if the voxel were its own; by rising cell. Edges that go on as one line are one.
+  std::vector<VoxelSurface> more_edges;
+};
+ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::Chunk& chunk,
+                              const TriangleMesh& mesh_W, const Features& features,
+                              const FeatureNormals& normals);
 
 }  // namespace tandem
