@@ -13,10 +13,9 @@ constexpr double kParallel = 0.15;
 constexpr double kArcFade = 0.15;
 const double kFadeCosine = std::cos(kArcFade);
 const double kFadeSine = std::sin(kArcFade);
-/// Voxels: how far a piece of the map's edge, whose ends are known to a hundredth, reaches into the
-/// next. They share what lies there.
+/// Voxels: how far a piece of an edge, whose ends are known to a hundredth, reaches into the next.
+/// They share what lies there.
 constexpr double kSeam = 0.05;
-constexpr double kAgain = 1e-3;  // voxels, so that a crossing on a voxel's border is not lost
 /// Voxels: the most that a slack can be, when what is three voxels away is not looked at.
 constexpr double kMostTravel = 1.6;
 /// Of the two edges' normals along the way they push each other, least sum: contacts have 0.3.
@@ -26,6 +25,11 @@ constexpr double kSides = 0.2;
 double ShareFromEnd(double from) {
   constexpr double kFade = 0.5;
   return std::clamp(from / kFade, 0.0, 1.0);
+}
+
+/// And so many from the end of a piece, which another goes on from.
+double ShareOfPiece(double from) {
+  return std::clamp(0.5 + 0.5 * from / kSeam, 0.0, 1.0);
 }
 
 /// An edge seen along its line: its faces' normals lie in an arc round its own.
@@ -90,7 +94,7 @@ EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3&
   const bool two_sided = detail.half_length == SurfaceDetail::kTwoSided;
   const double other_end = two_sided ? 0.5 : detail.half_length / 128.0;
   const double other_half = other_end + kSeam;
-  const double half = edge.half + kAgain;
+  const double half = edge.half + kSeam;
   const Vec3& t = edge.tangent;
   const Vec3 other_t = UnpackDirection(detail.tangent);
   const Vec3 away = edge.p - q;
@@ -154,7 +158,8 @@ EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3&
     // where the sides may swap, the gap says nothing
     if (std::abs(side) < kSides + margin * swing) return meeting;
   }
-  if (!ends || v > 0) share *= std::clamp(0.5 + 0.5 * (other_end - std::abs(v)) / kSeam, 0.0, 1.0);
+  if (!edge.ends || u > 0) share *= ShareOfPiece(edge.half - std::abs(u));
+  if (!ends || v > 0) share *= ShareOfPiece(other_end - std::abs(v));
   const double above = (gap - kRefinedClearance) / (1.0 + turn * swing * away.norm());
   if (!may_change) meeting.slack = std::max(beside, above);
   if (!apart) meeting.depth = std::max(0.0, (kRefinedClearance - gap) * share);
