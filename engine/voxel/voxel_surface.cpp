@@ -139,6 +139,8 @@ void ForEachCell(const SurfaceVoxels::Bits& bits, const Visit& visit) {
   }
 }
 
+/// Of an edge whose faces turn by 30 degrees, as FeatureNormals::edge_cosines.
+constexpr double kShallow = 0.966;
 /// Cosine between two mesh edges that go on as one line.
 constexpr double kSameLine = 0.9;
 
@@ -311,7 +313,9 @@ ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::
       edge.feature_normal = corner.normals[0];
       edge.cosine = 0;
       here = here.subspan(TakeLine(here, normals, edge));
-      if (edge.half_length <= 0) continue;
+      // nothing leans on notches, and shallow ones are pieces of curved surface
+      const bool sharp = edge.cosine >= 0 && edge.cosine < kShallow;
+      if (edge.half_length <= 0 || !sharp) continue;
       const double along = (corner.place - edge.place).dot(edge.tangent);
       edge.ends = is_vertex && std::abs(along) > 0.99 * edge.half_length;
       if (edge.ends && along > 0) edge.tangent = -edge.tangent;

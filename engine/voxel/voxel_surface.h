@@ -37,8 +37,8 @@ struct VoxelSurface {
 struct ChunkSurfaces {
   /// Of every surface voxel, by rising cell; none for voxels that only facets without area meet.
   std::vector<VoxelSurface> voxels;
-  /// The edges in voxels that have a vertex, or a longer edge, already: each with its part there,
-  /// as if the voxel were its own; by rising cell. Edges that go on as one line are one.
+  /// The sharp edges in voxels that have a vertex, or a longer edge, already: each with its part
+  /// there, as if the voxel were its own; by rising cell. Edges that go on as one line are one.
   std::vector<VoxelSurface> more_edges;
 };
 ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::Chunk& chunk,
