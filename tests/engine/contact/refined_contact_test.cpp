@@ -200,22 +200,26 @@ TEST(RefinedContact, ForceDoesNotJumpOverAnEdgeNorIntoACorner) {
   }
 }
 
+constexpr double kBarSide = 16;  // voxels
+constexpr double kBarsHeight = kBarSide * 1.4142135623730951;
+
+/// Two square bars of 60 voxels on their edges, seen in a frame that stands at `q`: one along x
+/// below, and the moving one along y, which touches it from kBarsHeight voxels above.
+Refined CrossedBars(const Quat& q, const Quat& made_at) {
+  const Quat about_x = RotationBy(Vec3(0.7853981633974483, 0, 0));
+  const Quat about_y = RotationBy(Vec3(0, 0.7853981633974483, 0));
+  return {Transformed(Box(kS * Vec3(60, kBarSide, kBarSide)), {q * about_x, Vec3::Zero()}),
+          Transformed(Box(kS * Vec3(kBarSide, 60, kBarSide)), {about_y, Vec3::Zero()}), made_at};
+}
+
 TEST(RefinedContact, TwoCrossingEdgesMakeOneContactAlongTheirCommonNormal) {
   std::mt19937_64 random(6);
   for (int trial = 0; trial < 10; ++trial) {
     const Quat q = RandomRotation(random);
-    // two square bars on their edges, one along x below, one along y above
-    const Quat about_x = RotationBy(Vec3(0.7853981633974483, 0, 0));
-    const Quat about_y = RotationBy(Vec3(0, 0.7853981633974483, 0));
-    const double side = 16;
-    const double half_diagonal = side * std::sqrt(0.5);
-    const TriangleMesh below =
-        Transformed(Box(kS * Vec3(60, side, side)), {q * about_x, Vec3::Zero()});
-    const TriangleMesh above = Transformed(Box(kS * Vec3(side, 60, side)), {about_y, Vec3::Zero()});
-    Refined refined(below, above, RandomRotation(random));
+    Refined refined = CrossedBars(q, RandomRotation(random));
     const auto at = [&](double gap) {
       return Pose{q, q * Vec3(Uniform(random, -10, 10) * kS, Uniform(random, -10, 10) * kS,
-                              (2 * half_diagonal + gap) * kS)};
+                              (kBarsHeight + gap) * kS)};
     };
     EXPECT_EQ(refined.ForceAt(at(0.6)).norm(), 0.0);
     const Vec3 force = refined.ForceAt(at(0.2));
@@ -236,17 +240,10 @@ TEST(RefinedContact, CrossingEdgesMeetNearTheirCornersToo) {
   std::mt19937_64 random(16);
   for (int trial = 0; trial < 40; ++trial) {
     const Quat q = RandomRotation(random);
-    const Quat about_x = RotationBy(Vec3(0.7853981633974483, 0, 0));
-    const Quat about_y = RotationBy(Vec3(0, 0.7853981633974483, 0));
-    const double side = 16;
-    const double half_diagonal = side * std::sqrt(0.5);
-    const TriangleMesh below =
-        Transformed(Box(kS * Vec3(60, side, side)), {q * about_x, Vec3::Zero()});
-    const TriangleMesh above = Transformed(Box(kS * Vec3(side, 60, side)), {about_y, Vec3::Zero()});
-    Refined refined(below, above, RandomRotation(random));
+    Refined refined = CrossedBars(q, RandomRotation(random));
     for (const double from_end : {0.1, 0.3, 0.6, 0.9, 1.4, 2.1}) {
       const auto force_at = [&](double gap) {
-        const Vec3 p(30 - from_end, 30 - from_end, 2 * half_diagonal + gap);
+        const Vec3 p(30 - from_end, 30 - from_end, kBarsHeight + gap);
         return refined.ForceAt({q, q * (kS * p)}).dot(q * Vec3::UnitZ());
       };
       if (from_end > 0.5) {

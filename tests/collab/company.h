@@ -1,0 +1,178 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <vector>
+
+#include "collab/holdings.h"
+
+namespace tandem::testing {
+
+inline constexpr ObjectId kOwn = 1;     // type-1
+inline constexpr ObjectId kShared = 2;  // type-2
+
+inline WorldModel TwoBodies() {
+  WorldModel model;
+  model.scene.bodies.resize(3);
+  model.scene.bodies[kShared].shared = true;
+  model.object = {kOwn, kShared};
+  model.bodies.resize(2);
+  return model;
+}
+
+/// Peers that hear one another's events and claims `delay` frames later, but for links that are
+/// cut; frames of 1 ms.
+class Company {
+ public:
+  using Kind = MembershipChange::Kind;
+
+  explicit Company(const std::vector<PeerId>& ids, int delay = 0) : delay_(delay) {
+    for (const PeerId id : ids) Add(id);
+  }
+
+  void Add(PeerId id, bool own_only = false) {
+    peers_.emplace(id, Node{std::make_unique<Holdings>(id, model_, 0, own_only), {}, {}, true});
+    for (auto& [other, node] : peers_) {
+      if (other == id || !node.here) continue;
+      Hear(other, Kind::kJoined, id);
+      Hear(id, Kind::kJoined, other);
+    }
+  }
+  Holdings& operator[](PeerId id) { return *peers_.at(id).holdings; }
+
+  void Run(int frames) {
+    for (int i = 0; i < frames; ++i) Frame();
+  }
+  /// Stopped as by SIGSTOP: no frames, nothing out; what comes in waits.
+  void Stop(PeerId id, bool stopped) { peers_.at(id).stopped = stopped; }
+  /// Cuts one off from all others, who lose it as it loses them.
+  void Sever(PeerId id) {
+    ForOthers(id, [this](PeerId from, PeerId at) {
+      peers_.at(at).holdings->OnMembership({.kind = Kind::kLost, .peer = from});
+      cut_.insert({from, at});
+    });
+  }
+  void Rejoin(PeerId id) {
+    ForOthers(id, [this](PeerId from, PeerId at) {
+      cut_.erase({from, at});
+      Hear(at, Kind::kBack, from);
+    });
+  }
+  void Kill(PeerId id) {
+    peers_.at(id).here = false;
+    for (auto& [other, node] : peers_) {
+      if (node.here) node.holdings->OnMembership({.kind = Kind::kLost, .peer = id});
+    }
+  }
+  void Leave(PeerId id) {
+    peers_.at(id).holdings->Leave();
+    Frame();
+    peers_.at(id).here = false;
+    Run(delay_ + 1);
+    for (auto& [other, node] : peers_) {
+      if (node.here) node.holdings->OnMembership({.kind = Kind::kLeft, .peer = id});
+    }
+  }
+
+  /// The one peer that all who are here take for the authority; 0: they differ.
+  PeerId Authority(std::size_t body) {
+    std::set<PeerId> named;
+    for (auto& [id, node] : peers_) {
+      if (node.here) named.insert(node.holdings->authority(body));
+    }
+    return named.size() == 1 ? *named.begin() : 0;
+  }
+  std::vector<PeerId> Holders(std::size_t body) {
+    std::vector<PeerId> holders;
+    for (auto& [id, node] : peers_) {
+      if (node.here && node.holdings->held() == static_cast<int>(body)) holders.push_back(id);
+    }
+    return holders;
+  }
+  /// Own body in two hands at once, or parked by two, in any frame so far.
+  int doubles() const { return doubles_; }
+
+ private:
+  /// Calls `link(from, at)` both ways between one and each other.
+  template <typename Link>
+  void ForOthers(PeerId id, const Link& link) {
+    for (const auto& [other, node] : peers_) {
+      if (other == id) continue;
+      link(id, other);
+      link(other, id);
+    }
+  }
+  struct Node {
+    std::unique_ptr<Holdings> holdings;
+    std::array<Claim, kMaxClaims> claims{};
+    std::vector<Claim> told;
+    bool here = true;
+    bool stopped = false;
+  };
+  struct Flying {
+    std::int64_t due_ms;
+    PeerId from, to;
+    bool is_event;
+    Event event;
+    std::vector<Claim> claims;
+  };
+
+  static MembershipChange Change(Kind kind, PeerId peer, const std::vector<Claim>& claims) {
+    MembershipChange change{.kind = kind, .peer = peer};
+    change.claim_count = static_cast<std::uint32_t>(claims.size());
+    std::copy(claims.begin(), claims.end(), change.claims.begin());
+    return change;
+  }
+  void Hear(PeerId at, Kind kind, PeerId of) {
+    peers_.at(at).holdings->OnMembership(Change(kind, of, peers_.at(of).told));
+  }
+
+  void Frame() {
+    ++now_ms_;
+    while (!flying_.empty() && flying_.front().due_ms <= now_ms_) {
+      const Flying f = flying_.front();
+      flying_.erase(flying_.begin());
+      Node& node = peers_.at(f.to);
+      if (!node.here || cut_.count({f.from, f.to}) != 0) continue;
+      if (f.is_event) {
+        node.holdings->OnEvent(f.event);
+      } else {
+        node.holdings->OnMembership(Change(Kind::kClaims, f.from, f.claims));
+      }
+    }
+    for (auto& [id, node] : peers_) {
+      if (!node.here || node.stopped) continue;
+      std::array<Event, 8> events;
+      std::size_t count = 0;
+      node.holdings->Tick(now_ms_ * 1'000'000, events, count);
+      const std::uint32_t claim_count = node.holdings->Claims(node.claims);
+      const std::vector<Claim> claims(node.claims.begin(), node.claims.begin() + claim_count);
+      for (auto& [other, unused] : peers_) {
+        if (other == id) continue;
+        for (std::size_t i = 0; i < count; ++i) {
+          flying_.push_back({now_ms_ + delay_, id, other, true, events[i], {}});
+        }
+        if (claims != node.told)
+          flying_.push_back({now_ms_ + delay_, id, other, false, {}, claims});
+      }
+      node.told = claims;
+    }
+    int say = 0;
+    for (auto& [id, node] : peers_) {
+      const bool says = node.holdings->held() == 0 || node.holdings->Parks(0);
+      if (node.here && !node.stopped && says && !node.holdings->listening()) ++say;
+    }
+    doubles_ += say > 1 ? 1 : 0;
+  }
+
+  const WorldModel model_ = TwoBodies();
+  int delay_;
+  std::int64_t now_ms_ = 0;
+  std::map<PeerId, Node> peers_;
+  std::vector<Flying> flying_;
+  std::set<std::pair<PeerId, PeerId>> cut_;
+  int doubles_ = 0;
+};
+
+}  // namespace tandem::testing
