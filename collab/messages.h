@@ -16,7 +16,7 @@ namespace tandem {
 using PeerId = std::uint64_t;    // random, never 0
 using ObjectId = std::uint32_t;  // index into Scene::bodies
 
-inline constexpr std::uint32_t kProtocol = 2;
+inline constexpr std::uint32_t kProtocol = 3;
 inline constexpr std::size_t kMaxPeers = 16;   // active ones, oneself included
 inline constexpr std::size_t kMaxLinks = 8;    // couplings of one instance
 inline constexpr std::size_t kMaxClaims = 64;  // bodies that one peer answers for
@@ -28,8 +28,7 @@ enum class Role : std::uint8_t { kActive, kViewer };
 
 /// Bits of ObjectState::flags beside those of StepReport, which are the low byte.
 enum StateFlag : std::uint32_t {
-  kStateParked = 0x100,   // nobody has it in hand: where it stands, 5 times a second
-  kStateTrapped = 0x400   // a thin wall is between this instance and another
+  kStateParked = 0x100  // nobody has it in hand: where it stands, 5 times a second
 };
 
 /// An instance of a body as one peer simulates it; topic state/1, up to 1 kHz.

@@ -352,7 +352,7 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .object = world_->model().object[body],
                .epoch = holdings_.own_epoch(body),
                .seq = seq_,
-               .flags = report_.flags | (parting_.trapped() ? kStateTrapped : 0U),
+               .flags = report_.flags,
                .sample_ns = now_ns,
                .X_WB = state.X_WB,
                .V_WB = state.V_WB,

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
-#include <tuple>
 
 namespace tandem {
 
@@ -99,11 +98,12 @@ std::string PushWarning(const ForceParameters& ours, const ForceParameters& thei
   return head + text.data();
 }
 
+bool Precedes(const SceneManifest& a, const SceneManifest& b) {
+  return a.revision != b.revision ? a.revision > b.revision : a.offered_by < b.offered_by;
+}
+
 bool SceneOffers::Precedes(const Offer& a, const Offer& b) {
-  const auto rank = [](const Offer& offer) {
-    return std::make_tuple(!offer.here, ~offer.manifest.revision, offer.manifest.offered_by);
-  };
-  return rank(a) < rank(b);
+  return a.here != b.here ? a.here : tandem::Precedes(a.manifest, b.manifest);
 }
 
 void SceneOffers::OnScene(const SceneManifest& manifest) {

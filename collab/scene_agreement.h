@@ -17,6 +17,9 @@ namespace tandem {
 /// What a peer that loads this scene offers to the session.
 SceneManifest ManifestOf(const Scene& scene, const SceneHash& hash, PeerId by);
 
+/// Which of two manifests the session goes by: that of the higher revision, then of the lower peer.
+bool Precedes(const SceneManifest& a, const SceneManifest& b);
+
 ForceParameters ParametersOf(const SceneManifest& manifest);
 
 /// In what a scene's content differs from the session's, in one line that names the body and the

@@ -21,10 +21,6 @@ constexpr std::int64_t kSettleNs = 1000 * kMs;
 // of that, for claims to reach the haptic thread
 constexpr std::int64_t kLeastSettleNs = 100 * kMs;
 
-bool Precedes(const SceneManifest& a, const SceneManifest& b) {
-  return a.revision != b.revision ? a.revision > b.revision : a.offered_by < b.offered_by;
-}
-
 /// Reads the scene file and what it is made of.
 int ReadScene(const PeerArguments& arguments, Joining& joining) {
   Result<Scene> scene = LoadScene(arguments.scene);

@@ -77,7 +77,8 @@ TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneClearLine) {
   directory.OnPeerInfo(newer);
   EXPECT_THAT(directory.TakeNews(),
               ElementsAre(HasSubstr("Anna is not taken in: its scene is"),
-                          HasSubstr("Ben is not taken in: it speaks protocol 3")));
+                          HasSubstr("Ben is not taken in: it speaks protocol " +
+                                    std::to_string(kProtocol + 1))));
   MembershipChange change;
   EXPECT_FALSE(directory.changes().TryPop(change));
 }

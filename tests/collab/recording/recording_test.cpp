@@ -53,10 +53,8 @@ RecordingHeader HeaderOf(PeerId id, int object) {
   header.name = "peer " + std::to_string(id);
   header.scene = "none";
   header.scene_hash = 42;
-  header.parameters = {.voxel_size = 0.002,
-                       .contact = ContactModel::kPlain,
-                       .force_layer = 3,
-                       .friction = 0.25};
+  header.parameters = {
+      .voxel_size = 0.002, .contact = ContactModel::kPlain, .force_layer = 3, .friction = 0.25};
   header.law = "p+d";
   header.peer.id = id;
   header.peer.held_object = object;
@@ -158,6 +156,15 @@ TEST(Recording, TheHeaderSurvivesAsItWas) {
   EXPECT_EQ(read->peer.capacity, header.peer.capacity);
   EXPECT_EQ(read->peer.X_BD.p, header.peer.X_BD.p);
   EXPECT_EQ(read->peer.X_BD.q.coeffs(), header.peer.X_BD.q.coeffs());
+}
+
+// Messages were other ones then: what else its header lacks is of no interest.
+TEST(Recording, OneOfAnEarlierProtocolIsRefusedByThat) {
+  const Result<RecordingHeader> read =
+      ParseHeader(R"({"program": "0.3", "protocol": 2, "name": "anna", "scene": "none"})");
+  ASSERT_FALSE(read.has_value());
+  EXPECT_EQ(read.error().what,
+            "recorded with protocol 2, this program's is " + std::to_string(kProtocol));
 }
 
 TEST(Recording, AnotherInputIsNamedByItsFrame) {
