@@ -2,6 +2,22 @@
 
 namespace tandem {
 
+namespace {
+
+/// Of a spring k at the lever r and one in rotation: J^T k J + rotation, where J = (-[r]x, 1) gives
+/// the velocity at r of (w, v).
+void SetAtLever(double k, const Mat3& rotation, const Vec3& r, Mat6& matrix) {
+  const Mat3 across = CrossMatrix(k * r);
+  const Mat3 square = r * r.transpose();
+  matrix.topLeftCorner<3, 3>() = rotation - k * square;
+  matrix.topLeftCorner<3, 3>().diagonal().array() += k * r.squaredNorm();
+  matrix.topRightCorner<3, 3>() = across;
+  matrix.bottomLeftCorner<3, 3>() = -across;
+  matrix.bottomRightCorner<3, 3>() = k * Mat3::Identity();
+}
+
+}  // namespace
+
 Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose& X_BA,
                   const Anchor& anchor) noexcept {
   const Vec3 r = body.X_WB.q * X_BA.p;  // from the centre of mass to A
@@ -14,13 +30,8 @@ Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose
   load.force << r.cross(force) + gains.rotation_stiffness * turned_apart +
                     gains.rotation_damping * (anchor.V_WA.w - body.V_WB.w),
       force;
-  // velocity of A = J (w, v)
-  Eigen::Matrix<double, 3, 6> J;
-  J << -CrossMatrix(r), Mat3::Identity();
-  load.stiffness = gains.stiffness * J.transpose() * J;
-  load.damping = gains.damping * J.transpose() * J;
-  load.stiffness.topLeftCorner<3, 3>() += gains.rotation_stiffness;
-  load.damping.topLeftCorner<3, 3>() += gains.rotation_damping;
+  SetAtLever(gains.stiffness, gains.rotation_stiffness, r, load.stiffness);
+  SetAtLever(gains.damping, gains.rotation_damping, r, load.damping);
   return load;
 }
 
@@ -28,7 +39,7 @@ Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidStat
   Load load;
   load.damping.topLeftCorner<3, 3>() = rotation_damping;
   load.damping.bottomRightCorner<3, 3>() = damping * Mat3::Identity();
-  load.force = -load.damping * Stacked(body.V_WB);
+  load.force << -(rotation_damping * body.V_WB.w), -damping * body.V_WB.v;
   return load;
 }
 
