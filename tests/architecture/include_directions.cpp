@@ -37,6 +37,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab/dds", {"collab"});
     may_see("collab/simulated", {"collab"});
     may_see("collab/recording", {"collab"});
+    may_see("collab/lab", {"collab/simulated", "collab/recording"});
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
     may_see("app", {});                     // what all programs share
     may_see("app/devices", {"engine/haptics"});
