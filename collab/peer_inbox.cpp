@@ -20,6 +20,8 @@ PeerInbox::PeerInbox(const LinkConditions& conditions, PeerDirectory& directory,
                      std::size_t waiting)
     : conditions_(conditions),
       directory_(&directory),
+      arriving_states_(std::min(waiting, kArriving)),
+      arriving_links_(std::min(waiting, kArriving)),
       waiting_states_(waiting),
       waiting_links_(waiting) {}
 

@@ -99,8 +99,8 @@ class PeerInbox : public Inbox {
   PeerDirectory* directory_;
   std::array<Sender, 2 * kMaxPeers> senders_;
   SpscQueue<LinkSwitch> switches_{64};
-  SpscQueue<DueSample<ObjectState>> arriving_states_{kArriving};
-  SpscQueue<DueSample<CouplingLinks>> arriving_links_{kArriving};
+  SpscQueue<DueSample<ObjectState>> arriving_states_;
+  SpscQueue<DueSample<CouplingLinks>> arriving_links_;
   DueQueue<ObjectState> waiting_states_;
   DueQueue<CouplingLinks> waiting_links_;
   SpscQueue<Event> events_{1024};

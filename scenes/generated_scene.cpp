@@ -67,6 +67,12 @@ std::string HandFile(const HandScript& script) {
     json["waypoints"].push_back(
         {{"t_s", Rounded(waypoint.t)}, {"p_W", Row(waypoint.p_W)}, {"q_xyzw", Row(waypoint.q_W)}});
   }
+  for (const Push& push : script.pushes) {
+    json["pushes"].push_back({{"t_s", Rounded(push.t)},
+                              {"for_s", Rounded(push.lasts)},
+                              {"f_W", Row(push.F_D_W.f)},
+                              {"tau_W", Row(push.F_D_W.tau)}});
+  }
   return json.dump(2) + "\n";
 }
 

@@ -66,6 +66,16 @@ Waypoint ReadWaypoint(const JsonNode& node, const std::vector<Waypoint>& before)
   return waypoint;
 }
 
+Push ReadPush(const JsonNode& node) {
+  node.AllowKeys({"t_s", "for_s", "f_W", "tau_W"});
+  Push push;
+  push.t = node["t_s"].NumberFrom(0);
+  push.lasts = node["for_s"].NumberAbove(0);
+  if (node.Has("f_W")) push.F_D_W.f = node["f_W"].Vector();
+  if (node.Has("tau_W")) push.F_D_W.tau = node["tau_W"].Vector();
+  return push;
+}
+
 }  // namespace
 
 Waypoint HandScript::IntentAt(double t) const noexcept {
@@ -101,11 +111,23 @@ Twist HandScript::IntendedTwistAt(double t) const noexcept {
   return twist;
 }
 
+Wrench HandScript::PushAt(double t) const noexcept {
+  constexpr double kRounding = 1e-6;  // s, far below a frame: clocks add up frames
+  Wrench sum;
+  for (const Push& push : pushes) {
+    const double since = t + kRounding - push.t;
+    if (since < 0 || since >= push.lasts) continue;
+    sum.f += push.F_D_W.f;
+    sum.tau += push.F_D_W.tau;
+  }
+  return sum;
+}
+
 Result<HandScript> LoadHandScript(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
-  root.AllowKeys({"hand", "grasp_B", "waypoints"});
+  root.AllowKeys({"hand", "grasp_B", "waypoints", "pushes"});
 
   HandScript script;
   if (root.Has("hand")) script.impedance = ReadImpedance(root["hand"]);
@@ -114,6 +136,9 @@ Result<HandScript> LoadHandScript(const std::filesystem::path& file) {
     script.waypoints.push_back(ReadWaypoint(node, script.waypoints));
   }
   if (script.waypoints.empty()) root["waypoints"].Expected("at least one waypoint");
+  if (root.Has("pushes")) {
+    for (const JsonNode& node : root["pushes"].Items()) script.pushes.push_back(ReadPush(node));
+  }
   if (const std::optional<Error> fault = json->fault()) return *fault;
   return script;
 }

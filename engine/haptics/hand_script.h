@@ -27,11 +27,20 @@ struct Waypoint {
   Quat q_W = Quat::Identity();
 };
 
+/// Somebody knocks against the hand, or leans on it: a wrench about the handle, from t on, for so
+/// long.
+struct Push {
+  double t = 0;      // s, from the hand's start
+  double lasts = 0;  // s
+  Wrench F_D_W;
+};
+
 /// A scripted hand. File format (DESIGN of the hand file): docs/scene-format.md.
 struct HandScript {
   HandImpedance impedance;
   Pose X_BD;  // grasp: the device's place in the body; B's axes are the file's
   std::vector<Waypoint> waypoints;  // t rising from 0; the first is the identity
+  std::vector<Push> pushes;         // those at one time add up
 
   double duration() const { return waypoints.empty() ? 0.0 : waypoints.back().t; }
 
@@ -40,6 +49,8 @@ struct HandScript {
   Waypoint IntentAt(double t) const noexcept;
   /// Its rate of change: the velocity of the centre of mass and the angular velocity, in W.
   Twist IntendedTwistAt(double t) const noexcept;
+  /// What the pushes of that time come to.
+  Wrench PushAt(double t) const noexcept;
 };
 
 /// Reads a hand file. An error names the file, the place in it and what was expected there.

@@ -23,10 +23,11 @@ void ScriptedDevice::Render(const Wrench& F_D_W) noexcept {
   const CouplingGains gains{hand.stiffness, hand.damping,
                             hand.rotation_stiffness * Mat3::Identity(),
                             hand.rotation_damping * Mat3::Identity()};
+  const Wrench push_D_W = started_ ? script_.PushAt(time_) : Wrench{};
   if (started_) time_ += kFrame;
   Load load = CouplingLoad(gains, state_, Pose{}, IntendedHandle(script_, X_WB0_, time_));
-  load.force.head<3>() += F_D_W.tau;
-  load.force.tail<3>() += F_D_W.f;
+  load.force.head<3>() += F_D_W.tau + push_D_W.tau;
+  load.force.tail<3>() += F_D_W.f + push_D_W.f;
   const Inertia inertia{hand.mass, hand.inertia * Mat3::Identity()};
   const Twist V = ImplicitTwist(inertia, state_, load, kFrame);
   Advance(state_, V, kFrame, 0.0, 1e9);

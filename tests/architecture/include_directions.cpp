@@ -42,9 +42,11 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app", {});                     // what all programs share
     may_see("app/devices", {"engine/haptics"});
     may_see("app/reach", {"collab/dds"});
-    may_see("app/cli",
-            {"app", "app/reach", "collab/simulated", "collab/recording", "scenes", "app/devices"});
-    may_see("app/view", {"app", "app/reach"});
+    may_see("app/picture", {"engine/base"});
+    may_see("app/stability", {"app", "app/picture", "collab/lab"});
+    may_see("app/cli", {"app", "app/reach", "app/stability", "collab/simulated", "collab/recording",
+                        "collab/lab", "scenes", "app/devices"});
+    may_see("app/view", {"app", "app/reach", "app/picture"});
     return map;
   }();
   return *arrows;

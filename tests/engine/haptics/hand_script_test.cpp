@@ -17,6 +17,10 @@ const std::string kHand = R"({
     {"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
     {"t_s": 2, "p_W": [0.04, 0, 0], "q_xyzw": [0, 0, 0, 1]},
     {"t_s": 3, "p_W": [0.04, 0, 0.1], "q_xyzw": [0, 0, 0.7071067811865476, 0.7071067811865476]}
+  ],
+  "pushes": [
+    {"t_s": 1, "for_s": 0.05, "f_W": [5, 0, 0]},
+    {"t_s": 1.02, "for_s": 2, "f_W": [0, 1, 0], "tau_W": [0, 0, 0.1]}
   ]
 })";
 
@@ -52,9 +56,24 @@ TEST(HandFile, IsReadInFull) {
   EXPECT_EQ(script.X_BD.q.x(), 1.0);
   ASSERT_EQ(script.waypoints.size(), 3U);
   EXPECT_EQ(script.duration(), 3.0);
+  ASSERT_EQ(script.pushes.size(), 2U);
+  EXPECT_EQ(script.pushes[1].t, 1.02);
+  EXPECT_EQ(script.pushes[1].lasts, 2.0);
+  EXPECT_EQ(script.pushes[1].F_D_W.tau, Vec3(0, 0, 0.1));
+}
+
+TEST(HandScript, AddsUpThePushesOfATime) {
+  const HandScript script = Script();
+  EXPECT_EQ(script.PushAt(0.99).f, Vec3::Zero());
+  EXPECT_EQ(script.PushAt(1.01).f, Vec3(5, 0, 0));
+  EXPECT_EQ(script.PushAt(1.03).f, Vec3(5, 1, 0));
+  EXPECT_EQ(script.PushAt(1.06).f, Vec3(0, 1, 0));
+  EXPECT_EQ(script.PushAt(3.03).f, Vec3::Zero());
 }
 
 TEST(HandFile, ErrorsNameThePlaceAndWhatWasExpected) {
+  EXPECT_EQ(ErrorAfter("\"for_s\": 2", "\"for_s\": 0"),
+            "pushes[1].for_s: expected a number above 0, got 0");
   EXPECT_EQ(ErrorAfter("\"t_s\": 3", "\"t_s\": 2"),
             "waypoints[2].t_s: expected a number above 2, got 2");
   EXPECT_EQ(ErrorAfter("\"t_s\": 0", "\"t_s\": 0.5"),

@@ -45,6 +45,20 @@ TEST(ScriptedDevice, WithoutWaypointsItStaysWhereItIs) {
   EXPECT_NEAR((device.Read().X_WA.p - Vec3(1, 2, 3)).norm(), 0.0, 1e-12);
 }
 
+// 5 N for 50 ms on 0.5 kg that nothing holds: 0.5 m/s, whenever the push comes.
+TEST(ScriptedDevice, AKnockGivesTheHandItsMomentum) {
+  for (const double at : {0.2, 1.0, 20.37}) {
+    HandScript script;
+    script.impedance = {.mass = 0.5, .damping = 0, .stiffness = 0};
+    script.pushes = {{at, 0.05, {Vec3::Zero(), Vec3(5, 0, 0)}}};
+    ScriptedDevice device(script, Pose{});
+    for (int frame = 0; frame < 100; ++frame) device.Render({});
+    device.Start();
+    while (device.time() < at + 0.1) device.Render({});
+    EXPECT_NEAR(device.Read().V_WA.v.x(), 0.5, 1e-9) << at;
+  }
+}
+
 // A steady push of F moves a hand of stiffness k by F/k.
 TEST(ScriptedDevice, GivesWayToAForceAsItsStiffnessSays) {
   ScriptedDevice device(Lift(), Pose{});

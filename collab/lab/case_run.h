@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "collab/lab/lab_case.h"
+#include "collab/lab/metrics.h"
+#include "engine/world/world_model.h"
+
+namespace tandem {
+
+/// A scene of the lab: made once, shared by all threads.
+struct LabScene {
+  std::shared_ptr<const WorldModel> model;
+  std::uint32_t object = 0;  // the shared body
+  Pose X_BD;                 // grasp
+};
+
+struct CaseResult {
+  Metrics metrics;
+  Verdict verdict = Verdict::kUndecided;
+  std::uint64_t digest = 0;    // of every tenth frame's states and of the metrics
+  double simulated_s = 0;      // of the session, closing its loops included
+  std::optional<Error> fault;  // the case could not be run: its loops did not close
+};
+
+/// Every frame's measured state, for time series. `t_s`: from when all loops are closed.
+using SeriesSink = std::function<void(double t_s, std::span<const UserFrame> users)>;
+
+/// Runs the product's peers in virtual time: one thread, no clock; the same case gives the same
+/// bits.
+CaseResult RunCase(const LabCase& test, const LabScene& scene, const SeriesSink& series = {});
+
+}  // namespace tandem

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "collab/coupling_law.h"
+#include "collab/link_conditioner.h"
+#include "engine/base/result.h"
+#include "engine/dynamics/rigid_body.h"
+#include "engine/haptics/hand_script.h"
+
+namespace tandem {
+
+/// How a modelled hand gives way (notes on stability: off, relaxed, heavy, firm; or own figures).
+struct LabHand {
+  std::string name;
+  HandImpedance impedance;  // of arm and device together; rotation's, see HandNamed()
+};
+
+/// "off": the device alone, 0.2 kg and 0.3 N s/m; "relaxed", "heavy", "firm" add to it 0.7 kg and
+/// 5 N s/m, 1 kg and 2 N s/m, 1 kg with 10 N s/m and 800 N/m. Rotation has the same, times the
+/// body's inertia over its mass, so that a turn of the body goes as its travel does. Errors name
+/// the hands that there are.
+Result<LabHand> HandNamed(const std::string& name, const Inertia& body);
+
+/// What the hands do, from when all loops are closed.
+enum class LabMotion : std::uint8_t {
+  kStill,
+  kKick,    // the first hand is knocked: 5 N for 50 ms, one second in
+  kMove,    // the first hand moves by 0.2 m in a second, minimum jerk; the others come along
+  kHold,    // the same, and the others hold still where they are
+  kPress,   // all lean on what is there, then rest
+  kPullOff  // pressed together first, then the first hand pulls away
+};
+
+struct LabLaw {
+  std::string name = DefaultLaw()->name();
+  CouplingLimits limits;
+  double ratio = 1;           // of the law's stiffness; its drags are those for 1
+  double boundary_ratio = 0;  // above 0: "constant", with that share of this case's k_crit
+  bool gate = true;
+  bool exchange_forces = false;  // the control that must be caught: the partner's force is applied
+};
+
+/// What lies between the users: one direction from the lesser to the greater number, one back.
+struct LabNetwork {
+  std::string name = "clean";
+  LinkConditions there;
+  LinkConditions back;
+  struct Step {
+    double at_s = 0;  // from when all loops are closed
+    double delay_s = 0;
+    bool cut = false;
+  };
+  std::vector<Step> schedule;  // at_s rising
+};
+
+/// One delay-injection experiment: whole peers who hold one shared body, each with a modelled hand.
+struct LabCase {
+  std::string name;
+  std::string scene = "free";  // free, wall, slot, ball, off_centre, or a scene file
+  std::string body;            // of a scene file: its shared body
+  std::size_t users = 2;
+  std::vector<LabHand> hands;  // the last one is of all further users
+  LabMotion motion = LabMotion::kKick;
+  LabLaw law;
+  double delay_s = 0.1;  // one way
+  LabNetwork network;    // its delays are beside delay_s
+  double publish_hz = 1000;
+  double seconds = 0;  // from when all loops are closed; 0: LongEnough()
+  std::uint64_t seed = 1;
+
+  /// max(12 s, 40 delays).
+  double LongEnough() const;
+};
+
+}  // namespace tandem
