@@ -95,6 +95,14 @@ std::vector<JsonNode> JsonNode::Items() const {
   return items;
 }
 
+bool JsonNode::IsArray() const {
+  return value_ != nullptr && Value(value_).is_array();
+}
+
+std::string JsonNode::Compact() const {
+  return value_ == nullptr ? "null" : Value(value_).dump();
+}
+
 void JsonNode::AllowKeys(std::initializer_list<std::string_view> keys) const {
   if (value_ == nullptr || !Value(value_).is_object()) {
     Expected("an object");
@@ -207,9 +215,12 @@ Result<JsonFile> JsonFile::Read(const std::filesystem::path& file) {
   } else {
     return Error{file.string() + ": cannot be read"};
   }
+  return Parse(text, file.string());
+}
 
+Result<JsonFile> JsonFile::Parse(const std::string& text, const std::string& name) {
   auto content = std::make_shared<JsonNode::Content>();
-  content->file = file.string();
+  content->file = name;
 
   // nlohmann keeps the last of two equal keys; a reader of the file would believe either
   std::vector<std::set<std::string>> keys;
@@ -226,9 +237,9 @@ Result<JsonFile> JsonFile::Read(const std::filesystem::path& file) {
   try {
     content->root = Json::parse(text, watch);
   } catch (const Json::exception& fault) {
-    return Error{file.string() + ": " + WithoutPrefix(fault.what())};
+    return Error{name + ": " + WithoutPrefix(fault.what())};
   }
-  if (!twice.empty()) return Error{file.string() + ": the key \"" + twice + "\" is given twice"};
+  if (!twice.empty()) return Error{name + ": the key \"" + twice + "\" is given twice"};
   return JsonFile(std::move(content));
 }
 

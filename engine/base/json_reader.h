@@ -25,6 +25,9 @@ class JsonNode {
   JsonNode operator[](std::string_view key) const;
   /// Of an array: its values.
   std::vector<JsonNode> Items() const;
+  bool IsArray() const;
+  /// All of it on one line, keys in order; "null" when missing.
+  std::string Compact() const;
 
   /// Makes any other key of this object a fault, so that a misspelt one is not passed over.
   void AllowKeys(std::initializer_list<std::string_view> keys) const;
@@ -59,6 +62,8 @@ class JsonFile {
  public:
   /// An error of syntax tells the line and the column. A key given twice is an error too.
   static Result<JsonFile> Read(const std::filesystem::path& file);
+  /// The same of a text; `name` stands for the file in what is said of it.
+  static Result<JsonFile> Parse(const std::string& text, const std::string& name);
 
   JsonNode root() const;
   /// The first fault noted by its nodes: `FILE: PLACE: WHAT`.
