@@ -24,14 +24,14 @@ struct LabHand {
 /// the hands that there are.
 Result<LabHand> HandNamed(const std::string& name, const Inertia& body);
 
-/// What the hands do, from when all loops are closed.
+/// What the hands do, from when all loops are closed; along x of W, where a scene has its wall.
 enum class LabMotion : std::uint8_t {
   kStill,
   kKick,    // the first hand is knocked: 5 N for 50 ms, one second in
-  kMove,    // the first hand moves by 0.2 m in a second, minimum jerk; the others come along
-  kHold,    // the same, and the others hold still where they are
-  kPress,   // all lean on what is there, then rest
-  kPullOff  // pressed together first, then the first hand pulls away
+  kMove,    // the first hand moves by 0.2 m from 2 s to 3 s, minimum jerk; the others give way
+  kHold,    // the same by 0.1 m, and the others hold still where they are
+  kPress,   // all lean on what is there with 2 N from 1.5 s to 4 s; the first is knocked at 2.5 s
+  kPullOff  // all lean from 1.5 s to 5 s; the first is pulled away with 14 N for 150 ms at 3 s
 };
 
 struct LabLaw {
@@ -48,6 +48,7 @@ struct LabNetwork {
   std::string name = "clean";
   LinkConditions there;
   LinkConditions back;
+  double skew = 0;  // share of the case's delay that is taken from the way there and added back
   struct Step {
     double at_s = 0;  // from when all loops are closed
     double delay_s = 0;

@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
+#include "collab/lab/band_pass.h"
 #include "collab/lab/lab_case.h"
 #include "collab/peer.h"
 
@@ -13,23 +15,27 @@ namespace tandem {
 /// What one frame of one user shows the lab; the same of a simulated peer, of a live one and of a
 /// replayed recording.
 struct UserFrame {
+  bool present = false;       // holds the body; nothing else here counts while it does not
+  std::size_t coupled = 0;    // partners whose loop is closed
   RigidState state;           // of the own instance
   double ground_damping = 0;  // N s/m, of the law
   std::size_t link_count = 0;
   std::array<LinkView, kMaxLinks> links{};
   std::array<Wrench, kMaxLinks> links_B_W{};  // as applied
-  Wrench felt_W;                              // by the hand
-  double guarded_share = 1;                   // of that wrench which the force guard let through
+  Wrench felt_W;                              // asked of the hand's device, before the force guard
+  std::uint64_t guarded_frames = 0;           // in which the guard held back, since the peer began
   bool trapped = false;                       // a wall is between the instances
 };
 
-/// False while the peer does not hold the body or a loop is open.
+/// The frame that the peer has just made, at `now_ns` of its own clock; gives out.present.
 bool Observe(const Peer& peer, std::int64_t now_ns, UserFrame& out);
 
-/// All that is measured of a run (notes on stability, section 5). Growth, tail and energy count
-/// turning as well: v^2 is v.v + w.(I/m)w.
+/// All that is measured of a run. Growth, tail and energy count turning as well: v^2 is v.v +
+/// w.(I/m)w, summed over the users.
 struct Metrics {
-  double growth = 0;           // 1/s, of ln RMS of the instances' velocities to one another
+  double growth = 0;           // 1/s, slope of ln RMS of the instances' velocities to their mean,
+                               // over windows of max(0.5 s, 4 delays), last two thirds of the run
+  int windows = 0;             // those of growth; they overlap by half
   double tail_rms = 0;         // m/s, last tenth
   double generated_J = 0;      // that all links gave at the most, their drags included
   double peak_apart = 0;       // m, any two instances
@@ -37,17 +43,19 @@ struct Metrics {
   double peak_turn = 0;        // rad, any two
   double settle_s = 0;         // from the last push or waypoint until they stay within 2 mm of
                                // their last distance; NaN: never
-  double band_low_rms = 0;     // m/s, 1 to 10 Hz, of the velocity between the first two
-  double band_high_rms = 0;    // m/s, 10 to 100 Hz
+  double band_low_rms = 0;     // m/s, 0.2 to 5 Hz, of the velocity between the first two, after
+                               // the last push
+  double band_high_rms = 0;    // m/s, 5 to 100 Hz: buzz of contact; a late link swings below
   double peak_force = 0;       // N, felt by any hand
   double peak_force_rate = 0;  // N/s
   double link_force = 0;       // N, any link at the most
+  double link_force_rate = 0;  // N/s, all links of a user
   double guarded_share = 0;    // of frames in which a force guard held back
   double clip_share = 0;       // of frames in which an energy gate held back
   double stiffness = 0;        // N/m of a link, mean of the last second
-  double least_stiffness = 0;
-  double loop_age_s = 0;  // mean of the last second
-  bool blew_up = false;   // not a number, or 0.5 m apart
+  double least_stiffness = 0;  // N/m of any link, from a second after the first frame
+  double loop_age_s = 0;       // mean of the last second
+  bool blew_up = false;        // not a number, or 0.5 m apart
   std::int64_t frames = 0;
   std::int64_t trapped_frames = 0;
 };
@@ -63,23 +71,59 @@ Verdict Judge(const Metrics& metrics);
 class Meter {
  public:
   /// `tau_s`: one-way delay, for the windows of growth; `judged_from_s`: pushes and waypoints are
-  /// over then.
+  /// over then, counted from the first See().
   Meter(const Inertia& body, double tau_s, double judged_from_s);
 
-  /// A frame of 1 ms, all users. One who is out of the session for it is left out.
+  /// A frame of 1 ms, all users, in the same order each time. Who is not present is left out.
   void See(std::span<const UserFrame> users);
+  /// The same while the loops close: only the energy counts, so that springs are empty at first.
+  void SeeOpening(std::span<const UserFrame> users);
+  /// Past any hope: not a number, or 0.5 m apart.
+  bool blew_up() const noexcept { return running_.blew_up; }
   Metrics Finish() const;
 
  private:
   struct Bin {
-    double relative = 0;  // sums of squares
+    double relative = 0;  // sums of squares over the frames, m^2/s^2
     double all = 0;
+    double apart = 0;  // sum, m
+    double nearest = 0;
+    double farthest = 0;
     int frames = 0;
+    double links = 0;  // frames of links
+    double stiffness = 0;
+    double loop_age = 0;
   };
+  struct Last {  // of a user, a frame ago
+    Vec3 felt = Vec3::Zero();
+    Vec3 links = Vec3::Zero();
+    bool known = false;
+    std::uint64_t guarded_frames = 0;
+  };
+
+  void AddWork(const UserFrame& user);
+  void SeeVelocities(std::span<const UserFrame> users, Bin& bin);
+  void SeeDistances(std::span<const UserFrame> users, Bin& bin);
+  void SeeForces(std::span<const UserFrame> users, Bin& bin);
+  double SettleTime(double last_apart) const;
+  void FindGrowth(Metrics& out) const;
+
   Inertia body_;
   double tau_s_;
   double judged_from_s_;
   std::vector<Bin> bins_;
+  std::vector<Last> last_;
+  BandPass low_{0.2, 5.0};
+  BandPass high_{5.0, 100.0};
+  double low_squares_ = 0;
+  double high_squares_ = 0;
+  std::int64_t band_frames_ = 0;
+  double work_ = 0;            // J that the links gave so far
+  double half_turn_sine_ = 0;  // square of the largest
+  std::int64_t user_frames_ = 0;
+  std::int64_t guarded_ = 0;
+  std::int64_t clipped_ = 0;
+  double least_stiffness_ = std::numeric_limits<double>::infinity();
   Metrics running_;
 };
 

@@ -1,0 +1,129 @@
+#include "collab/lab/case_parts.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace tandem {
+
+namespace {
+
+constexpr double kMovingSpring = 300;   // N/m
+constexpr double kHoldingSpring = 400;  // N/m
+
+class ScaledLaw : public CouplingLaw {
+ public:
+  ScaledLaw(std::shared_ptr<const CouplingLaw> law, double ratio)
+      : law_(std::move(law)), ratio_(ratio) {}
+  const char* name() const noexcept override { return law_->name(); }
+  LinkLaw Link(const LawInputs& inputs) const noexcept override {
+    LinkLaw link = law_->Link(inputs);
+    link.stiffness *= ratio_;
+    return link;
+  }
+  double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept override {
+    return law_->GroundDamping(inputs, stiffness_sum / ratio_);
+  }
+
+ private:
+  std::shared_ptr<const CouplingLaw> law_;
+  double ratio_;
+};
+
+const LabHand& HandOf(const LabCase& test, std::size_t user) {
+  return test.hands[std::min(user, test.hands.size() - 1)];
+}
+
+void GiveSpring(HandImpedance& hand, double stiffness) {
+  if (hand.stiffness > 0) return;
+  hand.stiffness = stiffness;
+  hand.rotation_stiffness = stiffness * hand.inertia / hand.mass;
+}
+
+std::vector<Waypoint> MoveBy(double distance) {
+  return {{0, Vec3::Zero(), Quat::Identity()},
+          {2, Vec3::Zero(), Quat::Identity()},
+          {3, Vec3(distance, 0, 0), Quat::Identity()}};
+}
+
+void Script(const LabCase& test, std::size_t user, HandScript& script) {
+  const auto push = [&script](double from, double until, double newtons) {
+    script.pushes.push_back({from, until - from, {Vec3::Zero(), Vec3(newtons, 0, 0)}});
+  };
+  const bool first = user == 0;
+  switch (test.motion) {
+    case LabMotion::kStill:
+      return;
+    case LabMotion::kKick:
+      if (first) push(1, 1.05, 5);
+      return;
+    case LabMotion::kMove:
+      if (!first) return;
+      GiveSpring(script.impedance, kMovingSpring);
+      script.waypoints = MoveBy(0.2);
+      return;
+    case LabMotion::kHold:
+      GiveSpring(script.impedance, first ? kMovingSpring : kHoldingSpring);
+      if (first) script.waypoints = MoveBy(0.1);
+      return;
+    case LabMotion::kPress:
+      push(1.5, 4, 2);
+      if (first) push(2.5, 2.55, 5);
+      return;
+    case LabMotion::kPullOff:
+      push(1.5, 5, 2);
+      if (first) push(3, 3.15, -14);
+      return;
+  }
+}
+
+}  // namespace
+
+HandScript ScriptOf(const LabCase& test, std::size_t user, const Pose& X_BD) {
+  HandScript script;
+  script.impedance = HandOf(test, user).impedance;
+  script.X_BD = X_BD;
+  Script(test, user, script);
+  return script;
+}
+
+double LastInputEnds(const LabCase& test) {
+  double last = 0;
+  for (std::size_t user = 0; user < test.users; ++user) {
+    const HandScript script = ScriptOf(test, user, {});
+    last = std::max(last, script.duration());
+    for (const Push& push : script.pushes) last = std::max(last, push.t + push.lasts);
+  }
+  return last;
+}
+
+LinkConditions ConditionsOf(const LabCase& test, std::size_t from, std::size_t to, double delay_s) {
+  LinkConditions conditions = from < to ? test.network.there : test.network.back;
+  const double share = from < to ? 1.0 - test.network.skew : 1.0 + test.network.skew;
+  conditions.delay_ms += 1e3 * share * delay_s;
+  // streams of one receiver are told apart by the sender; those of two by their seeds
+  conditions.seed = 1000 * test.seed + to;
+  return conditions;
+}
+
+double LongestDelay(const LabCase& test) {
+  double delay_s = test.delay_s;
+  for (const LabNetwork::Step& step : test.network.schedule) {
+    delay_s = std::max(delay_s, step.delay_s);
+  }
+  double longest = 0;
+  for (const bool there : {true, false}) {
+    const LinkConditions way = ConditionsOf(test, there ? 0 : 1, there ? 1 : 0, delay_s);
+    longest = std::max(longest, 1e-3 * (way.delay_ms + way.jitter_ms + way.swing_ms +
+                                        (way.reorder > 0 ? way.reorder_ms : 0.0)));
+  }
+  return longest;
+}
+
+Result<std::shared_ptr<const CouplingLaw>> LawOf(const LabLaw& law) {
+  Result<std::shared_ptr<const CouplingLaw>> plain = MakeLaw(law.name, law.limits, true);
+  if (!plain || law.ratio == 1) return plain;
+  return std::shared_ptr<const CouplingLaw>(std::make_shared<ScaledLaw>(*plain, law.ratio));
+}
+
+}  // namespace tandem
