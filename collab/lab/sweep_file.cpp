@@ -1,0 +1,256 @@
+#include "collab/lab/sweep_file.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "collab/coupling_law.h"
+#include "collab/lab/hex.h"
+#include "collab/lab/lab_case.h"
+#include "engine/base/hash.h"
+#include "engine/base/json_reader.h"
+
+namespace tandem {
+
+namespace {
+
+using Json = nlohmann::json;  // its keys are in order
+
+constexpr std::array<std::string_view, 12> kAxes{
+    "scene", "users", "hands",          "delay_s",       "network", "publish_hz",
+    "law",   "ratio", "boundary_ratio", "stiffness_N_m", "motion",  "seconds"};
+
+// 1.0 and 1 are one number, and one key
+Json Plain(Json value) {
+  constexpr double kExact = 9e15;
+  if (value.is_number_float()) {
+    const double number = value.get<double>();
+    if (std::nearbyint(number) == number && std::abs(number) < kExact) {
+      return static_cast<std::int64_t>(number);
+    }
+  }
+  if (value.is_structured()) {
+    for (Json& each : value) each = Plain(std::move(each));
+  }
+  return value;
+}
+
+Json DefaultCase() {
+  return {{"scene", "free"},
+          {"users", 2},
+          {"hands", {"relaxed"}},
+          {"motion", "kick"},
+          {"law", {{"name", DefaultLaw()->name()}, {"ratio", 1}, {"gate", true}}},
+          {"delay_s", Plain(LabCase{}.delay_s)},
+          {"network", "clean"},
+          {"publish_hz", 1000},
+          {"seconds", 0}};
+}
+
+// a value of an axis into the case
+void Put(std::string_view axis, const Json& value, Json& out) {
+  Json& law = out["law"];
+  if (axis == "law" && value.is_object()) {
+    law.update(value, true);
+  } else if (axis == "law") {
+    law["name"] = value;
+  } else if (axis == "ratio" || axis == "boundary_ratio") {
+    law[std::string(axis)] = value;
+  } else if (axis == "stiffness_N_m") {
+    law["limits"]["constant_stiffness"] = value;
+  } else if (axis == "hands" && !value.is_array()) {
+    out["hands"] = Json::array({value});
+  } else {
+    out[std::string(axis)] = value;
+  }
+}
+
+void AddText(const std::string& text, Hash64& hash) {
+  hash.Add(static_cast<std::uint64_t>(text.size()));
+  hash.AddBytes(text.data(), text.size());
+}
+
+// what contact asks beside free space, a frame of a user
+double SceneCost(const std::string& scene) {
+  if (scene == "free") return 1;
+  if (scene == "off_centre") return 1.2;
+  return 8;
+}
+
+double CostOf(const Json& test) {
+  LabCase length;
+  length.delay_s = test["delay_s"].get<double>();
+  const auto seconds = test["seconds"].get<double>();
+  return (seconds > 0 ? seconds : length.LongEnough()) * test["users"].get<double>() *
+         SceneCost(test["scene"].get<std::string>());
+}
+
+struct Axis {
+  std::string_view name;
+  std::vector<Json> values;
+};
+
+/// Expands one block after the other.
+class Expansion {
+ public:
+  Expansion(const JsonFile& file, std::string name, const CaseCheck& check, Sweep& sweep)
+      : file_(file), name_(std::move(name)), check_(check), sweep_(sweep) {}
+
+  /// What is wrong with the cells; what is wrong with the file, the file says.
+  std::optional<Error> Go() {
+    const std::vector<JsonNode> blocks = file_.root()["blocks"].Items();
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      blocks[b].AllowKeys({"expect", "note", kAxes[0], kAxes[1], kAxes[2], kAxes[3], kAxes[4],
+                           kAxes[5], kAxes[6], kAxes[7], kAxes[8], kAxes[9], kAxes[10], kAxes[11]});
+      const std::string place = name_ + ": blocks[" + std::to_string(b) + "]";
+      if (std::optional<Error> wrong = AddBlock(blocks[b], place)) return wrong;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  // each value is tried alone, so that a fault has its place
+  std::optional<Error> Read(const JsonNode& block, const std::string& place, Axis& axis) const {
+    const JsonNode node = block[axis.name];
+    const bool many = node.IsArray();
+    const std::vector<JsonNode> items = many ? node.Items() : std::vector<JsonNode>{node};
+    if (items.empty()) node.Fault("an empty array leaves no cell");
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      axis.values.push_back(Plain(Json::parse(items[i].Compact())));
+      Json alone = DefaultCase();
+      alone["law"]["name"] = "constant";  // that knows every key
+      Put(axis.name, axis.values.back(), alone);
+      std::string here = place;
+      here.append(".").append(axis.name);
+      if (many) here.append("[").append(std::to_string(i)).append("]");
+      if (std::optional<Error> wrong = check_(alone.dump(), here)) return wrong;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Error> AddBlock(const JsonNode& block, const std::string& place) {
+    const Expectation expect = ReadExpectation(block);
+    std::vector<Axis> axes;
+    for (const std::string_view name : kAxes) {
+      if (!block.Has(name)) continue;
+      axes.push_back({name, {}});
+      if (std::optional<Error> wrong = Read(block, place, axes.back())) return wrong;
+    }
+    if (file_.fault()) return std::nullopt;
+    // the last axis turns fastest
+    std::vector<std::size_t> at(axes.size(), 0);
+    for (bool more = true; more;) {
+      Json test = DefaultCase();
+      for (std::size_t a = 0; a < axes.size(); ++a) Put(axes[a].name, axes[a].values[at[a]], test);
+      if (block.Has("stiffness_N_m") && test["law"]["name"] != "constant") {
+        block["stiffness_N_m"].Fault("only the law \"constant\" has a stiffness of its own");
+        return std::nullopt;
+      }
+      if (std::optional<Error> wrong = AddCell(std::move(test), expect, place)) return wrong;
+      more = false;
+      for (std::size_t a = axes.size(); a-- > 0 && !more;) {
+        more = ++at[a] < axes[a].values.size();
+        if (!more) at[a] = 0;
+      }
+    }
+    return std::nullopt;
+  }
+
+  static Expectation ReadExpectation(const JsonNode& block) {
+    if (!block.Has("expect")) return Expectation::kNothing;
+    const std::string word = block["expect"].Text("\"stable\" or \"unstable\"");
+    if (word == NameOf(Expectation::kStable)) return Expectation::kStable;
+    if (word != NameOf(Expectation::kUnstable)) {
+      block["expect"].Expected("\"stable\" or \"unstable\"");
+    }
+    return Expectation::kUnstable;
+  }
+
+  std::optional<Error> AddCell(Json test, Expectation expect, const std::string& place) {
+    const std::string key = test.dump();
+    if (!keys_.insert(key).second) return std::nullopt;
+    SweepCell cell;
+    cell.number = sweep_.cells.size();
+    cell.expect = expect;
+    Hash64 content;
+    AddText(key, content);
+    cell.key = ToHex(content.value());
+    Hash64 seed;
+    seed.Add(sweep_.seed);
+    AddText(key, seed);
+    test["seed"] = 1 + seed.value() % kSeeds;
+    test["name"] = sweep_.name + " " + std::to_string(cell.number);
+    cell.case_json = test.dump();
+    const std::string here = place + ", cell " + std::to_string(cell.number);
+    if (std::optional<Error> wrong = check_(cell.case_json, here)) return wrong;
+    cell.cost = CostOf(test);
+    sweep_.cells.push_back(std::move(cell));
+    return std::nullopt;
+  }
+
+  static constexpr std::uint64_t kSeeds = 1'000'000'000;
+
+  const JsonFile& file_;
+  std::string name_;
+  const CaseCheck& check_;
+  Sweep& sweep_;
+  std::set<std::string> keys_;
+};
+
+}  // namespace
+
+const char* NameOf(Expectation expectation) {
+  switch (expectation) {
+    case Expectation::kStable:
+      return "stable";
+    case Expectation::kUnstable:
+      return "unstable";
+    case Expectation::kNothing:
+      break;
+  }
+  return "nothing";
+}
+
+Result<Sweep> LoadSweep(const std::filesystem::path& file, const CaseCheck& check) {
+  const Result<JsonFile> json = JsonFile::Read(file);
+  if (!json) return json.error();
+  const JsonNode root = json->root();
+  root.AllowKeys({"name", "note", "seed", "blocks"});
+  Sweep sweep;
+  sweep.name = root["name"].Text("a name");
+  sweep.seed =
+      root.Has("seed") ? static_cast<std::uint64_t>(root["seed"].WholeNumber(0, 1'000'000'000)) : 1;
+  const std::optional<Error> wrong = Expansion(*json, file.string(), check, sweep).Go();
+  if (json->fault()) return *json->fault();
+  if (wrong) return *wrong;
+  if (sweep.cells.empty()) return Error{file.string() + ": blocks: there is no cell"};
+  Hash64 hash;
+  hash.Add(sweep.seed);
+  for (const SweepCell& cell : sweep.cells) {
+    AddText(cell.key, hash);
+    hash.Add(cell.expect);
+  }
+  sweep.hash = ToHex(hash.value());
+  return sweep;
+}
+
+Result<Shard> ParseShard(const std::string& text) {
+  Shard shard;
+  const char* const end = text.data() + text.size();
+  const auto [slash, first] = std::from_chars(text.data(), end, shard.index);
+  if (first == std::errc{} && slash != end && *slash == '/') {
+    const auto [rest, second] = std::from_chars(slash + 1, end, shard.of);
+    if (second == std::errc{} && rest == end && shard.index >= 1 && shard.index <= shard.of) {
+      return shard;
+    }
+  }
+  return Error{"a shard is i/n with i from 1 to n, as 3/20: not '" + text + "'"};
+}
+
+}  // namespace tandem

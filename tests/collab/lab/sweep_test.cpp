@@ -1,0 +1,173 @@
+#include <atomic>
+#include <set>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "collab/lab/sweep_run.h"
+#include "tests/collab/lab/fake_cells.h"
+
+namespace tandem {
+namespace {
+
+using testing::SmallSweep;
+
+const CaseCheck kAllIsWell = [](const std::string&, const std::string&) {
+  return std::nullopt;
+};
+
+Result<Sweep> Load(const std::string& content, const CaseCheck& check = kAllIsWell) {
+  const ScratchFolder folder;
+  return LoadSweep(folder.Write("sweep.json", content), check);
+}
+
+std::string WhatIsWrong(const std::string& content, const CaseCheck& check = kAllIsWell) {
+  const Result<Sweep> sweep = Load(content, check);
+  if (sweep) return "nothing";
+  // without the scratch folder
+  const std::string& what = sweep.error().what;
+  return what.substr(what.find("sweep.json"));
+}
+
+std::string Case(const SweepCell& cell, const char* key) {
+  return nlohmann::json::parse(cell.case_json)[key].dump();
+}
+
+TEST(Sweep, IsTheProductOfItsAxesTheLastTurningFastest) {
+  const ScratchFolder folder;
+  const Sweep sweep = SmallSweep(folder);
+  ASSERT_EQ(sweep.cells.size(), 12U);
+  for (std::size_t i = 0; i < 12; ++i) {
+    const SweepCell& cell = sweep.cells[i];
+    EXPECT_EQ(cell.number, i);
+    EXPECT_EQ(Case(cell, "hands"), i < 6 ? R"(["off"])" : R"(["heavy"])");
+    const char* const delays[] = {"0.02", "0.1", "1"};
+    EXPECT_EQ(Case(cell, "delay_s"), delays[i / 2 % 3]);
+    EXPECT_EQ(Case(cell, "network"), i % 2 == 0 ? R"("clean")" : R"("lossy")");
+    EXPECT_EQ(Case(cell, "users"), "2");
+    EXPECT_EQ(Case(cell, "name"), "\"small " + std::to_string(i) + "\"");
+  }
+}
+
+TEST(Sweep, PutsLawRatioAndStiffnessIntoTheLaw) {
+  const Result<Sweep> sweep = Load(
+      R"({"name": "s", "blocks": [
+          {"law": [{"name": "constant", "gate": false, "limits": {"constant_damping": 10}}],
+           "stiffness_N_m": [40, 200.0]},
+          {"ratio": 0.5}, {"law": "linear", "boundary_ratio": 2}]})");
+  ASSERT_TRUE(sweep) << sweep.error().what;
+  ASSERT_EQ(sweep->cells.size(), 4U);
+  const auto law = [&](std::size_t i) {
+    return nlohmann::json::parse(sweep->cells[i].case_json)["law"];
+  };
+  EXPECT_EQ(law(1)["name"], "constant");
+  EXPECT_EQ(law(1)["gate"], false);
+  EXPECT_EQ(law(1)["limits"]["constant_damping"], 10);
+  EXPECT_EQ(law(1)["limits"]["constant_stiffness"], 200);
+  EXPECT_EQ(law(2)["name"], DefaultLaw()->name());
+  EXPECT_EQ(law(2)["ratio"], 0.5);
+  EXPECT_EQ(law(3)["name"], "linear");
+  EXPECT_EQ(law(3)["boundary_ratio"], 2);
+}
+
+TEST(Sweep, LeavesOutACellThatWasThereAlready) {
+  const Result<Sweep> sweep = Load(
+      R"({"name": "s", "blocks": [{"delay_s": [0.1, 1], "expect": "stable"},
+                                  {"delay_s": [1.0, 0.3, 0.3], "users": 2}]})");
+  ASSERT_TRUE(sweep) << sweep.error().what;
+  ASSERT_EQ(sweep->cells.size(), 3U);
+  EXPECT_EQ(Case(sweep->cells[1], "delay_s"), "1");
+  EXPECT_EQ(sweep->cells[1].expect, Expectation::kStable);
+  EXPECT_EQ(Case(sweep->cells[2], "delay_s"), "0.3");
+  EXPECT_EQ(sweep->cells[2].expect, Expectation::kNothing);
+}
+
+TEST(Sweep, SeedsACellByWhatItIsAlone) {
+  const Result<Sweep> alone = Load(R"({"name": "s", "blocks": [{"delay_s": 0.3}]})");
+  const Result<Sweep> among =
+      Load(R"({"name": "t", "blocks": [{"delay_s": [0.1, 0.2]}, {"users": 3}, {"delay_s": 0.3}]})");
+  const Result<Sweep> other = Load(R"({"name": "s", "seed": 2, "blocks": [{"delay_s": 0.3}]})");
+  ASSERT_TRUE(alone && among && other);
+  EXPECT_EQ(alone->cells[0].key, among->cells[3].key);
+  EXPECT_EQ(Case(alone->cells[0], "seed"), Case(among->cells[3], "seed"));
+  EXPECT_EQ(alone->cells[0].key, other->cells[0].key);
+  EXPECT_NE(Case(alone->cells[0], "seed"), Case(other->cells[0], "seed"));
+  std::set<std::string> hashes{alone->hash, among->hash, other->hash};
+  EXPECT_EQ(hashes.size(), 3U);
+  std::set<std::string> seeds;
+  for (const SweepCell& cell : among->cells) seeds.insert(Case(cell, "seed"));
+  EXPECT_EQ(seeds.size(), 4U);
+}
+
+TEST(Sweep, SaysInOneLineWhatIsWrongAndWhere) {
+  EXPECT_EQ(WhatIsWrong("{\"name\": 3,}"),
+            "sweep.json: line 1, column 12: syntax error while parsing object key - unexpected "
+            "'}'; expected string literal");
+  EXPECT_EQ(WhatIsWrong(R"({"blocks": []})"), "sweep.json: name: expected a name, got nothing");
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s"})"), "sweep.json: blocks: expected an array, got nothing");
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": []})"), "sweep.json: blocks: there is no cell");
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": [{"hand": ["off"]}]})"),
+            "sweep.json: blocks[0].hand: unknown key; did you mean hands?");
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": [{}, {"delay_s": []}]})"),
+            "sweep.json: blocks[1].delay_s: an empty array leaves no cell");
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": [{"expect": "calm"}]})"),
+            "sweep.json: blocks[0].expect: expected \"stable\" or \"unstable\", got \"calm\"");
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": [{"stiffness_N_m": 40}]})"),
+            "sweep.json: blocks[0].stiffness_N_m: only the law \"constant\" has a stiffness of "
+            "its own");
+  EXPECT_EQ(
+      WhatIsWrong(R"({"name": "s", "seed": -1, "blocks": [{}]})").rfind("sweep.json: seed: ", 0),
+      0U);
+}
+
+TEST(Sweep, HasEachValueAndEachCellLookedAtByTheCasesReader) {
+  const CaseCheck check = [](const std::string& test, const std::string& name) {
+    const auto json = nlohmann::json::parse(test);
+    std::optional<Error> wrong;
+    if (json["hands"][0] == "hevy") wrong = Error{name + ": no such hand"};
+    if (json["users"] == 3 && json["scene"] == "ball") wrong = Error{name + ": no room"};
+    return wrong;
+  };
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": [{}, {"hands": ["off", "hevy"]}]})", check),
+            "sweep.json: blocks[1].hands[1]: no such hand");
+  EXPECT_EQ(
+      WhatIsWrong(R"({"name": "s", "blocks": [{"scene": ["free", "ball"], "users": [2, 3]}]})",
+                  check),
+      "sweep.json: blocks[0], cell 3: no room");
+}
+
+TEST(Sweep, IsDividedIntoShardsThatHaveEachCellOnce) {
+  const ScratchFolder folder;
+  const Sweep sweep = SmallSweep(folder);
+  for (const SweepCell& cell : sweep.cells) {
+    int times = 0;
+    for (std::size_t i = 1; i <= 5; ++i) times += Shard{i, 5}.Has(cell) ? 1 : 0;
+    EXPECT_EQ(times, 1);
+  }
+  EXPECT_EQ(ParseShard("3/20")->Name(), "3/20");
+  for (const char* const wrong : {"", "3", "0/3", "4/3", "1/0", "a/3", "1/3x", "1/", "-1/3"}) {
+    EXPECT_FALSE(ParseShard(wrong)) << wrong;
+  }
+}
+
+TEST(RunCells, RunsEachOnceTheCostlyOnesFirst) {
+  const ScratchFolder folder;
+  const Sweep sweep = SmallSweep(folder);
+  std::vector<std::size_t> order;
+  RunCells(sweep.cells, 1, testing::FakeOutcome, [&](const SweepCell& cell, const CellOutcome&) {
+    order.push_back(cell.number);
+  });
+  // 40 s at a delay of 1 s, 12 s at the others
+  EXPECT_EQ(order, (std::vector<std::size_t>{4, 5, 10, 11, 0, 1, 2, 3, 6, 7, 8, 9}));
+  for (const unsigned jobs : {0U, 3U, 40U}) {
+    std::set<std::size_t> done;
+    RunCells(sweep.cells, jobs, testing::FakeOutcome,
+             [&](const SweepCell& cell, const CellOutcome&) {
+               EXPECT_TRUE(done.insert(cell.number).second);
+             });
+    EXPECT_EQ(done.size(), 12U);
+  }
+}
+
+}  // namespace
+}  // namespace tandem
