@@ -97,10 +97,9 @@ CellRecord RecordOf(const JsonNode& node) {
   CellOutcome& outcome = record.outcome;
   outcome.result.verdict = VerdictOf(node["verdict"]);
   if (node["predicted"].Compact() != "null") {
-    outcome.predicted.stiffness = node["predicted"]["stiffness"].Number();
     const double critical = NumberOrNone(node["predicted"]["critical"]);
-    outcome.predicted.critical =
-        std::isnan(critical) ? std::numeric_limits<double>::infinity() : critical;
+    outcome.predicted = {node["predicted"]["stiffness"].Number(),
+                         std::isnan(critical) ? std::numeric_limits<double>::infinity() : critical};
   }
   outcome.result.metrics = MetricsOf(node["metrics"]);
   const std::optional<std::uint64_t> digest = OfHex(node["digest"].Text());
@@ -126,11 +125,11 @@ std::string LineOf(const ResultsHeader& header) {
 std::string LineOf(const CellRecord& record) {
   const CellOutcome& outcome = record.outcome;
   Json predicted;
-  if (outcome.predicted.critical > 0) {
+  if (outcome.predicted) {
     // a boundary that is nowhere is null
-    predicted = {{"stable", outcome.predicted.is_stable()},
-                 {"stiffness", outcome.predicted.stiffness},
-                 {"critical", outcome.predicted.critical}};
+    predicted = {{"stable", outcome.predicted->is_stable()},
+                 {"stiffness", outcome.predicted->stiffness},
+                 {"critical", outcome.predicted->critical}};
   }
   Json expect;
   if (record.cell.expect != Expectation::kNothing) expect = NameOf(record.cell.expect);

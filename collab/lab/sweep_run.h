@@ -1,29 +1,21 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "collab/lab/case_run.h"
+#include "collab/lab/prediction.h"
 #include "collab/lab/sweep_file.h"
 
 namespace tandem {
 
-/// How stiff a cell is, and how stiff it may be for all that theory knows (N/m, all links of a user
-/// together). Neither when it says nothing of the case.
-struct CellPrediction {
-  double stiffness = 0;
-  double critical = 0;
-
-  /// So much below the boundary that it must be measured stable.
-  bool is_stable() const { return critical > 0 && stiffness < 0.9 * critical; }
-};
-
 /// A cell that was run.
 struct CellOutcome {
   CaseResult result;
-  CellPrediction predicted;
+  std::optional<Prediction> predicted;
   double wall_s = 0;
   double cpu_s = 0;
 };

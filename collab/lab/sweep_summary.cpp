@@ -39,7 +39,7 @@ class Count {
     summary_.wall_s += record.outcome.wall_s;
     faults_ += result.fault ? 1U : 0U;
     trapped_ += result.metrics.trapped_frames > 0 ? 1U : 0U;
-    if (record.outcome.predicted.is_stable()) {
+    if (record.outcome.predicted && record.outcome.predicted->is_stable()) {
       ++summary_.predicted_stable;
       summary_.predicted_stable_measured_unstable += stable ? 0U : 1U;
     }

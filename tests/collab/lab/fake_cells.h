@@ -44,7 +44,7 @@ inline CellOutcome FakeOutcome(const SweepCell& cell) {
   outcome.result.verdict = Verdict::kStable;
   outcome.result.digest = random();
   outcome.result.simulated_s = 12.0 / 7.0;
-  outcome.predicted = {normal(random) + 100, 200.0 / 3.0};
+  outcome.predicted = Prediction{normal(random) + 100, 200.0 / 3.0};
   static std::atomic<int> calls{0};
   outcome.wall_s = ++calls;
   outcome.cpu_s = 0.5 * outcome.wall_s;

@@ -44,7 +44,7 @@ TEST(Results, AreReadBackBitForBit) {
     EXPECT_EQ(record.cell.case_json, cell.case_json);
     EXPECT_EQ(record.outcome.result.verdict, Verdict::kStable);
     EXPECT_EQ(record.outcome.result.digest, made.result.digest);
-    EXPECT_EQ(BitsOf(record.outcome.predicted.stiffness), BitsOf(made.predicted.stiffness));
+    EXPECT_EQ(BitsOf(record.outcome.predicted->stiffness), BitsOf(made.predicted->stiffness));
     const Metrics& a = record.outcome.result.metrics;
     const Metrics& b = made.result.metrics;
     EXPECT_EQ(BitsOf(a.growth), BitsOf(b.growth));

@@ -26,11 +26,12 @@ Results SixCells() {
     record.outcome.result.metrics.tail_rms = 1e-4 * static_cast<double>(cell.number);
     record.outcome.result.simulated_s = 12;
     record.outcome.cpu_s = 0.04;
-    record.outcome.predicted = {90, 100.0 + static_cast<double>(cell.number)};  // the first: not
+    record.outcome.predicted =
+        Prediction{90, 100.0 + static_cast<double>(cell.number)};  // the first: not
     results.records.emplace(cell.number, record);
   }
   results.records.at(5).outcome.result.verdict = Verdict::kUnstable;
-  results.records.at(5).outcome.predicted = {};
+  results.records.at(5).outcome.predicted.reset();
   return results;
 }
 
@@ -105,7 +106,7 @@ TEST(SweepSummary, FailsByEachRowAlone) {
 TEST(SweepSummary, SaysNothingOfWhatItHasNoCellsFor) {
   Results results = SixCells();
   results.records = {{4, results.records.at(4)}};
-  results.records.at(4).outcome.predicted = {};
+  results.records.at(4).outcome.predicted.reset();
   const SweepSummary summary = Summarize(results);
   EXPECT_EQ(summary.rows.size(), 2U);
   EXPECT_TRUE(summary.pass());
