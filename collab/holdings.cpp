@@ -16,7 +16,8 @@ constexpr std::int64_t kListen = 300 * kMs;     // after a pause
 constexpr std::int64_t kLostWait = 300 * kMs;   // after the lease of a lost authority
 constexpr std::int64_t kDisowned = 5000 * kMs;  // an authority is here but does not claim its body
 constexpr std::int64_t kNextInLine = 1500 * kMs;  // when the lowest peer does not take over
-constexpr std::uint32_t kMostEpochs = 1000;       // that one claim may run ahead of what we know
+constexpr std::uint32_t kMostEpochs = 1000;       // that one claim may run ahead of what we know,
+constexpr std::int64_t kEpoch = 100 * kMs;  // and one more for each such time since we knew it
 
 }  // namespace
 
@@ -107,10 +108,12 @@ void Holdings::Note(std::size_t index, std::uint32_t epoch, PeerId peer,
                     bool in_its_hand) noexcept {
   Body& body = bodies_[index];
   if (!Greater(epoch, peer, body)) return;
-  // one that nobody can have come to by grabbing is a fault or an attack
-  if (body.claim.peer != 0 && epoch - body.claim.epoch > kMostEpochs) return;
+  // one that nobody can have come to by grabbing, in the time since, is a fault or an attack
+  const std::int64_t most = kMostEpochs + (now_ns_ - body.noted_ns) / kEpoch;
+  if (body.claim.peer != 0 && epoch - body.claim.epoch > most) return;
   if (held_ == static_cast<int>(index) && body.claim.peer == self_) hold_epoch_ = body.claim.epoch;
   body.claim = {epoch, peer};
+  body.noted_ns = now_ns_;
   body.orphaned_ns = 0;
   body.handed = false;
   if (held_ != static_cast<int>(index) || body.shared || peer == self_) return;

@@ -26,7 +26,8 @@ struct HoldingNews {
     kNotApart,      // nothing is, and we asked to be brought together
     kComingBack,    // our instance goes to that of `peer`, our hand is let go of meanwhile
     kNoWayBack,     // no way to it is known
-    kTogether       // nothing is between them any more
+    kTogether,      // nothing is between them any more
+    kCrowded        // it has more contacts than there is room for; said once
   };
   Kind kind = Kind::kInHand;
   ObjectId object = kNoObject;
@@ -107,8 +108,9 @@ class Holdings {
       std::uint32_t epoch = 0;
       PeerId peer = 0;  // 0: nobody has claimed it yet
     } claim;
-    Pose X_WB;    // here
-    Pose parked;  // as told by its authority
+    std::int64_t noted_ns = 0;  // when that was heard of
+    Pose X_WB;                  // here
+    Pose parked;                // as told by its authority
     bool told = false;
     std::int64_t orphaned_ns = 0;  // since when its claimant does not answer for it; 0: it does
     bool handed = false;           // by us, to the claimant, in that way:

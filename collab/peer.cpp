@@ -94,6 +94,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   }
   report_ = world_->Step(inputs_);
   if (attached_ && parting_.leading()) report_.hand_B_W = {};
+  CountCrowded();
   Render();
   if (!AllFinite(report_.hand_B_W) || !AllFinite(report_.contact_B_W)) {
     // what is no number goes no further than the guard
@@ -274,6 +275,12 @@ void Peer::Attach(const Anchor& goal) noexcept {
   guard_.Begin();
 }
 
+void Peer::CountCrowded() noexcept {
+  if ((report_.flags & StepReport::kContactsFull) == 0) return;
+  ++crowded_frames_;
+  if (crowded_frames_ == 1) news_.TryPush({HoldingNews::Kind::kCrowded, kNoObject, 0});
+}
+
 void Peer::Render() noexcept {
   // what the body received, about the device's own origin
   Wrench wanted;
@@ -282,7 +289,12 @@ void Peer::Render() noexcept {
     wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
   const bool stopped = guard_.stopped();
-  device_->Render(Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted));
+  const Wrench given = Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted);
+  felt_.peak_force = std::max(felt_.peak_force, given.f.norm());
+  felt_.peak_moment = std::max(felt_.peak_moment, given.tau.norm());
+  felt_.peak_step = std::max(felt_.peak_step, (given.f - felt_.F_D_W.f).norm());
+  felt_.F_D_W = given;
+  device_->Render(given);
   if (guard_.stopped() == stopped) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
   news_.TryPush({HoldingNews::Kind::kForceStopped, object, 0});

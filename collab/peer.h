@@ -44,6 +44,14 @@ struct TraceSample {
   bool loaded = false;  // contact pushes
 };
 
+/// What a device was given.
+struct Felt {
+  Wrench F_D_W;            // in the last frame
+  double peak_force = 0;   // N
+  double peak_moment = 0;  // N m
+  double peak_step = 0;    // N, from one frame to the next
+};
+
 /// The haptic half of a peer: device, simulation and the couplings to the others, as one state
 /// machine that is fed with the time and with messages, and reads no clock. The same code runs over
 /// DDS at 1 kHz and on the simulated network in virtual time. Used by the haptic thread alone;
@@ -71,6 +79,10 @@ class Peer {
   const Holdings& holdings() const noexcept { return holdings_; }
   /// What stands between the simulation and the hand.
   const ForceGuard& guard() const noexcept { return guard_; }
+  /// What the device was given in the last frame, and at the most so far.
+  const Felt& felt() const noexcept { return felt_; }
+  /// Frames in which a pair had more contacts than there is room for: some of them did not push.
+  std::uint64_t crowded_frames() const noexcept { return crowded_frames_; }
   /// What is between our instance of it and the others'.
   const Parting& parting() const noexcept { return parting_; }
 
@@ -101,6 +113,7 @@ class Peer {
   /// Makes the hand hold what the holdings say, once it is where it is known to be.
   void TakeAndLetGo() noexcept;
   void Attach(const Anchor& goal) noexcept;
+  void CountCrowded() noexcept;
   /// Gives the device what the body received, as far as the guard lets it through.
   void Render() noexcept;
   /// Bodies that nobody holds stand where their authority says.
@@ -129,6 +142,8 @@ class Peer {
   RemoteBodies remote_;
   SampleGate gate_;
   ForceGuard guard_;
+  Felt felt_;
+  std::uint64_t crowded_frames_ = 0;
   Anchor handle_;  // of the device, as last read
   Echoes echoes_;
   StepInputs inputs_;

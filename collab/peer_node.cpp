@@ -73,6 +73,7 @@ void PeerNode::SendFrame(std::int64_t now_ns, Transport& transport) {
   if (out.seq == sent_seq_) return;
   if (out.holds && TakeTurn(now_ns, std::llround(1e9 / options_.publish_hz), next_state_ns_)) {
     sent_seq_ = out.seq;
+    sent_states_.Add(now_ns, std::llround(1e9 / options_.publish_hz));
     transport.Publish(out.state);
     if (out.shared) transport.Publish(out.links);
   }
@@ -118,6 +119,10 @@ std::string PeerNode::Told(const HoldingNews& news) const {
   if (news.kind == HoldingNews::Kind::kNotApart) {
     return "nothing is between you and others that could be healed";
   }
+  if (news.kind == HoldingNews::Kind::kCrowded) {
+    return "more contacts than there is room for: bodies may sink into one another here; larger "
+           "voxels have fewer";
+  }
   const std::string body = model_->scene.bodies[news.object].name;
   const std::string who = directory_.NameOf(news.peer);
   switch (news.kind) {
@@ -150,6 +155,7 @@ std::string PeerNode::Told(const HoldingNews& news) const {
     case HoldingNews::Kind::kTogether:
       return "nothing is between your " + body + " and that of " + who + " any more";
     case HoldingNews::Kind::kNotApart:
+    case HoldingNews::Kind::kCrowded:
       break;
   }
   return {};

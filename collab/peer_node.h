@@ -7,6 +7,7 @@
 #include "collab/peer.h"
 #include "collab/peer_directory.h"
 #include "collab/peer_inbox.h"
+#include "collab/sent_states.h"
 #include "collab/transport.h"
 #include "engine/realtime/triple_buffer.h"
 
@@ -50,6 +51,8 @@ class PeerNode {
   void Leave(std::int64_t now_ns, Transport& transport);
   /// What happened since the last call, a line each: who came and went, what became of bodies.
   std::vector<std::string> TakeNews() TANDEM_RUNS_ON(kControlThread);
+  /// The states of what we held, as far as they were sent in time; after the last SendFrame().
+  const SentStates& sent_states() const noexcept { return sent_states_; }
   /// What we offer.
   const SceneManifest& manifest() const noexcept { return manifest_; }
 
@@ -68,6 +71,7 @@ class PeerNode {
 
   // the sender's
   std::uint32_t sent_seq_ = 0;
+  SentStates sent_states_;
   std::int64_t next_state_ns_ = 0;
   std::int64_t next_view_ns_ = 0;
 

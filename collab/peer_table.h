@@ -20,7 +20,7 @@ struct PeerTableRow {
   double its_link_force = 0;  // N, on its instance, as it says
   double disagreement = 0;    // of the two wrenches: |ours + its| / the larger; 0 at rest
   double mirror_lag_m = 0;    // of the bodies that it moves: the farthest from where it said
-  double mirror_age_s = -1;    // since the newest state of it came; -1: none has
+  double mirror_age_s = -1;   // since the newest state of it came; -1: none has
   bool trapped = false;       // something fixed is between our instances
   DropCounts drops{};         // of what came from it, by reason
 };

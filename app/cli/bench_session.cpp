@@ -30,6 +30,7 @@ struct SessionArguments {
   double seconds = 10;
   std::vector<std::size_t> compare;
   std::vector<std::size_t> viewers;
+  int rounds = 3;
   bool json = false;
 };
 
@@ -94,8 +95,12 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
   std::uint64_t frames = 0;
   std::uint64_t missed = 0;
   std::uint64_t socket_dropped = 0;
+  double least_said = 1;  // of what a peer was to send
   for (const ordered_json& report : reports) {
     const ordered_json& heard = report.at("heard");
+    const ordered_json& said = report.at("said");
+    least_said = std::min(
+        least_said, said.at("sent").get<double>() / std::max(1.0, said.at("wanted").get<double>()));
     sent += heard.at("sent").get<std::uint64_t>();
     received += heard.at("received").get<std::uint64_t>();
     least = std::min(least, heard.at("least_delivered").get<double>());
@@ -112,6 +117,7 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
           {"delivered",
            static_cast<double>(received) / static_cast<double>(std::max<std::uint64_t>(sent, 1))},
           {"least_delivered", least},
+          {"least_sent", least_said},
           {"packets_dropped_at_full_sockets", socket_dropped},
           {"frames", frames},
           {"missed", missed},
@@ -121,60 +127,93 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
           {"load_before", load}};
 }
 
-/// The first peer's frames with so many in the session, the others having empty hands.
-Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& scene) {
-  ordered_json rows = ordered_json::array();
-  double alone = 0;
-  for (const std::size_t count : arguments.compare) {
-    const auto reports = RunPeers(arguments, scene, NewSession(), count, 1);
-    if (!reports) return reports.error();
-    const double p99 = reports->front().at("frame_cpu_us").at("p99").get<double>();
-    if (rows.empty()) alone = p99;
-    rows.push_back({{"peers", count},
-                    {"frame_cpu_p50_us", reports->front().at("frame_cpu_us").at("p50")},
-                    {"frame_cpu_p99_us", p99},
-                    {"ratio", p99 / alone}});
+double MedianOf(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// A frame's processor time at its p50 and its p99, us, the largest of the peers'; of each round.
+struct FrameTimes {
+  std::vector<double> p50;
+  std::vector<double> p99;
+
+  void Add(const std::vector<ordered_json>& reports) {
+    p50.push_back(0);
+    p99.push_back(0);
+    for (const ordered_json& report : reports) {
+      const ordered_json& cpu = report.at("frame_cpu_us");
+      p50.back() = std::max(p50.back(), cpu.at("p50").get<double>());
+      p99.back() = std::max(p99.back(), cpu.at("p99").get<double>());
+    }
   }
-  return ordered_json{{"seconds", arguments.seconds}, {"sessions", rows}};
+};
+
+/// The peers' frames with so many in the session, all of whom hold the body: medians over rounds,
+/// each of which has every number of peers once, so that what changes on the machine meanwhile
+/// meets all of them.
+Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& scene) {
+  std::vector<FrameTimes> times(arguments.compare.size());
+  for (int round = 0; round < arguments.rounds; ++round) {
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const std::size_t count = arguments.compare[i];
+      const auto reports = RunPeers(arguments, scene, NewSession(), count, count);
+      if (!reports) return reports.error();
+      times[i].Add(*reports);
+    }
+  }
+  ordered_json rows = ordered_json::array();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    rows.push_back({{"peers", arguments.compare[i]},
+                    {"frame_cpu_p50_us", MedianOf(times[i].p50)},
+                    {"frame_cpu_p99_us", MedianOf(times[i].p99)},
+                    {"ratio", MedianOf(times[i].p99) / MedianOf(times[0].p99)}});
+  }
+  return ordered_json{
+      {"seconds", arguments.seconds}, {"rounds", arguments.rounds}, {"sessions", rows}};
 }
 
 /// Two peers' frames, on half of the cores, with so many looking on behind a relay, on the other,
 /// and twice without any: the two runs without differ too, and by how much is what a difference has
-/// to be compared with.
+/// to be compared with. Medians over rounds.
 Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& scene) {
-  ordered_json rows = ordered_json::array();
-  std::vector<double> alone;
   std::vector<std::size_t> counts{0};
   counts.insert(counts.end(), arguments.viewers.begin(), arguments.viewers.end());
   counts.push_back(0);
-  for (const std::size_t count : counts) {
-    const std::string session = NewSession();
-    Result<Audience> audience = Audience::Gather(session, count);
-    if (!audience) return audience.error();
-    const auto reports = [&] {
-      const HalfOfTheCores apart(HalfOfTheCores::Half::kFirst);
-      return RunPeers(arguments, scene, session, 2, 2);
-    }();
-    if (!reports) return reports.error();
-    const Result<std::uint64_t> least = audience->Leave();
-    if (!least) return least.error();
-    double p50 = 0;
-    double p99 = 0;
-    for (const ordered_json& report : *reports) {
-      p50 = std::max(p50, report.at("frame_cpu_us").at("p50").get<double>());
-      p99 = std::max(p99, report.at("frame_cpu_us").at("p99").get<double>());
+  std::vector<FrameTimes> times(counts.size());
+  std::vector<std::uint64_t> least_pictures(counts.size(), UINT64_MAX);
+  for (int round = 0; round < arguments.rounds; ++round) {
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const std::string session = NewSession();
+      Result<Audience> audience = Audience::Gather(session, counts[i]);
+      if (!audience) return audience.error();
+      const auto reports = [&] {
+        const HalfOfTheCores apart(HalfOfTheCores::Half::kFirst);
+        return RunPeers(arguments, scene, session, 2, 2);
+      }();
+      if (!reports) return reports.error();
+      const Result<std::uint64_t> least = audience->Leave();
+      if (!least) return least.error();
+      least_pictures[i] = std::min(least_pictures[i], *least);
+      times[i].Add(*reports);
     }
-    if (count == 0) alone.push_back(p99);
-    rows.push_back({{"viewers", count},
-                    {"least_pictures", *least},
-                    {"frame_cpu_p50_us", p50},
-                    {"frame_cpu_p99_us", p99},
-                    {"ratio", p99 / alone.front()}});
   }
-  const double apart = std::max(alone[0], alone[1]) / std::min(alone[0], alone[1]);
-  for (ordered_json& row : rows) row["beyond_viewerless"] = row.at("ratio").get<double>() / apart;
-  return ordered_json{
-      {"seconds", arguments.seconds}, {"viewerless_ratio", apart}, {"sessions", rows}};
+  const double first = MedianOf(times.front().p99);
+  const double last = MedianOf(times.back().p99);
+  const double apart = std::max(first, last) / std::min(first, last);
+  ordered_json rows = ordered_json::array();
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const double ratio = MedianOf(times[i].p99) / first;
+    rows.push_back({{"viewers", counts[i]},
+                    {"least_pictures", least_pictures[i]},
+                    {"frame_cpu_p50_us", MedianOf(times[i].p50)},
+                    {"frame_cpu_p99_us", MedianOf(times[i].p99)},
+                    {"ratio", ratio},
+                    {"beyond_viewerless", ratio / apart}});
+  }
+  return ordered_json{{"seconds", arguments.seconds},
+                      {"rounds", arguments.rounds},
+                      {"viewerless_ratio", apart},
+                      {"sessions", rows}};
 }
 
 int RunBenchSession(const SessionArguments& arguments) {
@@ -208,10 +247,12 @@ int RunBenchSession(const SessionArguments& arguments) {
                   row.at("ratio").get<double>());
     }
   } else if (arguments.compare.empty()) {
-    std::printf("%zu peers at %.0f Hz: %.4f %% of %.0f samples delivered, the worst pair %.4f %%\n",
-                arguments.peers, arguments.hz, 100 * json.at("delivered").get<double>(),
-                json.at("samples_sent").get<double>(),
-                100 * json.at("least_delivered").get<double>());
+    std::printf(
+        "%zu peers at %.0f Hz: %.4f %% of %.0f samples delivered, the worst pair %.4f %%; "
+        "the latest peer sent %.2f %% of what it was to send\n",
+        arguments.peers, arguments.hz, 100 * json.at("delivered").get<double>(),
+        json.at("samples_sent").get<double>(), 100 * json.at("least_delivered").get<double>(),
+        100 * json.at("least_sent").get<double>());
   } else {
     for (const ordered_json& row : json.at("sessions")) {
       std::printf("%d peers: a frame's processor time p99 %.1f us, %.2f of the first\n",
@@ -247,11 +288,15 @@ void AddBenchSession(CLI::App& bench, int& exit_code) {
           ->delimiter(',')
           ->check(CLI::Range(1, 64));
   command
-      ->add_option("--compare", arguments->compare,
-                   "instead: a frame's processor time with so many peers, as 1,2,4")
+      ->add_option(
+          "--compare", arguments->compare,
+          "instead: a frame's processor time with so many peers who hold the body, as 1,2,4")
       ->delimiter(',')
       ->check(CLI::Range(1, 16))
       ->excludes(viewers);
+  command->add_option("--rounds", arguments->rounds, "of --compare and --viewers; medians count")
+      ->check(CLI::Range(1, 99))
+      ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunBenchSession(*arguments);

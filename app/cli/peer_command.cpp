@@ -184,7 +184,10 @@ int RunOnce(PeerArguments& arguments) {
                     .pid = getpid(),
                     .scheduler = realtime.scheduler(),
                     .mean_delay_s = node.peer().mean_delay_s(),
-                    .guarded_share = node.peer().guard().guarded_share()};
+                    .guarded_share = node.peer().guard().guarded_share(),
+                    .felt = node.peer().felt(),
+                    .crowded_frames = node.peer().crowded_frames(),
+                    .own_states = node.sent_states()};
   CountShapes(joining, report);
   report.drops = node.inbox().drops().Total();
   AddDelivery(node.inbox().delivery(), report);

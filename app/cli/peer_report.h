@@ -9,6 +9,7 @@
 #include "collab/delivery_count.h"
 #include "collab/drop_counts.h"
 #include "collab/peer.h"
+#include "collab/sent_states.h"
 #include "engine/base/result.h"
 #include "engine/realtime/frame_stats.h"
 
@@ -24,7 +25,10 @@ struct PeerReport {
   double capacity = 0;       // point tests that fit into a frame
   double mean_delay_s = 0;   // half the loop age
   double guarded_share = 0;  // of frames, in which the hand got something else than was wanted
-  DropCounts drops{};        // of samples heard, by reason
+  Felt felt;                 // by the hand, at the most
+  std::uint64_t crowded_frames = 0;  // with more contacts than there is room for
+  SentStates own_states;
+  DropCounts drops{};  // of samples heard, by reason
   // states heard of all others, and of the one of whom the largest share is missing
   std::uint64_t states_sent = 0;
   std::uint64_t states_received = 0;
@@ -37,8 +41,9 @@ struct PeerReport {
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 
 /// One JSON object: frames, missed, frame_cpu_us and lateness_us {p50, p99, max}, and of the trace
-/// contact_points {mean, max}, contact_share, peak_force_N, guarded_share; heard {sent, received,
-/// least_delivered, socket_dropped}, drops by reason, peers.
+/// contact_points {mean, max}, contact_share, peak_force_N (of the hand's spring); felt {peak_N,
+/// peak_Nm, peak_step_N} by the hand, guarded_share, crowded_frames; said {sent, wanted}; heard
+/// {sent, received, least_delivered, socket_dropped}, drops by reason, peers.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
                               const std::vector<TraceSample>& trace);
 

@@ -221,6 +221,24 @@ TEST(Holdings, AClaimFarAheadIsNotBelieved) {
   EXPECT_EQ(company[3].authority(0), 5U);
 }
 
+// Ten grabs a second are as many as people do: after an hour apart 36,000 more are believed.
+TEST(Holdings, WhatWasTradedDuringALongCutIsBelieved) {
+  Holdings cut_off(3, TwoBodies());
+  MembershipChange change{.kind = Kind::kJoined, .peer = 5, .claim_count = 1};
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  cut_off.Tick(1'000'000'000, out, count);
+  change.claims[0] = {kOwn, 1, true};
+  cut_off.OnMembership(change);
+  cut_off.OnMembership({.kind = Kind::kLost, .peer = 5});
+  cut_off.Tick(3'601'000'000'000, out, count);
+  change.kind = Kind::kBack;
+  change.claims[0].epoch = 36'000;
+  cut_off.OnMembership(change);
+  EXPECT_EQ(cut_off.epoch(0), 36'000U);
+  EXPECT_EQ(cut_off.authority(0), 5U);
+}
+
 TEST(Holdings, AGrantThatIsLostIsGivenAgain) {
   Company company({3, 5}, 0);
   company.Run(5);

@@ -8,6 +8,7 @@
 #include "collab/dds/partitions.h"
 #include "collab/dds/qos.h"
 #include "collab/drop_counts.h"
+#include "engine/haptics/force_guard.h"
 #include "tandem.h"  // idlc's
 #include "tests/network/own_peer.h"
 #include "tests/network/real_peers.h"
@@ -129,7 +130,11 @@ TEST(Hostile, SamplesThatNoSoundPeerSendsAreDroppedAndCountedByReason) {
         Drop::kNoOwner, Drop::kReplayed, Drop::kWrongEpoch}) {
     EXPECT_GE(drops.at(NameOf(reason)).get<int>(), 10) << NameOf(reason);
   }
-  EXPECT_LE(report.at("peak_force_N").get<double>(), 20.0);
+  const nlohmann::json& felt = report.at("felt");
+  EXPECT_GT(felt.at("peak_N").get<double>(), 0.0);
+  EXPECT_LE(felt.at("peak_N").get<double>(), 1.000001 * DeviceLimits{}.force);
+  EXPECT_LE(felt.at("peak_Nm").get<double>(), 1.000001 * DeviceLimits{}.moment);
+  EXPECT_LE(felt.at("peak_step_N").get<double>(), 1.000001 * ForceGuard::kForceStep);
 }
 
 }  // namespace
