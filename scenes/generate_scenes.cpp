@@ -14,5 +14,10 @@ int main(int argc, char** argv) {
       return 1;
     }
   }
+  const std::filesystem::path stability = std::filesystem::path(argv[1]) / "stability";
+  if (const auto fault = tandem::WriteScene(tandem::StabilityParts(), stability)) {
+    std::fprintf(stderr, "%s\n", fault->what.c_str());
+    return 1;
+  }
   return 0;
 }

@@ -30,6 +30,8 @@ struct GeneratedScene {
 GeneratedScene PegInSlot();
 GeneratedScene BallAndSocket();
 GeneratedScene BracketActuator();
+/// The parts of the stability lab's scenes, which stand in a folder of their own.
+GeneratedScene StabilityParts();
 
 std::vector<GeneratedScene> GeneratedScenes();
 

@@ -17,5 +17,6 @@ void AddPeerCommand(CLI::App& app, int& exit_code);
 void AddSimulateCommand(CLI::App& app, int& exit_code);
 void AddRelayCommand(CLI::App& app, int& exit_code);
 void AddReplayCommand(CLI::App& app, int& exit_code);
+void AddStabilityCommand(CLI::App& app, int& exit_code);
 
 }  // namespace tandem

@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   tandem::AddSimulateCommand(app, exit_code);
   tandem::AddDoctorCommand(app, exit_code);
   tandem::AddReplayCommand(app, exit_code);
+  tandem::AddStabilityCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -4,10 +4,13 @@
 #include <string>
 #include <utility>
 
+#include "collab/lab/prediction.h"
+
 namespace tandem {
 
 namespace {
 
+constexpr double kFirmest = 1e4;        // N/m
 constexpr double kMovingSpring = 300;   // N/m
 constexpr double kHoldingSpring = 400;  // N/m
 
@@ -78,6 +81,22 @@ void Script(const LabCase& test, std::size_t user, HandScript& script) {
 }
 
 }  // namespace
+
+LabCase FittedTo(const Inertia& body, LabCase test) {
+  for (LabHand& hand : test.hands) hand.impedance = Turning(hand.impedance, body);
+  if (test.law.boundary_ratio <= 0) return test;
+  // of what the links would be without schedule or exchange: the equation knows of neither
+  LabCase plain = test;
+  plain.network.schedule.clear();
+  plain.law.exchange_forces = false;
+  double critical = kFirmest;
+  for (std::size_t user = 0; user < test.users; ++user) {
+    const std::optional<LumpedCoupling> lumped = LumpedOf(plain, body, user);
+    if (lumped) critical = std::min(critical, CriticalStiffness(*lumped));
+  }
+  test.law.limits.constant_stiffness = test.law.boundary_ratio * critical;
+  return test;
+}
 
 HandScript ScriptOf(const LabCase& test, std::size_t user, const Pose& X_BD) {
   HandScript script;

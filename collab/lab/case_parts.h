@@ -9,6 +9,10 @@ namespace tandem {
 /// What a case comes to for one user: the same for peers in virtual time and for live ones. Users
 /// are counted from 0.
 
+/// The case for that body: each hand turns as it travels, its inertia over its mass being the
+/// body's, and a share of the boundary has become a stiffness, at most 10 kN/m.
+LabCase FittedTo(const Inertia& body, LabCase test);
+
 /// The user's hand. One that is to move, or to hold still, and has no spring gets one: 300 N/m, 400
 /// N/m.
 HandScript ScriptOf(const LabCase& test, std::size_t user, const Pose& X_BD);

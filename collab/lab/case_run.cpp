@@ -139,15 +139,15 @@ void AddTo(Hash64& hash, const Metrics& metrics) {
 
 }  // namespace
 
-CaseResult RunCase(const LabCase& test, const LabScene& scene, const SeriesSink& series) {
+CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink& series) {
   CaseResult result;
+  const LabCase test = FittedTo(scene.inertia(), given);
   const auto law = LawOf(test.law);
   if (!law) {
     result.fault = law.error();
     return result;
   }
-  const auto body = static_cast<std::size_t>(scene.model->body_index[scene.object]);
-  Meter meter(scene.model->bodies[body].inertia, test.delay_s, LastInputEnds(test));
+  Meter meter(scene.inertia(), test.delay_s, LastInputEnds(test));
   Run run(test, scene, *law);
   int opening = 0;
   do {

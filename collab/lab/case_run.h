@@ -6,17 +6,10 @@
 #include <string>
 
 #include "collab/lab/lab_case.h"
+#include "collab/lab/lab_scene.h"
 #include "collab/lab/metrics.h"
-#include "engine/world/world_model.h"
 
 namespace tandem {
-
-/// A scene of the lab: made once, shared by all threads.
-struct LabScene {
-  std::shared_ptr<const WorldModel> model;
-  std::uint32_t object = 0;  // the shared body
-  Pose X_BD;                 // grasp
-};
 
 struct CaseResult {
   Metrics metrics;

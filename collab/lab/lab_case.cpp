@@ -29,14 +29,19 @@ Result<LabHand> HandNamed(const std::string& name, const Inertia& body) {
     return Error{"no hand of the lab is called '" + name +
                  "': there are off, relaxed, heavy and firm"};
   }
-  const double turning = body.I_B.trace() / (3.0 * body.mass);  // m^2
   LabHand hand{name, {}};
   hand.impedance.mass = kDevice.mass + arm->mass;
   hand.impedance.damping = kDevice.damping + arm->damping;
   hand.impedance.stiffness = arm->stiffness;
-  hand.impedance.inertia = turning * hand.impedance.mass;
-  hand.impedance.rotation_damping = turning * hand.impedance.damping;
-  hand.impedance.rotation_stiffness = turning * hand.impedance.stiffness;
+  hand.impedance = Turning(hand.impedance, body);
+  return hand;
+}
+
+HandImpedance Turning(HandImpedance hand, const Inertia& body) {
+  const double per_mass = body.I_B.trace() / (3.0 * body.mass);  // m^2
+  hand.inertia = per_mass * hand.mass;
+  hand.rotation_damping = per_mass * hand.damping;
+  hand.rotation_stiffness = per_mass * hand.stiffness;
   return hand;
 }
 

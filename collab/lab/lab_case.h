@@ -24,6 +24,10 @@ struct LabHand {
 /// the hands that there are.
 Result<LabHand> HandNamed(const std::string& name, const Inertia& body);
 
+/// A hand whose turning goes as its travel: inertia, drag and spring of rotation are those of
+/// travel times the body's inertia over its mass.
+HandImpedance Turning(HandImpedance hand, const Inertia& body);
+
 /// What the hands do, from when all loops are closed; along x of W, where a scene has its wall.
 enum class LabMotion : std::uint8_t {
   kStill,

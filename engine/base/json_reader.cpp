@@ -99,6 +99,10 @@ bool JsonNode::IsArray() const {
   return value_ != nullptr && Value(value_).is_array();
 }
 
+bool JsonNode::IsObject() const {
+  return value_ != nullptr && Value(value_).is_object();
+}
+
 std::string JsonNode::Compact() const {
   return value_ == nullptr ? "null" : Value(value_).dump();
 }

@@ -26,6 +26,7 @@ class JsonNode {
   /// Of an array: its values.
   std::vector<JsonNode> Items() const;
   bool IsArray() const;
+  bool IsObject() const;
   /// All of it on one line, keys in order; "null" when missing.
   std::string Compact() const;
 

@@ -1,0 +1,14 @@
+#include "app/cli/stability_command.h"
+
+#include "app/cli/commands.h"
+
+namespace tandem {
+
+void AddStabilityCommand(CLI::App& app, int& exit_code) {
+  CLI::App* stability = app.add_subcommand(
+      "stability", "Delay-injection experiments: whole peers in virtual time, judged by numbers");
+  stability->require_subcommand(1);
+  AddStabilityRun(*stability, exit_code);
+}
+
+}  // namespace tandem

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace tandem {
+
+/// Each adds a subcommand of `tandem stability`, whose run leaves its exit code in `exit_code`.
+void AddStabilityRun(CLI::App& stability, int& exit_code);
+
+}  // namespace tandem

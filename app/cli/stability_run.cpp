@@ -1,0 +1,155 @@
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/lab_scenes.h"
+#include "app/cli/stability_command.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "collab/lab/case_file.h"
+#include "collab/lab/case_parts.h"
+#include "collab/lab/case_run.h"
+#include "collab/lab/hex.h"
+#include "collab/lab/metrics_table.h"
+#include "collab/lab/prediction.h"
+#include "collab/lab/series_file.h"
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct RunArguments {
+  std::string file;
+  std::string series;
+  int every_ms = 1;
+  bool json = false;
+};
+
+struct Timed {
+  CaseResult result;
+  std::optional<Prediction> predicted;
+  double cpu_s = 0;
+
+  double speed() const { return cpu_s > 0 ? result.simulated_s / cpu_s : 0.0; }
+};
+
+Json JsonOf(const LabCase& test, const Timed& run) {
+  Json metrics = Json::object();
+  for (const MetricField& field : MetricFields()) {
+    std::visit(
+        [&](auto member) {
+          metrics[std::string(field.name)] = run.result.metrics.*member;
+        },
+        field.member);
+  }
+  Json predicted;
+  if (run.predicted) {
+    predicted = {{"stable", run.predicted->is_stable()},
+                 {"stiffness", run.predicted->stiffness},
+                 {"critical", run.predicted->critical}};
+  }
+  return {{"name", test.name},
+          {"verdict", NameOf(run.result.verdict)},
+          {"predicted", predicted},
+          {"metrics", metrics},
+          {"digest", ToHex(run.result.digest)},
+          {"simulated_s", run.result.simulated_s},
+          {"cpu_s", run.cpu_s},
+          {"speed", run.speed()}};
+}
+
+void Print(const LabCase& test, const Timed& run) {
+  const Metrics& m = run.result.metrics;
+  std::printf("%s: %s\n", test.name.empty() ? "case" : test.name.c_str(),
+              NameOf(run.result.verdict));
+  std::printf("  growth            %+9.3f /s over %d windows\n", m.growth, m.windows);
+  std::printf("  tail RMS          %9.4f mm/s\n", 1e3 * m.tail_rms);
+  std::printf("  energy generated  %9.4f mJ\n", 1e3 * m.generated_J);
+  std::printf("  divergence        %9.2f mm at the most, %.2f mm at the end\n", 1e3 * m.peak_apart,
+              1e3 * m.last_apart);
+  if (std::isnan(m.settle_s)) {
+    std::printf("  settles               never\n");
+  } else {
+    std::printf("  settles           %9.2f s after the last input\n", m.settle_s);
+  }
+  std::printf("  turned apart      %9.3f rad at the most\n", m.peak_turn);
+  std::printf("  RMS 0.2-5 Hz      %9.4f mm/s, 5-100 Hz %.4f mm/s\n", 1e3 * m.band_low_rms,
+              1e3 * m.band_high_rms);
+  std::printf("  hand's force      %9.2f N, %.0f N/s at the most; held back in %.1f %%\n",
+              m.peak_force, m.peak_force_rate, 1e2 * m.guarded_share);
+  std::printf("  link's force      %9.2f N, %.0f N/s at the most; gate acts in %.1f %%\n",
+              m.link_force, m.link_force_rate, 1e2 * m.clip_share);
+  std::printf("  stiffness         %9.1f N/m at the end, %.1f N/m at the least\n", m.stiffness,
+              m.least_stiffness);
+  std::printf("  loop age          %9.1f ms\n", 1e3 * m.loop_age_s);
+  if (run.predicted) {
+    std::printf("  theory            %s: %.1f N/m, unstable from %.1f N/m on\n",
+                run.predicted->is_stable() ? "stable" : "not surely stable",
+                run.predicted->stiffness, run.predicted->critical);
+  }
+  std::printf("%.1f s simulated in %.2f s of processor time: %.0f times as fast\n",
+              run.result.simulated_s, run.cpu_s, run.speed());
+}
+
+int RunStabilityRun(const RunArguments& arguments) {
+  const Result<LabCase> test = LoadCase(arguments.file);
+  if (!test) return Fail(kExitFile, test.error().what);
+  const Result<LabScene> scene = LoadLabScene(*test, LabSceneFolder());
+  if (!scene) return Fail(kExitFile, scene.error().what);
+  std::optional<SeriesFile> series;
+  SeriesSink sink;
+  if (!arguments.series.empty()) {
+    Result<SeriesFile> created =
+        SeriesFile::Create(arguments.series, test->users, arguments.every_ms);
+    if (!created) return Fail(kExitFile, created.error().what);
+    series = std::move(*created);
+    sink = [&series](double t_s, std::span<const UserFrame> users) {
+      series->Add(t_s, users);
+    };
+  }
+  Timed run;
+  const std::int64_t began_ns = MachineClock().ThreadCpuNs();
+  run.result = RunCase(*test, *scene, sink);
+  run.cpu_s = 1e-9 * static_cast<double>(MachineClock().ThreadCpuNs() - began_ns);
+  if (run.result.fault) {
+    return Fail(kExitFailed, arguments.file + ": " + run.result.fault->what);
+  }
+  if (series) {
+    if (const auto fault = series->Close()) return Fail(kExitFile, fault->what);
+  }
+  run.predicted = Predict(FittedTo(scene->inertia(), *test), scene->inertia());
+  if (arguments.json) {
+    std::printf("%s\n", JsonOf(*test, run).dump(2).c_str());
+  } else {
+    Print(*test, run);
+  }
+  return run.result.verdict == Verdict::kStable ? kExitOk : kExitFailed;
+}
+
+}  // namespace
+
+void AddStabilityRun(CLI::App& stability, int& exit_code) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* command = stability.add_subcommand(
+      "run", "One case, all that is measured of it; ends with 1 where it is not stable");
+  command->add_option("case", arguments->file, "case file (docs/stability.md)")
+      ->required()
+      ->check(CLI::ExistingFile);
+  command->add_option("--series", arguments->series, "write its time series there (CSV)");
+  command->add_option("--every-ms", arguments->every_ms, "with --series: a line every so many ms")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunStabilityRun(*arguments);
+  });
+}
+
+}  // namespace tandem

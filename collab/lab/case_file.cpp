@@ -1,0 +1,206 @@
+#include "collab/lab/case_file.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "engine/base/json_reader.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::array<std::pair<std::string_view, LabMotion>, 6> kMotions{
+    {{"still", LabMotion::kStill},
+     {"kick", LabMotion::kKick},
+     {"move", LabMotion::kMove},
+     {"hold", LabMotion::kHold},
+     {"press", LabMotion::kPress},
+     {"pull_off", LabMotion::kPullOff}}};
+
+constexpr std::array<std::pair<std::string_view, double CouplingLimits::*>, 7> kLimits{
+    {{"damping_budget", &CouplingLimits::damping_budget},
+     {"stiffness", &CouplingLimits::stiffness},
+     {"margin", &CouplingLimits::margin},
+     {"linear_stiffness", &CouplingLimits::linear_stiffness},
+     {"constant_stiffness", &CouplingLimits::constant_stiffness},
+     {"constant_damping", &CouplingLimits::constant_damping},
+     {"constant_link_damping", &CouplingLimits::constant_link_damping}}};
+
+constexpr int kMostUsers = 8;
+constexpr double kLongestDelay = 1.2;  // s one way: beyond, links are cut whatever the law
+
+double Within(const JsonNode& node, std::string_view key, double least, double most,
+              double otherwise) {
+  if (!node.Has(key)) return otherwise;
+  const double value = node[key].NumberFrom(least);
+  if (value > most) {
+    node[key].Expected("a number of at most " + std::to_string(most).substr(0, 6));
+    return otherwise;
+  }
+  return value;
+}
+
+LabHand ReadHand(const JsonNode& node) {
+  const Inertia unfitted{1.0, Mat3::Identity()};
+  if (!node.IsObject()) {
+    const std::string name = node.Text("off, relaxed, heavy, firm or an object");
+    const Result<LabHand> hand = HandNamed(name, unfitted);
+    if (hand) return *hand;
+    node.Fault(hand.error().what);
+    return {};
+  }
+  node.AllowKeys({"mass_kg", "damping_Ns_m", "stiffness_N_m"});
+  LabHand hand{"own", {}};
+  hand.impedance.mass = node["mass_kg"].NumberAbove(0);
+  hand.impedance.damping = node.Has("damping_Ns_m") ? node["damping_Ns_m"].NumberFrom(0) : 0.0;
+  hand.impedance.stiffness = node.Has("stiffness_N_m") ? node["stiffness_N_m"].NumberFrom(0) : 0.0;
+  return hand;
+}
+
+LabMotion ReadMotion(const JsonNode& node) {
+  const std::string word = node.Text("the name of a motion");
+  for (const auto& motion : kMotions) {
+    if (motion.first == word) return motion.second;
+  }
+  node.Expected("still, kick, move, hold, press or pull_off");
+  return LabMotion::kStill;
+}
+
+LabLaw ReadLaw(const JsonNode& node) {
+  node.AllowKeys({"name", "limits", "ratio", "boundary_ratio", "gate", "exchange_forces"});
+  LabLaw law;
+  if (node.Has("name")) law.name = node["name"].Text("the name of a law");
+  if (node.Has("limits")) {
+    const JsonNode limits = node["limits"];
+    limits.AllowKeys({kLimits[0].first, kLimits[1].first, kLimits[2].first, kLimits[3].first,
+                      kLimits[4].first, kLimits[5].first, kLimits[6].first});
+    for (const auto& limit : kLimits) {
+      if (limits.Has(limit.first)) law.limits.*limit.second = limits[limit.first].NumberFrom(0);
+    }
+  }
+  if (node.Has("ratio")) law.ratio = node["ratio"].NumberAbove(0);
+  if (node.Has("boundary_ratio")) law.boundary_ratio = node["boundary_ratio"].NumberFrom(0);
+  if (node.Has("gate")) law.gate = node["gate"].TrueOrFalse();
+  if (node.Has("exchange_forces")) law.exchange_forces = node["exchange_forces"].TrueOrFalse();
+  if (const auto made = MakeLaw(law.name, law.limits, true); !made) {
+    node["name"].Fault(made.error().what);
+  }
+  if (law.boundary_ratio > 0 && law.name != "constant") {
+    node["boundary_ratio"].Fault("only the law 'constant' takes a share of the boundary");
+  }
+  return law;
+}
+
+LinkConditions ReadWay(const JsonNode& node) {
+  LinkConditions way;
+  way.delay_ms = Within(node, "delay_ms", 0, 1000, way.delay_ms);
+  way.jitter_ms = Within(node, "jitter_ms", 0, 1000, way.jitter_ms);
+  way.swing_ms = Within(node, "swing_ms", 0, 1000, way.swing_ms);
+  if (node.Has("swing_period_s")) way.swing_period_s = node["swing_period_s"].NumberAbove(0);
+  way.loss = Within(node, "loss", 0, 1, way.loss);
+  way.burst_enter = Within(node, "burst_enter", 0, 1, way.burst_enter);
+  way.burst_leave = Within(node, "burst_leave", 0, 1, way.burst_leave);
+  way.burst_loss = Within(node, "burst_loss", 0, 1, way.burst_loss);
+  way.reorder = Within(node, "reorder", 0, 1, way.reorder);
+  way.reorder_ms = Within(node, "reorder_ms", 0, 1000, way.reorder_ms);
+  way.duplicate = Within(node, "duplicate", 0, 1, way.duplicate);
+  return way;
+}
+
+std::vector<LabNetwork::Step> ReadSchedule(const JsonNode& node, double delay_s) {
+  std::vector<LabNetwork::Step> schedule;
+  for (const JsonNode& item : node.Items()) {
+    item.AllowKeys({"at_s", "delay_s", "cut"});
+    LabNetwork::Step step;
+    step.at_s = item["at_s"].NumberFrom(0);
+    step.delay_s = Within(item, "delay_s", 0, kLongestDelay,
+                          schedule.empty() ? delay_s : schedule.back().delay_s);
+    if (item.Has("cut")) step.cut = item["cut"].TrueOrFalse();
+    if (!schedule.empty() && step.at_s <= schedule.back().at_s) {
+      item["at_s"].Fault("must be later than the step before");
+    }
+    schedule.push_back(step);
+  }
+  return schedule;
+}
+
+LabNetwork ReadNetwork(const JsonNode& node, double delay_s) {
+  LabNetwork network;
+  if (node.IsObject()) {
+    node.AllowKeys({"name", "delay_ms", "jitter_ms", "swing_ms", "swing_period_s", "loss",
+                    "burst_enter", "burst_leave", "burst_loss", "reorder", "reorder_ms",
+                    "duplicate", "skew", "schedule"});
+    network.name = node.Has("name") ? node["name"].Text("a name") : "own";
+    network.there = network.back = ReadWay(node);
+    network.skew = Within(node, "skew", 0, 1, 0);
+    if (node.Has("schedule")) network.schedule = ReadSchedule(node["schedule"], delay_s);
+    return network;
+  }
+  network.name = node.Text("clean, lossy, asymmetric or an object");
+  if (network.name == "lossy") {
+    network.there = network.back = {.jitter_ms = 30, .loss = 0.05};
+  } else if (network.name == "asymmetric") {
+    network.skew = 0.8;
+  } else if (network.name != "clean") {
+    node.Expected("clean, lossy, asymmetric or an object");
+  }
+  return network;
+}
+
+LabCase ReadCase(const JsonNode& root) {
+  root.AllowKeys({"name", "scene", "body", "users", "hands", "motion", "law", "delay_s", "network",
+                  "publish_hz", "seconds", "seed"});
+  LabCase test;
+  if (root.Has("name")) test.name = root["name"].Text("a name");
+  if (root.Has("scene")) test.scene = root["scene"].Text("a scene");
+  if (root.Has("body")) test.body = root["body"].Text("the name of a body");
+  if (root.Has("users")) {
+    test.users = static_cast<std::size_t>(root["users"].WholeNumber(2, kMostUsers));
+  }
+  if (root.Has("hands")) {
+    for (const JsonNode& node : root["hands"].Items()) test.hands.push_back(ReadHand(node));
+    if (test.hands.empty()) root["hands"].Expected("at least one hand");
+  } else {
+    test.hands = {*HandNamed("relaxed", {1.0, Mat3::Identity()})};
+  }
+  if (root.Has("motion")) test.motion = ReadMotion(root["motion"]);
+  if (root.Has("law")) test.law = ReadLaw(root["law"]);
+  test.delay_s = Within(root, "delay_s", 0, kLongestDelay, test.delay_s);
+  if (root.Has("network")) test.network = ReadNetwork(root["network"], test.delay_s);
+  if (root.Has("publish_hz")) {
+    test.publish_hz = Within(root, "publish_hz", 10, 1000, test.publish_hz);
+  }
+  if (root.Has("seconds")) test.seconds = Within(root, "seconds", 0, 3600, 0);
+  if (root.Has("seed")) {
+    test.seed = static_cast<std::uint64_t>(root["seed"].WholeNumber(0, 2'000'000'000));
+  }
+  return test;
+}
+
+Result<LabCase> CaseIn(const Result<JsonFile>& json) {
+  if (!json) return json.error();
+  LabCase test = ReadCase(json->root());
+  if (const std::optional<Error> fault = json->fault()) return *fault;
+  return test;
+}
+
+}  // namespace
+
+Result<LabCase> LoadCase(const std::filesystem::path& file) {
+  Result<LabCase> test = CaseIn(JsonFile::Read(file));
+  if (!test) return test;
+  const std::filesystem::path scene = test->scene;
+  if (scene.extension() == ".json" && scene.is_relative()) {
+    test->scene = (file.parent_path() / scene).string();
+  }
+  return test;
+}
+
+Result<LabCase> ParseCase(const std::string& text, const std::string& name) {
+  return CaseIn(JsonFile::Parse(text, name));
+}
+
+}  // namespace tandem

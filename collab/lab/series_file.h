@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <span>
+
+#include "collab/lab/metrics.h"
+
+namespace tandem {
+
+/// A run's time series as CSV, a line every so many frames: t_s, apart_mm (the farthest two), then
+/// of each user N from 1: xN_mm, yN_mm, zN_mm, vN_mm_s, wN_rad_s, forceN_N (asked of the hand),
+/// linkN_N (all its links), stiffnessN_N_m (mean of its links), loopN_ms (the oldest), dragN_Ns_m,
+/// trappedN. Cells of one who is not there are empty.
+class SeriesFile {
+ public:
+  /// Error: the file cannot be written.
+  static Result<SeriesFile> Create(const std::filesystem::path& file, std::size_t users,
+                                   int every_frames);
+  void Add(double t_s, std::span<const UserFrame> users);
+  /// Whether all was written.
+  std::optional<Error> Close();
+
+ private:
+  SeriesFile() = default;
+
+  std::filesystem::path file_;
+  std::ofstream out_;
+  int every_frames_ = 1;
+  std::int64_t frame_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,127 @@
+#include "collab/lab/case_file.h"
+
+#include <gmock/gmock.h>
+
+#include "collab/lab/case_parts.h"
+#include "collab/lab/exact_boundary.h"
+#include "collab/lab/prediction.h"
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kWhole = R"({
+  "name": "all of it", "scene": "wall", "users": 3, "hands": ["heavy", {"mass_kg": 0.5, "damping_Ns_m": 2}],
+  "motion": "move", "delay_s": 0.3, "publish_hz": 250, "seconds": 20, "seed": 7,
+  "law": {"name": "pdopt", "ratio": 0.5, "gate": false, "limits": {"damping_budget": 5}},
+  "network": {"jitter_ms": 30, "loss": 0.05, "skew": 0.5,
+              "schedule": [{"at_s": 2, "delay_s": 0.5}, {"at_s": 4, "cut": true}, {"at_s": 5}]}
+})";
+
+std::string ErrorOf(const std::string& text) {
+  const Result<LabCase> test = ParseCase(text, "c.json");
+  return test ? "" : test.error().what;
+}
+
+// 40 mm, 0.3 kg
+Inertia Cube() {
+  return {0.3, 8e-5 * Mat3::Identity()};
+}
+
+TEST(CaseFile, IsReadInFull) {
+  const Result<LabCase> test = ParseCase(kWhole, "c.json");
+  ASSERT_TRUE(test) << test.error().what;
+  EXPECT_EQ(test->name, "all of it");
+  EXPECT_EQ(test->scene, "wall");
+  EXPECT_EQ(test->users, 3U);
+  ASSERT_EQ(test->hands.size(), 2U);
+  EXPECT_DOUBLE_EQ(test->hands[0].impedance.mass, 1.2);
+  EXPECT_DOUBLE_EQ(test->hands[1].impedance.damping, 2);
+  EXPECT_DOUBLE_EQ(test->hands[1].impedance.stiffness, 0);
+  EXPECT_EQ(test->motion, LabMotion::kMove);
+  EXPECT_EQ(test->delay_s, 0.3);
+  EXPECT_EQ(test->publish_hz, 250);
+  EXPECT_EQ(test->seconds, 20);
+  EXPECT_EQ(test->seed, 7U);
+  EXPECT_EQ(test->law.name, "pdopt");
+  EXPECT_EQ(test->law.ratio, 0.5);
+  EXPECT_FALSE(test->law.gate);
+  EXPECT_EQ(test->law.limits.damping_budget, 5);
+  EXPECT_EQ(test->network.back.jitter_ms, 30);
+  EXPECT_EQ(test->network.skew, 0.5);
+  ASSERT_EQ(test->network.schedule.size(), 3U);
+  EXPECT_EQ(test->network.schedule[1].delay_s, 0.5) << "a delay stays until another is said";
+  EXPECT_TRUE(test->network.schedule[1].cut);
+  EXPECT_FALSE(test->network.schedule[2].cut);
+}
+
+TEST(CaseFile, EveryKeyHasADefault) {
+  const Result<LabCase> test = ParseCase("{}", "c.json");
+  ASSERT_TRUE(test) << test.error().what;
+  EXPECT_EQ(test->scene, "free");
+  EXPECT_EQ(test->users, 2U);
+  EXPECT_EQ(test->hands[0].name, "relaxed");
+  EXPECT_EQ(test->law.name, DefaultLaw()->name());
+}
+
+TEST(CaseFile, ErrorsNameThePlaceAndWhatWasExpected) {
+  EXPECT_EQ(ErrorOf(R"({"hand": ["off"]})"), "c.json: hand: unknown key; did you mean hands?");
+  EXPECT_EQ(ErrorOf(R"({"users": 9})"),
+            "c.json: users: expected a whole number from 2 to 8, got 9");
+  EXPECT_THAT(ErrorOf(R"({"hands": ["iron"]})"), HasSubstr("hands[0]: no hand of the lab"));
+  EXPECT_THAT(ErrorOf(R"({"hands": [{"damping_Ns_m": 1}]})"), HasSubstr("hands[0].mass_kg"));
+  EXPECT_THAT(ErrorOf(R"({"law": {"name": "p"}})"), HasSubstr("law.name: no coupling law"));
+  EXPECT_THAT(ErrorOf(R"({"law": {"boundary_ratio": 1}})"),
+              HasSubstr("law.boundary_ratio: only the law 'constant'"));
+  EXPECT_THAT(ErrorOf(R"({"motion": "jump"})"), HasSubstr("motion: expected still, kick"));
+  EXPECT_THAT(ErrorOf(R"({"delay_s": 3})"), HasSubstr("delay_s: expected a number of at most"));
+  EXPECT_THAT(ErrorOf(R"({"network": "bad"})"), HasSubstr("network: expected clean, lossy"));
+  EXPECT_THAT(ErrorOf(R"({"network": {"schedule": [{"at_s": 2}, {"at_s": 1}]}})"),
+              HasSubstr("network.schedule[1].at_s: must be later"));
+}
+
+TEST(CaseParts, AnAsymmetricWayTakesAsMuchHereAsItGivesThere) {
+  const LabCase test = *ParseCase(R"({"network": "asymmetric", "delay_s": 0.3})", "c.json");
+  EXPECT_NEAR(ConditionsOf(test, 0, 1, 0.3).delay_ms, 60, 1e-9);
+  EXPECT_NEAR(ConditionsOf(test, 1, 0, 0.3).delay_ms, 540, 1e-9);
+  EXPECT_NEAR(LongestDelay(test), 0.54, 1e-12);
+}
+
+TEST(CaseParts, HandsOfAFittedCaseTurnAsTheyTravel) {
+  const LabCase test = FittedTo(Cube(), *ParseCase(R"({"hands": [{"mass_kg": 2}]})", "c.json"));
+  EXPECT_NEAR(test.hands[0].impedance.inertia, 2 * 8e-5 / 0.3, 1e-12);
+}
+
+// 0.5 kg and 10.3 N s/m, 100 ms late and 1 ms for sending and stepping: 185 N/m (closed form).
+TEST(CaseParts, AShareOfTheBoundaryIsAStiffness) {
+  const LabCase test = FittedTo(
+      Cube(), *ParseCase(R"({"hands": ["off"], "law": {"name": "constant", "boundary_ratio": 0.5,
+                             "limits": {"constant_damping": 10}}})",
+                         "c.json"));
+  const double critical = CriticalStiffness(0.101, 10.3, 0.5);
+  EXPECT_NEAR(test.law.limits.constant_stiffness, 0.5 * critical, 0.01 * critical);
+}
+
+// A hand without a spring cannot be moved; one that has its own keeps it.
+TEST(CaseParts, AHandThatMovesHasASpring) {
+  const LabCase test = *ParseCase(R"({"motion": "hold", "hands": ["relaxed", "firm"]})", "c.json");
+  EXPECT_EQ(ScriptOf(test, 0, {}).impedance.stiffness, 300);
+  EXPECT_EQ(ScriptOf(test, 1, {}).impedance.stiffness, 800);
+  EXPECT_EQ(ScriptOf(test, 0, {}).duration(), 3);
+  EXPECT_EQ(ScriptOf(test, 1, {}).duration(), 0);
+  EXPECT_EQ(LastInputEnds(test), 3);
+}
+
+TEST(CaseParts, ALawsRatioIsOfItsStiffnessAlone) {
+  const LabCase test = *ParseCase(R"({"law": {"name": "p+d", "ratio": 0.5}})", "c.json");
+  const auto scaled = *LawOf(test.law);
+  const auto whole = *MakeLaw("p+d");
+  const LawInputs at = LawInputsAt(0.2, 2, 1.5);
+  const double k = whole->Link(at).stiffness;
+  EXPECT_DOUBLE_EQ(scaled->Link(at).stiffness, 0.5 * k);
+  EXPECT_DOUBLE_EQ(scaled->GroundDamping(at, 0.5 * k), whole->GroundDamping(at, k));
+}
+
+}  // namespace
+}  // namespace tandem
