@@ -5,6 +5,7 @@
 #include "app/exit_codes.h"
 #include "app/view/errands.h"
 #include "app/view/options.h"
+#include "app/view/paint_pictures.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/ui/main_window.h"
 #include "collab/dds/relay.h"
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
   int exit_code = kExitOk;
   const std::optional<ViewOptions> options = ReadOptions(argc, argv, exit_code);
   if (!options) return exit_code;
+  if (!options->paint.empty()) return PaintPictures(options->paint, options->paint_into);
   if (!options->scene.empty()) {
     const Result<Scene> scene = LoadScene(options->scene);
     if (!scene) return Fail(kExitFile, scene.error().what);

@@ -63,6 +63,11 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--report", options.report, "write what was received (JSON) there at the end");
+  app.add_option("--paint", options.paint,
+                 "no window: paint the pictures of this file (JSON, of a report) as PNG, then end")
+      ->check(CLI::ExistingFile);
+  app.add_option("--into", options.paint_into, "with --paint: the folder for them")
+      ->default_val(".");
   app.add_option("--seconds", options.seconds, "end after this; 0: when the window is closed")
       ->check(CLI::NonNegativeNumber);
   app.footer(

@@ -17,6 +17,8 @@ struct ViewOptions {
   bool proximity = false;  // shown from the start
   std::string screenshot;
   double screenshot_after = 1;  // s from when the picture is complete
+  std::string paint;            // pictures to paint: no window then
+  std::string paint_into;       // folder for them
   std::string report;
   double seconds = 0;  // then end; 0: until the window is closed
 };

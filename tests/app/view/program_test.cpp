@@ -202,6 +202,43 @@ TEST_F(Program, EndsInOneLineWithoutADisplay) {
   EXPECT_THAT(said_, ::testing::HasSubstr(":4711"));
 }
 
+TEST_F(Program, PaintsAReportsPicturesWithoutADisplay) {
+  Write(In("pictures.json"), R"({"pictures": [
+    {"name": "one", "title": "a box and a word", "width": 100, "height": 60, "shapes": [
+      {"rectangle": {"box": [10, 10, 20, 15], "fill": "#ff0000"}},
+      {"label": {"at": [90, 50], "text": "HHHH", "size": 12, "anchor": "end", "colour": "#000000",
+                 "bold": false, "upwards": false}}]},
+    {"name": "two", "title": "a line", "width": 30, "height": 30, "shapes": [
+      {"polyline": {"points": [[0, 10], [30, 10]],
+                    "stroke": {"colour": "#0000ff", "width": 2, "dashes": [10, 5]}}}]}]})");
+  QProcessEnvironment nowhere = here_;
+  nowhere.remove(QStringLiteral("DISPLAY"));
+  EXPECT_EQ(Run({"--paint", In("pictures.json"), "--into", In("painted")}, nowhere), 0) << said_;
+  // twice its size
+  const QImage one(In("painted/one.png"));
+  ASSERT_EQ(one.size(), QSize(200, 120));
+  EXPECT_EQ(one.pixelColor(22, 22), QColor(255, 0, 0));
+  EXPECT_EQ(one.pixelColor(18, 22), QColor(255, 255, 255));
+  // the word ends at x = 90, and there is some of it
+  const auto is_dark = [](const QColor& c) {
+    return c.lightness() < 100 && c.red() < 200;
+  };
+  EXPECT_GT(Count(one.copy(100, 78, 80, 24), is_dark), 50);
+  EXPECT_EQ(Count(one.copy(182, 0, 18, 120), is_dark), 0);
+  // a dash of 10, a gap of 5: 20 of 30 pixels, 2 wide, at twice the size
+  const QImage two(In("painted/two.png"));
+  const int blue = Count(two, [](const QColor& c) {
+    return c.blue() > 200 && c.red() < 60;
+  });
+  EXPECT_NEAR(blue, 2 * 20 * 2 * 2, 16);
+}
+
+TEST_F(Program, SaysInOneLineWhatIsWrongWithPictures) {
+  Write(In("pictures.json"), R"({"pictures": [{"name": "a/b"}]})");
+  EXPECT_EQ(Run({"--paint", In("pictures.json"), "--into", In("painted")}, here_), 3);
+  EXPECT_THAT(said_, ::testing::HasSubstr("pictures[0].name: expected a plain file name"));
+}
+
 TEST_F(Program, WithoutOpenGlWritesThePageThatSaysWhy) {
   QProcessEnvironment offscreen = here_;
   offscreen.insert("QT_QPA_PLATFORM", "offscreen");

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace tandem {
+
+/// A picture as a list of shapes, drawn one over the other: written as SVG (svg.h), or painted by
+/// `tandem-view --paint`. Lengths are in pixels, x to the right, y down.
+
+struct Rgb {
+  std::uint8_t r = 0;
+  std::uint8_t g = 0;
+  std::uint8_t b = 0;
+
+  bool operator==(const Rgb&) const = default;
+};
+
+inline constexpr Rgb kBlack{0, 0, 0};
+inline constexpr Rgb kWhite{255, 255, 255};
+
+struct PicturePoint {
+  double x = 0;
+  double y = 0;
+};
+
+struct PictureBox {
+  double x = 0;  // left
+  double y = 0;  // top
+  double width = 0;
+  double height = 0;
+
+  double right() const { return x + width; }
+  double bottom() const { return y + height; }
+  bool Overlaps(const PictureBox& other) const {
+    return x < other.right() && other.x < right() && y < other.bottom() && other.y < bottom();
+  }
+};
+
+struct Stroke {
+  Rgb colour;
+  double width = 1;
+  std::vector<double> dashes;  // lengths on, off, on, ...; none: a whole line
+};
+
+struct PolylineShape {
+  std::vector<PicturePoint> points;
+  Stroke stroke;
+};
+
+struct RectangleShape {
+  PictureBox box;
+  std::optional<Rgb> fill;
+  std::optional<Stroke> edge;
+  std::string hint;  // told where one points at it
+};
+
+enum class MarkerKind : std::uint8_t { kDot, kCross, kRing };
+
+struct MarkerShape {
+  PicturePoint at;
+  MarkerKind kind = MarkerKind::kDot;
+  double size = 5;  // from side to side
+  Rgb colour;
+  std::string hint;
+};
+
+enum class Anchor : std::uint8_t { kStart, kMiddle, kEnd };
+
+struct LabelShape {
+  PicturePoint at;  // on the text's base line
+  std::string text;
+  double size = 12;
+  Anchor anchor = Anchor::kStart;
+  Rgb colour;
+  bool bold = false;
+  bool upwards = false;  // turned, to be read from the right
+};
+
+using PictureShape = std::variant<RectangleShape, PolylineShape, MarkerShape, LabelShape>;
+
+struct Picture {
+  std::string name;   // of its files
+  std::string title;  // what it shows, for one who cannot see it
+  double width = 0;
+  double height = 0;
+  std::vector<PictureShape> shapes;
+};
+
+/// About where the text stands, in a sans-serif face of usual width.
+PictureBox BoundsOf(const LabelShape& label);
+
+}  // namespace tandem
