@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "collab/energy_gate.h"
 #include "collab/planted_faults.h"
@@ -35,7 +36,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       options_(options),
       holdings_(options.id, world.model(), options.settle_ns, options.own_only),
       parting_(options.id, world.model()),
-      remote_(world.model()),
+      remote_(world.model(), options.mirror),
       gate_(options.id, world.model().object, inbox.drops()),
       guard_(device.limits()),
       echoes_(options.id) {
@@ -66,6 +67,11 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
 
   const Anchor goal = ReadDevice();
   if (tap != nullptr) tap->Felt(goal);
+  if (options_.mirror == MirrorModel::kDeadReckoned) {
+    std::array<Echoes::Loop, kMaxPeers> loops;
+    const std::size_t count = echoes_.Loops(now_ns, loops);
+    remote_.Reckon(std::span(loops).first(count));
+  }
   remote_.Prepare(held_, inputs_);
   PrepareParked();
   echoes_.Measure(now_ns);

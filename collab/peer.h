@@ -29,9 +29,10 @@ struct PeerOptions {
   bool own_only = false;       // takes no shared body: its force parameters are not the others'
   std::size_t wait_for = 0;    // other users whose loop must be closed before the hand starts
   SharedBody::Options coupling;
-  double capacity = kDefaultCapacity;  // point tests that fit into a frame (paper §5)
-  std::size_t trace_frames = 0;        // recorded at the most; 0 records nothing
-  FrameTap* tap = nullptr;             // gets every frame's inputs; must outlive the peer
+  MirrorModel mirror = MirrorModel::kBlend;  // others: for the lab
+  double capacity = kDefaultCapacity;        // point tests that fit into a frame (paper §5)
+  std::size_t trace_frames = 0;              // recorded at the most; 0 records nothing
+  FrameTap* tap = nullptr;                   // gets every frame's inputs; must outlive the peer
 };
 
 /// What a frame leaves for the report: the held body's motion, and what was felt.

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-RemoteBodies::RemoteBodies(const WorldModel& model) {
+RemoteBodies::RemoteBodies(const WorldModel& model, MirrorModel mirror) : mirror_(mirror) {
   for (const std::uint32_t object : model.object) {
     bodies_.push_back(
         {.object = object, .free = model.scene.bodies[object].free, .blend = {}, .instances = {}});
@@ -48,6 +48,7 @@ void RemoteBodies::OnState(const ObjectState& state) noexcept {
     if (Planted(Fault::kMirrorFrozen) && instance->heard) return;
     if (!instance->heard || IsNewer(state, instance->state)) {
       instance->state = state;
+      instance->X_WB = state.X_WB;
       instance->heard = true;
     }
     return;
@@ -72,6 +73,23 @@ double RemoteBodies::LagOf(PeerId peer) const noexcept {
   return lag;
 }
 
+void RemoteBodies::Reckon(std::span<const Echoes::Loop> loops) noexcept {
+  if (mirror_ != MirrorModel::kDeadReckoned) return;
+  for (Body& body : bodies_) {
+    for (Instance& instance : body.instances) {
+      if (!instance.heard) continue;
+      const auto loop = std::ranges::find(loops, instance.peer, &Echoes::Loop::peer);
+      const double age = loop == loops.end() ? 0.0 : 0.5 * loop->age_s;
+      const double ahead = std::min(age, kFarthestAhead_s);
+      const auto& [w, v] = instance.state.V_WB;
+      const Vec3 way = ahead * v;
+      const double share = std::min(1.0, kFarthestAhead_m / std::max(way.norm(), 1e-9));
+      instance.X_WB.p = instance.state.X_WB.p + share * way;
+      instance.X_WB.q = RotationBy(ahead * w) * instance.state.X_WB.q;
+    }
+  }
+}
+
 void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
   // the two that are farthest apart, found in a fixed order
   const Instance* first = nullptr;
@@ -81,7 +99,7 @@ void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
     if (!a.heard) continue;
     for (const Instance& b : body.instances) {
       if (!b.heard || b.peer < a.peer) continue;
-      const double apart = (a.state.X_WB.p - b.state.X_WB.p).norm();
+      const double apart = (a.X_WB.p - b.X_WB.p).norm();
       if (apart <= farthest) continue;
       farthest = apart;
       first = &a;
@@ -91,7 +109,7 @@ void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
   if (body.parted) {
     // hands tremble, so another pair may be the farthest now: each instance stays on its side
     const auto from_last = [&input](const Instance* instance) {
-      return (instance->state.X_WB.p - input.mirror_WB.p).squaredNorm();
+      return (instance->X_WB.p - input.mirror_WB.p).squaredNorm();
     };
     if (from_last(second) < from_last(first)) std::swap(first, second);
   }
@@ -101,11 +119,11 @@ void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
   std::array<double, 2> count{};
   for (const Instance& instance : body.instances) {
     if (!instance.heard) continue;
-    const Pose& X_WB = instance.state.X_WB;
-    const bool nearer_second = (X_WB.p - second->state.X_WB.p).squaredNorm() <
-                               (X_WB.p - first->state.X_WB.p).squaredNorm();
+    const Pose& X_WB = instance.X_WB;
+    const bool nearer_second =
+        (X_WB.p - second->X_WB.p).squaredNorm() < (X_WB.p - first->X_WB.p).squaredNorm();
     const std::size_t side = body.parted && nearer_second ? 1 : 0;
-    const Quat& reference = (side == 0 ? first : second)->state.X_WB.q;
+    const Quat& reference = (side == 0 ? first : second)->X_WB.q;
     const double sign = reference.dot(X_WB.q) < 0 ? -1.0 : 1.0;
     p[side] += X_WB.p;
     q[side] += sign * X_WB.q.coeffs();
@@ -159,17 +177,19 @@ void RemoteBodies::GiveWay(const World& world, double te_s, StepInputs& inputs) 
     Body& body = bodies_[b];
     body.lag = 0;
     const Inertia& inertia = world.model().bodies[b].inertia;
+    const bool gives_way = mirror_ == MirrorModel::kBlend;
     if (input.drive != BodyDrive::kMirrored) {
       body.blend = ContactBlend{};
-    } else if (Yields(body.blend, world.Pushed(b), te_s, world.state(b), input.mirror_WB, inertia,
-                      body.lag, input.pull)) {
+    } else if (Yields(body.blend, gives_way && world.Pushed(b), te_s, world.state(b),
+                      input.mirror_WB, inertia, body.lag, input.pull)) {
       input.drive = BodyDrive::kYielding;
     }
     input.second_drive = BodyDrive::kMirrored;
     if (!input.parted) {
       body.second_blend = ContactBlend{};
-    } else if (Yields(body.second_blend, world.SecondPushed(b), te_s, world.second_state(b),
-                      input.second_WB, inertia, body.lag, input.second_pull)) {
+    } else if (Yields(body.second_blend, gives_way && world.SecondPushed(b), te_s,
+                      world.second_state(b), input.second_WB, inertia, body.lag,
+                      input.second_pull)) {
       input.second_drive = BodyDrive::kYielding;
     }
     mirror_lag_ = std::max(mirror_lag_, body.lag);

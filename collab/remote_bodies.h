@@ -1,15 +1,25 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collab/contact_blend.h"
+#include "collab/echoes.h"
 #include "collab/membership.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {
+
+/// What a mirror is while we push it.
+enum class MirrorModel : std::uint8_t {
+  kBlend,         // firm at first, then it gives way as the delay wants: ContactBlend
+  kHeld,          // like a rock where its peer said last; for the lab
+  kDeadReckoned,  // like a rock where it would be by now, as it moved then; for the lab
+};
 
 /// Bodies that others hold and we do not (paper §6.1, type-1): each has a mirror here that follows
 /// the newest received pose. How fast it may follow is the world's to say: by at most its share of
@@ -19,13 +29,19 @@ class RemoteBodies {
  public:
   static constexpr double kPart = 0.04;  // m
   static constexpr double kMeet = 0.02;
+  static constexpr double kFarthestAhead_s = 0.1;  // of dead reckoning
+  static constexpr double kFarthestAhead_m = 0.03;
 
-  explicit RemoteBodies(const WorldModel& model);
+  explicit RemoteBodies(const WorldModel& model, MirrorModel mirror = MirrorModel::kBlend);
 
   void OnMembership(const MembershipChange& change) noexcept;
   void OnState(const ObjectState& state) noexcept;
   /// Others from whom at least one state has come.
   std::size_t heard() const noexcept;
+
+  /// Where dead reckoning takes the instances to be now, each by half the age of its peer's loop;
+  /// before Prepare(). Other models stay with what was received.
+  void Reckon(std::span<const Echoes::Loop> loops) noexcept;
 
   /// Says of every body but `held` (index into the moving bodies, or -1) who moves it. A free body
   /// that nobody holds is simulated here while no other active peer is in the session; with others
@@ -35,8 +51,8 @@ class RemoteBodies {
   /// them are kPart from one another: from then as both, each the mean of those nearest to it,
   /// until they are within kMeet again.
   void Prepare(int held, StepInputs& inputs) noexcept;
-  /// Lets mirrors that are pushed give way as the delay wants (ContactBlend); after Prepare().
-  /// `te_s`: DesignDelay() of the worst loop to the others.
+  /// Lets mirrors that are pushed give way as the delay wants (ContactBlend), where they are of
+  /// that model; after Prepare(). `te_s`: DesignDelay() of the worst loop to the others.
   void GiveWay(const World& world, double te_s, StepInputs& inputs) noexcept;
   /// How far the mirrors were from the poses received, the farthest, m.
   double mirror_lag_m() const noexcept { return mirror_lag_; }
@@ -48,7 +64,8 @@ class RemoteBodies {
     PeerId peer = 0;  // 0: a free place
     bool holds = false;
     bool heard = false;
-    ObjectState state;
+    ObjectState state;  // received
+    Pose X_WB;          // where the instance is taken to be
   };
   struct Body {
     ObjectId object = 0;
@@ -68,6 +85,7 @@ class RemoteBodies {
                      CouplingGains& pull) noexcept;
   static Instance* Find(Body& body, PeerId peer) noexcept;
 
+  MirrorModel mirror_;
   std::vector<Body> bodies_;
   double mirror_lag_ = 0;
   std::array<PeerId, kMaxPeers> present_{};  // other active peers; 0: a free place

@@ -87,7 +87,7 @@ std::optional<Error> Write(const std::filesystem::path& file, const std::string&
 }  // namespace
 
 std::vector<GeneratedScene> GeneratedScenes() {
-  return {PegInSlot(), BallAndSocket(), BracketActuator()};
+  return {PegInSlot(), BallAndSocket(), BracketActuator(), PressBlocks()};
 }
 
 std::optional<Error> WriteScene(const GeneratedScene& scene, const std::filesystem::path& folder) {

@@ -32,6 +32,7 @@ GeneratedScene BallAndSocket();
 GeneratedScene BracketActuator();
 /// The parts of the stability lab's scenes, which stand in a folder of their own.
 GeneratedScene StabilityParts();
+GeneratedScene PressBlocks();
 
 std::vector<GeneratedScene> GeneratedScenes();
 

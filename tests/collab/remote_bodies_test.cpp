@@ -106,5 +106,37 @@ TEST(RemoteBodies, PartedInstancesStayOnTheirSidesWhileHandsTremble) {
   }
 }
 
+// Half the loop's age ahead, by the velocity that was told, for 100 ms and 30 mm at the most; as
+// received by the other models.
+TEST(RemoteBodies, DeadReckonedMirrorsAreWhereTheyWouldBeByNow) {
+  const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
+  const WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);
+  const auto x_at = [&](MirrorModel mirror, double speed, double loop_age_s) {
+    RemoteBodies remote(model, mirror);
+    StepInputs inputs = testing::FreeInputs(model);
+    MembershipChange change;
+    change.peer = 10;
+    change.claim_count = 1;
+    change.claims[0] = {.object = 0, .epoch = 1, .held = true};
+    remote.OnMembership(change);
+    ObjectState state;
+    state.peer = 10;
+    state.epoch = 1;
+    state.seq = 1;
+    state.X_WB.p.x() = 0.5;
+    state.V_WB.v.x() = speed;
+    remote.OnState(state);
+    const std::array<Echoes::Loop, 1> loops{{{10, loop_age_s, 0.0}}};
+    remote.Reckon(loops);
+    remote.Prepare(1, inputs);
+    return inputs.bodies[0].mirror_WB.p.x();
+  };
+  EXPECT_NEAR(x_at(MirrorModel::kDeadReckoned, 0.2, 0.1), 0.51, 1e-12);
+  EXPECT_NEAR(x_at(MirrorModel::kDeadReckoned, 0.2, 1.0), 0.52, 1e-12);   // 100 ms
+  EXPECT_NEAR(x_at(MirrorModel::kDeadReckoned, -2.0, 0.1), 0.47, 1e-12);  // 30 mm
+  EXPECT_EQ(x_at(MirrorModel::kHeld, 0.2, 0.1), 0.5);
+  EXPECT_EQ(x_at(MirrorModel::kBlend, 0.2, 0.1), 0.5);
+}
+
 }  // namespace
 }  // namespace tandem
