@@ -111,7 +111,7 @@ void Chart::DrawGrid() {
     const double x = box_.x + box_.width * x_.Share(tick.value);
     if (!tick.text.empty()) draw({x, box_.y}, {x, box_.bottom()});
   }
-  for (const Tick& tick : TicksOf(y_, static_cast<int>(box_.height / 28))) {
+  for (const Tick& tick : TicksOf(y_, static_cast<int>(box_.height / 22))) {
     const double y = box_.bottom() - box_.height * y_.Share(tick.value);
     if (!tick.text.empty()) draw({box_.x, y}, {box_.right(), y});
   }
@@ -128,15 +128,15 @@ void Chart::DrawAxes(bool x_texts) {
         PolylineShape{{{x, box_.bottom()}, {x, box_.bottom() + length}}, thin});
     if (tick.text.empty() || !x_texts) continue;
     picture_.shapes.emplace_back(LabelShape{
-        {x, box_.bottom() + 19}, tick.text, kTextSize, Anchor::kMiddle, kText, false, false});
+        {x, box_.bottom() + 19}, tick.text, kTextSize, TextAnchor::kMiddle, kText, false, false});
   }
-  for (const Tick& tick : TicksOf(y_, static_cast<int>(box_.height / 28))) {
+  for (const Tick& tick : TicksOf(y_, static_cast<int>(box_.height / 22))) {
     const double y = box_.bottom() - box_.height * y_.Share(tick.value);
     const double length = tick.text.empty() ? 3 : 6;
     picture_.shapes.emplace_back(PolylineShape{{{box_.x - length, y}, {box_.x, y}}, thin});
     if (tick.text.empty()) continue;
     const LabelShape text{
-        {box_.x - 9, y + 4}, tick.text, kTextSize, Anchor::kEnd, kText, false, false};
+        {box_.x - 9, y + 4}, tick.text, kTextSize, TextAnchor::kEnd, kText, false, false};
     widest = std::max(widest, BoundsOf(text).width);
     picture_.shapes.emplace_back(text);
   }
@@ -144,7 +144,7 @@ void Chart::DrawAxes(bool x_texts) {
     picture_.shapes.emplace_back(LabelShape{{box_.x + 0.5 * box_.width, box_.bottom() + 40},
                                             x_.label,
                                             kTextSize + 1,
-                                            Anchor::kMiddle,
+                                            TextAnchor::kMiddle,
                                             kText,
                                             false,
                                             false});
@@ -152,7 +152,7 @@ void Chart::DrawAxes(bool x_texts) {
   picture_.shapes.emplace_back(LabelShape{{box_.x - 18 - widest, box_.y + 0.5 * box_.height},
                                           y_.label,
                                           kTextSize + 1,
-                                          Anchor::kMiddle,
+                                          TextAnchor::kMiddle,
                                           kText,
                                           false,
                                           true});
@@ -189,7 +189,7 @@ void DrawLegendLine(Picture& picture, const PicturePoint& at, const Stroke& stro
   picture.shapes.emplace_back(
       PolylineShape{{{at.x, at.y - 4}, {at.x + kLegendSample, at.y - 4}}, stroke});
   picture.shapes.emplace_back(LabelShape{
-      {at.x + kLegendSample + 8, at.y}, text, kTextSize, Anchor::kStart, kText, false, false});
+      {at.x + kLegendSample + 8, at.y}, text, kTextSize, TextAnchor::kStart, kText, false, false});
 }
 
 void DrawLegendMarker(Picture& picture, const PicturePoint& at, MarkerKind kind, Rgb colour,
@@ -197,7 +197,7 @@ void DrawLegendMarker(Picture& picture, const PicturePoint& at, MarkerKind kind,
   picture.shapes.emplace_back(
       MarkerShape{{at.x + 0.5 * kLegendSample, at.y - 4}, kind, 8, colour, {}});
   picture.shapes.emplace_back(LabelShape{
-      {at.x + kLegendSample + 8, at.y}, text, kTextSize, Anchor::kStart, kText, false, false});
+      {at.x + kLegendSample + 8, at.y}, text, kTextSize, TextAnchor::kStart, kText, false, false});
 }
 
 }  // namespace tandem

@@ -24,8 +24,8 @@ PictureBox BoundsOf(const LabelShape& label) {
   const double length =
       Characters(label.text) * kCharacter * label.size * (label.bold ? kBold : 1.0);
   double before = 0;
-  if (label.anchor == Anchor::kMiddle) before = 0.5 * length;
-  if (label.anchor == Anchor::kEnd) before = length;
+  if (label.anchor == TextAnchor::kMiddle) before = 0.5 * length;
+  if (label.anchor == TextAnchor::kEnd) before = length;
   const double rise = kAscent * label.size;
   const double height = kHeight * label.size;
   if (label.upwards) {

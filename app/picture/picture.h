@@ -68,13 +68,13 @@ struct MarkerShape {
   std::string hint;
 };
 
-enum class Anchor : std::uint8_t { kStart, kMiddle, kEnd };
+enum class TextAnchor : std::uint8_t { kStart, kMiddle, kEnd };
 
 struct LabelShape {
   PicturePoint at;  // on the text's base line
   std::string text;
   double size = 12;
-  Anchor anchor = Anchor::kStart;
+  TextAnchor anchor = TextAnchor::kStart;
   Rgb colour;
   bool bold = false;
   bool upwards = false;  // turned, to be read from the right

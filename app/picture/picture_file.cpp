@@ -132,7 +132,7 @@ PictureShape ShapeOf(const JsonNode& node) {
   }
   const JsonNode in = node["label"];
   return LabelShape{PointOf(in["at"]),          in["text"].Text(),
-                    in["size"].NumberAbove(0),  WordOf<Anchor>(in["anchor"], kAnchors),
+                    in["size"].NumberAbove(0),  WordOf<TextAnchor>(in["anchor"], kAnchors),
                     ColourOf(in["colour"]),     in["bold"].TrueOrFalse(),
                     in["upwards"].TrueOrFalse()};
 }

@@ -35,7 +35,10 @@ std::string AttributesOf(const Stroke& stroke) {
   std::string out = Attribute("stroke", Hex(stroke.colour));
   if (stroke.width != 1) out += Attribute("stroke-width", stroke.width);
   std::string dashes;
-  for (const double dash : stroke.dashes) dashes += (dashes.empty() ? "" : " ") + Number(dash);
+  for (const double dash : stroke.dashes) {
+    if (!dashes.empty()) dashes += ' ';
+    dashes += Number(dash);
+  }
   if (!dashes.empty()) out += Attribute("stroke-dasharray", dashes);
   return out;
 }
@@ -64,7 +67,8 @@ class Writer {
     if (shape.points.empty()) return;
     std::string points;
     for (const PicturePoint& point : shape.points) {
-      points += (points.empty() ? "" : " ") + Number(point.x) + ',' + Number(point.y);
+      if (!points.empty()) points += ' ';
+      points += Number(point.x) + ',' + Number(point.y);
     }
     out_ += "<polyline" + Attribute("points", points) + Attribute("fill", "none") +
             AttributesOf(shape.stroke) + Attribute("stroke-linejoin", "round") + "/>\n";
@@ -95,8 +99,8 @@ class Writer {
   void operator()(const LabelShape& shape) {
     out_ += "<text" + Attribute("x", shape.at.x) + Attribute("y", shape.at.y) +
             Attribute("font-size", shape.size);
-    if (shape.anchor == Anchor::kMiddle) out_ += Attribute("text-anchor", "middle");
-    if (shape.anchor == Anchor::kEnd) out_ += Attribute("text-anchor", "end");
+    if (shape.anchor == TextAnchor::kMiddle) out_ += Attribute("text-anchor", "middle");
+    if (shape.anchor == TextAnchor::kEnd) out_ += Attribute("text-anchor", "end");
     if (shape.bold) out_ += Attribute("font-weight", "bold");
     if (shape.colour != kBlack) out_ += Attribute("fill", Hex(shape.colour));
     if (shape.upwards) {

@@ -88,8 +88,8 @@ class ShapePainter {
     const QString text = QString::fromStdString(shape.text);
     const double length = QFontMetricsF(font).horizontalAdvance(text);
     double from = 0;
-    if (shape.anchor == Anchor::kMiddle) from = -0.5 * length;
-    if (shape.anchor == Anchor::kEnd) from = -length;
+    if (shape.anchor == TextAnchor::kMiddle) from = -0.5 * length;
+    if (shape.anchor == TextAnchor::kEnd) from = -length;
     painter_.drawText(QPointF(from, 0), text);
     painter_.restore();
   }

@@ -120,6 +120,10 @@ SweepSummary Summarize(const Results& results) {
   return summary;
 }
 
+bool IsOfDefaultLaw(const CellRecord& record) {
+  return IsDefaultLaw(nlohmann::json::parse(record.cell.case_json));
+}
+
 std::string JsonOf(const SweepSummary& summary, double wall_s, unsigned jobs) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const SweepRow& row : summary.rows) {

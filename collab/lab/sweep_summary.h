@@ -42,6 +42,9 @@ struct SweepSummary {
 
 SweepSummary Summarize(const Results& results);
 
+/// Whether it is a default-law cell.
+bool IsOfDefaultLaw(const CellRecord& record);
+
 /// One JSON object, indented.
 std::string JsonOf(const SweepSummary& summary, double wall_s, unsigned jobs);
 

@@ -31,7 +31,7 @@ TEST_F(PictureFileTest, GivesBackWhatWasWritten) {
   picture.shapes.emplace_back(PolylineShape{{{0, 0}, {10.5, 20}}, {Rgb{1, 2, 3}, 2, {4, 3}}});
   picture.shapes.emplace_back(MarkerShape{{50, 60}, MarkerKind::kRing, 6, kBlack, {}});
   picture.shapes.emplace_back(
-      LabelShape{{5, 90}, "k \"<\" \xCF\x84", 12, Anchor::kEnd, kBlack, true, true});
+      LabelShape{{5, 90}, "k \"<\" \xCF\x84", 12, TextAnchor::kEnd, kBlack, true, true});
   const auto read = Read(JsonOf(std::vector<Picture>{picture, Picture{"b", "t", 1, 1, {}}}));
   ASSERT_TRUE(read) << read.error().what;
   ASSERT_EQ(read->size(), 2U);

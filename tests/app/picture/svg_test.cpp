@@ -16,7 +16,7 @@ Picture OneOfEach() {
   picture.shapes.emplace_back(MarkerShape{{50, 60}, MarkerKind::kCross, 6, kBlack, {}});
   picture.shapes.emplace_back(MarkerShape{{70, 60}, MarkerKind::kDot, 6, kBlack, {}});
   picture.shapes.emplace_back(
-      LabelShape{{5, 90}, "k < 0.9 k_crit", 12, Anchor::kMiddle, kBlack, true, true});
+      LabelShape{{5, 90}, "k < 0.9 k_crit", 12, TextAnchor::kMiddle, kBlack, true, true});
   return picture;
 }
 

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+
+#include "collab/lab/results_file.h"
+
+namespace tandem {
+
+/// What tells a cell of a sweep from others, in words for a table.
+struct CellFacts {
+  std::string scene;
+  std::size_t users = 2;
+  std::string hands;  // "off", or "off + heavy"
+  double delay_s = 0;
+  std::string network;
+  double publish_hz = 0;
+  std::string law;  // "p+d", "p+d x 0.5", "constant 200 N/m + 10 N s/m"
+  bool gate = false;
+  std::string motion;
+  std::string map;  // all but the delay and the stiffness: cells of one map share it
+};
+
+CellFacts FactsOf(const CellRecord& record);
+
+/// One line: "cell 12: free, 2 users, hands heavy, 100 ms, clean, 1000 Hz, p+d,
+/// kick".
+std::string LineOf(const CellRecord& record, const CellFacts& facts);
+
+/// Stiffness of all links of a user, N/m: by the law, or as measured where no
+/// law says it.
+double StiffnessOf(const CellRecord& record, const CellFacts& facts);
+
+/// 12.3: so many digits in all as a table needs, "-" for what is no number.
+std::string TableNumber(double value);
+
+}  // namespace tandem

@@ -1,0 +1,214 @@
+#include "app/stability/map_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "app/picture/chart.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr double kWidth = 940;
+constexpr double kHeight = 560;
+constexpr PictureBox kPlot{84, 64, 560, 430};
+constexpr PictureBox kColours{668, 84, 18, 150};
+constexpr double kLegendTop = 276;
+constexpr double kLegendStep = 21;
+constexpr double kWidestTile = 0.16;  // in ln, from its middle
+constexpr Rgb kGrey{190, 190, 190};
+
+// from -kMostGrowth to kMostGrowth, lightness alike on both sides: after
+// ColorBrewer's RdBu, without its darkest ends, on which black marks would not
+// be seen
+constexpr std::array<Rgb, 9> kColourSteps{{{67, 147, 195},
+                                           {115, 176, 212},
+                                           {163, 205, 227},
+                                           {209, 229, 240},
+                                           {255, 255, 255},
+                                           {253, 219, 199},
+                                           {248, 183, 152},
+                                           {238, 144, 115},
+                                           {222, 104, 84}}};
+
+Stroke StrokeOf(MapLineKind kind) {
+  switch (kind) {
+    case MapLineKind::kBoundary:
+      return {kBlack, 2.6, {}};
+    case MapLineKind::kPassive:
+      return {{0, 120, 84}, 2, {8, 4}};
+    case MapLineKind::kAnyDelay:
+      return {{118, 42, 131}, 2, {2, 3}};
+    case MapLineKind::kLaw:
+      return {{0, 60, 160}, 2.6, {}};
+    case MapLineKind::kLinearCalm:
+      return {{205, 120, 0}, 2.2, {}};
+    case MapLineKind::kLinearFirm:
+      return {{205, 120, 0}, 2.2, {10, 4, 2, 4}};
+  }
+  return {};
+}
+
+// ln of the middles between neighbours, no further than the widest tile
+std::vector<std::pair<double, double>> TilesOf(const std::vector<double>& values) {
+  std::vector<std::pair<double, double>> tiles;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double at = std::log(values[i]);
+    double from = at - kWidestTile;
+    double to = at + kWidestTile;
+    if (i > 0) from = std::max(from, 0.5 * (at + std::log(values[i - 1])));
+    if (i + 1 < values.size()) to = std::min(to, 0.5 * (at + std::log(values[i + 1])));
+    tiles.emplace_back(std::exp(from), std::exp(to));
+  }
+  return tiles;
+}
+
+void DrawTiles(const StabilityMap& map, const Chart& chart, Picture& picture) {
+  std::map<double, std::vector<const MapCell*>> columns;
+  for (const MapCell& cell : map.cells) columns[cell.delay_s].push_back(&cell);
+  std::vector<double> delays;
+  for (const auto& column : columns) delays.push_back(column.first);
+  const auto widths = TilesOf(delays);
+  std::size_t number = 0;
+  for (auto& column : columns) {
+    const std::pair<double, double> width = widths[number++];
+    std::vector<const MapCell*>& cells = column.second;
+    std::ranges::stable_sort(cells, {}, &MapCell::stiffness);
+    std::vector<double> values;
+    for (const MapCell* cell : cells) values.push_back(cell->stiffness);
+    const auto heights = TilesOf(values);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const PicturePoint low = chart.At(width.first, heights[i].first);
+      const PicturePoint high = chart.At(width.second, heights[i].second);
+      picture.shapes.emplace_back(RectangleShape{{low.x, high.y, high.x - low.x, low.y - high.y},
+                                                 GrowthColour(cells[i]->growth),
+                                                 {},
+                                                 cells[i]->hint});
+    }
+  }
+}
+
+MarkerKind MarkOf(Verdict verdict) {
+  if (verdict == Verdict::kUnstable) return MarkerKind::kCross;
+  return verdict == Verdict::kStable ? MarkerKind::kDot : MarkerKind::kRing;
+}
+
+void DrawMarks(const StabilityMap& map, const Chart& chart, Picture& picture) {
+  for (const MapCell& cell : map.cells) {
+    const MarkerKind kind = MarkOf(cell.verdict);
+    picture.shapes.emplace_back(MarkerShape{chart.At(cell.delay_s, cell.stiffness), kind,
+                                            kind == MarkerKind::kDot ? 3.2 : 6.5, kBlack,
+                                            cell.hint});
+  }
+}
+
+void DrawColours(Picture& picture) {
+  constexpr int kSteps = 60;
+  for (int i = 0; i < kSteps; ++i) {
+    const double growth = kMostGrowth * (1.0 - 2.0 * (i + 0.5) / kSteps);
+    const double height = kColours.height / kSteps;
+    // each a little longer than its step, so that nothing shows between
+    picture.shapes.emplace_back(RectangleShape{{kColours.x, kColours.y + i * height, kColours.width,
+                                                i + 1 < kSteps ? height + 0.5 : height},
+                                               GrowthColour(growth),
+                                               {},
+                                               {}});
+  }
+  picture.shapes.emplace_back(RectangleShape{kColours, {}, Stroke{{40, 40, 40}, 1, {}}, {}});
+  picture.shapes.emplace_back(LabelShape{{kColours.x, kColours.y - 10},
+                                         "growth of the velocities, 1/s",
+                                         12,
+                                         TextAnchor::kStart,
+                                         kBlack,
+                                         false,
+                                         false});
+  const std::array<std::pair<double, const char*>, 5> texts{
+      {{2, "+2 or more, or 0.5 m apart"}, {1, "+1"}, {0, "0"}, {-1, "-1"}, {-2, "-2 or less"}}};
+  for (const auto& text : texts) {
+    const double y = kColours.y + 0.5 * kColours.height * (1.0 - text.first / kMostGrowth);
+    picture.shapes.emplace_back(LabelShape{
+        {kColours.right() + 8, y + 4}, text.second, 12, TextAnchor::kStart, kBlack, false, false});
+  }
+}
+
+void DrawLegend(const StabilityMap& map, Picture& picture) {
+  PicturePoint at{kColours.x, kLegendTop};
+  constexpr std::array<std::pair<Verdict, const char*>, 3> kVerdicts{
+      {{Verdict::kStable, "measured stable"},
+       {Verdict::kUnstable, "measured unstable"},
+       {Verdict::kUndecided, "undecided"}}};
+  for (const auto& verdict : kVerdicts) {
+    const bool there = std::ranges::any_of(map.cells, [&verdict](const MapCell& cell) {
+      return cell.verdict == verdict.first;
+    });
+    if (!there) continue;
+    DrawLegendMarker(picture, at, MarkOf(verdict.first), kBlack, verdict.second);
+    at.y += kLegendStep;
+  }
+  for (const MapLine& line : map.lines) {
+    DrawLegendLine(picture, at, StrokeOf(line.kind), line.name);
+    at.y += kLegendStep;
+  }
+}
+
+}  // namespace
+
+Rgb GrowthColour(double growth) {
+  if (std::isnan(growth)) return kGrey;
+  const double share = (std::clamp(growth, -kMostGrowth, kMostGrowth) + kMostGrowth) /
+                       (2 * kMostGrowth) * (kColourSteps.size() - 1);
+  const auto step = std::min(static_cast<std::size_t>(share), kColourSteps.size() - 2);
+  const double part = share - static_cast<double>(step);
+  const auto mix = [&](std::uint8_t Rgb::*channel) {
+    const double from = kColourSteps[step].*channel;
+    const double to = kColourSteps[step + 1].*channel;
+    return static_cast<std::uint8_t>(std::lround(from + part * (to - from)));
+  };
+  return {mix(&Rgb::r), mix(&Rgb::g), mix(&Rgb::b)};
+}
+
+MapRange RangeOf(const StabilityMap& map) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  MapRange range{kInfinite, 0, kInfinite, 0};
+  for (const MapCell& cell : map.cells) {
+    range.shortest = std::min(range.shortest, cell.delay_s);
+    range.longest = std::max(range.longest, cell.delay_s);
+    range.softest = std::min(range.softest, cell.stiffness);
+    range.firmest = std::max(range.firmest, cell.stiffness);
+  }
+  const double margin = std::exp(kWidestTile);
+  return {range.shortest / margin, range.longest * margin, range.softest / margin,
+          range.firmest * margin};
+}
+
+Picture PictureOf(const StabilityMap& map) {
+  Picture picture{map.name, map.title + ". " + map.note, kWidth, kHeight, {}};
+  picture.shapes.emplace_back(
+      LabelShape{{kPlot.x, 26}, map.title, 15, TextAnchor::kStart, kBlack, true, false});
+  picture.shapes.emplace_back(
+      LabelShape{{kPlot.x, 47}, map.note, 12, TextAnchor::kStart, {80, 80, 80}, false, false});
+  const MapRange range = RangeOf(map);
+  Chart chart(picture, kPlot,
+              {"one-way delay, ms", 1e3 * range.shortest, 1e3 * range.longest, true},
+              {"stiffness of all links of a user, N/m", range.softest, range.firmest, true});
+  // the chart's axis is in ms
+  StabilityMap in_ms = map;
+  for (MapCell& cell : in_ms.cells) cell.delay_s *= 1e3;
+  chart.DrawGrid();
+  DrawTiles(in_ms, chart, picture);
+  for (MapLine& line : in_ms.lines) {
+    for (PicturePoint& point : line.points) point.x *= 1e3;
+    chart.DrawCurve(line.points, StrokeOf(line.kind), true);
+  }
+  DrawMarks(in_ms, chart, picture);
+  chart.DrawAxes();
+  DrawColours(picture);
+  DrawLegend(map, picture);
+  return picture;
+}
+
+}  // namespace tandem

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/picture/picture.h"
+#include "collab/lab/metrics.h"
+
+namespace tandem {
+
+/// One experiment on a map of delay and stiffness.
+struct MapCell {
+  double delay_s = 0;
+  double stiffness = 0;  // N/m, all links of a user
+  double growth = 0;     // 1/s; infinite: it blew up
+  Verdict verdict = Verdict::kUndecided;
+  std::string hint;
+};
+
+/// What theory says, or a law, over the delay.
+enum class MapLineKind : std::uint8_t {
+  kBoundary,    // stable below, exactly, in free space
+  kPassive,     // stable below with whatever it touches: b/tau
+  kAnyDelay,    // stable below at any delay
+  kLaw,         // in use
+  kLinearCalm,  // the paper's, as soft as it must be
+  kLinearFirm   // and firmer
+};
+
+struct MapLine {
+  MapLineKind kind = MapLineKind::kBoundary;
+  std::string name;
+  std::vector<PicturePoint> points;  // s, N/m
+};
+
+struct StabilityMap {
+  std::string name;  // of its files
+  std::string title;
+  std::string note;  // below the title
+  std::vector<MapCell> cells;
+  std::vector<MapLine> lines;
+};
+
+/// The growth at which the colours end, either way, 1/s.
+inline constexpr double kMostGrowth = 2.0;
+
+/// Blue where it dies out, white at none, red where it grows; grey for what is
+/// no number. Readable without red and green.
+Rgb GrowthColour(double growth);
+
+/// Where the axes of the map begin and end: s and N/m, around all its cells.
+struct MapRange {
+  double shortest = 0;
+  double longest = 0;
+  double softest = 0;
+  double firmest = 0;
+};
+MapRange RangeOf(const StabilityMap& map);
+
+/// Delay from left to right, stiffness upwards, both logarithmic; each cell a
+/// tile in the colour of its growth with a mark for what was measured, the
+/// lines above.
+Picture PictureOf(const StabilityMap& map);
+
+}  // namespace tandem

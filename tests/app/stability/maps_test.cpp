@@ -1,0 +1,111 @@
+#include "app/stability/maps.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "collab/lab/exact_boundary.h"
+#include "tests/app/stability/made_results.h"
+
+namespace tandem {
+namespace {
+
+using testing::MadeCell;
+using testing::ReplaceInCase;
+using testing::TwentyCells;
+
+const Inertia kCube{0.3, 8e-5 * Mat3::Identity()};
+
+std::optional<Inertia> Cube(const LabCase&) {
+  return kCube;
+}
+
+const MapLine& LineOf(const StabilityMap& map, MapLineKind kind) {
+  for (const MapLine& line : map.lines) {
+    if (line.kind == kind) return line;
+  }
+  static const MapLine none;
+  ADD_FAILURE() << "no such line";
+  return none;
+}
+
+TEST(Maps, PutCellsThatDifferInDelayAndStiffnessAloneOnOneMap) {
+  Results results = TwentyCells();
+  for (std::size_t i = 0; i < 8; ++i) {
+    CellRecord record = MadeCell(20 + i, i < 4 ? 0.1 : 0.3, 20.0 + static_cast<double>(i), 60);
+    ReplaceInCase(record, "heavy", "off");
+    results.records.emplace(20 + i, record);
+  }
+  const std::vector<StabilityMap> maps = MapsOf(results, Cube);
+  ASSERT_EQ(maps.size(), 2U);
+  EXPECT_EQ(maps[0].cells.size(), 20U);
+  EXPECT_EQ(maps[1].cells.size(), 8U);
+  EXPECT_NE(maps[0].title.find("heavy"), std::string::npos);
+  EXPECT_NE(maps[1].title.find("off"), std::string::npos);
+  EXPECT_NE(maps[0].name, maps[1].name);
+}
+
+TEST(Maps, AreNotMadeOfOneStiffnessAtEachDelay) {
+  Results results = TwentyCells();
+  std::erase_if(results.records, [](const auto& record) {
+    return record.first % 5 != 0;
+  });
+  EXPECT_TRUE(MapsOf(results, Cube).empty());
+}
+
+// heavy: 1 kg and 2 N s/m, beside the device's 0.2 kg and 0.3 N s/m, the body's
+// 0.3 kg and the law's 10 N s/m; what is applied is half a sample and half a
+// frame old beside its delay
+TEST(Maps, HaveTheClosedFormsAsTheirLines) {
+  const StabilityMap map = MapsOf(TwentyCells(), Cube).at(0);
+  constexpr double kMass = 1.5;
+  constexpr double kDamping = 12.3;
+  for (const PicturePoint& point : LineOf(map, MapLineKind::kBoundary).points) {
+    if (point.x < 0.08) continue;  // nothing is too stiff for long at the left end
+    EXPECT_NEAR(point.y, CriticalStiffness(point.x + 1e-3, kDamping, kMass), 0.01 * point.y)
+        << point.x;
+  }
+  for (const PicturePoint& point : LineOf(map, MapLineKind::kPassive).points) {
+    EXPECT_NEAR(point.y, kDamping / (point.x + 1e-3), 0.01 * point.y) << point.x;
+  }
+  for (const PicturePoint& point : LineOf(map, MapLineKind::kAnyDelay).points) {
+    EXPECT_NEAR(point.y, kDamping * kDamping / (2 * kMass), 1e-6) << point.x;
+  }
+  // k0 (1 - delay), at least 2 %
+  for (const PicturePoint& point : LineOf(map, MapLineKind::kLinearFirm).points) {
+    if (point.x > 0.9) continue;
+    EXPECT_NEAR(point.y, 200 * (1 - point.x), 4) << point.x;
+  }
+}
+
+TEST(Maps, OfContactTellNoExactBoundary) {
+  Results results = TwentyCells();
+  for (auto& record : results.records) ReplaceInCase(record.second, "free", "wall");
+  const std::vector<StabilityMap> maps = MapsOf(results, Cube);
+  ASSERT_EQ(maps.size(), 1U);
+  for (const MapLine& line : maps[0].lines) {
+    EXPECT_NE(line.kind, MapLineKind::kBoundary);
+    EXPECT_NE(line.kind, MapLineKind::kAnyDelay);
+  }
+  EXPECT_EQ(maps[0].lines.size(), 4U);
+}
+
+TEST(Maps, WithoutTheSceneHaveCellsAndNoLines) {
+  const std::vector<StabilityMap> maps = MapsOf(TwentyCells(), [](const LabCase&) {
+    return std::nullopt;
+  });
+  ASSERT_EQ(maps.size(), 1U);
+  EXPECT_EQ(maps[0].cells.size(), 20U);
+  EXPECT_TRUE(maps[0].lines.empty());
+}
+
+TEST(Maps, ShowAsFastestGrowthWhatBlewUp) {
+  const StabilityMap map = MapsOf(TwentyCells(), Cube).at(0);
+  std::size_t blown = 0;
+  for (const MapCell& cell : map.cells) blown += std::isinf(cell.growth) ? 1 : 0;
+  // 810 N/m above three times 150, 70 and 42; 270 above three times 70 and 42
+  EXPECT_EQ(blown, 5U);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,82 @@
+#include "app/stability/report_data.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/app/stability/made_results.h"
+#include "tests/support/scratch_folder.h"
+
+namespace tandem {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::TwentyCells;
+
+TEST(ReportData, TakesAFileOrAFolderOfResults) {
+  const ScratchFolder folder;
+  ASSERT_FALSE(WriteResults(folder.path() / "cells.jsonl", TwentyCells()));
+  ReportData data;
+  ASSERT_FALSE(AddFile(folder.path(), data));
+  ASSERT_FALSE(AddFile(folder.path() / "cells.jsonl", data));
+  ASSERT_EQ(data.sweeps.size(), 2U);
+  EXPECT_EQ(data.cells(), 40U);
+  EXPECT_EQ(data.sweeps[0].summary.digest, data.sweeps[1].summary.digest);
+  EXPECT_EQ(data.sweeps[0].summary.cells, 20U);
+  // rows of two sweeps are told apart
+  EXPECT_THAT(data.AllRows().at(0).name, HasSubstr("made: "));
+}
+
+TEST(ReportData, MakesATableOfEachArrayAndClaimsOfRows) {
+  const ScratchFolder folder;
+  const auto file = folder.Write("press.json", R"({"publish_hz": 1000, "type1": [
+      {"motion": "press", "calm": true, "unrest_mm": 0.01234567},
+      {"motion": "tap", "calm": false, "holds_at_s": [0, 0.02], "speed": null}],
+      "rows": [{"name": "speed", "bar": ">= 200", "value": 312.5, "pass": true}]})");
+  ReportData data;
+  const auto fault = AddFile(file, data);
+  ASSERT_FALSE(fault) << fault->what;
+  ASSERT_EQ(data.tables.size(), 1U);
+  const ReportTable& table = data.tables[0];
+  EXPECT_THAT(table.title, HasSubstr("type 1"));
+  EXPECT_EQ(table.note, "publish_hz 1000");
+  EXPECT_THAT(table.columns, ElementsAre("motion", "calm", "unrest_mm", "holds_at_s", "speed"));
+  EXPECT_THAT(table.rows.at(0), ElementsAre("press", "yes", "0.0123", "", ""));
+  EXPECT_THAT(table.rows.at(1), ElementsAre("tap", "no", "", "0, 0.02", "-"));
+  ASSERT_EQ(data.AllRows().size(), 1U);
+  EXPECT_EQ(data.AllRows()[0].value, 312.5);
+}
+
+TEST(ReportData, TakesRowsOfAnotherKindAsATable) {
+  const ScratchFolder folder;
+  ReportData data;
+  ASSERT_FALSE(AddFile(
+      folder.Write("boundary.json", R"({"rows": [{"delay_s": 0.1, "ratio": 1.02}]})"), data));
+  ASSERT_EQ(data.tables.size(), 1U);
+  EXPECT_EQ(data.tables[0].title, "boundary");
+  EXPECT_TRUE(data.AllRows().empty());
+}
+
+TEST(ReportData, SaysWhichFileItCannotUse) {
+  const ScratchFolder folder;
+  ReportData data;
+  EXPECT_THAT(AddFile(folder.Write("a.json", "[1, 2"), data)->what,
+              HasSubstr("a.json: holds neither"));
+  EXPECT_THAT(AddFile(folder.Write("b.jsonl", "{}\n"), data)->what, HasSubstr("b.jsonl"));
+  EXPECT_THAT(AddFile(folder.path() / "none.json", data)->what,
+              HasSubstr("none.json: cannot be read"));
+}
+
+TEST(ReportData, FailsARowIfACellRunAgainByTheSameBuildHasAnotherDigest) {
+  ReportData data;
+  data.series.resize(3);
+  for (ReportSeries& one : data.series) one.same = true;
+  EXPECT_TRUE(data.AllRows().empty());  // of other builds
+  for (ReportSeries& one : data.series) one.same_build = true;
+  EXPECT_TRUE(data.AllRows().at(0).pass);
+  data.series[1].same = false;
+  EXPECT_FALSE(data.AllRows().at(0).pass);
+}
+
+}  // namespace
+}  // namespace tandem
