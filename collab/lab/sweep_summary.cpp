@@ -37,26 +37,37 @@ class Count {
     summary_.simulated_s += result.simulated_s;
     summary_.cpu_s += record.outcome.cpu_s;
     summary_.wall_s += record.outcome.wall_s;
-    faults_ += result.fault ? 1U : 0U;
-    trapped_ += result.metrics.trapped_frames > 0 ? 1U : 0U;
+    // what a row counts, and the cell by which it then fails
+    bool fails = false;
+    const auto count = [&fails](bool wrong, std::size_t& number) {
+      number += wrong ? 1U : 0U;
+      fails = fails || wrong;
+    };
+    count(result.fault.has_value(), faults_);
+    count(result.metrics.trapped_frames > 0, trapped_);
     if (record.outcome.predicted && record.outcome.predicted->is_stable()) {
       ++summary_.predicted_stable;
-      summary_.predicted_stable_measured_unstable += stable ? 0U : 1U;
+      count(!stable, summary_.predicted_stable_measured_unstable);
     }
     if (record.cell.expect == Expectation::kUnstable) {
       ++summary_.positive_controls;
       summary_.positive_controls_caught += unstable ? 1U : 0U;
+      fails = fails || !unstable;
     }
     if (record.cell.expect == Expectation::kStable) {
       ++expected_;
-      not_as_expected_ += stable ? 0U : 1U;
+      count(!stable, not_as_expected_);
     }
     if (IsDefaultLaw(test)) {
+      const double energy_mJ = 1e3 * result.metrics.generated_J;
+      const double tail_mm_s = 1e3 * result.metrics.tail_rms;
       ++summary_.default_law_cells;
-      summary_.default_law_unstable += stable ? 0U : 1U;
-      summary_.max_energy_mJ = Worse(summary_.max_energy_mJ, 1e3 * result.metrics.generated_J);
-      summary_.max_tail_rms_mm_s = Worse(summary_.max_tail_rms_mm_s, 1e3 * result.metrics.tail_rms);
+      count(!stable, summary_.default_law_unstable);
+      fails = fails || !(energy_mJ <= kMostEnergy_mJ) || !(tail_mm_s < kMostTail_mm_s);
+      summary_.max_energy_mJ = Worse(summary_.max_energy_mJ, energy_mJ);
+      summary_.max_tail_rms_mm_s = Worse(summary_.max_tail_rms_mm_s, tail_mm_s);
     }
+    if (fails) summary_.failing.push_back(record.cell.number);
     if (test["scene"] == "free" && test["users"] == 2 && !result.metrics.blew_up) {
       pair_s_ += result.simulated_s;
       pair_cpu_s_ += record.outcome.cpu_s;

@@ -35,7 +35,8 @@ struct SweepSummary {
   double wall_s = 0;           // of all cells, one after the other
   double free_pair_speed = 0;  // simulated s a second of processor time, two users in free space;
                                // 0: no such cells
-  std::vector<SweepRow> rows;  // only those that there are cells for
+  std::vector<std::size_t> failing;  // cells that a row fails by
+  std::vector<SweepRow> rows;        // only those that there are cells for
 
   bool pass() const;
 };

@@ -1,5 +1,8 @@
 #include "collab/lab/sweep_summary.h"
 
+#include <cmath>
+#include <vector>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -48,6 +51,7 @@ TEST(SweepSummary, CountsWhatTheIssuesTableAsks) {
   const Results results = SixCells();
   const SweepSummary summary = Summarize(results);
   EXPECT_TRUE(summary.pass());
+  EXPECT_TRUE(summary.failing.empty());
   const auto json = nlohmann::json::parse(JsonOf(summary, 3.5, 4));
   EXPECT_EQ(json["cells"], 6);
   EXPECT_EQ(json["wall_s"], 3.5);
@@ -73,6 +77,7 @@ TEST(SweepSummary, FailsByEachRowAlone) {
     const SweepSummary summary = Summarize(results);
     EXPECT_FALSE(summary.pass()) << row;
     EXPECT_FALSE(Row(summary, row).pass) << row;
+    EXPECT_EQ(summary.failing, std::vector<std::size_t>{cell}) << row;
   };
   const auto not_stable = [](CellOutcome& outcome) {
     outcome.result.verdict = Verdict::kUnstable;
