@@ -10,6 +10,8 @@ void AddStabilityCommand(CLI::App& app, int& exit_code) {
   stability->require_subcommand(1);
   AddStabilityPress(*stability, exit_code);
   AddStabilityRun(*stability, exit_code);
+  AddStabilitySweep(*stability, exit_code);
+  AddStabilityMerge(*stability, exit_code);
 }
 
 }  // namespace tandem

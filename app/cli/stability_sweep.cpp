@@ -205,7 +205,7 @@ void AddStabilitySweep(CLI::App& stability, int& exit_code) {
                       "again");
   command
       ->add_option("--shard", arguments->shard,
-                   "i/n: every n-th cell from the i-th on, to be merged with the others")
+                   "i/n: one of n parts alike, to be merged with the others")
       ->capture_default_str();
   command->add_option("--jobs", arguments->jobs, "cells at a time; default: processors")
       ->check(CLI::PositiveNumber);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -76,11 +77,11 @@ void AddText(const std::string& text, Hash64& hash) {
   hash.AddBytes(text.data(), text.size());
 }
 
-// what contact asks beside free space, a frame of a user
+// what a frame of a user asks beside one in free space, as measured
 double SceneCost(const std::string& scene) {
-  if (scene == "free") return 1;
-  if (scene == "off_centre") return 1.2;
-  return 8;
+  if (scene == "free" || scene == "off_centre") return 1;
+  if (scene == "wall") return 3;
+  return 25;
 }
 
 double CostOf(const Json& test) {
@@ -203,6 +204,15 @@ class Expansion {
   std::set<std::string> keys_;
 };
 
+void Rank(std::vector<SweepCell>& cells) {
+  std::vector<SweepCell*> order;
+  for (SweepCell& cell : cells) order.push_back(&cell);
+  std::ranges::sort(order, [](const SweepCell* a, const SweepCell* b) {
+    return std::tie(b->cost, a->key) < std::tie(a->cost, b->key);
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) order[i]->rank = i;
+}
+
 }  // namespace
 
 const char* NameOf(Expectation expectation) {
@@ -230,6 +240,7 @@ Result<Sweep> LoadSweep(const std::filesystem::path& file, const CaseCheck& chec
   if (json->fault()) return *json->fault();
   if (wrong) return *wrong;
   if (sweep.cells.empty()) return Error{file.string() + ": blocks: there is no cell"};
+  Rank(sweep.cells);
   Hash64 hash;
   hash.Add(sweep.seed);
   for (const SweepCell& cell : sweep.cells) {

@@ -22,7 +22,8 @@ struct SweepCell {
   std::string key;         // 16 hexadecimal digits, of the case without its name and seed
   std::string case_json;   // on one line; with name and seed: what `tandem stability run` reads
   Expectation expect = Expectation::kNothing;
-  double cost = 0;  // of running it, beside the others; it says what is run first
+  double cost = 0;       // of running it, beside the others; it says what is run first
+  std::size_t rank = 0;  // among all by cost, those alike mixed: it says in which shard it is
 };
 
 /// A grid of experiments.
@@ -45,12 +46,13 @@ using CaseCheck =
 /// bear on it. Errors name the file and the place in it.
 Result<Sweep> LoadSweep(const std::filesystem::path& file, const CaseCheck& check);
 
-/// Which part of a sweep: its cells with number % of == index - 1.
+/// Which part of a sweep: its cells with rank % of == index - 1, so that shards cost alike and have
+/// cells of every kind.
 struct Shard {
   std::size_t index = 1;  // from 1
   std::size_t of = 1;
 
-  bool Has(const SweepCell& cell) const { return cell.number % of == index - 1; }
+  bool Has(const SweepCell& cell) const { return cell.rank % of == index - 1; }
   std::string Name() const { return std::to_string(index) + "/" + std::to_string(of); }
 };
 

@@ -160,11 +160,17 @@ TEST(Results, ThatDoNotBelongTogetherAreNotMerged) {
     return merged ? "nothing" : merged.error().what;
   };
   EXPECT_EQ(wrong({path("a"), path("b")}), "nothing");
-  EXPECT_EQ(wrong({path("b")}), "6 of 12 cells are missing: 0, 2, 4, 6, 8, 10");
+  std::string missing;
+  for (const SweepCell& cell : sweep.cells) {
+    if (!Shard{1, 2}.Has(cell)) continue;
+    missing.append(missing.empty() ? "" : ", ").append(std::to_string(cell.number));
+  }
+  const std::string first = missing.substr(0, missing.find(','));
+  EXPECT_EQ(wrong({path("b")}), "6 of 12 cells are missing: " + missing);
   EXPECT_EQ(wrong({path("a"), path("c")}),
             path("c").string() + ": of another sweep than " + path("a").string());
   EXPECT_EQ(wrong({path("a"), path("b"), path("a")}),
-            path("a").string() + ": cell 0 is in another file too");
+            path("a").string() + ": cell " + first + " is in another file too");
   EXPECT_EQ(wrong({path("a"), path("none")}), path("none").string() + ": cannot be read");
   std::string other = ContentOf(path("b"));
   other.replace(other.find("0123456789abcdef"), 16, "0123456789abcdee");

@@ -144,6 +144,12 @@ TEST(Sweep, IsDividedIntoShardsThatHaveEachCellOnce) {
     for (std::size_t i = 1; i <= 5; ++i) times += Shard{i, 5}.Has(cell) ? 1 : 0;
     EXPECT_EQ(times, 1);
   }
+  // the four of 40 s, the eight of 12 s: two and four in each half
+  for (std::size_t i = 1; i <= 2; ++i) {
+    double cost = 0;
+    for (const SweepCell& cell : sweep.cells) cost += Shard{i, 2}.Has(cell) ? cell.cost : 0;
+    EXPECT_DOUBLE_EQ(cost, 2 * (2 * 40 + 4 * 12));
+  }
   EXPECT_EQ(ParseShard("3/20")->Name(), "3/20");
   for (const char* const wrong : {"", "3", "0/3", "4/3", "1/0", "a/3", "1/3x", "1/", "-1/3"}) {
     EXPECT_FALSE(ParseShard(wrong)) << wrong;
