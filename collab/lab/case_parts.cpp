@@ -103,6 +103,11 @@ HandScript ScriptOf(const LabCase& test, std::size_t user, const Pose& X_BD) {
   script.impedance = HandOf(test, user).impedance;
   script.X_BD = X_BD;
   Script(test, user, script);
+  // a link pulls the way's delay after its loop is closed: all do half a second before the first
+  // input at 1 s
+  const double later = std::max(0.0, LongestDelay(test) - 0.5);
+  for (Push& push : script.pushes) push.t += later;
+  for (Waypoint& waypoint : script.waypoints) waypoint.t += waypoint.t > 0 ? later : 0.0;
   return script;
 }
 

@@ -101,6 +101,28 @@ TEST(RunCase, GivesTheSameBitsAgainAndOthersForAnotherSeed) {
   EXPECT_NE(RunCase(test, FreeBox()).digest, run.digest);
 }
 
+// where the ways differ, one link pulls 1.6 s before the other; pulled by one alone, a knock gives
+// energy: 33 mJ
+TEST(RunCase, KnocksOnceEveryLinkPulls) {
+  LabCase test;
+  test.hands = {Hand("off")};
+  test.law.gate = false;
+  test.delay_s = 1;
+  test.network.skew = 0.8;
+  test.seconds = 10;
+  bool moved = false;
+  const CaseResult run = RunCase(test, FreeBox(), [&](double, std::span<const UserFrame> users) {
+    moved = moved || users[0].state.V_WB.v.norm() > 1e-3;
+    if (!moved) return;
+    for (const UserFrame& user : users) {
+      ASSERT_EQ(user.link_count, 1U);
+      EXPECT_GT(user.links[0].stiffness, 0.0);
+    }
+  });
+  EXPECT_TRUE(moved);
+  EXPECT_LT(run.metrics.generated_J, 1e-6);
+}
+
 TEST(RunCase, TellsThatLoopsDoNotClose) {
   LabCase test;
   test.hands = {Hand("off")};

@@ -53,15 +53,15 @@ TEST(StabilitySweep, ComesToTheSameWithAnyJobsAndInShards) {
   EXPECT_EQ(RunSweep(folder, "--shard 1/2" + out("a")).exit_code, kExitOk);
   EXPECT_EQ(RunSweep(folder, "--shard 2/2" + out("b")).exit_code, kExitOk);
   const auto path = [&folder](const char* name) {
-    return " " + (folder.path() / name).string();
+    return (folder.path() / name).string() + " ";
   };
-  const Said merged = RunTandem("stability merge --json" + path("a") + path("b") + out("merged"));
+  const Said merged = RunTandem("stability merge --json " + path("a") + path("b") + out("merged"));
   ASSERT_EQ(merged.exit_code, kExitOk) << merged.err;
   EXPECT_EQ(nlohmann::json::parse(merged.out)["digest"], summary["digest"]);
   EXPECT_EQ(nlohmann::json::parse(merged.out)["rows"], summary["rows"]);
 
   // a part alone is told of
-  const Said part = RunTandem("stability merge" + path("b"));
+  const Said part = RunTandem("stability merge " + path("b"));
   EXPECT_EQ(part.exit_code, kExitFailed);
   EXPECT_NE(part.err.find("3 of 5 cells are missing: "), std::string::npos) << part.err;
 
