@@ -72,6 +72,12 @@ LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max
 ///   The second term is what a bounded mass allows beyond B/te: the exact boundary of two free
 ///   instances is k_crit = (b^2 + m^2 w^2)/(2 m), w tan(w te/2) = b/m, and with atan t >= 3t/(3 +
 ///   t^2) it is at least b/te + b^2/(3 m).
+/// "p+dd": k = min(K0, 1.5 sigma (B/te + B^2/(3 m_max))) / (N - 1), bc = min(k te/2, B / (N - 1)),
+///   b = 0.35 sum k te in [1, B]. Half as firm again as "p+d", since part of what holds it is drag
+///   between the instances, which a common motion does not feel. While k te <= 2 B it is passive
+///   for a constant delay, whatever hand and mass: .35 k te > .164 k te. Beyond, bc = B and k stays
+///   below b (b + 2 bc)/(2 m_max), stable at any delay. What jitter adds to bc is the gate's to
+///   pay.
 /// "linear", the paper's: k = k0 max(0.02, 1 - tau / 1 s) / (N - 1), tau = half the loop age, b =
 /// B.
 ///   Passive only while B >= k0/4 [1/s] (tau (1 - tau) <= 1/4); beyond 85 N/m unstable with hands

@@ -39,6 +39,24 @@ class PlusDamping : public LimitedLaw {
   }
 };
 
+class PlusTwoDampings : public LimitedLaw {
+ public:
+  using LimitedLaw::LimitedLaw;
+  const char* name() const noexcept override { return "p+dd"; }
+  LinkLaw Link(const LawInputs& inputs) const noexcept override {
+    const double B = limits_.damping_budget;
+    const double k =
+        std::min(limits_.stiffness,
+                 1.5 * limits_.margin * (B / inputs.te_s + B * B / (3.0 * inputs.mass_max)));
+    return {k / LinksOf(inputs), std::min(B, 0.5 * k * inputs.te_s) / LinksOf(inputs)};
+  }
+  double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept override {
+    if (stiffness_sum <= 0) return 0;
+    return std::clamp(0.35 * stiffness_sum * inputs.te_s,
+                      std::min(kLeastDrag, limits_.damping_budget), limits_.damping_budget);
+  }
+};
+
 class Linear : public LimitedLaw {
  public:
   using LimitedLaw::LimitedLaw;
@@ -105,11 +123,12 @@ LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max
 Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
                                                    const CouplingLimits& limits, bool lab) {
   if (name == "p+d") return Make<PlusDamping>(limits);
+  if (name == "p+dd") return Make<PlusTwoDampings>(limits);
   if (name == "linear") return Make<Linear>(limits);
   if (name == "pdopt") return Make<PdOpt>(limits);
   if (name != "constant") {
     return Error{"no coupling law is called '" + std::string(name) +
-                 "': there are p+d, linear and pdopt"};
+                 "': there are p+dd, p+d, linear and pdopt"};
   }
   if (!lab) {
     return Error{

@@ -25,10 +25,12 @@ struct Partner {
   std::int64_t last_echo_ns = 0;  // as of the last frame
   double its_stiffness = 0;       // N/m that it would use
   Wrench its_applied_B_W;         // on its instance, as it says
+  Wrench computed_B_W;            // on ours, of our own end: told where forces are exchanged
   DelayMeter meter;               // of loop ages at which something came
   double offered_stiffness = 0;   // N/m that we would use
   double stiffness = 0;           // N/m in use
   double relative_damping = 0;    // N s/m in use
+  double moving = 0;              // share of its velocity in use: none of one not heard of
   double most_force = 1e30;       // N that its link may pull with
   Wrench applied_B_W;             // on our instance, in the last frame
   EnergyGate gate;

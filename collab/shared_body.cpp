@@ -20,6 +20,7 @@ constexpr std::int64_t kSilenceNs = 250'000'000;    // after it a copy comes bac
 constexpr double kGentleStep = 0.05;                // N a frame, by that way
 constexpr double kMostStep = 0.8;                   // N a frame, by any way of a copy
 constexpr double kQuietTime = 0.1;                  // s, of that fade
+constexpr double kHeardTime = 0.02;                 // s, of its end
 
 /// Between two poses in six dimensions, m: stretched by it, a link's energy is k distance^2/2.
 double DistanceOf(const Pose& a, const Pose& b, const Mat3& per_mass) {
@@ -228,8 +229,9 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
     const double rise = std::max(0.0, partner.stiffness - before);
     partner.gate.Charge(0.5 * rise * slew.stretch * slew.stretch);
     if (InUse(partner, now_ns)) sum += partner.stiffness - before;
-    partner.relative_damping =
-        link.stiffness > 0 ? link.relative_damping * partner.stiffness / link.stiffness : 0.0;
+    // a spring that has yet to fall to what the law gives has no more damping than that
+    const double part = link.stiffness > 0 ? partner.stiffness / link.stiffness : 0.0;
+    partner.relative_damping = std::min(1.0, part) * link.relative_damping;
   }
 }
 
@@ -255,12 +257,17 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     const double k = partner.stiffness;
     // a copy that is not heard of stands
     const double quiet = Seconds(now_ns - partner.heard_ns) - kQuietAfter;
-    double moving = std::clamp(1.0 - quiet / kQuietTime, 0.0, 1.0);
+    partner.moving = std::min(std::clamp(1.0 - quiet / kQuietTime, 0.0, 1.0),
+                              partner.moving + kFrame / kHeardTime);
+    double moving = partner.moving;
     const double b = partner.relative_damping;
-    const double given = kFrame * b * moving * partner.state.V_WB.v.dot(own.V_WB.v);
-    if (options_.gate && given > 0) {
-      if (given > partner.gate.tank()) moving = 0;
-      if (moving > 0) partner.gate.Charge(given);
+    // what the damper gives, less what it takes
+    const double given = kFrame * b * (moving * partner.state.V_WB.v - own.V_WB.v).dot(own.V_WB.v);
+    if (options_.gate && given > partner.gate.tank()) moving = 0;
+    if (given <= 0) {
+      partner.gate.Earn(-given);
+    } else if (moving > 0) {
+      partner.gate.Charge(given);
     }
     StepInputs::Link& link = inputs.links[link_count_];
     link.copy = {{ClampTurn(own.X_WB.q, partner.copy_WB.q, partner.turn_axis), partner.copy_WB.p},
@@ -270,6 +277,12 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
       link.copy.X_WA.q = own.X_WB.q * link.copy.X_WA.q.conjugate() * own.X_WB.q;
     }
     link.gains = {k, b, k * per_mass, b * per_mass};
+    if (options_.exchange_forces) {
+      // on the wire a force on the end that tells it: the other's is against ours
+      partner.computed_B_W = AsWrench(CouplingLoad(link.gains, own, Pose{}, link.copy).force);
+      link.gains = {};
+      link.push_B_W = {-partner.its_applied_B_W.tau, -partner.its_applied_B_W.f};
+    }
     partner_of_link_[link_count_++] = i;
     stiffness_sum += k;
   }
@@ -291,11 +304,12 @@ void SharedBody::Describe(std::int64_t now_ns, std::uint32_t seq, const StepRepo
     Partner& partner = partners_[partner_of_link_[link]];
     partner.applied_B_W = report.links_B_W[link];
     if (!partner.present) continue;
-    out.entries[out.count++] = {.to = partner.peer,
-                                .echo_ns = partner.state.sample_ns,
-                                .stiffness = partner.offered_stiffness,
-                                .gate_overflow = partner.gate.overflow(),
-                                .applied_B_W = partner.applied_B_W};
+    out.entries[out.count++] = {
+        .to = partner.peer,
+        .echo_ns = partner.state.sample_ns,
+        .stiffness = partner.offered_stiffness,
+        .gate_overflow = partner.gate.overflow(),
+        .applied_B_W = options_.exchange_forces ? partner.computed_B_W : partner.applied_B_W};
     LinkEntry& entry = out.entries[out.count - 1];
     if (Planted(Fault::kEchoOfArrival)) entry.echo_ns = partner.heard_ns;
     if (Planted(Fault::kOwnStampForTheirs)) entry.echo_ns = partner.echo_ns;

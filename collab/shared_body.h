@@ -29,6 +29,10 @@ class SharedBody {
   struct Options {
     std::shared_ptr<const CouplingLaw> law = DefaultLaw();
     bool gate = true;  // off: for comparison only
+    /// Forces in place of states, to show what they do, in the lab alone: each end works out the
+    /// spring between its instance and the copy, tells the other that force, and applies the one
+    /// that it is told of. Unstable from a quarter of k_crit on.
+    bool exchange_forces = false;
   };
 
   SharedBody(PeerId self, ObjectId object, const Inertia& inertia, const Options& options);

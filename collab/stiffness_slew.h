@@ -7,12 +7,13 @@ namespace tandem {
 
 inline constexpr double kFadeTime = 0.2;    // s, of a partner that is gone, at the least
 inline constexpr double kGentleFall = 8.0;  // N/s that a gentle fall may take from a link's force
+inline constexpr double kFastestFall = 800.0;  // N/s that any fall may
 
 /// How the stiffness of a link may change in a frame of h seconds.
 struct StiffnessSlew {
   double h = 1e-3;         // s
   double stretch = 0;      // m, of the spring: sqrt(|d|^2 + theta^T (I/m) theta)
-  double ceiling = 0;      // N/m that the delay allows: above, it falls in 20 ms
+  double ceiling = 0;      // N/m that the delay allows: above, it falls in 20 ms, or a little later
   double wanted = 0;       // N/m to go to; at most the ceiling
   double room = 0;         // N/m that it may rise to, as the other links leave it
   double gentlest = 1e30;  // N/m/s: a gentle fall is not faster than this
@@ -26,7 +27,10 @@ struct StiffnessSlew {
     constexpr double kFastestRise = 400.0;   // N/m/s
     constexpr double kRisePower = 0.02;      // W
     constexpr double kLeastStretch = 0.001;  // m; below it a force is none
-    if (k > ceiling) k = ceiling + (k - ceiling) * std::exp(-h / kFallTime);
+    if (k > ceiling) {
+      const double fallen = ceiling + (k - ceiling) * std::exp(-h / kFallTime);
+      k = std::max(fallen, k - h * kFastestFall / std::max(stretch, kLeastStretch));
+    }
     const double goal = std::min(wanted, ceiling);
     if (k > goal) {
       const double rate = std::min(gentlest, kGentleFall / std::max(stretch, kLeastStretch));

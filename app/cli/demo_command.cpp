@@ -267,7 +267,7 @@ void AddDemoCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--seed", arguments->seed, "of jitter and loss");
   command->add_option("--law", arguments->law, "how stiffness follows delay")
-      ->check(CLI::IsMember({"p+d", "linear", "pdopt"}));
+      ->check(CLI::IsMember({"p+dd", "p+d", "linear", "pdopt"}));
   command->add_option("--screenshot", arguments->screenshot,
                       "picture of the viewer's window (PNG)");
   command->add_flag("--headless", arguments->headless, "no window even where there is a display");

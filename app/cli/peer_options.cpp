@@ -38,7 +38,7 @@ void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
     network->excludes(option);
   }
   command.add_option("--law", arguments.law, "how stiffness follows delay")
-      ->check(CLI::IsMember({"p+d", "linear", "pdopt", "constant"}));
+      ->check(CLI::IsMember({"p+dd", "p+d", "linear", "pdopt", "constant"}));
   command.add_flag("--lab", arguments.lab, "allow the law 'constant', which can shake");
   command.add_option("--publish-hz", arguments.publish_hz, "rate of states sent")
       ->check(CLI::Range(10.0, 1000.0));

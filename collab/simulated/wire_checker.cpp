@@ -26,7 +26,9 @@ double LargestStiffness(const std::string& law, double loop_s) {
   // B = 10 N s/m, K0 = 500 N/m, margin 0.8, at most 1.5 kg
   const double te = 0.5 * (1.1 * loop_s + 0.005);
   if (law == "pdopt") return 0.8 * std::min(500.0, 1.5 * 10.0 / te);
-  return 0.8 * std::min(500.0, 10.0 / te + 100.0 / (3.0 * 1.5));
+  const double floating = 10.0 / te + 100.0 / (3.0 * 1.5);
+  if (law == "p+dd") return std::min(500.0, 1.2 * floating);
+  return 0.8 * std::min(500.0, floating);
 }
 
 WireChecker::WireChecker(const FaultSchedule& schedule, PeerId viewer, Breakages& breakages)

@@ -41,6 +41,7 @@ struct StepInputs {
   struct Link {
     Anchor copy;  // another user's instance of the held body
     CouplingGains gains;
+    Wrench push_B_W;  // what the other says that its end of the spring pulls with; for the lab
   };
 
   std::vector<BodyInput> bodies;

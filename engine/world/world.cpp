@@ -272,6 +272,8 @@ void World::Couple(const StepInputs& in) noexcept {
   held.load += hand_load_;
   for (std::size_t k = 0; k < in.link_count; ++k) {
     link_loads_[k] = CouplingLoad(in.links[k].gains, held.state, Pose{}, in.links[k].copy);
+    link_loads_[k].force.head<3>() += in.links[k].push_B_W.tau;
+    link_loads_[k].force.tail<3>() += in.links[k].push_B_W.f;
     held.load += link_loads_[k];
   }
   held.load += GroundDamping(in.ground_damping, in.ground_rotation_damping, held.state);

@@ -17,9 +17,9 @@ double StiffnessAt(const CouplingLaw& law, double te, std::size_t users = 2, dou
   return law.Link(LawInputsAt((2.0 * te - 0.005) / 1.1, users, mass)).stiffness;
 }
 
-// The published table of the default law, sigma 0.8, B 10, K0 500, m_max 1.5: k at te.
-TEST(CouplingLaw, TheDefaultGivesTheStiffnessOfItsTable) {
-  const auto law = DefaultLaw();
+// The published table of p+d, sigma 0.8, B 10, K0 500, m_max 1.5: k at te.
+TEST(CouplingLaw, PlusDampingGivesTheStiffnessOfItsTable) {
+  const auto law = Law("p+d");
   EXPECT_NEAR(StiffnessAt(*law, 0.003), 400, 0.5);
   EXPECT_NEAR(StiffnessAt(*law, 0.020), 400, 20);
   EXPECT_NEAR(StiffnessAt(*law, 0.050), 178, 1);
@@ -32,8 +32,8 @@ TEST(CouplingLaw, TheDefaultGivesTheStiffnessOfItsTable) {
 
 // k_crit = (b^2 + m^2 w^2) / (2 m), w tan(w tau / 2) = b / m: found by bisection, independent of
 // the law's bound.
-TEST(CouplingLaw, TheDefaultStaysBelowTheExactBoundary) {
-  const auto law = DefaultLaw();
+TEST(CouplingLaw, PlusDampingStaysBelowTheExactBoundary) {
+  const auto law = Law("p+d");
   const double b = 10;
   for (const double m : {0.5, 1.0, 1.5}) {
     for (double tau = 0.005; tau < 1.0; tau *= 1.3) {
@@ -51,8 +51,8 @@ TEST(CouplingLaw, TheDefaultStaysBelowTheExactBoundary) {
 }
 
 // 4 b_i b_j >= (k L)^2 for two, b >= sum k L/2 for more: what is beyond B/te is the mass's.
-TEST(CouplingLaw, TheDefaultsDelayTermIsPaidForByItsDrag) {
-  const auto law = DefaultLaw();
+TEST(CouplingLaw, PlusDampingsDelayTermIsPaidForByItsDrag) {
+  const auto law = Law("p+d");
   for (const std::size_t users : {2U, 3U, 5U, 8U}) {
     for (double loop = 0.002; loop < 2.4; loop *= 1.4) {
       const LawInputs at = LawInputsAt(loop, users, 1e12);  // no help from the mass
@@ -90,6 +90,22 @@ TEST(CouplingLaw, PdOptSharesTheDragBetweenGroundAndLink) {
   EXPECT_NEAR(StiffnessAt(*law, 0.005), 400, 1e-9);
 }
 
+// k = 1.2 (B/te + B^2/(3 m)), bc = k te/2 up to B, b = .35 k te up to B: half as firm again as p+d.
+TEST(CouplingLaw, PlusTwoDampingsIsHalfAsFirmAgainAsPlusDamping) {
+  const auto law = Law("p+dd");
+  const auto weaker = Law("p+d");
+  for (const double te : {0.03, 0.1, 0.3, 1.0}) {
+    const LawInputs at = LawInputsAt((2.0 * te - 0.005) / 1.1, 2, 1.5);
+    const LinkLaw link = law->Link(at);
+    EXPECT_NEAR(link.stiffness, 1.5 * weaker->Link(at).stiffness, 1e-9);
+    EXPECT_NEAR(link.stiffness, 12.0 / te + 1.2 * 100 / 4.5, 1e-9);
+    EXPECT_NEAR(link.relative_damping, std::min(10.0, 6.0 + 0.5 * 1.2 * te * 100 / 4.5), 1e-9);
+    EXPECT_NEAR(law->GroundDamping(at, link.stiffness), std::min(10.0, 0.35 * te * link.stiffness),
+                1e-9);
+  }
+  EXPECT_NEAR(StiffnessAt(*law, 0.005), 500, 1e-9);
+}
+
 TEST(CouplingLaw, TheConstantOneIsForTheLabOnly) {
   EXPECT_FALSE(MakeLaw("constant"));
   const auto law = Law("constant");
@@ -97,7 +113,7 @@ TEST(CouplingLaw, TheConstantOneIsForTheLabOnly) {
 }
 
 TEST(CouplingLaw, AllShareTheWholeAmongTheLinks) {
-  for (const char* name : {"p+d", "linear", "pdopt", "constant"}) {
+  for (const char* name : {"p+d", "p+dd", "linear", "pdopt", "constant"}) {
     const auto law = Law(name);
     EXPECT_STREQ(law->name(), name);
     const LinkLaw two = law->Link(LawInputsAt(0.2, 2, 1.5));

@@ -14,7 +14,8 @@ constexpr ObjectId kObject = 3;
 
 /// Our end of a link, and a partner of which each test says what it sends.
 struct Bench {
-  Bench() : body(kMe, kObject, {0.3, 1e-4 * Mat3::Identity()}, {}) {
+  explicit Bench(const SharedBody::Options& options = {*MakeLaw("p+d")})
+      : body(kMe, kObject, {0.3, 1e-4 * Mat3::Identity()}, options) {
     inputs.bodies.resize(1);
     for (int i = 0; i < 3000; ++i) Alone();  // what was sent may be echoed
   }
@@ -43,6 +44,7 @@ struct Bench {
     state.seq = seq;
     state.sample_ns = 7'000'000'000 + then;  // another clock
     state.X_WB.p.x() = place_m;
+    state.V_WB.v.x() = its_speed;
     body.OnState(state);
     CouplingLinks links;
     links.from = peer;
@@ -59,6 +61,7 @@ struct Bench {
   }
 
   double its_force = 0;  // N, that the partner says is on its instance
+  double its_speed = 0;  // m/s, of its instance
   SharedBody body;
   RigidState own;
   StepInputs inputs;
@@ -91,7 +94,7 @@ TEST(SharedBody, UsesTheSmallerStiffnessOfBothEnds) {
   for (int i = 0; i < 3000; ++i) bench.Frame(0, 200, 30);
   EXPECT_NEAR(bench.stiffness(), 30, 1e-6);
   for (int i = 0; i < 3000; ++i) bench.Frame(0, 200, 400);
-  const double own = DefaultLaw()->Link(LawInputsAt(0.2, 2, 0.3 + 1.2)).stiffness;
+  const double own = (*MakeLaw("p+d"))->Link(LawInputsAt(0.2, 2, 0.3 + 1.2)).stiffness;
   EXPECT_NEAR(bench.stiffness(), own, 0.01);
   EXPECT_NEAR(bench.body.mean_delay_s(), 0.1, 1e-9);
   EXPECT_NEAR(bench.body.delay_s(bench.now), 0.1, 1e-9);
@@ -174,7 +177,7 @@ TEST(SharedBody, ALoopThatIsTooOldEndsNoOtherLink) {
   }
   ASSERT_EQ(bench.inputs.link_count, 2U);
   EXPECT_NEAR(bench.inputs.links[0].gains.stiffness,
-              DefaultLaw()->Link(LawInputsAt(0.02, 2, 1.5)).stiffness, 1e-6);
+              (*MakeLaw("p+d"))->Link(LawInputsAt(0.02, 2, 1.5)).stiffness, 1e-6);
   EXPECT_EQ(bench.inputs.links[1].gains.stiffness, 0.0);
   EXPECT_LT(bench.inputs.ground_damping, 10.0);
 }
@@ -200,7 +203,7 @@ TEST(SharedBody, EchoesOfStampsNeverSentAreRefused) {
     bench.Alone();
   }
   EXPECT_EQ(bench.body.bad_echoes(), 12000U);
-  EXPECT_NEAR(bench.stiffness(), DefaultLaw()->Link(LawInputsAt(0.2, 2, 1.5)).stiffness, 0.01);
+  EXPECT_NEAR(bench.stiffness(), (*MakeLaw("p+d"))->Link(LawInputsAt(0.2, 2, 1.5)).stiffness, 0.01);
 }
 
 // 400 N/m stretched by 7.5 mm, 3 N: of a partner that falls silent, then is told to be lost, and
@@ -293,6 +296,80 @@ TEST(SharedBody, WhatAPartnerSaysOfItsForceIsNeverApplied) {
   EXPECT_EQ(inputs[1].links[0].gains.stiffness, inputs[0].links[0].gains.stiffness);
   EXPECT_EQ(inputs[1].links[0].copy.X_WA.p, inputs[0].links[0].copy.X_WA.p);
   EXPECT_EQ(inputs[1].ground_damping, inputs[0].ground_damping);
+}
+
+// A link that falls gently while its partner is silent has no more damping than the law gives.
+TEST(SharedBody, DampingBetweenInstancesIsNeverAboveTheLaws) {
+  Bench bench({*MakeLaw("p+dd"), false});
+  bench.body.Join(kOther);
+  for (int i = 0; i < 4000; ++i) bench.Frame(0, 20, 1e3);
+  for (int i = 0; i < 200; ++i) bench.Frame(0.05, 20, 1e3);
+  ASSERT_GT(bench.stiffness(), 300);
+  double most = 0;
+  for (int i = 0; i < 2000; ++i) {
+    bench.Alone();
+    most = std::max(most, bench.inputs.links[0].gains.damping);
+  }
+  EXPECT_GT(bench.stiffness(), 100);
+  EXPECT_GT(most, 5.0);
+  EXPECT_LE(most, 10.0);  // B
+}
+
+// Of a damper that moves along nothing is drawn; of one that pulls us on, what it gives less what
+// it takes.
+TEST(SharedBody, AGatePaysForWhatADamperGivesOnBalance) {
+  Bench bench({*MakeLaw("p+dd")});
+  bench.body.Join(kOther);
+  const auto tank = [&bench] {
+    std::array<LinkView, kMaxLinks> views;
+    EXPECT_EQ(bench.body.Links(bench.now, views), 1U);
+    return views[0].tank;
+  };
+  for (int i = 0; i < 4000; ++i) bench.Frame(0, 200, 1e3);
+  const double damping = bench.inputs.links[0].gains.damping;
+  ASSERT_NEAR(damping, 8.0, 0.5);
+  const double full = tank();
+  bench.its_speed = 0.3;
+  bench.own.V_WB.v.x() = 0.3;
+  for (int i = 0; i < 100; ++i) bench.Frame(0, 200, 1e3);
+  EXPECT_GE(tank(), full);  // ground damping only adds
+  bench.own.V_WB.v.x() = 0;
+  for (int i = 0; i < 100; ++i) bench.Frame(0, 200, 1e3);
+  const double before = tank();
+  bench.own.V_WB.v.x() = 0.1;
+  for (int i = 0; i < 100; ++i) bench.Frame(0, 200, 1e3);
+  const double given = 0.1 * damping * (0.3 - 0.1) * 0.1;
+  const double earned = 0.1 * 0.9 * bench.inputs.ground_damping * 0.1 * 0.1;
+  EXPECT_NEAR(before - tank(), given - earned, 0.02 * given);
+}
+
+// 30 N on a held copy; then the partner answers, and wants next to nothing: 0.8 N a frame.
+TEST(SharedBody, NoFallOfStiffnessTakesMoreThanSoMuchForceAFrame) {
+  Bench bench({*MakeLaw("p+d"), false});
+  bench.body.Join(kOther);
+  for (int i = 0; i < 4000; ++i) bench.Frame(0, 4, 1e3);
+  for (int i = 0; i < 200; ++i) bench.Frame(0.08, 4, 1e3);
+  ASSERT_GT(0.08 * bench.stiffness(), 30);
+  double last = 0.08 * bench.stiffness();
+  double most = 0;
+  for (int i = 0; i < 200; ++i) {
+    bench.Frame(0.08, 4, 1);
+    most = std::max(most, last - 0.08 * bench.stiffness());
+    last = 0.08 * bench.stiffness();
+  }
+  EXPECT_NEAR(most, 0.8, 0.01);
+  EXPECT_LT(last, 0.1);
+}
+
+// For the lab: the spring's force goes to the partner, and what it says is applied.
+TEST(SharedBody, ExchangesForcesWhereItIsToldTo) {
+  Bench bench({*MakeLaw("p+d"), true, true});
+  bench.body.Join(kOther);
+  bench.its_force = 3;
+  for (int i = 0; i < 3000; ++i) bench.Frame(0.01, 20, 100);
+  EXPECT_EQ(bench.inputs.links[0].gains.stiffness, 0.0);
+  EXPECT_NEAR(bench.inputs.links[0].push_B_W.f.x(), -3.0, 1e-12);
+  EXPECT_NEAR(bench.out.entries[0].applied_B_W.f.x(), 0.01 * 100, 1e-6);
 }
 
 TEST(SharedBody, BeyondFiveTwelfthsOfATurnTheMomentKeepsItsSizeAndItsWay) {

@@ -71,7 +71,7 @@ TEST(SharedPart, ComesOutOverALinkThatJittersAndLoses) {
 }
 
 TEST(SharedPart, ComesOutUnderTheOtherLaws) {
-  for (const char* law : {"linear", "pdopt"}) {
+  for (const char* law : {"p+d", "p+dd", "linear", "pdopt"}) {
     SCOPED_TRACE(law);
     ExpectWorkedOut(MustRun("peg_in_slot", {.seconds = 18, .law = *MakeLaw(law)}));
   }

@@ -39,7 +39,10 @@ struct Type2Run {
   std::vector<double> link_force;  // N, all links on the first user
   std::vector<double> link_each;   // N, of its first link
 
-  bool stable() const { return peak_apart < 0.5 && (growth <= 0 || tail_rms < 1e-4); }
+  /// What is bounded by a limit of speed or force need not grow: its tail tells.
+  bool stable() const {
+    return peak_apart < 0.5 && tail_rms < 2e-3 && (growth <= 0 || tail_rms < 1e-4);
+  }
 };
 
 HandImpedance HandsOff();
