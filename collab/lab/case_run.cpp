@@ -40,6 +40,7 @@ std::unique_ptr<PeerNode> UserOf(const LabCase& test, const LabScene& scene,
   options.peer.wait_for = test.users - 1;
   options.peer.coupling.law = law;
   options.peer.coupling.gate = test.law.gate;
+  options.peer.coupling.exchange_forces = test.law.exchange_forces;
   options.name = std::to_string(IdOf(user));
   options.publish_hz = test.publish_hz;
   options.waiting = MostWaiting(test);
