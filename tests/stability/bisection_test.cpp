@@ -1,0 +1,70 @@
+#include "collab/lab/bisection.h"
+
+#include <cmath>
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "tests/stability/type2_run.h"
+
+namespace tandem {
+namespace {
+
+LabScene FreeBox() {
+  return {.model = testing::SharedBoxInSpace(), .object = 0, .X_BD = {}};
+}
+
+/// 10 N s/m against the ground, whatever the stiffness.
+LabCase Constant(const std::string& hand, double delay_s) {
+  LabCase test;
+  test.hands = {*HandNamed(hand, testing::SharedBoxInSpace()->bodies[0].inertia)};
+  test.law.name = "constant";
+  test.law.limits.constant_damping = 10;
+  test.law.gate = false;
+  test.delay_s = delay_s;
+  test.seconds = std::max(30.0, 120 * delay_s);
+  return test;
+}
+
+struct Row {
+  const char* hand;
+  double delay_s;
+  double ratio;  // of the whole chain, hand, coupling and body in steps of 1 ms, by its eigenvalues
+};
+
+// TANDEM_STABILITY=1: at 1 s too.
+TEST(FindBoundary, IsWhereTheWholeChainsEigenvaluesSay) {
+  const bool whole = std::getenv("TANDEM_STABILITY") != nullptr;
+  for (const Row& row :
+       {Row{"off", 0.1, 1.023}, Row{"off", 0.3, 1.009}, Row{"off", 1.0, 1.010},
+        Row{"heavy", 0.1, 1.158}, Row{"heavy", 0.3, 1.021}, Row{"heavy", 1.0, 1.007}}) {
+    if (row.delay_s > 0.3 && !whole) continue;
+    SCOPED_TRACE(std::string(row.hand) + " at " + std::to_string(row.delay_s) + " s");
+    const BoundaryPoint point = FindBoundary(Constant(row.hand, row.delay_s), FreeBox());
+    ASSERT_FALSE(point.fault) << point.fault->what;
+    EXPECT_NEAR(point.ratio(), row.ratio, 0.03 * row.ratio);
+    EXPECT_LE(point.runs, 14);
+  }
+}
+
+// What theory is silent on is said, not run.
+TEST(FindBoundary, TellsWhereThereIsNone) {
+  LabCase exchanged = Constant("off", 0.1);
+  exchanged.law.exchange_forces = true;
+  EXPECT_TRUE(FindBoundary(exchanged, FreeBox()).fault);
+  LabCase soft = Constant("off", 0.1);
+  soft.law.limits.constant_stiffness = 0;
+  EXPECT_TRUE(FindBoundary(soft, FreeBox()).fault);
+}
+
+// A firm link of exchanged forces shakes; of the same states, it is at rest.
+TEST(RunCase, ExchangedForcesAreFoundUnstable) {
+  LabCase test = Constant("relaxed", 0.1);
+  test.law.limits.constant_stiffness = 100;
+  EXPECT_EQ(RunCase(test, FreeBox()).verdict, Verdict::kStable);
+  test.law.exchange_forces = true;
+  EXPECT_EQ(RunCase(test, FreeBox()).verdict, Verdict::kUnstable);
+}
+
+}  // namespace
+}  // namespace tandem
