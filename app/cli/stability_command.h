@@ -9,5 +9,6 @@ void AddStabilityPress(CLI::App& stability, int& exit_code);
 void AddStabilityRun(CLI::App& stability, int& exit_code);
 void AddStabilitySweep(CLI::App& stability, int& exit_code);
 void AddStabilityMerge(CLI::App& stability, int& exit_code);
+void AddStabilityBoundary(CLI::App& stability, int& exit_code);
 
 }  // namespace tandem
