@@ -15,7 +15,7 @@ struct Candidate {
   std::uint32_t point;
   std::uint32_t edge;  // of an edge point: into Pointshell::edges
   Label label;
-  int mark;
+  int mark;  // of a vertex, and in the plain model; otherwise not read
   GridIndex voxel_V;
   Vec3 p_V;     // m
   Vec3 nhat_V;  // its inward normal

@@ -7,6 +7,7 @@
 
 #include "engine/base/check.h"
 #include "engine/contact/friction.h"
+#include "engine/contact/refined_contacts.h"
 
 namespace tandem {
 
@@ -16,6 +17,8 @@ namespace {
 constexpr double kEnoughVoxels = 32;
 /// Voxels of depth from which a refined contact damps in full.
 constexpr double kFullDampingDepth = 0.25;
+/// Candidates whose places are asked for while others are placed.
+constexpr std::size_t kAhead = 4;
 
 /// Vectors and matrices about a point, turned from V to W.
 Load Turned(const Load& load_V, const Mat3& R_WV) {
@@ -24,6 +27,13 @@ Load Turned(const Load& load_V, const Mat3& R_WV) {
   R.bottomRightCorner<3, 3>() = R_WV;
   return {R * load_V.force, R * load_V.stiffness * R.transpose(),
           R * load_V.damping * R.transpose()};
+}
+
+/// Asks for the lines that a candidate's place and normal lie in.
+void Fetch(const PointBlocks& blocks, const Candidate& candidate) {
+  const PointBlocks::Lanes& p = blocks.positions()[candidate.block];
+  const PointBlocks::Lanes& n = blocks.normals()[candidate.block];
+  for (const auto* line : {&p.x, &p.y, &p.z, &n.x, &n.y, &n.z}) __builtin_prefetch(line);
 }
 
 /// m += k v v^T, of a symmetric matrix of which only the lower triangle is kept.
@@ -72,13 +82,17 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
   if (options.details != nullptr) {
     const double least_radius = map_radius > 0 ? std::min(shell.radius, map_radius) : shell.radius;
     refined_ = std::make_unique<RefinedContacts>(shell, voxmap, *options.details, least_radius,
-                                                 candidates_.size(),
+                                                 schedule_->place_error(), candidates_.size(),
                                                  helpers_ != nullptr ? helpers_->threads() : 1);
     if (options.schedule.coherence) clear_until_.assign(shell.size(), 0.0);
   }
   contacts_.resize(refined_ != nullptr ? RefinedContacts::RoomFor(candidates_.size())
                                        : candidates_.size());
 }
+
+ContactPair::ContactPair(ContactPair&&) noexcept = default;
+ContactPair& ContactPair::operator=(ContactPair&&) noexcept = default;
+ContactPair::~ContactPair() = default;
 
 double ContactPair::TravelSince(const Pose& shell_WB, const Pose& map_WB) noexcept {
   double travel = std::numeric_limits<double>::infinity();
@@ -88,11 +102,21 @@ double ContactPair::TravelSince(const Pose& shell_WB, const Pose& map_WB) noexce
     };
     const double shell_radius = shell_->radius + std::abs(schedule_->displacement());
     travel = of(shell_WB_, shell_WB, shell_radius) + of(map_WB_, map_WB, map_radius_);
+    // bodies that move together come no nearer: as seen from V the shell's points go no farther
+    const auto seen = [this](const Pose& shell, const Pose& map) {
+      return (map * X_BV_).Inverse() * shell;
+    };
+    travel = std::min(travel, of(seen(shell_WB_, map_WB_), seen(shell_WB, map_WB), shell_radius));
   }
   placed_ = true;
   shell_WB_ = shell_WB;
   map_WB_ = map_WB;
   return travel;
+}
+
+void ContactPair::CountTurns(const Quat& q_VS) noexcept {
+  if (placed_) turned_ += RotationVector(q_VS * q_VS_.conjugate()).norm();
+  q_VS_ = q_VS;
 }
 
 void ContactPair::AddCandidate(std::size_t block, std::uint32_t lane, PairReport& report) noexcept {
@@ -106,7 +130,7 @@ void ContactPair::AddCandidate(std::size_t block, std::uint32_t lane, PairReport
   candidate.lane = lane;
 }
 
-void ContactPair::Place(const Pose& X_VS, const VoxelTransform& transform,
+void ContactPair::Place(const Pose& X_VS, const Mat3& R_VS, const VoxelTransform& transform,
                         Candidate& candidate) const noexcept {
   const std::size_t lane = candidate.lane;
   const PointBlocks::Block& block = blocks_->block(candidate.block);
@@ -116,20 +140,26 @@ void ContactPair::Place(const Pose& X_VS, const VoxelTransform& transform,
   candidate.edge = block.first_edge + candidate.lane;
   candidate.label = block.label;
   candidate.voxel_V = VoxelAt(transform(*blocks_, candidate.block, lane));
-  candidate.mark = voxmap_->Value(blocks_->fields()[candidate.block], candidate.voxel_V);
-  candidate.nhat_V = X_VS.q * Vec3(n.x[lane], n.y[lane], n.z[lane]);
-  candidate.p_V =
-      X_VS * Vec3(p.x[lane], p.y[lane], p.z[lane]) + schedule_->displacement() * candidate.nhat_V;
+  if (refined_ == nullptr || block.label == Label::kVertex) {
+    candidate.mark = voxmap_->Value(blocks_->fields()[candidate.block], candidate.voxel_V);
+  }
+  candidate.nhat_V = R_VS * Vec3(n.x[lane], n.y[lane], n.z[lane]);
+  candidate.p_V = R_VS * Vec3(p.x[lane], p.y[lane], p.z[lane]) + X_VS.p +
+                  schedule_->displacement() * candidate.nhat_V;
 }
 
-void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform) noexcept {
+void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform,
+                               const double* turned) noexcept {
   const Mat3 R_VS = X_VS.q.toRotationMatrix();
   const std::span<Candidate> candidates(candidates_.data(), candidate_count_);
   const int layer = schedule_->force_layer();
   const auto look = [&](std::size_t begin, std::size_t end, int thread) {
-    for (std::size_t i = begin; i < end; ++i) Place(X_VS, transform, candidates[i]);
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) Fetch(*blocks_, candidates[i + kAhead]);
+      Place(X_VS, R_VS, transform, candidates[i]);
+    }
     if (refined_ == nullptr) return;
-    refined_->LookAt(candidates, begin, end, R_VS, layer, thread, contacts_.data());
+    refined_->LookAt(candidates, begin, end, R_VS, layer, turned, thread, contacts_.data());
   };
   if (helpers_ != nullptr && candidate_count_ >= shared_from_) {
     helpers_->Summon();
@@ -205,6 +235,7 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   PairReport report;
   const Pose X_WV = map_body.X_WB * X_BV_;
   const Pose X_VS = X_WV.Inverse() * shell_body.X_WB;
+  CountTurns(X_VS.q);
   const double travel = TravelSince(shell_body.X_WB, map_body.X_WB);
   waiting_ += travel;
   // what was far enough is nearer by no more than the travel
@@ -232,7 +263,8 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
       AddCandidate(contact.block, lane, report);
     }
   }
-  FindContacts(X_VS, schedule_->transform());
+  FindContacts(X_VS, schedule_->transform(), clear_until_.empty() ? nullptr : &turned_);
+  if (refined_ != nullptr) report.clear_points += static_cast<int>(refined_->clear_count());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
   RememberSlack();
   return report;
@@ -285,7 +317,7 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
       if (mark <= threshold) AddCandidate(b, lane, report);
     }
   }
-  FindContacts(X_VS, transform);
+  FindContacts(X_VS, transform, nullptr);
   Load on_map;
   AddForces(X_VS, shell_body, map_body, X_WV, report, reading.on_shell, on_map);
   reading.contact_points = report.contact_points;

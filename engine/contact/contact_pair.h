@@ -8,13 +8,16 @@
 
 #include "engine/base/load.h"
 #include "engine/contact/broad_phase.h"
-#include "engine/contact/refined_contacts.h"
+#include "engine/contact/contact_model.h"
 #include "engine/contact/schedule.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/voxel/pointshell.h"
+#include "engine/voxel/surface_details.h"
 #include "engine/voxel/voxmap.h"
 
 namespace tandem {
+
+class RefinedContacts;
 
 /// Where a body of a pair is and how it moves.
 struct BodyMotion {
@@ -60,6 +63,9 @@ class ContactPair {
   /// the pair.
   ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Pose& X_BV, double map_radius,
               const PairOptions& options, const ContactGains& gains);
+  ContactPair(ContactPair&&) noexcept;
+  ContactPair& operator=(ContactPair&&) noexcept;
+  ~ContactPair();
 
   /// Tests what has come due since the last call and adds what contact puts on both bodies. Does
   /// not allocate.
@@ -89,16 +95,19 @@ class ContactPair {
  private:
   /// The most that surface points of the two bodies can have come nearer since the last call, m.
   double TravelSince(const Pose& shell_WB, const Pose& map_WB) noexcept;
+  /// Counts how the bodies turn against one another.
+  void CountTurns(const Quat& q_VS) noexcept;
   /// A lower bound of the way between the shell's points and the map's marks as of the last
   /// Collide(), m: above zero, nothing can be in contact and nothing is tested.
   double Gap() const noexcept { return gap_ - std::abs(schedule_->displacement()); }
   /// A point for candidates_; the rest of them are given up when it is full.
   void AddCandidate(std::size_t block, std::uint32_t lane, PairReport& report) noexcept;
   /// Where a candidate is and what it reads.
-  void Place(const Pose& X_VS, const VoxelTransform& transform,
+  void Place(const Pose& X_VS, const Mat3& R_VS, const VoxelTransform& transform,
              Candidate& candidate) const noexcept;
-  /// Finds the candidates' contacts; helpers may share it.
-  void FindContacts(const Pose& X_VS, const VoxelTransform& transform) noexcept;
+  /// Finds the candidates' contacts; helpers may share it. `turned` as of RefinedContacts.
+  void FindContacts(const Pose& X_VS, const VoxelTransform& transform,
+                    const double* turned) noexcept;
   /// What the contacts come to.
   void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
                  const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) noexcept;
@@ -127,6 +136,8 @@ class ContactPair {
   std::unique_ptr<RefinedContacts> refined_;
   double odometer_ = 0;   // voxels that surfaces can have come nearer since the first test
   double displaced_ = 0;  // m, of the points at the last test
+  Quat q_VS_;             // at the last call
+  double turned_ = 0;     // rad, in all, of one body against the other
   /// By point: the odometer before which it makes no contact; empty without coherence.
   std::vector<double> clear_until_;
   std::vector<Candidate> candidates_;

@@ -16,10 +16,10 @@ const double kFadeSine = std::sin(kArcFade);
 /// Voxels: how far a piece of an edge, whose ends are known to a hundredth, reaches into the next.
 /// They share what lies there.
 constexpr double kSeam = 0.05;
-/// Voxels: the most that a slack can be, when what is three voxels away is not looked at.
-constexpr double kMostTravel = 1.6;
 /// Of the two edges' normals along the way they push each other, least sum: contacts have 0.3.
 constexpr double kSides = 0.2;
+/// How much farther the normal of edges side by side may turn than the bodies.
+constexpr double kLeaningTurn = 3.0;
 
 /// How much of a push counts so many voxels from the end of an edge.
 double ShareFromEnd(double from) {
@@ -65,6 +65,123 @@ Leaning LeanOnParallel(const Vec3& t, const Vec3& away, const Wedge& below, cons
   return leaning;
 }
 
+/// Two pieces of edges, voxels: the shell's through p along t, the map's through q along t'.
+struct Pieces {
+  const ShellEdge& edge;
+  Vec3 other_t;
+  Vec3 n;     // outward, of the map's, on the side that the shell's faces
+  Vec3 away;  // p - q
+  double other_end;
+  double half;        // with what it reaches into the next
+  double other_half;  // as well
+  double cosine;      // between t and t'
+  double sine;
+  double along;        // away, along t
+  double other_along;  // along t'
+  double facing;       // cosine between the ways in which they push
+};
+
+/// What one way of meeting says.
+struct Way {
+  bool apart = false;
+  bool pushes = false;
+  double u = 0;  // the places on both lines where they come closest: p + u t, q + v t'
+  double v = 0;
+  Vec3 normal = Vec3::Zero();
+  double gap = 0;
+  double share = 0;
+};
+
+/// Side by side: each part of the shell's edge rests on the part of the map's beside it.
+Way BesideOne(const Pieces& pieces, const EdgeArc& other_arc, ClearRegionMaker* clear, double way) {
+  const ShellEdge& edge = pieces.edge;
+  Way met;
+  met.v = pieces.other_along;
+  const double beside = std::abs(met.v) - pieces.other_half;
+  met.apart = beside > 0;
+  way = std::max(way, beside);
+  if (clear != nullptr && way >= clear->reach()) clear = nullptr;
+  if (met.apart && clear == nullptr) return met;
+  met.pushes = pieces.facing > kFacing;
+  if (!met.pushes && clear == nullptr) return met;
+  const Leaning leaning = LeanOnParallel(edge.tangent, pieces.away, {pieces.n, other_arc.half},
+                                         {edge.nhat, std::acos(edge.arc.cosine)});
+  met.normal = leaning.normal;
+  met.gap = pieces.away.dot(leaning.normal);
+  met.share = leaning.share;
+  if (clear != nullptr) {
+    // the normal stays square to the shell's edge; across it, it may turn farther
+    const double along = std::abs(pieces.along);
+    const double across = (pieces.away - pieces.along * edge.tangent - met.gap * met.normal).norm();
+    const double reach = clear->reach();
+    const double swing =
+        along + kLeaningTurn * (across + reach) +
+        0.5 * kLeaningTurn * kLeaningTurn * clear->turn() * (std::abs(met.gap) + reach);
+    clear->KeepAbove(met.normal, met.gap - kRefinedClearance, swing, way);
+  }
+  return met;
+}
+
+/// Voxels that the point of the shell may go while crossing edges stay beside each other, whose
+/// bodies turn by up to `turn`: the places where they come closest run along by 1 / sine.
+double BesideCrossing(const Pieces& pieces, const Way& met, double sine, double turn,
+                      double reach) {
+  const double away = pieces.away.norm() + reach;
+  const auto past = [&](double at, double half, double arm) {
+    return sine * (std::abs(at) - half) - turn * arm / sine - 2 * turn * std::abs(at);
+  };
+  const double cosine = std::abs(pieces.cosine);
+  return std::max({past(met.u, pieces.half, away),
+                   past(met.v, pieces.other_half, away + std::abs(pieces.along) + reach),
+                   std::abs(pieces.along) - pieces.half - pieces.other_half * cosine -
+                       turn * (away + pieces.other_half),
+                   std::abs(pieces.other_along) - pieces.other_half - pieces.half * cosine -
+                       turn * pieces.half});
+}
+
+/// One across the other: along the way that is square to both.
+Way AcrossOne(const Pieces& pieces, const EdgeArc& other_arc, ClearRegionMaker* clear, double way) {
+  const ShellEdge& edge = pieces.edge;
+  const double square_sine = pieces.sine * pieces.sine;
+  Way met;
+  met.u = (pieces.cosine * pieces.other_along - pieces.along) / square_sine;
+  met.v = (pieces.other_along - pieces.cosine * pieces.along) / square_sine;
+  met.apart = std::abs(met.u) > pieces.half || std::abs(met.v) > pieces.other_half;
+  double least_sine = 0;
+  if (clear != nullptr) {
+    least_sine = pieces.sine - clear->turn();
+    way = std::max(way, BesideCrossing(pieces, met, least_sine, clear->turn(), clear->reach()));
+    if (way >= clear->reach()) clear = nullptr;
+  }
+  if (met.apart && clear == nullptr) return met;
+  met.pushes = pieces.facing > kFacing;
+  if (!met.pushes && clear == nullptr) return met;
+  met.normal = edge.tangent.cross(pieces.other_t).normalized();
+  const double side = met.normal.dot(pieces.n + edge.nhat);
+  if (side < 0) met.normal = -met.normal;
+  met.gap = pieces.away.dot(met.normal);
+  // both bodies' material must lie behind the plane between the edges
+  met.share =
+      other_arc.ShareOf(met.normal.dot(pieces.n)) * edge.arc.ShareOf(met.normal.dot(edge.nhat));
+  if (std::abs(side) < kSides) met.pushes = false;
+  if (clear == nullptr) return met;
+  // the normal turns about the map's edge, from where the shell's is at most u from it
+  const double turned = 1.05 * clear->turn() / least_sine;
+  if (std::abs(side) < 2 * turned + clear->turn()) {
+    clear->KeepWithin(way);  // where the sides may swap, the gap says nothing
+    return met;
+  }
+  // nor do edges push that are not within one another's arcs
+  if (met.normal.dot(pieces.n) < other_arc.last - turned) return met;
+  if (met.normal.dot(edge.nhat) < edge.arc.last - turned - clear->turn()) return met;
+  const double reach = clear->reach();
+  const double turns = 1.05 / least_sine;
+  const double swing = turns * (std::abs(met.u) * pieces.sine + reach) +
+                       0.5 * turns * turned * (std::abs(met.gap) + reach);
+  clear->KeepAbove(met.normal, met.gap - kRefinedClearance, swing, way);
+  return met;
+}
+
 }  // namespace
 
 EdgeArc::EdgeArc(double half_angle)
@@ -88,81 +205,55 @@ double EdgeArc::ShareOf(double push_cosine) const noexcept {
 }
 
 EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q, bool ends,
-                 const EdgeArc& other_arc, double turn, double enough) noexcept {
-  EdgeMeeting meeting;
-  // of a thin sheet's edge only that it passes through the voxel is known
+                 const EdgeArc& other_arc, ClearRegionMaker* clear, double way) noexcept {
+  if (clear != nullptr && way >= clear->reach()) clear = nullptr;
   const bool two_sided = detail.half_length == SurfaceDetail::kTwoSided;
-  const double other_end = two_sided ? 0.5 : detail.half_length / 128.0;
-  const double other_half = other_end + kSeam;
-  const double half = edge.half + kSeam;
-  const Vec3& t = edge.tangent;
   const Vec3 other_t = UnpackDirection(detail.tangent);
-  const Vec3 away = edge.p - q;
-  const double cosine = t.dot(other_t);
-  const double square_sine = std::max(0.0, 1.0 - cosine * cosine);
-  const double along = away.dot(t);
-  const double other_along = away.dot(other_t);
-  const bool parallel = square_sine < kParallel * kParallel;
-  // an edge about to become parallel, or no longer, is looked at again
-  const double margin = kMostTravel * turn;
-  const auto square = [](double x) {
-    return x * x;
-  };
-  const bool may_change = square_sine > square(std::max(0.0, kParallel - margin)) &&
-                          square_sine < square(kParallel + margin);
-
-  // most edges nearby are not beside this one, which takes least to tell
-  double u = 0;  // the places on both lines where they come closest: p + u t, q + v t'
-  double v = other_along;
-  double beside = std::abs(other_along) - other_half;  // voxels to go until they are
-  if (!parallel) {
-    const double sine = std::sqrt(square_sine);
-    u = (cosine * other_along - along) / square_sine;
-    v = (other_along - cosine * along) / square_sine;
-    const double past = std::max(std::abs(u) - half, std::abs(v) - other_half);
-    const double reach = std::abs(along) + std::abs(other_along) + half + other_half;
-    beside = std::max({sine * past / (1.0 + 2.0 * turn * reach / sine),
-                       std::abs(along) - half - other_half * std::abs(cosine),
-                       std::abs(other_along) - other_half - half * std::abs(cosine)});
-  }
-  if (may_change) beside = std::min(beside, 0.0);
-  meeting.slack = beside;
-  const bool apart = std::abs(u) > half || std::abs(v) > other_half;
-  if (apart && (may_change || beside >= enough)) return meeting;
-
   const Vec3 n = FacingNormal(detail, edge.nhat);
-  if (!(n.dot(edge.nhat) > kFacing)) return meeting;
-  double gap = 0;
-  double share = 0;
-  double swing = 1.0;  // of the gap's change by turns
-  if (parallel) {
-    // side by side: each part of the shell's edge rests on the part of the map's beside it
-    const Leaning leaning =
-        LeanOnParallel(t, away, {n, other_arc.half}, {edge.nhat, std::acos(edge.arc.cosine)});
-    meeting.normal = leaning.normal;
-    meeting.place = edge.p;
-    gap = away.dot(leaning.normal);
-    share = leaning.share;
-  } else {
-    meeting.normal = t.cross(other_t).normalized();
-    const double side = meeting.normal.dot(n + edge.nhat);
-    if (side < 0) meeting.normal = -meeting.normal;
-    meeting.place = 0.5 * (edge.p + u * t + q + v * other_t);
-    gap = away.dot(meeting.normal);
-    swing = 1.0 / std::sqrt(square_sine);
-    // both bodies' material must lie behind the plane between the edges
-    share =
-        other_arc.ShareOf(meeting.normal.dot(n)) * edge.arc.ShareOf(meeting.normal.dot(edge.nhat));
-    if (edge.ends) share *= ShareFromEnd(u + edge.half);
-    if (ends) share *= ShareFromEnd(v + other_end);
-    // where the sides may swap, the gap says nothing
-    if (std::abs(side) < kSides + margin * swing) return meeting;
+  // of a thin sheet's edge only that it passes through the voxel is known
+  const double other_end = two_sided ? 0.5 : detail.half_length / 128.0;
+  const Vec3 away = edge.p - q;
+  const double cosine = edge.tangent.dot(other_t);
+  const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+  const Pieces pieces{edge,
+                      other_t,
+                      n,
+                      away,
+                      other_end,
+                      edge.half + kSeam,
+                      other_end + kSeam,
+                      cosine,
+                      sine,
+                      away.dot(edge.tangent),
+                      away.dot(other_t),
+                      n.dot(edge.nhat)};
+  // the far sides of thin walls do not push
+  if (clear != nullptr && pieces.facing < kFacing - clear->turn()) clear = nullptr;
+  // edges about to become parallel, or no longer, are clear if they are so either way
+  const bool parallel = sine < kParallel;
+  const bool may_change = clear != nullptr && std::abs(sine - kParallel) <= clear->turn();
+  if (may_change) {
+    if (parallel) {
+      AcrossOne(pieces, other_arc, clear, way);
+    } else {
+      BesideOne(pieces, other_arc, clear, way);
+    }
   }
-  if (!edge.ends || u > 0) share *= ShareOfPiece(edge.half - std::abs(u));
-  if (!ends || v > 0) share *= ShareOfPiece(other_end - std::abs(v));
-  const double above = (gap - kRefinedClearance) / (1.0 + turn * swing * away.norm());
-  if (!may_change) meeting.slack = std::max(beside, above);
-  if (!apart) meeting.depth = std::max(0.0, (kRefinedClearance - gap) * share);
+  const Way met = parallel ? BesideOne(pieces, other_arc, clear, way)
+                           : AcrossOne(pieces, other_arc, clear, way);
+  EdgeMeeting meeting;
+  if (met.apart || !met.pushes) return meeting;
+  double share = met.share;
+  if (!parallel) {
+    if (edge.ends) share *= ShareFromEnd(met.u + edge.half);
+    if (ends) share *= ShareFromEnd(met.v + other_end);
+  }
+  if (!edge.ends || met.u > 0) share *= ShareOfPiece(edge.half - std::abs(met.u));
+  if (!ends || met.v > 0) share *= ShareOfPiece(other_end - std::abs(met.v));
+  meeting.depth = std::max(0.0, (kRefinedClearance - met.gap) * share);
+  meeting.normal = met.normal;
+  meeting.place =
+      parallel ? edge.p : Vec3(0.5 * (edge.p + met.u * edge.tangent + q + met.v * other_t));
   return meeting;
 }
 

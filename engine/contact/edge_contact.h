@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/base/spatial.h"
+#include "engine/contact/clear_region.h"
 #include "engine/voxel/surface_details.h"
 
 namespace tandem {
@@ -38,20 +39,17 @@ struct ShellEdge {
   bool ends = false;  // at a vertex, which the tangent points away from
 };
 
-/// How two pieces of edges stand to each other.
+/// How two pieces of edges push each other.
 struct EdgeMeeting {
-  /// Voxels that they may come nearer before they can push each other; a lower bound.
-  double slack = 0;
   double depth = 0;  // voxels; 0: they do not push
   Vec3 normal = Vec3::Zero();
   Vec3 place = Vec3::Zero();  // voxels of V
 };
 
 /// `detail` is a piece of the map's edge at `q`, in voxels of V, `ends` as of ShellEdge; `arc` is
-/// its arc. Towards a vertex that an edge ends at, its push fades out. `turn`: the most
-/// that bodies turn while their surfaces come nearer by a voxel, rad. A slack of `enough` need not
-/// be known better.
+/// its arc. Towards a vertex that an edge ends at, its push fades out. `clear`, if any, is told
+/// when they can push; not before the point has gone by `way`.
 EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q, bool ends,
-                 const EdgeArc& arc, double turn, double enough) noexcept;
+                 const EdgeArc& arc, ClearRegionMaker* clear = nullptr, double way = 0) noexcept;
 
 }  // namespace tandem

@@ -84,9 +84,9 @@ void PlaneMean::Add(const Vec3& place, const Vec3& normal, double height, double
 }
 
 void PlaneMean::AddRidge(const Vec3& place, const std::array<Vec3, 2>& normals,
-                         const std::array<double, 2>& heights,
-                         const std::array<double, 2>& weights) noexcept {
-  if (ridge_count_ < kMostRidges) ridges_[ridge_count_++] = normals;
+                         const std::array<double, 2>& heights, const std::array<double, 2>& weights,
+                         Ridges& ridges) noexcept {
+  if (ridges.count < Ridges::kMost) ridges.normals[ridges.count++] = normals;
   // beside the edge only the face that the vertex is above has a say
   const double cosine = normals[0].dot(normals[1]);
   const bool over_edge = heights[0] > cosine * heights[1] && heights[1] > cosine * heights[0];
@@ -99,7 +99,8 @@ void PlaneMean::AddRidge(const Vec3& place, const std::array<Vec3, 2>& normals,
   }
 }
 
-std::size_t PlaneMean::Resolve(std::array<Push, kMostPushes>& pushes) const noexcept {
+std::size_t PlaneMean::Resolve(const Ridges& ridges,
+                               std::array<Push, kMostPushes>& pushes) const noexcept {
   std::array<Support, kMostSupports> supports;
   std::array<Vec3, kMostFaces> places;
   std::array<std::uint32_t, kMostFaces> convex{};  // with which others a face meets in a ridge
@@ -116,8 +117,8 @@ std::size_t PlaneMean::Resolve(std::array<Push, kMostPushes>& pushes) const noex
     for (std::size_t b = 0; b < a; ++b) {
       const Vec3 apart = places[b] - places[a];
       // known, or each behind the other's plane
-      const auto* const ridges = ridges_.begin() + ridge_count_;
-      const bool ridge = std::any_of(ridges_.begin(), ridges, [&](const auto& normals) {
+      const auto* const end = ridges.normals.begin() + ridges.count;
+      const bool ridge = std::any_of(ridges.normals.begin(), end, [&](const auto& normals) {
         const Vec3& one = faces_[a].first;
         const Vec3& two = faces_[b].first;
         return (one.dot(normals[0]) > kSameFace && two.dot(normals[1]) > kSameFace) ||

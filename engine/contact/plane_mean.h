@@ -23,21 +23,25 @@ class PlaneMean {
     double share = 0;  // 0 to 1: how much of the push counts
   };
   static constexpr std::size_t kMostPushes = 4;
+  /// The faces' normals of pieces of convex edges.
+  struct Ridges {
+    static constexpr std::size_t kMost = 27;
+    std::size_t count = 0;
+    std::array<std::array<Vec3, 2>, kMost> normals;
+  };
 
-  /// Forgets all pieces. Cheaper than a new one, which has two kilobytes to zero.
-  void Clear() noexcept {
-    count_ = 0;
-    ridge_count_ = 0;
-  }
+  /// Forgets all pieces. Cheaper than a new one.
+  void Clear() noexcept { count_ = 0; }
   /// A piece of surface: a place on it, its outward normal, the vertex's height above its plane.
   void Add(const Vec3& place, const Vec3& normal, double height, double weight) noexcept;
   /// A piece of a convex edge: a place on it, its faces' normals, the heights above their planes.
+  /// It is kept in `ridges` as well.
   void AddRidge(const Vec3& place, const std::array<Vec3, 2>& normals,
-                const std::array<double, 2>& heights,
-                const std::array<double, 2>& weights) noexcept;
+                const std::array<double, 2>& heights, const std::array<double, 2>& weights,
+                Ridges& ridges) noexcept;
 
   /// The pushes of what the vertex stands on; gives how many.
-  std::size_t Resolve(std::array<Push, kMostPushes>& pushes) const noexcept;
+  std::size_t Resolve(const Ridges& ridges, std::array<Push, kMostPushes>& pushes) const noexcept;
 
  private:
   static constexpr std::size_t kMostFaces = 4;
@@ -48,12 +52,9 @@ class PlaneMean {
     double height = 0;
     double weight = 0;
   };
-  static constexpr std::size_t kMostRidges = 27;
 
   std::size_t count_ = 0;
-  std::size_t ridge_count_ = 0;
   std::array<Face, kMostFaces> faces_;
-  std::array<std::array<Vec3, 2>, kMostRidges> ridges_;  // their faces' normals
 };
 
 }  // namespace tandem

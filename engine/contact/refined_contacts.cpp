@@ -17,6 +17,9 @@ constexpr double kLateralReach = 1.25;
 constexpr double kVertexReach = 1.25;
 /// The half arc, rad, within which a push on an edge by a vertex or an open rim is believed.
 constexpr double kLooseArc = 1.25;
+/// Candidates whose regions are asked for while others are looked at.
+constexpr std::size_t kAhead = 4;
+constexpr std::int32_t kFar = 1 << 30;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// 1 squarely over a piece of surface, smoothly 0 at the reach.
@@ -25,13 +28,31 @@ double Weight(double square, double reach) {
   return left > 0 ? left * left : 0.0;
 }
 
-/// Of a place in its voxel, voxels to each side of it: its lower ones, its upper ones.
+/// Of the most that bodies turn for a voxel of travel: a point of theirs is looked at again when
+/// they have turned by more.
+constexpr double kTurn = 0.6;
+/// Rad: and at most by this.
+constexpr double kMostTurn = 0.03;
+/// Voxels: heights nearer to the clearance than this may be below it by rounding.
+constexpr double kRounding = 1e-6;
+
+/// Of a place in its voxel, voxels to each side of it, less what places err by.
 struct ToSides {
   Vec3 lower;
   Vec3 upper;
-  ToSides(const Vec3& p, const GridIndex& voxel)
-      : lower(p.x() - voxel.x, p.y() - voxel.y, p.z() - voxel.z), upper(Vec3::Ones() - lower) {}
+  ToSides(const Vec3& p, const GridIndex& voxel, double error)
+      : lower(p.x() - voxel.x, p.y() - voxel.y, p.z() - voxel.z), upper(Vec3::Ones() - lower) {
+    lower.array() -= error;
+    upper.array() -= error;
+  }
   double least() const { return std::min(lower.minCoeff(), upper.minCoeff()); }
+  /// How far the window of one voxel comes when the point goes by `way`: 1 or 2 along each axis.
+  static GridIndex Within(const Vec3& sides, double way) {
+    const auto along = [way](double side) {
+      return side < way ? 2 : 1;
+    };
+    return {along(sides.x()), along(sides.y()), along(sides.z())};
+  }
   /// Voxels to go until what lies `at` voxels off, two along at least one axis, lies within one.
   double Until(const GridIndex& at) const {
     const auto along = [](int d, double down, double up) {
@@ -42,30 +63,25 @@ struct ToSides {
   }
 };
 
-/// A feature comes nearer by its own way, and by its direction's turn times what it is looked at
-/// from; turns are bounded by the way of the farthest point of the body that turns.
-double CertaintyOf(double turn) {
-  constexpr double kFarthest = 6.0;   // voxels, of a piece in the window
-  constexpr double kSmallest = 20.0;  // voxels: smaller bodies turn far for little travel
-  return turn * kSmallest < 1 ? 1.0 / (1.0 + kFarthest * turn) : 0.0;
-}
-
-std::size_t SlotOf(const GridIndex& voxel, std::size_t slots) {
-  return (MortonCode(voxel) * 0x9e3779b97f4a7c15ULL >> 20U) & (slots - 1);
+std::size_t HashOf(const GridIndex& voxel) {
+  return MortonCode(voxel) * 0x9e3779b97f4a7c15ULL >> 20U;
 }
 
 }  // namespace
 
 RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
                                  const SurfaceDetails& details, double least_radius,
-                                 std::size_t most, int threads)
+                                 double place_error, std::size_t most, int threads)
     : shell_(&shell),
       voxmap_(&voxmap),
       s_(voxmap.voxel_size()),
       turn_(voxmap.voxel_size() / least_radius),
-      certainty_(CertaintyOf(turn_)),
-      scratch_(static_cast<std::size_t>(threads), Scratch{{voxmap, details}, {}}),
+      most_turn_(std::min(kTurn * turn_, kMostTurn)),
+      place_error_(place_error),
+      scratch_(static_cast<std::size_t>(threads), Scratch{{voxmap, details}, {}, {}, {}}),
       found_(most, 0),
+      regions_(most),
+      known_(std::bit_ceil(2 * most)),
       slots_(std::bit_ceil(2 * MostVertices(most)), 0),
       met_(MostVertices(most)),
       used_slots_(met_.size()) {
@@ -76,108 +92,137 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
   arcs_.back() = EdgeArc(kLooseArc);
 }
 
-template <class PieceSlack>
-double RefinedContacts::Widened(double near, const Candidate& candidate, Field field,
-                                SurfaceWindow& window,
-                                const PieceSlack& piece_slack) const noexcept {
-  double slack = near;
-  if (!(slack > 0) || certainty_ == 0) return 0.0;
-  const ToSides sides(candidate.p_V / s_, candidate.voxel_V);
-  const double soonest = sides.least();
-  if (slack > soonest) {
-    // what is three voxels off comes within one when the point is two voxels on
-    slack = std::min(slack, soonest + 1.0);
-    for (const SurfaceWindow::Piece& piece : window.Round(candidate.voxel_V, field)) {
-      const double until = sides.Until(piece.voxel_V - candidate.voxel_V);
-      if (until < slack) slack = std::min(slack, std::max(until, piece_slack(piece, slack)));
-    }
+template <class Tell>
+void RefinedContacts::TellRound(const Candidate& candidate, Field field, Scratch& scratch,
+                                const Tell& tell) noexcept {
+  ClearRegionMaker& clear = scratch.clear;
+  if (clear.empty()) return;
+  const ToSides sides(candidate.p_V / s_, candidate.voxel_V, 2 * place_error_);
+  if (sides.least() >= clear.reach()) return;
+  for (const SurfaceWindow::Piece& piece :
+       scratch.window.Round(candidate.voxel_V, ToSides::Within(sides.lower, clear.reach()),
+                            ToSides::Within(sides.upper, clear.reach()), field)) {
+    tell(piece, sides.Until(piece.voxel_V - candidate.voxel_V));
+    if (clear.empty()) return;
   }
-  return slack * certainty_;
 }
 
 RefinedContacts::Standing RefinedContacts::StandOn(const SurfaceWindow::Piece& piece, const Vec3& p,
                                                    const Vec3& nhat) const noexcept {
   const SurfaceDetail& detail = *piece.detail;
   Standing standing;
-  std::size_t sides = 1;
   if (detail.shape() == SurfaceDetail::Shape::kRidge) {
     const Vec3 n = UnpackDirection(detail.normal);
     const EdgeArc& arc = arcs_[detail.half_angle_steps()];
     const Vec3 across = arc.sine * UnpackDirection(detail.tangent).cross(n);
     const Vec3 along = arc.cosine * n;
     standing.normals = {along + across, along - across};
-    sides = 2;
+    standing.sides = 2;
   } else {
     standing.normals[0] = FacingNormal(detail, nhat);
   }
   const Vec3 away = p - piece.place();
-  const bool two_sided = detail.half_length == SurfaceDetail::kTwoSided;
-  standing.slack = kNever;
-  for (std::size_t i = 0; i < sides; ++i) {
+  for (std::size_t i = 0; i < standing.sides; ++i) {
     // the place's height above the plane, and how squarely the vertex stands over it
     const Vec3& n = standing.normals[i];
     const double height = away.dot(n);
-    const double square_beside = away.squaredNorm() - height * height;
     standing.heights[i] = height;
-    standing.weights[i] = n.dot(nhat) > kFacing ? Weight(square_beside, kLateralReach) : 0.0;
-    const double above = two_sided ? -1.0 : height - kRefinedClearance;
-    const double beside = std::sqrt(std::max(0.0, square_beside)) - kLateralReach;
-    standing.slack = std::min(standing.slack, std::max(above, beside));
+    standing.squares_beside[i] = away.squaredNorm() - height * height;
+    standing.weights[i] =
+        n.dot(nhat) > kFacing ? Weight(standing.squares_beside[i], kLateralReach) : 0.0;
   }
   return standing;
 }
 
-double RefinedContacts::SlackOfVertex(double near, const Candidate& candidate,
-                                      SurfaceWindow& window) const noexcept {
-  const Vec3 p = candidate.p_V / s_;
-  return Widened(near, candidate, Field::kSurface, window,
-                 [&](const SurfaceWindow::Piece& piece, double) {
-                   return StandOn(piece, p, candidate.nhat_V).slack;
-                 });
+void RefinedContacts::TellStanding(const Standing& on, bool two_sided, double way,
+                                   ClearRegionMaker& clear) noexcept {
+  const auto beside = [&](std::size_t i) {
+    return std::max(way, std::sqrt(std::max(0.0, on.squares_beside[i])) - kLateralReach);
+  };
+  const auto above = [&](std::size_t i) {
+    return two_sided ? -1.0 : on.heights[i] - kRefinedClearance - kRounding;
+  };
+  if (on.sides == 1) {
+    clear.KeepAbove(on.normals[0], above(0), 0, beside(0));
+    return;
+  }
+  const std::size_t higher = on.heights[1] > on.heights[0] ? 1 : 0;
+  const std::size_t lower = 1 - higher;
+  clear.KeepAbove(on.normals[higher], above(higher), 0, beside(higher));
+  // beside the edge only the face that the vertex is above has a say
+  const double cosine = on.normals[0].dot(on.normals[1]);
+  const Vec3 past_edge = cosine * on.normals[higher] - on.normals[lower];
+  const double length = std::max(past_edge.norm(), kRounding);
+  const double past = (cosine * on.heights[higher] - on.heights[lower]) / length - kRounding;
+  if (past > above(lower)) {
+    clear.KeepAbove(on.normals[higher], above(higher), 0, beside(lower));
+    clear.KeepAbove(past_edge / length, past, 0, beside(lower));
+  } else {
+    clear.KeepAbove(on.normals[lower], above(lower), 0, beside(lower));
+  }
 }
 
-std::optional<std::size_t> RefinedContacts::MeetSurface(Candidate& candidate, Scratch& scratch,
-                                                        Contact* out) noexcept {
+std::optional<std::size_t> RefinedContacts::MeetSurface(const Candidate& candidate,
+                                                        Scratch& scratch, Contact* out) noexcept {
   using Shape = SurfaceDetail::Shape;
   const Vec3 p = candidate.p_V / s_;
   const std::span<const SurfaceWindow::Piece> pieces =
       scratch.window.Near(candidate.voxel_V, Field::kSurface);
   PlaneMean& faces = scratch.under;
+  ClearRegionMaker& clear = scratch.clear;
   faces.Clear();
-  double slack = candidate.mark == kInteriorMark ? 0.0 : kNever;
-  double corners_slack = kNever;
-  bool only_corners = true;
-  for (const SurfaceWindow::Piece& piece : pieces) {
-    const Standing on = StandOn(piece, p, candidate.nhat_V);
+  scratch.ridges.count = 0;
+  if (candidate.mark == kInteriorMark) clear.KeepWithin(0);
+  const auto is_corner = [](const SurfaceWindow::Piece& piece) {
     const Shape shape = piece.detail->shape();
-    if (shape == Shape::kVertex || shape == Shape::kNotch) {
-      corners_slack = std::min(corners_slack, on.slack);
-      continue;
-    }
+    return shape == Shape::kVertex || shape == Shape::kNotch;
+  };
+  const auto tell = [&](const SurfaceWindow::Piece& piece, const Standing& on, double way) {
+    TellStanding(on, piece.detail->half_length == SurfaceDetail::kTwoSided, way, clear);
+  };
+  // pieces that stay near wherever in the region the point goes
+  const ToSides sides(p, candidate.voxel_V, 2 * place_error_);
+  const GridIndex down = ToSides::Within(sides.lower, clear.reach());
+  const GridIndex up = ToSides::Within(sides.upper, clear.reach());
+  const auto stays = [&](const GridIndex& at) {
+    return at.x >= up.x - 2 && at.y >= up.y - 2 && at.z >= up.z - 2 && at.x <= 2 - down.x &&
+           at.y <= 2 - down.y && at.z <= 2 - down.z;
+  };
+  bool only_corners = true;
+  bool a_face_stays = false;
+  for (const SurfaceWindow::Piece& piece : pieces) {
+    if (is_corner(piece)) continue;
     only_corners = false;
-    slack = std::min(slack, on.slack);
-    if (shape == Shape::kRidge) {
-      faces.AddRidge(piece.place(), on.normals, on.heights, on.weights);
+    a_face_stays = a_face_stays || stays(piece.voxel_V - candidate.voxel_V);
+    const Standing on = StandOn(piece, p, candidate.nhat_V);
+    tell(piece, on, 0);
+    if (on.sides == 2) {
+      faces.AddRidge(piece.place(), on.normals, on.heights, on.weights, scratch.ridges);
     } else {
       faces.Add(piece.place(), on.normals[0], on.heights[0], on.weights[0]);
     }
   }
-  // where detail is so fine that no face shows, what the corners say on the whole
-  for (std::size_t i = 0; only_corners && i < pieces.size(); ++i) {
-    const Standing on = StandOn(pieces[i], p, candidate.nhat_V);
-    faces.Add(pieces[i].place(), on.normals[0], on.heights[0], on.weights[0]);
+  // where detail is so fine that no face shows, what the corners say on the whole; they may be all
+  // that is near as soon as other pieces come and go
+  const double soonest = only_corners ? 0.0 : sides.least();
+  for (const SurfaceWindow::Piece& piece : pieces) {
+    if (a_face_stays || !is_corner(piece)) continue;
+    const Standing on = StandOn(piece, p, candidate.nhat_V);
+    tell(piece, on, soonest);
+    if (only_corners) {
+      faces.Add(piece.place(), on.normals[0], on.heights[0], on.weights[0]);
+    }
   }
-  if (only_corners) slack = std::min(slack, corners_slack);
-  if (slack > 0) {
-    // corners may be all that is near as soon as other pieces come and go
-    const double soonest = ToSides(p, candidate.voxel_V).least();
-    slack = std::min(slack, std::max(soonest, corners_slack));
-    candidate.slack = SlackOfVertex(slack, candidate, scratch.window);
+  if (!clear.empty()) {
+    TellRound(candidate, Field::kSurface, scratch,
+              [&](const SurfaceWindow::Piece& piece, double until) {
+                if (a_face_stays && is_corner(piece)) return;
+                tell(piece, StandOn(piece, p, candidate.nhat_V), until);
+              });
     return 0;
   }
-  candidate.slack = 0;
   std::array<PlaneMean::Push, PlaneMean::kMostPushes> pushes;
-  const std::size_t pushing = faces.Resolve(pushes);
+  const std::size_t pushing = faces.Resolve(scratch.ridges, pushes);
   if (pushing == 0) return std::nullopt;
   std::size_t found = 0;
   for (std::size_t i = 0; i < pushing; ++i) {
@@ -187,32 +232,23 @@ std::optional<std::size_t> RefinedContacts::MeetSurface(Candidate& candidate, Sc
   return found;
 }
 
-RefinedContacts::MetVertex* RefinedContacts::FindOrAdd(const GridIndex& voxel,
-                                                       const Vec3& q) noexcept {
-  std::size_t slot = SlotOf(voxel, slots_.size());
+std::size_t RefinedContacts::SlotFor(const GridIndex& voxel) const noexcept {
+  std::size_t slot = HashOf(voxel) & (slots_.size() - 1);
   while (slots_[slot] != 0 && !(met_[slots_[slot] - 1].voxel == voxel)) {
     slot = (slot + 1) & (slots_.size() - 1);
   }
-  if (slots_[slot] == 0) {
-    if (met_count_ == met_.size()) return nullptr;  // more than candidates were planned for
-    used_slots_[met_count_] = static_cast<std::uint32_t>(slot);
-    met_[met_count_].faces.Clear();
-    met_[met_count_].voxel = voxel;
-    met_[met_count_].q = q;
-    slots_[slot] = static_cast<std::uint32_t>(++met_count_);
-  }
-  return &met_[slots_[slot] - 1];
+  return slot;
 }
 
-double RefinedContacts::SlackOfSurface(double near, const Candidate& candidate,
-                                       SurfaceWindow& window) const noexcept {
-  const Vec3 p = candidate.p_V / s_;
-  return Widened(
-      near, candidate, Field::kVertex, window, [&](const SurfaceWindow::Piece& piece, double) {
-        const Vec3 away = p - piece.place();
-        const double height = away.dot(candidate.nhat_V);
-        return std::sqrt(std::max(0.0, away.squaredNorm() - height * height)) - kVertexReach;
-      });
+void RefinedContacts::FindOrAdd(const GridIndex& voxel, const Vec3& q) noexcept {
+  const std::size_t slot = SlotFor(voxel);
+  if (slots_[slot] != 0) return;
+  if (met_count_ == met_.size()) return;  // more than candidates were planned for
+  used_slots_[met_count_] = static_cast<std::uint32_t>(slot);
+  met_[met_count_].faces.Clear();
+  met_[met_count_].voxel = voxel;
+  met_[met_count_].q = q;
+  slots_[slot] = static_cast<std::uint32_t>(++met_count_);
 }
 
 RefinedContacts::Over RefinedContacts::StandUnder(const SurfaceWindow::Piece& piece, const Vec3& p,
@@ -224,28 +260,79 @@ RefinedContacts::Over RefinedContacts::StandUnder(const SurfaceWindow::Piece& pi
   return {q, height, square_beside, Weight(square_beside, kVertexReach)};
 }
 
-bool RefinedContacts::BearsOnVertices(Candidate& candidate, SurfaceWindow& window) noexcept {
-  const Vec3 p = candidate.p_V / s_;
-  double slack = kNever;
-  for (const SurfaceWindow::Piece& piece : window.Near(candidate.voxel_V, Field::kVertex)) {
-    const Over over = StandUnder(piece, p, candidate.nhat_V);
-    const bool bears = over.weight > 0;
-    slack = std::min(slack, bears ? 0.0 : std::sqrt(over.square_beside) - kVertexReach);
-  }
-  candidate.slack = SlackOfSurface(slack, candidate, window);
-  return slack <= 0;
+bool RefinedContacts::IsHigh(const Over& over) noexcept {
+  return over.height >= kRefinedClearance + kRounding;
 }
 
-void RefinedContacts::MeetVertices(const Candidate& candidate) noexcept {
+std::uint8_t RefinedContacts::BearOnVertices(const Candidate& candidate,
+                                             Scratch& scratch) noexcept {
   const Vec3 p = candidate.p_V / s_;
   const Vec3& n = candidate.nhat_V;
-  SurfaceWindow& window = scratch_[0].window;
-  for (const SurfaceWindow::Piece& piece : window.Near(candidate.voxel_V, Field::kVertex)) {
+  ClearRegionMaker& clear = scratch.clear;
+  const auto tell = [&](const SurfaceWindow::Piece& piece, const Over& over, double until) {
+    const double beside = std::sqrt(std::max(0.0, over.square_beside));
+    const double way = std::max(until, beside - kVertexReach);
+    if (way >= clear.reach()) return;
+    const double turn = clear.turn();
+    const double swing = beside + clear.reach() + turn * std::abs(over.height);
+    const double margin = over.height - kRefinedClearance - kRounding;
+    // the far sides of thin walls do not push
+    if (margin < turn * swing && n.dot(FacingNormal(*piece.detail, n)) < kFacing - turn) return;
+    clear.KeepAbove(n, margin, swing, way);
+  };
+  std::uint8_t found = 0;
+  for (const SurfaceWindow::Piece& piece : scratch.window.Near(candidate.voxel_V, Field::kVertex)) {
+    const Over over = StandUnder(piece, p, n);
+    tell(piece, over, 0);
+    if (over.weight > 0) found = std::max(found, IsHigh(over) ? kHigh : kBears);
+  }
+  if (found == kBears) clear.KeepWithin(0);
+  TellRound(candidate, Field::kVertex, scratch,
+            [&](const SurfaceWindow::Piece& piece, double until) {
+              tell(piece, StandUnder(piece, p, n), until);
+            });
+  return found;
+}
+
+template <class Visit>
+void RefinedContacts::BearOn(const Candidate& candidate, const Visit& visit) noexcept {
+  const Vec3 p = candidate.p_V / s_;
+  const Vec3& n = candidate.nhat_V;
+  for (const SurfaceWindow::Piece& piece :
+       scratch_[0].window.Near(candidate.voxel_V, Field::kVertex)) {
     const Over over = StandUnder(piece, p, n);
     if (over.weight <= 0) continue;
     if (!(n.dot(FacingNormal(*piece.detail, n)) > kFacing)) continue;
-    MetVertex* met = FindOrAdd(piece.voxel_V, over.q);
-    if (met != nullptr) met->faces.Add(p, -n, over.height, over.weight);
+    visit(piece, over);
+  }
+}
+
+void RefinedContacts::MeetVertices(std::span<const Candidate> candidates) noexcept {
+  // a vertex that all points are high above is not pushed; of others, all points have a say
+  GridIndex low{kFar, kFar, kFar};
+  GridIndex high{-kFar, -kFar, -kFar};
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (found_[i] != kBears) continue;
+    BearOn(candidates[i], [&](const SurfaceWindow::Piece& piece, const Over& over) {
+      if (IsHigh(over)) return;
+      const GridIndex& v = piece.voxel_V;
+      FindOrAdd(v, over.q);
+      low = {std::min(low.x, v.x - 1), std::min(low.y, v.y - 1), std::min(low.z, v.z - 1)};
+      high = {std::max(high.x, v.x + 1), std::max(high.y, v.y + 1), std::max(high.z, v.z + 1)};
+    });
+  }
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (found_[i] < kHigh) continue;
+    const Candidate& candidate = candidates[i];
+    const GridIndex& v = candidate.voxel_V;
+    if (v.x < low.x || v.y < low.y || v.z < low.z || v.x > high.x || v.y > high.y || v.z > high.z) {
+      continue;
+    }
+    BearOn(candidate, [&](const SurfaceWindow::Piece& piece, const Over& over) {
+      const std::uint32_t number = slots_[SlotFor(piece.voxel_V)];
+      if (number == 0) return;
+      met_[number - 1].faces.Add(candidate.p_V / s_, -candidate.nhat_V, over.height, over.weight);
+    });
   }
 }
 
@@ -259,42 +346,33 @@ ShellEdge RefinedContacts::EdgeAt(const Candidate& candidate, const Mat3& R_VS) 
           edge.ends};
 }
 
-double RefinedContacts::SlackOfEdge(double near, const Candidate& candidate, const ShellEdge& edge,
-                                    SurfaceWindow& window) const noexcept {
-  return Widened(near, candidate, Field::kEdge, window,
-                 [&](const SurfaceWindow::Piece& piece, double enough) {
-                   return Meet(edge, *piece.detail, piece.place(), piece.ends, ArcOf(*piece.detail),
-                               turn_, enough)
-                       .slack;
-                 });
-}
-
-std::size_t RefinedContacts::MeetEdges(Candidate& candidate, const Mat3& R_VS,
-                                       SurfaceWindow& window, Contact* out) noexcept {
-  candidate.slack = kNever;
-  if (shell_->edges[candidate.edge].cosine < 0) return 0;  // a notch: nothing leans on it
+std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R_VS,
+                                       Scratch& scratch, Contact* out) noexcept {
   const ShellEdge edge = EdgeAt(candidate, R_VS);
-  double slack = kNever;
   std::size_t found = 0;
-  for (const SurfaceWindow::Piece& piece : window.Near(candidate.voxel_V, Field::kEdge)) {
-    const EdgeMeeting meeting =
-        Meet(edge, *piece.detail, piece.place(), piece.ends, ArcOf(*piece.detail), turn_, slack);
-    slack = std::min(slack, meeting.slack);
+  for (const SurfaceWindow::Piece& piece : scratch.window.Near(candidate.voxel_V, Field::kEdge)) {
+    const EdgeMeeting meeting = Meet(edge, *piece.detail, piece.place(), piece.ends,
+                                     ArcOf(*piece.detail), &scratch.clear, 0);
     if (meeting.depth <= 0) continue;
+    scratch.clear.KeepWithin(0);
     out[found++] = {s_ * meeting.place, meeting.normal, s_ * meeting.depth};
     if (found == kPerPoint) break;
   }
-  candidate.slack = SlackOfEdge(slack, candidate, edge, window);
+  TellRound(candidate, Field::kEdge, scratch, [&](const SurfaceWindow::Piece& piece, double until) {
+    Meet(edge, *piece.detail, piece.place(), piece.ends, ArcOf(*piece.detail), &scratch.clear,
+         until);
+  });
   return found;
 }
 
 std::size_t RefinedContacts::TakeVertices(Contact* out) noexcept {
   std::size_t found = 0;
+  scratch_[0].ridges.count = 0;
   for (std::size_t i = 0; i < met_count_; ++i) {
     const MetVertex& met = met_[i];
     slots_[used_slots_[i]] = 0;
     std::array<PlaneMean::Push, PlaneMean::kMostPushes> pushes;
-    const std::size_t pushing = met.faces.Resolve(pushes);
+    const std::size_t pushing = met.faces.Resolve(scratch_[0].ridges, pushes);
     for (std::size_t k = 0; k < pushing; ++k) {
       const double depth = (kRefinedClearance - pushes[k].gap) * pushes[k].share;
       if (depth > 0) out[found++] = {s_ * met.q, -pushes[k].normal, s_ * depth};
@@ -304,39 +382,84 @@ std::size_t RefinedContacts::TakeVertices(Contact* out) noexcept {
   return found;
 }
 
+std::uint8_t RefinedContacts::MeetOne(Candidate& candidate, const Mat3& R_VS, int layer,
+                                      Scratch& scratch, Contact* out) noexcept {
+  if (candidate.label == Label::kSurface) return BearOnVertices(candidate, scratch);
+  if (candidate.label == Label::kEdge) {
+    return static_cast<std::uint8_t>(MeetEdges(candidate, R_VS, scratch, out));
+  }
+  const std::optional<std::size_t> met = MeetSurface(candidate, scratch, out);
+  if (met.has_value()) return static_cast<std::uint8_t>(*met);
+  // deeper in than the map's surface reaches: the plain depth goes on
+  if (candidate.mark != kInteriorMark) return 0;
+  return static_cast<std::uint8_t>(FindPlainContacts({&candidate, 1}, *voxmap_, layer, out));
+}
+
 void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end,
-                             const Mat3& R_VS, int layer, int thread, Contact* out) noexcept {
+                             const Mat3& R_VS, int layer, const double* turned, int thread,
+                             Contact* out) noexcept {
   Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
   for (std::size_t i = begin; i < end; ++i) {
     Candidate& candidate = candidates[i];
-    Contact* const own = out + kPerPoint * i;
-    std::size_t found = 0;
-    if (candidate.label == Label::kSurface) {
-      found = BearsOnVertices(candidate, scratch.window) ? kBears : 0;
-    } else if (candidate.label == Label::kEdge) {
-      found = MeetEdges(candidate, R_VS, scratch.window, own);
-    } else {
-      const std::optional<std::size_t> met = MeetSurface(candidate, scratch, own);
-      if (met.has_value()) {
-        found = *met;
-      } else if (candidate.mark == kInteriorMark) {
-        // deeper in than the map's surface reaches: the plain depth goes on
-        found = FindPlainContacts({&candidate, 1}, *voxmap_, layer, own);
-      }
+    if (i + kAhead < end)
+      __builtin_prefetch(&known_[candidates[i + kAhead].point & (known_.size() - 1)]);
+    regions_[i].point = ClearRegion::kNoPoint;
+    if (turned != nullptr && StandsClear(candidate, *turned, found_[i])) continue;
+    if (candidate.label == Label::kEdge && shell_->edges[candidate.edge].cosine < 0) {
+      candidate.slack = kNever;  // a notch: nothing leans on it
+      found_[i] = kClear;
+      continue;
     }
-    found_[i] = static_cast<std::uint8_t>(found);
+    scratch.clear.Begin(most_turn_);
+    found_[i] = MeetOne(candidate, R_VS, layer, scratch, out + kPerPoint * i);
+    candidate.slack = 0;
+    if (turned == nullptr || scratch.clear.empty()) continue;
+    const Vec3 p = candidate.p_V / s_;
+    regions_[i] = scratch.clear.Make(p, *turned, candidate.point);
+    candidate.slack = SlackIn(regions_[i], candidate, *turned);
   }
+}
+
+bool RefinedContacts::StandsClear(Candidate& candidate, double turned,
+                                  std::uint8_t& found) const noexcept {
+  const ClearRegion& region = known_[candidate.point & (known_.size() - 1)];
+  if (region.point != candidate.point || !region.Holds(candidate.p_V / s_, turned, most_turn_))
+    return false;
+  // one that comes to lie inside is looked at, whatever the surface nearby
+  if (candidate.label == Label::kVertex && candidate.mark == kInteriorMark) return false;
+  found = candidate.label == Label::kSurface && !region.round() ? kHigh : kClear;
+  candidate.slack = SlackIn(region, candidate, turned);
+  return true;
+}
+
+double RefinedContacts::SlackIn(const ClearRegion& region, const Candidate& candidate,
+                                double turned) const noexcept {
+  // what is high above a vertex of the map may have a say when others are not
+  if (candidate.label == Label::kSurface && !region.round()) return 0.0;
+  const Vec3 p = candidate.p_V / s_;
+  double slack = region.Room(p, turned, most_turn_, turn_);
+  if (candidate.label == Label::kVertex) {
+    slack = std::min(slack, ToSides(p, candidate.voxel_V, 2 * place_error_).least());
+  }
+  return slack;
 }
 
 std::size_t RefinedContacts::Take(std::span<const Candidate> candidates, Contact* out) noexcept {
   std::size_t taken = 0;
+  clear_count_ = 0;
+  bool bears = false;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (found_[i] == kBears) {
-      MeetVertices(candidates[i]);
-      continue;
+    if (regions_[i].point != ClearRegion::kNoPoint) {
+      known_[regions_[i].point & (known_.size() - 1)] = regions_[i];
     }
+    bears = bears || found_[i] == kBears;
+    if (found_[i] >= kHigh) continue;
+    clear_count_ += found_[i] == kClear ? 1 : 0;
+    if (found_[i] == kClear) continue;
     for (std::size_t k = 0; k < found_[i]; ++k) out[taken++] = out[kPerPoint * i + k];
   }
+  if (!bears) return taken;
+  MeetVertices(candidates);
   // a point gives at most kPerPoint, a vertex of the map comes with a surface point
   return taken + TakeVertices(out + taken);
 }

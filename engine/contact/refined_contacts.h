@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/contact/clear_region.h"
 #include "engine/contact/contact_model.h"
 #include "engine/contact/edge_contact.h"
 #include "engine/contact/plane_mean.h"
@@ -31,36 +32,45 @@ namespace tandem {
 /// do not touch: they are on the far sides of thin walls. Deeper in than the map knows its surface,
 /// the plain depth goes on.
 ///
-/// Most points within the force layer are not in contact. For those it tells how far surfaces may
-/// come nearer before they can be (slack), so that they need not be looked at until then. A point
-/// is judged by the pieces of surface within one voxel of its own; for its slack those at two
-/// voxels count as well, from when they can come within one. A lower bound, so contacts are the
-/// same with and without.
+/// Most points within the force layer are not in contact. For those it finds where else they are
+/// not either (ClearRegion), so that they need not be looked at while they are there, and how far
+/// surfaces may come nearer before they leave (slack). A point is judged by the pieces of surface
+/// within one voxel of its own; those at two voxels count as well, from when they can come within
+/// one. All a lower bound, so contacts are the same with and without.
+///
+/// A vertex of the map that some points of the shell's surface are high above and others are not
+/// is the business of all of them: points that are high are passed over unless there is one such.
 ///
 /// Candidates are looked at each by itself, which several threads may share, and what that gave is
 /// taken in their order. No call allocates.
 class RefinedContacts {
  public:
   /// `most` candidates at a time, looked at by `threads`; `least_radius` is the lesser of the
-  /// moving bodies' radii, m.
+  /// moving bodies' radii, m. Candidates' places and their voxels may differ by `place_error`.
   RefinedContacts(const Pointshell& shell, const Voxmap& voxmap, const SurfaceDetails& details,
-                  double least_radius, std::size_t most, int threads = 1);
+                  double least_radius, double place_error, std::size_t most, int threads = 1);
 
   /// Looks at a frame's candidates [begin, end); `R_VS` turns from the shell's frame to V. `out` is
-  /// that of Take(). `thread`: the calling one's number.
+  /// that of Take(). `turned`: how far the bodies have turned against one another in all, rad; null
+  /// to look at all and remember nothing. `thread`: the calling one's number.
   void LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end, const Mat3& R_VS,
-              int layer, int thread, Contact* out) noexcept;
+              int layer, const double* turned, int thread, Contact* out) noexcept;
   /// The contacts of a frame's candidates, all of which have been looked at; `out` has room for
   /// RoomFor(candidates) contacts. One thread.
   std::size_t Take(std::span<const Candidate> candidates, Contact* out) noexcept;
+  /// Of the last frame's candidates, those that were passed over.
+  std::size_t clear_count() const noexcept { return clear_count_; }
   static std::size_t RoomFor(std::size_t candidates) {
     return kPerPoint * (candidates + MostVertices(candidates));
   }
 
  private:
   static constexpr std::size_t kPerPoint = 4;  // contacts of one point, at most
-  /// In found_: bears on vertices of the map, which are met in order.
+  /// In found_, in place of a number of contacts: bears on vertices of the map, which are met in
+  /// order; may do so, but is high above all of them; makes no contact.
   static constexpr std::uint8_t kBears = 255;
+  static constexpr std::uint8_t kHigh = 254;
+  static constexpr std::uint8_t kClear = 253;
   static std::size_t MostVertices(std::size_t candidates) { return 2 * candidates + 32; }
 
   /// A vertex of the map and what the shell's surface says of it.
@@ -71,16 +81,19 @@ class RefinedContacts {
   };
   /// A piece of surface under a vertex of the shell.
   struct Standing {
+    std::size_t sides = 1;
     std::array<Vec3, 2> normals;  // a ridge's two; otherwise the first
     std::array<double, 2> heights{};
+    std::array<double, 2> squares_beside{};
     std::array<double, 2> weights{};
-    double slack = 0;  // voxels that the piece may come nearer before it counts
   };
 
   /// What a thread looks at a candidate with.
   struct alignas(64) Scratch {
     SurfaceWindow window;
     PlaneMean under;  // what a vertex stands over
+    PlaneMean::Ridges ridges;
+    ClearRegionMaker clear;
   };
 
   ShellEdge EdgeAt(const Candidate& candidate, const Mat3& R_VS) const noexcept;
@@ -101,38 +114,53 @@ class RefinedContacts {
   Standing StandOn(const SurfaceWindow::Piece& piece, const Vec3& p,
                    const Vec3& nhat) const noexcept;
 
+  static bool IsHigh(const Over& over) noexcept;
+  /// Tells when a vertex can be pushed by what it stands on; not before it has gone by `way`.
+  static void TellStanding(const Standing& on, bool two_sided, double way,
+                           ClearRegionMaker& clear) noexcept;
+
+  /// Gives contacts into `out`, and into found_, how many.
+  std::uint8_t MeetOne(Candidate& candidate, const Mat3& R_VS, int layer, Scratch& scratch,
+                       Contact* out) noexcept;
   /// Nothing when no piece of surface is near.
-  std::optional<std::size_t> MeetSurface(Candidate& candidate, Scratch& scratch,
+  std::optional<std::size_t> MeetSurface(const Candidate& candidate, Scratch& scratch,
                                          Contact* out) noexcept;
-  /// Whether a point of the shell's surface says something of any vertex of the map.
-  bool BearsOnVertices(Candidate& candidate, SurfaceWindow& window) noexcept;
-  void MeetVertices(const Candidate& candidate) noexcept;
-  std::size_t MeetEdges(Candidate& candidate, const Mat3& R_VS, SurfaceWindow& window,
+  /// kBears, kHigh, or 0 if a point of the shell's surface says nothing of any vertex of the map.
+  std::uint8_t BearOnVertices(const Candidate& candidate, Scratch& scratch) noexcept;
+  /// Calls visit(piece, over) for the vertices that a point of the shell's surface bears on.
+  template <class Visit>
+  void BearOn(const Candidate& candidate, const Visit& visit) noexcept;
+  void MeetVertices(std::span<const Candidate> candidates) noexcept;
+  std::size_t MeetEdges(const Candidate& candidate, const Mat3& R_VS, Scratch& scratch,
                         Contact* out) noexcept;
   std::size_t TakeVertices(Contact* out) noexcept;
-  MetVertex* FindOrAdd(const GridIndex& voxel, const Vec3& q) noexcept;
+  std::size_t SlotFor(const GridIndex& voxel) const noexcept;
+  void FindOrAdd(const GridIndex& voxel, const Vec3& q) noexcept;
 
-  /// The slack of a point; `near` is what the pieces within one voxel leave. `piece_slack` gives
-  /// what one at two voxels leaves by itself.
-  template <class PieceSlack>
-  double Widened(double near, const Candidate& candidate, Field field, SurfaceWindow& window,
-                 const PieceSlack& piece_slack) const noexcept;
-  double SlackOfEdge(double near, const Candidate& candidate, const ShellEdge& edge,
-                     SurfaceWindow& window) const noexcept;
-  double SlackOfVertex(double near, const Candidate& candidate,
-                       SurfaceWindow& window) const noexcept;
-  double SlackOfSurface(double near, const Candidate& candidate,
-                        SurfaceWindow& window) const noexcept;
+  /// Calls tell(piece, way) for the pieces beyond one voxel that come within it when the point goes
+  /// as far as the region may reach.
+  template <class Tell>
+  void TellRound(const Candidate& candidate, Field field, Scratch& scratch,
+                 const Tell& tell) noexcept;
+  /// Whether a candidate is known to make no contact where it is; then what goes into found_.
+  bool StandsClear(Candidate& candidate, double turned, std::uint8_t& found) const noexcept;
+  /// How far surfaces may come nearer before a candidate may leave its region, voxels.
+  double SlackIn(const ClearRegion& region, const Candidate& candidate,
+                 double turned) const noexcept;
 
   const Pointshell* shell_;
   const Voxmap* voxmap_;
   double s_;
-  double turn_;       // rad, the most that bodies turn for a voxel of travel
-  double certainty_;  // share of a slack that turns leave
+  double turn_;         // rad, the most that bodies turn for a voxel of travel
+  double most_turn_;    // rad that a region allows for
+  double place_error_;  // voxels
   std::array<EdgeArc, SurfaceDetail::kAngles + 1> arcs_;  // by step; last, the wide one
   std::vector<Scratch> scratch_;                          // of each thread
   std::vector<std::uint8_t> found_;                       // contacts of each candidate, or kBears
-  std::vector<std::uint32_t> slots_;                      // a table by voxel: 1 + number in met_
+  std::vector<ClearRegion> regions_;  // of each candidate, if it was found in this frame
+  std::vector<ClearRegion> known_;    // by the last digits of the point
+  std::size_t clear_count_ = 0;
+  std::vector<std::uint32_t> slots_;  // a table by voxel: 1 + number in met_
   std::vector<MetVertex> met_;
   std::vector<std::uint32_t> used_slots_;
   std::size_t met_count_ = 0;

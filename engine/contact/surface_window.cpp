@@ -36,12 +36,12 @@ const SurfaceVoxels::Bits& SourcesOf(const SurfaceDetails::Chunk& chunk, Field f
 
 }  // namespace
 
-template <int reach, int inner>
+template <bool hole>
 std::span<const SurfaceWindow::Piece> SurfaceWindow::List(const GridIndex& voxel_V,
+                                                          const GridIndex& low,
+                                                          const GridIndex& high,
                                                           Field field) noexcept {
   std::size_t count = 0;
-  const GridIndex low = voxel_V - GridIndex{reach, reach, reach};
-  const GridIndex high = voxel_V + GridIndex{reach, reach, reach};
   const auto& size = voxmap_->header().size;
   const auto last = [&](std::size_t axis, std::int32_t at) {
     return std::min(at >> 3, static_cast<std::int32_t>(8 * size[axis]) - 1);
@@ -53,16 +53,16 @@ std::span<const SurfaceWindow::Piece> SurfaceWindow::List(const GridIndex& voxel
         if (chunk == nullptr) continue;
         const SurfaceVoxels::Bits& sources = SourcesOf(*chunk, field);
         const GridIndex first = GridIndex{cx, cy, cz} * kChunkSide;
+        const GridIndex from = low - first;
+        const GridIndex to = high - first;
         const GridIndex at = voxel_V - first;
-        const std::uint64_t within =
-            CellsWithin(at.x - reach, at.x + reach, at.y - reach, at.y + reach);
-        const std::uint64_t hole =
-            inner < 0 ? 0 : CellsWithin(at.x - inner, at.x + inner, at.y - inner, at.y + inner);
-        const std::int32_t z1 = std::min(at.z + reach, kChunkSide - 1);
-        for (std::int32_t z = std::max(at.z - reach, 0); z <= z1; ++z) {
+        const std::uint64_t within = CellsWithin(from.x, to.x, from.y, to.y);
+        const std::uint64_t inner = hole ? CellsWithin(at.x - 1, at.x + 1, at.y - 1, at.y + 1) : 0;
+        const std::int32_t z1 = std::min(to.z, kChunkSide - 1);
+        for (std::int32_t z = std::max(from.z, 0); z <= z1; ++z) {
           const auto word = static_cast<std::size_t>(z);
           std::uint64_t cells = sources[word] & within;
-          if (z >= at.z - inner && z <= at.z + inner) cells &= ~hole;
+          if (z >= at.z - 1 && z <= at.z + 1) cells &= ~inner;
           for (; cells != 0; cells &= cells - 1) {
             const std::size_t cell = 64 * word + static_cast<std::size_t>(std::countr_zero(cells));
             const GridIndex voxel = first + BlockCell(cell);
@@ -86,12 +86,14 @@ std::span<const SurfaceWindow::Piece> SurfaceWindow::List(const GridIndex& voxel
 
 std::span<const SurfaceWindow::Piece> SurfaceWindow::Near(const GridIndex& voxel_V,
                                                           Field field) noexcept {
-  return List<1, -1>(voxel_V, field);
+  return List<false>(voxel_V, voxel_V - GridIndex{1, 1, 1}, voxel_V + GridIndex{1, 1, 1}, field);
 }
 
 std::span<const SurfaceWindow::Piece> SurfaceWindow::Round(const GridIndex& voxel_V,
+                                                           const GridIndex& below,
+                                                           const GridIndex& above,
                                                            Field field) noexcept {
-  return List<2, 1>(voxel_V, field);
+  return List<true>(voxel_V, voxel_V - below, voxel_V + above, field);
 }
 
 }  // namespace tandem

@@ -32,13 +32,15 @@ class SurfaceWindow {
 
   /// The sources of a field within one voxel of a voxel; valid until the next call.
   std::span<const Piece> Near(const GridIndex& voxel_V, Field field) noexcept;
-  /// Those at two voxels from it.
-  std::span<const Piece> Round(const GridIndex& voxel_V, Field field) noexcept;
+  /// Those beyond one voxel from it and within `below` and `above`, 1 or 2 along each axis.
+  std::span<const Piece> Round(const GridIndex& voxel_V, const GridIndex& below,
+                               const GridIndex& above, Field field) noexcept;
 
  private:
-  /// Within `reach` voxels but not within `inner`, which is negative for none.
-  template <int reach, int inner>
-  std::span<const Piece> List(const GridIndex& voxel_V, Field field) noexcept;
+  /// From `low` to `high`; with a hole, not what is within one voxel.
+  template <bool hole>
+  std::span<const Piece> List(const GridIndex& voxel_V, const GridIndex& low, const GridIndex& high,
+                              Field field) noexcept;
 
   const Voxmap* voxmap_;
   const SurfaceDetails* details_;

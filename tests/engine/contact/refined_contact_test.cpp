@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/contact/contact_pair.h"
+#include "engine/contact/edge_contact.h"
 #include "engine/voxel/voxelize.h"
 #include "tests/support/shapes.h"
 
