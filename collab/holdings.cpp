@@ -1,6 +1,7 @@
 #include "collab/holdings.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "collab/planted_faults.h"
 
@@ -116,6 +117,7 @@ void Holdings::Note(std::size_t index, std::uint32_t epoch, PeerId peer,
   body.noted_ns = now_ns_;
   body.orphaned_ns = 0;
   body.handed = false;
+  body.passed_on = false;
   if (held_ != static_cast<int>(index) || body.shared || peer == self_) return;
   if (Planted(Fault::kHandsKept)) return;
   // another part of the session went on without us, or took it while we were stopped
@@ -376,6 +378,7 @@ void Holdings::Succeed() noexcept {
       if (claim != nullptr && claim->epoch >= body.claim.epoch) {
         body.orphaned_ns = 0;
         body.handed = false;
+        body.passed_on = false;
         continue;
       }
       // a hand-over may be lost in a cut, and who is handed what it has not asked for does not ask
@@ -398,6 +401,10 @@ void Holdings::Succeed() noexcept {
     const bool left = member != nullptr && member->left;
     // somebody not heard of yet may have been granted it by another
     const bool gone = member != nullptr && !here;
+    if (gone && turn > 0 && !std::exchange(body.passed_on, true)) {
+      // who granted it may be gone too before those in line have heard of it
+      Say(EventKind::kGrant, b, body.claim.epoch, body.claim.peer);
+    }
     const std::int64_t wait = (!gone ? kDisowned : left ? 0 : kLostWait) + turn * kNextInLine;
     if (now_ns_ - body.orphaned_ns < wait) continue;
     body.claim = {body.claim.epoch + 1, self_};

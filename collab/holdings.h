@@ -116,6 +116,7 @@ class Holdings {
     bool handed = false;           // by us, to the claimant, in that way:
     EventKind handed_by = EventKind::kGrant;
     std::int64_t said_ns = 0;  // when last
+    bool passed_on = false;    // since it was lost: who is before us in line may not know the claim
   };
   struct Member {
     PeerId peer = 0;  // 0: a free place

@@ -85,8 +85,12 @@ void Parting::Look(std::int64_t now_ns, const RigidState& own, SharedBody& share
     if (!trapped && known) Tell(HoldingNews::Kind::kTogether, peer);
     trapped_ = trapped_ || trapped;
     apart_ = apart_ || detector_.blocked(peer);
-    const double most = phase_ == Phase::kLettingGo || phase_ == Phase::kLeading ? 0.0 : kMostForce;
-    shared.CapForce(peer, trapped || phase_ != Phase::kInHand ? most : kNoCap);
+    if (phase_ == Phase::kLettingGo || phase_ == Phase::kLeading) {
+      // as the hand does, or it would draw the body to what is in between
+      shared.FadeForce(peer, hand_share_);
+    } else {
+      shared.CapForce(peer, trapped || phase_ != Phase::kInHand ? kMostForce : kNoCap);
+    }
   }
   told_ = still;
   if (phase_ == Phase::kLeading) retrace_.Advance(history_, own.X_WB);

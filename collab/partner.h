@@ -32,6 +32,8 @@ struct Partner {
   double relative_damping = 0;    // N s/m in use
   double moving = 0;              // share of its velocity in use: none of one not heard of
   double most_force = 1e30;       // N that its link may pull with
+  double fade_share = 1;          // of fade_from that it may pull with; 1: it does not fade
+  double fade_from = 0;           // N, as it began to fade
   Wrench applied_B_W;             // on our instance, in the last frame
   EnergyGate gate;
   Pose copy_WB;                    // what the gate has let through

@@ -107,6 +107,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
     report_.hand_B_W = report_.contact_B_W = {};
     report_.links_B_W = {};
   }
+  if (guard_.stopped()) report_.hand_B_W = {};  // nor does what it keeps from the hand
 
   FillOutbox(now_ns, out);
   SayParked(now_ns);

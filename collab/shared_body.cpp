@@ -129,7 +129,14 @@ std::size_t SharedBody::Instances(std::array<InstanceView, kMaxLinks>& out) cons
 }
 
 void SharedBody::CapForce(PeerId peer, double newtons) noexcept {
-  if (Partner* partner = Find(peer)) partner->most_force = newtons;
+  Partner* const partner = Find(peer);
+  if (partner == nullptr) return;
+  partner->most_force = newtons;
+  partner->fade_share = 1;
+}
+
+void SharedBody::FadeForce(PeerId peer, double share) noexcept {
+  if (Partner* partner = Find(peer)) partner->fade_share = share;
 }
 
 bool SharedBody::InUse(const Partner& partner, std::int64_t now_ns) const noexcept {
@@ -199,6 +206,7 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
     StiffnessSlew slew{.h = kFrame, .stretch = DistanceOf(own.X_WB, partner.copy_WB, per_mass)};
     // half the credit is left for the way of the copy
     if (options_.gate) slew.energy = partner.gate.tank() - 0.5 * EnergyGate::kCredit;
+    if (partner.fade_share == 1) partner.fade_from = partner.stiffness * slew.stretch;
     LinkLaw link = allowed;
     if (!partner.present) {
       slew.ceiling = partner.stiffness;
@@ -216,6 +224,11 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
       const double others = sum - partner.stiffness;
       const double own_ceiling = std::max(allowed.stiffness, share * partner.stiffness);
       partner.offered_stiffness = std::max(offer, std::min(own_ceiling, partner.stiffness));
+      if (partner.fade_share < 1) {
+        const double faded = partner.fade_share * partner.fade_from / std::max(slew.stretch, 1e-3);
+        partner.stiffness = std::min(partner.stiffness, faded);
+        partner.offered_stiffness = partner.stiffness;
+      }
       slew.ceiling = std::min(own_ceiling, partner.its_stiffness);
       slew.wanted = std::min(offer, partner.its_stiffness);
       slew.room = most - others;

@@ -67,6 +67,9 @@ class SharedBody {
   /// From now on a partner's link pulls with at most `newtons`; where it pulls with more it falls
   /// gently, and its other end with it.
   void CapForce(PeerId peer, double newtons) noexcept;
+  /// Until the next CapForce() it pulls with that share of what it did when it began to fade, and
+  /// its other end with it: as fast as the share falls.
+  void FadeForce(PeerId peer, double share) noexcept;
   /// Drag against the ground in the last frame, N s/m.
   double ground_damping() const noexcept { return ground_damping_; }
   /// Echoes refused: of a time at which we sent nothing, or older than the one before.

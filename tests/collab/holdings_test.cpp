@@ -335,6 +335,33 @@ TEST(Holdings, AHandOverThatIsLostIsSaidAgain) {
   EXPECT_TRUE(Said(three, now_ns, 1000, EventKind::kGrant).empty());
 }
 
+// Both ends of a grant crash, and the lowest peer left was cut off when it was made.
+TEST(Holdings, AGrantThatTheNextInLineMissedIsPassedOnOnce) {
+  const WorldModel model = TwoBodies();
+  Holdings three(3, model);
+  Holdings nine(9, model);
+  std::int64_t now_ns = 1'000'000'000;
+  const auto both = [&](Kind kind, PeerId peer) {
+    if (peer != 3) three.OnMembership({.kind = kind, .peer = peer});
+    if (peer != 9) nine.OnMembership({.kind = kind, .peer = peer});
+  };
+  for (const PeerId peer : {2, 3, 7, 9}) both(Kind::kJoined, peer);
+  Said(nine, now_ns, 10, EventKind::kGrant);
+  nine.OnEvent(
+      {.peer = 2, .kind = EventKind::kGrant, .object = kOwn, .epoch = 1, .to = 7, .X_WB = {}});
+  EXPECT_TRUE(Said(nine, now_ns, 100, EventKind::kGrant).empty());
+  for (const PeerId peer : {2, 7}) both(Kind::kLost, peer);
+  const std::vector<Event> said = Said(nine, now_ns, 100, EventKind::kGrant);
+  ASSERT_EQ(said.size(), 1U);
+  three.OnEvent(said[0]);
+  EXPECT_TRUE(Said(three, now_ns, 290, EventKind::kGrant).empty()) << "nobody is before it in line";
+  EXPECT_EQ(three.authority(0), 7U);
+  Said(three, now_ns, 20, EventKind::kGrant);
+  EXPECT_EQ(three.authority(0), 3U);
+  EXPECT_EQ(three.epoch(0), 2U);
+  EXPECT_TRUE(Said(nine, now_ns, 800, EventKind::kGrant).empty());
+}
+
 // It crashes with the body in hand and is back, its hand empty, before anybody took it for lost.
 TEST(Holdings, AHandOverThatArrivedIsNotSaidAgainToOneWhoStartedAnew) {
   const WorldModel model = TwoBodies();

@@ -169,6 +169,8 @@ TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
   run.largest = 0;
   run.Run(500);
   EXPECT_EQ(run.largest, 0.0);
+  EXPECT_EQ(run.peer().report().hand_B_W.f.norm(), 0.0) << "what others are told is what it feels";
+  EXPECT_EQ(run.peer().report().hand_B_W.tau.norm(), 0.0);
   EXPECT_TRUE(run.sound);
   EXPECT_TRUE(run.peer().guard().stopped());
   const auto told = std::count_if(run.news.begin(), run.news.end(), [](const std::string& line) {

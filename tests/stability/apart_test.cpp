@@ -254,6 +254,32 @@ TEST(Apart, AUserAsksToBeBroughtTogether) {
   }
 }
 
+// Asked for before the link is capped: it pulls with more than is gentle to let go of in 0.2 s, and
+// falls with the hand all the same, at both ends.
+TEST(Apart, TheLinkFallsWithTheHandThatLetsGo) {
+  for (const double delay_ms : {1.0, 50.0}) {
+    SCOPED_TRACE(delay_ms);
+    ApartRun run({{1, 2}, {0.06, -0.06}, delay_ms});
+    const auto apart = [&run] {
+      return run.peer(1).parting().apart() && run.LinkForce(1) > 4;
+    };
+    for (int i = 0; i < 3000 && !apart(); ++i) run.Run(0.001);
+    ASSERT_TRUE(apart());
+    ASSERT_TRUE(
+        run.session.node(1).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0}));
+    run.Run(0.02);
+    ASSERT_TRUE(run.Told("1: "));
+    for (int i = 0; i < 300 && !run.peer(1).parting().leading(); ++i) run.Run(0.001);
+    ASSERT_TRUE(run.peer(1).parting().leading());
+    EXPECT_LT(run.LinkForce(1), 0.1);
+    run.Run(1e-3 * delay_ms + 0.1);
+    EXPECT_LT(run.LinkForce(0), 0.1);
+    run.Run(5);
+    EXPECT_LT(run.apart(), 0.02);
+    for (const double step : run.most_step) EXPECT_LT(step, 1.0);
+  }
+}
+
 TEST(Apart, NothingToHealIsSaidSo) {
   ApartRun run({{1, 2}, {0.06, 0.06}, 20});
   run.Run(2);
