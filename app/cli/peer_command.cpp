@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <atomic>
 #include <csignal>
+#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <thread>
@@ -58,6 +59,12 @@ std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
   return std::max(PeerInbox::kDefaultWaiting, MostWaiting(plan, kMaxPeers - 1));
 }
 
+std::string Seconds(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g s", seconds);
+  return text;
+}
+
 std::size_t ActiveIn(const PeerDirectory& directory) {
   const std::vector<PeerDirectory::Entry> entries = directory.Entries();
   return static_cast<std::size_t>(
@@ -111,6 +118,7 @@ int RunOnce(PeerArguments& arguments) {
 
   kControlThread.Enter();
   constexpr std::int64_t kControlPeriodNs = 20'000'000;
+  constexpr std::int64_t kWaitingNs = 2'000'000'000;
   const std::int64_t opened_ns = MonotonicNowNs();
   std::int64_t next_ns = opened_ns;
   std::int64_t done_ns = 0;
@@ -120,7 +128,8 @@ int RunOnce(PeerArguments& arguments) {
   const NameFunction name = [&node](PeerId peer) {
     return node.directory().NameOf(peer);
   };
-  PeerTable table;  // the last one with anybody in it
+  PeerTable table;            // the last one with anybody in it
+  bool waiting_told = false;  // that the hand waits for others
   int exit_code = kExitOk;
   while (!stop_asked.load()) {
     const std::int64_t now_ns = MonotonicNowNs();
@@ -154,12 +163,20 @@ int RunOnce(PeerArguments& arguments) {
     }
     if (!begun.load(std::memory_order_relaxed) &&
         static_cast<double>(now_ns - opened_ns) > 1e9 * arguments.wait_seconds) {
-      exit_code = Fail(kExitNetwork, "nobody to begin with came within " +
-                                         std::to_string(arguments.wait_seconds) + " s");
+      exit_code =
+          Fail(kExitNetwork, "nobody to begin with came within " + Seconds(arguments.wait_seconds) +
+                                 ": --wait-for counts others who hold a body");
       for (const PeerDirectory::Entry& entry : node.directory().Entries()) {
         if (!entry.refused.empty()) exit_code = kExitIncompatiblePeer;
       }
       break;
+    }
+    if (!waiting_told && !begun.load(std::memory_order_relaxed) && arguments.wait_for > 0 &&
+        now_ns - opened_ns > kWaitingNs) {
+      waiting_told = true;
+      Say("your hand waits for others who hold a body, of a shared one the same: --wait-for " +
+          std::to_string(arguments.wait_for) + ", given up after " +
+          Seconds(arguments.wait_seconds));
     }
     // the others' last frames still need ours: one more second
     if (done.load(std::memory_order_acquire) && done_ns == 0) done_ns = now_ns;

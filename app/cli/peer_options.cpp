@@ -15,7 +15,7 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
       ->check(CLI::IsMember({"scripted", "none"}))
       ->capture_default_str();
   command.add_option("--wait-for", arguments.wait_for,
-                     "the hand starts when that many others are there");
+                     "the hand starts when that many others hold a body, of a shared one the same");
   command.add_option("--wait-seconds", arguments.wait_seconds, "give up waiting after this");
   command.add_option("--seconds", arguments.seconds,
                      "leave so long after the hand's start; 0: on a signal");

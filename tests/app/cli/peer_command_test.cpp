@@ -273,6 +273,7 @@ TEST_F(PeerCommand, AnotherProtocolIsToldInALineAndAsAnExitCode) {
   EXPECT_THAT(said.err,
               HasSubstr("newer is not taken in: it speaks protocol " +
                         std::to_string(kProtocol + 1) + " and we " + std::to_string(kProtocol)));
+  EXPECT_THAT(said.err, HasSubstr("your hand waits for others who hold a body"));
   (*joined)->Leave();
 }
 
