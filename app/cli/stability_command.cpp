@@ -13,6 +13,7 @@ void AddStabilityCommand(CLI::App& app, int& exit_code) {
   AddStabilitySweep(*stability, exit_code);
   AddStabilityMerge(*stability, exit_code);
   AddStabilityBoundary(*stability, exit_code);
+  AddStabilityReport(*stability, exit_code);
 }
 
 }  // namespace tandem

@@ -10,5 +10,6 @@ void AddStabilityRun(CLI::App& stability, int& exit_code);
 void AddStabilitySweep(CLI::App& stability, int& exit_code);
 void AddStabilityMerge(CLI::App& stability, int& exit_code);
 void AddStabilityBoundary(CLI::App& stability, int& exit_code);
+void AddStabilityReport(CLI::App& stability, int& exit_code);
 
 }  // namespace tandem

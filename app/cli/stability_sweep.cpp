@@ -11,6 +11,7 @@
 #include "app/cli/lab_scenes.h"
 #include "app/cli/progress_bar.h"
 #include "app/cli/stability_command.h"
+#include "app/cli/stability_report.h"
 #include "app/cli/sweep_outcome.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -26,6 +27,7 @@ namespace {
 struct SweepArguments {
   std::string file;
   std::string out;
+  std::string report;  // folder
   std::string shard = "1/1";
   unsigned jobs = 0;        // 0: as many as processors
   std::int64_t print = -1;  // this cell's case, in place of running any
@@ -190,7 +192,13 @@ int RunStabilitySweep(const SweepArguments& arguments) {
         WriteSummary(std::filesystem::path(arguments.out) / "cells.jsonl", outcomes.results(), run);
   }
   if (failed) return Fail(kExitFile, failed->what);
-  return TellOutcome(outcomes.results(), run);
+  const int outcome = TellOutcome(outcomes.results(), run);
+  if (arguments.report.empty()) return outcome;
+  const int made = MakeReport(
+      {.files = {std::filesystem::path(arguments.out) / "cells.jsonl"},
+       .folder = arguments.report,
+       .command = "tandem stability sweep " + arguments.file + " --report " + arguments.report});
+  return made != kExitOk ? made : outcome;
 }
 
 }  // namespace
@@ -217,7 +225,11 @@ void AddStabilitySweep(CLI::App& stability, int& exit_code) {
   command->add_flag("--progress", arguments->progress,
                     "show how far it is even where stderr is no terminal");
   command->add_flag("--json", arguments->json, "print one JSON object");
+  command->add_option("--report", arguments->report,
+                      "a folder for the report (tandem stability report), and for the results "
+                      "unless --out is given");
   command->callback([arguments, &exit_code] {
+    if (arguments->out.empty()) arguments->out = arguments->report;
     exit_code = RunStabilitySweep(*arguments);
   });
 }

@@ -48,6 +48,24 @@ const CellRecord* Greatest(const std::vector<const CellRecord*>& records, Value 
   return found == records.end() ? nullptr : *found;
 }
 
+// the measured cell whose stiffness is nearest to the boundary's on its side
+const CellRecord* Nearest(const Results& results, bool stable) {
+  const CellRecord* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& numbered : results.records) {
+    const CellRecord& record = numbered.second;
+    const Verdict wanted = stable ? Verdict::kStable : Verdict::kUnstable;
+    if (!record.outcome.predicted || record.outcome.result.verdict != wanted) continue;
+    const Prediction& predicted = *record.outcome.predicted;
+    const double beyond = std::log(predicted.stiffness / predicted.critical);
+    const double away = stable ? -beyond : beyond;
+    if (!(away >= 0) || away >= least) continue;
+    least = away;
+    nearest = &record;
+  }
+  return nearest;
+}
+
 std::string Unexpected(const CellRecord& record) {
   const Verdict verdict = record.outcome.result.verdict;
   if (record.cell.expect == Expectation::kStable && verdict != Verdict::kStable) {
@@ -105,6 +123,8 @@ std::vector<ChosenCell> ChooseCells(const Results& results, std::size_t most) {
     choice.Add(controls[i], "a control, which must be reported unstable");
   }
   for (const auto& scene : of_scene) choice.Add(scene.second, "one of scene " + scene.first);
+  choice.Add(Nearest(results, true), "stable, nearest below the boundary");
+  choice.Add(Nearest(results, false), "unstable, nearest above the boundary");
   return choice.Take();
 }
 

@@ -14,7 +14,8 @@ struct ChosenCell {
 };
 
 /// What is not as predicted or expected; of the default law the worst tail, the
-/// most energy, the farthest apart; the controls; one of each scene. At most
+/// most energy, the farthest apart; the controls; one of each scene; the nearest to the
+/// boundary on either side. At most
 /// `most`, the first of these first.
 std::vector<ChosenCell> ChooseCells(const Results& results, std::size_t most);
 

@@ -81,9 +81,7 @@ std::string HeadOf(const ReportData& data, const std::vector<SweepRow>& rows) {
 
 std::string RowsOf(const std::vector<SweepRow>& rows) {
   std::string out =
-      "<h2>Acceptance</h2>\n<div "
-      "class=\"wide\"><table><thead><tr><th>claim</th>"
-      "<th>bar</th><th "
+      "<h2>Acceptance</h2>\n<div class=\"wide\"><table><thead><tr><th>claim</th><th>bar</th><th "
       "class=\"n\">measured</th><th></th></tr></thead><tbody>\n";
   for (const SweepRow& row : rows) {
     out += "<tr>" + Cell(row.name, false) + Cell(row.bar, false) +
@@ -153,15 +151,12 @@ std::string CellsOf(const ReportSweep& sweep, std::size_t index) {
 }
 
 constexpr const char* kMapCaption =
-    "A tile is one run of whole peers with modelled hands. Its colour is how "
-    "fast the velocities "
-    "grow or die out after the last push; its mark is the verdict, which looks "
-    "at growth, at what "
-    "is left at the end, and at 0.5 m apart. Left of and below the exact "
-    "boundary every mode of "
-    "the lumped coupling dies out. Below the passive line it does so whatever "
-    "the body touches, "
-    "below the any-delay line however late the states are.";
+    "A tile is one run of whole peers with modelled hands. Its colour is how fast the velocities "
+    "grow or die out after the last push; its mark is the verdict, which looks at growth, at what "
+    "is left at the end, and at 0.5 m apart: a cross on white keeps swinging as far as the limits "
+    "of force let it. Below the exact boundary every mode of the lumped coupling dies out. Below "
+    "the passive line it does so whatever the body touches, below the any-delay line however late "
+    "the states are.";
 
 std::string MapsOf(const ReportSweep& sweep, std::size_t index) {
   std::string out;
@@ -175,8 +170,7 @@ std::string MapsOf(const ReportSweep& sweep, std::size_t index) {
   }
   for (const Picture& other : sweep.others) {
     out += FigureOf(other,
-                    "Each mark is a run. Growth is cut at 2/s, which is also "
-                    "where runs that ended "
+                    "Each mark is a run. Growth is cut at 2/s, which is also where runs that ended "
                     "0.5 m apart stand.",
                     index);
   }
@@ -188,9 +182,9 @@ std::string MapsOf(const ReportSweep& sweep, std::size_t index) {
 std::string HtmlOf(const ReportData& data) {
   const std::vector<SweepRow> rows = data.AllRows();
   std::string out =
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width\">\n"
-      "<title>Stability of shared bodies under delay</title>\n<style>" +
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" "
+      "content=\"width=device-width\">\n<title>Stability of shared bodies under "
+      "delay</title>\n<style>" +
       std::string(kPageStyle) + "</style></head><body>\n";
   out += HeadOf(data, rows);
   if (!rows.empty()) out += RowsOf(rows);

@@ -19,7 +19,7 @@ constexpr PictureBox kPlot{84, 64, 560, 430};
 constexpr PictureBox kColours{668, 84, 18, 150};
 constexpr double kLegendTop = 276;
 constexpr double kLegendStep = 21;
-constexpr double kWidestTile = 0.16;  // in ln, from its middle
+constexpr double kWidestTile = 0.2;  // in ln, from its middle
 constexpr Rgb kGrey{190, 190, 190};
 
 // from -kMostGrowth to kMostGrowth, lightness alike on both sides: after

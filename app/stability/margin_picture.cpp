@@ -30,7 +30,9 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
                                          kBlack,
                                          true,
                                          false});
-  Chart chart(picture, kPlot, {"stiffness over that of the boundary", kLeast, kMost, true},
+  Chart chart(picture, kPlot,
+              {"stiffness over that of the boundary (what is beyond stands at the edges)", kLeast,
+               kMost, true},
               {"growth, 1/s", -1.05 * kMostGrowth, 1.05 * kMostGrowth, false});
   chart.DrawGrid();
   // what is predicted stable

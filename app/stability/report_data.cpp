@@ -31,6 +31,11 @@ std::string TitleOf(const std::string& key) {
   return key;
 }
 
+void Add(const std::string& item, std::string& list) {
+  if (!list.empty()) list += ", ";
+  list += item;
+}
+
 std::string TextOf(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
@@ -39,11 +44,11 @@ std::string TextOf(const Json& value) {
   if (value.is_null()) return "-";
   std::string text;
   if (value.is_array()) {
-    for (const Json& item : value) text += (text.empty() ? "" : ", ") + TextOf(item);
+    for (const Json& item : value) Add(TextOf(item), text);
     return text.empty() ? "none" : text;
   }
   for (const auto& item : value.items()) {
-    text += (text.empty() ? "" : ", ") + item.key() + " " + TextOf(item.value());
+    Add(item.key() + " " + TextOf(item.value()), text);
   }
   return text;
 }
@@ -82,7 +87,7 @@ void AddObject(const std::string& name, const Json& object, ReportData& data) {
   std::string note;
   for (const auto& item : object.items()) {
     if (item.value().is_structured()) continue;
-    note += (note.empty() ? "" : ", ") + item.key() + " " + TextOf(item.value());
+    Add(item.key() + " " + TextOf(item.value()), note);
   }
   bool any = false;
   for (const auto& item : object.items()) {
@@ -100,6 +105,24 @@ void AddObject(const std::string& name, const Json& object, ReportData& data) {
     }
   }
   if (!any) data.tables.push_back(TableOf(name, "", Json::array({object})));
+}
+
+std::string PlainName(const std::string& name) {
+  std::string out;
+  for (const char c : name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    out += plain ? c : '-';
+  }
+  return out.empty() ? "sweep" : out;
+}
+
+std::string NameFor(const std::string& sweep, const std::vector<ReportSweep>& others) {
+  const std::string plain = PlainName(sweep);
+  std::string name = plain;
+  for (int number = 2; std::ranges::find(others, name, &ReportSweep::name) != others.end();) {
+    name = plain + "-" + std::to_string(number++);
+  }
+  return name;
 }
 
 bool IsJsonl(const std::filesystem::path& file) {
@@ -139,7 +162,9 @@ std::optional<Error> AddFile(const std::filesystem::path& file, ReportData& data
   if (is_folder || IsJsonl(file)) {
     Result<Results> results = ReadResults(is_folder ? file / "cells.jsonl" : file);
     if (!results) return results.error();
+    const std::string name = NameFor(results->header.sweep, data.sweeps);
     ReportSweep& sweep = data.sweeps.emplace_back();
+    sweep.name = name;
     sweep.summary = Summarize(*results);
     sweep.results = *std::move(results);
     return std::nullopt;

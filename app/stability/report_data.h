@@ -21,6 +21,7 @@ struct ReportTable {
 
 /// A sweep's results and what they come to.
 struct ReportSweep {
+  std::string name;  // unlike the others', of letters, digits and "-": in files' names
   Results results;
   SweepSummary summary;
   std::vector<Picture> maps;

@@ -49,7 +49,9 @@ TEST(ChosenCells, AreTheWorstOfTheDefaultLawTheControlsAndOneOfEachScene) {
   EXPECT_THAT(WhyOf(chosen, 5), HasSubstr("slot"));
   // of the free ones the one of 100 ms
   EXPECT_THAT(WhyOf(chosen, 6), HasSubstr("one of scene free"));
-  EXPECT_EQ(chosen.size(), 5U);
+  // 30 of 42 N/m
+  EXPECT_THAT(WhyOf(chosen, 16), HasSubstr("nearest below the boundary"));
+  EXPECT_LE(chosen.size(), 7U);
 }
 
 TEST(ChosenCells, BeginWithWhatIsNotAsHeld) {

@@ -21,6 +21,8 @@ TEST(ReportData, TakesAFileOrAFolderOfResults) {
   ASSERT_FALSE(AddFile(folder.path() / "cells.jsonl", data));
   ASSERT_EQ(data.sweeps.size(), 2U);
   EXPECT_EQ(data.cells(), 40U);
+  EXPECT_EQ(data.sweeps[0].name, "made");
+  EXPECT_EQ(data.sweeps[1].name, "made-2");
   EXPECT_EQ(data.sweeps[0].summary.digest, data.sweeps[1].summary.digest);
   EXPECT_EQ(data.sweeps[0].summary.cells, 20U);
   // rows of two sweeps are told apart
