@@ -32,21 +32,21 @@ std::string LawText(const Json& law) {
   const Json limits = law.value("limits", Json::object());
   const double boundary_ratio = NumberIn(law, "boundary_ratio", 0);
   if (boundary_ratio > 0) {
-    text += ", " + TableNumber(boundary_ratio) + " of the boundary";
+    text.append(", ").append(TableNumber(boundary_ratio)).append(" of the boundary");
   } else if (limits.contains("constant_stiffness")) {
-    text += " " + TableNumber(limits["constant_stiffness"].get<double>()) + " N/m";
+    text.append(" ").append(TableNumber(limits["constant_stiffness"].get<double>())).append(" N/m");
   }
   for (const auto& [key, value] : limits.items()) {
     if (key == "constant_stiffness") continue;
     const bool firm = key == "linear_stiffness" || key == "stiffness";
     const bool drag = key == "constant_damping" || key == "damping_budget";
-    text += (firm ? " " : " + ") + TableNumber(value.get<double>());
+    text.append(firm ? " " : " + ").append(TableNumber(value.get<double>()));
     if (firm) text += " N/m";
     if (drag) text += " N s/m";
     if (!firm && !drag) text += " " + key;
   }
   const double ratio = NumberIn(law, "ratio", 1);
-  if (ratio != 1) text += " x " + TableNumber(ratio);
+  if (ratio != 1) text.append(" x ").append(TableNumber(ratio));
   if (law.value("exchange_forces", false)) text += ", forces exchanged";
   return text;
 }
@@ -77,7 +77,7 @@ CellFacts FactsOf(const CellRecord& record) {
   facts.scene = test.value("scene", "free");
   facts.users = test.value("users", std::size_t{2});
   for (const Json& hand : test.value("hands", Json::array())) {
-    facts.hands += (facts.hands.empty() ? "" : " + ") + NameIn(hand);
+    facts.hands.append(facts.hands.empty() ? "" : " + ").append(NameIn(hand));
   }
   facts.delay_s = NumberIn(test, "delay_s", 0);
   facts.network = test.contains("network") ? NameIn(test["network"]) : "clean";

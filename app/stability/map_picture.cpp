@@ -21,6 +21,7 @@ constexpr double kLegendTop = 276;
 constexpr double kLegendStep = 21;
 constexpr double kWidestTile = 0.2;  // in ln, from its middle
 constexpr Rgb kGrey{190, 190, 190};
+constexpr Rgb kTileEdge{200, 200, 200};  // so that a white tile is seen on white
 
 // from -kMostGrowth to kMostGrowth, lightness alike on both sides: after
 // ColorBrewer's RdBu, without its darkest ends, on which black marks would not
@@ -86,7 +87,7 @@ void DrawTiles(const StabilityMap& map, const Chart& chart, Picture& picture) {
       const PicturePoint high = chart.At(width.second, heights[i].second);
       picture.shapes.emplace_back(RectangleShape{{low.x, high.y, high.x - low.x, low.y - high.y},
                                                  GrowthColour(cells[i]->growth),
-                                                 {},
+                                                 Stroke{kTileEdge, 0.5, {}},
                                                  cells[i]->hint});
     }
   }
