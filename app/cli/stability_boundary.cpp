@@ -191,7 +191,7 @@ void AddStabilityBoundary(CLI::App& stability, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--seconds", arguments->seconds,
-                   "of each run; 0: 60 s, or 120 delays where that is more")
+                   "of each run; 0: 60 s, or 300 delays where that is more")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
   command->add_option("--jobs", arguments->jobs, "threads; 0: one for each processor")

@@ -22,7 +22,7 @@ LabCase Constant(const std::string& hand, double delay_s) {
   test.law.limits.constant_damping = 10;
   test.law.gate = false;
   test.delay_s = delay_s;
-  test.seconds = std::max(30.0, 120 * delay_s);
+  test.seconds = delay_s > 0.3 ? 300 * delay_s : 40;
   return test;
 }
 
