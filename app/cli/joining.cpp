@@ -131,7 +131,8 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
   options.peer.wait_for = arguments.wait_for;
   options.peer.settle_ns =
       std::max(kLeastSettleNs, kSettleNs - (MonotonicNowNs() - joining.joined_ns));
-  options.peer.coupling.law = *MakeLaw(arguments.law, {}, arguments.lab);
+  options.peer.coupling.law = *MakeLaw(arguments.law, arguments.limits, arguments.lab);
+  options.peer.coupling.gate = arguments.gate;
   options.peer.trace_frames = static_cast<std::size_t>(arguments.seconds * 1000.0);
   options.peer.capacity = joining.capacity;
   options.name = arguments.name;
@@ -162,6 +163,7 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
                                             .parameters = ParametersOf(joining.scene),
                                             .contact = !arguments.no_contact,
                                             .law = arguments.law,
+                                            .limits = arguments.limits,
                                             .peer = options.peer});
     if (!recorder) return Fail(kExitFile, recorder.error().what);
     joining.recorder = *std::move(recorder);
@@ -190,7 +192,7 @@ int Join(PeerArguments& arguments, Joining& joining) {
   const Result<PeerId> id = Identify(arguments.reach, Role::kActive, arguments.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
   joining.id = *id;
-  if (const auto law = MakeLaw(arguments.law, {}, arguments.lab); !law) {
+  if (const auto law = MakeLaw(arguments.law, arguments.limits, arguments.lab); !law) {
     return Fail(kExitUsage, law.error().what);
   }
   if (const int failed = ReadScene(arguments, joining); failed != kExitOk) return failed;

@@ -1,5 +1,11 @@
 #include "app/cli/peer_options.h"
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "collab/coupling_limits.h"
 #include "engine/realtime/frame_helpers.h"
 
 namespace tandem {
@@ -21,6 +27,24 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
                      "leave so long after the hand's start; 0: on a signal");
 }
 
+/// NAME=VALUE of a law's limit.
+void ReadGain(const std::string& gain, CouplingLimits& limits) {
+  const std::size_t equals = gain.find('=');
+  const auto limit = std::ranges::find(kLimitNames, gain.substr(0, equals), &LimitName::name);
+  if (limit == kLimitNames.end()) {
+    std::string names;
+    for (const LimitName& known : kLimitNames) names += ' ' + std::string(known.name);
+    throw CLI::ValidationError("--gain", "'" + gain + "' begins with none of" + names);
+  }
+  double value = -1;
+  const std::string text = equals == std::string::npos ? "" : gain.substr(equals + 1);
+  if (!CLI::detail::lexical_cast(text, value) || !(value >= 0) || !std::isfinite(value)) {
+    throw CLI::ValidationError(
+        "--gain", "'" + gain + "': expected " + std::string(limit->name) + "=NUMBER, from 0 on");
+  }
+  limits.*limit->value = value;
+}
+
 void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
   LinkConditions& conditions = arguments.conditions;
   command.add_option("--delay-ms", conditions.delay_ms, "delay injected in what is heard")
@@ -39,7 +63,18 @@ void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
   }
   command.add_option("--law", arguments.law, "how stiffness follows delay")
       ->check(CLI::IsMember({"p+dd", "p+d", "linear", "pdopt", "constant"}));
-  command.add_flag("--lab", arguments.lab, "allow the law 'constant', which can shake");
+  CLI::Option* lab = command.add_flag("--lab", arguments.lab,
+                                      "allow what can shake: see the next two, 'constant'");
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--gain",
+          [&arguments](const std::vector<std::string>& gains) {
+            for (const std::string& gain : gains) ReadGain(gain, arguments.limits);
+          },
+          "with --lab: a limit of the law, as constant_stiffness=80 (docs/stability.md)")
+      ->needs(lab);
+  command.add_flag("!--no-gate", arguments.gate, "with --lab: links may generate energy")
+      ->needs(lab);
   command.add_option("--publish-hz", arguments.publish_hz, "rate of states sent")
       ->check(CLI::Range(10.0, 1000.0));
 }

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "app/reach/reach_options.h"
+#include "collab/coupling_law.h"
 #include "collab/link_conditioner.h"
 
 namespace tandem {
@@ -26,6 +27,8 @@ struct PeerArguments {
   std::string network;  // plan file
   std::string law = "p+d";
   bool lab = false;
+  CouplingLimits limits;  // of the law
+  bool gate = true;
   double publish_hz = 1000;
   double capacity = 0;  // points a frame; 0: measured
   int threads = 1;      // that share a haptic frame's work

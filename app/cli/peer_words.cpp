@@ -12,7 +12,7 @@ std::vector<std::string> WordsOf(const LocalPeer& peer, const std::vector<std::s
                                  "--scene",
                                  peer.scene.string(),
                                  "--interface",
-                                 "lo",
+                                 peer.interface,
                                  "--name",
                                  peer.name,
                                  "--wait-for",

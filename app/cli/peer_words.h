@@ -18,6 +18,7 @@ struct LocalPeer {
   std::size_t wait_for = 0;
   double seconds = 0;
   std::filesystem::path report;
+  std::string interface = "lo";
 };
 
 /// The words of its command line; `more` go last.

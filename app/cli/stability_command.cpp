@@ -8,6 +8,7 @@ void AddStabilityCommand(CLI::App& app, int& exit_code) {
   CLI::App* stability = app.add_subcommand(
       "stability", "Delay-injection experiments: whole peers in virtual time, judged by numbers");
   stability->require_subcommand(1);
+  AddStabilityLive(*stability, exit_code);
   AddStabilityPress(*stability, exit_code);
   AddStabilityRun(*stability, exit_code);
   AddStabilitySweep(*stability, exit_code);

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "collab/coupling_limits.h"
 #include "collab/recording/frame_code.h"
 #include "collab/recording/recorder.h"
 
@@ -93,6 +94,12 @@ std::optional<RecordedFrame> Decode(const std::vector<char>& bytes) {
   return frame;
 }
 
+ordered_json LimitsOf(const CouplingLimits& limits) {
+  ordered_json json;
+  for (const LimitName& limit : kLimitNames) json[std::string(limit.name)] = limits.*limit.value;
+  return json;
+}
+
 std::array<std::uint32_t, 256> CrcTable() {
   std::array<std::uint32_t, 256> table{};
   for (std::uint32_t i = 0; i < table.size(); ++i) {
@@ -128,6 +135,8 @@ std::string AsText(const RecordingHeader& header) {
                           {"own_only", header.peer.own_only},
                           {"contact", header.contact},
                           {"law", header.law},
+                          {"law_limits", LimitsOf(header.limits)},
+                          {"gate", header.peer.coupling.gate},
                           {"peer", header.peer.id},
                           {"held_object", header.peer.held_object},
                           {"grasp", {q[0], q[1], q[2], q[3], X_BD.p[0], X_BD.p[1], X_BD.p[2]}},
@@ -157,6 +166,10 @@ Result<RecordingHeader> ParseHeader(const std::string& text) {
     header.peer.own_only = json.at("own_only");
     header.contact = json.at("contact");
     header.law = json.at("law");
+    for (const LimitName& limit : kLimitNames) {
+      header.limits.*limit.value = json.at("law_limits").at(std::string(limit.name));
+    }
+    header.peer.coupling.gate = json.at("gate");
     header.peer.id = json.at("peer");
     header.peer.held_object = json.at("held_object");
     const std::array<double, 7> grasp = json.at("grasp");

@@ -25,6 +25,7 @@ struct RecordingHeader {
   ForceParameters parameters;  // the session's, which may not be the file's
   bool contact = true;
   std::string law;
+  CouplingLimits limits;  // of the law
   PeerOptions peer;  // without law and tap
 };
 

@@ -41,7 +41,7 @@ Result<std::unique_ptr<Replay>> Replay::Create(const RecordingHeader& header,
       (object >= 0 && model->body_index[static_cast<std::size_t>(object)] < 0)) {
     return Error{"the scene has no moving body " + std::to_string(object) + ", which was held"};
   }
-  Result<std::shared_ptr<const CouplingLaw>> law = MakeLaw(header.law, {}, true);
+  Result<std::shared_ptr<const CouplingLaw>> law = MakeLaw(header.law, header.limits, true);
   if (!law) return law.error();
 
   std::unique_ptr<Replay> replay(new Replay);

@@ -69,7 +69,7 @@ std::unique_ptr<PeerNode> Node(const std::shared_ptr<const WorldModel>& model,
                                const RecordingHeader& header, FrameTap* tap, double phase) {
   NodeOptions options;
   options.peer = header.peer;
-  options.peer.coupling.law = *MakeLaw(header.law);
+  options.peer.coupling.law = *MakeLaw(header.law, header.limits, true);
   options.peer.tap = tap;
   options.name = header.name;
   options.conditions = {.delay_ms = 40, .jitter_ms = 20, .loss = 0.05};
@@ -104,6 +104,37 @@ void RecordAlone(const fs::path& file, const std::shared_ptr<const WorldModel>& 
   session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
   for (int i = 0; i < frames; ++i) session.Step();
   ASSERT_TRUE(recorder->Close().has_value());
+}
+
+// Gains of one's own and a gate that is off are inputs too: replayed without them it differs.
+TEST(Recording, ALabsGainsAreRepeated) {
+  const ScratchFolder scratch;
+  const auto model = Boxes();
+  RecordingHeader header = HeaderOf(1, 1);
+  header.law = "constant";
+  header.limits.constant_stiffness = 70;
+  header.limits.constant_damping = 1.0 / 3.0;
+  header.peer.coupling.gate = false;
+  RecordingHeader other = header;
+  other.peer.id = 2;
+  const std::unique_ptr<Recorder> recorder = Record(scratch.path() / "r", header);
+  SimulatedSession session;
+  session.Add(Node(model, header, recorder.get(), 0), 1);
+  session.Add(Node(model, other, nullptr, 1), 2);
+  for (int i = 0; i < 4000; ++i) session.Step();
+  ASSERT_TRUE(recorder->Close().has_value());
+  const ReplayResult result = ReplayFile(scratch.path() / "r", model);
+  EXPECT_FALSE(result.first_different);
+  EXPECT_EQ(result.frames, 4000);
+
+  Result<RecordingReader> reader = RecordingReader::Open(scratch.path() / "r");
+  ASSERT_TRUE(reader.has_value());
+  RecordingHeader defaults = reader->header();
+  EXPECT_FALSE(defaults.peer.coupling.gate);
+  defaults.limits = {};
+  const Result<std::unique_ptr<Replay>> replay = Replay::Create(defaults, model);
+  ASSERT_TRUE(replay.has_value());
+  EXPECT_TRUE(RunAll(*reader, **replay).first_different.has_value());
 }
 
 // Two hold one part against the plate, a third its own part beside it; one is killed and another

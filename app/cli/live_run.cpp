@@ -1,0 +1,173 @@
+#include "app/cli/live_run.h"
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <random>
+#include <thread>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "app/cli/child_processes.h"
+#include "app/cli/peer_words.h"
+#include "app/cli/tap_hub.h"
+#include "app/exit_codes.h"
+#include "collab/coupling_limits.h"
+#include "collab/lab/case_parts.h"
+#include "scenes/hand_file.h"
+
+namespace tandem {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr double kMeetingSeconds = 60;  // for loading and meeting, at the most
+
+double SecondsOf(const LabCase& test) {
+  return test.seconds > 0 ? test.seconds : test.LongEnough();
+}
+
+std::string NameOfUser(std::size_t user) {
+  return "user-" + std::to_string(user);
+}
+
+Json AsJson(const LinkConditions& conditions) {
+  return {{"delay_ms", conditions.delay_ms},
+          {"jitter_ms", conditions.jitter_ms},
+          {"swing_ms", conditions.swing_ms},
+          {"swing_period_s", conditions.swing_period_s},
+          {"loss", conditions.loss},
+          {"burst_enter", conditions.burst_enter},
+          {"burst_leave", conditions.burst_leave},
+          {"burst_loss", conditions.burst_loss},
+          {"reorder", conditions.reorder},
+          {"reorder_ms", conditions.reorder_ms},
+          {"duplicate", conditions.duplicate}};
+}
+
+std::optional<Error> Write(const fs::path& file, const std::string& text) {
+  std::ofstream stream(file);
+  stream << text;
+  if (!stream.flush()) return Error{file.string() + ": cannot be written"};
+  return std::nullopt;
+}
+
+/// What a user hears of each of the others, as a network plan.
+std::optional<Error> WritePlan(const LabCase& test, std::size_t user, const fs::path& file) {
+  Json links = Json::array();
+  std::uint64_t seed = 0;
+  for (std::size_t other = 0; other < test.users; ++other) {
+    if (other == user) continue;
+    const LinkConditions conditions = ConditionsOf(test, other, user, test.delay_s);
+    seed = conditions.seed % 1'000'000'000;  // the most that a plan takes
+    links.push_back({{"from", NameOfUser(other)}, {"steps", Json::array({AsJson(conditions)})}});
+  }
+  return Write(file, Json{{"seed", seed}, {"links", links}}.dump(2) + "\n");
+}
+
+std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,
+                                   const std::string& session, std::size_t user,
+                                   const fs::path& folder, const TapHub* hub) {
+  const std::string name = NameOfUser(user);
+  const Scene& file = scene.model->scene;
+  const LocalPeer peer{.session = session,
+                       .scene = file.file,
+                       .name = name,
+                       .hand = SceneHand{.body = file.bodies[scene.object].name,
+                                         .file = folder / (name + ".hand.json")},
+                       .wait_for = test.users - 1,
+                       .seconds = SecondsOf(test) + 2.0 * LongestDelay(test) + 0.5,
+                       .report = folder / (name + ".report.json"),
+                       .interface = hub == nullptr ? "lo" : TapHub::kInterface};
+  std::vector<std::string> more{"--record",     folder / (name + ".recording"),
+                                "--law",        test.law.name,
+                                "--publish-hz", std::to_string(test.publish_hz),
+                                "--capacity",   std::to_string(kDefaultCapacity),
+                                "--lab"};
+  for (const LimitName& limit : kLimitNames) {
+    char text[64];
+    std::snprintf(text, sizeof text, "=%.17g", test.law.limits.*limit.value);
+    more.insert(more.end(), {"--gain", std::string(limit.name) + text});
+  }
+  if (!test.law.gate) more.emplace_back("--no-gate");
+  if (hub != nullptr) return hub->At(user, WordsOf(peer, more));
+  more.insert(more.end(), {"--network", folder / (name + ".plan.json")});
+  return WordsOf(peer, more);
+}
+
+/// Until all have ended well; one that has not ends the wait.
+std::optional<Error> WaitFor(std::vector<ChildProcess>& peers, double seconds) {
+  constexpr std::chrono::milliseconds kPeriod{50};
+  const auto limit = std::chrono::milliseconds(static_cast<long>(1e3 * seconds));
+  for (auto waited = kPeriod; waited < limit; waited += kPeriod) {
+    bool running = false;
+    for (ChildProcess& peer : peers) {
+      const std::optional<int> code = peer.Poll();
+      if (code && *code != kExitOk) {
+        return Error{"a peer ended with exit code " + std::to_string(*code)};
+      }
+      running = running || !code;
+    }
+    if (!running) return std::nullopt;
+    std::this_thread::sleep_for(kPeriod);
+  }
+  return Error{"the peers did not end in time"};
+}
+
+}  // namespace
+
+Result<LiveRun> RunLive(const LabCase& test, const LabScene& scene, const fs::path& folder,
+                        bool tap) {
+  std::unique_ptr<TapHub> hub;
+  if (tap) {
+    auto opened = TapHub::Open(test.users, [&test](std::size_t from, std::size_t to) {
+      return ConditionsOf(test, from, to, test.delay_s);
+    });
+    if (!opened) return opened.error();
+    hub = *std::move(opened);
+  }
+  const std::string session =
+      "live-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
+  for (std::size_t user = 0; user < test.users; ++user) {
+    const fs::path hand = folder / (NameOfUser(user) + ".hand.json");
+    HandScript script = ScriptOf(test, user, scene.X_BD);
+    if (script.waypoints.empty()) script.waypoints.emplace_back();  // it stays
+    if (const auto fault = Write(hand, HandFile(script))) return *fault;
+    const fs::path plan = folder / (NameOfUser(user) + ".plan.json");
+    if (const auto fault = WritePlan(test, user, plan)) return *fault;
+  }
+
+  std::vector<ChildProcess> peers;
+  for (std::size_t user = 0; user < test.users; ++user) {
+    Result<ChildProcess> peer =
+        ChildProcess::Start(CommandOf(test, scene, session, user, folder, hub.get()));
+    if (!peer) return peer.error();
+    peers.push_back(*std::move(peer));
+  }
+  if (const auto fault = WaitFor(peers, SecondsOf(test) + kMeetingSeconds)) return *fault;
+
+  LiveRun live;
+  std::vector<fs::path> recordings;
+  for (std::size_t user = 0; user < test.users; ++user) {
+    recordings.push_back(folder / (NameOfUser(user) + ".recording"));
+    std::ifstream stream(folder / (NameOfUser(user) + ".report.json"));
+    const Json report = Json::parse(stream, nullptr, false);
+    if (report.is_discarded()) return Error{NameOfUser(user) + " left no report"};
+    live.frames += report.at("frames").get<std::uint64_t>();
+    live.missed += report.at("missed").get<std::uint64_t>();
+    live.scheduler = report.at("scheduler");
+  }
+  kHapticThread.Enter();
+  Result<RecordedRun> run = MeterRecordings(recordings, test, scene);
+  if (!run) return run.error();
+  live.run = *run;
+  return live;
+}
+
+}  // namespace tandem

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "collab/lab/recorded_run.h"
+
+namespace tandem {
+
+/// A case of the lab as real peers did it.
+struct LiveRun {
+  RecordedRun run;
+  std::uint64_t frames = 0;  // of all peers
+  std::uint64_t missed = 0;
+  std::string scheduler;
+
+  double missed_share() const {
+    return static_cast<double>(missed) /
+           static_cast<double>(std::max<std::uint64_t>(frames + missed, 1));
+  }
+};
+
+/// Starts a `tandem peer` for each user, over DDS on this machine, and measures their recordings.
+/// Hand files, network plans, recordings and reports are left in `folder`. Delays are those of each
+/// peer's link conditioner, or, with `tap`, of a network of real packets (TapHub), which needs
+/// root. `test`: fitted to the scene's body. Errors: a peer that failed, or what MeterRecordings()
+/// finds.
+Result<LiveRun> RunLive(const LabCase& test, const LabScene& scene,
+                        const std::filesystem::path& folder, bool tap);
+
+}  // namespace tandem

@@ -1,0 +1,196 @@
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/child_processes.h"
+#include "app/cli/lab_scenes.h"
+#include "app/cli/live_run.h"
+#include "app/cli/stability_command.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "collab/lab/case_file.h"
+#include "collab/lab/case_parts.h"
+#include "collab/lab/case_run.h"
+#include "collab/lab/metrics_table.h"
+
+namespace tandem {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr double kMostMissed = 0.01;  // share of frames: beyond, the machine was too busy
+
+struct LiveArguments {
+  std::string file;
+  std::string keep;  // folder for recordings; empty: none are kept
+  double bar = 0.1;
+  bool tap = false;
+  bool json = false;
+};
+
+/// Why a case cannot be run by live peers; empty: it can.
+std::string NotLive(const LabCase& test) {
+  if (!test.network.schedule.empty()) return "a schedule counts from when loops are closed";
+  if (test.law.ratio != 1) return "a ratio is not a gain that peers have";
+  if (test.law.exchange_forces) return "peers never exchange forces";
+  return "";
+}
+
+/// A figure of both runs.
+struct Compared {
+  const char* name;
+  double scale;
+  const char* unit;
+  double Metrics::*value;
+  bool judged;
+};
+
+constexpr Compared kCompared[] = {{"divergence at the most", 1e3, "mm", &Metrics::peak_apart, true},
+                                  {"hand's force at the most", 1, "N", &Metrics::peak_force, true},
+                                  {"divergence at the end", 1e3, "mm", &Metrics::last_apart, false},
+                                  {"link's force at the most", 1, "N", &Metrics::link_force, false},
+                                  {"stiffness at the end", 1, "N/m", &Metrics::stiffness, false},
+                                  {"loop age", 1e3, "ms", &Metrics::loop_age_s, false},
+                                  {"tail RMS", 1e3, "mm/s", &Metrics::tail_rms, false},
+                                  {"growth", 1, "1/s", &Metrics::growth, false},
+                                  {"energy generated", 1e3, "mJ", &Metrics::generated_J, false}};
+
+std::string ShortNumber(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+double Off(const Compared& figure, const Metrics& live, const Metrics& virtually) {
+  const double reference = virtually.*figure.value;
+  return reference == 0 ? 0.0 : (live.*figure.value - reference) / std::abs(reference);
+}
+
+Json MetricsJson(const Metrics& metrics) {
+  Json json = Json::object();
+  for (const MetricField& field : MetricFields()) {
+    std::visit(
+        [&](auto member) {
+          json[std::string(field.name)] = metrics.*member;
+        },
+        field.member);
+  }
+  return json;
+}
+
+int RunStabilityLive(const LiveArguments& arguments) {
+  const Result<LabCase> read = LoadCase(arguments.file);
+  if (!read) return Fail(kExitFile, read.error().what);
+  if (const std::string why = NotLive(*read); !why.empty()) {
+    return Fail(kExitUsage, arguments.file + ": cannot be run live: " + why);
+  }
+  const Result<LabScene> scene = LoadLabScene(*read, LabSceneFolder());
+  if (!scene) return Fail(kExitFile, scene.error().what);
+  const LabCase test = FittedTo(scene->inertia(), *read);
+  const CaseResult simulated = RunCase(*read, *scene);
+  if (simulated.fault) return Fail(kExitFailed, arguments.file + ": " + simulated.fault->what);
+
+  Result<LiveRun> live = Error{""};
+  int runs = 0;
+  do {
+    const TemporaryFolder own;
+    const fs::path folder = arguments.keep.empty() ? own.path() : fs::path(arguments.keep);
+    std::error_code ignored;  // what cannot be made cannot be written to either, and is told then
+    fs::create_directories(folder, ignored);
+    live = RunLive(test, *scene, folder, arguments.tap);
+    if (!live) return Fail(kExitFailed, arguments.file + ": " + live.error().what);
+    ++runs;
+  } while (runs < 2 && live->missed_share() > kMostMissed);
+
+  const Metrics& real = live->run.metrics;
+  bool within = true;
+  Json comparison = Json::array();
+  Json rows = Json::array();
+  for (const Compared& figure : kCompared) {
+    const double off = Off(figure, real, simulated.metrics);
+    comparison.push_back({{"figure", figure.name},
+                          {"unit", figure.unit},
+                          {"virtual", figure.scale * simulated.metrics.*figure.value},
+                          {"live", figure.scale * real.*figure.value},
+                          {"off", off}});
+    if (!figure.judged) continue;
+    const bool pass = std::abs(off) <= arguments.bar;
+    within = within && pass;
+    rows.push_back({{"name", std::string("live beside virtual time, off in ") + figure.name},
+                    {"bar", "<= " + ShortNumber(arguments.bar)},
+                    {"value", std::abs(off)},
+                    {"pass", pass}});
+  }
+  if (arguments.json) {
+    const Json out{{"case", test.name},
+                   {"users", test.users},
+                   {"network", arguments.tap ? "TAP hub" : "link conditioner"},
+                   {"runs", runs},
+                   {"scheduler", live->scheduler},
+                   {"frames", live->frames},
+                   {"missed", live->missed},
+                   {"missed_share", live->missed_share()},
+                   {"bar", arguments.bar},
+                   {"within", within},
+                   {"verdict_virtual", NameOf(simulated.verdict)},
+                   {"verdict_live", NameOf(live->run.verdict)},
+                   {"rows", rows},
+                   {"comparison", comparison},
+                   {"metrics_virtual", MetricsJson(simulated.metrics)},
+                   {"metrics_live", MetricsJson(real)}};
+    std::printf("%s\n", out.dump(2).c_str());
+  } else {
+    std::printf("%-26s %12s %12s %8s\n", test.name.c_str(), "virtual", "live", "off");
+    for (const Compared& figure : kCompared) {
+      std::printf("%-26s %12.3f %12.3f %+7.1f %% %s%s\n", figure.name,
+                  figure.scale * simulated.metrics.*figure.value, figure.scale * real.*figure.value,
+                  1e2 * Off(figure, real, simulated.metrics), figure.unit,
+                  figure.judged ? " *" : "");
+    }
+    std::printf("%-26s %12s %12s\n", "verdict", NameOf(simulated.verdict),
+                NameOf(live->run.verdict));
+    std::printf("* must agree to %.0f %%; frames missed: %.2f %%, %s, delays by the %s\n",
+                1e2 * arguments.bar, 1e2 * live->missed_share(), live->scheduler.c_str(),
+                arguments.tap ? "TAP hub" : "link conditioner");
+  }
+  if (live->missed_share() > kMostMissed) {
+    Say("the machine was too busy, twice: " + std::to_string(live->missed) + " of " +
+        std::to_string(live->frames) + " frames came too late");
+  }
+  return within
+             ? kExitOk
+             : Fail(kExitFailed, arguments.file + ": live and virtual time differ by more than " +
+                                     std::to_string(std::lround(1e2 * arguments.bar)) + " %");
+}
+
+}  // namespace
+
+void AddStabilityLive(CLI::App& stability, int& exit_code) {
+  auto arguments = std::make_shared<LiveArguments>();
+  CLI::App* command = stability.add_subcommand(
+      "live", "One case by real peers over DDS, in real time, beside virtual time");
+  command->add_option("case", arguments->file, "case file (docs/stability.md)")
+      ->required()
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--bar", arguments->bar,
+                   "by how much divergence and force may differ, as a share; beyond it ends with 1")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  command->add_flag("--tap", arguments->tap,
+                    "as root: delays by a network of real packets, in place of the conditioner");
+  command->add_option("--keep", arguments->keep, "keep recordings, hands and plans in this folder");
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunStabilityLive(*arguments);
+  });
+}
+
+}  // namespace tandem
