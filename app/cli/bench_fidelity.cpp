@@ -86,6 +86,8 @@ ordered_json Ball(ContactModel model, int& exit_code) {
   return {{"points_035", ball->points_035},
           {"points_015", ball->points_015},
           {"turn_s", ball->turn_s},
+          {"frame_cpu_p50_us", ball->frame_cpu_p50_us},
+          {"frame_cpu_p99_us", ball->frame_cpu_p99_us},
           {"contacts_mean", ball->contacts_mean}};
 }
 

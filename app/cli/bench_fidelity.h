@@ -59,7 +59,9 @@ Result<PegFigures> MeasurePegs(ContactModel model, const std::filesystem::path& 
 struct BallFigures {
   std::size_t points_035 = 0;
   std::size_t points_015 = 0;
-  double turn_s = 0;  // simulated
+  double turn_s = 0;            // simulated: frames, whatever they take;
+  double frame_cpu_p50_us = 0;  // what they take
+  double frame_cpu_p99_us = 0;
   double contacts_mean = 0;
   double depth_max_voxels = 0;  // of the ball's centre off the socket's, beyond the free play
 };

@@ -3,6 +3,8 @@
 #include <numbers>
 
 #include "app/cli/bench_fidelity.h"
+#include "engine/realtime/clock.h"
+#include "engine/realtime/histogram.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -35,7 +37,6 @@ Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path&
   StepInputs inputs;
   inputs.bodies.resize(joint.bodies.size());
   inputs.bodies[ball].drive = BodyDrive::kSimulated;
-  inputs.capacity = 1e9;
   inputs.hand.body = static_cast<int>(ball);
   inputs.hand.gains = DefaultHandGains(joint.bodies[ball].inertia);
   const Pose X_WB0 = joint.bodies[ball].X_WB0;
@@ -50,18 +51,23 @@ Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path&
   double last = 0;
   double contacts = 0;
   int frames = 0;
+  Histogram cpu_ns;
   while (turned < 2 * std::numbers::pi && frames < 10000) {
     const Quat q = world.state(ball).X_WB.q * q_first.conjugate();
     const double turn = 2.0 * std::atan2(q.vec().dot(axis), q.w());
     turned += std::remainder(turn - last, 2 * std::numbers::pi);
     last = turn;
     inputs.hand.goal.X_WA = pressed(turned + 1.0);
+    const std::int64_t begin_ns = MachineClock().ThreadCpuNs();
     contacts += world.Step(inputs).contact_points;
+    cpu_ns.Add(MachineClock().ThreadCpuNs() - begin_ns);
     const Vec3 apart = world.state(ball).X_WB.p - X_WB0.p;
     figures.depth_max_voxels = std::max(figures.depth_max_voxels, apart.norm() / 0.00035);
     ++frames;
   }
   figures.turn_s = kFrame * frames;
+  figures.frame_cpu_p50_us = 1e-3 * static_cast<double>(cpu_ns.Quantile(0.5));
+  figures.frame_cpu_p99_us = 1e-3 * static_cast<double>(cpu_ns.Quantile(0.99));
   figures.contacts_mean = contacts / frames;
 
   const auto fine = LoadBall(*scene, model, 0.00015);
