@@ -137,7 +137,12 @@ int RunOnce(PeerArguments& arguments) {
     for (const std::string& news : node.TakeNews()) Say(news);
     for (const std::string& news : network.Apply(now_ns, node.directory(), node.inbox())) Say(news);
     if (const PeerTable& now = node.peer().table().Read(); now.count > 0) table = now;
-    for (const std::string& line : orders.TakeLines()) {
+    for (const Result<std::string>& taken : orders.TakeLines()) {
+      if (!taken) {
+        Say(taken.error().what);
+        continue;
+      }
+      const std::string& line = *taken;
       if (line == "peers") {
         for (const std::string& row : AsLines(node.peer().table().Read(), name)) Say(row);
         continue;

@@ -2,11 +2,19 @@
 
 #include <array>
 #include <sstream>
+#include <utility>
 
 #include <poll.h>
 #include <unistd.h>
 
 namespace tandem {
+
+namespace {
+
+const Error kTooLong{"a line of more than " + std::to_string(OrderReader::kLongest) +
+                     " bytes is no order, and is left out"};
+
+}  // namespace
 
 Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
                            const PeerDirectory& directory, bool own_only) {
@@ -36,23 +44,46 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   return Command{Command::Kind::kGive, object, to};
 }
 
-std::vector<std::string> OrderReader::TakeLines() {
-  std::vector<std::string> lines;
-  while (!ended_) {
-    if (isatty(STDIN_FILENO) != 0 && tcgetpgrp(STDIN_FILENO) != getpgrp()) break;
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    if (poll(&input, 1, 0) <= 0) break;
-    std::array<char, 512> buffer;
-    const ssize_t size = read(STDIN_FILENO, buffer.data(), buffer.size());
-    if (size <= 0) {
-      ended_ = true;
-      break;
-    }
+std::size_t OrderReader::Read() {
+  if (ended_ || (isatty(input_) != 0 && tcgetpgrp(input_) != getpgrp())) return 0;
+  pollfd input{input_, POLLIN, 0};
+  if (poll(&input, 1, 0) <= 0) return 0;
+  std::array<char, 512> buffer;
+  const ssize_t size = read(input_, buffer.data(), buffer.size());
+  if (size > 0) {
     pending_.append(buffer.data(), static_cast<std::size_t>(size));
+    return static_cast<std::size_t>(size);
   }
-  for (std::size_t end = pending_.find('\n'); end != std::string::npos; end = pending_.find('\n')) {
-    if (end > 0) lines.push_back(pending_.substr(0, end));
-    pending_.erase(0, end + 1);
+  ended_ = true;
+  // the last line need not be ended
+  if (!pending_.empty()) pending_ += '\n';
+  return 0;
+}
+
+std::vector<Result<std::string>> OrderReader::TakeLines() {
+  std::vector<Result<std::string>> lines;
+  std::size_t taken = 0;
+  while (lines.size() < kMostLines) {
+    const std::size_t end = pending_.find('\n');
+    if (end != std::string::npos) {
+      const bool tail = std::exchange(too_long_, false);
+      if (!tail && end > kLongest) {
+        lines.push_back(kTooLong);
+      } else if (!tail && end > 0) {
+        lines.push_back(pending_.substr(0, end));
+      }
+      pending_.erase(0, end + 1);
+      continue;
+    }
+    if (pending_.size() > kLongest || too_long_) {
+      if (!too_long_) lines.push_back(kTooLong);
+      too_long_ = true;
+      pending_.clear();
+    }
+    if (taken >= kMostBytes) break;
+    const std::size_t size = Read();
+    taken += size;
+    if (size == 0 && pending_.find('\n') == std::string::npos) break;
   }
   return lines;
 }

@@ -17,13 +17,28 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
 
 /// The lines of standard input, as they come; never waits. Where we run in the background of a
 /// terminal nothing is read, which would stop the program.
+///
+/// However much comes, a turn is short: at most `kMostLines` lines and `kMostBytes` bytes of it,
+/// the rest waits in the pipe. A line longer than `kLongest` bytes is an error, said once.
 class OrderReader {
  public:
-  std::vector<std::string> TakeLines();
+  static constexpr std::size_t kLongest = 512;
+  static constexpr std::size_t kMostBytes = 4096;
+  static constexpr std::size_t kMostLines = 16;
+
+  /// `input`: a file descriptor, which stays its owner's.
+  explicit OrderReader(int input = 0) : input_(input) {}
+
+  std::vector<Result<std::string>> TakeLines();
 
  private:
+  /// What can be had at once, 0 bytes or more; notes the end.
+  std::size_t Read();
+
+  int input_;
   bool ended_ = false;
-  std::string pending_;
+  bool too_long_ = false;  // the line that we are in
+  std::string pending_;    // read and not yet taken; at most kLongest and a read
 };
 
 }  // namespace tandem

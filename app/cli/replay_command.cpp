@@ -272,11 +272,23 @@ int RunReplay(const ReplayArguments& arguments) {
   const bool identical = !result.first_different;
   if (reader->torn()) Say("the recording is torn off after its last whole frame");
   if (arguments.json) {
-    ordered_json json{{"frames", result.frames},    {"identical", identical},
-                      {"first_different", nullptr}, {"torn", reader->torn()},
-                      {"wall_s", wall_s},           {"hash_each_second", player.golden()}};
+    ordered_json json{{"frames", result.frames},
+                      {"identical", identical},
+                      {"first_different", nullptr},
+                      {"torn", reader->torn()},
+                      {"damaged", reader->damaged()},
+                      {"unread_bytes", reader->unread_bytes()},
+                      {"wall_s", wall_s},
+                      {"hash_each_second", player.golden()}};
     if (!identical) json["first_different"] = *result.first_different;
     std::printf("%s\n", json.dump(2).c_str());
+  }
+  if (reader->damaged()) {
+    return Fail(kExitFailed, arguments.file + ": damaged at frame " +
+                                 std::to_string(result.frames) + ", " +
+                                 std::to_string(reader->unread_bytes()) +
+                                 " bytes not replayed; the frames before are bit for bit as "
+                                 "recorded");
   }
   if (identical) {
     Say(std::to_string(result.frames) + " frames, bit for bit as recorded" +

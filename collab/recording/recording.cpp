@@ -1,5 +1,6 @@
 #include "collab/recording/recording.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -98,6 +99,28 @@ ordered_json LimitsOf(const CouplingLimits& limits) {
   ordered_json json;
   for (const LimitName& limit : kLimitNames) json[std::string(limit.name)] = limits.*limit.value;
   return json;
+}
+
+constexpr std::size_t kFrameHead = 8;  // length and CRC
+// kBegin and kEnd with what they bring
+constexpr std::size_t kLeastFrame = 1 + 16 + 1 + 8;
+
+template <typename T>
+T At(const char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+/// Whether a frame as we write it begins here.
+bool IsFrame(const char* bytes, std::size_t size) {
+  if (size < kFrameHead + kLeastFrame) return false;
+  const auto length = At<std::uint32_t>(bytes);
+  if (length < kLeastFrame || length > size - kFrameHead) return false;
+  const char* content = bytes + kFrameHead;
+  return At<FramePart>(content) == FramePart::kBegin &&
+         At<FramePart>(content + length - 9) == FramePart::kEnd &&
+         Crc32(content, length) == At<std::uint32_t>(bytes + 4);
 }
 
 std::array<std::uint32_t, 256> CrcTable() {
@@ -201,24 +224,45 @@ Result<RecordingReader> RecordingReader::Open(const std::filesystem::path& file)
   Result<RecordingHeader> header = ParseHeader(text);
   if (!header) return Error{file.string() + ": " + header.error().what};
   reader.header_ = *std::move(header);
+  reader.at_ = static_cast<std::uintmax_t>(reader.stream_.tellg());
+  std::error_code no_file;  // a pipe has no size, and is not damaged for that
+  const std::uintmax_t size = std::filesystem::file_size(file, no_file);
+  reader.size_ = no_file ? 0 : size;
   return reader;
 }
 
+std::nullopt_t RecordingReader::Stop(Fault fault) {
+  fault_ = fault;
+  unread_bytes_ = size_ - std::min(size_, at_);
+  return std::nullopt;
+}
+
+// a frame's length may be what is damaged: then the file only seems to end within the frame
+bool RecordingReader::GoesOn() {
+  stream_.clear();
+  stream_.seekg(static_cast<std::streamoff>(at_));
+  bytes_.resize(size_ - std::min(size_, at_));
+  stream_.read(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
+  const auto got = static_cast<std::size_t>(stream_.gcount());
+  for (std::size_t i = 1; i < got; ++i) {
+    if (IsFrame(bytes_.data() + i, got - i)) return true;
+  }
+  return false;
+}
+
 std::optional<RecordedFrame> RecordingReader::Next() {
-  if (torn_) return std::nullopt;
+  if (fault_ != Fault::kNone) return std::nullopt;
   std::uint32_t length = 0;
   std::uint32_t crc = 0;
-  if (!Read(stream_, length)) {
-    torn_ = stream_.gcount() > 0;
-    return std::nullopt;
-  }
-  torn_ = true;  // until the frame is whole
-  if (!Read(stream_, crc) || length > kMaxFrame) return std::nullopt;
+  if (!Read(stream_, length)) return stream_.gcount() > 0 ? Stop(Fault::kTorn) : std::nullopt;
+  if (!Read(stream_, crc)) return Stop(Fault::kTorn);
+  if (length < kLeastFrame || length > kMaxFrame) return Stop(Fault::kDamaged);
   bytes_.resize(length);
-  if (!stream_.read(bytes_.data(), length)) return std::nullopt;
-  if (Crc32(bytes_.data(), length) != crc) return std::nullopt;
+  if (!stream_.read(bytes_.data(), length)) return Stop(GoesOn() ? Fault::kDamaged : Fault::kTorn);
+  if (Crc32(bytes_.data(), length) != crc) return Stop(Fault::kDamaged);
   std::optional<RecordedFrame> frame = Decode(bytes_);
-  torn_ = !frame;
+  if (!frame) return Stop(Fault::kDamaged);
+  at_ += kFrameHead + length;
   return frame;
 }
 

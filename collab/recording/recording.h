@@ -54,16 +54,29 @@ class RecordingReader {
   static Result<RecordingReader> Open(const std::filesystem::path& file);
 
   const RecordingHeader& header() const noexcept { return header_; }
-  /// The next frame; nothing at the end, or where the file is torn or damaged.
+  /// The next frame; nothing at the end, or where the file is torn or damaged. From there on
+  /// nothing can be repeated, for every frame rests on those before.
   std::optional<RecordedFrame> Next();
-  /// Whether the end came before the end of a frame.
-  bool torn() const noexcept { return torn_; }
+  /// Whether the file ends within a frame, as what a crash cut off does.
+  bool torn() const noexcept { return fault_ == Fault::kTorn; }
+  /// Whether a frame is not as it was written though the file goes on behind it.
+  bool damaged() const noexcept { return fault_ == Fault::kDamaged; }
+  /// The bytes from the first frame that cannot be had to the end.
+  std::uintmax_t unread_bytes() const noexcept { return unread_bytes_; }
 
  private:
+  enum class Fault : std::uint8_t { kNone, kTorn, kDamaged };
+  std::nullopt_t Stop(Fault fault);
+  /// Whether a whole frame is among what is left; the stream stands behind a frame's CRC.
+  bool GoesOn();
+
   std::ifstream stream_;
   RecordingHeader header_;
+  std::uintmax_t size_ = 0;  // of the file when it was opened
+  std::uintmax_t at_ = 0;    // where the next frame begins
+  std::uintmax_t unread_bytes_ = 0;
   std::vector<char> bytes_;
-  bool torn_ = false;
+  Fault fault_ = Fault::kNone;
 };
 
 }  // namespace tandem

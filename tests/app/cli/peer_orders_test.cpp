@@ -1,7 +1,9 @@
 #include "app/cli/peer_orders.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
@@ -74,6 +76,93 @@ TEST(PeerOrders, WithOtherForceParametersNoSharedBodyIsTaken) {
   Room room;
   EXPECT_TRUE(room.Order("grab own", true));
   EXPECT_THAT(room.Order("grab both", true).error().what, HasSubstr("'both' is shared"));
+}
+
+/// A pipe with what somebody wrote into one end.
+class Pipe {
+ public:
+  Pipe() { EXPECT_EQ(pipe2(ends_, O_CLOEXEC | O_NONBLOCK), 0); }
+  ~Pipe() {
+    close(ends_[0]);
+    End();
+  }
+  int out() const { return ends_[0]; }
+  /// As much of it as there is room for.
+  void Write(const std::string& text) const {
+    EXPECT_GT(write(ends_[1], text.data(), text.size()), 0);
+  }
+  void End() {
+    if (ends_[1] >= 0) close(std::exchange(ends_[1], -1));
+  }
+
+ private:
+  int ends_[2] = {-1, -1};
+};
+
+/// The lines, or "!" for one that is not taken.
+std::vector<std::string> Taken(OrderReader& reader) {
+  std::vector<std::string> lines;
+  for (const Result<std::string>& line : reader.TakeLines()) {
+    lines.push_back(line ? *line : "!");
+  }
+  return lines;
+}
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST(OrderReader, GivesWholeLinesAsTheyComeAndTheLastOneAtTheEnd) {
+  Pipe pipe;
+  OrderReader reader(pipe.out());
+  EXPECT_THAT(Taken(reader), IsEmpty());
+  pipe.Write("grab a\n\nrele");
+  EXPECT_THAT(Taken(reader), ElementsAre("grab a"));
+  pipe.Write("ase\nheal");
+  EXPECT_THAT(Taken(reader), ElementsAre("release"));
+  pipe.End();
+  EXPECT_THAT(Taken(reader), ElementsAre("heal"));
+  EXPECT_THAT(Taken(reader), IsEmpty());
+}
+
+// as of `yes | tandem peer`: the control thread beats on, and nothing of it is lost
+TEST(OrderReader, TakesSoMuchATurnHoweverMuchThereIs) {
+  Pipe pipe;
+  OrderReader reader(pipe.out());
+  std::string text;
+  for (int i = 0; i < 8000; ++i) text += "y\n";
+  pipe.Write(text);
+  std::size_t lines = 0;
+  for (std::size_t turn = 0; turn < 8000 / OrderReader::kMostLines; ++turn) {
+    const std::vector<std::string> taken = Taken(reader);
+    EXPECT_EQ(taken.size(), OrderReader::kMostLines);
+    EXPECT_THAT(taken, Each("y"));
+    lines += taken.size();
+  }
+  EXPECT_EQ(lines, 8000U);
+  EXPECT_THAT(Taken(reader), IsEmpty());
+  // empty lines are none, but cost a turn as well
+  pipe.Write(std::string(20000, '\n') + "heal\n");
+  int turns = 0;
+  while (Taken(reader).empty() && turns < 100) ++turns;
+  EXPECT_EQ(turns, 20000 / static_cast<int>(OrderReader::kMostBytes));
+}
+
+TEST(OrderReader, ALineWithoutEndIsToldOnceAndLeftOut) {
+  Pipe pipe;
+  OrderReader reader(pipe.out());
+  pipe.Write(std::string(OrderReader::kLongest, 'a') + "\n");
+  EXPECT_THAT(Taken(reader), ElementsAre(std::string(OrderReader::kLongest, 'a')));
+  pipe.Write(std::string(OrderReader::kLongest + 1, 'a') + "\nheal\n");
+  EXPECT_THAT(Taken(reader), ElementsAre("!", "heal"));
+  std::size_t told = 0;
+  for (int i = 0; i < 10; ++i) {
+    pipe.Write(std::string(20000, 'a'));
+    for (int turn = 0; turn < 10; ++turn) told += Taken(reader).size();
+  }
+  EXPECT_EQ(told, 1U);
+  pipe.Write("grab\nheal\n");
+  EXPECT_THAT(Taken(reader), ElementsAre("heal"));
 }
 
 }  // namespace

@@ -117,8 +117,31 @@ TEST_F(ReplayCommand, ATornFileIsRepeatedAsFarAsItGoes) {
   fs::resize_file(File("torn"), size - 1);  // half of it may end where a frame does
   const json torn = Replayed(File("torn"));
   EXPECT_EQ(torn.at("torn"), true);
+  EXPECT_EQ(torn.at("damaged"), false);
   EXPECT_EQ(torn.at("identical"), true);
   EXPECT_EQ(torn.at("frames").get<int>(), Replayed(File("run")).at("frames").get<int>() - 1);
+}
+
+TEST_F(ReplayCommand, ADamagedFileIsNotCalledGood) {
+  fs::copy_file(File("run"), File("damaged"));
+  const auto size = fs::file_size(File("damaged"));
+  std::fstream stream(File("damaged"), std::ios::binary | std::ios::in | std::ios::out);
+  stream.seekg(static_cast<std::streamoff>(size / 2));
+  const int before = stream.get();
+  stream.seekp(static_cast<std::streamoff>(size / 2));
+  stream.put(static_cast<char>(before ^ 1));
+  stream.close();
+  const Said said = RunTandem("replay --json " + File("damaged"), "timeout 60 ");
+  EXPECT_EQ(said.exit_code, kExitFailed);
+  const json result = json::parse(said.out, nullptr, false);
+  ASSERT_TRUE(result.is_object()) << said.out;
+  EXPECT_EQ(result.at("damaged"), true);
+  EXPECT_EQ(result.at("torn"), false);
+  const auto unread = result.at("unread_bytes").get<std::uintmax_t>();
+  EXPECT_GE(unread, size - size / 2);
+  EXPECT_LT(unread, size - size / 2 + 20000) << "one frame's worth beside what is behind";
+  EXPECT_THAT(said.err, HasSubstr("damaged at frame " + result.at("frames").dump() + ", " +
+                                  std::to_string(unread) + " bytes not replayed"));
 }
 
 TEST_F(ReplayCommand, WhatAKilledPeerRecordedIsRepeated) {

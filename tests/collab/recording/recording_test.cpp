@@ -1,7 +1,9 @@
 #include "collab/recording/recording.h"
 
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
+#include <tuple>
 
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -218,7 +220,7 @@ TEST(Recording, AnotherInputIsNamedByItsFrame) {
   EXPECT_EQ(first, 1234);
 }
 
-TEST(Recording, ATornOrDamagedEndCostsTheLastFramesOnly) {
+TEST(Recording, ATornEndCostsTheLastFramesOnly) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const fs::path whole = scratch.path() / "whole";
@@ -233,20 +235,55 @@ TEST(Recording, ATornOrDamagedEndCostsTheLastFramesOnly) {
     EXPECT_GE(result.frames, 290);
     EXPECT_LT(result.frames, 300);
   }
-  const fs::path damaged = scratch.path() / "damaged";
-  fs::copy_file(whole, damaged);
-  std::fstream stream(damaged, std::ios::binary | std::ios::in | std::ios::out);
-  stream.seekp(size / 2);
-  stream.put('\x5A');
-  stream.put('\xA5');
-  stream.close();
-  Result<RecordingReader> reader = RecordingReader::Open(damaged);
-  ASSERT_TRUE(reader.has_value());
-  int frames = 0;
-  while (reader->Next()) ++frames;
-  EXPECT_TRUE(reader->torn());
-  EXPECT_GT(frames, 100);
-  EXPECT_LT(frames, 300);
+}
+
+/// Where each frame of a recording begins, and where the last one ends.
+std::vector<std::size_t> FrameStarts(const std::string& bytes) {
+  std::vector<std::size_t> starts;
+  std::uint32_t length = 0;
+  std::memcpy(&length, &bytes[kRecordingMagic.size()], sizeof length);
+  for (std::size_t at = kRecordingMagic.size() + 4 + length; at < bytes.size(); at += 8 + length) {
+    starts.push_back(at);
+    std::memcpy(&length, &bytes[at], sizeof length);
+  }
+  starts.push_back(bytes.size());
+  return starts;
+}
+
+// What a crash leaves ends within a frame; all else is no end but a fault, wherever it is.
+TEST(Recording, ADamagedFrameIsToldFromATornEnd) {
+  const ScratchFolder scratch;
+  const fs::path file = scratch.path() / "r";
+  RecordAlone(file, Boxes(), 60);
+  std::ifstream stream(file, std::ios::binary);
+  const std::string whole{std::istreambuf_iterator<char>(stream), {}};
+  const std::vector<std::size_t> starts = FrameStarts(whole);
+  ASSERT_EQ(starts.size(), 61U);
+
+  const auto read = [&](const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+    Result<RecordingReader> reader = RecordingReader::Open(file);
+    EXPECT_TRUE(reader.has_value());
+    std::size_t frames = 0;
+    while (reader->Next()) ++frames;
+    return std::tuple(frames, reader->torn(), reader->damaged(),
+                      static_cast<std::size_t>(reader->unread_bytes()));
+  };
+  EXPECT_EQ(read(whole), std::tuple(60U, false, false, 0U));
+  // every byte of a frame: its length, its checksum and its content
+  const std::size_t from = starts[20];
+  for (std::size_t at = from; at < starts[21]; ++at) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] ^ 0x40);
+    ASSERT_EQ(read(bytes), std::tuple(20U, false, true, whole.size() - from)) << at - from;
+  }
+  // each length that a torn end may have
+  for (std::size_t end = starts[59]; end < starts[60]; ++end) {
+    const bool torn = end > starts[59];
+    ASSERT_EQ(read(whole.substr(0, end)), std::tuple(59U, torn, false, end - starts[59]));
+  }
+  // blocks that a power cut left empty
+  EXPECT_EQ(read(whole + std::string(4096, '\0')), std::tuple(60U, false, true, 4096U));
 }
 
 TEST(Recording, AFileThatIsNoRecordingIsRefused) {
