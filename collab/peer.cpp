@@ -451,12 +451,20 @@ void Peer::Leave(std::int64_t now_ns) noexcept {
 }
 
 void Peer::Record(std::int64_t now_ns) noexcept {
-  if (held_ < 0 || !started_ns_ || trace_.size() == trace_.capacity()) return;
+  if (held_ < 0 || !started_ns_) return;
+  const double force = report_.hand_B_W.f.norm();
+  ++hand_figures_.frames;
+  hand_figures_.frames_in_contact += report_.contact_points > 0 ? 1 : 0;
+  hand_figures_.contact_points += report_.contact_points;
+  hand_figures_.most_contact_points =
+      std::max(hand_figures_.most_contact_points, report_.contact_points);
+  hand_figures_.peak_force = std::max(hand_figures_.peak_force, force);
+  if (trace_.size() >= options_.trace_frames) return;
   const RigidState& state = *held_state();
   trace_.push_back({.time_ns = now_ns,
                     .X_WB = state.X_WB,
                     .V_WB = state.V_WB,
-                    .hand_force = static_cast<float>(report_.hand_B_W.f.norm()),
+                    .hand_force = static_cast<float>(force),
                     .contact_points = report_.contact_points,
                     .loaded = report_.loaded_points > 0});
 }

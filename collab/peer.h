@@ -31,7 +31,7 @@ struct PeerOptions {
   SharedBody::Options coupling;
   MirrorModel mirror = MirrorModel::kBlend;  // others: for the lab
   double capacity = kDefaultCapacity;        // point tests that fit into a frame (paper §5)
-  std::size_t trace_frames = 0;              // recorded at the most; 0 records nothing
+  std::size_t trace_frames = 0;              // traced, from the hand's start; 0: none
   FrameTap* tap = nullptr;                   // gets every frame's inputs; must outlive the peer
 };
 
@@ -53,6 +53,15 @@ struct Felt {
   double peak_step = 0;    // N, from one frame to the next
 };
 
+/// What the hand went through since it began, over all frames with a body in it.
+struct HandFigures {
+  std::int64_t frames = 0;
+  std::int64_t frames_in_contact = 0;
+  std::int64_t contact_points = 0;  // over all frames
+  int most_contact_points = 0;
+  double peak_force = 0;  // N, of the hand's coupling
+};
+
 /// The haptic half of a peer: device, simulation and the couplings to the others, as one state
 /// machine that is fed with the time and with messages, and reads no clock. The same code runs over
 /// DDS at 1 kHz and on the simulated network in virtual time. Used by the haptic thread alone;
@@ -68,6 +77,7 @@ class Peer {
   /// Whether the hand has begun, and when (ns).
   std::optional<std::int64_t> started_ns() const noexcept { return started_ns_; }
   const std::vector<TraceSample>& trace() const noexcept { return trace_; }
+  const HandFigures& hand_figures() const noexcept { return hand_figures_; }
   /// Half the loop age, mean since the loop closed, s.
   double mean_delay_s() const noexcept { return shared_ ? shared_->mean_delay_s() : last_delay_s_; }
   /// The present pose of the held body, for those in the same thread.
@@ -159,6 +169,7 @@ class Peer {
   std::uint32_t seq_ = 0;
   std::optional<std::int64_t> started_ns_;
   std::vector<TraceSample> trace_;
+  HandFigures hand_figures_;
 };
 
 }  // namespace tandem

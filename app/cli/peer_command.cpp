@@ -44,7 +44,7 @@ void CountShapes(const Joining& joining, PeerReport& report) {
 int WriteReport(const PeerArguments& arguments, const PeerReport& report, const FrameStats& stats,
                 const std::vector<TraceSample>& trace) {
   std::ofstream stream(arguments.report);
-  stream << AsJson(report, stats, trace).dump(2) << '\n';
+  stream << AsJson(report, stats).dump(2) << '\n';
   if (!stream.flush()) return Fail(kExitFile, arguments.report + ": cannot be written");
   const Result<bool> written = WriteTrace(arguments.report + ".trace", trace);
   return written ? kExitOk : Fail(kExitFile, written.error().what);
@@ -206,6 +206,8 @@ int RunOnce(PeerArguments& arguments) {
                     .pid = getpid(),
                     .scheduler = realtime.scheduler(),
                     .mean_delay_s = node.peer().mean_delay_s(),
+                    .hand = node.peer().hand_figures(),
+                    .traced_frames = node.peer().trace().size(),
                     .guarded_share = node.peer().guard().guarded_share(),
                     .felt = node.peer().felt(),
                     .crowded_frames = node.peer().crowded_frames(),

@@ -103,7 +103,8 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
       ->check(CLI::Range(1, FrameHelpers::kMostThreads))
       ->capture_default_str();
   AddReachOptions(command, arguments.reach);
-  command.add_option("--report", arguments.report, "write a report (JSON) and a trace there");
+  command.add_option("--report", arguments.report,
+                     "write a report (JSON) there, and a trace of the first ten minutes beside it");
   command.add_option("--record", arguments.record,
                      "keep every input of every frame there, for 'tandem replay'");
   command.add_flag("--no-contact", arguments.no_contact, "bodies pass through one another");

@@ -72,19 +72,9 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
   }
 }
 
-nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
-                              const std::vector<TraceSample>& trace) {
-  double sum = 0;
-  int most = 0;
-  std::size_t with_contact = 0;
-  float peak = 0;
-  for (const TraceSample& sample : trace) {
-    sum += sample.contact_points;
-    most = std::max(most, sample.contact_points);
-    with_contact += sample.contact_points > 0 ? 1 : 0;
-    peak = std::max(peak, sample.hand_force);
-  }
-  const double frames = std::max<double>(1.0, static_cast<double>(trace.size()));
+nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats) {
+  const HandFigures& hand = report.hand;
+  const auto frames = static_cast<double>(std::max<std::int64_t>(1, hand.frames));
   return {{"name", report.name},
           {"role", "active"},
           {"pid", report.pid},
@@ -93,13 +83,16 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
           {"scheduler", report.scheduler},
           {"frame_cpu_us", Microseconds(stats.cpu())},
           {"lateness_us", Microseconds(stats.lateness())},
-          {"contact_points", {{"mean", sum / frames}, {"max", most}}},
-          {"contact_share", static_cast<double>(with_contact) / frames},
-          {"peak_force_N", peak},
+          {"contact_points",
+           {{"mean", static_cast<double>(hand.contact_points) / frames},
+            {"max", hand.most_contact_points}}},
+          {"contact_share", static_cast<double>(hand.frames_in_contact) / frames},
+          {"peak_force_N", hand.peak_force},
           {"felt",
            {{"peak_N", report.felt.peak_force},
             {"peak_Nm", report.felt.peak_moment},
             {"peak_step_N", report.felt.peak_step}}},
+          {"traced_frames", report.traced_frames},
           {"guarded_share", report.guarded_share},
           {"crowded_frames", report.crowded_frames},
           {"points", report.points},

@@ -20,12 +20,14 @@ struct PeerReport {
   std::string name;
   int pid = 0;
   std::string scheduler;
-  std::size_t points = 0;    // of the body in hand
-  std::size_t voxels = 0;    // of the fixture
-  double capacity = 0;       // point tests that fit into a frame
-  double mean_delay_s = 0;   // half the loop age
-  double guarded_share = 0;  // of frames, in which the hand got something else than was wanted
-  Felt felt;                 // by the hand, at the most
+  std::size_t points = 0;   // of the body in hand
+  std::size_t voxels = 0;   // of the fixture
+  double capacity = 0;      // point tests that fit into a frame
+  double mean_delay_s = 0;  // half the loop age
+  HandFigures hand;
+  std::size_t traced_frames = 0;  // of the hand's, the first ones
+  double guarded_share = 0;       // of frames, in which the hand got something else than was wanted
+  Felt felt;                      // by the hand, at the most
   std::uint64_t crowded_frames = 0;  // with more contacts than there is room for
   SentStates own_states;
   DropCounts drops{};  // of samples heard, by reason
@@ -40,12 +42,11 @@ struct PeerReport {
 /// Of what came from all others.
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 
-/// One JSON object: frames, missed, frame_cpu_us and lateness_us {p50, p99, max}, and of the trace
-/// contact_points {mean, max}, contact_share, peak_force_N (of the hand's spring); felt {peak_N,
-/// peak_Nm, peak_step_N} by the hand, guarded_share, crowded_frames; said {sent, wanted}; heard
-/// {sent, received, least_delivered, socket_dropped}, drops by reason, peers.
-nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats,
-                              const std::vector<TraceSample>& trace);
+/// One JSON object: frames, missed, frame_cpu_us and lateness_us {p50, p99, max}; of the hand
+/// contact_points {mean, max}, contact_share, peak_force_N (of its spring), traced_frames; felt
+/// {peak_N, peak_Nm, peak_step_N} by the hand, guarded_share, crowded_frames; said {sent, wanted};
+/// heard {sent, received, least_delivered, socket_dropped}, drops by reason, peers.
+nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats);
 
 /// The trace as a file of doubles, 17 a frame: see kTraceColumns.
 inline constexpr std::size_t kTraceColumns = 17;

@@ -88,6 +88,14 @@ class Running {
     }
     return false;
   }
+  /// Of /proc's words on its memory, what follows `of`.
+  std::string Memory(const std::string& of) const {
+    std::ifstream status("/proc/" + std::to_string(process_->pid()) + "/status");
+    for (std::string line; std::getline(status, line);) {
+      if (line.rfind(of + ":", 0) == 0) return line.substr(of.size() + 1);
+    }
+    return {};
+  }
   int Wait() { return process_->Wait(std::chrono::seconds(30)).value_or(-1); }
   int End() {
     process_->Signal(SIGTERM);
@@ -362,6 +370,26 @@ TEST_F(PeerCommand, OrdersWithoutEndDoNotKeepItFromAnything) {
   EXPECT_TRUE(anna.WaitFor("ben left"));
   EXPECT_EQ(anna.End(), kExitOk);
   EXPECT_LT(std::filesystem::file_size(In("ben")), 1U << 20U);
+}
+
+// What is kept of the motion is kept in locked memory: the first ten minutes, and with a report
+// only. A day of it would be 12 GB.
+TEST_F(PeerCommand, ADayTakesNoMoreMemoryThanTenMinutes) {
+  const auto megabytes = [this](const std::string& more, const std::string& report) {
+    Running peer = Start("one", "--name anna --hold left " + more);
+    EXPECT_TRUE(peer.WaitFor("you hold left")) << peer.said();
+    const double kB = std::atof(peer.Memory("VmData").c_str());
+    EXPECT_EQ(peer.End(), kExitOk);
+    if (!report.empty()) {
+      const json written = json::parse(std::ifstream(In(report)), nullptr, false);
+      EXPECT_GT(written.at("traced_frames").get<int>(), 0);
+    }
+    return kB / 1000;
+  };
+  const double least = megabytes("--seconds 1000", "");
+  EXPECT_NEAR(megabytes("--seconds 86400", ""), least, 20.0);
+  EXPECT_NEAR(megabytes("--seconds 86400 --report " + In("day"), "day"), least + 86.4, 20.0);
+  EXPECT_NEAR(megabytes("--report " + In("endless"), "endless"), least + 86.4, 20.0);
 }
 
 }  // namespace
