@@ -27,7 +27,8 @@ struct HoldingNews {
     kComingBack,    // our instance goes to that of `peer`, our hand is let go of meanwhile
     kNoWayBack,     // no way to it is known
     kTogether,      // nothing is between them any more
-    kCrowded        // it has more contacts than there is room for; said once
+    kCrowded,       // it has more contacts than there is room for; said once
+    kUncoupled      // `peer` holds it too, as more than kMaxLinks others do: neither pulls
   };
   Kind kind = Kind::kInHand;
   ObjectId object = kNoObject;

@@ -15,13 +15,14 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kParkedPeriodNs = 200'000'000;
-constexpr double kFarthest = 1e3;       // m: a handle beyond is none
-constexpr double kNear = 1e-3;          // m from where it was said to be: the hand may take it
-constexpr double kNearAngle = 0.01;     // rad
-constexpr double kNearingStep = 1e-3;   // m a frame, of a body that comes to the hand
-constexpr double kNearingTurn = 0.02;   // rad a frame
-constexpr double kFastestShown = 10.0;  // m/s of a picture
-constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
+constexpr double kFarthest = 1e3;      // m: a handle beyond is none
+constexpr double kNear = 1e-3;         // m from where it was said to be: the hand may take it
+constexpr double kNearAngle = 0.01;    // rad
+constexpr double kNearingStep = 1e-3;  // m a frame, of a body that comes to the hand
+constexpr double kNearingTurn = 0.02;  // rad a frame
+constexpr std::int64_t kViewTurnNs = 16'666'667;  // between two pictures, at 60 Hz
+constexpr double kFastestShown = 10.0;            // m/s of a picture
+constexpr std::int64_t kNearingFrames = 2000;     // at most, for a body that comes no nearer
 
 bool AllFinite(const Wrench& F) {
   return F.f.allFinite() && F.tau.allFinite();
@@ -63,6 +64,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   Receive(now_ns);
   TickHoldings(now_ns);
   TakeAndLetGo();
+  if (shared_) CoupleTheRest();
   StartWhenReady(now_ns);
 
   const Anchor goal = ReadDevice();
@@ -172,7 +174,7 @@ void Peer::OnMembership(const MembershipChange& change) noexcept {
   echoes_.OnMembership(change);
   if (!shared_) return;
   if (change.Holds(world_->model().object[static_cast<std::size_t>(held_)])) {
-    shared_->Join(change.peer);
+    Couple(change.peer);
   } else {
     shared_->Part(change.peer);
   }
@@ -250,10 +252,29 @@ void Peer::TakeAndLetGo() noexcept {
   const ObjectId object = model.object[body];
   if (!model.scene.bodies[object].shared) return;
   parting_.Begin(held_);
+  uncoupled_.fill(0);
   shared_.emplace(options_.id, object, model.bodies[body].inertia, options_.coupling);
   std::array<PeerId, kMaxPeers> holders{};
   const std::size_t count = holdings_.Holders(body, holders);
-  for (std::size_t i = 0; i < count; ++i) shared_->Join(holders[i]);
+  for (std::size_t i = 0; i < count; ++i) Couple(holders[i]);
+}
+
+void Peer::Couple(PeerId peer) noexcept {
+  if (shared_->Join(peer)) return;
+  if (std::find(uncoupled_.begin(), uncoupled_.end(), peer) != uncoupled_.end()) return;
+  const auto place = std::find(uncoupled_.begin(), uncoupled_.end(), PeerId{0});
+  if (place == uncoupled_.end()) return;
+  *place = peer;
+  const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
+  news_.TryPush({HoldingNews::Kind::kUncoupled, object, peer});
+}
+
+void Peer::CoupleTheRest() noexcept {
+  for (PeerId& peer : uncoupled_) {
+    if (peer == 0) continue;
+    const bool holds = holdings_.HeldBy(static_cast<std::size_t>(held_), peer);
+    if (!holds || shared_->Join(peer)) peer = 0;
+  }
 }
 
 void Peer::Attach(const Anchor& goal) noexcept {
@@ -396,7 +417,6 @@ void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {
   view.V_W = {};
   view.count = 0;
   const auto add = [&](std::size_t b, std::uint32_t flags, const Vec3& hand_force_W) {
-    if (view.count == kMaxViewBodies) return;
     const Pose X_W = world_->state(b).X_WB * world_->model().bodies[b].X_WB0.Inverse();
     view.bodies[view.count++] = {.object = world_->model().object[b],
                                  .flags = flags,
@@ -416,8 +436,22 @@ void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {
     const Vec3 v = V_WB.v + V_WB.w.cross(view.bodies[0].X_W.p - X_WB.p);
     if (v.norm() < kFastestShown) view.V_W = {V_WB.w, v};
   }
+  const auto stands = [&](std::size_t b) {
+    return static_cast<int>(b) != held_ && holdings_.Parks(b);
+  };
+  const std::uint32_t in_hand = view.count;
+  const std::size_t room = kMaxViewBodies - in_hand;
+  std::size_t standing = 0;
   for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
-    if (static_cast<int>(b) != held_ && holdings_.Parks(b)) add(b, 0, Vec3::Zero());
+    if (stands(b) && standing++ < room) add(b, 0, Vec3::Zero());
+  }
+  if (standing <= room) return;
+  // too many for one frame: each frame sent shows the next of them, which viewers put together
+  const std::size_t first = static_cast<std::size_t>(now_ns / kViewTurnNs) * room % standing;
+  view.count = in_hand;
+  std::size_t number = 0;
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    if (stands(b) && (number++ + standing - first) % standing < room) add(b, 0, Vec3::Zero());
   }
 }
 

@@ -125,6 +125,10 @@ class Peer {
   void TakeAndLetGo() noexcept;
   void Attach(const Anchor& goal) noexcept;
   void CountCrowded() noexcept;
+  /// Couples what we hold to its instance at `peer`; where there is no place, says so once.
+  void Couple(PeerId peer) noexcept;
+  /// Those that found no place, as soon as there is one.
+  void CoupleTheRest() noexcept;
   /// Gives the device what the body received, as far as the guard lets it through.
   void Render() noexcept;
   /// Bodies that nobody holds stand where their authority says.
@@ -148,7 +152,8 @@ class Peer {
   Pose X_BD_;              // there
   std::int64_t nearing_frames_ = 0;
   std::optional<SharedBody> shared_;
-  double last_delay_s_ = 0;  // mean_delay_s() of the body let go
+  std::array<PeerId, kMaxPeers> uncoupled_{};  // holders that found no place; 0: none
+  double last_delay_s_ = 0;                    // mean_delay_s() of the body let go
   Parting parting_;
   RemoteBodies remote_;
   SampleGate gate_;

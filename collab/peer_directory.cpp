@@ -33,6 +33,29 @@ std::string PeerDirectory::WhyRefused(const PeerInfo& info) const {
   return text.data();
 }
 
+bool PeerDirectory::IsFullFor(const PeerInfo& info) const {
+  if (info.role != Role::kActive) return false;
+  std::size_t others = 0;
+  for (const auto& [id, entry] : entries_) {
+    const bool taken_in = entry.presence == Presence::kHere && entry.refused.empty();
+    if (id != info.peer && taken_in && entry.info.role == Role::kActive) ++others;
+  }
+  return others >= kMaxPeers - 1;
+}
+
+std::size_t PeerDirectory::CameBefore(std::uint32_t beat) const {
+  const std::lock_guard lock(mutex_);
+  std::size_t count = 0;
+  for (const auto& [id, entry] : entries_) {
+    const bool counts = entry.presence == Presence::kHere && entry.info.role == Role::kActive &&
+                        WhyRefused(entry.info).empty();
+    // a beat is on its way for a while, and ours has gone on
+    const std::int64_t ahead = std::int64_t{entry.info.beat} - std::int64_t{beat};
+    if (counts && (ahead > 1 || (ahead >= -1 && id < self_))) ++count;
+  }
+  return count;
+}
+
 int PeerDirectory::NumberOfNamesake(const PeerInfo& info) const {
   // of those who are gone for good the name is free again
   std::set<int> taken;
@@ -75,6 +98,7 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   if (place == nullptr) return;
   Entry& entry = *place;
   const bool returned = !added && entry.presence != Presence::kHere;
+  const bool was_refused = !added && !entry.refused.empty();
   const bool claims_changed = entry.info.claims != info.claims;
   if (added || entry.told_name != info.name) {
     entry.namesake = NumberOfNamesake(info);
@@ -86,6 +110,11 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   entry.presence = Presence::kHere;
   offers_.OnPresence(info.peer, true);
   entry.refused = WhyRefused(info);
+  const bool newly = added || returned || was_refused;
+  if (newly && entry.refused.empty() && IsFullFor(info)) {
+    entry.refused = std::to_string(kMaxPeers) + " active peers are here, the most there can be";
+  }
+  const bool taken_in = was_refused && entry.refused.empty();
   const bool unequal =
       info.role == Role::kActive && entry.refused.empty() && info.params_hash != parameters_hash_;
   if (unequal != entry.unequal) entry.unequal_told = false;
@@ -97,14 +126,16 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
     Say("another " + info.name + role + " joined, shown as " + entry.info.name);
   } else if (added) {
     Say(entry.info.name + role + " joined");
+  } else if (taken_in) {
+    Say(entry.info.name + role + " is taken in now");
   } else if (returned) {
     Say(entry.info.name + role + " is back");
   }
   TellUnequal(entry);
   using Kind = MembershipChange::Kind;
   if (Planted(Fault::kLostReturn) && returned) return;
-  if (added || returned || claims_changed) {
-    Tell(entry, added ? Kind::kJoined : returned ? Kind::kBack : Kind::kClaims);
+  if (added || returned || taken_in || claims_changed) {
+    Tell(entry, added || taken_in ? Kind::kJoined : returned ? Kind::kBack : Kind::kClaims);
   }
 }
 

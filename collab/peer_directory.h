@@ -23,7 +23,7 @@ struct OwnTerms {
 /// Told by the transport's control thread, asked by the program's main thread; changes that bear on
 /// forces go to the haptic thread through a queue. Who goes by other force parameters is met, but
 /// what it holds of shared bodies is not heard of. However many come and go, at most kMost are
-/// kept.
+/// kept, and of active ones at most kMaxPeers - 1 taken in: who comes then is when one has gone.
 class PeerDirectory {
  public:
   /// Those here beyond it are not taken in; of those gone the ones longest gone are forgotten.
@@ -36,10 +36,10 @@ class PeerDirectory {
   struct Entry {
     PeerInfo info;
     Presence presence = Presence::kHere;
-    std::string told_name;   // as it calls itself
-    int namesake = 1;        // which of those with its name it is
-    std::string refused;     // why it is not taken in: other protocol, other scene; else empty
-    bool unequal = false;    // goes by other force parameters
+    std::string told_name;  // as it calls itself
+    int namesake = 1;       // which of those with its name it is
+    std::string refused;    // why it is not taken in: other protocol or scene, no place; else empty
+    bool unequal = false;   // goes by other force parameters
     std::uint64_t gone = 0;  // which departure it was; of those who are not here
     bool unequal_told = false;
   };
@@ -55,6 +55,9 @@ class PeerDirectory {
   std::vector<Entry> Entries() const;
   /// How a person is told of a peer.
   std::string NameOf(PeerId peer) const;
+  /// How many active peers of our scene were here before us, as their beats tell beside our own
+  /// `beat`; of those who came with us, the ones of lower id.
+  std::size_t CameBefore(std::uint32_t beat) const;
   /// The active peer here of that name; 0: none.
   PeerId PeerNamed(const std::string& name) const;
   /// What the session is about, as others offer it; nothing: nobody has.
@@ -70,6 +73,7 @@ class PeerDirectory {
   /// The peer's place, if there is one or can be.
   Entry* PlaceFor(PeerId peer, bool& added);
   std::string WhyRefused(const PeerInfo& info) const;
+  bool IsFullFor(const PeerInfo& info) const;
   void OnGone(PeerId peer, Presence presence);
   void Tell(const Entry& entry, MembershipChange::Kind kind);
   void TellUnequal(Entry& entry);

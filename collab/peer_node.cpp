@@ -154,6 +154,9 @@ std::string PeerNode::Told(const HoldingNews& news) const {
       return "no way is known that brings your " + body + " to that of " + who;
     case HoldingNews::Kind::kTogether:
       return "nothing is between your " + body + " and that of " + who + " any more";
+    case HoldingNews::Kind::kUncoupled:
+      return "more than " + std::to_string(kMaxLinks + 1) + " hold " + body +
+             ": your hand is not coupled to that of " + who;
     case HoldingNews::Kind::kNotApart:
     case HoldingNews::Kind::kCrowded:
       break;

@@ -53,6 +53,8 @@ class PeerNode {
   std::vector<std::string> TakeNews() TANDEM_RUNS_ON(kControlThread);
   /// The states of what we held, as far as they were sent in time; after the last SendFrame().
   const SentStates& sent_states() const noexcept { return sent_states_; }
+  /// Whether as many as a session takes were here before us; told by their beats (PeerDirectory).
+  bool OneTooMany() const { return directory_.CameBefore(info_.beat) >= kMaxPeers; }
   /// What we offer.
   const SceneManifest& manifest() const noexcept { return manifest_; }
 

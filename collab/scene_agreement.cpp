@@ -7,6 +7,17 @@
 
 namespace tandem {
 
+std::string BeyondLimits(const Scene& scene) {
+  std::size_t moving = 0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    moving += !scene.bodies[i].fixed && scene.WholeOf(i) == i ? 1 : 0;
+  }
+  if (moving <= kMaxClaims) return {};
+  return scene.file.string() + ": " + std::to_string(moving) +
+         " bodies move by themselves, in a session at most " + std::to_string(kMaxClaims) +
+         ": fix some, or merge them";
+}
+
 SceneManifest ManifestOf(const Scene& scene, const SceneHash& hash, PeerId by) {
   const ForceParameters parameters = ParametersOf(scene);
   SceneManifest manifest{.offered_by = by,

@@ -14,6 +14,10 @@ namespace tandem {
 /// its own: then it and the others push unequally, and shared bodies are not held together.
 /// docs/decisions/0022-agreement.md
 
+/// Why a scene is too large for a session, in a line; empty: it is not. One peer may come to answer
+/// for all that moves, and says of at most kMaxClaims bodies that it does.
+std::string BeyondLimits(const Scene& scene);
+
 /// What a peer that loads this scene offers to the session.
 SceneManifest ManifestOf(const Scene& scene, const SceneHash& hash, PeerId by);
 

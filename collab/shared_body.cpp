@@ -63,21 +63,22 @@ Partner* SharedBody::Find(PeerId peer) noexcept {
   return it == partners_.end() ? nullptr : &*it;
 }
 
-void SharedBody::Join(PeerId peer) noexcept {
+bool SharedBody::Join(PeerId peer) noexcept {
   Partner* partner = Find(peer);
-  if (partner != nullptr && partner->present) return;
+  if (partner != nullptr && partner->present) return true;
   if (partner != nullptr) {  // back while its pull still fades: it goes on from there
     partner->present = true;
     partner->linked = false;
     partner->catching_up = true;
     partner->meter = DelayMeter{};
-    return;
+    return true;
   }
   partner = Find(0);
-  if (partner == nullptr) return;  // more users than places: it stays uncoupled
+  if (partner == nullptr) return false;
   *partner = Partner{};
   partner->peer = peer;
   partner->present = true;
+  return true;
 }
 
 void SharedBody::Part(PeerId peer) noexcept {

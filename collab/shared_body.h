@@ -37,8 +37,9 @@ class SharedBody {
 
   SharedBody(PeerId self, ObjectId object, const Inertia& inertia, const Options& options);
 
-  /// Another user holds the body now, or again.
-  void Join(PeerId peer) noexcept;
+  /// Another user holds the body now, or again. False: kMaxLinks others do already, and this one
+  /// stays uncoupled.
+  bool Join(PeerId peer) noexcept;
   /// Its pull fades over 200 ms, or longer where it is above 1.6 N; then it is forgotten.
   void Part(PeerId peer) noexcept;
 

@@ -28,6 +28,8 @@ struct BenchScene {
   std::string scene;       // a scene of ours by name, or a file
   double voxel_size = 0;   // m; 0: the scene's own
   std::size_t points = 0;  // of the first moving body, about; 0: a point for each of its voxels
+  /// Where the scene fixes nothing, all but the first hand's body is held fast.
+  bool needs_fixture = false;
 };
 
 /// The options --scene and --voxel.

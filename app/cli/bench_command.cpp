@@ -1,8 +1,11 @@
+#include <algorithm>
 #include <cmath>
 
 #include "app/cli/bench.h"
 #include "app/cli/commands.h"
 #include "app/cli/scene_files.h"
+#include "app/cli/talk.h"
+#include "app/option_checks.h"
 
 namespace tandem {
 
@@ -10,10 +13,25 @@ void AddBenchScene(CLI::App& command, BenchScene& scene) {
   command.add_option("--scene", scene.scene, "a scene of tandem's by name, or a scene file")
       ->capture_default_str();
   command.add_option("--voxel", scene.voxel_size, "voxel size in metres; default: the scene's")
-      ->check(CLI::PositiveNumber);
+      ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
 }
 
 namespace {
+
+/// Where nothing is fixed, all but the first hand's body is for this run.
+void HoldTheOthers(Scene& scene) {
+  const auto fixed = [](const SceneBody& body) {
+    return body.fixed;
+  };
+  if (std::ranges::any_of(scene.bodies, fixed) || scene.bodies.size() < 2) return;
+  const int named = scene.hands.empty() ? 0 : scene.BodyNamed(scene.hands[0].body);
+  const std::size_t moving = scene.WholeOf(static_cast<std::size_t>(std::max(0, named)));
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    scene.bodies[i].fixed = scene.WholeOf(i) != moving;
+  }
+  Say(scene.file.string() + ": no body is fixed; all but " + scene.bodies[moving].name +
+      " are held fast for this");
+}
 
 /// Makes the first body's pointshell anew, of about so many points.
 std::optional<Error> SetPoints(std::size_t wanted, WorldModel& world) {
@@ -39,9 +57,11 @@ Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked
     return Error{file.string() +
                  ": not there; `cmake --build --preset release --target clutter` makes it"};
   }
-  Result<Scene> scene = LoadScene(file);
+  Result<Scene> scene = LoadNamedScene(asked.scene);
   if (!scene) return scene.error();
+  if (asked.needs_fixture) HoldTheOthers(*scene);
   if (asked.voxel_size > 0) scene->voxel_size = asked.voxel_size;
+  Say("voxelizing " + asked.scene);
   auto world = LoadWorld(*scene);
   if (!world || asked.points == 0) return world;
   auto changed = std::make_shared<WorldModel>(**world);

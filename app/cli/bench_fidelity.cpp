@@ -8,6 +8,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 
 namespace tandem {
 
@@ -136,19 +137,19 @@ void AddBenchFidelity(CLI::App& bench, int& exit_code) {
   command->add_option("--models", arguments->models,
                       "folder that holds factory/, for the nut and the pegs");
   command->add_option("--approaches", arguments->approaches, "of each body, for first forces")
-      ->check(CLI::PositiveNumber)
+      ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--tilts", arguments->tilts, "of planes")
-      ->check(CLI::PositiveNumber)
+      ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--pegs", arguments->peg_seeds, "how many pegs are put in")
-      ->check(CLI::PositiveNumber)
+      ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--nut-voxel", arguments->nut_voxel, "voxel size for the nut, metres")
-      ->check(CLI::PositiveNumber)
+      ->check(NumberFrom(kLeastVoxel, kLargestVoxel))
       ->capture_default_str();
   command->add_option("--peg-voxel", arguments->peg_voxel, "voxel size for the pegs, metres")
-      ->check(CLI::PositiveNumber)
+      ->check(NumberFrom(kLeastVoxel, kLargestVoxel))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

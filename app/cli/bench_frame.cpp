@@ -3,6 +3,7 @@
 #include <memory>
 #include <numeric>
 #include <random>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
@@ -12,6 +13,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "engine/haptics/scripted_device.h"
 #include "engine/realtime/periodic_thread.h"
 #include "engine/world/world.h"
@@ -184,7 +186,8 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity
         return figures.frames < frames;
       });
   thread.Join();
-  if (!thread.realtime().fifo) Say("not real-time: " + thread.realtime().warning);
+  static bool told = false;  // of the first of several runs
+  if (!thread.realtime().fifo && !std::exchange(told, true)) Say(thread.realtime().warning);
 }
 
 /// The scene's hand, its middle over and over, so that it stays where the contacts are.
@@ -235,7 +238,9 @@ void ForgetLabels(Pointshell& points) {
 }
 
 int RunFrame(const FrameArguments& arguments) {
-  const auto loaded = LoadBenchScene(arguments.scene);
+  BenchScene asked = arguments.scene;
+  asked.needs_fixture = true;
+  const auto loaded = LoadBenchScene(asked);
   if (!loaded) return Fail(kExitFile, loaded.error().what);
   std::shared_ptr<const WorldModel> model = *loaded;
   if (!model->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
@@ -348,8 +353,9 @@ int RunFrame(const FrameArguments& arguments) {
   std::printf("  processor   p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n", Us(figures.cpu, 0.5),
               Us(figures.cpu, 0.99), Us(figures.cpu, 0.999));
   if (helpers.threads() > 1) {
-    std::printf("  helpers     p50 %.1f us of %d threads together\n", Us(figures.helpers_cpu, 0.5),
-                helpers.threads() - 1);
+    std::printf("  helpers     p50 %.1f us, of %s together beside the haptic thread\n",
+                Us(figures.helpers_cpu, 0.5),
+                Counted(static_cast<std::uint64_t>(helpers.threads()) - 1, "thread").c_str());
   }
   std::printf("  wall        p99.9 %.1f us; empty work of the same length %.1f us\n",
               Us(figures.wall, 0.999), Us(figures.noise, 0.999));
@@ -370,32 +376,36 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
   CLI::App* command =
       bench.add_subcommand("frame", "Time whole frames of a body among parts, at 1 kHz");
   AddBenchScene(*command, arguments->scene);
-  command->add_option("--points", arguments->scene.points,
-                      "points of the moving body, about; default: one for each of its voxels");
+  command
+      ->add_option("--points", arguments->scene.points,
+                   "points of the moving body, about; default: one for each of its voxels")
+      ->check(WholeNumberFrom(1, 100'000'000));
   command->add_option("--frames", arguments->frames, "frames to time")
-      ->check(CLI::Range(1000, 10'000'000))
+      ->check(WholeNumberFrom(1000, 10'000'000))
       ->capture_default_str();
-  command->add_option("--capacity", arguments->capacity,
-                      "points that may be tested in a frame; default: what fits --budget here");
+  command
+      ->add_option("--capacity", arguments->capacity,
+                   "points that may be tested in a frame; default: what fits --budget here")
+      ->check(NumberAbove(0, 1e9));
   command->add_option("--budget", arguments->budget_us, "microseconds of a frame for its tests")
-      ->check(CLI::Range(10.0, 1000.0))
+      ->check(NumberFrom(10, 1000))
       ->capture_default_str();
   command
       ->add_option("--without", arguments->without,
                    "leave a saving out: awareness, coherence, chunks or drift")
-      ->check(CLI::IsMember({"awareness", "coherence", "chunks", "drift"}));
+      ->check(OneOf({"awareness", "coherence", "chunks", "drift"}));
   command
       ->add_option("--schedule", arguments->schedule,
                    "ours, or the paper's rule as printed, which can test a contact late")
-      ->check(CLI::IsMember({"ours", "printed"}))
+      ->check(OneOf({"ours", "printed"}))
       ->capture_default_str();
   command
       ->add_option("--check-every", arguments->check_every,
                    "frames between looks at every point for untested contacts")
-      ->check(CLI::Range(1, 1'000'000))
+      ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--threads", arguments->threads, "threads that share a frame's work")
-      ->check(CLI::Range(1, FrameHelpers::kMostThreads))
+      ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

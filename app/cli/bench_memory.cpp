@@ -8,6 +8,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 
 namespace tandem {
 
@@ -94,7 +95,7 @@ void AddBenchMemory(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--voxel", arguments->voxel_size, "voxel size in metres; default: the scene's")
-      ->check(CLI::PositiveNumber);
+      ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunMemoryBench(*arguments);

@@ -10,6 +10,7 @@
 #include "app/cli/child_processes.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "collab/dds/round_trip.h"
 
 namespace tandem {
@@ -87,13 +88,16 @@ void AddBenchNetwork(CLI::App& bench, int& exit_code) {
   CLI::App* command = bench.add_subcommand(
       "network", "Round trips between two processes: DDS beside a plain UDP socket");
   command->add_option("--seconds", arguments->trips.seconds, "of measuring")
-      ->check(CLI::Range(0.1, 600.0))
+      ->check(NumberFrom(0.1, 600))
       ->capture_default_str();
-  command->add_option("--domain", arguments->trips.domain, "DDS domain")->check(CLI::Range(0, 230));
+  command->add_option("--domain", arguments->trips.domain, "DDS domain")
+      ->check(WholeNumberFrom(0, 230));
   command->add_flag("--json", arguments->json, "print one JSON object");
   // the two below make it the other process; an empty group hides them from the help
   command->add_option("--echo-session", arguments->trips.session)->group("");
-  command->add_option("--echo-port", arguments->echo_port)->group("");
+  command->add_option("--echo-port", arguments->echo_port)
+      ->group("")
+      ->check(WholeNumberFrom(0, 65535));
   command->callback([arguments, &exit_code] {
     exit_code = RunBenchNetwork(*arguments);
   });

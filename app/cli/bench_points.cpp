@@ -178,7 +178,9 @@ PointsFigures Measure(const WorldModel& world) {
 }
 
 int RunPoints(const PointsArguments& arguments) {
-  const auto world = LoadBenchScene(arguments.scene);
+  BenchScene asked = arguments.scene;
+  asked.needs_fixture = true;
+  const auto world = LoadBenchScene(asked);
   if (!world) return Fail(kExitFile, world.error().what);
   if (!(*world)->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
   const PointsFigures f = Measure(**world);

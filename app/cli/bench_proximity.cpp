@@ -112,7 +112,7 @@ Figures Measure(SceneProximity& scene, std::size_t bodies, std::size_t part) {
 }
 
 int RunProximity(const ProximityArguments& arguments) {
-  Result<Scene> scene = LoadScene(SceneFile(arguments.scene.scene));
+  Result<Scene> scene = LoadNamedScene(arguments.scene.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
   if (arguments.scene.voxel_size > 0) scene->voxel_size = arguments.scene.voxel_size;
   const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene);

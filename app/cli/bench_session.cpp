@@ -15,6 +15,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "collab/messages.h"
 
 namespace tandem {
@@ -217,7 +218,7 @@ Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& sce
 }
 
 int RunBenchSession(const SessionArguments& arguments) {
-  const Result<Scene> scene = LoadScene(SceneFile(arguments.scene));
+  const Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
   if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": it has no hands");
   const double load = LoadAverage();
@@ -272,13 +273,13 @@ void AddBenchSession(CLI::App& bench, int& exit_code) {
   command->add_option("--scene", arguments->scene, "scene with hands on a shared body")
       ->capture_default_str();
   command->add_option("--peers", arguments->peers, "that hold the body together")
-      ->check(CLI::Range(2, 16))
+      ->check(WholeNumberFrom(2, 16))
       ->capture_default_str();
   command->add_option("--hz", arguments->hz, "rate of states sent")
-      ->check(CLI::Range(10.0, 1000.0))
+      ->check(NumberFrom(10, 1000))
       ->capture_default_str();
   command->add_option("--seconds", arguments->seconds, "of the hands' motion")
-      ->check(CLI::Range(1.0, 600.0))
+      ->check(NumberFrom(1, 600))
       ->capture_default_str();
   CLI::Option* viewers =
       command
@@ -286,16 +287,16 @@ void AddBenchSession(CLI::App& bench, int& exit_code) {
                        "instead: a frame's processor time of two peers with so many viewers behind "
                        "a relay, as 8,32, and twice without any")
           ->delimiter(',')
-          ->check(CLI::Range(1, 64));
+          ->check(WholeNumberFrom(1, 64));
   command
       ->add_option(
           "--compare", arguments->compare,
           "instead: a frame's processor time with so many peers who hold the body, as 1,2,4")
       ->delimiter(',')
-      ->check(CLI::Range(1, 16))
+      ->check(WholeNumberFrom(1, 16))
       ->excludes(viewers);
   command->add_option("--rounds", arguments->rounds, "of --compare and --viewers; medians count")
-      ->check(CLI::Range(1, 99))
+      ->check(WholeNumberFrom(1, 99))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

@@ -8,6 +8,7 @@
 #include "app/cli/bench.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxelize.h"
 
@@ -70,9 +71,9 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
     std::printf("%s\n", out.dump(2).c_str());
     return kExitOk;
   }
-  std::printf("%s: %zu triangles, voxels of %g m, three fields, %zu threads, median of %zu runs\n",
-              arguments.file.c_str(), mesh->triangles.size(), arguments.voxel_size,
-              arguments.threads, seconds.size());
+  std::printf("%s: %s, voxels of %g m, three fields, %s, median of %s\n", arguments.file.c_str(),
+              Counted(mesh->triangles.size(), "triangle").c_str(), arguments.voxel_size,
+              Counted(arguments.threads, "thread").c_str(), Counted(seconds.size(), "run").c_str());
   std::printf("%.4f s, %.4f s of processor time\n", Median(seconds), Median(cpu_seconds));
   std::printf("%zu band voxels, %.1f points a chunk, %.1f MB, %.3f bytes a band voxel\n", band,
               per_chunk, 1e-6 * static_cast<double>(counts.bytes), per_band);
@@ -86,13 +87,13 @@ void AddBenchVoxelize(CLI::App& bench, int& exit_code) {
   CLI::App* command = bench.add_subcommand("voxelize", "Time the voxelization of a mesh file");
   command->add_option("file", arguments->file, "mesh file")->required();
   command->add_option("--voxel", arguments->voxel_size, "voxel size in metres")
-      ->check(CLI::PositiveNumber)
+      ->check(NumberFrom(kLeastVoxel, kLargestVoxel))
       ->capture_default_str();
   command->add_option("--scale", arguments->scale, "metres per file unit")
-      ->check(CLI::PositiveNumber)
+      ->check(NumberFrom(kLeastScale, kLargestScale))
       ->capture_default_str();
   command->add_option("--threads", arguments->threads, "threads")
-      ->check(CLI::PositiveNumber)
+      ->check(WholeNumberFrom(1, kMostThreads))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

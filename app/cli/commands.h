@@ -4,6 +4,9 @@
 
 namespace tandem {
 
+/// Adds them all.
+void AddCommands(CLI::App& app, int& exit_code);
+
 /// Each adds a subcommand whose run leaves its exit code in `exit_code`.
 void AddViewCommand(CLI::App& app, int& exit_code);
 void AddVoxelizeCommand(CLI::App& app, int& exit_code);

@@ -7,6 +7,7 @@
 #include "app/cli/poses_file.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "engine/contact/contact_pair.h"
 #include "engine/geometry/exact_surface.h"
 #include "engine/geometry/facets.h"
@@ -27,7 +28,8 @@ struct ContactArguments {
   double voxel = 0;
   double scale = 1.0;
   int force_layer = 0;
-  ContactModel model = ContactModel::kRefined;
+  std::string contact = "refined";
+  ContactModel model = ContactModel::kRefined;  // of that name
   bool csv = false;
 };
 
@@ -104,9 +106,6 @@ std::vector<FilePose> PosesOfPair(std::vector<FilePose> poses, const ContactArgu
 constexpr double kMass = 0.3;  // kg, for the gains that a part of this mass would have
 
 int RunContact(const ContactArguments& arguments) {
-  if (!(arguments.voxel > 0) || !(arguments.scale > 0)) {
-    return Fail(kExitUsage, "--voxel and --scale must be above 0");
-  }
   Result<std::vector<FilePose>> all_poses = ReadPosesFile(arguments.poses);
   if (!all_poses) return Fail(kExitFile, all_poses.error().what);
   const std::vector<FilePose> poses = PosesOfPair(std::move(*all_poses), arguments);
@@ -130,7 +129,7 @@ int RunContact(const ContactArguments& arguments) {
     for (const FilePose& pose : poses) {
       if (arguments.csv) PrintRow(pose.row, PoseReading{});
     }
-    Say("0 of " + std::to_string(poses.size()) + " poses touch: the parts stay out of range");
+    Say("0 of " + Counted(poses.size(), "pose") + " touch: the parts stay out of range");
     return kExitOk;
   }
   const MeshSides sides(*fixed);
@@ -159,8 +158,8 @@ int RunContact(const ContactArguments& arguments) {
     touching += reading.touching_points > 0 ? 1 : 0;
     if (arguments.csv) PrintRow(pose.row, reading);
   }
-  Say(std::to_string(touching) + " of " + std::to_string(poses.size()) + " poses touch; " +
-      std::to_string(points->size()) + " points");
+  Say(std::to_string(touching) + " of " + Counted(poses.size(), "pose") + " touch; " +
+      Counted(points->size(), "point"));
   return kExitOk;
 }
 
@@ -172,20 +171,23 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
   command->add_option("--static", arguments->fixed, "mesh file that gives the voxels")->required();
   command->add_option("--dynamic", arguments->moving, "mesh file that gives the points")
       ->required();
-  command->add_option("--voxel", arguments->voxel, "voxel size in metres")->required();
+  command->add_option("--voxel", arguments->voxel, "voxel size in metres")
+      ->required()
+      ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
   command->add_option("--poses", arguments->poses, "CSV file of poses of the moving part")
       ->required();
-  command->add_option("--scale", arguments->scale, "metres per file unit");
+  command->add_option("--scale", arguments->scale, "metres per file unit")
+      ->check(NumberFrom(kLeastScale, kLargestScale));
   command->add_option("--force-layer", arguments->force_layer, "layer that first pushes, from 0")
-      ->check(CLI::Range(0, kDefaultRange - 2));
+      ->check(WholeNumberFrom(0, kDefaultRange - 2));
   command
-      ->add_option("--contact", arguments->model,
+      ->add_option("--contact", arguments->contact,
                    "how contact is modelled: refined, or the paper's plain")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, ContactModel>{
-          {"refined", ContactModel::kRefined}, {"plain", ContactModel::kPlain}}))
-      ->default_str("refined");
+      ->check(OneOf({"refined", "plain"}))
+      ->capture_default_str();
   command->add_flag("--csv", arguments->csv, "print one line a pose");
   command->callback([arguments, &exit_code] {
+    if (arguments->contact == "plain") arguments->model = ContactModel::kPlain;
     exit_code = RunContact(*arguments);
   });
 }

@@ -13,6 +13,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 
 namespace tandem {
 
@@ -221,7 +222,7 @@ void Tell(const ordered_json& json) {
 }
 
 int RunDemo(const DemoArguments& arguments) {
-  const Result<Scene> scene = LoadScene(SceneFile(arguments.scene));
+  const Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
   const bool one_part = scene->hands.size() == 2 && scene->hands[0].body == scene->hands[1].body;
   const int object = one_part ? scene->BodyNamed(scene->hands[0].body) : -1;
@@ -258,16 +259,17 @@ void AddDemoCommand(CLI::App& app, int& exit_code) {
       "demo", "Two peers and a viewer on this machine: hold one part together and work it out");
   command->add_option("--scene", arguments->scene, "scene by name, or a scene file");
   command->add_option("--seconds", arguments->seconds, "length of the run")
-      ->check(CLI::Range(2.0, 600.0));
+      ->check(NumberFrom(2, 600));
   command->add_option("--delay-ms", arguments->delay_ms, "delay injected each way")
-      ->check(CLI::Range(0.0, 2000.0));
+      ->check(NumberFrom(0, 2000));
   command->add_option("--jitter-ms", arguments->jitter_ms, "up to so much more, at random")
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(NumberFrom(0, 1000));
   command->add_option("--loss", arguments->loss, "share of samples lost, 0 to 1")
-      ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--seed", arguments->seed, "of jitter and loss");
+      ->check(NumberFrom(0, 1));
+  command->add_option("--seed", arguments->seed, "of jitter and loss")
+      ->check(WholeNumberFrom(0, kLargestSeed));
   command->add_option("--law", arguments->law, "how stiffness follows delay")
-      ->check(CLI::IsMember({"p+dd", "p+d", "linear", "pdopt"}));
+      ->check(OneOf({"p+dd", "p+d", "linear", "pdopt"}));
   command->add_option("--screenshot", arguments->screenshot,
                       "picture of the viewer's window (PNG)");
   command->add_flag("--headless", arguments->headless, "no window even where there is a display");

@@ -176,7 +176,8 @@ void CheckPath(const std::string& text, Findings& findings) {
   const PathFacts path = ProbePath(peer->host, kAnswerPort);
   const std::string mend =
       "on the other machine: tandem doctor --answer; if still nothing comes, let UDP through its "
-      "firewall, or use a VPN";
+      "firewall, " +
+      std::to_string(kAnswerPort) + " for this and the session's ports above, or use a VPN";
   if (!path.error.empty()) {
     findings.Add(Verdict::kBad, what, path.error, "check the name and the network");
   } else if (path.answered == 0) {
@@ -269,7 +270,7 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DoctorArguments>();
   CLI::App* command = app.add_subcommand(
       "doctor", "Check what a session needs of this machine and network, and say what mends it");
-  command->add_option("--session", arguments->session, "look whom this session has");
+  AddSessionOption(*command, arguments->session, "look whom this session has");
   AddReachOptions(*command, arguments->reach);
   command->add_flag("--answer", arguments->answer, "answer another machine's doctor, until Ctrl-C");
   command->add_flag("--json", arguments->json, "print the findings as JSON");

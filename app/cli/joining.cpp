@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/cli/capacity.h"
+#include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
@@ -23,8 +24,11 @@ constexpr std::int64_t kLeastSettleNs = 100 * kMs;
 
 /// Reads the scene file and what it is made of.
 int ReadScene(const PeerArguments& arguments, Joining& joining) {
-  Result<Scene> scene = LoadScene(arguments.scene);
+  Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
+  if (const std::string fault = BeyondLimits(*scene); !fault.empty()) {
+    return Fail(kExitFile, fault);
+  }
   Result<SceneHash> hash = HashScene(*scene);
   if (!hash) return Fail(kExitFile, hash.error().what);
   joining.scene = *std::move(scene);

@@ -1,8 +1,15 @@
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <memory>
+
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "app/cli/commands.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "collab/dds/keys.h"
 
 namespace tandem {
@@ -21,7 +28,27 @@ Authority AuthorityOf(const std::vector<std::string>& files) {
   return files.empty() ? Authority{} : Authority{.certificate = files[0], .key = files[1]};
 }
 
+/// What of the disk speaks against a new folder; empty: nothing.
+std::string WhyNoFolder(const std::filesystem::path& folder) {
+  std::error_code failed;
+  if (std::filesystem::exists(folder, failed) && !std::filesystem::is_empty(folder, failed)) {
+    return folder.string() + " exists already: keys are never overwritten";
+  }
+  std::filesystem::path first_new = std::filesystem::absolute(folder);
+  while (!std::filesystem::exists(first_new.parent_path(), failed)) {
+    first_new = first_new.parent_path();
+  }
+  if (std::filesystem::exists(folder, failed)) return {};
+  if (mkdir(first_new.c_str(), 0700) != 0) {
+    return folder.string() + ": cannot be made: " + std::strerror(errno) + ": name another folder";
+  }
+  rmdir(first_new.c_str());
+  return {};
+}
+
 int MakeSession(const KeysArguments& arguments) {
+  const std::string fault = WhyNoFolder(arguments.folder);
+  if (!fault.empty()) return Fail(kExitFile, fault);
   const Result<bool> made =
       MakeSessionKeys(arguments.folder, AuthorityOf(arguments.identity_authority),
                       AuthorityOf(arguments.permissions_authority), arguments.days);
@@ -36,6 +63,16 @@ enum class Part { kPeer, kViewer, kRelay };
 int MakeMember(const KeysArguments& arguments, Part part) {
   const std::string out =
       arguments.out.empty() ? arguments.folder + "/" + arguments.name : arguments.out;
+  std::string fault = WhyNoFolder(out);
+  std::error_code failed;
+  if (!std::filesystem::is_directory(arguments.folder, failed)) {
+    fault = arguments.folder + ": no such folder: 'tandem keys session " + arguments.folder +
+            "' makes it";
+  }
+  if (fault.empty() && !std::filesystem::exists(arguments.folder + "/identity_ca.pem", failed)) {
+    fault = arguments.folder + ": holds no session's keys: 'tandem keys session' makes them";
+  }
+  if (!fault.empty()) return Fail(kExitFile, fault);
   const Result<PeerId> made =
       part == Part::kRelay ? MakeRelayKeys(arguments.folder, arguments.name, out, arguments.days)
                            : MakeMemberKeys(arguments.folder, arguments.name,
@@ -68,7 +105,7 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
                    "the same; must be another authority")
       ->expected(2);
   session->add_option("--days", arguments->days, "how long they are valid")
-      ->check(CLI::PositiveNumber);
+      ->check(WholeNumberFrom(1, 36'500));
   session->callback([arguments, &exit_code] {
     exit_code = MakeSession(*arguments);
   });
@@ -86,10 +123,18 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
     auto asked = std::make_shared<KeysArguments>();
     CLI::App* command = keys->add_subcommand(member.name, member.what);
     command->add_option("FOLDER", asked->folder, "the session's folder")->required();
-    command->add_option("NAME", asked->name, "how others see them")->required();
+    command->add_option("NAME", asked->name, "how others see them")
+        ->required()
+        ->check(CLI::Validator(
+            [](std::string& name) -> std::string {
+              return IsMemberName(name)
+                         ? ""
+                         : "'" + name + "' is no name for a member: letters, digits, '.', '_', '-'";
+            },
+            ""));
     command->add_option("--out", asked->out, "new folder; default: FOLDER/NAME");
     command->add_option("--days", asked->days, "how long they are valid")
-        ->check(CLI::PositiveNumber);
+        ->check(WholeNumberFrom(1, 36'500));
     command->callback([asked, part = member.part, &exit_code] {
       exit_code = MakeMember(*asked, part);
     });

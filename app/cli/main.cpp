@@ -1,11 +1,8 @@
-#include <cstdio>
-#include <exception>
-
 #include <CLI/CLI.hpp>
 
 #include "app/cli/commands.h"
-#include "app/cli/watch_command.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "engine/geometry/mesh_file.h"
 
 int main(int argc, char** argv) {
@@ -15,27 +12,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", TANDEM_VERSION);
   int exit_code = tandem::kExitOk;
-  tandem::AddDemoCommand(app, exit_code);
-  tandem::AddPeerCommand(app, exit_code);
-  tandem::AddViewCommand(app, exit_code);
-  tandem::AddWatchCommand(app, exit_code);
-  tandem::AddRelayCommand(app, exit_code);
-  tandem::AddVoxelizeCommand(app, exit_code);
-  tandem::AddContactCommand(app, exit_code);
-  tandem::AddBenchCommand(app, exit_code);
-  tandem::AddProximityCommand(app, exit_code);
-  tandem::AddKeysCommand(app, exit_code);
-  tandem::AddSimulateCommand(app, exit_code);
-  tandem::AddDoctorCommand(app, exit_code);
-  tandem::AddReplayCommand(app, exit_code);
-  tandem::AddStabilityCommand(app, exit_code);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? tandem::kExitOk : tandem::kExitUsage;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "tandem: %s\n", error.what());
-    return tandem::kExitFailed;
-  }
+  tandem::AddCommands(app, exit_code);
+  if (const std::optional<int> ended = tandem::ParseOrExplain(app, argc, argv)) return *ended;
   return exit_code;
 }

@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <thread>
@@ -17,6 +19,7 @@
 #include "app/cli/talk.h"
 #include "app/cli/watch_command.h"
 #include "app/exit_codes.h"
+#include "app/output_file.h"
 #include "collab/dds/socket_drops.h"
 #include "engine/realtime/periodic_thread.h"
 
@@ -65,6 +68,16 @@ std::string Seconds(double seconds) {
   return text;
 }
 
+/// For somebody who came with an empty hand.
+std::string WhatThereIsToHold(const WorldModel& model) {
+  std::string line = "your hand is empty: --hold BODY, or 'grab BODY' as a line here, of: ";
+  for (std::size_t b = 0; b < model.object.size(); ++b) {
+    if (b == 8) return line + ", and " + std::to_string(model.object.size() - b) + " more";
+    line += (b == 0 ? "" : ", ") + model.scene.bodies[model.object[b]].name;
+  }
+  return line;
+}
+
 std::size_t ActiveIn(const PeerDirectory& directory) {
   const std::vector<PeerDirectory::Entry> entries = directory.Entries();
   return static_cast<std::size_t>(
@@ -75,6 +88,11 @@ std::size_t ActiveIn(const PeerDirectory& directory) {
 }
 
 int RunOnce(PeerArguments& arguments) {
+  for (const char* ending : {"", ".trace"}) {
+    if (arguments.report.empty()) continue;
+    const std::string fault = WhyNotWritable(arguments.report + ending);
+    if (!fault.empty()) return Fail(kExitFile, fault);
+  }
   Result<NetworkPlan> plan = NetworkPlan{};
   if (!arguments.network.empty()) plan = LoadNetworkPlan(arguments.network);
   if (!plan) return Fail(kExitFile, plan.error().what);
@@ -115,10 +133,12 @@ int RunOnce(PeerArguments& arguments) {
   Say(arguments.name + " is in session " + arguments.session + " (" + realtime.scheduler() + ")");
 
   Say(SecurityOf(arguments.reach, arguments.session));
+  if (arguments.hold.empty()) Say(WhatThereIsToHold(*joining.model));
 
   kControlThread.Enter();
   constexpr std::int64_t kControlPeriodNs = 20'000'000;
   constexpr std::int64_t kWaitingNs = 2'000'000'000;
+  constexpr std::int64_t kNewcomerNs = 10'000'000'000;  // later nobody is sent away
   const std::int64_t opened_ns = MonotonicNowNs();
   std::int64_t next_ns = opened_ns;
   std::int64_t done_ns = 0;
@@ -160,6 +180,13 @@ int RunOnce(PeerArguments& arguments) {
         Say("too many orders at once: '" + line + "' is not obeyed");
       }
     }
+    if (now_ns - opened_ns < kNewcomerNs && node.OneTooMany()) {
+      exit_code =
+          Fail(kExitNetwork, "session " + arguments.session + " has " + std::to_string(kMaxPeers) +
+                                 " active peers, the most there can be: look on with "
+                                 "'tandem watch'");
+      break;
+    }
     if (!begun.load(std::memory_order_relaxed) && Superseded(joining)) {
       Say("other force parameters were offered to the session at the same time: joining anew by "
           "those");
@@ -198,7 +225,7 @@ int RunOnce(PeerArguments& arguments) {
   if (joining.recorder) {
     const Result<std::uint64_t> recorded = joining.recorder->Close();
     if (!recorded) exit_code = Fail(kExitFile, recorded.error().what);
-    if (recorded) Say(arguments.record + ": " + std::to_string(*recorded) + " frames recorded");
+    if (recorded) Say(arguments.record + ": " + Counted(*recorded, "frame") + " recorded");
   }
   if (exit_code != kExitOk || arguments.report.empty()) return exit_code;
 
@@ -237,6 +264,11 @@ int LookOn(const PeerArguments& arguments) {
 
 int RunPeer(PeerArguments& arguments) {
   if (arguments.role == "viewer") return LookOn(arguments);
+  std::error_code not_there;
+  if (std::filesystem::is_regular_file(arguments.record, not_there) &&
+      std::filesystem::file_size(arguments.record, not_there) > 0) {
+    return Fail(kExitFile, arguments.record + " exists already: recordings are never overwritten");
+  }
   int exit_code = kJoinAgain;
   while (exit_code == kJoinAgain) exit_code = RunOnce(arguments);
   return exit_code;

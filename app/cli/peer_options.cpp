@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "app/option_checks.h"
 #include "collab/coupling_limits.h"
+#include "collab/messages.h"
 #include "engine/realtime/frame_helpers.h"
 
 namespace tandem {
@@ -18,13 +20,18 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
   command
       .add_option("--device", arguments.device,
                   "scripted: a hand that feels and gives way; none: without force feedback")
-      ->check(CLI::IsMember({"scripted", "none"}))
+      ->check(OneOf({"scripted", "none"}))
       ->capture_default_str();
-  command.add_option("--wait-for", arguments.wait_for,
-                     "the hand starts when that many others hold a body, of a shared one the same");
-  command.add_option("--wait-seconds", arguments.wait_seconds, "give up waiting after this");
-  command.add_option("--seconds", arguments.seconds,
-                     "leave so long after the hand's start; 0: on a signal");
+  command
+      .add_option("--wait-for", arguments.wait_for,
+                  "the hand starts when that many others hold a body, of a shared one the same")
+      ->check(WholeNumberFrom(0, kMaxPeers - 1));
+  command.add_option("--wait-seconds", arguments.wait_seconds, "give up waiting after this")
+      ->check(NumberFrom(0, kLongestRun));
+  command
+      .add_option("--seconds", arguments.seconds,
+                  "leave so long after the hand's start; 0: on a signal")
+      ->check(NumberFrom(0, kLongestRun));
 }
 
 /// NAME=VALUE of a law's limit.
@@ -48,12 +55,13 @@ void ReadGain(const std::string& gain, CouplingLimits& limits) {
 void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
   LinkConditions& conditions = arguments.conditions;
   command.add_option("--delay-ms", conditions.delay_ms, "delay injected in what is heard")
-      ->check(CLI::Range(0.0, 2000.0));
+      ->check(NumberFrom(0, 2000));
   command.add_option("--jitter-ms", conditions.jitter_ms, "up to so much more, at random")
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(NumberFrom(0, 1000));
   command.add_option("--loss", conditions.loss, "share of samples lost, 0 to 1")
-      ->check(CLI::Range(0.0, 1.0));
-  command.add_option("--seed", conditions.seed, "of jitter and loss");
+      ->check(NumberFrom(0, 1));
+  command.add_option("--seed", conditions.seed, "of jitter and loss")
+      ->check(WholeNumberFrom(0, kLargestSeed));
   CLI::Option* network =
       command.add_option("--network", arguments.network,
                          "plan file: what is heard of whom comes late, twice or not at all, and "
@@ -62,7 +70,7 @@ void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
     network->excludes(option);
   }
   command.add_option("--law", arguments.law, "how stiffness follows delay")
-      ->check(CLI::IsMember({"p+dd", "p+d", "linear", "pdopt", "constant"}));
+      ->check(OneOf({"p+dd", "p+d", "linear", "pdopt", "constant"}));
   CLI::Option* lab = command.add_flag("--lab", arguments.lab,
                                       "allow what can shake: see the next two, 'constant'");
   command
@@ -76,18 +84,18 @@ void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
   command.add_flag("!--no-gate", arguments.gate, "with --lab: links may generate energy")
       ->needs(lab);
   command.add_option("--publish-hz", arguments.publish_hz, "rate of states sent")
-      ->check(CLI::Range(10.0, 1000.0));
+      ->check(NumberFrom(10, 1000));
 }
 
 }  // namespace
 
 void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
-  command.add_option("--session", arguments.session, "name of the session to join")->required();
-  command.add_option("--scene", arguments.scene, "scene file")->required();
+  AddSessionOption(command, arguments.session, "name of the session to join")->required();
+  command.add_option("--scene", arguments.scene, "scene by name, or a scene file")->required();
   command
       .add_option("--role", arguments.role,
                   "active: simulates and may hold bodies; viewer: looks on, as tandem watch")
-      ->check(CLI::IsMember({"active", "viewer"}))
+      ->check(OneOf({"active", "viewer"}))
       ->capture_default_str();
   command.add_option("--name", arguments.name, "how others see you");
   command.add_flag("--insist", arguments.insist,
@@ -98,9 +106,9 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   command
       .add_option("--capacity", arguments.capacity,
                   "points that may be tested in a frame; default: what fits 300 us here")
-      ->check(CLI::PositiveNumber);
+      ->check(NumberAbove(0, 1e9));
   command.add_option("--threads", arguments.threads, "threads that share a large frame's work")
-      ->check(CLI::Range(1, FrameHelpers::kMostThreads))
+      ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads))
       ->capture_default_str();
   AddReachOptions(command, arguments.reach);
   command.add_option("--report", arguments.report,

@@ -16,7 +16,7 @@ struct FilePose {
   std::string fixed;
   std::string moving;
   std::string kind;  // as the column of that name says, if there is one
-  Pose X_WM;  // translation in file units
+  Pose X_WM;         // translation in file units
 };
 
 /// What a poses file is about: pairs of mesh files, or bodies of a scene, which needs no column

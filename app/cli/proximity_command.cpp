@@ -11,6 +11,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -187,14 +188,8 @@ std::vector<Answer> AnswerAll(SceneProximity& proximity, const Scene& scene,
 }
 
 int RunProximity(const ProximityArguments& arguments) {
-  if (!(arguments.voxel >= 0) || !std::isfinite(arguments.voxel)) {
-    return Fail(kExitUsage, "--voxel takes a size in metres above 0");
-  }
-  if (!(arguments.scale > 0) || !std::isfinite(arguments.scale)) {
-    return Fail(kExitUsage, "--scale takes metres per unit of the poses' translations, above 0");
-  }
   if (arguments.csv && arguments.json) return Fail(kExitUsage, "give --csv or --json, not both");
-  const Result<Scene> scene = LoadScene(SceneFile(arguments.scene));
+  const Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
   const Result<std::vector<Question>> questions =
       arguments.poses.empty() ? QuestionsOfScene(*scene)
@@ -234,7 +229,7 @@ int RunProximity(const ProximityArguments& arguments) {
   std::snprintf(costs_text, sizeof costs_text,
                 "; voxelized in %.2f s, then %.2f ms a pose (median; max %.2f)", costs.voxelize_s,
                 costs.median_ms, costs.most_ms);
-  Say(std::to_string(overlapping) + " of " + std::to_string(answers.size()) + " poses overlap" +
+  Say(std::to_string(overlapping) + " of " + Counted(answers.size(), "pose") + " overlap" +
       costs_text);
   return kExitOk;
 }
@@ -250,12 +245,14 @@ void AddProximityCommand(CLI::App& app, int& exit_code) {
   command->add_option("--poses", arguments->poses,
                       "CSV file of poses; otherwise each moving body where it stands at first");
   command->add_option("--scale", arguments->scale, "metres per unit of the poses' translations")
+      ->check(NumberFrom(kLeastScale, kLargestScale))
       ->capture_default_str();
-  command->add_option("--voxel", arguments->voxel, "voxel size in metres; otherwise the scene's");
+  command->add_option("--voxel", arguments->voxel, "voxel size in metres; otherwise the scene's")
+      ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
   command
       ->add_option("--range", arguments->range,
                    "voxels that the distance fields reach; otherwise the scene's")
-      ->check(CLI::Range(1, WidestRange(8)));
+      ->check(WholeNumberFrom(1, WidestRange(8)));
   command->add_flag("--coarse", arguments->coarse,
                     "by voxels alone: the error is at most sqrt(3) voxels");
   command->add_flag("--csv", arguments->csv, "print one line a pose for programs");

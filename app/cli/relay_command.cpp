@@ -8,6 +8,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "app/reach/reach_options.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/relay.h"
@@ -84,7 +85,7 @@ int RunRelay(RelayArguments arguments) {
       const auto each_s =
           static_cast<double>(passed - told) / (1e-9 * static_cast<double>(kStatusNs));
       Say(std::to_string(static_cast<long>(each_s)) + " pictures/s to " +
-          std::to_string((*relay)->viewers()) + " viewers");
+          Counted((*relay)->viewers(), "viewer"));
       told = passed;
       status_ns = now_ns;
     }
@@ -105,7 +106,7 @@ void AddRelayCommand(CLI::App& app, int& exit_code) {
   arguments->name = "relay-" + std::to_string(getpid());
   CLI::App* command = app.add_subcommand(
       "relay", "Show a session to many: its peers serve the relay alone, the relay the viewers");
-  command->add_option("--session", arguments->session, "name of the session")->required();
+  AddSessionOption(*command, arguments->session, "name of the session")->required();
   command->add_option("--name", arguments->name, "how the session's peers see it");
   AddReachOptions(*command, arguments->reach);
   command->add_option("--audience-interface", arguments->audience.interface,
@@ -113,12 +114,12 @@ void AddRelayCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--audience-port", arguments->audience.port,
                    "UDP port for viewers beyond the local network, and the next one")
-      ->check(CLI::Range(1024, 65534));
+      ->check(WholeNumberFrom(1024, 65534));
   command->add_option("--audience-secure", arguments->audience.secure,
                       "folder made by 'tandem keys relay' in a session of the viewers' own: nobody "
                       "without its keys looks on");
   command->add_option("--seconds", arguments->seconds, "leave after this; 0: on a signal")
-      ->check(CLI::NonNegativeNumber);
+      ->check(NumberFrom(0, kLongestRun));
   command->callback([arguments, &exit_code] {
     exit_code = RunRelay(*arguments);
   });

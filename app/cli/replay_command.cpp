@@ -11,8 +11,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "app/reach/reach_options.h"
 #include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"
@@ -130,7 +132,8 @@ std::string Hex(std::uint64_t hash) {
 /// The recorded scene as it was, or why it is not to be had.
 Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& arguments,
                                                        const RecordingHeader& header) {
-  const std::string file = arguments.scene.empty() ? header.scene : arguments.scene;
+  const std::string file =
+      arguments.scene.empty() ? header.scene : SceneFile(arguments.scene).string();
   Result<Scene> scene = LoadScene(file);
   if (!scene) return Error{scene.error().what + " (--scene says where it is now)"};
   Adopt(header.parameters, *scene);
@@ -194,7 +197,7 @@ class Player {
     if ((number + 1) % kFramesPerSecond == 0) {
       golden_.push_back(Hex(frame.state_hash));
       if (!arguments_.json) {
-        std::printf("%" PRId64 " s %s\n", (number + 1) / kFramesPerSecond,
+        std::printf("after %" PRId64 " s: state %s\n", (number + 1) / kFramesPerSecond,
                     Hex(frame.state_hash).c_str());
       }
     }
@@ -265,7 +268,7 @@ int RunReplay(const ReplayArguments& arguments) {
   if (exported) {
     const Result<std::uint64_t> messages = exported->Close();
     if (!messages) return Fail(kExitFile, messages.error().what);
-    Say(arguments.exported + ": " + std::to_string(*messages) + " messages");
+    Say(arguments.exported + ": " + Counted(*messages, "message"));
   }
 
   if (player.newcomer()) return Fail(kExitNetwork, NotBeside(*player.newcomer(), arguments));
@@ -291,7 +294,7 @@ int RunReplay(const ReplayArguments& arguments) {
                                  "recorded");
   }
   if (identical) {
-    Say(std::to_string(result.frames) + " frames, bit for bit as recorded" +
+    Say(Counted(static_cast<std::uint64_t>(result.frames), "frame") + ", bit for bit as recorded" +
         (stop_asked.load() ? "; stopped there" : ""));
     return kExitOk;
   }
@@ -309,11 +312,11 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
   command->add_option("FILE", arguments->file, "recording")->required();
   command->add_option("--scene", arguments->scene, "where the scene is now, if it was moved");
   command->add_option("--speed", arguments->speed, "times real time; default: as fast as it goes")
-      ->check(CLI::NonNegativeNumber);
+      ->check(NumberFrom(0, 1000));
   command->add_option("--threads", arguments->threads, "threads that share a large frame's work")
-      ->check(CLI::Range(1, FrameHelpers::kMostThreads));
-  command->add_option("--session", arguments->session,
-                      "show it to the viewers of this session; with --speed 1, say");
+      ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads));
+  AddSessionOption(*command, arguments->session,
+                   "show it to the viewers of this session; with --speed 1, say");
   command->add_option("--export", arguments->exported,
                       "write poses, twists and forces there as MCAP, for other programs");
   AddReachOptions(*command, arguments->reach);

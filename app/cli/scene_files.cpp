@@ -1,5 +1,8 @@
 #include "app/cli/scene_files.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "app/cli/child_processes.h"
 
 namespace tandem {
@@ -9,6 +12,27 @@ std::filesystem::path SceneFile(const std::string& name_or_path) {
   if (std::filesystem::exists(path) || path.has_parent_path() || path.has_extension()) return path;
   // build/bin/tandem reads build/scenes
   return ProgramFolder().parent_path() / "scenes" / (name_or_path + ".json");
+}
+
+Result<Scene> LoadNamedScene(const std::string& name_or_path) {
+  const std::filesystem::path file = SceneFile(name_or_path);
+  std::error_code unknown;
+  if (file == name_or_path || std::filesystem::exists(file, unknown)) return LoadScene(file);
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(file.parent_path(), unknown)) {
+    // a hand's file begins with its scene's name
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  std::string scenes;
+  std::string last;
+  for (const std::string& name : names) {
+    if (!last.empty() && name.rfind(last + "_", 0) == 0) continue;
+    scenes += (scenes.empty() ? "" : ", ") + name;
+    last = name;
+  }
+  return Error{"there is no scene '" + name_or_path + "': name a file, or one of " + scenes + " (" +
+               file.parent_path().string() + ")"};
 }
 
 }  // namespace tandem

@@ -11,6 +11,7 @@
 #include "app/cli/simulate_scene.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "collab/simulated/fault_schedule.h"
 #include "collab/simulated/light_scene.h"
 #include "collab/simulated/simulator.h"
@@ -54,7 +55,8 @@ int RunSimulate(const SimulateArguments& arguments) {
   const std::uint64_t first = one ? arguments.seed : arguments.first;
   const std::uint64_t count = one ? 1 : arguments.seeds;
   const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
-  const unsigned threads = arguments.threads == 0 ? processors : arguments.threads;
+  const auto threads = static_cast<unsigned>(
+      std::min<std::uint64_t>(count, arguments.threads == 0 ? processors : arguments.threads));
   SeedLog log;
   if (one && !arguments.json) {
     for (const std::string& line : Describe(DrawSchedule(first))) std::printf("%s\n", line.c_str());
@@ -97,8 +99,8 @@ int RunSimulate(const SimulateArguments& arguments) {
         std::printf("seed %llu %s\n", static_cast<unsigned long long>(result.seed), line.c_str());
       }
     }
-    std::printf("%llu seeds, %llu broken, %.1f s, %.0f peer-seconds simulated, digest %s\n",
-                static_cast<unsigned long long>(count), static_cast<unsigned long long>(broken),
+    std::printf("%s, %llu broken, %.1f s, %.0f peer-seconds simulated, digest %s\n",
+                Counted(count, "seed").c_str(), static_cast<unsigned long long>(broken),
                 wall.count(), peer_seconds, Hex(digest).c_str());
   }
   return broken == 0 ? kExitOk : kExitFailed;
@@ -110,17 +112,28 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand(
       "simulate", "Whole sessions in virtual time, with cuts, crashes and pauses drawn from seeds");
+  CLI::Option* one =
+      command->add_option("--seed", arguments->seed, "this one alone, and what it stands for")
+          ->check(WholeNumberFrom(1, kLargestSeed));
+  CLI::Option* scene =
+      command
+          ->add_option("--scene", arguments->scene,
+                       "no seeds: one session of a scene by its hands, and how fast it goes")
+          ->excludes(one);
   command->add_option("--seeds", arguments->seeds, "how many sessions")
+      ->excludes(one)
+      ->excludes(scene)
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
-  command->add_option("--first", arguments->first, "the first seed")->capture_default_str();
-  command->add_option("--seed", arguments->seed, "this one alone, and what it stands for")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--scene", arguments->scene,
-                      "no seeds: one session of a scene by its hands, and how fast it goes");
+      ->check(WholeNumberFrom(1, 1'000'000));
+  command->add_option("--first", arguments->first, "the first seed")
+      ->capture_default_str()
+      ->check(WholeNumberFrom(1, kLargestSeed))
+      ->excludes(one);
   command->add_option("--seconds", arguments->seconds, "with --scene: no longer than that")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--threads", arguments->threads, "sessions at a time; default: processors");
+      ->check(NumberAbove(0, 1e9))
+      ->needs(scene);
+  command->add_option("--threads", arguments->threads, "sessions at a time; default: processors")
+      ->check(WholeNumberFrom(1, kMostThreads));
   command->add_flag("--verbose", arguments->verbose,
                     "with --seed: what happens and what each user is told, as it comes");
   command->add_flag("--json", arguments->json, "print one JSON object");

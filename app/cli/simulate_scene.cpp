@@ -11,7 +11,7 @@
 namespace tandem {
 
 Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double most_seconds) {
-  const Result<Scene> scene = LoadScene(SceneFile(name));
+  const Result<Scene> scene = LoadNamedScene(name);
   if (!scene) return scene.error();
   const Result<std::shared_ptr<const WorldModel>> loaded = LoadWorld(*scene);
   if (!loaded) return loaded.error();

@@ -14,6 +14,7 @@
 #include "app/cli/stability_command.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "collab/lab/bisection.h"
 #include "collab/lab/case_parts.h"
 #include "collab/lab/lab_scene.h"
@@ -172,30 +173,32 @@ void AddStabilityBoundary(CLI::App& stability, int& exit_code) {
       ->capture_default_str();
   command->add_option("--delays", arguments->delays_s, "one way, s")
       ->delimiter(',')
-      ->check(CLI::Range(0.001, 1.1))
+      ->check(NumberFrom(0.001, 1.1))
       ->capture_default_str();
   command->add_option("--law", arguments->law, "whose drags; its stiffness is what is searched for")
-      ->check(CLI::IsMember({"constant", "p+dd", "p+d", "linear", "pdopt"}))
+      ->check(OneOf({"constant", "p+dd", "p+d", "linear", "pdopt"}))
       ->capture_default_str();
   command->add_option("--damping", arguments->damping, "with constant: against the ground, N s/m")
-      ->check(CLI::Range(0.1, 100.0))
+      ->check(NumberFrom(0.1, 100))
       ->capture_default_str();
   command
       ->add_option("--relative-damping", arguments->relative_damping,
                    "with constant: between the instances, N s/m")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(NumberFrom(0, 100))
       ->capture_default_str();
-  command->add_option("--users", arguments->users)->check(CLI::Range(2, 8))->capture_default_str();
+  command->add_option("--users", arguments->users)
+      ->check(WholeNumberFrom(2, 8))
+      ->capture_default_str();
   command->add_option("--publish-hz", arguments->publish_hz)
-      ->check(CLI::Range(10.0, 1000.0))
+      ->check(NumberFrom(10, 1000))
       ->capture_default_str();
   command
       ->add_option("--seconds", arguments->seconds,
                    "of each run; 0: 60 s, or 300 delays where that is more")
-      ->check(CLI::Range(0.0, 3600.0))
+      ->check(NumberFrom(0, 3600))
       ->capture_default_str();
   command->add_option("--jobs", arguments->jobs, "threads; 0: one for each processor")
-      ->check(CLI::Range(0, 256));
+      ->check(WholeNumberFrom(0, 256));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunStabilityBoundary(*arguments);

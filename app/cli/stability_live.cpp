@@ -13,6 +13,7 @@
 #include "app/cli/stability_command.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "collab/lab/case_file.h"
 #include "collab/lab/case_parts.h"
 #include "collab/lab/case_run.h"
@@ -182,7 +183,7 @@ void AddStabilityLive(CLI::App& stability, int& exit_code) {
   command
       ->add_option("--bar", arguments->bar,
                    "by how much divergence and force may differ, as a share; beyond it ends with 1")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(NumberFrom(0, 10))
       ->capture_default_str();
   command->add_flag("--tap", arguments->tap,
                     "as root: delays by a network of real packets, in place of the conditioner");

@@ -15,6 +15,7 @@
 #include "app/cli/stability_command.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "collab/lab/press_run.h"
 
 namespace tandem {
@@ -182,19 +183,20 @@ void AddStabilityPress(CLI::App& stability, int& exit_code) {
       "Two users who press, push and tap one another's bodies, with three kinds of mirror");
   command->add_option("--delays-ms", arguments->delays_ms, "one way, as 0,20,100")
       ->delimiter(',')
-      ->check(CLI::Range(0.0, 1000.0))
+      ->check(NumberFrom(0, 1000))
       ->capture_default_str();
   command
       ->add_option("--jitter-ms", arguments->conditions.jitter_ms, "up to so much more, at random")
-      ->check(CLI::Range(0.0, 200.0));
+      ->check(NumberFrom(0, 200));
   command->add_option("--loss", arguments->conditions.loss, "share of samples lost, 0 to 1")
-      ->check(CLI::Range(0.0, 0.9));
-  command->add_option("--seed", arguments->conditions.seed, "of jitter and loss");
+      ->check(NumberFrom(0, 0.9));
+  command->add_option("--seed", arguments->conditions.seed, "of jitter and loss")
+      ->check(WholeNumberFrom(0, kLargestSeed));
   command->add_option("--publish-hz", arguments->publish_hz, "rate of states sent")
-      ->check(CLI::Range(10.0, 1000.0))
+      ->check(NumberFrom(10, 1000))
       ->capture_default_str();
   command->add_option("--jobs", arguments->jobs, "runs at a time; default: as many as processors")
-      ->check(CLI::Range(1, 256));
+      ->check(WholeNumberFrom(1, kMostThreads));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunStabilityPress(*arguments);

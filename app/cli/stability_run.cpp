@@ -10,6 +10,7 @@
 #include "app/cli/stability_command.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "collab/lab/case_file.h"
 #include "collab/lab/case_parts.h"
 #include "collab/lab/case_run.h"
@@ -139,13 +140,11 @@ void AddStabilityRun(CLI::App& stability, int& exit_code) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* command = stability.add_subcommand(
       "run", "One case, all that is measured of it; ends with 1 where it is not stable");
-  command->add_option("case", arguments->file, "case file (docs/stability.md)")
-      ->required()
-      ->check(CLI::ExistingFile);
+  command->add_option("case", arguments->file, "case file (docs/stability.md)")->required();
   command->add_option("--series", arguments->series, "write its time series there (CSV)");
   command->add_option("--every-ms", arguments->every_ms, "with --series: a line every so many ms")
       ->capture_default_str()
-      ->check(CLI::Range(1, 1000));
+      ->check(WholeNumberFrom(1, 1000));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunStabilityRun(*arguments);

@@ -15,6 +15,7 @@
 #include "app/cli/sweep_outcome.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "collab/lab/case_file.h"
 #include "collab/lab/case_parts.h"
 #include "collab/lab/lab_scene.h"
@@ -216,12 +217,12 @@ void AddStabilitySweep(CLI::App& stability, int& exit_code) {
                    "i/n: one of n parts alike, to be merged with the others")
       ->capture_default_str();
   command->add_option("--jobs", arguments->jobs, "cells at a time; default: processors")
-      ->check(CLI::PositiveNumber);
+      ->check(WholeNumberFrom(1, kMostThreads));
   command
       ->add_option("--print", arguments->print,
                    "no run: print the case of the cell of this number, as `stability run` reads "
                    "it")
-      ->check(CLI::NonNegativeNumber);
+      ->check(WholeNumberFrom(0, 100'000'000));
   command->add_flag("--progress", arguments->progress,
                     "show how far it is even where stderr is no terminal");
   command->add_flag("--json", arguments->json, "print one JSON object");

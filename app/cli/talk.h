@@ -1,9 +1,15 @@
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <string>
 
 namespace tandem {
+
+/// "1 pose", "2 poses".
+inline std::string Counted(std::uint64_t count, const std::string& one) {
+  return std::to_string(count) + " " + one + (count == 1 ? "" : "s");
+}
 
 /// A line for a person, on stderr: stdout is for what programs read.
 inline void Say(const std::string& line) {

@@ -1,10 +1,12 @@
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 
 #include <unistd.h>
 
 #include "app/cli/child_processes.h"
 #include "app/cli/commands.h"
+#include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 
@@ -13,7 +15,17 @@ namespace tandem {
 namespace {
 
 /// Becomes the window's program, which lies beside this one.
-int RunView(const std::vector<std::string>& arguments) {
+int RunView(std::vector<std::string> arguments) {
+  // the window's program knows scenes by their files alone
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    constexpr std::string_view kScene = "--scene=";
+    if (arguments[i] == "--scene" && i + 1 < arguments.size()) {
+      ++i;
+      arguments[i] = SceneFile(arguments[i]).string();
+    } else if (arguments[i].rfind(kScene, 0) == 0) {
+      arguments[i] = std::string(kScene) + SceneFile(arguments[i].substr(kScene.size())).string();
+    }
+  }
   const std::string program = (ProgramFolder() / "tandem-view").string();
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));

@@ -11,6 +11,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "engine/base/hash.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_diagnosis.h"
@@ -73,13 +74,6 @@ std::string Hex(std::uint64_t value) {
 
 int RunVoxelize(const VoxelizeArguments& arguments) {
   const std::optional<double> given = AsNumber(arguments.voxel);
-  if (arguments.voxel != "auto" && (!given || !(*given > 0) || !std::isfinite(*given))) {
-    return Fail(kExitUsage,
-                "--voxel takes a size in metres above 0, or auto; got " + arguments.voxel);
-  }
-  if (!(arguments.scale > 0) || !std::isfinite(arguments.scale)) {
-    return Fail(kExitUsage, "--scale takes metres per file unit, above 0");
-  }
   const Result<TriangleMesh> mesh = ImportMesh(arguments.file, {.scale = arguments.scale});
   if (!mesh) return Fail(kExitFile, mesh.error().what);
   const MeshDiagnosis diagnosis = Diagnose(*mesh);
@@ -158,18 +152,19 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
     return kExitOk;
   }
   const Vec3 size = BoundsOf(*mesh).size();
-  std::printf("%s: %zu triangles, %s, %.6g x %.6g x %.6g m, %.6g m^3%s\n", arguments.file.c_str(),
-              mesh->triangles.size(), Describe(diagnosis).c_str(), size.x(), size.y(), size.z(),
-              mass.volume, mass.solid ? "" : " (encloses no sound volume)");
+  std::printf("%s: %s, %s, %.6g x %.6g x %.6g m, %.6g m^3%s\n", arguments.file.c_str(),
+              Counted(mesh->triangles.size(), "triangle").c_str(), Describe(diagnosis).c_str(),
+              size.x(), size.y(), size.z(), mass.volume,
+              mass.solid ? "" : " (encloses no sound volume)");
   std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB\n",
               voxel_size, counts.surface, counts.free, counts.interior, counts.planes,
               1e-6 * static_cast<double>(counts.bytes));
-  std::printf(
-      "%zu polygons of %zu triangles: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
-      features.polygons, mesh->triangles.size(), counts.edge, counts.vertex, saved_of.edge,
-      saved_of.vertex);
-  std::printf("%zu points; %.3f s on %zu threads; digest %s\n", points->size(), seconds, threads,
-              Hex(digest.value()).c_str());
+  std::printf("%s of %s: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
+              Counted(features.polygons, "polygon").c_str(),
+              Counted(mesh->triangles.size(), "triangle").c_str(), counts.edge, counts.vertex,
+              saved_of.edge, saved_of.vertex);
+  std::printf("%s; %.3f s on %s; digest %s\n", Counted(points->size(), "point").c_str(), seconds,
+              Counted(threads, "thread").c_str(), Hex(digest.value()).c_str());
   return kExitOk;
 }
 
@@ -179,21 +174,31 @@ void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<VoxelizeArguments>();
   CLI::App* command = app.add_subcommand("voxelize", "Voxelize a mesh file and tell of it");
   command->add_option("file", arguments->file, "mesh file, any format assimp reads")->required();
-  command->add_option("--voxel", arguments->voxel,
-                      "voxel size in metres, or auto: a two-hundredth of the longest side");
-  command->add_option("--scale", arguments->scale, "metres per file unit");
+  command
+      ->add_option("--voxel", arguments->voxel,
+                   "voxel size in metres, or auto: a two-hundredth of the longest side")
+      ->check(CLI::Validator(
+          [](std::string& text) -> std::string {
+            if (text == "auto") return "";
+            const std::string fault = NumberFrom(kLeastVoxel, kLargestVoxel)(text);
+            return fault.empty() ? "" : "auto, or " + fault;
+          },
+          "auto or metres"));
+  command->add_option("--scale", arguments->scale, "metres per file unit")
+      ->check(NumberFrom(kLeastScale, kLargestScale));
   command->add_option("--range", arguments->range, "voxels that the distance fields reach")
-      ->check(CLI::Range(1, WidestRange(8)))
+      ->check(WholeNumberFrom(1, WidestRange(8)))
       ->capture_default_str();
   command->add_option("--bits", arguments->bits, "of a mark: 2, 4 or 8; default: as few as will do")
-      ->check(CLI::IsMember({2, 4, 8}));
+      ->check(OneOf({"2", "4", "8"}));
   command->add_option("--out", arguments->out,
                       "write the map there: one image that programs map into memory");
   command
       ->add_option("--max-memory", arguments->max_memory,
                    "most memory to use: bytes, or with a unit (8GiB)")
-      ->transform(CLI::AsSizeValue(false));
-  command->add_option("--threads", arguments->threads, "threads to use; 0: all processors");
+      ->transform(SizeInBytes());
+  command->add_option("--threads", arguments->threads, "threads to use; 0: all processors")
+      ->check(WholeNumberFrom(0, kMostThreads));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunVoxelize(*arguments);

@@ -11,8 +11,11 @@
 
 #include <unistd.h>
 
+#include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
+#include "app/output_file.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/relay.h"
 #include "collab/scene_agreement.h"
@@ -66,17 +69,22 @@ class Reporter {
                            static_cast<double>(picture.samples - samples_told_) / seconds)) +
                        " samples/s";
     samples_told_ = picture.samples;
+    int active = 0;
     for (const ViewedPeer& peer : picture.peers) {
       if (peer.presence != Presence::kHere || peer.info.role != Role::kActive) continue;
       line += "; " + NameOf(peer) + " " + std::to_string(std::lround(peer.delay_ms)) + " ms";
+      ++active;
       for (const ViewBody& body : peer.bodies) {
-        line += ", body " + std::to_string(body.object) + " moved " +
-                std::to_string(std::lround(1000 * body.X_W.p.norm())) + " mm";
+        const bool named = picture.scene && body.object < picture.scene->bodies.size();
+        line += ", " +
+                (named ? picture.scene->bodies[body.object].name
+                       : "body " + std::to_string(body.object)) +
+                " moved " + std::to_string(std::lround(1000 * body.X_W.p.norm())) + " mm";
         if ((body.flags & ViewBody::kInContact) != 0) line += " (contact)";
         if ((body.flags & ViewBody::kTrapped) != 0) line += " (trapped)";
       }
     }
-    Say(line);
+    Say(active > 0 ? line : "nobody who takes part is here: another name, network or domain?");
   }
 
  private:
@@ -106,11 +114,15 @@ bool SignalCame(const sigset_t& signals) {
 
 int WatchCommand(const WatchOptions& asked) {
   WatchOptions options = asked;
+  if (!options.report.empty()) {
+    const std::string fault = WhyNotWritable(options.report);
+    if (!fault.empty()) return Fail(kExitFile, fault);
+  }
   const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
   std::optional<OwnScene> own;
   if (!options.scene.empty()) {
-    Result<Scene> scene = LoadScene(options.scene);
+    Result<Scene> scene = LoadNamedScene(options.scene);
     if (!scene) return Fail(kExitFile, scene.error().what);
     Result<SceneHash> hash = HashScene(*scene);
     if (!hash) return Fail(kExitFile, hash.error().what);
@@ -177,12 +189,13 @@ void AddWatchCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<WatchOptions>();
   options->name = "watch-" + std::to_string(getpid());
   CLI::App* command = app.add_subcommand("watch", "Look on at a session without a window");
-  command->add_option("--session", options->session, "name of the session")->required();
-  command->add_option("--scene", options->scene, "compare this scene file with the session's");
+  AddSessionOption(*command, options->session, "name of the session")->required();
+  command->add_option("--scene", options->scene,
+                      "compare this scene with the session's: its name or file");
   command->add_option("--name", options->name, "how others see you");
   AddReachOptions(*command, options->reach);
   command->add_option("--seconds", options->seconds, "leave after this; 0: on a signal")
-      ->check(CLI::NonNegativeNumber);
+      ->check(NumberFrom(0, kLongestRun));
   command->add_option("--report", options->report, "write what was received (JSON) there");
   command->add_flag("--from-relay", options->from_relay, "look through a relay (tandem relay)");
   command->add_flag("--json", options->json, "print the report on stdout");

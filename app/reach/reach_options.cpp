@@ -2,24 +2,52 @@
 
 #include <random>
 
+#include <arpa/inet.h>
+
+#include "app/option_checks.h"
 #include "collab/dds/keys.h"
 
 namespace tandem {
 
+CLI::Option* AddSessionOption(CLI::App& command, std::string& session, const std::string& what) {
+  return command.add_option("--session", session, what)
+      ->check(CLI::Validator(
+          [](std::string& name) -> std::string {
+            if (name.size() <= kMaxSessionName) return "";
+            return "its name is longer than " + std::to_string(kMaxSessionName) + " bytes";
+          },
+          ""));
+}
+
 void AddReachOptions(CLI::App& command, ReachOptions& options) {
   command.add_option("--interface", options.interface, "network interface by name");
-  command.add_option("--domain", options.domain, "DDS domain")->check(CLI::Range(0, 230));
+  command.add_option("--domain", options.domain, "DDS domain")
+      ->check(WholeNumberFrom(0, kMaxDomain));
   command
       .add_option("--peers", options.peers,
                   "where the others are, beyond the local network: HOST[:PORT],…; no multicast")
-      ->delimiter(',');
-  command.add_option("--external-address", options.external_address,
-                     "the IPv4 address that others reach this machine by, behind a router");
+      ->delimiter(',')
+      ->check(CLI::Validator(
+          [](std::string& text) -> std::string {
+            return ParsePeerAddress(text) ? "" : "'" + text + "' is not HOST or HOST:PORT (IPv4)";
+          },
+          "HOST[:PORT]"));
+  command
+      .add_option("--external-address", options.external_address,
+                  "the IPv4 address that others reach this machine by, behind a router")
+      ->check(CLI::Validator(
+          [](std::string& text) -> std::string {
+            in_addr address{};
+            return inet_pton(AF_INET, text.c_str(), &address) == 1
+                       ? ""
+                       : "'" + text + "' is not an IPv4 address";
+          },
+          "IPv4"));
   command
       .add_option("--port", options.port,
                   "UDP port to be reached at, and the next one; default: 7410 + 250 x domain, or "
                   "the next that is free")
-      ->check(CLI::Range(1024, 65534));
+      ->check(WholeNumberFrom(1024, 65534));
   command.add_option("--secure", options.secure,
                      "folder of keys, made by 'tandem keys': nobody without such takes part");
 }

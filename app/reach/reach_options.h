@@ -20,6 +20,9 @@ struct ReachOptions {
   std::string secure;  // folder of keys; empty: plain
 };
 
+/// Adds --session: the name of one, not too long.
+CLI::Option* AddSessionOption(CLI::App& command, std::string& session, const std::string& what);
+
 /// Adds --interface, --domain, --peers, --external-address, --port and --secure.
 void AddReachOptions(CLI::App& command, ReachOptions& options);
 

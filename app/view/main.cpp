@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "app/exit_codes.h"
+#include "app/output_file.h"
 #include "app/view/errands.h"
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"
@@ -44,6 +45,10 @@ int main(int argc, char** argv) {
   const std::optional<ViewOptions> options = ReadOptions(argc, argv, exit_code);
   if (!options) return exit_code;
   if (!options->paint.empty()) return PaintPictures(options->paint, options->paint_into);
+  for (const std::string& file : {options->report, options->screenshot}) {
+    const std::string fault = file.empty() ? "" : WhyNotWritable(file);
+    if (!fault.empty()) return Fail(kExitFile, fault);
+  }
   if (!options->scene.empty()) {
     const Result<Scene> scene = LoadScene(options->scene);
     if (!scene) return Fail(kExitFile, scene.error().what);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 
 namespace tandem {
 
@@ -49,7 +50,7 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   CLI::App app{"Look on at a session: the scene, its moving bodies, the peers. Never simulates."};
   app.name("tandem-view");
   app.set_version_flag("--version", TANDEM_VERSION);
-  app.add_option("--session", options.join.session, "join this session at once");
+  AddSessionOption(app, options.join.session, "join this session at once");
   app.add_option("--scene", options.scene, "scene file; otherwise the session's, if it is here");
   app.add_option("--name", options.join.name, "how others see you")->capture_default_str();
   AddReachOptions(app, options.reach);
@@ -60,7 +61,7 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
                  "write the window as a picture (PNG), then end unless --seconds is given");
   app.add_option("--screenshot-after", options.screenshot_after,
                  "seconds from when scene and poses are there")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NumberFrom(0, kLongestRun))
       ->capture_default_str();
   app.add_option("--report", options.report, "write what was received (JSON) there at the end");
   app.add_option("--paint", options.paint,
@@ -69,17 +70,15 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   app.add_option("--into", options.paint_into, "with --paint: the folder for them")
       ->default_val(".");
   app.add_option("--seconds", options.seconds, "end after this; 0: when the window is closed")
-      ->check(CLI::NonNegativeNumber);
+      ->check(NumberFrom(0, kLongestRun));
   app.footer(
       "Exit codes: 0 ok, 1 failed, 2 usage, 3 file, 4 no display or OpenGL, 5 network, 9 "
       "security.\n"
       "Without OpenGL the window opens all the same and says why; a picture then shows that page, "
       "and the\n"
       "exit code is 4.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    exit_code = app.exit(error) == 0 ? kExitOk : kExitUsage;
+  if (const std::optional<int> ended = ParseOrExplain(app, argc, argv)) {
+    exit_code = *ended;
     return std::nullopt;
   }
   options.join.domain = options.reach.domain;

@@ -29,6 +29,16 @@ struct DdsOptions {
   std::string secure;
 };
 
+inline constexpr std::size_t kMaxSessionName = 128;  // bytes
+inline constexpr std::uint32_t kMaxDomain = 230;     // its ports end at 65159
+
+/// HOST[:PORT] taken apart; port 0: none was given.
+struct PeerAddress {
+  std::string host;
+  std::uint16_t port = 0;
+};
+Result<PeerAddress> ParsePeerAddress(const std::string& text);
+
 /// Joins a session. `inbox` must outlive the transport. An active peer reads state/1, link/1,
 /// event, peer_info and scene; a viewer reads view/1, peer_info and scene, and of pose topics
 /// nothing else. Errors (unknown interface, no free port, …) are said in words. Sets no clock,

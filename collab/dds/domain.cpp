@@ -21,8 +21,6 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t kMaxSessionName = 128;
-constexpr std::uint32_t kMaxDomain = 230;  // its ports end at 65159
 constexpr int kReceivePriority =
     40;  // above the haptic thread's: it is short, and carries what that waits for
 constexpr const char* kLoopback = "lo";

@@ -16,13 +16,6 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive);
 /// it is.
 std::string DiscoveryTag(const std::string& session);
 
-/// HOST[:PORT] taken apart; port 0: none was given.
-struct PeerAddress {
-  std::string host;
-  std::uint16_t port = 0;
-};
-Result<PeerAddress> ParsePeerAddress(const std::string& text);
-
 /// The UDP port that a program listens at for discovery, the `index`-th of its machine in a domain;
 /// the next one is for data.
 constexpr std::uint32_t DiscoveryPort(std::uint32_t domain, std::uint32_t index) {

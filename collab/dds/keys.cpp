@@ -36,13 +36,6 @@ class OwnerOnly {
   mode_t before_;
 };
 
-bool IsName(const std::string& name) {
-  return !name.empty() && name.size() <= kMaxName && std::ranges::all_of(name, [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
-           c == '_' || c == '-';
-  });
-}
-
 Result<bool> WriteText(const fs::path& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary);
   stream << text;
@@ -139,7 +132,7 @@ Result<PeerId> MakeKeys(
     int days,
     const std::function<std::string(PeerId, std::time_t from, std::time_t until)>& permissions_of) {
   const OwnerOnly owner_only;
-  if (!IsName(name)) {
+  if (!IsMemberName(name)) {
     return Error{"'" + name + "' is no name for a member: letters, digits, '.', '_', '-'"};
   }
   const Authority identity = IdentityAuthority(session);
@@ -167,6 +160,13 @@ Result<PeerId> MakeKeys(
 }
 
 }  // namespace
+
+bool IsMemberName(const std::string& name) {
+  return !name.empty() && name.size() <= kMaxName && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
+           c == '_' || c == '-';
+  });
+}
 
 Result<bool> SignDocument(const std::string& text, const Authority& authority,
                           const fs::path& out) {
@@ -216,6 +216,10 @@ Result<PeerId> MakeRelayKeys(const fs::path& session, const std::string& name, c
 }
 
 Result<MemberKeys> LoadMemberKeys(const fs::path& folder) {
+  if (!fs::is_directory(folder)) {
+    return Error{folder.string() +
+                 ": no such folder; 'tandem keys peer' or 'tandem keys viewer' makes it"};
+  }
   for (const char* file : kMemberFiles) {
     if (!fs::is_regular_file(folder / file)) {
       return Error{folder.string() + ": " + file +
@@ -229,7 +233,7 @@ Result<MemberKeys> LoadMemberKeys(const fs::path& folder) {
   std::string role;
   stream >> keys.name >> id >> role;
   const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), keys.peer, 16);
-  if (!IsName(keys.name) || error != std::errc() || end != id.data() + id.size() ||
+  if (!IsMemberName(keys.name) || error != std::errc() || end != id.data() + id.size() ||
       keys.peer == 0 || (role != "peer" && role != "viewer" && role != "relay")) {
     return Error{(folder / "member.txt").string() + ": not as 'tandem keys' wrote it"};
   }

@@ -21,6 +21,9 @@ struct Authority {
 Result<bool> MakeSessionKeys(const std::filesystem::path& folder, const Authority& identity = {},
                              const Authority& permissions = {}, int days = 3650);
 
+/// Whether a member may be called so: letters, digits, '.', '_' and '-', not too many.
+bool IsMemberName(const std::string& name);
+
 /// Makes a member's folder `out`, with all that it needs to join and nothing else: certificate and
 /// private key, both authorities' certificates, governance, its permissions, its name and id.
 /// `name` is letters, digits, '.', '_' and '-'.

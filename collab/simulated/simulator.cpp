@@ -137,7 +137,8 @@ class Run {
     options.peer.id = peer.id;
     options.peer.held_object = peer.object;
     options.peer.settle_ns = kSettleNs;
-    options.peer.coupling.law = *MakeLaw(schedule_.law, {.constant_stiffness = kConstantStiffness}, true);
+    options.peer.coupling.law =
+        *MakeLaw(schedule_.law, {.constant_stiffness = kConstantStiffness}, true);
     options.name = std::to_string(peer.id);
     options.publish_hz = peer.publish_hz;
     const double most_delay_s = 1e-3 * 0.5 * schedule_.LongestRoundTripMs() + 2.1;
@@ -360,7 +361,7 @@ std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, 
                                       const SeedLog& log) {
   std::vector<SeedResult> results(count);
   std::atomic<std::uint64_t> next{0};
-  std::vector<std::thread> workers;
+  std::vector<std::jthread> workers;  // joined also where one of them cannot be started
   for (unsigned t = 0; t < threads; ++t) {
     workers.emplace_back([&] {
       for (std::uint64_t i = next++; i < count; i = next++) {
@@ -368,7 +369,7 @@ std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, 
       }
     });
   }
-  for (std::thread& worker : workers) worker.join();
+  for (std::jthread& worker : workers) worker.join();
   return results;
 }
 

@@ -11,6 +11,11 @@ namespace tandem {
 
 namespace {
 
+QString Counted(std::size_t count, const QString& one, const QString& many) {
+  return QLocale().toString(static_cast<qulonglong>(count)) + QLatin1Char(' ') +
+         (count == 1 ? one : many);
+}
+
 /// Names of this machine's network interfaces.
 QStringList Interfaces() {
   QStringList names;
@@ -135,12 +140,11 @@ void SessionDock::ShowScene() {
   scene_name_->setToolTip(scene == nullptr ? QString()
                                            : QString::fromStdString(scene->file.string()));
   const QLocale locale;
-  scene_size_->setText(
-      scene == nullptr
-          ? none
-          : tr("%1 bodies, %2 triangles")
-                .arg(locale.toString(static_cast<qulonglong>(scene->bodies.size())),
-                     locale.toString(static_cast<qulonglong>(scene->TriangleCount()))));
+  scene_size_->setText(scene == nullptr
+                           ? none
+                           : Counted(scene->bodies.size(), tr("body"), tr("bodies")) +
+                                 QStringLiteral(", ") +
+                                 Counted(scene->TriangleCount(), tr("triangle"), tr("triangles")));
   voxel_size_->setText(
       scene == nullptr ? none : tr("%1 mm").arg(locale.toString(1000 * scene->voxel_size, 'g', 3)));
 }

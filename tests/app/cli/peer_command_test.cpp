@@ -392,5 +392,46 @@ TEST_F(PeerCommand, ADayTakesNoMoreMemoryThanTenMinutes) {
   EXPECT_NEAR(megabytes("--report " + In("endless"), "endless"), least + 86.4, 20.0);
 }
 
+TEST_F(PeerCommand, MoreBodiesThanOneMayAnswerForAreRefusedAtOnce) {
+  json scene{{"name", "many"}, {"voxel_m", 0.002}, {"bodies", json::array()}};
+  for (std::size_t i = 0; i <= kMaxClaims; ++i) {
+    scene["bodies"].push_back({{"name", "b" + std::to_string(i)},
+                               {"mesh", "left.obj"},
+                               {"mass_kg", 0.1},
+                               {"pose", {{"p_W", {0.1 * static_cast<double>(i), 0, 0}}}}});
+  }
+  folder_.Write("many.json", scene.dump());
+  ExpectRefused(Run("many", ""), kExitFile,
+                "many.json: 65 bodies move by themselves, in a session at most 64");
+}
+
+TEST_F(PeerCommand, AReportThatCannotBeWrittenIsToldBeforeTheSession) {
+  const std::string nowhere = In("nowhere/report");
+  ExpectRefused(Run("one", "--report " + nowhere), kExitFile, nowhere + ": cannot be written");
+  ExpectRefused(Run("one", "--report " + In("")), kExitFile, ": cannot be written");
+  ExpectRefused(RunTandem("watch --interface lo --session s --report " + nowhere), kExitFile,
+                nowhere + ": cannot be written");
+}
+
+TEST_F(PeerCommand, ASceneOfOursGoesByItsName) {
+  const Said said = RunTandem("peer --interface lo --capacity 20000 --session " + session_ +
+                              " --scene peg_in_slot --hold peg --seconds 0.1");
+  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
+  for (const char* words :
+       {"peer --session s --scene nosuch", "watch --session s --scene nosuch", "proximity nosuch",
+        "demo --scene nosuch", "bench points --scene nosuch", "simulate --scene nosuch"}) {
+    ExpectRefused(RunTandem(words), kExitFile,
+                  "there is no scene 'nosuch': name a file, or one of ball_and_socket, "
+                  "bracket_actuator, ");
+  }
+}
+
+TEST_F(PeerCommand, AnEmptyHandIsToldWhatThereIs) {
+  Running anna = Start("one", "--name anna");
+  EXPECT_TRUE(anna.WaitFor(
+      "your hand is empty: --hold BODY, or 'grab BODY' as a line here, of: left, right"));
+  EXPECT_EQ(anna.End(), kExitOk);
+}
+
 }  // namespace
 }  // namespace tandem

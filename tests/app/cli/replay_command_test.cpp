@@ -214,6 +214,16 @@ TEST_F(ReplayCommand, ExportsAnMcapFile) {
   EXPECT_THAT(bytes, HasSubstr("/bodies/peg/pose"));
 }
 
+TEST_F(ReplayCommand, ARecordingIsNeverRecordedOver) {
+  const auto size = fs::file_size(File("run"));
+  const Said said =
+      RunTandem(kPeg + " --seconds 1 --session " + RandomName() + " --record " + File("run"));
+  EXPECT_EQ(said.exit_code, kExitFile);
+  EXPECT_EQ(said.err,
+            "tandem: " + File("run") + " exists already: recordings are never overwritten\n");
+  EXPECT_EQ(fs::file_size(File("run")), size);
+}
+
 TEST_F(ReplayCommand, DoesNotExportOverTheRecordingItself) {
   fs::copy_file(File("run"), File("kept"));
   fs::create_symlink(File("kept"), File("link"));

@@ -38,6 +38,8 @@ void ExpectUsage(const std::string& arguments, const std::string& words) {
   const Said said = RunTandem(arguments, "timeout 20 ");
   EXPECT_EQ(said.exit_code, kExitUsage) << arguments << "\n" << said.err;
   EXPECT_THAT(said.err, HasSubstr(words)) << arguments;
+  EXPECT_EQ(said.err.rfind("tandem: ", 0), 0U) << said.err;
+  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
 }
 
 /// Two secured sessions: of those who take part, and of those who look on behind the relay.
@@ -120,10 +122,11 @@ TEST_F(SecuredSession, KeysServeTheirPurposeOnly) {
 }
 
 TEST_F(SecuredSession, KeysAreNeitherOverwrittenNorMadeOfOneAuthority) {
-  ExpectRefused("keys session " + Keys("in"), kExitSecurity, "never overwritten");
-  ExpectRefused("keys peer " + Keys("in") + " anna", kExitSecurity, "never overwritten");
-  ExpectRefused("keys viewer " + Keys("in") + " ../eve", kExitSecurity, "is no name");
-  ExpectRefused("keys relay " + Keys("nowhere") + " eve", kExitSecurity, "nowhere");
+  ExpectRefused("keys session " + Keys("in"), kExitFile, "never overwritten");
+  ExpectRefused("keys session /proc/x", kExitFile, "/proc/x: cannot be made: ");
+  ExpectRefused("keys peer " + Keys("in") + " anna", kExitFile, "never overwritten");
+  ExpectUsage("keys viewer " + Keys("in") + " ../eve", "is no name");
+  ExpectRefused("keys relay " + Keys("nowhere") + " eve", kExitFile, "nowhere: no such folder");
   const std::string one = Keys("in/identity_ca.pem") + " " + Keys("in/identity_ca.key");
   ExpectRefused("keys session " + Keys("both") + " --identity-authority " + one +
                     " --permissions-authority " + one,
@@ -142,8 +145,8 @@ TEST(Watch, SaysInALineWhatKeepsItOut) {
   ExpectRefused("watch --interface nosuch0" + session, kExitNetwork, "nosuch0");
   ExpectRefused("watch --peers no-such-host.invalid" + session, kExitNetwork,
                 "no-such-host.invalid");
-  ExpectRefused("watch --peers 127.0.0.1:port" + session, kExitNetwork, "HOST:PORT");
-  ExpectRefused("watch --external-address here" + session, kExitNetwork, "not an IPv4 address");
+  ExpectUsage("watch --peers 127.0.0.1:port" + session, "HOST:PORT");
+  ExpectUsage("watch --external-address here" + session, "not an IPv4 address");
   ExpectRefused("watch --scene /nowhere.json" + session, kExitFile, "/nowhere.json");
 }
 
@@ -152,7 +155,7 @@ TEST(Relay, SaysInALineWhatKeepsItOut) {
   ExpectUsage("relay", "--session");
   ExpectRefused("relay --interface nosuch0" + session, kExitNetwork, "nosuch0");
   ExpectRefused("relay --interface lo --domain 230" + session, kExitNetwork, "domain 231");
-  ExpectRefused("relay --interface lo --peers a:b" + session, kExitNetwork, "HOST:PORT");
+  ExpectUsage("relay --interface lo --peers a:b" + session, "HOST:PORT");
 }
 
 // The peers' way in, over loopback: a port of one's own, the others named, no multicast.

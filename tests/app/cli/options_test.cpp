@@ -1,0 +1,227 @@
+#include <functional>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/cli/commands.h"
+#include "app/exit_codes.h"
+#include "app/option_checks.h"
+#include "tests/app/cli/program_run.h"
+
+// Every option of every command beside what a person or a script may give it by mistake.
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::RunTandem;
+using testing::Said;
+using ::testing::StartsWith;
+
+/// The program's commands, which do nothing.
+class Commands {
+ public:
+  Commands() {
+    app_.name("tandem");
+    app_.require_subcommand(1);
+    AddCommands(app_, exit_code_);
+    RefuseEmptyTexts(app_);
+    Disarm(app_);
+  }
+  CLI::App& app() { return app_; }
+
+  /// The line that refuses this; empty: it is taken, so far.
+  std::string Refusal(const std::vector<std::string>& words) {
+    std::vector<const char*> argv{"tandem"};
+    for (const std::string& word : words) argv.push_back(word.c_str());
+    try {
+      app_.parse(static_cast<int>(argv.size()), argv.data());
+    } catch (const CLI::ValidationError& error) {
+      return Explain(app_, error);
+    } catch (const CLI::RequiredError&) {
+      return {};  // values are looked at before
+    } catch (const CLI::RequiresError&) {
+      return {};
+    } catch (const CLI::ParseError& error) {
+      return "not by a check: " + Explain(app_, error);
+    }
+    return {};
+  }
+
+ private:
+  static void Disarm(CLI::App& app) {
+    app.callback([] {});
+    for (CLI::App* command : app.get_subcommands({})) Disarm(*command);
+  }
+  CLI::App app_;
+  int exit_code_ = 0;
+};
+
+struct Asked {
+  std::vector<std::string> command;
+  std::string option;  // "--seconds", or a positional's name
+  bool positional = false;
+  bool number = false;
+  int values = 1;
+  int before = 0;  // positionals that come first
+
+  std::string name() const {
+    std::string all;
+    for (const std::string& word : command) all += word + " ";
+    return all + option;
+  }
+  std::vector<std::string> With(const std::string& value) const {
+    std::vector<std::string> words = command;
+    for (int i = 0; positional && i < before; ++i) words.emplace_back("x");
+    // "--option=" is an option without a value
+    const bool in_one = !positional && values == 1 && !value.empty();
+    if (!positional) words.push_back(in_one ? option + "=" + value : option);
+    for (int i = in_one ? 1 : 0; i < values; ++i) words.push_back(value);
+    return words;
+  }
+};
+
+void Collect(CLI::App& app, const std::vector<std::string>& command, std::vector<Asked>& all) {
+  int positionals = 0;
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_items_expected_max() == 0) continue;  // a flag
+    if (option->get_group().empty()) continue;            // our own programs' alone
+    const std::string type = option->get_type_name();
+    const auto is = [&type](const char* kind) {
+      return type.rfind(kind, 0) == 0;
+    };
+    all.push_back({.command = command,
+                   .option = option->get_name(),
+                   .positional = option->get_positional(),
+                   .number = is("FLOAT") || is("INT") || is("UINT"),
+                   .values = option->get_items_expected_min(),
+                   .before = positionals});
+    positionals += option->get_positional() ? 1 : 0;
+  }
+  for (CLI::App* sub : app.get_subcommands({})) {
+    std::vector<std::string> path = command;
+    path.push_back(sub->get_name());
+    if (!sub->get_prefix_command()) Collect(*sub, path, all);
+  }
+}
+
+std::vector<Asked> AllOptions() {
+  Commands commands;
+  std::vector<Asked> all;
+  Collect(commands.app(), {}, all);
+  return all;
+}
+
+/// One line, which names the option and can be acted on.
+void ExpectGoodRefusal(const Asked& asked, const std::string& value) {
+  Commands commands;
+  const std::string line = commands.Refusal(asked.With(value));
+  ASSERT_NE(line, "") << asked.name() << " takes '" << value << "'";
+  if (asked.values == 1) {
+    EXPECT_THAT(line, StartsWith(asked.option + ": ")) << asked.name() << " '" << value << "'";
+  }
+  EXPECT_THAT(line, Not(HasSubstr("\n")));
+  EXPECT_THAT(line, HasSubstr(" --help)"));
+  EXPECT_LT(line.size(), 200U) << line;
+  EXPECT_THAT(line, HasSubstr(value.empty() ? "" : "not '" + value + "'"));
+}
+
+TEST(Options, NoNumberTakesWhatIsNoneNorOneOutOfAllMeasure) {
+  std::size_t numbers = 0;
+  for (const Asked& asked : AllOptions()) {
+    if (!asked.number) continue;
+    ++numbers;
+    for (const char* value : {"", "-1", "nan", "-nan", "inf", "1e300", "1e-300x", "many", " 1",
+                              "99999999999999999999"}) {
+      ExpectGoodRefusal(asked, value);
+    }
+  }
+  EXPECT_GT(numbers, 60U);
+}
+
+// where 0 is no number of anything but says: for ever, all, none, the first
+TEST(Options, ZeroIsTakenWhereItMeansSomething) {
+  const std::set<std::string> means{
+      "--delay-ms", "--delays-ms", "--domain",   "--force-layer",  "--jitter-ms",
+      "--loss",     "--print",     "--seconds",  "--seed",         "--relative-damping",
+      "--speed",    "--threads",   "--wait-for", "--wait-seconds", "stability boundary --jobs"};
+  const std::set<std::string> not_here{"demo --seconds",           "bench network --seconds",
+                                       "bench session --seconds",  "simulate --seconds",
+                                       "simulate --seed",          "peer --threads",
+                                       "replay --threads",         "bench frame --threads",
+                                       "bench voxelize --threads", "simulate --threads"};
+  for (const Asked& asked : AllOptions()) {
+    if (!asked.number) continue;
+    const bool named = means.count(asked.option) + means.count(asked.name()) != 0;
+    const bool taken = named && not_here.count(asked.name()) == 0;
+    if (taken) {
+      EXPECT_EQ(Commands().Refusal(asked.With("0")), "") << asked.name();
+    } else {
+      ExpectGoodRefusal(asked, "0");
+    }
+  }
+}
+
+TEST(Options, NoTextIsEmpty) {
+  std::size_t texts = 0;
+  for (const Asked& asked : AllOptions()) {
+    if (asked.number) continue;
+    ++texts;
+    ExpectGoodRefusal(asked, "");
+  }
+  EXPECT_GT(texts, 40U);
+}
+
+TEST(Options, WhatIsTypedIsShownWithoutControlCharactersAndCut) {
+  Commands commands;
+  const std::string line =
+      commands.Refusal({"peer", "--seconds=\x1b[2J\n" + std::string(100'000, 'x')});
+  EXPECT_THAT(line, StartsWith("--seconds: a number from 0 to 604800 is wanted, not ' [2J xxx"));
+  EXPECT_THAT(line, HasSubstr("(tandem peer --help)"));
+  EXPECT_LT(line.size(), 200U);
+}
+
+TEST(Options, SizesHaveUnits) {
+  const CLI::Validator check = SizeInBytes();
+  for (const auto& [text, bytes] : std::vector<std::pair<std::string, std::string>>{
+           {"1", "1"}, {"7B", "7"}, {"1k", "1024"}, {"8GiB", "8589934592"}, {"0.5mb", "524288"}}) {
+    std::string given = text;
+    EXPECT_EQ(check(given), "");
+    EXPECT_EQ(given, bytes);
+  }
+  for (const char* text : {"0", "-1", "nan", "1e300", "8 GiB", "8GiBs", "GiB", "2000TiB", "8X"}) {
+    std::string given = text;
+    EXPECT_THAT(check(given), HasSubstr("500MB or 8GiB, is wanted, not '" + std::string(text)));
+  }
+}
+
+/// What the program itself makes of it: a line of its own, and exit code 2.
+TEST(Options, TheProgramsSayItInALine) {
+  for (const auto& [words, line] : std::vector<std::pair<std::string, std::string>>{
+           {"peer --seconds nan", "tandem: --seconds: a number from 0 to 604800 is wanted"},
+           {"simulate --threads 100000 --seeds 2", "tandem: --threads: a whole number from 1 to"},
+           {"simulate --seed 1 --seeds 3", "tandem: --seed excludes --seeds"},
+           {"simulate --seconds 3", "tandem: --seconds requires --scene"},
+           {"peer --seconds", "tandem: --seconds: a value is missing (tandem peer --help)"},
+           {"peer --seconds=", "tandem: --seconds: a value is missing (tandem peer --help)"},
+           {"peer --session ''", "tandem: --session: it is empty"},
+           {"watch --session s --peers 'a b'", "tandem: --peers: 'a b' is not HOST or HOST:PORT"},
+           {"keys viewer . ../eve", "tandem: NAME: '../eve' is no name for a member"},
+           {"nonsense", "tandem: 'nonsense' is none of: demo, peer, "},
+           {"bench nonsense", "tandem: 'nonsense' is none of: memory, frame, "},
+           {"demo --sconds 3", "tandem: '--sconds' is no option of 'tandem demo' (tandem demo "},
+           {"demo more", "tandem: 'more' is one word too many (tandem demo --help)"},
+           {"", "tandem: A subcommand is required"},
+           {"view --seconds nan", "tandem-view: --seconds: a number from 0 to 604800"},
+           {"view --report ''", "tandem-view: --report: it is empty"}}) {
+    const Said said = RunTandem(words);
+    EXPECT_EQ(said.exit_code, kExitUsage) << words;
+    EXPECT_THAT(said.err, StartsWith(line)) << words;
+    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+  }
+}
+
+}  // namespace
+}  // namespace tandem
