@@ -156,8 +156,10 @@ void RefuseEmptyTexts(CLI::App& app) {
 std::string Explain(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = Meant(app);
   const std::vector<std::string> unknown = app.remaining(true);
-  const bool extra = error.get_name() == "ExtrasError" ||
-                     (error.get_name() == "RequiredError" && !unknown.empty());
+  // the error's name is that of the command here: CLI11 gives it in its place
+  const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
+  const bool extra = code == CLI::ExitCodes::ExtrasError ||
+                     (code == CLI::ExitCodes::RequiredError && !unknown.empty());
   std::string line = error.what();
   if (extra && !unknown.empty()) line = ExplainUnknown(command, unknown);
   if (error.get_name() == "ArgumentMismatch" && line.size() > 8 &&

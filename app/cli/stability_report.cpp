@@ -12,6 +12,7 @@
 #include "app/cli/stability_command.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "app/picture/picture_file.h"
 #include "app/picture/svg.h"
 #include "app/stability/data_files.h"
@@ -137,7 +138,7 @@ void AddStabilityReport(CLI::App& stability, int& exit_code) {
   command
       ->add_option("--series", request->series,
                    "cells to run again for their course in time; 0: none")
-      ->check(CLI::Range(0, 100))
+      ->check(WholeNumberFrom(0, 100))
       ->capture_default_str();
   command->callback([request, &exit_code] {
     request->command = "tandem stability report";
