@@ -53,6 +53,7 @@ struct InstanceView {
 struct LinkView {
   PeerId peer = 0;
   double loop_age_s = 0;    // now
+  double te_s = 0;          // delay that the law is told of it
   double stiffness = 0;     // N/m in use
   double force = 0;         // N, on our instance
   double its_force = 0;     // N, on its instance, as it says

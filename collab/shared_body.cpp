@@ -345,6 +345,7 @@ std::size_t SharedBody::Links(std::int64_t now_ns,
     const double larger = std::max(size(partner.applied_B_W), size(partner.its_applied_B_W));
     out[link] = {.peer = partner.peer,
                  .loop_age_s = partner.linked ? Seconds(partner.loop_age_ns(now_ns)) : 0.0,
+                 .te_s = DesignDelay(partner.meter.peak_loop_age_s()),
                  .stiffness = partner.stiffness,
                  .force = partner.applied_B_W.f.norm(),
                  .its_force = partner.its_applied_B_W.f.norm(),

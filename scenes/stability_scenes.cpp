@@ -7,9 +7,9 @@
 //
 //    free   a cube of 40 mm that nothing is near
 //    wall   the cube, and a wall 2 mm to its right
-//    slot   the cube in a slot 3 mm wider, turned by 20 degrees, so that it strikes both its sides
+//    slot   the cube in a slot 6 mm wider, turned by 20 degrees, so that it strikes both its sides
 //           and its end
-//    ball   a ball in a socket that goes round it beyond its equator, 1 mm apart all round
+//    ball   a ball in a socket that goes round it beyond its equator, 10 mm apart all round
 namespace tandem {
 namespace {
 
@@ -18,17 +18,17 @@ constexpr double kHalf = 20;
 constexpr double kToWall = 2;
 constexpr double kThick = 8;
 constexpr double kWide = 60;  // half of the wall's width
-constexpr double kSlotGap = 1.5;
-constexpr double kSlotEnd = 4;  // from the cube to the slot's end
+constexpr double kSlotGap = 3;
+constexpr double kSlotEnd = 6;  // from the cube to the slot's end
 constexpr double kSlotTurn = 20 * M_PI / 180;
-constexpr double kBallRadius = 15;
-constexpr double kBallGap = 1;
+constexpr double kBallRadius = 12;
+constexpr double kBallGap = 10;
 constexpr double kSocketThick = 6;
 constexpr double kSocketUpper = 35 * M_PI / 180;  // above the equator, where the socket ends
 constexpr double kSocketLower = 65 * M_PI / 180;  // and below: it is open at the bottom
 constexpr int kSocketSteps = 16;
 constexpr int kSocketSides = 64;
-constexpr int kBallLevels = 4;
+constexpr int kBallLevels = 3;
 
 TriangleMesh Turned(TriangleMesh mesh, double angle) {
   const Mat3 R = Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix();

@@ -89,7 +89,8 @@ void Print(const LabCase& test, const Timed& run) {
               m.link_force, m.link_force_rate, 1e2 * m.clip_share);
   std::printf("  stiffness         %9.1f N/m at the end, %.1f N/m at the least\n", m.stiffness,
               m.least_stiffness);
-  std::printf("  loop age          %9.1f ms\n", 1e3 * m.loop_age_s);
+  std::printf("  loop age          %9.1f ms, gains are for %.1f ms one way\n", 1e3 * m.loop_age_s,
+              1e3 * m.te_s);
   if (run.predicted) {
     std::printf("  theory            %s: %.1f N/m, unstable from %.1f N/m on\n",
                 run.predicted->is_stable() ? "stable" : "not surely stable",

@@ -12,11 +12,12 @@ namespace tandem {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, LabMotion>, 6> kMotions{
+constexpr std::array<std::pair<std::string_view, LabMotion>, 7> kMotions{
     {{"still", LabMotion::kStill},
      {"kick", LabMotion::kKick},
      {"move", LabMotion::kMove},
      {"hold", LabMotion::kHold},
+     {"swing", LabMotion::kSwing},
      {"press", LabMotion::kPress},
      {"pull_off", LabMotion::kPullOff}}};
 
@@ -65,7 +66,7 @@ LabMotion ReadMotion(const JsonNode& node) {
   for (const auto& motion : kMotions) {
     if (motion.first == word) return motion.second;
   }
-  node.Expected("still, kick, move, hold, press or pull_off");
+  node.Expected("still, kick, move, hold, swing, press or pull_off");
   return LabMotion::kStill;
 }
 

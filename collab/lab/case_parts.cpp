@@ -49,6 +49,16 @@ std::vector<Waypoint> MoveBy(double distance) {
           {3, Vec3(distance, 0, 0), Quat::Identity()}};
 }
 
+std::vector<Waypoint> ToAndFro(double distance, double until_s) {
+  std::vector<Waypoint> waypoints{{0, Vec3::Zero(), Quat::Identity()}};
+  bool out = false;
+  for (double t = 2; t <= until_s || out; t += 1) {
+    waypoints.push_back({t, Vec3(out ? distance : 0, 0, 0), Quat::Identity()});
+    out = !out;
+  }
+  return waypoints;
+}
+
 void Script(const LabCase& test, std::size_t user, HandScript& script) {
   const auto push = [&script](double from, double until, double newtons) {
     script.pushes.push_back({from, until - from, {Vec3::Zero(), Vec3(newtons, 0, 0)}});
@@ -68,6 +78,11 @@ void Script(const LabCase& test, std::size_t user, HandScript& script) {
     case LabMotion::kHold:
       GiveSpring(script.impedance, first ? kMovingSpring : kHoldingSpring);
       if (first) script.waypoints = MoveBy(0.1);
+      return;
+    case LabMotion::kSwing:
+      if (!first) return;
+      GiveSpring(script.impedance, kMovingSpring);
+      script.waypoints = ToAndFro(0.1, 2.0 / 3.0 * test.Lasts());
       return;
     case LabMotion::kPress:
       push(1.5, 4, 2);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collab/lab/case_parts.h"
+#include "collab/lab/metrics_table.h"
 #include "collab/simulated/simulated_session.h"
 #include "engine/base/hash.h"
 #include "engine/haptics/scripted_device.h"
@@ -125,17 +126,13 @@ void AddTo(Hash64& hash, const RigidState& state) {
 }
 
 void AddTo(Hash64& hash, const Metrics& metrics) {
-  for (const double x :
-       {metrics.growth, metrics.tail_rms, metrics.generated_J, metrics.peak_apart,
-        metrics.last_apart, metrics.peak_turn, metrics.settle_s, metrics.band_low_rms,
-        metrics.band_high_rms, metrics.peak_force, metrics.peak_force_rate, metrics.link_force,
-        metrics.link_force_rate, metrics.guarded_share, metrics.clip_share, metrics.stiffness,
-        metrics.least_stiffness, metrics.loop_age_s}) {
-    hash.Add(x);
+  for (const MetricField& field : MetricFields()) {
+    std::visit(
+        [&](auto member) {
+          hash.Add(static_cast<double>(metrics.*member));
+        },
+        field.member);
   }
-  hash.Add(static_cast<std::int64_t>(metrics.blew_up));
-  hash.Add(metrics.frames);
-  hash.Add(metrics.trapped_frames);
 }
 
 }  // namespace
@@ -159,8 +156,7 @@ CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink
     }
   } while (!run.Closed());
 
-  const double seconds = test.seconds > 0 ? test.seconds : test.LongEnough();
-  const auto frames = std::llround(seconds / kFrame);
+  const auto frames = std::llround(test.Lasts() / kFrame);
   Hash64 hash;
   for (std::int64_t frame = 0; frame < frames && !meter.blew_up(); ++frame) {
     const double t_s = kFrame * static_cast<double>(frame);

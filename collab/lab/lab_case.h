@@ -34,6 +34,7 @@ enum class LabMotion : std::uint8_t {
   kKick,    // the first hand is knocked: 5 N for 50 ms, one second in
   kMove,    // the first hand moves by 0.2 m from 2 s to 3 s, minimum jerk; the others give way
   kHold,    // the same by 0.1 m, and the others hold still where they are
+  kSwing,   // the first hand goes to and fro by 0.1 m, a second each way, until 2/3 of the run
   kPress,   // all lean on what is there with 2 N from 1.5 s to 4 s; the first is knocked at 2.5 s
   kPullOff  // all lean from 1.5 s to 5 s; the first is pulled away with 14 N for 150 ms at 3 s
 };
@@ -78,6 +79,8 @@ struct LabCase {
 
   /// max(12 s, 40 delays).
   double LongEnough() const;
+  /// What it lasts, from when all loops are closed.
+  double Lasts() const { return seconds > 0 ? seconds : LongEnough(); }
 };
 
 }  // namespace tandem

@@ -46,7 +46,7 @@ bool Observe(const Peer& peer, std::int64_t now_ns, UserFrame& out) {
   out.ground_damping = shared->ground_damping();
   out.link_count = shared->Links(now_ns, out.links);
   for (std::size_t i = 0; i < out.link_count; ++i) out.links_B_W[i] = report.links_B_W[i];
-  out.felt_W = report.hand_B_W;
+  out.felt_W = peer.felt().F_D_W;
   out.guarded_frames = peer.guard().guarded();
   out.trapped = peer.parting().trapped();
   return true;
@@ -175,6 +175,7 @@ void Meter::SeeForces(std::span<const UserFrame> users, Bin& bin) {
       bin.links += 1;
       bin.stiffness += link.stiffness;
       bin.loop_age += link.loop_age_s;
+      bin.te += link.te_s;
       running_.link_force = std::max(running_.link_force, user.links_B_W[k].f.norm());
       if (kFrame * static_cast<double>(running_.frames) < 1.0) continue;
       least_stiffness_ = std::min(least_stiffness_, link.stiffness);
@@ -197,7 +198,9 @@ void Meter::FindGrowth(Metrics& out) const {
   const auto window = static_cast<std::size_t>(std::lround(std::max(0.5, 4.0 * tau_s_) / kBin));
   const std::size_t step = std::max<std::size_t>(1, window / 2);
   double n = 0, st = 0, sy = 0, stt = 0, sty = 0;
-  for (std::size_t from = bins_.size() / 3; from + window <= bins_.size(); from += step) {
+  const auto judged_from = static_cast<std::size_t>(std::ceil(judged_from_s_ / kBin));
+  const std::size_t first = std::max(bins_.size() / 3, judged_from);
+  for (std::size_t from = first; from + window <= bins_.size(); from += step) {
     double sum = 0;
     double frames = 0;
     for (std::size_t i = from; i < from + window; ++i) {
@@ -257,6 +260,7 @@ Metrics Meter::Finish() const {
   const double links = std::max(1.0, sum(kSecond, &Bin::links));
   out.stiffness = sum(kSecond, &Bin::stiffness) / links;
   out.loop_age_s = sum(kSecond, &Bin::loop_age) / links;
+  out.te_s = sum(kSecond, &Bin::te) / links;
   out.least_stiffness = std::isfinite(least_stiffness_) ? least_stiffness_ : 0.0;
   return out;
 }

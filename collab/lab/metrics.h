@@ -22,7 +22,7 @@ struct UserFrame {
   std::size_t link_count = 0;
   std::array<LinkView, kMaxLinks> links{};
   std::array<Wrench, kMaxLinks> links_B_W{};  // as applied
-  Wrench felt_W;                              // asked of the hand's device, before the force guard
+  Wrench felt_W;                              // by the hand: what its device was given
   std::uint64_t guarded_frames = 0;           // in which the guard held back, since the peer began
   bool trapped = false;                       // a wall is between the instances
 };
@@ -35,6 +35,7 @@ bool Observe(const Peer& peer, std::int64_t now_ns, UserFrame& out);
 struct Metrics {
   double growth = 0;           // 1/s, slope of ln RMS of the instances' velocities to their mean,
                                // over windows of max(0.5 s, 4 delays), last two thirds of the run
+                               // and after the last push or waypoint
   int windows = 0;             // those of growth; they overlap by half
   double tail_rms = 0;         // m/s, last tenth
   double generated_J = 0;      // that all links gave at the most, their drags included
@@ -55,6 +56,7 @@ struct Metrics {
   double stiffness = 0;        // N/m of a link, mean of the last second
   double least_stiffness = 0;  // N/m of any link, from a second after the first frame
   double loop_age_s = 0;       // mean of the last second
+  double te_s = 0;             // delay that the laws are told of, mean of the last second
   bool blew_up = false;        // not a number, or 0.5 m apart
   std::int64_t frames = 0;
   std::int64_t trapped_frames = 0;
@@ -93,6 +95,7 @@ class Meter {
     double links = 0;  // frames of links
     double stiffness = 0;
     double loop_age = 0;
+    double te = 0;
   };
   struct Last {  // of a user, a frame ago
     Vec3 felt = Vec3::Zero();

@@ -22,6 +22,7 @@ std::span<const MetricField> MetricFields() {
                                          {"stiffness", &Metrics::stiffness},
                                          {"least_stiffness", &Metrics::least_stiffness},
                                          {"loop_age_s", &Metrics::loop_age_s},
+                                         {"te_s", &Metrics::te_s},
                                          {"blew_up", &Metrics::blew_up},
                                          {"frames", &Metrics::frames},
                                          {"trapped_frames", &Metrics::trapped_frames}};

@@ -10,7 +10,7 @@
 namespace tandem {
 
 /// A run's time series as CSV, a line every so many frames: t_s, apart_mm (the farthest two), then
-/// of each user N from 1: xN_mm, yN_mm, zN_mm, vN_mm_s, wN_rad_s, forceN_N (asked of the hand),
+/// of each user N from 1: xN_mm, yN_mm, zN_mm, vN_mm_s, wN_rad_s, forceN_N (given to the hand),
 /// linkN_N (all its links), stiffnessN_N_m (mean of its links), loopN_ms (the oldest), dragN_Ns_m,
 /// trappedN. Cells of one who is not there are empty.
 class SeriesFile {

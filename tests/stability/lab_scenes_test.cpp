@@ -1,0 +1,106 @@
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+#include "collab/lab/case_file.h"
+#include "collab/lab/case_run.h"
+
+namespace tandem {
+namespace {
+
+const std::filesystem::path kFolder = std::filesystem::path(TANDEM_SCENES) / "stability";
+
+LabScene SceneOf(const LabCase& test) {
+  const Result<LabScene> scene = LoadLabScene(test, kFolder);
+  EXPECT_TRUE(scene) << scene.error().what;
+  return *scene;
+}
+
+LabCase Case(const std::string& scene, const std::string& motion, const std::string& law) {
+  const Result<LabCase> test =
+      ParseCase(R"({"hands": ["heavy"], "scene": ")" + scene + R"(", "motion": ")" + motion +
+                    R"(", "law": )" + law + "}",
+                "case");
+  EXPECT_TRUE(test) << test.error().what;
+  return *test;
+}
+
+void ExpectCalm(const CaseResult& run) {
+  ASSERT_FALSE(run.fault) << run.fault->what;
+  EXPECT_EQ(run.verdict, Verdict::kStable) << run.metrics.growth << " " << run.metrics.tail_rms;
+  EXPECT_LT(run.metrics.tail_rms, 2e-3);
+  EXPECT_LE(run.metrics.generated_J, 1e-3);
+  EXPECT_EQ(run.metrics.trapped_frames, 0);
+}
+
+constexpr const char* kDefaultLaw = R"({"gate": false})";
+
+// Leaning on what is there, and one who is pulled away from it; the hands are heavy.
+TEST(LabScenes, AreCalmUnderTheDefaultLawInContact) {
+  for (const char* name : {"wall", "slot", "ball"}) {
+    const LabScene scene = SceneOf(Case(name, "press", kDefaultLaw));
+    for (const char* motion : {"press", "pull_off"}) {
+      SCOPED_TRACE(std::string(name) + ", " + motion);
+      LabCase test = Case(name, motion, kDefaultLaw);
+      double leaning_speed = 1;
+      const CaseResult run =
+          RunCase(test, scene, [&](double t_s, std::span<const UserFrame> users) {
+            // both lean with 2 N: what holds them is the scene
+            if (t_s > 2.9 && t_s < 3) leaning_speed = users[1].state.V_WB.v.norm();
+          });
+      ExpectCalm(run);
+      EXPECT_LT(leaning_speed, 1e-3) << "2 N would move it by 0.15 m/s";
+    }
+  }
+}
+
+// 54 mm from the centre, a knock turns the body: growth, tail and energy count that.
+TEST(LabScenes, AGraspOffTheCentreTurnsTheBodyAndIsCalm) {
+  const LabCase test = Case("off_centre", "kick", kDefaultLaw);
+  const CaseResult run = RunCase(test, SceneOf(test));
+  ExpectCalm(run);
+  EXPECT_GT(run.metrics.peak_turn, 0.1);
+}
+
+TEST(LabScenes, FaultsNameTheFileAndTheBody) {
+  LabCase test = Case("free", "kick", kDefaultLaw);
+  test.body = "handle";
+  const Result<LabScene> scene = LoadLabScene(test, kFolder);
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().what, (kFolder / "free.json").string() + ": there is no body 'handle'");
+}
+
+// Delays of 20, 300, 50, 1000 and 20 ms, outages of 1.5 s and 3.5 s, jitter and loss at 100 Hz,
+// while a hand goes to and fro: no energy, nothing for the gate to do, no step of the links above 1
+// N in a frame.
+TEST(LabScenes, TheDefaultLawBearsDelaysThatJumpAndOutages) {
+  const Result<LabCase> test = LoadCase(kFolder / "adversarial.json");
+  ASSERT_TRUE(test) << test.error().what;
+  const CaseResult run = RunCase(*test, SceneOf(*test));
+  ExpectCalm(run);
+  EXPECT_EQ(run.metrics.clip_share, 0.0);
+  EXPECT_LT(run.metrics.peak_apart, 0.3);
+  EXPECT_LE(run.metrics.link_force_rate, 1000);
+}
+
+// The same with 200 N/m and no drag: it blows up, and the gate holds it within its credits, 0.1 J
+// an end: both outages end the link, and another begins.
+TEST(LabScenes, AFixedStiffnessDoesNotBearThemButForTheGate) {
+  Result<LabCase> test = LoadCase(kFolder / "adversarial.json");
+  ASSERT_TRUE(test) << test.error().what;
+  test->hands = {*HandNamed("off", Inertia{})};
+  test->motion = LabMotion::kKick;
+  test->law.name = "constant";
+  test->law.gate = false;
+  const LabScene scene = SceneOf(*test);
+  const CaseResult without = RunCase(*test, scene);
+  EXPECT_EQ(without.verdict, Verdict::kUnstable);
+  EXPECT_GT(without.metrics.generated_J, 0.5);
+  test->law.gate = true;
+  const CaseResult with = RunCase(*test, scene);
+  EXPECT_LE(with.metrics.generated_J, 3 * 2 * 0.1 + 0.05);
+  EXPECT_FALSE(with.metrics.blew_up);
+}
+
+}  // namespace
+}  // namespace tandem
