@@ -100,6 +100,15 @@ class Run {
     }
   }
 
+  /// Whether samples that were under way were dropped for want of room: that is no network of the
+  /// case's.
+  bool Overflowed() {
+    for (std::size_t user = 0; user < frames_.size(); ++user) {
+      if (session_.node(user).inbox().overflows() > 0) return true;
+    }
+    return false;
+  }
+
   double simulated_s() const { return 1e-9 * static_cast<double>(session_.now_ns()) - 1.0; }
 
  private:
@@ -169,6 +178,7 @@ CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink
       if (user.present) AddTo(hash, user.state);
     }
   }
+  if (run.Overflowed()) result.fault = Error{"samples under way found no room"};
   result.metrics = meter.Finish();
   AddTo(hash, result.metrics);
   result.verdict = Judge(result.metrics);

@@ -16,7 +16,7 @@ struct CaseResult {
   Verdict verdict = Verdict::kUndecided;
   std::uint64_t digest = 0;    // of every tenth frame's states and of the metrics
   double simulated_s = 0;      // of the session, closing its loops included
-  std::optional<Error> fault;  // the case could not be run: its loops did not close
+  std::optional<Error> fault;  // the case could not be run as it is: its loops do not close
 };
 
 /// Every frame's measured state, for time series. `t_s`: from when all loops are closed.

@@ -1,5 +1,7 @@
 #include "collab/lab/case_run.h"
 
+#include <set>
+
 #include <gtest/gtest.h>
 
 #include "tests/stability/type2_run.h"
@@ -121,6 +123,18 @@ TEST(RunCase, KnocksOnceEveryLinkPulls) {
   });
   EXPECT_TRUE(moved);
   EXPECT_LT(run.metrics.generated_J, 1e-6);
+}
+
+// Nothing else of a clean line depends on the seed.
+TEST(RunCase, SendersThatSendNowAndThenDoSoAtTimesOfTheirOwn) {
+  LabCase test;
+  test.hands = {Hand("relaxed")};
+  test.publish_hz = 100;
+  std::set<std::uint64_t> digests;
+  for (test.seed = 1; test.seed <= 8; ++test.seed) {
+    digests.insert(RunCase(test, FreeBox()).digest);
+  }
+  EXPECT_GE(digests.size(), 3U);
 }
 
 TEST(RunCase, TellsThatLoopsDoNotClose) {
