@@ -183,7 +183,7 @@ void AddStabilityLive(CLI::App& stability, int& exit_code) {
   command
       ->add_option("--bar", arguments->bar,
                    "by how much divergence and force may differ, as a share; beyond it ends with 1")
-      ->check(NumberFrom(0, 10))
+      ->check(NumberAbove(0, 10))
       ->capture_default_str();
   command->add_flag("--tap", arguments->tap,
                     "as root: delays by a network of real packets, in place of the conditioner");

@@ -28,7 +28,6 @@ class Commands {
     app_.require_subcommand(1);
     AddCommands(app_, exit_code_);
     RefuseEmptyTexts(app_);
-    Disarm(app_);
   }
   CLI::App& app() { return app_; }
 
@@ -38,6 +37,8 @@ class Commands {
     for (const std::string& word : words) argv.push_back(word.c_str());
     try {
       app_.parse(static_cast<int>(argv.size()), argv.data());
+    } catch (const CLI::Success&) {
+      return {};
     } catch (const CLI::ValidationError& error) {
       return Explain(app_, error);
     } catch (const CLI::RequiredError&) {
@@ -51,11 +52,11 @@ class Commands {
   }
 
  private:
-  static void Disarm(CLI::App& app) {
-    app.callback([] {});
-    for (CLI::App* command : app.get_subcommands({})) Disarm(*command);
-  }
-  CLI::App app_;
+  /// Ends when all is parsed and found good, before any command runs.
+  class Parser : public CLI::App {
+    void pre_callback() override { throw CLI::Success(); }
+  };
+  Parser app_;
   int exit_code_ = 0;
 };
 

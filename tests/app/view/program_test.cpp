@@ -260,7 +260,10 @@ TEST_F(Program, SaysWhichOptionItDoesNotKnow) {
 TEST_F(Program, AnUnattendedRunThatCannotJoinEndsWithTheNetworksCode) {
   EXPECT_EQ(Run({"--session", session_, "--interface", "nosuch0", "--seconds", "30"}, here_), 5);
   EXPECT_THAT(said_, ::testing::HasSubstr("nosuch0"));
-  EXPECT_EQ(Run({"--session", session_, "--peers", "a:b", "--seconds", "30"}, here_), 5);
+}
+
+TEST_F(Program, APeersAddressThatIsNoneIsAUsageError) {
+  EXPECT_EQ(Run({"--session", session_, "--peers", "a:b", "--seconds", "30"}, here_), 2);
   EXPECT_THAT(said_, ::testing::HasSubstr("HOST:PORT"));
 }
 
