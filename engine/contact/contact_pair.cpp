@@ -168,7 +168,7 @@ void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform
     look(0, candidate_count_, 0);
   }
   contact_count_ = refined_ != nullptr
-                       ? refined_->Take(candidates, contacts_.data())
+                       ? refined_->Take(candidates, R_VS, contacts_.data())
                        : FindPlainContacts(candidates, *voxmap_, layer, contacts_.data());
 }
 

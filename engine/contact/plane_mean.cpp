@@ -85,15 +85,15 @@ void PlaneMean::Add(const Vec3& place, const Vec3& normal, double height, double
 
 void PlaneMean::AddRidge(const Vec3& place, const std::array<Vec3, 2>& normals,
                          const std::array<double, 2>& heights, const std::array<double, 2>& weights,
-                         Ridges& ridges) noexcept {
-  if (ridges.count < Ridges::kMost) ridges.normals[ridges.count++] = normals;
+                         const std::array<bool, 2>& facing) noexcept {
   // beside the edge only the face that the vertex is above has a say
   const double cosine = normals[0].dot(normals[1]);
   const bool over_edge = heights[0] > cosine * heights[1] && heights[1] > cosine * heights[0];
   const double higher = heights[0] - heights[1];
   const bool inside = std::max(heights[0], heights[1]) < 0 && std::abs(higher) < 2 * kTakeOver;
   for (std::size_t i = 0; i < 2; ++i) {
-    if (over_edge || inside || (higher > 0) == (i == 0)) {
+    if ((over_edge && (facing[0] || facing[1])) ||
+        (facing[i] && (inside || (higher > 0) == (i == 0)))) {
       Add(place, normals[i], heights[i], weights[i]);
     }
   }

@@ -28,6 +28,10 @@ class PlaneMean {
     static constexpr std::size_t kMost = 27;
     std::size_t count = 0;
     std::array<std::array<Vec3, 2>, kMost> normals;
+
+    void Add(const std::array<Vec3, 2>& of_faces) noexcept {
+      if (count < kMost) normals[count++] = of_faces;
+    }
   };
 
   /// Forgets all pieces. Cheaper than a new one.
@@ -35,10 +39,11 @@ class PlaneMean {
   /// A piece of surface: a place on it, its outward normal, the vertex's height above its plane.
   void Add(const Vec3& place, const Vec3& normal, double height, double weight) noexcept;
   /// A piece of a convex edge: a place on it, its faces' normals, the heights above their planes.
-  /// It is kept in `ridges` as well.
+  /// `facing`: whether the vertex may stand on that face. Over the edge the other one counts too:
+  /// it tells how far the vertex is from the edge.
   void AddRidge(const Vec3& place, const std::array<Vec3, 2>& normals,
                 const std::array<double, 2>& heights, const std::array<double, 2>& weights,
-                Ridges& ridges) noexcept;
+                const std::array<bool, 2>& facing) noexcept;
 
   /// The pushes of what the vertex stands on; gives how many.
   std::size_t Resolve(const Ridges& ridges, std::array<Push, kMostPushes>& pushes) const noexcept;

@@ -17,6 +17,8 @@ constexpr double kLateralReach = 1.25;
 constexpr double kVertexReach = 1.25;
 /// The half arc, rad, within which a push on an edge by a vertex or an open rim is believed.
 constexpr double kLooseArc = 1.25;
+/// As FeatureNormals::edge_cosines: edges whose faces turn by less are pieces of curved surface.
+constexpr float kSharp = 0.966F;
 /// Candidates whose regions are asked for while others are looked at.
 constexpr std::size_t kAhead = 4;
 constexpr std::int32_t kFar = 1 << 30;
@@ -84,7 +86,8 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
       known_(std::bit_ceil(2 * most)),
       slots_(std::bit_ceil(2 * MostVertices(most)), 0),
       met_(MostVertices(most)),
-      used_slots_(met_.size()) {
+      used_slots_(met_.size()),
+      met_ridges_(shell.edges.empty() ? 0 : met_.size()) {
   TANDEM_CHECK(!details.empty());
   for (std::size_t i = 0; i < SurfaceDetail::kAngles; ++i) {
     arcs_[i] = EdgeArc(SurfaceDetail::kAngleStep * static_cast<double>(i));
@@ -128,8 +131,8 @@ RefinedContacts::Standing RefinedContacts::StandOn(const SurfaceWindow::Piece& p
     const double height = away.dot(n);
     standing.heights[i] = height;
     standing.squares_beside[i] = away.squaredNorm() - height * height;
-    standing.weights[i] =
-        n.dot(nhat) > kFacing ? Weight(standing.squares_beside[i], kLateralReach) : 0.0;
+    standing.weights[i] = Weight(standing.squares_beside[i], kLateralReach);
+    standing.facing[i] = n.dot(nhat) > kFacing;
   }
   return standing;
 }
@@ -197,8 +200,9 @@ std::optional<std::size_t> RefinedContacts::MeetSurface(const Candidate& candida
     const Standing on = StandOn(piece, p, candidate.nhat_V);
     tell(piece, on, 0);
     if (on.sides == 2) {
-      faces.AddRidge(piece.place(), on.normals, on.heights, on.weights, scratch.ridges);
-    } else {
+      scratch.ridges.Add(on.normals);
+      faces.AddRidge(piece.place(), on.normals, on.heights, on.weights, on.facing);
+    } else if (on.facing[0]) {
       faces.Add(piece.place(), on.normals[0], on.heights[0], on.weights[0]);
     }
   }
@@ -209,7 +213,7 @@ std::optional<std::size_t> RefinedContacts::MeetSurface(const Candidate& candida
     if (a_face_stays || !is_corner(piece)) continue;
     const Standing on = StandOn(piece, p, candidate.nhat_V);
     tell(piece, on, soonest);
-    if (only_corners) {
+    if (only_corners && on.facing[0]) {
       faces.Add(piece.place(), on.normals[0], on.heights[0], on.weights[0]);
     }
   }
@@ -248,6 +252,7 @@ void RefinedContacts::FindOrAdd(const GridIndex& voxel, const Vec3& q) noexcept 
   met_[met_count_].faces.Clear();
   met_[met_count_].voxel = voxel;
   met_[met_count_].q = q;
+  met_[met_count_].ridge = 0;
   slots_[slot] = static_cast<std::uint32_t>(++met_count_);
 }
 
@@ -260,8 +265,13 @@ RefinedContacts::Over RefinedContacts::StandUnder(const SurfaceWindow::Piece& pi
   return {q, height, square_beside, Weight(square_beside, kVertexReach)};
 }
 
-bool RefinedContacts::IsHigh(const Over& over) noexcept {
-  return over.height >= kRefinedClearance + kRounding;
+bool RefinedContacts::IsHigh(double height) noexcept {
+  return height >= kRefinedClearance + kRounding;
+}
+
+double RefinedContacts::BesideAfter(const Over& over, double turn) noexcept {
+  const double beside = std::sqrt(std::max(0.0, over.square_beside));
+  return beside - turn * (std::abs(over.height) + turn * beside);
 }
 
 std::uint8_t RefinedContacts::BearOnVertices(const Candidate& candidate,
@@ -271,9 +281,9 @@ std::uint8_t RefinedContacts::BearOnVertices(const Candidate& candidate,
   ClearRegionMaker& clear = scratch.clear;
   const auto tell = [&](const SurfaceWindow::Piece& piece, const Over& over, double until) {
     const double beside = std::sqrt(std::max(0.0, over.square_beside));
-    const double way = std::max(until, beside - kVertexReach);
-    if (way >= clear.reach()) return;
     const double turn = clear.turn();
+    const double way = std::max(until, BesideAfter(over, turn) - kVertexReach);
+    if (way >= clear.reach()) return;
     const double swing = beside + clear.reach() + turn * std::abs(over.height);
     const double margin = over.height - kRefinedClearance - kRounding;
     // the far sides of thin walls do not push
@@ -284,7 +294,7 @@ std::uint8_t RefinedContacts::BearOnVertices(const Candidate& candidate,
   for (const SurfaceWindow::Piece& piece : scratch.window.Near(candidate.voxel_V, Field::kVertex)) {
     const Over over = StandUnder(piece, p, n);
     tell(piece, over, 0);
-    if (over.weight > 0) found = std::max(found, IsHigh(over) ? kHigh : kBears);
+    if (over.weight > 0) found = std::max(found, IsHigh(over.height) ? kHigh : kBears);
   }
   if (found == kBears) clear.KeepWithin(0);
   TellRound(candidate, Field::kVertex, scratch,
@@ -294,44 +304,108 @@ std::uint8_t RefinedContacts::BearOnVertices(const Candidate& candidate,
   return found;
 }
 
-template <class Visit>
-void RefinedContacts::BearOn(const Candidate& candidate, const Visit& visit) noexcept {
+RefinedContacts::Faces RefinedContacts::FacesAt(const Candidate& candidate,
+                                                const Mat3& R_VS) const noexcept {
+  Faces faces;
+  faces.nhat[0] = candidate.nhat_V;
+  if (candidate.label != Label::kEdge) return faces;
+  const ShellEdge edge = EdgeAt(candidate, R_VS);
+  const Vec3 across = edge.arc.sine * edge.tangent.cross(edge.nhat);
+  const Vec3 along = edge.arc.cosine * edge.nhat;
+  faces.nhat = {along + across, along - across};
+  faces.count = 2;
+  return faces;
+}
+
+std::uint8_t RefinedContacts::BearFaces(const Candidate& candidate, const Faces& faces,
+                                        Scratch& scratch) noexcept {
   const Vec3 p = candidate.p_V / s_;
-  const Vec3& n = candidate.nhat_V;
+  ClearRegionMaker& clear = scratch.clear;
+  std::uint8_t found = 0;
+  const auto tell = [&](const SurfaceWindow::Piece& piece, double until) {
+    for (std::size_t i = 0; i < faces.count; ++i) {
+      const Vec3& n = faces.nhat[i];
+      const Over over = StandUnder(piece, p, n);
+      const double way = std::max(until, BesideAfter(over, clear.turn()) - kVertexReach);
+      if (over.weight <= 0 && way >= clear.reach()) continue;
+      // what faces away cannot turn to it before the point is looked at again
+      if (n.dot(FacingNormal(*piece.detail, n)) < kFacing - clear.turn()) continue;
+      clear.KeepWithin(way);
+      if (over.weight > 0) found = std::max(found, IsHigh(over.height) ? kHigh : kBears);
+    }
+  };
+  for (const SurfaceWindow::Piece& piece : scratch.window.Near(candidate.voxel_V, Field::kVertex)) {
+    tell(piece, 0);
+  }
+  const std::uint8_t near = found;
+  TellRound(candidate, Field::kVertex, scratch, tell);
+  return near;
+}
+
+template <class Visit>
+void RefinedContacts::BearOn(const Candidate& candidate, const Faces& faces,
+                             const Visit& visit) noexcept {
+  const Vec3 p = candidate.p_V / s_;
   for (const SurfaceWindow::Piece& piece :
        scratch_[0].window.Near(candidate.voxel_V, Field::kVertex)) {
-    const Over over = StandUnder(piece, p, n);
-    if (over.weight <= 0) continue;
-    if (!(n.dot(FacingNormal(*piece.detail, n)) > kFacing)) continue;
-    visit(piece, over);
+    Bearing bearing;
+    bool bears = false;
+    for (std::size_t i = 0; i < faces.count; ++i) {
+      const Vec3& n = faces.nhat[i];
+      const Over over = StandUnder(piece, p, n);
+      bearing.q = over.q;
+      bearing.normals[i] = -n;
+      bearing.heights[i] = over.height;
+      bearing.weights[i] = over.weight;
+      bearing.facing[i] = n.dot(FacingNormal(*piece.detail, n)) > kFacing;
+      bearing.high = bearing.high && (over.weight <= 0 || IsHigh(over.height));
+      bears = bears || (bearing.facing[i] && over.weight > 0);
+    }
+    if (bears) visit(piece, bearing);
   }
 }
 
-void RefinedContacts::MeetVertices(std::span<const Candidate> candidates) noexcept {
+void RefinedContacts::AddMetRidge(const std::array<Vec3, 2>& normals, MetVertex& met) noexcept {
+  if (met_ridge_count_ == met_ridges_.size()) return;  // more than candidates were planned for
+  met_ridges_[met_ridge_count_] = {normals, met.ridge};
+  met.ridge = static_cast<std::uint32_t>(++met_ridge_count_);
+}
+
+void RefinedContacts::MeetVertices(std::span<const Candidate> candidates,
+                                   const Mat3& R_VS) noexcept {
   // a vertex that all points are high above is not pushed; of others, all points have a say
   GridIndex low{kFar, kFar, kFar};
   GridIndex high{-kFar, -kFar, -kFar};
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (found_[i] != kBears) continue;
-    BearOn(candidates[i], [&](const SurfaceWindow::Piece& piece, const Over& over) {
-      if (IsHigh(over)) return;
+    if ((found_[i] & kBears) == 0) continue;
+    const Faces faces = FacesAt(candidates[i], R_VS);
+    BearOn(candidates[i], faces, [&](const SurfaceWindow::Piece& piece, const Bearing& bearing) {
+      if (bearing.high) return;
       const GridIndex& v = piece.voxel_V;
-      FindOrAdd(v, over.q);
+      FindOrAdd(v, bearing.q);
       low = {std::min(low.x, v.x - 1), std::min(low.y, v.y - 1), std::min(low.z, v.z - 1)};
       high = {std::max(high.x, v.x + 1), std::max(high.y, v.y + 1), std::max(high.z, v.z + 1)};
     });
   }
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (found_[i] < kHigh) continue;
+    if ((found_[i] & (kBears | kHigh)) == 0) continue;
     const Candidate& candidate = candidates[i];
     const GridIndex& v = candidate.voxel_V;
     if (v.x < low.x || v.y < low.y || v.z < low.z || v.x > high.x || v.y > high.y || v.z > high.z) {
       continue;
     }
-    BearOn(candidate, [&](const SurfaceWindow::Piece& piece, const Over& over) {
+    const Faces faces = FacesAt(candidate, R_VS);
+    BearOn(candidate, faces, [&](const SurfaceWindow::Piece& piece, const Bearing& b) {
       const std::uint32_t number = slots_[SlotFor(piece.voxel_V)];
       if (number == 0) return;
-      met_[number - 1].faces.Add(candidate.p_V / s_, -candidate.nhat_V, over.height, over.weight);
+      MetVertex& met = met_[number - 1];
+      const Vec3 p = candidate.p_V / s_;
+      if (faces.count == 2) {
+        AddMetRidge(b.normals, met);
+        met.faces.AddRidge(p, b.normals, b.heights, b.weights, b.facing);
+      } else {
+        met.faces.Add(p, b.normals[0], b.heights[0], b.weights[0]);
+      }
     });
   }
 }
@@ -367,18 +441,23 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
 
 std::size_t RefinedContacts::TakeVertices(Contact* out) noexcept {
   std::size_t found = 0;
-  scratch_[0].ridges.count = 0;
+  PlaneMean::Ridges& ridges = scratch_[0].ridges;
   for (std::size_t i = 0; i < met_count_; ++i) {
     const MetVertex& met = met_[i];
+    ridges.count = 0;
+    for (std::uint32_t ridge = met.ridge; ridge != 0; ridge = met_ridges_[ridge - 1].before) {
+      ridges.Add(met_ridges_[ridge - 1].normals);
+    }
     slots_[used_slots_[i]] = 0;
     std::array<PlaneMean::Push, PlaneMean::kMostPushes> pushes;
-    const std::size_t pushing = met.faces.Resolve(scratch_[0].ridges, pushes);
+    const std::size_t pushing = met.faces.Resolve(ridges, pushes);
     for (std::size_t k = 0; k < pushing; ++k) {
       const double depth = (kRefinedClearance - pushes[k].gap) * pushes[k].share;
       if (depth > 0) out[found++] = {s_ * met.q, -pushes[k].normal, s_ * depth};
     }
   }
   met_count_ = 0;
+  met_ridge_count_ = 0;
   return found;
 }
 
@@ -386,7 +465,12 @@ std::uint8_t RefinedContacts::MeetOne(Candidate& candidate, const Mat3& R_VS, in
                                       Scratch& scratch, Contact* out) noexcept {
   if (candidate.label == Label::kSurface) return BearOnVertices(candidate, scratch);
   if (candidate.label == Label::kEdge) {
-    return static_cast<std::uint8_t>(MeetEdges(candidate, R_VS, scratch, out));
+    auto found = static_cast<std::uint8_t>(MeetEdges(candidate, R_VS, scratch, out));
+    const float cosine = shell_->edges[candidate.edge].cosine;
+    if (cosine > 0 && cosine < kSharp) {
+      found |= BearFaces(candidate, FacesAt(candidate, R_VS), scratch);
+    }
+    return found;
   }
   const std::optional<std::size_t> met = MeetSurface(candidate, scratch, out);
   if (met.has_value()) return static_cast<std::uint8_t>(*met);
@@ -444,7 +528,8 @@ double RefinedContacts::SlackIn(const ClearRegion& region, const Candidate& cand
   return slack;
 }
 
-std::size_t RefinedContacts::Take(std::span<const Candidate> candidates, Contact* out) noexcept {
+std::size_t RefinedContacts::Take(std::span<const Candidate> candidates, const Mat3& R_VS,
+                                  Contact* out) noexcept {
   std::size_t taken = 0;
   clear_count_ = 0;
   bool bears = false;
@@ -452,14 +537,13 @@ std::size_t RefinedContacts::Take(std::span<const Candidate> candidates, Contact
     if (regions_[i].point != ClearRegion::kNoPoint) {
       known_[regions_[i].point & (known_.size() - 1)] = regions_[i];
     }
-    bears = bears || found_[i] == kBears;
-    if (found_[i] >= kHigh) continue;
+    bears = bears || (found_[i] & kBears) != 0;
     clear_count_ += found_[i] == kClear ? 1 : 0;
-    if (found_[i] == kClear) continue;
-    for (std::size_t k = 0; k < found_[i]; ++k) out[taken++] = out[kPerPoint * i + k];
+    const std::size_t found = found_[i] % kClear;
+    for (std::size_t k = 0; k < found; ++k) out[taken++] = out[kPerPoint * i + k];
   }
   if (!bears) return taken;
-  MeetVertices(candidates);
+  MeetVertices(candidates, R_VS);
   // a point gives at most kPerPoint, a vertex of the map comes with a surface point
   return taken + TakeVertices(out + taken);
 }

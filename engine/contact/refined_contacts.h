@@ -23,7 +23,7 @@ namespace tandem {
 ///
 /// Contact begins when the exact features are kRefinedClearance apart. Features are found to a
 /// quarter of a voxel, so that a smooth surface bulges less than half a voxel beyond its feature
-/// vertices, and force begins before exact surfaces meet.
+/// vertices, and force begins before exact surfaces meet. Edges say both their faces.
 ///
 /// A vertex against surface voxels takes a mean of their planes, by how squarely it stands over
 /// each: exact over a plane, continuous over edges and curves. A vertex of the map is met by
@@ -57,7 +57,7 @@ class RefinedContacts {
               int layer, const double* turned, int thread, Contact* out) noexcept;
   /// The contacts of a frame's candidates, all of which have been looked at; `out` has room for
   /// RoomFor(candidates) contacts. One thread.
-  std::size_t Take(std::span<const Candidate> candidates, Contact* out) noexcept;
+  std::size_t Take(std::span<const Candidate> candidates, const Mat3& R_VS, Contact* out) noexcept;
   /// Of the last frame's candidates, those that were passed over.
   std::size_t clear_count() const noexcept { return clear_count_; }
   static std::size_t RoomFor(std::size_t candidates) {
@@ -66,18 +66,24 @@ class RefinedContacts {
 
  private:
   static constexpr std::size_t kPerPoint = 4;  // contacts of one point, at most
-  /// In found_, in place of a number of contacts: bears on vertices of the map, which are met in
-  /// order; may do so, but is high above all of them; makes no contact.
-  static constexpr std::uint8_t kBears = 255;
-  static constexpr std::uint8_t kHigh = 254;
-  static constexpr std::uint8_t kClear = 253;
+  /// Added in found_ to a number of contacts: bears on vertices of the map, which are met in order;
+  /// may do so, but is high above all of them; passed over.
+  static constexpr std::uint8_t kBears = 128;
+  static constexpr std::uint8_t kHigh = 64;
+  static constexpr std::uint8_t kClear = 32;
   static std::size_t MostVertices(std::size_t candidates) { return 2 * candidates + 32; }
 
   /// A vertex of the map and what the shell's surface says of it.
   struct MetVertex {
     GridIndex voxel;
     Vec3 q = Vec3::Zero();
-    PlaneMean faces;  // of the shell
+    PlaneMean faces;          // of the shell
+    std::uint32_t ridge = 0;  // 1 + number in met_ridges_ of its last
+  };
+  /// The faces' normals of an edge of the shell that says something of a vertex of the map.
+  struct MetRidge {
+    std::array<Vec3, 2> normals;
+    std::uint32_t before = 0;  // as MetVertex::ridge
   };
   /// A piece of surface under a vertex of the shell.
   struct Standing {
@@ -86,6 +92,7 @@ class RefinedContacts {
     std::array<double, 2> heights{};
     std::array<double, 2> squares_beside{};
     std::array<double, 2> weights{};
+    std::array<bool, 2> facing{};
   };
 
   /// What a thread looks at a candidate with.
@@ -102,7 +109,13 @@ class RefinedContacts {
     const bool ridge = detail.shape() == SurfaceDetail::Shape::kRidge;
     return arcs_[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
   }
-  /// A point of the shell's surface over a vertex of the map.
+  /// The faces of the shell at a point: inward normals, of an edge two, otherwise one.
+  struct Faces {
+    std::array<Vec3, 2> nhat;
+    std::size_t count = 1;
+  };
+  Faces FacesAt(const Candidate& candidate, const Mat3& R_VS) const noexcept;
+  /// A face of the shell over a vertex of the map.
   struct Over {
     Vec3 q;         // the vertex
     double height;  // of the vertex above the shell's surface
@@ -114,7 +127,9 @@ class RefinedContacts {
   Standing StandOn(const SurfaceWindow::Piece& piece, const Vec3& p,
                    const Vec3& nhat) const noexcept;
 
-  static bool IsHigh(const Over& over) noexcept;
+  static bool IsHigh(double height) noexcept;
+  /// How far beside the point the vertex is at least when the shell has turned by `turn`.
+  static double BesideAfter(const Over& over, double turn) noexcept;
   /// Tells when a vertex can be pushed by what it stands on; not before it has gone by `way`.
   static void TellStanding(const Standing& on, bool two_sided, double way,
                            ClearRegionMaker& clear) noexcept;
@@ -127,10 +142,23 @@ class RefinedContacts {
                                          Contact* out) noexcept;
   /// kBears, kHigh, or 0 if a point of the shell's surface says nothing of any vertex of the map.
   std::uint8_t BearOnVertices(const Candidate& candidate, Scratch& scratch) noexcept;
-  /// Calls visit(piece, over) for the vertices that a point of the shell's surface bears on.
+  /// The same of an edge's faces, as it stands or turns within a region's turn. One that says
+  /// something is looked at in every frame.
+  std::uint8_t BearFaces(const Candidate& candidate, const Faces& faces, Scratch& scratch) noexcept;
+  /// What the faces at a point of the shell say of a vertex of the map.
+  struct Bearing {
+    Vec3 q;  // the vertex
+    std::array<Vec3, 2> normals;
+    std::array<double, 2> heights{};
+    std::array<double, 2> weights{};
+    std::array<bool, 2> facing{};
+    bool high = true;
+  };
+  /// Calls visit(piece, bearing) for the vertices that a point of the shell bears on.
   template <class Visit>
-  void BearOn(const Candidate& candidate, const Visit& visit) noexcept;
-  void MeetVertices(std::span<const Candidate> candidates) noexcept;
+  void BearOn(const Candidate& candidate, const Faces& faces, const Visit& visit) noexcept;
+  void MeetVertices(std::span<const Candidate> candidates, const Mat3& R_VS) noexcept;
+  void AddMetRidge(const std::array<Vec3, 2>& normals, MetVertex& met) noexcept;
   std::size_t MeetEdges(const Candidate& candidate, const Mat3& R_VS, Scratch& scratch,
                         Contact* out) noexcept;
   std::size_t TakeVertices(Contact* out) noexcept;
@@ -156,7 +184,7 @@ class RefinedContacts {
   double place_error_;  // voxels
   std::array<EdgeArc, SurfaceDetail::kAngles + 1> arcs_;  // by step; last, the wide one
   std::vector<Scratch> scratch_;                          // of each thread
-  std::vector<std::uint8_t> found_;                       // contacts of each candidate, or kBears
+  std::vector<std::uint8_t> found_;   // contacts of each candidate, and what it is
   std::vector<ClearRegion> regions_;  // of each candidate, if it was found in this frame
   std::vector<ClearRegion> known_;    // by the last digits of the point
   std::size_t clear_count_ = 0;
@@ -164,6 +192,8 @@ class RefinedContacts {
   std::vector<MetVertex> met_;
   std::vector<std::uint32_t> used_slots_;
   std::size_t met_count_ = 0;
+  std::vector<MetRidge> met_ridges_;
+  std::size_t met_ridge_count_ = 0;
 };
 
 }  // namespace tandem

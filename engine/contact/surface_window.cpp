@@ -72,7 +72,7 @@ std::span<const SurfaceWindow::Piece> SurfaceWindow::List(const GridIndex& voxel
             if (!edges || (chunk->vertices[word] & bit) == 0) {
               pieces_[count++] = {voxel, &details_->Of(*chunk, cell)};
             }
-            if (!edges || (chunk->forked[word] & bit) == 0) continue;
+            if (field == Field::kVertex || (chunk->forked[word] & bit) == 0) continue;
             for (const SurfaceDetails::MoreEdge& edge : details_->MoreEdges(*chunk, cell)) {
               pieces_[count++] = {voxel, &edge.detail, edge.ends};
             }

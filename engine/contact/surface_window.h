@@ -30,7 +30,8 @@ class SurfaceWindow {
   SurfaceWindow(const Voxmap& voxmap, const SurfaceDetails& details) noexcept
       : voxmap_(&voxmap), details_(&details) {}
 
-  /// The sources of a field within one voxel of a voxel; valid until the next call.
+  /// The sources of a field within one voxel of a voxel, of edges and surfaces with all edges
+  /// there; valid until the next call.
   std::span<const Piece> Near(const GridIndex& voxel_V, Field field) noexcept;
   /// Those beyond one voxel from it and within `below` and `above`, 1 or 2 along each axis.
   std::span<const Piece> Round(const GridIndex& voxel_V, const GridIndex& below,

@@ -32,6 +32,8 @@ SurfaceDetail Pack(const VoxelSurface& surface) {
   detail.tangent = PackDirection(surface.tangent);
   if (surface.label == Label::kVertex) {
     detail.SetShape(SurfaceDetail::Shape::kVertex);
+  } else if (surface.label == Label::kSurface && surface.two_faces && surface.sides == 1) {
+    detail.SetShape(SurfaceDetail::Shape::kNotch);
   } else if (surface.label == Label::kSurface || surface.cosine == 0 || surface.cosine < kShallow) {
     detail.SetShape(SurfaceDetail::Shape::kSmooth);
   } else if (surface.cosine < 0) {

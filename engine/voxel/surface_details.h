@@ -29,7 +29,7 @@ struct SurfaceDetail {
   enum class Shape : std::uint8_t {
     kSmooth,  // a piece of surface, or the rim of an open one
     kVertex,  // a feature vertex
-    kNotch,   // a concave edge
+    kNotch,   // a concave edge, or two faces whose edge passes by
     kRidge    // a convex edge: its faces' normals are known
   };
   Shape shape() const noexcept {

@@ -171,7 +171,7 @@ TEST(RefinedContact, ForceDoesNotJumpOverAnEdgeNorIntoACorner) {
   std::mt19937_64 random(5);
   const Quat corner_down = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3(0, 0, -1));
   const TriangleMesh body = Box(kS * Vec3(12, 12, 12));
-  for (int trial = 0; trial < 4; ++trial) {
+  for (int trial = 0; trial < 40; ++trial) {
     const Quat q = RandomRotation(random);
     const auto slide = [&](const TriangleMesh& fixed_Q, double from, double to, double gap) {
       Refined refined(Transformed(fixed_Q, {q, Vec3::Zero()}), body, RandomRotation(random));
@@ -252,6 +252,47 @@ TEST(RefinedContact, CrossingEdgesMeetNearTheirCornersToo) {
             << from_end << " voxels from the ends, trial " << trial;
       }
       EXPECT_GE(force_at(-1.0), 0.2) << from_end << " voxels from the ends, trial " << trial;
+    }
+  }
+}
+
+// A corner stands on a face right up to the face's edge and corner, whichever of the two bodies has
+// the points: where the face's own voxels are those of its edges.
+TEST(RefinedContact, ACornerStandsOnAFaceUpToItsEdge) {
+  std::mt19937_64 random(17);
+  const TriangleMesh body = Box(kS * Vec3(20, 20, 20));
+  const TriangleMesh slab = Transformed(Box(kS * Vec3(20, 20, 20)), {{}, kS * Vec3(0, 0, -10)});
+  const Quat corner_down = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3(0, 0, -1));
+  for (int trial = 0; trial < 60; ++trial) {
+    // by lattice, as parts of a scene often stand, and anyhow
+    const Quat q = trial < 5 ? Quat::Identity() : RandomRotation(random);
+    const Quat about = RotationBy(Vec3(0, 0, Uniform(random, 0, 6)));
+    const Quat tilt =
+        trial % 2 == 0 ? corner_down : Quat(RotationBy(Vec3(0.6, 0.1, 0)) * corner_down);
+    double lowest = 0;
+    Vec3 corner = Vec3::Zero();  // of the body in tilt, which is lowest
+    for (const Vec3& v : body.vertices) {
+      const Vec3 at = about * (tilt * v) / kS;
+      if (at.z() < lowest) corner = at;
+      lowest = std::min(lowest, at.z());
+    }
+    const Quat made_at = trial < 5 ? q : RandomRotation(random);
+    Refined on_slab(Transformed(slab, {q, Vec3::Zero()}), body, made_at);
+    Refined under_slab(Transformed(body, {q * about * tilt, Vec3::Zero()}), slab, made_at);
+    for (const double x : {0.05, 0.15, 0.3, 0.6, 1.0, 1.6}) {
+      for (const double y : {0.05, 0.15, 0.3, 0.6, 1.0, 1.6, 5.0}) {
+        for (const double gap : {0.3, -0.1, -0.6}) {
+          if (gap < 0 && std::min(x, y) < 0.2 - gap) continue;  // nearer to a face at the side
+          const Vec3 place(10 - x, 10 - y, gap);                // of the corner above the slab
+          const Vec3 up = q * Vec3::UnitZ();
+          const double force =
+              on_slab.ForceAt({q * about * tilt, q * (kS * (place - corner))}).dot(up);
+          const double other = -under_slab.ForceAt({q, q * (kS * (corner - place))}).dot(up);
+          const double wanted = 0.3 * (kRefinedClearance - gap);  // no hole
+          EXPECT_GE(force, wanted) << x << " " << y << " gap " << gap << " trial " << trial;
+          EXPECT_GE(other, wanted) << x << " " << y << " gap " << gap << " under, trial " << trial;
+        }
+      }
     }
   }
 }
