@@ -107,6 +107,7 @@ struct ApartRun {
                                             .scene_hash = 42,
                                             .parameters = ParametersOf(WallAndCube()->scene),
                                             .law = "p+d",
+                                            .limits = {},
                                             .peer = options.peer});
     EXPECT_TRUE(recorder.has_value());
     recorders.push_back(*std::move(recorder));

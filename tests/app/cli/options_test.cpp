@@ -144,10 +144,22 @@ TEST(Options, NoNumberTakesWhatIsNoneNorOneOutOfAllMeasure) {
 
 // where 0 is no number of anything but says: for ever, all, none, the first
 TEST(Options, ZeroIsTakenWhereItMeansSomething) {
-  const std::set<std::string> means{
-      "--delay-ms", "--delays-ms", "--domain",   "--force-layer",  "--jitter-ms",
-      "--loss",     "--print",     "--seconds",  "--seed",         "--relative-damping",
-      "--speed",    "--threads",   "--wait-for", "--wait-seconds", "stability boundary --jobs"};
+  const std::set<std::string> means{"--delay-ms",
+                                    "--delays-ms",
+                                    "--domain",
+                                    "--force-layer",
+                                    "--jitter-ms",
+                                    "--loss",
+                                    "--print",
+                                    "--seconds",
+                                    "--seed",
+                                    "--relative-damping",
+                                    "--speed",
+                                    "--threads",
+                                    "--wait-for",
+                                    "--wait-seconds",
+                                    "stability boundary --jobs",
+                                    "stability report --series"};
   const std::set<std::string> not_here{"demo --seconds",           "bench network --seconds",
                                        "bench session --seconds",  "simulate --seconds",
                                        "simulate --seed",          "peer --threads",
