@@ -23,6 +23,14 @@ class LimitedLaw : public CouplingLaw {
   const CouplingLimits limits_;
 };
 
+/// A share of what passivity wants, k te, between the least drag and the budget; none where nothing
+/// pulls.
+double DragWithinBudget(double share, const LawInputs& inputs, double stiffness_sum,
+                        double budget) {
+  if (stiffness_sum <= 0) return 0;
+  return std::clamp(share * stiffness_sum * inputs.te_s, std::min(kLeastDrag, budget), budget);
+}
+
 class PlusDamping : public LimitedLaw {
  public:
   using LimitedLaw::LimitedLaw;
@@ -33,9 +41,7 @@ class PlusDamping : public LimitedLaw {
     return {limits_.margin * k / LinksOf(inputs), 0.0};
   }
   double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept override {
-    if (stiffness_sum <= 0) return 0;
-    return std::clamp(stiffness_sum * inputs.te_s, std::min(kLeastDrag, limits_.damping_budget),
-                      limits_.damping_budget);
+    return DragWithinBudget(1.0, inputs, stiffness_sum, limits_.damping_budget);
   }
 };
 
@@ -51,9 +57,7 @@ class PlusTwoDampings : public LimitedLaw {
     return {k / LinksOf(inputs), std::min(B, 0.5 * k * inputs.te_s) / LinksOf(inputs)};
   }
   double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept override {
-    if (stiffness_sum <= 0) return 0;
-    return std::clamp(0.35 * stiffness_sum * inputs.te_s,
-                      std::min(kLeastDrag, limits_.damping_budget), limits_.damping_budget);
+    return DragWithinBudget(0.35, inputs, stiffness_sum, limits_.damping_budget);
   }
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/base/markup.h"
+
 namespace tandem {
 
 namespace {
@@ -46,7 +48,7 @@ std::string AttributesOf(const Stroke& stroke) {
 // the element's end, round its hint
 std::string End(const char* element, const std::string& hint) {
   if (hint.empty()) return "/>\n";
-  return "><title>" + Escaped(hint) + "</title></" + element + ">\n";
+  return "><title>" + EscapedMarkup(hint) + "</title></" + element + ">\n";
 }
 
 std::string PathTo(const char* command, double x, double y) {
@@ -107,7 +109,7 @@ class Writer {
       out_ += Attribute("transform",
                         "rotate(-90 " + Number(shape.at.x) + ' ' + Number(shape.at.y) + ')');
     }
-    out_ += '>' + Escaped(shape.text) + "</text>\n";
+    out_ += '>' + EscapedMarkup(shape.text) + "</text>\n";
   }
 
   std::string Take() { return std::move(out_); }
@@ -118,35 +120,6 @@ class Writer {
 
 }  // namespace
 
-std::string Escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default: {
-        const auto byte = static_cast<unsigned char>(c);
-        const bool control = byte < 0x20 && c != '\n' && c != '\t';
-        out += control ? ' ' : c;
-      }
-    }
-  }
-  return out;
-}
-
 std::string SvgOf(const Picture& picture, SvgPlace place) {
   Writer writer;
   for (const PictureShape& shape : picture.shapes) std::visit(writer, shape);
@@ -156,7 +129,7 @@ std::string SvgOf(const Picture& picture, SvgPlace place) {
   out += Attribute("viewBox", "0 0 " + size) + Attribute("width", picture.width) +
          Attribute("height", picture.height) +
          Attribute("font-family", "DejaVu Sans, Verdana, Arial, sans-serif") +
-         Attribute("role", "img") + Attribute("aria-label", Escaped(picture.title)) + ">\n";
+         Attribute("role", "img") + Attribute("aria-label", EscapedMarkup(picture.title)) + ">\n";
   return out + writer.Take() + "</svg>\n";
 }
 

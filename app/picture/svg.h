@@ -15,8 +15,4 @@ enum class SvgPlace : std::uint8_t {
 /// pixel.
 std::string SvgOf(const Picture& picture, SvgPlace place);
 
-/// What stands for the text in HTML and XML, in an attribute as well; what XML cannot hold (control
-/// characters) is a blank.
-std::string Escaped(const std::string& text);
-
 }  // namespace tandem

@@ -6,13 +6,15 @@
 #include "app/picture/svg.h"
 #include "app/stability/cell_facts.h"
 #include "app/stability/html_page.h"
+#include "engine/base/markup.h"
 
 namespace tandem {
 
 namespace {
 
 std::string Element(const std::string& element, const std::string& text) {
-  return "<" + element + ">" + Escaped(text) + "</" + element.substr(0, element.find(' ')) + ">";
+  return "<" + element + ">" + EscapedMarkup(text) + "</" + element.substr(0, element.find(' ')) +
+         ">";
 }
 
 std::string Cell(const std::string& text, bool number, bool head = false) {
@@ -48,7 +50,7 @@ std::string TableOf(const ReportTable& table) {
 
 std::string FigureOf(const Picture& picture, const std::string& caption, std::size_t sweep) {
   return "<figure data-sweep=\"s" + std::to_string(sweep) + "\">\n" +
-         SvgOf(picture, SvgPlace::kInHtml) + "<figcaption>" + Escaped(caption) +
+         SvgOf(picture, SvgPlace::kInHtml) + "<figcaption>" + EscapedMarkup(caption) +
          "</figcaption></figure>\n";
 }
 
@@ -63,16 +65,18 @@ std::string HeadOf(const ReportData& data, const std::vector<SweepRow>& rows) {
   out += "<p><span class=\"verdict " + std::string(all ? "pass" : "fail") + "\">" +
          std::to_string(passed) + " of " + std::to_string(rows.size()) + " rows pass</span> " +
          std::to_string(data.cells()) + " experiments</p>\n<dl>";
-  out += Fact("this report", "<code>" + Escaped(data.command) + "</code>");
-  out += Fact("made by", "tandem " + Escaped(data.version));
+  out += Fact("this report", "<code>" + EscapedMarkup(data.command) + "</code>");
+  out += Fact("made by", "tandem " + EscapedMarkup(data.version));
   for (const ReportSweep& sweep : data.sweeps) {
     const ResultsHeader& header = sweep.results.header;
-    out += Fact("sweep", Escaped(header.sweep) + ": <code>" + Escaped(header.command) + "</code>");
+    out += Fact("sweep", EscapedMarkup(header.sweep) + ": <code>" + EscapedMarkup(header.command) +
+                             "</code>");
     out += Fact("", "seed " + std::to_string(header.seed) + ", digest <code>" +
-                        Escaped(sweep.summary.digest) + "</code>, " +
+                        EscapedMarkup(sweep.summary.digest) + "</code>, " +
                         std::to_string(sweep.results.records.size()) + " of " +
-                        std::to_string(header.cells) + " cells, tandem " + Escaped(header.version) +
-                        ", build <code>" + Escaped(header.program) + "</code>, " +
+                        std::to_string(header.cells) + " cells, tandem " +
+                        EscapedMarkup(header.version) + ", build <code>" +
+                        EscapedMarkup(header.program) + "</code>, " +
                         TableNumber(sweep.summary.simulated_s) + " s simulated in " +
                         TableNumber(sweep.summary.cpu_s) + " s of processor time");
   }
@@ -111,7 +115,7 @@ std::string CellRowOf(const CellRecord& record, std::size_t sweep) {
       (record.cell.expect == Expectation::kUnstable && result.verdict != Verdict::kUnstable) ||
       (predicted && record.outcome.predicted->is_stable() && result.verdict != Verdict::kStable);
   out += bad || result.fault ? "<td class=\"fail\">" : "<td>";
-  out += Escaped(result.fault ? result.fault->what : NameOf(result.verdict)) + "</td>";
+  out += EscapedMarkup(result.fault ? result.fault->what : NameOf(result.verdict)) + "</td>";
   out += Cell(record.cell.expect == Expectation::kNothing ? "" : NameOf(record.cell.expect), false);
   out += number(stiffness) +
          (predicted ? number(stiffness / record.outcome.predicted->critical) : Cell("", true));
@@ -122,7 +126,7 @@ std::string CellRowOf(const CellRecord& record, std::size_t sweep) {
 }
 
 std::string CellsOf(const ReportSweep& sweep, std::size_t index) {
-  std::string out = "<h3>All cells of " + Escaped(sweep.results.header.sweep) +
+  std::string out = "<h3>All cells of " + EscapedMarkup(sweep.results.header.sweep) +
                     "</h3>\n<div class=\"wide\"><table><thead><tr>";
   const std::vector<std::pair<const char*, bool>> columns{{"cell", true},
                                                           {"scene", false},
@@ -161,7 +165,7 @@ constexpr const char* kMapCaption =
 std::string MapsOf(const ReportSweep& sweep, std::size_t index) {
   std::string out;
   if (!sweep.maps.empty() || !sweep.others.empty()) {
-    out += "<h2>Maps of " + Escaped(sweep.results.header.sweep) + "</h2>\n";
+    out += "<h2>Maps of " + EscapedMarkup(sweep.results.header.sweep) + "</h2>\n";
   }
   for (const Picture& map : sweep.maps) out += FigureOf(map, kMapCaption, index);
   if (sweep.maps_left_out > 0) {

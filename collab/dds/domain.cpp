@@ -17,6 +17,7 @@
 
 #include "collab/dds/cyclone_log.h"
 #include "collab/dds/socket_drops.h"
+#include "engine/base/markup.h"
 
 namespace tandem {
 namespace {
@@ -28,29 +29,6 @@ constexpr const char* kLoopback = "lo";
 bool IsPlain(char c) {  // in any locale
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
          c == '_' || c == '-';
-}
-
-std::string EscapeXml(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
 }
 
 // Whether a thread of this process may have the receive thread's priority: found by trying on one.
@@ -143,7 +121,7 @@ std::string PeersXml(const DdsOptions& options, bool loopback) {
     if (!peer) continue;  // CheckOptions has said so
     // with a port of one's own the others are taken to have the same
     const std::uint16_t port = peer->port != 0 ? peer->port : options.port;
-    xml += "<Peer address=\"" + EscapeXml(peer->host);
+    xml += "<Peer address=\"" + EscapedMarkup(peer->host);
     if (port != 0) xml.append(":").append(std::to_string(port));
     xml += "\"/>";
   }
@@ -210,7 +188,7 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   const bool multicast = !loopback && options.peers.empty();
   std::string xml = "<Domain Id=\"any\"><General>";
   if (!options.interface.empty()) {
-    xml += "<Interfaces><NetworkInterface name=\"" + EscapeXml(options.interface) +
+    xml += "<Interfaces><NetworkInterface name=\"" + EscapedMarkup(options.interface) +
            "\"/></Interfaces>";
   }
   xml += std::string("<AllowMulticast>") + (multicast ? "true" : "false") + "</AllowMulticast>";

@@ -17,8 +17,7 @@ struct SweepRow {
 };
 
 /// What a sweep comes to. A default-law cell has the default law as it is: its own name, limits and
-/// ratio 1. A
-/// control is a cell that its author holds to be unstable.
+/// ratio 1. A control is a cell that its author holds to be unstable.
 struct SweepSummary {
   std::size_t cells = 0;  // that were run
   std::string digest;

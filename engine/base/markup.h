@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+
+namespace tandem {
+
+/// What stands for the text in HTML and XML, in an attribute as well; what XML cannot hold (control
+/// characters) is a blank.
+inline std::string EscapedMarkup(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default: {
+        const auto byte = static_cast<unsigned char>(c);
+        const bool control = byte < 0x20 && c != '\n' && c != '\t';
+        out += control ? ' ' : c;
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace tandem
