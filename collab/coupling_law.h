@@ -68,12 +68,12 @@ LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max
 
 /// The law of that name:
 ///
-/// "p+d", the default: k = sigma min(K0, B/te + B^2/(3 m_max)) / (N - 1), b = sum k te in [1, B].
+/// "p+d": k = sigma min(K0, B/te + B^2/(3 m_max)) / (N - 1), b = sum k te in [1, B].
 ///   The second term is what a bounded mass allows beyond B/te: the exact boundary of two free
 ///   instances is k_crit = (b^2 + m^2 w^2)/(2 m), w tan(w te/2) = b/m, and with atan t >= 3t/(3 +
 ///   t^2) it is at least b/te + b^2/(3 m).
-/// "p+dd": k = min(K0, 1.5 sigma (B/te + B^2/(3 m_max))) / (N - 1), bc = min(k te/2, B / (N - 1)),
-///   b = 0.35 sum k te in [1, B]. Half as firm again as "p+d", since part of what holds it is drag
+/// "p+dd", the default: k = min(K0, 1.5 sigma (B/te + B^2/(3 m_max))) / (N - 1),
+///   bc = min(k te/2, B / (N - 1)), b = 0.35 sum k te in [1, B]. Half as firm again as "p+d", since part of what holds it is drag
 ///   between the instances, which a common motion does not feel. While k te <= 2 B it is passive
 ///   for a constant delay, whatever hand and mass: .35 k te > .164 k te. Beyond, bc = B and k stays
 ///   below b (b + 2 bc)/(2 m_max), stable at any delay. What jitter adds to bc is the gate's to
@@ -90,7 +90,7 @@ Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
                                                    const CouplingLimits& limits = {},
                                                    bool lab = false);
 
-/// "p+d" with its default limits.
+/// "p+dd" with its default limits: the one place that says which law is the default.
 std::shared_ptr<const CouplingLaw> DefaultLaw();
 
 }  // namespace tandem

@@ -142,7 +142,7 @@ Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
 }
 
 std::shared_ptr<const CouplingLaw> DefaultLaw() {
-  return Make<PlusDamping>({});
+  return Make<PlusTwoDampings>({});
 }
 
 }  // namespace tandem

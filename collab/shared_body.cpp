@@ -18,7 +18,8 @@ constexpr double kMostTurn = 150.0 * M_PI / 180.0;  // of a link's moment
 constexpr double kQuietAfter = 0.02;                // s; then a copy's velocity fades
 constexpr std::int64_t kSilenceNs = 250'000'000;    // after it a copy comes back slowly
 constexpr double kGentleStep = 0.05;                // N a frame, by that way
-constexpr double kMostStep = 0.8;                   // N a frame, by any way of a copy
+constexpr double kMostStep = 0.8;                   // N a frame, by any way and speed of a copy
+constexpr double kMostDragFall = 100.0;             // N s/m in a second, of any drag
 constexpr double kQuietTime = 0.1;                  // s, of that fade
 constexpr double kHeardTime = 0.02;                 // s, of its end
 
@@ -41,6 +42,20 @@ Quat ClampTurn(const Quat& q_own, const Quat& q_copy, Vec3& axis) {
   }
   if (now.dot(axis) > 0) axis = now;
   return RotationBy(kMostTurn * axis) * q_own;
+}
+
+/// As far from one velocity of a copy to the next as that many m/s go.
+Twist Towards(const Twist& from, const Twist& to, double most, const Mat3& per_mass) {
+  const Twist way{to.w - from.w, to.v - from.v};
+  const double size = std::sqrt(way.v.squaredNorm() + way.w.dot(per_mass * way.w));
+  if (size <= most) return to;
+  return {from.w + most / size * way.w, from.v + most / size * way.v};
+}
+
+/// The delay that gains are made for falls at once when its peak is two seconds old; more drag than
+/// is needed is safe meanwhile.
+double FallGently(double from, double to) {
+  return std::max(to, from - kFrame * kMostDragFall);
 }
 
 double Seconds(std::int64_t ns) {
@@ -189,8 +204,10 @@ void SharedBody::Admit(const RigidState& own, const Mat3& per_mass) noexcept {
     } else {
       partner.catching_up = false;
     }
+    const Pose last = partner.copy_WB;
     partner.copy_WB =
         options_.gate ? partner.gate.Admit(next, own, partner.stiffness, per_mass) : next;
+    partner.way_force = partner.stiffness * DistanceOf(last, partner.copy_WB, per_mass);
   }
 }
 
@@ -221,6 +238,7 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
       link = options_.law->Link(alone);
       const double offer =
           std::min(link.stiffness, partner.most_force / std::max(slew.stretch, 1e-3));
+      if (offer < link.stiffness) slew.gentle_fall = kCappedFall;
       const double share = sum > most ? most / sum : 1.0;
       const double others = sum - partner.stiffness;
       const double own_ceiling = std::max(allowed.stiffness, share * partner.stiffness);
@@ -245,7 +263,8 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
     if (InUse(partner, now_ns)) sum += partner.stiffness - before;
     // a spring that has yet to fall to what the law gives has no more damping than that
     const double part = link.stiffness > 0 ? partner.stiffness / link.stiffness : 0.0;
-    partner.relative_damping = std::min(1.0, part) * link.relative_damping;
+    partner.relative_damping =
+        FallGently(partner.relative_damping, std::min(1.0, part) * link.relative_damping);
   }
 }
 
@@ -273,19 +292,27 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     const double quiet = Seconds(now_ns - partner.heard_ns) - kQuietAfter;
     partner.moving = std::min(std::clamp(1.0 - quiet / kQuietTime, 0.0, 1.0),
                               partner.moving + kFrame / kHeardTime);
-    double moving = partner.moving;
     const double b = partner.relative_damping;
+    const Twist wanted{partner.moving * partner.state.V_WB.w,
+                       partner.moving * partner.state.V_WB.v};
+    // the damper has what the spring has left of the force that a frame may change by
+    const double room = std::max(0.0, kMostStep - partner.way_force);
+    Twist& V_copy_WB = partner.V_copy_WB;
+    V_copy_WB = b > 0 ? Towards(V_copy_WB, wanted, room / b, per_mass) : wanted;
     // what the damper gives, less what it takes
-    const double given = kFrame * b * (moving * partner.state.V_WB.v - own.V_WB.v).dot(own.V_WB.v);
-    if (options_.gate && given > partner.gate.tank()) moving = 0;
+    const double given = kFrame * b *
+                         ((V_copy_WB.v - own.V_WB.v).dot(own.V_WB.v) +
+                          (V_copy_WB.w - own.V_WB.w).dot(per_mass * own.V_WB.w));
     if (given <= 0) {
       partner.gate.Earn(-given);
-    } else if (moving > 0) {
+    } else if (options_.gate && given > partner.gate.tank()) {
+      V_copy_WB = {};
+    } else {
       partner.gate.Charge(given);
     }
     StepInputs::Link& link = inputs.links[link_count_];
     link.copy = {{ClampTurn(own.X_WB.q, partner.copy_WB.q, partner.turn_axis), partner.copy_WB.p},
-                 {moving * partner.state.V_WB.w, moving * partner.state.V_WB.v}};
+                 V_copy_WB};
     if (Planted(Fault::kLinkSign)) link.copy.X_WA.p = 2.0 * own.X_WB.p - link.copy.X_WA.p;
     if (Planted(Fault::kLinkTurn)) {
       link.copy.X_WA.q = own.X_WB.q * link.copy.X_WA.q.conjugate() * own.X_WB.q;
@@ -302,6 +329,9 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
   }
   inputs.link_count = link_count_;
   inputs.ground_damping = options_.law->GroundDamping(common, stiffness_sum);
+  if (stiffness_sum > 0) {
+    inputs.ground_damping = FallGently(ground_damping_, inputs.ground_damping);
+  }
   inputs.ground_rotation_damping = inputs.ground_damping * per_mass;
   ground_damping_ = inputs.ground_damping;
 }

@@ -5,8 +5,9 @@
 
 namespace tandem {
 
-inline constexpr double kFadeTime = 0.2;    // s, of a partner that is gone, at the least
-inline constexpr double kGentleFall = 8.0;  // N/s that a gentle fall may take from a link's force
+inline constexpr double kFadeTime = 0.2;     // s, of a partner that is gone, at the least
+inline constexpr double kGentleFall = 8.0;   // N/s that a gentle fall may take from a link's force
+inline constexpr double kCappedFall = 10.0;  // N/s, of one that users are told of
 inline constexpr double kFastestFall = 800.0;  // N/s that any fall may
 
 /// How the stiffness of a link may change in a frame of h seconds.
@@ -17,7 +18,8 @@ struct StiffnessSlew {
   double wanted = 0;       // N/m to go to; at most the ceiling
   double room = 0;         // N/m that it may rise to, as the other links leave it
   double gentlest = 1e30;  // N/m/s: a gentle fall is not faster than this
-  double energy = 1e30;    // J that a rise may put into the spring now
+  double gentle_fall = kGentleFall;  // N/s that such a fall may take
+  double energy = 1e30;              // J that a rise may put into the spring now
 
   /// A rise puts dk stretch^2/2 into the spring: 20 mW at the most. A fall takes energy out, so it
   /// may be as fast as the delay wants; where its cause is only that nobody answers, or that one
@@ -33,7 +35,7 @@ struct StiffnessSlew {
     }
     const double goal = std::min(wanted, ceiling);
     if (k > goal) {
-      const double rate = std::min(gentlest, kGentleFall / std::max(stretch, kLeastStretch));
+      const double rate = std::min(gentlest, gentle_fall / std::max(stretch, kLeastStretch));
       return std::max(goal, k - h * rate);
     }
     const double by_energy =

@@ -14,6 +14,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "collab/coupling_law.h"
 
 namespace tandem {
 
@@ -34,7 +35,7 @@ struct DemoArguments {
   double jitter_ms = 0;
   double loss = 0;
   std::uint64_t seed = 1;
-  std::string law = "p+d";
+  std::string law = DefaultLaw()->name();
   std::string screenshot;
   bool headless = false;
   bool json = false;
@@ -269,7 +270,8 @@ void AddDemoCommand(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->seed, "of jitter and loss")
       ->check(WholeNumberFrom(0, kLargestSeed));
   command->add_option("--law", arguments->law, "how stiffness follows delay")
-      ->check(OneOf({"p+dd", "p+d", "linear", "pdopt"}));
+      ->check(OneOf({"p+dd", "p+d", "linear", "pdopt"}))
+      ->capture_default_str();
   command->add_option("--screenshot", arguments->screenshot,
                       "picture of the viewer's window (PNG)");
   command->add_flag("--headless", arguments->headless, "no window even where there is a display");

@@ -70,7 +70,8 @@ void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
     network->excludes(option);
   }
   command.add_option("--law", arguments.law, "how stiffness follows delay")
-      ->check(OneOf({"p+dd", "p+d", "linear", "pdopt", "constant"}));
+      ->check(OneOf({"p+dd", "p+d", "linear", "pdopt", "constant"}))
+      ->capture_default_str();
   CLI::Option* lab = command.add_flag("--lab", arguments.lab,
                                       "allow what can shake: see the next two, 'constant'");
   command

@@ -25,7 +25,7 @@ struct PeerArguments {
   double seconds = 0;  // after the hand's start; 0: until a signal comes
   LinkConditions conditions;
   std::string network;  // plan file
-  std::string law = "p+d";
+  std::string law = DefaultLaw()->name();
   bool lab = false;
   CouplingLimits limits;  // of the law
   bool gate = true;

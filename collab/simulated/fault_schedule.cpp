@@ -86,8 +86,7 @@ class Drawer {
   FaultSchedule Draw() {
     DrawPeers();
     DrawLinks();
-    const double law = dice_.Uniform(0, 1);
-    schedule_.law = law < 0.7 ? "p+d" : law < 0.85 ? "pdopt" : law < 0.95 ? "linear" : "constant";
+    schedule_.law = DrawLaw();
     const std::int64_t count = dice_.Whole(3, 9);
     for (std::int64_t i = 0; i < count; ++i) DrawFault();
     const std::int64_t wishes = dice_.Whole(2, 9);
@@ -106,6 +105,15 @@ class Drawer {
   }
 
  private:
+  /// The default in half of the schedules, the others often enough to be seen.
+  std::string DrawLaw() {
+    const double law = dice_.Uniform(0, 1);
+    if (law < 0.5) return DefaultLaw()->name();
+    if (law < 0.7) return "p+d";
+    if (law < 0.85) return "pdopt";
+    return law < 0.95 ? "linear" : "constant";
+  }
+
   void DrawPeers() {
     const std::int64_t count = dice_.Whole(3, 5);
     int next_own = kLightSceneFirstOwn;

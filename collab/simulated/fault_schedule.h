@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collab/command.h"
+#include "collab/coupling_law.h"
 #include "collab/link_conditioner.h"
 #include "collab/simulated/simulated_network.h"
 #include "engine/haptics/hand_script.h"
@@ -54,7 +55,8 @@ struct FaultSchedule {
   std::vector<std::vector<LinkConditions>> links;  // [from][to], until the faults stop
   std::vector<ScheduledFault> faults;              // by time
   std::int64_t faults_end_ms = 0;
-  std::string law = "p+d";  // of all couplings; "constant" has the energy gates alone to keep still
+  // of all couplings; "constant" has the energy gates alone to keep still
+  std::string law = DefaultLaw()->name();
 
   double LongestRoundTripMs() const;
   /// The longest way that anything is under way on, while there are faults too, ms.

@@ -101,7 +101,11 @@ class Run {
         rest_ms = ms;
         LetGoOfOtherGrasps();
       }
-      if (ms == rest_ms + round_trip_ms + kGraspMs) GraspAgain();
+      // those who hold on go home once the pull of those who let go has faded
+      if (ms > rest_ms && AnyGraspsAgain()) {
+        if (ms < kLongestMs && !HandsAreHome()) rest_ms = ms;
+        if (ms == rest_ms + round_trip_ms + kGraspMs) GraspAgain();
+      }
       const std::int64_t end_ms = rest_ms + kQuietMs + 4 * round_trip_ms;
       // a law that knows of no delay does not come to rest
       if (ms == end_ms && schedule_.law != "constant") {
@@ -294,9 +298,15 @@ class Run {
     }
   }
 
+  bool AnyGraspsAgain() const {
+    return std::any_of(grasps_.begin(), grasps_.end(), [](const Grasp& grasp) {
+      return grasp.again;
+    });
+  }
+
   void GraspAgain() {
     for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
-      if (!grasps_[p].again) continue;
+      if (!std::exchange(grasps_[p].again, false)) continue;
       PeerOf(p).commands().TryPush({Command::Kind::kGrab, kLightSceneShared, 0});
     }
   }

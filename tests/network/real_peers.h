@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/child_processes.h"
+#include "collab/coupling_law.h"
 
 namespace tandem::testing {
 
@@ -17,8 +18,8 @@ class RealPeers {
   struct Options {
     int count = 2;       // they wait for one another
     double seconds = 4;  // of the hands' motion
-    std::string said{};    // a file for what they say; empty: to our own stderr
-    std::string law = "p+d";
+    std::string said{};  // a file for what they say; empty: to our own stderr
+    std::string law = DefaultLaw()->name();
   };
 
   explicit RealPeers(const Options& options);

@@ -1,51 +1,51 @@
+#include <algorithm>
+#include <array>
 #include <cstdlib>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
-#include "tests/stability/type2_run.h"
+#include "collab/energy_gate.h"
+#include "collab/lab/case_run.h"
+#include "tests/stability/free_box.h"
 
 namespace tandem {
 namespace {
 
-using testing::HandsOff;
-using testing::HeavyHand;
-using testing::RunType2;
-using testing::Type2Case;
-using testing::Type2Run;
+using testing::FreeBox;
+using testing::HandOfBox;
+using testing::LossyNetwork;
 
 /// TANDEM_STABILITY=1 runs the whole sweep.
 bool Whole() {
   return std::getenv("TANDEM_STABILITY") != nullptr;
 }
 
-/// A network, from tau in s.
-LinkConditions Clean(double tau) {
-  return {.delay_ms = 1e3 * tau};
-}
-LinkConditions Lossy(double tau) {
-  return {.delay_ms = 1e3 * tau, .jitter_ms = 30, .loss = 0.05};
-}
-
-struct NamedHand {
-  const char* name;
-  HandImpedance hand;
-};
-
-std::vector<NamedHand> Hands() {
-  HandImpedance firm{.mass = 1.2, .damping = 10.3, .stiffness = 800};
-  HandImpedance relaxed = HandsOff();
-  relaxed.mass = 0.9;
-  relaxed.damping = 5.3;
-  return {{"off", HandsOff()}, {"relaxed", relaxed}, {"heavy", HeavyHand()}, {"firm", firm}};
+/// A knock of 5 N for 50 ms under that law, without the gate.
+LabCase Knock(const std::string& law, const std::string& hand, double delay_s, bool lossy) {
+  LabCase test;
+  test.hands = {HandOfBox(hand)};
+  test.law.name = law;
+  test.law.gate = false;
+  test.delay_s = delay_s;
+  if (lossy) {
+    test.network = LossyNetwork();
+    test.publish_hz = 100;
+  }
+  return test;
 }
 
-void ExpectCalm(const Type2Run& run, double tau) {
-  EXPECT_TRUE(run.stable()) << "growth " << run.growth << " /s, tail " << run.tail_rms << " m/s";
-  EXPECT_LT(run.tail_rms, 2e-3);
-  EXPECT_LE(run.generated, 1e-3) << "tau " << tau;
+void ExpectCalm(const LabCase& test) {
+  const CaseResult run = RunCase(test, FreeBox());
+  ASSERT_FALSE(run.fault) << run.fault->what;
+  EXPECT_EQ(run.verdict, Verdict::kStable)
+      << "growth " << run.metrics.growth << " /s, tail " << run.metrics.tail_rms << " m/s";
+  EXPECT_LT(run.metrics.tail_rms, 2e-3);
+  EXPECT_LE(run.metrics.generated_J, 1e-3);
 }
 
-// After a knock of 5 N for 50 ms: every user, hand, network and delay.
+// After a knock: every user, hand, network and delay.
 class EveryLaw : public ::testing::TestWithParam<const char*> {};
 
 INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, ::testing::Values("p+d", "p+dd"),
@@ -61,19 +61,14 @@ TEST_P(EveryLaw, IsCalmInEveryCell) {
               : std::vector<double>{0, 0.02, 0.1, 0.3, 1.0};
   for (const std::size_t n : users) {
     for (const double tau : delays) {
-      for (const NamedHand& hand : Hands()) {
-        if (!Whole() && std::string(hand.name) == "firm") continue;
+      for (const char* hand : {"off", "relaxed", "heavy", "firm"}) {
+        if (!Whole() && std::string(hand) == "firm") continue;
         for (const bool lossy : {false, true}) {
-          SCOPED_TRACE(std::to_string(n) + " users, " + std::to_string(tau) + " s, hands " +
-                       hand.name + (lossy ? ", lossy" : ", clean"));
-          ExpectCalm(RunType2({.users = n,
-                               .conditions = lossy ? Lossy(tau) : Clean(tau),
-                               .publish_hz = lossy ? 100.0 : 1000.0,
-                               .coupling = {*MakeLaw(GetParam()), false},
-                               .hand = hand.hand,
-                               .seconds = std::max(12.0, 40 * tau),
-                               .kick = 5}),
-                     tau);
+          SCOPED_TRACE(std::to_string(n) + " users, " + std::to_string(tau) + " s, hands " + hand +
+                       (lossy ? ", lossy" : ", clean"));
+          LabCase test = Knock(GetParam(), hand, tau, lossy);
+          test.users = n;
+          ExpectCalm(test);
         }
       }
     }
@@ -83,84 +78,67 @@ TEST_P(EveryLaw, IsCalmInEveryCell) {
 TEST_P(EveryLaw, IsCalmWithEightUsersOverALossyLine) {
   for (const double tau : {0.1, 0.5}) {
     SCOPED_TRACE(tau);
-    Type2Case test;
+    LabCase test = Knock(GetParam(), "off", tau, true);
     test.users = 8;
-    test.conditions = Lossy(tau);
-    test.publish_hz = 100;
-    test.coupling = {*MakeLaw(GetParam()), false};
-    test.hand = HandsOff();
-    test.seconds = std::max(12.0, 40 * tau);
-    test.kick = 5;
-    ExpectCalm(RunType2(test), tau);
+    ExpectCalm(test);
   }
 }
 
-// The oracle is not blind; and the gate keeps even this within its credit, 0.1 J an end.
+// The oracle is not blind; and the gate keeps even this within its credit, one for each end.
 TEST(Type2, AFixedStiffnessBlowsUpAndTheGateHoldsIt) {
-  Type2Case test;
-  test.conditions = Clean(0.1);
-  test.hand = HandsOff();
-  test.kick = 5;
-  test.coupling = {*MakeLaw("constant", {}, true), false};
-  const Type2Run without = RunType2(test);
-  EXPECT_FALSE(without.stable());
-  EXPECT_GT(without.generated, 1.0);
-  test.coupling.gate = true;
-  const Type2Run with = RunType2(test);
-  EXPECT_LE(with.generated, 2 * 0.1 + 0.05);
-  EXPECT_LT(with.peak_apart, 0.5);
-  EXPECT_GT(with.clip_share, 0.0);
+  LabCase test = Knock("constant", "off", 0.1, false);
+  const CaseResult without = RunCase(test, FreeBox());
+  EXPECT_EQ(without.verdict, Verdict::kUnstable);
+  EXPECT_GT(without.metrics.generated_J, 1.0);
+  test.law.gate = true;
+  const CaseResult with = RunCase(test, FreeBox());
+  EXPECT_LE(with.metrics.generated_J, 2 * EnergyGate::kCredit);
+  EXPECT_LT(with.metrics.peak_apart, 0.5);
+  EXPECT_GT(with.metrics.clip_share, 0.0);
 }
 
 // Forces in place of states: half of k_crit is too much already.
 TEST(Type2, ExchangedForcesGrowWhereExchangedStatesDoNot) {
-  Type2Case test;
-  test.conditions = Clean(0.1);
-  test.hand = HandsOff();
-  test.hand.mass = 0.9;
-  test.hand.damping = 5.3;
+  LabCase test = Knock("constant", "relaxed", 0.1, false);
+  test.law.limits.constant_stiffness = 100;
+  test.law.limits.constant_damping = 10;
   test.seconds = 20;
-  test.kick = 5;
-  test.coupling = {*MakeLaw("constant", {.constant_stiffness = 100, .constant_damping = 10}, true),
-                   false};
-  const Type2Run states = RunType2(test);
-  EXPECT_TRUE(states.stable()) << states.growth;
-  test.coupling.exchange_forces = true;
-  const Type2Run forces = RunType2(test);
-  EXPECT_FALSE(forces.stable()) << forces.growth;
-  EXPECT_GT(forces.generated, 0.01);
+  const CaseResult states = RunCase(test, FreeBox());
+  EXPECT_EQ(states.verdict, Verdict::kStable) << states.metrics.growth;
+  test.law.exchange_forces = true;
+  const CaseResult forces = RunCase(test, FreeBox());
+  EXPECT_EQ(forces.verdict, Verdict::kUnstable) << forces.metrics.growth;
+  EXPECT_GT(forces.metrics.generated_J, 0.01);
 }
 
 /// The first hand goes 0.2 m in 1 s, the other gives way.
-Type2Case Move(const char* law, double tau, bool lossy) {
-  HandImpedance gives_way = HandsOff();
-  gives_way.mass = 0.9;
-  gives_way.damping = 5.3;
-  return {.conditions = lossy ? Lossy(tau) : Clean(tau),
-          .publish_hz = lossy ? 100.0 : 1000.0,
-          .coupling = {*MakeLaw(law)},
-          .hands = {HandImpedance{}, gives_way},
-          .ways = {{{0, Vec3::Zero(), Quat::Identity()},
-                    {2, Vec3::Zero(), Quat::Identity()},
-                    {3, Vec3(0.2, 0, 0), Quat::Identity()}}},
-          .seconds = 8};
+LabCase Move(const std::string& law, double tau, bool lossy) {
+  LabCase test = Knock(law, "relaxed", tau, lossy);
+  test.hands = {{"own", HandImpedance{}}, HandOfBox("relaxed")};
+  test.motion = LabMotion::kMove;
+  test.law.gate = true;
+  test.seconds = 8;
+  return test;
 }
 
-// The table of p+d, +-15 %: 20/72/140/181 mm clean, 45/87/145/181 mm lossy; p+dd is below it and
-// below what p+d was measured at, at every delay.
+// The table of p+d, +-15 %: 20/72/140/181 mm clean, 45/87/145/181 mm lossy; the default law is
+// below it and below what p+d was measured at, at every delay.
 TEST(Type2, InstancesPartAsFarAsTheLawSays) {
+  const std::string firmer_law = DefaultLaw()->name();
+  ASSERT_NE(firmer_law, "p+d");
   const std::array<double, 4> delays{0.02, 0.1, 0.3, 1.0};
   const std::array<std::array<double, 4>, 2> expected{
       {{0.020, 0.072, 0.140, 0.181}, {0.045, 0.087, 0.145, 0.181}}};
   for (const bool lossy : {false, true}) {
     for (std::size_t i = 0; i < delays.size(); ++i) {
-      const Type2Run run = RunType2(Move("p+d", delays[i], lossy));
+      SCOPED_TRACE(std::to_string(delays[i]) + " s, " + (lossy ? "lossy" : "clean"));
+      const Metrics run = RunCase(Move("p+d", delays[i], lossy), FreeBox()).metrics;
       const double table = expected[lossy ? 1 : 0][i];
-      EXPECT_NEAR(run.peak_apart, table, 0.15 * table) << delays[i] << " s, lossy " << lossy;
+      EXPECT_NEAR(run.peak_apart, table, 0.15 * table);
       EXPECT_EQ(run.clip_share, 0.0) << "the gate should have nothing to do";
-      const Type2Run firmer = RunType2(Move("p+dd", delays[i], lossy));
+      const Metrics firmer = RunCase(Move(firmer_law, delays[i], lossy), FreeBox()).metrics;
       EXPECT_LT(firmer.peak_apart, 0.97 * std::min(table, run.peak_apart));
-      EXPECT_EQ(firmer.clip_share, 0.0) << delays[i] << " s, lossy " << lossy;
+      EXPECT_EQ(firmer.clip_share, 0.0);
     }
   }
 }
@@ -171,19 +149,21 @@ TEST(Type2, HandsThatHoldAgainstOneAnotherPartByForceOverStiffness) {
   const std::array<double, 4> expected{0.024, 0.056, 0.073, 0.082};
   for (std::size_t i = 0; i < delays.size(); ++i) {
     SCOPED_TRACE(delays[i]);
-    Type2Case test{.conditions = Clean(delays[i]),
-                   .coupling = {*MakeLaw("p+d")},
-                   .seconds = std::max(12.0, 20 * delays[i])};
-    HandImpedance other;
-    other.stiffness = 400;
-    test.hands = {HandImpedance{}, other};
-    test.ways = {{{0, Vec3::Zero(), Quat::Identity()},
-                  {2, Vec3::Zero(), Quat::Identity()},
-                  {3, Vec3(0.1, 0, 0), Quat::Identity()}}};
-    const Type2Run run = RunType2(test);
+    LabCase test = Move("p+d", delays[i], false);
+    test.motion = LabMotion::kHold;
+    test.hands[1] = {"own", {.stiffness = 400}};
+    test.seconds = std::max(12.0, 20 * delays[i]);
+    double force = 0;  // N, mean of the last second
+    double disagreement = 1;
+    const Metrics run = RunCase(test, FreeBox(), [&](double t_s, std::span<const UserFrame> users) {
+                          ASSERT_EQ(users[0].link_count, 1U);
+                          if (t_s >= test.seconds - 1)
+                            force += 1e-3 * users[0].links_B_W[0].f.norm();
+                          disagreement = users[0].links[0].disagreement;
+                        }).metrics;
     EXPECT_NEAR(run.last_apart, expected[i], 0.1 * expected[i]);
-    EXPECT_NEAR(run.last_force / run.last_stiffness, run.last_apart, 0.05 * run.last_apart);
-    EXPECT_LE(run.disagreement, 0.05);  // the link's two wrenches
+    EXPECT_NEAR(force / run.stiffness, run.last_apart, 0.05 * run.last_apart);
+    EXPECT_LE(disagreement, 0.05);  // the link's two wrenches, at the end
   }
 }
 
@@ -191,20 +171,14 @@ TEST(Type2, HandsThatHoldAgainstOneAnotherPartByForceOverStiffness) {
 TEST_P(EveryLaw, FindsAnOutageAndItsEndHarmless) {
   for (const double tau : {0.02, 0.3}) {
     SCOPED_TRACE(tau);
-    Type2Case test = Move(GetParam(), tau, false);
+    LabCase test = Move(GetParam(), tau, false);
     test.seconds = 12;
-    test.before = [](SimulatedSession& session, int frame) {
-      for (const auto& [from, to] : {std::pair<PeerId, PeerId>{1, 2}, {2, 1}}) {
-        if (frame == 2500) session.network().Cut(from, to, true);
-        if (frame == 4000) session.network().Cut(from, to, false);
-      }
-    };
-    const Type2Run run = RunType2(test);
-    EXPECT_LT(run.peak_apart, 0.5);
-    EXPECT_LE(run.generated, 1e-3);
-    for (std::size_t i = 1; i < run.link_force.size(); ++i) {
-      ASSERT_LE(std::abs(run.link_force[i] - run.link_force[i - 1]), 1.0) << i;
-    }
+    test.network.schedule = {{2.5, tau, true}, {4.0, tau, false}};
+    const CaseResult run = RunCase(test, FreeBox());
+    ASSERT_FALSE(run.fault) << run.fault->what;
+    EXPECT_FALSE(run.metrics.blew_up);
+    EXPECT_LE(run.metrics.generated_J, 1e-3);
+    EXPECT_LE(run.metrics.link_force_rate, 1000);
   }
 }
 

@@ -5,19 +5,18 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/stability/type2_run.h"
+#include "tests/stability/free_box.h"
 
 namespace tandem {
 namespace {
 
-LabScene FreeBox() {
-  return {.model = testing::SharedBoxInSpace(), .object = 0, .X_BD = {}};
-}
+using testing::FreeBox;
+using testing::HandOfBox;
 
 /// 10 N s/m against the ground, whatever the stiffness.
 LabCase Constant(const std::string& hand, double delay_s) {
   LabCase test;
-  test.hands = {*HandNamed(hand, testing::SharedBoxInSpace()->bodies[0].inertia)};
+  test.hands = {HandOfBox(hand)};
   test.law.name = "constant";
   test.law.limits.constant_damping = 10;
   test.law.gate = false;
@@ -55,15 +54,6 @@ TEST(FindBoundary, TellsWhereThereIsNone) {
   LabCase soft = Constant("off", 0.1);
   soft.law.limits.constant_stiffness = 0;
   EXPECT_TRUE(FindBoundary(soft, FreeBox()).fault);
-}
-
-// A firm link of exchanged forces shakes; of the same states, it is at rest.
-TEST(RunCase, ExchangedForcesAreFoundUnstable) {
-  LabCase test = Constant("relaxed", 0.1);
-  test.law.limits.constant_stiffness = 100;
-  EXPECT_EQ(RunCase(test, FreeBox()).verdict, Verdict::kStable);
-  test.law.exchange_forces = true;
-  EXPECT_EQ(RunCase(test, FreeBox()).verdict, Verdict::kUnstable);
 }
 
 }  // namespace
