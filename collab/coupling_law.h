@@ -55,6 +55,7 @@ struct CouplingLimits {
   double constant_stiffness = 200;   // N/m, of "constant"
   double constant_damping = 0;       // N s/m against the ground, of "constant"
   double constant_link_damping = 0;  // N s/m between the instances, of "constant"
+  double ratio = 1;                  // times the stiffness of any law, whose drags are those for 1
 };
 
 inline constexpr double kLongestLoopAge = 2.4;  // s; beyond, a link is cut whatever the law
@@ -73,11 +74,11 @@ LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max
 ///   instances is k_crit = (b^2 + m^2 w^2)/(2 m), w tan(w te/2) = b/m, and with atan t >= 3t/(3 +
 ///   t^2) it is at least b/te + b^2/(3 m).
 /// "p+dd", the default: k = min(K0, 1.5 sigma (B/te + B^2/(3 m_max))) / (N - 1),
-///   bc = min(k te/2, B / (N - 1)), b = 0.35 sum k te in [1, B]. Half as firm again as "p+d", since part of what holds it is drag
-///   between the instances, which a common motion does not feel. While k te <= 2 B it is passive
-///   for a constant delay, whatever hand and mass: .35 k te > .164 k te. Beyond, bc = B and k stays
-///   below b (b + 2 bc)/(2 m_max), stable at any delay. What jitter adds to bc is the gate's to
-///   pay.
+///   bc = min(k te/2, B / (N - 1)), b = 0.35 sum k te in [1, B]. Half as firm again as "p+d", since
+///   part of what holds it is drag between the instances, which a common motion does not feel.
+///   While k te <= 2 B it is passive for a constant delay, whatever hand and mass: .35 k te > .164
+///   k te. Beyond, bc = B and k stays below b (b + 2 bc)/(2 m_max), stable at any delay. What
+///   jitter adds to bc is the gate's to pay.
 /// "linear", the paper's: k = k0 max(0.02, 1 - tau / 1 s) / (N - 1), tau = half the loop age, b =
 /// B.
 ///   Passive only while B >= k0/4 [1/s] (tau (1 - tau) <= 1/4); beyond 85 N/m unstable with hands
@@ -85,7 +86,8 @@ LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max
 /// "pdopt": k = sigma min(K0, 1.5 B/te) / (N - 1), bc = k te/2, b = sum k te/5, at least 1. The PD
 ///   link's passivity needs a ground damping of only g(r) k te, g = .164 at r = bc/(k te) = .5, for
 ///   a constant delay (after Lee & Spong); what jitter adds is the energy gate's to pay.
-/// "constant": gains that know of no delay, for the lab: refused unless `lab`.
+/// "constant": gains that know of no delay, for the lab: refused unless `lab`, as is a ratio other
+/// than 1.
 Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
                                                    const CouplingLimits& limits = {},
                                                    bool lab = false);

@@ -20,7 +20,8 @@ inline constexpr std::array kLimitNames{
     LimitName{"linear_stiffness", &CouplingLimits::linear_stiffness},
     LimitName{"constant_stiffness", &CouplingLimits::constant_stiffness},
     LimitName{"constant_damping", &CouplingLimits::constant_damping},
-    LimitName{"constant_link_damping", &CouplingLimits::constant_link_damping}};
+    LimitName{"constant_link_damping", &CouplingLimits::constant_link_damping},
+    LimitName{"ratio", &CouplingLimits::ratio}};
 static_assert(sizeof(CouplingLimits) == kLimitNames.size() * sizeof(double));  // none is left out
 
 }  // namespace tandem

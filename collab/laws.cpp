@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "collab/coupling_law.h"
 #include "collab/planted_faults.h"
@@ -105,6 +106,26 @@ class Constant : public LimitedLaw {
   }
 };
 
+/// Another law, so many times as stiff; for the lab.
+class Scaled : public CouplingLaw {
+ public:
+  Scaled(std::shared_ptr<const CouplingLaw> law, double ratio)
+      : law_(std::move(law)), ratio_(ratio) {}
+  const char* name() const noexcept override { return law_->name(); }
+  LinkLaw Link(const LawInputs& inputs) const noexcept override {
+    LinkLaw link = law_->Link(inputs);
+    link.stiffness *= ratio_;
+    return link;
+  }
+  double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept override {
+    return law_->GroundDamping(inputs, stiffness_sum / ratio_);
+  }
+
+ private:
+  std::shared_ptr<const CouplingLaw> law_;
+  double ratio_;
+};
+
 template <class Law>
 std::shared_ptr<const CouplingLaw> Make(const CouplingLimits& limits) {
   return std::make_shared<const Law>(limits);
@@ -124,8 +145,23 @@ LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max
           .mass_max = mass_max};
 }
 
+namespace {
+
+Result<std::shared_ptr<const CouplingLaw>> MakeScaled(std::string_view name, CouplingLimits limits,
+                                                      bool lab) {
+  const double ratio = std::exchange(limits.ratio, 1.0);
+  if (!lab) return Error{"a ratio of the law's stiffness can shake: it is for the lab, with --lab"};
+  if (!(ratio > 0)) return Error{"a ratio of the law's stiffness is above 0"};
+  Result<std::shared_ptr<const CouplingLaw>> law = MakeLaw(name, limits, lab);
+  if (!law) return law;
+  return std::shared_ptr<const CouplingLaw>(std::make_shared<Scaled>(*law, ratio));
+}
+
+}  // namespace
+
 Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
                                                    const CouplingLimits& limits, bool lab) {
+  if (limits.ratio != 1) return MakeScaled(name, limits, lab);
   if (name == "p+d") return Make<PlusDamping>(limits);
   if (name == "p+dd") return Make<PlusTwoDampings>(limits);
   if (name == "linear") return Make<Linear>(limits);

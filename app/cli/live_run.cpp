@@ -64,11 +64,19 @@ std::optional<Error> WritePlan(const LabCase& test, std::size_t user, const fs::
   std::uint64_t seed = 0;
   for (std::size_t other = 0; other < test.users; ++other) {
     if (other == user) continue;
-    const LinkConditions conditions = ConditionsOf(test, other, user, test.delay_s);
-    seed = conditions.seed % 1'000'000'000;  // the most that a plan takes
-    links.push_back({{"from", NameOfUser(other)}, {"steps", Json::array({AsJson(conditions)})}});
+    Json steps = Json::array();
+    const auto add = [&](double at_s, double delay_s) {
+      const LinkConditions conditions = ConditionsOf(test, other, user, delay_s);
+      seed = conditions.seed % 1'000'000'000;  // the most that a plan takes
+      steps.push_back(AsJson(conditions));
+      steps.back()["at_s"] = at_s;
+    };
+    const std::vector<LabNetwork::Step>& schedule = test.network.schedule;
+    if (schedule.empty() || schedule.front().at_s > 0) add(0, test.delay_s);
+    for (const LabNetwork::Step& step : schedule) add(step.at_s, step.delay_s);
+    links.push_back({{"from", NameOfUser(other)}, {"steps", steps}});
   }
-  return Write(file, Json{{"seed", seed}, {"links", links}}.dump(2) + "\n");
+  return Write(file, Json{{"seed", seed}, {"begins", "hand"}, {"links", links}}.dump(2) + "\n");
 }
 
 std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,
@@ -90,9 +98,10 @@ std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,
                                 "--publish-hz", std::to_string(test.publish_hz),
                                 "--capacity",   std::to_string(kDefaultCapacity),
                                 "--lab"};
+  const CouplingLimits limits = LimitsOf(test.law);
   for (const LimitName& limit : kLimitNames) {
     char text[64];
-    std::snprintf(text, sizeof text, "=%.17g", test.law.limits.*limit.value);
+    std::snprintf(text, sizeof text, "=%.17g", limits.*limit.value);
     more.insert(more.end(), {"--gain", std::string(limit.name) + text});
   }
   if (!test.law.gate) more.emplace_back("--no-gate");

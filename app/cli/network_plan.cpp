@@ -64,10 +64,15 @@ Result<NetworkPlan> LoadNetworkPlan(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
-  root.AllowKeys({"seed", "links"});
+  root.AllowKeys({"seed", "begins", "links"});
   const int seed = root.Has("seed") ? root["seed"].WholeNumber(0, 1'000'000'000) : 1;
   NetworkPlan plan;
   plan.seed = static_cast<std::uint64_t>(seed);
+  if (root.Has("begins")) {
+    const std::string begins = root["begins"].Text("at_once or hand");
+    plan.from_hand = begins == "hand";
+    if (!plan.from_hand && begins != "at_once") root["begins"].Expected("at_once or hand");
+  }
   for (const JsonNode& node : root["links"].Items()) {
     node.AllowKeys({"from", "steps"});
     NetworkPlan::Link link;
@@ -105,6 +110,7 @@ std::size_t MostWaiting(const NetworkPlan& plan, std::size_t senders) {
 
 void PlannedNetwork::Start(NetworkPlan plan, std::int64_t now_ns) {
   begin_ns_ = now_ns;
+  waits_ = plan.from_hand && !hand_begun_;
   links_.clear();
   // what no link names is as if there were no plan, from the beginning on
   links_.push_back({});
@@ -117,6 +123,12 @@ void PlannedNetwork::Start(NetworkPlan plan, std::int64_t now_ns) {
       std::move(link.steps.begin(), link.steps.end(), std::back_inserter(links_[0].link.steps));
     }
   }
+}
+
+void PlannedNetwork::HandBegins(std::int64_t now_ns) {
+  if (waits_) begin_ns_ = now_ns;
+  waits_ = false;
+  hand_begun_ = true;
 }
 
 bool PlannedNetwork::IsOrder(const std::string& line) {
@@ -147,7 +159,7 @@ std::optional<Error> PlannedNetwork::Obey(const std::string& order, std::int64_t
 std::vector<std::string> PlannedNetwork::Apply(std::int64_t now_ns, const PeerDirectory& directory,
                                                PeerInbox& inbox) {
   std::vector<std::string> lines;
-  const double at_s = 1e-9 * static_cast<double>(now_ns - begin_ns_);
+  const double at_s = waits_ ? 0.0 : 1e-9 * static_cast<double>(now_ns - begin_ns_);
   for (Running& running : links_) {
     const std::vector<NetworkPlan::Step>& steps = running.link.steps;
     const bool everybody = running.link.from.empty();

@@ -23,6 +23,7 @@ struct NetworkPlan {
     std::string from;  // a peer's name; empty: everybody that no other link names
     std::vector<Step> steps;
   };
+  bool from_hand = false;  // its time begins with the own hand; until then as at its begin
   std::uint64_t seed = 1;  // of what no step says; steps have it in their conditions
   std::vector<Link> links;
 };
@@ -39,8 +40,10 @@ class PlannedNetwork {
   /// `room`: samples of a kind that the inbox keeps.
   explicit PlannedNetwork(std::size_t room = PeerInbox::kDefaultWaiting) : room_(room) {}
 
-  /// Instead of the one before, if any; its time begins at `now_ns`.
+  /// Instead of the one before, if any; its time begins at `now_ns`, or with the hand.
   void Start(NetworkPlan plan, std::int64_t now_ns);
+  /// The own hand has begun; once.
+  void HandBegins(std::int64_t now_ns);
   /// Whether a line of the user's is for the network: `network FILE`, `network off`.
   static bool IsOrder(const std::string& line);
   /// Starts that plan, or none; what was wrong, or nothing: then all goes on as it was. A plan that
@@ -62,6 +65,8 @@ class PlannedNetwork {
   std::size_t room_;
   std::vector<Running> links_;  // that for everybody first
   std::int64_t begin_ns_ = 0;
+  bool hand_begun_ = false;
+  bool waits_ = false;  // for the hand
 };
 
 }  // namespace tandem

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include <unistd.h>
 
@@ -150,11 +151,15 @@ int RunOnce(PeerArguments& arguments) {
   };
   PeerTable table;            // the last one with anybody in it
   bool waiting_told = false;  // that the hand waits for others
+  bool hand_told = false;     // that the hand has begun
   int exit_code = kExitOk;
   while (!stop_asked.load()) {
     const std::int64_t now_ns = MonotonicNowNs();
     node.ControlFrame(now_ns, transport);
     for (const std::string& news : node.TakeNews()) Say(news);
+    if (begun.load(std::memory_order_relaxed) && !std::exchange(hand_told, true)) {
+      network.HandBegins(now_ns);
+    }
     for (const std::string& news : network.Apply(now_ns, node.directory(), node.inbox())) Say(news);
     if (const PeerTable& now = node.peer().table().Read(); now.count > 0) table = now;
     for (const Result<std::string>& taken : orders.TakeLines()) {

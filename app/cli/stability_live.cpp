@@ -37,10 +37,13 @@ struct LiveArguments {
 };
 
 /// Why a case cannot be run by live peers; empty: it can.
-std::string NotLive(const LabCase& test) {
-  if (!test.network.schedule.empty()) return "a schedule counts from when loops are closed";
-  if (test.law.ratio != 1) return "a ratio is not a gain that peers have";
+std::string NotLive(const LabCase& test, bool tap) {
   if (test.law.exchange_forces) return "peers never exchange forces";
+  const std::vector<LabNetwork::Step>& schedule = test.network.schedule;
+  if (tap && !schedule.empty()) return "packets' delays do not change: leave --tap out";
+  for (const LabNetwork::Step& step : schedule) {
+    if (step.cut) return "an outage ends links, and no peer's conditioner cuts more than motion";
+  }
   return "";
 }
 
@@ -89,7 +92,7 @@ Json MetricsJson(const Metrics& metrics) {
 int RunStabilityLive(const LiveArguments& arguments) {
   const Result<LabCase> read = LoadCase(arguments.file);
   if (!read) return Fail(kExitFile, read.error().what);
-  if (const std::string why = NotLive(*read); !why.empty()) {
+  if (const std::string why = NotLive(*read, arguments.tap); !why.empty()) {
     return Fail(kExitUsage, arguments.file + ": cannot be run live: " + why);
   }
   const Result<LabScene> scene = LoadLabScene(*read, LabSceneFolder());

@@ -14,25 +14,6 @@ constexpr double kFirmest = 1e4;        // N/m
 constexpr double kMovingSpring = 300;   // N/m
 constexpr double kHoldingSpring = 400;  // N/m
 
-class ScaledLaw : public CouplingLaw {
- public:
-  ScaledLaw(std::shared_ptr<const CouplingLaw> law, double ratio)
-      : law_(std::move(law)), ratio_(ratio) {}
-  const char* name() const noexcept override { return law_->name(); }
-  LinkLaw Link(const LawInputs& inputs) const noexcept override {
-    LinkLaw link = law_->Link(inputs);
-    link.stiffness *= ratio_;
-    return link;
-  }
-  double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept override {
-    return law_->GroundDamping(inputs, stiffness_sum / ratio_);
-  }
-
- private:
-  std::shared_ptr<const CouplingLaw> law_;
-  double ratio_;
-};
-
 const LabHand& HandOf(const LabCase& test, std::size_t user) {
   return test.hands[std::min(user, test.hands.size() - 1)];
 }
@@ -160,9 +141,13 @@ double LongestDelay(const LabCase& test) {
 }
 
 Result<std::shared_ptr<const CouplingLaw>> LawOf(const LabLaw& law) {
-  Result<std::shared_ptr<const CouplingLaw>> plain = MakeLaw(law.name, law.limits, true);
-  if (!plain || law.ratio == 1) return plain;
-  return std::shared_ptr<const CouplingLaw>(std::make_shared<ScaledLaw>(*plain, law.ratio));
+  return MakeLaw(law.name, LimitsOf(law), true);
+}
+
+CouplingLimits LimitsOf(const LabLaw& law) {
+  CouplingLimits limits = law.limits;
+  limits.ratio = law.ratio;
+  return limits;
 }
 
 }  // namespace tandem

@@ -24,6 +24,8 @@ LinkConditions ConditionsOf(const LabCase& test, std::size_t from, std::size_t t
 /// The longest delay, jitter included, that any sample of the case is held back for, s.
 double LongestDelay(const LabCase& test);
 
+/// The law's limits, the case's ratio among them.
+CouplingLimits LimitsOf(const LabLaw& law);
 /// The law times the case's ratio: its stiffness alone, its drags are those for 1. Error: there is
 /// none of that name.
 Result<std::shared_ptr<const CouplingLaw>> LawOf(const LabLaw& law);

@@ -190,7 +190,9 @@ Result<RecordingHeader> ParseHeader(const std::string& text) {
     header.contact = json.at("contact");
     header.law = json.at("law");
     for (const LimitName& limit : kLimitNames) {
-      header.limits.*limit.value = json.at("law_limits").at(std::string(limit.name));
+      // a recording of before a limit has none of it
+      header.limits.*limit.value =
+          json.at("law_limits").value(std::string(limit.name), header.limits.*limit.value);
     }
     header.peer.coupling.gate = json.at("gate");
     header.peer.id = json.at("peer");

@@ -123,6 +123,18 @@ TEST(CouplingLaw, AllShareTheWholeAmongTheLinks) {
   }
 }
 
+// The stiffness alone: drags are those of the law itself.
+TEST(CouplingLaw, ARatioOfOneIsForTheLabOnly) {
+  EXPECT_FALSE(MakeLaw("p+dd", {.ratio = 0.5}));
+  EXPECT_FALSE(MakeLaw("p+dd", {.ratio = 0}, true));
+  const auto whole = *MakeLaw("p+dd");
+  const auto half = *MakeLaw("p+dd", {.ratio = 0.5}, true);
+  const LawInputs inputs = LawInputsAt(0.2, 2, 1.5);
+  EXPECT_NEAR(half->Link(inputs).stiffness, 0.5 * whole->Link(inputs).stiffness, 1e-12);
+  EXPECT_EQ(half->Link(inputs).relative_damping, whole->Link(inputs).relative_damping);
+  EXPECT_NEAR(half->GroundDamping(inputs, 60), whole->GroundDamping(inputs, 120), 1e-12);
+}
+
 TEST(CouplingLaw, AWrongNameIsToldWhatThereIs) {
   const auto law = MakeLaw("stiff");
   ASSERT_FALSE(law);

@@ -102,6 +102,20 @@ TEST_F(NetworkPlanTest, CountsForWhomItNamesWhenHeComesAndWhenHeComesBackAsAnoth
   EXPECT_THAT(Due(14), ElementsAre(200));
 }
 
+TEST_F(NetworkPlanTest, BeginsWithTheHandWhereItSaysSo) {
+  Start(
+      R"({"begins": "hand", "links": [{"steps": [{"delay_ms": 40}, {"at_s": 2, "delay_ms": 70}]}]})");
+  EXPECT_THAT(ApplyAt(0), ElementsAre("network: what is heard comes 40 ms late"));
+  EXPECT_THAT(ApplyAt(9), IsEmpty());
+  planned_.HandBegins(now_ns_);
+  EXPECT_THAT(ApplyAt(10.9), IsEmpty());
+  EXPECT_THAT(ApplyAt(11.1), ElementsAre("network: what is heard comes 70 ms late"));
+  // given later, from when it is given
+  Start(R"({"begins": "hand", "links": [{"steps": [{"at_s": 1, "delay_ms": 20}]}]})");
+  ApplyAt(0);
+  EXPECT_THAT(ApplyAt(1.1), ElementsAre("network: what is heard comes 20 ms late"));
+}
+
 TEST_F(NetworkPlanTest, TheSeedMakesWhatIsLost) {
   // of 200 samples from Ben, by the seed's plan; `before`: what was heard without a plan
   const auto lost = [this](int seed, int before) {

@@ -83,13 +83,41 @@ TEST(StabilityLive, DelaysThatDifferByDirectionAndOwnGainsReachThePeers) {
   EXPECT_NEAR(delay_in("user-0.plan.json"), 90, 1e-9);
 }
 
+// 20 ms, then 120 ms, and a law of half its stiffness: 0.5 x 1.2 (B/te + B^2/3m) at the end.
+TEST(StabilityLive, DelaysThatChangeAndARatioOfTheLawReachThePeers) {
+  const ScratchFolder scratch;
+  const auto file = scratch.Write("case.json", R"({"hands": ["relaxed"], "motion": "kick",
+      "delay_s": 0.02, "network": {"schedule": [{"at_s": 2, "delay_s": 0.12}]}, "seconds": 5,
+      "law": {"name": "p+dd", "ratio": 0.5}})");
+  const Said said = RunTandem("stability live --json --bar 10 " + file.string());
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const json out = json::parse(said.out);
+  EXPECT_GT(LiveFigure(out, "loop age"), 240);
+  EXPECT_LT(LiveFigure(out, "loop age"), 300);
+  const auto stiffness = [](double loop_s) {
+    const double te = 0.5 * (1.1 * loop_s + 0.005);
+    return 0.5 * 1.2 * (10 / te + 100 / (3 * 1.5));
+  };
+  EXPECT_LT(LiveFigure(out, "stiffness at the end"), stiffness(0.24));
+  EXPECT_GT(LiveFigure(out, "stiffness at the end"), stiffness(0.32));
+}
+
 TEST(StabilityLive, CasesThatNoPeerCanRunAreRefusedInALine) {
   const ScratchFolder scratch;
-  const auto file = scratch.Write("case.json", R"({"law": {"ratio": 0.5}})");
-  const Said said = RunTandem("stability live " + file.string());
-  EXPECT_EQ(said.exit_code, kExitUsage);
-  EXPECT_THAT(said.err, HasSubstr("cannot be run live: a ratio is not a gain that peers have"));
-  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+  const auto file = scratch.Write("case.json", R"({"law": {"exchange_forces": true}})");
+  const auto outage =
+      scratch.Write("outage.json", R"({"network": {"schedule": [{"at_s": 3, "cut": true}]}})");
+  const auto jump =
+      scratch.Write("jump.json", R"({"network": {"schedule": [{"at_s": 3, "delay_s": 0.3}]}})");
+  for (const auto& [arguments, why] :
+       {std::pair(file.string(), "peers never exchange forces"),
+        std::pair(outage.string(), "an outage ends links"),
+        std::pair("--tap " + jump.string(), "packets' delays do not change: leave --tap out")}) {
+    const Said said = RunTandem("stability live " + arguments);
+    EXPECT_EQ(said.exit_code, kExitUsage);
+    EXPECT_THAT(said.err, HasSubstr(std::string("cannot be run live: ") + why));
+    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+  }
 }
 
 }  // namespace
