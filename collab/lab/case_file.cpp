@@ -44,7 +44,19 @@ double Within(const JsonNode& node, std::string_view key, double least, double m
   return value;
 }
 
-LabHand ReadHand(const JsonNode& node) {
+/// A hand file, beside the case's.
+LabHand ReadHandFile(const JsonNode& node, const std::filesystem::path& folder) {
+  node.AllowKeys({"file"});
+  const std::filesystem::path file = node["file"].Text("a hand file");
+  const Result<HandScript> script = LoadHandScript(folder / file);
+  if (!script) {
+    node["file"].Fault(script.error().what);
+    return {};
+  }
+  return {file.stem().string(), script->impedance, *script};
+}
+
+LabHand ReadHand(const JsonNode& node, const std::filesystem::path& folder) {
   const Inertia unfitted{1.0, Mat3::Identity()};
   if (!node.IsObject()) {
     const std::string name = node.Text("off, relaxed, heavy, firm or an object");
@@ -53,8 +65,9 @@ LabHand ReadHand(const JsonNode& node) {
     node.Fault(hand.error().what);
     return {};
   }
+  if (node.Has("file")) return ReadHandFile(node, folder);
   node.AllowKeys({"mass_kg", "damping_Ns_m", "stiffness_N_m"});
-  LabHand hand{"own", {}};
+  LabHand hand{"own", {}, {}};
   hand.impedance.mass = node["mass_kg"].NumberAbove(0);
   hand.impedance.damping = node.Has("damping_Ns_m") ? node["damping_Ns_m"].NumberFrom(0) : 0.0;
   hand.impedance.stiffness = node.Has("stiffness_N_m") ? node["stiffness_N_m"].NumberFrom(0) : 0.0;
@@ -151,7 +164,7 @@ LabNetwork ReadNetwork(const JsonNode& node, double delay_s) {
   return network;
 }
 
-LabCase ReadCase(const JsonNode& root) {
+LabCase ReadCase(const JsonNode& root, const std::filesystem::path& folder) {
   root.AllowKeys({"name", "scene", "body", "users", "hands", "motion", "law", "delay_s", "network",
                   "publish_hz", "seconds", "seed"});
   LabCase test;
@@ -162,7 +175,7 @@ LabCase ReadCase(const JsonNode& root) {
     test.users = static_cast<std::size_t>(root["users"].WholeNumber(2, kMostUsers));
   }
   if (root.Has("hands")) {
-    for (const JsonNode& node : root["hands"].Items()) test.hands.push_back(ReadHand(node));
+    for (const JsonNode& node : root["hands"].Items()) test.hands.push_back(ReadHand(node, folder));
     if (test.hands.empty()) root["hands"].Expected("at least one hand");
   } else {
     test.hands = {*HandNamed("relaxed", {1.0, Mat3::Identity()})};
@@ -181,9 +194,9 @@ LabCase ReadCase(const JsonNode& root) {
   return test;
 }
 
-Result<LabCase> CaseIn(const Result<JsonFile>& json) {
+Result<LabCase> CaseIn(const Result<JsonFile>& json, const std::filesystem::path& folder) {
   if (!json) return json.error();
-  LabCase test = ReadCase(json->root());
+  LabCase test = ReadCase(json->root(), folder);
   if (const std::optional<Error> fault = json->fault()) return *fault;
   return test;
 }
@@ -191,7 +204,7 @@ Result<LabCase> CaseIn(const Result<JsonFile>& json) {
 }  // namespace
 
 Result<LabCase> LoadCase(const std::filesystem::path& file) {
-  Result<LabCase> test = CaseIn(JsonFile::Read(file));
+  Result<LabCase> test = CaseIn(JsonFile::Read(file), file.parent_path());
   if (!test) return test;
   const std::filesystem::path scene = test->scene;
   if (scene.extension() == ".json" && scene.is_relative()) {
@@ -201,7 +214,7 @@ Result<LabCase> LoadCase(const std::filesystem::path& file) {
 }
 
 Result<LabCase> ParseCase(const std::string& text, const std::string& name) {
-  return CaseIn(JsonFile::Parse(text, name));
+  return CaseIn(JsonFile::Parse(text, name), {});
 }
 
 }  // namespace tandem

@@ -79,7 +79,9 @@ void Script(const LabCase& test, std::size_t user, HandScript& script) {
 }  // namespace
 
 LabCase FittedTo(const Inertia& body, LabCase test) {
-  for (LabHand& hand : test.hands) hand.impedance = Turning(hand.impedance, body);
+  for (LabHand& hand : test.hands) {
+    if (!hand.script) hand.impedance = Turning(hand.impedance, body);
+  }
   if (test.law.boundary_ratio <= 0) return test;
   // of what the links would be without schedule or exchange: the equation knows of neither
   LabCase plain = test;
@@ -95,15 +97,23 @@ LabCase FittedTo(const Inertia& body, LabCase test) {
 }
 
 HandScript ScriptOf(const LabCase& test, std::size_t user, const Pose& X_BD) {
+  const LabHand& hand = HandOf(test, user);
   HandScript script;
-  script.impedance = HandOf(test, user).impedance;
-  script.X_BD = X_BD;
-  Script(test, user, script);
+  if (hand.script) {
+    script = *hand.script;
+  } else {
+    script.impedance = hand.impedance;
+    script.X_BD = X_BD;
+    Script(test, user, script);
+  }
   // a link pulls the way's delay after its loop is closed: all do half a second before the first
   // input at 1 s
   const double later = std::max(0.0, LongestDelay(test) - 0.5);
   for (Push& push : script.pushes) push.t += later;
   for (Waypoint& waypoint : script.waypoints) waypoint.t += waypoint.t > 0 ? later : 0.0;
+  if (hand.script && later > 0 && script.waypoints.size() > 1) {
+    script.waypoints.insert(script.waypoints.begin() + 1, {later, Vec3::Zero(), Quat::Identity()});
+  }
   return script;
 }
 

@@ -9,12 +9,12 @@ namespace tandem {
 /// What a case comes to for one user: the same for peers in virtual time and for live ones. Users
 /// are counted from 0.
 
-/// The case for that body: each hand turns as it travels, its inertia over its mass being the
-/// body's, and a share of the boundary has become a stiffness, at most 10 kN/m.
+/// The case for that body: each hand but one of a file turns as it travels, its inertia over its
+/// mass being the body's, and a share of the boundary has become a stiffness, at most 10 kN/m.
 LabCase FittedTo(const Inertia& body, LabCase test);
 
-/// The user's hand. One that is to move, or to hold still, and has no spring gets one: 300 N/m, 400
-/// N/m.
+/// The user's hand, with the grasp `X_BD` unless it is a file's. One that is to move, or to hold
+/// still, and has no spring gets one: 300 N/m, 400 N/m.
 HandScript ScriptOf(const LabCase& test, std::size_t user, const Pose& X_BD);
 /// When the last push or waypoint of any hand is over, s from the hands' start.
 double LastInputEnds(const LabCase& test);

@@ -37,7 +37,8 @@ std::unique_ptr<PeerNode> UserOf(const LabCase& test, const LabScene& scene,
   NodeOptions options;
   options.peer.id = IdOf(user);
   options.peer.held_object = static_cast<int>(scene.object);
-  options.peer.X_BD = scene.X_BD;
+  const HandScript script = ScriptOf(test, user, scene.X_BD);
+  options.peer.X_BD = script.X_BD;
   options.peer.wait_for = test.users - 1;
   options.peer.coupling.law = law;
   options.peer.coupling.gate = test.law.gate;
@@ -46,8 +47,7 @@ std::unique_ptr<PeerNode> UserOf(const LabCase& test, const LabScene& scene,
   options.publish_hz = test.publish_hz;
   options.waiting = MostWaiting(test);
   const auto body = static_cast<std::size_t>(scene.model->body_index[scene.object]);
-  auto device = std::make_unique<ScriptedDevice>(ScriptOf(test, user, scene.X_BD),
-                                                 scene.model->bodies[body].X_WB0);
+  auto device = std::make_unique<ScriptedDevice>(script, scene.model->bodies[body].X_WB0);
   return std::make_unique<PeerNode>(scene.model, std::move(device), 1, options);
 }
 

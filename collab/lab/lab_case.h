@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@ namespace tandem {
 struct LabHand {
   std::string name;
   HandImpedance impedance;  // of arm and device together; rotation's, see HandNamed()
+  // a hand file's: it goes its own way in place of the case's motion, and turns as it says
+  std::optional<HandScript> script;
 };
 
 /// "off": the device alone, 0.2 kg and 0.3 N s/m; "relaxed", "heavy", "firm" add to it 0.7 kg and

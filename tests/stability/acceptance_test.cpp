@@ -114,7 +114,7 @@ TEST(Type2, ExchangedForcesGrowWhereExchangedStatesDoNot) {
 /// The first hand goes 0.2 m in 1 s, the other gives way.
 LabCase Move(const std::string& law, double tau, bool lossy) {
   LabCase test = Knock(law, "relaxed", tau, lossy);
-  test.hands = {{"own", HandImpedance{}}, HandOfBox("relaxed")};
+  test.hands = {{"own", HandImpedance{}, {}}, HandOfBox("relaxed")};
   test.motion = LabMotion::kMove;
   test.law.gate = true;
   test.seconds = 8;
@@ -151,7 +151,7 @@ TEST(Type2, HandsThatHoldAgainstOneAnotherPartByForceOverStiffness) {
     SCOPED_TRACE(delays[i]);
     LabCase test = Move("p+d", delays[i], false);
     test.motion = LabMotion::kHold;
-    test.hands[1] = {"own", {.stiffness = 400}};
+    test.hands[1] = {"own", {.stiffness = 400}, {}};
     test.seconds = std::max(12.0, 20 * delays[i]);
     double force = 0;  // N, mean of the last second
     double disagreement = 1;

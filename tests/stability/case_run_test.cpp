@@ -102,6 +102,28 @@ TEST(RunCase, MeasuresWhatEveryFrameShows) {
   }
 }
 
+// The hand of a file goes 40 mm along y, a grasp of its own in hand; the other follows.
+TEST(RunCase, AHandOfAFileGoesItsOwnWay) {
+  LabCase test;
+  HandScript script;
+  script.X_BD.p = Vec3(0, 0, 0.05);
+  script.waypoints = {{0, Vec3::Zero(), Quat::Identity()}, {2, Vec3(0, 0.04, 0), Quat::Identity()}};
+  test.hands = {{"left", script.impedance, script}, HandOfBox("relaxed")};
+  Vec3 first = Vec3::Zero();
+  Vec3 other = Vec3::Zero();
+  double turned = 0;
+  const CaseResult run = RunCase(test, FreeBox(), [&](double, std::span<const UserFrame> users) {
+    first = users[0].state.X_WB.p;
+    other = users[1].state.X_WB.p;
+    turned = std::max(turned, users[0].state.V_WB.w.norm());
+  });
+  ASSERT_FALSE(run.fault) << run.fault->what;
+  EXPECT_EQ(run.verdict, Verdict::kStable);
+  EXPECT_NEAR((first - Vec3(0, 0.04, 0)).norm(), 0, 1e-3);
+  EXPECT_NEAR((other - first).norm(), 0, 1e-3);
+  EXPECT_GT(turned, 0.01);
+}
+
 // 200 N/m without drag at 100 ms, hands off: 10 times k_crit.
 TEST(RunCase, CatchesWhatIsUnstable) {
   LabCase test;

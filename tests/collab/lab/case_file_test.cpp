@@ -5,6 +5,7 @@
 #include "collab/lab/case_parts.h"
 #include "collab/lab/exact_boundary.h"
 #include "collab/lab/prediction.h"
+#include "tests/support/scratch_folder.h"
 
 namespace tandem {
 namespace {
@@ -79,6 +80,42 @@ TEST(CaseFile, ErrorsNameThePlaceAndWhatWasExpected) {
   EXPECT_THAT(ErrorOf(R"({"network": "bad"})"), HasSubstr("network: expected clean, lossy"));
   EXPECT_THAT(ErrorOf(R"({"network": {"schedule": [{"at_s": 2}, {"at_s": 1}]}})"),
               HasSubstr("network.schedule[1].at_s: must be later"));
+}
+
+// It is looked for beside the case; it keeps its own turning, and goes its own way whatever the
+// case's motion is. What is late begins later: it stands until all links pull.
+TEST(CaseFile, AHandMayBeAHandFile) {
+  const ScratchFolder folder;
+  folder.Write("left.json", R"({"hand": {"mass_kg": 2, "rotation": {"inertia_kg_m2": 0.5}},
+      "grasp_B": {"p_B": [0, 0, 0.05]},
+      "waypoints": [{"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
+                    {"t_s": 2, "p_W": [0, 0.04, 0], "q_xyzw": [0, 0, 0, 1]}],
+      "pushes": [{"t_s": 3, "for_s": 0.5, "f_W": [5, 0, 0], "tau_W": [0, 0, 0]}]})");
+  const auto file = folder.Write(
+      "case.json", R"({"hands": [{"file": "left.json"}, "off"], "motion": "move", "delay_s": 1})");
+  const Result<LabCase> read = LoadCase(file);
+  ASSERT_TRUE(read) << read.error().what;
+  const LabCase test = FittedTo(Cube(), *read);
+  EXPECT_EQ(test.hands[0].name, "left");
+  const HandScript script = ScriptOf(test, 0, {});
+  EXPECT_EQ(script.impedance.mass, 2);
+  EXPECT_EQ(script.impedance.inertia, 0.5);
+  EXPECT_EQ(script.X_BD.p, Vec3(0, 0, 0.05));
+  EXPECT_EQ(script.IntentAt(0.5).p_W, Vec3(0, 0, 0));
+  EXPECT_EQ(script.IntentAt(2.5).p_W, Vec3(0, 0.04, 0));
+  EXPECT_EQ(script.PushAt(3.6).f, Vec3(5, 0, 0));
+  EXPECT_EQ(LastInputEnds(test), 4);
+}
+
+TEST(CaseFile, AHandFileThatIsWrongIsOneLineWithItsPlace) {
+  const ScratchFolder folder;
+  folder.Write("left.json", R"({"waypoints": []})");
+  const auto file = folder.Write("case.json", R"({"hands": [{"file": "left.json"}]})");
+  const std::string wrong = LoadCase(file).error().what;
+  EXPECT_THAT(wrong, HasSubstr("case.json: hands[0].file: "));
+  EXPECT_THAT(wrong, HasSubstr("left.json: waypoints"));
+  EXPECT_THAT(ErrorOf(R"({"hands": [{"file": "nowhere.json"}]})"), HasSubstr("nowhere.json"));
+  EXPECT_THAT(ErrorOf(R"({"hands": [{"file": "a.json", "mass_kg": 1}]})"), HasSubstr("mass_kg"));
 }
 
 TEST(CaseParts, AnAsymmetricWayTakesAsMuchHereAsItGivesThere) {
