@@ -127,8 +127,11 @@ void DrawColours(Picture& picture) {
                                          kBlack,
                                          false,
                                          false});
-  const std::array<std::pair<double, const char*>, 5> texts{
-      {{2, "+2 or more, or 0.5 m apart"}, {1, "+1"}, {0, "0"}, {-1, "-1"}, {-2, "-2 or less"}}};
+  const std::array<std::pair<double, const char*>, 5> texts{{{2, "+2 or more, or out of bounds"},
+                                                             {1, "+1"},
+                                                             {0, "0"},
+                                                             {-1, "-1"},
+                                                             {-2, "-2 or less, or at rest"}}};
   for (const auto& text : texts) {
     const double y = kColours.y + 0.5 * kColours.height * (1.0 - text.first / kMostGrowth);
     picture.shapes.emplace_back(LabelShape{

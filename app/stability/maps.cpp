@@ -67,12 +67,25 @@ bool MakesAMap(const std::vector<MapCell>& cells) {
   return cells.size() >= kLeastCells && columns.size() > 1 && several;
 }
 
+// A course that ended long ago, at either side, has no slope left: what swings at its bounds no
+// longer grows, what is at rest no longer falls.
+double ShownGrowth(const CaseResult& result) {
+  constexpr double kWild = 0.1;     // m/s at the end
+  constexpr double kAtRest = 1e-9;  // m/s
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const Metrics& metrics = result.metrics;
+  if (metrics.blew_up) return kInfinite;
+  if (result.verdict == Verdict::kUnstable && metrics.tail_rms > kWild) return kInfinite;
+  if (result.verdict == Verdict::kStable && metrics.tail_rms < kAtRest) return -kInfinite;
+  return metrics.growth;
+}
+
 MapCell CellOf(const CellRecord& record, const CellFacts& facts) {
   const Metrics& metrics = record.outcome.result.metrics;
   MapCell cell;
   cell.delay_s = facts.delay_s;
   cell.stiffness = StiffnessOf(record, facts);
-  cell.growth = metrics.blew_up ? std::numeric_limits<double>::infinity() : metrics.growth;
+  cell.growth = ShownGrowth(record.outcome.result);
   cell.verdict = record.outcome.result.verdict;
   cell.hint = LineOf(record, facts) + ": " + NameOf(cell.verdict) + ", " +
               TableNumber(cell.stiffness) + " N/m, growth " + TableNumber(metrics.growth) + "/s";

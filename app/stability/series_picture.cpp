@@ -85,6 +85,12 @@ double GreatestOf(const Panel& panel) {
   return greatest > 0 ? 1.08 * greatest : 1.0;
 }
 
+// so that a long one ends within the picture
+double TitleSize(const std::string& title) {
+  constexpr double kBoldWidth = 0.6;  // of a letter's height, in the mean
+  return std::min(14.0, (kWidth - kLeft) / (kBoldWidth * static_cast<double>(title.size() + 1)));
+}
+
 double LongestOf(const Series& series) {
   const std::vector<double>* const t = series.Column("t_s");
   return t == nullptr || t->empty() || !(t->back() > 0) ? 1.0 : t->back();
@@ -109,7 +115,7 @@ Picture PictureOf(const Series& series, const std::string& name, const std::stri
 
   Picture picture{name, title + ". " + note, kWidth, 0, {}};
   picture.shapes.emplace_back(
-      LabelShape{{kLeft, 26}, title, 14, TextAnchor::kStart, kBlack, true, false});
+      LabelShape{{kLeft, 26}, title, TitleSize(title), TextAnchor::kStart, kBlack, true, false});
   picture.shapes.emplace_back(
       LabelShape{{kLeft, 47}, note, 12, TextAnchor::kStart, {80, 80, 80}, false, false});
   const double longest = LongestOf(series);

@@ -22,7 +22,7 @@ inline CellRecord MadeCell(std::size_t number, double delay_s, double stiffness,
   const bool stable = stiffness < critical;
   result.verdict = stable ? Verdict::kStable : Verdict::kUnstable;
   result.metrics.growth = std::log(stiffness / critical);
-  result.metrics.tail_rms = stable ? 1e-6 : 0.5;
+  result.metrics.tail_rms = stable ? 1e-6 : 0.05;
   result.metrics.windows = 20;
   result.metrics.stiffness = stiffness;
   result.metrics.blew_up = stiffness > 3 * critical;

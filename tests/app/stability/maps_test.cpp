@@ -1,6 +1,8 @@
 #include "app/stability/maps.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -105,6 +107,28 @@ TEST(Maps, ShowAsFastestGrowthWhatBlewUp) {
   for (const MapCell& cell : map.cells) blown += std::isinf(cell.growth) ? 1 : 0;
   // 810 N/m above three times 150, 70 and 42; 270 above three times 70 and 42
   EXPECT_EQ(blown, 5U);
+}
+
+// The slope of a course that ended long ago is none: forces saturate, or all is at rest.
+TEST(Maps, ShowWhatIsOutOfBoundsAsGrowthAndWhatIsAtRestAsDecay) {
+  Results results = TwentyCells();
+  Metrics& wild = results.records.at(9).outcome.result.metrics;  // 810 N/m at 100 ms
+  wild.blew_up = false;
+  wild.growth = -0.01;
+  wild.tail_rms = 1.5;
+  Metrics& still = results.records.at(0).outcome.result.metrics;  // 10 N/m at 20 ms
+  still.growth = 0;
+  still.tail_rms = 1e-12;
+  const StabilityMap map = MapsOf(results, Cube).at(0);
+  const auto growth_at = [&](double delay_s, double stiffness) {
+    return std::ranges::find_if(map.cells,
+                                [&](const MapCell& cell) {
+                                  return cell.delay_s == delay_s && cell.stiffness == stiffness;
+                                })
+        ->growth;
+  };
+  EXPECT_EQ(growth_at(0.1, 810), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(growth_at(0.02, 10), -std::numeric_limits<double>::infinity());
 }
 
 }  // namespace

@@ -101,6 +101,17 @@ TEST(SeriesPicture, HasNoTwoTextsInOnePlaceAndAllUnits) {
   EXPECT_THAT(texts, HasSubstr("80"));  // the axis of forces reaches to the peak
 }
 
+TEST(SeriesPicture, ALongTitleEndsWithinIt) {
+  const std::string title =
+      "cell 573: free, 2 users, hands relaxed, 100 ms, clean, 1000 Hz, constant 100 N/m + 10 N "
+      "s/m, forces exchanged, kick";
+  const Picture picture = PictureOf(TwelveSeconds(), "cell-573", title, "worst tail");
+  const auto& label = std::get<LabelShape>(picture.shapes.front());
+  ASSERT_EQ(label.text, title);
+  EXPECT_LE(BoundsOf(label).right(), picture.width);
+  EXPECT_GE(label.size, 10);
+}
+
 TEST(SeriesPicture, IsSmallHoweverLongTheRun) {
   Series series = TwelveSeconds();
   for (std::vector<double>& column : series.values) {
