@@ -50,8 +50,8 @@ std::string TableOf(const ReportTable& table) {
 
 std::string FigureOf(const Picture& picture, const std::string& caption, std::size_t sweep) {
   return "<figure data-sweep=\"s" + std::to_string(sweep) + "\">\n" +
-         SvgOf(picture, SvgPlace::kInHtml) + "<figcaption>" + EscapedMarkup(caption) +
-         "</figcaption></figure>\n";
+         SvgOf(picture, SvgPlace::kInHtml) +
+         (caption.empty() ? "" : Element("figcaption", caption)) + "</figure>\n";
 }
 
 std::string Fact(const std::string& name, const std::string& value) {
@@ -157,8 +157,9 @@ std::string CellsOf(const ReportSweep& sweep, std::size_t index) {
 constexpr const char* kMapCaption =
     "A tile is one run of whole peers with modelled hands. Its colour is how fast the velocities "
     "grow or die out after the last push; its mark is the verdict, which looks at growth, at what "
-    "is left at the end, and at 0.5 m apart: a cross on white keeps swinging as far as the limits "
-    "of force let it. Below the exact boundary every mode of the lumped coupling dies out. Below "
+    "is left at the end, and at 0.5 m apart. What came to rest, or went out of bounds, has the "
+    "colour of the fastest: 0.5 m apart, or above 100 mm/s at the end, as far as the limits of "
+    "force let it. Below the exact boundary every mode of the lumped coupling dies out. Below "
     "the passive line it does so whatever the body touches, below the any-delay line however late "
     "the states are.";
 
@@ -167,7 +168,8 @@ std::string MapsOf(const ReportSweep& sweep, std::size_t index) {
   if (!sweep.maps.empty() || !sweep.others.empty()) {
     out += "<h2>Maps of " + EscapedMarkup(sweep.results.header.sweep) + "</h2>\n";
   }
-  for (const Picture& map : sweep.maps) out += FigureOf(map, kMapCaption, index);
+  if (!sweep.maps.empty()) out += std::string("<p>") + kMapCaption + "</p>\n";
+  for (const Picture& map : sweep.maps) out += FigureOf(map, "", index);
   if (sweep.maps_left_out > 0) {
     out += "<p>" + std::to_string(sweep.maps_left_out) +
            " smaller maps are left out; their cells are in the table.</p>\n";

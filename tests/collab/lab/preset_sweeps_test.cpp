@@ -64,6 +64,28 @@ TEST(AcceptanceSweep, HasTheCellsThatTheTableAsksFor) {
   }
 }
 
+// Nothing but the default law, every hand from 20 ms to 1 s on a good and on a bad line.
+TEST(DefaultSweep, IsOfTheDefaultLawAlone) {
+  const Sweep sweep = Preset("default.json");
+  std::set<std::tuple<std::string, std::string, double>> seen;
+  for (const SweepCell& cell : sweep.cells) {
+    const LabCase test = CaseOf(cell);
+    EXPECT_EQ(test.law.name, DefaultLaw()->name());
+    EXPECT_EQ(test.law.ratio, 1);
+    EXPECT_EQ(cell.expect, Expectation::kStable);
+    seen.emplace(test.hands[0].name, test.network.name, test.delay_s);
+  }
+  EXPECT_EQ(sweep.cells.size(), 80U);
+  EXPECT_EQ(seen.size(), 4U * 2U * 8U);
+}
+
+TEST(Presets, OfOneCaseAreRead) {
+  for (const char* name : {"knock.json", "live.json", "adversarial.json"}) {
+    const Result<LabCase> test = LoadCase(std::string(TANDEM_PRESETS "/") + name);
+    EXPECT_TRUE(test) << test.error().what;
+  }
+}
+
 TEST(MapSweep, IsAGridOfDelayAndStiffnessOnTwoNetworks) {
   const Sweep sweep = Preset("map.json");
   std::map<std::string, std::set<std::pair<double, double>>> points;
