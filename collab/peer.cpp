@@ -41,6 +41,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
   const WorldModel& model = world.model();
   inputs_.bodies.resize(model.bodies.size());
   inputs_.capacity = options.capacity;
+  inputs_.look_price = options.look_price;
   next_parked_ns_.resize(model.bodies.size());
   handle_.X_WA.p.setConstant(std::numeric_limits<double>::quiet_NaN());
   trace_.reserve(options.trace_frames);

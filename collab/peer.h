@@ -31,6 +31,7 @@ struct PeerOptions {
   SharedBody::Options coupling;
   MirrorModel mirror = MirrorModel::kBlend;  // others: for the lab
   double capacity = kDefaultCapacity;        // point tests that fit into a frame (paper §5)
+  double look_price = kDefaultLookPrice;     // of an exact look, in point tests
   std::size_t trace_frames = 0;              // traced, from the hand's start; 0: none
   FrameTap* tap = nullptr;                   // gets every frame's inputs; must outlive the peer
 };

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "app/cli/bench_fidelity.h"
+#include "app/cli/capacity.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/histogram.h"
 #include "engine/world/world.h"
@@ -10,6 +11,9 @@
 namespace tandem {
 
 namespace {
+
+/// A turn at the travel floor.
+constexpr int kMostFrames = 12'000;
 
 Result<std::shared_ptr<const WorldModel>> LoadBall(Scene scene, ContactModel model, double voxel) {
   scene.contact = model;
@@ -36,6 +40,9 @@ Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path&
   World world(*loaded);
   StepInputs inputs;
   inputs.bodies.resize(joint.bodies.size());
+  const FrameCapacity capacity = MeasureCapacity(joint, kFrameBudget);
+  inputs.capacity = capacity.tests;
+  inputs.look_price = capacity.look_price;
   inputs.bodies[ball].drive = BodyDrive::kSimulated;
   inputs.hand.body = static_cast<int>(ball);
   inputs.hand.gains = DefaultHandGains(joint.bodies[ball].inertia);
@@ -52,7 +59,7 @@ Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path&
   double contacts = 0;
   int frames = 0;
   Histogram cpu_ns;
-  while (turned < 2 * std::numbers::pi && frames < 10000) {
+  while (turned < 2 * std::numbers::pi && frames < kMostFrames) {
     const Quat q = world.state(ball).X_WB.q * q_first.conjugate();
     const double turn = 2.0 * std::atan2(q.vec().dot(axis), q.w());
     turned += std::remainder(turn - last, 2 * std::numbers::pi);

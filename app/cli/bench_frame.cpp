@@ -31,8 +31,9 @@ constexpr int kFreeFrames = 4000;
 struct FrameArguments {
   BenchScene scene{.scene = "clutter"};
   int frames = 20000;
-  double capacity = 0;                   // points a frame; 0: measured
-  double budget_us = 1e6 * kTestBudget;  // of a frame for its tests, where capacity is measured
+  double capacity = 0;  // points a frame; 0: measured
+  double budget_us =
+      1e6 * kFrameBudget;  // of a frame for tests and looks, where capacity is measured
   std::vector<std::string> without;
   std::string schedule = "ours";
   int check_every = 100;  // frames between looks at every point
@@ -67,11 +68,12 @@ class EmptyWork {
 
 struct FrameFigures {
   Histogram cpu, wall, noise;
-  Histogram helpers_cpu;                       // of all helpers together
-  double contacts = 0, clear = 0, loaded = 0;  // sums over frames
+  Histogram helpers_cpu;                                  // of all helpers together
+  double contacts = 0, clear = 0, looks = 0, loaded = 0;  // sums over frames
   double tests = 0, drifted = 0, chunks = 0;
   std::int64_t frames = 0;
   std::int64_t at_bound = 0;
+  std::int64_t held_back = 0;  // frames in which the hand felt MaxTravel
   std::size_t violations = 0;
   double point_frames = 0;  // looked at for violations
   long page_faults = 0;
@@ -128,12 +130,13 @@ class AllPoints {
 using Hand = std::function<Anchor(std::int64_t frame, const StepReport& report)>;
 
 /// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it.
-void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity, int frames,
-               int check_every, const FrameHelpers& helpers, FrameFigures& figures) {
+void RunFrames(World& world, const Hand& hand, const Pose& X_BD, const FrameCapacity& capacity,
+               int frames, int check_every, const FrameHelpers& helpers, FrameFigures& figures) {
   StepInputs inputs;
   inputs.bodies.resize(world.model().bodies.size());
   inputs.bodies[0].drive = BodyDrive::kSimulated;
-  inputs.capacity = capacity;
+  inputs.capacity = capacity.tests;
+  inputs.look_price = capacity.look_price;
   inputs.hand = {.body = 0,
                  .X_BD = X_BD,
                  .goal = {},
@@ -172,10 +175,12 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, double capacity
         figures.wall.Add(wall_ns);
         figures.contacts += report.contact_points;
         figures.clear += report.clear_points;
+        figures.looks += report.looks;
         figures.loaded += report.loaded_points;
         figures.tests += static_cast<double>(report.tests.looked_up);
         figures.drifted += static_cast<double>(report.tests.drifted);
         figures.chunks += static_cast<double>(report.tests.chunks);
+        figures.held_back += (report.flags & StepReport::kTravelLimited) != 0;
         figures.at_bound += (report.flags & StepReport::kOverCapacity) == 0;
         figures.page_faults += new_faults;
         ++figures.frames;
@@ -260,9 +265,9 @@ int RunFrame(const FrameArguments& arguments) {
   if (!script) return Fail(kExitFile, script.error().what);
   FrameHelpers helpers({.threads = arguments.threads, .priority = kPriority});
   if (helpers.threads() > 1) schedule.helpers = &helpers;
-  const double capacity =
+  const FrameCapacity capacity =
       arguments.capacity > 0
-          ? arguments.capacity
+          ? FrameCapacity{.tests = arguments.capacity}
           : MeasureCapacity(*model, 1e-6 * arguments.budget_us, schedule.helpers);
 
   const BodyModel& body = model->bodies[0];
@@ -304,41 +309,46 @@ int RunFrame(const FrameArguments& arguments) {
   const VoxelCounts voxels = model->fixture.Count();
   const double at_bound = static_cast<double>(figures.at_bound) / count;
   if (arguments.json) {
-    nlohmann::ordered_json out{{"scene", arguments.scene.scene},
-                               {"without", arguments.without},
-                               {"schedule", arguments.schedule},
-                               {"voxel_m", model->scene.voxel_size},
-                               {"points", body.points.size()},
-                               {"voxels", voxels.total()},
-                               {"frames", figures.frames},
-                               {"threads", helpers.threads()},
-                               {"budget_us", arguments.budget_us},
-                               {"capacity", capacity},
-                               {"contacts", figures.contacts / count},
-                               {"clear", figures.clear / count},
-                               {"loaded", figures.loaded / count},
-                               {"cpu_p50_us", Us(figures.cpu, 0.5)},
-                               {"cpu_p99_us", Us(figures.cpu, 0.99)},
-                               {"cpu_p999_us", Us(figures.cpu, 0.999)},
-                               {"helpers_cpu_p50_us", Us(figures.helpers_cpu, 0.5)},
-                               {"longest",
-                                {{"cpu_us", 1e-3 * static_cast<double>(figures.worst_ns)},
-                                 {"contacts", figures.worst.contact_points},
-                                 {"clear", figures.worst.clear_points},
-                                 {"loaded", figures.worst.loaded_points},
-                                 {"tests", figures.worst.tests.looked_up},
-                                 {"drifted", figures.worst.tests.drifted},
-                                 {"chunks", figures.worst.tests.chunks}}},
-                               {"wall_p999_us", Us(figures.wall, 0.999)},
-                               {"noise_p999_us", Us(figures.noise, 0.999)},
-                               {"tests_per_frame", figures.tests / count},
-                               {"drifted_per_frame", figures.drifted / count},
-                               {"chunks_per_frame", figures.chunks / count},
-                               {"travel_at_bound_share", at_bound},
-                               {"violations", figures.violations + free.violations},
-                               {"point_frames_checked", figures.point_frames + free.point_frames},
-                               {"page_faults", figures.page_faults + free.page_faults},
-                               {"free_cpu_p99_us", nullptr}};
+    nlohmann::ordered_json out{
+        {"scene", arguments.scene.scene},
+        {"without", arguments.without},
+        {"schedule", arguments.schedule},
+        {"voxel_m", model->scene.voxel_size},
+        {"points", body.points.size()},
+        {"voxels", voxels.total()},
+        {"frames", figures.frames},
+        {"threads", helpers.threads()},
+        {"budget_us", arguments.budget_us},
+        {"capacity", capacity.tests},
+        {"look_price", capacity.look_price},
+        {"contacts", figures.contacts / count},
+        {"clear", figures.clear / count},
+        {"looks", figures.looks / count},
+        {"loaded", figures.loaded / count},
+        {"cpu_p50_us", Us(figures.cpu, 0.5)},
+        {"cpu_p99_us", Us(figures.cpu, 0.99)},
+        {"cpu_p999_us", Us(figures.cpu, 0.999)},
+        {"helpers_cpu_p50_us", Us(figures.helpers_cpu, 0.5)},
+        {"longest",
+         {{"cpu_us", 1e-3 * static_cast<double>(figures.worst_ns)},
+          {"contacts", figures.worst.contact_points},
+          {"clear", figures.worst.clear_points},
+          {"looks", figures.worst.looks},
+          {"loaded", figures.worst.loaded_points},
+          {"tests", figures.worst.tests.looked_up},
+          {"drifted", figures.worst.tests.drifted},
+          {"chunks", figures.worst.tests.chunks}}},
+        {"wall_p999_us", Us(figures.wall, 0.999)},
+        {"noise_p999_us", Us(figures.noise, 0.999)},
+        {"tests_per_frame", figures.tests / count},
+        {"drifted_per_frame", figures.drifted / count},
+        {"chunks_per_frame", figures.chunks / count},
+        {"travel_at_bound_share", at_bound},
+        {"travel_limited_share", static_cast<double>(figures.held_back) / count},
+        {"violations", figures.violations + free.violations},
+        {"point_frames_checked", figures.point_frames + free.point_frames},
+        {"page_faults", figures.page_faults + free.page_faults},
+        {"free_cpu_p99_us", nullptr}};
     if (place) {
       out["free_cpu_p50_us"] = Us(free.cpu, 0.5);
       out["free_cpu_p99_us"] = Us(free.cpu, 0.99);
@@ -349,7 +359,7 @@ int RunFrame(const FrameArguments& arguments) {
   }
   std::printf("%zu points against %zu voxels, %.0f contacts, %.0f tests a frame (capacity %.0f)\n",
               body.points.size(), voxels.total(), figures.contacts / count, figures.tests / count,
-              capacity);
+              capacity.tests);
   std::printf("  processor   p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n", Us(figures.cpu, 0.5),
               Us(figures.cpu, 0.99), Us(figures.cpu, 0.999));
   if (helpers.threads() > 1) {
@@ -387,7 +397,9 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
       ->add_option("--capacity", arguments->capacity,
                    "points that may be tested in a frame; default: what fits --budget here")
       ->check(NumberAbove(0, 1e9));
-  command->add_option("--budget", arguments->budget_us, "microseconds of a frame for its tests")
+  command
+      ->add_option("--budget", arguments->budget_us,
+                   "microseconds of a frame for its tests and exact looks")
       ->check(NumberFrom(10, 1000))
       ->capture_default_str();
   command

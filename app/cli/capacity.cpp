@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "app/cli/look_bench.h"
 #include "engine/contact/schedule.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/periodic_thread.h"
-#include "engine/world/step_inputs.h"
 
 namespace tandem {
 
@@ -55,13 +55,13 @@ double TimeShared(std::size_t points, const Test& test) {
 }
 }  // namespace
 
-double MeasureCapacity(const WorldModel& world, double seconds, FrameHelpers* helpers) {
+FrameCapacity MeasureCapacity(const WorldModel& world, double seconds, FrameHelpers* helpers) {
   const BodyModel* largest = nullptr;
   for (const BodyModel& body : world.bodies) {
     if (largest == nullptr || body.points.size() > largest->points.size()) largest = &body;
   }
   const Voxmap& voxmap = world.has_fixture ? world.fixture : world.bodies[0].voxmap;
-  if (largest == nullptr || voxmap.empty() || largest->points.size() == 0) return kDefaultCapacity;
+  if (largest == nullptr || voxmap.empty() || largest->points.size() == 0) return {};
   const PointBlocks blocks(largest->points);
   const Pose X_VS = Pose{Quat::Identity(), voxmap.p_WVo()}.Inverse() * largest->X_WB0;
   const VoxelTransform transform(X_VS, voxmap.voxel_size(), 0);
@@ -81,7 +81,20 @@ double MeasureCapacity(const WorldModel& world, double seconds, FrameHelpers* he
     helpers->Share(list.size(), kPiece, test);
     helpers->Dismiss();
   });
-  return std::max(1000.0, seconds / ((1 + kQueueShare) * shared + kAloneShare * alone));
+  const double test_s = (1 + kQueueShare) * shared + kAloneShare * alone;
+  FrameCapacity capacity;
+  capacity.tests = std::max(1000.0, seconds / test_s);
+  const SurfaceDetails& details =
+      world.has_fixture ? world.fixture_details : world.bodies[0].details;
+  if (details.empty()) return capacity;
+  LookBench looks(largest->points, voxmap, details);
+  if (looks.size() == 0) return capacity;
+  const double look_s = TimeAlone(looks.size(), [&] {
+    looks.LookAtAll();
+  });
+  // many looks are shared as tests are
+  capacity.look_price = look_s * shared / alone / test_s;
+  return capacity;
 }
 
 }  // namespace tandem

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "app/cli/capacity.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -114,9 +113,11 @@ int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
     joining.helpers =
         std::make_unique<FrameHelpers>(FrameHelpers::Options{.threads = arguments.threads});
   }
+  // once the tests are given, so is the price: a run can be repeated
   joining.capacity = arguments.capacity > 0
-                         ? arguments.capacity
-                         : MeasureCapacity(*joining.model, kTestBudget, joining.helpers.get());
+                         ? FrameCapacity{.tests = arguments.capacity}
+                         : MeasureCapacity(*joining.model, kFrameBudget, joining.helpers.get());
+  if (arguments.look_price > 0) joining.capacity.look_price = arguments.look_price;
   return kExitOk;
 }
 
@@ -146,7 +147,8 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
   options.peer.coupling.law = *MakeLaw(arguments.law, arguments.limits, arguments.lab);
   options.peer.coupling.gate = arguments.gate;
   options.peer.trace_frames = TraceFrames(arguments);
-  options.peer.capacity = joining.capacity;
+  options.peer.capacity = joining.capacity.tests;
+  options.peer.look_price = joining.capacity.look_price;
   options.name = arguments.name;
   options.manifest = joining.manifest;
   options.conditions = arguments.conditions;

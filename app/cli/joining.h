@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/cli/capacity.h"
 #include "app/cli/peer_options.h"
 #include "collab/early_inbox.h"
 #include "collab/peer_node.h"
@@ -25,7 +26,7 @@ struct Joining {
   std::shared_ptr<const WorldModel> model;
   std::unique_ptr<FrameHelpers> helpers;  // null: none
   std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
-  double capacity = 0;
+  FrameCapacity capacity;
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
   std::unique_ptr<PeerNode> node;
   std::unique_ptr<Transport> transport;  // goes first

@@ -37,7 +37,8 @@ void AskToStop(int) {
 
 /// The points that are tested, and the voxels they are tested against.
 void CountShapes(const Joining& joining, PeerReport& report) {
-  report.capacity = joining.capacity;
+  report.capacity = joining.capacity.tests;
+  report.look_price = joining.capacity.look_price;
   report.voxels = joining.model->has_fixture ? joining.model->fixture.Count().total() : 0;
   for (const BodyModel& body : joining.model->bodies) {
     report.points += body.points.size();

@@ -106,7 +106,12 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   AddLinkOptions(command, arguments);
   command
       .add_option("--capacity", arguments.capacity,
-                  "points that may be tested in a frame; default: what fits 300 us here")
+                  "points that may be tested in a frame; default: what fits 500 us here, exact looks included")
+      ->check(NumberAbove(0, 1e9));
+  command
+      .add_option("--look-price", arguments.look_price,
+                  "points whose test takes as long as an exact look at one; default: measured, or "
+                  "400 beside --capacity")
       ->check(NumberAbove(0, 1e9));
   command.add_option("--threads", arguments.threads, "threads that share a large frame's work")
       ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads))

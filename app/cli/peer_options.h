@@ -30,8 +30,9 @@ struct PeerArguments {
   CouplingLimits limits;  // of the law
   bool gate = true;
   double publish_hz = 1000;
-  double capacity = 0;  // points a frame; 0: measured
-  int threads = 1;      // that share a haptic frame's work
+  double capacity = 0;    // points a frame; 0: measured
+  double look_price = 0;  // points; 0: measured, or the default beside a given capacity
+  int threads = 1;        // that share a haptic frame's work
   std::string report;
   std::string record;
   bool no_contact = false;

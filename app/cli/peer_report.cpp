@@ -97,6 +97,7 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats)
           {"crowded_frames", report.crowded_frames},
           {"points", report.points},
           {"capacity", report.capacity},
+          {"look_price", report.look_price},
           {"voxels", report.voxels},
           {"delay_ms", 1e3 * report.mean_delay_s},
           {"said", {{"sent", report.own_states.sent()}, {"wanted", report.own_states.wanted()}}},

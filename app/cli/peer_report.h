@@ -23,6 +23,7 @@ struct PeerReport {
   std::size_t points = 0;   // of the body in hand
   std::size_t voxels = 0;   // of the fixture
   double capacity = 0;      // point tests that fit into a frame
+  double look_price = 0;    // of an exact look, in point tests
   double mean_delay_s = 0;  // half the loop age
   HandFigures hand;
   std::size_t traced_frames = 0;  // of the hand's, the first ones

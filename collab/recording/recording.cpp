@@ -165,7 +165,8 @@ std::string AsText(const RecordingHeader& header) {
                           {"grasp", {q[0], q[1], q[2], q[3], X_BD.p[0], X_BD.p[1], X_BD.p[2]}},
                           {"settle_ns", header.peer.settle_ns},
                           {"wait_for", header.peer.wait_for},
-                          {"capacity", header.peer.capacity}};
+                          {"capacity", header.peer.capacity},
+                          {"look_price", header.peer.look_price}};
   return json.dump();
 }
 
@@ -203,6 +204,7 @@ Result<RecordingHeader> ParseHeader(const std::string& text) {
     header.peer.settle_ns = json.at("settle_ns");
     header.peer.wait_for = json.at("wait_for");
     header.peer.capacity = json.at("capacity");
+    header.peer.look_price = json.at("look_price");
     return header;
   } catch (const ordered_json::exception& bad) {
     return Error{std::string("its header cannot be read: ") + bad.what()};

@@ -22,6 +22,13 @@ struct Candidate {
   /// Told by RefinedContacts: voxels that surfaces may come nearer before this point, which makes
   /// no contact and bears on none, can do so.
   double slack = 0;
+  /// Told by RefinedContacts: what it took to know.
+  enum class Look : std::uint8_t {
+    kPassed,  // nothing: it stands where it is known to make none
+    kKept,    // a look, that told where else it makes none
+    kOpen     // a look, that the next frame needs again
+  };
+  Look look = Look::kOpen;
 };
 
 /// Where two bodies push each other.

@@ -19,6 +19,11 @@ constexpr double kEnoughVoxels = 32;
 constexpr double kFullDampingDepth = 0.25;
 /// Candidates whose places are asked for while others are placed.
 constexpr std::size_t kAhead = 4;
+/// Of an exact look: what it takes to place a candidate and to ask what is known of it, what the
+/// plain model's look takes, and what a contact takes to be added up.
+constexpr double kAskShare = 0.08;
+constexpr double kPlainShare = 0.08;
+constexpr double kPushShare = 0.1;
 
 /// Vectors and matrices about a point, turned from V to W.
 Load Turned(const Load& load_V, const Mat3& R_WV) {
@@ -245,9 +250,11 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   // the broad phase: nothing can be in contact, so nothing is tested and the queues wait
   contact_count_ = 0;
   if (Gap() > 0) return report;
+  const double displaced = std::abs(schedule_->displacement() - displaced_);
+  const double frame_travel = waiting_ + displaced;
   schedule_->Test(X_VS, waiting_);
   if (std::isfinite(waiting_)) odometer_ += waiting_ / voxmap_->voxel_size();
-  odometer_ += std::abs(schedule_->displacement() - displaced_) / voxmap_->voxel_size();
+  odometer_ += displaced / voxmap_->voxel_size();
   displaced_ = schedule_->displacement();
   waiting_ = 0;
   report.tests = schedule_->counts();
@@ -267,6 +274,7 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   if (refined_ != nullptr) report.clear_points += static_cast<int>(refined_->clear_count());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
   RememberSlack();
+  report.looks = CountLooks(frame_travel);
   return report;
 }
 
@@ -282,9 +290,31 @@ void ContactPair::RememberSlack() noexcept {
   }
 }
 
+int ContactPair::CountLooks(double travel) noexcept {
+  int looks = 0;
+  double owed = kPushShare * static_cast<double>(contact_count_);
+  double due = 0;
+  if (refined_ == nullptr) owed += kPlainShare * static_cast<double>(candidate_count_);
+  for (std::size_t i = 0; refined_ != nullptr && i < candidate_count_; ++i) {
+    const Candidate& candidate = candidates_[i];
+    (candidate.slack > 0 ? due : owed) += kAskShare;
+    if (candidate.look == Candidate::Look::kPassed) continue;
+    ++looks;
+    (candidate.look == Candidate::Look::kKept ? due : owed) += 1;
+  }
+  looks_.Count(owed, due, travel);
+  return looks;
+}
+
 TestLoad ContactPair::load() const noexcept {
-  if (Gap() <= 0) return schedule_->Load();
   TestLoad load;
+  if (Gap() <= 0) {
+    load = schedule_->Load();
+    load.looks = looks_.owed();
+    load.most_looks = looks_.most();
+    load.looks_per_metre = looks_.PerMetre(kTravelFloor * voxmap_->voxel_size());
+    return load;
+  }
   load.bound = std::max(0.5 * voxmap_->voxel_size(), Gap());
   return load;
 }

@@ -9,6 +9,7 @@
 #include "engine/base/load.h"
 #include "engine/contact/broad_phase.h"
 #include "engine/contact/contact_model.h"
+#include "engine/contact/look_load.h"
 #include "engine/contact/schedule.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/voxel/pointshell.h"
@@ -29,6 +30,7 @@ struct BodyMotion {
 struct PairReport {
   int contact_points = 0;      // marks <= 2 + layer, by the class rule
   int clear_points = 0;        // of these, known to make no contact yet (refined model)
+  int looks = 0;               // exact looks at single points
   int loaded_points = 0;       // of these, below their tangent plane
   bool over_capacity = false;  // more contacts than can be held; the rest did not push
   TestCounts tests;
@@ -76,7 +78,7 @@ class ContactPair {
   /// way round. Kept for pairs that both move.
   const CrossLoad& cross() const noexcept { return cross_; }
 
-  /// What the next frames' tests will cost, as of the last Collide() (paper §5, Eqn. 2).
+  /// What the next frames' tests and looks will cost, as of the last Collide() (paper §5, Eqn. 2).
   TestLoad load() const noexcept;
 
   /// How far the two bodies may come towards one another before the next Collide(), m.
@@ -115,6 +117,8 @@ class ContactPair {
   /// Whether the refined model has told that a point cannot make a contact yet.
   bool StandsClear(std::uint32_t block, std::uint32_t lane) const noexcept;
   void RememberSlack() noexcept;
+  /// What the candidates took to look at, after `travel` m. Gives how many were.
+  int CountLooks(double travel) noexcept;
 
   static constexpr std::size_t kMostCandidates = 1 << 14;
   static constexpr std::size_t kPiece = 32;  // candidates, some microseconds
@@ -144,6 +148,7 @@ class ContactPair {
   std::size_t candidate_count_ = 0;
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
+  LookLoad looks_;
 
   Pose shell_WB_;  // at the last call
   Pose map_WB_;

@@ -373,6 +373,7 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
     if (i + kAhead < end)
       __builtin_prefetch(&known_[candidates[i + kAhead].point & (known_.size() - 1)]);
     regions_[i].point = ClearRegion::kNoPoint;
+    candidate.look = Candidate::Look::kPassed;
     if (turned != nullptr && StandsClear(candidate, *turned, found_[i])) continue;
     if (candidate.label == Label::kEdge && shell_->edges[candidate.edge].cosine < 0) {
       candidate.slack = kNever;  // a notch: nothing leans on it
@@ -382,7 +383,9 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
     scratch.clear.Begin(most_turn_);
     found_[i] = MeetOne(candidate, R_VS, layer, scratch, out + kPerPoint * i);
     candidate.slack = 0;
+    candidate.look = Candidate::Look::kOpen;
     if (turned == nullptr || scratch.clear.empty()) continue;
+    candidate.look = Candidate::Look::kKept;
     const Vec3 p = candidate.p_V / s_;
     regions_[i] = scratch.clear.Make(p, *turned, candidate.point);
     candidate.slack = SlackIn(regions_[i], candidate, *turned);

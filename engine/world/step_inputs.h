@@ -11,6 +11,7 @@ namespace tandem {
 
 inline constexpr std::size_t kMaxLinkAnchors = 8;
 inline constexpr double kDefaultCapacity = 1e5;  // of a frame of 1 ms, on slow processors too
+inline constexpr double kDefaultLookPrice = 400;
 
 /// What moves a body in a frame.
 enum class BodyDrive : std::uint8_t {
@@ -48,6 +49,9 @@ struct StepInputs {
   /// Point tests that fit into a frame (paper §5, nCapacity): an input, so that runs can be
   /// repeated.
   double capacity = kDefaultCapacity;
+  /// Point tests that take as long as an exact look at a point that may be in contact; an input as
+  /// well.
+  double look_price = kDefaultLookPrice;
   Hand hand;
   std::size_t link_count = 0;  // all on the body that the hand holds
   std::array<Link, kMaxLinkAnchors> links{};
@@ -64,6 +68,7 @@ struct StepReport {
   std::uint32_t flags = 0;
   int contact_points = 0;
   int clear_points = 0;  // of the contact points, known to push nothing yet
+  int looks = 0;         // exact looks at single points, as far as the refined model took them
   int loaded_points = 0;
   TestCounts tests;
   Wrench hand_B_W;     // hand's coupling on the held body, as applied; NaN: its step was no number

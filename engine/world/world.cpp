@@ -202,7 +202,7 @@ void World::ShareTravel(const StepInputs& in) noexcept {
   }
   load.bound = std::numeric_limits<double>::infinity();
   const double voxel = model_->scene.voxel_size;
-  const double affordable = MaxTravel(load, in.capacity, voxel);
+  const double affordable = MaxTravel(load, in.capacity, in.look_price, voxel);
   if (affordable < 0.5 * voxel) report_.flags |= StepReport::kOverCapacity;
   for (Body& body : bodies_) body.max_travel = std::min(affordable, kFreeTravel * voxel);
   for (Pair& pair : pairs_) {
@@ -251,6 +251,7 @@ void World::Collide(const StepInputs& in) noexcept {
     if (found.over_capacity) report_.flags |= StepReport::kContactsFull;
     report_.contact_points += found.contact_points;
     report_.clear_points += found.clear_points;
+    report_.looks += found.looks;
     report_.loaded_points += found.loaded_points;
   }
   if (in.hand.body >= 0) {

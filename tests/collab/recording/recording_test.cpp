@@ -63,6 +63,7 @@ RecordingHeader HeaderOf(PeerId id, int object) {
   header.peer.settle_ns = 123'456'789;
   header.peer.wait_for = 1;
   header.peer.capacity = 12345.678901234567;
+  header.peer.look_price = 98.765432109876543;
   header.peer.X_BD = {RotationBy(Vec3(0.1, 0.2, 0.3)), Vec3(0.001, -0.002, 1.0 / 3.0 * 0.01)};
   return header;
 }
@@ -187,6 +188,7 @@ TEST(Recording, TheHeaderSurvivesAsItWas) {
   EXPECT_TRUE(read->peer.own_only);
   EXPECT_EQ(read->peer.id, header.peer.id);
   EXPECT_EQ(read->peer.capacity, header.peer.capacity);
+  EXPECT_EQ(read->peer.look_price, header.peer.look_price);
   EXPECT_EQ(read->peer.X_BD.p, header.peer.X_BD.p);
   EXPECT_EQ(read->peer.X_BD.q.coeffs(), header.peer.X_BD.q.coeffs());
 }

@@ -55,7 +55,7 @@ TEST(ScheduleLimits, ABodyThrownAtAPlateTwoChunksAwayIsNeverLate) {
       ASSERT_EQ(UntestedPoints(bodies.blocks, bodies.voxmap, schedule), 0U)
           << "throw " << k << ", frame " << frame;
       if (!schedule.contacts().empty()) break;
-      travel = MaxTravel(schedule.Load(), kEver, kVoxel);
+      travel = MaxTravel(schedule.Load(), kEver, 0, kVoxel);
       ASSERT_LE(travel, 32 * kVoxel);
       most = std::max(most, travel);
       X_WS.p += travel / each * way;
@@ -101,7 +101,7 @@ EdgeFigures OnEdge(const Bodies& bars, double angle, int layer) {
 }
 
 double TravelAt(const EdgeFigures& figures, double capacity) {
-  return MaxTravel(figures.load, capacity, kMillimetre) / kMillimetre;
+  return MaxTravel(figures.load, capacity, 0, kMillimetre) / kMillimetre;
 }
 
 // What geometrical awareness cannot help (paper §4): edges meet edges, so two that lie along one

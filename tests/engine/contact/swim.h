@@ -88,7 +88,7 @@ inline Outcome Swim(const Bodies& bodies, const ScheduleOptions& options, double
     outcome.contacts += static_cast<double>(schedule->contacts().size());
     outcome.over += static_cast<double>(schedule->counts().looked_up) > 1.2 * capacity;
     const TestLoad load = schedule->Load();
-    const double most = MaxTravel(load, capacity, kVoxel);
+    const double most = MaxTravel(load, capacity, 0, kVoxel);
     schedule->LimitTravel(most);
     outcome.squeezed += most < 0.999 * load.bound;
     shell.Push(random, Vec3::Zero());

@@ -21,10 +21,10 @@ constexpr double kVoxel = 0.001;
 // with no test to spare a body moves by the floor alone; a pair of moving bodies shares it
 constexpr int kFramesForFiftyMillimetres = static_cast<int>(0.05 / (0.5 * kTravelFloor * kVoxel));
 
-/// Presses for a second with room to spare, then squeezes the capacity to nothing and pulls to
-/// `out`. Gives how far from there the body is at the end, m.
+/// Presses for a second with room to spare, then squeezes the capacity, to nothing or by what a
+/// look costs, and pulls to `out`. Gives how far from there the body is at the end, m.
 double PulledOut(const std::shared_ptr<const WorldModel>& model, int body, const Pose& pressed,
-                 const Pose& out) {
+                 const Pose& out, double capacity = 0, double look_price = 0) {
   kHapticThread.Enter();
   World world(model);
   StepInputs inputs = FreeInputs(*model);
@@ -32,7 +32,8 @@ double PulledOut(const std::shared_ptr<const WorldModel>& model, int body, const
   int contacts = 0;
   for (int frame = 0; frame < 1000; ++frame) contacts = world.Step(inputs).contact_points;
   EXPECT_GT(contacts, 0);
-  inputs.capacity = 0;
+  inputs.capacity = capacity;
+  inputs.look_price = look_price;
   inputs.hand = HandTo(*model, body, out);
   EXPECT_NE(world.Step(inputs).flags & StepReport::kOverCapacity, 0U);
   for (int frame = 0; frame < 2 * kFramesForFiftyMillimetres; ++frame) world.Step(inputs);
@@ -80,6 +81,16 @@ TEST_P(Overload, ABodyComesOffAnotherThatMoves) {
                                      {At(Box(Vec3(0.08, 0.08, 0.01)), Vec3(0, 0, -0.015)), true}},
                                     kVoxel, GetParam());
   EXPECT_LT(PulledOut(model, 1, Pose{}, {Quat::Identity(), Vec3(0, 0, 0.06)}), 1e-3);
+}
+
+// Tests alone would leave all the room there is: looks at what is in contact take it.
+TEST_P(Overload, ABodyComesOffWhenLooksFillItsFrames) {
+  const auto model = MakeWorldModel({{At(Box(Vec3(0.08, 0.08, 0.01)), Vec3(0, 0, -0.005)), true},
+                                     {At(Box(Vec3(0.03, 0.02, 0.01)), Vec3(0, 0, 0.025))}},
+                                    kVoxel, GetParam());
+  EXPECT_LT(PulledOut(model, 0, {Quat::Identity(), Vec3(0, 0, -0.04)},
+                      {Quat::Identity(), Vec3(0, 0, 0.045)}, kDefaultCapacity, 1e9),
+            1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, Overload,
