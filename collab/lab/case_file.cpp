@@ -165,6 +165,9 @@ LabNetwork ReadNetwork(const JsonNode& node, double delay_s) {
 }
 
 LabCase ReadCase(const JsonNode& root, const std::filesystem::path& folder) {
+  if (root.Has("blocks")) {
+    root["blocks"].Fault("this file is a sweep: 'tandem stability sweep' runs it");
+  }
   root.AllowKeys({"name", "scene", "body", "users", "hands", "motion", "law", "delay_s", "network",
                   "publish_hz", "seconds", "seed"});
   LabCase test;

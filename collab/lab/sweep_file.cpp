@@ -231,6 +231,9 @@ Result<Sweep> LoadSweep(const std::filesystem::path& file, const CaseCheck& chec
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
+  if (!root.Has("blocks")) {
+    root.Fault("there are no blocks: a single case is run by 'tandem stability run'");
+  }
   root.AllowKeys({"name", "note", "seed", "blocks"});
   Sweep sweep;
   sweep.name = root["name"].Text("a name");

@@ -75,6 +75,8 @@ TEST(CaseFile, ErrorsNameThePlaceAndWhatWasExpected) {
   EXPECT_THAT(ErrorOf(R"({"law": {"name": "p"}})"), HasSubstr("law.name: no coupling law"));
   EXPECT_THAT(ErrorOf(R"({"law": {"boundary_ratio": 1}})"),
               HasSubstr("law.boundary_ratio: only the law 'constant'"));
+  EXPECT_EQ(ErrorOf(R"({"name": "s", "blocks": [{}]})"),
+            "c.json: blocks: this file is a sweep: 'tandem stability sweep' runs it");
   EXPECT_THAT(ErrorOf(R"({"motion": "jump"})"), HasSubstr("motion: expected still, kick"));
   EXPECT_THAT(ErrorOf(R"({"delay_s": 3})"), HasSubstr("delay_s: expected a number of at most"));
   EXPECT_THAT(ErrorOf(R"({"network": "bad"})"), HasSubstr("network: expected clean, lossy"));

@@ -86,6 +86,16 @@ TEST(Presets, OfOneCaseAreRead) {
   }
 }
 
+TEST(Presets, ACaseGivenAsASweepIsToldSo) {
+  const std::string file = TANDEM_PRESETS "/knock.json";
+  const Result<Sweep> sweep = LoadSweep(file, [](const std::string&, const std::string&) {
+    return std::nullopt;
+  });
+  ASSERT_FALSE(sweep);
+  EXPECT_EQ(sweep.error().what,
+            file + ": there are no blocks: a single case is run by 'tandem stability run'");
+}
+
 TEST(MapSweep, IsAGridOfDelayAndStiffnessOnTwoNetworks) {
   const Sweep sweep = Preset("map.json");
   std::map<std::string, std::set<std::pair<double, double>>> points;

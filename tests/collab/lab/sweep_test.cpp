@@ -104,7 +104,8 @@ TEST(Sweep, SaysInOneLineWhatIsWrongAndWhere) {
             "sweep.json: line 1, column 12: syntax error while parsing object key - unexpected "
             "'}'; expected string literal");
   EXPECT_EQ(WhatIsWrong(R"({"blocks": []})"), "sweep.json: name: expected a name, got nothing");
-  EXPECT_EQ(WhatIsWrong(R"({"name": "s"})"), "sweep.json: blocks: expected an array, got nothing");
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s"})"),
+            "sweep.json: there are no blocks: a single case is run by 'tandem stability run'");
   EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": []})"), "sweep.json: blocks: there is no cell");
   EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": [{"hand": ["off"]}]})"),
             "sweep.json: blocks[0].hand: unknown key; did you mean hands?");
