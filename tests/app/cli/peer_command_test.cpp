@@ -1,7 +1,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
 #include <random>
+#include <sstream>
 #include <thread>
 
 #include <fcntl.h>
@@ -95,6 +99,24 @@ class Running {
       if (line.rfind(of + ":", 0) == 0) return line.substr(of.size() + 1);
     }
     return {};
+  }
+  /// Page faults so far of its thread of that name, of either kind; nothing if there is none.
+  std::optional<long> PageFaults(const std::string& thread) const {
+    const std::string tasks = "/proc/" + std::to_string(process_->pid()) + "/task";
+    std::error_code gone;
+    for (const auto& task : std::filesystem::directory_iterator(tasks, gone)) {
+      std::ifstream stat(task.path() / "stat");
+      std::string line;
+      std::getline(stat, line);
+      const std::size_t end = line.rfind(") ");
+      if (end == std::string::npos || line.find(thread + ")") == std::string::npos) continue;
+      // state, ppid, pgrp, session, tty, tpgid, flags, minflt, cminflt, majflt
+      std::istringstream words(line.substr(end + 2));
+      std::vector<std::string> field(10);
+      for (std::string& word : field) words >> word;
+      return std::stol(field[7]) + std::stol(field[9]);
+    }
+    return std::nullopt;
   }
   int Wait() { return process_->Wait(std::chrono::seconds(30)).value_or(-1); }
   int End() {
@@ -431,6 +453,61 @@ TEST_F(PeerCommand, AnEmptyHandIsToldWhatThereIs) {
   EXPECT_TRUE(anna.WaitFor(
       "your hand is empty: --hold BODY, or 'grab BODY' as a line here, of: left, right"));
   EXPECT_EQ(anna.End(), kExitOk);
+}
+
+// Whatever a session brings after the first second: a late joiner, bodies taken, shared, let go and
+// given away, and all of it recorded.
+TEST_F(PeerCommand, ItsHapticThreadHasNoPageFaults) {
+  Running anna = Start("one", "--name anna --record " + In("anna.rec"));
+  ASSERT_TRUE(anna.WaitFor("is in session"));
+  if (anna.Memory("VmLck").find(" 0 kB") != std::string::npos) {
+    EXPECT_EQ(anna.End(), kExitOk);
+    GTEST_SKIP() << "memory may not be locked here";
+  }
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const std::optional<long> before = anna.PageFaults("haptic");
+  ASSERT_TRUE(before);
+  EXPECT_GT(*before, 0);  // of its beginning: they are counted
+  anna.Order("grab left");
+  ASSERT_TRUE(anna.WaitFor("you hold left"));
+  Running ben = Start("one", "--name ben --hold right --hand " + In("shift.json"));
+  ASSERT_TRUE(ben.WaitFor("you hold right"));
+  ASSERT_TRUE(anna.WaitFor("ben joined"));
+  anna.Order("give left ben");
+  ASSERT_TRUE(anna.WaitFor("you gave left to ben")) << anna.said();
+  anna.Order("grab right");
+  ASSERT_TRUE(anna.WaitFor("you hold right")) << anna.said();
+  anna.Order("release");
+  ASSERT_TRUE(anna.WaitFor("you let go of right")) << anna.said();
+  EXPECT_EQ(ben.End(), kExitOk);
+  ASSERT_TRUE(anna.WaitFor("ben left")) << anna.said();
+  EXPECT_EQ(anna.PageFaults("haptic"), before);
+  EXPECT_EQ(anna.End(), kExitOk);
+}
+
+// Ball and socket by voxels so fine, and a force layer so thick, that a pair cannot hold all that
+// is in contact.
+TEST_F(PeerCommand, SaysOnceThatContactsAreMoreThanThereIsRoomFor) {
+  const std::filesystem::path scenes = TANDEM_SCENES;
+  json dense = json::parse(std::ifstream(scenes / "ball_and_socket.json"));
+  dense["voxel_m"] = 0.00015;
+  dense["force_layer"] = 4;
+  dense["contact"] = "plain";
+  for (json& body : dense["bodies"]) {
+    body["mesh"] = (scenes / body["mesh"].get<std::string>()).string();
+  }
+  dense.erase("hands");
+  folder_.Write("dense.json", dense.dump());
+  const Said said = Run("dense", "--hold ball --seconds 1 --report " + In("report.json") +
+                                     " --hand " + (scenes / "ball_and_socket_ball.json").string());
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const std::string words = "more contacts than there is room for";
+  const std::size_t first = said.err.find(words);
+  ASSERT_NE(first, std::string::npos) << said.err;
+  EXPECT_EQ(said.err.find(words, first + 1), std::string::npos) << said.err;
+  const json report = json::parse(std::ifstream(In("report.json")));
+  EXPECT_GT(report.at("crowded_frames").get<int>(), 0);
+  EXPECT_GT(report.at("contact_points").at("max").get<int>(), 1 << 14);
 }
 
 }  // namespace
