@@ -297,15 +297,19 @@ TEST(RefinedContact, ACornerStandsOnAFaceUpToItsEdge) {
   }
 }
 
-/// How far parts are turned from one another: edges at any angle, or as good as parallel.
-class StandingClear : public ::testing::TestWithParam<double> {};
+struct Ride {
+  double turned;  // how far parts are from one another: edges at any angle, or as good as parallel
+  bool changing = false;  // force layer and displacement, while they move
+};
+class StandingClear : public ::testing::TestWithParam<Ride> {};
 
 // Points that are known to make no contact yet are left out; nothing may come of that.
 TEST_P(StandingClear, ChangesNoBit) {
   std::mt19937_64 random(9);
+  std::mt19937_64 changes(10);
   const auto turned = [&]() -> Quat {
-    if (GetParam() > 1) return RandomRotation(random);
-    return RotationBy(Uniform(random, 0.0, GetParam()) * RandomDirection(random));
+    if (GetParam().turned > 1) return RandomRotation(random);
+    return RotationBy(Uniform(random, 0.0, GetParam().turned) * RandomDirection(random));
   };
   TriangleMesh fixed = Plate(turned(), Vec3::Zero());
   for (int i = 0; i < 12; ++i) {
@@ -357,7 +361,16 @@ TEST_P(StandingClear, ChangesNoBit) {
     if (frame > 3000) move(map, 0.3 * pace, Vec3::Zero());
     // as good as parallel for good
     const Quat back = map.X_WB.q * shell.X_WB.q.conjugate();
-    if (GetParam() <= 1) shell.X_WB.q = RotationBy(0.02 * RotationVector(back)) * shell.X_WB.q;
+    if (GetParam().turned <= 1)
+      shell.X_WB.q = RotationBy(0.02 * RotationVector(back)) * shell.X_WB.q;
+    if (GetParam().changing && frame % 7 == 0) {
+      const int layer = static_cast<int>(Uniform(changes, 0, 4));
+      const double displacement = kS * Uniform(changes, -0.3, 0.3);
+      for (ContactPair* each : {&with, &without}) {
+        each->schedule().SetForceLayer(layer);
+        if (frame % 3 == 0) each->schedule().SetDisplacement(displacement);
+      }
+    }
     Load one, other, on_map;
     const PairReport report = with.Collide({shell.X_WB, {}}, {map.X_WB, {}}, one, on_map);
     const PairReport plain = without.Collide({shell.X_WB, {}}, {map.X_WB, {}}, other, on_map);
@@ -374,7 +387,9 @@ TEST_P(StandingClear, ChangesNoBit) {
               loaded);
 }
 
-INSTANTIATE_TEST_SUITE_P(Turned, StandingClear, ::testing::Values(3.0, 0.3, 0.1));
+INSTANTIATE_TEST_SUITE_P(Turned, StandingClear,
+                         ::testing::Values(Ride{3.0}, Ride{0.3}, Ride{0.1}, Ride{3.0, true},
+                                           Ride{0.3, true}));
 
 TEST(RefinedContact, KeepsNoContactsOfAnEarlierFrameWhenBodiesHaveParted) {
   Refined made(Plate(Quat::Identity(), Vec3::Zero()), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
