@@ -18,18 +18,18 @@ class DelayMeter {
   /// `loop_age_ns`: now minus the newest echo.
   void Add(std::int64_t now_ns, std::int64_t loop_age_ns) noexcept {
     const std::int64_t slot = now_ns / kSlotNs;
-    if (slot != slot_) {
+    const bool turns = slot != slot_;
+    if (turns) {
       // slots that passed without a sample hold nothing
       const std::int64_t passed = std::min<std::int64_t>(slot - slot_, kSlots);
       for (std::int64_t i = 1; i <= passed; ++i) peaks_[Index(slot_ + i)] = 0;
       slot_ = slot;
     }
     peaks_[Index(slot)] = std::max(peaks_[Index(slot)], loop_age_ns);
+    peak_ = turns ? *std::max_element(peaks_.begin(), peaks_.end()) : std::max(peak_, loop_age_ns);
   }
 
-  double peak_loop_age_s() const noexcept {
-    return 1e-9 * static_cast<double>(*std::max_element(peaks_.begin(), peaks_.end()));
-  }
+  double peak_loop_age_s() const noexcept { return 1e-9 * static_cast<double>(peak_); }
 
  private:
   static constexpr std::int64_t kSlotNs = 100'000'000;
@@ -40,6 +40,7 @@ class DelayMeter {
   }
 
   std::array<std::int64_t, kSlots> peaks_{};
+  std::int64_t peak_ = 0;  // of them
   std::int64_t slot_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "collab/messages.h"
 #include "engine/base/check.h"
 
 namespace tandem {
@@ -32,7 +33,7 @@ class DueQueue {
     if (free_.empty()) return false;
     const std::uint32_t place = free_.back();
     free_.pop_back();
-    values_[place] = value;
+    CopyUsed(values_[place], value);
     heap_.push_back({due_ns, pushed_++, place});
     std::push_heap(heap_.begin(), heap_.end(), IsLater);
     return true;

@@ -6,24 +6,24 @@
 
 namespace tandem {
 
-namespace {
-
-/// Of the spring from the body to a copy, J.
-double SpringEnergy(const Pose& y_WB, const RigidState& own, double k, const Mat3& per_mass) {
-  const Vec3 theta = RotationVector(y_WB.q * own.X_WB.q.conjugate());
-  return 0.5 * k * ((y_WB.p - own.X_WB.p).squaredNorm() + theta.dot(per_mass * theta));
+EnergyGate::Stretch EnergyGate::StretchOf(const Pose& y_WB, const RigidState& own,
+                                          const Mat3& per_mass) noexcept {
+  const Vec3 turn = RotationVector(y_WB.q * own.X_WB.q.conjugate());
+  return {turn, (y_WB.p - own.X_WB.p).squaredNorm() + turn.dot(per_mass * turn)};
 }
-
-}  // namespace
 
 Pose EnergyGate::Admit(const Pose& y_WB, const RigidState& own, double stiffness,
                        const Mat3& per_mass) noexcept {
   clipped_ = false;
   if (!placed_) held_WB_ = y_WB;
   placed_ = true;
-  const double before = SpringEnergy(held_WB_, own, stiffness, per_mass);
+  const auto energy = [stiffness](const Stretch& stretch) {
+    return 0.5 * stiffness * stretch.square;
+  };
+  const double before = energy(StretchOf(held_WB_, own, per_mass));
   const auto cost = [&](const Pose& y) {
-    return SpringEnergy(y, own, stiffness, per_mass) - before;
+    stretch_ = StretchOf(y, own, per_mass);
+    return energy(stretch_) - before;
   };
   const double all = cost(y_WB);
   if (all <= 0 || all <= tank_) {

@@ -25,6 +25,13 @@ class EnergyGate {
   static constexpr double kCredit = 0.1;  // J
   static constexpr double kMost = 0.5;    // J that a tank holds of what the other gave
 
+  /// How far a pose is from the body.
+  struct Stretch {
+    Vec3 turn = Vec3::Zero();  // rotation vector from the body to the pose
+    double square = 0;         // m^2: |d|^2 + turn^T (I/m) turn
+  };
+  static Stretch StretchOf(const Pose& y_WB, const RigidState& own, const Mat3& per_mass) noexcept;
+
   /// Where the copy may be now that `y_WB` has come. `per_mass`: rotational inertia in W over the
   /// mass, m^2.
   Pose Admit(const Pose& y_WB, const RigidState& own, double stiffness,
@@ -38,6 +45,8 @@ class EnergyGate {
 
   double tank() const noexcept { return tank_; }
   double overflow() const noexcept { return overflow_; }  // J, only grows
+  /// How far the copy is from the body, as of the last Admit().
+  const Stretch& stretch() const noexcept { return stretch_; }
   /// Whether the last Admit() held the copy back.
   bool clipped() const noexcept { return clipped_; }
 
@@ -51,6 +60,7 @@ class EnergyGate {
   bool placed_ = false;
   bool clipped_ = false;
   Pose held_WB_;
+  Stretch stretch_;  // of it
 };
 
 }  // namespace tandem

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string>
@@ -63,6 +64,21 @@ struct CouplingLinks {
   std::uint32_t count = 0;
   std::array<LinkEntry, kMaxLinks> entries{};
 };
+
+/// Copies as much of a message as it uses: each is written by one core and read by another.
+template <typename T>
+void CopyUsed(T& to, const T& from) noexcept {
+  to = from;
+}
+inline void CopyUsed(CouplingLinks& to, const CouplingLinks& from) noexcept {
+  to.from = from.from;
+  to.object = from.object;
+  to.seq = from.seq;
+  to.sample_ns = from.sample_ns;
+  to.count = from.count;
+  const std::size_t used = std::min<std::size_t>(from.count, kMaxLinks);
+  std::copy_n(from.entries.begin(), used, to.entries.begin());
+}
 
 /// A body as viewers get it: X_W is its displacement from its initial pose, so that p_W now = X_W *
 /// p_W at first.

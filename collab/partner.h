@@ -39,6 +39,7 @@ struct Partner {
   Pose copy_WB;                    // what the gate has let through
   Twist V_copy_WB;                 // as last used: none of a copy that stands
   double way_force = 0;            // N by which the copy's way of this frame changed the link
+  EnergyGate::Stretch stretch;     // from our instance to it, as of the last frame
   Vec3 turn_axis = Vec3::UnitX();  // from our instance to its
 
   bool closed() const noexcept { return present && heard && linked; }

@@ -50,7 +50,14 @@ void PeerInbox::Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
     due_ns[0] += 100'000'000'000;
   }
   for (std::size_t copy = 0; copy < copies; ++copy) {
-    if (!ring.TryPush({due_ns[copy], sample})) drops_.Count(from, Drop::kRingFull);
+    DueSample<T>* const room = ring.Room();
+    if (room == nullptr) {
+      drops_.Count(from, Drop::kRingFull);
+      continue;
+    }
+    room->due_ns = due_ns[copy];
+    CopyUsed(room->sample, sample);
+    ring.Push();
   }
 }
 

@@ -52,23 +52,6 @@ void SampleGate::OnMembership(const MembershipChange& change) noexcept {
   }
 }
 
-void SampleGate::NoteSent(std::int64_t sample_ns) noexcept {
-  stamps_[stamp_count_++ % kStamps] = sample_ns;
-}
-
-// The ring's stamps, from its oldest to its newest, only grow.
-bool SampleGate::WasSent(std::int64_t stamp_ns) const noexcept {
-  std::uint64_t first = stamp_count_ > kStamps ? stamp_count_ - kStamps : 0;
-  std::uint64_t last = stamp_count_;
-  while (first < last) {
-    const std::uint64_t middle = first + (last - first) / 2;
-    const std::int64_t stamp = stamps_[middle % kStamps];
-    if (stamp == stamp_ns) return true;
-    (stamp < stamp_ns ? first : last) = stamp < stamp_ns ? middle + 1 : middle;
-  }
-  return false;
-}
-
 bool SampleGate::Admit(const ObjectState& state) noexcept {
   Sender* sender = Find(state.peer);
   if (state.peer == 0 || sender == nullptr || state.object == kNoObject) return true;
@@ -94,7 +77,7 @@ bool SampleGate::Admit(const CouplingLinks& links) noexcept {
   for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
     const LinkEntry& entry = links.entries[i];
     // 0: it has not heard us yet
-    if (entry.to == self_ && entry.echo_ns != 0 && !WasSent(entry.echo_ns)) {
+    if (entry.to == self_ && entry.echo_ns != 0 && !sent_.Has(entry.echo_ns)) {
       return Drops(links.from, Drop::kBadEcho);
     }
   }

@@ -7,6 +7,7 @@
 #include "collab/drop_counts.h"
 #include "collab/membership.h"
 #include "collab/messages.h"
+#include "collab/sent_stamps.h"
 
 namespace tandem {
 
@@ -21,15 +22,12 @@ class SampleGate {
 
   void OnMembership(const MembershipChange& change) noexcept;
   /// A stamp that goes out with this frame's states and links; they only grow.
-  void NoteSent(std::int64_t sample_ns) noexcept;
+  void NoteSent(std::int64_t sample_ns) noexcept { sent_.Add(sample_ns); }
 
   bool Admit(const ObjectState& state) noexcept;
   bool Admit(const CouplingLinks& links) noexcept;
 
  private:
-  // at 1 kHz longer than any loop that is used
-  static constexpr std::size_t kStamps = 8192;
-
   struct Instance {
     bool claimed = false;
     std::uint32_t epoch = 0;  // of the claim
@@ -45,15 +43,13 @@ class SampleGate {
 
   Sender* Find(PeerId peer) noexcept;
   Instance* InstanceOf(Sender& sender, ObjectId object) noexcept;  // null: no body that moves
-  bool WasSent(std::int64_t stamp_ns) const noexcept;
-  bool Drops(PeerId peer, Drop reason) noexcept;  // false, for returning
+  bool Drops(PeerId peer, Drop reason) noexcept;                   // false, for returning
 
   PeerId self_;
   std::vector<std::uint32_t> objects_;
   DropTable* drops_;
   std::array<Sender, kMaxPeers> senders_;
-  std::array<std::int64_t, kStamps> stamps_{};
-  std::uint64_t stamp_count_ = 0;
+  StampRing<8192> sent_;  // at 1 kHz longer than any loop that is used
 };
 
 }  // namespace tandem

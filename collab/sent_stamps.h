@@ -6,9 +6,10 @@
 
 namespace tandem {
 
-/// The times of our own samples of the last four seconds and more, so that an echo can be told from
-/// a number that somebody made up. Used by the haptic thread alone.
-class SentStamps {
+/// The times of our own last `kKept` samples, so that an echo can be told from a number that
+/// somebody made up. Used by the haptic thread alone.
+template <std::uint64_t kKept>
+class StampRing {
  public:
   void Add(std::int64_t sample_ns) noexcept {
     if (count_ > 0 && sample_ns <= At(count_ - 1)) return;
@@ -18,6 +19,14 @@ class SentStamps {
   bool Has(std::int64_t sample_ns) const noexcept {
     std::uint64_t low = count_ > kKept ? count_ - kKept : 0;
     std::uint64_t high = count_;
+    // an echo is mostly some milliseconds old: back from the newest, in growing steps
+    for (std::uint64_t step = 1; high - low > step; step *= 2) {
+      if (At(high - step) <= sample_ns) {
+        low = high - step;
+        break;
+      }
+      high -= step;
+    }
     while (low < high) {
       const std::uint64_t middle = low + (high - low) / 2;
       if (At(middle) < sample_ns) {
@@ -30,11 +39,12 @@ class SentStamps {
   }
 
  private:
-  static constexpr std::uint64_t kKept = 4096;
   std::int64_t At(std::uint64_t number) const noexcept { return stamps_[number % kKept]; }
 
   std::array<std::int64_t, kKept> stamps_{};
   std::uint64_t count_ = 0;
 };
+
+using SentStamps = StampRing<4096>;  // four seconds and more
 
 }  // namespace tandem

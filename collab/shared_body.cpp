@@ -30,9 +30,9 @@ double DistanceOf(const Pose& a, const Pose& b, const Mat3& per_mass) {
 }
 
 /// The copy's rotation, turned from ours by at most kMostTurn: beyond, the moment stays as it is
-/// and the way round is kept, since past half a turn the shortest way is the other one.
-Quat ClampTurn(const Quat& q_own, const Quat& q_copy, Vec3& axis) {
-  const Vec3 turn = RotationVector(q_copy * q_own.conjugate());
+/// and the way round is kept, since past half a turn the shortest way is the other one. `turn`: the
+/// rotation vector from ours to it.
+Quat ClampTurn(const Quat& q_own, const Quat& q_copy, const Vec3& turn, Vec3& axis) {
   const double angle = turn.norm();
   if (angle < 1e-6) return q_copy;
   const Vec3 now = turn / angle;
@@ -198,21 +198,28 @@ void SharedBody::Admit(const RigidState& own, const Mat3& per_mass) noexcept {
     // as far as the force may change in a frame, then as far as there is energy for it
     Pose next = partner.state.X_WB;
     const double step = partner.catching_up ? kGentleStep : kMostStep;
-    const double share = step / (partner.stiffness * DistanceOf(partner.copy_WB, next, per_mass));
-    if (partner.stiffness > 0 && share < 1) {
+    const double way = partner.stiffness > 0 ? DistanceOf(partner.copy_WB, next, per_mass) : 0.0;
+    const double share = partner.stiffness > 0 ? step / (partner.stiffness * way) : 1.0;
+    if (share < 1) {
       next = Between(partner.copy_WB, next, share);
     } else {
       partner.catching_up = false;
     }
     const Pose last = partner.copy_WB;
-    partner.copy_WB =
-        options_.gate ? partner.gate.Admit(next, own, partner.stiffness, per_mass) : next;
-    partner.way_force = partner.stiffness * DistanceOf(last, partner.copy_WB, per_mass);
+    if (options_.gate) {
+      partner.copy_WB = partner.gate.Admit(next, own, partner.stiffness, per_mass);
+      partner.stretch = partner.gate.stretch();
+    } else {
+      partner.copy_WB = next;
+      partner.stretch = EnergyGate::StretchOf(next, own, per_mass);
+    }
+    const bool whole = share >= 1 && !(options_.gate && partner.gate.clipped());
+    partner.way_force =
+        partner.stiffness * (whole ? way : DistanceOf(last, partner.copy_WB, per_mass));
   }
 }
 
-void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidState& own,
-                      const Mat3& per_mass) noexcept {
+void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common) noexcept {
   const LinkLaw allowed = options_.law->Link(common);
   const double most = allowed.stiffness * static_cast<double>(common.users - 1);
   double sum = 0;  // of the links in use
@@ -221,7 +228,7 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const RigidS
   }
   for (Partner& partner : partners_) {
     if (!partner.heard) continue;
-    StiffnessSlew slew{.h = kFrame, .stretch = DistanceOf(own.X_WB, partner.copy_WB, per_mass)};
+    StiffnessSlew slew{.h = kFrame, .stretch = std::sqrt(partner.stretch.square)};
     // half the credit is left for the way of the copy
     if (options_.gate) slew.energy = partner.gate.tank() - 0.5 * EnergyGate::kCredit;
     if (partner.fade_share == 1) partner.fade_from = partner.stiffness * slew.stretch;
@@ -275,7 +282,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
   if (Planted(Fault::kUsersInPlaceOfLinks)) ++common.users;
   if (Planted(Fault::kEveryLinkWhole)) common.users = 2;
   Admit(own, per_mass);
-  Slew(now_ns, common, own, per_mass);
+  Slew(now_ns, common);
 
   double stiffness_sum = 0;
   link_count_ = 0;
@@ -311,7 +318,8 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
       partner.gate.Charge(given);
     }
     StepInputs::Link& link = inputs.links[link_count_];
-    link.copy = {{ClampTurn(own.X_WB.q, partner.copy_WB.q, partner.turn_axis), partner.copy_WB.p},
+    link.copy = {{ClampTurn(own.X_WB.q, partner.copy_WB.q, partner.stretch.turn, partner.turn_axis),
+                  partner.copy_WB.p},
                  V_copy_WB};
     if (Planted(Fault::kLinkSign)) link.copy.X_WA.p = 2.0 * own.X_WB.p - link.copy.X_WA.p;
     if (Planted(Fault::kLinkTurn)) {

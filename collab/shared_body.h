@@ -84,8 +84,7 @@ class SharedBody {
   void Admit(const RigidState& own, const Mat3& per_mass) noexcept;
   /// Whether the link may pull at that time.
   bool InUse(const Partner& partner, std::int64_t now_ns) const noexcept;
-  void Slew(std::int64_t now_ns, const LawInputs& common, const RigidState& own,
-            const Mat3& per_mass) noexcept;
+  void Slew(std::int64_t now_ns, const LawInputs& common) noexcept;
 
   PeerId self_;
   ObjectId object_;

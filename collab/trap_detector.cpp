@@ -10,6 +10,16 @@ namespace {
 constexpr double kInwardVoxels = 3.0;
 // of the points' lines, that many that cross are no accident of a corner
 constexpr std::size_t kCrossings = TrapDetector::kPoints / 8;
+constexpr double kTurned = 0.1;  // rad: lines of bodies that are turned by less are short as well
+
+/// Whether all stand where ours does but for less than what parts them.
+bool AllTogether(const Pose& X_WB, const InstanceView* others, std::size_t count) {
+  const double least = std::cos(0.5 * kTurned);
+  return std::all_of(others, others + count, [&](const InstanceView& other) {
+    return (other.X_WB.p - X_WB.p).squaredNorm() <= TrapDetector::kApart * TrapDetector::kApart &&
+           std::abs(other.X_WB.q.dot(X_WB.q)) >= least;
+  });
+}
 
 std::vector<Vec3> PointsOf(const BodyModel& body) {
   std::vector<Vec3> points{Vec3::Zero()};
@@ -84,6 +94,8 @@ void TrapDetector::BeginSweep(const Pose& X_WB, const InstanceView* others,
       sweep_.peer = others[i].peer;
       sweep_.ours = X_WB;
       sweep_.theirs = others[i].X_WB;
+      sweep_.R_ours = X_WB.q.toRotationMatrix();
+      sweep_.R_theirs = others[i].X_WB.q.toRotationMatrix();
       return;
     }
   }
@@ -99,55 +111,62 @@ int TrapDetector::MarkAt(const Vec3& p_W) const noexcept {
                                      static_cast<std::int32_t>(std::floor(v.z()))});
 }
 
-bool TrapDetector::March(std::size_t& reads) noexcept {
+bool TrapDetector::March(std::size_t most, std::size_t& reads) noexcept {
   const Vec3& p_B = points_B_[body_][sweep_.point];
-  const Vec3 from = sweep_.ours * p_B;
-  const Vec3 line = sweep_.theirs * p_B - from;
+  const Vec3 from = sweep_.R_ours * p_B + sweep_.ours.p;
+  const Vec3 line = sweep_.R_theirs * p_B + sweep_.theirs.p - from;
   const double length = line.norm();
-  // a point that stands in the fixture at either end, as those of a ring on its peg may, says
-  // nothing
-  if (sweep_.way == 0) {
-    reads += 2;
-    if (length <= 0 || MarkAt(from) <= kSurfaceMark || MarkAt(from + line) <= kSurfaceMark) {
-      return true;
-    }
-  }
+  if (length <= 0) return true;
   const double voxel = model_->fixture.voxel_size();
-  const Vec3 direction = line / length;
   // in the chess-board metric of the marks a line is shorter than it is
-  const double stretch = 1.0 / direction.cwiseAbs().maxCoeff();
-  while (sweep_.way < length && reads < kReads) {
+  const double stretch = length / line.cwiseAbs().maxCoeff();
+  while (sweep_.way < length && reads < most) {
     ++reads;
-    const int mark = MarkAt(from + sweep_.way * direction);
+    const int mark = MarkAt(from + (sweep_.way / length) * line);
+    const bool first = sweep_.way == 0;
+    // a point that stands in the fixture at either end, as those of a ring on its peg may, says
+    // nothing
     if (mark <= kSurfaceMark) {
-      sweep_.met = true;
+      sweep_.met = !first;
       return true;
     }
     // the nearest surface voxel is mark - 2 voxels off: one less is free for certain
     const double free = std::max(0.5, static_cast<double>(mark - kSurfaceMark - 1));
     sweep_.way += free * voxel * stretch;
+    if (!first || sweep_.way >= length) continue;
+    ++reads;
+    if (MarkAt(from + line) <= kSurfaceMark) return true;
   }
   return sweep_.way >= length;
+}
+
+bool TrapDetector::Decided() const noexcept {
+  const std::size_t left = points_B_[body_].size() - sweep_.point;
+  return sweep_.centre_crosses || sweep_.crossings >= kCrossings ||
+         sweep_.crossings + left < kCrossings;
 }
 
 void TrapDetector::Look(std::int64_t now_ns, const Pose& X_WB, const InstanceView* others,
                         std::size_t count) noexcept {
   if (points_B_[body_].empty()) return;
   Match(others, count);
+  // short lines are a read each
+  const std::size_t most = AllTogether(X_WB, others, count) ? 2 + count : kReads;
   std::size_t reads = 0;
-  while (reads < kReads) {
+  while (reads < most) {
     if (sweep_.peer == 0 || links_[sweep_.link].peer != sweep_.peer) {
       BeginSweep(X_WB, others, count);
       if (sweep_.peer == 0) break;
     }
-    if (!March(reads)) break;
+    if (!March(most, reads)) break;
     if (sweep_.met) {
       ++sweep_.crossings;
       sweep_.centre_crosses = sweep_.centre_crosses || sweep_.point == 0;
     }
     sweep_.met = false;
     sweep_.way = 0;
-    if (++sweep_.point < points_B_[body_].size()) continue;
+    ++sweep_.point;
+    if (!Decided()) continue;
     links_[sweep_.link].blocked = sweep_.centre_crosses || sweep_.crossings >= kCrossings;
     sweep_.peer = 0;
     break;  // one look a frame is enough

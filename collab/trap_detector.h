@@ -18,8 +18,10 @@ namespace tandem {
 ///
 /// The points are the centre of mass and kPoints of the surface, taken a little inward, so that a
 /// body which slides along a wall does not count as beyond it. Lines are marched through the
-/// voxmap with its distances as steps, at most kReads voxels a frame: a look at one partner takes
-/// some frames. Used by the haptic thread alone; nothing allocates after construction.
+/// voxmap with its distances as steps, at most kReads voxels a frame, and while all instances are
+/// together, where nobody is trapped, as few as still see everyone in 50 ms: a look at one partner
+/// takes some frames. Used by the haptic thread alone; nothing
+/// allocates after construction.
 class TrapDetector {
  public:
   static constexpr double kApart = 0.008;    // m
@@ -54,6 +56,8 @@ class TrapDetector {
     std::size_t link = 0;
     PeerId peer = 0;  // 0: none is
     Pose ours, theirs;
+    Mat3 R_ours = Mat3::Identity();
+    Mat3 R_theirs = Mat3::Identity();
     std::size_t point = 0;
     double way = 0;    // m done of the point's line
     bool met = false;  // the fixture, on it
@@ -65,7 +69,9 @@ class TrapDetector {
   void Match(const InstanceView* others, std::size_t count) noexcept;
   void BeginSweep(const Pose& X_WB, const InstanceView* others, std::size_t count) noexcept;
   /// Goes on with the point's line; gives whether it is done.
-  bool March(std::size_t& reads) noexcept;
+  bool March(std::size_t most, std::size_t& reads) noexcept;
+  /// Whether the lines done so far say what all of them would.
+  bool Decided() const noexcept;
   void Judge(Link& link, std::int64_t now_ns, double distance) noexcept;
   int MarkAt(const Vec3& p_W) const noexcept;
 

@@ -35,6 +35,25 @@ Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose
   return load;
 }
 
+CentreLoad CentreCouplingLoad(const CouplingGains& gains, const RigidState& body,
+                              const Anchor& anchor) noexcept {
+  const Vec3 apart = anchor.X_WA.p - body.X_WB.p;
+  const Vec3 turned_apart = RotationVector(anchor.X_WA.q * body.X_WB.q.conjugate());
+  return {{gains.rotation_stiffness * turned_apart +
+               gains.rotation_damping * (anchor.V_WA.w - body.V_WB.w),
+           gains.stiffness * apart + gains.damping * (anchor.V_WA.v - body.V_WB.v)},
+          gains};
+}
+
+void CentreLoad::AddTo(Load& load) const noexcept {
+  load.force.head<3>() += F_B_W.tau;
+  load.force.tail<3>() += F_B_W.f;
+  load.stiffness.topLeftCorner<3, 3>() += gains.rotation_stiffness;
+  load.stiffness.diagonal().tail<3>().array() += gains.stiffness;
+  load.damping.topLeftCorner<3, 3>() += gains.rotation_damping;
+  load.damping.diagonal().tail<3>().array() += gains.damping;
+}
+
 Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidState& body) noexcept {
   Load load;
   load.damping.topLeftCorner<3, 3>() = rotation_damping;
@@ -47,6 +66,14 @@ Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, 
   const Vec6 v_new = Stacked(after);
   return AsWrench(load.force - h * load.stiffness * v_new -
                   load.damping * (v_new - Stacked(before)));
+}
+
+Wrench AppliedWrench(const CentreLoad& load, const Twist& before, const Twist& after,
+                     double h) noexcept {
+  const CouplingGains& gains = load.gains;
+  return {load.F_B_W.tau - (h * gains.rotation_stiffness) * after.w -
+              gains.rotation_damping * (after.w - before.w),
+          load.F_B_W.f - (h * gains.stiffness) * after.v - gains.damping * (after.v - before.v)};
 }
 
 CouplingGains DefaultHandGains(const Inertia& inertia) noexcept {

@@ -25,6 +25,17 @@ struct CouplingGains {
 Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose& X_BA,
                   const Anchor& anchor) noexcept;
 
+/// A coupling at the centre of mass, whose change with the body's motion is that of its gains: what
+/// CouplingLoad() gives there in the same bits, at a quarter of its cost.
+struct CentreLoad {
+  Wrench F_B_W;
+  CouplingGains gains;
+
+  void AddTo(Load& load) const noexcept;
+};
+CentreLoad CentreCouplingLoad(const CouplingGains& gains, const RigidState& body,
+                              const Anchor& anchor) noexcept;
+
 /// Damping towards the ground, at the centre of mass.
 Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidState& body) noexcept;
 
@@ -32,6 +43,8 @@ Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidStat
 /// `before` to `after`: its value at the end of the step. What a device must render (notes: same
 /// force as the body).
 Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, double h) noexcept;
+Wrench AppliedWrench(const CentreLoad& load, const Twist& before, const Twist& after,
+                     double h) noexcept;
 
 /// The hand's coupling: 800 N/m with 8 N s/m, and in rotation the same at the body's radius of
 /// gyration.

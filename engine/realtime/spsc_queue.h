@@ -32,14 +32,25 @@ class SpscQueue {
 
   /// False, and nothing is taken, when the queue is full. Pushing thread only.
   bool TryPush(const T& value) noexcept {
+    T* const room = Room();
+    if (room == nullptr) return false;
+    *room = value;
+    Push();
+    return true;
+  }
+
+  /// Where the next value goes, for those who write it there themselves and then Push() it; what an
+  /// older one left is still there. Null when the queue is full. Pushing thread only.
+  T* Room() noexcept {
     const std::uint64_t pushed = pushed_.load(std::memory_order_relaxed);
     if (pushed - popped_seen_ >= capacity_) {
       popped_seen_ = popped_.load(std::memory_order_acquire);
-      if (pushed - popped_seen_ >= capacity_) return false;
+      if (pushed - popped_seen_ >= capacity_) return nullptr;
     }
-    ring_[pushed & mask_] = value;
-    pushed_.store(pushed + 1, std::memory_order_release);
-    return true;
+    return &ring_[pushed & mask_];
+  }
+  void Push() noexcept {
+    pushed_.store(pushed_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
   /// False, and `value` is left alone, when the queue is empty. Popping thread only.

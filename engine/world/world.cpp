@@ -272,10 +272,9 @@ void World::Couple(const StepInputs& in) noexcept {
   hand_load_ = CouplingLoad(in.hand.gains, held.state, in.hand.X_BD, in.hand.goal);
   held.load += hand_load_;
   for (std::size_t k = 0; k < in.link_count; ++k) {
-    link_loads_[k] = CouplingLoad(in.links[k].gains, held.state, Pose{}, in.links[k].copy);
-    link_loads_[k].force.head<3>() += in.links[k].push_B_W.tau;
-    link_loads_[k].force.tail<3>() += in.links[k].push_B_W.f;
-    held.load += link_loads_[k];
+    link_loads_[k] = CentreCouplingLoad(in.links[k].gains, held.state, in.links[k].copy);
+    link_loads_[k].F_B_W += in.links[k].push_B_W;
+    link_loads_[k].AddTo(held.load);
   }
   held.load += GroundDamping(in.ground_damping, in.ground_rotation_damping, held.state);
 }

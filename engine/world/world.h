@@ -92,7 +92,7 @@ class World {
   std::size_t first_pairs_ = 0;  // the others are of second instances
   CoupledStep together_;
   Load hand_load_;
-  std::array<Load, kMaxLinkAnchors> link_loads_;
+  std::array<CentreLoad, kMaxLinkAnchors> link_loads_;
   bool contact_on_ = true;
   FrameHelpers* helpers_;
   StepReport report_;

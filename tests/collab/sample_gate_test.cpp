@@ -1,6 +1,8 @@
 #include "collab/sample_gate.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -109,6 +111,23 @@ TEST_F(SampleGateTest, AnEchoOfAStampThatWasNeverSentIsDropped) {
   EXPECT_TRUE(gate.Admit(Links(5, kNewest)));
   EXPECT_TRUE(gate.Admit(Links(6, kNewest - 8'000'000'000)));
   EXPECT_EQ(Dropped(Drop::kBadEcho), 4U);
+}
+
+TEST(StampRing, HasWhatItKeepsAndNothingElse) {
+  StampRing<64> ring;
+  std::vector<std::int64_t> sent;
+  EXPECT_FALSE(ring.Has(0));
+  for (std::int64_t i = 0; i < 200; ++i) {
+    sent.push_back(10 * i + i * i % 7);
+    ring.Add(sent.back());
+    const std::size_t kept = std::min<std::size_t>(sent.size(), 64);
+    const std::vector<std::int64_t> last(sent.end() - static_cast<std::ptrdiff_t>(kept),
+                                         sent.end());
+    for (std::int64_t stamp = -1; stamp <= sent.back() + 1; ++stamp) {
+      EXPECT_EQ(ring.Has(stamp), std::find(last.begin(), last.end(), stamp) != last.end())
+          << i << " " << stamp;
+    }
+  }
 }
 
 TEST_F(SampleGateTest, WhoComesBackIsTakenFromWhereItGoesOn) {

@@ -116,6 +116,25 @@ TEST(TrapDetector, IsSilentBelowTheLeastDistance) {
   EXPECT_LT(FoundAfter(model, 2.0, Standing(Vec3(0.0035, 0, 0), Vec3(-0.0035, 0, 0))), 0);
 }
 
+// The way back is sought in what was seen within 50 ms (Retrace).
+TEST(TrapDetector, SeesWithinFiftyFramesWhatIsBetweenThoseWhoAreTogether) {
+  const auto model = CubeAnd(Wall(0.001), 0.0005);
+  for (std::size_t count = 1; count <= kMaxLinks; ++count) {
+    TrapDetector detector(*model);
+    detector.Begin(0);
+    std::array<InstanceView, kMaxLinks> others;
+    for (std::size_t i = 0; i < count; ++i) others[i] = {10 + i, Place(Vec3(0.0035, 0, 0))};
+    for (int i = 1; i <= 100; ++i) detector.Look(i * kMs, others[0].X_WB, others.data(), count);
+    // all go through the wall
+    for (int i = 101; i <= 150; ++i) {
+      detector.Look(i * kMs, Place(Vec3(-0.0035, 0, 0)), others.data(), count);
+    }
+    for (std::size_t i = 0; i < count; ++i) EXPECT_TRUE(detector.blocked(10 + i)) << count;
+    for (int i = 151; i <= 200; ++i) detector.Look(i * kMs, others[0].X_WB, others.data(), count);
+    for (std::size_t i = 0; i < count; ++i) EXPECT_FALSE(detector.blocked(10 + i)) << count;
+  }
+}
+
 // A ring on its peg has its centre in the peg: along it is no wall, off it is.
 TEST(TrapDetector, ARingOnItsPegIsFreeAlongIt) {
   TriangleMesh ring = At(Box(Vec3(0.06, 0.01, 0.01)), Vec3(0, 0.025, 0));

@@ -50,6 +50,32 @@ TEST(CouplingLoad, ItsMatricesAreTheDerivativesOfItsForce) {
   }
 }
 
+TEST(CentreCouplingLoad, IsTheCouplingOfTheCentreBitForBit) {
+  std::mt19937_64 random(2);
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto twist = [&random] {
+      return Twist{RandomDirection(random), RandomDirection(random)};
+    };
+    const RigidState body{{RandomRotation(random), RandomDirection(random)}, twist()};
+    const Anchor anchor{{RandomRotation(random), RandomDirection(random)}, twist()};
+    const Mat3 R = body.X_WB.q.toRotationMatrix();
+    const Mat3 per_mass = R * Vec3(1e-3, 2e-3, 3e-3).asDiagonal() * R.transpose();
+    const CouplingGains gains{310, 0.7, 310 * per_mass, 0.7 * per_mass};
+    const Load whole = CouplingLoad(gains, body, Pose{}, anchor);
+    const CentreLoad centre = CentreCouplingLoad(gains, body, anchor);
+    Load sum;
+    centre.AddTo(sum);
+    EXPECT_EQ(sum.force, whole.force);
+    EXPECT_EQ(sum.stiffness, whole.stiffness);
+    EXPECT_EQ(sum.damping, whole.damping);
+    const Twist after = twist();
+    const Wrench applied = AppliedWrench(centre, body.V_WB, after, 1e-3);
+    const Wrench expected = AppliedWrench(whole, body.V_WB, after, 1e-3);
+    EXPECT_EQ(applied.f, expected.f);
+    EXPECT_EQ(applied.tau, expected.tau);
+  }
+}
+
 TEST(CouplingLoad, TheMomentStopsGrowingAtHalfATurn) {
   const RigidState body;
   for (const double angle : {3.0, 3.13, 3.2, 4.0}) {
