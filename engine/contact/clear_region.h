@@ -56,6 +56,12 @@ class ClearRegionMaker {
     reach_ = kReach;
     count_ = 0;
   }
+  /// For who wants none: empty from the first.
+  void BeginNone() noexcept {
+    turn_ = 0;
+    reach_ = 0;
+    count_ = 0;
+  }
   double turn() const noexcept { return turn_; }
   /// Nothing can come of it any more.
   bool empty() const noexcept { return reach_ <= kLeast; }

@@ -25,8 +25,9 @@ struct Candidate {
   /// Told by RefinedContacts: what it took to know.
   enum class Look : std::uint8_t {
     kPassed,  // nothing: it stands where it is known to make none
-    kKept,    // a look, that told where else it makes none
-    kOpen     // a look, that the next frame needs again
+    kSifted,  // a bound of its gap, which the next frame needs again
+    kKept,    // an exact look, that told where else it makes none
+    kOpen     // an exact look, that the next frame needs again
   };
   Look look = Look::kOpen;
 };

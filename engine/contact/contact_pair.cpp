@@ -17,11 +17,14 @@ namespace {
 constexpr double kEnoughVoxels = 32;
 /// Voxels of depth from which a refined contact damps in full.
 constexpr double kFullDampingDepth = 0.25;
+/// Voxels a frame from which on points move too fast for what is known of where they are clear.
+constexpr double kSiftTravel = 0.1;
 /// Candidates whose places are asked for while others are placed.
 constexpr std::size_t kAhead = 4;
 /// Of an exact look: what it takes to place a candidate and to ask what is known of it, what the
-/// plain model's look takes, and what a contact takes to be added up.
+/// sieve takes, what the plain model's look takes, and what a contact takes to be added up.
 constexpr double kAskShare = 0.08;
+constexpr double kSiftShare = 0.2;
 constexpr double kPlainShare = 0.08;
 constexpr double kPushShare = 0.1;
 
@@ -154,7 +157,7 @@ void ContactPair::Place(const Pose& X_VS, const Mat3& R_VS, const VoxelTransform
 }
 
 void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform,
-                               const double* turned) noexcept {
+                               RefinedContacts::Look how) noexcept {
   const Mat3 R_VS = X_VS.q.toRotationMatrix();
   const std::span<Candidate> candidates(candidates_.data(), candidate_count_);
   const int layer = schedule_->force_layer();
@@ -164,7 +167,7 @@ void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform
       Place(X_VS, R_VS, transform, candidates[i]);
     }
     if (refined_ == nullptr) return;
-    refined_->LookAt(candidates, begin, end, R_VS, layer, turned, thread, contacts_.data());
+    refined_->LookAt(candidates, begin, end, R_VS, layer, how, turned_, thread, contacts_.data());
   };
   if (helpers_ != nullptr && candidate_count_ >= shared_from_) {
     helpers_->Summon();
@@ -270,12 +273,18 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
       AddCandidate(contact.block, lane, report);
     }
   }
-  FindContacts(X_VS, schedule_->transform(), clear_until_.empty() ? nullptr : &turned_);
+  FindContacts(X_VS, schedule_->transform(), HowToLook(travel));
   if (refined_ != nullptr) report.clear_points += static_cast<int>(refined_->clear_count());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
   RememberSlack();
   report.looks = CountLooks(frame_travel);
   return report;
+}
+
+RefinedContacts::Look ContactPair::HowToLook(double travel) const noexcept {
+  if (clear_until_.empty()) return RefinedContacts::Look::kAll;
+  const bool fast = travel > kSiftTravel * voxmap_->voxel_size();
+  return fast ? RefinedContacts::Look::kSift : RefinedContacts::Look::kRemember;
 }
 
 bool ContactPair::StandsClear(std::uint32_t block, std::uint32_t lane) const noexcept {
@@ -299,6 +308,10 @@ int ContactPair::CountLooks(double travel) noexcept {
     const Candidate& candidate = candidates_[i];
     (candidate.slack > 0 ? due : owed) += kAskShare;
     if (candidate.look == Candidate::Look::kPassed) continue;
+    if (candidate.look == Candidate::Look::kSifted) {
+      due += kSiftShare;
+      continue;
+    }
     ++looks;
     (candidate.look == Candidate::Look::kKept ? due : owed) += 1;
   }
@@ -347,7 +360,7 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
       if (mark <= threshold) AddCandidate(b, lane, report);
     }
   }
-  FindContacts(X_VS, transform, nullptr);
+  FindContacts(X_VS, transform, RefinedContacts::Look::kAll);
   Load on_map;
   AddForces(X_VS, shell_body, map_body, X_WV, report, reading.on_shell, on_map);
   reading.contact_points = report.contact_points;

@@ -1,23 +1,19 @@
 #include "engine/contact/edge_contact.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tandem {
 
 namespace {
 
-/// Sine of the angle between two edges below which they are taken as parallel.
-constexpr double kParallel = 0.15;
 /// Rad: how far beyond the arc between an edge's two faces a push fades out.
 constexpr double kArcFade = 0.15;
 const double kFadeCosine = std::cos(kArcFade);
 const double kFadeSine = std::sin(kArcFade);
-/// Voxels: how far a piece of an edge, whose ends are known to a hundredth, reaches into the next.
-/// They share what lies there.
-constexpr double kSeam = 0.05;
-/// Of the two edges' normals along the way they push each other, least sum: contacts have 0.3.
-constexpr double kSides = 0.2;
+/// The half arc of a loose edge, rad.
+constexpr double kLooseArc = 1.25;
 /// How much farther the normal of edges side by side may turn than the bodies.
 constexpr double kLeaningTurn = 3.0;
 
@@ -182,6 +178,16 @@ Way AcrossOne(const Pieces& pieces, const EdgeArc& other_arc, ClearRegionMaker* 
   return met;
 }
 
+/// By step of a ridge's half angle; last, the loose one.
+const auto kArcs = [] {
+  std::array<EdgeArc, SurfaceDetail::kAngles + 1> arcs;
+  for (std::size_t i = 0; i < SurfaceDetail::kAngles; ++i) {
+    arcs[i] = EdgeArc(SurfaceDetail::kAngleStep * static_cast<double>(i));
+  }
+  arcs.back() = EdgeArc(kLooseArc);
+  return arcs;
+}();
+
 }  // namespace
 
 EdgeArc::EdgeArc(double half_angle)
@@ -202,6 +208,15 @@ EdgeArc EdgeArc::OfCosine(double cosine) {
 
 double EdgeArc::ShareOf(double push_cosine) const noexcept {
   return std::clamp((push_cosine - last) * scale, 0.0, 1.0);
+}
+
+const EdgeArc& LooseArc() noexcept {
+  return kArcs.back();
+}
+
+const EdgeArc& ArcOf(const SurfaceDetail& detail) noexcept {
+  const bool ridge = detail.shape() == SurfaceDetail::Shape::kRidge;
+  return kArcs[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
 }
 
 EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q, bool ends,

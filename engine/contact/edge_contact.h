@@ -13,6 +13,14 @@ inline constexpr double kRefinedClearance = 0.45;
 /// or of parts that stand on one another.
 inline constexpr double kFacing = 0.2;
 
+/// Sine of the angle between two edges below which they are taken as parallel.
+inline constexpr double kParallel = 0.15;
+/// Voxels: how far a piece of an edge, whose ends are known to a hundredth, reaches into the next.
+/// They share what lies there.
+inline constexpr double kSeam = 0.05;
+/// Of the two edges' normals along the way they push each other, least sum: contacts have 0.3.
+inline constexpr double kSides = 0.2;
+
 /// The arc about an edge's own normal in which those of its faces lie, and how a push beside it
 /// fades out.
 struct EdgeArc {
@@ -28,6 +36,11 @@ struct EdgeArc {
   /// How much of a push counts that has that cosine with the edge's normal.
   double ShareOf(double push_cosine) const noexcept;
 };
+
+/// Within which a push on an edge by a vertex or an open rim is believed.
+const EdgeArc& LooseArc() noexcept;
+/// Of a piece of the map's edge: a ridge's own, of others the loose one.
+const EdgeArc& ArcOf(const SurfaceDetail& detail) noexcept;
 
 /// An edge point of the shell: its piece of the edge, in voxels of V.
 struct ShellEdge {

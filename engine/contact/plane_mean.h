@@ -7,6 +7,11 @@
 
 namespace tandem {
 
+/// Voxels: how far beside a piece of surface its plane still counts.
+inline constexpr double kLateralReach = 1.25;
+/// Voxels: a shell's surface point says something of a vertex up to here beside itself.
+inline constexpr double kVertexReach = 1.25;
+
 /// What a vertex stands before: pieces of another body's surface near it, gathered into the faces
 /// that they belong to. Each face keeps the mean of its pieces' planes, by how squarely the vertex
 /// stands over each piece: exact over a plane, continuous as the vertex slides along.

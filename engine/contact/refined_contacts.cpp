@@ -11,16 +11,13 @@ namespace tandem {
 
 namespace {
 
-/// Voxels: how far beside a piece of surface its plane still counts.
-constexpr double kLateralReach = 1.25;
-/// Voxels: a shell's surface point says something of a vertex up to here beside itself.
-constexpr double kVertexReach = 1.25;
-/// The half arc, rad, within which a push on an edge by a vertex or an open rim is believed.
-constexpr double kLooseArc = 1.25;
 /// As FeatureNormals::edge_cosines: edges whose faces turn by less are pieces of curved surface.
 constexpr float kSharp = 0.966F;
 /// Candidates whose regions are asked for while others are looked at.
 constexpr std::size_t kAhead = 4;
+/// Candidates whose regions do not hold that are given new ones in a frame, about; all that fast
+/// motion leaves behind would be too many.
+constexpr std::size_t kRemembered = 256;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// 1 squarely over a piece of surface, smoothly 0 at the reach.
@@ -75,7 +72,6 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
       turn_(voxmap.voxel_size() / least_radius),
       most_turn_(std::min(kTurn * turn_, kMostTurn)),
       place_error_(place_error),
-      scratch_(static_cast<std::size_t>(threads), Scratch{{voxmap, details}, {}, {}, {}}),
       found_(most, 0),
       regions_(most),
       known_(std::bit_ceil(2 * most)),
@@ -84,10 +80,11 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
       used_slots_(met_.size()),
       met_ridges_(shell.edges.empty() ? 0 : met_.size()) {
   TANDEM_CHECK(!details.empty());
-  for (std::size_t i = 0; i < SurfaceDetail::kAngles; ++i) {
-    arcs_[i] = EdgeArc(SurfaceDetail::kAngleStep * static_cast<double>(i));
+  scratch_.reserve(static_cast<std::size_t>(threads));
+  for (int thread = 0; thread < threads; ++thread) {
+    scratch_.push_back({{voxmap, details}, {}, {}, {}, {voxmap, details}, {}});
+    scratch_.back().left.reserve(most);
   }
-  arcs_.back() = EdgeArc(kLooseArc);
 }
 
 template <class Tell>
@@ -111,7 +108,7 @@ RefinedContacts::Standing RefinedContacts::StandOn(const SurfaceWindow::Piece& p
   Standing standing;
   if (detail.shape() == SurfaceDetail::Shape::kRidge) {
     const Vec3 n = UnpackDirection(detail.normal);
-    const EdgeArc& arc = arcs_[detail.half_angle_steps()];
+    const EdgeArc& arc = ArcOf(detail);
     const Vec3 across = arc.sine * UnpackDirection(detail.tangent).cross(n);
     const Vec3 along = arc.cosine * n;
     standing.normals = {along + across, along - across};
@@ -323,7 +320,7 @@ ShellEdge RefinedContacts::EdgeAt(const Candidate& candidate, const Mat3& R_VS) 
           R_VS * edge.tangent.cast<double>(),
           candidate.nhat_V,
           edge.half_length / s_,
-          edge.cosine > 0 ? EdgeArc::OfCosine(edge.cosine) : arcs_.back(),
+          edge.cosine > 0 ? EdgeArc::OfCosine(edge.cosine) : LooseArc(),
           edge.ends};
 }
 
@@ -365,30 +362,125 @@ std::uint8_t RefinedContacts::MeetOne(Candidate& candidate, const Mat3& R_VS, in
 }
 
 void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end,
-                             const Mat3& R_VS, int layer, const double* turned, int thread,
+                             const Mat3& R_VS, int layer, Look look, double turned, int thread,
                              Contact* out) noexcept {
   Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
+  std::vector<std::uint32_t>& left = scratch.left;
+  left.clear();
+  // of those that were unknown, or are new
+  const std::size_t fresh = candidates.size() - std::min(candidates.size(), last_count_);
+  const std::size_t unknown = std::max({unknown_count_, fresh, std::size_t{1}});
+  const std::size_t turns = (unknown + kRemembered - 1) / kRemembered;
   for (std::size_t i = begin; i < end; ++i) {
     Candidate& candidate = candidates[i];
-    if (i + kAhead < end)
+    if (look == Look::kRemember && i + kAhead < end)
       __builtin_prefetch(&known_[candidates[i + kAhead].point & (known_.size() - 1)]);
     regions_[i].point = ClearRegion::kNoPoint;
+    found_[i] = 0;
+    candidate.slack = 0;
     candidate.look = Candidate::Look::kPassed;
-    if (turned != nullptr && StandsClear(candidate, *turned, found_[i])) continue;
-    if (candidate.label == Label::kEdge && shell_->edges[candidate.edge].cosine < 0) {
-      candidate.slack = kNever;  // a notch: nothing leans on it
-      found_[i] = kClear;
+    if (look == Look::kRemember && StandsClear(candidate, turned, found_[i])) {
+      found_[i] |= kKnown;
       continue;
     }
-    scratch.clear.Begin(most_turn_);
-    found_[i] = MeetOne(candidate, R_VS, layer, scratch, out + kPerPoint * i);
-    candidate.slack = 0;
-    candidate.look = Candidate::Look::kOpen;
-    if (turned == nullptr || scratch.clear.empty()) continue;
-    candidate.look = Candidate::Look::kKept;
-    const Vec3 p = candidate.p_V / s_;
-    regions_[i] = scratch.clear.Make(p, *turned, candidate.point);
-    candidate.slack = SlackIn(regions_[i], candidate, *turned);
+    if (candidate.label == Label::kEdge && shell_->edges[candidate.edge].cosine < 0) {
+      candidate.slack = kNever;  // a notch: nothing leans on it
+      found_[i] = kClear | kKnown;
+    } else if (look == Look::kAll || (look == Look::kRemember && (i + frame_) % turns == 0)) {
+      if (look == Look::kRemember) {
+        scratch.clear.Begin(most_turn_);
+      } else {
+        scratch.clear.BeginNone();
+      }
+      found_[i] = MeetOne(candidate, R_VS, layer, scratch, out + kPerPoint * i);
+      candidate.look = Candidate::Look::kOpen;
+      Remember(candidate, turned, scratch, regions_[i]);
+    } else {
+      candidate.look = Candidate::Look::kSifted;
+      left.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  scratch.clear.BeginNone();
+  SiftAll(candidates, R_VS, layer, scratch, out);
+}
+
+void RefinedContacts::Remember(Candidate& candidate, double turned, const Scratch& scratch,
+                               ClearRegion& region) const noexcept {
+  if (scratch.clear.empty()) return;
+  candidate.look = Candidate::Look::kKept;
+  region = scratch.clear.Make(candidate.p_V / s_, turned, candidate.point);
+  candidate.slack = SlackIn(region, candidate, turned);
+}
+
+void RefinedContacts::SiftAll(std::span<Candidate> candidates, const Mat3& R_VS, int layer,
+                              Scratch& scratch, Contact* out) noexcept {
+  const std::span<const std::uint32_t> left = scratch.left;
+  for (std::size_t first = 0; first < left.size();) {
+    GridIndex low = candidates[left[first]].voxel_V;
+    GridIndex high = low;
+    std::size_t last = first + 1;
+    for (; last < left.size(); ++last) {
+      const Candidate& next = candidates[left[last]];
+      const GridIndex& v = next.voxel_V;
+      const GridIndex l{std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
+      const GridIndex h{std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
+      if (next.label != candidates[left[first]].label ||
+          std::max({h.x - l.x, h.y - l.y, h.z - l.z}) > NearPieces::kSpread) {
+        break;
+      }
+      low = l;
+      high = h;
+    }
+    Sift(candidates, left.subspan(first, last - first), low, high, R_VS, layer, scratch, out);
+    first = last;
+  }
+}
+
+void RefinedContacts::Sift(std::span<Candidate> candidates, std::span<const std::uint32_t> group,
+                           const GridIndex& low, const GridIndex& high, const Mat3& R_VS, int layer,
+                           Scratch& scratch, Contact* out) noexcept {
+  NearPieces& pieces = scratch.pieces;
+  const Label label = candidates[group.front()].label;
+  const auto says_faces = [&](const Candidate& candidate) {
+    if (label != Label::kEdge) return label == Label::kSurface;
+    const float cosine = shell_->edges[candidate.edge].cosine;
+    return cosine > 0 && cosine < kSharp;
+  };
+  const auto bearing_of = [&](const Candidate& candidate) -> std::uint8_t {
+    const Faces faces = FacesAt(candidate, R_VS);
+    auto bearing = SievedBearing::kNone;
+    for (std::size_t i = 0; i < faces.count; ++i) {
+      bearing = std::max(bearing,
+                         MayBear(pieces, {candidate.voxel_V, candidate.p_V / s_, faces.nhat[i]}));
+    }
+    return bearing == SievedBearing::kNone ? 0 : bearing == SievedBearing::kHigh ? kHigh : kBears;
+  };
+  const auto may_push = [&](const Candidate& candidate) {
+    const SievedPoint point{candidate.voxel_V, candidate.p_V / s_, candidate.nhat_V};
+    if (label == Label::kVertex) {
+      return candidate.mark == kInteriorMark || MayStand(pieces, point);
+    }
+    const ShellEdge edge = EdgeAt(candidate, R_VS);
+    return MayLean(pieces, point, {edge.tangent, edge.half, edge.arc.cosine, edge.arc.last});
+  };
+
+  // what faces say of the map's vertices; of edges, who has to be looked at says it then
+  const bool any_face = std::any_of(group.begin(), group.end(), [&](std::uint32_t i) {
+    return says_faces(candidates[i]);
+  });
+  if (any_face) {
+    const bool gathered = pieces.Gather(low, high, Field::kVertex);
+    for (const std::uint32_t i : group) {
+      if (says_faces(candidates[i])) found_[i] = gathered ? bearing_of(candidates[i]) : kBears;
+    }
+  }
+  if (label == Label::kSurface) return;
+  const bool gathered =
+      pieces.Gather(low, high, label == Label::kEdge ? Field::kEdge : Field::kSurface);
+  for (const std::uint32_t i : group) {
+    if (gathered && !may_push(candidates[i])) continue;
+    candidates[i].look = Candidate::Look::kOpen;
+    found_[i] = MeetOne(candidates[i], R_VS, layer, scratch, out + kPerPoint * i);
   }
 }
 
@@ -420,14 +512,18 @@ std::size_t RefinedContacts::Take(std::span<const Candidate> candidates, const M
                                   Contact* out) noexcept {
   std::size_t taken = 0;
   clear_count_ = 0;
+  unknown_count_ = 0;
+  last_count_ = candidates.size();
+  ++frame_;
   bool bears = false;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (regions_[i].point != ClearRegion::kNoPoint) {
       known_[regions_[i].point & (known_.size() - 1)] = regions_[i];
     }
     bears = bears || (found_[i] & kBears) != 0;
-    clear_count_ += found_[i] == kClear ? 1 : 0;
-    const std::size_t found = found_[i] % kClear;
+    clear_count_ += (found_[i] & kClear) != 0 ? 1 : 0;
+    unknown_count_ += (found_[i] & kKnown) != 0 ? 0 : 1;
+    const std::size_t found = found_[i] % kKnown;
     for (std::size_t k = 0; k < found; ++k) out[taken++] = out[kPerPoint * i + k];
   }
   if (!bears) return taken;

@@ -8,6 +8,7 @@
 
 #include "engine/contact/clear_region.h"
 #include "engine/contact/contact_model.h"
+#include "engine/contact/contact_sieve.h"
 #include "engine/contact/edge_contact.h"
 #include "engine/contact/plane_mean.h"
 #include "engine/contact/surface_window.h"
@@ -50,15 +51,21 @@ class RefinedContacts {
   RefinedContacts(const Pointshell& shell, const Voxmap& voxmap, const SurfaceDetails& details,
                   double least_radius, double place_error, std::size_t most, int threads = 1);
 
+  /// How candidates are looked at; contacts are the same.
+  enum class Look : std::uint8_t {
+    kAll,       // each exactly, and nothing is remembered
+    kRemember,  // by the sieve if not known to be clear; of some is found where else they are
+    kSift       // by the sieve: the best in fast motion, when no region holds
+  };
   /// Looks at a frame's candidates [begin, end); `R_VS` turns from the shell's frame to V. `out` is
-  /// that of Take(). `turned`: how far the bodies have turned against one another in all, rad; null
-  /// to look at all and remember nothing. `thread`: the calling one's number.
+  /// that of Take(). `turned`: how far the bodies have turned against one another in all, rad.
+  /// `thread`: the calling one's number.
   void LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end, const Mat3& R_VS,
-              int layer, const double* turned, int thread, Contact* out) noexcept;
+              int layer, Look look, double turned, int thread, Contact* out) noexcept;
   /// The contacts of a frame's candidates, all of which have been looked at; `out` has room for
   /// RoomFor(candidates) contacts. One thread.
   std::size_t Take(std::span<const Candidate> candidates, const Mat3& R_VS, Contact* out) noexcept;
-  /// Of the last frame's candidates, those that were passed over.
+  /// Of the last frame's candidates, those that were passed over; without a look.
   std::size_t clear_count() const noexcept { return clear_count_; }
   static std::size_t RoomFor(std::size_t candidates) {
     return kPerPoint * (candidates + MostVertices(candidates));
@@ -67,10 +74,11 @@ class RefinedContacts {
  private:
   static constexpr std::size_t kPerPoint = 4;  // contacts of one point, at most
   /// Added in found_ to a number of contacts: bears on vertices of the map, which are met in order;
-  /// may do so, but is high above all of them; passed over.
+  /// may do so, but is high above all of them; passed over; without a look.
   static constexpr std::uint8_t kBears = 128;
   static constexpr std::uint8_t kHigh = 64;
   static constexpr std::uint8_t kClear = 32;
+  static constexpr std::uint8_t kKnown = 16;
   static std::size_t MostVertices(std::size_t candidates) { return 2 * candidates + 32; }
 
   /// A vertex of the map and what the shell's surface says of it.
@@ -101,14 +109,11 @@ class RefinedContacts {
     PlaneMean under;  // what a vertex stands over
     PlaneMean::Ridges ridges;
     ClearRegionMaker clear;
+    NearPieces pieces;
+    std::vector<std::uint32_t> left;  // candidates for the sieve
   };
 
   ShellEdge EdgeAt(const Candidate& candidate, const Mat3& R_VS) const noexcept;
-  /// The arc of a piece of the map's edge; of a vertex's or an open rim's, a wide one.
-  const EdgeArc& ArcOf(const SurfaceDetail& detail) const noexcept {
-    const bool ridge = detail.shape() == SurfaceDetail::Shape::kRidge;
-    return arcs_[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
-  }
   /// The faces of the shell at a point: inward normals, of an edge two, otherwise one.
   struct Faces {
     std::array<Vec3, 2> nhat;
@@ -134,6 +139,15 @@ class RefinedContacts {
   static void TellStanding(const Standing& on, bool two_sided, double way,
                            ClearRegionMaker& clear) noexcept;
 
+  void Remember(Candidate& candidate, double turned, const Scratch& scratch,
+                ClearRegion& region) const noexcept;
+  /// Looks at those of scratch.left that a sieve lets through.
+  void SiftAll(std::span<Candidate> candidates, const Mat3& R_VS, int layer, Scratch& scratch,
+               Contact* out) noexcept;
+  /// A group: of one label, its voxels from `low` to `high`, within the spread of NearPieces.
+  void Sift(std::span<Candidate> candidates, std::span<const std::uint32_t> group,
+            const GridIndex& low, const GridIndex& high, const Mat3& R_VS, int layer,
+            Scratch& scratch, Contact* out) noexcept;
   /// Gives contacts into `out`, and into found_, how many.
   std::uint8_t MeetOne(Candidate& candidate, const Mat3& R_VS, int layer, Scratch& scratch,
                        Contact* out) noexcept;
@@ -179,15 +193,17 @@ class RefinedContacts {
   const Pointshell* shell_;
   const Voxmap* voxmap_;
   double s_;
-  double turn_;         // rad, the most that bodies turn for a voxel of travel
-  double most_turn_;    // rad that a region allows for
-  double place_error_;  // voxels
-  std::array<EdgeArc, SurfaceDetail::kAngles + 1> arcs_;  // by step; last, the wide one
-  std::vector<Scratch> scratch_;                          // of each thread
+  double turn_;                       // rad, the most that bodies turn for a voxel of travel
+  double most_turn_;                  // rad that a region allows for
+  double place_error_;                // voxels
+  std::vector<Scratch> scratch_;      // of each thread
   std::vector<std::uint8_t> found_;   // contacts of each candidate, and what it is
   std::vector<ClearRegion> regions_;  // of each candidate, if it was found in this frame
   std::vector<ClearRegion> known_;    // by the last digits of the point
   std::size_t clear_count_ = 0;
+  std::size_t unknown_count_ = 0;  // of the last frame's candidates, without a region that held
+  std::size_t last_count_ = 0;     // its candidates
+  std::size_t frame_ = 0;
   std::vector<std::uint32_t> slots_;  // a table by voxel: 1 + number in met_
   std::vector<MetVertex> met_;
   std::vector<std::uint32_t> used_slots_;

@@ -80,7 +80,15 @@ class SurfaceDetails {
     std::uint32_t first_forked = 0;         // of these, how many stand in the chunks before
     std::array<std::uint16_t, 8> before{};  // set bits in the words before
     std::uint32_t first = 0;
+
+    /// The voxels that are sources of a field.
+    const SurfaceVoxels::Bits& Sources(Field field) const noexcept {
+      return field == Field::kVertex ? vertices : field == Field::kEdge ? edges : bits;
+    }
   };
+  static bool Has(const SurfaceVoxels::Bits& bits, std::size_t cell) noexcept {
+    return (bits[cell >> 6] >> (cell & 63) & 1U) != 0;
+  }
 
   /// An edge's part in a voxel that has a vertex or another edge already.
   struct MoreEdge {

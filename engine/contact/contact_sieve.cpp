@@ -1,0 +1,288 @@
+#include "engine/contact/contact_sieve.h"
+
+#include <cmath>
+
+#include "engine/contact/edge_contact.h"
+#include "engine/contact/plane_mean.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "engine/contact/contact_sieve.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace tandem::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Lanes = hn::CappedTag<float, NearPieces::kLanes>;
+using V = hn::Vec<Lanes>;
+using M = hn::Mask<Lanes>;
+
+constexpr auto kMargin = static_cast<float>(kSieveMargin);
+constexpr auto kClearance = static_cast<float>(kRefinedClearance) + kMargin;
+constexpr auto kLeastFacing = static_cast<float>(kFacing) - kMargin;
+
+struct V3 {
+  V x, y, z;
+};
+
+HWY_INLINE V3 Load(const NearPieces::Columns& columns, std::size_t i) {
+  const Lanes d;
+  return {hn::Load(d, &columns[0][i]), hn::Load(d, &columns[1][i]), hn::Load(d, &columns[2][i])};
+}
+HWY_INLINE V3 Set(const std::array<float, 3>& a) {
+  const Lanes d;
+  return {hn::Set(d, a[0]), hn::Set(d, a[1]), hn::Set(d, a[2])};
+}
+HWY_INLINE V3 Sub(const V3& a, const V3& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+HWY_INLINE V3 Add(const V3& a, const V3& b) {
+  return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
+}
+HWY_INLINE V Dot(const V3& a, const V3& b) {
+  return hn::Add(hn::Mul(a.x, b.x), hn::Add(hn::Mul(a.y, b.y), hn::Mul(a.z, b.z)));
+}
+HWY_INLINE V3 Cross(const V3& a, const V3& b) {
+  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)),
+          hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
+}
+HWY_INLINE V3 Scaled(const V3& a, V by) {
+  return {hn::Mul(by, a.x), hn::Mul(by, a.y), hn::Mul(by, a.z)};
+}
+HWY_INLINE V Length(const V3& a) {
+  const Lanes d;
+  return hn::Sqrt(hn::Max(Dot(a, a), hn::Set(d, 1e-12F)));
+}
+HWY_INLINE V3 Unit(const V3& a) {
+  const Lanes d;
+  return Scaled(a, hn::Div(hn::Set(d, 1.0F), Length(a)));
+}
+
+/// Pieces within one voxel.
+HWY_INLINE M IsNear(const NearPieces::Pieces& pieces, const V3& voxel, std::size_t i) {
+  const Lanes d;
+  const V3 off = Sub(Load(pieces.voxel, i), voxel);
+  const V most = hn::Max(hn::Abs(off.x), hn::Max(hn::Abs(off.y), hn::Abs(off.z)));
+  return hn::Le(most, hn::Set(d, 1.0F));
+}
+
+/// What a plane says of a point: whether it counts so far beside, and is less than the clearance
+/// below.
+struct Under {
+  M counts;
+  M low;
+};
+HWY_INLINE Under LookUnder(const V3& away, const V3& n, double reach) {
+  const Lanes d;
+  const float most = static_cast<float>(reach) + kMargin;
+  const V height = Dot(away, n);
+  const V square_beside = hn::Sub(Dot(away, away), hn::Mul(height, height));
+  return {hn::Lt(square_beside, hn::Set(d, most * most)), hn::Lt(height, hn::Set(d, kClearance))};
+}
+
+/// Whether a vertex can stand on one of [begin, end); `any_near` is set when one is near.
+template <bool must_face>
+bool StandsOn(const NearPieces::Pieces& pieces, const SieveProbe& probe, std::size_t begin,
+              std::size_t end, bool& any_near) {
+  const Lanes d;
+  const V3 voxel = Set(probe.voxel);
+  const V3 p = Set(probe.p);
+  const V3 nhat = Set(probe.nhat);
+  M near_any = hn::FirstN(d, 0);
+  M stands_any = hn::FirstN(d, 0);
+  for (std::size_t i = begin; i < end; i += hn::Lanes(d)) {
+    const M near = IsNear(pieces, voxel, i);
+    const V3 n = Load(pieces.normal, i);
+    const Under under = LookUnder(Sub(p, Load(pieces.place, i)), n, kLateralReach);
+    M stands = hn::And(near, hn::And(under.counts, under.low));
+    if (must_face) stands = hn::And(stands, hn::Gt(Dot(n, nhat), hn::Set(d, kLeastFacing)));
+    near_any = hn::Or(near_any, near);
+    stands_any = hn::Or(stands_any, stands);
+  }
+  any_near = any_near || !hn::AllFalse(d, near_any);
+  return !hn::AllFalse(d, stands_any);
+}
+
+bool Stands(const NearPieces& surface, const SieveProbe& probe) {
+  const NearPieces::Pieces& pieces = surface.pieces();
+  bool any_near = false;
+  if (StandsOn<true>(pieces, probe, 0, surface.ridges(), any_near)) return true;
+  // over an edge one face speaks for both
+  if (StandsOn<false>(pieces, probe, surface.ridges(), surface.corners(), any_near)) return true;
+  // corners have a say where nothing else is near
+  return !any_near && StandsOn<true>(pieces, probe, surface.corners(), surface.count(), any_near);
+}
+
+/// An edge of the shell and some of the map's, voxels: p + u t and q + v t'.
+struct EdgePairs {
+  V3 t, other_t;
+  V3 n, nhat;
+  V3 away;  // p - q
+  V cosine, square_sine;
+  V along, other_along;  // away, along t and t'
+  V half, other_half;
+};
+
+struct Arc {
+  V half, cosine, last;
+};
+
+/// One across the other, along the way that is square to both.
+M PushAcross(const EdgePairs& pairs, const Arc& arc, const Arc& other_arc) {
+  const Lanes d;
+  const V margin = hn::Set(d, kMargin);
+  const V3 square = Cross(pairs.t, pairs.other_t);
+  const V side = Dot(square, Add(pairs.n, pairs.nhat));
+  const V3 normal = Scaled(square, hn::Div(hn::CopySign(hn::Set(d, 1.0F), side), Length(square)));
+  const M sides = hn::Ge(Dot(normal, Add(pairs.n, pairs.nhat)),
+                         hn::Set(d, static_cast<float>(kSides) - kMargin));
+  const M in_arcs = hn::And(hn::Gt(Dot(normal, pairs.n), hn::Sub(other_arc.last, margin)),
+                            hn::Gt(Dot(normal, pairs.nhat), hn::Sub(arc.last, margin)));
+  return hn::And(hn::And(sides, in_arcs), hn::Lt(Dot(normal, pairs.away), hn::Set(d, kClearance)));
+}
+
+/// Side by side they push along the direction in both arcs that parts them most, or midway between
+/// their arcs. Either normal is a direction in both arcs if the other's arc is wide enough; and
+/// there is one within half of what one arc is wider than the other of the middle between normals.
+M PushBeside(const EdgePairs& pairs, const Arc& arc, const Arc& other_arc) {
+  const Lanes d;
+  const auto across = [&](const V3& a) HWY_ATTR {
+    return Sub(a, Scaled(pairs.t, Dot(a, pairs.t)));
+  };
+  const V3 away = across(pairs.away);
+  const V3 n = Unit(across(pairs.n));
+  const V3 nhat = Unit(across(pairs.nhat));
+  const V cosine = hn::Sub(Dot(n, nhat), hn::Set(d, kMargin));
+  const V turn = hn::Mul(hn::Set(d, 0.5F), hn::Abs(hn::Sub(arc.half, other_arc.half)));
+  V least = hn::Sub(Dot(away, Unit(Add(n, nhat))), hn::Mul(turn, Length(away)));
+  const auto take = [&](const V3& normal, V arc_cosine) HWY_ATTR {
+    least = hn::IfThenElse(hn::Ge(cosine, arc_cosine), hn::Max(least, Dot(away, normal)), least);
+  };
+  take(n, arc.cosine);
+  take(nhat, other_arc.cosine);
+  return hn::Lt(least, hn::Set(d, kClearance));
+}
+
+bool Leans(const NearPieces& edges, const SieveProbe& probe) {
+  const NearPieces::Pieces& pieces = edges.pieces();
+  const Lanes d;
+  const V3 voxel = Set(probe.voxel);
+  const V3 p = Set(probe.p);
+  const V half = hn::Set(d, probe.half);
+  const Arc arc{hn::Set(d, probe.arc_half), hn::Set(d, probe.arc_cosine),
+                hn::Set(d, probe.arc_last)};
+  EdgePairs pairs;
+  pairs.t = Set(probe.tangent);
+  pairs.nhat = Set(probe.nhat);
+  // in both ranges edges are taken either way
+  constexpr auto kLeastSine = static_cast<float>(kParallel) - kMargin;
+  constexpr auto kMostSine = static_cast<float>(kParallel) + kMargin;
+  const V margin = hn::Set(d, kMargin);
+  for (std::size_t i = 0; i < edges.count(); i += hn::Lanes(d)) {
+    pairs.n = Load(pieces.normal, i);
+    pairs.other_t = Load(pieces.tangent, i);
+    pairs.away = Sub(p, Load(pieces.place, i));
+    pairs.cosine = Dot(pairs.t, pairs.other_t);
+    pairs.square_sine = hn::Sub(hn::Set(d, 1.0F), hn::Mul(pairs.cosine, pairs.cosine));
+    pairs.along = Dot(pairs.away, pairs.t);
+    pairs.other_along = Dot(pairs.away, pairs.other_t);
+    const V other_half = hn::Load(d, &pieces.half[i]);
+    const M near = hn::And(IsNear(pieces, voxel, i),
+                           hn::Gt(Dot(pairs.n, pairs.nhat), hn::Set(d, kLeastFacing)));
+    // the places where they come closest lie on both pieces: |u| <= half, |v| <= other half
+    const V u = hn::Sub(hn::Mul(pairs.cosine, pairs.other_along), pairs.along);
+    const V v = hn::Sub(pairs.other_along, hn::Mul(pairs.cosine, pairs.along));
+    const M meet =
+        hn::And(hn::Le(hn::Abs(u), hn::Mul(hn::Add(half, margin), pairs.square_sine)),
+                hn::Le(hn::Abs(v), hn::Mul(hn::Add(other_half, margin), pairs.square_sine)));
+    const M crossing = hn::And(hn::And(near, meet),
+                               hn::Gt(pairs.square_sine, hn::Set(d, kLeastSine * kLeastSine)));
+    const M beside =
+        hn::And(hn::And(near, hn::Le(hn::Abs(pairs.other_along), hn::Add(other_half, margin))),
+                hn::Lt(pairs.square_sine, hn::Set(d, kMostSine * kMostSine)));
+    if (hn::AllFalse(d, hn::Or(crossing, beside))) continue;
+    const Arc other_arc{hn::Load(d, &pieces.arc_half[i]), hn::Load(d, &pieces.arc_cosine[i]),
+                        hn::Load(d, &pieces.arc_last[i])};
+    if (!hn::AllFalse(d, crossing) &&
+        !hn::AllFalse(d, hn::And(crossing, PushAcross(pairs, arc, other_arc)))) {
+      return true;
+    }
+    if (!hn::AllFalse(d, beside) &&
+        !hn::AllFalse(d, hn::And(beside, PushBeside(pairs, arc, other_arc)))) {
+      return true;
+    }
+  }
+  return false;
+}
+
+SievedBearing Bears(const NearPieces& vertices, const SieveProbe& probe) {
+  const NearPieces::Pieces& pieces = vertices.pieces();
+  const Lanes d;
+  const V3 voxel = Set(probe.voxel);
+  const V3 p = Set(probe.p);
+  const V3 nhat = Set(probe.nhat);
+  M over_any = hn::FirstN(d, 0);
+  M low_any = hn::FirstN(d, 0);
+  for (std::size_t i = 0; i < vertices.count(); i += hn::Lanes(d)) {
+    const Under under = LookUnder(Sub(p, Load(pieces.place, i)), nhat, kVertexReach);
+    const M over = hn::And(IsNear(pieces, voxel, i), under.counts);
+    over_any = hn::Or(over_any, over);
+    low_any = hn::Or(low_any, hn::And(over, under.low));
+  }
+  if (!hn::AllFalse(d, low_any)) return SievedBearing::kBears;
+  return hn::AllFalse(d, over_any) ? SievedBearing::kNone : SievedBearing::kHigh;
+}
+
+}  // namespace
+}  // namespace tandem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tandem {
+
+HWY_EXPORT(Stands);
+HWY_EXPORT(Leans);
+HWY_EXPORT(Bears);
+
+namespace {
+
+std::array<float, 3> AsFloats(const Vec3& a) {
+  return {static_cast<float>(a.x()), static_cast<float>(a.y()), static_cast<float>(a.z())};
+}
+
+SieveProbe ProbeAt(const NearPieces& pieces, const SievedPoint& point) {
+  const GridIndex& middle = pieces.middle();
+  const GridIndex off = point.voxel_V - middle;
+  SieveProbe probe;
+  probe.voxel = AsFloats(Vec3(off.x, off.y, off.z));
+  probe.p = AsFloats(point.p - Vec3(middle.x, middle.y, middle.z));
+  probe.nhat = AsFloats(point.nhat);
+  return probe;
+}
+
+}  // namespace
+
+bool MayStand(const NearPieces& surface, const SievedPoint& vertex) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Stands)(surface, ProbeAt(surface, vertex));
+}
+
+bool MayLean(const NearPieces& edges, const SievedPoint& middle, const SievedEdge& edge) noexcept {
+  SieveProbe probe = ProbeAt(edges, middle);
+  probe.tangent = AsFloats(edge.tangent);
+  probe.half = static_cast<float>(edge.half + kSeam);
+  probe.arc_half = std::acos(static_cast<float>(edge.arc_cosine));
+  probe.arc_cosine = static_cast<float>(edge.arc_cosine);
+  probe.arc_last = static_cast<float>(edge.arc_last);
+  return HWY_DYNAMIC_DISPATCH(Leans)(edges, probe);
+}
+
+SievedBearing MayBear(const NearPieces& vertices, const SievedPoint& point) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Bears)(vertices, ProbeAt(vertices, point));
+}
+
+}  // namespace tandem
+#endif

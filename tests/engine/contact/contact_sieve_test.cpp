@@ -1,0 +1,223 @@
+#include "engine/contact/contact_sieve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+
+#include "engine/contact/edge_contact.h"
+#include "engine/contact/plane_mean.h"
+#include "engine/contact/surface_window.h"
+#include "engine/voxel/voxelize.h"
+#include "tests/support/shapes.h"
+
+namespace tandem {
+namespace {
+
+using testing::Box;
+using testing::RandomDirection;
+using testing::RandomRotation;
+using testing::Sphere;
+using testing::Uniform;
+
+constexpr double kS = 0.001;  // m, a voxel
+constexpr double kFlatness = 0.25;
+
+/// A plate with boxes and a ball on it, turned: edges, corners and curved surface.
+struct Clutter {
+  Clutter() {
+    std::mt19937_64 random(5);
+    TriangleMesh mesh = Box(kS * Vec3(60, 60, 8));
+    for (int i = 0; i < 10; ++i) {
+      const Vec3 place = kS * Vec3(Uniform(random, -25, 25), Uniform(random, -25, 25), 7);
+      Append(mesh, Transformed(Box(kS * Vec3(9, 7, 12)), {RandomRotation(random), place}));
+    }
+    Append(mesh, Transformed(Sphere(9 * kS, 3), {Quat::Identity(), kS * Vec3(5, -8, 9)}));
+    const TriangleMesh turned = Transformed(mesh, {RandomRotation(random), Vec3::Zero()});
+    voxmap = std::move(*Voxelize(turned, {.voxel_size = kS, .flatness_voxels = kFlatness}));
+    details = SurfaceDetails(turned, kFlatness, voxmap);
+    const GridIndex size = GridIndex{static_cast<int>(voxmap.header().size[0]),
+                                     static_cast<int>(voxmap.header().size[1]),
+                                     static_cast<int>(voxmap.header().size[2])} *
+                           kHyperchunkSide;
+    for (int z = 0; z < size.z; ++z) {
+      for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+          const GridIndex v{x, y, z};
+          if (voxmap.Value(Field::kEdge, v) == kSurfaceMark) edges.push_back(v);
+          if (voxmap.Value(Field::kVertex, v) == kSurfaceMark) vertices.push_back(v);
+        }
+      }
+    }
+  }
+  Voxmap voxmap;
+  SurfaceDetails details;
+  std::vector<GridIndex> edges;     // voxels
+  std::vector<GridIndex> vertices;  // as well
+};
+
+/// Points in some voxels about a source of the map.
+struct Group {
+  GridIndex low, high;
+  std::vector<SievedPoint> points;
+};
+
+Group GroupAbout(const std::vector<GridIndex>& sources, std::mt19937_64& random) {
+  const auto up_to = [&](int most) {
+    return static_cast<int>(random() % static_cast<unsigned>(most + 1));
+  };
+  Group group;
+  group.low = sources[random() % sources.size()] - GridIndex{up_to(3), up_to(3), up_to(3)};
+  group.high = group.low + GridIndex{up_to(NearPieces::kSpread), up_to(NearPieces::kSpread),
+                                     up_to(NearPieces::kSpread)};
+  for (int i = 0; i < 40; ++i) {
+    const GridIndex v =
+        group.low + GridIndex{up_to(group.high.x - group.low.x), up_to(group.high.y - group.low.y),
+                              up_to(group.high.z - group.low.z)};
+    const Vec3 p(v.x + Uniform(random, 0, 1), v.y + Uniform(random, 0, 1),
+                 v.z + Uniform(random, 0, 1));
+    group.points.push_back({v, p, RandomDirection(random)});
+  }
+  return group;
+}
+
+TEST(ContactSieve, LetsEveryEdgeThroughThatPushes) {
+  const Clutter map;
+  SurfaceWindow window(map.voxmap, map.details);
+  NearPieces near(map.voxmap, map.details);
+  std::mt19937_64 random(1);
+  int pushed = 0, asked = 0, let_through = 0;
+  for (int trial = 0; trial < 5000; ++trial) {
+    const Group group = GroupAbout(map.edges, random);
+    ASSERT_TRUE(near.Gather(group.low, group.high, Field::kEdge));
+    for (const SievedPoint& point : group.points) {
+      const EdgeArc arc(Uniform(random, 0.02, 1.25));
+      Vec3 tangent = point.nhat.unitOrthogonal();
+      tangent = RotationBy(Uniform(random, 0, 6.3) * point.nhat) * tangent;
+      double depth = 0;
+      for (const SurfaceWindow::Piece& piece : window.Near(point.voxel_V, Field::kEdge)) {
+        // half of them as good as parallel
+        if (asked % 2 == 0) {
+          const Vec3 other = UnpackDirection(piece.detail->tangent);
+          tangent = (other + 0.15 * RandomDirection(random)).cross(point.nhat).cross(point.nhat);
+          tangent.normalize();
+        }
+        break;
+      }
+      const ShellEdge edge{point.p, tangent,          point.nhat, Uniform(random, 0.1, 0.8),
+                           arc,     random() % 4 == 0};
+      for (const SurfaceWindow::Piece& piece : window.Near(point.voxel_V, Field::kEdge)) {
+        depth = std::max(
+            depth,
+            Meet(edge, *piece.detail, piece.place(), piece.ends, ArcOf(*piece.detail)).depth);
+      }
+      const bool may = MayLean(near, point, {tangent, edge.half, arc.cosine, arc.last});
+      ++asked;
+      pushed += depth > 0;
+      let_through += may;
+      ASSERT_TRUE(may || depth == 0) << "trial " << trial << ", depth " << depth;
+    }
+  }
+  EXPECT_GT(pushed, 2000);
+  // most of those let through do push
+  EXPECT_LT(let_through, 3 * pushed);
+  std::printf("  of %d edges %d push, %d were let through\n", asked, pushed, let_through);
+}
+
+TEST(ContactSieve, KnowsWhichVerticesAFaceBearsOn) {
+  const Clutter map;
+  SurfaceWindow window(map.voxmap, map.details);
+  NearPieces near(map.voxmap, map.details);
+  std::mt19937_64 random(2);
+  std::array<int, 3> said{};
+  for (int trial = 0; trial < 3000; ++trial) {
+    const Group group = GroupAbout(map.vertices, random);
+    ASSERT_TRUE(near.Gather(group.low, group.high, Field::kVertex));
+    for (const SievedPoint& point : group.points) {
+      auto expected = SievedBearing::kNone;
+      double nearest = 1e9;  // of what is judged, to the bounds that judge it
+      for (const SurfaceWindow::Piece& piece : window.Near(point.voxel_V, Field::kVertex)) {
+        const Vec3 away = point.p - piece.place();
+        const double height = away.dot(point.nhat);
+        const double beside = (away - height * point.nhat).norm();
+        nearest = std::min(
+            {nearest, std::abs(beside - kVertexReach), std::abs(height - kRefinedClearance)});
+        if (beside >= kVertexReach) continue;
+        expected = std::max(
+            expected, height < kRefinedClearance ? SievedBearing::kBears : SievedBearing::kHigh);
+      }
+      if (nearest < 2 * kSieveMargin) continue;
+      const SievedBearing bearing = MayBear(near, point);
+      ASSERT_EQ(bearing, expected) << "trial " << trial;
+      ++said[static_cast<std::size_t>(bearing)];
+    }
+  }
+  EXPECT_GT(*std::min_element(said.begin(), said.end()), 3000);
+}
+
+TEST(ContactSieve, LetsAVertexThroughThatIsWithinTheClearanceOfAPlane) {
+  std::mt19937_64 random(3);
+  for (int plane = 0; plane < 20; ++plane) {
+    const Quat q = RandomRotation(random);
+    const TriangleMesh plate =
+        Transformed(Box(kS * Vec3(60, 60, 14)), {q, -(q * Vec3(0, 0, 7 * kS))});
+    const Voxmap voxmap =
+        std::move(*Voxelize(plate, {.voxel_size = kS, .flatness_voxels = kFlatness}));
+    const SurfaceDetails details(plate, kFlatness, voxmap);
+    NearPieces near(voxmap, details);
+    const Vec3 normal = q * Vec3::UnitZ();
+    int through = 0;
+    for (int i = 0; i < 500; ++i) {
+      const double height = Uniform(random, -0.4, 1.2);
+      const Vec3 p_W = q * Vec3(kS * Uniform(random, -20, 20), kS * Uniform(random, -20, 20), 0) +
+                       kS * height * normal;
+      const Vec3 p = (p_W - voxmap.p_WVo()) / kS;
+      const GridIndex v{static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y())),
+                        static_cast<int>(std::floor(p.z()))};
+      ASSERT_TRUE(near.Gather(v, v + GridIndex{3, 2, 1}, Field::kSurface));
+      const bool may = MayStand(near, {v, p, normal});
+      through += may;
+      // pieces know their places to 1/255 of a voxel
+      EXPECT_TRUE(may || height > kRefinedClearance - 0.01) << height;
+      EXPECT_FALSE(may && height > kRefinedClearance + 0.01) << height;
+      EXPECT_FALSE(MayStand(near, {v, p, -normal})) << "the far side of a wall";
+    }
+    EXPECT_GT(through, 100);
+  }
+}
+
+TEST(ContactSieve, SaysTheSameOnEveryProcessor) {
+  const Clutter map;
+  std::vector<std::vector<int>> answers;
+  const std::int64_t supported = hwy::SupportedTargets();
+  for (std::int64_t left = supported; left != 0; left &= left - 1) {
+    hwy::SetSupportedTargetsForTest(left & -left);
+    NearPieces near(map.voxmap, map.details);
+    std::mt19937_64 random(4);
+    std::vector<int>& said = answers.emplace_back();
+    for (int trial = 0; trial < 300; ++trial) {
+      const Group group = GroupAbout(map.edges, random);
+      for (const Field field : {Field::kEdge, Field::kSurface, Field::kVertex}) {
+        // where surface is too much for it, it says so
+        if (!near.Gather(group.low, group.high, field)) continue;
+        for (const SievedPoint& point : group.points) {
+          const Vec3 tangent = point.nhat.unitOrthogonal();
+          said.push_back(field == Field::kEdge      ? MayLean(near, point, {tangent, 0.6, 0.8, 0.7})
+                         : field == Field::kSurface ? MayStand(near, point)
+                                                    : static_cast<int>(MayBear(near, point)));
+        }
+      }
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  ASSERT_GE(answers.size(), 2U);
+  EXPECT_GT(answers.front().size(), 30000U);
+  for (const std::vector<int>& said : answers) EXPECT_EQ(said, answers.front());
+}
+
+}  // namespace
+}  // namespace tandem
