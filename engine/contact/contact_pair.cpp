@@ -22,9 +22,8 @@ constexpr double kSiftTravel = 0.1;
 /// Candidates whose places are asked for while others are placed.
 constexpr std::size_t kAhead = 4;
 /// Of an exact look: what it takes to place a candidate and to ask what is known of it, what the
-/// sieve takes, what the plain model's look takes, and what a contact takes to be added up.
+/// plain model's look takes, and what a contact takes to be added up.
 constexpr double kAskShare = 0.08;
-constexpr double kSiftShare = 0.2;
 constexpr double kPlainShare = 0.08;
 constexpr double kPushShare = 0.1;
 
@@ -277,7 +276,7 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   if (refined_ != nullptr) report.clear_points += static_cast<int>(refined_->clear_count());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
   RememberSlack();
-  report.looks = CountLooks(frame_travel);
+  CountLooks(frame_travel, report);
   return report;
 }
 
@@ -299,8 +298,7 @@ void ContactPair::RememberSlack() noexcept {
   }
 }
 
-int ContactPair::CountLooks(double travel) noexcept {
-  int looks = 0;
+void ContactPair::CountLooks(double travel, PairReport& report) noexcept {
   double owed = kPushShare * static_cast<double>(contact_count_);
   double due = 0;
   if (refined_ == nullptr) owed += kPlainShare * static_cast<double>(candidate_count_);
@@ -309,14 +307,14 @@ int ContactPair::CountLooks(double travel) noexcept {
     (candidate.slack > 0 ? due : owed) += kAskShare;
     if (candidate.look == Candidate::Look::kPassed) continue;
     if (candidate.look == Candidate::Look::kSifted) {
+      ++report.sifted_points;
       due += kSiftShare;
       continue;
     }
-    ++looks;
+    ++report.looks;
     (candidate.look == Candidate::Look::kKept ? due : owed) += 1;
   }
   looks_.Count(owed, due, travel);
-  return looks;
 }
 
 TestLoad ContactPair::load() const noexcept {

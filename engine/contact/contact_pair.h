@@ -25,11 +25,15 @@ struct BodyMotion {
   Twist V_WB;
 };
 
+/// Of an exact look: what it takes to ask a sieve (NearPieces) whether a point can push.
+inline constexpr double kSiftShare = 0.2;
+
 /// What a frame's test of a pair found.
 struct PairReport {
   int contact_points = 0;      // marks <= 2 + layer, by the class rule
   int clear_points = 0;        // of these, known to make no contact yet (refined model)
   int looks = 0;               // exact looks at single points
+  int sifted_points = 0;       // points that a sieve looked at, for a kSiftShare of a look each
   int loaded_points = 0;       // of these, below their tangent plane
   bool over_capacity = false;  // more contacts than can be held; the rest did not push
   TestCounts tests;
@@ -118,8 +122,8 @@ class ContactPair {
   /// Whether the refined model has told that a point cannot make a contact yet.
   bool StandsClear(std::uint32_t block, std::uint32_t lane) const noexcept;
   void RememberSlack() noexcept;
-  /// What the candidates took to look at, after `travel` m. Gives how many were.
-  int CountLooks(double travel) noexcept;
+  /// What the candidates took to look at, after `travel` m.
+  void CountLooks(double travel, PairReport& report) noexcept;
 
   static constexpr std::size_t kMostCandidates = 1 << 14;
   static constexpr std::size_t kPiece = 32;  // candidates, some microseconds

@@ -252,6 +252,7 @@ void World::Collide(const StepInputs& in) noexcept {
     report_.contact_points += found.contact_points;
     report_.clear_points += found.clear_points;
     report_.looks += found.looks;
+    report_.sifted_points += found.sifted_points;
     report_.loaded_points += found.loaded_points;
   }
   if (in.hand.body >= 0) {

@@ -43,7 +43,7 @@ std::shared_ptr<const WorldModel> BallInHollow() {
 }
 
 struct Ride {
-  double looks = 0;   // a frame, in the mean
+  double looks = 0;   // a frame, in the mean; points sifted by their share of one
   double tests = 0;   // points
   double travel = 0;  // m, of the ball's surface
   double most_cost = 0;
@@ -66,10 +66,11 @@ Ride Turn(const std::shared_ptr<const WorldModel>& model, double capacity, doubl
     if (frame < kSettled) continue;
     const double travel = kFrame * world.state(0).V_WB.w.norm() * kRadius;
     const auto tests = static_cast<double>(report.tests.looked_up);
-    ride.looks += report.looks / static_cast<double>(kFrames);
+    const double looks = report.looks + kSiftShare * report.sifted_points;
+    ride.looks += looks / kFrames;
     ride.tests += tests / kFrames;
     ride.travel += travel / kFrames;
-    ride.most_cost = std::max(ride.most_cost, tests + look_price * report.looks);
+    ride.most_cost = std::max(ride.most_cost, tests + look_price * looks);
     ride.travels.push_back(travel);
   }
   return ride;
