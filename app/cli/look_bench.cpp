@@ -89,8 +89,8 @@ void LookBench::LayOn(const Points& points, const Voxmap& voxmap, const SurfaceD
 
 void LookBench::LookAtAll() noexcept {
   const double turned = 0;
-  refined_.LookAt(candidates_, 0, candidates_.size(), Mat3::Identity(), kLayer,
-                  RefinedContacts::Look::kRemember, turned, 0, contacts_.data());
+  refined_.LookAt(candidates_, 0, candidates_.size(), Mat3::Identity(), kLayer, &turned, 0,
+                  contacts_.data());
 }
 
 }  // namespace tandem

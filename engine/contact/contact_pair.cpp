@@ -17,8 +17,6 @@ namespace {
 constexpr double kEnoughVoxels = 32;
 /// Voxels of depth from which a refined contact damps in full.
 constexpr double kFullDampingDepth = 0.25;
-/// Voxels a frame from which on points move too fast for what is known of where they are clear.
-constexpr double kSiftTravel = 0.1;
 /// Candidates whose places are asked for while others are placed.
 constexpr std::size_t kAhead = 4;
 /// Of an exact look: what it takes to place a candidate and to ask what is known of it, what the
@@ -156,7 +154,7 @@ void ContactPair::Place(const Pose& X_VS, const Mat3& R_VS, const VoxelTransform
 }
 
 void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform,
-                               RefinedContacts::Look how) noexcept {
+                               const double* turned) noexcept {
   const Mat3 R_VS = X_VS.q.toRotationMatrix();
   const std::span<Candidate> candidates(candidates_.data(), candidate_count_);
   const int layer = schedule_->force_layer();
@@ -166,7 +164,7 @@ void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform
       Place(X_VS, R_VS, transform, candidates[i]);
     }
     if (refined_ == nullptr) return;
-    refined_->LookAt(candidates, begin, end, R_VS, layer, how, turned_, thread, contacts_.data());
+    refined_->LookAt(candidates, begin, end, R_VS, layer, turned, thread, contacts_.data());
   };
   if (helpers_ != nullptr && candidate_count_ >= shared_from_) {
     helpers_->Summon();
@@ -261,33 +259,32 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   waiting_ = 0;
   report.tests = schedule_->counts();
   candidate_count_ = 0;
+  std::size_t passed = 0;
   for (const Schedule::ContactBlock& contact : schedule_->contacts()) {
     for (unsigned lanes = contact.lanes; lanes != 0; lanes &= lanes - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(lanes));
-      if (StandsClear(contact.block, lane)) {
+      const double slack = SlackOf(contact.block, lane);
+      if (slack > 0) {
         ++report.contact_points;
         ++report.clear_points;
+        passed += slack < std::numeric_limits<double>::infinity() ? 1 : 0;  // else no region's
         continue;
       }
       AddCandidate(contact.block, lane, report);
     }
   }
-  FindContacts(X_VS, schedule_->transform(), HowToLook(travel));
+  FindContacts(X_VS, schedule_->transform(), clear_until_.empty() ? nullptr : &turned_);
   if (refined_ != nullptr) report.clear_points += static_cast<int>(refined_->clear_count());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
   RememberSlack();
+  if (!clear_until_.empty()) refined_->CountKnown(candidate_count_, passed);
   CountLooks(frame_travel, report);
   return report;
 }
 
-RefinedContacts::Look ContactPair::HowToLook(double travel) const noexcept {
-  if (clear_until_.empty()) return RefinedContacts::Look::kAll;
-  const bool fast = travel > kSiftTravel * voxmap_->voxel_size();
-  return fast ? RefinedContacts::Look::kSift : RefinedContacts::Look::kRemember;
-}
-
-bool ContactPair::StandsClear(std::uint32_t block, std::uint32_t lane) const noexcept {
-  return !clear_until_.empty() && odometer_ < clear_until_[blocks_->block(block).first + lane];
+double ContactPair::SlackOf(std::uint32_t block, std::uint32_t lane) const noexcept {
+  if (clear_until_.empty()) return 0;
+  return clear_until_[blocks_->block(block).first + lane] - odometer_;
 }
 
 void ContactPair::RememberSlack() noexcept {
@@ -304,9 +301,10 @@ void ContactPair::CountLooks(double travel, PairReport& report) noexcept {
   if (refined_ == nullptr) owed += kPlainShare * static_cast<double>(candidate_count_);
   for (std::size_t i = 0; refined_ != nullptr && i < candidate_count_; ++i) {
     const Candidate& candidate = candidates_[i];
-    (candidate.slack > 0 ? due : owed) += kAskShare;
+    const bool sifted = candidate.look == Candidate::Look::kSifted;
+    (candidate.slack > 0 || sifted ? due : owed) += kAskShare;
     if (candidate.look == Candidate::Look::kPassed) continue;
-    if (candidate.look == Candidate::Look::kSifted) {
+    if (sifted) {
       ++report.sifted_points;
       due += kSiftShare;
       continue;
@@ -358,7 +356,7 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
       if (mark <= threshold) AddCandidate(b, lane, report);
     }
   }
-  FindContacts(X_VS, transform, RefinedContacts::Look::kAll);
+  FindContacts(X_VS, transform, nullptr);
   Load on_map;
   AddForces(X_VS, shell_body, map_body, X_WV, report, reading.on_shell, on_map);
   reading.contact_points = report.contact_points;

@@ -10,7 +10,6 @@
 #include "engine/contact/broad_phase.h"
 #include "engine/contact/contact_model.h"
 #include "engine/contact/look_load.h"
-#include "engine/contact/refined_contacts.h"
 #include "engine/contact/schedule.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/voxel/pointshell.h"
@@ -18,6 +17,8 @@
 #include "engine/voxel/voxmap.h"
 
 namespace tandem {
+
+class RefinedContacts;
 
 /// Where a body of a pair is and how it moves.
 struct BodyMotion {
@@ -110,17 +111,16 @@ class ContactPair {
   /// Where a candidate is and what it reads.
   void Place(const Pose& X_VS, const Mat3& R_VS, const VoxelTransform& transform,
              Candidate& candidate) const noexcept;
-  /// Finds the candidates' contacts, which helpers may share.
+  /// Finds the candidates' contacts, which helpers may share. `turned` as of RefinedContacts.
   void FindContacts(const Pose& X_VS, const VoxelTransform& transform,
-                    RefinedContacts::Look how) noexcept;
+                    const double* turned) noexcept;
   /// What the contacts come to.
   void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
                  const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) noexcept;
 
-  /// After the bodies have come up to `travel` nearer since the last frame, m.
-  RefinedContacts::Look HowToLook(double travel) const noexcept;
-  /// Whether the refined model has told that a point cannot make a contact yet.
-  bool StandsClear(std::uint32_t block, std::uint32_t lane) const noexcept;
+  /// Voxels that surfaces may still come nearer before a point can make a contact, as the refined
+  /// model has told.
+  double SlackOf(std::uint32_t block, std::uint32_t lane) const noexcept;
   void RememberSlack() noexcept;
   /// What the candidates took to look at, after `travel` m.
   void CountLooks(double travel, PairReport& report) noexcept;

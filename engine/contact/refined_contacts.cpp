@@ -15,9 +15,6 @@ namespace {
 constexpr float kSharp = 0.966F;
 /// Candidates whose regions are asked for while others are looked at.
 constexpr std::size_t kAhead = 4;
-/// Candidates whose regions do not hold that are given new ones in a frame, about; all that fast
-/// motion leaves behind would be too many.
-constexpr std::size_t kRemembered = 256;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// 1 squarely over a piece of surface, smoothly 0 at the reach.
@@ -362,43 +359,43 @@ std::uint8_t RefinedContacts::MeetOne(Candidate& candidate, const Mat3& R_VS, in
 }
 
 void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end,
-                             const Mat3& R_VS, int layer, Look look, double turned, int thread,
+                             const Mat3& R_VS, int layer, const double* turned, int thread,
                              Contact* out) noexcept {
   Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
-  std::vector<std::uint32_t>& left = scratch.left;
-  left.clear();
-  // of those that were unknown, or are new
-  const std::size_t fresh = candidates.size() - std::min(candidates.size(), last_count_);
-  const std::size_t unknown = std::max({unknown_count_, fresh, std::size_t{1}});
-  const std::size_t turns = (unknown + kRemembered - 1) / kRemembered;
+  scratch.left.clear();
+  const std::size_t one_in = budget_.OneIn(candidates.size());
   for (std::size_t i = begin; i < end; ++i) {
     Candidate& candidate = candidates[i];
-    if (look == Look::kRemember && i + kAhead < end)
+    if (i + kAhead < end && budget_.Serves(candidates[i + kAhead].point)) {
       __builtin_prefetch(&known_[candidates[i + kAhead].point & (known_.size() - 1)]);
+    }
     regions_[i].point = ClearRegion::kNoPoint;
     found_[i] = 0;
     candidate.slack = 0;
     candidate.look = Candidate::Look::kPassed;
-    if (look == Look::kRemember && StandsClear(candidate, turned, found_[i])) {
-      found_[i] |= kKnown;
-      continue;
-    }
     if (candidate.label == Label::kEdge && shell_->edges[candidate.edge].cosine < 0) {
       candidate.slack = kNever;  // a notch: nothing leans on it
-      found_[i] = kClear | kKnown;
-    } else if (look == Look::kAll || (look == Look::kRemember && (i + frame_) % turns == 0)) {
-      if (look == Look::kRemember) {
-        scratch.clear.Begin(most_turn_);
-      } else {
-        scratch.clear.BeginNone();
-      }
-      found_[i] = MeetOne(candidate, R_VS, layer, scratch, out + kPerPoint * i);
-      candidate.look = Candidate::Look::kOpen;
-      Remember(candidate, turned, scratch, regions_[i]);
-    } else {
-      candidate.look = Candidate::Look::kSifted;
-      left.push_back(static_cast<std::uint32_t>(i));
+      found_[i] = kClear;
+      continue;
     }
+    if (turned == nullptr) {
+      scratch.clear.BeginNone();
+      candidate.look = Candidate::Look::kOpen;
+      found_[i] = MeetOne(candidate, R_VS, layer, scratch, out + kPerPoint * i);
+      continue;
+    }
+    if (budget_.Serves(candidate.point)) {
+      if (StandsClear(candidate, *turned, found_[i])) continue;
+      if ((i + frame_) % one_in == 0) {
+        scratch.clear.Begin(most_turn_);
+        candidate.look = Candidate::Look::kOpen;
+        found_[i] = MeetOne(candidate, R_VS, layer, scratch, out + kPerPoint * i);
+        Remember(candidate, *turned, scratch, regions_[i]);
+        continue;
+      }
+    }
+    candidate.look = Candidate::Look::kSifted;
+    scratch.left.push_back(static_cast<std::uint32_t>(i));
   }
   scratch.clear.BeginNone();
   SiftAll(candidates, R_VS, layer, scratch, out);
@@ -491,7 +488,7 @@ bool RefinedContacts::StandsClear(Candidate& candidate, double turned,
     return false;
   // one that comes to lie inside is looked at, whatever the surface nearby
   if (candidate.label == Label::kVertex && candidate.mark == kInteriorMark) return false;
-  found = candidate.label == Label::kSurface && !region.round() ? kHigh : kClear;
+  found = kKnown | (candidate.label == Label::kSurface && !region.round() ? kHigh : kClear);
   candidate.slack = SlackIn(region, candidate, turned);
   return true;
 }
@@ -513,12 +510,13 @@ std::size_t RefinedContacts::Take(std::span<const Candidate> candidates, const M
   std::size_t taken = 0;
   clear_count_ = 0;
   unknown_count_ = 0;
-  last_count_ = candidates.size();
+  made_count_ = 0;
   ++frame_;
   bool bears = false;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (regions_[i].point != ClearRegion::kNoPoint) {
       known_[regions_[i].point & (known_.size() - 1)] = regions_[i];
+      ++made_count_;
     }
     bears = bears || (found_[i] & kBears) != 0;
     clear_count_ += (found_[i] & kClear) != 0 ? 1 : 0;

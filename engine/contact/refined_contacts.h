@@ -11,6 +11,7 @@
 #include "engine/contact/contact_sieve.h"
 #include "engine/contact/edge_contact.h"
 #include "engine/contact/plane_mean.h"
+#include "engine/contact/region_budget.h"
 #include "engine/contact/surface_window.h"
 #include "engine/voxel/pointshell.h"
 
@@ -51,22 +52,22 @@ class RefinedContacts {
   RefinedContacts(const Pointshell& shell, const Voxmap& voxmap, const SurfaceDetails& details,
                   double least_radius, double place_error, std::size_t most, int threads = 1);
 
-  /// How candidates are looked at; contacts are the same.
-  enum class Look : std::uint8_t {
-    kAll,       // each exactly, and nothing is remembered
-    kRemember,  // by the sieve if not known to be clear; of some is found where else they are
-    kSift       // by the sieve: the best in fast motion, when no region holds
-  };
-  /// Looks at a frame's candidates [begin, end); `R_VS` turns from the shell's frame to V. `out` is
-  /// that of Take(). `turned`: how far the bodies have turned against one another in all, rad.
-  /// `thread`: the calling one's number.
+  /// Looks at a frame's candidates [begin, end) that are not known to be clear, exactly or by a
+  /// sieve; `R_VS` turns from the shell's frame to V. `out` is that of Take(). `turned`: how far
+  /// the bodies have turned against one another in all, rad; null to look at each exactly and
+  /// remember nothing. `thread`: the calling one's number.
   void LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end, const Mat3& R_VS,
-              int layer, Look look, double turned, int thread, Contact* out) noexcept;
+              int layer, const double* turned, int thread, Contact* out) noexcept;
   /// The contacts of a frame's candidates, all of which have been looked at; `out` has room for
   /// RoomFor(candidates) contacts. One thread.
   std::size_t Take(std::span<const Candidate> candidates, const Mat3& R_VS, Contact* out) noexcept;
   /// Of the last frame's candidates, those that were passed over; without a look.
   std::size_t clear_count() const noexcept { return clear_count_; }
+  /// To be told after each frame in which something was remembered: how many points were
+  /// candidates, and how many others were not, as their slack was known.
+  void CountKnown(std::size_t candidates, std::size_t others) noexcept {
+    budget_.Count(candidates, unknown_count_, candidates - unknown_count_ + others, made_count_);
+  }
   static std::size_t RoomFor(std::size_t candidates) {
     return kPerPoint * (candidates + MostVertices(candidates));
   }
@@ -201,8 +202,9 @@ class RefinedContacts {
   std::vector<ClearRegion> regions_;  // of each candidate, if it was found in this frame
   std::vector<ClearRegion> known_;    // by the last digits of the point
   std::size_t clear_count_ = 0;
-  std::size_t unknown_count_ = 0;  // of the last frame's candidates, without a region that held
-  std::size_t last_count_ = 0;     // its candidates
+  RegionBudget budget_;
+  std::size_t unknown_count_ = 0;  // of the last frame's candidates
+  std::size_t made_count_ = 0;     // regions
   std::size_t frame_ = 0;
   std::vector<std::uint32_t> slots_;  // a table by voxel: 1 + number in met_
   std::vector<MetVertex> met_;
