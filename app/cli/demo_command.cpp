@@ -178,11 +178,13 @@ Result<Judged> Judge(const DemoArguments& arguments, const Scene& scene,
   judged.out = first.out && second.out;
   judged.stable = IsAtRest(traces[0]) && IsAtRest(traces[1]);
   judged.max_penetration_voxels = penetration.max_penetration_voxels;
+  const auto apart_ns = traces[1].front().time_ns - traces[0].front().time_ns;
   judged.json = {
       {"scene", scene.name},
       {"contact", !arguments.no_contact},
       {"peers", peers},
       {"delay_ms", {{"injected", arguments.delay_ms}, {"measured", 0.5 * delay_sum}}},
+      {"second_hand_begins_later_ms", 1e-6 * static_cast<double>(apart_ns)},
       {"divergence_mm", {{"peak", 1e3 * divergence.peak}, {"last", 1e3 * divergence.last}}},
       {"viewer",
        {{"pid", viewer->at("pid")},

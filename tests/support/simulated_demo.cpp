@@ -19,6 +19,19 @@ std::unique_ptr<PeerNode> MakeNode(const std::shared_ptr<const WorldModel>& mode
       model, std::make_unique<ScriptedDevice>(script, model->bodies[body].X_WB0), 1, options);
 }
 
+namespace {
+
+/// The same hand, which waits for so long before it begins.
+HandScript BegunLater(HandScript script, double seconds) {
+  if (seconds <= 0) return script;
+  for (Waypoint& waypoint : script.waypoints) waypoint.t += seconds;
+  for (Push& push : script.pushes) push.t += seconds;
+  script.waypoints.insert(script.waypoints.begin(), Waypoint{});
+  return script;
+}
+
+}  // namespace
+
 Result<SimulatedDemo> RunSimulatedDemo(const std::string& name,
                                        const SimulatedDemoOptions& options) {
   const Result<Scene> scene = GeneratedScene(name);
@@ -32,6 +45,9 @@ Result<SimulatedDemo> RunSimulatedDemo(const std::string& name,
   for (std::size_t h = 0; h < scene->hands.size(); ++h) {
     const Result<HandScript> script = LoadHandScript(scene->hands[h].file);
     if (!script) return script.error();
+    const double waits = h == 0   ? -options.second_begins_later_s
+                         : h == 1 ? options.second_begins_later_s
+                                  : 0.0;
     NodeOptions node;
     node.peer.wait_for = scene->hands.size() - 1;
     node.peer.trace_frames = frames;
@@ -39,7 +55,9 @@ Result<SimulatedDemo> RunSimulatedDemo(const std::string& name,
     node.conditions = options.conditions;
     node.conditions.seed += h;
     const PeerId id = 1 + h;
-    session.Add(MakeNode(*model, id, scene->BodyNamed(scene->hands[h].body), *script, node), id);
+    session.Add(MakeNode(*model, id, scene->BodyNamed(scene->hands[h].body),
+                         BegunLater(*script, waits), node),
+                id);
     if (!options.contact) session.node(h).world().SwitchContactOff();
   }
   const auto all_recorded = [&] {

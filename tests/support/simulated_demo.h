@@ -20,6 +20,8 @@ struct SimulatedDemoOptions {
   LinkConditions conditions{.delay_ms = 100};
   std::shared_ptr<const CouplingLaw> law = DefaultLaw();
   bool contact = true;
+  /// By how much the second hand begins after the first; below 0: before it.
+  double second_begins_later_s = 0;
 };
 
 /// The scene of that name among the generated ones.
