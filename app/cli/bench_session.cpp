@@ -46,28 +46,24 @@ std::string NewSession() {
   return "bench-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
 }
 
-/// Peers, each a process: the first `holders` hold the scene's hands' body, in turn by each of its
-/// hands, the others take part with empty hands. Their reports, in order.
+/// Peers, each a process, who hold the scene's hands' body, in turn by each of its hands: all in
+/// `session`, or, where that is empty, each in one of its own. Their reports, in order.
 Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, const Scene& scene,
-                                           const std::string& session, std::size_t count,
-                                           std::size_t holders) {
+                                           const std::string& session, std::size_t count) {
   const TemporaryFolder folder;
   std::vector<ChildProcess> peers;
   std::vector<std::filesystem::path> reports;
   for (std::size_t p = 0; p < count; ++p) {
     reports.push_back(folder.path() / (std::to_string(p) + ".json"));
-    LocalPeer local{.session = session,
-                    .scene = scene.file,
-                    .name = "peer-" + std::to_string(p),
-                    .hand = {},
-                    .wait_for = 0,
-                    .seconds = arguments.seconds,
-                    .report = reports.back()};
-    if (p < holders) {
-      local.hand = scene.hands[p % scene.hands.size()];
-      // where there are more than an instance has couplings, some have none: nobody waits
-      local.wait_for = holders <= kMaxLinks ? holders - 1 : 0;
-    }
+    // where there are more than an instance has couplings, some have none: nobody waits
+    const bool waits = !session.empty() && count <= kMaxLinks;
+    const LocalPeer local{.session = session.empty() ? NewSession() : session,
+                          .scene = scene.file,
+                          .name = "peer-" + std::to_string(p),
+                          .hand = scene.hands[p % scene.hands.size()],
+                          .wait_for = waits ? count - 1 : 0,
+                          .seconds = arguments.seconds,
+                          .report = reports.back()};
     const std::vector<std::string> command =
         WordsOf(local, {"--capacity", "20000", "--publish-hz", std::to_string(arguments.hz)});
     Result<ChildProcess> peer = ChildProcess::Start(command);
@@ -149,25 +145,35 @@ struct FrameTimes {
   }
 };
 
-/// The peers' frames with so many in the session, all of whom hold the body: medians over rounds,
-/// each of which has every number of peers once, so that what changes on the machine meanwhile
-/// meets all of them.
+/// The peers' frames with so many in the session, all of whom hold the body, and with as many
+/// apart, each in a session of its own with the same hand: what the machine makes of so many
+/// processes is in both. Medians over rounds, each of which has every number once both ways, so
+/// that what changes on the machine meanwhile meets all of them.
 Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& scene) {
-  std::vector<FrameTimes> times(arguments.compare.size());
+  std::vector<FrameTimes> together(arguments.compare.size());
+  std::vector<FrameTimes> apart(arguments.compare.size());
   for (int round = 0; round < arguments.rounds; ++round) {
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      const std::size_t count = arguments.compare[i];
-      const auto reports = RunPeers(arguments, scene, NewSession(), count, count);
-      if (!reports) return reports.error();
-      times[i].Add(*reports);
+    for (std::size_t i = 0; i < together.size(); ++i) {
+      const auto in_one = RunPeers(arguments, scene, NewSession(), arguments.compare[i]);
+      if (!in_one) return in_one.error();
+      together[i].Add(*in_one);
+      const auto alone = RunPeers(arguments, scene, "", arguments.compare[i]);
+      if (!alone) return alone.error();
+      apart[i].Add(*alone);
     }
   }
   ordered_json rows = ordered_json::array();
-  for (std::size_t i = 0; i < times.size(); ++i) {
+  for (std::size_t i = 0; i < together.size(); ++i) {
+    const double p99 = MedianOf(together[i].p99);
+    const double apart_p99 = MedianOf(apart[i].p99);
     rows.push_back({{"peers", arguments.compare[i]},
-                    {"frame_cpu_p50_us", MedianOf(times[i].p50)},
-                    {"frame_cpu_p99_us", MedianOf(times[i].p99)},
-                    {"ratio", MedianOf(times[i].p99) / MedianOf(times[0].p99)}});
+                    {"frame_cpu_p50_us", MedianOf(together[i].p50)},
+                    {"frame_cpu_p99_us", p99},
+                    {"ratio", p99 / MedianOf(together[0].p99)},
+                    {"apart_p50_us", MedianOf(apart[i].p50)},
+                    {"apart_p99_us", apart_p99},
+                    {"apart_ratio", apart_p99 / MedianOf(apart[0].p99)},
+                    {"ratio_to_apart", p99 / apart_p99}});
   }
   return ordered_json{
       {"seconds", arguments.seconds}, {"rounds", arguments.rounds}, {"sessions", rows}};
@@ -189,7 +195,7 @@ Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& sce
       if (!audience) return audience.error();
       const auto reports = [&] {
         const HalfOfTheCores apart(HalfOfTheCores::Half::kFirst);
-        return RunPeers(arguments, scene, session, 2, 2);
+        return RunPeers(arguments, scene, session, 2);
       }();
       if (!reports) return reports.error();
       const Result<std::uint64_t> least = audience->Leave();
@@ -229,8 +235,7 @@ int RunBenchSession(const SessionArguments& arguments) {
     json = *watched;
     json["load_before"] = load;
   } else if (arguments.compare.empty()) {
-    const auto reports =
-        RunPeers(arguments, *scene, NewSession(), arguments.peers, arguments.peers);
+    const auto reports = RunPeers(arguments, *scene, NewSession(), arguments.peers);
     if (!reports) return Fail(kExitFailed, reports.error().what);
     json = Delivery(arguments, *reports, load);
   } else {
@@ -256,9 +261,12 @@ int RunBenchSession(const SessionArguments& arguments) {
         100 * json.at("least_sent").get<double>());
   } else {
     for (const ordered_json& row : json.at("sessions")) {
-      std::printf("%d peers: a frame's processor time p99 %.1f us, %.2f of the first\n",
-                  row.at("peers").get<int>(), row.at("frame_cpu_p99_us").get<double>(),
-                  row.at("ratio").get<double>());
+      std::printf(
+          "%d peers: a frame's processor time p99 %.1f us, %.2f of the first; as many apart %.1f "
+          "us, together %.2f of that\n",
+          row.at("peers").get<int>(), row.at("frame_cpu_p99_us").get<double>(),
+          row.at("ratio").get<double>(), row.at("apart_p99_us").get<double>(),
+          row.at("ratio_to_apart").get<double>());
     }
   }
   return kExitOk;
@@ -289,9 +297,10 @@ void AddBenchSession(CLI::App& bench, int& exit_code) {
           ->delimiter(',')
           ->check(WholeNumberFrom(1, 64));
   command
-      ->add_option(
-          "--compare", arguments->compare,
-          "instead: a frame's processor time with so many peers who hold the body, as 1,2,4")
+      ->add_option("--compare", arguments->compare,
+                   "instead: a frame's processor time with so many peers who hold the body, as "
+                   "1,2,4, in one "
+                   "session and each in one of its own")
       ->delimiter(',')
       ->check(WholeNumberFrom(1, 16))
       ->excludes(viewers);
