@@ -1,7 +1,7 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace tandem {
@@ -11,37 +11,46 @@ namespace tandem {
 /// clock is compared with another's. Used by the haptic thread alone.
 ///
 /// Gains must hold for the worst age of the near future, so the largest of the past two seconds is
-/// kept (notes: the peak under-estimates the next second's worst in 2 to 6 % of cases, the mean in
-/// all).
+/// kept, to the frame (notes: the peak under-estimates the next second's worst in 2 to 6 % of
+/// cases, the mean in all).
 class DelayMeter {
  public:
   /// `loop_age_ns`: now minus the newest echo.
   void Add(std::int64_t now_ns, std::int64_t loop_age_ns) noexcept {
-    const std::int64_t slot = now_ns / kSlotNs;
-    const bool turns = slot != slot_;
-    if (turns) {
-      // slots that passed without a sample hold nothing
-      const std::int64_t passed = std::min<std::int64_t>(slot - slot_, kSlots);
-      for (std::int64_t i = 1; i <= passed; ++i) peaks_[Index(slot_ + i)] = 0;
-      slot_ = slot;
+    while (count_ > 0 && At(count_ - 1).age_ns <= loop_age_ns) --count_;
+    if (count_ == kMost) {  // the least of them is kept longer
+      At(count_ - 1).at_ns = now_ns;
+    } else {
+      At(count_++) = {now_ns, loop_age_ns};
     }
-    peaks_[Index(slot)] = std::max(peaks_[Index(slot)], loop_age_ns);
-    peak_ = turns ? *std::max_element(peaks_.begin(), peaks_.end()) : std::max(peak_, loop_age_ns);
+    Forget(now_ns);
   }
 
-  double peak_loop_age_s() const noexcept { return 1e-9 * static_cast<double>(peak_); }
+  /// What is older than two seconds, but for the last that was heard.
+  void Forget(std::int64_t now_ns) noexcept {
+    while (count_ > 1 && now_ns - At(0).at_ns > kHoldNs) {
+      first_ = (first_ + 1) % kMost;
+      --count_;
+    }
+  }
+
+  double peak_loop_age_s() const noexcept {
+    return count_ == 0 ? 0.0 : 1e-9 * static_cast<double>(ages_[first_].age_ns);
+  }
 
  private:
-  static constexpr std::int64_t kSlotNs = 100'000'000;
-  static constexpr std::int64_t kSlots = 20;
+  static constexpr std::int64_t kHoldNs = 2'000'000'000;
+  static constexpr std::size_t kMost = 256;
 
-  static std::size_t Index(std::int64_t slot) noexcept {
-    return static_cast<std::size_t>(slot % kSlots);
-  }
+  struct Age {
+    std::int64_t at_ns = 0;
+    std::int64_t age_ns = 0;
+  };
+  Age& At(std::size_t i) noexcept { return ages_[(first_ + i) % kMost]; }
 
-  std::array<std::int64_t, kSlots> peaks_{};
-  std::int64_t peak_ = 0;  // of them
-  std::int64_t slot_ = 0;
+  std::array<Age, kMost> ages_{};  // ring: each less than those before it
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
 };
 
 }  // namespace tandem

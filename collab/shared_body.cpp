@@ -171,10 +171,13 @@ LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
       partner.heard_ns = now_ns;
     }
     if (!partner.closed()) continue;
+    partner.meter.Forget(now_ns);
     if (std::exchange(partner.fresh_link, false)) {
       // as old as it was in the frame before it was heard of again; a peak of silence counts then
-      partner.meter.Add(
-          now_ns, std::max(partner.loop_age_ns(now_ns), last_frame_ns_ - partner.last_echo_ns));
+      const std::int64_t before_ns = last_frame_ns_ - partner.last_echo_ns;
+      const std::int64_t age_ns = partner.loop_age_ns(now_ns);
+      if (before_ns > age_ns) partner.meter.Add(last_frame_ns_, before_ns);
+      partner.meter.Add(now_ns, age_ns);
       partner.last_echo_ns = partner.echo_ns;
     }
     delay_sum_s_ += 0.5 * Seconds(partner.loop_age_ns(now_ns));

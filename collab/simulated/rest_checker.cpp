@@ -55,22 +55,13 @@ void RestChecker::LookAtCopies(SimulatedSession& session, const std::vector<std:
       return session.node(m).world().Pushed(b);
     });
     if (pressed) continue;
-    // what still moves a little is as far behind as its way is long
-    double speed = 0;
-    double turn = 0;
-    for (const std::size_t m : present) {
-      const Twist& V = session.node(m).world().state(b).V_WB;
-      speed = std::max(speed, V.v.norm());
-      turn = std::max(turn, V.w.norm());
-    }
-    const double way_s = 1e-3 * schedule_->LongestRoundTripMs() + 0.02;
     for (const std::size_t i : present) {
       for (const std::size_t j : present) {
         const Pose& X = session.node(i).world().state(b).X_WB;
         const Pose& Y = session.node(j).world().state(b).X_WB;
         const double distance = (X.p - Y.p).norm();
         const double angle = X.q.angularDistance(Y.q);
-        if (distance <= kDistance + way_s * speed && angle <= kAngle + way_s * turn) continue;
+        if (distance <= kDistance && angle <= kAngle) continue;
         breakages_->Add(
             "copies of " + model_->bodies[b].name + " disagree", session.id(i),
             "and peer " + std::to_string(session.id(j)) +

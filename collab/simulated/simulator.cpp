@@ -27,6 +27,22 @@ constexpr std::int64_t kLongestMs = 30'000;  // until the hands are at home
 constexpr double kConstantStiffness = 2000;  // N/m, of the law that knows of no delay
 constexpr std::int64_t kSettleNs = 1'000'000'000;  // as `tandem peer` has it
 
+/// Tells when what moves has come to rest: slow for a tenth of a second.
+class Stillness {
+ public:
+  void See(const Twist& V) noexcept {
+    frames_ = V.v.norm() < kSpeed && V.w.norm() < kTurn ? frames_ + 1 : 0;
+  }
+  bool is_still() const noexcept { return frames_ >= kFrames; }
+
+ private:
+  static constexpr double kSpeed = 2e-3;  // m/s
+  static constexpr double kTurn = 0.02;   // rad/s
+  static constexpr int kFrames = 100;
+
+  int frames_ = 0;
+};
+
 /// A scripted hand whose device shows the checker what it is given.
 class WatchedHand : public Device {
  public:
@@ -38,22 +54,16 @@ class WatchedHand : public Device {
   void Render(const Wrench& F_D_W) noexcept override {
     checker_->Felt(peer_, F_D_W);
     hand_.Render(F_D_W);
-    const Twist V = hand_.Read().V_WA;
-    const bool still = V.v.norm() < kStillSpeed && V.w.norm() < kStillTurn;
-    still_frames_ = still ? still_frames_ + 1 : 0;
+    stillness_.See(hand_.Read().V_WA);
   }
   /// Where it stays, and has come to rest.
   bool at_home() const {
-    return hand_.time() >= hand_.script().duration() && still_frames_ >= kStillFrames;
+    return hand_.time() >= hand_.script().duration() && stillness_.is_still();
   }
 
  private:
-  static constexpr double kStillSpeed = 2e-3;  // m/s
-  static constexpr double kStillTurn = 0.02;   // rad/s
-  static constexpr int kStillFrames = 100;
-
   ScriptedDevice hand_;
-  int still_frames_ = 0;
+  Stillness stillness_;
   SessionChecker* checker_;
   std::size_t peer_;
 };
@@ -243,11 +253,13 @@ class Run {
     }
   }
 
-  /// Whether all hands stay where they are and have what they asked for.
+  /// Whether all hands stay where they are and have what they asked for, and what they hold no
+  /// longer swings on its coupling.
   bool HandsAreHome() {
     for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
       if (!IsHere(p)) continue;
       if (!hands_[p]->at_home() || PeerOf(p).holdings().wanted() >= 0) return false;
+      if (grasps_[p].held >= 0 && !grasps_[p].stillness.is_still()) return false;
     }
     return true;
   }
@@ -270,8 +282,10 @@ class Run {
         grasp.as_agreed = static_cast<int>(model_->object[body]) == schedule_.peers[p].object &&
                           grasp.at_first[body];
       }
-      grasp.held = held;
       const World& world = session_.node(static_cast<std::size_t>(member_[p])).world();
+      if (held != grasp.held) grasp.stillness = {};
+      if (held >= 0) grasp.stillness.See(world.state(static_cast<std::size_t>(held)).V_WB);
+      grasp.held = held;
       grasp.at_first.resize(model_->bodies.size());
       for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
         const Pose& X = world.state(b).X_WB;
@@ -338,6 +352,7 @@ class Run {
   struct Grasp {
     int held = -1;           // a frame ago
     bool as_agreed = false;  // at the place that all know, before the body had moved
+    Stillness stillness;     // of what is held
     bool again = false;      // is to take the shared body once more
     std::vector<bool> at_first;
   };
