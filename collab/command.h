@@ -8,11 +8,13 @@ namespace tandem {
 
 /// What the user asks for, other than by moving the device.
 struct Command {
-  enum class Kind : std::uint8_t { kGrab, kRelease, kGive, kHeal };
+  enum class Kind : std::uint8_t { kGrab, kRelease, kGive, kHeal, kLayer, kDisplace };
 
   Kind kind = Kind::kGrab;
   ObjectId object = kNoObject;
-  PeerId to = 0;  // kGive: whom to
+  PeerId to = 0;           // kGive: whom to
+  std::int32_t layer = 0;  // kLayer: the force layer of what is in hand
+  double metres = 0;       // kDisplace: of its points, along their inward normals
 };
 
 }  // namespace tandem

@@ -213,6 +213,12 @@ void Peer::OnCommand(const Command& command) noexcept {
       parting_.Ask();
       holdings_.Heal();
       return;
+    case Command::Kind::kLayer:
+      inputs_.clearance.force_layer = command.layer;
+      return;
+    case Command::Kind::kDisplace:
+      inputs_.clearance.displacement = command.metres;
+      return;
   }
 }
 

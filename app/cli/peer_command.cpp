@@ -184,6 +184,8 @@ int RunOnce(PeerArguments& arguments) {
         Say(order.error().what);
       } else if (!node.peer().commands().TryPush(*order)) {
         Say("too many orders at once: '" + line + "' is not obeyed");
+      } else if (const std::string answer = Answer(*order, *joining.model); !answer.empty()) {
+        Say(answer);
       }
     }
     if (now_ns - opened_ns < kNewcomerNs && node.OneTooMany()) {

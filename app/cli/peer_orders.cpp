@@ -1,11 +1,17 @@
 #include "app/cli/peer_orders.h"
 
 #include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <optional>
 #include <sstream>
 #include <utility>
 
 #include <poll.h>
 #include <unistd.h>
+
+#include "engine/contact/clearance.h"
 
 namespace tandem {
 
@@ -14,7 +20,69 @@ namespace {
 const Error kTooLong{"a line of more than " + std::to_string(OrderReader::kLongest) +
                      " bytes is no order, and is left out"};
 
+ClearanceBounds BoundsOf(const Scene& scene) {
+  return ClearanceBounds::Of(scene.contact, scene.range_voxels, scene.voxel_size);
+}
+
+/// A whole word that is a number.
+template <typename Number>
+std::optional<Number> AsNumber(const std::string& word) {
+  Number number{};
+  const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (fault != std::errc{} || end != word.data() + word.size()) return std::nullopt;
+  return number;
+}
+
+/// `layer N` or `displace MM`.
+Result<Command> ParseClearance(bool layer, const std::string& word, const Scene& scene) {
+  const ClearanceBounds bounds = BoundsOf(scene);
+  char text[160];
+  Command command;
+  if (layer) {
+    command.kind = Command::Kind::kLayer;
+    const auto number = AsNumber<std::int32_t>(word);
+    if (number && *number >= bounds.least_layer && *number <= bounds.most_layer) {
+      command.layer = *number;
+      return command;
+    }
+    std::snprintf(text, sizeof text, "layer: expected a whole number from %d to %d, got '%.40s'",
+                  bounds.least_layer, bounds.most_layer, word.c_str());
+    return Error{text};
+  }
+  command.kind = Command::Kind::kDisplace;
+  const auto number = AsNumber<double>(word);
+  if (number && std::abs(*number) <= 1e3 * bounds.most_displacement) {
+    command.metres = 1e-3 * *number;
+    return command;
+  }
+  std::snprintf(text, sizeof text,
+                "displace: expected mm, inwards, from %g to %g (a voxel either way), got '%.40s'",
+                -1e3 * bounds.most_displacement, 1e3 * bounds.most_displacement, word.c_str());
+  return Error{text};
+}
+
 }  // namespace
+
+std::string Answer(const Command& order, const WorldModel& model) {
+  char text[240];
+  if (order.kind == Command::Kind::kLayer) {
+    const bool plain = model.scene.contact == ContactModel::kPlain;
+    std::snprintf(text, sizeof text,
+                  "force layer %d of what your hand holds, here alone: others have it as the "
+                  "scene says%s",
+                  order.layer,
+                  plain ? "" : "; in refined contact it pushes no earlier, 'displace' does that");
+    return text;
+  }
+  if (order.kind == Command::Kind::kDisplace) {
+    std::snprintf(text, sizeof text,
+                  "points of what your hand holds go %g mm %s, here alone: others have it "
+                  "undisplaced",
+                  1e3 * std::abs(order.metres), order.metres < 0 ? "outwards" : "inwards");
+    return text;
+  }
+  return {};
+}
 
 Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
                            const PeerDirectory& directory, bool own_only) {
@@ -26,11 +94,15 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   std::getline(words >> std::ws, peer);
   if (verb == "release" && body.empty()) return Command{Command::Kind::kRelease, kNoObject, 0};
   if (verb == "heal" && body.empty()) return Command{Command::Kind::kHeal, kNoObject, 0};
+  if ((verb == "layer" || verb == "displace") && !body.empty() && peer.empty()) {
+    return ParseClearance(verb == "layer", body, model.scene);
+  }
   const bool grab = verb == "grab" && !body.empty() && peer.empty();
   const bool give = verb == "give" && !peer.empty();
   if (!grab && !give) {
     return Error{"'" + line +
-                 "' is no order: grab BODY, release, give BODY PEER, heal, peers, or network FILE"};
+                 "' is no order: grab BODY, release, give BODY PEER, heal, layer N, displace MM, "
+                 "peers, or network FILE"};
   }
   const int found = model.BodyNamed(body);
   if (found < 0) return Error{"the scene has no moving body '" + body + "'"};

@@ -10,10 +10,14 @@
 
 namespace tandem {
 
-/// What a line of a user's asks for: `grab BODY`, `release`, `give BODY PEER`, `heal`. An error
-/// says what is not understood, or not there; with `own_only`, that a shared body is not taken.
+/// What a line of a user's asks for: `grab BODY`, `release`, `give BODY PEER`, `heal`, `layer N`,
+/// `displace MM`. An error says what is not understood, not there, or beyond what may be; with
+/// `own_only`, that a shared body is not taken.
 Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
                            const PeerDirectory& directory, bool own_only = false);
+
+/// What there is to know of an order that is obeyed, in a line; empty: nothing.
+std::string Answer(const Command& order, const WorldModel& model);
 
 /// The lines of standard input, as they come; never waits. Where we run in the background of a
 /// terminal nothing is read, which would stop the program.

@@ -100,6 +100,8 @@ void CodeFields(Code& code, T& command) {
   code(command.kind);
   code(command.object);
   code(command.to);
+  if (command.kind == Command::Kind::kLayer) code(command.layer);
+  if (command.kind == Command::Kind::kDisplace) code(command.metres);
 }
 
 }  // namespace tandem

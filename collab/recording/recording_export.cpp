@@ -62,6 +62,10 @@ const char* Said(Command::Kind kind) {
       return "give";
     case Command::Kind::kHeal:
       return "heal";
+    case Command::Kind::kLayer:
+      return "layer";
+    case Command::Kind::kDisplace:
+      return "displace";
   }
   return "";
 }
@@ -177,6 +181,12 @@ void RecordingExport::AddWords(const RecordedFrame& frame) {
     std::string words("asked here: ");
     words.append(Said(command.kind));
     if (command.object != kNoObject) words.append(" ").append(NameOf(command.object));
+    if (command.kind == Command::Kind::kLayer) {
+      words.append(" ").append(std::to_string(command.layer));
+    }
+    if (command.kind == Command::Kind::kDisplace) {
+      words.append(" ").append(std::to_string(1e3 * command.metres)).append(" mm inwards");
+    }
     if (command.to != 0) words.append(" to ").append(IdOf(command.to));
     say(words);
   }

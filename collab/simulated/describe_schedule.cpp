@@ -38,6 +38,10 @@ std::string Describe(const Command& command) {
       return "gives what it holds to peer " + std::to_string(command.to);
     case Command::Kind::kHeal:
       return "asks to heal";
+    case Command::Kind::kLayer:
+      return "asks for force layer " + std::to_string(command.layer);
+    case Command::Kind::kDisplace:
+      return "displaces its points by " + std::to_string(1e3 * command.metres) + " mm";
   }
   return {};
 }

@@ -10,6 +10,9 @@ enum class ContactModel : std::uint8_t {
   kRefined  // exact features against exact features (VPS.md §4.6)
 };
 
+/// Queues between the deepest force layer and the range of the distance field.
+inline constexpr int kWarningQueues = 2;
+
 /// The force layer that a model needs (paper §3.2): of the plain one, 2 is the least that never
 /// lets exact surfaces meet; the refined one looks at what lies in the first.
 constexpr int DefaultForceLayer(ContactModel model) {

@@ -40,8 +40,9 @@ struct Contact {
 };
 
 /// The paper's contacts: one for each candidate below its tangent plane, along its own normal.
-/// Gives how many; `out` has room for as many as there are candidates.
+/// `layers`: the force layer, or between two. Gives how many; `out` has room for as many as there
+/// are candidates.
 std::size_t FindPlainContacts(std::span<const Candidate> candidates, const Voxmap& voxmap,
-                              int layer, Contact* out) noexcept;
+                              double layers, Contact* out) noexcept;
 
 }  // namespace tandem

@@ -83,6 +83,7 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       shared_from_(options.schedule.shared_from / kBlocks),
       blocks_(std::make_unique<const PointBlocks>(shell)),
       schedule_(MakeSchedule(*blocks_, voxmap, options.force_layer, options.schedule)),
+      clearance_{static_cast<double>(options.force_layer), 0.0},
       candidates_(std::min(shell.size(), kMostCandidates)) {
   if (options.details != nullptr) {
     const double least_radius = map_radius > 0 ? std::min(shell.radius, map_radius) : shell.radius;
@@ -157,14 +158,14 @@ void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform
                                const double* turned) noexcept {
   const Mat3 R_VS = X_VS.q.toRotationMatrix();
   const std::span<Candidate> candidates(candidates_.data(), candidate_count_);
-  const int layer = schedule_->force_layer();
   const auto look = [&](std::size_t begin, std::size_t end, int thread) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i + kAhead < end) Fetch(*blocks_, candidates[i + kAhead]);
       Place(X_VS, R_VS, transform, candidates[i]);
     }
     if (refined_ == nullptr) return;
-    refined_->LookAt(candidates, begin, end, R_VS, layer, turned, thread, contacts_.data());
+    refined_->LookAt(candidates, begin, end, R_VS, clearance_.layers, turned, thread,
+                     contacts_.data());
   };
   if (helpers_ != nullptr && candidate_count_ >= shared_from_) {
     helpers_->Summon();
@@ -172,9 +173,9 @@ void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform
   } else {
     look(0, candidate_count_, 0);
   }
-  contact_count_ = refined_ != nullptr
-                       ? refined_->Take(candidates, R_VS, contacts_.data())
-                       : FindPlainContacts(candidates, *voxmap_, layer, contacts_.data());
+  contact_count_ = refined_ != nullptr ? refined_->Take(candidates, R_VS, contacts_.data())
+                                       : FindPlainContacts(candidates, *voxmap_, clearance_.layers,
+                                                           contacts_.data());
 }
 
 void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
@@ -333,6 +334,15 @@ void ContactPair::LimitTravel(double metres) noexcept {
   schedule_->LimitTravel(Gap() > 0 ? 0.0 : metres);
 }
 
+void ContactPair::SetClearance(const Clearance& clearance) noexcept {
+  const int layer = static_cast<int>(std::ceil(clearance.layers));
+  if (layer != schedule_->force_layer()) schedule_->SetForceLayer(layer);
+  if (clearance.displacement != schedule_->displacement()) {
+    schedule_->SetDisplacement(clearance.displacement);
+  }
+  clearance_ = clearance;
+}
+
 PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {
   PoseReading reading;
   const Pose X_WV = map_body.X_WB * X_BV_;
@@ -340,7 +350,7 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
   const double gap = GapBetween(map_extent_, shell_extent_, X_VS, 0);
   if (gap > std::abs(schedule_->displacement())) return reading;
   const int threshold = 2 + schedule_->force_layer();
-  const VoxelTransform transform(X_VS, voxmap_->voxel_size(), 0);
+  const VoxelTransform transform(X_VS, voxmap_->voxel_size(), schedule_->displacement());
   PairReport report;
   candidate_count_ = 0;
   for (std::size_t b = 0; b < blocks_->size(); ++b) {

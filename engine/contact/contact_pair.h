@@ -8,6 +8,7 @@
 
 #include "engine/base/load.h"
 #include "engine/contact/broad_phase.h"
+#include "engine/contact/clearance.h"
 #include "engine/contact/contact_model.h"
 #include "engine/contact/look_load.h"
 #include "engine/contact/schedule.h"
@@ -88,6 +89,11 @@ class ContactPair {
   /// How far the two bodies may come towards one another before the next Collide(), m.
   void LimitTravel(double metres) noexcept;
 
+  /// From the next Collide() on. Between whole layers contact pushes as deep as they say, and what
+  /// the thicker one holds is tested.
+  void SetClearance(const Clearance& clearance) noexcept;
+  const Clearance& clearance() const noexcept { return clearance_; }
+
   /// Reads every point, whatever the schedule.
   PoseReading Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept;
 
@@ -143,6 +149,7 @@ class ContactPair {
   std::unique_ptr<const PointBlocks> blocks_;
   std::unique_ptr<Schedule> schedule_;
   std::unique_ptr<RefinedContacts> refined_;
+  Clearance clearance_;
   double odometer_ = 0;   // voxels that surfaces can have come nearer since the first test
   double displaced_ = 0;  // m, of the points at the last test
   Quat q_VS_;             // at the last call

@@ -340,7 +340,7 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
   return found;
 }
 
-std::uint8_t RefinedContacts::MeetOne(Candidate& candidate, const Mat3& R_VS, int layer,
+std::uint8_t RefinedContacts::MeetOne(Candidate& candidate, const Mat3& R_VS, double layers,
                                       Scratch& scratch, Contact* out) noexcept {
   if (candidate.label == Label::kSurface) return BearOnVertices(candidate, scratch);
   if (candidate.label == Label::kEdge) {
@@ -355,11 +355,11 @@ std::uint8_t RefinedContacts::MeetOne(Candidate& candidate, const Mat3& R_VS, in
   if (met.has_value()) return static_cast<std::uint8_t>(*met);
   // deeper in than the map's surface reaches: the plain depth goes on
   if (candidate.mark != kInteriorMark) return 0;
-  return static_cast<std::uint8_t>(FindPlainContacts({&candidate, 1}, *voxmap_, layer, out));
+  return static_cast<std::uint8_t>(FindPlainContacts({&candidate, 1}, *voxmap_, layers, out));
 }
 
 void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end,
-                             const Mat3& R_VS, int layer, const double* turned, int thread,
+                             const Mat3& R_VS, double layers, const double* turned, int thread,
                              Contact* out) noexcept {
   Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
   scratch.left.clear();
@@ -381,7 +381,7 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
     if (turned == nullptr) {
       scratch.clear.BeginNone();
       candidate.look = Candidate::Look::kOpen;
-      found_[i] = MeetOne(candidate, R_VS, layer, scratch, out + kPerPoint * i);
+      found_[i] = MeetOne(candidate, R_VS, layers, scratch, out + kPerPoint * i);
       continue;
     }
     if (budget_.Serves(candidate.point)) {
@@ -389,7 +389,7 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
       if ((i + frame_) % one_in == 0) {
         scratch.clear.Begin(most_turn_);
         candidate.look = Candidate::Look::kOpen;
-        found_[i] = MeetOne(candidate, R_VS, layer, scratch, out + kPerPoint * i);
+        found_[i] = MeetOne(candidate, R_VS, layers, scratch, out + kPerPoint * i);
         Remember(candidate, *turned, scratch, regions_[i]);
         continue;
       }
@@ -398,7 +398,7 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
     scratch.left.push_back(static_cast<std::uint32_t>(i));
   }
   scratch.clear.BeginNone();
-  SiftAll(candidates, R_VS, layer, scratch, out);
+  SiftAll(candidates, R_VS, layers, scratch, out);
 }
 
 void RefinedContacts::Remember(Candidate& candidate, double turned, const Scratch& scratch,
@@ -409,7 +409,7 @@ void RefinedContacts::Remember(Candidate& candidate, double turned, const Scratc
   candidate.slack = SlackIn(region, candidate, turned);
 }
 
-void RefinedContacts::SiftAll(std::span<Candidate> candidates, const Mat3& R_VS, int layer,
+void RefinedContacts::SiftAll(std::span<Candidate> candidates, const Mat3& R_VS, double layers,
                               Scratch& scratch, Contact* out) noexcept {
   const std::span<const std::uint32_t> left = scratch.left;
   for (std::size_t first = 0; first < left.size();) {
@@ -428,14 +428,14 @@ void RefinedContacts::SiftAll(std::span<Candidate> candidates, const Mat3& R_VS,
       low = l;
       high = h;
     }
-    Sift(candidates, left.subspan(first, last - first), low, high, R_VS, layer, scratch, out);
+    Sift(candidates, left.subspan(first, last - first), low, high, R_VS, layers, scratch, out);
     first = last;
   }
 }
 
 void RefinedContacts::Sift(std::span<Candidate> candidates, std::span<const std::uint32_t> group,
-                           const GridIndex& low, const GridIndex& high, const Mat3& R_VS, int layer,
-                           Scratch& scratch, Contact* out) noexcept {
+                           const GridIndex& low, const GridIndex& high, const Mat3& R_VS,
+                           double layers, Scratch& scratch, Contact* out) noexcept {
   NearPieces& pieces = scratch.pieces;
   const Label label = candidates[group.front()].label;
   const auto says_faces = [&](const Candidate& candidate) {
@@ -477,7 +477,7 @@ void RefinedContacts::Sift(std::span<Candidate> candidates, std::span<const std:
   for (const std::uint32_t i : group) {
     if (gathered && !may_push(candidates[i])) continue;
     candidates[i].look = Candidate::Look::kOpen;
-    found_[i] = MeetOne(candidates[i], R_VS, layer, scratch, out + kPerPoint * i);
+    found_[i] = MeetOne(candidates[i], R_VS, layers, scratch, out + kPerPoint * i);
   }
 }
 

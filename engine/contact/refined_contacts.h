@@ -57,7 +57,7 @@ class RefinedContacts {
   /// the bodies have turned against one another in all, rad; null to look at each exactly and
   /// remember nothing. `thread`: the calling one's number.
   void LookAt(std::span<Candidate> candidates, std::size_t begin, std::size_t end, const Mat3& R_VS,
-              int layer, const double* turned, int thread, Contact* out) noexcept;
+              double layers, const double* turned, int thread, Contact* out) noexcept;
   /// The contacts of a frame's candidates, all of which have been looked at; `out` has room for
   /// RoomFor(candidates) contacts. One thread.
   std::size_t Take(std::span<const Candidate> candidates, const Mat3& R_VS, Contact* out) noexcept;
@@ -143,14 +143,14 @@ class RefinedContacts {
   void Remember(Candidate& candidate, double turned, const Scratch& scratch,
                 ClearRegion& region) const noexcept;
   /// Looks at those of scratch.left that a sieve lets through.
-  void SiftAll(std::span<Candidate> candidates, const Mat3& R_VS, int layer, Scratch& scratch,
+  void SiftAll(std::span<Candidate> candidates, const Mat3& R_VS, double layers, Scratch& scratch,
                Contact* out) noexcept;
   /// A group: of one label, its voxels from `low` to `high`, within the spread of NearPieces.
   void Sift(std::span<Candidate> candidates, std::span<const std::uint32_t> group,
-            const GridIndex& low, const GridIndex& high, const Mat3& R_VS, int layer,
+            const GridIndex& low, const GridIndex& high, const Mat3& R_VS, double layers,
             Scratch& scratch, Contact* out) noexcept;
   /// Gives contacts into `out`, and into found_, how many.
-  std::uint8_t MeetOne(Candidate& candidate, const Mat3& R_VS, int layer, Scratch& scratch,
+  std::uint8_t MeetOne(Candidate& candidate, const Mat3& R_VS, double layers, Scratch& scratch,
                        Contact* out) noexcept;
   /// Nothing when no piece of surface is near.
   std::optional<std::size_t> MeetSurface(const Candidate& candidate, Scratch& scratch,

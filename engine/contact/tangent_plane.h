@@ -14,15 +14,15 @@ struct ContactGains {
   double friction = 0;   // Coulomb's mu
 };
 
-/// N/m at each point, of bodies however light: a voxel of depth on one point holds 50 N, more than a
-/// hand gives.
+/// N/m at each point, of bodies however light: a voxel of depth on one point holds 50 N, more than
+/// a hand gives.
 constexpr double LeastContactStiffness(double voxel_size) {
   return 50.0 / voxel_size;
 }
 
-/// Stiff enough for that, and that one point stops a body of that mass (kg), arriving at the travel limit of half a voxel a frame (h,
-/// s), within a voxel: m v^2 = K s^2 with v = s / (2 h). Critically damped. The step is implicit,
-/// so neither has a limit.
+/// Stiff enough for that, and that one point stops a body of that mass (kg), arriving at the travel
+/// limit of half a voxel a frame (h, s), within a voxel: m v^2 = K s^2 with v = s / (2 h).
+/// Critically damped. The step is implicit, so neither has a limit.
 inline ContactGains DefaultContactGains(double voxel_size, double mass, double h) {
   const double stiffness = std::max(LeastContactStiffness(voxel_size), 0.25 * mass / (h * h));
   return {.stiffness = stiffness, .damping = 2.0 * std::sqrt(stiffness * mass)};
@@ -45,13 +45,14 @@ inline double ContactStiffness(double stiffness, double depth, double voxel_size
 /// perpendicular to the point's own normal `nhat`, which points into its body, away from what it
 /// touches.
 ///
-/// Deeper layers (value < 2 + layer) add a layer's thickness along the normal each: without that
+/// Deeper layers (value < 2 + layers) add a layer's thickness along the normal each: without that
 /// the force would saw as a point goes from voxel to voxel, and vanish inside.
 ///
-/// `p`, its voxel's `centre` and `nhat` in V; `value` the voxel's mark.
+/// `p`, its voxel's `centre` and `nhat` in V; `value` the voxel's mark. `layers` goes from one
+/// force layer to the next without a step: the next one's points are above their planes at first.
 inline double TangentPlaneDepth(const Vec3& p, const Vec3& centre, const Vec3& nhat, int value,
-                                int layer, double voxel_size) noexcept {
-  return (centre - p).dot(nhat) + (2 + layer - value) * voxel_size * nhat.lpNorm<1>();
+                                double layers, double voxel_size) noexcept {
+  return (centre - p).dot(nhat) + (2 + layers - value) * voxel_size * nhat.lpNorm<1>();
 }
 
 }  // namespace tandem

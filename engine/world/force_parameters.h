@@ -21,7 +21,8 @@ struct ForceParameters {
 };
 
 ForceParameters ParametersOf(const Scene& scene);
-/// Gives them to a scene, and the range that its force layer needs. The stiffness is not the scene's to choose: it follows from the voxels.
+/// Gives them to a scene, and the range that its force layer needs. The stiffness is not the
+/// scene's to choose: it follows from the voxels.
 void Adopt(const ForceParameters& parameters, Scene& scene);
 std::uint64_t HashOf(const ForceParameters& parameters);
 /// "voxels of 1 mm, refined contact, force layer 1, friction 0"

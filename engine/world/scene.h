@@ -14,9 +14,6 @@
 
 namespace tandem {
 
-/// Queues between the deepest force layer and the range of the distance field.
-inline constexpr int kWarningQueues = 2;
-
 /// One part as the scene file tells of it. Its place in Scene::bodies is its number on the network.
 struct SceneBody {
   std::string name;

@@ -39,6 +39,13 @@ struct StepInputs {
     Anchor goal;    // the device
     CouplingGains gains;
   };
+  /// How far from other bodies' surfaces the body in hand meets them (paper §3.2); all others keep
+  /// to the scene.
+  struct HandClearance {
+    static constexpr int kSceneLayer = -1;
+    int force_layer = kSceneLayer;
+    double displacement = 0;  // m, along the inward normals, of the pointshells of its pairs
+  };
   struct Link {
     Anchor copy;  // another user's instance of the held body
     CouplingGains gains;
@@ -53,6 +60,7 @@ struct StepInputs {
   /// well.
   double look_price = kDefaultLookPrice;
   Hand hand;
+  HandClearance clearance;     // gone to at kClearancePace, within ClearanceBounds
   std::size_t link_count = 0;  // all on the body that the hand holds
   std::array<Link, kMaxLinkAnchors> links{};
   double ground_damping = 0;  // of the held body, N s/m

@@ -15,9 +15,10 @@ namespace {
 constexpr double kFreeTravel = 32.0;
 
 /// Of what others must not reach unseen, from its frame's origin, m: the surface voxels and the
-/// layers round them that read contact.
-double RadiusOf(const BodyModel& body, int force_layer) {
-  return body.points.radius + (force_layer + 2) * std::sqrt(3.0) * body.points.spacing;
+/// layers round them that may read contact.
+double RadiusOf(const BodyModel& body) {
+  const int most_layer = body.voxmap.range() - kWarningQueues;
+  return body.points.radius + (most_layer + 2) * std::sqrt(3.0) * body.points.spacing;
 }
 
 /// Of a pair's travel, what falls to one body. A mirrored body gives way to nothing, so the other
@@ -47,9 +48,9 @@ bool IsShell(const WorldModel& model, std::size_t a, std::size_t b) {
   return model.bodies[a].points.size() <= model.bodies[b].points.size();
 }
 
-void FollowMirror(const BodyModel& model, RigidState& state, const Pose& target_WB,
+/// `radius`: of its points as they are displaced, m; as of StepBody().
+void FollowMirror(const BodyModel& model, RigidState& state, const Pose& target_WB, double radius,
                   double max_travel) {
-  const double radius = model.points.radius;
   if (model.constraint) {
     Follow(*model.constraint, state, target_WB, kFrame, radius, max_travel);
   } else {
@@ -68,8 +69,8 @@ Twist TwistAlone(const BodyModel& model, const RigidState& state, const Load& lo
 }
 
 /// Goes on at a twist for a frame. Gives whether the limit of the travel held the body back.
-bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, double max_travel) {
-  const double radius = model.points.radius;
+bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, double radius,
+              double max_travel) {
   if (!model.constraint) {
     Advance(state, wanted, kFrame, radius, max_travel);
     return state.V_WB.v != wanted.v || state.V_WB.w != wanted.w;
@@ -134,12 +135,11 @@ void World::AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedul
   const std::size_t map = is_shell ? b : a;
   const BodyModel& shell_model = model_->bodies[bodies_[shell].shape];
   const BodyModel& map_model = model_->bodies[bodies_[map].shape];
-  const int layer = model_->scene.force_layer;
   pairs_.push_back({{shell_model.points,
                      map_model.voxmap,
                      map_model.X_BV,
-                     RadiusOf(map_model, layer),
-                     {.force_layer = layer,
+                     RadiusOf(map_model),
+                     {.force_layer = model_->scene.force_layer,
                       .details = DetailsOf(map_model.details),
                       .both_move = true,
                       .schedule = schedule},
@@ -178,6 +178,7 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
   for (Body& body : bodies_) body.load = {};
   for (Pair& pair : pairs_) pair.pushes = false;
   BeginAtRest(in);
+  GoToClearance(in);
   if (contact_on_) Collide(in);
   ShareTravel(in);
   Couple(in);
@@ -192,6 +193,32 @@ void World::BeginAtRest(const StepInputs& in) noexcept {
     if (before == BodyDrive::kMirrored && bodies_[b].drive == BodyDrive::kSimulated) {
       bodies_[b].state.V_WB = {};
     }
+  }
+}
+
+ClearanceBounds World::Bounds(const ContactPair& pair) const noexcept {
+  return ClearanceBounds::Of(model_->scene.contact, pair.voxmap().range(),
+                             model_->scene.voxel_size);
+}
+
+void World::GoToClearance(const StepInputs& in) noexcept {
+  const Clearance scenes{static_cast<double>(model_->scene.force_layer), 0.0};
+  for (Body& body : bodies_) body.displaced = 0;
+  for (Pair& pair : pairs_) {
+    Clearance goal = scenes;
+    const bool in_hand =
+        in.hand.body >= 0 && (pair.shell == in.hand.body || pair.map == in.hand.body);
+    if (in_hand) {
+      const bool ordered = in.clearance.force_layer != StepInputs::HandClearance::kSceneLayer;
+      goal = Bounds(pair.contact).Within(in.clearance.force_layer, in.clearance.displacement);
+      if (!ordered) goal.layers = scenes.layers;
+    }
+    if (pair.contact.clearance() != goal) {
+      pair.contact.SetClearance(
+          Nearer(pair.contact.clearance(), goal, kFrame, model_->scene.voxel_size));
+    }
+    double& displaced = bodies_[static_cast<std::size_t>(pair.shell)].displaced;
+    displaced = std::max(displaced, std::abs(pair.contact.clearance().displacement));
   }
 }
 
@@ -313,6 +340,7 @@ void World::Move(const StepInputs& in) noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
     const BodyModel& model = model_->bodies[body.shape];
+    const double radius = model.points.radius + body.displaced;
     const BodyDrive drive = DriveOf(in, b);
     if (drive == BodyDrive::kAbsent) {
       body.state = bodies_[body.shape].state;  // where it will begin
@@ -325,13 +353,13 @@ void World::Move(const StepInputs& in) noexcept {
     if (drive == BodyDrive::kMirrored) {
       const StepInputs::BodyInput& input = in.bodies[body.shape];
       const Pose& target_WB = b == body.shape ? input.mirror_WB : input.second_WB;
-      FollowMirror(model, body.state, target_WB, body.max_travel);
+      FollowMirror(model, body.state, target_WB, radius, body.max_travel);
       continue;
     }
     const Twist before = body.state.V_WB;
     const Twist wanted =
         body.together ? together_.twist(b) : TwistAlone(model, body.state, body.load);
-    if (StepBody(model, body.state, wanted, body.max_travel)) {
+    if (StepBody(model, body.state, wanted, radius, body.max_travel)) {
       report_.flags |= StepReport::kTravelLimited;
     }
     const Twist& after = body.state.V_WB;

@@ -57,6 +57,7 @@ class World {
     Load load;
     BodyDrive drive = BodyDrive::kParked;  // in the last frame
     double max_travel = 0;                 // m, in this frame
+    double displaced = 0;                  // m, the most that its points are, either way
     bool together = false;                 // its twist is that of together_
     std::size_t shape = 0;  // into the model's bodies; its own number, but of a second instance
     int second = -1;        // its second instance, of a shared body
@@ -71,6 +72,9 @@ class World {
   /// A pair of bodies that both move, by number.
   void AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedule);
   ContactGains GainsFor(double mass) const;
+  ClearanceBounds Bounds(const ContactPair& pair) const noexcept;
+  /// Brings each pair's clearance nearer to what it shall be.
+  void GoToClearance(const StepInputs& in) noexcept;
   BodyDrive DriveOf(const StepInputs& in, std::size_t body) const noexcept;
   /// Whether forces move it here; of a body's number, or -1 for the fixture.
   bool IsSimulated(const StepInputs& in, int body) const noexcept;

@@ -72,6 +72,33 @@ TEST(PeerOrders, WhatIsNotUnderstoodOrNotThereIsSaid) {
   EXPECT_THAT(room.Order("give own Ben").error().what, HasSubstr("called 'Ben'"));
 }
 
+TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
+  Room room;
+  const auto layer = room.Order("layer 3");
+  ASSERT_TRUE(layer);
+  EXPECT_EQ(layer->kind, Command::Kind::kLayer);
+  EXPECT_EQ(layer->layer, 3);
+  EXPECT_THAT(Answer(*layer, *room.model), HasSubstr("force layer 3 of what your hand holds"));
+  const auto displace = room.Order("displace -1.5");
+  ASSERT_TRUE(displace);
+  EXPECT_EQ(displace->kind, Command::Kind::kDisplace);
+  EXPECT_DOUBLE_EQ(displace->metres, -0.0015);
+  EXPECT_THAT(Answer(*displace, *room.model), HasSubstr("1.5 mm outwards, here alone"));
+  EXPECT_EQ(Answer(*room.Order("grab own"), *room.model), "");
+  // refined contact needs the first layer; the fields reach 8 voxels, of 4 mm
+  for (const char* word : {"0", "7", "-1", "2.5", "2x", "99999999999", "nan"}) {
+    EXPECT_EQ(room.Order(std::string("layer ") + word).error().what,
+              std::string("layer: expected a whole number from 1 to 6, got '") + word + "'");
+  }
+  for (const char* word : {"4.1", "-5", "1e400", "nan", "inf", "1mm"}) {
+    EXPECT_EQ(room.Order(std::string("displace ") + word).error().what,
+              std::string("displace: expected mm, inwards, from -4 to 4 (a voxel either way), ") +
+                  "got '" + word + "'");
+  }
+  EXPECT_THAT(room.Order("layer").error().what, HasSubstr("is no order"));
+  EXPECT_THAT(room.Order("displace 1 mm").error().what, HasSubstr("is no order"));
+}
+
 TEST(PeerOrders, WithOtherForceParametersNoSharedBodyIsTaken) {
   Room room;
   EXPECT_TRUE(room.Order("grab own", true));

@@ -178,6 +178,44 @@ TEST(Recording, ThreePeersSessionIsRepeatedBitForBit) {
   }
 }
 
+// Force layer and displacement are ordered while hands press; without them all would be different.
+TEST(Recording, OrdersOfClearanceAreRepeated) {
+  const ScratchFolder scratch;
+  const auto model = Boxes();
+  const fs::path file = scratch.path() / "r";
+  const RecordingHeader header = HeaderOf(1, 1);
+  const std::unique_ptr<Recorder> recorder = Record(file, header);
+  SimulatedSession session;
+  session.Add(Node(model, header, recorder.get(), 0), 1);
+  session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
+  for (int i = 0; i < 4000; ++i) {
+    SpscQueue<Command>& asks = session.node(1).peer().commands();
+    if (i == 1000) asks.TryPush({.kind = Command::Kind::kDisplace, .metres = -1.0 / 3.0 * 0.002});
+    if (i == 2000) asks.TryPush({.kind = Command::Kind::kLayer, .layer = 4});
+    session.Step();
+  }
+  ASSERT_TRUE(recorder->Close().has_value());
+  const ReplayResult result = ReplayFile(file, model);
+  EXPECT_FALSE(result.first_different);
+  EXPECT_EQ(result.frames, 4000);
+
+  Result<RecordingReader> reader = RecordingReader::Open(file);
+  ASSERT_TRUE(reader.has_value());
+  Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), model);
+  ASSERT_TRUE(replay.has_value());
+  std::vector<Command> orders;
+  bool differs = false;
+  while (std::optional<RecordedFrame> frame = reader->Next()) {
+    for (const Command& order : frame->commands) orders.push_back(order);
+    frame->commands.clear();
+    differs = (*replay)->Run(*frame) != frame->state_hash || differs;
+  }
+  ASSERT_EQ(orders.size(), 2U);
+  EXPECT_EQ(orders[0].metres, -1.0 / 3.0 * 0.002);
+  EXPECT_EQ(orders[1].layer, 4);
+  EXPECT_TRUE(differs);
+}
+
 TEST(Recording, TheHeaderSurvivesAsItWas) {
   RecordingHeader header = HeaderOf(0xFEDCBA9876543210, 1);
   header.peer.own_only = true;

@@ -195,7 +195,7 @@ TEST(BroadPhase, CountsHowFarPointsAreDisplaced) {
   Load load;
   EXPECT_EQ(pair.Collide({X_W, {}}, {Pose{}, {}}, load, load).contact_points, 0);
   // normals point into the ball
-  pair.schedule().SetDisplacement(-0.06);
+  pair.SetClearance({1.0, -0.06});
   EXPECT_GT(pair.Collide({X_W, {}}, {Pose{}, {}}, load, load).contact_points, 0);
 }
 

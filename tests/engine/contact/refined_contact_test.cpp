@@ -368,8 +368,8 @@ TEST_P(StandingClear, ChangesNoBit) {
       const int layer = static_cast<int>(Uniform(changes, 0, 4));
       const double displacement = kS * Uniform(changes, -0.3, 0.3);
       for (ContactPair* each : {&with, &without}) {
-        each->schedule().SetForceLayer(layer);
-        if (frame % 3 == 0) each->schedule().SetDisplacement(displacement);
+        const double before = each->clearance().displacement;
+        each->SetClearance({static_cast<double>(layer), frame % 3 == 0 ? displacement : before});
       }
     }
     Load one, other, on_map;

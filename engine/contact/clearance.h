@@ -1,0 +1,53 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/contact/contact_kind.h"
+
+namespace tandem {
+
+/// How fast a clearance goes to another one, m/s: a hand in contact is pushed away or let in at
+/// this pace.
+inline constexpr double kClearancePace = 0.01;
+
+/// How far from surfaces contact begins, as far as it may be changed while running (paper §3.2).
+struct Clearance {
+  double layers = 0;        // the force layer; between whole ones while it goes to another
+  double displacement = 0;  // m, of the points along their inward normals: less clearance
+  bool operator==(const Clearance&) const = default;
+};
+
+/// What a clearance may be.
+struct ClearanceBounds {
+  int least_layer = 0;
+  int most_layer = 0;
+  double most_displacement = 0;  // m, either way
+
+  /// By fields that reach `range` voxels. Displacement tunes between one layer and the next; the
+  /// refined model looks for contacts in the first layer, and would miss some in layer 0.
+  static constexpr ClearanceBounds Of(ContactModel model, int range, double voxel_size) {
+    const int most = std::max(0, range - kWarningQueues);
+    const int least = model == ContactModel::kPlain ? 0 : DefaultForceLayer(model);
+    return {std::min(least, most), most, voxel_size};
+  }
+  /// The nearest that is allowed; what is no number is no displacement.
+  Clearance Within(int layer, double displacement) const noexcept {
+    const double metres = std::isfinite(displacement) ? displacement : 0.0;
+    return {static_cast<double>(std::clamp(layer, least_layer, most_layer)),
+            std::clamp(metres, -most_displacement, most_displacement)};
+  }
+};
+
+/// One clearance on its way to another, after `seconds`.
+inline Clearance Nearer(const Clearance& from, const Clearance& to, double seconds,
+                        double voxel_size) noexcept {
+  const auto go = [](double at, double goal, double step) {
+    return std::abs(goal - at) <= step ? goal : at + std::copysign(step, goal - at);
+  };
+  const double step = kClearancePace * seconds;
+  return {go(from.layers, to.layers, step / voxel_size),
+          go(from.displacement, to.displacement, step)};
+}
+
+}  // namespace tandem
