@@ -363,6 +363,18 @@ TEST_F(PeerCommand, TwoOfOneNameAreToldApart) {
   EXPECT_EQ(second.End(), kExitOk);
 }
 
+TEST_F(PeerCommand, AClearanceIsOrderedWhileItRuns) {
+  Running anna = Start("one", "--name anna --hold left");
+  ASSERT_TRUE(anna.WaitFor("you hold left"));
+  anna.Order("displace -0.1");
+  EXPECT_TRUE(anna.WaitFor("0.1 mm outwards, here alone: others have it undisplaced"));
+  anna.Order("layer 3");
+  EXPECT_TRUE(anna.WaitFor("force layer 3 of what your hand holds, here alone"));
+  anna.Order("layer 99");
+  EXPECT_TRUE(anna.WaitFor("layer: expected a whole number from"));
+  EXPECT_EQ(anna.End(), kExitOk);
+}
+
 TEST_F(PeerCommand, AViewerLooksOnAndAUserWithoutForceFeedbackIsOtherwiseEqual) {
   Running anna = Start("one", "--name anna --device none --hold left --seconds 4 --hand " +
                                   In("shift.json") + " --report " + In("anna"));

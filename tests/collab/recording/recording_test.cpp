@@ -189,7 +189,7 @@ TEST(Recording, OrdersOfClearanceAreRepeated) {
   session.Add(Node(model, header, recorder.get(), 0), 1);
   session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
   for (int i = 0; i < 4000; ++i) {
-    SpscQueue<Command>& asks = session.node(1).peer().commands();
+    SpscQueue<Command>& asks = session.node(0).peer().commands();
     if (i == 1000) asks.TryPush({.kind = Command::Kind::kDisplace, .metres = -1.0 / 3.0 * 0.002});
     if (i == 2000) asks.TryPush({.kind = Command::Kind::kLayer, .layer = 4});
     session.Step();

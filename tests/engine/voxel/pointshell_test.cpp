@@ -1,5 +1,8 @@
 #include "engine/voxel/pointshell.h"
 
+#include <array>
+#include <set>
+
 #include <gtest/gtest.h>
 
 #include "engine/voxel/voxelize.h"
@@ -91,6 +94,43 @@ TEST(Pointshell, ChunksHoldTheirPointsInTheirBalls) {
     }
   }
   EXPECT_EQ(counted, shell.size());
+}
+
+// The k-th free layer is every voxel outside whose nearest surface voxel is k away by chess-board.
+TEST(Pointshell, AFreeLayerHasAPointInEveryVoxelOfItsDistanceOutside) {
+  constexpr double kS = 0.02;
+  const Vec3 size(0.19, 0.13, 0.11);
+  const auto cell_of = [&](const Pointshell& shell, std::size_t i) -> std::array<int, 3> {
+    const Vec3 cell = (shell.point(i) / kS).array().floor();
+    return {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())};
+  };
+  const Pointshell surface = MustMake(Box(size), Pose{}, {.spacing = kS});
+  for (const int k : {1, 2, 3}) {
+    const Pointshell layer = MustMake(Box(size), Pose{}, {.spacing = kS, .free_layer = k});
+    std::set<std::array<int, 3>> found;
+    for (std::size_t i = 0; i < layer.size(); ++i) {
+      found.insert(cell_of(layer, i));
+      EXPECT_LT(layer.normal(i).dot(layer.point(i)), 0) << "it points into the body";
+    }
+    EXPECT_EQ(found.size(), layer.size()) << "one point a voxel";
+    std::set<std::array<int, 3>> wanted;
+    for (int x = -10; x < 10; ++x) {
+      for (int y = -10; y < 10; ++y) {
+        for (int z = -10; z < 10; ++z) {
+          const Vec3 over = (kS * Vec3(x + 0.5, y + 0.5, z + 0.5)).cwiseAbs() - 0.5 * size;
+          if (over.maxCoeff() < 0) continue;
+          int nearest = 100;
+          for (std::size_t i = 0; i < surface.size(); ++i) {
+            const auto at = cell_of(surface, i);
+            nearest = std::min(
+                nearest, std::max({std::abs(at[0] - x), std::abs(at[1] - y), std::abs(at[2] - z)}));
+          }
+          if (nearest == k) wanted.insert({x, y, z});
+        }
+      }
+    }
+    EXPECT_EQ(found, wanted) << "layer " << k;
+  }
 }
 
 TEST(Pointshell, RefusesMeshesWithoutArea) {
