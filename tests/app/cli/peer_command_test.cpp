@@ -429,7 +429,7 @@ TEST_F(PeerCommand, ADayTakesNoMoreMemoryThanTenMinutes) {
 TEST_F(PeerCommand, MoreBodiesThanOneMayAnswerForAreRefusedAtOnce) {
   json scene{{"name", "many"}, {"voxel_m", 0.002}, {"bodies", json::array()}};
   for (std::size_t i = 0; i <= kMaxClaims; ++i) {
-    scene["bodies"].push_back({{"name", "b" + std::to_string(i)},
+    scene["bodies"].push_back({{"name", std::string("b") + std::to_string(i)},
                                {"mesh", "left.obj"},
                                {"mass_kg", 0.1},
                                {"pose", {{"p_W", {0.1 * static_cast<double>(i), 0, 0}}}}});
