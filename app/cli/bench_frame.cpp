@@ -68,8 +68,8 @@ class EmptyWork {
 
 struct FrameFigures {
   Histogram cpu, wall, noise;
-  Histogram helpers_cpu;                                  // of all helpers together
-  double contacts = 0, clear = 0, looks = 0, loaded = 0;  // sums over frames
+  Histogram helpers_cpu;                                              // of all helpers together
+  double contacts = 0, clear = 0, looks = 0, sifted = 0, loaded = 0;  // sums over frames
   double tests = 0, drifted = 0, chunks = 0;
   std::int64_t frames = 0;
   std::int64_t at_bound = 0;
@@ -176,6 +176,7 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, const FrameCapa
         figures.contacts += report.contact_points;
         figures.clear += report.clear_points;
         figures.looks += report.looks;
+        figures.sifted += report.sifted_points;
         figures.loaded += report.loaded_points;
         figures.tests += static_cast<double>(report.tests.looked_up);
         figures.drifted += static_cast<double>(report.tests.drifted);
@@ -324,6 +325,7 @@ int RunFrame(const FrameArguments& arguments) {
         {"contacts", figures.contacts / count},
         {"clear", figures.clear / count},
         {"looks", figures.looks / count},
+        {"sifted", figures.sifted / count},
         {"loaded", figures.loaded / count},
         {"cpu_p50_us", Us(figures.cpu, 0.5)},
         {"cpu_p99_us", Us(figures.cpu, 0.99)},
@@ -334,6 +336,7 @@ int RunFrame(const FrameArguments& arguments) {
           {"contacts", figures.worst.contact_points},
           {"clear", figures.worst.clear_points},
           {"looks", figures.worst.looks},
+          {"sifted", figures.worst.sifted_points},
           {"loaded", figures.worst.loaded_points},
           {"tests", figures.worst.tests.looked_up},
           {"drifted", figures.worst.tests.drifted},

@@ -59,7 +59,7 @@ void LookBench::LayOn(const Points& points, const Voxmap& voxmap, const SurfaceD
   std::size_t laid = 0;
   for (std::size_t cell = 0; cell < kVoxelsPerChunk && laid < kMostOfAChunk; ++cell) {
     const auto has = [cell](const SurfaceVoxels::Bits& bits) {
-      return (bits[cell >> 6] >> (cell & 63) & 1) != 0;
+      return SurfaceDetails::Has(bits, cell);
     };
     if (!has(chunk->bits)) continue;
     Label label = has(chunk->vertices) ? Label::kSurface

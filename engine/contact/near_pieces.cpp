@@ -20,8 +20,6 @@ using Lanes = hn::CappedTag<float, NearPieces::kLanes>;
 using Words = hn::RebindToUnsigned<Lanes>;
 using Ints = hn::RebindToSigned<Lanes>;
 
-constexpr float kFarAway = 1e6F;
-
 /// As UnpackDirection(), of 16 bits each.
 void StoreDirection(hn::Vec<Words> packed, std::size_t at, NearPieces::Columns& columns) {
   const Lanes d;
@@ -61,7 +59,8 @@ void UnpackPieces(const NearPieces::Packed& packed, std::size_t at, NearPieces::
       const auto within = hn::ConvertTo(d, hn::BitCast(di, hn::And(byte, hn::Set(du, 255U))));
       hn::Store(hn::Add(corner, hn::Mul(step, within)), d, &pieces.place[axis][at + i]);
       const auto kept = hn::FirstN(d, packed.count - std::min(i, packed.count));
-      hn::Store(hn::IfThenElse(kept, corner, hn::Set(d, kFarAway)), d, &pieces.voxel[axis][at + i]);
+      hn::Store(hn::IfThenElse(kept, corner, hn::Set(d, NearPieces::kFarAway)), d,
+                &pieces.voxel[axis][at + i]);
     };
     put(vx, place, 0);
     put(vy, hn::ShiftRight<8>(place), 1);
@@ -106,7 +105,7 @@ bool NearPieces::List(const GridIndex& low, const GridIndex& high, Field field) 
   using Shape = SurfaceDetail::Shape;
   plain_.count = of_ridges_.count = of_corners_.count = 0;
   bool full = false;
-  const auto keep = [&](const SurfaceDetail& detail, const GridIndex& voxel) {
+  const auto keep = [&](const GridIndex& voxel, const SurfaceDetail& detail, bool /*ends*/) {
     Packed* packed = &plain_;
     if (field == Field::kSurface) {
       const Shape shape = detail.shape();
@@ -118,24 +117,17 @@ bool NearPieces::List(const GridIndex& low, const GridIndex& high, Field field) 
     packed->details[packed->count] = detail;
     packed->voxels[packed->count++] = voxel - middle_;
   };
-  const auto add = [&](const SurfaceDetails::Chunk& chunk, std::size_t cell,
-                       const GridIndex& voxel) {
-    // as SurfaceWindow: a vertex voxel has edges, but no one that is its own
-    if (field != Field::kEdge || !SurfaceDetails::Has(chunk.vertices, cell)) {
-      keep(details_->Of(chunk, cell), voxel);
-    }
-    if (field == Field::kVertex || !SurfaceDetails::Has(chunk.forked, cell)) return;
-    for (const SurfaceDetails::MoreEdge& edge : details_->MoreEdges(chunk, cell)) {
-      keep(edge.detail, voxel);
-    }
-  };
-  VisitSources<false>(*voxmap_, *details_, low, high, low, field, add);
+  VisitPieces<false>(*voxmap_, *details_, low, high, low, field, keep);
   return !full && plain_.count + of_ridges_.count + of_corners_.count <= kMostSources;
 }
 
 void NearPieces::Unpack(const Packed& packed) noexcept {
   HWY_DYNAMIC_DISPATCH(UnpackPieces)(packed, count_, pieces_);
   count_ += RoundedUp(packed.count);
+}
+
+void NearPieces::FillGap() noexcept {
+  for (; count_ % kLanes != 0; ++count_) pieces_.voxel[0][count_] = kFarAway;
 }
 
 void NearPieces::AddOtherSides(const Packed& packed, std::size_t first, Field field) noexcept {
@@ -153,7 +145,7 @@ void NearPieces::AddOtherSides(const Packed& packed, std::size_t first, Field fi
     }
     ++count_;
   }
-  for (; count_ % kLanes != 0; ++count_) pieces_.voxel[0][count_] = 1e6F;
+  FillGap();
 }
 
 void NearPieces::AddOtherFaces(const Packed& packed, std::size_t first) noexcept {
@@ -167,7 +159,7 @@ void NearPieces::AddOtherFaces(const Packed& packed, std::size_t first) noexcept
     Copy(pieces_.place, first + i, count_, pieces_.place);
     Put(along - across, count_++, pieces_.normal);
   }
-  for (; count_ % kLanes != 0; ++count_) pieces_.voxel[0][count_] = 1e6F;
+  FillGap();
 }
 
 void NearPieces::SetArcs(const Packed& packed, std::size_t first) noexcept {

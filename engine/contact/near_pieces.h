@@ -20,6 +20,7 @@ class NearPieces {
   static constexpr int kSpread = 8;
   static constexpr std::size_t kMostSources = 256;
   static constexpr std::size_t kLanes = 16;
+  static constexpr float kFarAway = 1e6F;  // where gaps' voxels are
   static constexpr std::size_t RoundedUp(std::size_t count) noexcept {
     return (count + kLanes - 1) / kLanes * kLanes;
   }
@@ -65,6 +66,7 @@ class NearPieces {
   bool List(const GridIndex& low, const GridIndex& high, Field field) noexcept;
   /// Unpacks behind count_, up to a whole vector.
   void Unpack(const Packed& packed) noexcept;
+  void FillGap() noexcept;
   void AddOtherSides(const Packed& packed, std::size_t first, Field field) noexcept;
   void AddOtherFaces(const Packed& packed, std::size_t first) noexcept;
   void SetArcs(const Packed& packed, std::size_t first) noexcept;

@@ -8,8 +8,8 @@
 
 #include "engine/contact/clear_region.h"
 #include "engine/contact/contact_model.h"
-#include "engine/contact/contact_sieve.h"
 #include "engine/contact/edge_contact.h"
+#include "engine/contact/near_pieces.h"
 #include "engine/contact/plane_mean.h"
 #include "engine/contact/region_budget.h"
 #include "engine/contact/surface_window.h"
@@ -121,6 +121,9 @@ class RefinedContacts {
     std::size_t count = 1;
   };
   Faces FacesAt(const Candidate& candidate, const Mat3& R_VS) const noexcept;
+  /// Whether they say something of the map's vertices: those of a surface point, and of a sharp
+  /// edge.
+  bool SaysFaces(const Candidate& candidate) const noexcept;
   /// A face of the shell over a vertex of the map.
   struct Over {
     Vec3 q;         // the vertex

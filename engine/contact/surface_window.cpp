@@ -8,18 +8,10 @@ std::span<const SurfaceWindow::Piece> SurfaceWindow::List(const GridIndex& voxel
                                                           const GridIndex& high,
                                                           Field field) noexcept {
   std::size_t count = 0;
-  const auto add = [&](const SurfaceDetails::Chunk& chunk, std::size_t cell,
-                       const GridIndex& voxel) {
-    // a vertex voxel has edges, but no one that is its own
-    if (field != Field::kEdge || !SurfaceDetails::Has(chunk.vertices, cell)) {
-      pieces_[count++] = {voxel, &details_->Of(chunk, cell)};
-    }
-    if (field == Field::kVertex || !SurfaceDetails::Has(chunk.forked, cell)) return;
-    for (const SurfaceDetails::MoreEdge& edge : details_->MoreEdges(chunk, cell)) {
-      pieces_[count++] = {voxel, &edge.detail, edge.ends};
-    }
-  };
-  VisitSources<hole>(*voxmap_, *details_, low, high, voxel_V, field, add);
+  VisitPieces<hole>(*voxmap_, *details_, low, high, voxel_V, field,
+                    [&](const GridIndex& voxel, const SurfaceDetail& detail, bool ends) {
+                      pieces_[count++] = {voxel, &detail, ends};
+                    });
   return {pieces_.data(), count};
 }
 

@@ -25,12 +25,24 @@ inline std::uint64_t CellsWithin(std::int32_t x0, std::int32_t x1, std::int32_t 
   return row * 0x0101010101010101U & rows;
 }
 
-/// Calls visit(chunk, cell, voxel) for the sources of a field from `low` to `high`, chunk by chunk;
-/// with a hole, not for those within one voxel of `hole_V`.
+/// Calls visit(voxel, detail, ends) for the pieces of surface that are sources of a field, from
+/// `low` to `high` and chunk by chunk; with a hole, not for those within one voxel of `hole_V`.
+/// `ends`: an edge that ends here, which its tangent points away from.
 template <bool hole, class Visit>
-void VisitSources(const Voxmap& voxmap, const SurfaceDetails& details, const GridIndex& low,
-                  const GridIndex& high, const GridIndex& hole_V, Field field,
-                  const Visit& visit) noexcept {
+void VisitPieces(const Voxmap& voxmap, const SurfaceDetails& details, const GridIndex& low,
+                 const GridIndex& high, const GridIndex& hole_V, Field field,
+                 const Visit& visit) noexcept {
+  const auto visit_cell = [&](const SurfaceDetails::Chunk& chunk, std::size_t cell,
+                              const GridIndex& voxel) {
+    // a vertex voxel has edges, but no one that is its own
+    if (field != Field::kEdge || !SurfaceDetails::Has(chunk.vertices, cell)) {
+      visit(voxel, details.Of(chunk, cell), false);
+    }
+    if (field == Field::kVertex || !SurfaceDetails::Has(chunk.forked, cell)) return;
+    for (const SurfaceDetails::MoreEdge& edge : details.MoreEdges(chunk, cell)) {
+      visit(voxel, edge.detail, edge.ends);
+    }
+  };
   const auto& size = voxmap.header().size;
   const auto last = [&](std::size_t axis, std::int32_t at) {
     return std::min(at >> 3, static_cast<std::int32_t>(8 * size[axis]) - 1);
@@ -56,7 +68,7 @@ void VisitSources(const Voxmap& voxmap, const SurfaceDetails& details, const Gri
           if (hole && z >= at.z - 1 && z <= at.z + 1) cells &= ~inner;
           for (; cells != 0; cells &= cells - 1) {
             const std::size_t cell = 64 * word + static_cast<std::size_t>(std::countr_zero(cells));
-            visit(*chunk, cell, first + BlockCell(cell));
+            visit_cell(*chunk, cell, first + BlockCell(cell));
           }
         }
       }

@@ -57,6 +57,12 @@ struct Bench {
     links.entries[0].applied_B_W.f.x() = its_force;
     body.OnLinks(links);
   }
+  /// Of the one link's energy gate, J.
+  double tank() const {
+    std::array<LinkView, kMaxLinks> views;
+    EXPECT_EQ(body.Links(now, views), 1U);
+    return views[0].tank;
+  }
   double stiffness() const {
     return inputs.link_count == 0 ? 0.0 : inputs.links[0].gains.stiffness;
   }
@@ -322,48 +328,38 @@ TEST(SharedBody, DampingBetweenInstancesIsNeverAboveTheLaws) {
 TEST(SharedBody, AGatePaysForWhatADamperGivesOnBalance) {
   Bench bench({*MakeLaw("p+dd")});
   bench.body.Join(kOther);
-  const auto tank = [&bench] {
-    std::array<LinkView, kMaxLinks> views;
-    EXPECT_EQ(bench.body.Links(bench.now, views), 1U);
-    return views[0].tank;
-  };
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 200, 1e3);
   const double damping = bench.inputs.links[0].gains.damping;
   ASSERT_NEAR(damping, 8.0, 0.5);
-  const double full = tank();
+  const double full = bench.tank();
   bench.its_speed = 0.3;
   bench.own.V_WB.v.x() = 0.3;
   for (int i = 0; i < 100; ++i) bench.Frame(0, 200, 1e3);
-  EXPECT_GE(tank(), full);  // ground damping only adds
+  EXPECT_GE(bench.tank(), full);  // ground damping only adds
   bench.own.V_WB.v.x() = 0;
   for (int i = 0; i < 100; ++i) bench.Frame(0, 200, 1e3);
-  const double before = tank();
+  const double before = bench.tank();
   bench.own.V_WB.v.x() = 0.1;
   for (int i = 0; i < 100; ++i) bench.Frame(0, 200, 1e3);
   const double given = 0.1 * damping * (0.3 - 0.1) * 0.1;
   const double earned = 0.1 * 0.9 * bench.inputs.ground_damping * 0.1 * 0.1;
-  EXPECT_NEAR(before - tank(), given - earned, 0.02 * given);
+  EXPECT_NEAR(before - bench.tank(), given - earned, 0.02 * given);
 }
 
 // The same of a damper that turns us.
 TEST(SharedBody, AGatePaysForWhatADamperOfTurningGives) {
   Bench bench({*MakeLaw("p+dd")});
   bench.body.Join(kOther);
-  const auto tank = [&bench] {
-    std::array<LinkView, kMaxLinks> views;
-    EXPECT_EQ(bench.body.Links(bench.now, views), 1U);
-    return views[0].tank;
-  };
   bench.its_turning = 30;
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 200, 1e3);
-  const double before = tank();
+  const double before = bench.tank();
   bench.own.V_WB.w.x() = 10;
   for (int i = 0; i < 100; ++i) bench.Frame(0, 200, 1e3);
   const double per_mass = 1e-4 / 0.3;  // m^2
   const double given = 0.1 * bench.inputs.links[0].gains.damping * per_mass * (30 - 10) * 10;
   const double earned = 0.1 * 0.9 * bench.inputs.ground_damping * per_mass * 10 * 10;
   EXPECT_GT(given - earned, 0.03);
-  EXPECT_NEAR(before - tank(), given - earned, 0.02 * given);
+  EXPECT_NEAR(before - bench.tank(), given - earned, 0.02 * given);
 }
 
 // The peak of a loop of 600 ms is forgotten after two seconds of 40 ms: what drags there are fall

@@ -1,0 +1,127 @@
+// What `tandem peer` bears, for how long, and with what: orders, time, memory, bodies, contacts.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "collab/holdings.h"
+#include "tests/app/cli/peer_program.h"
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using testing::ExpectRefused;
+using testing::PeerCommand;
+using testing::Running;
+using testing::Said;
+
+// It beats on, so that others do not see a ghost, keeps to its time and ends when it is told to.
+TEST_F(PeerCommand, OrdersWithoutEndDoNotKeepItFromAnything) {
+  Running anna = Start("one", "--name anna");
+  ASSERT_TRUE(anna.WaitFor("is in session"));
+  const std::string command = std::string("yes | timeout -s KILL 40 ") + TANDEM_PROGRAM + " peer " +
+                              By("one", "--name ben --seconds 1") + " >" + In("ben") + " 2>&1";
+  const int status = std::system(command.c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), kExitOk);
+  EXPECT_TRUE(anna.WaitFor("ben left"));
+  EXPECT_EQ(anna.End(), kExitOk);
+  EXPECT_LT(std::filesystem::file_size(In("ben")), 1U << 20U);
+}
+
+// What is kept of the motion is kept in locked memory: the first ten minutes, and with a report
+// only. A day of it would be 12 GB.
+TEST_F(PeerCommand, ADayTakesNoMoreMemoryThanTenMinutes) {
+  const auto megabytes = [this](const std::string& more, const std::string& report) {
+    Running peer = Start("one", "--name anna --hold left " + more);
+    EXPECT_TRUE(peer.WaitFor("you hold left")) << peer.said();
+    const double kB = std::atof(peer.Memory("VmData").c_str());
+    EXPECT_EQ(peer.End(), kExitOk);
+    if (!report.empty()) {
+      const json written = json::parse(std::ifstream(In(report)), nullptr, false);
+      EXPECT_GT(written.at("traced_frames").get<int>(), 0);
+    }
+    return kB / 1000;
+  };
+  const double least = megabytes("--seconds 1000", "");
+  EXPECT_NEAR(megabytes("--seconds 86400", ""), least, 20.0);
+  EXPECT_NEAR(megabytes("--seconds 86400 --report " + In("day"), "day"), least + 86.4, 20.0);
+  EXPECT_NEAR(megabytes("--report " + In("endless"), "endless"), least + 86.4, 20.0);
+}
+
+TEST_F(PeerCommand, MoreBodiesThanOneMayAnswerForAreRefusedAtOnce) {
+  json scene{{"name", "many"}, {"voxel_m", 0.002}, {"bodies", json::array()}};
+  for (std::size_t i = 0; i <= kMaxClaims; ++i) {
+    scene["bodies"].push_back({{"name", std::string("b") + std::to_string(i)},
+                               {"mesh", "left.obj"},
+                               {"mass_kg", 0.1},
+                               {"pose", {{"p_W", {0.1 * static_cast<double>(i), 0, 0}}}}});
+  }
+  folder_.Write("many.json", scene.dump());
+  ExpectRefused(Run("many", ""), kExitFile,
+                "many.json: 65 bodies move by themselves, in a session at most 64");
+}
+
+// Whatever a session brings after the first second: a late joiner, bodies taken, shared, let go and
+// given away, and all of it recorded.
+TEST_F(PeerCommand, ItsHapticThreadHasNoPageFaults) {
+  Running anna = Start("one", "--name anna --record " + In("anna.rec"));
+  ASSERT_TRUE(anna.WaitFor("is in session"));
+  if (anna.Memory("VmLck").find(" 0 kB") != std::string::npos) {
+    EXPECT_EQ(anna.End(), kExitOk);
+    GTEST_SKIP() << "memory may not be locked here";
+  }
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const std::optional<long> before = anna.PageFaults("haptic");
+  ASSERT_TRUE(before);
+  EXPECT_GT(*before, 0);  // of its beginning: they are counted
+  anna.Order("grab left");
+  ASSERT_TRUE(anna.WaitFor("you hold left"));
+  Running ben = Start("one", "--name ben --hold right --hand " + In("shift.json"));
+  ASSERT_TRUE(ben.WaitFor("you hold right"));
+  ASSERT_TRUE(anna.WaitFor("ben joined"));
+  anna.Order("give left ben");
+  ASSERT_TRUE(anna.WaitFor("you gave left to ben")) << anna.said();
+  anna.Order("grab right");
+  ASSERT_TRUE(anna.WaitFor("you hold right")) << anna.said();
+  anna.Order("release");
+  ASSERT_TRUE(anna.WaitFor("you let go of right")) << anna.said();
+  EXPECT_EQ(ben.End(), kExitOk);
+  ASSERT_TRUE(anna.WaitFor("ben left")) << anna.said();
+  EXPECT_EQ(anna.PageFaults("haptic"), before);
+  EXPECT_EQ(anna.End(), kExitOk);
+}
+
+// Ball and socket by voxels so fine, and a force layer so thick, that a pair cannot hold all that
+// is in contact.
+TEST_F(PeerCommand, SaysOnceThatContactsAreMoreThanThereIsRoomFor) {
+  const std::filesystem::path scenes = TANDEM_SCENES;
+  json dense = json::parse(std::ifstream(scenes / "ball_and_socket.json"));
+  dense["voxel_m"] = 0.00015;
+  dense["force_layer"] = 4;
+  dense["contact"] = "plain";
+  for (json& body : dense["bodies"]) {
+    body["mesh"] = (scenes / body["mesh"].get<std::string>()).string();
+  }
+  dense.erase("hands");
+  folder_.Write("dense.json", dense.dump());
+  const Said said = Run("dense", "--hold ball --seconds 1 --report " + In("report.json") +
+                                     " --hand " + (scenes / "ball_and_socket_ball.json").string());
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const std::string words = "more contacts than there is room for";
+  const std::size_t first = said.err.find(words);
+  ASSERT_NE(first, std::string::npos) << said.err;
+  EXPECT_EQ(said.err.find(words, first + 1), std::string::npos) << said.err;
+  const json report = json::parse(std::ifstream(In("report.json")));
+  EXPECT_GT(report.at("crowded_frames").get<int>(), 0);
+  EXPECT_GT(report.at("contact_points").at("max").get<int>(), 1 << 14);
+}
+
+}  // namespace
+}  // namespace tandem
