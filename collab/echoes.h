@@ -10,8 +10,8 @@
 
 namespace tandem {
 
-/// The age of the loop to every active peer, whatever it holds: link/1 carries the newest stamp of
-/// ours that it has seen. Used by the haptic thread alone; nothing allocates.
+/// The age of the loop to every active peer, whatever it holds: its links carry the newest stamp
+/// of ours that it has seen. Used by the haptic thread alone; nothing allocates.
 class Echoes {
  public:
   explicit Echoes(PeerId self) : self_(self) {}

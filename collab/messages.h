@@ -17,7 +17,7 @@ namespace tandem {
 using PeerId = std::uint64_t;    // random, never 0
 using ObjectId = std::uint32_t;  // index into Scene::bodies
 
-inline constexpr std::uint32_t kProtocol = 3;
+inline constexpr std::uint32_t kProtocol = 4;
 inline constexpr std::size_t kMaxPeers = 16;   // active ones, oneself included
 inline constexpr std::size_t kMaxLinks = 8;    // couplings of one instance
 inline constexpr std::size_t kMaxClaims = 64;  // bodies that one peer answers for
@@ -32,7 +32,8 @@ enum StateFlag : std::uint32_t {
   kStateParked = 0x100  // nobody has it in hand: where it stands, 5 times a second
 };
 
-/// An instance of a body as one peer simulates it; topic state/1, up to 1 kHz.
+/// An instance of a body as one peer simulates it, up to 1 kHz; topic state/1, or link/2 where
+/// links go with it.
 struct ObjectState {
   PeerId peer = 0;
   ObjectId object = 0;
@@ -54,8 +55,9 @@ struct LinkEntry {
   Wrench applied_B_W;        // on the sender's instance; shown, never applied by the receiver
 };
 
-/// From every active peer to the others, eight in turn where there are more; topic link/1. `object`
-/// is the shared body it holds, or kNoObject: then the echoes alone count.
+/// From every active peer to the others, eight in turn where there are more, with each state of
+/// what it holds; topic link/2. `object` is that body where it is shared, or kNoObject: then the
+/// echoes alone count.
 struct CouplingLinks {
   PeerId from = 0;
   ObjectId object = 0;

@@ -74,8 +74,11 @@ void PeerNode::SendFrame(std::int64_t now_ns, Transport& transport) {
   if (out.holds && TakeTurn(now_ns, std::llround(1e9 / options_.publish_hz), next_state_ns_)) {
     sent_seq_ = out.seq;
     sent_states_.Add(now_ns, std::llround(1e9 / options_.publish_hz));
-    transport.Publish(out.state);
-    if (out.shared) transport.Publish(out.links);
+    if (out.shared) {
+      transport.Publish(out.state, out.links);
+    } else {
+      transport.Publish(out.state);
+    }
   }
   if (out.view.count > 0 && TakeTurn(now_ns, kViewPeriodNs, next_view_ns_)) {
     transport.Publish(out.view);

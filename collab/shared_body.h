@@ -16,9 +16,8 @@ namespace tandem {
 /// hold it (paper §6.1, type-2): multi-user virtual coupling, computed here from the others'
 /// states.
 ///
-///   me  --state/1, link/1-->  other          link/1 carries the newest stamp of mine that the
-///   other holds: me  <--state/1, link/1--  other          now - that stamp is the age of the whole
-///   loop
+///   me  --state, links-->  other          its links carry the newest stamp of mine that it holds:
+///   me  <--state, links--  other          now - that stamp is the age of the whole loop
 ///
 /// Both ends use the smaller of their two stiffnesses, made for the worst loop among the links in
 /// use, and let the copy move as far as the energy gate pays; a link whose own loop is older than

@@ -34,7 +34,8 @@ class Transport {
  public:
   virtual ~Transport() = default;
   virtual void Publish(const ObjectState& state) = 0;
-  virtual void Publish(const CouplingLinks& links) = 0;
+  /// Together: what hears the one hears the other, the state first.
+  virtual void Publish(const ObjectState& state, const CouplingLinks& links) = 0;
   virtual void Publish(const ViewFrame& frame) = 0;
   virtual void Publish(const PeerInfo& info) = 0;
   virtual void Publish(const Event& event) = 0;

@@ -45,7 +45,7 @@ struct ReplayArguments {
 class Nowhere final : public Transport {
  public:
   void Publish(const ObjectState&) override {}
-  void Publish(const CouplingLinks&) override {}
+  void Publish(const ObjectState&, const CouplingLinks&) override {}
   void Publish(const ViewFrame&) override {}
   void Publish(const PeerInfo&) override {}
   void Publish(const Event&) override {}
@@ -59,7 +59,7 @@ class ViewersOnly final : public Transport {
  public:
   ViewersOnly(std::unique_ptr<Transport> to, PeerId as) : to_(std::move(to)), as_(as) {}
   void Publish(const ObjectState&) override {}
-  void Publish(const CouplingLinks&) override {}
+  void Publish(const ObjectState&, const CouplingLinks&) override {}
   void Publish(const ViewFrame& frame) override {
     ViewFrame ours = frame;
     ours.peer = as_;

@@ -22,7 +22,7 @@ constexpr dds_duration_t kGoodbyeWait = DDS_MSECS(100);
 
 struct Topics {
   dds_entity_t state = 0;
-  dds_entity_t links = 0;
+  dds_entity_t linked = 0;
   dds_entity_t view = 0;
   dds_entity_t event = 0;
   dds_entity_t peer_info = 0;
@@ -31,12 +31,23 @@ struct Topics {
 
 struct Writers {
   dds_entity_t state = 0;  // 0: a viewer has none
-  dds_entity_t links = 0;
+  dds_entity_t linked = 0;
   dds_entity_t view = 0;
   dds_entity_t event = 0;
   dds_entity_t peer_info = 0;
   dds_entity_t scene = 0;
 };
+
+void HandState(Inbox& inbox, const ObjectState& state, std::int64_t arrival_ns) {
+  inbox.OnState(state, arrival_ns);
+}
+void HandLinked(Inbox& inbox, const LinkedState& linked, std::int64_t arrival_ns) {
+  inbox.OnState(linked.state, arrival_ns);
+  inbox.OnLinks(linked.links, arrival_ns);
+}
+void HandView(Inbox& inbox, const ViewFrame& frame, std::int64_t arrival_ns) {
+  inbox.OnView(frame, arrival_ns);
+}
 
 class DdsTransport final : public Transport {
  public:
@@ -46,9 +57,9 @@ class DdsTransport final : public Transport {
         domain_(std::move(domain)),
         participant_(dds_create_participant(options.domain, qos, nullptr)),
         on_match_(dds_create_guardcondition(participant_.get())),
-        states_(inbox, &Inbox::OnState, options.peer, on_match_),
-        links_(inbox, &Inbox::OnLinks, options.peer, on_match_),
-        views_(inbox, &Inbox::OnView, options.peer, on_match_) {}
+        states_(inbox, HandState, options.peer, on_match_),
+        linked_(inbox, HandLinked, options.peer, on_match_),
+        views_(inbox, HandView, options.peer, on_match_) {}
   ~DdsTransport() override { Close(); }
 
   /// Makes what is below the participant; what went wrong, or nothing.
@@ -67,14 +78,18 @@ class DdsTransport final : public Transport {
     return std::nullopt;
   }
 
-  // Numbered anew, over all bodies: what the others miss is then what was lost on the way.
+  // States are numbered anew, over all bodies and both topics: what the others miss is then what
+  // was lost on the way.
   void Publish(const ObjectState& state) override {
     ObjectState numbered = state;
     numbered.seq = ++states_sent_;
     PublishFast<tandem_ObjectState>(writers_.state, numbered);
   }
-  void Publish(const CouplingLinks& links) override {
-    PublishFast<tandem_CouplingLinks>(writers_.links, links);
+  void Publish(const ObjectState& state, const CouplingLinks& links) override {
+    CopyUsed(sending_.links, links);
+    sending_.state = state;
+    sending_.state.seq = ++states_sent_;
+    PublishFast<tandem_LinkedState>(writers_.linked, sending_);
   }
   void Publish(const ViewFrame& frame) override {
     PublishFast<tandem_ViewFrame>(writers_.view, frame);
@@ -130,7 +145,7 @@ class DdsTransport final : public Transport {
     // a viewer's permissions do not let it have the others
     if (options_.role == Role::kViewer) return;
     topics_.state = open(tandem_ObjectState_desc, "state/1");
-    topics_.links = open(tandem_CouplingLinks_desc, "link/1");
+    topics_.linked = open(tandem_LinkedState_desc, "link/2");
     topics_.event = open(tandem_Event_desc, "event");
   }
 
@@ -143,7 +158,7 @@ class DdsTransport final : public Transport {
     writers_.peer_info = open(topics_.peer_info, Purpose::kPresence, partition);
     if (options_.role == Role::kViewer) return;
     writers_.state = open(topics_.state, Purpose::kMotion, partition);
-    writers_.links = open(topics_.links, Purpose::kMotion, partition);
+    writers_.linked = open(topics_.linked, Purpose::kMotion, partition);
     writers_.event = open(topics_.event, Purpose::kEvent, partition);
     writers_.view = open(topics_.view, Purpose::kMotion, ViewPartition(options_.peer));
     writers_.scene = open(topics_.scene, Purpose::kSubject, kScenePartition);
@@ -156,20 +171,15 @@ class DdsTransport final : public Transport {
       dds_instance_handle_t instance = 0;
       Note(dds_register_instance(writer, &instance, &key), "an instance");
     };
-    const auto add_links = [&](ObjectId object) {
-      tandem_CouplingLinks links{};
-      links.peer = options_.peer;
-      links.object = object;
-      add(writers_.links, links);
-    };
     for (const ObjectId object : options_.objects) {
       tandem_ObjectState state{};
       state.peer = options_.peer;
       state.object = object;
       add(writers_.state, state);
-      add_links(object);
     }
-    add_links(kNoObject);
+    tandem_LinkedState linked{};
+    linked.peer = options_.peer;
+    add(writers_.linked, linked);
     tandem_ViewFrame view{};
     view.peer = options_.peer;
     add(writers_.view, view);
@@ -188,7 +198,7 @@ class DdsTransport final : public Transport {
       const Qos qos = MakeQos(Purpose::kMotion, kEveryPeer);
       Note(states_.Open(participant, topics_.state, qos), "the reader of state/1");
       event_reader_ = open(topics_.event, Purpose::kEvent, kEveryPeer);
-      Note(links_.Open(participant, topics_.links, qos), "the reader of link/1");
+      Note(linked_.Open(participant, topics_.linked, qos), "the reader of link/2");
     }
     peer_info_reader_ = open(topics_.peer_info, Purpose::kPresence, kEveryPeer);
     scene_reader_ = open(topics_.scene, Purpose::kSubject, kScenePartition);
@@ -197,7 +207,7 @@ class DdsTransport final : public Transport {
   // The control thread's; what it cannot keep is said once.
   void RefreshOwners() {
     const std::size_t unheard =
-        std::max({states_.RefreshOwners(), links_.RefreshOwners(), views_.RefreshOwners()});
+        std::max({states_.RefreshOwners(), linked_.RefreshOwners(), views_.RefreshOwners()});
     if (unheard == 0 || std::exchange(told_of_unheard_, true)) return;
     std::fprintf(stderr,
                  "dds: more than %zu programs send in this session: %zu that came last are not "
@@ -224,13 +234,15 @@ class DdsTransport final : public Transport {
   Inbox& inbox_;
   std::optional<Error> failed_;
   std::atomic<std::uint64_t> unsent_ = 0;
-  std::uint32_t states_sent_ = 0;  // the sender thread's
+  // the sender thread's
+  std::uint32_t states_sent_ = 0;
+  LinkedState sending_;
 
   Entity domain_;
   Entity participant_;
   const dds_entity_t on_match_;
   FastReader<tandem_ObjectState, ObjectState> states_;
-  FastReader<tandem_CouplingLinks, CouplingLinks> links_;
+  FastReader<tandem_LinkedState, LinkedState> linked_;
   FastReader<tandem_ViewFrame, ViewFrame> views_;
   Topics topics_;
   Writers writers_;

@@ -16,8 +16,8 @@ struct DdsOptions {
   Role role = Role::kActive;
   std::uint32_t domain = 42;
   std::string interface;          // by name; empty: Cyclone's choice. "lo": loopback, no multicast
-  std::vector<ObjectId> objects;  // that may be published: their DDS instances of state/1 and
-                                  // link/1 are registered before the loop
+  std::vector<ObjectId> objects;  // that may be published: their DDS instances of state/1 are
+                                  // registered before the loop
   /// Where others are, HOST or HOST:PORT, IPv4: then no multicast is sent or heard. Without a port
   /// all those of a machine's first programs are tried. With any of these three, packets are kept
   /// below what every path carries.
@@ -39,7 +39,7 @@ struct PeerAddress {
 };
 Result<PeerAddress> ParsePeerAddress(const std::string& text);
 
-/// Joins a session. `inbox` must outlive the transport. An active peer reads state/1, link/1,
+/// Joins a session. `inbox` must outlive the transport. An active peer reads state/1, link/2,
 /// event, peer_info and scene; a viewer reads view/1, peer_info and scene, and of pose topics
 /// nothing else. Errors (unknown interface, no free port, …) are said in words. Sets no clock,
 /// starts Cyclone's own threads and one control thread. A process is in one session of a domain at

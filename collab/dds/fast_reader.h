@@ -25,7 +25,7 @@ bool OnReceiveThread() noexcept;
 template <typename Wire, typename Message>
 class FastReader {
  public:
-  using Deliver = void (Inbox::*)(const Message&, std::int64_t arrival_ns);
+  using Deliver = void (*)(Inbox& inbox, const Message&, std::int64_t arrival_ns);
 
   /// `on_match` is a guard condition, raised whenever writers come or go: call RefreshOwners()
   /// then.
@@ -81,7 +81,7 @@ class FastReader {
     if (fault) {
       inbox_.OnDropped(owner == WriterOwners::kNobody ? 0 : owner, *fault);
     } else {
-      (inbox_.*deliver_)(message_, arrival_ns);
+      deliver_(inbox_, message_, arrival_ns);
     }
   }
 

@@ -14,7 +14,7 @@ inline constexpr const char* kEveryPeer = "peer.*";
 inline constexpr const char* kEveryView = "view.*";
 inline constexpr const char* kScenePartition = "scene";
 
-std::string PeerPartition(PeerId peer);  // of state/1, link/1, peer_info
+std::string PeerPartition(PeerId peer);  // of state/1, link/2, peer_info
 std::string ViewPartition(PeerId peer);  // of view/1
 
 /// Whose partition it is; 0 where it is nobody's.

@@ -74,7 +74,7 @@ std::string PermissionsXml(const std::string& name, PeerId peer, Role role, std:
     rules += Allow("publish", {"peer_info"}, PeerPartition(peer)) + "\n";
     rules += Allow("subscribe", {"peer_info"}, kEveryPeer) + "\n";
   } else {
-    const std::vector<std::string> own{"state/1", "link/1", "event", "peer_info"};
+    const std::vector<std::string> own{"state/1", "link/2", "event", "peer_info"};
     rules += Allow("publish", own, PeerPartition(peer)) + "\n";
     rules += Allow("publish", {"view/1"}, ViewPartition(peer)) + "\n";
     rules += Allow("publish", {"scene"}, kScenePartition) + "\n";

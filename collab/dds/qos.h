@@ -9,7 +9,7 @@ namespace tandem {
 
 /// What a topic is for.
 enum class Purpose : std::uint8_t {
-  kMotion,    // state/1, link/1, view/1: the newest, late is lost
+  kMotion,    // state/1, link/2, view/1: the newest, late is lost
   kPresence,  // peer_info: kept for those who come later; its silence is noticed within
               // kLivelinessLeaseNs
   kSubject,   // scene: kept for those who come later

@@ -89,6 +89,41 @@ bool Get(const Scalar (&in)[4], Quat& q) {
   return !reader.fault();
 }
 
+void Put(const CouplingLinks& links, tandem_CouplingLinks& wire) noexcept {
+  wire = {};
+  wire.object = links.object;
+  wire.seq = links.seq;
+  wire.sample_ns = links.sample_ns;
+  wire.count = std::min<std::uint32_t>(links.count, kMaxLinks);
+  for (std::size_t i = 0; i < wire.count; ++i) {
+    const LinkEntry& entry = links.entries[i];
+    wire.entries[i].to = entry.to;
+    wire.entries[i].echo_ns = entry.echo_ns;
+    wire.entries[i].stiffness = entry.stiffness;
+    wire.entries[i].gate_overflow = entry.gate_overflow;
+    Put(entry.applied_B_W, wire.entries[i].applied);
+  }
+}
+
+std::optional<Drop> Get(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept {
+  if (wire.count > kMaxLinks) return Drop::kBadCount;
+  links.object = wire.object;
+  links.seq = wire.seq;
+  links.sample_ns = wire.sample_ns;
+  links.count = wire.count;
+  Reader reader;
+  for (std::size_t i = 0; i < wire.count; ++i) {
+    LinkEntry& entry = links.entries[i];
+    entry.to = wire.entries[i].to;
+    entry.echo_ns = wire.entries[i].echo_ns;
+    reader.Expect(entry.to != 0, Drop::kBadCount);
+    entry.stiffness = reader.GetNotNegative(wire.entries[i].stiffness, kWireBounds.stiffness);
+    entry.gate_overflow = reader.GetNotNegative(wire.entries[i].gate_overflow, kWireBounds.energy);
+    entry.applied_B_W = reader.Get(wire.entries[i].applied);
+  }
+  return reader.fault();
+}
+
 // Copies what fits, not cutting a UTF-8 character in two.
 template <std::size_t size>
 void PutText(std::string_view text, char (&out)[size]) {
@@ -153,42 +188,17 @@ std::optional<Drop> FromWire(const tandem_ObjectState& wire, ObjectState& state)
   return reader.fault();
 }
 
-void ToWire(const CouplingLinks& links, tandem_CouplingLinks& wire) noexcept {
-  wire = {};
-  wire.peer = links.from;
-  wire.object = links.object;
-  wire.seq = links.seq;
-  wire.sample_ns = links.sample_ns;
-  wire.count = std::min<std::uint32_t>(links.count, kMaxLinks);
-  for (std::size_t i = 0; i < wire.count; ++i) {
-    const LinkEntry& entry = links.entries[i];
-    wire.entries[i].to = entry.to;
-    wire.entries[i].echo_ns = entry.echo_ns;
-    wire.entries[i].stiffness = entry.stiffness;
-    wire.entries[i].gate_overflow = entry.gate_overflow;
-    Put(entry.applied_B_W, wire.entries[i].applied);
-  }
+void ToWire(const LinkedState& linked, tandem_LinkedState& wire) noexcept {
+  wire.peer = linked.state.peer;
+  ToWire(linked.state, wire.state);
+  Put(linked.links, wire.links);
 }
 
-std::optional<Drop> FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept {
-  if (wire.peer == 0) return Drop::kNoOwner;
-  if (wire.count > kMaxLinks) return Drop::kBadCount;
-  links.from = wire.peer;
-  links.object = wire.object;
-  links.seq = wire.seq;
-  links.sample_ns = wire.sample_ns;
-  links.count = wire.count;
-  Reader reader;
-  for (std::size_t i = 0; i < wire.count; ++i) {
-    LinkEntry& entry = links.entries[i];
-    entry.to = wire.entries[i].to;
-    entry.echo_ns = wire.entries[i].echo_ns;
-    reader.Expect(entry.to != 0, Drop::kBadCount);
-    entry.stiffness = reader.GetNotNegative(wire.entries[i].stiffness, kWireBounds.stiffness);
-    entry.gate_overflow = reader.GetNotNegative(wire.entries[i].gate_overflow, kWireBounds.energy);
-    entry.applied_B_W = reader.Get(wire.entries[i].applied);
-  }
-  return reader.fault();
+std::optional<Drop> FromWire(const tandem_LinkedState& wire, LinkedState& linked) noexcept {
+  if (wire.state.peer != wire.peer) return Drop::kWrongOwner;
+  linked.links.from = wire.peer;
+  if (const std::optional<Drop> fault = FromWire(wire.state, linked.state)) return fault;
+  return Get(wire.links, linked.links);
 }
 
 void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept {

@@ -32,9 +32,14 @@ inline constexpr WireBounds kWireBounds;
 void ToWire(const ObjectState& state, tandem_ObjectState& wire) noexcept;
 std::optional<Drop> FromWire(const tandem_ObjectState& wire, ObjectState& state) noexcept;
 
-/// At most kMaxLinks entries are sent.
-void ToWire(const CouplingLinks& links, tandem_CouplingLinks& wire) noexcept;
-std::optional<Drop> FromWire(const tandem_CouplingLinks& wire, CouplingLinks& links) noexcept;
+/// A state and the links of its sender.
+struct LinkedState {
+  ObjectState state;
+  CouplingLinks links;
+};
+/// At most kMaxLinks entries are sent. Whom the links are from, the state says.
+void ToWire(const LinkedState& linked, tandem_LinkedState& wire) noexcept;
+std::optional<Drop> FromWire(const tandem_LinkedState& wire, LinkedState& linked) noexcept;
 
 /// In single precision; at most kMaxViewBodies bodies are sent.
 void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept;

@@ -21,7 +21,8 @@ class SimulatedNetwork::Link : public Transport {
     if (network_->watch_ != nullptr) network_->watch_->OnState(peer_, state);
     network_->SendMotion(peer_, Role::kActive, state);
   }
-  void Publish(const CouplingLinks& links) override {
+  void Publish(const ObjectState& state, const CouplingLinks& links) override {
+    Publish(state);
     if (network_->watch_ != nullptr) network_->watch_->OnLinks(peer_, links);
     network_->SendMotion(peer_, Role::kActive, links);
   }

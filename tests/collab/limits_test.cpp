@@ -131,7 +131,7 @@ class ToViewer final : public Transport {
  public:
   explicit ToViewer(Viewer& viewer) : viewer_(&viewer) {}
   void Publish(const ObjectState&) override {}
-  void Publish(const CouplingLinks&) override {}
+  void Publish(const ObjectState&, const CouplingLinks&) override {}
   void Publish(const ViewFrame& frame) override { viewer_->OnView(frame, frame.sample_ns); }
   void Publish(const PeerInfo&) override {}
   void Publish(const Event&) override {}

@@ -190,7 +190,10 @@ TEST(PeerNode, AThousandHapticFramesAllocateNothing) {
 class CountingTransport : public Transport {
  public:
   void Publish(const ObjectState&) override { ++states; }
-  void Publish(const CouplingLinks&) override { ++links; }
+  void Publish(const ObjectState&, const CouplingLinks&) override {
+    ++states;
+    ++links;
+  }
   void Publish(const ViewFrame& frame) override {
     ++views;
     view = frame;

@@ -177,8 +177,9 @@ TEST_F(SimulatedNetworkTest, ArrivalsAreStampedWithTheReceiversClock) {
 TEST_F(SimulatedNetworkTest, ViewersHearViewsOnlyAndActivePeersNone) {
   Notes viewer;
   const auto three = network.Join(3, Role::kViewer, viewer);
-  State(1);
-  one->Publish(CouplingLinks{});
+  ObjectState state;
+  state.seq = 1;
+  one->Publish(state, CouplingLinks{});
   one->Publish(ViewFrame{});
   EXPECT_EQ(second.Take(), (Lines{"state 1", "links"}));
   EXPECT_EQ(viewer.Take(), Lines{"view"});

@@ -214,7 +214,7 @@ TEST(Relay, AnActivePeerSendsTheSameHoweverManyLookOn) {
   own.StepFrames(8000);  // all have met, and have said all that is said once
 
   const Sent alone = LeastSent(own);
-  ASSERT_GE(alone.samples.size(), 3U);  // of state, link, view; peer_info too is a user's topic
+  ASSERT_GE(alone.samples.size(), 3U);  // of states with their links, view and peer_info
   std::vector<long> counts;
   for (const auto& [writer, count] : alone.samples) counts.push_back(count);
   std::sort(counts.begin(), counts.end());

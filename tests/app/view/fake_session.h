@@ -70,7 +70,9 @@ struct FakeSession {
     explicit FakeTransport(FakeSession& s) : session(s) {}
     ~FakeTransport() override { ++session.destroyed; }
     void Publish(const ObjectState&) override { FAIL() << "a viewer says nothing of poses"; }
-    void Publish(const CouplingLinks&) override { FAIL() << "a viewer says nothing of poses"; }
+    void Publish(const ObjectState&, const CouplingLinks&) override {
+      FAIL() << "a viewer says nothing of poses";
+    }
     void Publish(const ViewFrame&) override { FAIL() << "a viewer says nothing of poses"; }
     void Publish(const PeerInfo& info) override { session.said.push_back(info); }
     void Publish(const Event&) override { FAIL() << "a viewer says nothing of bodies"; }

@@ -206,11 +206,14 @@ void LivePeer::Run() {
     if (tick % 200 == 0) transport_->Publish(SampleInfo(options_.peer, options_.role, tick / 200));
     if (active) {
       if (claimed_ != options_.peer) {
-        transport_->Publish(SampleState(claimed_, tick));
-        transport_->Publish(SampleLinks(claimed_, tick));
+        transport_->Publish(SampleState(claimed_, tick), SampleLinks(claimed_, tick));
       }
-      transport_->Publish(SampleState(options_.peer, tick));
-      transport_->Publish(SampleLinks(options_.peer, tick));
+      // as of a hand that others join and leave
+      if (tick % 2 == 0) {
+        transport_->Publish(SampleState(options_.peer, tick), SampleLinks(options_.peer, tick));
+      } else {
+        transport_->Publish(SampleState(options_.peer, tick));
+      }
       if (tick % 16 == 0) transport_->Publish(SampleView(options_.peer, tick));
     }
     next += std::chrono::milliseconds(1);

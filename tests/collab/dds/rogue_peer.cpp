@@ -1,8 +1,9 @@
 // A participant that does not keep to the rules, for the tests:
 //   dds_rogue_peer SESSION KEYS PARTITION CLAIMED-ID [ACCESS-PLUGIN]
-// With the keys in folder KEYS ("-": none) it publishes states of CLAIMED-ID in PARTITION, with an
-// access-control plug-in of its own choice. Says "refused" if it could not even begin, else
-// "writing" and then "matched" as soon as any reader takes it for a writer. Ends with its input.
+// With the keys in folder KEYS ("-": none) it publishes states of CLAIMED-ID in PARTITION, alone
+// and with links, with an access-control plug-in of its own choice. Says "refused" if it could not
+// even begin, else "writing" and then "matched" as soon as any reader takes it for a writer. Ends
+// with its input.
 #include <cstdio>
 #include <string>
 
@@ -57,23 +58,30 @@ int main(int argc, char** argv) {
   if (!domain) return Refused(domain.error().what);
   const Entity participant(dds_create_participant(options.domain, participant_qos.get(), nullptr));
   if (participant.get() < 0) return Refused("no participant");
-  const dds_entity_t topic =
-      dds_create_topic(participant.get(), &tandem_ObjectState_desc, "state/1", nullptr, nullptr);
-  if (topic < 0) return Refused("no topic");
   const Qos qos = MakeQos(Purpose::kMotion, argv[3]);
-  const dds_entity_t writer = dds_create_writer(participant.get(), topic, qos.get(), nullptr);
-  if (writer < 0) return Refused("no writer");
+  const auto open = [&](const dds_topic_descriptor_t& type, const char* name) {
+    const dds_entity_t topic = dds_create_topic(participant.get(), &type, name, nullptr, nullptr);
+    return topic < 0 ? topic : dds_create_writer(participant.get(), topic, qos.get(), nullptr);
+  };
+  const dds_entity_t states = open(tandem_ObjectState_desc, "state/1");
+  const dds_entity_t linked = open(tandem_LinkedState_desc, "link/2");
+  if (states < 0 && linked < 0) return Refused("no writer");
 
   SayLine("writing");
   bool matched = false;
   for (std::uint32_t seq = 0; !InputEnded(); ++seq) {
-    tandem_ObjectState wire{};
-    ToWire(testing::SampleState(claimed, seq), wire);
-    dds_write(writer, &wire);
-    dds_publication_matched_status_t status{};
-    dds_get_publication_matched_status(writer, &status);
-    if (status.total_count > 0 && !matched) SayLine("matched");
-    matched = matched || status.total_count > 0;
+    tandem_ObjectState state{};
+    ToWire(testing::SampleState(claimed, seq), state);
+    dds_write(states, &state);
+    tandem_LinkedState both{};
+    ToWire({testing::SampleState(claimed, seq), testing::SampleLinks(claimed, seq)}, both);
+    dds_write(linked, &both);
+    for (const dds_entity_t writer : {states, linked}) {
+      dds_publication_matched_status_t status{};
+      dds_get_publication_matched_status(writer, &status);
+      if (status.total_count > 0 && !matched) SayLine("matched");
+      matched = matched || status.total_count > 0;
+    }
   }
   return 0;
 }

@@ -105,9 +105,12 @@ TEST(Wire, PeerZeroIsRefused) {
   EXPECT_FALSE(Sound(wire, out));
 }
 
-CouplingLinks FullLinks() {
-  CouplingLinks links;
-  links.from = 1;
+LinkedState FullLinks() {
+  tandem_ObjectState state = SoundState();
+  LinkedState linked;
+  EXPECT_FALSE(FromWire(state, linked.state));
+  CouplingLinks& links = linked.links;
+  links.from = linked.state.peer;
   links.object = 2;
   links.seq = 3;
   links.sample_ns = 4;
@@ -117,15 +120,21 @@ CouplingLinks FullLinks() {
     links.entries[i] = {
         i + 10, static_cast<std::int64_t>(i), 100 * x, 0.5 * x, {Vec3(x, 1, 2), Vec3(3, x, 5)}};
   }
-  return links;
+  return linked;
 }
 
-TEST(Wire, LinksComeBackAsTheyWere) {
-  tandem_CouplingLinks wire;
-  ToWire(FullLinks(), wire);
-  CouplingLinks back;
-  ASSERT_TRUE(Sound(wire, back));
-  EXPECT_EQ(back.from, 1U);
+TEST(Wire, LinksComeBackAsTheyWereBesideTheirState) {
+  const LinkedState said = FullLinks();
+  tandem_LinkedState wire;
+  ToWire(said, wire);
+  LinkedState heard;
+  ASSERT_TRUE(Sound(wire, heard));
+  EXPECT_EQ(heard.state.peer, said.state.peer);
+  EXPECT_EQ(heard.state.seq, said.state.seq);
+  EXPECT_EQ(heard.state.X_WB.p, said.state.X_WB.p);
+  EXPECT_EQ(heard.state.contact_B_W.f, said.state.contact_B_W.f);
+  const CouplingLinks& back = heard.links;
+  EXPECT_EQ(back.from, said.state.peer);
   EXPECT_EQ(back.object, 2U);
   EXPECT_EQ(back.seq, 3U);
   EXPECT_EQ(back.sample_ns, 4);
@@ -140,12 +149,12 @@ TEST(Wire, LinksComeBackAsTheyWere) {
 }
 
 TEST(Wire, UnsoundLinksAreRefused) {
-  tandem_CouplingLinks sound;
+  tandem_LinkedState sound;
   ToWire(FullLinks(), sound);
-  CouplingLinks out;
+  LinkedState out;
   auto refuses = [&](auto spoil) {
-    tandem_CouplingLinks wire = sound;
-    spoil(wire);
+    tandem_LinkedState wire = sound;
+    spoil(wire.links);
     return !Sound(wire, out);
   };
   EXPECT_TRUE(refuses([](auto& w) {
@@ -153,9 +162,6 @@ TEST(Wire, UnsoundLinksAreRefused) {
   }));
   EXPECT_TRUE(refuses([](auto& w) {
     w.count = 0xFFFFFFFF;
-  }));
-  EXPECT_TRUE(refuses([](auto& w) {
-    w.peer = 0;
   }));
   EXPECT_TRUE(refuses([](auto& w) {
     w.entries[3].to = 0;
@@ -176,6 +182,34 @@ TEST(Wire, UnsoundLinksAreRefused) {
   EXPECT_FALSE(refuses([](auto& w) {
     w.count = 7, w.entries[7].applied.f[2] = kInfinity;
   }));
+}
+
+TEST(Wire, AStateBesideLinksIsJudgedAsAlone) {
+  tandem_LinkedState sound;
+  ToWire(FullLinks(), sound);
+  LinkedState out;
+  const auto fault = [&](auto spoil) {
+    tandem_LinkedState wire = sound;
+    spoil(wire);
+    return FromWire(wire, out);
+  };
+  EXPECT_EQ(fault([](auto&) {}), std::nullopt);
+  EXPECT_EQ(fault([](auto& w) {
+              w.peer = w.state.peer = 0;
+            }),
+            Drop::kNoOwner);
+  EXPECT_EQ(fault([](auto& w) {
+              w.state.peer += 1;
+            }),
+            Drop::kWrongOwner);
+  EXPECT_EQ(fault([](auto& w) {
+              w.state.pose.p[2] = kNan;
+            }),
+            Drop::kNotFinite);
+  EXPECT_EQ(fault([](auto& w) {
+              w.state.pose.q[0] += 1;
+            }),
+            Drop::kNotUnit);
 }
 
 TEST(Wire, AViewComesBackInSinglePrecision) {
