@@ -9,6 +9,7 @@
 #include "collab/peer_inbox.h"
 #include "collab/sent_states.h"
 #include "collab/transport.h"
+#include "engine/realtime/clock.h"
 #include "engine/realtime/triple_buffer.h"
 
 namespace tandem {
@@ -42,8 +43,9 @@ class PeerNode {
 
   /// One haptic frame.
   void HapticFrame(std::int64_t now_ns) noexcept TANDEM_RUNS_ON(kHapticThread);
-  /// Publishes the newest frame where its time has come; called at least at publish_hz.
-  void SendFrame(std::int64_t now_ns, Transport& transport) TANDEM_RUNS_ON(kSenderThread);
+  /// Publishes the newest frame where its turn has come; called at least at publish_hz. False:
+  /// there has been no frame since the last call.
+  bool SendFrame(std::int64_t now_ns, Transport& transport) TANDEM_RUNS_ON(kSenderThread);
   /// Says who we are and what we hold, when that has changed and five times a second, and once what
   /// the session is about; called some 50 times a second.
   void ControlFrame(std::int64_t now_ns, Transport& transport) TANDEM_RUNS_ON(kControlThread);
@@ -72,7 +74,7 @@ class PeerNode {
   void SendEvents(Transport& transport);
 
   // the sender's
-  std::uint32_t sent_seq_ = 0;
+  std::uint32_t seen_seq_ = 0;
   SentStates sent_states_;
   std::int64_t next_state_ns_ = 0;
   std::int64_t next_view_ns_ = 0;
@@ -83,5 +85,14 @@ class PeerNode {
   std::int64_t under_way_ns_ = 0;  // when the session goes by what we offer; 0: not offered yet
   std::int64_t next_info_ns_ = 0;
 };
+
+/// When the sender begins after the haptic thread, ns: when most frames are done. Left to chance,
+/// the one looks as the other ends, and finds now the same frame twice and now the next but one.
+inline constexpr std::int64_t kSenderPhaseNs = 250'000;
+
+/// The sender's millisecond: SendFrame(), and while there is no new frame yet again a quarter and
+/// half a millisecond later, so that every frame that is done in time is sent once.
+void SendWhenDone(PeerNode& node, Transport& transport, LoopClock& clock)
+    TANDEM_RUNS_ON(kSenderThread);
 
 }  // namespace tandem

@@ -112,20 +112,24 @@ int RunOnce(PeerArguments& arguments) {
   std::atomic<bool> done{false};
   const auto frames = static_cast<std::int64_t>(arguments.seconds * 1000.0);
   std::int64_t frames_since_start = 0;
-  PeriodicThread haptic({.name = "haptic"}, [&](std::int64_t, std::int64_t now_ns) {
-    kHapticThread.Enter();
-    node.HapticFrame(now_ns);
-    if (node.peer().started_ns()) {
-      begun.store(true, std::memory_order_relaxed);
-      if (++frames_since_start == frames) done.store(true, std::memory_order_release);
-    }
-    return true;
-  });
-  PeriodicThread sender({.priority = 20, .name = "sender"}, [&](std::int64_t, std::int64_t now_ns) {
-    kSenderThread.Enter();
-    node.SendFrame(now_ns, transport);
-    return true;
-  });
+  const std::int64_t origin_ns = MonotonicNowNs();
+  PeriodicThread haptic({.origin_ns = origin_ns, .name = "haptic"},
+                        [&](std::int64_t, std::int64_t now_ns) {
+                          kHapticThread.Enter();
+                          node.HapticFrame(now_ns);
+                          if (node.peer().started_ns()) {
+                            begun.store(true, std::memory_order_relaxed);
+                            if (++frames_since_start == frames)
+                              done.store(true, std::memory_order_release);
+                          }
+                          return true;
+                        });
+  PeriodicThread sender({.origin_ns = origin_ns + kSenderPhaseNs, .priority = 20, .name = "sender"},
+                        [&](std::int64_t, std::int64_t) {
+                          kSenderThread.Enter();
+                          SendWhenDone(node, transport, MachineClock());
+                          return true;
+                        });
   const RealtimeStatus& realtime = haptic.realtime();
   if (!realtime.warning.empty()) Say(realtime.warning);
   if (arguments.require_rt && !realtime.fifo) {

@@ -57,9 +57,9 @@ class DdsTransport final : public Transport {
         domain_(std::move(domain)),
         participant_(dds_create_participant(options.domain, qos, nullptr)),
         on_match_(dds_create_guardcondition(participant_.get())),
-        states_(inbox, HandState, options.peer, on_match_),
-        linked_(inbox, HandLinked, options.peer, on_match_),
-        views_(inbox, HandView, options.peer, on_match_) {}
+        states_(inbox, HandState, options, on_match_),
+        linked_(inbox, HandLinked, options, on_match_),
+        views_(inbox, HandView, options, on_match_) {}
   ~DdsTransport() override { Close(); }
 
   /// Makes what is below the participant; what went wrong, or nothing.

@@ -6,40 +6,26 @@
 #include <cstdlib>
 #include <optional>
 #include <set>
-#include <thread>
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <netdb.h>
-#include <pthread.h>
 #include <unistd.h>
 
 #include "collab/dds/cyclone_log.h"
+#include "collab/dds/receive_thread.h"
 #include "collab/dds/socket_drops.h"
 #include "engine/base/markup.h"
 
 namespace tandem {
 namespace {
 
-constexpr int kReceivePriority =
-    40;  // above the haptic thread's: it is short, and carries what that waits for
 constexpr const char* kLoopback = "lo";
 
 bool IsPlain(char c) {  // in any locale
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
          c == '_' || c == '-';
-}
-
-// Whether a thread of this process may have the receive thread's priority: found by trying on one.
-bool RealTimeIsPermitted() {
-  bool permitted = false;
-  std::thread([&] {
-    sched_param parameters{};
-    parameters.sched_priority = kReceivePriority;
-    permitted = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
-  }).join();
-  return permitted;
 }
 
 // Why `name` is no interface to use, or nothing.
@@ -211,10 +197,10 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   if (!multicast) xml += PeersXml(options, loopback);
   // a socket keeps what comes while the receive thread does not get to run: of seven peers at 1 kHz
   // some 0.2 s; where the kernel allows less, it is less
-  xml +=
-      "</Discovery><Internal><MultipleReceiveThreads>false</MultipleReceiveThreads>"
-      "<SocketReceiveBufferSize max=\"" +
-      std::to_string(kSocketBuffer) + " B\"/></Internal>";
+  xml += std::string("</Discovery><Internal><MultipleReceiveThreads>") +
+         (HasTheSocketToItself(options) ? "true" : "false") +
+         "</MultipleReceiveThreads><SocketReceiveBufferSize max=\"" +
+         std::to_string(kSocketBuffer) + " B\"/></Internal>";
   if (real_time_receive) {
     xml += "<Threads><Thread Name=\"recv\"><Scheduling><Class>Realtime</Class><Priority>" +
            std::to_string(kReceivePriority) + "</Priority></Scheduling></Thread></Threads>";

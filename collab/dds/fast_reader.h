@@ -6,6 +6,7 @@
 
 #include "collab/dds/dds_api.h"
 #include "collab/dds/partitions.h"
+#include "collab/dds/receive_thread.h"
 #include "collab/dds/wire.h"
 #include "collab/transport.h"
 
@@ -13,10 +14,6 @@ namespace tandem {
 
 /// This machine's monotonic clock.
 std::int64_t MonotonicNow_ns();
-
-/// Whether this is Cyclone's receive thread. Others of Cyclone's threads call data listeners too,
-/// when a writer goes; what they leave untaken, the receive thread takes with the next sample.
-bool OnReceiveThread() noexcept;
 
 /// Reads a topic of motion: takes each sample on the receive thread as it comes, refuses what is
 /// unsound or comes by another than its peer's partition, telling the inbox why, passes over what
@@ -27,18 +24,23 @@ class FastReader {
  public:
   using Deliver = void (*)(Inbox& inbox, const Message&, std::int64_t arrival_ns);
 
-  /// `on_match` is a guard condition, raised whenever writers come or go: call RefreshOwners()
-  /// then.
-  FastReader(Inbox& inbox, Deliver deliver, PeerId self, dds_entity_t on_match)
-      : inbox_(inbox), deliver_(deliver), self_(self), on_match_(on_match) {
+  /// Passes over what comes from the options' peer. `on_match` is a guard condition, raised
+  /// whenever writers come or go: call RefreshOwners() then.
+  FastReader(Inbox& inbox, Deliver deliver, const DdsOptions& options, dds_entity_t on_match)
+      : inbox_(inbox),
+        deliver_(deliver),
+        self_(options.peer),
+        thread_(ReceiveThreadOf(options)),
+        on_match_(on_match) {
     for (std::size_t i = 0; i < kBatch; ++i) pointers_[i] = &samples_[i];
   }
 
   /// Negative: Cyclone's code of what went wrong.
   dds_entity_t Open(dds_entity_t participant, dds_entity_t topic, const Qos& qos) {
     const Listener listener(dds_create_listener(this));
-    dds_lset_data_available(listener.get(), [](dds_entity_t reader, void* self) {
-      if (OnReceiveThread()) static_cast<FastReader*>(self)->TakeAll(reader);
+    dds_lset_data_available(listener.get(), [](dds_entity_t reader, void* context) {
+      auto* const self = static_cast<FastReader*>(context);
+      if (OnReceiveThread(self->thread_)) self->TakeAll(reader);
     });
     dds_lset_subscription_matched(
         listener.get(), [](dds_entity_t, const dds_subscription_matched_status_t, void* self) {
@@ -88,6 +90,7 @@ class FastReader {
   Inbox& inbox_;
   const Deliver deliver_;
   const PeerId self_;
+  const char* const thread_;
   const dds_entity_t on_match_;
   dds_entity_t reader_ = 0;
   WriterOwners owners_;

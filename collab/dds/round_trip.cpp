@@ -22,7 +22,7 @@
 namespace tandem {
 namespace {
 
-constexpr int kPacketPriority = 40;  // the receive thread's own (domain.cpp), for UDP's sake too
+constexpr int kPacketPriority = kReceivePriority;  // for UDP's sake too
 constexpr int kAskerPriority = 30;
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr std::int64_t kAnswerNs = 20'000'000;  // an answer that takes longer is lost
@@ -72,8 +72,10 @@ class StatePair {
     const Qos qos = MakeQos(Purpose::kMotion, "round_trip");
     writer_ = dds_create_writer(participant_.get(), topic(to), qos.get(), nullptr);
     const Listener listener(dds_create_listener(this));
-    dds_lset_data_available(listener.get(), [](dds_entity_t reader, void* self) {
-      if (OnReceiveThread()) static_cast<StatePair*>(self)->TakeAll(reader);
+    thread_ = ReceiveThreadOf(own);
+    dds_lset_data_available(listener.get(), [](dds_entity_t reader, void* context) {
+      auto* const self = static_cast<StatePair*>(context);
+      if (OnReceiveThread(self->thread_)) self->TakeAll(reader);
     });
     reader_ = dds_create_reader(participant_.get(), topic(from), qos.get(), listener.get());
     if (writer_ < 0 || reader_ < 0) return Error{"cannot make a DDS writer and reader"};
@@ -108,6 +110,7 @@ class StatePair {
 
   const OnState on_state_;
   void* const context_;
+  const char* thread_ = nullptr;
   Entity domain_;
   Entity participant_;  // goes before its domain
   dds_entity_t writer_ = 0;

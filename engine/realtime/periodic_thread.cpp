@@ -8,10 +8,12 @@
 
 namespace tandem {
 
-void RunPeriodically(std::int64_t period_ns, const PeriodicFrame& frame,
+void RunPeriodically(std::int64_t period_ns, std::int64_t origin_ns, const PeriodicFrame& frame,
                      const std::atomic<bool>& stop, LoopClock& clock, FrameStats& stats) noexcept {
   TANDEM_CHECK(period_ns > 0);
-  std::int64_t deadline = clock.NowNs() + period_ns;
+  const std::int64_t now = clock.NowNs();
+  const std::int64_t passed = now > origin_ns ? (now - origin_ns) / period_ns : 0;
+  std::int64_t deadline = origin_ns + (passed + 1) * period_ns;
   for (std::int64_t number = 0;; ++number) {
     clock.SleepUntil(deadline);
     if (stop.load(std::memory_order_relaxed)) return;
@@ -39,7 +41,9 @@ PeriodicThread::PeriodicThread(const Options& options, PeriodicFrame frame)
       realtime_.timer_slack = prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) == 0;
     }
     entered_.count_down();
-    RunPeriodically(options.period_ns, frame_, stop_, MachineClock(), stats_);
+    LoopClock& clock = MachineClock();
+    const std::int64_t origin_ns = options.origin_ns > 0 ? options.origin_ns : clock.NowNs();
+    RunPeriodically(options.period_ns, origin_ns, frame_, stop_, clock, stats_);
   });
   entered_.wait();
 }

@@ -16,11 +16,11 @@ namespace tandem {
 /// False ends the loop. Must not throw.
 using PeriodicFrame = std::function<bool(std::int64_t frame, std::int64_t now_ns)>;
 
-/// Runs `frame` at the deadlines start + k * period (k = 1, 2, ...) until it returns false or
-/// `stop` is set. Deadlines that pass before a frame has ended are skipped and counted, never
+/// Runs `frame` at the deadlines origin + k * period that are still to come, until it returns false
+/// or `stop` is set. Deadlines that pass before a frame has ended are skipped and counted, never
 /// caught up: the next frame starts at the first deadline still to come. The loop itself allocates
 /// nothing.
-void RunPeriodically(std::int64_t period_ns, const PeriodicFrame& frame,
+void RunPeriodically(std::int64_t period_ns, std::int64_t origin_ns, const PeriodicFrame& frame,
                      const std::atomic<bool>& stop, LoopClock& clock, FrameStats& stats) noexcept;
 
 /// A thread that does so on the machine's clock, real-time where that is allowed.
@@ -28,6 +28,8 @@ class PeriodicThread {
  public:
   struct Options {
     std::int64_t period_ns = 1'000'000;
+    /// Of the deadlines, monotonic, for threads that keep a distance in time; 0: the start.
+    std::int64_t origin_ns = 0;
     int priority = 30;  // of SCHED_FIFO; 0: an ordinary thread, whose sleeps only are exact
     const char* name = nullptr;  // as debuggers and top show it, 15 characters; null: the program's
   };

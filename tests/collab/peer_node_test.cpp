@@ -235,5 +235,61 @@ TEST(PeerNode, PublishesStatesAtItsRateAndViewsAtSixtyHertz) {
   }
 }
 
+/// A sender's clock: while it sleeps the haptic thread does its frames, each so long after its
+/// millisecond began.
+class ClockBesideFrames final : public LoopClock {
+ public:
+  explicit ClockBesideFrames(PeerNode& node) : node_(&node) {}
+
+  std::int64_t NowNs() noexcept override { return now_ns_; }
+  std::int64_t ThreadCpuNs() noexcept override { return 0; }
+  void SleepUntil(std::int64_t deadline_ns) noexcept override {
+    while (DoneNs() <= deadline_ns) {
+      kHapticThread.Enter();
+      node_->HapticFrame(1'000'000 * ++frames_);
+      kSenderThread.Enter();
+    }
+    now_ns_ = deadline_ns;
+  }
+  int frames() const { return frames_; }
+
+ private:
+  // from 0.02 to 0.72 ms, in no order
+  std::int64_t DoneNs() const {
+    return 1'000'000 * (frames_ + 1) + 20'000 + 100'000 * ((frames_ * 5) % 8);
+  }
+
+  PeerNode* node_;
+  int frames_ = 0;
+  std::int64_t now_ns_ = 1'000'000;
+};
+
+TEST(PeerNode, EveryFrameIsSentOnceWhereverInItsMillisecondItIsDone) {
+  const auto model = SharedBox();
+  NodeOptions options;
+  options.peer.id = 1;
+  options.peer.held_object = 1;
+  PeerNode node(model,
+                std::make_unique<ScriptedDevice>(Shift(Vec3::Zero(), 1), model->bodies[0].X_WB0),
+                42, options);
+  CountingTransport transport;
+  ClockBesideFrames clock(node);
+  kSenderThread.Enter();
+  // until the body is in hand
+  std::int64_t ms = 1;
+  for (; transport.states == 0; ++ms) {
+    ASSERT_LT(ms, 1000);
+    clock.SleepUntil(1'000'000 * ms + kSenderPhaseNs);
+    SendWhenDone(node, transport, clock);
+  }
+  const int before = clock.frames() - transport.states;
+  for (int sent = transport.states; ms < 2000; ++ms) {
+    clock.SleepUntil(1'000'000 * ms + kSenderPhaseNs);
+    SendWhenDone(node, transport, clock);
+    EXPECT_EQ(transport.states, ++sent) << ms;
+  }
+  EXPECT_EQ(clock.frames() - transport.states, before);
+}
+
 }  // namespace
 }  // namespace tandem

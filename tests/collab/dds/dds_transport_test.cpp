@@ -1,14 +1,17 @@
 #include "collab/dds/dds_transport.h"
 
 #include <cstdlib>
+#include <mutex>
 #include <set>
 
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <pthread.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include "collab/dds/dds_api.h"
+#include "collab/dds/receive_thread.h"
 #include "tests/collab/dds/child_peer.h"
 #include "tests/collab/dds/live_peer.h"
 
@@ -179,6 +182,50 @@ TEST(DdsTransport, AViewerSubscribesToNoneOfTheFastTopics) {
   }
   EXPECT_EQ(viewers, 1);
   EXPECT_EQ(active_peers, 2);
+}
+
+/// Notes which threads say what is heard of motion.
+class ThreadNotes : public Recorder {
+ public:
+  void OnState(const ObjectState& state, std::int64_t arrival_ns) override {
+    Note();
+    Recorder::OnState(state, arrival_ns);
+  }
+  void OnLinks(const CouplingLinks& links, std::int64_t arrival_ns) override {
+    Note();
+    Recorder::OnLinks(links, arrival_ns);
+  }
+  std::set<pthread_t> threads;
+  std::set<int> policies;
+
+ private:
+  void Note() {
+    const std::scoped_lock lock(mutex_);
+    threads.insert(pthread_self());
+    sched_param parameters{};
+    int policy = 0;
+    pthread_getschedparam(pthread_self(), &policy, &parameters);
+    policies.insert(policy);
+  }
+  std::mutex mutex_;
+};
+
+TEST(DdsTransport, OneThreadHearsAllMotionAndIsRealTimeWhereThatIsPermitted) {
+  const std::string session = RandomSession();
+  ThreadNotes heard;
+  auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  ASSERT_NE(here, nullptr);
+  {
+    ChildPeer one(session, kThere);
+    ChildPeer other(session, 33);
+    ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+      return h.links.contains(kThere) && h.links.at(kThere).seq > 300 && h.links.contains(33) &&
+             h.links.at(33).seq > 300;
+    }));
+  }
+  here.reset();  // ends the calls
+  EXPECT_EQ(heard.threads.size(), 1U);
+  EXPECT_EQ(heard.policies, std::set<int>{RealTimeIsPermitted() ? SCHED_FIFO : SCHED_OTHER});
 }
 
 TEST(DdsTransport, SessionsDoNotMeet) {

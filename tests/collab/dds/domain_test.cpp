@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include "collab/dds/receive_thread.h"
+
 namespace tandem {
 namespace {
 
@@ -23,6 +25,8 @@ TEST(Domain, LoopbackIsQuiet) {
   EXPECT_THAT(xml, HasSubstr("<AllowMulticast>false<"));
   EXPECT_THAT(xml, HasSubstr("<Peer address=\"127.0.0.1\"/>"));
   EXPECT_THAT(xml, Not(HasSubstr("Realtime")));
+  EXPECT_THAT(xml, HasSubstr("<MultipleReceiveThreads>true<"));
+  EXPECT_STREQ(ReceiveThreadOf(options), "recvUC");
 }
 
 TEST(Domain, OtherInterfacesFindPeersByMulticast) {
@@ -34,6 +38,8 @@ TEST(Domain, OtherInterfacesFindPeersByMulticast) {
   EXPECT_THAT(xml, HasSubstr("<AllowMulticast>true<"));
   EXPECT_THAT(xml, Not(HasSubstr("127.0.0.1")));
   EXPECT_THAT(xml, HasSubstr("<Class>Realtime<"));
+  EXPECT_THAT(xml, HasSubstr("<MultipleReceiveThreads>false<"));
+  EXPECT_STREQ(ReceiveThreadOf(options), "recv");
 }
 
 TEST(Domain, NamedPeersTakeThePlaceOfMulticast) {

@@ -42,8 +42,11 @@ struct Loop {
   FrameStats stats;
   std::atomic<bool> stop{false};
   std::int64_t start = clock.NowNs();
+  std::int64_t origin = start;
 
-  void Run(const PeriodicFrame& frame) { RunPeriodically(kPeriod, frame, stop, clock, stats); }
+  void Run(const PeriodicFrame& frame) {
+    RunPeriodically(kPeriod, origin, frame, stop, clock, stats);
+  }
 };
 
 TEST(RunPeriodically, StartsEachFrameAtItsDeadline) {
@@ -145,6 +148,22 @@ TEST(RunPeriodically, AThousandFramesAllocateNothing) {
   loop.Run(frame);
   EXPECT_EQ(allocations.count(), 0);
   EXPECT_EQ(sum, 999 * 1000 / 2);
+}
+
+TEST(RunPeriodically, KeepsItsDistanceFromAnOriginLongAgoOrStillToCome) {
+  for (const std::int64_t offset : {-7 * kPeriod + 250'000, std::int64_t{250'000}}) {
+    Loop loop;
+    loop.origin = loop.start + offset;
+    std::vector<std::int64_t> starts;
+    loop.Run([&](std::int64_t frame, std::int64_t now_ns) {
+      starts.push_back(now_ns - loop.start);
+      loop.clock.Work(frame == 1 ? 2'600'000 : 300'000, 100'000);  // the second misses deadlines
+      return frame < 3;
+    });
+    const std::int64_t first = offset < 0 ? 250'000 : kPeriod + 250'000;
+    EXPECT_EQ(starts, (std::vector<std::int64_t>{first, first + kPeriod, first + 4 * kPeriod,
+                                                 first + 5 * kPeriod}));
+  }
 }
 
 TEST(PeriodicThread, RunsFramesInOrderOnTheMonotonicClockUntilAFrameSaysEnough) {
