@@ -6,6 +6,7 @@
 #include <tbb/global_control.h>
 
 #include "app/cli/bench.h"
+#include "app/cli/mesh_unit.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -21,7 +22,7 @@ constexpr double kLeastSeconds = 2.0;  // of processor time, in all
 struct VoxelizeBenchArguments {
   std::string file;
   double voxel_size = 0.001;
-  double scale = 0.001;
+  double scale = kDefaultScale;
   std::size_t threads = 4;
   bool json = false;
 };
@@ -40,7 +41,10 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
   const VoxelizeOptions options{.voxel_size = arguments.voxel_size};
   // the first run warms caches and threads and does not count
   Result<Voxmap> voxmap = Voxelize(*mesh, options);
-  if (!voxmap) return Fail(kExitFile, arguments.file + ": " + voxmap.error().what);
+  if (!voxmap) {
+    return Fail(kExitFile,
+                arguments.file + ": " + voxmap.error().what + UnitHint(*mesh, arguments.scale));
+  }
   std::vector<double> seconds;
   std::vector<double> cpu_seconds;
   for (double total = 0; total < kLeastSeconds || cpu_seconds.size() < 3;) {

@@ -26,7 +26,7 @@ struct ContactArguments {
   std::string moving;
   std::string poses;
   double voxel = 0;
-  double scale = 1.0;
+  double scale = kDefaultScale;
   int force_layer = 0;
   std::string contact = "refined";
   ContactModel model = ContactModel::kRefined;  // of that name
@@ -177,7 +177,8 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
   command->add_option("--poses", arguments->poses, "CSV file of poses of the moving part")
       ->required();
   command->add_option("--scale", arguments->scale, "metres per file unit")
-      ->check(NumberFrom(kLeastScale, kLargestScale));
+      ->check(NumberFrom(kLeastScale, kLargestScale))
+      ->capture_default_str();
   command->add_option("--force-layer", arguments->force_layer, "layer that first pushes, from 0")
       ->check(WholeNumberFrom(0, kDefaultRange - 2));
   command

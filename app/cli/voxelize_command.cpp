@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
+#include "app/cli/mesh_unit.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -28,7 +29,7 @@ namespace {
 struct VoxelizeArguments {
   std::string file;
   std::string voxel = "auto";
-  double scale = 1.0;
+  double scale = kDefaultScale;
   int range = kDefaultRange;
   int bits = 0;  // 0: the least that hold the range
   std::string out;
@@ -96,7 +97,7 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
                                 " voxels at the most; give more bits or a --range within");
   }
   if (const auto fault = VoxelSizeFault(*mesh, options)) {
-    return Fail(kExitFile, arguments.file + ": " + fault->what);
+    return Fail(kExitFile, arguments.file + ": " + fault->what + UnitHint(*mesh, arguments.scale));
   }
   std::stop_source stop;
   options.stop = stop.get_token();
@@ -185,7 +186,8 @@ void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
           },
           "auto or metres"));
   command->add_option("--scale", arguments->scale, "metres per file unit")
-      ->check(NumberFrom(kLeastScale, kLargestScale));
+      ->check(NumberFrom(kLeastScale, kLargestScale))
+      ->capture_default_str();
   command->add_option("--range", arguments->range, "voxels that the distance fields reach")
       ->check(WholeNumberFrom(1, WidestRange(8)))
       ->capture_default_str();

@@ -64,6 +64,23 @@ TEST_F(VoxelizeCommand, RefusesARangeThatItsMarksCannotHold) {
   EXPECT_THAT(said.err, HasSubstr("--bits 4 holds a range of 13 voxels at the most"));
 }
 
+// 100 units long: in millimetres a hand's breadth, in metres more than fits.
+TEST_F(VoxelizeCommand, TakesAFileToBeInMetresAsItsBenchDoesAndSaysSoWhenItIsTooLarge) {
+  const std::filesystem::path wedge = folder_.Write("millimetres.obj",
+                                                    "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\n"
+                                                    "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  for (const std::string command : {"voxelize ", "bench voxelize "}) {
+    const Said refused = RunTandem(command + wedge.string() + " --voxel 0.002");
+    EXPECT_EQ(refused.exit_code, kExitFile);
+    EXPECT_THAT(refused.err, HasSubstr("read in metres it is 100 m long"));
+    EXPECT_THAT(refused.err, HasSubstr("--scale 0.001"));
+    EXPECT_THAT(RunTandem(command + "--help").out, ::testing::ContainsRegex("--scale [^\n]*=1\n"));
+  }
+  const Said said = RunTandem("voxelize " + wedge.string() + " --voxel 0.002 --scale 0.001 --json");
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  EXPECT_NEAR(nlohmann::json::parse(said.out)["volume_m3"], 1e-3 / 6, 1e-9);
+}
+
 TEST_F(VoxelizeCommand, StopsWhenAskedAndLeavesNoFile) {
   const std::filesystem::path file = folder_.path() / "wedge.voxmap";
   Result<ChildProcess> child =
