@@ -9,9 +9,9 @@
 
 namespace tandem {
 
-/// Whether two mean the same scene, and by what parameters they simulate it (paper §6.1; VPS.md
-/// §12.2). Content must be equal. Who joins adopts the session's force parameters, or insists on
-/// its own: then it and the others push unequally, and shared bodies are not held together.
+/// Whether two mean the same scene, and by what parameters they simulate it (paper §6.1). Content
+/// must be equal. Who joins adopts the session's force parameters, or insists on its own: then it
+/// and the others push unequally, and shared bodies are not held together.
 /// docs/decisions/0022-agreement.md
 
 /// Why a scene is too large for a session, in a line; empty: it is not. One peer may come to answer

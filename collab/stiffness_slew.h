@@ -23,7 +23,7 @@ struct StiffnessSlew {
 
   /// A rise puts dk stretch^2/2 into the spring: 20 mW at the most. A fall takes energy out, so it
   /// may be as fast as the delay wants; where its cause is only that nobody answers, or that one
-  /// more has come, it is gentle: a held copy is a fixed anchor and harms nobody (VPS.md §12.4).
+  /// more has come, it is gentle: a held copy is a fixed anchor and harms nobody (decision 0017).
   double Next(double k) const noexcept {
     constexpr double kFallTime = 0.02;       // s
     constexpr double kFastestRise = 400.0;   // N/m/s

@@ -13,7 +13,7 @@
 
 namespace tandem {
 
-/// How a modelled hand gives way (notes on stability: off, relaxed, heavy, firm; or own figures).
+/// How a modelled hand gives way (docs/stability.md §8: off, relaxed, heavy, firm; or own).
 struct LabHand {
   std::string name;
   HandImpedance impedance;  // of arm and device together; rotation's, see HandNamed()

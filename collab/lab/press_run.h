@@ -10,8 +10,8 @@
 
 namespace tandem {
 
-/// What two users do who each hold a body of their own (paper §6.1, type-1; notes on stability,
-/// section 7). The bodies face one another along x.
+/// What two users do who each hold a body of their own (paper §6.1, type-1;
+/// docs/decisions/0028-live-and-type-1.md). The bodies face one another along x.
 enum class PressMotion : std::uint8_t {
   kPress,  // both come by kPressTravel in half a second and stay: hands of 300 N/m
   kPush,   // the first comes by kPushTravel, the second's hand gives way: mass and damper alone

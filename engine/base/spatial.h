@@ -58,7 +58,7 @@ inline Vec3 RotationVector(const Quat& q) {
   return (2.0 * std::atan2(sine, sign * q.w()) / sine) * v;
 }
 
-/// The farthest that any surface point goes in a motion (VPS.md §5.4): |t| + 2 sin(angle/2) r, r
+/// The farthest that any surface point goes in a motion (paper §5): |t| + 2 sin(angle/2) r, r
 /// the largest distance of any point from the frame's origin. All in m and rad.
 inline double TravelOf(const Vec3& translation, double angle, double radius) {
   return translation.norm() + 2.0 * std::sin(0.5 * angle) * radius;

@@ -27,7 +27,7 @@ struct StepEquations {
 /// with the load's force F, stiffness K and damping D at the beginning of the step, and the
 /// gyroscopic moment w x I w0 = G V, which does no work on the new w: so a body that nothing pulls
 /// never gains energy, however fast it tumbles. Correct in the limit of small steps; stable for any
-/// stiffness (VPS.md §10.2).
+/// stiffness (docs/decisions/0004-contact-and-step.md).
 StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state, const Load& load,
                                 double h) noexcept;
 

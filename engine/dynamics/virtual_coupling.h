@@ -40,8 +40,8 @@ CentreLoad CentreCouplingLoad(const CouplingGains& gains, const RigidState& body
 Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidState& body) noexcept;
 
 /// The wrench that a load really applied over an implicit step that changed the body's twist from
-/// `before` to `after`: its value at the end of the step. What a device must render (notes: same
-/// force as the body).
+/// `before` to `after`: its value at the end of the step. What a device must render
+/// (docs/decisions/0004-contact-and-step.md).
 Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, double h) noexcept;
 Wrench AppliedWrench(const CentreLoad& load, const Twist& before, const Twist& after,
                      double h) noexcept;

@@ -22,14 +22,14 @@ struct Features {
 
 /// Merges triangles into polygons whose vertices all lie within `tolerance` (m) of one plane, the
 /// area-weighted mean plane of their triangles, no triangle turned 90 degrees or more from it
-/// (VPS.md §2.3). The paper tests against the last neighbour only, which would roll a fine cylinder
-/// into one polygon; its tolerance is half a voxel.
+/// (docs/decisions/0008-labels.md). The paper tests against the last neighbour only, which would
+/// roll a fine cylinder into one polygon; its tolerance is half a voxel.
 ///
 /// A polygon grows from the largest triangle left, by the neighbour that is turned least; it stops
 /// at open, non-manifold and inconsistently wound edges. Feature edges are the mesh edges between
 /// polygons and those three kinds. Feature vertices are where feature edges meet otherwise than two
 /// of the same pair of polygons, and where such a line of edges leaves its chord by more than the
-/// tolerance (VPS.md §2.4). The same result every time.
+/// tolerance. The same result every time.
 Features FindFeatures(const TriangleMesh& mesh, double tolerance);
 Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double tolerance);
 

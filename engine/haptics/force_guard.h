@@ -9,7 +9,7 @@ namespace tandem {
 
 /// The last thing before a device: whatever the simulation asks for, the hand gets a finite wrench
 /// within the device's limits, which changes by at most the slew from one frame to the next and
-/// rises from nothing after each Begin() (VPS.md §13; docs/decisions/0021-force-guard.md). Force
+/// rises from nothing after each Begin() (paper §6; docs/decisions/0021-force-guard.md). Force
 /// and moment are guarded each by itself, in size, so that their directions stay. What is not
 /// finite counts as zero, and all that follows too until the next Begin(): a simulation that has
 /// once left the numbers does not come back. Used by the haptic thread alone.

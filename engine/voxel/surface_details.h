@@ -13,7 +13,7 @@
 namespace tandem {
 
 /// The exact surface in one surface voxel of a map, packed: what the refined contact model reads
-/// (VPS.md §4.6). Directions are octahedral: a unit vector's place on the unfolded octahedron.
+/// (decision 0010). Directions are octahedral: a unit vector's place on the unfolded octahedron.
 struct SurfaceDetail {
   /// Both sides of a thin sheet: the normal may as well point the other way.
   static constexpr std::uint8_t kTwoSided = 255;

@@ -11,8 +11,8 @@ namespace tandem {
 
 namespace {
 
-/// Of the summed areas: when the mean normal is shorter, the facets face several ways (VPS.md
-/// §3.2).
+/// Of the summed areas: when the mean normal is shorter, the facets face several ways
+/// (docs/decisions/0008-labels.md).
 constexpr double kThinSheet = 0.3;
 
 /// A triangle cut to a box has at most nine corners.

@@ -11,8 +11,8 @@
 
 namespace tandem {
 
-/// The exact surface in one surface voxel, as far as points and planes are made from it (VPS.md
-/// §3.2, §4.6). Lengths in voxels, places from the voxel's lowest corner, axes of W.
+/// The exact surface in one surface voxel, as far as points and planes are made from it (decisions
+/// 0008, 0010). Lengths in voxels, places from the voxel's lowest corner, axes of W.
 struct VoxelSurface {
   static constexpr std::size_t kMostSides = 4;
   static constexpr std::size_t kMostMoreEdges = 6;  // the longest

@@ -33,9 +33,9 @@ std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, const VoxelizeOpti
 std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 
 /// Voxelizes a mesh where it stands in W: exact conservative surface, distance field, interior by
-/// counted crossings, of open bodies by winding number (paper §2.1, §3; VPS.md §1). In parallel;
-/// the same bits for any number of threads. Refused in one line: no triangles, a voxel size that is
-/// not above 0, a need beyond max_memory_bytes.
+/// counted crossings, of open bodies by winding number (paper §2.1, §3; decision 0003). In
+/// parallel; the same bits for any number of threads. Refused in one line: no triangles, a voxel
+/// size that is not above 0, a need beyond max_memory_bytes.
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 
 /// With the features and sides of the mesh that were found before, at the options' flatness.

@@ -10,7 +10,7 @@
 #include "engine/voxel/voxel.h"
 
 /// The bytes of a voxmap: one block that means the same wherever it lies, so that it can be mapped
-/// from a file (VPS.md §1). Offsets are in bytes from its start.
+/// from a file (paper §2.1). Offsets are in bytes from its start.
 ///
 ///   header   | what the numbers below mean, where each part begins
 ///   index    | uint32 per hyperchunk of the box, x fastest: which record

@@ -9,7 +9,7 @@
 namespace tandem {
 
 /// What of a scene says how hard contact pushes, apart from what the bodies are. Peers that differ
-/// in it can still meet, but push one another unequally (paper §6.1; VPS.md §12.2).
+/// in it can still meet, but push one another unequally (paper §6.1; decision 0022).
 struct ForceParameters {
   double voxel_size = 0.001;  // m
   ContactModel contact = ContactModel::kRefined;

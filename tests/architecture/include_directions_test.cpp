@@ -65,8 +65,8 @@ TEST(IncludeDirections, AssimpIsSeenByOneFileAtMost) {
   EXPECT_THAT(including, SizeIs(Le(1)));
 }
 
-// Dead reckoning is for the picture (VPS.md §12, notes: in contact it draws energy in): what is
-// measured and what moves are never predicted.
+// Dead reckoning is for the picture (docs/decisions/0023-apart.md: in contact it draws energy in):
+// what is measured and what moves are never predicted.
 TEST(IncludeDirections, OnlyThePictureIsPredicted) {
   std::vector<std::string> including;
   for (const SourceFile& file : ReadTree()) {

@@ -7,7 +7,7 @@
 #include "tests/support/test_world.h"
 
 // Two equal bars, crossed, pressed together by two equal hands whose users simulate by voxels of 1
-// mm and of 2 mm (paper §6.1, VPS.md §12.2): who pushes harder, and by how much.
+// mm and of 2 mm (paper §6.1): who pushes harder, and by how much.
 
 namespace tandem {
 namespace {

@@ -14,9 +14,9 @@
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
-// A wall of 4 mm comes between two instances of one shared cube: notes of study 7 in our World
-// (paper §6.1). The wall stands in the plane x = 0 from y = -200 to y = 0; all begin above its
-// edge.
+// A wall of 4 mm comes between two instances of one shared cube (paper §6.1;
+// docs/decisions/0023-apart.md). The wall stands in the plane x = 0 from y = -200 to y = 0; all
+// begin above its edge.
 namespace tandem {
 namespace {
 

@@ -6,7 +6,8 @@
 namespace tandem::testing {
 
 /// The oracle of TriangleRows: whether one triangle meets half-open boxes [lowest, lowest +
-/// side)^3, exactly: separating axes in whole numbers. VPS: a voxel is surface if the closed
+/// side)^3, exactly: separating axes in whole numbers
+/// (docs/decisions/0003-exact-voxels.md): a voxel is surface if the closed
 /// triangle meets the half-open cell.
 ///
 /// A half-open box is the union of the closed boxes [lowest, lowest + side - e] over e > 0, so on

@@ -9,8 +9,8 @@ namespace tandem {
 /// Where a body is drawn between two frames of its peer, and after a late one: ahead of where it
 /// was told to be by how it moved then, for kLongest and kFarthest at the most, and where a frame
 /// says otherwise over to that within some kSettle, without a jump. When no more frames come it
-/// goes back to where it was told to be. For the picture alone (notes: in contact, prediction draws
-/// energy in): nothing else ever sees it.
+/// goes back to where it was told to be. For the picture alone: in contact, prediction draws energy
+/// in (docs/decisions/0028-live-and-type-1.md). Nothing else ever sees it.
 class DeadReckoning {
  public:
   static constexpr double kLongest = 0.1;    // s

@@ -58,8 +58,8 @@ TEST(PressRun, MirrorsThatGiveWayAreCalmAtEveryDelay) {
   }
 }
 
-// What was foreseen lies deeper in the other than what was heard: energy comes in (notes on
-// stability, section 7).
+// What was foreseen lies deeper in the other than what was heard: energy comes in
+// (docs/decisions/0028-live-and-type-1.md).
 TEST(PressRun, DeadReckonedMirrorsShakeThoseWhoTapToo) {
   EXPECT_FALSE(RunAt(PressMotion::kTap, MirrorModel::kDeadReckoned, 100).calm);
   EXPECT_TRUE(RunAt(PressMotion::kTap, MirrorModel::kHeld, 100).calm);

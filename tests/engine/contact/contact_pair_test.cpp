@@ -140,8 +140,9 @@ TEST(ContactPair, ItsStiffnessAndDampingAreTheDerivativesOfItsForce) {
   EXPECT_GE(compared, 30);
 }
 
-// VPS §4.6: a plane at random tilts, points with the plane's exact normal; height at first force in
-// voxels. Sphere against a tilted face: the lowest point's normal is nearly the plane's.
+// docs/decisions/0004-contact-and-step.md: a plane at random tilts, points with the plane's exact
+// normal; height at first force in voxels. Sphere against a tilted face: the lowest point's normal
+// is nearly the plane's.
 TEST(ContactPair, FirstForceComesInTheHeightsOfItsLayer) {
   std::mt19937_64 random(4);
   const double s = 0.01;
@@ -149,7 +150,7 @@ TEST(ContactPair, FirstForceComesInTheHeightsOfItsLayer) {
     int layer;
     double least, mean_low, mean_high, most;
   };
-  // exact gap at first force of a sphere (VPS.md §4.6): means 1.2, 2.7, 4.2; wide enough for 40
+  // exact gap at first force of a sphere: means 1.2, 2.7, 4.2; wide enough for 40
   // samples
   for (const Range& range : {Range{0, -0.2, 0.7, 1.8, 3.2}, Range{1, 0.8, 2.1, 3.3, 4.4},
                              Range{2, 1.6, 3.5, 4.8, 5.8}}) {
@@ -201,7 +202,8 @@ TEST(TangentPlane, DepthIsContinuousFromLayerToLayerAndNeverVanishes) {
   }
 }
 
-// VPS §4.3: far poses read nothing at layer 0, exact surfaces that meet read some point at distance
+// docs/decisions/0003-exact-voxels.md: far poses read nothing at layer 0, exact surfaces that meet
+// read some point at distance
 // <= 1.
 TEST(ContactPair, FarPosesNeverTouchAndMeetingOnesAlwaysDo) {
   std::mt19937_64 random(6);
@@ -282,8 +284,8 @@ TEST(ContactPair, CrossingEdgesPushAsTheyMeetAndLetGoBeyondTheForceLayer) {
       EXPECT_GT((q.conjugate() * AsWrench(read(gap).on_shell.force).f).z(), 0.0)
           << "gap " << gap << ", trial " << trial;
     }
-    // halfway to the next edges; as VPS.md §4.2 says of a beam through a beam: no contact, though
-    // surfaces touch
+    // halfway to the next edges; as docs/decisions/0008-labels.md says of a beam through a beam: no
+    // contact, though surfaces touch
     const PoseReading through = read(-4 * std::sqrt(2.0));
     EXPECT_EQ(through.contact_points, 0);
     EXPECT_GT(through.touching_points, 0);

@@ -362,7 +362,8 @@ TEST(Voxelize, TakesNoMoreMemoryThanEstimatedAndNotFarLess) {
   }
 }
 
-// Layer thickness s |n|_1 along the normal (VPS.md §1.9): 1.5 A / s^2 on average over directions.
+// Layer thickness s |n|_1 along the normal (docs/decisions/0003-exact-voxels.md): 1.5 A / s^2 on
+// average over directions.
 TEST(Voxelize, SphereHasOneAndAHalfSurfaceVoxelsPerSquare) {
   const double s = 0.01;
   const VoxelCounts counts = MustVoxelize(Sphere(0.5, 5), s).Count();
