@@ -13,10 +13,15 @@ constexpr std::int64_t kInfoPeriodNs = 200'000'000;
 constexpr std::int64_t kUnderWayNs = 1'000'000'000;
 constexpr std::int64_t kViewPeriodNs = 16'666'667;  // 60 Hz
 
+// Half of the time between two calls is on time: what is due at one of them would else be done at
+// the next, now and then, since none is called to the nanosecond.
+constexpr std::int64_t kFrameEarlyNs = 500'000;       // called once a millisecond
+constexpr std::int64_t kControlEarlyNs = 10'000'000;  // 50 times a second
+
 /// Whether something due every `period_ns` is due now; keeps the beat without catching up.
-bool TakeTurn(std::int64_t now_ns, std::int64_t period_ns, std::int64_t& next_ns) {
-  // half a millisecond early is on time: the caller comes once a millisecond
-  if (now_ns + 500'000 < next_ns) return false;
+bool TakeTurn(std::int64_t now_ns, std::int64_t period_ns, std::int64_t early_ns,
+              std::int64_t& next_ns) {
+  if (now_ns + early_ns < next_ns) return false;
   next_ns = next_ns + period_ns > now_ns ? next_ns + period_ns : now_ns + period_ns;
   return true;
 }
@@ -74,7 +79,8 @@ bool PeerNode::SendFrame(std::int64_t now_ns, Transport& transport) {
   seen_seq_ = out.seq;
   // turns by the frames' own time: when they are looked at wavers within their millisecond
   const std::int64_t frame_ns = out.view.sample_ns;
-  if (out.holds && TakeTurn(frame_ns, std::llround(1e9 / options_.publish_hz), next_state_ns_)) {
+  if (out.holds &&
+      TakeTurn(frame_ns, std::llround(1e9 / options_.publish_hz), kFrameEarlyNs, next_state_ns_)) {
     sent_states_.Add(now_ns, std::llround(1e9 / options_.publish_hz));
     if (out.shared) {
       transport.Publish(out.state, out.links);
@@ -82,7 +88,7 @@ bool PeerNode::SendFrame(std::int64_t now_ns, Transport& transport) {
       transport.Publish(out.state);
     }
   }
-  if (out.view.count > 0 && TakeTurn(frame_ns, kViewPeriodNs, next_view_ns_)) {
+  if (out.view.count > 0 && TakeTurn(frame_ns, kViewPeriodNs, kFrameEarlyNs, next_view_ns_)) {
     transport.Publish(out.view);
   }
   return true;
@@ -105,8 +111,8 @@ void PeerNode::ControlFrame(std::int64_t now_ns, Transport& transport) {
   const bool changed =
       !std::equal(list.claims.begin(), end, info_.claims.begin(), info_.claims.end());
   if (changed) info_.claims.assign(list.claims.begin(), end);
-  if (changed || now_ns >= next_info_ns_) {
-    next_info_ns_ = now_ns + kInfoPeriodNs;
+  if (changed) next_info_ns_ = now_ns;
+  if (TakeTurn(now_ns, kInfoPeriodNs, kControlEarlyNs, next_info_ns_)) {
     ++info_.beat;
     transport.Publish(info_);
   }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
@@ -75,6 +76,7 @@ int RunRelay(RelayArguments arguments) {
   info.name = arguments.name;
   const std::int64_t opened_ns = MonotonicNowNs();
   std::int64_t now_ns = opened_ns;
+  std::int64_t turn_ns = opened_ns;  // turns do not drift by what they take
   std::int64_t status_ns = opened_ns;
   std::uint64_t told = 0;
   do {
@@ -89,7 +91,8 @@ int RunRelay(RelayArguments arguments) {
       told = passed;
       status_ns = now_ns;
     }
-    const timespec turn{0, kTurnNs};
+    turn_ns = std::max(turn_ns + kTurnNs, MonotonicNowNs());
+    const timespec turn{0, std::clamp<std::int64_t>(turn_ns - MonotonicNowNs(), 0, kTurnNs)};
     if (sigtimedwait(&signals, nullptr, &turn) > 0) break;
     now_ns = MonotonicNowNs();
   } while (arguments.seconds <= 0 ||

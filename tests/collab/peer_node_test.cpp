@@ -235,6 +235,24 @@ TEST(PeerNode, PublishesStatesAtItsRateAndViewsAtSixtyHertz) {
   }
 }
 
+TEST(PeerNode, SaysWhoItIsFiveTimesASecondHoweverLateItIsCalled) {
+  kHapticThread.Enter();
+  kControlThread.Enter();
+  const auto model = SharedBox();
+  NodeOptions options;
+  options.peer.id = 1;
+  PeerNode node(model,
+                std::make_unique<ScriptedDevice>(Shift(Vec3::Zero(), 1), model->bodies[0].X_WB0),
+                42, options);
+  CountingTransport transport;
+  // 50 calls a second, each up to 3 ms late
+  for (std::int64_t call = 0; call < 1000; ++call) {
+    const std::int64_t late_ns = 300'000 * ((call * 7) % 11);
+    node.ControlFrame(20'000'000 * call + late_ns, transport);
+  }
+  EXPECT_EQ(transport.infos, 100);
+}
+
 /// A sender's clock: while it sleeps the haptic thread does its frames, each so long after its
 /// millisecond began.
 class ClockBesideFrames final : public LoopClock {
