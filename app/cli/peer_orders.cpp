@@ -79,7 +79,14 @@ std::string Answer(const Command& order, const WorldModel& model) {
                   "points of what your hand holds go %g mm %s, here alone: others have it "
                   "undisplaced",
                   1e3 * std::abs(order.metres), order.metres < 0 ? "outwards" : "inwards");
-    return text;
+    // in a pair of moving bodies either may be the one with the points
+    std::string answer = text;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+      const auto remark = GapRemark(model.scene, model.bodies[i], order.metres);
+      if (!remark) continue;
+      answer += "; '" + model.scene.bodies[model.object[i]].name + "': " + *remark;
+    }
+    return answer;
   }
   return {};
 }

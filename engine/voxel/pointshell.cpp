@@ -134,9 +134,15 @@ ChunkedPoints FreeLayerPoints(const SurfaceVoxels& surface, const ChunkedPoints&
   return layer;
 }
 
-/// The largest distance between the points of voxels that share a face, after the shift; in voxels.
-double LargestGap(const SurfaceVoxels& surface, const ChunkedPoints& points, double shift) {
-  std::vector<double> gaps(points.size(), 0);
+using Gaps = decltype(Pointshell::gaps);
+
+/// Pointshell::gaps, in voxels, of points that have been shifted by `shift` voxels.
+Gaps LargestGaps(const SurfaceVoxels& surface, const ChunkedPoints& points, double shift) {
+  Gaps shifts;
+  for (std::size_t k = 0; k < shifts.size(); ++k) {
+    shifts[k] = shift + Pointshell::kGapStep * (static_cast<double>(k) - Pointshell::kGapSteps);
+  }
+  std::vector<Gaps> squares(points.size(), Gaps{});  // of the gaps
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t c) {
     // those of one voxel stand together
     const std::vector<ShellPoint>& own = points[c];
@@ -147,10 +153,15 @@ double LargestGap(const SurfaceVoxels& surface, const ChunkedPoints& points, dou
     }
     for (const ShellPoint& point : own) {
       for (const GridIndex& step : {GridIndex{1, 0, 0}, GridIndex{0, 1, 0}, GridIndex{0, 0, 1}}) {
-        double nearest = std::numeric_limits<double>::infinity();
+        Gaps nearest;
+        nearest.fill(std::numeric_limits<double>::infinity());
         const auto measure = [&](const ShellPoint& other) {
-          const Vec3 apart = Vec3(step.x, step.y, step.z) + shift * (other.inward - point.inward);
-          nearest = std::min(nearest, apart.norm());
+          const Vec3 turn = other.inward - point.inward;
+          const double along = 2 * Vec3(step.x, step.y, step.z).dot(turn);
+          const double square = turn.squaredNorm();
+          for (std::size_t k = 0; k < shifts.size(); ++k) {
+            nearest[k] = std::min(nearest[k], 1 + shifts[k] * (along + shifts[k] * square));
+          }
         };
         const GridIndex voxel = point.voxel + step;
         if (voxel >> 3 == point.voxel >> 3) {
@@ -161,16 +172,29 @@ double LargestGap(const SurfaceVoxels& surface, const ChunkedPoints& points, dou
         } else {
           ForEachPointAt(surface, points, voxel, measure);
         }
-        if (nearest < std::numeric_limits<double>::infinity()) {
-          gaps[c] = std::max(gaps[c], nearest);
+        if (nearest[0] == std::numeric_limits<double>::infinity()) continue;  // nobody is there
+        for (std::size_t k = 0; k < nearest.size(); ++k) {
+          squares[c][k] = std::max(squares[c][k], nearest[k]);
         }
       }
     }
   });
-  return gaps.empty() ? 0 : *std::max_element(gaps.begin(), gaps.end());
+  Gaps gaps{};
+  for (const Gaps& of_chunk : squares) {
+    for (std::size_t k = 0; k < gaps.size(); ++k) gaps[k] = std::max(gaps[k], of_chunk[k]);
+  }
+  for (double& gap : gaps) gap = std::sqrt(std::max(gap, 0.0));
+  return gaps;
 }
 
 }  // namespace
+
+double Pointshell::GapWhenDisplaced(double metres) const noexcept {
+  const double at = metres / (kGapStep * spacing) + static_cast<double>(kGapSteps);
+  const double low = std::clamp(std::floor(at), 0.0, static_cast<double>(gaps.size() - 2));
+  const auto k = static_cast<std::size_t>(low);
+  return std::max(0.0, gaps[k] + (at - low) * (gaps[k + 1] - gaps[k]));
+}
 
 Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Pose& X_WB,
                                   const PointshellOptions& options) {
@@ -194,7 +218,8 @@ Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Features& fe
 
   Pointshell shell;
   shell.spacing = s;
-  shell.largest_gap = s * LargestGap(voxels.surface(), made, options.inward_shift / s);
+  shell.gaps = LargestGaps(voxels.surface(), made, options.inward_shift / s);
+  for (double& gap : shell.gaps) gap *= s;
   if (options.free_layer > 0) made = FreeLayerPoints(voxels.surface(), made, options.free_layer);
 
   const Pose X_BW = X_WB.Inverse();

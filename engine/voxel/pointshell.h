@@ -42,9 +42,14 @@ struct Pointshell {
   std::vector<Edge> edges;        // of the edge points, in order; empty unless on features
   std::vector<Chunk> chunks;
   double radius = 0;  // largest distance of a point from Bo, m
-  /// The largest distance from a point to the nearest of its neighbours that is not in its own
-  /// voxel, m. Above the voxel size of a map, something may slip through between them.
-  double largest_gap = 0;
+  /// How far points of voxels that share a face stand apart at the most, m, when all are displaced
+  /// by `metres` more along their inward normals. Above the voxel size of a map, something may slip
+  /// through between them. Counted from voxel to voxel: where in its voxel a point stands is not in
+  /// it. Between whole `kGapStep`s and beyond the last it is as of straight lines.
+  double GapWhenDisplaced(double metres) const noexcept;
+  static constexpr std::size_t kGapSteps = 4;    // either way
+  static constexpr double kGapStep = 0.25;       // of the spacing
+  std::array<double, 2 * kGapSteps + 1> gaps{};  // m, by displacement, outwards first
 
   std::size_t size() const noexcept { return x.size(); }
   Vec3 point(std::size_t i) const { return Vec3(x[i], y[i], z[i]); }

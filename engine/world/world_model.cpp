@@ -23,18 +23,6 @@ std::vector<TriangleMesh> Wholes(const Scene& scene, const std::vector<TriangleM
   return wholes_W;
 }
 
-/// Displaced points part where the surface curves outward from where they go (paper §3.2).
-std::optional<std::string> GapRemark(const Scene& scene, const SceneBody& body,
-                                     const Pointshell& points) {
-  if (body.inward_shift_voxels == 0 || points.largest_gap <= scene.voxel_size) return std::nullopt;
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "its displaced points stand up to %.2f voxels apart: what is thinner may slip "
-                "between them; displace them less",
-                points.largest_gap / scene.voxel_size);
-  return text;
-}
-
 Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const TriangleMesh& mesh_W,
                            bool with_voxmap) {
   const MassProperties mass = ComputeMassProperties(Transformed(mesh_W, body.X_WM.Inverse()));
@@ -63,6 +51,18 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
 }
 
 }  // namespace
+
+std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
+                                     double displacement) {
+  const double gap = body.points.GapWhenDisplaced(displacement);
+  if (gap <= (1 + 1e-6) * scene.voxel_size) return std::nullopt;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "its displaced points stand up to %.2f voxels apart: what is thinner may slip "
+                "between them; displace them less",
+                gap / scene.voxel_size);
+  return text;
+}
 
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
                              SurfaceDetails& details) {
@@ -118,8 +118,10 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
     } else if (scene.WholeOf(i) == i) {
       Result<BodyModel> model = LoadBody(scene, body, wholes_W[i], moving > 1);
       if (!model) return model.error();
-      if (const auto gap = GapRemark(scene, body, model->points)) {
-        world->remarks.push_back(At(body, *gap).what);
+      if (body.inward_shift_voxels != 0) {
+        if (const auto gap = GapRemark(scene, *model, 0)) {
+          world->remarks.push_back(At(body, *gap).what);
+        }
       }
       world->body_index[i] = static_cast<int>(world->bodies.size());
       world->bodies.push_back(std::move(*model));

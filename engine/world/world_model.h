@@ -50,6 +50,12 @@ struct WorldModel {
   }
 };
 
+/// What to say of a body whose neighbouring points part by more than a voxel, displaced by so many
+/// metres more along their inward normals: they do where the surface curves away from where they go
+/// (paper §3.2).
+std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
+                                     double displacement);
+
 /// A mesh as what others are tested against: its voxmap, and its details where the scene's contact
 /// model reads them.
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,

@@ -12,6 +12,7 @@ namespace tandem {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A fixed plate, an own and a shared box; Anna is here, and Ben, who only looks on.
 struct Room {
@@ -85,6 +86,10 @@ TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
   EXPECT_DOUBLE_EQ(displace->metres, -0.0015);
   EXPECT_THAT(Answer(*displace, *room.model), HasSubstr("1.5 mm outwards, here alone"));
   EXPECT_EQ(Answer(*room.Order("grab own"), *room.model), "");
+  // at a cube's edges neighbours part outwards, and come together inwards
+  EXPECT_THAT(Answer(*displace, *room.model),
+              HasSubstr("'own': its displaced points stand up to 1.29 voxels apart"));
+  EXPECT_THAT(Answer(*room.Order("displace 1.5"), *room.model), Not(HasSubstr("stand up to")));
   // refined contact needs the first layer; the fields reach 8 voxels, of 4 mm
   for (const char* word : {"0", "7", "-1", "2.5", "2x", "99999999999", "nan"}) {
     EXPECT_EQ(room.Order(std::string("layer ") + word).error().what,

@@ -1,6 +1,7 @@
 #include "engine/voxel/pointshell.h"
 
 #include <array>
+#include <map>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -80,6 +81,67 @@ TEST(Pointshell, ShiftsAlongItsInwardNormals) {
   for (std::size_t i = 0; i < plain.size(); ++i) {
     EXPECT_NEAR((shifted.point(i) - plain.point(i) - 0.01 * plain.normal(i)).norm(), 0.0, 1e-6);
   }
+}
+
+// The distances of all pairs in voxels that share a face, with every point really moved; several in
+// a voxel: the nearest counts.
+double GapByPairs(const Pointshell& shell, double displacement) {
+  const double s = shell.spacing;
+  std::map<std::array<int, 3>, std::vector<std::size_t>> voxels;
+  std::vector<std::array<int, 3>> place;
+  for (std::size_t i = 0; i < shell.size(); ++i) {
+    std::array<int, 3> voxel{};
+    for (int k = 0; k < 3; ++k) {
+      voxel[static_cast<std::size_t>(k)] = static_cast<int>(std::floor(shell.point(i)[k] / s));
+    }
+    voxels[voxel].push_back(i);
+    place.push_back(voxel);
+  }
+  double gap = 0;
+  for (std::size_t i = 0; i < shell.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::array<int, 3> next = place[i];
+      ++next[axis];
+      if (!voxels.contains(next)) continue;
+      double nearest = 1e9;
+      for (const std::size_t j : voxels[next]) {
+        nearest = std::min(nearest, (shell.point(j) + displacement * shell.normal(j) -
+                                     shell.point(i) - displacement * shell.normal(i))
+                                        .norm());
+      }
+      gap = std::max(gap, nearest);
+    }
+  }
+  return gap;
+}
+
+TEST(Pointshell, SaysHowFarNeighboursPartWhenDisplaced) {
+  std::mt19937_64 random(8);
+  const double s = 0.01;
+  TriangleMesh plate = Box(Vec3(0.3, 0.3, 0.002));  // both sides in one voxel
+  for (Vec3& v : plate.vertices) v += Vec3(0, 0, 0.005);
+  for (const TriangleMesh& mesh :
+       {Sphere(0.08, 4), plate,
+        Transformed(Box(Vec3(0.2, 0.1, 0.15)), {RandomRotation(random), Vec3::Zero()})}) {
+    const Pointshell shell = MustMake(mesh, Pose{}, {.spacing = s});
+    EXPECT_DOUBLE_EQ(shell.GapWhenDisplaced(0), s);
+    for (const double voxels : {-1.0, -0.5, -0.25, 0.25, 0.75, 1.0}) {
+      EXPECT_NEAR(shell.GapWhenDisplaced(voxels * s), GapByPairs(shell, voxels * s), 1e-6)
+          << voxels;
+    }
+    // between two steps by the line through them, which is above the curve
+    const double between = shell.GapWhenDisplaced(-0.6 * s) - GapByPairs(shell, -0.6 * s);
+    EXPECT_GE(between, -1e-6);
+    EXPECT_LE(between, 0.05 * s);
+  }
+  // a ball's points part outwards, by its radius, and close up inwards
+  const Pointshell ball = MustMake(Sphere(0.08, 5), Pose{}, {.spacing = s});
+  EXPECT_GT(ball.GapWhenDisplaced(-s), 1.05 * s);
+  EXPECT_LT(ball.GapWhenDisplaced(s), 1.05 * s);
+  // displaced already, and some more
+  const Pointshell shifted =
+      MustMake(Sphere(0.08, 5), Pose{}, {.spacing = s, .inward_shift = -0.5 * s});
+  EXPECT_NEAR(shifted.GapWhenDisplaced(-0.5 * s), ball.GapWhenDisplaced(-s), 1e-9);
 }
 
 TEST(Pointshell, ChunksHoldTheirPointsInTheirBalls) {

@@ -76,6 +76,20 @@ TEST_F(LoadedWorld, MergedPartsAreOneBodyThatKeepsTheirMeshes) {
   EXPECT_GE(body.points.size(), same.points.size());
 }
 
+// Outwards a cube's faces and edges part; inwards they come together.
+TEST_F(LoadedWorld, SaysWhereDisplacedPointsPartByMoreThanAVoxel) {
+  const auto remarks = [this](const std::string& shift) {
+    return Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1, "inward_shift_voxels": )" +
+                shift + "}")
+        ->remarks;
+  };
+  EXPECT_THAT(remarks("0"), ::testing::IsEmpty());
+  EXPECT_THAT(remarks("0.5"), ::testing::IsEmpty());
+  const std::vector<std::string> outwards = remarks("-0.5");
+  ASSERT_EQ(outwards.size(), 1U);
+  EXPECT_THAT(outwards[0], ::testing::HasSubstr("its displaced points stand up to 1."));
+}
+
 TEST_F(LoadedWorld, ABodysConstraintHoldsItWhereItStands) {
   const auto world = Load(
       R"({"name": "lid", "mesh": "slab.obj", "mass_kg": 0.2, "pose": {"p_W": [0.03, 0, 0]},
