@@ -1,5 +1,7 @@
 #include "app/cli/bench_fidelity.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 
 #include <nlohmann/json.hpp>
@@ -23,8 +25,15 @@ struct FidelityArguments {
   int peg_seeds = 100;
   double nut_voxel = 0.0001;  // m
   double peg_voxel = 0.00005;
+  std::vector<std::string> only;  // of kFigures; none: all
   bool json = false;
+
+  bool Asks(const char* figure) const {
+    return only.empty() || std::find(only.begin(), only.end(), figure) != only.end();
+  }
 };
+
+constexpr std::array<const char*, 5> kFigures{"first-force", "pressed", "nut", "pegs", "ball"};
 
 ordered_json AsJson(const Spread& spread) {
   return {{"min", spread.min}, {"mean", spread.mean}, {"max", spread.max}};
@@ -32,6 +41,7 @@ ordered_json AsJson(const Spread& spread) {
 
 /// Least, mean and largest over the three bodies, and each body's own.
 ordered_json FirstForce(ContactModel model, const FidelityArguments& arguments) {
+  if (!arguments.Asks("first-force")) return nullptr;
   constexpr std::array<const char*, 3> kNames{"sphere", "box", "cylinder"};
   Spread all;
   ordered_json bodies;
@@ -49,7 +59,7 @@ ordered_json FirstForce(ContactModel model, const FidelityArguments& arguments) 
 }
 
 ordered_json Nut(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
-  if (arguments.models.empty()) return nullptr;
+  if (arguments.models.empty() || !arguments.Asks("nut")) return nullptr;
   const Result<NutFigures> nut = MeasureNut(model, arguments.models, arguments.nut_voxel);
   if (!nut) {
     exit_code = Fail(kExitFile, nut.error().what);
@@ -60,11 +70,13 @@ ordered_json Nut(ContactModel model, const FidelityArguments& arguments, int& ex
           {"turned_deg", nut->turned * 57.29577951308232},
           {"helix_error_mm", nut->helix_error_mm},
           {"push_mm", nut->push_mm},
-          {"axial_blocked", nut->axial_blocked}};
+          {"axial_blocked", nut->axial_blocked},
+          {"frame_cpu_p50_us", nut->frame_cpu_p50_us},
+          {"frame_cpu_p99_us", nut->frame_cpu_p99_us}};
 }
 
 ordered_json Pegs(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
-  if (arguments.models.empty()) return nullptr;
+  if (arguments.models.empty() || !arguments.Asks("pegs")) return nullptr;
   const Result<PegFigures> pegs =
       MeasurePegs(model, arguments.models, arguments.peg_voxel, arguments.peg_seeds);
   if (!pegs) {
@@ -75,10 +87,13 @@ ordered_json Pegs(ContactModel model, const FidelityArguments& arguments, int& e
           {"force_layer", DefaultForceLayer(model)},
           {"trials", pegs->trials},
           {"inserted_share", pegs->inserted_share},
-          {"buzz", pegs->buzz}};
+          {"buzz", pegs->buzz},
+          {"frame_cpu_p50_us", pegs->frame_cpu_p50_us},
+          {"frame_cpu_p99_us", pegs->frame_cpu_p99_us}};
 }
 
-ordered_json Ball(ContactModel model, int& exit_code) {
+ordered_json Ball(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
+  if (!arguments.Asks("ball")) return nullptr;
   const Result<BallFigures> ball = MeasureBall(model, SceneFile("ball_and_socket"));
   if (!ball) {
     exit_code = Fail(kExitFile, ball.error().what);
@@ -92,24 +107,31 @@ ordered_json Ball(ContactModel model, int& exit_code) {
           {"contacts_mean", ball->contacts_mean}};
 }
 
-/// What cannot be measured is null, said, and in the exit code.
+/// What is not asked for is null; what cannot be measured too, and said, and in the exit code.
 ordered_json Measure(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
-  const PressedFigures pressed = MeasurePressed(model, arguments.tilts);
+  ordered_json direction;
+  ordered_json ripple;
+  ordered_json ripple_max;
+  if (arguments.Asks("pressed")) {
+    const PressedFigures pressed = MeasurePressed(model, arguments.tilts);
+    direction = {{"mean", pressed.direction_error_mean}, {"max", pressed.direction_error_max}};
+    ripple = pressed.ripple;
+    ripple_max = pressed.ripple_max;
+  }
   return {{"first_force_gap_voxels", FirstForce(model, arguments)},
-          {"direction_error_deg",
-           {{"mean", pressed.direction_error_mean}, {"max", pressed.direction_error_max}}},
-          {"sliding_ripple", pressed.ripple},
-          {"sliding_ripple_max", pressed.ripple_max},
+          {"direction_error_deg", direction},
+          {"sliding_ripple", ripple},
+          {"sliding_ripple_max", ripple_max},
           {"nut", Nut(model, arguments, exit_code)},
           {"pegs", Pegs(model, arguments, exit_code)},
-          {"ball", Ball(model, exit_code)}};
+          {"ball", Ball(model, arguments, exit_code)}};
 }
 
 int RunFidelity(FidelityArguments arguments) {
   if (arguments.models.empty()) {
     if (const char* models = std::getenv("TANDEM_MODELS")) arguments.models = models;
   }
-  if (arguments.models.empty()) {
+  if (arguments.models.empty() && (arguments.Asks("nut") || arguments.Asks("pegs"))) {
     Say("no nut and no pegs: give the folder of models/factory with --models or TANDEM_MODELS");
   }
   int exit_code = kExitOk;
@@ -151,6 +173,8 @@ void AddBenchFidelity(CLI::App& bench, int& exit_code) {
   command->add_option("--peg-voxel", arguments->peg_voxel, "voxel size for the pegs, metres")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel))
       ->capture_default_str();
+  command->add_option("--only", arguments->only, "what to measure; default: all")
+      ->check(OneOf({kFigures.begin(), kFigures.end()}));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunFidelity(*arguments);

@@ -57,6 +57,12 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
   }
   const VoxelCounts counts = voxmap->Count();
   const std::size_t band = counts.band;
+  // without merging, every edge of every triangle would be a feature
+  const MeshSides sides(*mesh);
+  const Features merged = FindFeatures(*mesh, sides, options.flatness_voxels * options.voxel_size);
+  const Result<Voxmap> unmerged = Voxelize(*mesh, sides, FindFeatures(*mesh, sides, 0.0), options);
+  if (!unmerged) return Fail(kExitFile, arguments.file + ": " + unmerged.error().what);
+  const VoxelCounts saved_of = unmerged->Count();
   const double per_band = static_cast<double>(counts.bytes) / static_cast<double>(band);
   const double per_chunk = static_cast<double>(counts.surface) /
                            static_cast<double>(std::max<std::size_t>(1, counts.surface_chunks));
@@ -71,7 +77,12 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
                                      {"points_per_chunk", per_chunk},
                                      {"band_voxels", band},
                                      {"bytes", counts.bytes},
-                                     {"bytes_per_band_voxel", per_band}};
+                                     {"bytes_per_band_voxel", per_band},
+                                     {"polygons", merged.polygons},
+                                     {"edge_voxels", counts.edge},
+                                     {"vertex_voxels", counts.vertex},
+                                     {"edge_voxels_unmerged", saved_of.edge},
+                                     {"vertex_voxels_unmerged", saved_of.vertex}};
     std::printf("%s\n", out.dump(2).c_str());
     return kExitOk;
   }
@@ -81,6 +92,9 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
   std::printf("%.4f s, %.4f s of processor time\n", Median(seconds), Median(cpu_seconds));
   std::printf("%zu band voxels, %.1f points a chunk, %.1f MB, %.3f bytes a band voxel\n", band,
               per_chunk, 1e-6 * static_cast<double>(counts.bytes), per_band);
+  std::printf("%s: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
+              Counted(merged.polygons, "polygon").c_str(), counts.edge, counts.vertex,
+              saved_of.edge, saved_of.vertex);
   return kExitOk;
 }
 

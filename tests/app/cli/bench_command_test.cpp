@@ -1,0 +1,160 @@
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/exit_codes.h"
+#include "tests/app/cli/program_run.h"
+
+// Whoever reads the benches' JSON goes by its names: they are there, and the numbers are numbers.
+// Nothing is said of how large they are.
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using testing::RunTandem;
+using testing::Said;
+
+json Bench(const std::string& arguments, const std::string& before = "") {
+  const Said said = RunTandem("bench " + arguments + " --json", before);
+  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
+  return json::parse(said.out, nullptr, false);
+}
+
+/// `path` as in "/ball/turn_s".
+void ExpectNumbers(const json& told, const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    const json::json_pointer pointer(path);
+    if (!told.contains(pointer)) {
+      ADD_FAILURE() << path << " is not there";
+    } else if (!told[pointer].is_number() || !std::isfinite(told[pointer].get<double>())) {
+      ADD_FAILURE() << path << " is " << told[pointer].dump();
+    }
+  }
+}
+
+const std::string kPeg = std::string(TANDEM_SCENES) + "/peg_in_slot_peg.stl";
+
+TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
+  const json told = Bench("points --scene peg_in_slot --voxel 0.004");
+  ExpectNumbers(told, {"/transform_ns", "/coherent_ns", "/random_ns", "/limit_ns", "/random_4t_ns",
+                       "/limit_4t_ns", "/map_bytes", "/points"});
+  EXPECT_TRUE(told["isa"].is_string());
+  EXPECT_GT(told["points"], 0);
+}
+
+TEST(BenchCommand, VoxelizeSaysWhatItTakesAndWhatPolygonsSave) {
+  const json told = Bench("voxelize " + kPeg + " --scale 0.001 --voxel 0.002 --threads 1");
+  ExpectNumbers(told, {"/seconds", "/cpu_seconds", "/points_per_chunk", "/band_voxels", "/bytes",
+                       "/bytes_per_band_voxel", "/polygons", "/edge_voxels", "/vertex_voxels",
+                       "/edge_voxels_unmerged", "/vertex_voxels_unmerged"});
+  EXPECT_LT(told["edge_voxels"], told["edge_voxels_unmerged"]);
+}
+
+/// A closed cylinder, radius 50 and length 150, its side of so many strips.
+std::string Cylinder(int sides) {
+  std::ostringstream text;
+  text.precision(12);
+  text << "v 0 0 0\nv 0 0 150\n";
+  for (const int z : {0, 150}) {
+    for (int i = 0; i < sides; ++i) {
+      const double angle = 2 * M_PI * i / sides;
+      text << "v " << 50 * std::cos(angle) << ' ' << 50 * std::sin(angle) << ' ' << z << '\n';
+    }
+  }
+  for (int i = 0; i < sides; ++i) {
+    const int a = 3 + i;
+    const int b = 3 + (i + 1) % sides;
+    text << "f 1 " << b << ' ' << a << "\nf 2 " << a + sides << ' ' << b + sides << "\nf " << a
+         << ' ' << b << ' ' << b + sides << "\nf " << a << ' ' << b + sides << ' ' << a + sides
+         << '\n';
+  }
+  return text.str();
+}
+
+// paper §4.1: fine tessellation defeats geometrical awareness. Merged, what is left are the rims
+// and a few lines along the side, however finely it is cut.
+TEST(BenchCommand, VoxelizeSaysThatAFineCylindersEdgesAreNearlyAllSaved) {
+  const ScratchFolder folder;
+  for (const int sides : {360, 720}) {
+    const auto file = folder.Write("cylinder.obj", Cylinder(sides));
+    const json told = Bench("voxelize " + file.string() + " --scale 0.001 --voxel 0.001");
+    EXPECT_LT(told["polygons"], 40) << sides;
+    EXPECT_LT(10 * told["edge_voxels"].get<int>(), told["edge_voxels_unmerged"]) << sides;
+    // at each rim two for each strip of the side, as FindFeatures() has them
+    EXPECT_LE(told["vertex_voxels"], 4 * (told["polygons"].get<int>() - 2)) << sides;
+    EXPECT_LT(told["vertex_voxels"], told["vertex_voxels_unmerged"]) << sides;
+  }
+}
+
+TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
+  const json told = Bench("frame --scene peg_in_slot --frames 1000 --capacity 100000");
+  ExpectNumbers(told, {"/points", "/voxels", "/contacts", "/cpu_p50_us", "/cpu_p99_us",
+                       "/cpu_p999_us", "/wall_p999_us", "/noise_p999_us", "/tests_per_frame",
+                       "/travel_at_bound_share", "/violations", "/free_cpu_p99_us"});
+  EXPECT_EQ(told["frames"], 1000);
+  EXPECT_EQ(told["violations"], 0);
+  EXPECT_GT(told["contacts"], 0);
+}
+
+TEST(BenchCommand, MemorySaysBytesABandVoxel) {
+  const json told = Bench("memory --scene peg_in_slot");
+  ExpectNumbers(told, {"/bytes_per_band_voxel", "/scenes/0/bytes_per_band_voxel_refined"});
+  EXPECT_EQ(told["scenes"].size(), 1U);
+}
+
+TEST(BenchCommand, NetworkSaysWhatThereAndBackTakes) {
+  const json told = Bench("network --seconds 0.1");
+  ExpectNumbers(told, {"/udp_rtt_p50_us", "/dds_rtt_p50_us", "/ratio"});
+  EXPECT_GT(told["round_trips"], 0);
+}
+
+const std::vector<std::string> kOnPlanes{
+    "/first_force_gap_voxels/min", "/first_force_gap_voxels/mean", "/first_force_gap_voxels/max",
+    "/direction_error_deg/mean",   "/direction_error_deg/max",     "/sliding_ripple"};
+
+std::vector<std::string> Under(const std::string& top, std::vector<std::string> paths) {
+  for (std::string& path : paths) path = top + path;
+  return paths;
+}
+
+TEST(BenchCommand, FidelitySaysHowTrueContactOnPlanesIs) {
+  const json told = Bench("fidelity --approaches 1 --tilts 1 --only first-force --only pressed");
+  ExpectNumbers(told, kOnPlanes);
+  ExpectNumbers(told, Under("/plain", kOnPlanes));
+  EXPECT_TRUE(told["ball"].is_null());
+}
+
+// Ball, nut and pegs simulate many seconds: on demand.
+TEST(BenchCommand, FidelitySaysHowPartsGoTogether) {
+  if (std::getenv("TANDEM_BENCHES") == nullptr) {
+    GTEST_SKIP() << "runs when TANDEM_BENCHES is set";
+  }
+  std::vector<std::string> paths{"/ball/points_035", "/ball/points_015", "/ball/turn_s",
+                                 "/ball/contacts_mean", "/ball/frame_cpu_p99_us"};
+  const bool models = std::getenv("TANDEM_MODELS") != nullptr;
+  if (models) {
+    paths.insert(paths.end(), {"/nut/helix_error_mm", "/nut/frame_cpu_p50_us",
+                               "/nut/frame_cpu_p99_us", "/pegs/inserted_share", "/pegs/buzz",
+                               "/pegs/frame_cpu_p50_us", "/pegs/frame_cpu_p99_us"});
+  }
+  const json told = Bench("fidelity --pegs 3 --only ball --only nut --only pegs");
+  ExpectNumbers(told, paths);
+  if (models) {
+    EXPECT_TRUE(told["nut"]["axial_blocked"].is_boolean());
+  }
+}
+
+TEST(BenchCommand, FidelityMeasuresWhatThereIs) {
+  const Said said = RunTandem("bench fidelity --only screw");
+  EXPECT_EQ(said.exit_code, kExitUsage);
+  EXPECT_NE(said.err.find("first-force"), std::string::npos) << said.err;
+}
+
+}  // namespace
+}  // namespace tandem
