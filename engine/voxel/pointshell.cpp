@@ -164,7 +164,7 @@ Gaps LargestGaps(const SurfaceVoxels& surface, const ChunkedPoints& points, doub
           }
         };
         const GridIndex voxel = point.voxel + step;
-        if (voxel >> 3 == point.voxel >> 3) {
+        if ((voxel >> 3) == (point.voxel >> 3)) {
           const std::size_t at = first[CellInBlock(voxel)];
           for (std::size_t i = at - 1; at != 0 && i < own.size() && own[i].voxel == voxel; ++i) {
             measure(own[i]);

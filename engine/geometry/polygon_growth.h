@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/geometry/mesh_sides.h"
+#include "engine/geometry/triangle_mesh.h"
+
+namespace tandem {
+
+/// The quasi-planar polygons of FindFeatures() (paper §4.1), without what stands between them: the
+/// polygon of each triangle, and how many there are. The same for any number of threads.
+std::uint32_t GrowPolygons(const TriangleMesh& mesh, const MeshSides& sides, double tolerance,
+                           std::vector<std::uint32_t>& polygon_of);
+
+}  // namespace tandem
