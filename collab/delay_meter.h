@@ -11,8 +11,7 @@ namespace tandem {
 /// clock is compared with another's. Used by the haptic thread alone.
 ///
 /// Gains must hold for the worst age of the near future, so the largest of the past two seconds is
-/// kept, to the frame (notes: the peak under-estimates the next second's worst in 2 to 6 % of
-/// cases, the mean in all).
+/// kept, to the frame; what is made of it has a tenth and 5 ms to spare (DesignDelay()).
 class DelayMeter {
  public:
   /// `loop_age_ns`: now minus the newest echo.

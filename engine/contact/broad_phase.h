@@ -26,8 +26,8 @@ Extent ExtentOf(const Voxmap& voxmap);
 ///   the box of one and the other's bounds along its axes, both ways
 ///   the shadows of the two boxes on the cross product of an edge of each (nine)
 ///
-/// By the theorem of separating axes it is above zero whenever the two boxes are apart (VPS.md
-/// §10.1). What is found to be `enough` apart by the balls alone is not looked at further.
+/// By the theorem of separating axes it is above zero whenever the two boxes are apart (decision
+/// 0011). What is found to be `enough` apart by the balls alone is not looked at further.
 double GapBetween(const Extent& a, const Extent& b, const Pose& X_AB, double enough) noexcept;
 
 }  // namespace tandem

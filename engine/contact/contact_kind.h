@@ -7,7 +7,7 @@ namespace tandem {
 /// How the points in contact become forces.
 enum class ContactModel : std::uint8_t {
   kPlain,   // paper §2.1: the tangent plane through the voxel's middle
-  kRefined  // exact features against exact features (VPS.md §4.6)
+  kRefined  // exact features against exact features (decision 0010)
 };
 
 /// Queues between the deepest force layer and the range of the distance field.

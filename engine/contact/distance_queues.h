@@ -14,7 +14,7 @@ namespace tandem {
 using Fraction = double;
 
 /// Addresses (blocks of points, or whole chunks) in queues by their distance to contact (paper §5;
-/// VPS.md §6). A queue is a bitmap over all addresses with an upper level of one bit per 64, so
+/// decision 0014). A queue is a bitmap over all addresses with an upper level of one bit per 64, so
 /// that stretches without a member cost nothing. An address stands in one queue, or in none
 /// (asleep).
 ///

@@ -27,7 +27,7 @@ struct TestLoad {
 };
 
 /// Of a voxel: never less may be moved in a frame, however many tests are owed. At zero a part in
-/// heavy contact could not be pulled out again (VPS.md §5.6).
+/// heavy contact could not be pulled out again (decision 0014).
 inline constexpr double kTravelFloor = 0.02;
 
 /// How far all pairs may go in the coming frame, in metres, so that what it makes due fits into

@@ -11,7 +11,7 @@
 namespace tandem {
 
 /// Which points of a pointshell are tested against a voxmap in a frame (paper §5, §5.1, §5.2;
-/// VPS.md §5 to §8). What it guarantees: a point whose own field reads contact is tested in that
+/// decision 0014). What it guarantees: a point whose own field reads contact is tested in that
 /// frame, whatever the motion, as long as `travel` is never less than what the pair really moved.
 ///
 /// Blocks of points stand in queues by the distance of their nearest point; chunks that are far

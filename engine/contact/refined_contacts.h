@@ -17,7 +17,7 @@
 
 namespace tandem {
 
-/// Contacts between exact features, to a small part of a voxel (VPS.md §4.6):
+/// Contacts between exact features, to a small part of a voxel (decision 0010):
 ///
 ///   vertex of the shell | surface of the map  | along the map's surface normal
 ///   edge of the shell   | edge of the map     | along the cross product of the two edges

@@ -40,7 +40,7 @@ inline double ContactStiffness(double stiffness, double depth, double voxel_size
   return stiffness * (1.0 + (x < 3.0 ? 32.0 : 8.0) * x * x * x);
 }
 
-/// How far a point has gone below the tangent plane (paper §2.1, Figure 2; VPS.md §4.5), m; above
+/// How far a point has gone below the tangent plane (paper §2.1, Figure 2; decision 0004), m; above
 /// it negative. The plane passes through the centre of the voxel that the point is in,
 /// perpendicular to the point's own normal `nhat`, which points into its body, away from what it
 /// touches.
