@@ -1,8 +1,11 @@
 #include "collab/dds/domain.h"
 
+#include <dds/ddsi/ddsi_xt_typeinfo.h>
 #include <gmock/gmock.h>
 
 #include "collab/dds/receive_thread.h"
+
+extern "C" bool ddsi_typeinfo_valid(const ddsi_typeinfo* info);
 
 namespace tandem {
 namespace {
@@ -64,6 +67,24 @@ TEST(Domain, APortOfOnesOwnIsTakenToBeTheOthersToo) {
   EXPECT_THAT(xml, HasSubstr("<Base>9000</Base>"));
   EXPECT_THAT(xml, HasSubstr("<ParticipantIndex>0<"));
   EXPECT_THAT(xml, HasSubstr("192.0.2.7:9000\"/><Peer address=\"192.0.2.8:7500\""));
+}
+
+// Cyclone 0.10.2 alone aborts at the second.
+TEST(Domain, ATypeOfNoKindThatThereIsIsRefused) {
+  const auto valid = [](std::uint8_t minimal, std::uint8_t complete) {
+    DDS_XTypes_TypeInformation info{};
+    info.minimal.typeid_with_size.type_id._d = minimal;
+    info.minimal.typeid_with_size.typeobject_serialized_size = 100;
+    info.minimal.dependent_typeid_count = -1;
+    info.complete.typeid_with_size.type_id._d = complete;
+    info.complete.typeid_with_size.typeobject_serialized_size = 100;
+    info.complete.dependent_typeid_count = -1;
+    return ddsi_typeinfo_valid(reinterpret_cast<const ddsi_typeinfo*>(&info));
+  };
+  EXPECT_TRUE(valid(DDS_XTypes_EK_MINIMAL, DDS_XTypes_EK_COMPLETE));
+  EXPECT_FALSE(valid(DDS_XTypes_EK_MINIMAL, 0x42));
+  EXPECT_FALSE(valid(0x42, DDS_XTypes_EK_COMPLETE));
+  EXPECT_FALSE(valid(0, 0));
 }
 
 TEST(Domain, PeerAddressesAreHostAndPort) {
