@@ -33,6 +33,8 @@ class DelayMeter {
     }
   }
 
+  void Clear() noexcept { count_ = 0; }
+
   double peak_loop_age_s() const noexcept {
     return count_ == 0 ? 0.0 : 1e-9 * static_cast<double>(ages_[first_].age_ns);
   }

@@ -9,7 +9,12 @@
 namespace tandem {
 
 namespace {
-constexpr std::int64_t kStillNew = 1'000'000'000;  // ns that a stamp is echoed for
+constexpr std::int64_t kStillNew = 1'000'000'000;    // ns that a stamp is echoed for
+constexpr std::int64_t kStillKnown = 2'000'000'000;  // ns that a loop's peak outlives it
+
+double Seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
 }  // namespace
 
 Echoes::Other* Echoes::Find(PeerId peer) noexcept {
@@ -25,9 +30,11 @@ void Echoes::OnMembership(const MembershipChange& change) noexcept {
     if (other != nullptr) *other = Other{};
     return;
   }
-  if (other != nullptr) return;
-  other = Find(0);
-  if (other != nullptr) other->peer = change.peer;
+  if (other == nullptr) other = Find(0);
+  if (other == nullptr) return;
+  other->peer = change.peer;
+  const auto claims = std::span(change.claims).first(change.claim_count);
+  other->holds = std::ranges::any_of(claims, &Claim::held);
 }
 
 void Echoes::OnState(const ObjectState& state) noexcept {
@@ -40,7 +47,8 @@ void Echoes::OnState(const ObjectState& state) noexcept {
 
 void Echoes::OnLinks(const CouplingLinks& links) noexcept {
   Other* other = Find(links.from);
-  if (other == nullptr || (other->echo_ns != 0 && !IsAfter(links.seq, other->seq))) return;
+  if (other == nullptr || other->since_ns == 0) return;
+  if (other->echo_ns != 0 && !IsAfter(links.seq, other->seq)) return;
   for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
     const LinkEntry& entry = links.entries[i];
     if ((entry.to != self_ && !Planted(Fault::kEchoForAnother)) || entry.echo_ns < other->echo_ns ||
@@ -48,37 +56,38 @@ void Echoes::OnLinks(const CouplingLinks& links) noexcept {
       continue;
     other->echo_ns = entry.echo_ns;
     other->seq = links.seq;
-    other->fresh = true;
   }
 }
 
-void Echoes::Measure(std::int64_t now_ns) noexcept {
+Echoes::Loop Echoes::LoopTo(Other& other, std::int64_t now_ns, bool holding) noexcept {
+  if (std::exchange(other.heard, false)) other.heard_ns = now_ns;
+  Loop loop{.peer = other.peer};
+  if (other.heard_ns != 0) loop.heard_s = Seconds(now_ns - other.heard_ns);
+  if (!holding || !other.holds) {
+    other.since_ns = 0;
+    other.echo_ns = 0;
+    if (now_ns - other.ended_ns > kStillKnown) other.meter.Clear();
+    return loop;
+  }
+  if (other.since_ns == 0) other.since_ns = now_ns;
+  other.ended_ns = now_ns;
+  loop.peak_s = other.meter.peak_loop_age_s();
+  if (other.echo_ns == 0) {
+    loop.peak_s = std::max(loop.peak_s, Seconds(now_ns - other.since_ns));
+    return loop;
+  }
+  other.meter.Add(now_ns, now_ns - other.echo_ns);
+  loop.age_s = Seconds(now_ns - other.echo_ns);
+  loop.peak_s = other.meter.peak_loop_age_s();
+  return loop;
+}
+
+void Echoes::Measure(std::int64_t now_ns, bool holding) noexcept {
+  if (!holding) sent_.Clear();  // what comes back of an earlier grasp is as old as the pause
+  loop_count_ = 0;
   for (Other& other : others_) {
-    if (std::exchange(other.heard, false)) other.heard_ns = now_ns;
-    if (std::exchange(other.fresh, false)) other.meter.Add(now_ns, now_ns - other.echo_ns);
+    if (other.peer != 0) loops_[loop_count_++] = LoopTo(other, now_ns, holding);
   }
-}
-
-double Echoes::peak_loop_age_s() const noexcept {
-  double peak = 0;
-  for (const Other& other : others_) {
-    if (other.peer != 0) peak = std::max(peak, other.meter.peak_loop_age_s());
-  }
-  return peak;
-}
-
-std::size_t Echoes::Loops(std::int64_t now_ns, std::array<Loop, kMaxPeers>& out) const noexcept {
-  const auto since = [now_ns](std::int64_t ns) {
-    return 1e-9 * static_cast<double>(now_ns - ns);
-  };
-  std::size_t count = 0;
-  for (const Other& other : others_) {
-    if (other.peer == 0) continue;
-    const bool answers = other.meter.peak_loop_age_s() > 0;
-    out[count++] = {other.peer, answers ? since(other.echo_ns) : 0.0,
-                    other.heard_ns != 0 ? since(other.heard_ns) : -1.0};
-  }
-  return count;
 }
 
 void Echoes::Append(std::int64_t now_ns, CouplingLinks& out) noexcept {

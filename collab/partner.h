@@ -55,6 +55,7 @@ struct InstanceView {
 /// What is shown and logged of a link.
 struct LinkView {
   PeerId peer = 0;
+  bool closed = false;      // it holds the body, and the loop to it is closed
   double loop_age_s = 0;    // now
   double te_s = 0;          // delay that the law is told of it
   double stiffness = 0;     // N/m in use

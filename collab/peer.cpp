@@ -67,15 +67,11 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
 
   const Anchor goal = ReadDevice();
   if (tap != nullptr) tap->Felt(goal);
-  if (options_.mirror == MirrorModel::kDeadReckoned) {
-    std::array<Echoes::Loop, kMaxPeers> loops;
-    const std::size_t count = echoes_.Loops(now_ns, loops);
-    remote_.Reckon(std::span(loops).first(count));
-  }
+  echoes_.Measure(now_ns, held_ >= 0);
+  remote_.Reckon(echoes_.loops());
   remote_.Prepare(held_, inputs_);
   PrepareParked();
-  echoes_.Measure(now_ns);
-  remote_.GiveWay(*world_, DesignDelay(echoes_.peak_loop_age_s()), inputs_);
+  remote_.GiveWay(*world_, echoes_.loops(), inputs_);
   inputs_.hand.body = -1;
   inputs_.link_count = 0;
   inputs_.ground_damping = 0;

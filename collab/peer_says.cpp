@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <span>
 
 #include "collab/peer.h"
 #include "collab/planted_faults.h"
@@ -116,8 +117,8 @@ void Peer::SayParked(std::int64_t now_ns) noexcept {
 void Peer::FillTable(std::int64_t now_ns) noexcept {
   PeerTable& table = table_.back();
   table.time_ns = now_ns;
-  std::array<Echoes::Loop, kMaxPeers> loops;
-  table.count = static_cast<std::uint32_t>(echoes_.Loops(now_ns, loops));
+  const std::span<const Echoes::Loop> loops = echoes_.loops();
+  table.count = static_cast<std::uint32_t>(loops.size());
   std::array<LinkView, kMaxLinks> links;
   const std::size_t link_count = shared_ ? shared_->Links(now_ns, links) : 0;
   for (std::size_t i = 0; i < table.count; ++i) {
@@ -128,8 +129,8 @@ void Peer::FillTable(std::int64_t now_ns) noexcept {
     row.mirror_age_s = loops[i].heard_s;
     for (std::size_t k = 0; k < link_count; ++k) {
       if (links[k].peer != row.peer) continue;
-      row.coupled = links[k].loop_age_s > 0;
-      row.loop_age_s = links[k].loop_age_s;
+      row.coupled = links[k].closed;
+      if (row.coupled) row.loop_age_s = links[k].loop_age_s;
       row.stiffness = links[k].stiffness;
       row.link_force = links[k].force;
       row.its_link_force = links[k].its_force;

@@ -12,7 +12,8 @@ namespace tandem {
 /// applied nowhere.
 struct PeerTableRow {
   PeerId peer = 0;
-  double loop_age_s = 0;      // to it and back, now; 0: nothing of ours has come back lately
+  double loop_age_s = 0;      // to it and back, now: grows while nothing of ours comes back
+                              // 0: nothing has yet, or one of us holds nothing
   double delay_s = 0;         // half of it
   bool coupled = false;       // we hold the same body, and its loop is closed
   double stiffness = 0;       // N/m in use, of that coupling

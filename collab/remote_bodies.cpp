@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "collab/coupling_law.h"
+#include "collab/energy_gate.h"
 #include "collab/newer.h"
 #include "collab/planted_faults.h"
 
@@ -156,6 +158,29 @@ void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
   }
 }
 
+double RemoteBodies::WorstLoop(const Body& body, std::span<const Echoes::Loop> loops) noexcept {
+  double worst = -1;
+  for (const Instance& instance : body.instances) {
+    if (!instance.holds) continue;
+    const auto loop = std::ranges::find(loops, instance.peer, &Echoes::Loop::peer);
+    worst = std::max(worst, loop == loops.end() ? 0.0 : loop->peak_s);
+  }
+  return worst;
+}
+
+void RemoteBodies::GoHome(Body& body, bool pushed, const RigidState& state,
+                          StepInputs::BodyInput& input) noexcept {
+  body.eases = body.eases || pushed || body.blend.yields();
+  body.blend = ContactBlend{};
+  if (input.drive != BodyDrive::kMirrored) return;  // it waits to be told where it was put
+  const Pose& home_WB = input.mirror_WB;
+  body.lag = (home_WB.p - state.X_WB.p).norm();
+  const double turn = home_WB.q.angularDistance(state.X_WB.q);
+  const double frames = std::max(body.lag / kHomeStep, turn / kHomeTurn);
+  body.eases = body.eases && frames > 1;
+  if (body.eases) input.mirror_WB = Between(state.X_WB, home_WB, 1.0 / frames);
+}
+
 bool RemoteBodies::Yields(ContactBlend& blend, bool pushed, double te_s, const RigidState& state,
                           const Pose& target_WB, const Inertia& inertia, double& most_lag,
                           CouplingGains& pull) noexcept {
@@ -170,7 +195,8 @@ bool RemoteBodies::Yields(ContactBlend& blend, bool pushed, double te_s, const R
   return true;
 }
 
-void RemoteBodies::GiveWay(const World& world, double te_s, StepInputs& inputs) noexcept {
+void RemoteBodies::GiveWay(const World& world, std::span<const Echoes::Loop> loops,
+                           StepInputs& inputs) noexcept {
   mirror_lag_ = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     StepInputs::BodyInput& input = inputs.bodies[b];
@@ -178,6 +204,14 @@ void RemoteBodies::GiveWay(const World& world, double te_s, StepInputs& inputs) 
     body.lag = 0;
     const Inertia& inertia = world.model().bodies[b].inertia;
     const bool gives_way = mirror_ == MirrorModel::kBlend;
+    const double worst_loop = WorstLoop(body, loops);
+    const double te_s = DesignDelay(std::max(worst_loop, 0.0));
+    if (worst_loop < 0 && input.drive != BodyDrive::kSimulated) {
+      GoHome(body, world.Pushed(b), world.state(b), input);
+      mirror_lag_ = std::max(mirror_lag_, body.lag);
+      continue;
+    }
+    body.eases = false;
     if (input.drive != BodyDrive::kMirrored) {
       body.blend = ContactBlend{};
     } else if (Yields(body.blend, gives_way && world.Pushed(b), te_s, world.state(b),

@@ -31,6 +31,8 @@ class RemoteBodies {
   static constexpr double kMeet = 0.02;
   static constexpr double kFarthestAhead_s = 0.1;  // of dead reckoning
   static constexpr double kFarthestAhead_m = 0.03;
+  static constexpr double kHomeStep = 1e-4;  // m a frame
+  static constexpr double kHomeTurn = 2e-3;  // rad a frame
 
   explicit RemoteBodies(const WorldModel& model, MirrorModel mirror = MirrorModel::kBlend);
 
@@ -51,9 +53,12 @@ class RemoteBodies {
   /// them are kPart from one another: from then as both, each the mean of those nearest to it,
   /// until they are within kMeet again.
   void Prepare(int held, StepInputs& inputs) noexcept;
-  /// Lets mirrors that are pushed give way as the delay wants (ContactBlend), where they are of
-  /// that model; after Prepare(). `te_s`: DesignDelay() of the worst loop to the others.
-  void GiveWay(const World& world, double te_s, StepInputs& inputs) noexcept;
+  /// Lets mirrors that are pushed give way (ContactBlend) as the worst loop wants that we have to
+  /// those who hold the body, where they are of that model; after Prepare(). What nobody holds
+  /// answers to no push: it stands where it was put, and one that is pushed or gave way comes there
+  /// at kHomeStep and kHomeTurn.
+  void GiveWay(const World& world, std::span<const Echoes::Loop> loops,
+               StepInputs& inputs) noexcept;
   /// How far the mirrors were from the poses received, the farthest, m.
   double mirror_lag_m() const noexcept { return mirror_lag_; }
   /// Of those that this peer moves.
@@ -71,7 +76,8 @@ class RemoteBodies {
     ObjectId object = 0;
     bool free = false;
     bool parted = false;
-    double lag = 0;  // m
+    bool eases = false;  // goes home at kHomeStep
+    double lag = 0;      // m
     ContactBlend blend{};
     ContactBlend second_blend{};
     std::array<Instance, kMaxPeers> instances{};
@@ -79,7 +85,12 @@ class RemoteBodies {
 
   /// Where the body's instances are: in one place, or in two.
   static void Place(Body& body, StepInputs::BodyInput& input) noexcept;
-  /// The same of one instance: whether it yields, and how it is pulled then.
+  /// The worst loop to those who hold it, s; less than 0: nobody does.
+  static double WorstLoop(const Body& body, std::span<const Echoes::Loop> loops) noexcept;
+  /// Of a body that nobody holds: less of its way, where it might jolt a hand.
+  static void GoHome(Body& body, bool pushed, const RigidState& state,
+                     StepInputs::BodyInput& input) noexcept;
+  /// Of one instance: whether it yields, and how it is pulled then.
   static bool Yields(ContactBlend& blend, bool pushed, double te_s, const RigidState& state,
                      const Pose& target_WB, const Inertia& inertia, double& most_lag,
                      CouplingGains& pull) noexcept;

@@ -16,6 +16,8 @@ class StampRing {
     stamps_[count_ % kKept] = sample_ns;
     ++count_;
   }
+  /// None of them counts any more.
+  void Clear() noexcept { count_ = 0; }
   bool Has(std::int64_t sample_ns) const noexcept {
     std::uint64_t low = count_ > kKept ? count_ - kKept : 0;
     std::uint64_t high = count_;

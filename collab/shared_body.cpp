@@ -385,6 +385,7 @@ std::size_t SharedBody::Links(std::int64_t now_ns,
     sum += partner.its_applied_B_W;
     const double larger = std::max(size(partner.applied_B_W), size(partner.its_applied_B_W));
     out[link] = {.peer = partner.peer,
+                 .closed = partner.closed(),
                  .loop_age_s = partner.linked ? Seconds(partner.loop_age_ns(now_ns)) : 0.0,
                  .te_s = DesignDelay(partner.meter.peak_loop_age_s()),
                  .stiffness = partner.stiffness,

@@ -79,6 +79,28 @@ TEST(PeerTable, BothEndsOfALinkTellTheSameAtRest) {
   }
 }
 
+// Who lets go is coupled no more, while its pull still fades and after.
+TEST(PeerTable, WhoLetsGoIsCoupledNoMore) {
+  SimulatedSession session;
+  session.Add(Hand(1, 0, Vec3(0.03, 0, 0), 20), 1);
+  session.Add(Hand(2, 0, Vec3(-0.03, 0, 0), 20), 2);
+  for (int i = 0; i < 4000; ++i) session.Step();
+  const auto row = [&] {
+    return *RowOf(session.node(0).peer().table().Read(), 2);
+  };
+  EXPECT_TRUE(row().coupled);
+  session.node(1).peer().commands().TryPush({Command::Kind::kRelease, kNoObject, 0});
+  bool fades = false;
+  for (int i = 0; i < 200; ++i) session.Step();
+  for (int i = 0; i < 2000; ++i) {
+    session.Step();
+    ASSERT_FALSE(row().coupled) << i;
+    ASSERT_EQ(row().loop_age_s, 0.0) << i;
+    fades = fades || row().stiffness > 0;
+  }
+  EXPECT_TRUE(fades);
+}
+
 // A third hand moves its own cube: the others have its delay and its mirror's lag, but no link.
 TEST(PeerTable, TellsOfThoseWhoHoldOtherThings) {
   SimulatedSession session;

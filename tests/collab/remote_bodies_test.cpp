@@ -126,7 +126,7 @@ TEST(RemoteBodies, DeadReckonedMirrorsAreWhereTheyWouldBeByNow) {
     state.X_WB.p.x() = 0.5;
     state.V_WB.v.x() = speed;
     remote.OnState(state);
-    const std::array<Echoes::Loop, 1> loops{{{10, loop_age_s, 0.0}}};
+    const std::array<Echoes::Loop, 1> loops{{{.peer = 10, .age_s = loop_age_s}}};
     remote.Reckon(loops);
     remote.Prepare(1, inputs);
     return inputs.bodies[0].mirror_WB.p.x();

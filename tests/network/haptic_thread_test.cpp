@@ -3,50 +3,22 @@
 
 #include <dds/dds.h>
 #undef restrict
-#include <dlfcn.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
 
+#include "tests/network/dds_calls.h"
 #include "tests/network/own_peer.h"
 #include "tests/network/real_peers.h"
 #include "tests/network/syscall_count.h"
 #include "tests/support/allocation_counter.h"
 
-namespace {
-
-// DDS calls of the library under test, by thread: the program's own definitions of them are found
-// before Cyclone's, to which they hand on.
-thread_local bool in_haptic_frame = false;
-std::atomic<long> dds_calls_of_haptic_thread = 0;
-std::atomic<long> dds_calls_of_others = 0;
-
-void CountDdsCall() {
-  (in_haptic_frame ? dds_calls_of_haptic_thread : dds_calls_of_others).fetch_add(1);
-}
-
-template <typename Function>
-Function Cyclones(const char* name) {
-  return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
-}
-
-}  // namespace
-
-extern "C" dds_return_t dds_write(dds_entity_t writer, const void* data) {
-  static const auto real = Cyclones<decltype(&dds_write)>("dds_write");
-  CountDdsCall();
-  return real(writer, data);
-}
-
-extern "C" dds_return_t dds_take(dds_entity_t reader, void** samples, dds_sample_info_t* infos,
-                                 size_t size, uint32_t most) {
-  static const auto real = Cyclones<decltype(&dds_take)>("dds_take");
-  CountDdsCall();
-  return real(reader, samples, infos, size, most);
-}
-
 namespace tandem {
 namespace {
 
+using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
+using ::testing::Key;
 using testing::RealPeers;
 
 bool UnderSanitizer() {
@@ -78,6 +50,14 @@ TEST(HapticThread, OfARealPeerOnlySleepsAndReadsItsProcessorTime) {
 }
 
 TEST(HapticThread, OfAPeerOverDdsAllocatesNothingAndCallsNoDds) {
+  // every function of DDS that is called anywhere in here is counted
+  EXPECT_THAT(testing::WatchDdsCalls(), IsEmpty());
+  {
+    const testing::DdsCallsInside inside;
+    EXPECT_STREQ(dds_strretcode(DDS_RETCODE_OK), "Success");
+  }
+  const std::map<std::string, long> one{{"dds_strretcode", 1}};
+  EXPECT_EQ(testing::CountedDdsCalls().inside, one);
   const RealPeers partner({.count = 1, .seconds = 30});
   constexpr long kFrames = 3000;
   std::atomic<long> frames = 0;
@@ -85,15 +65,12 @@ TEST(HapticThread, OfAPeerOverDdsAllocatesNothingAndCallsNoDds) {
   {
     testing::OwnPeer own(partner.session(), 77, [&](PeerNode& node, std::int64_t now_ns) {
       kHapticThread.Enter();
-      in_haptic_frame = true;
-      long here = 0;
       {
+        const testing::DdsCallsInside inside;
         const testing::AllocationCounter counter;
         node.HapticFrame(now_ns);
-        here = counter.count();
+        allocations += counter.count();
       }
-      in_haptic_frame = false;
-      allocations += here;
       if (node.peer().mean_delay_s() > 0) ++frames;  // the partner is felt
     });
     own.Run(30, [&] {
@@ -102,8 +79,11 @@ TEST(HapticThread, OfAPeerOverDdsAllocatesNothingAndCallsNoDds) {
   }
   ASSERT_GE(frames, kFrames);
   EXPECT_EQ(allocations, 0);
-  EXPECT_EQ(dds_calls_of_haptic_thread, 0);
-  EXPECT_GT(dds_calls_of_others, kFrames);
+  const testing::DdsCalls calls = testing::CountedDdsCalls();
+  EXPECT_EQ(calls.inside, one);  // as before
+  EXPECT_GT(calls.outside.at("dds_write"), kFrames);
+  EXPECT_THAT(calls.outside, IsSupersetOf({Key("dds_take"), Key("dds_waitset_wait"),
+                                           Key("dds_dispose"), Key("dds_create_writer")}));
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -21,8 +20,8 @@ enum class What { kNothing, kJoin, kLeave, kKill, kHalt };
 
 /// N in each frame of the first user's, from when the loop is closed.
 struct Forces {
-  std::vector<double> hand;
-  std::vector<double> links;
+  std::vector<Vec3> hand;
+  std::vector<Vec3> links;
 };
 
 /// Two hold against one another with 3 N on the link; 6 s in something happens to a third one, who
@@ -57,17 +56,18 @@ Forces ThreeNewtons(double tau, What what) {
     Vec3 links = Vec3::Zero();
     const std::size_t count = first.shared()->Links(0, views);
     for (std::size_t link = 0; link < count; ++link) links += first.report().links_B_W[link].f;
-    forces.hand.push_back(first.report().hand_B_W.f.norm());
-    forces.links.push_back(links.norm());
+    forces.hand.push_back(first.report().hand_B_W.f);
+    forces.links.push_back(links);
   }
   return forces;
 }
 
-/// The largest change of a force within `frames`, event or not; from 5.5 s on.
-double LargestChange(const std::vector<double>& force, std::size_t frames) {
+/// The largest change of a force, in size or direction, within `frames`, event or not; from 5.5 s
+/// on.
+double LargestChange(const std::vector<Vec3>& force, std::size_t frames) {
   double largest = 0;
   for (std::size_t i = 5500; i + frames < force.size(); ++i) {
-    largest = std::max(largest, std::abs(force[i + frames] - force[i]));
+    largest = std::max(largest, (force[i + frames] - force[i]).norm());
   }
   return largest;
 }
@@ -75,11 +75,11 @@ double LargestChange(const std::vector<double>& force, std::size_t frames) {
 TEST(Felt, WhoComesOrGoesChangesNoForceByMoreThanOneNewton) {
   for (const double tau : {0.001, 0.02, 0.1}) {
     const Forces calm = ThreeNewtons(tau, What::kNothing);
-    ASSERT_NEAR(calm.links[5900], 3.0, 0.15) << tau;
+    ASSERT_NEAR(calm.links[5900].norm(), 3.0, 0.15) << tau;
     for (const What what : {What::kJoin, What::kLeave, What::kKill, What::kHalt}) {
       const Forces run = ThreeNewtons(tau, what);
       if (what == What::kLeave || what == What::kKill) {
-        EXPECT_NEAR(run.links.back(), 0, 1e-9);
+        EXPECT_NEAR(run.links.back().norm(), 0, 1e-9);
       }
       for (const std::size_t frames : {1U, 100U}) {
         const double hand = LargestChange(run.hand, frames);

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace tandem::testing {
+
+/// Counts every call into DDS that this program's own code makes, from now on, by putting itself
+/// into the table through which they go. Gives the functions of DDS that the program calls and that
+/// are not in the list of those counted: none, or the list is to be completed.
+std::vector<std::string> WatchDdsCalls();
+
+/// Calls of this thread count as made inside while one of these exists.
+class DdsCallsInside {
+ public:
+  DdsCallsInside();
+  ~DdsCallsInside();
+  DdsCallsInside(const DdsCallsInside&) = delete;
+  DdsCallsInside& operator=(const DdsCallsInside&) = delete;
+};
+
+/// How often each was called so far, of those that were.
+struct DdsCalls {
+  std::map<std::string, long> inside;
+  std::map<std::string, long> outside;
+};
+DdsCalls CountedDdsCalls();
+
+}  // namespace tandem::testing
