@@ -31,8 +31,8 @@ class RemoteBodies {
   static constexpr double kMeet = 0.02;
   static constexpr double kFarthestAhead_s = 0.1;  // of dead reckoning
   static constexpr double kFarthestAhead_m = 0.03;
-  static constexpr double kHomeStep = 1e-4;  // m a frame
-  static constexpr double kHomeTurn = 2e-3;  // rad a frame
+  static constexpr double kHomeStep = 5e-5;  // m a frame
+  static constexpr double kHomeTurn = 1e-3;  // rad a frame
 
   explicit RemoteBodies(const WorldModel& model, MirrorModel mirror = MirrorModel::kBlend);
 
