@@ -14,6 +14,13 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+extern "C" {
+// of Cyclone's own headers, which C++ does not take
+bool ddsi_typeid_is_hash(const ddsi_typeid* type);
+const ddsi_typeid* ddsi_typeinfo_minimal_typeid(const ddsi_typeinfo* info);
+const ddsi_typeid* ddsi_typeinfo_complete_typeid(const ddsi_typeinfo* info);
+}
+
 namespace tandem::testing {
 
 namespace {
@@ -62,7 +69,10 @@ namespace {
   X(dds_wait_for_acks)                   \
   X(dds_waitset_attach)                  \
   X(dds_waitset_wait)                    \
-  X(dds_write)
+  X(dds_write)                           \
+  X(ddsi_typeid_is_hash)                 \
+  X(ddsi_typeinfo_complete_typeid)       \
+  X(ddsi_typeinfo_minimal_typeid)
 
 enum Function : std::size_t {
 #define TANDEM_NUMBER(name) k_##name,
