@@ -124,24 +124,33 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
           {"load_before", load}};
 }
 
+/// Of an even number of values the mean of the middle two.
 double MedianOf(std::vector<double> values) {
   std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
+  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
 /// A frame's processor time at its p50 and its p99, us, the largest of the peers'; of each round.
+/// Beside it the p99 of the peer in the middle and of the quickest: the largest of four is above
+/// the only one of one, without any cause in the session.
 struct FrameTimes {
   std::vector<double> p50;
   std::vector<double> p99;
+  std::vector<double> median_p99;
+  std::vector<double> least_p99;
 
   void Add(const std::vector<ordered_json>& reports) {
-    p50.push_back(0);
-    p99.push_back(0);
+    std::vector<double> halves;
+    std::vector<double> tails;
     for (const ordered_json& report : reports) {
       const ordered_json& cpu = report.at("frame_cpu_us");
-      p50.back() = std::max(p50.back(), cpu.at("p50").get<double>());
-      p99.back() = std::max(p99.back(), cpu.at("p99").get<double>());
+      halves.push_back(cpu.at("p50").get<double>());
+      tails.push_back(cpu.at("p99").get<double>());
     }
+    p50.push_back(std::ranges::max(halves));
+    p99.push_back(std::ranges::max(tails));
+    median_p99.push_back(MedianOf(tails));
+    least_p99.push_back(std::ranges::min(tails));
   }
 };
 
@@ -166,6 +175,8 @@ Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& sce
   for (std::size_t i = 0; i < together.size(); ++i) {
     const double p99 = MedianOf(together[i].p99);
     const double apart_p99 = MedianOf(apart[i].p99);
+    const double median_p99 = MedianOf(together[i].median_p99);
+    const double apart_median_p99 = MedianOf(apart[i].median_p99);
     rows.push_back({{"peers", arguments.compare[i]},
                     {"frame_cpu_p50_us", MedianOf(together[i].p50)},
                     {"frame_cpu_p99_us", p99},
@@ -173,7 +184,11 @@ Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& sce
                     {"apart_p50_us", MedianOf(apart[i].p50)},
                     {"apart_p99_us", apart_p99},
                     {"apart_ratio", apart_p99 / MedianOf(apart[0].p99)},
-                    {"ratio_to_apart", p99 / apart_p99}});
+                    {"ratio_to_apart", p99 / apart_p99},
+                    {"least_p99_us", MedianOf(together[i].least_p99)},
+                    {"median_p99_us", median_p99},
+                    {"median_ratio", median_p99 / MedianOf(together[0].median_p99)},
+                    {"median_ratio_to_apart", median_p99 / apart_median_p99}});
   }
   return ordered_json{
       {"seconds", arguments.seconds}, {"rounds", arguments.rounds}, {"sessions", rows}};
@@ -262,11 +277,13 @@ int RunBenchSession(const SessionArguments& arguments) {
   } else {
     for (const ordered_json& row : json.at("sessions")) {
       std::printf(
-          "%d peers: a frame's processor time p99 %.1f us, %.2f of the first; as many apart %.1f "
-          "us, together %.2f of that\n",
-          row.at("peers").get<int>(), row.at("frame_cpu_p99_us").get<double>(),
-          row.at("ratio").get<double>(), row.at("apart_p99_us").get<double>(),
-          row.at("ratio_to_apart").get<double>());
+          "%d peers: a frame's processor time p99 %.1f us of the peer in the middle, %.2f of the "
+          "first and %.2f of as many apart; %.1f to %.1f us over the peers, the largest %.2f of "
+          "the first and %.2f of as many apart\n",
+          row.at("peers").get<int>(), row.at("median_p99_us").get<double>(),
+          row.at("median_ratio").get<double>(), row.at("median_ratio_to_apart").get<double>(),
+          row.at("least_p99_us").get<double>(), row.at("frame_cpu_p99_us").get<double>(),
+          row.at("ratio").get<double>(), row.at("ratio_to_apart").get<double>());
     }
   }
   return kExitOk;
