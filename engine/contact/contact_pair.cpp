@@ -84,7 +84,8 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       blocks_(std::make_unique<const PointBlocks>(shell)),
       schedule_(MakeSchedule(*blocks_, voxmap, options.force_layer, options.schedule)),
       clearance_{static_cast<double>(options.force_layer), 0.0},
-      candidates_(std::min(shell.size(), kMostCandidates)) {
+      candidates_(std::min(shell.size(), kMostCandidates)),
+      look_counts_(helpers_ != nullptr ? static_cast<std::size_t>(helpers_->threads()) : 1) {
   if (options.details != nullptr) {
     const double least_radius = map_radius > 0 ? std::min(shell.radius, map_radius) : shell.radius;
     refined_ = std::make_unique<RefinedContacts>(shell, voxmap, *options.details, least_radius,
@@ -158,20 +159,26 @@ void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform
                                const double* turned) noexcept {
   const Mat3 R_VS = X_VS.q.toRotationMatrix();
   const std::span<Candidate> candidates(candidates_.data(), candidate_count_);
+  look_counts_.assign(look_counts_.size(), {});
   const auto look = [&](std::size_t begin, std::size_t end, int thread) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end) Fetch(*blocks_, candidates[i + kAhead]);
+      if (i + kAhead < candidates.size()) Fetch(*blocks_, candidates[i + kAhead]);
       Place(X_VS, R_VS, transform, candidates[i]);
     }
     if (refined_ == nullptr) return;
     refined_->LookAt(candidates, begin, end, R_VS, clearance_.layers, turned, thread,
                      contacts_.data());
+    if (turned != nullptr) RememberSlack(candidates.subspan(begin, end - begin));
+    Count(candidates.subspan(begin, end - begin), look_counts_[static_cast<std::size_t>(thread)]);
   };
   if (helpers_ != nullptr && candidate_count_ >= shared_from_) {
     helpers_->Summon();
     helpers_->Share(candidate_count_, kPiece, look);
   } else {
-    look(0, candidate_count_, 0);
+    // as many at a time as the first cache holds
+    for (std::size_t begin = 0; begin < candidate_count_; begin += kPiece) {
+      look(begin, std::min(begin + kPiece, candidate_count_), 0);
+    }
   }
   contact_count_ = refined_ != nullptr ? refined_->Take(candidates, R_VS, contacts_.data())
                                        : FindPlainContacts(candidates, *voxmap_, clearance_.layers,
@@ -277,7 +284,6 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   FindContacts(X_VS, schedule_->transform(), clear_until_.empty() ? nullptr : &turned_);
   if (refined_ != nullptr) report.clear_points += static_cast<int>(refined_->clear_count());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
-  RememberSlack();
   if (!clear_until_.empty()) refined_->CountKnown(candidate_count_, passed);
   CountLooks(frame_travel, report);
   return report;
@@ -288,32 +294,32 @@ double ContactPair::SlackOf(std::uint32_t block, std::uint32_t lane) const noexc
   return clear_until_[blocks_->block(block).first + lane] - odometer_;
 }
 
-void ContactPair::RememberSlack() noexcept {
-  if (clear_until_.empty()) return;
-  for (std::size_t i = 0; i < candidate_count_; ++i) {
-    const Candidate& candidate = candidates_[i];
+void ContactPair::RememberSlack(std::span<const Candidate> candidates) noexcept {
+  for (const Candidate& candidate : candidates) {
     clear_until_[candidate.point] = odometer_ + candidate.slack - 2 * schedule_->place_error();
   }
 }
 
-void ContactPair::CountLooks(double travel, PairReport& report) noexcept {
-  double owed = kPushShare * static_cast<double>(contact_count_);
-  double due = 0;
-  if (refined_ == nullptr) owed += kPlainShare * static_cast<double>(candidate_count_);
-  for (std::size_t i = 0; refined_ != nullptr && i < candidate_count_; ++i) {
-    const Candidate& candidate = candidates_[i];
-    const bool sifted = candidate.look == Candidate::Look::kSifted;
-    (candidate.slack > 0 || sifted ? due : owed) += kAskShare;
-    if (candidate.look == Candidate::Look::kPassed) continue;
-    if (sifted) {
-      ++report.sifted_points;
-      due += kSiftShare;
-      continue;
-    }
-    ++report.looks;
-    (candidate.look == Candidate::Look::kKept ? due : owed) += 1;
+void ContactPair::Count(std::span<const Candidate> candidates, LookCounts& counts) noexcept {
+  using Look = Candidate::Look;
+  for (const Candidate& candidate : candidates) {
+    const Look look = candidate.look;
+    ++(candidate.slack > 0 || look == Look::kSifted ? counts.asked_due : counts.asked_owed);
+    if (look == Look::kSifted) ++counts.sifted;
+    if (look == Look::kKept) ++counts.due;
+    if (look == Look::kOpen) ++counts.owed;
   }
-  looks_.Count(owed, due, travel);
+}
+
+void ContactPair::CountLooks(double travel, PairReport& report) noexcept {
+  LookCounts sum;
+  for (const LookCounts& counts : look_counts_) sum += counts;
+  report.looks = sum.owed + sum.due;
+  report.sifted_points = sum.sifted;
+  double owed =
+      kPushShare * static_cast<double>(contact_count_) + kAskShare * sum.asked_owed + sum.owed;
+  if (refined_ == nullptr) owed += kPlainShare * static_cast<double>(candidate_count_);
+  looks_.Count(owed, kAskShare * sum.asked_due + kSiftShare * sum.sifted + sum.due, travel);
 }
 
 TestLoad ContactPair::load() const noexcept {

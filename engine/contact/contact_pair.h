@@ -127,8 +127,24 @@ class ContactPair {
   /// Voxels that surfaces may still come nearer before a point can make a contact, as the refined
   /// model has told.
   double SlackOf(std::uint32_t block, std::uint32_t lane) const noexcept;
-  void RememberSlack() noexcept;
-  /// What the candidates took to look at, after `travel` m.
+  void RememberSlack(std::span<const Candidate> candidates) noexcept;
+  /// What candidates took to look at.
+  struct alignas(64) LookCounts {
+    int asked_owed = 0;  // asked what is known of them, in every frame or by travel
+    int asked_due = 0;
+    int owed = 0;  // exact looks
+    int due = 0;
+    int sifted = 0;
+    void operator+=(const LookCounts& more) noexcept {
+      asked_owed += more.asked_owed;
+      asked_due += more.asked_due;
+      owed += more.owed;
+      due += more.due;
+      sifted += more.sifted;
+    }
+  };
+  static void Count(std::span<const Candidate> candidates, LookCounts& counts) noexcept;
+  /// And what all of them did, after `travel` m.
   void CountLooks(double travel, PairReport& report) noexcept;
 
   static constexpr std::size_t kMostCandidates = 1 << 14;
@@ -158,6 +174,7 @@ class ContactPair {
   std::vector<double> clear_until_;
   std::vector<Candidate> candidates_;
   std::size_t candidate_count_ = 0;
+  std::vector<LookCounts> look_counts_;  // of each thread
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
   LookLoad looks_;

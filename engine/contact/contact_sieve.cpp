@@ -1,8 +1,5 @@
 #include "engine/contact/contact_sieve.h"
 
-#include <cmath>
-
-#include "engine/contact/edge_contact.h"
 #include "engine/contact/plane_mean.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -28,9 +25,11 @@ struct V3 {
   V x, y, z;
 };
 
-HWY_INLINE V3 Load(const NearPieces::Columns& columns, std::size_t i) {
+using Block = NearPieces::Block;
+
+HWY_INLINE V3 Load(const NearPieces::Rows& rows, std::size_t lane) {
   const Lanes d;
-  return {hn::Load(d, &columns[0][i]), hn::Load(d, &columns[1][i]), hn::Load(d, &columns[2][i])};
+  return {hn::Load(d, &rows[0][lane]), hn::Load(d, &rows[1][lane]), hn::Load(d, &rows[2][lane])};
 }
 HWY_INLINE V3 Set(const std::array<float, 3>& a) {
   const Lanes d;
@@ -63,9 +62,9 @@ HWY_INLINE V3 Unit(const V3& a) {
 }
 
 /// Pieces within one voxel.
-HWY_INLINE M IsNear(const NearPieces::Pieces& pieces, const V3& voxel, std::size_t i) {
+HWY_INLINE M IsNear(const Block& block, const V3& voxel, std::size_t lane) {
   const Lanes d;
-  const V3 off = Sub(Load(pieces.voxel, i), voxel);
+  const V3 off = Sub(Load(block.voxel, lane), voxel);
   const V most = hn::Max(hn::Abs(off.x), hn::Max(hn::Abs(off.y), hn::Abs(off.z)));
   return hn::Le(most, hn::Set(d, 1.0F));
 }
@@ -84,37 +83,44 @@ HWY_INLINE Under LookUnder(const V3& away, const V3& n, double reach) {
   return {hn::Lt(square_beside, hn::Set(d, most * most)), hn::Lt(height, hn::Set(d, kClearance))};
 }
 
-/// Whether a vertex can stand on one of [begin, end); `any_near` is set when one is near.
+/// Calls visit(block, lane) for whole vectors of pieces.
+template <class Visit>
+HWY_INLINE void ForLanes(std::span<const Block> blocks, const Visit& visit) {
+  const Lanes d;
+  for (const Block& block : blocks) {
+    for (std::size_t lane = 0; lane < NearPieces::kLanes; lane += hn::Lanes(d)) visit(block, lane);
+  }
+}
+
+/// Whether a vertex can stand on one of some pieces; `any_near` is set when one is near.
 template <bool must_face>
-bool StandsOn(const NearPieces::Pieces& pieces, const SieveProbe& probe, std::size_t begin,
-              std::size_t end, bool& any_near) {
+bool StandsOn(std::span<const Block> blocks, const SieveProbe& probe, bool& any_near) {
   const Lanes d;
   const V3 voxel = Set(probe.voxel);
   const V3 p = Set(probe.p);
   const V3 nhat = Set(probe.nhat);
   M near_any = hn::FirstN(d, 0);
   M stands_any = hn::FirstN(d, 0);
-  for (std::size_t i = begin; i < end; i += hn::Lanes(d)) {
-    const M near = IsNear(pieces, voxel, i);
-    const V3 n = Load(pieces.normal, i);
-    const Under under = LookUnder(Sub(p, Load(pieces.place, i)), n, kLateralReach);
+  ForLanes(blocks, [&](const Block& block, std::size_t lane) HWY_ATTR {
+    const M near = IsNear(block, voxel, lane);
+    const V3 n = Load(block.normal, lane);
+    const Under under = LookUnder(Sub(p, Load(block.place, lane)), n, kLateralReach);
     M stands = hn::And(near, hn::And(under.counts, under.low));
     if (must_face) stands = hn::And(stands, hn::Gt(Dot(n, nhat), hn::Set(d, kLeastFacing)));
     near_any = hn::Or(near_any, near);
     stands_any = hn::Or(stands_any, stands);
-  }
+  });
   any_near = any_near || !hn::AllFalse(d, near_any);
   return !hn::AllFalse(d, stands_any);
 }
 
-bool Stands(const NearPieces& surface, const SieveProbe& probe) {
-  const NearPieces::Pieces& pieces = surface.pieces();
+bool Stands(const NearPieces::Cell& surface, const SieveProbe& probe) {
   bool any_near = false;
-  if (StandsOn<true>(pieces, probe, 0, surface.ridges(), any_near)) return true;
+  if (StandsOn<true>(surface.plain(), probe, any_near)) return true;
   // over an edge one face speaks for both
-  if (StandsOn<false>(pieces, probe, surface.ridges(), surface.corners(), any_near)) return true;
+  if (StandsOn<false>(surface.ridges(), probe, any_near)) return true;
   // corners have a say where nothing else is near
-  return !any_near && StandsOn<true>(pieces, probe, surface.corners(), surface.count(), any_near);
+  return !any_near && StandsOn<true>(surface.corners(), probe, any_near);
 }
 
 /// An edge of the shell and some of the map's, voxels: p + u t and q + v t'.
@@ -128,7 +134,8 @@ struct EdgePairs {
 };
 
 struct Arc {
-  V half, cosine, last;
+  V tangent;  // of half of EdgeArc::half
+  V cosine, last;
 };
 
 /// One across the other, along the way that is square to both.
@@ -157,7 +164,9 @@ M PushBeside(const EdgePairs& pairs, const Arc& arc, const Arc& other_arc) {
   const V3 n = Unit(across(pairs.n));
   const V3 nhat = Unit(across(pairs.nhat));
   const V cosine = hn::Sub(Dot(n, nhat), hn::Set(d, kMargin));
-  const V turn = hn::Mul(hn::Set(d, 0.5F), hn::Abs(hn::Sub(arc.half, other_arc.half)));
+  // no less than half of the difference, which it is the tangent of
+  const V turn = hn::Div(hn::Abs(hn::Sub(arc.tangent, other_arc.tangent)),
+                         hn::Add(hn::Set(d, 1.0F), hn::Mul(arc.tangent, other_arc.tangent)));
   V least = hn::Sub(Dot(away, Unit(Add(n, nhat))), hn::Mul(turn, Length(away)));
   const auto take = [&](const V3& normal, V arc_cosine) HWY_ATTR {
     least = hn::IfThenElse(hn::Ge(cosine, arc_cosine), hn::Max(least, Dot(away, normal)), least);
@@ -167,72 +176,75 @@ M PushBeside(const EdgePairs& pairs, const Arc& arc, const Arc& other_arc) {
   return hn::Lt(least, hn::Set(d, kClearance));
 }
 
-bool Leans(const NearPieces& edges, const SieveProbe& probe) {
-  const NearPieces::Pieces& pieces = edges.pieces();
+/// Whether an edge of the shell can push one of some lanes of the map's.
+bool LeansOn(const Block& block, std::size_t lane, const V3& voxel, const V3& p, V half,
+             const Arc& arc, EdgePairs& pairs) {
   const Lanes d;
-  const V3 voxel = Set(probe.voxel);
-  const V3 p = Set(probe.p);
-  const V half = hn::Set(d, probe.half);
-  const Arc arc{hn::Set(d, probe.arc_half), hn::Set(d, probe.arc_cosine),
-                hn::Set(d, probe.arc_last)};
-  EdgePairs pairs;
-  pairs.t = Set(probe.tangent);
-  pairs.nhat = Set(probe.nhat);
   // in both ranges edges are taken either way
   constexpr auto kLeastSine = static_cast<float>(kParallel) - kMargin;
   constexpr auto kMostSine = static_cast<float>(kParallel) + kMargin;
   const V margin = hn::Set(d, kMargin);
-  for (std::size_t i = 0; i < edges.count(); i += hn::Lanes(d)) {
-    pairs.n = Load(pieces.normal, i);
-    pairs.other_t = Load(pieces.tangent, i);
-    pairs.away = Sub(p, Load(pieces.place, i));
-    pairs.cosine = Dot(pairs.t, pairs.other_t);
-    pairs.square_sine = hn::Sub(hn::Set(d, 1.0F), hn::Mul(pairs.cosine, pairs.cosine));
-    pairs.along = Dot(pairs.away, pairs.t);
-    pairs.other_along = Dot(pairs.away, pairs.other_t);
-    const V other_half = hn::Load(d, &pieces.half[i]);
-    const M near = hn::And(IsNear(pieces, voxel, i),
-                           hn::Gt(Dot(pairs.n, pairs.nhat), hn::Set(d, kLeastFacing)));
-    // the places where they come closest lie on both pieces: |u| <= half, |v| <= other half
-    const V u = hn::Sub(hn::Mul(pairs.cosine, pairs.other_along), pairs.along);
-    const V v = hn::Sub(pairs.other_along, hn::Mul(pairs.cosine, pairs.along));
-    const M meet =
-        hn::And(hn::Le(hn::Abs(u), hn::Mul(hn::Add(half, margin), pairs.square_sine)),
-                hn::Le(hn::Abs(v), hn::Mul(hn::Add(other_half, margin), pairs.square_sine)));
-    const M crossing = hn::And(hn::And(near, meet),
-                               hn::Gt(pairs.square_sine, hn::Set(d, kLeastSine * kLeastSine)));
-    const M beside =
-        hn::And(hn::And(near, hn::Le(hn::Abs(pairs.other_along), hn::Add(other_half, margin))),
-                hn::Lt(pairs.square_sine, hn::Set(d, kMostSine * kMostSine)));
-    if (hn::AllFalse(d, hn::Or(crossing, beside))) continue;
-    const Arc other_arc{hn::Load(d, &pieces.arc_half[i]), hn::Load(d, &pieces.arc_cosine[i]),
-                        hn::Load(d, &pieces.arc_last[i])};
-    if (!hn::AllFalse(d, crossing) &&
-        !hn::AllFalse(d, hn::And(crossing, PushAcross(pairs, arc, other_arc)))) {
-      return true;
-    }
-    if (!hn::AllFalse(d, beside) &&
-        !hn::AllFalse(d, hn::And(beside, PushBeside(pairs, arc, other_arc)))) {
-      return true;
+  pairs.n = Load(block.normal, lane);
+  pairs.other_t = Load(block.tangent, lane);
+  pairs.away = Sub(p, Load(block.place, lane));
+  pairs.cosine = Dot(pairs.t, pairs.other_t);
+  pairs.square_sine = hn::Sub(hn::Set(d, 1.0F), hn::Mul(pairs.cosine, pairs.cosine));
+  pairs.along = Dot(pairs.away, pairs.t);
+  pairs.other_along = Dot(pairs.away, pairs.other_t);
+  const V other_half = hn::Load(d, &block.half[lane]);
+  const M near = hn::And(IsNear(block, voxel, lane),
+                         hn::Gt(Dot(pairs.n, pairs.nhat), hn::Set(d, kLeastFacing)));
+  // the places where they come closest lie on both pieces: |u| <= half, |v| <= other half
+  const V u = hn::Sub(hn::Mul(pairs.cosine, pairs.other_along), pairs.along);
+  const V v = hn::Sub(pairs.other_along, hn::Mul(pairs.cosine, pairs.along));
+  const M meet =
+      hn::And(hn::Le(hn::Abs(u), hn::Mul(hn::Add(half, margin), pairs.square_sine)),
+              hn::Le(hn::Abs(v), hn::Mul(hn::Add(other_half, margin), pairs.square_sine)));
+  const M crossing =
+      hn::And(hn::And(near, meet), hn::Gt(pairs.square_sine, hn::Set(d, kLeastSine * kLeastSine)));
+  const M beside =
+      hn::And(hn::And(near, hn::Le(hn::Abs(pairs.other_along), hn::Add(other_half, margin))),
+              hn::Lt(pairs.square_sine, hn::Set(d, kMostSine * kMostSine)));
+  if (hn::AllFalse(d, hn::Or(crossing, beside))) return false;
+  const Arc other_arc{hn::Load(d, &block.arc_tangent[lane]), hn::Load(d, &block.arc_cosine[lane]),
+                      hn::Load(d, &block.arc_last[lane])};
+  return (!hn::AllFalse(d, crossing) &&
+          !hn::AllFalse(d, hn::And(crossing, PushAcross(pairs, arc, other_arc)))) ||
+         (!hn::AllFalse(d, beside) &&
+          !hn::AllFalse(d, hn::And(beside, PushBeside(pairs, arc, other_arc))));
+}
+
+bool Leans(const NearPieces::Cell& edges, const SieveProbe& probe) {
+  const Lanes d;
+  const V3 voxel = Set(probe.voxel);
+  const V3 p = Set(probe.p);
+  const V half = hn::Set(d, probe.half);
+  const Arc arc{hn::Set(d, probe.arc_tangent), hn::Set(d, probe.arc_cosine),
+                hn::Set(d, probe.arc_last)};
+  EdgePairs pairs;
+  pairs.t = Set(probe.tangent);
+  pairs.nhat = Set(probe.nhat);
+  for (const Block& block : edges.all()) {
+    for (std::size_t lane = 0; lane < NearPieces::kLanes; lane += hn::Lanes(d)) {
+      if (LeansOn(block, lane, voxel, p, half, arc, pairs)) return true;
     }
   }
   return false;
 }
 
-SievedBearing Bears(const NearPieces& vertices, const SieveProbe& probe) {
-  const NearPieces::Pieces& pieces = vertices.pieces();
+SievedBearing Bears(const NearPieces::Cell& vertices, const SieveProbe& probe) {
   const Lanes d;
   const V3 voxel = Set(probe.voxel);
   const V3 p = Set(probe.p);
   const V3 nhat = Set(probe.nhat);
   M over_any = hn::FirstN(d, 0);
   M low_any = hn::FirstN(d, 0);
-  for (std::size_t i = 0; i < vertices.count(); i += hn::Lanes(d)) {
-    const Under under = LookUnder(Sub(p, Load(pieces.place, i)), nhat, kVertexReach);
-    const M over = hn::And(IsNear(pieces, voxel, i), under.counts);
+  ForLanes(vertices.all(), [&](const Block& block, std::size_t lane) HWY_ATTR {
+    const Under under = LookUnder(Sub(p, Load(block.place, lane)), nhat, kVertexReach);
+    const M over = hn::And(IsNear(block, voxel, lane), under.counts);
     over_any = hn::Or(over_any, over);
     low_any = hn::Or(low_any, hn::And(over, under.low));
-  }
+  });
   if (!hn::AllFalse(d, low_any)) return SievedBearing::kBears;
   return hn::AllFalse(d, over_any) ? SievedBearing::kNone : SievedBearing::kHigh;
 }
@@ -254,8 +266,8 @@ std::array<float, 3> AsFloats(const Vec3& a) {
   return {static_cast<float>(a.x()), static_cast<float>(a.y()), static_cast<float>(a.z())};
 }
 
-SieveProbe ProbeAt(const NearPieces& pieces, const SievedPoint& point) {
-  const GridIndex& middle = pieces.middle();
+SieveProbe ProbeAt(const SievedPoint& point) {
+  const GridIndex middle = NearPieces::MiddleOf(point.voxel_V);
   const GridIndex off = point.voxel_V - middle;
   SieveProbe probe;
   probe.voxel = AsFloats(Vec3(off.x, off.y, off.z));
@@ -266,22 +278,23 @@ SieveProbe ProbeAt(const NearPieces& pieces, const SievedPoint& point) {
 
 }  // namespace
 
-bool MayStand(const NearPieces& surface, const SievedPoint& vertex) noexcept {
-  return HWY_DYNAMIC_DISPATCH(Stands)(surface, ProbeAt(surface, vertex));
+bool MayStand(const NearPieces::Cell& surface, const SievedPoint& vertex) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Stands)(surface, ProbeAt(vertex));
 }
 
-bool MayLean(const NearPieces& edges, const SievedPoint& middle, const SievedEdge& edge) noexcept {
-  SieveProbe probe = ProbeAt(edges, middle);
+bool MayLean(const NearPieces::Cell& edges, const SievedPoint& middle,
+             const SievedEdge& edge) noexcept {
+  SieveProbe probe = ProbeAt(middle);
   probe.tangent = AsFloats(edge.tangent);
   probe.half = static_cast<float>(edge.half + kSeam);
-  probe.arc_half = std::acos(static_cast<float>(edge.arc_cosine));
-  probe.arc_cosine = static_cast<float>(edge.arc_cosine);
-  probe.arc_last = static_cast<float>(edge.arc_last);
+  probe.arc_tangent = static_cast<float>(edge.arc.sine / (1.0 + edge.arc.cosine));
+  probe.arc_cosine = static_cast<float>(edge.arc.cosine);
+  probe.arc_last = static_cast<float>(edge.arc.last);
   return HWY_DYNAMIC_DISPATCH(Leans)(edges, probe);
 }
 
-SievedBearing MayBear(const NearPieces& vertices, const SievedPoint& point) noexcept {
-  return HWY_DYNAMIC_DISPATCH(Bears)(vertices, ProbeAt(vertices, point));
+SievedBearing MayBear(const NearPieces::Cell& vertices, const SievedPoint& point) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Bears)(vertices, ProbeAt(point));
 }
 
 }  // namespace tandem

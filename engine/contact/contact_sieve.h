@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "engine/base/spatial.h"
+#include "engine/contact/edge_contact.h"
 #include "engine/contact/near_pieces.h"
 
 namespace tandem {
@@ -16,7 +17,7 @@ namespace tandem {
 /// Of the questions, voxels and cosines: more than is rounded some voxels from a group's middle.
 inline constexpr double kSieveMargin = 1e-3;
 
-/// A point of the shell, in voxels of V, that is of the group whose pieces are asked.
+/// A point of the shell, in voxels of V, that is in the cell whose pieces are asked.
 struct SievedPoint {
   GridIndex voxel_V;
   Vec3 p;
@@ -24,21 +25,21 @@ struct SievedPoint {
 };
 
 /// Whether a vertex of the shell can stand on the surface; not for what is inside.
-bool MayStand(const NearPieces& surface, const SievedPoint& vertex) noexcept;
+bool MayStand(const NearPieces::Cell& surface, const SievedPoint& vertex) noexcept;
 
 /// Whether a piece of the shell's edge can push the map's edges.
 struct SievedEdge {
   Vec3 tangent;
   double half;
-  double arc_cosine;  // as EdgeArc
-  double arc_last;
+  EdgeArc arc;  // need not know its `half`
 };
-bool MayLean(const NearPieces& edges, const SievedPoint& middle, const SievedEdge& edge) noexcept;
+bool MayLean(const NearPieces::Cell& edges, const SievedPoint& middle,
+             const SievedEdge& edge) noexcept;
 
 /// What a face of the shell can say of the map's vertices: of none, of some that it is high above,
 /// or of some that it bears on.
 enum class SievedBearing : std::uint8_t { kNone, kHigh, kBears };
-SievedBearing MayBear(const NearPieces& vertices, const SievedPoint& point) noexcept;
+SievedBearing MayBear(const NearPieces::Cell& vertices, const SievedPoint& point) noexcept;
 
 /// What is asked, in the columns' terms.
 struct SieveProbe {
@@ -47,7 +48,7 @@ struct SieveProbe {
   std::array<float, 3> nhat;
   std::array<float, 3> tangent;
   float half;
-  float arc_half;
+  float arc_tangent;  // of half of EdgeArc::half
   float arc_cosine;
   float arc_last;
 };

@@ -1,6 +1,7 @@
 #include "engine/contact/near_pieces.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "engine/contact/edge_contact.h"
 #include "engine/contact/surface_window.h"
@@ -21,7 +22,7 @@ using Words = hn::RebindToUnsigned<Lanes>;
 using Ints = hn::RebindToSigned<Lanes>;
 
 /// As UnpackDirection(), of 16 bits each.
-void StoreDirection(hn::Vec<Words> packed, std::size_t at, NearPieces::Columns& columns) {
+void StoreDirection(hn::Vec<Words> packed, std::size_t lane, NearPieces::Rows& rows) {
   const Lanes d;
   const Ints di;
   const auto scale = hn::Set(d, 1.0F / 32767.0F);
@@ -35,20 +36,22 @@ void StoreDirection(hn::Vec<Words> packed, std::size_t at, NearPieces::Columns& 
   const auto y = hn::IfThenElse(folded, hn::CopySign(hn::Sub(one, hn::Abs(u)), v), v);
   const auto square = hn::Add(hn::Mul(x, x), hn::Add(hn::Mul(y, y), hn::Mul(z, z)));
   const auto by = hn::Div(one, hn::Sqrt(square));
-  hn::Store(hn::Mul(by, x), d, &columns[0][at]);
-  hn::Store(hn::Mul(by, y), d, &columns[1][at]);
-  hn::Store(hn::Mul(by, z), d, &columns[2][at]);
+  hn::Store(hn::Mul(by, x), d, &rows[0][lane]);
+  hn::Store(hn::Mul(by, y), d, &rows[1][lane]);
+  hn::Store(hn::Mul(by, z), d, &rows[2][lane]);
 }
 
-/// Puts pieces [0, packed.count) at `at`, a multiple of kLanes, and up to the next fills the gap.
-void UnpackPieces(const NearPieces::Packed& packed, std::size_t at, NearPieces::Pieces& pieces) {
+/// Puts pieces into blocks, and fills the gap in the last.
+void UnpackPieces(const NearPieces::Packed& packed, NearPieces::Block* blocks) {
   const Lanes d;
   const Words du;
   const Ints di;
   const auto* words = reinterpret_cast<const std::uint32_t*>(packed.details.data());
   const auto* voxels = reinterpret_cast<const std::int32_t*>(packed.voxels.data());
-  const std::size_t end = NearPieces::RoundedUp(packed.count);
+  const std::size_t end = hwy::RoundUpTo(packed.count, NearPieces::kLanes);
   for (std::size_t i = 0; i < end; i += hn::Lanes(d)) {
+    NearPieces::Block& block = blocks[i / NearPieces::kLanes];
+    const std::size_t lane = i % NearPieces::kLanes;
     hn::Vec<Words> place, normal, tangent;
     hn::LoadInterleaved3(du, words + 3 * i, place, normal, tangent);
     hn::Vec<Ints> vx, vy, vz;
@@ -57,16 +60,16 @@ void UnpackPieces(const NearPieces::Packed& packed, std::size_t at, NearPieces::
     const auto put = [&](auto voxel, auto byte, std::size_t axis) HWY_ATTR {
       const auto corner = hn::ConvertTo(d, voxel);
       const auto within = hn::ConvertTo(d, hn::BitCast(di, hn::And(byte, hn::Set(du, 255U))));
-      hn::Store(hn::Add(corner, hn::Mul(step, within)), d, &pieces.place[axis][at + i]);
+      hn::Store(hn::Add(corner, hn::Mul(step, within)), d, &block.place[axis][lane]);
       const auto kept = hn::FirstN(d, packed.count - std::min(i, packed.count));
       hn::Store(hn::IfThenElse(kept, corner, hn::Set(d, NearPieces::kFarAway)), d,
-                &pieces.voxel[axis][at + i]);
+                &block.voxel[axis][lane]);
     };
     put(vx, place, 0);
     put(vy, hn::ShiftRight<8>(place), 1);
     put(vz, hn::ShiftRight<16>(place), 2);
-    StoreDirection(normal, at + i, pieces.normal);
-    StoreDirection(tangent, at + i, pieces.tangent);
+    StoreDirection(normal, lane, block.normal);
+    StoreDirection(tangent, lane, block.tangent);
   }
 }
 
@@ -84,111 +87,169 @@ namespace {
 static_assert(sizeof(SurfaceDetail) == 3 * sizeof(std::uint32_t));
 static_assert(sizeof(GridIndex) == 3 * sizeof(std::int32_t));
 
-void Copy(const NearPieces::Columns& from, std::size_t i, std::size_t to,
-          NearPieces::Columns& columns) {
-  for (std::size_t axis = 0; axis < 3; ++axis) columns[axis][to] = from[axis][i];
+/// A piece among those of a cell.
+struct Slot {
+  NearPieces::Block& block;
+  std::size_t lane;
+  Slot(NearPieces::Block* blocks, std::size_t i)
+      : block(blocks[i / NearPieces::kLanes]), lane(i % NearPieces::kLanes) {}
+
+  Vec3f Normal() const { return At(block.normal); }
+  Vec3f Tangent() const { return At(block.tangent); }
+  void SetNormal(const Vec3f& n) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      block.normal[axis][lane] = n[static_cast<Eigen::Index>(axis)];
+    }
+  }
+  /// All but the normal.
+  void CopyFrom(const Slot& other) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      block.voxel[axis][lane] = other.block.voxel[axis][other.lane];
+      block.place[axis][lane] = other.block.place[axis][other.lane];
+      block.tangent[axis][lane] = other.block.tangent[axis][other.lane];
+    }
+    block.half[lane] = other.block.half[other.lane];
+    block.arc_tangent[lane] = other.block.arc_tangent[other.lane];
+    block.arc_cosine[lane] = other.block.arc_cosine[other.lane];
+    block.arc_last[lane] = other.block.arc_last[other.lane];
+  }
+
+ private:
+  Vec3f At(const NearPieces::Rows& rows) const {
+    return {rows[0][lane], rows[1][lane], rows[2][lane]};
+  }
+};
+
+static_assert(NearPieces::kCellSide == 4);
+
+/// Of a cell's voxels and a field, never 0.
+std::uint64_t KeyOf(const GridIndex& voxel, Field field) {
+  constexpr unsigned kBits = 20;
+  const auto cell = [](std::int32_t at) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(at >> 2) & ((1U << kBits) - 1));
+  };
+  return (static_cast<std::uint64_t>(field) + 1) << (3 * kBits) | cell(voxel.z) << (2 * kBits) |
+         cell(voxel.y) << kBits | cell(voxel.x);
 }
 
-Vec3f At(const NearPieces::Columns& columns, std::size_t i) {
-  return {columns[0][i], columns[1][i], columns[2][i]};
-}
-
-void Put(const Vec3f& a, std::size_t i, NearPieces::Columns& columns) {
-  columns[0][i] = a.x();
-  columns[1][i] = a.y();
-  columns[2][i] = a.z();
+std::uint64_t HashOf(std::uint64_t key) {
+  return 0x9e3779b97f4a7c15U * (key ^ key >> 29U) >> 32U;
 }
 
 }  // namespace
 
-bool NearPieces::List(const GridIndex& low, const GridIndex& high, Field field) noexcept {
+NearPieces::NearPieces(const Voxmap& voxmap, const SurfaceDetails& details, std::size_t cells)
+    : voxmap_(&voxmap),
+      details_(&details),
+      places_(std::bit_ceil(std::max<std::size_t>(1, cells / 2))),
+      blocks_(kBlocksOfCell * cells + 4 * kMostBlocks) {}
+
+const NearPieces::Cell& NearPieces::About(const GridIndex& voxel, Field field) noexcept {
+  const std::uint64_t key = KeyOf(voxel, field);
+  Place& place = places_[HashOf(key) & (places_.size() - 1)];
+  std::size_t oldest = 0;
+  for (std::size_t i = 0; i < kWays; ++i) {
+    if (place.keys[i] == key && Keeps(place.cells[i])) return place.cells[i];
+    if (place.cells[i].at_ < place.cells[oldest].at_) oldest = i;
+  }
+  place.keys[oldest] = key;
+  Find(MiddleOf(voxel), field, place.cells[oldest]);
+  return place.cells[oldest];
+}
+
+void NearPieces::Find(const GridIndex& middle, Field field, Cell& cell) noexcept {
+  if (head_ % blocks_.size() + kMostBlocks > blocks_.size()) {
+    head_ += blocks_.size() - head_ % blocks_.size();
+  }
+  out_ = &blocks_[head_ % blocks_.size()];
+  count_ = 0;
+  cell.too_many_ = !List(middle, field);
+  if (cell.too_many_) plain_.count = of_ridges_.count = of_corners_.count = 0;
+  Unpack(plain_);
+  if (field == Field::kEdge) SetArcs(plain_);
+  if (field != Field::kVertex) AddOtherSides(plain_, 0);
+  cell.ridges_ = static_cast<std::uint16_t>(count_ / kLanes);
+  const std::size_t ridges = count_;
+  Unpack(of_ridges_);
+  AddOtherFaces(of_ridges_, ridges);
+  cell.corners_ = static_cast<std::uint16_t>(count_ / kLanes);
+  const std::size_t corners = count_;
+  Unpack(of_corners_);
+  AddOtherSides(of_corners_, corners);
+  cell.count_ = static_cast<std::uint16_t>(count_ / kLanes);
+  cell.blocks_ = out_;
+  cell.at_ = head_;
+  head_ += cell.count_;
+}
+
+bool NearPieces::List(const GridIndex& middle, Field field) noexcept {
   using Shape = SurfaceDetail::Shape;
   plain_.count = of_ridges_.count = of_corners_.count = 0;
-  bool full = false;
+  std::size_t count = 0;
   const auto keep = [&](const GridIndex& voxel, const SurfaceDetail& detail, bool /*ends*/) {
+    if (++count > kMostSources) return;
     Packed* packed = &plain_;
     if (field == Field::kSurface) {
       const Shape shape = detail.shape();
       if (shape == Shape::kRidge) packed = &of_ridges_;
       if (shape == Shape::kVertex || shape == Shape::kNotch) packed = &of_corners_;
     }
-    full = full || packed->count == kMostSources;
-    if (full) return;
     packed->details[packed->count] = detail;
-    packed->voxels[packed->count++] = voxel - middle_;
+    packed->voxels[packed->count++] = voxel - middle;
   };
+  constexpr int kReach = kCellSide / 2 + 1;
+  const GridIndex low = middle - GridIndex{kReach, kReach, kReach};
+  const GridIndex high = middle + GridIndex{kReach - 1, kReach - 1, kReach - 1};
   VisitPieces<false>(*voxmap_, *details_, low, high, low, field, keep);
-  return !full && plain_.count + of_ridges_.count + of_corners_.count <= kMostSources;
+  return count <= kMostSources;
 }
 
 void NearPieces::Unpack(const Packed& packed) noexcept {
-  HWY_DYNAMIC_DISPATCH(UnpackPieces)(packed, count_, pieces_);
-  count_ += RoundedUp(packed.count);
+  HWY_DYNAMIC_DISPATCH(UnpackPieces)(packed, out_ + count_ / kLanes);
+  count_ += hwy::RoundUpTo(packed.count, kLanes);
 }
 
-void NearPieces::FillGap() noexcept {
-  for (; count_ % kLanes != 0; ++count_) pieces_.voxel[0][count_] = kFarAway;
+void NearPieces::FillBlock() noexcept {
+  for (; count_ % kLanes != 0; ++count_) out_[count_ / kLanes].voxel[0][count_ % kLanes] = kFarAway;
 }
 
-void NearPieces::AddOtherSides(const Packed& packed, std::size_t first, Field field) noexcept {
+void NearPieces::AddOtherSides(const Packed& packed, std::size_t first) noexcept {
   for (std::size_t i = 0; i < packed.count; ++i) {
     if (packed.details[i].half_length != SurfaceDetail::kTwoSided) continue;
-    Copy(pieces_.voxel, first + i, count_, pieces_.voxel);
-    Copy(pieces_.place, first + i, count_, pieces_.place);
-    Put(-At(pieces_.normal, first + i), count_, pieces_.normal);
-    if (field == Field::kEdge) {
-      Copy(pieces_.tangent, first + i, count_, pieces_.tangent);
-      pieces_.half[count_] = pieces_.half[first + i];
-      pieces_.arc_half[count_] = pieces_.arc_half[first + i];
-      pieces_.arc_cosine[count_] = pieces_.arc_cosine[first + i];
-      pieces_.arc_last[count_] = pieces_.arc_last[first + i];
-    }
-    ++count_;
+    const Slot from(out_, first + i);
+    const Slot to(out_, count_++);
+    to.CopyFrom(from);
+    to.SetNormal(-from.Normal());
   }
-  FillGap();
+  FillBlock();
 }
 
 void NearPieces::AddOtherFaces(const Packed& packed, std::size_t first) noexcept {
   for (std::size_t i = 0; i < packed.count; ++i) {
     const EdgeArc& arc = ArcOf(packed.details[i]);
-    const Vec3f n = At(pieces_.normal, first + i);
-    const Vec3f across = static_cast<float>(arc.sine) * At(pieces_.tangent, first + i).cross(n);
-    const Vec3f along = static_cast<float>(arc.cosine) * n;
-    Put(along + across, first + i, pieces_.normal);
-    Copy(pieces_.voxel, first + i, count_, pieces_.voxel);
-    Copy(pieces_.place, first + i, count_, pieces_.place);
-    Put(along - across, count_++, pieces_.normal);
+    const Slot one(out_, first + i);
+    const Slot other(out_, count_++);
+    const Vec3f across = static_cast<float>(arc.sine) * one.Tangent().cross(one.Normal());
+    const Vec3f along = static_cast<float>(arc.cosine) * one.Normal();
+    other.CopyFrom(one);
+    one.SetNormal(along + across);
+    other.SetNormal(along - across);
   }
-  FillGap();
+  FillBlock();
 }
 
-void NearPieces::SetArcs(const Packed& packed, std::size_t first) noexcept {
+void NearPieces::SetArcs(const Packed& packed) noexcept {
   for (std::size_t i = 0; i < packed.count; ++i) {
     const SurfaceDetail& detail = packed.details[i];
     const EdgeArc& arc = ArcOf(detail);
     const bool two_sided = detail.half_length == SurfaceDetail::kTwoSided;
-    pieces_.half[first + i] =
-        static_cast<float>((two_sided ? 0.5 : detail.half_length / 128.0) + kSeam);
-    pieces_.arc_half[first + i] = static_cast<float>(arc.half);
-    pieces_.arc_cosine[first + i] = static_cast<float>(arc.cosine);
-    pieces_.arc_last[first + i] = static_cast<float>(arc.last);
+    Block& block = out_[i / kLanes];
+    const std::size_t lane = i % kLanes;
+    block.half[lane] = static_cast<float>((two_sided ? 0.5 : detail.half_length / 128.0) + kSeam);
+    block.arc_tangent[lane] = static_cast<float>(arc.sine / (1.0 + arc.cosine));
+    block.arc_cosine[lane] = static_cast<float>(arc.cosine);
+    block.arc_last[lane] = static_cast<float>(arc.last);
   }
-}
-
-bool NearPieces::Gather(const GridIndex& low, const GridIndex& high, Field field) noexcept {
-  middle_ = {(low.x + high.x) / 2, (low.y + high.y) / 2, (low.z + high.z) / 2};
-  count_ = 0;
-  if (!List(low - GridIndex{1, 1, 1}, high + GridIndex{1, 1, 1}, field)) return false;
-  Unpack(plain_);
-  if (field == Field::kEdge) SetArcs(plain_, 0);
-  if (field != Field::kVertex) AddOtherSides(plain_, 0, field);
-  ridges_ = count_;
-  Unpack(of_ridges_);
-  AddOtherFaces(of_ridges_, ridges_);
-  corners_ = count_;
-  Unpack(of_corners_);
-  AddOtherSides(of_corners_, corners_, field);
-  return true;
 }
 
 }  // namespace tandem

@@ -79,7 +79,7 @@ RefinedContacts::RefinedContacts(const Pointshell& shell, const Voxmap& voxmap,
   TANDEM_CHECK(!details.empty());
   scratch_.reserve(static_cast<std::size_t>(threads));
   for (int thread = 0; thread < threads; ++thread) {
-    scratch_.push_back({{voxmap, details}, {}, {}, {}, {voxmap, details}, {}});
+    scratch_.push_back({{voxmap, details}, {}, {}, {}, NearPieces(voxmap, details, most / 8), {}});
     scratch_.back().left.reserve(most);
   }
 }
@@ -372,7 +372,6 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
     if (i + kAhead < end && budget_.Serves(candidates[i + kAhead].point)) {
       __builtin_prefetch(&known_[candidates[i + kAhead].point & (known_.size() - 1)]);
     }
-    regions_[i].point = ClearRegion::kNoPoint;
     found_[i] = 0;
     candidate.slack = 0;
     candidate.look = Candidate::Look::kPassed;
@@ -393,7 +392,7 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
         scratch.clear.Begin(most_turn_);
         candidate.look = Candidate::Look::kOpen;
         found_[i] = MeetOne(candidate, R_VS, layers, scratch, out + kPerPoint * i);
-        Remember(candidate, *turned, scratch, regions_[i]);
+        found_[i] |= Remember(candidate, *turned, scratch, regions_[i]);
         continue;
       }
     }
@@ -404,12 +403,13 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
   SiftAll(candidates, R_VS, layers, scratch, out);
 }
 
-void RefinedContacts::Remember(Candidate& candidate, double turned, const Scratch& scratch,
-                               ClearRegion& region) const noexcept {
-  if (scratch.clear.empty()) return;
+std::uint8_t RefinedContacts::Remember(Candidate& candidate, double turned, const Scratch& scratch,
+                                       ClearRegion& region) const noexcept {
+  if (scratch.clear.empty()) return 0;
   candidate.look = Candidate::Look::kKept;
   region = scratch.clear.Make(candidate.p_V / s_, turned, candidate.point);
   candidate.slack = SlackIn(region, candidate, turned);
+  return kMade;
 }
 
 bool RefinedContacts::StandsClear(Candidate& candidate, double turned,
@@ -445,14 +445,14 @@ std::size_t RefinedContacts::Take(std::span<const Candidate> candidates, const M
   ++frame_;
   bool bears = false;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (regions_[i].point != ClearRegion::kNoPoint) {
+    if ((found_[i] & kMade) != 0) {
       known_[regions_[i].point & (known_.size() - 1)] = regions_[i];
       ++made_count_;
     }
     bears = bears || (found_[i] & kBears) != 0;
     clear_count_ += (found_[i] & kClear) != 0 ? 1 : 0;
     unknown_count_ += (found_[i] & kKnown) != 0 ? 0 : 1;
-    const std::size_t found = found_[i] % kKnown;
+    const std::size_t found = found_[i] % kMade;
     for (std::size_t k = 0; k < found; ++k) out[taken++] = out[kPerPoint * i + k];
   }
   if (!bears) return taken;

@@ -75,11 +75,12 @@ class RefinedContacts {
  private:
   static constexpr std::size_t kPerPoint = 4;  // contacts of one point, at most
   /// Added in found_ to a number of contacts: bears on vertices of the map, which are met in order;
-  /// may do so, but is high above all of them; passed over; without a look.
+  /// may do so, but is high above all of them; passed over; without a look; was given a region.
   static constexpr std::uint8_t kBears = 128;
   static constexpr std::uint8_t kHigh = 64;
   static constexpr std::uint8_t kClear = 32;
   static constexpr std::uint8_t kKnown = 16;
+  static constexpr std::uint8_t kMade = 8;  // a region
   static std::size_t MostVertices(std::size_t candidates) { return 2 * candidates + 32; }
 
   /// A vertex of the map and what the shell's surface says of it.
@@ -143,15 +144,17 @@ class RefinedContacts {
   static void TellStanding(const Standing& on, bool two_sided, double way,
                            ClearRegionMaker& clear) noexcept;
 
-  void Remember(Candidate& candidate, double turned, const Scratch& scratch,
-                ClearRegion& region) const noexcept;
+  /// kMade, or 0 if it may make a contact wherever it goes.
+  std::uint8_t Remember(Candidate& candidate, double turned, const Scratch& scratch,
+                        ClearRegion& region) const noexcept;
   /// Looks at those of scratch.left that a sieve lets through.
   void SiftAll(std::span<Candidate> candidates, const Mat3& R_VS, double layers, Scratch& scratch,
                Contact* out) noexcept;
-  /// A group: of one label, its voxels from `low` to `high`, within the spread of NearPieces.
-  void Sift(std::span<Candidate> candidates, std::span<const std::uint32_t> group,
-            const GridIndex& low, const GridIndex& high, const Mat3& R_VS, double layers,
-            Scratch& scratch, Contact* out) noexcept;
+  /// As found_: what a sieve says of a candidate's faces.
+  std::uint8_t SiftFaces(const Candidate& candidate, const Mat3& R_VS,
+                         NearPieces& pieces) const noexcept;
+  /// Whether a sieve lets a vertex or an edge of the shell through.
+  bool MayPush(const Candidate& candidate, const Mat3& R_VS, NearPieces& pieces) const noexcept;
   /// Gives contacts into `out`, and into found_, how many.
   std::uint8_t MeetOne(Candidate& candidate, const Mat3& R_VS, double layers, Scratch& scratch,
                        Contact* out) noexcept;

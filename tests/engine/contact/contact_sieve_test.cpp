@@ -61,40 +61,33 @@ struct Clutter {
 };
 
 /// Points in some voxels about a source of the map.
-struct Group {
-  GridIndex low, high;
-  std::vector<SievedPoint> points;
-};
-
-Group GroupAbout(const std::vector<GridIndex>& sources, std::mt19937_64& random) {
+std::vector<SievedPoint> PointsAbout(const std::vector<GridIndex>& sources,
+                                     std::mt19937_64& random) {
   const auto up_to = [&](int most) {
     return static_cast<int>(random() % static_cast<unsigned>(most + 1));
   };
-  Group group;
-  group.low = sources[random() % sources.size()] - GridIndex{up_to(3), up_to(3), up_to(3)};
-  group.high = group.low + GridIndex{up_to(NearPieces::kSpread), up_to(NearPieces::kSpread),
-                                     up_to(NearPieces::kSpread)};
+  const GridIndex low =
+      sources[random() % sources.size()] - GridIndex{up_to(3), up_to(3), up_to(3)};
+  std::vector<SievedPoint> points;
   for (int i = 0; i < 40; ++i) {
-    const GridIndex v =
-        group.low + GridIndex{up_to(group.high.x - group.low.x), up_to(group.high.y - group.low.y),
-                              up_to(group.high.z - group.low.z)};
+    const GridIndex v = low + GridIndex{up_to(6), up_to(6), up_to(6)};
     const Vec3 p(v.x + Uniform(random, 0, 1), v.y + Uniform(random, 0, 1),
                  v.z + Uniform(random, 0, 1));
-    group.points.push_back({v, p, RandomDirection(random)});
+    points.push_back({v, p, RandomDirection(random)});
   }
-  return group;
+  return points;
 }
+
+constexpr std::size_t kCells = 256;  // that are kept
 
 TEST(ContactSieve, LetsEveryEdgeThroughThatPushes) {
   const Clutter map;
   SurfaceWindow window(map.voxmap, map.details);
-  NearPieces near(map.voxmap, map.details);
+  NearPieces near(map.voxmap, map.details, kCells);
   std::mt19937_64 random(1);
   int pushed = 0, asked = 0, let_through = 0;
   for (int trial = 0; trial < 5000; ++trial) {
-    const Group group = GroupAbout(map.edges, random);
-    ASSERT_TRUE(near.Gather(group.low, group.high, Field::kEdge));
-    for (const SievedPoint& point : group.points) {
+    for (const SievedPoint& point : PointsAbout(map.edges, random)) {
       const EdgeArc arc(Uniform(random, 0.02, 1.25));
       Vec3 tangent = point.nhat.unitOrthogonal();
       tangent = RotationBy(Uniform(random, 0, 6.3) * point.nhat) * tangent;
@@ -115,7 +108,9 @@ TEST(ContactSieve, LetsEveryEdgeThroughThatPushes) {
             depth,
             Meet(edge, *piece.detail, piece.place(), piece.ends, ArcOf(*piece.detail)).depth);
       }
-      const bool may = MayLean(near, point, {tangent, edge.half, arc.cosine, arc.last});
+      const NearPieces::Cell& edges = near.About(point.voxel_V, Field::kEdge);
+      ASSERT_FALSE(edges.too_many());
+      const bool may = MayLean(edges, point, {tangent, edge.half, arc});
       ++asked;
       pushed += depth > 0;
       let_through += may;
@@ -131,13 +126,11 @@ TEST(ContactSieve, LetsEveryEdgeThroughThatPushes) {
 TEST(ContactSieve, KnowsWhichVerticesAFaceBearsOn) {
   const Clutter map;
   SurfaceWindow window(map.voxmap, map.details);
-  NearPieces near(map.voxmap, map.details);
+  NearPieces near(map.voxmap, map.details, kCells);
   std::mt19937_64 random(2);
   std::array<int, 3> said{};
   for (int trial = 0; trial < 3000; ++trial) {
-    const Group group = GroupAbout(map.vertices, random);
-    ASSERT_TRUE(near.Gather(group.low, group.high, Field::kVertex));
-    for (const SievedPoint& point : group.points) {
+    for (const SievedPoint& point : PointsAbout(map.vertices, random)) {
       auto expected = SievedBearing::kNone;
       double nearest = 1e9;  // of what is judged, to the bounds that judge it
       for (const SurfaceWindow::Piece& piece : window.Near(point.voxel_V, Field::kVertex)) {
@@ -151,7 +144,9 @@ TEST(ContactSieve, KnowsWhichVerticesAFaceBearsOn) {
             expected, height < kRefinedClearance ? SievedBearing::kBears : SievedBearing::kHigh);
       }
       if (nearest < 2 * kSieveMargin) continue;
-      const SievedBearing bearing = MayBear(near, point);
+      const NearPieces::Cell& vertices = near.About(point.voxel_V, Field::kVertex);
+      ASSERT_FALSE(vertices.too_many());
+      const SievedBearing bearing = MayBear(vertices, point);
       ASSERT_EQ(bearing, expected) << "trial " << trial;
       ++said[static_cast<std::size_t>(bearing)];
     }
@@ -168,7 +163,7 @@ TEST(ContactSieve, LetsAVertexThroughThatIsWithinTheClearanceOfAPlane) {
     const Voxmap voxmap =
         std::move(*Voxelize(plate, {.voxel_size = kS, .flatness_voxels = kFlatness}));
     const SurfaceDetails details(plate, kFlatness, voxmap);
-    NearPieces near(voxmap, details);
+    NearPieces near(voxmap, details, kCells);
     const Vec3 normal = q * Vec3::UnitZ();
     int through = 0;
     for (int i = 0; i < 500; ++i) {
@@ -178,16 +173,37 @@ TEST(ContactSieve, LetsAVertexThroughThatIsWithinTheClearanceOfAPlane) {
       const Vec3 p = (p_W - voxmap.p_WVo()) / kS;
       const GridIndex v{static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y())),
                         static_cast<int>(std::floor(p.z()))};
-      ASSERT_TRUE(near.Gather(v, v + GridIndex{3, 2, 1}, Field::kSurface));
-      const bool may = MayStand(near, {v, p, normal});
+      const NearPieces::Cell& surface = near.About(v, Field::kSurface);
+      ASSERT_FALSE(surface.too_many());
+      const bool may = MayStand(surface, {v, p, normal});
       through += may;
       // pieces know their places to 1/255 of a voxel
       EXPECT_TRUE(may || height > kRefinedClearance - 0.01) << height;
       EXPECT_FALSE(may && height > kRefinedClearance + 0.01) << height;
-      EXPECT_FALSE(MayStand(near, {v, p, -normal})) << "the far side of a wall";
+      EXPECT_FALSE(MayStand(surface, {v, p, -normal})) << "the far side of a wall";
     }
     EXPECT_GT(through, 100);
   }
+}
+
+/// What the sieve says of some points, of all kinds.
+std::vector<int> Answers(const Clutter& map, NearPieces& near) {
+  std::mt19937_64 random(4);
+  std::vector<int> said;
+  for (int trial = 0; trial < 300; ++trial) {
+    const std::vector<SievedPoint> points = PointsAbout(map.edges, random);
+    for (const Field field : {Field::kEdge, Field::kSurface, Field::kVertex}) {
+      for (const SievedPoint& point : points) {
+        const NearPieces::Cell& cell = near.About(point.voxel_V, field);
+        const Vec3 tangent = point.nhat.unitOrthogonal();
+        said.push_back(cell.too_many()         ? -1
+                       : field == Field::kEdge ? MayLean(cell, point, {tangent, 0.6, EdgeArc(0.6)})
+                       : field == Field::kSurface ? MayStand(cell, point)
+                                                  : static_cast<int>(MayBear(cell, point)));
+      }
+    }
+  }
+  return said;
 }
 
 TEST(ContactSieve, SaysTheSameOnEveryProcessor) {
@@ -196,27 +212,59 @@ TEST(ContactSieve, SaysTheSameOnEveryProcessor) {
   const std::int64_t supported = hwy::SupportedTargets();
   for (std::int64_t left = supported; left != 0; left &= left - 1) {
     hwy::SetSupportedTargetsForTest(left & -left);
-    NearPieces near(map.voxmap, map.details);
-    std::mt19937_64 random(4);
-    std::vector<int>& said = answers.emplace_back();
-    for (int trial = 0; trial < 300; ++trial) {
-      const Group group = GroupAbout(map.edges, random);
-      for (const Field field : {Field::kEdge, Field::kSurface, Field::kVertex}) {
-        // where surface is too much for it, it says so
-        if (!near.Gather(group.low, group.high, field)) continue;
-        for (const SievedPoint& point : group.points) {
-          const Vec3 tangent = point.nhat.unitOrthogonal();
-          said.push_back(field == Field::kEdge      ? MayLean(near, point, {tangent, 0.6, 0.8, 0.7})
-                         : field == Field::kSurface ? MayStand(near, point)
-                                                    : static_cast<int>(MayBear(near, point)));
-        }
-      }
-    }
+    NearPieces near(map.voxmap, map.details, kCells);
+    answers.push_back(Answers(map, near));
   }
   hwy::SetSupportedTargetsForTest(0);
   ASSERT_GE(answers.size(), 2U);
-  EXPECT_GT(answers.front().size(), 30000U);
+  EXPECT_GT(std::count(answers.front().begin(), answers.front().end(), 1), 1000);
   for (const std::vector<int>& said : answers) EXPECT_EQ(said, answers.front());
+}
+
+TEST(NearPieces, FindsAgainWhatThereWasNoRoomFor) {
+  const Clutter map;
+  NearPieces roomy(map.voxmap, map.details, 20000);
+  const std::vector<int> expected = Answers(map, roomy);
+  for (const std::size_t cells : {1U, 7U, 100U}) {
+    NearPieces near(map.voxmap, map.details, cells);
+    EXPECT_EQ(Answers(map, near), expected) << cells << " cells";
+  }
+}
+
+TEST(NearPieces, SaysWhereThereAreMoreThanItCanKeep) {
+  // sheets a third of a voxel apart: each of some 40 voxels about a cell has several edges
+  TriangleMesh mesh;
+  for (int i = 0; i < 40; ++i) {
+    const Vec3 place = kS * Vec3(0.35 * i, 0.1 * i, 0.2 * i);
+    Append(mesh,
+           Transformed(Box(kS * Vec3(0.3, 30, 30)), {RotationBy(0.02 * i * Vec3::UnitX()), place}));
+  }
+  const Voxmap voxmap =
+      std::move(*Voxelize(mesh, {.voxel_size = kS, .flatness_voxels = kFlatness}));
+  const SurfaceDetails details(mesh, kFlatness, voxmap);
+  NearPieces near(voxmap, details, kCells);
+  int too_many = 0;
+  const GridIndex size = GridIndex{static_cast<int>(voxmap.header().size[0]),
+                                   static_cast<int>(voxmap.header().size[1]),
+                                   static_cast<int>(voxmap.header().size[2])} *
+                         kHyperchunkSide;
+  for (int z = 2; z < size.z; z += NearPieces::kCellSide) {
+    for (int y = 2; y < size.y; y += NearPieces::kCellSide) {
+      for (int x = 2; x < size.x; x += NearPieces::kCellSide) {
+        const NearPieces::Cell& cell = near.About({x, y, z}, Field::kSurface);
+        std::size_t pieces = 0;
+        VisitPieces<false>(voxmap, details, GridIndex{x, y, z} - GridIndex{3, 3, 3},
+                           GridIndex{x, y, z} + GridIndex{2, 2, 2}, {}, Field::kSurface,
+                           [&](const GridIndex&, const SurfaceDetail&, bool) {
+                             ++pieces;
+                           });
+        EXPECT_EQ(cell.too_many(), pieces > NearPieces::kMostSources);
+        EXPECT_EQ(cell.all().empty(), cell.too_many() || pieces == 0);
+        too_many += cell.too_many();
+      }
+    }
+  }
+  EXPECT_GT(too_many, 0);
 }
 
 }  // namespace
