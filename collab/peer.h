@@ -75,6 +75,9 @@ class Peer {
   /// `out`.
   void Tick(std::int64_t now_ns, Outbox& out) noexcept TANDEM_RUNS_ON(kHapticThread);
 
+  /// nCapacity from the next frame on, in place of that of the options (paper §5).
+  void SetCapacity(double tests) noexcept { inputs_.capacity = tests; }
+
   /// Whether the hand has begun, and when (ns).
   std::optional<std::int64_t> started_ns() const noexcept { return started_ns_; }
   const std::vector<TraceSample>& trace() const noexcept { return trace_; }

@@ -6,6 +6,7 @@
 #include "app/cli/capacity.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/histogram.h"
+#include "engine/world/capacity_follower.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -41,7 +42,7 @@ Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path&
   StepInputs inputs;
   inputs.bodies.resize(joint.bodies.size());
   const FrameCapacity capacity = MeasureCapacity(joint, kFrameBudget);
-  inputs.capacity = capacity.tests;
+  CapacityFollower follower(capacity.tests, capacity.look_price, kFrameBudget);
   inputs.look_price = capacity.look_price;
   inputs.bodies[ball].drive = BodyDrive::kSimulated;
   inputs.hand.body = static_cast<int>(ball);
@@ -52,11 +53,21 @@ Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path&
     return Pose{RotationBy(turn * axis) * X_WB0.q, X_WB0.p + Vec3(0, 0, -0.002)};
   };
   inputs.hand.goal.X_WA = pressed(0);
-  for (int frame = 0; frame < 300; ++frame) world.Step(inputs);
+  double contacts = 0;
+  const auto step = [&] {
+    inputs.capacity = follower.tests();
+    const std::int64_t begin_ns = MachineClock().ThreadCpuNs();
+    const StepReport& report = world.Step(inputs);
+    const std::int64_t cpu_ns = MachineClock().ThreadCpuNs() - begin_ns;
+    follower.Count(report, 1e-9 * static_cast<double>(cpu_ns));
+    contacts += report.contact_points;
+    return cpu_ns;
+  };
+  for (int frame = 0; frame < 300; ++frame) step();
   const Quat q_first = world.state(ball).X_WB.q;
   double turned = 0;
   double last = 0;
-  double contacts = 0;
+  contacts = 0;
   int frames = 0;
   Histogram cpu_ns;
   while (turned < 2 * std::numbers::pi && frames < kMostFrames) {
@@ -65,9 +76,7 @@ Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path&
     turned += std::remainder(turn - last, 2 * std::numbers::pi);
     last = turn;
     inputs.hand.goal.X_WA = pressed(turned + 1.0);
-    const std::int64_t begin_ns = MachineClock().ThreadCpuNs();
-    contacts += world.Step(inputs).contact_points;
-    cpu_ns.Add(MachineClock().ThreadCpuNs() - begin_ns);
+    cpu_ns.Add(step());
     const Vec3 apart = world.state(ball).X_WB.p - X_WB0.p;
     figures.depth_max_voxels = std::max(figures.depth_max_voxels, apart.norm() / 0.00035);
     ++frames;

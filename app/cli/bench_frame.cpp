@@ -16,6 +16,7 @@
 #include "app/option_checks.h"
 #include "engine/haptics/scripted_device.h"
 #include "engine/realtime/periodic_thread.h"
+#include "engine/world/capacity_follower.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -31,9 +32,8 @@ constexpr int kFreeFrames = 4000;
 struct FrameArguments {
   BenchScene scene{.scene = "clutter"};
   int frames = 20000;
-  double capacity = 0;  // points a frame; 0: measured
-  double budget_us =
-      1e6 * kFrameBudget;  // of a frame for tests and looks, where capacity is measured
+  double capacity = 0;                    // points a frame; 0: measured
+  double budget_us = 1e6 * kFrameBudget;  // of a frame, where capacity is measured
   std::vector<std::string> without;
   std::string schedule = "ours";
   int check_every = 100;  // frames between looks at every point
@@ -77,6 +77,7 @@ struct FrameFigures {
   std::size_t violations = 0;
   double point_frames = 0;  // looked at for violations
   long page_faults = 0;
+  double capacity = 0;  // sum over frames
   std::int64_t worst_ns = 0;
   StepReport worst;  // of the frame that took longest
 };
@@ -131,11 +132,13 @@ using Hand = std::function<Anchor(std::int64_t frame, const StepReport& report)>
 
 /// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it.
 void RunFrames(World& world, const Hand& hand, const Pose& X_BD, const FrameCapacity& capacity,
-               int frames, int check_every, const FrameHelpers& helpers, FrameFigures& figures) {
+               double budget_s, int frames, int check_every, const FrameHelpers& helpers,
+               FrameFigures& figures) {
   StepInputs inputs;
   inputs.bodies.resize(world.model().bodies.size());
   inputs.bodies[0].drive = BodyDrive::kSimulated;
   inputs.capacity = capacity.tests;
+  CapacityFollower follower(capacity.tests, capacity.look_price, budget_s);
   inputs.look_price = capacity.look_price;
   inputs.hand = {.body = 0,
                  .X_BD = X_BD,
@@ -148,6 +151,7 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, const FrameCapa
   PeriodicThread thread(
       {.period_ns = kPeriodNs, .priority = kPriority}, [&](std::int64_t frame, std::int64_t) {
         inputs.hand.goal = hand(frame, report);
+        if (budget_s > 0) inputs.capacity = follower.tests();
         const long faults = PageFaults();
         const std::int64_t helped = helpers.CpuNs();
         const std::int64_t wall = clock.NowNs();
@@ -155,6 +159,7 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, const FrameCapa
         report = world.Step(inputs);
         const std::int64_t cpu_ns = clock.ThreadCpuNs() - cpu;
         const std::int64_t wall_ns = clock.NowNs() - wall;
+        follower.Count(report, 1e-9 * static_cast<double>(cpu_ns));
         const long new_faults = PageFaults() - faults;
         const std::int64_t helpers_ns = helpers.CpuNs() - helped;
         if (frame < kWarmUp) {
@@ -173,6 +178,7 @@ void RunFrames(World& world, const Hand& hand, const Pose& X_BD, const FrameCapa
           figures.worst = report;
         }
         figures.wall.Add(wall_ns);
+        figures.capacity += inputs.capacity;
         figures.contacts += report.contact_points;
         figures.clear += report.clear_points;
         figures.looks += report.looks;
@@ -266,10 +272,11 @@ int RunFrame(const FrameArguments& arguments) {
   if (!script) return Fail(kExitFile, script.error().what);
   FrameHelpers helpers({.threads = arguments.threads, .priority = kPriority});
   if (helpers.threads() > 1) schedule.helpers = &helpers;
-  const FrameCapacity capacity =
-      arguments.capacity > 0
-          ? FrameCapacity{.tests = arguments.capacity}
-          : MeasureCapacity(*model, 1e-6 * arguments.budget_us, schedule.helpers);
+  // a given capacity stays
+  const double budget_s = arguments.capacity > 0 ? 0.0 : 1e-6 * arguments.budget_us;
+  const FrameCapacity capacity = arguments.capacity > 0
+                                     ? FrameCapacity{.tests = arguments.capacity}
+                                     : MeasureCapacity(*model, budget_s, schedule.helpers);
 
   const BodyModel& body = model->bodies[0];
   World world(model, schedule);
@@ -287,7 +294,7 @@ int RunFrame(const FrameArguments& arguments) {
         device.Render({-(on_body.tau - r.cross(on_body.f)), -on_body.f});
         return device.Read();
       },
-      working.X_BD, capacity, arguments.frames, arguments.check_every, helpers, figures);
+      working.X_BD, capacity, budget_s, arguments.frames, arguments.check_every, helpers, figures);
 
   FrameFigures free;
   World free_world(model, schedule);
@@ -303,7 +310,7 @@ int RunFrame(const FrameArguments& arguments) {
           const Vec3 turn = 0.5 * Vec3(std::sin(0.5 * t), std::sin(0.4 * t), std::sin(0.3 * t));
           return Anchor{{RotationBy(turn) * place->q, place->p + way}, {}};
         },
-        Pose{}, capacity, kFreeFrames, arguments.check_every, helpers, free);
+        Pose{}, capacity, budget_s, kFreeFrames, arguments.check_every, helpers, free);
   }
 
   const auto count = static_cast<double>(figures.frames);
@@ -321,6 +328,7 @@ int RunFrame(const FrameArguments& arguments) {
         {"threads", helpers.threads()},
         {"budget_us", arguments.budget_us},
         {"capacity", capacity.tests},
+        {"capacity_mean", figures.capacity / count},
         {"look_price", capacity.look_price},
         {"contacts", figures.contacts / count},
         {"clear", figures.clear / count},

@@ -6,12 +6,9 @@
 
 namespace tandem {
 
-/// Of a frame of 1 ms, s: for the tests of points, and for the exact look at those that may be in
-/// contact; the rest is for forces, the step, the network and the machine's own doings. Whichever
-/// needs more takes it from the other.
-inline constexpr double kTestBudget = 300e-6;
-inline constexpr double kLookBudget = 200e-6;
-inline constexpr double kFrameBudget = kTestBudget + kLookBudget;
+/// Of a frame of 1 ms, s: for all that the haptic thread does in it; the rest is for the machine's
+/// own doings.
+inline constexpr double kFrameBudget = 800e-6;
 
 /// What fits into a frame.
 struct FrameCapacity {

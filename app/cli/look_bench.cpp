@@ -7,9 +7,9 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kMost = 256;               // candidates, of a heavy frame
-constexpr std::size_t kMostOfAChunk = 16;        // points that touch stand together
-constexpr std::uint64_t kMostLooked = 1 << 20U;  // chunks, of a map that has few with a surface
+constexpr std::size_t kMost = RegionBudget::kMost;  // candidates, all of which are looked at
+constexpr std::size_t kMostOfAChunk = 16;           // points that touch stand together
+constexpr std::uint64_t kMostLooked = 1 << 20U;     // chunks, of a map that has few with a surface
 constexpr double kAbove = 0.7;  // voxels: above the clearance at which force begins
 constexpr int kLayer = 1;
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -22,7 +23,9 @@
 #include "app/exit_codes.h"
 #include "app/output_file.h"
 #include "collab/dds/socket_drops.h"
+#include "engine/realtime/clock.h"
 #include "engine/realtime/periodic_thread.h"
+#include "engine/world/capacity_follower.h"
 
 namespace tandem {
 
@@ -112,18 +115,27 @@ int RunOnce(PeerArguments& arguments) {
   std::atomic<bool> done{false};
   const auto frames = static_cast<std::int64_t>(arguments.seconds * 1000.0);
   std::int64_t frames_since_start = 0;
+  std::optional<CapacityFollower> capacity;  // as given, or as frames turn out
+  if (arguments.capacity == 0) {
+    capacity.emplace(joining.capacity.tests, joining.capacity.look_price, kFrameBudget);
+  }
   const std::int64_t origin_ns = MonotonicNowNs();
-  PeriodicThread haptic({.origin_ns = origin_ns, .name = "haptic"},
-                        [&](std::int64_t, std::int64_t now_ns) {
-                          kHapticThread.Enter();
-                          node.HapticFrame(now_ns);
-                          if (node.peer().started_ns()) {
-                            begun.store(true, std::memory_order_relaxed);
-                            if (++frames_since_start == frames)
-                              done.store(true, std::memory_order_release);
-                          }
-                          return true;
-                        });
+  PeriodicThread haptic(
+      {.origin_ns = origin_ns, .name = "haptic"}, [&](std::int64_t, std::int64_t now_ns) {
+        kHapticThread.Enter();
+        const std::int64_t began_ns = MachineClock().ThreadCpuNs();
+        if (capacity) node.peer().SetCapacity(capacity->tests());
+        node.HapticFrame(now_ns);
+        if (capacity) {
+          const std::int64_t took_ns = MachineClock().ThreadCpuNs() - began_ns;
+          capacity->Count(node.peer().report(), 1e-9 * static_cast<double>(took_ns));
+        }
+        if (node.peer().started_ns()) {
+          begun.store(true, std::memory_order_relaxed);
+          if (++frames_since_start == frames) done.store(true, std::memory_order_release);
+        }
+        return true;
+      });
   PeriodicThread sender({.origin_ns = origin_ns + kSenderPhaseNs, .priority = 20, .name = "sender"},
                         [&](std::int64_t, std::int64_t) {
                           kSenderThread.Enter();

@@ -76,6 +76,7 @@ std::uint64_t Replay::Run(const RecordedFrame& frame) {
     TANDEM_CHECK(inbox.links().Push(frame.now_ns, links));
   }
   device_->now = frame.device;
+  node_->peer().SetCapacity(frame.capacity);
   node_->HapticFrame(frame.now_ns);
   return tap_->hash;
 }

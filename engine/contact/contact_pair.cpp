@@ -21,7 +21,7 @@ constexpr double kFullDampingDepth = 0.25;
 constexpr std::size_t kAhead = 4;
 /// Of an exact look: what it takes to place a candidate and to ask what is known of it, what the
 /// plain model's look takes, and what a contact takes to be added up.
-constexpr double kAskShare = 0.08;
+constexpr double kAskShare = 0.04;
 constexpr double kPlainShare = 0.08;
 constexpr double kPushShare = 0.1;
 
@@ -259,7 +259,6 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   contact_count_ = 0;
   if (Gap() > 0) return report;
   const double displaced = std::abs(schedule_->displacement() - displaced_);
-  const double frame_travel = waiting_ + displaced;
   schedule_->Test(X_VS, waiting_);
   if (std::isfinite(waiting_)) odometer_ += waiting_ / voxmap_->voxel_size();
   odometer_ += displaced / voxmap_->voxel_size();
@@ -285,7 +284,7 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   if (refined_ != nullptr) report.clear_points += static_cast<int>(refined_->clear_count());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
   if (!clear_until_.empty()) refined_->CountKnown(candidate_count_, passed);
-  CountLooks(frame_travel, report);
+  CountLooks(report);
   return report;
 }
 
@@ -303,32 +302,36 @@ void ContactPair::RememberSlack(std::span<const Candidate> candidates) noexcept 
 void ContactPair::Count(std::span<const Candidate> candidates, LookCounts& counts) noexcept {
   using Look = Candidate::Look;
   for (const Candidate& candidate : candidates) {
-    const Look look = candidate.look;
-    ++(candidate.slack > 0 || look == Look::kSifted ? counts.asked_due : counts.asked_owed);
-    if (look == Look::kSifted) ++counts.sifted;
-    if (look == Look::kKept) ++counts.due;
-    if (look == Look::kOpen) ++counts.owed;
+    ++counts.asked;
+    counts.looks += candidate.look == Look::kKept || candidate.look == Look::kOpen ? 1 : 0;
+    counts.regions += candidate.look == Look::kKept ? 1 : 0;
+    counts.sifted += candidate.look == Look::kSifted ? 1 : 0;
   }
 }
 
-void ContactPair::CountLooks(double travel, PairReport& report) noexcept {
+void ContactPair::CountLooks(PairReport& report) noexcept {
   LookCounts sum;
   for (const LookCounts& counts : look_counts_) sum += counts;
-  report.looks = sum.owed + sum.due;
+  report.looks = sum.looks;
+  report.regions = sum.regions;
   report.sifted_points = sum.sifted;
-  double owed =
-      kPushShare * static_cast<double>(contact_count_) + kAskShare * sum.asked_owed + sum.owed;
-  if (refined_ == nullptr) owed += kPlainShare * static_cast<double>(candidate_count_);
-  looks_.Count(owed, kAskShare * sum.asked_due + kSiftShare * sum.sifted + sum.due, travel);
+  report.look_work = kPushShare * static_cast<double>(contact_count_) + kAskShare * sum.asked +
+                     kSiftShare * sum.sifted + sum.looks;
+  if (refined_ == nullptr) report.look_work += kPlainShare * static_cast<double>(candidate_count_);
+  looks_ = report.look_work - sum.regions;
+}
+
+void ContactPair::AllowRegions(double looks) noexcept {
+  constexpr double kAll = 1e6;
+  if (refined_ == nullptr) return;
+  refined_->AllowRegions(static_cast<std::size_t>(std::clamp(looks, 0.0, kAll)));
 }
 
 TestLoad ContactPair::load() const noexcept {
   TestLoad load;
   if (Gap() <= 0) {
     load = schedule_->Load();
-    load.looks = looks_.owed();
-    load.most_looks = looks_.most();
-    load.looks_per_metre = looks_.PerMetre(kTravelFloor * voxmap_->voxel_size());
+    load.looks = looks_;
     return load;
   }
   load.bound = std::max(0.5 * voxmap_->voxel_size(), Gap());

@@ -10,7 +10,6 @@
 #include "engine/contact/broad_phase.h"
 #include "engine/contact/clearance.h"
 #include "engine/contact/contact_model.h"
-#include "engine/contact/look_load.h"
 #include "engine/contact/schedule.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/voxel/pointshell.h"
@@ -28,7 +27,7 @@ struct BodyMotion {
 };
 
 /// Of an exact look: what it takes to ask a sieve (NearPieces) whether a point can push.
-inline constexpr double kSiftShare = 0.2;
+inline constexpr double kSiftShare = 0.08;
 
 /// What a frame's test of a pair found.
 struct PairReport {
@@ -36,7 +35,9 @@ struct PairReport {
   int clear_points = 0;        // of these, known to make no contact yet (refined model)
   int looks = 0;               // exact looks at single points
   int sifted_points = 0;       // points that a sieve looked at, for a kSiftShare of a look each
-  int loaded_points = 0;       // of these, below their tangent plane
+  double look_work = 0;        // what these, asking and adding up came to, in exact looks
+  int regions = 0;             // of the looks, those that told where else a point makes no contact
+  int loaded_points = 0;       // of the contact points, below their tangent plane
   bool over_capacity = false;  // more contacts than can be held; the rest did not push
   TestCounts tests;
 };
@@ -86,6 +87,8 @@ class ContactPair {
   /// What the next frames' tests and looks will cost, as of the last Collide() (paper §5, Eqn. 2).
   TestLoad load() const noexcept;
 
+  /// How many exact looks the next Collide() may spend on where else points make no contact.
+  void AllowRegions(double looks) noexcept;
   /// How far the two bodies may come towards one another before the next Collide(), m.
   void LimitTravel(double metres) noexcept;
 
@@ -130,22 +133,20 @@ class ContactPair {
   void RememberSlack(std::span<const Candidate> candidates) noexcept;
   /// What candidates took to look at.
   struct alignas(64) LookCounts {
-    int asked_owed = 0;  // asked what is known of them, in every frame or by travel
-    int asked_due = 0;
-    int owed = 0;  // exact looks
-    int due = 0;
+    int asked = 0;    // what is known of them
+    int looks = 0;    // exact
+    int regions = 0;  // of these, those that gave one
     int sifted = 0;
     void operator+=(const LookCounts& more) noexcept {
-      asked_owed += more.asked_owed;
-      asked_due += more.asked_due;
-      owed += more.owed;
-      due += more.due;
+      asked += more.asked;
+      looks += more.looks;
+      regions += more.regions;
       sifted += more.sifted;
     }
   };
   static void Count(std::span<const Candidate> candidates, LookCounts& counts) noexcept;
-  /// And what all of them did, after `travel` m.
-  void CountLooks(double travel, PairReport& report) noexcept;
+  /// And what all of them did.
+  void CountLooks(PairReport& report) noexcept;
 
   static constexpr std::size_t kMostCandidates = 1 << 14;
   static constexpr std::size_t kPiece = 32;  // candidates, some microseconds
@@ -177,7 +178,7 @@ class ContactPair {
   std::vector<LookCounts> look_counts_;  // of each thread
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
-  LookLoad looks_;
+  double looks_ = 0;  // of the last frame, all but those at regions
 
   Pose shell_WB_;  // at the last call
   Pose map_WB_;

@@ -9,9 +9,7 @@ namespace tandem {
 struct TestLoad {
   double mandatory = 0;  // point tests owed in every frame
   double per_metre = 0;  // point tests owed for each metre of travel: sum of n_i / a_i
-  double looks = 0;      // exact looks owed in every frame (LookLoad)
-  double looks_per_metre = 0;
-  double most_looks = 0;  // that travel is known to make due: beyond, it makes no more
+  double looks = 0;      // exact looks at what may be in contact, however far it goes
   /// The farthest that the pair's two bodies may come towards one another in a frame, m.
   double bound = std::numeric_limits<double>::infinity();
 
@@ -19,8 +17,6 @@ struct TestLoad {
     mandatory += other.mandatory;
     per_metre += other.per_metre;
     looks += other.looks;
-    looks_per_metre += other.looks_per_metre;
-    most_looks += other.most_looks;
     bound = std::min(bound, other.bound);
     return *this;
   }
@@ -29,6 +25,10 @@ struct TestLoad {
 /// Of a voxel: never less may be moved in a frame, however many tests are owed. At zero a part in
 /// heavy contact could not be pulled out again (decision 0014).
 inline constexpr double kTravelFloor = 0.02;
+/// Of the point tests that fit into a frame beside the mandatory ones, what travel may always make
+/// due. Slowing further would not make a frame of many looks any shorter, and the hand would feel
+/// viscosity for nothing.
+inline constexpr double kTravelShare = 0.2;
 
 /// How far all pairs may go in the coming frame, in metres, so that what it makes due fits into
 /// `capacity` point tests: paper §5, Eqn. 2 with allowances (i - 1) s in place of 0.5 s i, and with
@@ -37,14 +37,11 @@ inline constexpr double kTravelFloor = 0.02;
 /// bound comes on top; never below the floor.
 inline double MaxTravel(const TestLoad& load, double capacity, double look_price,
                         double voxel_size) {
-  const double spare = capacity - load.mandatory - look_price * load.looks;
-  if (spare <= 0) return kTravelFloor * voxel_size;
-  const auto until = [](double left, double per_metre) {
-    return per_metre > 0 ? left / per_metre : std::numeric_limits<double>::infinity();
-  };
-  double travel = until(spare, load.per_metre + look_price * load.looks_per_metre);
-  const double left = spare - look_price * load.most_looks;
-  if (left > 0) travel = std::max(travel, until(left, load.per_metre));
+  const double room = capacity - load.mandatory;
+  if (room <= 0) return kTravelFloor * voxel_size;
+  const double spare = std::max(room - look_price * load.looks, kTravelShare * room);
+  const double travel =
+      load.per_metre > 0 ? spare / load.per_metre : std::numeric_limits<double>::infinity();
   return std::max(std::min(travel, load.bound), kTravelFloor * voxel_size);
 }
 

@@ -178,6 +178,41 @@ TEST(Recording, ThreePeersSessionIsRepeatedBitForBit) {
   }
 }
 
+// nCapacity follows what frames take, so it is an input of each: with one for all it differs.
+TEST(Recording, ACapacityOfItsOwnForEachFrameIsRepeated) {
+  const ScratchFolder scratch;
+  const auto model = Boxes();
+  const fs::path file = scratch.path() / "r";
+  const RecordingHeader header = HeaderOf(1, 1);
+  const std::unique_ptr<Recorder> recorder = Record(file, header);
+  SimulatedSession session;
+  session.Add(Node(model, header, recorder.get(), 0), 1);
+  session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
+  const auto capacity_of = [](int frame) {
+    return 40.0 + 1.0 / 3.0 * (frame % 1000);  // some of which hold the box back
+  };
+  for (int i = 0; i < 4000; ++i) {
+    session.node(0).peer().SetCapacity(capacity_of(i));
+    session.Step();
+  }
+  ASSERT_TRUE(recorder->Close().has_value());
+  const ReplayResult result = ReplayFile(file, model);
+  EXPECT_FALSE(result.first_different);
+  EXPECT_EQ(result.frames, 4000);
+
+  Result<RecordingReader> reader = RecordingReader::Open(file);
+  ASSERT_TRUE(reader.has_value());
+  Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), model);
+  ASSERT_TRUE(replay.has_value());
+  bool differs = false;
+  for (int i = 0; std::optional<RecordedFrame> frame = reader->Next(); ++i) {
+    EXPECT_EQ(frame->capacity, capacity_of(i));
+    frame->capacity = header.peer.capacity;
+    differs = (*replay)->Run(*frame) != frame->state_hash || differs;
+  }
+  EXPECT_TRUE(differs);
+}
+
 // Force layer and displacement are ordered while hands press; without them all would be different.
 TEST(Recording, OrdersOfClearanceAreRepeated) {
   const ScratchFolder scratch;
