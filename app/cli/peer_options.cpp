@@ -106,7 +106,8 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   AddLinkOptions(command, arguments);
   command
       .add_option("--capacity", arguments.capacity,
-                  "points that may be tested in a frame; default: what fits 500 us here, exact looks included")
+                  "points that may be tested in a frame; default: what fits 800 us here, as frames "
+                  "turn out")
       ->check(NumberAbove(0, 1e9));
   command
       .add_option("--look-price", arguments.look_price,
