@@ -53,7 +53,9 @@ void RefinedContacts::BearOn(const Candidate& candidate, const Faces& faces,
       bearing.heights[i] = over.height;
       bearing.weights[i] = over.weight;
       bearing.facing[i] = n.dot(FacingNormal(*piece.detail, n)) > kFacing;
-      bearing.high = bearing.high && (over.weight <= 0 || IsHigh(over.height));
+      // a face that looks away says nothing, however low it is
+      bearing.high =
+          bearing.high && (!bearing.facing[i] || over.weight <= 0 || IsHigh(over.height));
       bears = bears || (bearing.facing[i] && over.weight > 0);
     }
     if (bears) visit(piece, bearing);
