@@ -313,18 +313,11 @@ void ContactPair::CountLooks(PairReport& report) noexcept {
   LookCounts sum;
   for (const LookCounts& counts : look_counts_) sum += counts;
   report.looks = sum.looks;
-  report.regions = sum.regions;
   report.sifted_points = sum.sifted;
   report.look_work = kPushShare * static_cast<double>(contact_count_) + kAskShare * sum.asked +
                      kSiftShare * sum.sifted + sum.looks;
   if (refined_ == nullptr) report.look_work += kPlainShare * static_cast<double>(candidate_count_);
   looks_ = report.look_work - sum.regions;
-}
-
-void ContactPair::AllowRegions(double looks) noexcept {
-  constexpr double kAll = 1e6;
-  if (refined_ == nullptr) return;
-  refined_->AllowRegions(static_cast<std::size_t>(std::clamp(looks, 0.0, kAll)));
 }
 
 TestLoad ContactPair::load() const noexcept {

@@ -36,7 +36,6 @@ struct PairReport {
   int looks = 0;               // exact looks at single points
   int sifted_points = 0;       // points that a sieve looked at, for a kSiftShare of a look each
   double look_work = 0;        // what these, asking and adding up came to, in exact looks
-  int regions = 0;             // of the looks, those that told where else a point makes no contact
   int loaded_points = 0;       // of the contact points, below their tangent plane
   bool over_capacity = false;  // more contacts than can be held; the rest did not push
   TestCounts tests;
@@ -87,8 +86,6 @@ class ContactPair {
   /// What the next frames' tests and looks will cost, as of the last Collide() (paper §5, Eqn. 2).
   TestLoad load() const noexcept;
 
-  /// How many exact looks the next Collide() may spend on where else points make no contact.
-  void AllowRegions(double looks) noexcept;
   /// How far the two bodies may come towards one another before the next Collide(), m.
   void LimitTravel(double metres) noexcept;
 

@@ -366,7 +366,7 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
                              Contact* out) noexcept {
   Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
   scratch.left.clear();
-  const std::size_t one_in = budget_.OneIn(candidates.size(), allowed_);
+  const std::size_t one_in = budget_.OneIn(candidates.size());
   for (std::size_t i = begin; i < end; ++i) {
     Candidate& candidate = candidates[i];
     if (i + kAhead < end && budget_.Serves(candidates[i + kAhead].point)) {
@@ -388,7 +388,7 @@ void RefinedContacts::LookAt(std::span<Candidate> candidates, std::size_t begin,
     }
     if (budget_.Serves(candidate.point)) {
       if (StandsClear(candidate, *turned, found_[i])) continue;
-      if (one_in != RegionBudget::kNone && (i + frame_) % one_in == 0) {
+      if ((i + frame_) % one_in == 0) {
         scratch.clear.Begin(most_turn_);
         candidate.look = Candidate::Look::kOpen;
         found_[i] = MeetOne(candidate, R_VS, layers, scratch, out + kPerPoint * i);

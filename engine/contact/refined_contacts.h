@@ -68,8 +68,6 @@ class RefinedContacts {
   void CountKnown(std::size_t candidates, std::size_t others) noexcept {
     budget_.Count(candidates, unknown_count_, candidates - unknown_count_ + others, made_count_);
   }
-  /// How many exact looks the next frame may spend on where else points make no contact, about.
-  void AllowRegions(std::size_t looks) noexcept { allowed_ = looks; }
   static std::size_t RoomFor(std::size_t candidates) {
     return kPerPoint * (candidates + MostVertices(candidates));
   }
@@ -211,7 +209,6 @@ class RefinedContacts {
   std::vector<ClearRegion> known_;    // by the last digits of the point
   std::size_t clear_count_ = 0;
   RegionBudget budget_;
-  std::size_t allowed_ = RegionBudget::kNone;
   std::size_t unknown_count_ = 0;  // of the last frame's candidates
   std::size_t made_count_ = 0;     // regions
   std::size_t frame_ = 0;

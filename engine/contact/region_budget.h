@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 namespace tandem {
 
@@ -18,18 +17,14 @@ class RegionBudget {
  public:
   /// Regions made in a frame, about.
   static constexpr std::size_t kMost = 128;
-  /// One in so many is none.
-  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
   /// Whether a point of the shell may have a region at all, for now.
   bool Serves(std::uint32_t point) const noexcept { return worth_ || point % kProbes == 0; }
-  /// Of `candidates` that are served and have none, one in so many is given one, about `allowed` at
-  /// the most.
-  std::size_t OneIn(std::size_t candidates, std::size_t allowed) const noexcept {
+  /// Of `candidates` that are served and have none, one in so many is given one.
+  std::size_t OneIn(std::size_t candidates) const noexcept {
     const std::size_t fresh = candidates - std::min(candidates, candidates_);
     const std::size_t unknown = std::max(unknown_, fresh) / (worth_ ? 1 : kProbes);
-    const std::size_t most = std::min(worth_ ? kMost : kMost / kProbes, allowed);
-    if (most == 0) return kNone;
+    const std::size_t most = worth_ ? kMost : kMost / kProbes;
     return std::max<std::size_t>(1, (unknown + most - 1) / most);
   }
   /// After a frame of `candidates`, `unknown` of which had none; `made` were given one, and `known`

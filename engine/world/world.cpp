@@ -13,9 +13,6 @@ namespace {
 
 /// Voxels a frame where nothing is near: half a hyperchunk (paper fn. 3).
 constexpr double kFreeTravel = 32.0;
-/// Of what fits into a frame beside what it owes, for telling where points make no contact; the
-/// rest is for what travel makes due.
-constexpr double kRegionShare = 0.5;
 
 /// Of what others must not reach unseen, from its frame's origin, m: the surface voxels and the
 /// layers round them that may read contact.
@@ -232,7 +229,6 @@ void World::ShareTravel(const StepInputs& in) noexcept {
   }
   load.bound = std::numeric_limits<double>::infinity();
   const double voxel = model_->scene.voxel_size;
-  spare_ = in.capacity - load.mandatory - in.look_price * load.looks;
   const double affordable = MaxTravel(load, in.capacity, in.look_price, voxel);
   if (affordable < 0.5 * voxel) report_.flags |= StepReport::kOverCapacity;
   for (Body& body : bodies_) body.max_travel = std::min(affordable, kFreeTravel * voxel);
@@ -265,12 +261,10 @@ bool World::Tested(const Pair& pair, const StepInputs& in) const noexcept {
 void World::Collide(const StepInputs& in) noexcept {
   const BodyMotion fixture{};
   Load on_fixture;
-  double regions_left = kRegionShare * std::max(0.0, spare_) / in.look_price;
   for (Pair& pair : pairs_) {
     if (!Tested(pair, in)) continue;
     Body& shell = bodies_[static_cast<std::size_t>(pair.shell)];
     const BodyMotion shell_motion{shell.state.X_WB, shell.state.V_WB};
-    pair.contact.AllowRegions(regions_left);
     PairReport found;
     if (pair.map < 0) {
       found = pair.contact.Collide(shell_motion, fixture, shell.load, on_fixture);
@@ -279,7 +273,6 @@ void World::Collide(const StepInputs& in) noexcept {
       found = pair.contact.Collide(shell_motion, {map.state.X_WB, map.state.V_WB}, shell.load,
                                    map.load);
     }
-    regions_left -= found.regions;
     pair.pushes = found.loaded_points > 0;
     report_.tests += found.tests;
     if (found.over_capacity) report_.flags |= StepReport::kContactsFull;

@@ -97,7 +97,6 @@ class World {
   CoupledStep together_;
   Load hand_load_;
   std::array<CentreLoad, kMaxLinkAnchors> link_loads_;
-  double spare_ = kDefaultCapacity;  // point tests, of the last frame
   bool contact_on_ = true;
   FrameHelpers* helpers_;
   StepReport report_;

@@ -105,29 +105,6 @@ TEST(LookPrice, SlowsNoHeavyContactForWhatSlowingDoesNotSave) {
   }
 }
 
-// Regions are made with what a frame has room for, and save most of its looks at rest.
-TEST(LookPrice, SpendsOnRegionsWhatAFrameHasRoomFor) {
-  // all round a voxel from its hollow, at rest
-  const auto model =
-      MakeWorldModel({{Hollow(0.03, kRadius), true}, {Sphere(kRadius - kVoxel, 4)}}, kVoxel);
-  kHapticThread.Enter();
-  std::vector<int> sifted;  // points, at rest
-  for (const bool room : {true, false}) {
-    World world(model);
-    StepInputs inputs = FreeInputs(*model);
-    inputs.look_price = 400;
-    int points = 0;
-    for (int frame = 0; frame < 600; ++frame) {
-      inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3::Zero()});
-      inputs.capacity = room ? 1e5 : 1000;  // which is what is mandatory
-      points = world.Step(inputs).sifted_points;
-    }
-    sifted.push_back(points);
-  }
-  EXPECT_EQ(sifted[0], 0);
-  EXPECT_GT(sifted[1], 1000);
-}
-
 TEST(LookPrice, IsNothingToABlockThatSlidesOnAPlate) {
   const auto model = MakeWorldModel({{At(Box(Vec3(0.2, 0.08, 0.01)), Vec3(0, 0, -0.005)), true},
                                      {At(Box(Vec3(0.03, 0.02, 0.01)), Vec3(-0.05, 0, 0.0055))}},
