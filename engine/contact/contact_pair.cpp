@@ -302,7 +302,6 @@ void ContactPair::RememberSlack(std::span<const Candidate> candidates) noexcept 
 void ContactPair::Count(std::span<const Candidate> candidates, LookCounts& counts) noexcept {
   using Look = Candidate::Look;
   for (const Candidate& candidate : candidates) {
-    ++counts.asked;
     counts.looks += candidate.look == Look::kKept || candidate.look == Look::kOpen ? 1 : 0;
     counts.regions += candidate.look == Look::kKept ? 1 : 0;
     counts.sifted += candidate.look == Look::kSifted ? 1 : 0;
@@ -314,9 +313,10 @@ void ContactPair::CountLooks(PairReport& report) noexcept {
   for (const LookCounts& counts : look_counts_) sum += counts;
   report.looks = sum.looks;
   report.sifted_points = sum.sifted;
-  report.look_work = kPushShare * static_cast<double>(contact_count_) + kAskShare * sum.asked +
-                     kSiftShare * sum.sifted + sum.looks;
-  if (refined_ == nullptr) report.look_work += kPlainShare * static_cast<double>(candidate_count_);
+  const double ask = refined_ != nullptr ? kAskShare : kPlainShare;
+  report.look_work = kPushShare * static_cast<double>(contact_count_) +
+                     ask * static_cast<double>(candidate_count_) + kSiftShare * sum.sifted +
+                     sum.looks;
   looks_ = report.look_work - sum.regions;
 }
 

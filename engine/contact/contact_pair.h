@@ -130,12 +130,10 @@ class ContactPair {
   void RememberSlack(std::span<const Candidate> candidates) noexcept;
   /// What candidates took to look at.
   struct alignas(64) LookCounts {
-    int asked = 0;    // what is known of them
     int looks = 0;    // exact
     int regions = 0;  // of these, those that gave one
     int sifted = 0;
     void operator+=(const LookCounts& more) noexcept {
-      asked += more.asked;
       looks += more.looks;
       regions += more.regions;
       sifted += more.sifted;

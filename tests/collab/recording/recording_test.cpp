@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <tuple>
 
 #include <gmock/gmock.h>
@@ -98,15 +99,35 @@ ReplayResult ReplayFile(const fs::path& file, const std::shared_ptr<const WorldM
   return RunAll(*reader, **replay);
 }
 
-// One peer's recording of a session of two, so many frames long.
-void RecordAlone(const fs::path& file, const std::shared_ptr<const WorldModel>& model, int frames) {
+// One peer's recording of a session of two, so many frames long; `before` each frame its peer is
+// asked something.
+void RecordAlone(const fs::path& file, const std::shared_ptr<const WorldModel>& model, int frames,
+                 const std::function<void(Peer&, int)>& before = {}) {
   const RecordingHeader header = HeaderOf(1, 1);
   const std::unique_ptr<Recorder> recorder = Record(file, header);
   SimulatedSession session;
   session.Add(Node(model, header, recorder.get(), 0), 1);
   session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
-  for (int i = 0; i < frames; ++i) session.Step();
+  for (int i = 0; i < frames; ++i) {
+    if (before) before(session.node(0).peer(), i);
+    session.Step();
+  }
   ASSERT_TRUE(recorder->Close().has_value());
+}
+
+// Whether a replay differs anywhere from its recording once each frame is altered.
+bool DiffersWith(const fs::path& file, const std::shared_ptr<const WorldModel>& model,
+                 const std::function<void(RecordedFrame&, int)>& alter) {
+  Result<RecordingReader> reader = RecordingReader::Open(file);
+  EXPECT_TRUE(reader.has_value());
+  Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), model);
+  EXPECT_TRUE(replay.has_value());
+  bool differs = false;
+  for (int i = 0; std::optional<RecordedFrame> frame = reader->Next(); ++i) {
+    alter(*frame, i);
+    differs = (*replay)->Run(*frame) != frame->state_hash || differs;
+  }
+  return differs;
 }
 
 // Gains of one's own and a gate that is off are inputs too: replayed without them it differs.
@@ -183,34 +204,19 @@ TEST(Recording, ACapacityOfItsOwnForEachFrameIsRepeated) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const fs::path file = scratch.path() / "r";
-  const RecordingHeader header = HeaderOf(1, 1);
-  const std::unique_ptr<Recorder> recorder = Record(file, header);
-  SimulatedSession session;
-  session.Add(Node(model, header, recorder.get(), 0), 1);
-  session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
   const auto capacity_of = [](int frame) {
     return 40.0 + 1.0 / 3.0 * (frame % 1000);  // some of which hold the box back
   };
-  for (int i = 0; i < 4000; ++i) {
-    session.node(0).peer().SetCapacity(capacity_of(i));
-    session.Step();
-  }
-  ASSERT_TRUE(recorder->Close().has_value());
+  RecordAlone(file, model, 4000, [&](Peer& peer, int frame) {
+    peer.SetCapacity(capacity_of(frame));
+  });
   const ReplayResult result = ReplayFile(file, model);
   EXPECT_FALSE(result.first_different);
   EXPECT_EQ(result.frames, 4000);
-
-  Result<RecordingReader> reader = RecordingReader::Open(file);
-  ASSERT_TRUE(reader.has_value());
-  Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), model);
-  ASSERT_TRUE(replay.has_value());
-  bool differs = false;
-  for (int i = 0; std::optional<RecordedFrame> frame = reader->Next(); ++i) {
-    EXPECT_EQ(frame->capacity, capacity_of(i));
-    frame->capacity = header.peer.capacity;
-    differs = (*replay)->Run(*frame) != frame->state_hash || differs;
-  }
-  EXPECT_TRUE(differs);
+  EXPECT_TRUE(DiffersWith(file, model, [&](RecordedFrame& frame, int number) {
+    EXPECT_EQ(frame.capacity, capacity_of(number));
+    frame.capacity = HeaderOf(1, 1).peer.capacity;
+  }));
 }
 
 // Force layer and displacement are ordered while hands press; without them all would be different.
@@ -218,37 +224,25 @@ TEST(Recording, OrdersOfClearanceAreRepeated) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const fs::path file = scratch.path() / "r";
-  const RecordingHeader header = HeaderOf(1, 1);
-  const std::unique_ptr<Recorder> recorder = Record(file, header);
-  SimulatedSession session;
-  session.Add(Node(model, header, recorder.get(), 0), 1);
-  session.Add(Node(model, HeaderOf(2, 1), nullptr, 1), 2);
-  for (int i = 0; i < 4000; ++i) {
-    SpscQueue<Command>& asks = session.node(0).peer().commands();
-    if (i == 1000) asks.TryPush({.kind = Command::Kind::kDisplace, .metres = -1.0 / 3.0 * 0.002});
-    if (i == 2000) asks.TryPush({.kind = Command::Kind::kLayer, .layer = 4});
-    session.Step();
-  }
-  ASSERT_TRUE(recorder->Close().has_value());
+  RecordAlone(file, model, 4000, [](Peer& peer, int frame) {
+    SpscQueue<Command>& asks = peer.commands();
+    if (frame == 1000) {
+      asks.TryPush({.kind = Command::Kind::kDisplace, .metres = -1.0 / 3.0 * 0.002});
+    }
+    if (frame == 2000) asks.TryPush({.kind = Command::Kind::kLayer, .layer = 4});
+  });
   const ReplayResult result = ReplayFile(file, model);
   EXPECT_FALSE(result.first_different);
   EXPECT_EQ(result.frames, 4000);
 
-  Result<RecordingReader> reader = RecordingReader::Open(file);
-  ASSERT_TRUE(reader.has_value());
-  Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), model);
-  ASSERT_TRUE(replay.has_value());
   std::vector<Command> orders;
-  bool differs = false;
-  while (std::optional<RecordedFrame> frame = reader->Next()) {
-    for (const Command& order : frame->commands) orders.push_back(order);
-    frame->commands.clear();
-    differs = (*replay)->Run(*frame) != frame->state_hash || differs;
-  }
+  EXPECT_TRUE(DiffersWith(file, model, [&](RecordedFrame& frame, int) {
+    orders.insert(orders.end(), frame.commands.begin(), frame.commands.end());
+    frame.commands.clear();
+  }));
   ASSERT_EQ(orders.size(), 2U);
   EXPECT_EQ(orders[0].metres, -1.0 / 3.0 * 0.002);
   EXPECT_EQ(orders[1].layer, 4);
-  EXPECT_TRUE(differs);
 }
 
 TEST(Recording, TheHeaderSurvivesAsItWas) {
