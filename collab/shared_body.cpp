@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "collab/copy_geometry.h"
 #include "collab/newer.h"
 #include "collab/planted_faults.h"
 #include "collab/stiffness_slew.h"
@@ -13,44 +14,14 @@ namespace tandem {
 
 namespace {
 
-constexpr double kArmMass = 1.2;  // kg of hand and device that may move with the body
-constexpr double kMostTurn = 150.0 * M_PI / 180.0;  // of a link's moment
-constexpr double kQuietAfter = 0.02;                // s; then a copy's velocity fades
-constexpr std::int64_t kSilenceNs = 250'000'000;    // after it a copy comes back slowly
-constexpr double kGentleStep = 0.05;                // N a frame, by that way
-constexpr double kMostStep = 0.8;                   // N a frame, by any way and speed of a copy
-constexpr double kMostDragFall = 100.0;             // N s/m in a second, of any drag
-constexpr double kQuietTime = 0.1;                  // s, of that fade
-constexpr double kHeardTime = 0.02;                 // s, of its end
-
-/// Between two poses in six dimensions, m: stretched by it, a link's energy is k distance^2/2.
-double DistanceOf(const Pose& a, const Pose& b, const Mat3& per_mass) {
-  const Vec3 theta = RotationVector(b.q * a.q.conjugate());
-  return std::sqrt((b.p - a.p).squaredNorm() + theta.dot(per_mass * theta));
-}
-
-/// The copy's rotation, turned from ours by at most kMostTurn: beyond, the moment stays as it is
-/// and the way round is kept, since past half a turn the shortest way is the other one. `turn`: the
-/// rotation vector from ours to it.
-Quat ClampTurn(const Quat& q_own, const Quat& q_copy, const Vec3& turn, Vec3& axis) {
-  const double angle = turn.norm();
-  if (angle < 1e-6) return q_copy;
-  const Vec3 now = turn / angle;
-  if (angle < kMostTurn) {
-    axis = now;
-    return q_copy;
-  }
-  if (now.dot(axis) > 0) axis = now;
-  return RotationBy(kMostTurn * axis) * q_own;
-}
-
-/// As far from one velocity of a copy to the next as that many m/s go.
-Twist Towards(const Twist& from, const Twist& to, double most, const Mat3& per_mass) {
-  const Twist way{to.w - from.w, to.v - from.v};
-  const double size = std::sqrt(way.v.squaredNorm() + way.w.dot(per_mass * way.w));
-  if (size <= most) return to;
-  return {from.w + most / size * way.w, from.v + most / size * way.v};
-}
+constexpr double kArmMass = 1.2;      // kg of hand and device that may move with the body
+constexpr double kQuietAfter = 0.02;  // s; then a copy's velocity fades
+constexpr std::int64_t kSilenceNs = 250'000'000;  // after it a copy comes back slowly
+constexpr double kGentleStep = 0.05;              // N a frame, by that way
+constexpr double kMostStep = 0.8;                 // N a frame, by any way and speed of a copy
+constexpr double kMostDragFall = 100.0;           // N s/m in a second, of any drag
+constexpr double kQuietTime = 0.1;                // s, of that fade
+constexpr double kHeardTime = 0.02;               // s, of its end
 
 /// The delay that gains are made for falls at once when its peak is two seconds old; more drag than
 /// is needed is safe meanwhile.
@@ -201,7 +172,7 @@ void SharedBody::Admit(const RigidState& own, const Mat3& per_mass) noexcept {
     // as far as the force may change in a frame, then as far as there is energy for it
     Pose next = partner.state.X_WB;
     const double step = partner.catching_up ? kGentleStep : kMostStep;
-    const double way = partner.stiffness > 0 ? DistanceOf(partner.copy_WB, next, per_mass) : 0.0;
+    const double way = partner.stiffness > 0 ? LinkDistance(partner.copy_WB, next, per_mass) : 0.0;
     const double share = partner.stiffness > 0 ? step / (partner.stiffness * way) : 1.0;
     if (share < 1) {
       next = Between(partner.copy_WB, next, share);
@@ -218,7 +189,7 @@ void SharedBody::Admit(const RigidState& own, const Mat3& per_mass) noexcept {
     }
     const bool whole = share >= 1 && !(options_.gate && partner.gate.clipped());
     partner.way_force =
-        partner.stiffness * (whole ? way : DistanceOf(last, partner.copy_WB, per_mass));
+        partner.stiffness * (whole ? way : LinkDistance(last, partner.copy_WB, per_mass));
   }
 }
 
@@ -308,7 +279,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     // the damper has what the spring has left of the force that a frame may change by
     const double room = std::max(0.0, kMostStep - partner.way_force);
     Twist& V_copy_WB = partner.V_copy_WB;
-    V_copy_WB = b > 0 ? Towards(V_copy_WB, wanted, room / b, per_mass) : wanted;
+    V_copy_WB = b > 0 ? TwistTowards(V_copy_WB, wanted, room / b, per_mass) : wanted;
     // what the damper gives, less what it takes
     const double given = kFrame * b *
                          ((V_copy_WB.v - own.V_WB.v).dot(own.V_WB.v) +
@@ -321,9 +292,10 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
       partner.gate.Charge(given);
     }
     StepInputs::Link& link = inputs.links[link_count_];
-    link.copy = {{ClampTurn(own.X_WB.q, partner.copy_WB.q, partner.stretch.turn, partner.turn_axis),
-                  partner.copy_WB.p},
-                 V_copy_WB};
+    link.copy = {
+        {ClampedTurn(own.X_WB.q, partner.copy_WB.q, partner.stretch.turn, partner.turn_axis),
+         partner.copy_WB.p},
+        V_copy_WB};
     if (Planted(Fault::kLinkSign)) link.copy.X_WA.p = 2.0 * own.X_WB.p - link.copy.X_WA.p;
     if (Planted(Fault::kLinkTurn)) {
       link.copy.X_WA.q = own.X_WB.q * link.copy.X_WA.q.conjugate() * own.X_WB.q;
