@@ -2,86 +2,19 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/world/world.h"
+#include "tests/collab/link_bench.h"
 
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
-constexpr PeerId kMe = 1;
-constexpr PeerId kOther = 2;
-constexpr ObjectId kObject = 3;
-
-/// Our end of a link, and a partner of which each test says what it sends.
-struct Bench {
-  explicit Bench(const SharedBody::Options& options = {*MakeLaw("p+d")})
-      : body(kMe, kObject, {0.3, 1e-4 * Mat3::Identity()}, options) {
-    inputs.bodies.resize(1);
-    for (int i = 0; i < 3000; ++i) Alone();  // what was sent may be echoed
-  }
-
-  /// A frame in which nothing comes.
-  void Alone() {
-    now += kMs;
-    body.Prepare(now, own, inputs);
-    body.Describe(now, ++frame, report, out);
-  }
-
-  /// A frame: the partner's state, held still at `place`, which echoes our stamp of `loop_ms` ago.
-  void Frame(double place_m, std::int64_t loop_ms, double its_stiffness, bool heard = true) {
-    if (!heard) return Alone();
-    Hear(kOther, place_m, loop_ms, its_stiffness);
-    Alone();
-  }
-
-  void Hear(PeerId peer, double place_m, std::int64_t loop_ms, double its_stiffness) {
-    ++seq;
-    const std::int64_t then = now + kMs;
-    ObjectState state;
-    state.peer = peer;
-    state.object = kObject;
-    state.epoch = 1;
-    state.seq = seq;
-    state.sample_ns = 7'000'000'000 + then;  // another clock
-    state.X_WB.p.x() = place_m;
-    state.V_WB.v.x() = its_speed;
-    state.V_WB.w.x() = its_turning;
-    body.OnState(state);
-    CouplingLinks links;
-    links.from = peer;
-    links.object = kObject;
-    links.seq = seq;
-    links.count = 1;
-    links.entries[0] = {
-        .to = kMe, .echo_ns = then - loop_ms * kMs, .stiffness = its_stiffness, .applied_B_W = {}};
-    links.entries[0].applied_B_W.f.x() = its_force;
-    body.OnLinks(links);
-  }
-  /// Of the one link's energy gate, J.
-  double tank() const {
-    std::array<LinkView, kMaxLinks> views;
-    EXPECT_EQ(body.Links(now, views), 1U);
-    return views[0].tank;
-  }
-  double stiffness() const {
-    return inputs.link_count == 0 ? 0.0 : inputs.links[0].gains.stiffness;
-  }
-
-  double its_force = 0;    // N, that the partner says is on its instance
-  double its_speed = 0;    // m/s, of its instance
-  double its_turning = 0;  // rad/s
-  SharedBody body;
-  RigidState own;
-  StepInputs inputs;
-  StepReport report;
-  CouplingLinks out;
-  std::uint32_t frame = 0;
-  std::int64_t now = 1000 * kMs;
-  std::uint32_t seq = 0;
-};
+using testing::kMe;
+using testing::kMs;
+using testing::kObject;
+using testing::kOther;
+using testing::LinkBench;
 
 TEST(SharedBody, IsAloneUntilTheLoopIsClosed) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   bench.Frame(0, 200, 100, false);
   EXPECT_EQ(bench.inputs.link_count, 0U);
@@ -91,13 +24,13 @@ TEST(SharedBody, IsAloneUntilTheLoopIsClosed) {
 }
 
 TEST(SharedBody, IgnoresThoseWhoDoNotHoldTheBody) {
-  Bench bench;
+  LinkBench bench;
   bench.Frame(0.01, 200, 100);
   EXPECT_EQ(bench.inputs.link_count, 0U);
 }
 
 TEST(SharedBody, UsesTheSmallerStiffnessOfBothEnds) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 3000; ++i) bench.Frame(0, 200, 30);
   EXPECT_NEAR(bench.stiffness(), 30, 1e-6);
@@ -109,7 +42,7 @@ TEST(SharedBody, UsesTheSmallerStiffnessOfBothEnds) {
 }
 
 TEST(SharedBody, RaisesStiffnessSlowlyAndLowersItAtOnce) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   double last = 0;
   double energy = 0;
@@ -127,7 +60,7 @@ TEST(SharedBody, RaisesStiffnessSlowlyAndLowersItAtOnce) {
 }
 
 TEST(SharedBody, OldSamplesChangeNothing) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 10; ++i) bench.Frame(0.01, 200, 100);
   ObjectState old;
@@ -146,7 +79,7 @@ TEST(SharedBody, OldSamplesChangeNothing) {
 }
 
 TEST(SharedBody, ALostPartnersPullFadesOverTwoHundredMilliseconds) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 2000; ++i) bench.Frame(0.01, 200, 60);
   const double before = bench.stiffness();
@@ -165,7 +98,7 @@ TEST(SharedBody, ALostPartnersPullFadesOverTwoHundredMilliseconds) {
 }
 
 TEST(SharedBody, ASilentPartnerIsLetGoWhenTheLoopIsTooOld) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 1000; ++i) bench.Frame(0.01, 100, 100);
   EXPECT_GT(bench.stiffness(), 50);
@@ -176,7 +109,7 @@ TEST(SharedBody, ASilentPartnerIsLetGoWhenTheLoopIsTooOld) {
 // One whose loop is older than 2.4 s is out of use by itself: the other link neither ends nor is
 // made for that delay, nor shared with it.
 TEST(SharedBody, ALoopThatIsTooOldEndsNoOtherLink) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   bench.body.Join(3);
   for (int i = 0; i < 3000; ++i) {
@@ -192,7 +125,7 @@ TEST(SharedBody, ALoopThatIsTooOldEndsNoOtherLink) {
 
 // An echo of the future, or of a time at which nothing was sent, would feign a short loop.
 TEST(SharedBody, EchoesOfStampsNeverSentAreRefused) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   bench.Frame(0, 200, 500);
   EXPECT_EQ(bench.body.bad_echoes(), 0U);
@@ -214,55 +147,9 @@ TEST(SharedBody, EchoesOfStampsNeverSentAreRefused) {
   EXPECT_NEAR(bench.stiffness(), (*MakeLaw("p+d"))->Link(LawInputsAt(0.2, 2, 1.5)).stiffness, 0.01);
 }
 
-// 400 N/m stretched by 7.5 mm, 3 N: of a partner that falls silent, then is told to be lost, and
-// the other way when a third one comes; at most 1 N within 100 ms each.
-TEST(SharedBody, APullOfThreeNewtonsGoesGently) {
-  for (const bool third_comes : {false, true}) {
-    SCOPED_TRACE(third_comes);
-    Bench bench;
-    bench.body.Join(kOther);
-    for (int i = 0; i < 4000; ++i) bench.Frame(0.0075, 4, 500);
-    ASSERT_NEAR(bench.stiffness(), 400, 1);
-    if (third_comes) bench.body.Join(3);
-    std::vector<double> force;
-    for (int i = 0; i < 1500; ++i) {
-      if (!third_comes && i == 600) bench.body.Part(kOther);
-      if (third_comes) bench.Hear(3, 0.0, 4, 500);
-      bench.Frame(0.0075, 4, 500, third_comes);
-      force.push_back(0.0075 * bench.stiffness());
-    }
-    for (std::size_t i = 100; i < force.size(); ++i) {
-      EXPECT_LE(force[i - 100] - force[i], 0.85) << i;
-    }
-    EXPECT_NEAR(force.back(), third_comes ? 1.5 : 0.0, 0.01);
-  }
-}
-
-// A spring of 20 mm that pulls with 5 N falls by 10 N/s to 3 N when it is capped, and tells its
-// partner so.
-TEST(SharedBody, ACappedLinkFallsGentlyToWhatItMayPullWith) {
-  Bench bench;
-  bench.body.Join(kOther);
-  for (int i = 0; i < 10000; ++i) bench.Frame(0.02, 2, 1e3);
-  const double free = 0.02 * bench.stiffness();
-  ASSERT_GT(free, 4.9);
-  bench.body.CapForce(kOther, 3.0);
-  double last = free;
-  double fastest = 0;
-  for (int i = 0; i < 2000; ++i) {
-    bench.Frame(0.02, 2, 1e3);
-    const double force = 0.02 * bench.stiffness();
-    fastest = std::max(fastest, last - force);
-    last = force;
-  }
-  EXPECT_NEAR(last, 3.0, 0.01);
-  EXPECT_LT(fastest, 0.0101);
-  EXPECT_NEAR(bench.out.entries[0].stiffness, bench.stiffness(), 0.1);
-}
-
 // Both wrenches of a link add up to nothing, or the larger share of them that does not.
 TEST(SharedBody, ComparesTheTwoWrenchesOfALink) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   bench.Frame(0.01, 20, 100);
   bench.report.links_B_W[0].f = Vec3(2, 0, 0);
@@ -291,7 +178,7 @@ TEST(SharedBody, ComparesTheTwoWrenchesOfALink) {
 TEST(SharedBody, WhatAPartnerSaysOfItsForceIsNeverApplied) {
   std::array<StepInputs, 2> inputs;
   for (const std::size_t lies : {0U, 1U}) {
-    Bench bench;
+    LinkBench bench;
     bench.body.Join(kOther);
     for (int i = 0; i < 3000; ++i) {
       bench.its_force = lies == 1 ? 1e4 : 0.0;
@@ -308,7 +195,7 @@ TEST(SharedBody, WhatAPartnerSaysOfItsForceIsNeverApplied) {
 
 // A link that falls gently while its partner is silent has no more damping than the law gives.
 TEST(SharedBody, DampingBetweenInstancesIsNeverAboveTheLaws) {
-  Bench bench({*MakeLaw("p+dd"), false});
+  LinkBench bench({*MakeLaw("p+dd"), false});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 20, 1e3);
   for (int i = 0; i < 200; ++i) bench.Frame(0.05, 20, 1e3);
@@ -326,7 +213,7 @@ TEST(SharedBody, DampingBetweenInstancesIsNeverAboveTheLaws) {
 // Of a damper that moves along nothing is drawn; of one that pulls us on, what it gives less what
 // it takes.
 TEST(SharedBody, AGatePaysForWhatADamperGivesOnBalance) {
-  Bench bench({*MakeLaw("p+dd")});
+  LinkBench bench({*MakeLaw("p+dd")});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 200, 1e3);
   const double damping = bench.inputs.links[0].gains.damping;
@@ -348,7 +235,7 @@ TEST(SharedBody, AGatePaysForWhatADamperGivesOnBalance) {
 
 // The same of a damper that turns us.
 TEST(SharedBody, AGatePaysForWhatADamperOfTurningGives) {
-  Bench bench({*MakeLaw("p+dd")});
+  LinkBench bench({*MakeLaw("p+dd")});
   bench.body.Join(kOther);
   bench.its_turning = 30;
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 200, 1e3);
@@ -362,74 +249,9 @@ TEST(SharedBody, AGatePaysForWhatADamperOfTurningGives) {
   EXPECT_NEAR(before - bench.tank(), given - earned, 0.02 * given);
 }
 
-// The peak of a loop of 600 ms is forgotten after two seconds of 40 ms: what drags there are fall
-// by 10 N s/m in a tenth of a second, not in a frame.
-TEST(SharedBody, DragsFallGentlyWhenALoopGrowsShorter) {
-  Bench bench({*MakeLaw("p+dd"), false});
-  bench.body.Join(kOther);
-  for (int i = 0; i < 4000; ++i) bench.Frame(0, 600, 1e3);
-  double link = bench.inputs.links[0].gains.damping;
-  double ground = bench.inputs.ground_damping;
-  EXPECT_NEAR(link, 10, 1e-9);
-  EXPECT_GT(ground, 7);
-  double least_link = link;
-  for (int i = 0; i < 4000; ++i) {
-    bench.Frame(0, 40, 1e3);
-    EXPECT_LE(link - bench.inputs.links[0].gains.damping, 0.1 + 1e-9) << i;
-    EXPECT_LE(ground - bench.inputs.ground_damping, 0.1 + 1e-9) << i;
-    link = bench.inputs.links[0].gains.damping;
-    ground = bench.inputs.ground_damping;
-    least_link = std::min(least_link, link);
-  }
-  EXPECT_LT(least_link, 3);
-  EXPECT_LT(ground, 6);
-}
-
-// A sample that comes late shows another place and another speed: 0.8 N a frame by both together,
-// and in the end all of it.
-TEST(SharedBody, NoSampleChangesALinksForceByMoreThanSoMuchAFrame) {
-  Bench bench({*MakeLaw("p+dd"), false});
-  bench.body.Join(kOther);
-  for (int i = 0; i < 4000; ++i) bench.Frame(0, 100, 1e3);
-  ASSERT_GT(bench.inputs.links[0].gains.damping, 5.0);
-  const auto force = [&bench] {
-    const StepInputs::Link& link = bench.inputs.links[0];
-    return link.gains.stiffness * link.copy.X_WA.p.x() + link.gains.damping * link.copy.V_WA.v.x();
-  };
-  bench.its_speed = 0.3;
-  double last = force();
-  double most = 0;
-  for (int i = 0; i < 50; ++i) {
-    bench.Frame(0.02, 100, 1e3);
-    most = std::max(most, std::abs(force() - last));
-    last = force();
-  }
-  EXPECT_NEAR(most, 0.8, 0.01);
-  EXPECT_NEAR(bench.inputs.links[0].copy.V_WA.v.x(), 0.3, 1e-12);
-  EXPECT_NEAR(bench.inputs.links[0].copy.X_WA.p.x(), 0.02, 1e-12);
-}
-
-// 30 N on a held copy; then the partner answers, and wants next to nothing: 0.8 N a frame.
-TEST(SharedBody, NoFallOfStiffnessTakesMoreThanSoMuchForceAFrame) {
-  Bench bench({*MakeLaw("p+d"), false});
-  bench.body.Join(kOther);
-  for (int i = 0; i < 4000; ++i) bench.Frame(0, 4, 1e3);
-  for (int i = 0; i < 200; ++i) bench.Frame(0.08, 4, 1e3);
-  ASSERT_GT(0.08 * bench.stiffness(), 30);
-  double last = 0.08 * bench.stiffness();
-  double most = 0;
-  for (int i = 0; i < 200; ++i) {
-    bench.Frame(0.08, 4, 1);
-    most = std::max(most, last - 0.08 * bench.stiffness());
-    last = 0.08 * bench.stiffness();
-  }
-  EXPECT_NEAR(most, 0.8, 0.01);
-  EXPECT_LT(last, 0.1);
-}
-
 // For the lab: the spring's force goes to the partner, and what it says is applied.
 TEST(SharedBody, ExchangesForcesWhereItIsToldTo) {
-  Bench bench({*MakeLaw("p+d"), true, true});
+  LinkBench bench({*MakeLaw("p+d"), true, true});
   bench.body.Join(kOther);
   bench.its_force = 3;
   for (int i = 0; i < 3000; ++i) bench.Frame(0.01, 20, 100);
@@ -439,7 +261,7 @@ TEST(SharedBody, ExchangesForcesWhereItIsToldTo) {
 }
 
 TEST(SharedBody, BeyondFiveTwelfthsOfATurnTheMomentKeepsItsSizeAndItsWay) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   ObjectState state;
   state.peer = kOther;
@@ -455,7 +277,7 @@ TEST(SharedBody, BeyondFiveTwelfthsOfATurnTheMomentKeepsItsSizeAndItsWay) {
 }
 
 TEST(SharedBody, TellsEachPartnerTheNewestStampItHolds) {
-  Bench bench;
+  LinkBench bench;
   bench.body.Join(kOther);
   bench.Frame(0, 200, 100);
   CouplingLinks out;

@@ -1,0 +1,129 @@
+#include <algorithm>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/collab/link_bench.h"
+
+// What a link takes from a hand, or gives it, goes gently, whatever becomes of the partner.
+
+namespace tandem {
+namespace {
+
+using testing::kMs;
+using testing::kOther;
+using testing::LinkBench;
+
+// 400 N/m stretched by 7.5 mm, 3 N: of a partner that falls silent, then is told to be lost, and
+// the other way when a third one comes; at most 1 N within 100 ms each.
+TEST(GentleLinks, APullOfThreeNewtonsGoesGently) {
+  for (const bool third_comes : {false, true}) {
+    SCOPED_TRACE(third_comes);
+    LinkBench bench;
+    bench.body.Join(kOther);
+    for (int i = 0; i < 4000; ++i) bench.Frame(0.0075, 4, 500);
+    ASSERT_NEAR(bench.stiffness(), 400, 1);
+    if (third_comes) bench.body.Join(3);
+    std::vector<double> force;
+    for (int i = 0; i < 1500; ++i) {
+      if (!third_comes && i == 600) bench.body.Part(kOther);
+      if (third_comes) bench.Hear(3, 0.0, 4, 500);
+      bench.Frame(0.0075, 4, 500, third_comes);
+      force.push_back(0.0075 * bench.stiffness());
+    }
+    for (std::size_t i = 100; i < force.size(); ++i) {
+      EXPECT_LE(force[i - 100] - force[i], 0.85) << i;
+    }
+    EXPECT_NEAR(force.back(), third_comes ? 1.5 : 0.0, 0.01);
+  }
+}
+
+// A spring of 20 mm that pulls with 5 N falls by 10 N/s to 3 N when it is capped, and tells its
+// partner so.
+TEST(GentleLinks, ACappedLinkFallsGentlyToWhatItMayPullWith) {
+  LinkBench bench;
+  bench.body.Join(kOther);
+  for (int i = 0; i < 10000; ++i) bench.Frame(0.02, 2, 1e3);
+  const double free = 0.02 * bench.stiffness();
+  ASSERT_GT(free, 4.9);
+  bench.body.CapForce(kOther, 3.0);
+  double last = free;
+  double fastest = 0;
+  for (int i = 0; i < 2000; ++i) {
+    bench.Frame(0.02, 2, 1e3);
+    const double force = 0.02 * bench.stiffness();
+    fastest = std::max(fastest, last - force);
+    last = force;
+  }
+  EXPECT_NEAR(last, 3.0, 0.01);
+  EXPECT_LT(fastest, 0.0101);
+  EXPECT_NEAR(bench.out.entries[0].stiffness, bench.stiffness(), 0.1);
+}
+
+// The peak of a loop of 600 ms is forgotten after two seconds of 40 ms: what drags there are fall
+// by 10 N s/m in a tenth of a second, not in a frame.
+TEST(GentleLinks, DragsFallGentlyWhenALoopGrowsShorter) {
+  LinkBench bench({*MakeLaw("p+dd"), false});
+  bench.body.Join(kOther);
+  for (int i = 0; i < 4000; ++i) bench.Frame(0, 600, 1e3);
+  double link = bench.inputs.links[0].gains.damping;
+  double ground = bench.inputs.ground_damping;
+  EXPECT_NEAR(link, 10, 1e-9);
+  EXPECT_GT(ground, 7);
+  double least_link = link;
+  for (int i = 0; i < 4000; ++i) {
+    bench.Frame(0, 40, 1e3);
+    EXPECT_LE(link - bench.inputs.links[0].gains.damping, 0.1 + 1e-9) << i;
+    EXPECT_LE(ground - bench.inputs.ground_damping, 0.1 + 1e-9) << i;
+    link = bench.inputs.links[0].gains.damping;
+    ground = bench.inputs.ground_damping;
+    least_link = std::min(least_link, link);
+  }
+  EXPECT_LT(least_link, 3);
+  EXPECT_LT(ground, 6);
+}
+
+// A sample that comes late shows another place and another speed: 0.8 N a frame by both together,
+// and in the end all of it.
+TEST(GentleLinks, NoSampleChangesALinksForceByMoreThanSoMuchAFrame) {
+  LinkBench bench({*MakeLaw("p+dd"), false});
+  bench.body.Join(kOther);
+  for (int i = 0; i < 4000; ++i) bench.Frame(0, 100, 1e3);
+  ASSERT_GT(bench.inputs.links[0].gains.damping, 5.0);
+  const auto force = [&bench] {
+    const StepInputs::Link& link = bench.inputs.links[0];
+    return link.gains.stiffness * link.copy.X_WA.p.x() + link.gains.damping * link.copy.V_WA.v.x();
+  };
+  bench.its_speed = 0.3;
+  double last = force();
+  double most = 0;
+  for (int i = 0; i < 50; ++i) {
+    bench.Frame(0.02, 100, 1e3);
+    most = std::max(most, std::abs(force() - last));
+    last = force();
+  }
+  EXPECT_NEAR(most, 0.8, 0.01);
+  EXPECT_NEAR(bench.inputs.links[0].copy.V_WA.v.x(), 0.3, 1e-12);
+  EXPECT_NEAR(bench.inputs.links[0].copy.X_WA.p.x(), 0.02, 1e-12);
+}
+
+// 30 N on a held copy; then the partner answers, and wants next to nothing: 0.8 N a frame.
+TEST(GentleLinks, NoFallOfStiffnessTakesMoreThanSoMuchForceAFrame) {
+  LinkBench bench({*MakeLaw("p+d"), false});
+  bench.body.Join(kOther);
+  for (int i = 0; i < 4000; ++i) bench.Frame(0, 4, 1e3);
+  for (int i = 0; i < 200; ++i) bench.Frame(0.08, 4, 1e3);
+  ASSERT_GT(0.08 * bench.stiffness(), 30);
+  double last = 0.08 * bench.stiffness();
+  double most = 0;
+  for (int i = 0; i < 200; ++i) {
+    bench.Frame(0.08, 4, 1);
+    most = std::max(most, last - 0.08 * bench.stiffness());
+    last = 0.08 * bench.stiffness();
+  }
+  EXPECT_NEAR(most, 0.8, 0.01);
+  EXPECT_LT(last, 0.1);
+}
+
+}  // namespace
+}  // namespace tandem
