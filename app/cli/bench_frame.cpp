@@ -1,21 +1,20 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <numeric>
+#include <optional>
 #include <random>
-#include <utility>
 
 #include <nlohmann/json.hpp>
-#include <sys/resource.h>
 
+#include "app/cli/all_points.h"
 #include "app/cli/bench.h"
 #include "app/cli/capacity.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
+#include "app/cli/timed_frames.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "engine/haptics/scripted_device.h"
-#include "engine/realtime/periodic_thread.h"
 #include "engine/world/capacity_follower.h"
 #include "engine/world/world.h"
 
@@ -23,10 +22,6 @@ namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kPeriodNs = 1'000'000;
-constexpr int kPriority = 30;
-constexpr int kSizeEvery = 500;  // frames after which empty work is sized anew
-constexpr int kWarmUp = 500;     // frames before anything counts
 constexpr int kFreeFrames = 4000;
 
 struct FrameArguments {
@@ -40,167 +35,6 @@ struct FrameArguments {
   int threads = 1;        // that share a frame's work
   bool json = false;
 };
-
-/// Arithmetic that touches no memory, as long as a frame: what it varies by is the machine's doing.
-class EmptyWork {
- public:
-  /// To take `ns` of a quiet processor.
-  void Size(double ns) {
-    constexpr std::uint64_t kProbe = 20000;
-    double best = 1e18;
-    for (int i = 0; i < 50; ++i)
-      best = std::min(best, CpuNs([&] {
-                        Run(kProbe);
-                      }));
-    steps_ = static_cast<std::uint64_t>(ns / best * kProbe);
-  }
-  void operator()() { Run(steps_); }
-
- private:
-  void Run(std::uint64_t steps) {
-    std::uint64_t x = state_ | 1;
-    for (std::uint64_t i = 0; i < steps; ++i) x = x * 6364136223846793005U + i;
-    state_ = x;
-  }
-  std::uint64_t steps_ = 0;
-  std::uint64_t state_ = 1;
-};
-
-struct FrameFigures {
-  Histogram cpu, wall, noise;
-  Histogram helpers_cpu;                                              // of all helpers together
-  double contacts = 0, clear = 0, looks = 0, sifted = 0, loaded = 0;  // sums over frames
-  double tests = 0, drifted = 0, chunks = 0;
-  std::int64_t frames = 0;
-  std::int64_t at_bound = 0;
-  std::int64_t held_back = 0;  // frames in which the hand felt MaxTravel
-  std::size_t violations = 0;
-  double point_frames = 0;  // looked at for violations
-  long page_faults = 0;
-  double capacity = 0;  // sum over frames
-  std::int64_t worst_ns = 0;
-  StepReport worst;  // of the frame that took longest
-};
-
-/// Of all threads: while a frame runs, they are the haptic one and its helpers.
-long PageFaults() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return usage.ru_minflt + usage.ru_majflt;
-}
-
-/// Every point of a pair, read whatever the schedule.
-class AllPoints {
- public:
-  explicit AllPoints(const ContactPair& pair)
-      : pair_(&pair), all_(pair.blocks().size()), readings_(all_.size()), tested_(all_.size()) {
-    std::iota(all_.begin(), all_.end(), 0U);
-  }
-  /// Points in contact that the last frame's schedule did not give, and the other way round.
-  std::size_t Violations() {
-    const Schedule& schedule = pair_->schedule();
-    TestBlocks(pair_->blocks(), schedule.transform(), pair_->voxmap(), 2 + schedule.force_layer(),
-               all_, readings_.data());
-    std::fill(tested_.begin(), tested_.end(), std::uint16_t{0});
-    for (const auto& contact : schedule.contacts()) tested_[contact.block] = contact.lanes;
-    std::size_t count = 0;
-    for (std::size_t b = 0; b < all_.size(); ++b) {
-      const unsigned wrong = readings_[b].contacts ^ tested_[b];
-      count += static_cast<std::size_t>(std::popcount(wrong));
-    }
-    return count;
-  }
-  /// Whether every point reads beyond at a pose.
-  bool AllBeyond(const Pose& X_VS) {
-    const Voxmap& voxmap = pair_->voxmap();
-    TestBlocks(pair_->blocks(), VoxelTransform(X_VS, voxmap.voxel_size(), 0), voxmap, 0, all_,
-               readings_.data());
-    return std::all_of(readings_.begin(), readings_.end(), [&](const BlockReading& reading) {
-      return reading.nearest >= voxmap.beyond();
-    });
-  }
-
- private:
-  const ContactPair* pair_;
-  std::vector<std::uint32_t> all_;
-  std::vector<BlockReading> readings_;
-  std::vector<std::uint16_t> tested_;
-};
-
-/// What holds the body: gives its goal, frame by frame.
-using Hand = std::function<Anchor(std::int64_t frame, const StepReport& report)>;
-
-/// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it.
-void RunFrames(World& world, const Hand& hand, const Pose& X_BD, const FrameCapacity& capacity,
-               double budget_s, int frames, int check_every, const FrameHelpers& helpers,
-               FrameFigures& figures) {
-  StepInputs inputs;
-  inputs.bodies.resize(world.model().bodies.size());
-  inputs.bodies[0].drive = BodyDrive::kSimulated;
-  inputs.capacity = capacity.tests;
-  CapacityFollower follower(capacity.tests, capacity.look_price, budget_s);
-  inputs.look_price = capacity.look_price;
-  inputs.hand = {.body = 0,
-                 .X_BD = X_BD,
-                 .goal = {},
-                 .gains = DefaultHandGains(world.model().bodies[0].inertia)};
-  AllPoints all(world.pair(0));
-  EmptyWork noise;
-  LoopClock& clock = MachineClock();
-  StepReport report;
-  PeriodicThread thread(
-      {.period_ns = kPeriodNs, .priority = kPriority}, [&](std::int64_t frame, std::int64_t) {
-        inputs.hand.goal = hand(frame, report);
-        if (budget_s > 0) inputs.capacity = follower.tests();
-        const long faults = PageFaults();
-        const std::int64_t helped = helpers.CpuNs();
-        const std::int64_t wall = clock.NowNs();
-        const std::int64_t cpu = clock.ThreadCpuNs();
-        report = world.Step(inputs);
-        const std::int64_t cpu_ns = clock.ThreadCpuNs() - cpu;
-        const std::int64_t wall_ns = clock.NowNs() - wall;
-        follower.Count(report, 1e-9 * static_cast<double>(cpu_ns));
-        const long new_faults = PageFaults() - faults;
-        const std::int64_t helpers_ns = helpers.CpuNs() - helped;
-        if (frame < kWarmUp) {
-          return true;
-        }
-        if (figures.frames % kSizeEvery == 0 && figures.frames > 0) {
-          noise.Size(static_cast<double>(figures.cpu.Quantile(0.5)));
-        }
-        const std::int64_t begin = clock.ThreadCpuNs();
-        noise();
-        if (figures.frames >= kSizeEvery) figures.noise.Add(clock.ThreadCpuNs() - begin);
-        figures.cpu.Add(cpu_ns);
-        figures.helpers_cpu.Add(helpers_ns);
-        if (cpu_ns > figures.worst_ns) {
-          figures.worst_ns = cpu_ns;
-          figures.worst = report;
-        }
-        figures.wall.Add(wall_ns);
-        figures.capacity += inputs.capacity;
-        figures.contacts += report.contact_points;
-        figures.clear += report.clear_points;
-        figures.looks += report.looks;
-        figures.sifted += report.sifted_points;
-        figures.loaded += report.loaded_points;
-        figures.tests += static_cast<double>(report.tests.looked_up);
-        figures.drifted += static_cast<double>(report.tests.drifted);
-        figures.chunks += static_cast<double>(report.tests.chunks);
-        figures.held_back += (report.flags & StepReport::kTravelLimited) != 0;
-        figures.at_bound += (report.flags & StepReport::kOverCapacity) == 0;
-        figures.page_faults += new_faults;
-        ++figures.frames;
-        if (frame % check_every == 0) {
-          figures.violations += all.Violations();
-          figures.point_frames += static_cast<double>(world.model().bodies[0].points.size());
-        }
-        return figures.frames < frames;
-      });
-  thread.Join();
-  static bool told = false;  // of the first of several runs
-  if (!thread.realtime().fifo && !std::exchange(told, true)) Say(thread.realtime().warning);
-}
 
 /// The scene's hand, its middle over and over, so that it stays where the contacts are.
 HandScript Working(HandScript script, double seconds) {
@@ -270,7 +104,7 @@ int RunFrame(const FrameArguments& arguments) {
   if (model->scene.hands.empty()) return Fail(kExitFile, arguments.scene.scene + ": no hand");
   const Result<HandScript> script = LoadHandScript(model->scene.hands[0].file);
   if (!script) return Fail(kExitFile, script.error().what);
-  FrameHelpers helpers({.threads = arguments.threads, .priority = kPriority});
+  FrameHelpers helpers({.threads = arguments.threads, .priority = kFramePriority});
   if (helpers.threads() > 1) schedule.helpers = &helpers;
   // a given capacity stays
   const double budget_s = arguments.capacity > 0 ? 0.0 : 1e-6 * arguments.budget_us;

@@ -1,0 +1,128 @@
+#include "app/cli/timed_frames.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include <sys/resource.h>
+
+#include "app/cli/all_points.h"
+#include "app/cli/bench.h"
+#include "app/cli/talk.h"
+#include "engine/realtime/periodic_thread.h"
+#include "engine/world/capacity_follower.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kPeriodNs = 1'000'000;
+constexpr int kSizeEvery = 500;  // frames after which empty work is sized anew
+
+/// Arithmetic that touches no memory, as long as a frame: what it varies by is the machine's doing.
+class EmptyWork {
+ public:
+  /// To take `ns` of a quiet processor.
+  void Size(double ns) {
+    constexpr std::uint64_t kProbe = 20000;
+    double best = 1e18;
+    for (int i = 0; i < 50; ++i)
+      best = std::min(best, CpuNs([&] {
+                        Run(kProbe);
+                      }));
+    steps_ = static_cast<std::uint64_t>(ns / best * kProbe);
+  }
+  void operator()() { Run(steps_); }
+
+ private:
+  void Run(std::uint64_t steps) {
+    std::uint64_t x = state_ | 1;
+    for (std::uint64_t i = 0; i < steps; ++i) x = x * 6364136223846793005U + i;
+    state_ = x;
+  }
+  std::uint64_t steps_ = 0;
+  std::uint64_t state_ = 1;
+};
+
+/// Of all threads: while a frame runs, they are the haptic one and its helpers.
+long PageFaults() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+}  // namespace
+
+void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const FrameCapacity& capacity,
+               double budget_s, int frames, int check_every, const FrameHelpers& helpers,
+               FrameFigures& figures) {
+  StepInputs inputs;
+  inputs.bodies.resize(world.model().bodies.size());
+  inputs.bodies[0].drive = BodyDrive::kSimulated;
+  inputs.capacity = capacity.tests;
+  std::optional<CapacityFollower> follower;
+  if (budget_s > 0) follower.emplace(capacity.tests, capacity.look_price, budget_s);
+  inputs.look_price = capacity.look_price;
+  inputs.hand = {.body = 0,
+                 .X_BD = X_BD,
+                 .goal = {},
+                 .gains = DefaultHandGains(world.model().bodies[0].inertia)};
+  AllPoints all(world.pair(0));
+  EmptyWork noise;
+  LoopClock& clock = MachineClock();
+  StepReport report;
+  PeriodicThread thread(
+      {.period_ns = kPeriodNs, .priority = kFramePriority}, [&](std::int64_t frame, std::int64_t) {
+        inputs.hand.goal = hand(frame, report);
+        if (follower) inputs.capacity = follower->tests();
+        const long faults = PageFaults();
+        const std::int64_t helped = helpers.CpuNs();
+        const std::int64_t wall = clock.NowNs();
+        const std::int64_t cpu = clock.ThreadCpuNs();
+        report = world.Step(inputs);
+        const std::int64_t cpu_ns = clock.ThreadCpuNs() - cpu;
+        const std::int64_t wall_ns = clock.NowNs() - wall;
+        if (follower) follower->Count(report, 1e-9 * static_cast<double>(cpu_ns));
+        const long new_faults = PageFaults() - faults;
+        const std::int64_t helpers_ns = helpers.CpuNs() - helped;
+        if (frame < kWarmUp) {
+          return true;
+        }
+        if (figures.frames % kSizeEvery == 0 && figures.frames > 0) {
+          noise.Size(static_cast<double>(figures.cpu.Quantile(0.5)));
+        }
+        const std::int64_t begin = clock.ThreadCpuNs();
+        noise();
+        if (figures.frames >= kSizeEvery) figures.noise.Add(clock.ThreadCpuNs() - begin);
+        figures.cpu.Add(cpu_ns);
+        figures.helpers_cpu.Add(helpers_ns);
+        if (cpu_ns > figures.worst_ns) {
+          figures.worst_ns = cpu_ns;
+          figures.worst = report;
+        }
+        figures.wall.Add(wall_ns);
+        figures.capacity += inputs.capacity;
+        figures.contacts += report.contact_points;
+        figures.clear += report.clear_points;
+        figures.looks += report.looks;
+        figures.sifted += report.sifted_points;
+        figures.loaded += report.loaded_points;
+        figures.tests += static_cast<double>(report.tests.looked_up);
+        figures.drifted += static_cast<double>(report.tests.drifted);
+        figures.chunks += static_cast<double>(report.tests.chunks);
+        figures.held_back += (report.flags & StepReport::kTravelLimited) != 0;
+        figures.at_bound += (report.flags & StepReport::kOverCapacity) == 0;
+        figures.page_faults += new_faults;
+        ++figures.frames;
+        if (frame % check_every == 0) {
+          figures.violations += all.Violations();
+          figures.point_frames += static_cast<double>(world.model().bodies[0].points.size());
+        }
+        return figures.frames < frames;
+      });
+  thread.Join();
+  static bool told = false;  // of the first of several runs
+  if (!thread.realtime().fifo && !std::exchange(told, true)) Say(thread.realtime().warning);
+}
+
+}  // namespace tandem

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+#include "app/cli/capacity.h"
+#include "engine/haptics/device.h"
+#include "engine/realtime/frame_helpers.h"
+#include "engine/realtime/histogram.h"
+#include "engine/world/world.h"
+
+namespace tandem {
+
+inline constexpr int kFramePriority = 30;  // of the thread that runs them
+inline constexpr int kWarmUp = 500;        // frames before anything counts
+
+/// What frames took, and what was done in them.
+struct FrameFigures {
+  Histogram cpu, wall, noise;
+  Histogram helpers_cpu;                                              // of all helpers together
+  double contacts = 0, clear = 0, looks = 0, sifted = 0, loaded = 0;  // sums over frames
+  double tests = 0, drifted = 0, chunks = 0;
+  std::int64_t frames = 0;
+  std::int64_t at_bound = 0;
+  std::int64_t held_back = 0;  // frames in which the hand felt MaxTravel
+  std::size_t violations = 0;
+  double point_frames = 0;  // looked at for violations
+  long page_faults = 0;
+  double capacity = 0;  // sum over frames
+  std::int64_t worst_ns = 0;
+  StepReport worst;  // of the frame that took longest
+};
+
+/// What holds the body: gives its goal, frame by frame.
+using FrameHand = std::function<Anchor(std::int64_t frame, const StepReport& report)>;
+
+/// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it, until
+/// so many are counted. `budget_s`: what a frame's tests may take, which capacity then follows; 0:
+/// it stays as given. Every so many frames all points are looked at.
+void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const FrameCapacity& capacity,
+               double budget_s, int frames, int check_every, const FrameHelpers& helpers,
+               FrameFigures& figures);
+
+}  // namespace tandem
