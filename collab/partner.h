@@ -19,7 +19,7 @@ struct Partner {
   ObjectState state;          // newest
   bool catching_up = false;   // its copy goes slowly to where it is after a silence
   bool linked = false;
-  bool fresh_link = false;
+  bool fresh_echo = false;  // newer than the one before; since the last frame
   std::uint32_t links_seq = 0;
   std::int64_t echo_ns = 0;       // newest own stamp that it holds
   std::int64_t last_echo_ns = 0;  // as of the last frame
@@ -29,6 +29,8 @@ struct Partner {
   DelayMeter meter;               // of loop ages at which something came
   double offered_stiffness = 0;   // N/m that we would use
   double stiffness = 0;           // N/m in use
+  bool falls = false;             // it did in the last frame,
+  bool rises = false;             // or rose
   double relative_damping = 0;    // N s/m in use
   double moving = 0;              // share of its velocity in use: none of one not heard of
   double most_force = 1e30;       // N that its link may pull with

@@ -19,15 +19,8 @@ constexpr double kQuietAfter = 0.02;  // s; then a copy's velocity fades
 constexpr std::int64_t kSilenceNs = 250'000'000;  // after it a copy comes back slowly
 constexpr double kGentleStep = 0.05;              // N a frame, by that way
 constexpr double kMostStep = 0.8;                 // N a frame, by any way and speed of a copy
-constexpr double kMostDragFall = 100.0;           // N s/m in a second, of any drag
 constexpr double kQuietTime = 0.1;                // s, of that fade
 constexpr double kHeardTime = 0.02;               // s, of its end
-
-/// The delay that gains are made for falls at once when its peak is two seconds old; more drag than
-/// is needed is safe meanwhile.
-double FallGently(double from, double to) {
-  return std::max(to, from - kFrame * kMostDragFall);
-}
 
 double Seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
@@ -97,13 +90,15 @@ void SharedBody::OnLinks(const CouplingLinks& links) noexcept {
       continue;
     }
     if (!partner->linked) partner->last_echo_ns = entry.echo_ns;
+    // the same one again is no news of the way: the partner has not heard us since
+    partner->fresh_echo =
+        partner->fresh_echo || !partner->linked || entry.echo_ns != partner->echo_ns;
     partner->echo_ns = entry.echo_ns;
     partner->its_stiffness = std::max(0.0, entry.stiffness);
     partner->its_applied_B_W = entry.applied_B_W;
     partner->gate.Receive(entry.gate_overflow);
     partner->links_seq = links.seq;
     partner->linked = true;
-    partner->fresh_link = true;
   }
 }
 
@@ -143,7 +138,7 @@ LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
     }
     if (!partner.closed()) continue;
     partner.meter.Forget(now_ns);
-    if (std::exchange(partner.fresh_link, false)) {
+    if (std::exchange(partner.fresh_echo, false)) {
       // as old as it was in the frame before it was heard of again; a peak of silence counts then
       const std::int64_t before_ns = last_frame_ns_ - partner.last_echo_ns;
       const std::int64_t age_ns = partner.loop_age_ns(now_ns);
@@ -200,9 +195,19 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common) noexcept {
   for (const Partner& partner : partners_) {
     if (InUse(partner, now_ns)) sum += partner.stiffness;
   }
+  // gentle is what the hand feels of all at once, as when a cut takes every partner or gives it
+  // back
+  const auto share_of = [this](bool Partner::*moves) {
+    return 1.0 / std::max(1.0, static_cast<double>(std::ranges::count_if(partners_, moves)));
+  };
+  const double falls_share = share_of(&Partner::falls);
+  const double rises_share = share_of(&Partner::rises);
   for (Partner& partner : partners_) {
     if (!partner.heard) continue;
-    StiffnessSlew slew{.h = kFrame, .stretch = std::sqrt(partner.stretch.square)};
+    StiffnessSlew slew{.h = kFrame,
+                       .stretch = std::sqrt(partner.stretch.square),
+                       .gentle_fall = kGentleFall * falls_share,
+                       .rise_power = kRisePower * rises_share};
     // half the credit is left for the way of the copy
     if (options_.gate) slew.energy = partner.gate.tank() - 0.5 * EnergyGate::kCredit;
     if (partner.fade_share == 1) partner.fade_from = partner.stiffness * slew.stretch;
@@ -239,13 +244,15 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common) noexcept {
     }
     const double before = partner.stiffness;
     partner.stiffness = slew.Next(before);
+    partner.falls = partner.stiffness < before;
+    partner.rises = partner.stiffness > before;
     const double rise = std::max(0.0, partner.stiffness - before);
     partner.gate.Charge(0.5 * rise * slew.stretch * slew.stretch);
     if (InUse(partner, now_ns)) sum += partner.stiffness - before;
     // a spring that has yet to fall to what the law gives has no more damping than that
     const double part = link.stiffness > 0 ? partner.stiffness / link.stiffness : 0.0;
     partner.relative_damping =
-        FallGently(partner.relative_damping, std::min(1.0, part) * link.relative_damping);
+        DragAfter(kFrame, partner.relative_damping, std::min(1.0, part) * link.relative_damping);
   }
 }
 
@@ -313,7 +320,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
   inputs.link_count = link_count_;
   inputs.ground_damping = options_.law->GroundDamping(common, stiffness_sum);
   if (stiffness_sum > 0) {
-    inputs.ground_damping = FallGently(ground_damping_, inputs.ground_damping);
+    inputs.ground_damping = DragAfter(kFrame, ground_damping_, inputs.ground_damping);
   }
   inputs.ground_rotation_damping = inputs.ground_damping * per_mass;
   ground_damping_ = inputs.ground_damping;

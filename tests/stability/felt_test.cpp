@@ -16,50 +16,93 @@ namespace {
 using testing::FreeBox;
 using testing::ScriptedNode;
 
-enum class What { kNothing, kJoin, kLeave, kKill, kHalt };
-
-/// N in each frame of the first user's, from when the loop is closed.
+/// N in each frame, from when the loops are closed.
 struct Forces {
   std::vector<Vec3> hand;
   std::vector<Vec3> links;
 };
 
-/// Two hold against one another with 3 N on the link; 6 s in something happens to a third one, who
-/// comes, or to the second one, who goes.
-Forces ThreeNewtons(double tau, What what) {
-  const double k = DefaultLaw()->Link(LawInputsAt(2 * tau + 0.002, 2, 1.5)).stiffness;
-  const double side = 1.0 / (1.0 / 300 + 1.0 / 800);  // the hand and its coupling
-  const double way = 3.0 * (1.0 / k + 2.0 / side);
-  SimulatedSession session;
-  const auto add = [&](PeerId id, std::vector<Waypoint> waypoints) {
-    session.Add(ScriptedNode(FreeBox().model, id, 0, std::move(waypoints), 1e3 * tau), id);
-  };
-  add(1, {{0, Vec3::Zero(), Quat::Identity()}, {1, Vec3(way, 0, 0), Quat::Identity()}});
-  add(2, {});
-  const auto coupled = [&](std::size_t user) {
-    const SharedBody* shared = session.node(user).peer().shared();
-    return shared != nullptr && shared->coupled() > 0;
-  };
-  for (int i = 0; i < 8000 && !(coupled(0) && coupled(1)); ++i) session.Step();
-  Forces forces;
-  std::array<LinkView, kMaxLinks> views;
-  for (int frame = 0; frame < 10000; ++frame) {
-    if (frame == 8000 && what == What::kHalt) session.Halt(1, false);
-    if (frame == 6000) {
-      if (what == What::kJoin) add(3, {});
-      if (what == What::kLeave) session.Leave(1);
-      if (what == What::kKill) session.Kill(1);
-      if (what == What::kHalt) session.Halt(1, true);
-    }
-    session.Step();
-    const Peer& first = session.node(0).peer();
-    Vec3 links = Vec3::Zero();
-    const std::size_t count = first.shared()->Links(0, views);
-    for (std::size_t link = 0; link < count; ++link) links += first.report().links_B_W[link].f;
-    forces.hand.push_back(first.report().hand_B_W.f);
-    forces.links.push_back(links);
+/// One pulls at so many others with 3 N on its links together.
+class Pull {
+ public:
+  Pull(double tau, std::size_t others) : tau_(tau), others_(others) {
+    const double k = DefaultLaw()->Link(LawInputsAt(2 * tau + 0.002, 1 + others, 1.5)).stiffness;
+    const double side = 1.0 / (1.0 / 300 + 1.0 / 800);  // the hand and its coupling
+    const double share = 1.0 / static_cast<double>(others);
+    const double way = 3.0 * (share / k + (1.0 + share) / side);
+    Add({{0, Vec3::Zero(), Quat::Identity()}, {1, Vec3(way, 0, 0), Quat::Identity()}});
+    for (std::size_t other = 0; other < others; ++other) Add({});
+    for (int i = 0; i < 8000 && !Closed(); ++i) session.Step();
   }
-  return forces;
+
+  /// Another one, who waits for no more than one other.
+  void Add(std::vector<Waypoint> waypoints) {
+    const PeerId id = session.size() + 1;
+    session.Add(ScriptedNode(FreeBox().model, id, 0, std::move(waypoints), 1e3 * tau_), id);
+  }
+  /// A frame.
+  void Step() {
+    session.Step();
+    for (const std::size_t user : {0U, 1U}) {
+      const Peer& peer = session.node(user).peer();
+      if (!session.present(user) || peer.shared() == nullptr) continue;
+      std::array<LinkView, kMaxLinks> views;
+      Vec3 links = Vec3::Zero();
+      const std::size_t count = peer.shared()->Links(0, views);
+      for (std::size_t link = 0; link < count; ++link) links += peer.report().links_B_W[link].f;
+      forces[user].hand.push_back(peer.report().hand_B_W.f);
+      forces[user].links.push_back(links);
+    }
+  }
+
+  SimulatedSession session;
+  std::array<Forces, 2> forces;  // of the one, and of the first of the others
+
+ private:
+  bool Closed() {
+    for (std::size_t user = 0; user < session.size(); ++user) {
+      const SharedBody* shared = session.node(user).peer().shared();
+      if (shared == nullptr || shared->coupled() < others_) return false;
+    }
+    return true;
+  }
+
+  double tau_;
+  std::size_t others_;
+};
+
+enum class What { kNothing, kJoin, kLeave, kKill, kHalt };
+
+/// What the first of two feels; 6 s in something happens to a third one, who comes, or to the
+/// second one, who goes.
+Forces ThreeNewtons(double tau, What what) {
+  Pull pull(tau, 1);
+  for (int frame = 0; frame < 10000; ++frame) {
+    if (frame == 8000 && what == What::kHalt) pull.session.Halt(1, false);
+    if (frame == 6000) {
+      if (what == What::kJoin) pull.Add({});
+      if (what == What::kLeave) pull.session.Leave(1);
+      if (what == What::kKill) pull.session.Kill(1);
+      if (what == What::kHalt) pull.session.Halt(1, true);
+    }
+    pull.Step();
+  }
+  return pull.forces[0];
+}
+
+enum class Cut { kBothWays, kFromIt, kToIt };
+
+/// 6 s in the one who pulls is cut off from all others, for 3 s.
+std::array<Forces, 2> CutOff(double tau, std::size_t others, Cut cut) {
+  Pull pull(tau, others);
+  for (int frame = 0; frame < 13000; ++frame) {
+    for (PeerId other = 2; other <= 1 + others && (frame == 6000 || frame == 9000); ++other) {
+      if (cut != Cut::kToIt) pull.session.network().Cut(1, other, frame == 6000);
+      if (cut != Cut::kFromIt) pull.session.network().Cut(other, 1, frame == 6000);
+    }
+    pull.Step();
+  }
+  return pull.forces;
 }
 
 /// The largest change of a force, in size or direction, within `frames`, event or not; from 5.5 s
@@ -94,6 +137,28 @@ TEST(Felt, WhoComesOrGoesChangesNoForceByMoreThanOneNewton) {
         RecordProperty("link_" + std::to_string(static_cast<int>(1000 * tau)) + "ms_" +
                            std::to_string(static_cast<int>(what)) + "_" + std::to_string(frames),
                        std::to_string(link));
+      }
+    }
+  }
+}
+
+// However many links go and come at once. Two seconds and a half without an echo end a link.
+TEST(Felt, WhoIsCutOffFromAllOthersFeelsNoChangeByMoreThanOneNewton) {
+  for (const double tau : {0.001, 0.1}) {
+    for (const std::size_t others : {1U, 2U, 4U, 8U}) {
+      for (const Cut cut : {Cut::kBothWays, Cut::kFromIt, Cut::kToIt}) {
+        SCOPED_TRACE("tau " + std::to_string(tau) + ", " + std::to_string(others) +
+                     " others, cut " + std::to_string(static_cast<int>(cut)));
+        const std::array<Forces, 2> runs = CutOff(tau, others, cut);
+        ASSERT_NEAR(runs[0].links[5900].norm(), 3.0, 0.15);
+        EXPECT_NEAR(runs[0].links[8900].norm(), 0.0, 1e-9);
+        for (const Forces& run : runs) {
+          ASSERT_EQ(run.hand.size(), 13000U);
+          for (const std::size_t frames : {1U, 100U}) {
+            EXPECT_LE(LargestChange(run.hand, frames), 1.0) << frames;
+            EXPECT_LE(LargestChange(run.links, frames), 1.0) << frames;
+          }
+        }
       }
     }
   }
