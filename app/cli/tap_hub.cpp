@@ -95,6 +95,11 @@ TapHub::~TapHub() {
   }
 }
 
+void TapHub::Switch(std::size_t from, std::size_t to, const LinkConditions& conditions) {
+  const std::lock_guard lock(mutex_);
+  links_[from * ports_.size() + to].Switch(conditions);
+}
+
 std::vector<std::string> TapHub::At(std::size_t port, std::vector<std::string> command) const {
   command.insert(command.begin(), {kIp, "netns", "exec", ports_[port].space});
   return command;
@@ -119,6 +124,7 @@ void TapHub::Run() {
         const ssize_t size = read(ports_[from].descriptor, frame.data(), frame.size());
         if (size <= 0) break;
         const std::int64_t now_ns = MonotonicNowNs();
+        const std::lock_guard lock(mutex_);
         for (std::size_t to = 0; to < ports_.size(); ++to) {
           if (to == from) continue;
           std::array<std::int64_t, 2> due_ns{};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -33,6 +34,10 @@ class TapHub {
   TapHub(const TapHub&) = delete;
   TapHub& operator=(const TapHub&) = delete;
 
+  /// Other conditions from now on for what one port sends to another: a cable that is pulled. What
+  /// is under way arrives. From any thread.
+  void Switch(std::size_t from, std::size_t to, const LinkConditions& conditions);
+
   /// The command as it is to be started to run at that port.
   std::vector<std::string> At(std::size_t port, std::vector<std::string> command) const;
   /// Frames carried so far, and lost by the conditions.
@@ -50,6 +55,7 @@ class TapHub {
   void Run();
 
   std::vector<Port> ports_;
+  std::mutex mutex_;                    // of links_
   std::vector<LinkConditioner> links_;  // from * ports + to
   std::atomic<bool> stop_{false};
   std::atomic<std::uint64_t> carried_{0};
