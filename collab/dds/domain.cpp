@@ -212,9 +212,10 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
         "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>";
   }
   xml += "<LeaseDuration>2 s</LeaseDuration>";
-  // after a cut longer than that all are discovered anew, by their next announcement: Cyclone's own
-  // come every 1.6 s, and those who are back are to be known within a second. Loopback is never
-  // cut.
+  // After a cut longer than that all are discovered anew, by their next announcement: Cyclone's own
+  // come every 1.6 s, and those who are back are to be known within a second. Not more often than
+  // kLivelinessLeaseNs: one is a sign of life, also of who has given us up and says no more.
+  // Loopback is never cut, and would have each sent to every port.
   if (!loopback) xml += "<SPDPInterval>650 ms</SPDPInterval>";
   if (!multicast) xml += PeersXml(options, loopback);
   // a socket keeps what comes while the receive thread does not get to run: of seven peers at 1 kHz

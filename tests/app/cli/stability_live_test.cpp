@@ -5,10 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
+#include "tests/support/tap_hub_here.h"
 
 // `tandem stability live`, as a program: peers are processes, in real time.
 
@@ -49,10 +49,7 @@ TEST(StabilityLive, RealPeersDoWhatVirtualTimeSays) {
 
 // The same where packets are late, not samples: discovery and answers too.
 TEST(StabilityLive, ANetworkOfRealPacketsHeldBackDoesAsTheConditionerDoes) {
-  if (geteuid() != 0 || access("/dev/net/tun", R_OK | W_OK) != 0 ||
-      access("/usr/sbin/ip", X_OK) != 0) {
-    GTEST_SKIP() << "needs root, /dev/net/tun and iproute2";
-  }
+  if (const char* lacks = testing::WhyNoTapHub()) GTEST_SKIP() << lacks;
   const ScratchFolder scratch;
   const auto file = scratch.Write("case.json", R"({"hands": ["relaxed"], "motion": "move",
       "delay_s": 0.06, "seconds": 5, "law": {"name": "p+d"}})");

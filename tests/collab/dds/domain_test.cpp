@@ -3,6 +3,7 @@
 #include <dds/ddsi/ddsi_xt_typeinfo.h>
 #include <gmock/gmock.h>
 
+#include "collab/dds/qos.h"
 #include "collab/dds/receive_thread.h"
 
 extern "C" bool ddsi_typeinfo_valid(const ddsi_typeinfo* info);
@@ -67,6 +68,17 @@ TEST(Domain, APortOfOnesOwnIsTakenToBeTheOthersToo) {
   EXPECT_THAT(xml, HasSubstr("<Base>9000</Base>"));
   EXPECT_THAT(xml, HasSubstr("<ParticipantIndex>0<"));
   EXPECT_THAT(xml, HasSubstr("192.0.2.7:9000\"/><Peer address=\"192.0.2.8:7500\""));
+}
+
+// Often enough to be back within a second of a cut's end, and not so often that they stand for
+// life.
+TEST(Domain, AnnouncesItselfWhereALinkCanBeCut) {
+  DdsOptions options;
+  options.session = "s";
+  EXPECT_THAT(DomainXml(options, false), HasSubstr("<SPDPInterval>650 ms<"));
+  EXPECT_LT(kLivelinessLeaseNs, 650'000'000);
+  options.interface = "lo";
+  EXPECT_THAT(DomainXml(options, false), Not(HasSubstr("SPDPInterval")));
 }
 
 // Cyclone 0.10.2 alone aborts at the second.
