@@ -3,6 +3,7 @@
 #include <fstream>
 #include <memory>
 #include <random>
+#include <span>
 #include <thread>
 
 #include <nlohmann/json.hpp>
@@ -46,9 +47,10 @@ std::string NewSession() {
   return "bench-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
 }
 
-/// Peers, each a process, who hold the scene's hands' body, in turn by each of its hands: all in
-/// `session`, or, where that is empty, each in one of its own. Their reports, in order.
+/// Peers, each a process, who hold the hands' body, in turn by each of the hands: all in `session`,
+/// or, where that is empty, each in one of its own. Their reports, in order.
 Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, const Scene& scene,
+                                           std::span<const SceneHand> hands,
                                            const std::string& session, std::size_t count) {
   const TemporaryFolder folder;
   std::vector<ChildProcess> peers;
@@ -60,7 +62,7 @@ Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, co
     const LocalPeer local{.session = session.empty() ? NewSession() : session,
                           .scene = scene.file,
                           .name = "peer-" + std::to_string(p),
-                          .hand = scene.hands[p % scene.hands.size()],
+                          .hand = hands[p % hands.size()],
                           .wait_for = waits ? count - 1 : 0,
                           .seconds = arguments.seconds,
                           .report = reports.back()};
@@ -155,18 +157,20 @@ struct FrameTimes {
 };
 
 /// The peers' frames with so many in the session, all of whom hold the body, and with as many
-/// apart, each in a session of its own with the same hand: what the machine makes of so many
-/// processes is in both. Medians over rounds, each of which has every number once both ways, so
-/// that what changes on the machine meanwhile meets all of them.
+/// apart, each in a session of its own: what the machine makes of so many processes is in both. All
+/// have the scene's first hand: by another one there is more or less to touch, and each number of
+/// peers would have other shares of them. Medians over rounds, each of which has every number once
+/// both ways, so that what changes on the machine meanwhile meets all of them.
 Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& scene) {
   std::vector<FrameTimes> together(arguments.compare.size());
   std::vector<FrameTimes> apart(arguments.compare.size());
+  const std::span<const SceneHand> alike(scene.hands.data(), 1);
   for (int round = 0; round < arguments.rounds; ++round) {
     for (std::size_t i = 0; i < together.size(); ++i) {
-      const auto in_one = RunPeers(arguments, scene, NewSession(), arguments.compare[i]);
+      const auto in_one = RunPeers(arguments, scene, alike, NewSession(), arguments.compare[i]);
       if (!in_one) return in_one.error();
       together[i].Add(*in_one);
-      const auto alone = RunPeers(arguments, scene, "", arguments.compare[i]);
+      const auto alone = RunPeers(arguments, scene, alike, "", arguments.compare[i]);
       if (!alone) return alone.error();
       apart[i].Add(*alone);
     }
@@ -210,7 +214,7 @@ Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& sce
       if (!audience) return audience.error();
       const auto reports = [&] {
         const HalfOfTheCores apart(HalfOfTheCores::Half::kFirst);
-        return RunPeers(arguments, scene, session, 2);
+        return RunPeers(arguments, scene, scene.hands, session, 2);
       }();
       if (!reports) return reports.error();
       const Result<std::uint64_t> least = audience->Leave();
@@ -250,7 +254,7 @@ int RunBenchSession(const SessionArguments& arguments) {
     json = *watched;
     json["load_before"] = load;
   } else if (arguments.compare.empty()) {
-    const auto reports = RunPeers(arguments, *scene, NewSession(), arguments.peers);
+    const auto reports = RunPeers(arguments, *scene, scene->hands, NewSession(), arguments.peers);
     if (!reports) return Fail(kExitFailed, reports.error().what);
     json = Delivery(arguments, *reports, load);
   } else {
