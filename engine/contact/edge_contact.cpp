@@ -14,6 +14,8 @@ const double kFadeCosine = std::cos(kArcFade);
 const double kFadeSine = std::sin(kArcFade);
 /// The half arc of a loose edge, rad.
 constexpr double kLooseArc = 1.25;
+/// Voxels over which a push fades out as pieces side by side come to be a voxel apart.
+constexpr double kBesideFade = 0.25;
 /// How much farther the normal of edges side by side may turn than the bodies.
 constexpr double kLeaningTurn = 3.0;
 
@@ -26,6 +28,16 @@ double ShareFromEnd(double from) {
 /// And so many from the end of a piece, which another goes on from.
 double ShareOfPiece(double from) {
   return std::clamp(0.5 + 0.5 * from / kSeam, 0.0, 1.0);
+}
+
+/// And of a piece `away` from another along the same line, and `gap` above it along the normal.
+/// Edges side by side are about as near along the whole of their faces, and pieces a voxel apart
+/// are looked at or not as the point's voxel has it: so a push is gone by then, or it would come
+/// and go at once. How deep they are is not held against them.
+double ShareBeside(const Vec3& away, const Vec3& normal, double gap) {
+  const double height = std::clamp(gap, -kRefinedClearance, kRefinedClearance);
+  const Vec3 apart = away + (height - gap) * normal;
+  return std::clamp((1.0 - apart.cwiseAbs().maxCoeff()) / kBesideFade, 0.0, 1.0);
 }
 
 /// An edge seen along its line: its faces' normals lie in an arc round its own.
@@ -259,7 +271,9 @@ EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3&
   EdgeMeeting meeting;
   if (met.apart || !met.pushes) return meeting;
   double share = met.share;
-  if (!parallel) {
+  if (parallel) {
+    share *= ShareBeside(away, met.normal, met.gap);
+  } else {
     if (edge.ends) share *= ShareFromEnd(met.u + edge.half);
     if (ends) share *= ShareFromEnd(met.v + other_end);
   }

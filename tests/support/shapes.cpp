@@ -44,6 +44,17 @@ TriangleMesh Sphere(double radius, int levels) {
   return mesh;
 }
 
+TriangleMesh HollowBlock(double side, double radius) {
+  TriangleMesh mesh = Box(Vec3::Constant(side));
+  const TriangleMesh hollow = Sphere(radius, 4);
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), hollow.vertices.begin(), hollow.vertices.end());
+  for (const auto& triangle : hollow.triangles) {
+    mesh.triangles.push_back({first + triangle[0], first + triangle[2], first + triangle[1]});
+  }
+  return mesh;
+}
+
 TriangleMesh Sheet(double side) {
   TriangleMesh mesh;
   const double h = 0.5 * side;

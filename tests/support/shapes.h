@@ -12,6 +12,9 @@ TriangleMesh Box(const Vec3& size);
 /// A closed sphere: an octahedron whose triangles are cut into four `levels` times.
 TriangleMesh Sphere(double radius, int levels);
 
+/// A cube of `side` about the origin with a round hollow inside.
+TriangleMesh HollowBlock(double side, double radius);
+
 /// A single square sheet of side `side` in the plane z = 0: open.
 TriangleMesh Sheet(double side);
 

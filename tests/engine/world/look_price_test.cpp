@@ -17,6 +17,7 @@ using testing::At;
 using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
+using testing::HollowBlock;
 using testing::MakeWorldModel;
 using testing::Sphere;
 
@@ -25,20 +26,8 @@ constexpr double kRadius = 0.01;
 constexpr int kFrames = 600;
 constexpr int kSettled = 300;  // frames until the ball turns as fast as it goes
 
-/// A block with a round hollow inside.
-TriangleMesh Hollow(double side, double radius) {
-  TriangleMesh mesh = Box(Vec3::Constant(side));
-  const TriangleMesh hollow = Sphere(radius, 4);
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), hollow.vertices.begin(), hollow.vertices.end());
-  for (const auto& triangle : hollow.triangles) {
-    mesh.triangles.push_back({first + triangle[0], first + triangle[2], first + triangle[1]});
-  }
-  return mesh;
-}
-
 std::shared_ptr<const WorldModel> BallInHollow() {
-  return MakeWorldModel({{Hollow(0.03, kRadius), true}, {Sphere(kRadius - 0.6 * kVoxel, 4)}},
+  return MakeWorldModel({{HollowBlock(0.03, kRadius), true}, {Sphere(kRadius - 0.6 * kVoxel, 4)}},
                         kVoxel);
 }
 
