@@ -72,6 +72,7 @@ HWY_INLINE M IsNear(const Block& block, const V3& voxel, std::size_t lane) {
 /// What a plane says of a point: whether it counts so far beside, and is less than the clearance
 /// below.
 struct Under {
+  V height;
   M counts;
   M low;
 };
@@ -80,7 +81,8 @@ HWY_INLINE Under LookUnder(const V3& away, const V3& n, double reach) {
   const float most = static_cast<float>(reach) + kMargin;
   const V height = Dot(away, n);
   const V square_beside = hn::Sub(Dot(away, away), hn::Mul(height, height));
-  return {hn::Lt(square_beside, hn::Set(d, most * most)), hn::Lt(height, hn::Set(d, kClearance))};
+  return {height, hn::Lt(square_beside, hn::Set(d, most * most)),
+          hn::Lt(height, hn::Set(d, kClearance))};
 }
 
 /// Calls visit(block, lane) for whole vectors of pieces.
@@ -93,7 +95,6 @@ HWY_INLINE void ForLanes(std::span<const Block> blocks, const Visit& visit) {
 }
 
 /// Whether a vertex can stand on one of some pieces; `any_near` is set when one is near.
-template <bool must_face>
 bool StandsOn(std::span<const Block> blocks, const SieveProbe& probe, bool& any_near) {
   const Lanes d;
   const V3 voxel = Set(probe.voxel);
@@ -105,22 +106,60 @@ bool StandsOn(std::span<const Block> blocks, const SieveProbe& probe, bool& any_
     const M near = IsNear(block, voxel, lane);
     const V3 n = Load(block.normal, lane);
     const Under under = LookUnder(Sub(p, Load(block.place, lane)), n, kLateralReach);
-    M stands = hn::And(near, hn::And(under.counts, under.low));
-    if (must_face) stands = hn::And(stands, hn::Gt(Dot(n, nhat), hn::Set(d, kLeastFacing)));
+    const M facing = hn::Gt(Dot(n, nhat), hn::Set(d, kLeastFacing));
     near_any = hn::Or(near_any, near);
-    stands_any = hn::Or(stands_any, stands);
+    stands_any =
+        hn::Or(stands_any, hn::And(hn::And(near, facing), hn::And(under.counts, under.low)));
   });
+  any_near = any_near || !hn::AllFalse(d, near_any);
+  return !hn::AllFalse(d, stands_any);
+}
+
+/// The same of ridges, whose two faces lie in the two halves of the blocks: as
+/// PlaneMean::AddRidge(), the lower face has a say over the edge and a little way inside.
+bool StandsOnRidge(std::span<const Block> blocks, const SieveProbe& probe, bool& any_near) {
+  const Lanes d;
+  const V margin = hn::Set(d, kMargin);
+  const V take_over = hn::Set(d, 2 * static_cast<float>(kTakeOver) + kMargin);
+  const V3 voxel = Set(probe.voxel);
+  const V3 p = Set(probe.p);
+  const std::size_t half = blocks.size() / 2;
+  M near_any = hn::FirstN(d, 0);
+  M stands_any = hn::FirstN(d, 0);
+  for (std::size_t i = 0; i < half; ++i) {
+    for (std::size_t lane = 0; lane < NearPieces::kLanes; lane += hn::Lanes(d)) {
+      const M near = IsNear(blocks[i], voxel, lane);
+      const V3 away = Sub(p, Load(blocks[i].place, lane));
+      const V3 one_n = Load(blocks[i].normal, lane);
+      const V3 other_n = Load(blocks[half + i].normal, lane);
+      const Under one = LookUnder(away, one_n, kLateralReach);
+      const Under other = LookUnder(away, other_n, kLateralReach);
+      const V cosine = Dot(one_n, other_n);
+      const M over_edge =
+          hn::And(hn::Gt(hn::Add(one.height, margin), hn::Mul(cosine, other.height)),
+                  hn::Gt(hn::Add(other.height, margin), hn::Mul(cosine, one.height)));
+      const V higher = hn::Sub(one.height, other.height);
+      const M inside = hn::And(hn::Lt(hn::Max(one.height, other.height), margin),
+                               hn::Lt(hn::Abs(higher), take_over));
+      const M both = hn::Or(over_edge, inside);
+      const M one_stands = hn::And(hn::And(one.counts, one.low),
+                                   hn::Or(both, hn::Gt(hn::Add(higher, margin), hn::Zero(d))));
+      const M other_stands = hn::And(hn::And(other.counts, other.low),
+                                     hn::Or(both, hn::Lt(hn::Sub(higher, margin), hn::Zero(d))));
+      near_any = hn::Or(near_any, near);
+      stands_any = hn::Or(stands_any, hn::And(near, hn::Or(one_stands, other_stands)));
+    }
+  }
   any_near = any_near || !hn::AllFalse(d, near_any);
   return !hn::AllFalse(d, stands_any);
 }
 
 bool Stands(const NearPieces::Cell& surface, const SieveProbe& probe) {
   bool any_near = false;
-  if (StandsOn<true>(surface.plain(), probe, any_near)) return true;
-  // over an edge one face speaks for both
-  if (StandsOn<false>(surface.ridges(), probe, any_near)) return true;
+  if (StandsOn(surface.plain(), probe, any_near)) return true;
+  if (StandsOnRidge(surface.ridges(), probe, any_near)) return true;
   // corners have a say where nothing else is near
-  return !any_near && StandsOn<true>(surface.corners(), probe, any_near);
+  return !any_near && StandsOn(surface.corners(), probe, any_near);
 }
 
 /// An edge of the shell and some of the map's, voxels: p + u t and q + v t'.
@@ -134,7 +173,7 @@ struct EdgePairs {
 };
 
 struct Arc {
-  V tangent;  // of half of EdgeArc::half
+  V tangent;  // of half of the arc's half
   V cosine, last;
 };
 
@@ -152,27 +191,66 @@ M PushAcross(const EdgePairs& pairs, const Arc& arc, const Arc& other_arc) {
   return hn::And(hn::And(sides, in_arcs), hn::Lt(Dot(normal, pairs.away), hn::Set(d, kClearance)));
 }
 
+/// The ends of an arc seen along its edge, a little inside: its normal turned by `cosine`, `sine`
+/// either way.
+struct ArcEnds {
+  V cosine, sine;
+  explicit ArcEnds(const Arc& arc) {
+    const Lanes d;
+    const V inside = hn::Set(d, 2 * kMargin);  // rad
+    const V half_sine = hn::Mul(arc.tangent, hn::Add(hn::Set(d, 1.0F), arc.cosine));
+    cosine = hn::Add(arc.cosine, hn::Mul(inside, half_sine));
+    sine = hn::Sub(half_sine, hn::Mul(inside, arc.cosine));
+  }
+};
+
 /// Side by side they push along the direction in both arcs that parts them most, or midway between
-/// their arcs. Either normal is a direction in both arcs if the other's arc is wide enough; and
-/// there is one within half of what one arc is wider than the other of the middle between normals.
+/// their arcs. That direction is the one they are apart in, if it lies in both, and else an end of
+/// one arc that lies in the other. And there is one within half of what one arc is wider than the
+/// other of the middle between normals.
 M PushBeside(const EdgePairs& pairs, const Arc& arc, const Arc& other_arc) {
   const Lanes d;
+  const V rounding = hn::Set(d, 0.01F * kMargin);  // of cosines
   const auto across = [&](const V3& a) HWY_ATTR {
     return Sub(a, Scaled(pairs.t, Dot(a, pairs.t)));
   };
   const V3 away = across(pairs.away);
+  const V length = Length(away);
   const V3 n = Unit(across(pairs.n));
   const V3 nhat = Unit(across(pairs.nhat));
-  const V cosine = hn::Sub(Dot(n, nhat), hn::Set(d, kMargin));
   // no less than half of the difference, which it is the tangent of
   const V turn = hn::Div(hn::Abs(hn::Sub(arc.tangent, other_arc.tangent)),
                          hn::Add(hn::Set(d, 1.0F), hn::Mul(arc.tangent, other_arc.tangent)));
-  V least = hn::Sub(Dot(away, Unit(Add(n, nhat))), hn::Mul(turn, Length(away)));
-  const auto take = [&](const V3& normal, V arc_cosine) HWY_ATTR {
-    least = hn::IfThenElse(hn::Ge(cosine, arc_cosine), hn::Max(least, Dot(away, normal)), least);
+  V least = hn::Sub(Dot(away, Unit(Add(n, nhat))), hn::Mul(turn, length));
+  const auto take = [&](M within, V gap) HWY_ATTR {
+    least = hn::IfThenElse(within, hn::Max(least, gap), least);
   };
-  take(n, arc.cosine);
-  take(nhat, other_arc.cosine);
+  const V above = Dot(away, n);
+  const V other_above = Dot(away, nhat);
+  const auto within = [&](V gap, V arc_cosine) HWY_ATTR {
+    return hn::Gt(gap, hn::Mul(hn::Add(arc_cosine, rounding), length));
+  };
+  take(hn::And(within(above, other_arc.cosine), within(other_above, arc.cosine)), length);
+  const V cosine = Dot(n, nhat);
+  const V3 beside_n = Cross(pairs.t, n);
+  const V sine = Dot(beside_n, nhat);
+  const auto take_end = [&](V a, V b, V turned_cosine, V arc_cosine) HWY_ATTR {
+    take(hn::Gt(turned_cosine, hn::Add(arc_cosine, rounding)), hn::Add(a, b));
+  };
+  const ArcEnds ends(other_arc);
+  const V up = hn::Mul(ends.cosine, above);
+  const V aside = hn::Mul(ends.sine, Dot(away, beside_n));
+  const V to_nhat = hn::Mul(ends.cosine, cosine);
+  const V by_n = hn::Mul(ends.sine, sine);
+  take_end(up, aside, hn::Add(to_nhat, by_n), arc.cosine);
+  take_end(up, hn::Neg(aside), hn::Sub(to_nhat, by_n), arc.cosine);
+  const ArcEnds other_ends(arc);
+  const V other_up = hn::Mul(other_ends.cosine, other_above);
+  const V other_aside = hn::Mul(other_ends.sine, Dot(away, Cross(pairs.t, nhat)));
+  const V to_n = hn::Mul(other_ends.cosine, cosine);
+  const V by_nhat = hn::Mul(other_ends.sine, sine);
+  take_end(other_up, other_aside, hn::Sub(to_n, by_nhat), other_arc.cosine);
+  take_end(other_up, hn::Neg(other_aside), hn::Add(to_n, by_nhat), other_arc.cosine);
   return hn::Lt(least, hn::Set(d, kClearance));
 }
 

@@ -31,7 +31,7 @@ bool MayStand(const NearPieces::Cell& surface, const SievedPoint& vertex) noexce
 struct SievedEdge {
   Vec3 tangent;
   double half;
-  EdgeArc arc;  // need not know its `half`
+  EdgeArc arc;
 };
 bool MayLean(const NearPieces::Cell& edges, const SievedPoint& middle,
              const SievedEdge& edge) noexcept;
@@ -48,7 +48,7 @@ struct SieveProbe {
   std::array<float, 3> nhat;
   std::array<float, 3> tangent;
   float half;
-  float arc_tangent;  // of half of EdgeArc::half
+  float arc_tangent;  // of half of the arc's half
   float arc_cosine;
   float arc_last;
 };

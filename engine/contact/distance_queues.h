@@ -142,11 +142,11 @@ class DistanceQueues {
     const std::size_t last_word = (last - 1) >> 6;
     for (std::size_t u = first_word >> 6; u <= last_word >> 6; ++u) {
       const std::atomic_ref upper_word(upper[u]);
-      for (std::uint64_t any = upper_word.load(std::memory_order_relaxed); any != 0;
-           any &= any - 1) {
+      std::uint64_t any = upper_word.load(std::memory_order_relaxed);
+      if (u == first_word >> 6) any &= ~std::uint64_t{0} << (first_word & 63);
+      if (u == last_word >> 6) any &= ~std::uint64_t{0} >> (63 - (last_word & 63));
+      for (; any != 0; any &= any - 1) {
         const std::size_t word = (u << 6) + static_cast<std::size_t>(std::countr_zero(any));
-        if (word < first_word) continue;
-        if (word > last_word) return;
         std::uint64_t bits = Leaf(queue, word);
         if (bits == 0) {  // PutBeside() left it; strips may share the word
           upper_word.fetch_and(~(std::uint64_t{1} << (word & 63)), std::memory_order_relaxed);

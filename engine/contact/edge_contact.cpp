@@ -40,37 +40,76 @@ double ShareBeside(const Vec3& away, const Vec3& normal, double gap) {
   return std::clamp((1.0 - apart.cwiseAbs().maxCoeff()) / kBesideFade, 0.0, 1.0);
 }
 
-/// An edge seen along its line: its faces' normals lie in an arc round its own.
+/// A direction or a turn in the plane across a line: cosine and sine.
+struct Turn {
+  double cosine;
+  double sine;
+
+  Turn Plus(const Turn& other) const {
+    return {cosine * other.cosine - sine * other.sine, sine * other.cosine + cosine * other.sine};
+  }
+  Turn Back() const { return {cosine, -sine}; }
+  Turn Unit() const {
+    const double length = std::sqrt(Dot(*this));
+    return {cosine / length, sine / length};
+  }
+  /// The sine of the angle from this to the other, times their lengths.
+  double Cross(const Turn& other) const { return cosine * other.sine - sine * other.cosine; }
+  double Dot(const Turn& other) const { return cosine * other.cosine + sine * other.sine; }
+};
+
+/// An edge seen along its line: its faces' normals lie in an arc round its own, half of which is
+/// at most a right angle.
 struct Wedge {
   Vec3 normal;
-  double half;  // of the arc, rad
+  Turn half;
 };
 struct Leaning {
   Vec3 normal = Vec3::Zero();
   double share = 0;
 };
 
+/// The directions in both of two arcs, from `low` to `high`; midway between arcs that are apart, of
+/// whose push `share` counts.
+struct BothArcs {
+  Turn low;
+  Turn high;
+  double share = 1.0;
+};
+
+/// One arc lies about 0, the other about `turn`.
+BothArcs CommonOf(const Turn& half, const Turn& turn, const Turn& other_half) {
+  // whether `turn` is more than an angle of at most a right angle
+  const auto is_beyond = [&turn](const Turn& angle) {
+    return turn.cosine < 0 ? turn.sine > 0 : angle.Cross(turn) > 0;
+  };
+  const Turn difference = half.Plus(other_half.Back());
+  BothArcs common;
+  common.low = is_beyond(difference.Back()) ? turn.Plus(other_half.Back()) : half.Back();
+  common.high = is_beyond(difference) ? half : turn.Plus(other_half);
+  const Turn sum = half.Plus(other_half);
+  if (turn.cosine >= sum.cosine) return common;
+  const double gap =
+      std::atan2(std::abs(turn.sine), turn.cosine) - std::atan2(sum.sine, sum.cosine);
+  common.share = std::clamp(1.0 - gap / kArcFade, 0.0, 1.0);
+  const Turn middle{common.low.cosine + common.high.cosine, common.low.sine + common.high.sine};
+  common.low = common.high = middle.Unit();
+  return common;
+}
+
 /// How an edge leans on another along the same line `t`, `away` from it: along the direction in
 /// both arcs that parts them most, which is how far apart two wedges are.
 Leaning LeanOnParallel(const Vec3& t, const Vec3& away, const Wedge& below, const Wedge& above) {
   const Vec3 e1 = (below.normal - below.normal.dot(t) * t).normalized();
   const Vec3 e2 = t.cross(e1);
-  const double turn = std::atan2(above.normal.dot(e2), above.normal.dot(e1));
-  double low = std::max(-below.half, turn - above.half);
-  double high = std::min(below.half, turn + above.half);
-  Leaning leaning;
-  leaning.share = std::clamp(1.0 - (low - high) / kArcFade, 0.0, 1.0);
-  if (low > high) low = high = 0.5 * (low + high);
-  const double x = away.dot(e1);
-  const double y = away.dot(e2);
-  double best = std::atan2(y, x);
-  if (best < low || best > high) {
-    const bool lower =
-        x * std::cos(low) + y * std::sin(low) > x * std::cos(high) + y * std::sin(high);
-    best = lower ? low : high;
-  }
-  leaning.normal = std::cos(best) * e1 + std::sin(best) * e2;
-  return leaning;
+  const Turn turn = Turn{above.normal.dot(e1), above.normal.dot(e2)}.Unit();
+  const BothArcs common = CommonOf(below.half, turn, above.half);
+  Turn way{away.dot(e1), away.dot(e2)};
+  if (way.Dot(way) == 0) way = {1, 0};  // one line: as the other says
+  const bool between = common.low.Cross(way) > 0 && way.Cross(common.high) > 0;
+  const bool lower = common.low.Dot(way) > common.high.Dot(way);
+  const Turn best = between ? way.Unit() : lower ? common.low : common.high;
+  return {best.cosine * e1 + best.sine * e2, common.share};
 }
 
 /// Two pieces of edges, voxels: the shell's through p along t, the map's through q along t'.
@@ -112,8 +151,9 @@ Way BesideOne(const Pieces& pieces, const EdgeArc& other_arc, ClearRegionMaker* 
   if (met.apart && clear == nullptr) return met;
   met.pushes = pieces.facing > kFacing;
   if (!met.pushes && clear == nullptr) return met;
-  const Leaning leaning = LeanOnParallel(edge.tangent, pieces.away, {pieces.n, other_arc.half},
-                                         {edge.nhat, std::acos(edge.arc.cosine)});
+  const Leaning leaning =
+      LeanOnParallel(edge.tangent, pieces.away, {pieces.n, {other_arc.cosine, other_arc.sine}},
+                     {edge.nhat, {edge.arc.cosine, edge.arc.sine}});
   met.normal = leaning.normal;
   met.gap = pieces.away.dot(leaning.normal);
   met.share = leaning.share;
@@ -203,8 +243,7 @@ const auto kArcs = [] {
 }  // namespace
 
 EdgeArc::EdgeArc(double half_angle)
-    : half(half_angle),
-      cosine(std::cos(half_angle)),
+    : cosine(std::cos(half_angle)),
       sine(std::sin(half_angle)),
       last(std::cos(half_angle + kArcFade)),
       scale(1.0 / (cosine - last)) {}

@@ -24,14 +24,13 @@ inline constexpr double kSides = 0.2;
 /// The arc about an edge's own normal in which those of its faces lie, and how a push beside it
 /// fades out.
 struct EdgeArc {
-  double half = 0;  // rad
-  double cosine = 1;
+  double cosine = 1;  // of half of it
   double sine = 0;
   double last = 0;   // cosine at which nothing is left of a push
   double scale = 0;  // 1 / (cosine - last)
 
   explicit EdgeArc(double half_angle = 0);
-  /// From its cosine, without a turn through angles; `half` is not set.
+  /// From its cosine, without a turn through angles.
   static EdgeArc OfCosine(double cosine);
   /// How much of a push counts that has that cosine with the edge's normal.
   double ShareOf(double push_cosine) const noexcept;

@@ -34,7 +34,7 @@ class NearPieces {
     Rows normal{};      // outward
     Rows tangent{};     // of edges, as the rest
     Row half{};         // with what it reaches into the next
-    Row arc_tangent{};  // of half of EdgeArc::half
+    Row arc_tangent{};  // of half of the arc's half
     Row arc_cosine{};
     Row arc_last{};
   };

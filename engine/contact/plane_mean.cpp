@@ -13,8 +13,6 @@ namespace {
 constexpr double kSameFace = 0.85;
 /// A face that the vertex stands over with this weight counts in full.
 constexpr double kFullWeight = 0.1;
-/// Voxels: over this difference of height one face of a convex edge takes over from the other.
-constexpr double kTakeOver = 0.15;
 /// Voxels: nearer to an edge its faces push.
 constexpr double kOnTheEdge = 1e-6;
 /// Faces, their pairs and their triples.

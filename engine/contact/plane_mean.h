@@ -11,6 +11,8 @@ namespace tandem {
 inline constexpr double kLateralReach = 1.25;
 /// Voxels: a shell's surface point says something of a vertex up to here beside itself.
 inline constexpr double kVertexReach = 1.25;
+/// Voxels: over this difference of height one face of a convex edge takes over from the other.
+inline constexpr double kTakeOver = 0.15;
 
 /// What a vertex stands before: pieces of another body's surface near it, gathered into the faces
 /// that they belong to. Each face keeps the mean of its pieces' planes, by how squarely the vertex

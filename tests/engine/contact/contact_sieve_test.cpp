@@ -186,6 +186,74 @@ TEST(ContactSieve, LetsAVertexThroughThatIsWithinTheClearanceOfAPlane) {
   }
 }
 
+/// As a vertex of the shell is judged exactly, from the pieces about it.
+bool Pushes(SurfaceWindow& window, const SievedPoint& vertex) {
+  using Shape = SurfaceDetail::Shape;
+  PlaneMean under;
+  PlaneMean::Ridges ridges;
+  const auto pieces = window.Near(vertex.voxel_V, Field::kSurface);
+  const bool only_corners =
+      std::all_of(pieces.begin(), pieces.end(), [](const SurfaceWindow::Piece& piece) {
+        const Shape shape = piece.detail->shape();
+        return shape == Shape::kVertex || shape == Shape::kNotch;
+      });
+  for (const SurfaceWindow::Piece& piece : pieces) {
+    const Shape shape = piece.detail->shape();
+    if (!only_corners && (shape == Shape::kVertex || shape == Shape::kNotch)) continue;
+    const Vec3 n = UnpackDirection(piece.detail->normal);
+    std::array<Vec3, 2> normals{n, n};
+    if (shape == Shape::kRidge) {
+      const EdgeArc& arc = ArcOf(*piece.detail);
+      const Vec3 across = arc.sine * UnpackDirection(piece.detail->tangent).cross(n);
+      normals = {arc.cosine * n + across, arc.cosine * n - across};
+    }
+    std::array<double, 2> heights{}, weights{};
+    std::array<bool, 2> facing{};
+    const Vec3 away = vertex.p - piece.place();
+    for (std::size_t i = 0; i < 2; ++i) {
+      heights[i] = away.dot(normals[i]);
+      const double beside = (away - heights[i] * normals[i]).norm() / kLateralReach;
+      weights[i] = beside < 1 ? (1 - beside * beside) * (1 - beside * beside) : 0.0;
+      facing[i] = normals[i].dot(vertex.nhat) > kFacing;
+    }
+    if (shape == Shape::kRidge) {
+      ridges.Add(normals);
+      under.AddRidge(piece.place(), normals, heights, weights, facing);
+    } else if (facing[0]) {
+      under.Add(piece.place(), n, heights[0], weights[0]);
+    }
+  }
+  std::array<PlaneMean::Push, PlaneMean::kMostPushes> pushes;
+  const std::size_t count = under.Resolve(ridges, pushes);
+  return std::any_of(pushes.begin(), pushes.begin() + static_cast<std::ptrdiff_t>(count),
+                     [](const PlaneMean::Push& push) {
+                       return push.gap < kRefinedClearance && push.share > 0;
+                     });
+}
+
+TEST(ContactSieve, LetsEveryVertexThroughThatPushesAndNotManyOthers) {
+  const Clutter map;
+  SurfaceWindow window(map.voxmap, map.details);
+  NearPieces near(map.voxmap, map.details, kCells);
+  std::mt19937_64 random(6);
+  int pushed = 0, asked = 0, let_through = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    for (const SievedPoint& point : PointsAbout(map.edges, random)) {
+      const NearPieces::Cell& surface = near.About(point.voxel_V, Field::kSurface);
+      if (surface.too_many()) continue;
+      const bool may = MayStand(surface, point);
+      const bool pushes = Pushes(window, point);
+      ++asked;
+      pushed += pushes;
+      let_through += may;
+      ASSERT_TRUE(may || !pushes) << "trial " << trial;
+    }
+  }
+  EXPECT_GT(pushed, 2000);
+  EXPECT_LT(let_through, 1.6 * pushed);
+  std::printf("  of %d vertices %d push, %d were let through\n", asked, pushed, let_through);
+}
+
 /// What the sieve says of some points, of all kinds.
 std::vector<int> Answers(const Clutter& map, NearPieces& near) {
   std::mt19937_64 random(4);
