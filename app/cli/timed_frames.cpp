@@ -51,22 +51,45 @@ long PageFaults() {
   return usage.ru_minflt + usage.ru_majflt;
 }
 
-}  // namespace
-
-void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const FrameCapacity& capacity,
-               double budget_s, int frames, int check_every, const FrameHelpers& helpers,
-               FrameFigures& figures) {
+/// Of a world whose first body a hand holds.
+StepInputs InputsOf(const World& world, const Pose& X_BD, const FrameCapacity& capacity) {
   StepInputs inputs;
   inputs.bodies.resize(world.model().bodies.size());
   inputs.bodies[0].drive = BodyDrive::kSimulated;
   inputs.capacity = capacity.tests;
-  std::optional<CapacityFollower> follower;
-  if (budget_s > 0) follower.emplace(capacity.tests, capacity.look_price, budget_s);
   inputs.look_price = capacity.look_price;
   inputs.hand = {.body = 0,
                  .X_BD = X_BD,
                  .goal = {},
                  .gains = DefaultHandGains(world.model().bodies[0].inertia)};
+  return inputs;
+}
+
+}  // namespace
+
+void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
+                   const FrameCapacity& capacity, std::vector<std::int64_t>& least_ns) {
+  StepInputs inputs = InputsOf(world, X_BD, capacity);
+  LoopClock& clock = MachineClock();
+  StepReport report;
+  const auto frames = kWarmUp + static_cast<std::int64_t>(least_ns.size());
+  for (std::int64_t frame = 0; frame < frames; ++frame) {
+    inputs.hand.goal = hand(frame, report);
+    const std::int64_t begin = clock.ThreadCpuNs();
+    report = world.Step(inputs);
+    const std::int64_t cpu_ns = clock.ThreadCpuNs() - begin;
+    if (frame < kWarmUp) continue;
+    std::int64_t& least = least_ns[static_cast<std::size_t>(frame - kWarmUp)];
+    least = std::min(least, cpu_ns);
+  }
+}
+
+void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const FrameCapacity& capacity,
+               double budget_s, int frames, int check_every, const FrameHelpers& helpers,
+               FrameFigures& figures) {
+  StepInputs inputs = InputsOf(world, X_BD, capacity);
+  std::optional<CapacityFollower> follower;
+  if (budget_s > 0) follower.emplace(capacity.tests, capacity.look_price, budget_s);
   AllPoints all(world.pair(0));
   EmptyWork noise;
   LoopClock& clock = MachineClock();

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "app/cli/capacity.h"
 #include "engine/haptics/device.h"
@@ -34,6 +35,11 @@ struct FrameFigures {
 
 /// What holds the body: gives its goal, frame by frame.
 using FrameHand = std::function<Anchor(std::int64_t frame, const StepReport& report)>;
+
+/// Runs frames back to back, whatever the time, and keeps the least processor time of each, ns; of
+/// several runs of the same frames what they take with caches warm and nobody in between.
+void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
+                   const FrameCapacity& capacity, std::vector<std::int64_t>& least_ns);
 
 /// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it, until
 /// so many are counted. `budget_s`: what a frame's tests may take, which capacity then follows; 0:

@@ -93,10 +93,11 @@ TEST(BenchCommand, VoxelizeSaysThatAFineCylindersEdgesAreNearlyAllSaved) {
 }
 
 TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
-  const json told = Bench("frame --scene peg_in_slot --frames 1000 --capacity 100000");
+  const json told = Bench("frame --scene peg_in_slot --frames 1000 --capacity 100000 --passes 2");
   ExpectNumbers(told, {"/points", "/voxels", "/contacts", "/cpu_p50_us", "/cpu_p99_us",
                        "/cpu_p999_us", "/wall_p999_us", "/noise_p999_us", "/tests_per_frame",
-                       "/travel_at_bound_share", "/violations", "/free_cpu_p99_us"});
+                       "/travel_at_bound_share", "/violations", "/free_cpu_p99_us", "/looked_up_ns",
+                       "/drifted_ns", "/back_to_back/cpu_p50_us", "/back_to_back/cpu_p999_us"});
   EXPECT_EQ(told["frames"], 1000);
   EXPECT_EQ(told["violations"], 0);
   EXPECT_GT(told["contacts"], 0);
