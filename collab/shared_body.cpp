@@ -224,7 +224,7 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common) noexcept {
       link = options_.law->Link(alone);
       const double offer =
           std::min(link.stiffness, partner.most_force / std::max(slew.stretch, 1e-3));
-      if (offer < link.stiffness) slew.gentle_fall = kCappedFall;
+      if (offer < link.stiffness) slew.gentle_fall = kCappedFall * falls_share;
       const double share = sum > most ? most / sum : 1.0;
       const double others = sum - partner.stiffness;
       const double own_ceiling = std::max(allowed.stiffness, share * partner.stiffness);

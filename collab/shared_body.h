@@ -39,8 +39,8 @@ class SharedBody {
   /// Another user holds the body now, or again. False: kMaxLinks others do already, and this one
   /// stays uncoupled.
   bool Join(PeerId peer) noexcept;
-  /// Its pull fades over 200 ms, or longer where all that fade together pull with more than 1.6 N;
-  /// then it is forgotten.
+  /// Its pull fades over 200 ms, or longer: all links whose stiffness falls have equal parts of
+  /// 8 N/s. Then it is forgotten.
   void Part(PeerId peer) noexcept;
 
   void OnState(const ObjectState& state) noexcept;

@@ -7,7 +7,7 @@ namespace tandem {
 
 inline constexpr double kFadeTime = 0.2;    // s, of a partner that is gone, at the least
 inline constexpr double kGentleFall = 8.0;  // N/s that gentle falls may take from the links' forces
-inline constexpr double kCappedFall = 10.0;    // N/s, of one that users are told of
+inline constexpr double kCappedFall = 10.0;    // N/s, where users are told of it
 inline constexpr double kRisePower = 0.02;     // W that rises may put into the links' springs
 inline constexpr double kFastestFall = 800.0;  // N/s that any fall may
 

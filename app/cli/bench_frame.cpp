@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -18,7 +19,6 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "engine/haptics/scripted_device.h"
-#include "engine/world/capacity_follower.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -316,8 +316,9 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
       ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads))
       ->capture_default_str();
   command
-      ->add_option("--passes", arguments->passes,
-                   "run the frames again, so many times back to back: what they take of themselves")
+      ->add_option(
+          "--passes", arguments->passes,
+          "run them again, so often, back to back, at the first capacity: each frame's least")
       ->check(WholeNumberFrom(1, 1000));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

@@ -36,8 +36,9 @@ struct FrameFigures {
 /// What holds the body: gives its goal, frame by frame.
 using FrameHand = std::function<Anchor(std::int64_t frame, const StepReport& report)>;
 
-/// Runs frames back to back, whatever the time, and keeps the least processor time of each, ns; of
-/// several runs of the same frames what they take with caches warm and nobody in between.
+/// Runs frames back to back, whatever the time, at one capacity, and keeps the least processor time
+/// of each, ns, of this thread: of several runs what they take with caches warm and nobody in
+/// between.
 void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
                    const FrameCapacity& capacity, std::vector<std::int64_t>& least_ns);
 

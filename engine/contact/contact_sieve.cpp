@@ -199,8 +199,9 @@ struct ArcEnds {
     const Lanes d;
     const V inside = hn::Set(d, 2 * kMargin);  // rad
     const V half_sine = hn::Mul(arc.tangent, hn::Add(hn::Set(d, 1.0F), arc.cosine));
-    cosine = hn::Add(arc.cosine, hn::Mul(inside, half_sine));
-    sine = hn::Sub(half_sine, hn::Mul(inside, arc.cosine));
+    // of an arc that is thinner, its normal
+    cosine = hn::Min(hn::Set(d, 1.0F), hn::Add(arc.cosine, hn::Mul(inside, half_sine)));
+    sine = hn::Max(hn::Zero(d), hn::Sub(half_sine, hn::Mul(inside, arc.cosine)));
   }
 };
 

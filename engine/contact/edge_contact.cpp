@@ -40,59 +40,61 @@ double ShareBeside(const Vec3& away, const Vec3& normal, double gap) {
   return std::clamp((1.0 - apart.cwiseAbs().maxCoeff()) / kBesideFade, 0.0, 1.0);
 }
 
-/// A direction or a turn in the plane across a line: cosine and sine.
-struct Turn {
+/// A vector in the plane across a line, of length 1 a direction or a rotation: cosine and sine.
+struct Rotation {
   double cosine;
   double sine;
 
-  Turn Plus(const Turn& other) const {
+  Rotation Times(const Rotation& other) const {
     return {cosine * other.cosine - sine * other.sine, sine * other.cosine + cosine * other.sine};
   }
-  Turn Back() const { return {cosine, -sine}; }
-  Turn Unit() const {
+  Rotation Inverse() const { return {cosine, -sine}; }
+  /// None of a vector without a length.
+  Rotation Unit() const {
     const double length = std::sqrt(Dot(*this));
+    if (length == 0) return {1, 0};
     return {cosine / length, sine / length};
   }
   /// The sine of the angle from this to the other, times their lengths.
-  double Cross(const Turn& other) const { return cosine * other.sine - sine * other.cosine; }
-  double Dot(const Turn& other) const { return cosine * other.cosine + sine * other.sine; }
+  double Cross(const Rotation& other) const { return cosine * other.sine - sine * other.cosine; }
+  double Dot(const Rotation& other) const { return cosine * other.cosine + sine * other.sine; }
 };
 
 /// An edge seen along its line: its faces' normals lie in an arc round its own, half of which is
 /// at most a right angle.
 struct Wedge {
   Vec3 normal;
-  Turn half;
+  Rotation half;
 };
 struct Leaning {
   Vec3 normal = Vec3::Zero();
   double share = 0;
 };
 
-/// The directions in both of two arcs, from `low` to `high`; midway between arcs that are apart, of
-/// whose push `share` counts.
+/// The directions in both of two arcs, from `low` to `high`. Where arcs do not meet, both are the
+/// middle of the gap between them, and `share` of a push fades as it widens.
 struct BothArcs {
-  Turn low;
-  Turn high;
+  Rotation low;
+  Rotation high;
   double share = 1.0;
 };
 
 /// One arc lies about 0, the other about `turn`.
-BothArcs CommonOf(const Turn& half, const Turn& turn, const Turn& other_half) {
+BothArcs CommonOf(const Rotation& half, const Rotation& turn, const Rotation& other_half) {
   // whether `turn` is more than an angle of at most a right angle
-  const auto is_beyond = [&turn](const Turn& angle) {
+  const auto is_beyond = [&turn](const Rotation& angle) {
     return turn.cosine < 0 ? turn.sine > 0 : angle.Cross(turn) > 0;
   };
-  const Turn difference = half.Plus(other_half.Back());
+  const Rotation difference = half.Times(other_half.Inverse());
   BothArcs common;
-  common.low = is_beyond(difference.Back()) ? turn.Plus(other_half.Back()) : half.Back();
-  common.high = is_beyond(difference) ? half : turn.Plus(other_half);
-  const Turn sum = half.Plus(other_half);
+  common.low = is_beyond(difference.Inverse()) ? turn.Times(other_half.Inverse()) : half.Inverse();
+  common.high = is_beyond(difference) ? half : turn.Times(other_half);
+  const Rotation sum = half.Times(other_half);
   if (turn.cosine >= sum.cosine) return common;
   const double gap =
       std::atan2(std::abs(turn.sine), turn.cosine) - std::atan2(sum.sine, sum.cosine);
   common.share = std::clamp(1.0 - gap / kArcFade, 0.0, 1.0);
-  const Turn middle{common.low.cosine + common.high.cosine, common.low.sine + common.high.sine};
+  const Rotation middle{common.low.cosine + common.high.cosine, common.low.sine + common.high.sine};
   common.low = common.high = middle.Unit();
   return common;
 }
@@ -102,13 +104,12 @@ BothArcs CommonOf(const Turn& half, const Turn& turn, const Turn& other_half) {
 Leaning LeanOnParallel(const Vec3& t, const Vec3& away, const Wedge& below, const Wedge& above) {
   const Vec3 e1 = (below.normal - below.normal.dot(t) * t).normalized();
   const Vec3 e2 = t.cross(e1);
-  const Turn turn = Turn{above.normal.dot(e1), above.normal.dot(e2)}.Unit();
+  const Rotation turn = Rotation{above.normal.dot(e1), above.normal.dot(e2)}.Unit();
   const BothArcs common = CommonOf(below.half, turn, above.half);
-  Turn way{away.dot(e1), away.dot(e2)};
-  if (way.Dot(way) == 0) way = {1, 0};  // one line: as the other says
+  const Rotation way{away.dot(e1), away.dot(e2)};
   const bool between = common.low.Cross(way) > 0 && way.Cross(common.high) > 0;
   const bool lower = common.low.Dot(way) > common.high.Dot(way);
-  const Turn best = between ? way.Unit() : lower ? common.low : common.high;
+  const Rotation best = between ? way.Unit() : lower ? common.low : common.high;
   return {best.cosine * e1 + best.sine * e2, common.share};
 }
 

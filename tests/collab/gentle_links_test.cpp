@@ -60,6 +60,46 @@ TEST(GentleLinks, ACappedLinkFallsGentlyToWhatItMayPullWith) {
   EXPECT_NEAR(bench.out.entries[0].stiffness, bench.stiffness(), 0.1);
 }
 
+/// Of all links along x, N, where each is stretched by so much.
+double PullOf(const LinkBench& bench, double stretch) {
+  double sum = 0;
+  for (std::size_t i = 0; i < bench.inputs.link_count; ++i) {
+    sum += stretch * bench.inputs.links[i].gains.stiffness;
+  }
+  return sum;
+}
+
+// Four at once fall silent, are capped, or want next to nothing: together they take what one may.
+TEST(GentleLinks, LinksThatFallTogetherShareWhatAHandMayFeel) {
+  constexpr double kStretch = 0.02;
+  for (const bool capped : {false, true}) {
+    SCOPED_TRACE(capped);
+    LinkBench bench;
+    for (PeerId peer = 2; peer < 6; ++peer) bench.body.Join(peer);
+    const auto hear_all = [&] {
+      for (PeerId peer = 2; peer < 6; ++peer) bench.Hear(peer, kStretch, 2, 1e3);
+    };
+    for (int i = 0; i < 20000; ++i) {
+      hear_all();
+      bench.Alone();
+    }
+    const double before = PullOf(bench, kStretch);
+    ASSERT_GT(before, 4.0);
+    for (PeerId peer = 2; capped && peer < 6; ++peer) bench.body.CapForce(peer, 0.3);
+    std::vector<double> pull{before};
+    for (int i = 0; i < 6000; ++i) {
+      if (capped) hear_all();
+      for (PeerId peer = 2; !capped && i == 600 && peer < 6; ++peer) bench.body.Part(peer);
+      bench.Alone();
+      pull.push_back(PullOf(bench, kStretch));
+    }
+    // the first frame of a fall does not know yet that others fall as well
+    const double most = (capped ? 1.0 : 0.8) + 4 * 0.010;
+    for (std::size_t i = 100; i < pull.size(); ++i) EXPECT_LE(pull[i - 100] - pull[i], most) << i;
+    EXPECT_NEAR(pull.back(), capped ? 1.2 : 0.0, 0.02) << "none starves";
+  }
+}
+
 // The peak of a loop of 600 ms is forgotten after two seconds of 40 ms: what drags there are fall
 // by 10 N s/m in a tenth of a second, not in a frame.
 TEST(GentleLinks, DragsFallGentlyWhenALoopGrowsShorter) {

@@ -88,7 +88,8 @@ TEST(ContactSieve, LetsEveryEdgeThroughThatPushes) {
   int pushed = 0, asked = 0, let_through = 0;
   for (int trial = 0; trial < 5000; ++trial) {
     for (const SievedPoint& point : PointsAbout(map.edges, random)) {
-      const EdgeArc arc(Uniform(random, 0.02, 1.25));
+      // an eighth of them as good as flat
+      const EdgeArc arc(asked % 16 < 2 ? Uniform(random, 0, 3e-3) : Uniform(random, 0.02, 1.25));
       Vec3 tangent = point.nhat.unitOrthogonal();
       tangent = RotationBy(Uniform(random, 0, 6.3) * point.nhat) * tangent;
       double depth = 0;
