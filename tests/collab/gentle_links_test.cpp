@@ -60,6 +60,23 @@ TEST(GentleLinks, ACappedLinkFallsGentlyToWhatItMayPullWith) {
   EXPECT_NEAR(bench.out.entries[0].stiffness, bench.stiffness(), 0.1);
 }
 
+// A partner that we hear and that does not hear us tells the same echo again and again: that is
+// silence, not a delay that grows, whose fall would take 20 ms.
+TEST(GentleLinks, AnEchoToldAgainIsNoDelay) {
+  constexpr double kStretch = 0.02;
+  LinkBench bench;
+  bench.body.Join(kOther);
+  for (int i = 0; i < 10000; ++i) bench.Frame(kStretch, 40, 1e3);
+  double last = kStretch * bench.stiffness();
+  ASSERT_GT(last, 2.0);
+  for (int i = 1; i <= 200; ++i) {
+    bench.Frame(kStretch, 40 + i, 1e3);
+    const double force = kStretch * bench.stiffness();
+    EXPECT_LE(last - force, 0.00801) << i;
+    last = force;
+  }
+}
+
 /// Of all links along x, N, where each is stretched by so much.
 double PullOf(const LinkBench& bench, double stretch) {
   double sum = 0;

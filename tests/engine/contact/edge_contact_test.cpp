@@ -62,6 +62,29 @@ TEST(EdgeContact, EdgesSideBySidePushAsFarAsTwoWedgesAreApart) {
   EXPECT_GT(pushing, 1000);
 }
 
+TEST(EdgeContact, APushSideBySideIsGoneWhereItsPieceMayLeaveTheWindow) {
+  // two roofs of 0.3 rad each side, one moved aside: the gap is along the end of an arc
+  SurfaceDetail detail;
+  detail.half_length = 64;
+  detail.tangent = PackDirection(Vec3::UnitZ());
+  detail.normal = PackDirection(Vec3::UnitX());
+  detail.SetRidge(0.3);
+  const double half = SurfaceDetail::kAngleStep * static_cast<double>(detail.half_angle_steps());
+  for (const double aside : {0.5, 0.7, 0.76, 0.85, 0.95, 0.999, 1.0, 1.2}) {
+    for (const double side : {-1.0, 1.0}) {
+      const ShellEdge edge{Vec3(0, side * aside, 0), Vec3::UnitZ(), Vec3::UnitX(), 0.5,
+                           EdgeArc::OfCosine(std::cos(half))};
+      const EdgeMeeting meeting = Meet(edge, detail, Vec3::Zero(), false, ArcOf(detail));
+      const double whole = kRefinedClearance - aside * std::sin(half);
+      const double share = std::min(1.0, std::max(0.0, 1.0 - aside) / 0.25);
+      EXPECT_NEAR(meeting.depth, share * whole, 2e-3) << side * aside;
+      if (aside >= 1) {
+        EXPECT_EQ(meeting.depth, 0);
+      }
+    }
+  }
+}
+
 TEST(EdgeContact, APushFadesOutBetweenArcsThatAreApart) {
   // a narrow wedge over a narrow one, turned away by more than both arcs
   SurfaceDetail detail;
