@@ -23,6 +23,16 @@ struct Wedges {
   double y = 0;  // and square to it and to the line
 };
 
+/// A voxel's length of the map's edge along z, whose faces' normals are `half` rad each side of x.
+SurfaceDetail RidgeAlongZ(double half) {
+  SurfaceDetail detail;
+  detail.half_length = 64;
+  detail.tangent = PackDirection(Vec3::UnitZ());
+  detail.normal = PackDirection(Vec3::UnitX());
+  detail.SetRidge(half);
+  return detail;
+}
+
 /// The depth, 0 if they do not push, by trying all directions that lie in both arcs.
 double DepthByTrying(const Wedges& wedges) {
   constexpr int kSteps = 20000;
@@ -42,11 +52,7 @@ TEST(EdgeContact, EdgesSideBySidePushAsFarAsTwoWedgesAreApart) {
   for (int trial = 0; trial < 3000; ++trial) {
     Wedges wedges{Uniform(random, 0.05, 1.5), 0, 0, Uniform(random, -0.5, 0.6),
                   Uniform(random, -0.5, 0.5)};
-    SurfaceDetail detail;
-    detail.half_length = 64;
-    detail.tangent = PackDirection(Vec3::UnitZ());
-    detail.normal = PackDirection(Vec3::UnitX());
-    detail.SetRidge(Uniform(random, 0.05, 1.5));
+    const SurfaceDetail detail = RidgeAlongZ(Uniform(random, 0.05, 1.5));
     wedges.other_half = SurfaceDetail::kAngleStep * static_cast<double>(detail.half_angle_steps());
     const double most = std::min(1.3, wedges.half + wedges.other_half);
     wedges.turn = Uniform(random, -most, most);
@@ -64,11 +70,7 @@ TEST(EdgeContact, EdgesSideBySidePushAsFarAsTwoWedgesAreApart) {
 
 TEST(EdgeContact, APushSideBySideIsGoneWhereItsPieceMayLeaveTheWindow) {
   // two roofs of 0.3 rad each side, one moved aside: the gap is along the end of an arc
-  SurfaceDetail detail;
-  detail.half_length = 64;
-  detail.tangent = PackDirection(Vec3::UnitZ());
-  detail.normal = PackDirection(Vec3::UnitX());
-  detail.SetRidge(0.3);
+  const SurfaceDetail detail = RidgeAlongZ(0.3);
   const double half = SurfaceDetail::kAngleStep * static_cast<double>(detail.half_angle_steps());
   for (const double aside : {0.5, 0.7, 0.76, 0.85, 0.95, 0.999, 1.0, 1.2}) {
     for (const double side : {-1.0, 1.0}) {
@@ -87,11 +89,7 @@ TEST(EdgeContact, APushSideBySideIsGoneWhereItsPieceMayLeaveTheWindow) {
 
 TEST(EdgeContact, APushFadesOutBetweenArcsThatAreApart) {
   // a narrow wedge over a narrow one, turned away by more than both arcs
-  SurfaceDetail detail;
-  detail.half_length = 64;
-  detail.tangent = PackDirection(Vec3::UnitZ());
-  detail.normal = PackDirection(Vec3::UnitX());
-  detail.SetRidge(0.3);
+  const SurfaceDetail detail = RidgeAlongZ(0.3);
   const double half = SurfaceDetail::kAngleStep * static_cast<double>(detail.half_angle_steps());
   double before = 1;
   for (const double beyond : {0.0, 0.03, 0.06, 0.09, 0.12, 0.149}) {
