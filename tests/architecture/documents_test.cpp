@@ -1,16 +1,27 @@
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
-#include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/architecture/tree_files.h"
+
 namespace tandem {
 namespace {
+
+std::vector<std::filesystem::path> Documents() {
+  std::vector<std::filesystem::path> documents = testing::TreeFiles();
+  std::erase_if(documents, [](const std::filesystem::path& file) {
+    return file.extension() != ".md";
+  });
+  return documents;
+}
 
 // The paths of this tree that a text names in `code` or as a [link](target).
 std::vector<std::string> PathsNamedIn(const std::string& text) {
@@ -24,24 +35,82 @@ std::vector<std::string> PathsNamedIn(const std::string& text) {
 
 TEST(Documents, NameOnlyFilesThatExist) {
   const std::filesystem::path top = TANDEM_SOURCE_DIR;
-  std::vector<std::filesystem::path> documents = {top / "README.md"};
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(top / "docs")) {
-    if (entry.path().extension() == ".md") documents.push_back(entry.path());
-  }
   std::vector<std::string> missing;
   std::size_t named = 0;
-  for (const std::filesystem::path& document : documents) {
-    std::ostringstream text;
-    text << std::ifstream(document).rdbuf();
-    for (const std::string& path : PathsNamedIn(text.str())) {
+  for (const std::filesystem::path& document : Documents()) {
+    for (const std::string& path : PathsNamedIn(testing::TreeText(document))) {
       ++named;
       if (!std::filesystem::exists(top / path)) {
-        missing.push_back(document.filename().string() + " names " + path);
+        missing.push_back(document.string() + " names " + path);
       }
     }
   }
   EXPECT_GT(named, 20U);
   EXPECT_THAT(missing, ::testing::IsEmpty());
+}
+
+// A heading's anchor as web pages of repositories make it: small letters, digits, - and _.
+std::string AnchorOf(const std::string& heading) {
+  std::string anchor;
+  for (const char c : heading) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) != 0 || c == '-' || c == '_') {
+      anchor += static_cast<char>(std::tolower(byte));
+    } else if (c == ' ') {
+      anchor += '-';
+    }
+  }
+  return anchor;
+}
+
+std::set<std::string> AnchorsIn(const std::string& text) {
+  static const std::regex heading(R"((?:^|\n)#+ ([^\n]*))");
+  std::set<std::string> anchors;
+  for (std::sregex_iterator it(text.begin(), text.end(), heading), end; it != end; ++it) {
+    anchors.insert(AnchorOf((*it)[1]));
+  }
+  return anchors;
+}
+
+/// The links of a document to files and headings of this tree that lead nowhere.
+std::vector<std::string> BrokenLinks(const std::filesystem::path& document,
+                                     const std::string& text) {
+  static const std::regex link(R"(\]\(([^)\s#]*)(?:#([^)\s]*))?\))");
+  const std::filesystem::path top = TANDEM_SOURCE_DIR;
+  std::vector<std::string> broken;
+  for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it) {
+    const std::string target = (*it)[1];
+    const std::string anchor = (*it)[2];
+    if (target.find("://") != std::string::npos) continue;
+    const std::filesystem::path file =
+        target.empty() ? document : (document.parent_path() / target).lexically_normal();
+    const bool there = std::filesystem::exists(top / file);
+    const std::string& headings = target.empty() ? text : testing::TreeText(file);
+    if (!there || (!anchor.empty() && !AnchorsIn(headings).contains(anchor))) {
+      broken.push_back(document.string() + " links to " + (*it)[0].str().substr(2));
+    }
+  }
+  return broken;
+}
+
+TEST(Documents, LinkOnlyToFilesAndHeadingsThatExist) {
+  std::vector<std::string> broken;
+  for (const std::filesystem::path& document : Documents()) {
+    for (std::string& link : BrokenLinks(document, testing::TreeText(document))) {
+      broken.push_back(std::move(link));
+    }
+  }
+  EXPECT_THAT(broken, ::testing::IsEmpty());
+}
+
+TEST(Documents, BrokenLinksAreFound) {
+  const std::string text =
+      "# What is `here`?\n[a](#what-is-here) [b](#gone) [c](../README.md) [d](gone.png)\n"
+      "[e](https://example.org/gone) [f](notation.md#gone) ![g](images/demo.png)";
+  EXPECT_THAT(
+      BrokenLinks("docs/design.md", text),
+      ::testing::ElementsAre("docs/design.md links to #gone)", "docs/design.md links to gone.png)",
+                             "docs/design.md links to notation.md#gone)"));
 }
 
 /// What a text cites that a reader of this tree cannot find: documents that are not in it, whatever
@@ -71,31 +140,24 @@ std::vector<std::string> CitedInVain(const std::string& text, const std::set<std
 }
 
 TEST(Documents, WhatIsCitedIsInTheTree) {
-  const std::filesystem::path top = TANDEM_SOURCE_DIR;
   std::set<std::string> names;
   std::set<std::string> decisions;
   std::vector<std::filesystem::path> files;
-  for (auto it = std::filesystem::recursive_directory_iterator(top);
-       it != std::filesystem::recursive_directory_iterator(); ++it) {
-    const std::string name = it->path().filename();
-    if (it->is_directory() && (name.starts_with("build") || name.starts_with('.'))) {
-      it.disable_recursion_pending();
-    }
-    const std::string type = it->path().extension();
+  for (const std::filesystem::path& file : testing::TreeFiles()) {
+    const std::string name = file.filename();
+    const std::string type = file.extension();
     if (type == ".md") names.insert(name);
-    if (it->path().parent_path() == top / "docs/decisions") decisions.insert(name.substr(0, 4));
+    if (file.parent_path() == "docs/decisions") decisions.insert(name.substr(0, 4));
     const bool ours = type == ".h" || type == ".cpp" || type == ".md" || type == ".idl" ||
                       name == "CMakeLists.txt" || name == "tandem";
     // this test cites in vain to see that it is found
-    if (ours && it->is_regular_file() && name != "documents_test.cpp") files.push_back(it->path());
+    if (ours && name != "documents_test.cpp") files.push_back(file);
   }
   EXPECT_GE(decisions.size(), 20U);
   std::vector<std::string> vain;
   for (const std::filesystem::path& file : files) {
-    std::ostringstream text;
-    text << std::ifstream(file).rdbuf();
-    for (const std::string& what : CitedInVain(text.str(), names, decisions)) {
-      vain.push_back(std::filesystem::relative(file, top).string() + " cites " + what);
+    for (const std::string& what : CitedInVain(testing::TreeText(file), names, decisions)) {
+      vain.push_back(file.string() + " cites " + what);
     }
   }
   EXPECT_THAT(vain, ::testing::IsEmpty());

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tandem::testing {
+
+/// The files of this tree in the order of their names, as paths from its top. What is built or
+/// hidden is left out.
+std::vector<std::filesystem::path> TreeFiles();
+
+/// The text of a file of this tree; empty where there is none.
+std::string TreeText(const std::filesystem::path& from_top);
+
+}  // namespace tandem::testing
