@@ -4,12 +4,12 @@
 #include <utility>
 
 #include "collab/planted_faults.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kAskAgain = 250 * kMs;
 constexpr std::int64_t kGiveUp = 5000 * kMs;
 constexpr std::int64_t kPause = 500 * kMs;      // of our own frames: we were stopped

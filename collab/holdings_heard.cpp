@@ -2,6 +2,7 @@
 
 #include "collab/holdings.h"
 #include "collab/planted_faults.h"
+#include "engine/base/units.h"
 
 // What others say of who holds what, and what it makes of ours; holdings.cpp has our own wishes.
 
@@ -9,7 +10,6 @@ namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr std::uint32_t kMostEpochs = 1000;  // that one claim may run ahead of what we know,
 constexpr std::int64_t kEpoch = 100 * kMs;   // and one more for each such time since we knew it
 

@@ -58,7 +58,8 @@ constexpr double kClevisRadius = 12.5;
 
 constexpr double kPressUp = 21;     // 13 mm farther than the web allows
 constexpr double kPressAside = 15;  // 6 mm farther than the slot allows the barrel
-constexpr double kTravel = 190;     // up; the hoses end 152 mm above the actuator's lowest point
+constexpr double kActuatorTravel =
+    190;  // up; the hoses end 152 mm above the actuator's lowest point
 
 struct Assembly {
   TriangleMesh mesh;
@@ -244,7 +245,7 @@ TriangleMesh Actuator() {
   return actuator.mesh;
 }
 
-HandScript Hand() {
+HandScript ActuatorHand() {
   constexpr double kMm = 1e-3;
   const Quat quarter = RotationBy(Vec3(0, 0, 0.5 * 3.14159265358979323846));
   HandScript script;
@@ -255,7 +256,7 @@ HandScript Hand() {
       {1.2, {0, 0, kMm * kPressUp}, Quat::Identity()},                // up into the web
       {4.6, {0, 0, kMm * (kPressUp + 4)}, quarter},                   // turn, still pressing
       {5.8, {0, kMm * kPressAside, kMm * (kPressUp + 40)}, quarter},  // up the slot, and aside
-      {8.4, {0, kMm * kPressAside, kMm * kTravel}, quarter},
+      {8.4, {0, kMm * kPressAside, kMm * kActuatorTravel}, quarter},
   };
   return script;
 }
@@ -263,7 +264,7 @@ HandScript Hand() {
 }  // namespace
 
 GeneratedScene BracketActuator() {
-  const HandScript top = Hand();
+  const HandScript top = ActuatorHand();
   Pose bottom_grasp;
   bottom_grasp.p = {0, 0, -0.055};
   const HandScript bottom = Partner(top, 1.06, {0, 0.002, 0.002}, bottom_grasp);

@@ -171,7 +171,7 @@ class Bay {
   std::vector<TriangleMesh> parts_;
 };
 
-HandScript Hand() {
+HandScript ClutterHand() {
   constexpr double kMm = 1e-3;
   HandScript script;
   script.impedance.damping = 20;
@@ -231,7 +231,7 @@ GeneratedScene Clutter(const std::vector<TriangleMesh>& parts) {
   for (const TriangleMesh& part : parts) Append(fixed, part);
   return {"clutter",
           {{"clutter_fixed.stl", std::move(fixed)}, {"clutter_actuator.stl", ClutterActuator()}},
-          {{"clutter_hand.json", Hand()}}};
+          {{"clutter_hand.json", ClutterHand()}}};
 }
 
 }  // namespace tandem

@@ -21,8 +21,6 @@
 namespace tandem {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 constexpr double kFinRadius = 58;
 constexpr double kBarrelRadius = 52;
 constexpr double kBarrelLeft = -370;
@@ -37,7 +35,7 @@ constexpr double kEyeRadius = 40;
 constexpr double kClevisPin = -418;
 
 constexpr double kCradleClearance = 8;
-constexpr double kCradleAngle = 40 * kPi / 180;  // from straight down
+constexpr double kCradleAngle = 40 * std::numbers::pi / 180;  // from straight down
 constexpr double kRackDepth = 24;
 constexpr double kWall = 80;
 constexpr double kGuideClearance = 12;
@@ -74,9 +72,10 @@ TriangleMesh Flange() {
   edges.sides = 96;
   TriangleMesh flange = Plate(lobes, {{{0, 0}, kBarrelRadius + kSeam}}, 0, kFlangeThickness, edges);
   for (int k = 0; k < 4; ++k) {
-    const double angle = 0.5 * kPi * k;
+    const double angle = 0.5 * std::numbers::pi * k;
     const Vec3 at(kTieCircle * std::cos(angle), kTieCircle * std::sin(angle), 0);
-    TriangleMesh end = Moved(Turned(HexHead(10, 7), RotationBy(Vec3(kPi, 0, 0))), {0, 0, -kSeam});
+    TriangleMesh end =
+        Moved(Turned(HexHead(10, 7), RotationBy(Vec3(std::numbers::pi, 0, 0))), {0, 0, -kSeam});
     Append(end, Moved(ThreadedEnd(0.9 * kTieRadius, 1.5, 8, 16), {0, 0, -7 - 2 * kSeam}));
     Append(flange, Moved(end, at));
   }
@@ -90,7 +89,8 @@ TriangleMesh RodEnd() {
                                       {kRodRadius, 270},
                                       {kRodRadius - 2, 272}},
                                      72));
-  Append(end, Moved(Turned(ThreadedEnd(kRodRadius, 4, 60, 32), RotationBy(Vec3(0, -0.5 * kPi, 0))),
+  Append(end, Moved(Turned(ThreadedEnd(kRodRadius, 4, 60, 32),
+                           RotationBy(Vec3(0, -0.5 * std::numbers::pi, 0))),
                     {272 + kSeam, 0, 0}));
   const double shank = 332 + 2 * kSeam;
   Append(end, AlongX(Revolved({{20, shank},
@@ -120,7 +120,7 @@ TriangleMesh Clevis() {
   for (const double start : {-32.0, 14.0}) {
     // the plate's x stays, its z becomes y
     const TriangleMesh plate = Plate(cheek, {{{0, 0}, 12 + kSeam}}, start, start + 18, edges);
-    Append(clevis, Turned(plate, RotationBy(Vec3(0.5 * kPi, 0, 0))));
+    Append(clevis, Turned(plate, RotationBy(Vec3(0.5 * std::numbers::pi, 0, 0))));
   }
   Append(clevis, AlongY(Revolved({{10, -38}, {12, -36}, {12, 36}, {10, 38}}, 56)));
   return Moved(clevis, {kClevisPin, 0, 0});
@@ -131,11 +131,12 @@ TriangleMesh Clevis() {
 TriangleMesh ClutterActuator() {
   TriangleMesh actuator = Barrel();
   Append(actuator, Moved(Flange(), {kBarrelLeft + 6, 0, 0}));
-  Append(actuator, Moved(Turned(Flange(), RotationBy(Vec3(0, 0, kPi))), {kBarrelRight - 6, 0, 0}));
+  Append(actuator, Moved(Turned(Flange(), RotationBy(Vec3(0, 0, std::numbers::pi))),
+                         {kBarrelRight - 6, 0, 0}));
   const double left = kBarrelLeft + 6 + kFlangeThickness + kSeam;
   const double right = kBarrelRight - 6 - kFlangeThickness - kSeam;
   for (int k = 0; k < 4; ++k) {
-    const double angle = 0.5 * kPi * k;
+    const double angle = 0.5 * std::numbers::pi * k;
     Append(actuator,
            Moved(AlongX(Revolved(
                      {{kTieRadius, left}, {kTieRadius, 0.5 * (left + right)}, {kTieRadius, right}},
@@ -170,13 +171,15 @@ TriangleMesh ClutterNest() {
   for (const double side : {-1.0, 1.0}) {
     Append(nest, AboutX(cradle, side * kCradleAngle));
     // walls, standing; their holes' grid has its corners at z = -19 and 23
-    Append(nest, Moved(AboutX(plate, side * 0.5 * kPi), {0, side * (kWall + grid.thickness), -40}));
+    Append(nest, Moved(AboutX(plate, side * 0.5 * std::numbers::pi),
+                       {0, side * (kWall + grid.thickness), -40}));
     for (const double z : {-32.0, 46.0}) {
-      const TriangleMesh turned = AboutX(Rack(guide), side * 0.5 * kPi);  // teeth to -side y
+      const TriangleMesh turned =
+          AboutX(Rack(guide), side * 0.5 * std::numbers::pi);  // teeth to -side y
       Append(nest, Moved(turned, {0, side * (kFlangeRadius + kGuideClearance), z}));
     }
     for (int k = -5; k <= 5; ++k) {
-      const TriangleMesh bolt = AboutX(BoltCircle(1, 0, 13), side * 0.5 * kPi);
+      const TriangleMesh bolt = AboutX(BoltCircle(1, 0, 13), side * 0.5 * std::numbers::pi);
       Append(nest, Moved(bolt, {84.0 * k, side * (kWall - kSeam), 23}));
     }
     // stops at the ends

@@ -11,8 +11,6 @@
 namespace tandem {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Outline Rectangle(double half_x, double half_y) {
   return {{{half_x, half_y}, 0},
           {{-half_x, half_y}, 0},
@@ -21,7 +19,7 @@ Outline Rectangle(double half_x, double half_y) {
 }
 
 TriangleMesh UpsideDown(const TriangleMesh& mesh) {
-  return Turned(mesh, RotationBy(Vec3(kPi, 0, 0)));
+  return Turned(mesh, RotationBy(Vec3(std::numbers::pi, 0, 0)));
 }
 
 TriangleMesh FlangedPipe(Dice& dice) {
@@ -97,12 +95,12 @@ TriangleMesh CornerBracket(Dice& dice) {
             {0.5 * reach, 0, 0});
   TriangleMesh part = leaf;
   // the other leaf stands on the first one's end
-  Append(part,
-         Moved(Turned(leaf, RotationBy(Vec3(0, -0.5 * kPi, 0))), {kThick, 0, kThick + kSeam}));
+  Append(part, Moved(Turned(leaf, RotationBy(Vec3(0, -0.5 * std::numbers::pi, 0))),
+                     {kThick, 0, kThick + kSeam}));
   for (const double side : {-0.85, 0.85}) {
     TriangleMesh gusset = Prism(
         {{0, 0}, {0.6 * reach, 0}, {0.6 * reach, 6}, {6, 0.6 * reach}, {0, 0.6 * reach}}, -3, 3);
-    Append(part, Moved(Turned(gusset, RotationBy(Vec3(0.5 * kPi, 0, 0))),
+    Append(part, Moved(Turned(gusset, RotationBy(Vec3(0.5 * std::numbers::pi, 0, 0))),
                        {kThick + kSeam, side * half, kThick + kSeam}));
   }
   Append(part, Moved(BoltCircle(6, 0.5 * half + 9, 10), {0.5 * reach, 0, kThick + kSeam}));
@@ -195,13 +193,13 @@ TriangleMesh BoltAndNut(Dice& dice) {
 TriangleMesh BallBearing(Dice& dice) {
   const int balls = dice.Whole(9, 14);
   const double pitch = dice.Between(60, 85);
-  const double ball = 0.36 * 2 * kPi * pitch / balls;
+  const double ball = 0.36 * 2 * std::numbers::pi * pitch / balls;
   const double width = 1.2 * ball;
   TriangleMesh part = Tube(pitch - 2.0 * ball, pitch - ball - kSeam, -width, width, 80);
   Append(part, Tube(pitch + ball + kSeam, pitch + 2.0 * ball, -width, width, 80));
   const TriangleMesh sphere = OctahedralSphere(ball, 2, false);
   for (int k = 0; k < balls; ++k) {
-    const double angle = 2 * kPi * k / balls;
+    const double angle = 2 * std::numbers::pi * k / balls;
     Append(part, Moved(sphere, {pitch * std::cos(angle), pitch * std::sin(angle), 0}));
   }
   return part;
@@ -228,7 +226,7 @@ TriangleMesh RackAndPinion(Dice& dice) {
   TriangleMesh part = Rack(rack);
   GearShape pinion;
   pinion.teeth = dice.Whole(20, 30);
-  pinion.module = rack.tooth_pitch / kPi;
+  pinion.module = rack.tooth_pitch / std::numbers::pi;
   pinion.width = rack.width;
   pinion.bore = 10;
   const double clear = 0.5 * pinion.module * pinion.teeth + 1.5 * pinion.module;

@@ -10,11 +10,7 @@
 #include "engine/base/check.h"
 
 namespace tandem {
-namespace {
-
-constexpr double kPi = std::numbers::pi;
-
-}  // namespace
+namespace {}  // namespace
 
 TriangleMesh Turned(const TriangleMesh& mesh, const Quat& by) {
   const Mat3 turn = by.toRotationMatrix();
@@ -51,7 +47,7 @@ TriangleMesh Gear(const GearShape& shape) {
   std::vector<Loop> loops;
   for (int tooth = 0; tooth < shape.teeth; ++tooth) {
     for (std::size_t k = 0; k < kAt.size(); ++k) {
-      const double angle = 2 * kPi * (tooth + kAt[k]) / shape.teeth;
+      const double angle = 2 * std::numbers::pi * (tooth + kAt[k]) / shape.teeth;
       const double r = pitch_radius + shape.module * kHeight[k];
       const Vec3 out(std::cos(angle), std::sin(angle), 0);
       const auto at = [&](double radius, double z) {
@@ -98,7 +94,8 @@ TriangleMesh PerforatedPlate(const HoleGrid& grid) {
                                          : k < 2 * n ? std::array<int, 2>{n, along}
                                          : k < 3 * n ? std::array<int, 2>{n - along, n}
                                                      : std::array<int, 2>{0, n - along};
-        const double angle = 2 * kPi * (k - 0.5 * n) / (4 * n) - 0.5 * kPi;
+        const double angle =
+            2 * std::numbers::pi * (k - 0.5 * n) / (4 * n) - 0.5 * std::numbers::pi;
         const Vec3 rim = centre + grid.hole_radius * Vec3(std::cos(angle), std::sin(angle), 0);
         for (const int level : {0, 1}) {
           const auto side = static_cast<std::size_t>(level);
@@ -127,8 +124,8 @@ TriangleMesh Spring(double radius, double wire_radius, double pitch, int turns, 
   std::vector<Vec3> points;
   for (int k = 0; k <= kPointsPerTurn * turns; ++k) {
     const double turn = static_cast<double>(k) / kPointsPerTurn;
-    points.emplace_back(radius * std::cos(2 * kPi * turn), radius * std::sin(2 * kPi * turn),
-                        pitch * turn);
+    points.emplace_back(radius * std::cos(2 * std::numbers::pi * turn),
+                        radius * std::sin(2 * std::numbers::pi * turn), pitch * turn);
   }
   return Hose(points, wire_radius, 0, sides, 2);
 }
@@ -161,8 +158,10 @@ TriangleMesh BoltCircle(int bolts, double circle_radius, double across_flats) {
   const auto ring = [across_flats](double limit, double z) {
     Loop loop;
     for (int i = 0; i < 12; ++i) {
-      const double r = std::min(0.5 * across_flats / (i % 2 == 0 ? std::cos(kPi / 6) : 1), limit);
-      loop.emplace_back(r * std::cos(kPi * i / 6), r * std::sin(kPi * i / 6), z);
+      const double r =
+          std::min(0.5 * across_flats / (i % 2 == 0 ? std::cos(std::numbers::pi / 6) : 1), limit);
+      loop.emplace_back(r * std::cos(std::numbers::pi * i / 6),
+                        r * std::sin(std::numbers::pi * i / 6), z);
     }
     return loop;
   };
@@ -174,7 +173,7 @@ TriangleMesh BoltCircle(int bolts, double circle_radius, double across_flats) {
   Append(bolt, Revolved({{rim, kSeam}, {rim, kSeam + washer}}, 20));
   TriangleMesh mesh;
   for (int k = 0; k < bolts; ++k) {
-    const double angle = 2 * kPi * k / bolts;
+    const double angle = 2 * std::numbers::pi * k / bolts;
     Append(mesh,
            Moved(bolt, {circle_radius * std::cos(angle), circle_radius * std::sin(angle), 0}));
   }

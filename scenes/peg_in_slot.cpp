@@ -32,7 +32,7 @@ constexpr double kPegRound = 1;
 constexpr double kPegX = 26.5;  // its centre at first: 7 mm of clearance left, above and below
 constexpr double kPegZ = 26.5;
 
-constexpr double kTravel = 100;  // up: 46 mm are needed to leave the block's box
+constexpr double kPegTravel = 100;  // up: 46 mm are needed to leave the block's box
 
 TriangleMesh Block() {
   const std::vector<Vec2> section = {{kOutside, kOutside},
@@ -62,7 +62,7 @@ TriangleMesh Peg() {
   return peg;
 }
 
-HandScript Hand() {
+HandScript PegHand() {
   HandScript script;
   script.impedance.damping = 12;
   script.X_BD.p = {0.004, 0.010, 0.004};
@@ -70,7 +70,7 @@ HandScript Hand() {
       {0.0, {0, 0, 0}, Quat::Identity()},
       {2.0, {0.014, 0, 0.020}, Quat::Identity()},  // up into the tooth
       {5.0, {0.060, 0, 0.026}, Quat::Identity()},  // along it, and into the wall beyond
-      {7.8, {0.060, 0, 1e-3 * kTravel}, Quat::Identity()},
+      {7.8, {0.060, 0, 1e-3 * kPegTravel}, Quat::Identity()},
   };
   return script;
 }
@@ -78,7 +78,7 @@ HandScript Hand() {
 }  // namespace
 
 GeneratedScene PegInSlot() {
-  const HandScript left = Hand();
+  const HandScript left = PegHand();
   Pose right_grasp;
   right_grasp.p = {-0.004, -0.010, 0.004};
   const HandScript right = Partner(left, 1.06, {0, 0, 0.003}, right_grasp);

@@ -5,14 +5,13 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "engine/base/check.h"
 
 namespace tandem {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 std::uint32_t Index(std::size_t i) {
   return static_cast<std::uint32_t>(i);
@@ -38,7 +37,7 @@ Vec2 OnCircle(double angle) {
 }
 
 double AngleOf(int side, int sides) {
-  return 2 * kPi * side / sides;
+  return 2 * std::numbers::pi * side / sides;
 }
 
 Loop Circle(double radius, double z, int sides) {
@@ -226,7 +225,7 @@ TriangleMesh Plate(const Outline& outline, const Outline& hole, double bottom, d
   for (const Disc& disc : outline) {
     if (disc.radius > 0 || disc.centre.isZero()) continue;
     double corner = std::atan2(disc.centre.y(), disc.centre.x());
-    if (corner < 0) corner += 2 * kPi;
+    if (corner < 0) corner += 2 * std::numbers::pi;
     angles.push_back(corner);
   }
   std::sort(angles.begin(), angles.end());
@@ -247,7 +246,8 @@ TriangleMesh Plate(const Outline& outline, const Outline& hole, double bottom, d
         return;
       }
       for (int i = 0; i <= edges.arc_steps; ++i) {
-        const double turn = 0.5 * kPi * (up ? edges.arc_steps - i : i) / edges.arc_steps;
+        const double turn =
+            0.5 * std::numbers::pi * (up ? edges.arc_steps - i : i) / edges.arc_steps;
         const double at = r + inward * round * (1 - std::cos(turn));
         loop.emplace_back(at * std::cos(angle), at * std::sin(angle),
                           z + down * round * (1 - std::sin(turn)));
@@ -269,13 +269,13 @@ TriangleMesh HexHead(double across_flats, double height) {
     Loop loop;
     for (int i = 0; i < kSides; ++i) {
       const double angle = AngleOf(i, kSides);
-      const double off = std::remainder(angle, kPi / 3);
+      const double off = std::remainder(angle, std::numbers::pi / 3);
       const double r = std::min(apothem / std::cos(off), limit);
       loop.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
     }
     return loop;
   };
-  const double corner = apothem / std::cos(kPi / 6);
+  const double corner = apothem / std::cos(std::numbers::pi / 6);
   return Skin({ring(1.02 * apothem, 0), ring(1.02 * apothem, 0.1 * height),
                ring(corner, 0.1 * height + 0.04 * across_flats), ring(corner, 0.5 * height),
                ring(corner, 0.85 * height), ring(0.99 * apothem, height)},

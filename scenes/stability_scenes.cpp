@@ -14,14 +14,14 @@ namespace tandem {
 namespace {
 
 // mm
-constexpr double kHalf = 20;
+constexpr double kCubeHalf = 20;
 constexpr double kToWall = 2;
 constexpr double kThick = 8;
 constexpr double kWide = 60;  // half of the wall's width
 constexpr double kSlotGap = 3;
 constexpr double kSlotEnd = 6;  // from the cube to the slot's end
 constexpr double kSlotTurn = 20 * M_PI / 180;
-constexpr double kBallRadius = 12;
+constexpr double kLabBallRadius = 12;
 constexpr double kBallGap = 10;
 constexpr double kSocketThick = 6;
 constexpr double kSocketUpper = 35 * M_PI / 180;  // above the equator, where the socket ends
@@ -37,22 +37,22 @@ TriangleMesh Turned(TriangleMesh mesh, double angle) {
 }
 
 TriangleMesh Cube() {
-  return Box(Vec3::Constant(-kHalf), Vec3::Constant(kHalf));
+  return Box(Vec3::Constant(-kCubeHalf), Vec3::Constant(kCubeHalf));
 }
 
 TriangleMesh Slot() {
-  const double inner = kHalf + kSlotGap;
+  const double inner = kCubeHalf + kSlotGap;
   const double outer = inner + kThick;
-  const double end = kHalf + kSlotEnd;
+  const double end = kCubeHalf + kSlotEnd;
   const double open = -kWide;
   const std::vector<Vec2> section = {{open, -outer}, {end + kThick, -outer}, {end + kThick, outer},
                                      {open, outer},  {open, inner},          {end, inner},
                                      {end, -inner},  {open, -inner}};
-  return Turned(Prism(section, -kHalf, kHalf), kSlotTurn);
+  return Turned(Prism(section, -kCubeHalf, kCubeHalf), kSlotTurn);
 }
 
 TriangleMesh Socket() {
-  const double inner = kBallRadius + kBallGap;
+  const double inner = kLabBallRadius + kBallGap;
   std::vector<Vec2> profile;
   for (const double radius : {inner, inner + kSocketThick}) {
     for (int i = 0; i <= kSocketSteps; ++i) {
@@ -69,13 +69,13 @@ TriangleMesh Socket() {
 }  // namespace
 
 GeneratedScene StabilityParts() {
-  const double wall = kHalf + kToWall;
+  const double wall = kCubeHalf + kToWall;
   return {"stability",
           {{"cube.stl", Cube()},
            {"cube_in_slot.stl", Turned(Cube(), kSlotTurn)},
            {"wall.stl", Box(Vec3(wall, -kWide, -kWide), Vec3(wall + kThick, kWide, kWide))},
            {"slot.stl", Slot()},
-           {"ball.stl", OctahedralSphere(kBallRadius, kBallLevels, false)},
+           {"ball.stl", OctahedralSphere(kLabBallRadius, kBallLevels, false)},
            {"socket.stl", Socket()}},
           {}};
 }

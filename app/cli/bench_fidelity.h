@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <random>
 #include <vector>
 
 #include "engine/base/result.h"
@@ -71,5 +72,10 @@ struct BallFigures {
 };
 /// The scene ball_and_socket in that file.
 Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path& scene_file);
+
+/// A number of [low, high), the same with every standard library.
+inline double Uniform(std::mt19937_64& random, double low, double high) {
+  return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1p-53;
+}
 
 }  // namespace tandem

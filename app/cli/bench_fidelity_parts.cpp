@@ -13,12 +13,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kCapacity = 1e9;  // fidelity is asked for here, not speed
-
-double Uniform(std::mt19937_64& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1p-53;
-}
 
 /// A part of models/factory before another that is fixed, in metres.
 Scene Factory(ContactModel model, const std::filesystem::path& models, double voxel,
@@ -65,7 +60,7 @@ double Microseconds(const Histogram& ns, double quantile) {
 class HighPass {
  public:
   double operator()(double x) {
-    const double k = std::tan(kPi * 20.0 * kFrame);
+    const double k = std::tan(std::numbers::pi * 20.0 * kFrame);
     const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
     const double y = norm * (x - 2 * x_[0] + x_[1]) - 2 * (k * k - 1) * norm * y_[0] -
                      (1 - std::numbers::sqrt2 * k + k * k) * norm * y_[1];
@@ -134,11 +129,11 @@ double Insert(const std::shared_ptr<const WorldModel>& model, double start_heigh
   inputs.hand.gains.rotation_damping = 0.03 * Mat3::Identity();
   const Pose X_WB0 = model->bodies[0].X_WB0;
   const double half_length = X_WB0.p.z() - start_height;
-  const double heading = Uniform(random, 0, 2 * kPi);
+  const double heading = Uniform(random, 0, 2 * std::numbers::pi);
   const Vec3 aside = 0.0002 * Vec3(std::cos(heading), std::sin(heading), 0);
   Vec3 axis(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
-  const Quat askew = RotationBy(0.5 * kPi / 180 * axis.normalized());
-  const double phase = Uniform(random, 0, 2 * kPi);
+  const Quat askew = RotationBy(0.5 * std::numbers::pi / 180 * axis.normalized());
+  const double phase = Uniform(random, 0, 2 * std::numbers::pi);
   // the hand's pose with the peg's end at `end`
   const auto holding = [&](const Vec3& end) {
     return Pose{askew * X_WB0.q, end + askew * Vec3(0, 0, half_length)};
@@ -150,7 +145,7 @@ double Insert(const std::shared_ptr<const WorldModel>& model, double start_heigh
     const double searching = std::clamp((t - 0.5) / 1.5, 0.0, 1.0);
     const double entering = Smooth((t - 2.0) / 1.0);
     const double radius = 0.0003 * searching * (1.0 - Smooth((t - 2.0) / 0.5));
-    const double turn = phase + 2 * kPi * 3.0 * t;
+    const double turn = phase + 2 * std::numbers::pi * 3.0 * t;
     const double height =
         start_height - (start_height - kHoleTop + 0.001) * Smooth(t / 0.5) - 0.007 * entering;
     inputs.hand.goal.X_WA = holding((1.0 + 5.0 * entering) * aside +
@@ -181,18 +176,20 @@ Result<NutFigures> MeasureNut(ContactModel model, const std::filesystem::path& m
     StepInputs inputs = Inputs(**loaded);
     double last = 0;
     for (int frame = 0; frame < kTurnFrames; ++frame) {
-      const double wanted = 2 * kPi * frame / (kTurnFrames - 500);
+      const double wanted = 2 * std::numbers::pi * frame / (kTurnFrames - 500);
       // the hand turns about the axis and gives way along it
-      inputs.hand.goal.X_WA = {RotationBy(Vec3(0, 0, std::min(wanted, 2 * kPi))) * X_WB0.q,
-                               {X_WB0.p.x(), X_WB0.p.y(), world.state(0).X_WB.p.z()}};
+      inputs.hand.goal.X_WA = {
+          RotationBy(Vec3(0, 0, std::min(wanted, 2 * std::numbers::pi))) * X_WB0.q,
+          {X_WB0.p.x(), X_WB0.p.y(), world.state(0).X_WB.p.z()}};
       TimedStep(world, inputs, cpu_ns);
       const RigidState& state = world.state(0);
       const double turn = TurnAboutZ(state.X_WB.q * X_WB0.q.conjugate());
-      figures.turned += std::remainder(turn - last, 2 * kPi);
+      figures.turned += std::remainder(turn - last, 2 * std::numbers::pi);
       last = turn;
       const double risen = state.X_WB.p.z() - X_WB0.p.z();
-      figures.helix_error_mm = std::max(
-          figures.helix_error_mm, 1e3 * std::abs(risen - kPitch * figures.turned / (2 * kPi)));
+      figures.helix_error_mm =
+          std::max(figures.helix_error_mm,
+                   1e3 * std::abs(risen - kPitch * figures.turned / (2 * std::numbers::pi)));
     }
   }
   for (const double way : {-1.0, 1.0}) {

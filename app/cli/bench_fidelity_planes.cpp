@@ -16,17 +16,12 @@ namespace tandem {
 namespace {
 
 constexpr double kVoxel = 0.001;  // m; every figure is in voxels
-constexpr double kPi = std::numbers::pi;
-
-double Uniform(std::mt19937_64& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1p-53;
-}
 
 Quat RandomRotation(std::mt19937_64& random) {
   // uniform: Shoemake's three numbers
   const double u = Uniform(random, 0, 1);
-  const double a = Uniform(random, 0, 2 * kPi);
-  const double b = Uniform(random, 0, 2 * kPi);
+  const double a = Uniform(random, 0, 2 * std::numbers::pi);
+  const double b = Uniform(random, 0, 2 * std::numbers::pi);
   return Quat(std::sqrt(1 - u) * std::sin(a), std::sqrt(1 - u) * std::cos(a),
               std::sqrt(u) * std::sin(b), std::sqrt(u) * std::cos(b));
 }
@@ -118,7 +113,7 @@ struct Pressing {
 /// An attitude in which the body rests on the plate: the box on a face, the cylinder on an end.
 Quat RestingAttitude(const TiltedPlate& plate, Approaching body, std::mt19937_64& random) {
   if (body == Approaching::kSphere) return RandomRotation(random);
-  return plate.q * RotationBy(Vec3(0, 0, Uniform(random, 0, 2 * kPi)));
+  return plate.q * RotationBy(Vec3(0, 0, Uniform(random, 0, 2 * std::numbers::pi)));
 }
 
 }  // namespace
@@ -160,7 +155,7 @@ PressedFigures MeasurePressed(ContactModel model, int tilts) {
     const auto body = static_cast<Approaching>(tilt % 3);
     Pressing pressing(model, body, plate, random);
     const Quat q_WB = RestingAttitude(plate, body, random);
-    const double heading = Uniform(random, 0, 2 * kPi);
+    const double heading = Uniform(random, 0, 2 * std::numbers::pi);
     const Vec3 way = plate.q * Vec3(std::cos(heading), std::sin(heading), 0);
     const Vec3 beside = plate.q * Vec3(-std::sin(heading), std::cos(heading), 0);
     const Vec3 start =
@@ -180,8 +175,8 @@ PressedFigures MeasurePressed(ContactModel model, int tilts) {
       const double pressed = force.norm();
       sum += pressed;
       squares += pressed * pressed;
-      const double error =
-          std::atan2(force.cross(plate.normal).norm(), force.dot(plate.normal)) * 180 / kPi;
+      const double error = std::atan2(force.cross(plate.normal).norm(), force.dot(plate.normal)) *
+                           180 / std::numbers::pi;
       errors += error;
       worst = std::max(worst, error);
     }

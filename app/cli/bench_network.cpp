@@ -1,5 +1,4 @@
 #include <atomic>
-#include <csignal>
 #include <memory>
 #include <random>
 
@@ -8,6 +7,7 @@
 
 #include "app/cli/bench.h"
 #include "app/cli/child_processes.h"
+#include "app/cli/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -22,8 +22,6 @@ struct NetworkArguments {
   std::uint16_t echo_port = 0;  // not 0: this is the echo process
   bool json = false;
 };
-
-std::atomic<bool> stop_asked{false};
 
 double Microseconds(const Histogram& ns, double q) {
   return 1e-3 * static_cast<double>(ns.Quantile(q));
@@ -59,10 +57,7 @@ int Tell(const NetworkArguments& arguments, const RoundTrips& trips) {
 }
 
 int RunEcho(const NetworkArguments& arguments) {
-  std::signal(SIGTERM, [](int) {
-    stop_asked.store(true);
-  });
-  const Result<bool> done = EchoRoundTrips(arguments.trips, arguments.echo_port, stop_asked);
+  const Result<bool> done = EchoRoundTrips(arguments.trips, arguments.echo_port, StopOnSignals());
   return done ? kExitOk : Fail(kExitNetwork, done.error().what);
 }
 

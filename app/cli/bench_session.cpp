@@ -36,7 +36,7 @@ struct SessionArguments {
   bool json = false;
 };
 
-constexpr double kMeetingSeconds = 120;  // for loading and meeting, at the most
+constexpr double kMostMeetingSeconds = 120;  // for loading and meeting, at the most
 
 double LoadAverage() {
   double one_minute = 0;
@@ -73,7 +73,7 @@ Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, co
     peers.push_back(std::move(*peer));
   }
   const std::chrono::milliseconds limit(
-      static_cast<long>(1e3 * (arguments.seconds + kMeetingSeconds)));
+      static_cast<long>(1e3 * (arguments.seconds + kMostMeetingSeconds)));
   std::vector<ordered_json> read;
   for (std::size_t p = 0; p < count; ++p) {
     const int code = peers[p].Wait(limit).value_or(-1);

@@ -1,6 +1,5 @@
 #include <array>
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <mutex>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/cli/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/reach/reach_options.h"
@@ -21,12 +21,12 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::uint32_t kPortsLookedAt = 8;        // of as many programs on this machine
-constexpr std::uint16_t kAnswerPort = 7399;        // beside DDS's own, which begin at 7400
-constexpr int kLeastPayload = 1400;                // what a session's packets need
-constexpr std::int64_t kTimerFrames = 500;         // of a millisecond
-constexpr double kLateEnoughToFeelUs = 500;        // half a frame
-constexpr std::int64_t kListenNs = 2'000'000'000;  // for who is in the session
+constexpr std::uint32_t kPortsLookedAt = 8;           // of as many programs on this machine
+constexpr std::uint16_t kAnswerPort = 7399;           // beside DDS's own, which begin at 7400
+constexpr int kLeastPayload = 1400;                   // what a session's packets need
+constexpr std::int64_t kTimerFrames = 500;            // of a millisecond
+constexpr double kLateEnoughToFeelUs = 500;           // half a frame
+constexpr std::int64_t kLookRoundNs = 2'000'000'000;  // for who is in the session
 
 struct DoctorArguments {
   ReachOptions reach;
@@ -35,20 +35,20 @@ struct DoctorArguments {
   bool json = false;
 };
 
-enum class Verdict : std::uint8_t { kGood, kWarning, kBad };
+enum class Finding : std::uint8_t { kGood, kWarning, kBad };
 
 /// What was found, one line each, and what mends it.
 class Findings {
  public:
-  void Add(Verdict verdict, const std::string& what, const std::string& found,
+  void Add(Finding verdict, const std::string& what, const std::string& found,
            const std::string& mend = {}) {
     constexpr std::array<const char*, 3> kWords{"ok", "warning", "bad"};
     const char* word = kWords[static_cast<std::size_t>(verdict)];
     json_.push_back({{"check", what}, {"verdict", word}, {"found", found}, {"mend", mend}});
-    text_ += std::string(word) + (verdict == Verdict::kGood ? "       " : "  ") + what + ": " +
+    text_ += std::string(word) + (verdict == Finding::kGood ? "       " : "  ") + what + ": " +
              found + "\n";
     if (!mend.empty()) text_ += "         -> " + mend + "\n";
-    bad_ = bad_ || verdict == Verdict::kBad;
+    bad_ = bad_ || verdict == Finding::kBad;
   }
   const ordered_json& json() const { return json_; }
   const std::string& text() const { return text_; }
@@ -59,12 +59,6 @@ class Findings {
   std::string text_;
   bool bad_ = false;
 };
-
-std::atomic<bool> stop_asked{false};
-
-void AskToStop(int) {
-  stop_asked.store(true);
-}
 
 /// Who answers in a session, by name.
 class Listener final : public Inbox {
@@ -104,16 +98,16 @@ void CheckInterfaces(const DoctorArguments& arguments, Findings& findings) {
     const std::string found =
         interface.address + ", packets of " + std::to_string(interface.mtu) + " bytes";
     if (interface.loopback || !needs_multicast) {
-      findings.Add(Verdict::kGood, what, found);
+      findings.Add(Finding::kGood, what, found);
     } else if (!interface.multicast || !MulticastWorks(interface)) {
-      findings.Add(Verdict::kWarning, what, found + ", no multicast",
+      findings.Add(Finding::kWarning, what, found + ", no multicast",
                    "name the others: --peers HOST[:PORT],…");
     } else {
-      findings.Add(Verdict::kGood, what, found + ", multicast");
+      findings.Add(Finding::kGood, what, found + ", multicast");
     }
   }
   if (!beyond && arguments.reach.interface != "lo") {
-    findings.Add(Verdict::kWarning, "interfaces", "none but this machine's own",
+    findings.Add(Finding::kWarning, "interfaces", "none but this machine's own",
                  "connect to a network; on this machine alone, --interface lo");
   }
 }
@@ -123,13 +117,13 @@ void CheckPorts(const DoctorArguments& arguments, Findings& findings) {
   const std::vector<std::uint16_t> taken = PortsTaken(arguments.reach.domain, kPortsLookedAt);
   const std::uint32_t first = DiscoveryPort(arguments.reach.domain, 0);
   if (taken.empty()) {
-    findings.Add(Verdict::kGood, "ports",
+    findings.Add(Finding::kGood, "ports",
                  "UDP " + std::to_string(first) + " and the next are free");
     return;
   }
   std::string list;
   for (const std::uint16_t port : taken) list += (list.empty() ? "" : ", ") + std::to_string(port);
-  findings.Add(taken.front() == first ? Verdict::kWarning : Verdict::kGood, "ports",
+  findings.Add(taken.front() == first ? Finding::kWarning : Finding::kGood, "ports",
                "UDP " + list + " are in use",
                "fine if that is Tandem; others reach us at the next free pair, or fix one: --port");
 }
@@ -140,14 +134,14 @@ void CheckTimer(Findings& findings) {
   });
   thread.Join();
   const RealtimeStatus& realtime = thread.realtime();
-  findings.Add(realtime.warning.empty() ? Verdict::kGood : Verdict::kWarning, "real-time",
+  findings.Add(realtime.warning.empty() ? Finding::kGood : Finding::kWarning, "real-time",
                realtime.scheduler(), realtime.warning);
   const double late_us = static_cast<double>(thread.stats().lateness().Quantile(0.99)) * 1e-3;
   const auto missed = static_cast<unsigned long long>(thread.stats().missed());
   std::array<char, 96> found{};
   std::snprintf(found.data(), found.size(), "99 %% of wakings within %.0f us, %llu of %lld missed",
                 late_us, missed, static_cast<long long>(kTimerFrames));
-  findings.Add(late_us > kLateEnoughToFeelUs ? Verdict::kWarning : Verdict::kGood, "timer",
+  findings.Add(late_us > kLateEnoughToFeelUs ? Finding::kWarning : Finding::kGood, "timer",
                found.data(),
                late_us > kLateEnoughToFeelUs
                    ? "end other programs, or give this one real-time rights; a virtual machine may "
@@ -158,7 +152,7 @@ void CheckTimer(Findings& findings) {
 void CheckSocketBuffers(Findings& findings) {
   const std::uint64_t largest = LargestSocketBuffer();
   const bool enough = largest >= kSocketBuffer;
-  findings.Add(enough ? Verdict::kGood : Verdict::kWarning, "socket buffers",
+  findings.Add(enough ? Finding::kGood : Finding::kWarning, "socket buffers",
                "up to " + std::to_string(largest) + " bytes",
                enough ? ""
                       : "a session of many loses packets when this machine is busy; as root: "
@@ -169,7 +163,7 @@ void CheckSocketBuffers(Findings& findings) {
 void CheckPath(const std::string& text, Findings& findings) {
   const Result<PeerAddress> peer = ParsePeerAddress(text);
   if (!peer) {
-    findings.Add(Verdict::kBad, "peer " + text, peer.error().what);
+    findings.Add(Finding::kBad, "peer " + text, peer.error().what);
     return;
   }
   const std::string what = "path to " + peer->host;
@@ -179,9 +173,9 @@ void CheckPath(const std::string& text, Findings& findings) {
       "firewall, " +
       std::to_string(kAnswerPort) + " for this and the session's ports above, or use a VPN";
   if (!path.error.empty()) {
-    findings.Add(Verdict::kBad, what, path.error, "check the name and the network");
+    findings.Add(Finding::kBad, what, path.error, "check the name and the network");
   } else if (path.answered == 0) {
-    findings.Add(Verdict::kWarning, what,
+    findings.Add(Finding::kWarning, what,
                  path.address + (path.refused ? " is there, but does not answer" : " is silent") +
                      "; route for packets of " + std::to_string(path.route_mtu) + " bytes",
                  mend);
@@ -192,7 +186,7 @@ void CheckPath(const std::string& text, Findings& findings) {
                   path.address.c_str(), path.least_round_trip_ms, path.answered, path.sent,
                   path.largest_answered);
     const bool enough = path.largest_answered >= kLeastPayload;
-    findings.Add(enough ? Verdict::kGood : Verdict::kWarning, what, found.data(),
+    findings.Add(enough ? Finding::kGood : Finding::kWarning, what, found.data(),
                  enough ? "" : "a session's packets have up to 1400 bytes: raise the path's MTU");
   }
 }
@@ -205,24 +199,24 @@ void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
   std::string name = "doctor";
   const Result<PeerId> id = Identify(arguments.reach, Role::kViewer, name);
   if (!id) {
-    findings.Add(Verdict::kBad, "keys", id.error().what, "the doctor looks on: viewer's keys");
+    findings.Add(Finding::kBad, "keys", id.error().what, "the doctor looks on: viewer's keys");
     return;
   }
   dds.peer = *id;
   Listener listener;
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, listener);
   if (!joined) {
-    findings.Add(Verdict::kBad, "joining", joined.error().what);
+    findings.Add(Finding::kBad, "joining", joined.error().what);
     return;
   }
   if (arguments.session.empty()) {
-    findings.Add(Verdict::kGood, "joining", "DDS domain " + std::to_string(dds.domain) + " opens");
+    findings.Add(Finding::kGood, "joining", "DDS domain " + std::to_string(dds.domain) + " opens");
     return;
   }
-  MachineClock().SleepUntil(MonotonicNowNs() + kListenNs);
+  MachineClock().SleepUntil(MonotonicNowNs() + kLookRoundNs);
   const std::string names = listener.Names();
   (*joined)->Leave();
-  findings.Add(names.empty() ? Verdict::kWarning : Verdict::kGood, "session " + arguments.session,
+  findings.Add(names.empty() ? Finding::kWarning : Finding::kGood, "session " + arguments.session,
                names.empty() ? "nobody was heard" : names,
                names.empty() ? "same --session, --domain and --secure on both sides? beyond one "
                                "network: --peers"
@@ -232,8 +226,7 @@ void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
 int AnswerOthers() {
   Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(kAnswerPort);
   if (!answerer) return Fail(kExitNetwork, answerer.error().what);
-  std::signal(SIGINT, AskToStop);
-  std::signal(SIGTERM, AskToStop);
+  const std::atomic<bool>& stop_asked = StopOnSignals();
   Say("answering at UDP " + std::to_string(kAnswerPort) +
       "; now 'tandem doctor --peers' on the other machine; Ctrl-C ends");
   while (!stop_asked.load()) answerer->Answer(100);
@@ -247,7 +240,7 @@ int RunDoctor(const DoctorArguments& arguments) {
   dds.session = "tandem-doctor";
   ApplyReach(arguments.reach, dds);
   if (const std::optional<Error> wrong = CheckOptions(dds)) {
-    findings.Add(Verdict::kBad, "options", wrong->what);
+    findings.Add(Finding::kBad, "options", wrong->what);
   } else {
     CheckInterfaces(arguments, findings);
     CheckPorts(arguments, findings);

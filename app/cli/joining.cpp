@@ -6,6 +6,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
+#include "engine/base/units.h"
 #include "engine/haptics/passive_device.h"
 #include "engine/realtime/clock.h"
 
@@ -13,7 +14,6 @@ namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 // for the session's scene, before anything is loaded: those who are here answer in a tenth of it
 constexpr std::int64_t kListenNs = 400 * kMs;
 // how long those who are in the session already may take to be discovered

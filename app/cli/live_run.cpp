@@ -24,10 +24,10 @@ namespace tandem {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-constexpr double kMeetingSeconds = 60;  // for loading and meeting, at the most
+constexpr double kLiveMeetingSeconds = 60;  // for loading and meeting, at the most
 
 double SecondsOf(const LabCase& test) {
   return test.seconds > 0 ? test.seconds : test.LongEnough();
@@ -37,7 +37,7 @@ std::string NameOfUser(std::size_t user) {
   return "user-" + std::to_string(user);
 }
 
-Json AsJson(const LinkConditions& conditions) {
+OrderedJson AsJson(const LinkConditions& conditions) {
   return {{"delay_ms", conditions.delay_ms},
           {"jitter_ms", conditions.jitter_ms},
           {"swing_ms", conditions.swing_ms},
@@ -60,11 +60,11 @@ std::optional<Error> Write(const fs::path& file, const std::string& text) {
 
 /// What a user hears of each of the others, as a network plan.
 std::optional<Error> WritePlan(const LabCase& test, std::size_t user, const fs::path& file) {
-  Json links = Json::array();
+  OrderedJson links = OrderedJson::array();
   std::uint64_t seed = 0;
   for (std::size_t other = 0; other < test.users; ++other) {
     if (other == user) continue;
-    Json steps = Json::array();
+    OrderedJson steps = OrderedJson::array();
     const auto add = [&](double at_s, double delay_s) {
       const LinkConditions conditions = ConditionsOf(test, other, user, delay_s);
       seed = conditions.seed % 1'000'000'000;  // the most that a plan takes
@@ -76,7 +76,8 @@ std::optional<Error> WritePlan(const LabCase& test, std::size_t user, const fs::
     for (const LabNetwork::Step& step : schedule) add(step.at_s, step.delay_s);
     links.push_back({{"from", NameOfUser(other)}, {"steps", steps}});
   }
-  return Write(file, Json{{"seed", seed}, {"begins", "hand"}, {"links", links}}.dump(2) + "\n");
+  return Write(file,
+               OrderedJson{{"seed", seed}, {"begins", "hand"}, {"links", links}}.dump(2) + "\n");
 }
 
 std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,
@@ -159,14 +160,14 @@ Result<LiveRun> RunLive(const LabCase& test, const LabScene& scene, const fs::pa
     if (!peer) return peer.error();
     peers.push_back(*std::move(peer));
   }
-  if (const auto fault = WaitFor(peers, SecondsOf(test) + kMeetingSeconds)) return *fault;
+  if (const auto fault = WaitFor(peers, SecondsOf(test) + kLiveMeetingSeconds)) return *fault;
 
   LiveRun live;
   std::vector<fs::path> recordings;
   for (std::size_t user = 0; user < test.users; ++user) {
     recordings.push_back(folder / (NameOfUser(user) + ".recording"));
     std::ifstream stream(folder / (NameOfUser(user) + ".report.json"));
-    const Json report = Json::parse(stream, nullptr, false);
+    const OrderedJson report = OrderedJson::parse(stream, nullptr, false);
     if (report.is_discarded()) return Error{NameOfUser(user) + " left no report"};
     live.frames += report.at("frames").get<std::uint64_t>();
     live.missed += report.at("missed").get<std::uint64_t>();

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +17,7 @@
 #include "app/cli/peer_orders.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/peer_table_text.h"
+#include "app/cli/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/cli/watch_command.h"
 #include "app/exit_codes.h"
@@ -30,13 +30,6 @@
 namespace tandem {
 
 namespace {
-
-std::atomic<bool> stop_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void AskToStop(int) {
-  stop_asked.store(true);
-}
 
 /// The points that are tested, and the voxels they are tested against.
 void CountShapes(const Joining& joining, PeerReport& report) {
@@ -106,8 +99,7 @@ int RunOnce(PeerArguments& arguments) {
   if (const int failed = Join(arguments, joining); failed != kExitOk) return failed;
   PeerNode& node = *joining.node;
   Transport& transport = *joining.transport;
-  std::signal(SIGINT, AskToStop);
-  std::signal(SIGTERM, AskToStop);
+  const std::atomic<bool>& stop_asked = StopOnSignals();
 
   // the haptic thread says when it has begun and when it has done its frames; it goes on until
   // stopped, for the others still feel its instance

@@ -18,13 +18,13 @@ std::string Padded(const std::string& text, std::size_t width) {
   return text.size() < width ? text + std::string(width - text.size(), ' ') : text;
 }
 
-constexpr std::size_t kColumns = 9;
-using Cells = std::array<std::string, kColumns>;
+constexpr std::size_t kColumnCount = 9;
+using Row = std::array<std::string, kColumnCount>;
 
-std::string Line(const Cells& cells) {
-  constexpr std::array<std::size_t, kColumns> kWidths{16, 9, 9, 9, 9, 8, 9, 9, 0};
+std::string Line(const Row& cells) {
+  constexpr std::array<std::size_t, kColumnCount> kWidths{16, 9, 9, 9, 9, 8, 9, 9, 0};
   std::string line;
-  for (std::size_t i = 0; i < kColumns; ++i) line += Padded(cells[i], kWidths[i]) + " ";
+  for (std::size_t i = 0; i < kColumnCount; ++i) line += Padded(cells[i], kWidths[i]) + " ";
   return line.substr(0, line.find_last_not_of(' ') + 1);
 }
 

@@ -10,7 +10,7 @@ namespace tandem {
 
 namespace {
 
-std::vector<std::string> Cells(std::string line) {
+std::vector<std::string> CellsOf(std::string line) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
   std::vector<std::string> cells;
   std::size_t begin = 0;
@@ -33,7 +33,7 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
   std::string line;
   if (!std::getline(stream, line)) return Error{file.string() + ": is empty"};
   std::map<std::string, std::size_t> place;
-  const std::vector<std::string> names = Cells(line);
+  const std::vector<std::string> names = CellsOf(line);
   for (std::size_t i = 0; i < names.size(); ++i) place[names[i]] = i;
   for (std::size_t k = of == PosesOf::kPairs ? 0 : 1; k < kColumns.size(); ++k) {
     const char* column = kColumns[k];
@@ -44,7 +44,7 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
   std::vector<FilePose> poses;
   for (std::size_t number = 2; std::getline(stream, line); ++number) {
     if (line.empty() || line == "\r") continue;
-    const std::vector<std::string> cells = Cells(line);
+    const std::vector<std::string> cells = CellsOf(line);
     const std::string at = file.string() + ":" + std::to_string(number) + ": ";
     if (cells.size() != names.size()) {
       return Error{at + "expected " + std::to_string(names.size()) + " cells, got " +

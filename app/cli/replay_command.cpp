@@ -1,6 +1,5 @@
 #include <atomic>
 #include <cinttypes>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -12,6 +11,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/scene_files.h"
+#include "app/cli/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -27,8 +27,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::int64_t kFramesPerSecond = 1000;
-constexpr std::int64_t kControlFrames = 20;        // from one ControlFrame to the next
-constexpr std::int64_t kListenNs = 1'000'000'000;  // for those who are in the session already
+constexpr std::int64_t kControlFrames = 20;           // from one ControlFrame to the next
+constexpr std::int64_t kNewcomersNs = 1'000'000'000;  // for those who are in the session already
 
 struct ReplayArguments {
   std::string file;
@@ -116,19 +116,6 @@ class Ears final : public Inbox {
   std::map<PeerId, std::string> active_;
 };
 
-std::atomic<bool> stop_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void AskToStop(int) {
-  stop_asked.store(true);
-}
-
-std::string Hex(std::uint64_t hash) {
-  std::array<char, 17> digits{};
-  std::snprintf(digits.data(), digits.size(), "%016" PRIx64, hash);
-  return digits.data();
-}
-
 /// The recorded scene as it was, or why it is not to be had.
 Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& arguments,
                                                        const RecordingHeader& header) {
@@ -167,7 +154,8 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, ears);
   if (!joined) return joined.error();
   exit_code = kExitNetwork;
-  for (const std::int64_t begin_ns = MonotonicNowNs(); MonotonicNowNs() - begin_ns < kListenNs;) {
+  for (const std::int64_t begin_ns = MonotonicNowNs();
+       MonotonicNowNs() - begin_ns < kNewcomersNs;) {
     if (const auto other = ears.Active()) return Error{NotBeside(*other, arguments)};
     MachineClock().SleepUntil(MonotonicNowNs() + 10'000'000);
   }
@@ -179,12 +167,13 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
 class Player {
  public:
   Player(const ReplayArguments& arguments, PeerNode& node, const Ears& ears, Transport& transport,
-         RecordingExport* exported)
+         RecordingExport* exported, const std::atomic<bool>& stop_asked)
       : arguments_(arguments),
         node_(node),
         ears_(ears),
         transport_(transport),
-        exported_(exported) {}
+        exported_(exported),
+        stop_asked_(stop_asked) {}
 
   /// After each frame; false ends the run.
   bool After(std::int64_t number, const RecordedFrame& frame) {
@@ -206,7 +195,7 @@ class Player {
           begin_ns_ +
           static_cast<std::int64_t>(1e6 * static_cast<double>(number + 1) / arguments_.speed));
     }
-    return !stop_asked.load() && !newcomer_;
+    return !stop_asked_.load() && !newcomer_;
   }
 
   double seconds() const { return static_cast<double>(MonotonicNowNs() - begin_ns_) * 1e-9; }
@@ -220,6 +209,7 @@ class Player {
   const Ears& ears_;
   Transport& transport_;
   RecordingExport* exported_;
+  const std::atomic<bool>& stop_asked_;
   ordered_json golden_ = ordered_json::array();
   std::optional<std::string> newcomer_;
   std::int64_t begin_ns_ = MonotonicNowNs();
@@ -252,13 +242,12 @@ int RunReplay(const ReplayArguments& arguments) {
   const Result<std::unique_ptr<Transport>> transport = JoinForViewers(arguments, ears, exit_code);
   if (!transport) return Fail(exit_code, transport.error().what);
   Say(header.name + " as recorded by version " + header.program + ", scene " + header.scene);
-  std::signal(SIGINT, AskToStop);
-  std::signal(SIGTERM, AskToStop);
+  const std::atomic<bool>& stop_asked = StopOnSignals();
 
   kHapticThread.Enter();
   kSenderThread.Enter();
   kControlThread.Enter();
-  Player player(arguments, (*replay)->node(), ears, **transport, exported.get());
+  Player player(arguments, (*replay)->node(), ears, **transport, exported.get(), stop_asked);
   const ReplayResult result =
       RunAll(*reader, **replay, [&](std::int64_t number, const RecordedFrame& frame) {
         return player.After(number, frame);

@@ -31,12 +31,6 @@ struct SimulateArguments {
   bool json = false;
 };
 
-std::string Hex(std::uint64_t value) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
-
 int RunScene(const SimulateArguments& arguments) {
   const Result<nlohmann::ordered_json> figures = SimulateScene(arguments.scene, arguments.seconds);
   if (!figures) return Fail(kExitFile, figures.error().what);

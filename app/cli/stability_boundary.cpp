@@ -23,7 +23,7 @@ namespace tandem {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr double kLeastRatio = 0.95;
 constexpr double kMostRatio = 1.25;
@@ -102,29 +102,29 @@ void FindAll(std::vector<Row>& rows, const LabScene& scene, unsigned jobs) {
   for (std::thread& other : others) other.join();
 }
 
-Json JsonOf(const Row& row) {
-  Json json = {{"hand", row.test.hands[0].name},
-               {"delay_s", row.test.delay_s},
-               {"law", row.test.law.name},
-               {"users", row.test.users},
-               {"predicted_N_m", row.point.predicted},
-               {"onset_hz", row.point.onset_hz},
-               {"runs", row.point.runs},
-               {"judged", row.is_judged()},
-               {"pass", row.passes()}};
+OrderedJson JsonOf(const Row& row) {
+  OrderedJson json = {{"hand", row.test.hands[0].name},
+                      {"delay_s", row.test.delay_s},
+                      {"law", row.test.law.name},
+                      {"users", row.test.users},
+                      {"predicted_N_m", row.point.predicted},
+                      {"onset_hz", row.point.onset_hz},
+                      {"runs", row.point.runs},
+                      {"judged", row.is_judged()},
+                      {"pass", row.passes()}};
   if (row.point.fault) {
     json["fault"] = row.point.fault->what;
     return json;
   }
   // no number is infinite in JSON: none was found
   const bool found = std::isfinite(row.point.measured);
-  json["measured_N_m"] = found ? Json(row.point.measured) : Json();
-  json["ratio"] = found ? Json(row.point.ratio()) : Json();
+  json["measured_N_m"] = found ? OrderedJson(row.point.measured) : OrderedJson();
+  json["ratio"] = found ? OrderedJson(row.point.ratio()) : OrderedJson();
   return json;
 }
 
 /// As a row of a report's table of claims.
-Json ClaimOf(const Row& row) {
+OrderedJson ClaimOf(const Row& row) {
   const bool is_short = row.test.delay_s < kLongDelay;
   char name[96];
   std::snprintf(name, sizeof name, "boundary over the exact one, hands %s, %g ms",
@@ -160,15 +160,16 @@ int RunStabilityBoundary(const BoundaryArguments& arguments) {
   const unsigned jobs = arguments.jobs > 0 ? arguments.jobs : std::thread::hardware_concurrency();
   FindAll(*rows, *scene, jobs);
   bool pass = true;
-  Json json = Json::array();
-  Json claims = Json::array();
+  OrderedJson json = OrderedJson::array();
+  OrderedJson claims = OrderedJson::array();
   for (const Row& row : *rows) {
     pass = pass && row.passes();
     json.push_back(JsonOf(row));
     if (row.is_judged()) claims.push_back(ClaimOf(row));
   }
   if (arguments.json) {
-    std::printf("%s\n", Json{{"pass", pass}, {"rows", claims}, {"boundary", json}}.dump(2).c_str());
+    std::printf("%s\n",
+                OrderedJson{{"pass", pass}, {"rows", claims}, {"boundary", json}}.dump(2).c_str());
   } else {
     Print(*rows);
   }

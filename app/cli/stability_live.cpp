@@ -23,7 +23,7 @@ namespace tandem {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr double kMostMissed = 0.01;  // share of frames: beyond, the machine was too busy
@@ -77,8 +77,8 @@ double Off(const Compared& figure, const Metrics& live, const Metrics& virtually
   return reference == 0 ? 0.0 : (live.*figure.value - reference) / std::abs(reference);
 }
 
-Json MetricsJson(const Metrics& metrics) {
-  Json json = Json::object();
+OrderedJson MetricsJson(const Metrics& metrics) {
+  OrderedJson json = OrderedJson::object();
   for (const MetricField& field : MetricFields()) {
     std::visit(
         [&](auto member) {
@@ -115,8 +115,8 @@ int RunStabilityLive(const LiveArguments& arguments) {
 
   const Metrics& real = live->run.metrics;
   bool within = true;
-  Json comparison = Json::array();
-  Json rows = Json::array();
+  OrderedJson comparison = OrderedJson::array();
+  OrderedJson rows = OrderedJson::array();
   for (const Compared& figure : kCompared) {
     const double off = Off(figure, real, simulated.metrics);
     comparison.push_back({{"figure", figure.name},
@@ -133,22 +133,22 @@ int RunStabilityLive(const LiveArguments& arguments) {
                     {"pass", pass}});
   }
   if (arguments.json) {
-    const Json out{{"case", test.name},
-                   {"users", test.users},
-                   {"network", arguments.tap ? "TAP hub" : "link conditioner"},
-                   {"runs", runs},
-                   {"scheduler", live->scheduler},
-                   {"frames", live->frames},
-                   {"missed", live->missed},
-                   {"missed_share", live->missed_share()},
-                   {"bar", arguments.bar},
-                   {"within", within},
-                   {"verdict_virtual", NameOf(simulated.verdict)},
-                   {"verdict_live", NameOf(live->run.verdict)},
-                   {"rows", rows},
-                   {"comparison", comparison},
-                   {"metrics_virtual", MetricsJson(simulated.metrics)},
-                   {"metrics_live", MetricsJson(real)}};
+    const OrderedJson out{{"case", test.name},
+                          {"users", test.users},
+                          {"network", arguments.tap ? "TAP hub" : "link conditioner"},
+                          {"runs", runs},
+                          {"scheduler", live->scheduler},
+                          {"frames", live->frames},
+                          {"missed", live->missed},
+                          {"missed_share", live->missed_share()},
+                          {"bar", arguments.bar},
+                          {"within", within},
+                          {"verdict_virtual", NameOf(simulated.verdict)},
+                          {"verdict_live", NameOf(live->run.verdict)},
+                          {"rows", rows},
+                          {"comparison", comparison},
+                          {"metrics_virtual", MetricsJson(simulated.metrics)},
+                          {"metrics_live", MetricsJson(real)}};
     std::printf("%s\n", out.dump(2).c_str());
   } else {
     std::printf("%-26s %12s %12s %8s\n", test.name.c_str(), "virtual", "live", "off");

@@ -24,7 +24,7 @@ namespace tandem {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 struct RunArguments {
   std::string file;
@@ -41,8 +41,8 @@ struct Timed {
   double speed() const { return cpu_s > 0 ? result.simulated_s / cpu_s : 0.0; }
 };
 
-Json JsonOf(const LabCase& test, const Timed& run) {
-  Json metrics = Json::object();
+OrderedJson JsonOf(const LabCase& test, const Timed& run) {
+  OrderedJson metrics = OrderedJson::object();
   for (const MetricField& field : MetricFields()) {
     std::visit(
         [&](auto member) {
@@ -50,7 +50,7 @@ Json JsonOf(const LabCase& test, const Timed& run) {
         },
         field.member);
   }
-  Json predicted;
+  OrderedJson predicted;
   if (run.predicted) {
     predicted = {{"stable", run.predicted->is_stable()},
                  {"stiffness", run.predicted->stiffness},

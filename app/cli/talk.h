@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cinttypes>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -9,6 +10,13 @@ namespace tandem {
 /// "1 pose", "2 poses".
 inline std::string Counted(std::uint64_t count, const std::string& one) {
   return std::to_string(count) + " " + one + (count == 1 ? "" : "s");
+}
+
+/// All sixteen hexadecimal digits.
+inline std::string Hex(std::uint64_t value) {
+  char digits[17];
+  std::snprintf(digits, sizeof digits, "%016" PRIx64, value);
+  return digits;
 }
 
 /// A line for a person, on stderr: stdout is for what programs read.

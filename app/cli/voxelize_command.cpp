@@ -1,7 +1,6 @@
 #include <atomic>
 #include <charconv>
 #include <cmath>
-#include <csignal>
 #include <optional>
 
 #include <nlohmann/json.hpp>
@@ -10,6 +9,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/mesh_unit.h"
+#include "app/cli/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -38,19 +38,11 @@ struct VoxelizeArguments {
   bool json = false;
 };
 
-std::atomic<bool> stop_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void AskToStop(int) {
-  stop_asked.store(true);
-}
-
 /// Shows a person how far it is, and stops when one presses Ctrl-C.
 std::function<void(double)> Watch(std::stop_source& stop) {
-  std::signal(SIGINT, AskToStop);
-  std::signal(SIGTERM, AskToStop);
+  const std::atomic<bool>& stop_asked = StopOnSignals();
   const bool shown = isatty(STDERR_FILENO) != 0;
-  return [shown, &stop, percent = -1](double share) mutable {
+  return [shown, &stop, &stop_asked, percent = -1](double share) mutable {
     if (stop_asked.load()) stop.request_stop();
     const int now = static_cast<int>(100 * share);
     if (!shown || now == percent) return;
@@ -65,12 +57,6 @@ std::optional<double> AsNumber(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return value;
-}
-
-std::string Hex(std::uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
 }
 
 int RunVoxelize(const VoxelizeArguments& arguments) {

@@ -16,7 +16,7 @@ namespace tandem {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 std::string Quoted(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
@@ -82,8 +82,8 @@ std::vector<std::string> ValuesOf(const CellRecord& record) {
   return values;
 }
 
-Json JsonOf(const std::vector<SweepRow>& rows) {
-  Json out = Json::array();
+OrderedJson JsonOf(const std::vector<SweepRow>& rows) {
+  OrderedJson out = OrderedJson::array();
   for (const SweepRow& row : rows) {
     out.push_back({{"name", row.name}, {"bar", row.bar}, {"value", row.value}, {"pass", row.pass}});
   }
@@ -112,29 +112,29 @@ std::string CsvOf(const ReportTable& table) {
 }
 
 std::string JsonOf(const ReportData& data) {
-  Json sweeps = Json::array();
+  OrderedJson sweeps = OrderedJson::array();
   for (const ReportSweep& sweep : data.sweeps) {
-    Json cells = Json::array();
+    OrderedJson cells = OrderedJson::array();
     for (const auto& numbered : sweep.results.records) {
-      cells.push_back(Json::parse(tandem::LineOf(numbered.second)));
+      cells.push_back(OrderedJson::parse(tandem::LineOf(numbered.second)));
     }
-    sweeps.push_back({{"header", Json::parse(tandem::LineOf(sweep.results.header))},
+    sweeps.push_back({{"header", OrderedJson::parse(tandem::LineOf(sweep.results.header))},
                       {"digest", sweep.summary.digest},
                       {"cells", cells}});
   }
-  Json tables = Json::array();
+  OrderedJson tables = OrderedJson::array();
   for (const ReportTable& table : data.tables) {
     tables.push_back({{"title", table.title},
                       {"note", table.note},
                       {"columns", table.columns},
                       {"rows", table.rows}});
   }
-  Json series = Json::array();
+  OrderedJson series = OrderedJson::array();
   for (const ReportSeries& one : data.series) {
     series.push_back(
         {{"cell", one.cell}, {"why", one.why}, {"csv", one.csv}, {"same_digest", one.same}});
   }
-  return Json{
+  return OrderedJson{
              {"command", data.command}, {"version", data.version}, {"rows", JsonOf(data.AllRows())},
              {"sweeps", sweeps},        {"tables", tables},        {"series", series}}
              .dump(1) +

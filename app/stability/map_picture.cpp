@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kWidth = 940;
 constexpr double kHeight = 560;
-constexpr PictureBox kPlot{84, 64, 560, 430};
+constexpr PictureBox kMapPlot{84, 64, 560, 430};
 constexpr PictureBox kColours{668, 84, 18, 150};
 constexpr double kLegendTop = 276;
 constexpr double kLegendStep = 21;
@@ -192,11 +192,11 @@ MapRange RangeOf(const StabilityMap& map) {
 Picture PictureOf(const StabilityMap& map) {
   Picture picture{map.name, map.title + ". " + map.note, kWidth, kHeight, {}};
   picture.shapes.emplace_back(
-      LabelShape{{kPlot.x, 26}, map.title, 15, TextAnchor::kStart, kBlack, true, false});
+      LabelShape{{kMapPlot.x, 26}, map.title, 15, TextAnchor::kStart, kBlack, true, false});
   picture.shapes.emplace_back(
-      LabelShape{{kPlot.x, 47}, map.note, 12, TextAnchor::kStart, {80, 80, 80}, false, false});
+      LabelShape{{kMapPlot.x, 47}, map.note, 12, TextAnchor::kStart, {80, 80, 80}, false, false});
   const MapRange range = RangeOf(map);
-  Chart chart(picture, kPlot,
+  Chart chart(picture, kMapPlot,
               {"one-way delay, ms", 1e3 * range.shortest, 1e3 * range.longest, true},
               {"stiffness of all links of a user, N/m", range.softest, range.firmest, true});
   // the chart's axis is in ms

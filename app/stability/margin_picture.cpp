@@ -11,7 +11,7 @@ namespace tandem {
 
 namespace {
 
-constexpr PictureBox kPlot{84, 64, 560, 360};
+constexpr PictureBox kMarginPlot{84, 64, 560, 360};
 constexpr double kLeast = 0.02;  // stiffness over the boundary's
 constexpr double kMost = 20;
 constexpr double kPredicted = 0.9;
@@ -23,22 +23,25 @@ constexpr Rgb kUnstable{200, 60, 20};
 Picture MarginPictureOf(const Results& results, const std::string& name) {
   Picture picture{
       name, "Prediction and measurement: growth over the distance to the boundary", 940, 490, {}};
-  picture.shapes.emplace_back(LabelShape{{kPlot.x, 26},
+  picture.shapes.emplace_back(LabelShape{{kMarginPlot.x, 26},
                                          "Prediction and measurement of " + results.header.sweep,
                                          15,
                                          TextAnchor::kStart,
                                          kBlack,
                                          true,
                                          false});
-  Chart chart(picture, kPlot,
+  Chart chart(picture, kMarginPlot,
               {"stiffness over that of the boundary (what is beyond stands at the edges)", kLeast,
                kMost, true},
               {"growth, 1/s", -1.05 * kMostGrowth, 1.05 * kMostGrowth, false});
   chart.DrawGrid();
   // what is predicted stable
   const PicturePoint corner = chart.At(kPredicted, 0);
-  picture.shapes.emplace_back(RectangleShape{
-      {kPlot.x, kPlot.y, corner.x - kPlot.x, kPlot.height}, Rgb{235, 243, 250}, {}, {}});
+  picture.shapes.emplace_back(
+      RectangleShape{{kMarginPlot.x, kMarginPlot.y, corner.x - kMarginPlot.x, kMarginPlot.height},
+                     Rgb{235, 243, 250},
+                     {},
+                     {}});
   chart.DrawCurve({{kLeast, 0}, {kMost, 0}}, {{120, 120, 120}, 1, {}});
   chart.DrawCurve({{kPredicted, -10}, {kPredicted, 10}}, {kBlack, 1.6, {6, 4}});
   std::size_t shown = 0;
@@ -64,7 +67,7 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
   }
   chart.DrawAxes();
   picture.shapes.emplace_back(LabelShape{
-      {kPlot.x, 47},
+      {kMarginPlot.x, 47},
       std::to_string(shown) + " cells; shaded: predicted stable, below 0.9 of the boundary; " +
           std::to_string(unexpected) + " of those not measured so",
       12,

@@ -15,7 +15,7 @@ namespace tandem {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr std::array<std::pair<std::string_view, const char*>, 5> kTitles{
     {{"boundary", "Measured boundary beside the exact one"},
@@ -36,7 +36,7 @@ void Add(const std::string& item, std::string& list) {
   list += item;
 }
 
-std::string TextOf(const Json& value) {
+std::string TextOf(const OrderedJson& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
   if (value.is_number_integer()) return value.dump();
@@ -44,7 +44,7 @@ std::string TextOf(const Json& value) {
   if (value.is_null()) return "-";
   std::string text;
   if (value.is_array()) {
-    for (const Json& item : value) Add(TextOf(item), text);
+    for (const OrderedJson& item : value) Add(TextOf(item), text);
     return text.empty() ? "none" : text;
   }
   for (const auto& item : value.items()) {
@@ -53,28 +53,29 @@ std::string TextOf(const Json& value) {
   return text;
 }
 
-bool IsTable(const Json& value) {
-  return value.is_array() && !value.empty() && std::ranges::all_of(value, [](const Json& row) {
+bool IsTable(const OrderedJson& value) {
+  return value.is_array() && !value.empty() &&
+         std::ranges::all_of(value, [](const OrderedJson& row) {
            return row.is_object();
          });
 }
 
-bool IsClaim(const Json& row) {
+bool IsClaim(const OrderedJson& row) {
   return row.is_object() && row.contains("name") && row["name"].is_string() &&
          row.contains("bar") && row.contains("value") && row["value"].is_number() &&
          row.contains("pass") && row["pass"].is_boolean();
 }
 
-ReportTable TableOf(const std::string& title, const std::string& note, const Json& rows) {
+ReportTable TableOf(const std::string& title, const std::string& note, const OrderedJson& rows) {
   ReportTable table{title, note, {}, {}};
-  for (const Json& row : rows) {
+  for (const OrderedJson& row : rows) {
     for (const auto& item : row.items()) {
       if (std::ranges::find(table.columns, item.key()) == table.columns.end()) {
         table.columns.push_back(item.key());
       }
     }
   }
-  for (const Json& row : rows) {
+  for (const OrderedJson& row : rows) {
     std::vector<std::string>& texts = table.rows.emplace_back();
     for (const std::string& column : table.columns) {
       texts.push_back(row.contains(column) ? TextOf(row[column]) : "");
@@ -83,7 +84,7 @@ ReportTable TableOf(const std::string& title, const std::string& note, const Jso
   return table;
 }
 
-void AddObject(const std::string& name, const Json& object, ReportData& data) {
+void AddObject(const std::string& name, const OrderedJson& object, ReportData& data) {
   std::string note;
   for (const auto& item : object.items()) {
     if (item.value().is_structured()) continue;
@@ -91,11 +92,11 @@ void AddObject(const std::string& name, const Json& object, ReportData& data) {
   }
   bool any = false;
   for (const auto& item : object.items()) {
-    const Json& value = item.value();
+    const OrderedJson& value = item.value();
     if (!IsTable(value)) continue;
     any = true;
     if (item.key() == "rows" && std::ranges::all_of(value, IsClaim)) {
-      for (const Json& row : value) {
+      for (const OrderedJson& row : value) {
         data.rows.push_back({row["name"].get<std::string>(), TextOf(row["bar"]),
                              row["value"].get<double>(), row["pass"].get<bool>()});
       }
@@ -104,7 +105,7 @@ void AddObject(const std::string& name, const Json& object, ReportData& data) {
           TableOf(item.key() == "rows" ? name : TitleOf(item.key()), any ? note : "", value));
     }
   }
-  if (!any) data.tables.push_back(TableOf(name, "", Json::array({object})));
+  if (!any) data.tables.push_back(TableOf(name, "", OrderedJson::array({object})));
 }
 
 std::string PlainName(const std::string& name) {
@@ -172,7 +173,7 @@ std::optional<Error> AddFile(const std::filesystem::path& file, ReportData& data
   std::ifstream in(file, std::ios::binary);
   if (!in) return Error{file.string() + ": cannot be read"};
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  const Json object = Json::parse(text, nullptr, false);
+  const OrderedJson object = OrderedJson::parse(text, nullptr, false);
   if (!object.is_object()) {
     return Error{file.string() +
                  ": holds neither a sweep's results (.jsonl) nor an object of JSON"};

@@ -18,7 +18,7 @@ namespace tandem {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 // a number, or null where there is none
 double NumberOrNone(const JsonNode& node) {
@@ -26,8 +26,8 @@ double NumberOrNone(const JsonNode& node) {
   return node.Compact() == "null" ? kNone : node.Number();
 }
 
-Json MetricsJson(const Metrics& metrics) {
-  Json out = Json::object();
+OrderedJson MetricsJson(const Metrics& metrics) {
+  OrderedJson out = OrderedJson::object();
   for (const MetricField& field : MetricFields()) {
     std::visit(
         [&](auto member) {
@@ -115,38 +115,38 @@ CellRecord RecordOf(const JsonNode& node) {
 }  // namespace
 
 std::string LineOf(const ResultsHeader& header) {
-  return Json{{"sweep", header.sweep},           {"seed", header.seed},
-              {"sweep_hash", header.sweep_hash}, {"version", header.version},
-              {"program", header.program},       {"cells", header.cells},
-              {"shard", header.shard},           {"command", header.command}}
+  return OrderedJson{{"sweep", header.sweep},           {"seed", header.seed},
+                     {"sweep_hash", header.sweep_hash}, {"version", header.version},
+                     {"program", header.program},       {"cells", header.cells},
+                     {"shard", header.shard},           {"command", header.command}}
       .dump();
 }
 
 std::string LineOf(const CellRecord& record) {
   const CellOutcome& outcome = record.outcome;
-  Json predicted;
+  OrderedJson predicted;
   if (outcome.predicted) {
     // a boundary that is nowhere is null
     predicted = {{"stable", outcome.predicted->is_stable()},
                  {"stiffness", outcome.predicted->stiffness},
                  {"critical", outcome.predicted->critical}};
   }
-  Json expect;
+  OrderedJson expect;
   if (record.cell.expect != Expectation::kNothing) expect = NameOf(record.cell.expect);
-  Json fault;
+  OrderedJson fault;
   if (outcome.result.fault) fault = outcome.result.fault->what;
-  return Json{{"cell", record.cell.number},
-              {"key", record.cell.key},
-              {"case", Json::parse(record.cell.case_json)},
-              {"verdict", NameOf(outcome.result.verdict)},
-              {"predicted", predicted},
-              {"expect", expect},
-              {"metrics", MetricsJson(outcome.result.metrics)},
-              {"digest", ToHex(outcome.result.digest)},
-              {"simulated_s", outcome.result.simulated_s},
-              {"wall_s", outcome.wall_s},
-              {"cpu_s", outcome.cpu_s},
-              {"fault", fault}}
+  return OrderedJson{{"cell", record.cell.number},
+                     {"key", record.cell.key},
+                     {"case", OrderedJson::parse(record.cell.case_json)},
+                     {"verdict", NameOf(outcome.result.verdict)},
+                     {"predicted", predicted},
+                     {"expect", expect},
+                     {"metrics", MetricsJson(outcome.result.metrics)},
+                     {"digest", ToHex(outcome.result.digest)},
+                     {"simulated_s", outcome.result.simulated_s},
+                     {"wall_s", outcome.wall_s},
+                     {"cpu_s", outcome.cpu_s},
+                     {"fault", fault}}
       .dump();
 }
 

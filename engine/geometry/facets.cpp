@@ -10,12 +10,6 @@
 
 namespace tandem {
 
-namespace {
-
-constexpr std::uint32_t kNone = MeshSides::kNone;
-
-}  // namespace
-
 Features FindFeatures(const TriangleMesh& mesh, double tolerance) {
   return FindFeatures(mesh, MeshSides(mesh), tolerance);
 }
@@ -32,12 +26,13 @@ Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double t
     found.push_back(edge);
     ++first[edge.ends[0] + 1];
   };
-  for (const MeshSides::Wall& wall : sides.walls()) add({wall.ends, {kNone, kNone}});
+  for (const MeshSides::Wall& wall : sides.walls())
+    add({wall.ends, {MeshSides::kNone, MeshSides::kNone}});
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::uint32_t one = features.polygon_of[t];
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t other = sides.Across(t, k);
-      if (other == kNone || other < t) continue;
+      if (other == MeshSides::kNone || other < t) continue;
       const std::uint32_t two = features.polygon_of[other];
       if (one == two) continue;
       const std::uint32_t a = mesh.triangles[t][k];

@@ -16,8 +16,6 @@ namespace tandem {
 
 namespace {
 
-constexpr std::uint32_t kNone = MeshSides::kNone;
-
 /// Of a triangle: twice its area along its normal, and that vector's length.
 struct Facet {
   Vec3 area;
@@ -94,12 +92,15 @@ class Grower {
     for (std::uint32_t i = 0; i < triangles.size(); ++i) {
       const Corners c = CornersOf(i);
       const Vec3 area = (*c[1] - *c[0]).cross(*c[2] - *c[0]);
-      facets_[i] = {.area = area, .norm = area.norm(), .polygon = kNone, .tried_by = kNone};
+      facets_[i] = {.area = area,
+                    .norm = area.norm(),
+                    .polygon = MeshSides::kNone,
+                    .tried_by = MeshSides::kNone};
       seeds_[i] = i;
     }
     by_size_.Sort(facets_, seeds_);
     for (const std::uint32_t seed : seeds_) {
-      if (facets_[seed].polygon == kNone) GrowFrom(seed);
+      if (facets_[seed].polygon == MeshSides::kNone) GrowFrom(seed);
     }
     for (std::size_t i = 0; i < triangles.size(); ++i) {
       ground_.polygon_of[triangles[i]] = facets_[i].polygon;
@@ -150,7 +151,7 @@ class Grower {
       const std::uint32_t triangle = queue_.front().triangle;
       std::pop_heap(queue_.begin(), queue_.end());
       queue_.pop_back();
-      if (facets_[triangle].polygon == kNone) TryToJoin(triangle);
+      if (facets_[triangle].polygon == MeshSides::kNone) TryToJoin(triangle);
     }
     ++polygons_;
   }
@@ -242,10 +243,10 @@ class Grower {
         reach_ = std::max(reach_, from_centre.norm());
       }
       const std::uint32_t across = ground_.sides.Across(in_mesh, k);
-      if (across == kNone) continue;
+      if (across == MeshSides::kNone) continue;
       const std::uint32_t other = InBody(across);
       Facet& theirs = facets_[other];
-      if (theirs.polygon != kNone || theirs.tried_by == polygons_) continue;
+      if (theirs.polygon != MeshSides::kNone || theirs.tried_by == polygons_) continue;
       theirs.tried_by = polygons_;
       const double turn = theirs.norm > 0 ? 1.0 - theirs.area.dot(n) / theirs.norm : 0.0;
       if (turn >= 1.0) continue;
@@ -294,7 +295,7 @@ std::uint32_t GrowPolygons(const TriangleMesh& mesh, const MeshSides& sides, dou
                 .sides = sides,
                 .tolerance = tolerance,
                 .place_of = HugeVector<std::uint32_t>(count),
-                .holds = HugeVector<std::uint32_t>(mesh.vertices.size(), kNone),
+                .holds = HugeVector<std::uint32_t>(mesh.vertices.size(), MeshSides::kNone),
                 .polygon_of = std::vector<std::uint32_t>(count)};
   for (std::uint32_t t = 0; t < count; ++t) {
     const std::uint32_t body = sides.BodyOf(t);

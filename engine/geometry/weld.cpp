@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
 std::uint64_t Mix(std::uint64_t x) {
   x ^= x >> 32U;
@@ -57,9 +57,9 @@ class VertexGrid {
   VertexGrid(std::span<const FloatPoint> points, double tolerance)
       : points_(points), tolerance_(tolerance) {}
 
-  /// The least vertex within the tolerance of `p`, or kNone.
+  /// The least vertex within the tolerance of `p`, or kNoVertex.
   std::uint32_t Find(const FloatPoint& p, const std::vector<std::uint32_t>& first_point) const {
-    std::uint32_t found = kNone;
+    std::uint32_t found = kNoVertex;
     const Cell home = CellOf(p);
     for (unsigned n = 0; n < 27; ++n) {
       const Cell cell{home[0] + kSteps[n % 3], home[1] + kSteps[n / 3 % 3],
@@ -93,18 +93,18 @@ class VertexGrid {
 }  // namespace
 
 Weld WeldEqual(std::span<const FloatPoint> points) {
-  TANDEM_CHECK(points.size() < kNone);
+  TANDEM_CHECK(points.size() < kNoVertex);
   Weld weld;
   weld.vertex_of_point.resize(points.size());
   // open addressing, at most half full
-  std::vector<std::uint32_t> slots(std::bit_ceil(2 * points.size() + 1), kNone);
+  std::vector<std::uint32_t> slots(std::bit_ceil(2 * points.size() + 1), kNoVertex);
   const std::size_t mask = slots.size() - 1;
   for (std::size_t i = 0; i < points.size(); ++i) {
     std::size_t slot = HashOf(points[i]) & mask;
-    while (slots[slot] != kNone && points[weld.first_point[slots[slot]]] != points[i]) {
+    while (slots[slot] != kNoVertex && points[weld.first_point[slots[slot]]] != points[i]) {
       slot = (slot + 1) & mask;
     }
-    if (slots[slot] == kNone) {
+    if (slots[slot] == kNoVertex) {
       slots[slot] = static_cast<std::uint32_t>(weld.first_point.size());
       weld.first_point.push_back(static_cast<std::uint32_t>(i));
     }
@@ -128,7 +128,7 @@ Weld WeldNear(std::span<const FloatPoint> points, double tolerance) {
   for (std::size_t i = 0; i < equal.first_point.size(); ++i) {
     const std::uint32_t point = equal.first_point[i];
     std::uint32_t vertex = grid.Find(points[point], weld.first_point);
-    if (vertex == kNone) {
+    if (vertex == kNoVertex) {
       vertex = static_cast<std::uint32_t>(weld.first_point.size());
       weld.first_point.push_back(point);
       grid.Add(points[point], vertex);

@@ -2,12 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr PeerId kSelf = 1;
-constexpr PeerId kOther = 2;
+constexpr PeerId kPartner = 2;
 
 /// Our end of a loop to one other, frame by frame; each of our stamps comes back `loop_ms` after it
 /// went out, while it answers.
@@ -16,12 +17,12 @@ class Bench {
   Bench() { Claims(true); }
 
   void Claims(bool holds) {
-    MembershipChange change{.kind = MembershipChange::Kind::kClaims, .peer = kOther};
+    MembershipChange change{.kind = MembershipChange::Kind::kClaims, .peer = kPartner};
     change.claim_count = 1;
     change.claims[0] = {.object = 7, .epoch = 1, .held = holds};
     echoes_.OnMembership(change);
   }
-  void Leave() { echoes_.OnMembership({.kind = MembershipChange::Kind::kLost, .peer = kOther}); }
+  void Leave() { echoes_.OnMembership({.kind = MembershipChange::Kind::kLost, .peer = kPartner}); }
 
   void Run(int frames, int loop_ms, bool holding = true, bool answers = true) {
     for (int i = 0; i < frames; ++i) {
@@ -34,7 +35,7 @@ class Bench {
   }
   void Hear(std::int64_t stamp_ms) {
     CouplingLinks links;
-    links.from = kOther;
+    links.from = kPartner;
     links.seq = ++seq_;
     links.count = 1;
     links.entries[0].to = kSelf;

@@ -10,7 +10,6 @@
 namespace tandem {
 namespace {
 
-using testing::kMs;
 using testing::kOther;
 using testing::LinkBench;
 

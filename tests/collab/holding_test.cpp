@@ -10,7 +10,7 @@ namespace tandem {
 namespace {
 
 constexpr ObjectId kBox = 0;  // held by 1 at first
-constexpr ObjectId kOther = 1;
+constexpr ObjectId kOtherBody = 1;
 
 std::shared_ptr<const WorldModel> TwoBoxes() {
   const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
@@ -125,7 +125,7 @@ TEST_F(Holding, WhatComesToAHandFromAfarComesAtAHandsPaceAndAtRest) {
 
 TEST_F(Holding, ABodyInAnothersHandIsNotTaken) {
   Add(1, kBox, Vec3(0.1, 0, 0));
-  Add(2, kOther, Vec3::Zero());
+  Add(2, kOtherBody, Vec3::Zero());
   Run(500);
   EXPECT_EQ(Held(0), 0);
   EXPECT_EQ(Held(1), 1);

@@ -5,11 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "collab/shared_body.h"
+#include "engine/base/units.h"
 #include "engine/world/world.h"
 
 namespace tandem::testing {
 
-inline constexpr std::int64_t kMs = 1'000'000;
 inline constexpr PeerId kMe = 1;
 inline constexpr PeerId kOther = 2;
 inline constexpr ObjectId kObject = 3;

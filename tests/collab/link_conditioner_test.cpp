@@ -7,10 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 // When the only copy of a sample is due, or nothing: lost.
 std::optional<std::int64_t> DueOf(LinkConditioner& link, std::int64_t arrival_ns) {

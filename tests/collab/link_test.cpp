@@ -3,11 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "collab/delay_meter.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 TEST(DelayMeter, HoldsThePeakForTwoSeconds) {
   DelayMeter meter;

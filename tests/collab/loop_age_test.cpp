@@ -10,11 +10,11 @@
 
 #include "collab/coupling_law.h"
 #include "collab/shared_body.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr ObjectId kObject = 3;
 
 /// What lies between the two, one way: the delay changes at `change_s`.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
@@ -12,7 +13,6 @@ using testing::At;
 using testing::Box;
 
 constexpr PeerId kAnna = 1;
-constexpr std::int64_t kMs = 1'000'000;
 
 /// A wall in the plane x = 0 that ends at y = 0, and a shared cube, which stands above its edge.
 std::shared_ptr<const WorldModel> WallAndCube() {

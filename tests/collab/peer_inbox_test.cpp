@@ -6,12 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
 #include "tests/support/allocation_counter.h"
 
 namespace tandem {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 TEST(DueQueue, GivesWhatIsDueFirstAndEqualsAsTheyCame) {
   DueQueue<int> queue(100);

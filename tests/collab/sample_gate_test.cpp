@@ -12,7 +12,7 @@ namespace tandem {
 namespace {
 
 constexpr PeerId kSelf = 1;
-constexpr PeerId kOther = 2;
+constexpr PeerId kStranger = 2;
 constexpr ObjectId kPeg = 5;
 constexpr std::uint32_t kEpoch = 7;
 
@@ -23,14 +23,14 @@ class SampleGateTest : public ::testing::Test {
   void Tell(MembershipChange::Kind kind, std::uint32_t epoch) {
     MembershipChange change;
     change.kind = kind;
-    change.peer = kOther;
+    change.peer = kStranger;
     change.claim_count = 1;
     change.claims[0] = {.object = kPeg, .epoch = epoch, .held = true};
     gate.OnMembership(change);
   }
   static ObjectState State(std::uint32_t seq) {
     ObjectState state;
-    state.peer = kOther;
+    state.peer = kStranger;
     state.object = kPeg;
     state.epoch = kEpoch;
     state.seq = seq;
@@ -38,7 +38,7 @@ class SampleGateTest : public ::testing::Test {
   }
   static CouplingLinks Links(std::uint32_t seq, std::int64_t echo_ns) {
     CouplingLinks links;
-    links.from = kOther;
+    links.from = kStranger;
     links.object = kPeg;
     links.seq = seq;
     links.count = 1;
@@ -47,7 +47,7 @@ class SampleGateTest : public ::testing::Test {
     return links;
   }
   std::uint64_t Dropped(Drop reason) const {
-    return drops.Of(kOther)[static_cast<std::size_t>(reason)];
+    return drops.Of(kStranger)[static_cast<std::size_t>(reason)];
   }
 
   DropTable drops;

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 TEST(SentStates, AllWereSentWhenEachPeriodHasOne) {
   SentStates states;

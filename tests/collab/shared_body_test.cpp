@@ -8,7 +8,6 @@ namespace tandem {
 namespace {
 
 using testing::kMe;
-using testing::kMs;
 using testing::kObject;
 using testing::kOther;
 using testing::LinkBench;

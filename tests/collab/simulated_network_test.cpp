@@ -5,10 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 // Notes what it is told, as lines of text with the time of the network.
 class Notes : public Inbox {

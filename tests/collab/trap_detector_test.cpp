@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
@@ -12,7 +13,6 @@ namespace {
 using testing::At;
 using testing::Box;
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr PeerId kAnna = 7;
 
 /// A shared cube of 20 mm, which stands at the origin, and what is fixed.

@@ -4,13 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include "collab/viewer_report.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 namespace {
 
 using Presence = ViewedPeer::Presence;
-
-constexpr std::int64_t kMs = 1'000'000;
 
 ViewFrame FrameOf(PeerId peer, std::int64_t sample_ns) {
   ViewFrame frame;

@@ -14,14 +14,15 @@ using testing::Box;
 using testing::MakeWorldModel;
 using testing::ScriptedNode;
 
-constexpr double kSide = 0.03;  // m, of both cubes
+constexpr double kCubeSide = 0.03;  // m, of both cubes
 
 /// A shared cube at the origin, and an own one 120 mm beside it.
 std::shared_ptr<const WorldModel> TwoCubes() {
-  auto model = std::make_shared<WorldModel>(*MakeWorldModel(
-      {{Box(Vec3(kSide, kSide, kSide))},
-       {Transformed(Box(Vec3(kSide, kSide, kSide)), {Quat::Identity(), Vec3(0.12, 0, 0)})}},
-      0.002));
+  auto model = std::make_shared<WorldModel>(
+      *MakeWorldModel({{Box(Vec3(kCubeSide, kCubeSide, kCubeSide))},
+                       {Transformed(Box(Vec3(kCubeSide, kCubeSide, kCubeSide)),
+                                    {Quat::Identity(), Vec3(0.12, 0, 0)})}},
+                      0.002));
   model->scene.bodies[0].shared = true;
   return model;
 }
@@ -90,9 +91,9 @@ TEST(Mixed, InstancesThatHavePartedAreMetBoth) {
       // in series: my hand and its coupling, the instance's, and the mirror that gives way by B/te
       const double k_hand = 1.0 / (1.0 / 300.0 + 1.0 / 800.0);
       const double k_mirror = ContactBlend::kDrag / DesignDelay(0.602);
-      const double overlap = kSide - 0.01 + 0.45 * 0.002;  // wanted; and where contact begins
+      const double overlap = kCubeSide - 0.01 + 0.45 * 0.002;  // wanted; and where contact begins
       EXPECT_NEAR(felt, overlap / (2.0 / k_hand + 1.0 / k_mirror), 0.03);
-      EXPECT_GT(least, kSide);  // centres of cubes that do not overlap
+      EXPECT_GT(least, kCubeSide);  // centres of cubes that do not overlap
     }
   }
 }

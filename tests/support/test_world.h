@@ -7,6 +7,8 @@
 
 namespace tandem::testing {
 
+inline constexpr double kVoxel = 0.001;  // m, in most worlds of the tests
+
 /// A body of a world made in code, with no files: its mesh where it stands at first.
 struct TestBody {
   TriangleMesh mesh_W;

@@ -8,8 +8,6 @@
 namespace tandem {
 namespace {
 
-using State = ProximityModel::State;
-
 std::vector<Pose> BallMovedBy(double y) {
   std::vector<Pose> X_W(2);
   X_W[1].p.y() = y;
@@ -32,7 +30,7 @@ TEST_F(ProximityOfAScene, DoesNothingUntilItIsSwitchedOn) {
   model_.SetScene(scene_);
   model_.SetPoses(BallMovedBy(0));
   QCoreApplication::processEvents();
-  EXPECT_EQ(model_.state(), State::kOff);
+  EXPECT_EQ(model_.state(), ProximityModel::State::kOff);
   EXPECT_EQ(scene_.use_count(), 2);  // no thread works on it
   EXPECT_TRUE(model_.message().isEmpty());
 }
@@ -45,10 +43,10 @@ TEST_F(ProximityOfAScene, SaysThatItVoxelizesThenAnswersTheNewestPoses) {
   model_.SetScene(scene_);
   model_.SetPoses(BallMovedBy(0));
   model_.SwitchOn(true);
-  EXPECT_EQ(model_.state(), State::kVoxelizing);
+  EXPECT_EQ(model_.state(), ProximityModel::State::kVoxelizing);
   EXPECT_EQ(model_.picture(), nullptr);
   ASSERT_TRUE(Shows(0.05));
-  EXPECT_EQ(model_.state(), State::kOn);
+  EXPECT_EQ(model_.state(), ProximityModel::State::kOn);
   const std::vector<QString> expected{"Voxelizing", "Voxelizing block (1 of 2)",
                                       "Voxelizing ball (2 of 2)",
                                       "ball \u2013 block: 50.000 mm \u00b1 0.001 mm"};
@@ -77,7 +75,7 @@ TEST_F(ProximityOfAScene, IsThereAtOnceWhenItIsSwitchedOnAgain) {
   ASSERT_TRUE(Shows(0.05));
   model_.SwitchOn(false);
   EXPECT_EQ(model_.picture(), nullptr);
-  EXPECT_EQ(model_.state(), State::kOff);
+  EXPECT_EQ(model_.state(), ProximityModel::State::kOff);
   bool voxelized = false;
   QObject::connect(&model_, &ProximityModel::Changed, [&] {
     voxelized = voxelized || model_.message().contains("1 of 2");
@@ -99,7 +97,7 @@ TEST_F(ProximityOfAScene, FollowsToAnotherSceneAndToNone) {
   EXPECT_EQ(model_.picture()->other, "wall");
   model_.SetScene(nullptr);
   EXPECT_EQ(model_.picture(), nullptr);
-  EXPECT_EQ(model_.state(), State::kNoScene);
+  EXPECT_EQ(model_.state(), ProximityModel::State::kNoScene);
 }
 
 TEST_F(ProximityOfAScene, SaysWhyASceneCannotBeVoxelized) {
@@ -108,7 +106,7 @@ TEST_F(ProximityOfAScene, SaysWhyASceneCannotBeVoxelized) {
   model_.SetScene(std::make_shared<const DrawnScene>(fine));
   model_.SwitchOn(true);
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return model_.state() == State::kFailed;
+    return model_.state() == ProximityModel::State::kFailed;
   }));
   EXPECT_TRUE(model_.message().contains("block"));
   EXPECT_TRUE(model_.message().contains("GiB"));

@@ -9,7 +9,7 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kBlock = 0;
-constexpr std::size_t kBall = 1;
+constexpr std::size_t kBallBody = 1;
 constexpr QSize kSize(320, 240);
 
 /// The block and the ball before it, seen from the front.
@@ -24,7 +24,7 @@ class Drawn : public ::testing::Test {
     camera_.LookFrom(StandardView::kFront);
     camera_.Fit(scene_.BoundsOfAll());
     list_.solids = {{kBlock, {}, scene_.bodies[kBlock].look.colour, 1},
-                    {kBall, {}, scene_.bodies[kBall].look.colour, 1}};
+                    {kBallBody, {}, scene_.bodies[kBallBody].look.colour, 1}};
   }
   QImage Image() { return gl_.Draw(renderer_, camera_, list_); }
   QColor At(const QImage& image, const Vec3& p_W) const {
@@ -55,23 +55,23 @@ TEST_F(Drawn, BodiesAppearInTheirColoursWhereTheyAre) {
 }
 
 TEST_F(Drawn, AMovedPoseMovesThePixels) {
-  list_.solids[kBall].X_W.p = Vec3(0.07, 0, 0.04);
+  list_.solids[kBallBody].X_W.p = Vec3(0.07, 0, 0.04);
   const QImage image = Image();
   EXPECT_FALSE(IsGreen(At(image, p_WBall_)));
   EXPECT_TRUE(IsGreen(At(image, p_WBall_ + Vec3(0.07, 0, 0.04))));
 }
 
 TEST_F(Drawn, WhatIsBehindIsHidden) {
-  list_.solids[kBall].X_W.p = Vec3(0, 0.2, 0);  // behind the block
+  list_.solids[kBallBody].X_W.p = Vec3(0, 0.2, 0);  // behind the block
   EXPECT_TRUE(IsGrey(At(Image(), Vec3(0, -0.02, 0))));
 }
 
 TEST_F(Drawn, AGhostLiesBetweenItsColourAndWhatIsBehindIt) {
   const Vec3 moved(0, 0, 0.02);
   const Vec3 p_WGhost = p_WBall_ + moved;
-  list_.solids[kBall].X_W.p = Vec3(0, 0.2, 0);
+  list_.solids[kBallBody].X_W.p = Vec3(0, 0.2, 0);
   const QColor behind = At(Image(), p_WGhost);
-  list_.ghosts = {{kBall, {Quat::Identity(), moved}, {0.0F, 0.2F, 1.0F}, 0.45F}};
+  list_.ghosts = {{kBallBody, {Quat::Identity(), moved}, {0.0F, 0.2F, 1.0F}, 0.45F}};
   const QColor through = At(Image(), p_WGhost);
   list_.ghosts[0].opacity = 1.0F;
   const QColor opaque = At(Image(), p_WGhost);
@@ -86,7 +86,7 @@ TEST_F(Drawn, AGhostLiesBetweenItsColourAndWhatIsBehindIt) {
 
 TEST_F(Drawn, AGhostAtTheSolidInstancesPlaceIsNotSeen) {
   const QImage alone = Image();
-  list_.ghosts = {{kBall, {}, {0.0F, 0.2F, 1.0F}, 0.45F}};
+  list_.ghosts = {{kBallBody, {}, {0.0F, 0.2F, 1.0F}, 0.45F}};
   EXPECT_EQ(At(Image(), p_WBall_), At(alone, p_WBall_));
 }
 
@@ -107,7 +107,7 @@ TEST_F(Drawn, NoInnerFaceShowsThroughAGhost) {
 }
 
 TEST_F(Drawn, ThePictureStaysOpaqueUnderGhosts) {
-  list_.ghosts = {{kBall, {Quat::Identity(), Vec3(0.05, 0, 0)}, {0.0F, 0.2F, 1.0F}, 0.45F}};
+  list_.ghosts = {{kBallBody, {Quat::Identity(), Vec3(0.05, 0, 0)}, {0.0F, 0.2F, 1.0F}, 0.45F}};
   const QImage image = Image();
   int translucent = 0;
   for (int y = 0; y < image.height(); ++y) {
@@ -121,8 +121,8 @@ TEST_F(Drawn, ProximityColoursABodysVerticesAndBringsOutNearVoxels) {
   const QImage before = Image();
   const Vec3 on_block(0.07, -0.02, 0.05);
   ProximityPicture proximity;
-  proximity.bodies = {{kBall, {}}};
-  for (const ShadedMesh::Vertex& v : scene_.bodies[kBall].mesh.vertices) {
+  proximity.bodies = {{kBallBody, {}}};
+  for (const ShadedMesh::Vertex& v : scene_.bodies[kBallBody].mesh.vertices) {
     const std::uint8_t red = v.p[2] > 0 ? 255 : 0;  // the upper half red, the lower one blue
     proximity.bodies[0].rgba.push_back({red, 0, static_cast<std::uint8_t>(255 - red), 255});
   }
@@ -145,7 +145,7 @@ TEST_F(Drawn, ProximityColoursABodysVerticesAndBringsOutNearVoxels) {
 TEST_F(Drawn, ColoursOfAnotherScenesMeshAreLeftOut) {
   const QImage before = Image();
   ProximityPicture proximity;
-  proximity.bodies = {{kBall, {{255, 0, 0, 255}}}, {9, {{255, 0, 0, 255}}}};
+  proximity.bodies = {{kBallBody, {{255, 0, 0, 255}}}, {9, {{255, 0, 0, 255}}}};
   renderer_.ShowProximity(&proximity);
   EXPECT_EQ(Image(), before);
 }

@@ -11,8 +11,6 @@
 namespace tandem {
 namespace {
 
-using State = SceneModel::State;
-
 /// Answers every file with the block and the ball.
 Result<DrawnScene> LoadBlockAndBall(const std::filesystem::path& file, const LoadProgress&) {
   DrawnScene scene = BlockAndBall();
@@ -34,7 +32,7 @@ class SceneOfASession : public ::testing::Test {
   void SetUp() override { ASSERT_TRUE(here_.open()); }
   bool Settled(const SceneModel& model) {
     return ProcessEventsUntil([&] {
-      return model.state() != State::kLoading;
+      return model.state() != SceneModel::State::kLoading;
     });
   }
   QTemporaryFile here_;  // a file that exists
@@ -43,11 +41,11 @@ class SceneOfASession : public ::testing::Test {
 
 TEST_F(SceneOfASession, IsLoadedWhenItsFileIsHereAndItsHashIsTheSessions) {
   SceneModel model(LoadBlockAndBall);
-  EXPECT_EQ(model.state(), State::kWaiting);
+  EXPECT_EQ(model.state(), SceneModel::State::kWaiting);
   EXPECT_FALSE(model.message().isEmpty());
   model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_));
   ASSERT_TRUE(Settled(model));
-  ASSERT_EQ(model.state(), State::kReady);
+  ASSERT_EQ(model.state(), SceneModel::State::kReady);
   EXPECT_EQ(model.scene()->bodies.size(), 2U);
   EXPECT_EQ(model.scene()->voxel_size, 0.003);  // the session's
   EXPECT_TRUE(model.warning().isEmpty());
@@ -57,7 +55,7 @@ TEST_F(SceneOfASession, IsNotShownWhenTheFileHereIsAnotherOne) {
   SceneModel model(LoadBlockAndBall);
   model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_ + 1));
   ASSERT_TRUE(Settled(model));
-  EXPECT_EQ(model.state(), State::kMissing);
+  EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_EQ(model.scene(), nullptr);
   EXPECT_TRUE(model.message().contains(here_.fileName()));
   EXPECT_TRUE(model.message().contains("0000000000000008"));  // the session's hash, hash_ + 1
@@ -66,7 +64,7 @@ TEST_F(SceneOfASession, IsNotShownWhenTheFileHereIsAnotherOne) {
 TEST_F(SceneOfASession, IsSaidToBeMissingWithItsNameWhenItsFileIsNotHere) {
   SceneModel model(LoadBlockAndBall);
   model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
-  EXPECT_EQ(model.state(), State::kMissing);
+  EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_TRUE(model.message().contains("/nowhere/bracket.json"));
   EXPECT_TRUE(model.message().contains("--scene"));
 }
@@ -76,7 +74,7 @@ TEST_F(SceneOfASession, GivesWayToTheSceneThatTheUserNamedWithAWarningWhenTheyDi
   model.OpenNamed("mine.json");
   model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_ + 1));
   ASSERT_TRUE(Settled(model));
-  ASSERT_EQ(model.state(), State::kReady);
+  ASSERT_EQ(model.state(), SceneModel::State::kReady);
   EXPECT_EQ(model.scene()->file, "mine.json");
   EXPECT_TRUE(model.warning().contains("session's scene"));
   model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_));
@@ -89,7 +87,7 @@ TEST_F(SceneOfASession, SaysInWordsWhyItCouldNotBeLoaded) {
   });
   model.OpenNamed("broken.json");
   ASSERT_TRUE(Settled(model));
-  EXPECT_EQ(model.state(), State::kMissing);
+  EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_TRUE(model.message().contains("bodies[1].mesh: no file bracket.stl"));
 }
 
@@ -104,11 +102,11 @@ TEST(SceneModel, LoadsInAnotherThreadAndShowsHowFarItIs) {
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return model.percent() == 25;
   }));
-  EXPECT_EQ(model.state(), State::kLoading);
+  EXPECT_EQ(model.state(), SceneModel::State::kLoading);
   EXPECT_EQ(model.message(), "part.stl");
   disk.set_value();
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return model.state() == State::kReady;
+    return model.state() == SceneModel::State::kReady;
   }));
 }
 

@@ -9,8 +9,6 @@
 namespace tandem {
 namespace {
 
-using State = SessionModel::State;
-
 TEST(SessionModel, JoinsWithoutBlockingAndTellsItsNameAsAViewer) {
   FakeSession fake;
   std::promise<void> network_answers;
@@ -18,12 +16,12 @@ TEST(SessionModel, JoinsWithoutBlockingAndTellsItsNameAsAViewer) {
     network_answers.get_future().wait();
     return fake.Join()(request, peer, inbox);
   });
-  EXPECT_EQ(session.state(), State::kIdle);
+  EXPECT_EQ(session.state(), SessionModel::State::kIdle);
   session.Join({"bracket", "Dora", 43, "lo"});  // returns though the network has not answered
-  EXPECT_EQ(session.state(), State::kJoining);
+  EXPECT_EQ(session.state(), SessionModel::State::kJoining);
   network_answers.set_value();
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session.state() == State::kJoined;
+    return session.state() == SessionModel::State::kJoined;
   }));
   EXPECT_EQ(fake.request.session, "bracket");
   EXPECT_EQ(fake.request.domain, 43U);
@@ -51,13 +49,13 @@ TEST(SessionModel, SaysWhyItCouldNotJoinAndCanTryAgain) {
   SessionModel session(fake.Join());
   session.Join({"s", "Dora", 42, "eth7"});
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session.state() == State::kFailed;
+    return session.state() == SessionModel::State::kFailed;
   }));
   EXPECT_EQ(session.error(), "no interface called eth7");
   fake.refuse.clear();
   session.Join({"s", "Dora", 42, ""});
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session.state() == State::kJoined;
+    return session.state() == SessionModel::State::kJoined;
   }));
   EXPECT_TRUE(session.error().isEmpty());
 }
@@ -67,13 +65,13 @@ TEST(SessionModel, LeavesWithAGoodbyeKeepsTheLastPictureAndCanJoinAgain) {
   SessionModel session(fake.Join());
   session.Join({"s", "Dora", 42, ""});
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session.state() == State::kJoined;
+    return session.state() == SessionModel::State::kJoined;
   }));
   fake.inbox->OnView(FakeSession::Frame(5, 1, Vec3(0.1, 0, 0), 104), 0);
   EXPECT_EQ(session.Picture().peers.at(0).presence, ViewedPeer::Presence::kHere);
 
   session.Leave();
-  EXPECT_EQ(session.state(), State::kLeft);
+  EXPECT_EQ(session.state(), SessionModel::State::kLeft);
   EXPECT_EQ(fake.left, 1);
   EXPECT_EQ(fake.destroyed, 1);
   EXPECT_EQ(session.Picture().peers.at(0).presence, ViewedPeer::Presence::kLeft);
@@ -81,7 +79,7 @@ TEST(SessionModel, LeavesWithAGoodbyeKeepsTheLastPictureAndCanJoinAgain) {
 
   session.Join({"s", "Dora", 42, ""});
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session.state() == State::kJoined;
+    return session.state() == SessionModel::State::kJoined;
   }));
   EXPECT_TRUE(session.Picture().peers.empty());
 }
@@ -92,7 +90,7 @@ TEST(SessionModel, SaysGoodbyeWhenItIsDestroyedEvenIfNobodyHeardThatItHadJoined)
     SessionModel session(joined.Join());
     session.Join({"s", "Dora", 42, ""});
     ASSERT_TRUE(ProcessEventsUntil([&] {
-      return session.state() == State::kJoined;
+      return session.state() == SessionModel::State::kJoined;
     }));
   }
   EXPECT_EQ(joined.left, 1);

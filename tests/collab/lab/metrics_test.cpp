@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kTau = 0.1;
 
-Inertia Cube() {
+Inertia LightCube() {
   return {0.3, 8e-5 * Mat3::Identity()};
 }
 
@@ -33,7 +33,7 @@ std::vector<UserFrame> At(const Motion& motion, double t) {
 }
 
 Metrics Watch(const Motion& motion, double seconds, double judged_from_s = 0) {
-  Meter meter(Cube(), kTau, judged_from_s);
+  Meter meter(LightCube(), kTau, judged_from_s);
   const int frames = static_cast<int>(std::lround(seconds / kFrame));
   for (int i = 0; i < frames; ++i) meter.See(At(motion, kFrame * i));
   return meter.Finish();
@@ -138,7 +138,7 @@ TEST(Meter, TellsASlowSwingFromABuzz) {
 // A force of 2 N along a motion of 0.1 m/s gives 0.2 W; a drag of 5 N s/m takes 0.05 W of it. A
 // moment of 0.01 N m on a turn of 3 rad/s gives 0.03 W, and the drag takes 5 x 9 x I/m.
 TEST(Meter, CountsWhatLinksGiveAndDragTakesInTurningToo) {
-  Meter meter(Cube(), kTau, 0);
+  Meter meter(LightCube(), kTau, 0);
   std::vector<UserFrame> users(2);
   users[0].present = true;
   users[0].state.V_WB = {Vec3(0, 0, 3), Vec3(0.1, 0, 0)};
@@ -156,7 +156,7 @@ TEST(Meter, CountsWhatLinksGiveAndDragTakesInTurningToo) {
 }
 
 TEST(Meter, SeesForcesTheirRatesAndWhoHoldsThemBack) {
-  Meter meter(Cube(), kTau, 0);
+  Meter meter(LightCube(), kTau, 0);
   std::vector<UserFrame> users(2);
   users[0].present = users[1].present = true;
   users[0].link_count = 1;

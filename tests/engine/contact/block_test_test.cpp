@@ -17,7 +17,7 @@ using testing::RandomDirection;
 using testing::RandomRotation;
 using testing::Uniform;
 
-constexpr double kVoxel = 0.01;
+constexpr double kBlockVoxel = 0.01;
 
 /// Gives a chunk its marks in a field, as the image stores them.
 void AddChunk(Field field, std::size_t chunk, const std::array<int, kVoxelsPerChunk>& marks,
@@ -58,7 +58,7 @@ Voxmap RandomMap(int bits, int range, std::uint64_t seed) {
     kinds[box.CellOf(place)] = VoxmapBuilder::Kind::kMarked;
   }
   kinds[box.CellOf({1, 0, 0})] = VoxmapBuilder::Kind::kSolid;
-  VoxmapBuilder builder(kVoxel, range, bits, box, kinds);
+  VoxmapBuilder builder(kBlockVoxel, range, bits, box, kinds);
   for (const GridIndex& place : places) {
     VoxmapRecord record;
     std::vector<std::uint8_t> planes;
@@ -81,7 +81,7 @@ Voxmap RandomMap(int bits, int range, std::uint64_t seed) {
 
 Pointshell RandomShell(std::mt19937_64& random, std::size_t chunks, double spread) {
   Pointshell shell;
-  shell.spacing = kVoxel;
+  shell.spacing = kBlockVoxel;
   for (std::size_t c = 0; c < chunks; ++c) {
     Pointshell::Chunk chunk;
     chunk.first = static_cast<std::uint32_t>(shell.size());
@@ -147,7 +147,7 @@ TEST_F(BlockTest, ReadsWhatTheMapSaysOnEveryInstructionSet) {
   };
   for (const Kind kind : {Kind{2, 1}, Kind{4, 8}, Kind{4, 13}, Kind{8, 100}}) {
     const Voxmap voxmap = RandomMap(kind.bits, kind.range, random());
-    for (const double spread : {0.5 * kVoxel, 6 * kVoxel, 60 * kVoxel}) {
+    for (const double spread : {0.5 * kBlockVoxel, 6 * kBlockVoxel, 60 * kBlockVoxel}) {
       const PointBlocks blocks(RandomShell(random, 60, spread));
       std::vector<std::uint32_t> list;
       for (std::uint32_t b = 0; b < blocks.size(); ++b) {
@@ -157,8 +157,8 @@ TEST_F(BlockTest, ReadsWhatTheMapSaysOnEveryInstructionSet) {
       for (const double away : {0.3, 1.5, 1e3, 1e9}) {
         const Pose X_VS{RandomRotation(random),
                         Vec3::Constant(0.9) + away * RandomDirection(random)};
-        const double shift = random() % 2 == 0 ? 0 : Uniform(random, -1, 1) * kVoxel;
-        const VoxelTransform transform(X_VS, kVoxel, shift);
+        const double shift = random() % 2 == 0 ? 0 : Uniform(random, -1, 1) * kBlockVoxel;
+        const VoxelTransform transform(X_VS, kBlockVoxel, shift);
         const int threshold = static_cast<int>(2 + random() % 4);
         ForEachTarget([&] {
           std::vector<BlockReading> readings(list.size());
@@ -210,18 +210,19 @@ TEST(VoxelTransform, ErrsByNoMoreThanItsBoundHoweverLargeTheMap) {
     const double reach = 0.3 * extent;  // of the shell, voxels
     double worst = 0;
     for (int trial = 0; trial < 40; ++trial) {
-      Pointshell shell = RandomShell(random, 20, 6 * kVoxel);
-      const double scale = reach * kVoxel / 0.9;
+      Pointshell shell = RandomShell(random, 20, 6 * kBlockVoxel);
+      const double scale = reach * kBlockVoxel / 0.9;
       for (auto* axis : {&shell.x, &shell.y, &shell.z}) {
         for (float& p : *axis) p *= static_cast<float>(scale);
       }
       const PointBlocks blocks(shell);
-      const Pose X_VS{RandomRotation(random),
-                      extent * kVoxel * Vec3(Uniform(random, 0, 1), Uniform(random, 0, 1), 0.5)};
-      const VoxelTransform transform(X_VS, kVoxel, 0);
+      const Pose X_VS{
+          RandomRotation(random),
+          extent * kBlockVoxel * Vec3(Uniform(random, 0, 1), Uniform(random, 0, 1), 0.5)};
+      const VoxelTransform transform(X_VS, kBlockVoxel, 0);
       for (std::size_t b = 0; b < blocks.size(); ++b) {
         for (std::size_t lane = 0; lane < blocks.block(b).count; ++lane) {
-          const Vec3 exact = X_VS * shell.point(blocks.block(b).first + lane) / kVoxel;
+          const Vec3 exact = X_VS * shell.point(blocks.block(b).first + lane) / kBlockVoxel;
           const std::array<float, 3> p = transform(blocks, b, lane);
           worst = std::max(worst, (Vec3(p[0], p[1], p[2]) - exact).cwiseAbs().maxCoeff());
         }
@@ -234,9 +235,9 @@ TEST(VoxelTransform, ErrsByNoMoreThanItsBoundHoweverLargeTheMap) {
 TEST_F(BlockTest, AnEmptyListReadsNothing) {
   const Voxmap voxmap = RandomMap(4, 8, 1);
   std::mt19937_64 random(2);
-  const PointBlocks blocks(RandomShell(random, 3, kVoxel));
+  const PointBlocks blocks(RandomShell(random, 3, kBlockVoxel));
   BlockReading untouched{77, 77};
-  TestBlocks(blocks, VoxelTransform(Pose{}, kVoxel, 0), voxmap, 3, {}, &untouched);
+  TestBlocks(blocks, VoxelTransform(Pose{}, kBlockVoxel, 0), voxmap, 3, {}, &untouched);
   EXPECT_EQ(untouched.contacts, 77);
   EXPECT_EQ(untouched.nearest, 77);
 }

@@ -19,7 +19,7 @@ using testing::Uniform;
 
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
-Pose RandomPose(std::mt19937_64& random, double reach) {
+Pose RandomPoseWithin(std::mt19937_64& random, double reach) {
   return {RandomRotation(random), Uniform(random, 0, reach) * RandomDirection(random)};
 }
 
@@ -67,7 +67,7 @@ TEST(GapBetween, IsNeverMoreThanTheDistanceAndAboveZeroWheneverTheBoxesAreApart)
   for (int trial = 0; trial < 10000; ++trial) {
     const Extent a = RandomBox(random);
     const Extent b = RandomBox(random);
-    const Pose X_AB = RandomPose(random, 3.0);
+    const Pose X_AB = RandomPoseWithin(random, 3.0);
     const Distance distance = DistanceByProjections(a, b, X_AB);
     const double gap = GapBetween(a, b, X_AB, kEver);
     ASSERT_LE(gap, distance.most + 1e-9) << "trial " << trial;
@@ -87,7 +87,7 @@ TEST(GapBetween, IsTheSameSeenFromTheOtherBody) {
   for (int trial = 0; trial < 1000; ++trial) {
     const Extent a = RandomBox(random);
     const Extent b = RandomBox(random);
-    const Pose X_AB = RandomPose(random, 3.0);
+    const Pose X_AB = RandomPoseWithin(random, 3.0);
     EXPECT_NEAR(GapBetween(a, b, X_AB, kEver), GapBetween(b, a, X_AB.Inverse(), kEver), 1e-12);
   }
 }

@@ -21,7 +21,7 @@ using testing::Uniform;
 constexpr double kStep = 1e-3;  // s
 constexpr double kNoLimit = 1e9;
 
-Inertia Brick() {
+Inertia HalfBrick() {
   return {0.3, Vec3(2e-4, 5e-4, 6e-4).asDiagonal()};
 }
 
@@ -107,7 +107,7 @@ TEST(Constraint, DoesNotDriftInAHundredThousandFramesOfShaking) {
       Load acting = load;
       acting.force -= 0.02 * Stacked(state.V_WB);
       acting.damping += 0.02 * Mat6::Identity();
-      const Twist V = ConstrainedTwist(kind.constraint, Brick(), state, acting, kStep);
+      const Twist V = ConstrainedTwist(kind.constraint, HalfBrick(), state, acting, kStep);
       Advance(kind.constraint, state, V, kStep, 0.1, frame % 3000 < 1000 ? 5e-4 : kNoLimit);
       ASSERT_LT(kind.fault(state.X_WB), 1e-9) << kind.name << " in frame " << frame;
       farthest = std::max(farthest, (state.X_WB.p - kFirst.p).norm());
@@ -126,7 +126,7 @@ TEST(Constraint, EveryTwistIsOneThatKeepsThePoseAllowed) {
     for (int frame = 0; frame < 300; ++frame) {
       Load load;
       load.force << RandomDirection(random), 20.0 * RandomDirection(random);
-      const Twist V = ConstrainedTwist(kind.constraint, Brick(), state, load, kStep);
+      const Twist V = ConstrainedTwist(kind.constraint, HalfBrick(), state, load, kStep);
       // moved on by the bare twist for a very short while, the fault is of second order
       RigidState moved = state;
       Advance(moved, V, 1e-6, 0, kNoLimit);
@@ -140,7 +140,7 @@ TEST(Constraint, EveryTwistIsOneThatKeepsThePoseAllowed) {
 // The oracle: a free body with dampers of 1e9 N s/m on every forbidden motion, told by the fault of
 // the pose that the motion leads to.
 TEST(Constraint, ActsLikeDampersWithoutBoundOnWhatItForbids) {
-  const Inertia brick = Brick();
+  const Inertia brick = HalfBrick();
   for (const Kind& kind : Kinds()) {
     std::mt19937_64 random(3);
     const RigidState at_rest{kFirst, {}};
@@ -188,8 +188,8 @@ TEST(Constraint, ThatForbidsNothingChangesNothing) {
   for (int frame = 0; frame < 200; ++frame) {
     Load load;
     load.force << 0.1 * RandomDirection(random), 5.0 * RandomDirection(random);
-    Advance(free, ImplicitTwist(Brick(), free, load, kStep), kStep, 0.1, kNoLimit);
-    Advance(none, constrained, ConstrainedTwist(none, Brick(), constrained, load, kStep), kStep,
+    Advance(free, ImplicitTwist(HalfBrick(), free, load, kStep), kStep, 0.1, kNoLimit);
+    Advance(none, constrained, ConstrainedTwist(none, HalfBrick(), constrained, load, kStep), kStep,
             0.1, kNoLimit);
   }
   EXPECT_LT((free.X_WB.p - constrained.X_WB.p).norm(), 1e-10);
@@ -274,14 +274,15 @@ TEST(Constraint, NeverAddsEnergy) {
     RigidState state{kFirst, {}};
     Load push;
     push.force << 40.0 * RandomDirection(random), 60.0 * RandomDirection(random);
-    Advance(kind.constraint, state, ConstrainedTwist(kind.constraint, Brick(), state, push, kStep),
-            kStep, 0.1, kNoLimit);
-    const double first = KineticEnergy(Brick(), state);
+    Advance(kind.constraint, state,
+            ConstrainedTwist(kind.constraint, HalfBrick(), state, push, kStep), kStep, 0.1,
+            kNoLimit);
+    const double first = KineticEnergy(HalfBrick(), state);
     double energy = first;
     for (int frame = 0; frame < 5000; ++frame) {
-      const Twist V = ConstrainedTwist(kind.constraint, Brick(), state, {}, kStep);
+      const Twist V = ConstrainedTwist(kind.constraint, HalfBrick(), state, {}, kStep);
       Advance(kind.constraint, state, V, kStep, 0.1, kNoLimit);
-      const double now = KineticEnergy(Brick(), state);
+      const double now = KineticEnergy(HalfBrick(), state);
       ASSERT_LE(now, energy * (1 + 1e-12)) << kind.name << " in frame " << frame;
       energy = now;
     }
@@ -293,7 +294,7 @@ TEST(Constraint, NeverAddsEnergy) {
 
 // theta'' = -m g l sin(theta) / (I + m l^2), by Runge and Kutta's method.
 TEST(HingeConstraint, SwingsAsAPendulumAndHalvingTheStepHalvesTheError) {
-  const Inertia brick = Brick();
+  const Inertia brick = HalfBrick();
   constexpr double kGravity = 9.81;
   constexpr double kLength = 0.1;
   const double about_pivot = brick.I_B(1, 1) + brick.mass * kLength * kLength;
@@ -326,7 +327,7 @@ TEST(HingeConstraint, SwingsAsAPendulumAndHalvingTheStepHalvesTheError) {
 
 // A top about a point, in its own axes: I w' = tau - w x I w, by Runge and Kutta's method.
 TEST(BallConstraint, TumblesAsATopAndHalvingTheStepHalvesTheError) {
-  const Inertia brick = Brick();
+  const Inertia brick = HalfBrick();
   const Vec3 lever(0.05, -0.02, 0.03);  // to the centre of mass, in B
   const Mat3 about_point = brick.I_B - brick.mass * CrossMatrix(lever) * CrossMatrix(lever);
   const Vec3 weight_W(0, 0, -9.81 * brick.mass);

@@ -16,7 +16,7 @@ using testing::RandomDirection;
 using testing::RandomRotation;
 using testing::Uniform;
 
-constexpr double kStep = 1e-3;
+constexpr double kCoupledStep = 1e-3;
 
 struct Bodies {
   std::array<Inertia, 4> inertias;
@@ -83,21 +83,23 @@ TEST(CoupledStep, SolvesWhatOneDenseMatrixSolves) {
     Eigen::VectorXd rhs = Eigen::VectorXd::Zero(24);
     for (const std::size_t b : {3U, 0U, 1U}) {
       const StepEquations step =
-          ImplicitEquations(bodies.inertias[b], bodies.states[b], bodies.loads[b], kStep);
+          ImplicitEquations(bodies.inertias[b], bodies.states[b], bodies.loads[b], kCoupledStep);
       together.AddBody(b, step, bodies.states[b].V_WB, b == 1 ? basis : Mat6(Mat6::Identity()));
       A.block<6, 6>(6 * static_cast<int>(b), 6 * static_cast<int>(b)) = step.A;
       rhs.segment<6>(6 * static_cast<int>(b)) = step.b;
     }
     for (std::size_t k = 0; k < 3; ++k) {
-      together.Couple(pairs[k][0], pairs[k][1], crosses[k], kStep);
+      together.Couple(pairs[k][0], pairs[k][1], crosses[k], kCoupledStep);
       const int a = 6 * static_cast<int>(pairs[k][0]);
       const int b = 6 * static_cast<int>(pairs[k][1]);
-      const Mat6 change = kStep * crosses[k].damping + kStep * kStep * crosses[k].stiffness;
+      const Mat6 change =
+          kCoupledStep * crosses[k].damping + kCoupledStep * kCoupledStep * crosses[k].stiffness;
       A.block<6, 6>(a, b) -= change;
       A.block<6, 6>(b, a) -= change.transpose();
-      rhs.segment<6>(a) -= kStep * crosses[k].damping * Stacked(bodies.states[pairs[k][1]].V_WB);
+      rhs.segment<6>(a) -=
+          kCoupledStep * crosses[k].damping * Stacked(bodies.states[pairs[k][1]].V_WB);
       rhs.segment<6>(b) -=
-          kStep * crosses[k].damping.transpose() * Stacked(bodies.states[pairs[k][0]].V_WB);
+          kCoupledStep * crosses[k].damping.transpose() * Stacked(bodies.states[pairs[k][0]].V_WB);
     }
     together.Solve();
 
@@ -127,10 +129,10 @@ TEST(CoupledStep, KeepsMomentumAndItsMoment) {
     together.Begin();
     for (const std::size_t b : {0U, 1U}) {
       together.AddBody(
-          b, ImplicitEquations(bodies.inertias[b], bodies.states[b], bodies.loads[b], kStep),
+          b, ImplicitEquations(bodies.inertias[b], bodies.states[b], bodies.loads[b], kCoupledStep),
           bodies.states[b].V_WB, Mat6::Identity());
     }
-    together.Couple(0, 1, cross, kStep);
+    together.Couple(0, 1, cross, kCoupledStep);
     together.Solve();
     Vec3 momentum = Vec3::Zero();
     Vec3 moment = Vec3::Zero();
@@ -161,10 +163,10 @@ TEST(CoupledStep, AllocatesNothing) {
     together.Begin();
     for (const std::size_t b : {0U, 2U}) {
       together.AddBody(
-          b, ImplicitEquations(bodies.inertias[b], bodies.states[b], bodies.loads[b], kStep),
+          b, ImplicitEquations(bodies.inertias[b], bodies.states[b], bodies.loads[b], kCoupledStep),
           bodies.states[b].V_WB, Mat6::Identity());
     }
-    together.Couple(0, 2, cross, kStep);
+    together.Couple(0, 2, cross, kCoupledStep);
     together.Solve();
   }
   EXPECT_EQ(counter.count(), 0);

@@ -17,7 +17,7 @@ using testing::RandomRotation;
 using testing::Sheet;
 using testing::Sphere;
 
-Voxmap MustVoxelize(const TriangleMesh& mesh, double s, int range = kDefaultRange) {
+Voxmap RowsVoxelized(const TriangleMesh& mesh, double s, int range = kDefaultRange) {
   Result<Voxmap> made = Voxelize(mesh, {.voxel_size = s, .range = range});
   EXPECT_TRUE(made) << (made ? "" : made.error().what);
   return std::move(*made);
@@ -43,7 +43,7 @@ struct ConvexPlanes {
 };
 
 void ExpectInteriorExactly(const TriangleMesh& mesh, double s) {
-  const Voxmap voxmap = MustVoxelize(mesh, s);
+  const Voxmap voxmap = RowsVoxelized(mesh, s);
   const Bounds box = BoundsOf(mesh);
   const ConvexPlanes planes(mesh);
   long inside = 0;
@@ -85,7 +85,7 @@ TEST(Interior, IsExactWhenEdgesLieOnTheRays) {
 
 // Chunks and hyperchunks deep inside carry no marks and must still read as interior.
 TEST(Interior, ReadsAsInteriorWhereNothingIsStored) {
-  const Voxmap voxmap = MustVoxelize(Box(Vec3(3.0, 3.0, 3.0)), 0.01);
+  const Voxmap voxmap = RowsVoxelized(Box(Vec3(3.0, 3.0, 3.0)), 0.01);
   const GridIndex centre = GridIndex{0, 0, 0} - voxmap.origin();
   EXPECT_EQ(voxmap.Value(Field::kSurface, centre), kInteriorMark);
   EXPECT_EQ(voxmap.Value(Field::kSurface, centre + GridIndex{100, -90, 30}), kInteriorMark);
@@ -100,14 +100,14 @@ TEST(Interior, OverlappingBodiesAreSolidAndCavitiesEmpty) {
   TriangleMesh second = Box(Vec3(2, 2, 2));
   for (Vec3& v : second.vertices) v += Vec3(1.0, 0.013, 0.017);
   Append(overlapping, second);
-  const Voxmap both = MustVoxelize(overlapping, s);
+  const Voxmap both = RowsVoxelized(overlapping, s);
   EXPECT_EQ(both.Value(Field::kSurface, GridIndex{10, 3, 3} - both.origin()), kInteriorMark);
 
   TriangleMesh hollow = Box(Vec3(2, 2, 2));
   TriangleMesh cavity = Box(Vec3(1, 1, 1));
   for (auto& t : cavity.triangles) std::swap(t[1], t[2]);
   Append(hollow, cavity);
-  const Voxmap shell = MustVoxelize(hollow, s);
+  const Voxmap shell = RowsVoxelized(hollow, s);
   EXPECT_EQ(shell.Value(Field::kSurface, GridIndex{5, 0, 0} - shell.origin()),
             2 + 5);  // its wall is at voxel 10
   EXPECT_EQ(shell.Value(Field::kSurface, GridIndex{15, 0, 0} - shell.origin()), kInteriorMark);
@@ -123,7 +123,7 @@ TEST(Interior, ABodyThatCrossesItselfIsSolidWhereItDoes) {
   for (auto& t : joined.triangles) {
     for (auto& v : t) v = v == 8 ? 0 : v;
   }
-  const Voxmap voxmap = MustVoxelize(joined, 0.05);
+  const Voxmap voxmap = RowsVoxelized(joined, 0.05);
   EXPECT_EQ(voxmap.Value(Field::kSurface, GridIndex{3, 3, 3} - voxmap.origin()), kInteriorMark);
 }
 
@@ -139,8 +139,8 @@ TEST(Interior, OfASphereWithHolesAndTurnedTrianglesIsNearlyWhole) {
     if (random() % 50 == 0) std::swap(t[1], t[2]);
     torn.triangles.push_back(t);
   }
-  const Voxmap whole = MustVoxelize(sphere, s);
-  const Voxmap mended = MustVoxelize(torn, s);
+  const Voxmap whole = RowsVoxelized(sphere, s);
+  const Voxmap mended = RowsVoxelized(torn, s);
   long inside = 0;
   long wrong = 0;
   for (int z = -30; z < 30; ++z) {
@@ -160,7 +160,7 @@ TEST(Interior, OfASphereWithHolesAndTurnedTrianglesIsNearlyWhole) {
 }
 
 TEST(Interior, OpenSheetsHaveNone) {
-  const Voxmap voxmap = MustVoxelize(Sheet(1.0), 0.02);
+  const Voxmap voxmap = RowsVoxelized(Sheet(1.0), 0.02);
   const VoxelCounts counts = voxmap.Count();
   EXPECT_EQ(counts.interior, 0U);
   EXPECT_GE(counts.surface, 50U * 50);

@@ -19,11 +19,10 @@ using testing::At;
 using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
+using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomRotation;
 using testing::UntestedPoints;
-
-constexpr double kVoxel = 0.001;
 
 /// A box that a hand presses onto a plate, both turned; and one beside it that nobody holds.
 struct Pressed {

@@ -14,12 +14,12 @@ namespace {
 using testing::FreeInputs;
 using testing::HandTo;
 using testing::HollowBlock;
+using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomDirection;
 using testing::Sphere;
 using testing::Uniform;
 
-constexpr double kVoxel = 0.001;
 constexpr double kRadius = 0.01;
 constexpr double kClearance = 0.45;  // voxels at which force begins (decision 0010)
 

@@ -13,6 +13,7 @@ using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
 using testing::KineticEnergy;
+using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomDirection;
 using testing::RandomRotation;
@@ -20,7 +21,6 @@ using testing::Sphere;
 using testing::TestBody;
 using testing::Uniform;
 
-constexpr double kVoxel = 0.001;
 const Vec3 kDown(0, 0, -9.81);
 
 /// A world whose body 0 is held by a constraint, made from its first pose.

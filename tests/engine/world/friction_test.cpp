@@ -16,12 +16,12 @@ using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
 using testing::KineticEnergy;
+using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomRotation;
 using testing::Sphere;
 using testing::TestBody;
 
-constexpr double kVoxel = 0.001;
 constexpr double kGravity = 9.81;
 
 std::shared_ptr<const WorldModel> WithFriction(const std::vector<TestBody>& bodies, double friction,

@@ -18,17 +18,17 @@ using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
 using testing::HollowBlock;
+using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::Sphere;
 
-constexpr double kVoxel = 0.001;
-constexpr double kRadius = 0.01;
+constexpr double kBallRadius = 0.01;
 constexpr int kFrames = 600;
 constexpr int kSettled = 300;  // frames until the ball turns as fast as it goes
 
 std::shared_ptr<const WorldModel> BallInHollow() {
-  return MakeWorldModel({{HollowBlock(0.03, kRadius), true}, {Sphere(kRadius - 0.6 * kVoxel, 4)}},
-                        kVoxel);
+  return MakeWorldModel(
+      {{HollowBlock(0.03, kBallRadius), true}, {Sphere(kBallRadius - 0.6 * kVoxel, 4)}}, kVoxel);
 }
 
 struct Ride {
@@ -53,7 +53,7 @@ Ride Turn(const std::shared_ptr<const WorldModel>& model, double capacity, doubl
     inputs.hand = HandTo(*model, 0, {RotationBy(1.0 * axis) * X_WB.q, Vec3(0, 0, -0.001)});
     const StepReport& report = world.Step(inputs);
     if (frame < kSettled) continue;
-    const double travel = kFrame * world.state(0).V_WB.w.norm() * kRadius;
+    const double travel = kFrame * world.state(0).V_WB.w.norm() * kBallRadius;
     const auto tests = static_cast<double>(report.tests.looked_up);
     const double looks = report.looks + kSiftShare * report.sifted_points;
     ride.looks += looks / kFrames;

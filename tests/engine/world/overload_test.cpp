@@ -11,13 +11,13 @@ using testing::At;
 using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
+using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomDirection;
 using testing::RandomRotation;
 using testing::Sphere;
 using testing::Uniform;
 
-constexpr double kVoxel = 0.001;
 // with no test to spare a body moves by the floor alone; a pair of moving bodies shares it
 constexpr int kFramesForFiftyMillimetres = static_cast<int>(0.05 / (0.5 * kTravelFloor * kVoxel));
 

@@ -22,12 +22,13 @@ using testing::Sheet;
 using testing::Sphere;
 using testing::Uniform;
 
-constexpr double kVoxel = 0.001;
-const double kBound = std::sqrt(3.0) * kVoxel;  // of voxels against voxels of the same size
+constexpr double kProximityVoxel = 0.001;
+const double kBound =
+    std::sqrt(3.0) * kProximityVoxel;  // of voxels against voxels of the same size
 constexpr double kPi = 3.14159265358979323846;
 const Vec3 kOff(0.00031, -0.00017, 0.00023);  // so that nothing lies on the grid's planes
 
-ProximityShape ShapeOf(const TriangleMesh& mesh_W, double voxel = kVoxel) {
+ProximityShape ShapeOf(const TriangleMesh& mesh_W, double voxel = kProximityVoxel) {
   Result<Voxmap> map = Voxelize(mesh_W, {.voxel_size = voxel});
   EXPECT_TRUE(map.has_value());
   return {mesh_W, std::move(*map)};
@@ -78,7 +79,8 @@ TEST(VoxelGradient, OfASphereIsWithinItsStatedAngle) {
     Errors errors;
     for (int i = 0; i < 1000; ++i) {
       const Vec3 n = RandomDirection(random);
-      const Vec3 p = kOff + (radius + kVoxel * Uniform(random, stated.from, stated.to)) * n;
+      const Vec3 p =
+          kOff + (radius + kProximityVoxel * Uniform(random, stated.from, stated.to)) * n;
       errors.Add(Degrees(VoxelGradient(sphere, p), n));
     }
     ExpectWithin("sphere by voxels", stated, errors);
@@ -99,7 +101,7 @@ TEST(VoxelGradient, OfATurnedBoxIsWithinItsStatedAngle) {
         const Vec3 p(Uniform(random, -0.03, 0.03), Uniform(random, -0.025, 0.025),
                      Uniform(random, -0.02, 0.02));
         const Vec3 away = FromBox(half, p);
-        const double voxels = away.norm() / kVoxel;
+        const double voxels = away.norm() / kProximityVoxel;
         if (voxels == 0 || voxels < stated.from || voxels >= stated.to) continue;
         errors.Add(Degrees(VoxelGradient(box, q * p + kOff), q * away));
       }
@@ -120,7 +122,7 @@ TEST(DistanceGradient, IsExactOffABoxAndAsFineAsItsTrianglesOffASphere) {
     const Vec3 p(Uniform(random, -0.03, 0.03), Uniform(random, -0.025, 0.025),
                  Uniform(random, -0.02, 0.02));
     const Vec3 away = FromBox(half, p);
-    if (away.norm() == 0 || away.norm() > 8 * kVoxel) continue;
+    if (away.norm() == 0 || away.norm() > 8 * kProximityVoxel) continue;
     of_box.Add(Degrees(DistanceGradient(box, q * p + kOff), q * away));
   }
   ExpectWithin("box", {0, 8, 1e-4, 1e-3}, of_box);
@@ -130,7 +132,7 @@ TEST(DistanceGradient, IsExactOffABoxAndAsFineAsItsTrianglesOffASphere) {
   Errors of_sphere;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 n = RandomDirection(random);
-    const Vec3 p = kOff + (radius + kVoxel * Uniform(random, 0.1, 8)) * n;
+    const Vec3 p = kOff + (radius + kProximityVoxel * Uniform(random, 0.1, 8)) * n;
     of_sphere.Add(Degrees(DistanceGradient(sphere, p), n));
   }
   ExpectWithin("sphere", {0, 8, 1, 2.5}, of_sphere);
@@ -139,7 +141,7 @@ TEST(DistanceGradient, IsExactOffABoxAndAsFineAsItsTrianglesOffASphere) {
 TEST(DistanceGradient, PointsOutwardsFromWithinToo) {
   const ProximityShape box = ShapeOf(At(Box(Vec3(0.04, 0.03, 0.02)), kOff));
   for (const double depth : {0.2, 0.6, 1.1, 3.0, 6.0}) {
-    const Vec3 p = kOff + Vec3(0.002, 0.001, 0.01 - depth * kVoxel);
+    const Vec3 p = kOff + Vec3(0.002, 0.001, 0.01 - depth * kProximityVoxel);
     EXPECT_LT(Degrees(DistanceGradient(box, p), Vec3::UnitZ()), 1e-3) << depth;
     EXPECT_LT(Degrees(VoxelGradient(box, p), Vec3::UnitZ()), 15) << depth;
   }
@@ -171,7 +173,7 @@ TEST(ProximityPair, ThePrecisionItStatesHoldsForSphereAndBoxAtAnyDistance) {
         Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1)) * farther;
     const Vec3 away = FromBox(half, c);
     const double exact = away.norm() - radius;
-    if (exact < 0.05 * kVoxel) continue;
+    if (exact < 0.05 * kProximityVoxel) continue;
     const Quat turn = RandomRotation(random);
     const Pose X_BA{turn, q_box * c + kOff - turn * kOff};
     const Nearness coarse = pair.Nearest(X_BA, {.refine = false});
@@ -189,7 +191,7 @@ TEST(ProximityPair, ThePrecisionItStatesHoldsForSphereAndBoxAtAnyDistance) {
     EXPECT_FALSE(fine.overlap);
     EXPECT_LE(fine.least, exact + facets);
     EXPECT_GE(fine.most, exact - 1e-9);
-    EXPECT_LE(fine.error_bound(), 2e-3 * kVoxel) << i;
+    EXPECT_LE(fine.error_bound(), 2e-3 * kProximityVoxel) << i;
     EXPECT_NEAR((fine.p_BA - fine.p_BB).norm(), fine.distance, 1e-9);
     // the two points: the sphere's nearest and the box's, as the oracle has them
     const Vec3 direction = q_box * away.normalized();
@@ -198,7 +200,7 @@ TEST(ProximityPair, ThePrecisionItStatesHoldsForSphereAndBoxAtAnyDistance) {
     worst_refined = std::max(worst_refined, std::abs(fine.distance - exact));
   }
   std::printf("distance out by at most %.2f voxels by voxels, %.4f refined\n",
-              worst_voxels / kVoxel, worst_refined / kVoxel);
+              worst_voxels / kProximityVoxel, worst_refined / kProximityVoxel);
   EXPECT_LE(worst_voxels, kBound);
   EXPECT_LE(worst_refined, facets);
 }
@@ -272,7 +274,7 @@ TEST(Shadow, IsEverySurfaceVoxelWithinTheDistanceAndNoOther) {
   std::vector<Vec3> shadow(plate.surface.voxel_count());
   for (int i = 0; i < 3; ++i) {
     const Pose X_BA{RandomRotation(random), Vec3(Uniform(random, -0.05, 0.05), 0.01, 0.018)};
-    const double distance = kVoxel * Uniform(random, 3, 7);
+    const double distance = kProximityVoxel * Uniform(random, 3, 7);
     const ShadowCount count = pair.Shadow(X_BA, distance, shadow);
     EXPECT_FALSE(count.capped());
     std::size_t expected = 0;
@@ -281,8 +283,8 @@ TEST(Shadow, IsEverySurfaceVoxelWithinTheDistanceAndNoOther) {
       double least = 1e9;
       for (const Vec3& a : voxels_A) least = std::min(least, (X_BA * a - b).norm());
       expected += least <= distance ? 1 : 0;
-      doubtful += std::abs(least - distance) < 1e-4 * kVoxel ? 1 : 0;
-      if (std::abs(least - distance) < 1e-4 * kVoxel) continue;
+      doubtful += std::abs(least - distance) < 1e-4 * kProximityVoxel ? 1 : 0;
+      if (std::abs(least - distance) < 1e-4 * kProximityVoxel) continue;
       const bool found =
           std::find(shadow.begin(), shadow.begin() + static_cast<long>(count.written), b) !=
           shadow.begin() + static_cast<long>(count.written);
@@ -322,11 +324,11 @@ TEST(LowerDistances, AreWithinWhatIsStatedOfTheExactOnes) {
     const double read = distances[i];
     if (read == 1.0) {
       ++beyond;
-      EXPECT_GT(exact[i], 7 * kVoxel);
+      EXPECT_GT(exact[i], 7 * kProximityVoxel);
       continue;
     }
-    EXPECT_LE(read, exact[i] + 1.1 * kVoxel);
-    EXPECT_GE(read, exact[i] / std::sqrt(3.0) - 1.01 * kVoxel);
+    EXPECT_LE(read, exact[i] + 1.1 * kProximityVoxel);
+    EXPECT_GE(read, exact[i] / std::sqrt(3.0) - 1.01 * kProximityVoxel);
     inside += read == 0 && exact[i] == 0 ? 1 : 0;
   }
   EXPECT_GT(beyond, 1000);

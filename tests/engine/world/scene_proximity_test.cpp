@@ -13,7 +13,7 @@ using testing::At;
 using testing::Box;
 using testing::Sphere;
 
-constexpr double kVoxel = 0.001;
+constexpr double kSceneVoxel = 0.001;
 constexpr double kFacets = 1e-5;  // m, by which the triangles of a sphere of 1 cm miss it
 
 bool GoOn(std::size_t /*done*/, std::size_t /*total*/, const std::string& /*part*/) {
@@ -31,7 +31,7 @@ class TwoMovingParts : public ::testing::Test {
         {"post", true, At(Box(Vec3(0.01, 0.01, 0.05)), Vec3(-0.15, 0, 0.025))},
         {"block", false, At(Box(Vec3(0.04, 0.04, 0.04)), Vec3(0.09, 0, 0.1))}};
     Result<std::vector<ProximityPart>> parts =
-        MakeProximityParts(bodies, kVoxel, kDefaultRange, GoOn);
+        MakeProximityParts(bodies, kSceneVoxel, kDefaultRange, GoOn);
     EXPECT_TRUE(parts.has_value());
     parts_ = std::make_shared<const std::vector<ProximityPart>>(std::move(*parts));
   }
@@ -50,28 +50,28 @@ TEST_F(TwoMovingParts, AreOneFixtureAndAPartForEachMovingBody) {
   EXPECT_EQ((*parts_)[kBall].bodies, std::vector<std::size_t>{1});
   EXPECT_EQ((*parts_)[kBlock].bodies, std::vector<std::size_t>{3});
   EXPECT_EQ((*parts_)[kFixture].bodies, (std::vector<std::size_t>{0, 2}));
-  EXPECT_DOUBLE_EQ(SceneProximity(parts_).range(), 8 * kVoxel);
+  EXPECT_DOUBLE_EQ(SceneProximity(parts_).range(), 8 * kSceneVoxel);
 }
 
 // The lowest point of a ball 20 voxels off is in sight of a range of 30 voxels and not of 8.
 TEST_F(TwoMovingParts, ColoursReachAsFarAsTheRange) {
   const std::vector<ProximityBody> bodies{
       {"plate", true, Box(Vec3(0.2, 0.2, 0.01))},
-      {"ball", false, At(Sphere(0.01, 4), Vec3(0, 0, 0.005 + 20 * kVoxel + 0.01))}};
+      {"ball", false, At(Sphere(0.01, 4), Vec3(0, 0, 0.005 + 20 * kSceneVoxel + 0.01))}};
   const std::array<std::array<float, 3>, 1> lowest{
-      std::array<float, 3>{0, 0, static_cast<float>(0.005 + 20 * kVoxel)}};
+      std::array<float, 3>{0, 0, static_cast<float>(0.005 + 20 * kSceneVoxel)}};
   for (const int range : {8, 30}) {
-    Result<std::vector<ProximityPart>> parts = MakeProximityParts(bodies, kVoxel, range, GoOn);
+    Result<std::vector<ProximityPart>> parts = MakeProximityParts(bodies, kSceneVoxel, range, GoOn);
     ASSERT_TRUE(parts);
     const SceneProximity scene(
         std::make_shared<const std::vector<ProximityPart>>(std::move(*parts)));
-    EXPECT_DOUBLE_EQ(scene.range(), range * kVoxel);
+    EXPECT_DOUBLE_EQ(scene.range(), range * kSceneVoxel);
     std::array<float, 1> distance{};
     scene.Distances(kBall, lowest, std::vector<Pose>(2), distance);
     if (range == 8) {
-      EXPECT_GT(distance[0], 8 * kVoxel);
+      EXPECT_GT(distance[0], 8 * kSceneVoxel);
     } else {
-      EXPECT_NEAR(distance[0], 20 * kVoxel, 2 * kVoxel);
+      EXPECT_NEAR(distance[0], 20 * kSceneVoxel, 2 * kSceneVoxel);
     }
   }
 }
@@ -132,8 +132,8 @@ TEST_F(TwoMovingParts, DistancesAreFromWhateverIsNearest) {
   X_W_[1].p = Vec3(0, 0, -0.017);
   X_W_[3].p = Vec3(-0.056, 0, -0.079);
   scene.Distances(kBall, points, X_W_, distances);
-  EXPECT_NEAR(distances[0], 0.003, 1.1 * kVoxel);
-  EXPECT_NEAR(distances[1], 0.004, 1.1 * kVoxel);
+  EXPECT_NEAR(distances[0], 0.003, 1.1 * kSceneVoxel);
+  EXPECT_NEAR(distances[1], 0.004, 1.1 * kSceneVoxel);
   EXPECT_EQ(distances[2], std::numeric_limits<float>::infinity());
 }
 
@@ -147,7 +147,7 @@ TEST_F(TwoMovingParts, TheShadowLiesOnTheFixtureUnderEachOfThem) {
   std::size_t of_ball = 0;
   for (std::size_t i = 0; i < count.written; ++i) {
     const Vec3& p = centres[i];
-    EXPECT_LE(p.z(), kVoxel);
+    EXPECT_LE(p.z(), kSceneVoxel);
     const bool under_ball = (p - Vec3(0.01, 0, 0)).norm() < 0.012;
     const bool under_block = std::abs(p.x() + 0.06) < 0.027 && std::abs(p.y()) < 0.027;
     EXPECT_NE(under_ball, under_block) << p.transpose();
@@ -180,7 +180,7 @@ TEST(SceneProximity, ABodyMergedWithAnotherIsPartOfItAndMovesWithIt) {
       MakeProximityParts({{"knob", false, At(Box(Vec3(0.01, 0.01, 0.03)), Vec3(0, 0, 0.065)), 1},
                           {"block", false, At(Box(Vec3(0.04, 0.04, 0.04)), Vec3(0, 0, 0.1))},
                           {"plate", true, At(Box(Vec3(0.2, 0.2, 0.01)), Vec3(0, 0, -0.005))}},
-                         kVoxel, kDefaultRange, GoOn);
+                         kSceneVoxel, kDefaultRange, GoOn);
   ASSERT_TRUE(parts.has_value());
   ASSERT_EQ(parts->size(), 2U);
   EXPECT_EQ((*parts)[1].name, "block");
@@ -194,7 +194,7 @@ TEST(SceneProximity, ABodyMergedWithAnotherIsPartOfItAndMovesWithIt) {
 
 TEST(SceneProximity, OfOneBodyAloneHasNothingToBeNearTo) {
   Result<std::vector<ProximityPart>> parts =
-      MakeProximityParts({{"ball", false, Sphere(0.01, 2)}}, kVoxel, kDefaultRange, GoOn);
+      MakeProximityParts({{"ball", false, Sphere(0.01, 2)}}, kSceneVoxel, kDefaultRange, GoOn);
   ASSERT_TRUE(parts.has_value());
   SceneProximity scene(std::make_shared<const std::vector<ProximityPart>>(std::move(*parts)));
   const std::vector<Pose> X_W(1);
@@ -206,12 +206,12 @@ TEST(SceneProximity, OfOneBodyAloneHasNothingToBeNearTo) {
 TEST(SceneProximity, SaysWhichPartCannotBeVoxelizedAndGivesUpWhenAsked) {
   const std::vector<ProximityBody> bodies{{"plate", true, Box(Vec3(0.1, 0.1, 0.1))},
                                           {"nothing", false, {}}};
-  const auto bad = MakeProximityParts(bodies, kVoxel, kDefaultRange, GoOn);
+  const auto bad = MakeProximityParts(bodies, kSceneVoxel, kDefaultRange, GoOn);
   ASSERT_FALSE(bad.has_value());
   EXPECT_NE(bad.error().what.find("'nothing'"), std::string::npos) << bad.error().what;
   std::vector<std::string> told;
   const auto given_up =
-      MakeProximityParts(bodies, kVoxel, kDefaultRange,
+      MakeProximityParts(bodies, kSceneVoxel, kDefaultRange,
                          [&](std::size_t done, std::size_t total, const std::string& part) {
                            told.push_back(part);
                            EXPECT_EQ(total, 2U);

@@ -16,6 +16,7 @@ using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
 using testing::KineticEnergy;
+using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomDirection;
 using testing::RandomRotation;
@@ -23,8 +24,6 @@ using testing::Sphere;
 using testing::TestBody;
 using testing::Uniform;
 using testing::UntestedPoints;
-
-constexpr double kVoxel = 0.001;
 
 /// How deep the body's vertices are in a solid (m), by exact geometry.
 double DeepestVertex(const ExactSurface& solid, const TriangleMesh& mesh_W, const Pose& X_WB0,
