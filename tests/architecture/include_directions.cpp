@@ -28,10 +28,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/dynamics", {"engine/base"});
     may_see("engine/geometry", {"engine/base"});
     may_see("engine/voxel", {"engine/geometry"});
-    may_see("engine/paging", {"engine/voxel"});
     may_see("engine/contact", {"engine/realtime", "engine/voxel"});
-    may_see("engine/world",
-            {"engine/realtime", "engine/dynamics", "engine/paging", "engine/contact"});
+    may_see("engine/world", {"engine/realtime", "engine/dynamics", "engine/contact"});
     may_see("engine/haptics", {"engine/world"});
     may_see("collab", {"engine/haptics"});
     may_see("collab/dds", {"collab"});
@@ -40,12 +38,11 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab/lab", {"collab/simulated", "collab/recording"});
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
     may_see("app", {});                     // what all programs share
-    may_see("app/devices", {"engine/haptics"});
     may_see("app/reach", {"app", "collab/dds"});
     may_see("app/picture", {"engine/base"});
     may_see("app/stability", {"app", "app/picture", "collab/lab"});
     may_see("app/cli", {"app", "app/reach", "app/stability", "collab/simulated", "collab/recording",
-                        "collab/lab", "scenes", "app/devices"});
+                        "collab/lab", "scenes"});
     may_see("app/view", {"app", "app/reach", "app/picture"});
     return map;
   }();
@@ -153,6 +150,12 @@ void FindLibraries(const std::string& path, const std::string& text, LibraryFold
   for (std::sregex_iterator it(text.begin(), text.end(), added), end; it != end; ++it) {
     folders[(*it)[1]] = *folder;
   }
+}
+
+std::vector<std::string> FoldersOfTheArrows() {
+  std::vector<std::string> folders;
+  for (const auto& [folder, seen] : Arrows()) folders.push_back(folder);
+  return folders;
 }
 
 std::vector<std::string> ArrowViolations(const std::string& path, const std::string& text,

@@ -13,6 +13,9 @@ using LibraryFolders = std::map<std::string, std::string>;
 /// (engine's base) are left out: everybody may link to them.
 void FindLibraries(const std::string& path, const std::string& text, LibraryFolders& folders);
 
+/// The folders that the arrows lead to or from.
+std::vector<std::string> FoldersOfTheArrows();
+
 /// What in a source file goes against the arrows of docs/architecture.md, one line each, beginning
 /// with "path:line: ". `path` is relative to the top of the tree, with slashes. For a
 /// CMakeLists.txt the arrows are those of the `libraries` that it names.

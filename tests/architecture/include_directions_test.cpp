@@ -149,6 +149,15 @@ TEST(IncludeDirections, FindsAPlantedLinkAgainstAnArrow) {
         libraries);
 }
 
+TEST(IncludeDirections, ArrowsLeadOnlyToFoldersThatExist) {
+  const std::filesystem::path top = TANDEM_SOURCE_DIR;
+  std::vector<std::string> missing;
+  for (const std::string& folder : FoldersOfTheArrows()) {
+    if (!std::filesystem::is_directory(top / folder)) missing.push_back(folder);
+  }
+  EXPECT_THAT(missing, IsEmpty());
+}
+
 TEST(IncludeDirections, AFolderThatNoArrowLeadsToIsFound) {
   EXPECT_THAT(ArrowViolations("engine/magic/a.h", ""), SizeIs(1));
 }

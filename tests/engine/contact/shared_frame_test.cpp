@@ -1,5 +1,6 @@
 #include <bit>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -57,11 +58,20 @@ void ExpectSame(const Schedule& a, const Schedule& b, int frame) {
   }
 }
 
+/// Helpers are never more than there are processors: what was compared here is told.
+void TellThreads(const FrameHelpers& asked_four) {
+  ::testing::Test::RecordProperty("threads", asked_four.threads());
+  if (asked_four.threads() < 4) {
+    std::printf("  too few processors for four threads: these were %d\n", asked_four.threads());
+  }
+}
+
 // Two bodies swim about; one, two and four threads test the same motion.
 void SwimTogether(const Bodies& bodies, const ScheduleOptions& options, std::uint64_t seed) {
   Shared one(bodies, 1, options);
   Shared two(bodies, 2, options);
   Shared four(bodies, 4, options);
+  TellThreads(four.helpers);
   std::mt19937_64 random(seed);
   Swimmer shell;
   Swimmer map;
@@ -142,6 +152,7 @@ TEST(SharedFrame, PushesWithTheSameBitsOnOneTwoAndFourThreads) {
   const PushingBoxes boxes;
   FrameHelpers one_helper({.threads = 2, .priority = 0});
   FrameHelpers three_helpers({.threads = 4, .priority = 0});
+  TellThreads(three_helpers);
   const auto alone = boxes.Pair(nullptr);
   const std::array<std::unique_ptr<ContactPair>, 2> shared{boxes.Pair(&one_helper),
                                                            boxes.Pair(&three_helpers)};

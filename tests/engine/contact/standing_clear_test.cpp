@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdio>
+#include <ostream>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -23,6 +24,10 @@ struct Ride {
   double turned;  // how far parts are from one another: edges at any angle, or as good as parallel
   bool changing = false;  // force layer and displacement, while they move
 };
+/// Without it a test's name has the bytes between the two members, which change from run to run.
+void PrintTo(const Ride& ride, std::ostream* out) {
+  *out << "turned by " << ride.turned << (ride.changing ? ", changing" : "");
+}
 class StandingClear : public ::testing::TestWithParam<Ride> {};
 
 // Points that are known to make no contact yet are left out; nothing may come of that.

@@ -56,19 +56,42 @@ Rest Hold(const WorldModel& model, World& world, const Pose& X_WG) {
   return rest;
 }
 
+/// About which balls are turned.
+const Vec3 kAxis = Vec3(1, 0.3, 0.2).normalized();
+
 // Edges of the ball that lie along those of the hollow pushed in full as long as they were looked
-// at, and came and went with the voxels of their points: 0.07 voxels a frame for ever.
+// at, and came and went with the voxels of their points: 0.07 voxels a frame for ever. Of the holds
+// that swing on, see the next test.
 TEST(CloseFit, ABallThatIsHeldStillComesToRest) {
-  const Vec3 axis = Vec3(1, 0.3, 0.2).normalized();
   for (const double spare : {0.05, 0.1, 0.15, 0.25, 0.35, 0.55, 1.0}) {
     const auto model = BallInHollow(spare);
     for (const double turn : {0.0, 0.05, 1.2}) {
       for (const Vec3& pull : {Vec3(0, 0, -1), Vec3(0.3, -0.5, -0.8)}) {
         World world(model);
-        const Rest rest = Hold(*model, world, {RotationBy(turn * axis), kVoxel * pull});
+        const Rest rest = Hold(*model, world, {RotationBy(turn * kAxis), kVoxel * pull});
         EXPECT_LT(rest.speed, 1e-4) << spare << " voxels to spare, turned by " << turn;
         EXPECT_LT(rest.ripple, 1e-3) << spare << " voxels to spare, turned by " << turn;
       }
+    }
+  }
+}
+
+// Known and open (decision 0010): of 126 holds these do not come to rest. They swing by less than a
+// hand can feel, some hundredths of a newton.
+TEST(CloseFit, BallsThatStillSwingDoSoByLessThanCanBeFelt) {
+  struct Swing {
+    double spare;
+    double turn;
+    double speed;  // bound, voxels a frame; a third above what is so
+  };
+  for (const Swing& swing :
+       {Swing{0.05, 0.1, 0.0014}, Swing{0.25, 0.6, 0.0032}, Swing{0.05, 0.3, 0.011}}) {
+    const auto model = BallInHollow(swing.spare);
+    for (const Vec3& pull : {Vec3(0, 0, -1), Vec3(0.3, -0.5, -0.8)}) {
+      World world(model);
+      const Rest rest = Hold(*model, world, {RotationBy(swing.turn * kAxis), kVoxel * pull});
+      EXPECT_LT(rest.speed, swing.speed) << swing.spare << ", turned by " << swing.turn;
+      EXPECT_LT(rest.ripple, 0.01) << swing.spare << ", turned by " << swing.turn;
     }
   }
 }

@@ -151,7 +151,6 @@ TEST(World, EnergyNeverGrowsAtRest) {
   }
 }
 
-// Travel of every point of the shell, brute force: half a voxel a frame, rotation included.
 /// The farthest that any surface point goes in a frame, of 400, towards a goal.
 double FarthestStep(const WorldModel& model, World& world, const Pose& goal) {
   StepInputs inputs = FreeInputs(model);
@@ -169,6 +168,7 @@ double FarthestStep(const WorldModel& model, World& world, const Pose& goal) {
   return farthest;
 }
 
+// Travel of every point of the shell, brute force: half a voxel a frame, rotation included.
 TEST(World, NoPointTravelsMoreThanHalfAVoxelAFrameNearAnotherBody) {
   kHapticThread.Enter();
   // a plate close under the whole way
@@ -249,9 +249,9 @@ TEST(World, TestsEveryPointInContactWhileTheVoxmapsBodyTurns) {
   }
 }
 
-// A mirror that can meet nothing here follows its pose at once, as its own peer moves it.
 // A mirror may come 60 mm in a frame; who takes it then takes no 60 m/s with it.
 TEST(World, WhatWasMirroredBeginsAtRest) {
+  kHapticThread.Enter();
   const auto model = MakeWorldModel({{Box(Vec3(0.02, 0.02, 0.02))}}, 0.002);
   World world(model);
   StepInputs inputs = FreeInputs(*model);
@@ -272,6 +272,7 @@ TEST(World, WhatWasMirroredBeginsAtRest) {
   EXPECT_GT(world.state(0).V_WB.v.x(), 0.01);
 }
 
+// A mirror that can meet nothing here follows its pose at once, as its own peer moves it.
 TEST(World, AMirrorAloneFollowsItsPoseAtFreeSpeed) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel(
