@@ -85,7 +85,7 @@ void PrintTo(const Pair& pair, std::ostream* out) {
 }
 
 /// What is said of one pose.
-struct Answer {
+struct PoseAnswer {
   int contact_points = 0;
   int touching_points = 0;
   double force = 0;  // N
@@ -106,13 +106,13 @@ class PosesOfRealParts : public ::testing::TestWithParam<Pair> {
   }
 
   /// By row of the poses file.
-  std::map<int, Answer> AnswersAt(int layer) const {
+  std::map<int, PoseAnswer> AnswersAt(int layer) const {
     const Pair& pair = GetParam();
     std::ostringstream command;
     command << TANDEM_PROGRAM << " contact --static " << (folder_ / pair.fixed) << " --dynamic "
             << (folder_ / pair.moving) << " --voxel " << pair.voxel << " --scale " << pair.scale
             << " --poses " << poses_ << " --csv --force-layer " << layer << " 2>/dev/null";
-    std::map<int, Answer> answers;
+    std::map<int, PoseAnswer> answers;
     FILE* pipe = popen(command.str().c_str(), "r");
     if (pipe == nullptr) return answers;
     std::string out;
@@ -127,7 +127,7 @@ class PosesOfRealParts : public ::testing::TestWithParam<Pair> {
     std::getline(lines, line);  // the names of the columns
     while (std::getline(lines, line)) {
       const std::vector<std::string> cells = Cells(line);
-      Answer& answer = answers[std::stoi(cells.at(0))];
+      PoseAnswer& answer = answers[std::stoi(cells.at(0))];
       answer.contact_points = std::stoi(cells.at(1));
       answer.touching_points = std::stoi(cells.at(2));
       answer.force =
@@ -142,8 +142,8 @@ class PosesOfRealParts : public ::testing::TestWithParam<Pair> {
 
 TEST_P(PosesOfRealParts, NothingTouchesWhereTheyAreFarAndSomethingWhereTheyCollide) {
   const Pair& pair = GetParam();
-  const std::map<int, Answer> at_surface = AnswersAt(0);
-  const std::map<int, Answer> around = AnswersAt(1);
+  const std::map<int, PoseAnswer> at_surface = AnswersAt(0);
+  const std::map<int, PoseAnswer> around = AnswersAt(1);
   std::ifstream file(poses_);
   std::string line;
   std::getline(file, line);

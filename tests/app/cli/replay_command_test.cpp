@@ -21,7 +21,7 @@ using testing::Said;
 
 namespace fs = std::filesystem;
 
-std::string RandomName() {
+std::string NewSession() {
   return "replay-" + std::to_string(std::random_device{}());
 }
 
@@ -35,15 +35,16 @@ ChildProcess Start(const std::string& arguments) {
 }
 
 const char* const kScenes = TANDEM_SCENES;
-const std::string kPeg = std::string("peer --interface lo --capacity 20000 --hold peg --scene ") +
-                         kScenes + "/peg_in_slot.json --hand " + kScenes + "/peg_in_slot_left.json";
+const std::string kPegScene =
+    std::string("peer --interface lo --capacity 20000 --hold peg --scene ") + kScenes +
+    "/peg_in_slot.json --hand " + kScenes + "/peg_in_slot_left.json";
 
 /// A session of one, recorded: the peg is worked towards the slot for a second.
 class ReplayCommand : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<ScratchFolder>();
-    const Said said = RunTandem(kPeg + " --name anna --seconds 1 --session " + RandomName() +
+    const Said said = RunTandem(kPegScene + " --name anna --seconds 1 --session " + NewSession() +
                                 " --record " + File("run"));
     ASSERT_EQ(said.exit_code, 0) << said.err;
   }
@@ -82,7 +83,7 @@ TEST_F(ReplayCommand, RepeatsARunWithOneHashASecondForAnyNumberOfThreads) {
 }
 
 TEST_F(ReplayCommand, IsShownToViewersAtItsSpeed) {
-  const std::string session = RandomName();
+  const std::string session = NewSession();
   ChildProcess watch =
       Start("watch --interface lo --session " + session + " --report " + File("watched"));
   const json replayed = Replayed(File("run") + " --speed 2 --interface lo --session " + session);
@@ -99,12 +100,12 @@ TEST_F(ReplayCommand, IsShownToViewersAtItsSpeed) {
 
 // They would take it for one of them, who answers for bodies and is deaf.
 TEST_F(ReplayCommand, IsNotShownWhereActivePeersAreNorGoesOnWhenOneComes) {
-  const std::string session = RandomName();
+  const std::string session = NewSession();
   const std::string shown = File("run") + " --interface lo --session " + session;
   const std::string refusal =
       "ben takes part in session " + session + ": a replay is shown in a session of its own";
   ChildProcess replay = Start("replay --speed 0.01 " + shown);
-  ChildProcess ben = Start(kPeg + " --name ben --session " + session);
+  ChildProcess ben = Start(kPegScene + " --name ben --session " + session);
   EXPECT_EQ(replay.Wait(std::chrono::seconds(20)), kExitNetwork);
   ExpectRefused(shown, kExitNetwork, refusal);
   ben.Signal(SIGTERM);
@@ -146,7 +147,7 @@ TEST_F(ReplayCommand, ADamagedFileIsNotCalledGood) {
 
 TEST_F(ReplayCommand, WhatAKilledPeerRecordedIsRepeated) {
   const std::string file = File("killed");
-  ChildProcess peer = Start(kPeg + " --session " + RandomName() + " --record " + file);
+  ChildProcess peer = Start(kPegScene + " --session " + NewSession() + " --record " + file);
   // until it has written down more than a second
   const auto enough = fs::file_size(File("run")) / 2;
   std::error_code none;
@@ -217,7 +218,7 @@ TEST_F(ReplayCommand, ExportsAnMcapFile) {
 TEST_F(ReplayCommand, ARecordingIsNeverRecordedOver) {
   const auto size = fs::file_size(File("run"));
   const Said said =
-      RunTandem(kPeg + " --seconds 1 --session " + RandomName() + " --record " + File("run"));
+      RunTandem(kPegScene + " --seconds 1 --session " + NewSession() + " --record " + File("run"));
   EXPECT_EQ(said.exit_code, kExitFile);
   EXPECT_EQ(said.err,
             "tandem: " + File("run") + " exists already: recordings are never overwritten\n");

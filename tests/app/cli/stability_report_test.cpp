@@ -14,12 +14,12 @@ using ::testing::HasSubstr;
 using testing::RunTandem;
 using testing::Said;
 
-constexpr const char* kSweep = R"({"name": "six", "blocks": [
+constexpr const char* kReportedSweep = R"({"name": "six", "blocks": [
     {"hands": "heavy", "delay_s": [0.05, 0.1],
      "law": {"name": "constant", "gate": false, "limits": {"constant_damping": 10}},
      "stiffness_N_m": [40, 80, 400]}]})";
 
-std::string ContentOf(const std::filesystem::path& file) {
+std::string ReportContent(const std::filesystem::path& file) {
   std::ostringstream text;
   text << std::ifstream(file, std::ios::binary).rdbuf();
   return text.str();
@@ -27,12 +27,12 @@ std::string ContentOf(const std::filesystem::path& file) {
 
 TEST(StabilityReport, OfASweepHasItsMapAndCellsRunAgainToTheSameDigest) {
   const ScratchFolder folder;
-  const std::string sweep = folder.Write("six.json", kSweep).string();
+  const std::string sweep = folder.Write("six.json", kReportedSweep).string();
   const std::filesystem::path out = folder.path() / "report";
   const Said said = RunTandem("stability sweep " + sweep + " --json --report " + out.string());
   ASSERT_EQ(nlohmann::json::parse(said.out)["cells"], 6) << said.err;
   EXPECT_THAT(said.err, HasSubstr("report.html"));
-  const auto report = nlohmann::json::parse(ContentOf(out / "report.json"));
+  const auto report = nlohmann::json::parse(ReportContent(out / "report.json"));
   EXPECT_EQ(report["sweeps"][0]["cells"].size(), 6U);
   bool compared = false;
   for (const auto& row : report["rows"]) {
@@ -42,8 +42,9 @@ TEST(StabilityReport, OfASweepHasItsMapAndCellsRunAgainToTheSameDigest) {
     EXPECT_GE(row["value"], 2);
   }
   EXPECT_TRUE(compared);
-  EXPECT_THAT(ContentOf(out / "report.html"), HasSubstr("exact boundary"));
-  EXPECT_THAT(ContentOf(out / "pictures" / "six-map-1.svg"), HasSubstr("paper&#39;s linear law"));
+  EXPECT_THAT(ReportContent(out / "report.html"), HasSubstr("exact boundary"));
+  EXPECT_THAT(ReportContent(out / "pictures" / "six-map-1.svg"),
+              HasSubstr("paper&#39;s linear law"));
   for (const auto& one : report["series"]) {
     EXPECT_TRUE(std::filesystem::exists(out / one["csv"].get<std::string>()));
   }
@@ -51,7 +52,8 @@ TEST(StabilityReport, OfASweepHasItsMapAndCellsRunAgainToTheSameDigest) {
   const Said again = RunTandem("stability report " + out.string() + " --series 0 --out " +
                                (folder.path() / "again").string());
   EXPECT_EQ(again.exit_code, kExitOk) << again.err;
-  EXPECT_EQ(ContentOf(folder.path() / "again" / "six-cells.csv"), ContentOf(out / "six-cells.csv"));
+  EXPECT_EQ(ReportContent(folder.path() / "again" / "six-cells.csv"),
+            ReportContent(out / "six-cells.csv"));
 }
 
 TEST(StabilityReport, SaysWhatIsWrongWithWhatItIsGiven) {

@@ -12,7 +12,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-Wrench Push(double f, double tau = 0) {
+Wrench WrenchOf(double f, double tau = 0) {
   return {Vec3(0, tau, 0), Vec3(f, 0, 0)};
 }
 
@@ -41,16 +41,16 @@ TEST(ForceGuard, LetsOrdinaryForcesThroughAsTheyAre) {
 
 TEST(ForceGuard, RisesFromNothingAfterEachBeginning) {
   ForceGuard guard = Warm();
-  for (int i = 0; i < 20; ++i) guard.Pass(Push(5, 0.2));
+  for (int i = 0; i < 20; ++i) guard.Pass(WrenchOf(5, 0.2));
   guard.Begin();
-  for (int i = 0; i < 10; ++i) guard.Pass(Push(5, 0.2));  // what was there falls by the slew
+  for (int i = 0; i < 10; ++i) guard.Pass(WrenchOf(5, 0.2));  // what was there falls by the slew
   for (int i = 10; i < ForceGuard::kRampFrames; ++i) {
     const double share = (i + 1.0) / ForceGuard::kRampFrames;
-    const Wrench given = guard.Pass(Push(5, 0.2));
+    const Wrench given = guard.Pass(WrenchOf(5, 0.2));
     EXPECT_NEAR(given.f.x(), 5 * share, 1e-12);
     EXPECT_NEAR(given.tau.y(), 0.2 * share, 1e-12);
   }
-  EXPECT_NEAR(guard.Pass(Push(5)).f.x(), 5, 1e-12);
+  EXPECT_NEAR(guard.Pass(WrenchOf(5)).f.x(), 5, 1e-12);
 }
 
 TEST(ForceGuard, KeepsTheDirectionOfWhatItLimits) {
@@ -64,24 +64,24 @@ TEST(ForceGuard, KeepsTheDirectionOfWhatItLimits) {
 
 TEST(ForceGuard, HoldsADevicesOwnLimits) {
   ForceGuard guard = Warm({.force = 3, .moment = 0.1});
-  for (int i = 0; i < 50; ++i) guard.Pass(Push(100, 100));
-  EXPECT_NEAR(guard.Pass(Push(100, 100)).f.norm(), 3, 1e-9);
-  EXPECT_NEAR(guard.Pass(Push(100, 100)).tau.norm(), 0.1, 1e-9);
+  for (int i = 0; i < 50; ++i) guard.Pass(WrenchOf(100, 100));
+  EXPECT_NEAR(guard.Pass(WrenchOf(100, 100)).f.norm(), 3, 1e-9);
+  EXPECT_NEAR(guard.Pass(WrenchOf(100, 100)).tau.norm(), 0.1, 1e-9);
 }
 
 TEST(ForceGuard, WhatIsNoNumberIsNothingUntilTheNextBeginning) {
   for (const double bad : {kNan, kInf, -kInf}) {
-    for (const Wrench& wrong : {Push(bad), Push(1, bad)}) {
+    for (const Wrench& wrong : {WrenchOf(bad), WrenchOf(1, bad)}) {
       ForceGuard guard = Warm();
-      for (int i = 0; i < 20; ++i) guard.Pass(Push(10));
+      for (int i = 0; i < 20; ++i) guard.Pass(WrenchOf(10));
       guard.Pass(wrong);
       EXPECT_TRUE(guard.stopped());
-      for (int i = 0; i < 10; ++i) guard.Pass(Push(10));
-      EXPECT_TRUE(guard.Pass(Push(10)).f.isZero());
+      for (int i = 0; i < 10; ++i) guard.Pass(WrenchOf(10));
+      EXPECT_TRUE(guard.Pass(WrenchOf(10)).f.isZero());
       guard.Begin();
       EXPECT_FALSE(guard.stopped());
-      for (int i = 0; i < 2 * ForceGuard::kRampFrames; ++i) guard.Pass(Push(10));
-      EXPECT_NEAR(guard.Pass(Push(10)).f.x(), 10, 1e-9);
+      for (int i = 0; i < 2 * ForceGuard::kRampFrames; ++i) guard.Pass(WrenchOf(10));
+      EXPECT_NEAR(guard.Pass(WrenchOf(10)).f.x(), 10, 1e-9);
     }
   }
 }
