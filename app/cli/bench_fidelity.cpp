@@ -39,6 +39,17 @@ ordered_json AsJson(const Spread& spread) {
   return {{"min", spread.min}, {"mean", spread.mean}, {"max", spread.max}};
 }
 
+/// Adds what frames take, by the names that all parts have.
+ordered_json With(ordered_json out, const FrameLengths& frames) {
+  out["frame_cpu_p50_us"] = frames.cpu_p50_us;
+  out["frame_cpu_p99_us"] = frames.cpu_p99_us;
+  out["frame_wall_p999_us"] = frames.wall_p999_us;
+  out["frames"] = frames.frames;
+  out["frames_over_1ms"] = frames.over_1ms;
+  out["missed"] = frames.missed;
+  return out;
+}
+
 /// Least, mean and largest over the three bodies, and each body's own.
 ordered_json FirstForce(ContactModel model, const FidelityArguments& arguments) {
   if (!arguments.Asks("first-force")) return nullptr;
@@ -65,14 +76,13 @@ ordered_json Nut(ContactModel model, const FidelityArguments& arguments, int& ex
     exit_code = Fail(kExitFile, nut.error().what);
     return nullptr;
   }
-  return {{"voxel_mm", 1e3 * nut->voxel},
-          {"force_layer", DefaultForceLayer(model)},
-          {"turned_deg", nut->turned * 57.29577951308232},
-          {"helix_error_mm", nut->helix_error_mm},
-          {"push_mm", nut->push_mm},
-          {"axial_blocked", nut->axial_blocked},
-          {"frame_cpu_p50_us", nut->frame_cpu_p50_us},
-          {"frame_cpu_p99_us", nut->frame_cpu_p99_us}};
+  return With({{"voxel_mm", 1e3 * nut->voxel},
+               {"force_layer", DefaultForceLayer(model)},
+               {"turned_deg", nut->turned * 57.29577951308232},
+               {"helix_error_mm", nut->helix_error_mm},
+               {"push_mm", nut->push_mm},
+               {"axial_blocked", nut->axial_blocked}},
+              nut->frames);
 }
 
 ordered_json Pegs(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
@@ -83,13 +93,12 @@ ordered_json Pegs(ContactModel model, const FidelityArguments& arguments, int& e
     exit_code = Fail(kExitFile, pegs.error().what);
     return nullptr;
   }
-  return {{"voxel_mm", 1e3 * pegs->voxel},
-          {"force_layer", DefaultForceLayer(model)},
-          {"trials", pegs->trials},
-          {"inserted_share", pegs->inserted_share},
-          {"buzz", pegs->buzz},
-          {"frame_cpu_p50_us", pegs->frame_cpu_p50_us},
-          {"frame_cpu_p99_us", pegs->frame_cpu_p99_us}};
+  return With({{"voxel_mm", 1e3 * pegs->voxel},
+               {"force_layer", DefaultForceLayer(model)},
+               {"trials", pegs->trials},
+               {"inserted_share", pegs->inserted_share},
+               {"buzz", pegs->buzz}},
+              pegs->frames);
 }
 
 ordered_json Ball(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
@@ -99,12 +108,12 @@ ordered_json Ball(ContactModel model, const FidelityArguments& arguments, int& e
     exit_code = Fail(kExitFile, ball.error().what);
     return nullptr;
   }
-  return {{"points_035", ball->points_035},
-          {"points_015", ball->points_015},
-          {"turn_s", ball->turn_s},
-          {"frame_cpu_p50_us", ball->frame_cpu_p50_us},
-          {"frame_cpu_p99_us", ball->frame_cpu_p99_us},
-          {"contacts_mean", ball->contacts_mean}};
+  return With({{"points_035", ball->points_035},
+               {"points_015", ball->points_015},
+               {"turn_s", ball->turn_s},
+               {"turn_1khz_s", ball->turn_1khz_s},
+               {"contacts_mean", ball->contacts_mean}},
+              ball->frames);
 }
 
 /// What is not asked for is null; what cannot be measured too, and said, and in the exit code.

@@ -4,8 +4,6 @@
 
 #include "app/cli/bench_fidelity.h"
 #include "app/cli/capacity.h"
-#include "engine/realtime/clock.h"
-#include "engine/realtime/histogram.h"
 #include "engine/world/capacity_follower.h"
 #include "engine/world/world.h"
 
@@ -54,36 +52,34 @@ Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path&
   };
   inputs.hand.goal.X_WA = pressed(0);
   double contacts = 0;
-  const auto step = [&] {
+  const auto step = [&](TimesOfFrames& times) {
     inputs.capacity = follower.tests();
-    const std::int64_t begin_ns = MachineClock().ThreadCpuNs();
-    const StepReport& report = world.Step(inputs);
-    const std::int64_t cpu_ns = MachineClock().ThreadCpuNs() - begin_ns;
-    follower.Count(report, 1e-9 * static_cast<double>(cpu_ns));
-    contacts += report.contact_points;
-    return cpu_ns;
+    const TimedFrame done = TimedStep(world, inputs, times);
+    follower.Count(done.report, 1e-9 * static_cast<double>(done.cpu_ns));
+    contacts += done.report.contact_points;
   };
-  for (int frame = 0; frame < 300; ++frame) step();
+  TimesOfFrames warm_up;
+  for (int frame = 0; frame < 300; ++frame) step(warm_up);
   const Quat q_first = world.state(ball).X_WB.q;
   double turned = 0;
   double last = 0;
   contacts = 0;
   int frames = 0;
-  Histogram cpu_ns;
+  TimesOfFrames times;
   while (turned < 2 * std::numbers::pi && frames < kMostFrames) {
     const Quat q = world.state(ball).X_WB.q * q_first.conjugate();
     const double turn = 2.0 * std::atan2(q.vec().dot(axis), q.w());
     turned += std::remainder(turn - last, 2 * std::numbers::pi);
     last = turn;
     inputs.hand.goal.X_WA = pressed(turned + 1.0);
-    cpu_ns.Add(step());
+    step(times);
     const Vec3 apart = world.state(ball).X_WB.p - X_WB0.p;
     figures.depth_max_voxels = std::max(figures.depth_max_voxels, apart.norm() / 0.00035);
     ++frames;
   }
   figures.turn_s = kFrame * frames;
-  figures.frame_cpu_p50_us = 1e-3 * static_cast<double>(cpu_ns.Quantile(0.5));
-  figures.frame_cpu_p99_us = 1e-3 * static_cast<double>(cpu_ns.Quantile(0.99));
+  figures.frames = LengthsOf(times);
+  figures.turn_1khz_s = kFrame * (frames + static_cast<double>(times.stats.missed()));
   figures.contacts_mean = contacts / frames;
 
   const auto fine = LoadBall(*scene, model, 0.00015);

@@ -6,7 +6,6 @@
 
 #include "app/cli/bench_fidelity.h"
 #include "engine/realtime/clock.h"
-#include "engine/realtime/histogram.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -42,18 +41,6 @@ StepInputs Inputs(const WorldModel& model) {
   inputs.hand.body = 0;
   inputs.hand.gains = DefaultHandGains(model.bodies[0].inertia);
   return inputs;
-}
-
-/// A frame, whose processor time is counted.
-const StepReport& TimedStep(World& world, const StepInputs& inputs, Histogram& cpu_ns) {
-  const std::int64_t begin_ns = MachineClock().ThreadCpuNs();
-  const StepReport& report = world.Step(inputs);
-  cpu_ns.Add(MachineClock().ThreadCpuNs() - begin_ns);
-  return report;
-}
-
-double Microseconds(const Histogram& ns, double quantile) {
-  return 1e-3 * static_cast<double>(ns.Quantile(quantile));
 }
 
 /// What of a signal of 1 kHz lies above 20 Hz: Butterworth's filter of second order.
@@ -121,7 +108,7 @@ constexpr double kInserted = 0.006;     // m below the hole's rim
 
 /// One peg, one hand. Gives how deep the peg's end is in the hole at last, m.
 double Insert(const std::shared_ptr<const WorldModel>& model, double start_height,
-              std::mt19937_64& random, Buzz& buzz, Histogram& cpu_ns) {
+              std::mt19937_64& random, Buzz& buzz, TimesOfFrames& times) {
   World world(model);
   StepInputs inputs = Inputs(*model);
   // as firm in rotation as a hand (HandImpedance)
@@ -150,14 +137,39 @@ double Insert(const std::shared_ptr<const WorldModel>& model, double start_heigh
         start_height - (start_height - kHoleTop + 0.001) * Smooth(t / 0.5) - 0.007 * entering;
     inputs.hand.goal.X_WA = holding((1.0 + 5.0 * entering) * aside +
                                     Vec3(radius * std::cos(turn), radius * std::sin(turn), height));
-    const StepReport& report = TimedStep(world, inputs, cpu_ns);
-    buzz.Add(report.hand_B_W.f, t > 0.5);
+    const TimedFrame done = TimedStep(world, inputs, times);
+    buzz.Add(done.report.hand_B_W.f, t > 0.5);
   }
   const Pose& X_WB = world.state(0).X_WB;
   return kHoleTop - (X_WB * Vec3(0, 0, -half_length)).z();
 }
 
 }  // namespace
+
+FrameLengths LengthsOf(const TimesOfFrames& times) {
+  const auto us = [](const Histogram& ns, double quantile) {
+    return 1e-3 * static_cast<double>(ns.Quantile(quantile));
+  };
+  return {.cpu_p50_us = us(times.stats.cpu(), 0.5),
+          .cpu_p99_us = us(times.stats.cpu(), 0.99),
+          .wall_p999_us = us(times.stats.wall(), 0.999),
+          .frames = times.stats.frames(),
+          .over_1ms = times.over_1ms,
+          .missed = times.stats.missed()};
+}
+
+TimedFrame TimedStep(World& world, const StepInputs& inputs, TimesOfFrames& times) {
+  constexpr std::int64_t kPeriodNs = 1'000'000;
+  LoopClock& clock = MachineClock();
+  const std::int64_t wall = clock.NowNs();
+  const std::int64_t cpu = clock.ThreadCpuNs();
+  const StepReport& report = world.Step(inputs);
+  const std::int64_t cpu_ns = clock.ThreadCpuNs() - cpu;
+  const std::int64_t wall_ns = clock.NowNs() - wall;
+  times.stats.Add(0, cpu_ns, wall_ns, wall_ns / kPeriodNs);
+  times.over_1ms += wall_ns > kPeriodNs ? 1U : 0U;
+  return {report, cpu_ns};
+}
 
 Result<NutFigures> MeasureNut(ContactModel model, const std::filesystem::path& models,
                               double voxel) {
@@ -170,7 +182,7 @@ Result<NutFigures> MeasureNut(ContactModel model, const std::filesystem::path& m
   NutFigures figures;
   figures.voxel = voxel;
   const Pose X_WB0 = (*loaded)->bodies[0].X_WB0;
-  Histogram cpu_ns;
+  TimesOfFrames times;
   {
     World world(*loaded);
     StepInputs inputs = Inputs(**loaded);
@@ -181,7 +193,7 @@ Result<NutFigures> MeasureNut(ContactModel model, const std::filesystem::path& m
       inputs.hand.goal.X_WA = {
           RotationBy(Vec3(0, 0, std::min(wanted, 2 * std::numbers::pi))) * X_WB0.q,
           {X_WB0.p.x(), X_WB0.p.y(), world.state(0).X_WB.p.z()}};
-      TimedStep(world, inputs, cpu_ns);
+      TimedStep(world, inputs, times);
       const RigidState& state = world.state(0);
       const double turn = TurnAboutZ(state.X_WB.q * X_WB0.q.conjugate());
       figures.turned += std::remainder(turn - last, 2 * std::numbers::pi);
@@ -198,14 +210,13 @@ Result<NutFigures> MeasureNut(ContactModel model, const std::filesystem::path& m
     for (int frame = 0; frame < 1000; ++frame) {
       // 16 N at the end
       inputs.hand.goal.X_WA = {X_WB0.q, X_WB0.p + way * 0.02 * frame / 1000 * Vec3::UnitZ()};
-      TimedStep(world, inputs, cpu_ns);
+      TimedStep(world, inputs, times);
       figures.push_mm =
           std::max(figures.push_mm, 1e3 * std::abs(world.state(0).X_WB.p.z() - X_WB0.p.z()));
     }
   }
   figures.axial_blocked = figures.push_mm < 0.2;
-  figures.frame_cpu_p50_us = Microseconds(cpu_ns, 0.5);
-  figures.frame_cpu_p99_us = Microseconds(cpu_ns, 0.99);
+  figures.frames = LengthsOf(times);
   return figures;
 }
 
@@ -220,7 +231,7 @@ Result<PegFigures> MeasurePegs(ContactModel model, const std::filesystem::path& 
   PegFigures figures;
   figures.voxel = voxel;
   int inserted = 0;
-  Histogram cpu_ns;
+  TimesOfFrames times;
   for (std::size_t p = 0; p < kPegs.size(); ++p) {
     const auto loaded = LoadWorld(Factory(model, models, voxel, kPegs[p].hole, kPegs[p].peg,
                                           Vec3(0, 0, kStart), kPegs[p].mass));
@@ -228,15 +239,14 @@ Result<PegFigures> MeasurePegs(ContactModel model, const std::filesystem::path& 
     for (int seed = static_cast<int>(p); seed < seeds; seed += static_cast<int>(kPegs.size())) {
       std::mt19937_64 random(100 + static_cast<std::uint64_t>(seed));
       Buzz buzz;
-      const double depth = Insert(*loaded, kStart, random, buzz, cpu_ns);
+      const double depth = Insert(*loaded, kStart, random, buzz, times);
       inserted += depth > kInserted ? 1 : 0;
       figures.buzz = std::max(figures.buzz, buzz.share());
       ++figures.trials;
     }
   }
   figures.inserted_share = static_cast<double>(inserted) / std::max(1, figures.trials);
-  figures.frame_cpu_p50_us = Microseconds(cpu_ns, 0.5);
-  figures.frame_cpu_p99_us = Microseconds(cpu_ns, 0.99);
+  figures.frames = LengthsOf(times);
   return figures;
 }
 

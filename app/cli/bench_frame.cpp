@@ -224,6 +224,8 @@ int RunFrame(const FrameArguments& arguments) {
           {"chunks", figures.worst.tests.chunks}}},
         {"back_to_back", back_to_back},
         {"wall_p999_us", Us(figures.wall, 0.999)},
+        {"frames_over_1ms", figures.over_1ms},
+        {"missed", figures.missed},
         {"noise_p999_us", Us(figures.noise, 0.999)},
         {"tests_per_frame", figures.tests / count},
         {"drifted_per_frame", figures.drifted / count},
@@ -256,6 +258,8 @@ int RunFrame(const FrameArguments& arguments) {
   }
   std::printf("  wall        p99.9 %.1f us; empty work of the same length %.1f us\n",
               Us(figures.wall, 0.999), Us(figures.noise, 0.999));
+  std::printf("  deadlines   %ld of %ld frames took more than 1 ms; %ld deadlines missed\n",
+              figures.over_1ms, figures.frames, figures.missed);
   if (!back_to_back.is_null()) {
     std::printf(
         "  of %d passes back to back, each frame's least: p50 %.1f us, p99 %.1f us, p99.9 %.1f "

@@ -11,6 +11,7 @@
 #include "app/cli/memory_limit.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "engine/contact/block_test.h"
 #include "engine/contact/scattered_test.h"
 
@@ -19,12 +20,12 @@ namespace tandem {
 namespace {
 
 constexpr int kThreads = 4;
-constexpr int kRounds = 7;                // medians of
 constexpr double kRoundNs = 2e8;          // of work at least, a figure and round
 constexpr std::size_t kRandom = 1 << 22;  // points, and lines
 
 struct PointsArguments {
   BenchScene scene{.scene = "clutter"};
+  int rounds = 7;  // medians of
   bool json = false;
 };
 
@@ -117,7 +118,7 @@ double OnThreads(const Work& work) {
   });
 }
 
-PointsFigures Measure(const WorldModel& world) {
+PointsFigures Measure(const WorldModel& world, int rounds_asked) {
   const Voxmap& voxmap = world.fixture;
   const BodyModel& body = world.bodies[0];
   const PointBlocks blocks(body.points);
@@ -147,7 +148,7 @@ PointsFigures Measure(const WorldModel& world) {
            points / passes;
   };
   std::array<std::vector<double>, 6> rounds;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds_asked; ++round) {
     rounds[0].push_back(pass([&](const VoxelTransform& transform) {
       TransformBlocks(blocks, transform, 3, all, readings.data());
     }));
@@ -183,7 +184,7 @@ int RunPoints(const PointsArguments& arguments) {
   const auto world = LoadBenchScene(asked);
   if (!world) return Fail(kExitFile, world.error().what);
   if (!(*world)->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
-  const PointsFigures f = Measure(**world);
+  const PointsFigures f = Measure(**world, arguments.rounds);
   if (arguments.json) {
     const nlohmann::ordered_json out{{"scene", arguments.scene.scene},
                                      {"voxel_m", (*world)->scene.voxel_size},
@@ -217,6 +218,9 @@ void AddBenchPoints(CLI::App& bench, int& exit_code) {
   CLI::App* command = bench.add_subcommand(
       "points", "Time a point's test: a pointshell's, and random ones beside random memory access");
   AddBenchScene(*command, arguments->scene);
+  command->add_option("--rounds", arguments->rounds, "of measuring; medians count")
+      ->check(WholeNumberFrom(1, 99))
+      ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunPoints(*arguments);

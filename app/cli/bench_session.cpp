@@ -12,6 +12,7 @@
 #include "app/cli/bench.h"
 #include "app/cli/bench_audience.h"
 #include "app/cli/child_processes.h"
+#include "app/cli/paired_ratios.h"
 #include "app/cli/peer_words.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
@@ -95,6 +96,11 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
   std::uint64_t missed = 0;
   std::uint64_t socket_dropped = 0;
   double least_said = 1;  // of what a peer was to send
+  ordered_json wall_us = ordered_json::array();
+  std::uint64_t judged_frames = 0;
+  std::uint64_t judged_missed = 0;
+  std::uint64_t over_1ms = 0;
+  std::uint64_t pairs_heard = 0;
   for (const ordered_json& report : reports) {
     const ordered_json& heard = report.at("heard");
     const ordered_json& said = report.at("said");
@@ -106,11 +112,18 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
     cpu_us.push_back(report.at("frame_cpu_us").at("p99"));
     frames += report.at("frames").get<std::uint64_t>();
     missed += report.at("missed").get<std::uint64_t>();
+    judged_frames += report.at("judged_frames").get<std::uint64_t>();
+    judged_missed += report.at("judged_missed").get<std::uint64_t>();
+    wall_us.push_back(report.at("frame_wall_us").at("p999"));
+    over_1ms += report.at("frames_over_1ms").get<std::uint64_t>();
+    pairs_heard += heard.at("peers").get<std::uint64_t>();
     socket_dropped += heard.at("socket_dropped").get<std::uint64_t>();
   }
   return {{"peers", arguments.peers},
           {"hz", arguments.hz},
           {"seconds", arguments.seconds},
+          {"pairs", reports.size() * (reports.size() - 1)},
+          {"pairs_heard", pairs_heard},
           {"samples_sent", sent},
           {"samples_delivered", received},
           {"delivered",
@@ -120,16 +133,14 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
           {"packets_dropped_at_full_sockets", socket_dropped},
           {"frames", frames},
           {"missed", missed},
+          {"judged_frames", judged_frames},
+          {"judged_missed", judged_missed},
+          {"frames_over_1ms", over_1ms},
           {"frame_cpu_p99_us", cpu_us},
+          {"frame_wall_p999_us", wall_us},
           {"scheduler", reports.front().at("scheduler")},
           {"cores", std::thread::hardware_concurrency()},
           {"load_before", load}};
-}
-
-/// Of an even number of values the mean of the middle two.
-double MedianOf(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
 /// A frame's processor time at its p50 and its p99, us, the largest of the peers'; of each round.
@@ -140,19 +151,37 @@ struct FrameTimes {
   std::vector<double> p99;
   std::vector<double> median_p99;
   std::vector<double> least_p99;
+  std::vector<double> wall_p999;  // of the wall's clock
+  std::uint64_t frames = 0;       // of all rounds and peers, in which hands move
+  std::uint64_t over_1ms = 0;     // of these
+  std::uint64_t missed = 0;       // deadlines between them
 
   void Add(const std::vector<ordered_json>& reports) {
     std::vector<double> halves;
     std::vector<double> tails;
+    std::vector<double> walls;
     for (const ordered_json& report : reports) {
       const ordered_json& cpu = report.at("frame_cpu_us");
       halves.push_back(cpu.at("p50").get<double>());
       tails.push_back(cpu.at("p99").get<double>());
+      walls.push_back(report.at("frame_wall_us").at("p999").get<double>());
+      frames += report.at("judged_frames").get<std::uint64_t>();
+      over_1ms += report.at("frames_over_1ms").get<std::uint64_t>();
+      missed += report.at("judged_missed").get<std::uint64_t>();
     }
+    wall_p999.push_back(std::ranges::max(walls));
     p50.push_back(std::ranges::max(halves));
     p99.push_back(std::ranges::max(tails));
     median_p99.push_back(MedianOf(tails));
     least_p99.push_back(std::ranges::min(tails));
+  }
+
+  /// What says whether frames keep their millisecond, into a row of the JSON.
+  void DeadlinesInto(ordered_json& row) const {
+    row["frame_wall_p999_us"] = MedianOf(wall_p999);
+    row["frames"] = frames;
+    row["frames_over_1ms"] = over_1ms;
+    row["missed"] = missed;
   }
 };
 
@@ -193,14 +222,17 @@ Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& sce
                     {"median_p99_us", median_p99},
                     {"median_ratio", median_p99 / MedianOf(together[0].median_p99)},
                     {"median_ratio_to_apart", median_p99 / apart_median_p99}});
+    together[i].DeadlinesInto(rows.back());
+    apart[i].DeadlinesInto(rows.back()["apart"]);
   }
   return ordered_json{
       {"seconds", arguments.seconds}, {"rounds", arguments.rounds}, {"sessions", rows}};
 }
 
-/// Two peers' frames, on half of the cores, with so many looking on behind a relay, on the other,
-/// and twice without any: the two runs without differ too, and by how much is what a difference has
-/// to be compared with. Medians over rounds.
+/// Frames of two peers on half of the cores, with so many viewers behind a relay on the other half,
+/// and without viewers before and after. A ratio is that of one round to the mean of its two runs
+/// without viewers; the median over the rounds counts, and least and most stand beside it. How far
+/// the two runs without viewers differ is what a ratio has to be compared with.
 Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& scene) {
   std::vector<std::size_t> counts{0};
   counts.insert(counts.end(), arguments.viewers.begin(), arguments.viewers.end());
@@ -223,23 +255,32 @@ Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& sce
       times[i].Add(*reports);
     }
   }
-  const double first = MedianOf(times.front().p99);
-  const double last = MedianOf(times.back().p99);
-  const double apart = std::max(first, last) / std::min(first, last);
   ordered_json rows = ordered_json::array();
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    const double ratio = MedianOf(times[i].p99) / first;
+    const PairedRatios ratio = RatiosToBase(times[i].p99, times.front().p99, times.back().p99);
     rows.push_back({{"viewers", counts[i]},
                     {"least_pictures", least_pictures[i]},
                     {"frame_cpu_p50_us", MedianOf(times[i].p50)},
                     {"frame_cpu_p99_us", MedianOf(times[i].p99)},
-                    {"ratio", ratio},
-                    {"beyond_viewerless", ratio / apart}});
+                    {"ratio", ratio.median},
+                    {"ratio_least", ratio.least},
+                    {"ratio_most", ratio.most},
+                    {"beyond_viewerless", ratio.median}});
+    times[i].DeadlinesInto(rows.back());
   }
   return ordered_json{{"seconds", arguments.seconds},
                       {"rounds", arguments.rounds},
-                      {"viewerless_ratio", apart},
+                      {"viewerless_ratio", RatioOfEquals(times.front().p99, times.back().p99)},
                       {"sessions", rows}};
+}
+
+/// Words on a row's frames and deadlines.
+std::string Deadlines(const ordered_json& row) {
+  char text[160];
+  std::snprintf(text, sizeof text, "; wall p99.9 %.1f us, %d of %d frames over 1 ms, %d missed",
+                row.at("frame_wall_p999_us").get<double>(), row.at("frames_over_1ms").get<int>(),
+                row.at("frames").get<int>(), row.at("missed").get<int>());
+  return text;
 }
 
 int RunBenchSession(const SessionArguments& arguments) {
@@ -267,27 +308,38 @@ int RunBenchSession(const SessionArguments& arguments) {
     std::printf("%s\n", json.dump(2).c_str());
   } else if (!arguments.viewers.empty()) {
     for (const ordered_json& row : json.at("sessions")) {
-      std::printf("%d viewers: a frame's processor time p99 %.1f us, %.2f of the first run\n",
-                  row.at("viewers").get<int>(), row.at("frame_cpu_p99_us").get<double>(),
-                  row.at("ratio").get<double>());
+      std::printf(
+          "%d viewers: a frame's processor time p99 %.1f us, %.2f of a run without viewers (%.2f "
+          "to "
+          "%.2f in %d rounds)%s\n",
+          row.at("viewers").get<int>(), row.at("frame_cpu_p99_us").get<double>(),
+          row.at("ratio").get<double>(), row.at("ratio_least").get<double>(),
+          row.at("ratio_most").get<double>(), arguments.rounds, Deadlines(row).c_str());
     }
+    std::printf("two runs without viewers: %.2f of one another\n",
+                json.at("viewerless_ratio").get<double>());
   } else if (arguments.compare.empty()) {
     std::printf(
         "%zu peers at %.0f Hz: %.4f %% of %.0f samples delivered, the worst pair %.4f %%; "
-        "the latest peer sent %.2f %% of what it was to send\n",
+        "%d of %d pairs heard of one another; the latest peer sent %.2f %% of what it was to "
+        "send; with a moving hand %d of %d frames took more than 1 ms and %d deadlines were "
+        "missed\n",
         arguments.peers, arguments.hz, 100 * json.at("delivered").get<double>(),
         json.at("samples_sent").get<double>(), 100 * json.at("least_delivered").get<double>(),
-        100 * json.at("least_sent").get<double>());
+        json.at("pairs_heard").get<int>(), json.at("pairs").get<int>(),
+        100 * json.at("least_sent").get<double>(), json.at("frames_over_1ms").get<int>(),
+        json.at("judged_frames").get<int>(), json.at("judged_missed").get<int>());
   } else {
     for (const ordered_json& row : json.at("sessions")) {
       std::printf(
           "%d peers: a frame's processor time p99 %.1f us of the peer in the middle, %.2f of the "
           "first and %.2f of as many apart; %.1f to %.1f us over the peers, the largest %.2f of "
-          "the first and %.2f of as many apart\n",
+          "the first and %.2f of as many apart%s\n",
           row.at("peers").get<int>(), row.at("median_p99_us").get<double>(),
           row.at("median_ratio").get<double>(), row.at("median_ratio_to_apart").get<double>(),
           row.at("least_p99_us").get<double>(), row.at("frame_cpu_p99_us").get<double>(),
-          row.at("ratio").get<double>(), row.at("ratio_to_apart").get<double>());
+          row.at("ratio").get<double>(), row.at("ratio_to_apart").get<double>(),
+          Deadlines(row).c_str());
     }
   }
   return kExitOk;

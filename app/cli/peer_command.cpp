@@ -13,6 +13,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/joining.h"
+#include "app/cli/judged_frames.h"
 #include "app/cli/network_plan.h"
 #include "app/cli/peer_orders.h"
 #include "app/cli/peer_report.h"
@@ -42,10 +43,10 @@ void CountShapes(const Joining& joining, PeerReport& report) {
   }
 }
 
-int WriteReport(const PeerArguments& arguments, const PeerReport& report, const FrameStats& stats,
-                const std::vector<TraceSample>& trace) {
+int WriteReport(const PeerArguments& arguments, const PeerReport& report, const FrameStats& all,
+                const JudgedFrames& judged, const std::vector<TraceSample>& trace) {
   std::ofstream stream(arguments.report);
-  stream << AsJson(report, stats).dump(2) << '\n';
+  stream << AsJson(report, all, judged).dump(2) << '\n';
   if (!stream.flush()) return Fail(kExitFile, arguments.report + ": cannot be written");
   const Result<bool> written = WriteTrace(arguments.report + ".trace", trace);
   return written ? kExitOk : Fail(kExitFile, written.error().what);
@@ -112,16 +113,20 @@ int RunOnce(PeerArguments& arguments) {
     capacity.emplace(joining.capacity.tests, joining.capacity.look_price, kFrameBudget);
   }
   const std::int64_t origin_ns = MonotonicNowNs();
+  constexpr std::int64_t kHapticPeriodNs = 1'000'000;
+  JudgedFrames judged(origin_ns, kHapticPeriodNs);
   PeriodicThread haptic(
-      {.origin_ns = origin_ns, .name = "haptic"}, [&](std::int64_t, std::int64_t now_ns) {
+      {.period_ns = kHapticPeriodNs, .origin_ns = origin_ns, .name = "haptic"},
+      [&](std::int64_t, std::int64_t now_ns) {
         kHapticThread.Enter();
-        const std::int64_t began_ns = MachineClock().ThreadCpuNs();
+        const std::int64_t cpu_ns = MachineClock().ThreadCpuNs();
         if (capacity) node.peer().SetCapacity(capacity->tests());
         node.HapticFrame(now_ns);
-        if (capacity) {
-          const std::int64_t took_ns = MachineClock().ThreadCpuNs() - began_ns;
-          capacity->Count(node.peer().report(), 1e-9 * static_cast<double>(took_ns));
-        }
+        const std::int64_t took_ns = MachineClock().ThreadCpuNs() - cpu_ns;
+        if (capacity) capacity->Count(node.peer().report(), 1e-9 * static_cast<double>(took_ns));
+        const bool hand_moves =
+            node.peer().started_ns() && (frames == 0 || frames_since_start < frames);
+        judged.Add(hand_moves, now_ns, MachineClock().NowNs(), took_ns);
         if (node.peer().started_ns()) {
           begun.store(true, std::memory_order_relaxed);
           if (++frames_since_start == frames) done.store(true, std::memory_order_release);
@@ -260,7 +265,7 @@ int RunOnce(PeerArguments& arguments) {
   AddDelivery(node.inbox().delivery(), report);
   report.peers = AsJson(table, name);
   report.socket_dropped = socket_dropped;
-  return WriteReport(arguments, report, haptic.stats(), node.peer().trace());
+  return WriteReport(arguments, report, haptic.stats(), judged, node.peer().trace());
 }
 
 /// A viewer is what tandem watch is.

@@ -13,7 +13,10 @@ nlohmann::ordered_json Microseconds(const Histogram& ns) {
   const auto us = [&](double q) {
     return 1e-3 * static_cast<double>(ns.Quantile(q));
   };
-  return {{"p50", us(0.5)}, {"p99", us(0.99)}, {"max", 1e-3 * static_cast<double>(ns.max())}};
+  return {{"p50", us(0.5)},
+          {"p99", us(0.99)},
+          {"p999", us(0.999)},
+          {"max", 1e-3 * static_cast<double>(ns.max())}};
 }
 
 nlohmann::ordered_json AsJson(const DropCounts& drops) {
@@ -65,6 +68,7 @@ TraceSample FromRow(const Row& row) {
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
   for (const DeliveryCount::Row& row : delivery.rows()) {
     if (row.peer == 0) continue;
+    ++report.peers_heard;
     report.states_sent += row.sent;
     report.states_received += row.received;
     report.least_delivered = std::min(
@@ -72,17 +76,22 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
   }
 }
 
-nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats) {
+nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
+                              const JudgedFrames& judged) {
   const HandFigures& hand = report.hand;
   const auto frames = static_cast<double>(std::max<std::int64_t>(1, hand.frames));
   return {{"name", report.name},
           {"role", "active"},
           {"pid", report.pid},
-          {"frames", stats.frames()},
-          {"missed", stats.missed()},
+          {"frames", all.frames()},
+          {"missed", all.missed()},
           {"scheduler", report.scheduler},
-          {"frame_cpu_us", Microseconds(stats.cpu())},
-          {"lateness_us", Microseconds(stats.lateness())},
+          {"judged_frames", judged.stats().frames()},
+          {"judged_missed", judged.stats().missed()},
+          {"frames_over_1ms", judged.over_period()},
+          {"frame_cpu_us", Microseconds(judged.stats().cpu())},
+          {"frame_wall_us", Microseconds(judged.stats().wall())},
+          {"lateness_us", Microseconds(all.lateness())},
           {"contact_points",
            {{"mean", static_cast<double>(hand.contact_points) / frames},
             {"max", hand.most_contact_points}}},
@@ -104,6 +113,7 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats)
           {"heard",
            {{"sent", report.states_sent},
             {"received", report.states_received},
+            {"peers", report.peers_heard},
             {"least_delivered", report.least_delivered},
             {"socket_dropped", report.socket_dropped}}},
           {"drops", AsJson(report.drops)},

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/cli/judged_frames.h"
 #include "collab/delivery_count.h"
 #include "collab/drop_counts.h"
 #include "collab/peer.h"
@@ -35,6 +36,7 @@ struct PeerReport {
   // states heard of all others, and of the one of whom the largest share is missing
   std::uint64_t states_sent = 0;
   std::uint64_t states_received = 0;
+  std::size_t peers_heard = 0;  // of whom at least one state came
   double least_delivered = 1;
   nlohmann::ordered_json peers = nlohmann::ordered_json::array();  // AsJson() of the last table
   std::uint64_t socket_dropped = 0;  // packets of any kind, since the receive thread was late
@@ -43,11 +45,14 @@ struct PeerReport {
 /// Of what came from all others.
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 
-/// One JSON object: frames, missed, frame_cpu_us and lateness_us {p50, p99, max}; of the hand
-/// contact_points {mean, max}, contact_share, peak_force_N (of its spring), traced_frames; felt
-/// {peak_N, peak_Nm, peak_step_N} by the hand, guarded_share, crowded_frames; said {sent, wanted};
-/// heard {sent, received, least_delivered, socket_dropped}, drops by reason, peers.
-nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& stats);
+/// One JSON object: frames, missed and lateness_us {p50, p99, p999, max} of `all` frames;
+/// judged_frames, judged_missed, frames_over_1ms, frame_cpu_us and frame_wall_us of those in
+/// `judged`, in which the hand moves: frames of waiting and of the last second have less to do; of
+/// the hand contact_points {mean, max}, contact_share, peak_force_N (of its spring), traced_frames;
+/// felt {peak_N, peak_Nm, peak_step_N} by the hand, guarded_share, crowded_frames; said {sent,
+/// wanted}; heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, peers.
+nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
+                              const JudgedFrames& judged);
 
 /// The trace as a file of doubles, 17 a frame: see kTraceColumns.
 inline constexpr std::size_t kTraceColumns = 17;

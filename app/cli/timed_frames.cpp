@@ -94,8 +94,10 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
   EmptyWork noise;
   LoopClock& clock = MachineClock();
   StepReport report;
+  const std::int64_t origin_ns = MonotonicNowNs();
   PeriodicThread thread(
-      {.period_ns = kPeriodNs, .priority = kFramePriority}, [&](std::int64_t frame, std::int64_t) {
+      {.period_ns = kPeriodNs, .origin_ns = origin_ns, .priority = kFramePriority},
+      [&](std::int64_t frame, std::int64_t start_ns) {
         inputs.hand.goal = hand(frame, report);
         if (follower) inputs.capacity = follower->tests();
         const long faults = PageFaults();
@@ -104,7 +106,8 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         const std::int64_t cpu = clock.ThreadCpuNs();
         report = world.Step(inputs);
         const std::int64_t cpu_ns = clock.ThreadCpuNs() - cpu;
-        const std::int64_t wall_ns = clock.NowNs() - wall;
+        const std::int64_t end_ns = clock.NowNs();
+        const std::int64_t wall_ns = end_ns - wall;
         if (follower) follower->Count(report, 1e-9 * static_cast<double>(cpu_ns));
         const long new_faults = PageFaults() - faults;
         const std::int64_t helpers_ns = helpers.CpuNs() - helped;
@@ -124,6 +127,8 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
           figures.worst = report;
         }
         figures.wall.Add(wall_ns);
+        figures.over_1ms += wall_ns > kPeriodNs ? 1 : 0;
+        figures.missed += (end_ns - origin_ns) / kPeriodNs - (start_ns - origin_ns) / kPeriodNs;
         figures.capacity += inputs.capacity;
         figures.contacts += report.contact_points;
         figures.clear += report.clear_points;

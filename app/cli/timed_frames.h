@@ -25,6 +25,8 @@ struct FrameFigures {
   std::int64_t frames = 0;
   std::int64_t at_bound = 0;
   std::int64_t held_back = 0;  // frames in which the hand felt MaxTravel
+  std::int64_t over_1ms = 0;   // frames of more than a millisecond by the wall's clock
+  std::int64_t missed = 0;     // deadlines that passed from a frame's own to its end
   std::size_t violations = 0;
   double point_frames = 0;  // looked at for violations
   long page_faults = 0;

@@ -29,6 +29,11 @@ constexpr std::int64_t kAnswerNs = 20'000'000;  // an answer that takes longer i
 constexpr std::int64_t kMeetNs = 10'000'000'000;
 constexpr int kWarmUp = 500;  // round trips that are not counted
 
+// RTPS: the message's header, a time stamp, the header of the data, that of its encoding
+constexpr std::size_t kRtpsBytes = 20 + 12 + 24 + 4;
+// the struct has the padding of the encoding, and nothing of variable length
+static_assert(RoundTrips::kDatagramBytes == sizeof(tandem_LinkedState) + kRtpsBytes);
+
 using Datagram = std::array<char, RoundTrips::kDatagramBytes>;
 
 sockaddr_in Loopback(std::uint16_t port) {
@@ -49,10 +54,11 @@ timespec AsTimespec(std::int64_t ns) {
   return {static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
 }
 
-/// A participant with a writer and a reader of states; `on_state` is called on the receive thread.
+/// A participant with a writer and a reader of states with their links; `on_state` is called on the
+/// receive thread.
 class StatePair {
  public:
-  using OnState = void (*)(StatePair& self, const tandem_ObjectState& state, void* context);
+  using OnState = void (*)(StatePair& self, const tandem_LinkedState& state, void* context);
 
   StatePair(OnState on_state, void* context) : on_state_(on_state), context_(context) {}
 
@@ -67,7 +73,7 @@ class StatePair {
     domain_ = *std::move(domain);
     participant_ = Entity(dds_create_participant(options.domain, nullptr, nullptr));
     const auto topic = [this](const char* name) {
-      return dds_create_topic(participant_.get(), &tandem_ObjectState_desc, name, nullptr, nullptr);
+      return dds_create_topic(participant_.get(), &tandem_LinkedState_desc, name, nullptr, nullptr);
     };
     const Qos qos = MakeQos(Purpose::kMotion, "round_trip");
     writer_ = dds_create_writer(participant_.get(), topic(to), qos.get(), nullptr);
@@ -80,7 +86,7 @@ class StatePair {
     reader_ = dds_create_reader(participant_.get(), topic(from), qos.get(), listener.get());
     if (writer_ < 0 || reader_ < 0) return Error{"cannot make a DDS writer and reader"};
     dds_instance_handle_t instance = 0;
-    const tandem_ObjectState key{};
+    const tandem_LinkedState key{};
     dds_register_instance(writer_, &instance, &key);
     return true;
   }
@@ -97,7 +103,7 @@ class StatePair {
     }
   }
 
-  void Write(const tandem_ObjectState& state) const { dds_write(writer_, &state); }
+  void Write(const tandem_LinkedState& state) const { dds_write(writer_, &state); }
 
  private:
   void TakeAll(dds_entity_t reader) {
@@ -115,7 +121,7 @@ class StatePair {
   Entity participant_;  // goes before its domain
   dds_entity_t writer_ = 0;
   dds_entity_t reader_ = 0;
-  tandem_ObjectState taken_{};
+  tandem_LinkedState taken_{};
 };
 
 /// The asker's two ways.
@@ -126,17 +132,17 @@ class Asker {
   Asker(const Asker&) = delete;
   Asker& operator=(const Asker&) = delete;
 
-  static void OnAnswer(StatePair& /*pair*/, const tandem_ObjectState& state, void* context) {
+  static void OnAnswer(StatePair& /*pair*/, const tandem_LinkedState& state, void* context) {
     auto& self = *static_cast<Asker*>(context);
     self.arrival_ns_.store(MonotonicNow_ns());
-    self.seq_.store(state.seq);
+    self.seq_.store(state.state.seq);
     sem_post(&self.answered_);
   }
 
   /// Negative: no answer.
   std::int64_t OverDds(const StatePair& pair, std::uint32_t seq) {
-    tandem_ObjectState state{};
-    state.seq = seq;
+    tandem_LinkedState state{};
+    state.state.seq = seq;
     const std::int64_t sent_ns = MonotonicNow_ns();
     pair.Write(state);
     const timespec deadline = AsTimespec(sent_ns + kAnswerNs);
@@ -253,7 +259,7 @@ Result<RoundTrips> RoundTripMeter::Measure(const RoundTripOptions& options) {
 Result<bool> EchoRoundTrips(const RoundTripOptions& options, std::uint16_t port,
                             const std::atomic<bool>& stop) {
   StatePair pair(
-      [](StatePair& self, const tandem_ObjectState& state, void*) {
+      [](StatePair& self, const tandem_LinkedState& state, void*) {
         self.Write(state);
       },
       nullptr);

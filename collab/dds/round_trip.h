@@ -10,11 +10,11 @@
 namespace tandem {
 
 /// What a packet takes to another process of this machine and back: over a plain UDP socket, and
-/// over DDS as the product uses it (a state written by one thread, taken on the receive thread). In
-/// every millisecond both are sent, in turn first, in datagrams of one length; all threads run
-/// under SCHED_FIFO where that is granted.
+/// over DDS as the product uses it (a state with its links, written by one thread, taken on the
+/// receive thread). In every millisecond both are sent, in turn first, in datagrams of one length;
+/// all threads run under SCHED_FIFO where that is granted.
 struct RoundTrips {
-  static constexpr std::size_t kDatagramBytes = 244;  // of a state over RTPS, what UDP carries
+  static constexpr std::size_t kDatagramBytes = 916;  // of one sample over RTPS: what UDP carries
 
   Histogram udp;  // ns
   Histogram dds;

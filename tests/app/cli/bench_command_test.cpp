@@ -41,7 +41,7 @@ void ExpectNumbers(const json& told, const std::vector<std::string>& paths) {
 const std::string kPeg = std::string(TANDEM_SCENES) + "/peg_in_slot_peg.stl";
 
 TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
-  const json told = Bench("points --scene peg_in_slot --voxel 0.004");
+  const json told = Bench("points --scene peg_in_slot --voxel 0.004 --rounds 1");
   ExpectNumbers(told, {"/transform_ns", "/coherent_ns", "/random_ns", "/limit_ns", "/random_4t_ns",
                        "/limit_4t_ns", "/map_bytes", "/points"});
   EXPECT_TRUE(told["isa"].is_string());
@@ -79,11 +79,14 @@ std::string Cylinder(int sides) {
 
 // paper §4.1: fine tessellation defeats geometrical awareness. Merged, what is left are the rims
 // and a few lines along the side, however finely it is cut.
-TEST(BenchCommand, VoxelizeSaysThatAFineCylindersEdgesAreNearlyAllSaved) {
+TEST(VoxelizeCommand, SaysThatAFineCylindersEdgesAreNearlyAllSaved) {
   const ScratchFolder folder;
   for (const int sides : {360, 720}) {
     const auto file = folder.Write("cylinder.obj", Cylinder(sides));
-    const json told = Bench("voxelize " + file.string() + " --scale 0.001 --voxel 0.001");
+    const Said said =
+        RunTandem("voxelize " + file.string() + " --scale 0.001 --voxel 0.001 --json");
+    ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+    const json told = json::parse(said.out);
     EXPECT_LT(told["polygons"], 40) << sides;
     EXPECT_LT(10 * told["edge_voxels"].get<int>(), told["edge_voxels_unmerged"]) << sides;
     // at each rim two for each strip of the side, as FindFeatures() has them
@@ -94,10 +97,11 @@ TEST(BenchCommand, VoxelizeSaysThatAFineCylindersEdgesAreNearlyAllSaved) {
 
 TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
   const json told = Bench("frame --scene peg_in_slot --frames 1000 --capacity 100000 --passes 2");
-  ExpectNumbers(told, {"/points", "/voxels", "/contacts", "/cpu_p50_us", "/cpu_p99_us",
-                       "/cpu_p999_us", "/wall_p999_us", "/noise_p999_us", "/tests_per_frame",
-                       "/travel_at_bound_share", "/violations", "/free_cpu_p99_us", "/looked_up_ns",
-                       "/drifted_ns", "/back_to_back/cpu_p50_us", "/back_to_back/cpu_p999_us"});
+  ExpectNumbers(
+      told, {"/points", "/voxels", "/contacts", "/cpu_p50_us", "/cpu_p99_us", "/cpu_p999_us",
+             "/wall_p999_us", "/frames_over_1ms", "/missed", "/noise_p999_us", "/tests_per_frame",
+             "/travel_at_bound_share", "/violations", "/free_cpu_p99_us", "/looked_up_ns",
+             "/drifted_ns", "/back_to_back/cpu_p50_us", "/back_to_back/cpu_p999_us"});
   EXPECT_EQ(told["frames"], 1000);
   EXPECT_EQ(told["violations"], 0);
   EXPECT_GT(told["contacts"], 0);
@@ -111,8 +115,44 @@ TEST(BenchCommand, MemorySaysBytesABandVoxel) {
 
 TEST(BenchCommand, NetworkSaysWhatThereAndBackTakes) {
   const json told = Bench("network --seconds 0.1");
-  ExpectNumbers(told, {"/udp_rtt_p50_us", "/dds_rtt_p50_us", "/ratio"});
+  ExpectNumbers(
+      told, {"/udp_rtt_p50_us", "/dds_rtt_p50_us", "/ratio", "/udp_rtt_p99_us", "/dds_rtt_p99_us"});
   EXPECT_GT(told["round_trips"], 0);
+  EXPECT_EQ(told["bytes"], 916);  // of a state with its links, what a peer sends at 1 kHz
+}
+
+TEST(BenchCommand, SessionSaysWhatIsDeliveredAmongPeersAndWhetherAllMet) {
+  const json told = Bench("session --peers 2 --hz 250 --seconds 1");
+  ExpectNumbers(told, {"/samples_sent", "/samples_delivered", "/delivered", "/least_delivered",
+                       "/least_sent", "/frames", "/missed", "/judged_frames", "/judged_missed",
+                       "/frames_over_1ms", "/frame_cpu_p99_us/1", "/frame_wall_p999_us/1"});
+  EXPECT_EQ(told["pairs"], 2);
+  EXPECT_EQ(told["pairs_heard"], 2);
+  // of both peers, only while their hands move
+  EXPECT_EQ(told["judged_frames"], 2000);
+  EXPECT_GT(told["frames"], told["judged_frames"]);
+}
+
+TEST(BenchCommand, SessionComparesPeersWithPeersApart) {
+  const json told = Bench("session --compare 1 --rounds 1 --hz 250 --seconds 1");
+  ExpectNumbers(told, {"/sessions/0/ratio_to_apart", "/sessions/0/median_ratio_to_apart",
+                       "/sessions/0/frame_wall_p999_us", "/sessions/0/frames",
+                       "/sessions/0/frames_over_1ms", "/sessions/0/missed",
+                       "/sessions/0/apart/frame_wall_p999_us", "/sessions/0/apart/missed"});
+}
+
+TEST(BenchCommand, SessionComparesWithTheRunsBeforeAndAfterWithoutViewers) {
+  const json told = Bench("session --viewers 1 --rounds 1 --hz 250 --seconds 1");
+  ASSERT_EQ(told["sessions"].size(), 3U);
+  ExpectNumbers(told, {"/viewerless_ratio", "/sessions/1/ratio", "/sessions/1/ratio_least",
+                       "/sessions/1/ratio_most", "/sessions/1/beyond_viewerless",
+                       "/sessions/1/frame_wall_p999_us", "/sessions/1/frames_over_1ms",
+                       "/sessions/1/missed"});
+  EXPECT_GT(told["sessions"][1]["least_pictures"], 0);
+  const auto p99 = [&told](std::size_t row) {
+    return told["sessions"][row]["frame_cpu_p99_us"].get<double>();
+  };
+  EXPECT_NEAR(told["sessions"][1]["ratio"], p99(1) / (0.5 * (p99(0) + p99(2))), 1e-9);
 }
 
 const std::vector<std::string> kOnPlanes{
@@ -136,13 +176,18 @@ TEST(BenchCommand, FidelitySaysHowPartsGoTogether) {
   if (std::getenv("TANDEM_BENCHES") == nullptr) {
     GTEST_SKIP() << "runs when TANDEM_BENCHES is set";
   }
-  std::vector<std::string> paths{"/ball/points_035", "/ball/points_015", "/ball/turn_s",
-                                 "/ball/contacts_mean", "/ball/frame_cpu_p99_us"};
+  std::vector<std::string> paths{
+      "/ball/points_035",         "/ball/points_015",       "/ball/turn_s",
+      "/ball/contacts_mean",      "/ball/frame_cpu_p99_us", "/ball/turn_1khz_s",
+      "/ball/frame_wall_p999_us", "/ball/frames_over_1ms",  "/ball/missed"};
   const bool models = std::getenv("TANDEM_MODELS") != nullptr;
   if (models) {
-    paths.insert(paths.end(), {"/nut/helix_error_mm", "/nut/frame_cpu_p50_us",
-                               "/nut/frame_cpu_p99_us", "/pegs/inserted_share", "/pegs/buzz",
-                               "/pegs/frame_cpu_p50_us", "/pegs/frame_cpu_p99_us"});
+    paths.insert(
+        paths.end(),
+        {"/nut/helix_error_mm", "/nut/frame_cpu_p50_us", "/nut/frame_cpu_p99_us",
+         "/pegs/inserted_share", "/pegs/buzz", "/pegs/frame_cpu_p50_us", "/pegs/frame_cpu_p99_us",
+         "/nut/frames_over_1ms", "/nut/missed", "/nut/frame_wall_p999_us", "/pegs/frames_over_1ms",
+         "/pegs/missed", "/pegs/frame_wall_p999_us"});
   }
   const json told = Bench("fidelity --pegs 3 --only ball --only nut --only pegs");
   ExpectNumbers(told, paths);
