@@ -79,7 +79,7 @@ std::string Cylinder(int sides) {
 
 // paper §4.1: fine tessellation defeats geometrical awareness. Merged, what is left are the rims
 // and a few lines along the side, however finely it is cut.
-TEST(VoxelizeCommand, SaysThatAFineCylindersEdgesAreNearlyAllSaved) {
+TEST(FineCylinder, KeepsFewOfItsEdgesWhenVoxelized) {
   const ScratchFolder folder;
   for (const int sides : {360, 720}) {
     const auto file = folder.Write("cylinder.obj", Cylinder(sides));

@@ -1,0 +1,150 @@
+#include "app/cli/capacity.h"
+
+#include <algorithm>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "app/cli/look_bench.h"
+#include "engine/realtime/clock.h"
+#include "engine/world/world.h"
+#include "tests/support/shapes.h"
+#include "tests/support/test_world.h"
+
+// What a peer measures of its machine before it begins. Times are processor times of one thread,
+// and two of them are compared that were taken in the same second.
+
+namespace tandem {
+namespace {
+
+using testing::At;
+using testing::Box;
+using testing::FreeInputs;
+using testing::HandTo;
+using testing::MakeWorldModel;
+using testing::Sphere;
+
+constexpr double kBallVoxel = 0.0005;
+
+/// A ball of some 30,000 points over a plate.
+std::shared_ptr<const WorldModel> BallOverPlate(ContactModel contact = ContactModel::kRefined) {
+  return MakeWorldModel({{At(Box(Vec3(0.08, 0.08, 0.01)), Vec3(0, 0, -0.005)), true},
+                         {At(Sphere(0.02, 5), Vec3(0, 0, 0.021))}},
+                        kBallVoxel, contact);
+}
+
+double MedianOfTimes(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// What `work` takes of the thread's processor time, s.
+template <class Work>
+double CpuSeconds(const Work& work) {
+  const std::int64_t begin = MachineClock().ThreadCpuNs();
+  work();
+  return 1e-9 * static_cast<double>(MachineClock().ThreadCpuNs() - begin);
+}
+
+TEST(Capacity, IsInProportionToTheTimeThatAFrameHas) {
+  const auto model = BallOverPlate();
+  std::vector<double> ratios;
+  for (int round = 0; round < 5; ++round) {
+    const double one = MeasureCapacity(*model, 200e-6).tests;
+    ratios.push_back(MeasureCapacity(*model, 800e-6).tests / one);
+  }
+  EXPECT_NEAR(MedianOfTimes(ratios), 4.0, 1.0);
+}
+
+TEST(Capacity, IsNeverLessThanAThousandTests) {
+  EXPECT_EQ(MeasureCapacity(*BallOverPlate(), 1e-9).tests, 1000.0);
+}
+
+// The promise: a frame that tests N points takes N / capacity of the time that was given. Without
+// coherence every frame tests every point, so that there is little else in it.
+TEST(Capacity, SaysWhatFramesOfTestsTake) {
+  kHapticThread.Enter();
+  const auto model = BallOverPlate(ContactModel::kPlain);
+  World world(model, {.coherence = false, .chunks = false, .drift = false});
+  StepInputs inputs = FreeInputs(*model);
+  std::vector<double> ratios;  // of the time that frames took to the time promised
+  for (int round = 0; round < 9; ++round) {
+    const FrameCapacity capacity = MeasureCapacity(*model, kFrameBudget);
+    double tested = 0;
+    const double took_s = CpuSeconds([&] {
+      for (int frame = 0; frame < 50; ++frame) {
+        const Quat ahead = RotationBy(Vec3(0.6, 0.4, 0)) * world.state(0).X_WB.q;
+        inputs.hand = HandTo(*model, 0, {ahead, model->bodies[0].X_WB0.p});
+        tested += static_cast<double>(world.Step(inputs).tests.looked_up);
+      }
+    });
+    ASSERT_GT(tested, 100 * 1000);
+    ratios.push_back(took_s / (kFrameBudget * tested / capacity.tests));
+  }
+  RecordProperty("ratio", std::to_string(MedianOfTimes(ratios)));
+  EXPECT_GT(MedianOfTimes(ratios), 0.33);
+  EXPECT_LT(MedianOfTimes(ratios), 3.0);
+}
+
+// The same of looks, by the bench's own candidates, timed here.
+TEST(Capacity, PricesALookInTests) {
+  const auto model = BallOverPlate();
+  LookBench looks(model->bodies[0].points, model->fixture, model->fixture_details);
+  ASSERT_GT(looks.size(), 50U);
+  std::vector<double> ratios;
+  for (int round = 0; round < 9; ++round) {
+    const FrameCapacity capacity = MeasureCapacity(*model, kFrameBudget);
+    constexpr int kPasses = 50;
+    const double took_s = CpuSeconds([&] {
+      for (int pass = 0; pass < kPasses; ++pass) looks.LookAtAll();
+    });
+    const double look_s = took_s / (kPasses * static_cast<double>(looks.size()));
+    ratios.push_back(capacity.look_price * kFrameBudget / capacity.tests / look_s);
+  }
+  EXPECT_NEAR(MedianOfTimes(ratios), 1.0, 0.3);
+  EXPECT_GT(MeasureCapacity(*model, kFrameBudget).look_price, 5.0);  // a look is dear
+}
+
+// There are no exact looks in the plain model: none is measured.
+TEST(Capacity, HasNoMeasuredPriceInThePlainModel) {
+  const FrameCapacity capacity =
+      MeasureCapacity(*BallOverPlate(ContactModel::kPlain), kFrameBudget);
+  EXPECT_EQ(capacity.look_price, kDefaultLookPrice);
+  EXPECT_GT(capacity.tests, 1000.0);
+}
+
+TEST(Capacity, IsTheDefaultWhereNothingCanBeTested) {
+  EXPECT_EQ(MeasureCapacity(WorldModel{}, kFrameBudget).tests, kDefaultCapacity);
+}
+
+TEST(LookBench, LaysNoMorePointsThanItsBudgetOfLooks) {
+  for (const double side : {0.004, 0.02, 0.08}) {
+    const auto model = MakeWorldModel({{At(Box(Vec3(side, side, 0.01)), Vec3(0, 0, -0.005)), true},
+                                       {At(Box(Vec3(0.02, 0.01, 0.01)), Vec3(0, 0, 0.02))}},
+                                      kBallVoxel);
+    const LookBench looks(model->bodies[0].points, model->fixture, model->fixture_details);
+    EXPECT_GT(looks.size(), 0U) << side;
+    EXPECT_LE(looks.size(), RegionBudget::kMost) << side;
+  }
+}
+
+// As frames have points of which nothing is known yet: what one pass found is nothing to the next.
+TEST(LookBench, RemembersNothingFromPassToPass) {
+  const auto model = BallOverPlate();
+  LookBench looks(model->bodies[0].points, model->fixture, model->fixture_details);
+  const auto pass = [&looks] {
+    return CpuSeconds([&looks] {
+      looks.LookAtAll();
+    });
+  };
+  pass();  // memory is fetched
+  std::vector<double> early;
+  for (int i = 0; i < 20; ++i) early.push_back(pass());
+  for (int i = 0; i < 500; ++i) pass();
+  std::vector<double> late;
+  for (int i = 0; i < 20; ++i) late.push_back(pass());
+  EXPECT_GT(MedianOfTimes(late), 0.5 * MedianOfTimes(early));
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,104 @@
+// `tandem peer` as users start it: no --capacity, so that what fits into a frame is measured before
+// the loop and followed in it.
+#include <fstream>
+
+#include "app/cli/capacity.h"
+#include "collab/recording/recording.h"
+#include "engine/world/world_model.h"
+#include "tests/app/cli/peer_program.h"
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using testing::RunTandem;
+using testing::Said;
+
+/// A peer alone, that turns the ball in its socket for two seconds, and its recording.
+class DefaultPeer : public testing::PeerCommand {
+ protected:
+  static constexpr const char* kScene = TANDEM_SCENES "/ball_and_socket.json";
+  static constexpr const char* kHand = TANDEM_SCENES "/ball_and_socket_ball.json";
+
+  Said RunBall(const std::string& more) const {
+    return RunTandem("peer --interface lo --session " + session_ + " --scene " + kScene +
+                         " --hold ball --seconds 2 --hand " + kHand + " --report " + In("report") +
+                         " --record " + In("recording") + " " + more,
+                     "timeout 60 ");
+  }
+  json Report() const { return json::parse(std::ifstream(In("report")), nullptr, false); }
+  std::vector<double> Capacities() const {
+    std::vector<double> capacities;
+    Result<RecordingReader> reader = RecordingReader::Open(In("recording"));
+    EXPECT_TRUE(reader);
+    if (!reader) return capacities;
+    while (const auto frame = reader->Next()) capacities.push_back(frame->capacity);
+    return capacities;
+  }
+};
+
+TEST_F(DefaultPeer, MeasuresItsCapacityAndFollowsWhatFramesTake) {
+  const Said said = RunBall("");
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const json report = Report();
+  ASSERT_TRUE(report.is_object());
+  const auto measured = report.at("capacity").get<double>();
+
+  // the same machine in the same seconds, measured by this program
+  const Result<Scene> scene = LoadScene(kScene);
+  ASSERT_TRUE(scene);
+  const auto model = LoadWorld(*scene);
+  ASSERT_TRUE(model);
+  const FrameCapacity here = MeasureCapacity(**model, kFrameBudget);
+  EXPECT_GT(measured, here.tests / 4);
+  EXPECT_LT(measured, 4 * here.tests);
+  EXPECT_NE(measured, kDefaultCapacity);
+  const auto price = report.at("look_price").get<double>();
+  EXPECT_GT(price, here.look_price / 4);
+  EXPECT_LT(price, 4 * here.look_price);
+
+  const std::vector<double> capacities = Capacities();
+  ASSERT_GT(capacities.size(), 2000U);
+  EXPECT_EQ(capacities.front(), measured);
+  // frames of hundreds of looks tell what these cost here: it is no longer what was measured,
+  // nor has it lost its hold
+  EXPECT_NE(capacities.back(), measured);
+  const auto [least, most] = std::ranges::minmax(capacities);
+  EXPECT_GE(least, 0.25 * measured);
+  EXPECT_LE(most, 4 * measured);
+  EXPECT_GT(report.at("contact_points").at("max").get<int>(), 100);
+}
+
+// What it was in each frame is an input, kept with the others: the run is repeated bit for bit.
+TEST_F(DefaultPeer, IsRepeatedWithTheCapacityThatEachFrameHad) {
+  ASSERT_EQ(RunBall("").exit_code, kExitOk);
+  const Said said = RunTandem("replay --json " + In("recording"), "timeout 60 ");
+  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
+  EXPECT_EQ(json::parse(said.out, nullptr, false).at("identical"), true);
+}
+
+TEST_F(DefaultPeer, KeepsACapacityThatIsGiven) {
+  ASSERT_EQ(RunBall("--capacity 23456").exit_code, kExitOk);
+  EXPECT_EQ(Report().at("capacity"), 23456);
+  EXPECT_THAT(Capacities(), ::testing::Each(23456));
+}
+
+// By its own thread's processor time, so that a loaded machine does not bear on it but for its
+// caches: a small part's frames take a small share of the 800 us that a frame may.
+TEST_F(DefaultPeer, FramesOfASmallPartFitTheirBudget) {
+  const Said said =
+      RunTandem("peer --interface lo --session " + session_ +
+                    " --scene peg_in_slot --hold peg --seconds 4 --hand " TANDEM_SCENES
+                    "/peg_in_slot_left.json --report " +
+                    In("report"),
+                "timeout 60 ");
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const json report = Report();
+  EXPECT_GT(report.at("contact_share").get<double>(), 0.1);
+  EXPECT_EQ(report.at("judged_frames"), 4000);
+  EXPECT_GT(report.at("frame_cpu_us").at("p50").get<double>(), 0.0);
+  EXPECT_LT(report.at("frame_cpu_us").at("p99").get<double>(), 1e6 * kFrameBudget);
+}
+
+}  // namespace
+}  // namespace tandem
