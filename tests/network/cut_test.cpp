@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/network/cut_peers.h"
+#include "tests/support/lag_meter.h"
 #include "tests/support/tap_hub_here.h"
 
 // What a cut of the network is to peers of the product, by real packets: who is cut off is lost,
@@ -25,9 +26,13 @@ using Ways = std::vector<std::pair<std::size_t, std::size_t>>;  // from, to
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr double kDegree = M_PI / 180;
-// of the hand's start: when the first hand, which pulls, moves on
-constexpr std::int64_t kMovesNs = 7 * kSecondNs;
-constexpr std::int64_t kMovedNs = 8 * kSecondNs;
+// After all have met, which is when hands begin or up to a second before: the first hand has pulled
+// by then, and nothing has moved for more than a second.
+constexpr std::chrono::milliseconds kCutAfter{4000};
+constexpr std::chrono::milliseconds kSeenAfterwards{2500};
+// of the hand's start: when the first hand, which pulls, moves on, more than a second after the cut
+constexpr std::int64_t kMovesNs = 5'400'000'000;
+constexpr std::int64_t kMovedNs = 6'100'000'000;
 
 /// The first pulls by 30 mm, and moves on by 20 mm and 10 degrees while it is cut off; the others
 /// stay where they are.
@@ -56,11 +61,13 @@ class Cut : public ::testing::Test {
   void Run(const Ways& ways, std::chrono::milliseconds length) {
     CutPeers peers(Hands());
     ASSERT_TRUE(peers.Meet()) << peers.Said(0) << peers.Said(1) << peers.Said(2);
-    std::this_thread::sleep_for(std::chrono::seconds(6));
+    std::this_thread::sleep_for(kCutAfter);
+    const testing::LagMeter lag;
     for (const auto& [from, to] : ways) cut_ns_ = peers.Cut(from, to);
     std::this_thread::sleep_for(length);
     for (const auto& [from, to] : ways) healed_ns_ = peers.Cut(from, to, false);
-    std::this_thread::sleep_for(std::chrono::seconds(4));
+    std::this_thread::sleep_for(kSeenAfterwards);
+    late_ns_ = std::chrono::nanoseconds(lag.Within({})).count();
     auto seen = peers.End();
     ASSERT_TRUE(seen.has_value()) << seen.error().what;
     seen_ = *std::move(seen);
@@ -98,9 +105,9 @@ class Cut : public ::testing::Test {
     const std::int64_t lost_ns = seen_[i].First(Kind::kLost, id) - cut_ns_;
     const std::int64_t back_ns = seen_[i].First(Kind::kBack, id) - healed_ns_;
     EXPECT_GT(lost_ns, 0);
-    EXPECT_LE(lost_ns, within_ns);
+    EXPECT_LE(lost_ns, within_ns + late_ns_);
     EXPECT_GT(back_ns, 0);
-    EXPECT_LE(back_ns, kSecondNs);
+    EXPECT_LE(back_ns, kSecondNs + late_ns_);
     const std::string key = std::to_string(other) + "_to_" + std::to_string(i);
     RecordProperty("lost_ms_" + key, static_cast<int>(lost_ns / 1'000'000));
     RecordProperty("back_ms_" + key, static_cast<int>(back_ns / 1'000'000));
@@ -129,7 +136,7 @@ class Cut : public ::testing::Test {
       for (const auto force : {&SeenFrame::hand_f_W, &SeenFrame::links_f_W}) {
         for (const std::size_t frames : {1U, 100U}) {
           const std::int64_t moves_ns = seen_[0].began_ns + kMovesNs;
-          const double calm = LargestChange(i, force, frames, cut_ns_ - 2 * kSecondNs, cut_ns_);
+          const double calm = LargestChange(i, force, frames, cut_ns_ - kSecondNs, cut_ns_);
           const double cut = LargestChange(i, force, frames, cut_ns_ - kSecondNs / 2, moves_ns);
           const double healed =
               LargestChange(i, force, frames, healed_ns_ - kSecondNs / 2, INT64_MAX);
@@ -158,12 +165,13 @@ class Cut : public ::testing::Test {
 
   std::int64_t cut_ns_ = 0;
   std::int64_t healed_ns_ = 0;
+  std::int64_t late_ns_ = 0;  // by which the machine held all up
   std::vector<SeenPeer> seen_;
   std::vector<std::string> said_;
 };
 
 TEST_F(Cut, WhoIsCutOffIsLostToAllAndComesBackWithItsBodyWhereItIs) {
-  ASSERT_NO_FATAL_FAILURE(Run({{0, 1}, {1, 0}, {0, 2}, {2, 0}}, std::chrono::milliseconds(4800)));
+  ASSERT_NO_FATAL_FAILURE(Run({{0, 1}, {1, 0}, {0, 2}, {2, 0}}, std::chrono::milliseconds(4300)));
   for (const std::size_t other : {1U, 2U}) {
     ExpectLostAndBack(0, other);
     ExpectLostAndBack(other, 0);
@@ -174,7 +182,7 @@ TEST_F(Cut, WhoIsCutOffIsLostToAllAndComesBackWithItsBodyWhereItIs) {
 
 // The third hears both, and both hear the third.
 TEST_F(Cut, BetweenTwoIsNothingToTheThird) {
-  ASSERT_NO_FATAL_FAILURE(Run({{0, 1}, {1, 0}}, std::chrono::milliseconds(4500)));
+  ASSERT_NO_FATAL_FAILURE(Run({{0, 1}, {1, 0}}, std::chrono::milliseconds(4300)));
   ExpectLostAndBack(0, 1);
   ExpectLostAndBack(1, 0);
   for (const std::size_t other : {0U, 1U}) {

@@ -143,6 +143,8 @@ TEST(Hostile, SamplesThatNoSoundPeerSendsAreDroppedAndCountedByReason) {
   for (const auto& [reason, count] : least) {
     EXPECT_GE(drops.at(NameOf(reason)).get<int>(), count) << NameOf(reason);
   }
+  // the hand's spring, before anything guards the hand: bad samples do not move the body
+  EXPECT_LE(report.at("peak_force_N").get<double>(), 20.0);
   const nlohmann::json& felt = report.at("felt");
   EXPECT_GT(felt.at("peak_N").get<double>(), 0.0);
   EXPECT_LE(felt.at("peak_N").get<double>(), 1.000001 * DeviceLimits{}.force);

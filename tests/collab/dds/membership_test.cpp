@@ -3,6 +3,7 @@
 
 #include "tests/collab/dds/child_peer.h"
 #include "tests/collab/dds/live_peer.h"
+#include "tests/support/lag_meter.h"
 
 namespace tandem::testing {
 namespace {
@@ -39,6 +40,18 @@ class Membership : public ::testing::Test {
     ASSERT_TRUE(heard_.WaitFor(IsHere));
   }
 
+  /// That it comes to pass in that time, and as much later as the machine is late in it.
+  template <class Condition>
+  void ExpectWithin(milliseconds bound, const Condition& condition) {
+    const LagMeter lag;
+    const steady_clock::time_point begin = steady_clock::now();
+    EXPECT_TRUE(heard_.WaitFor(condition, bound + milliseconds(2000)));
+    const auto took = steady_clock::now() - begin;
+    EXPECT_LE(took, lag.Within(bound))
+        << "took " << took / milliseconds(1) << " ms, the machine was late by "
+        << lag.worst() / milliseconds(1) << " ms";
+  }
+
   const std::string session_ = RandomSession();
   Recorder heard_;
   std::unique_ptr<Transport> here_;
@@ -47,7 +60,7 @@ class Membership : public ::testing::Test {
 
 TEST_F(Membership, AGoodbyeIsHeardWithin50Milliseconds) {
   there_->Command("leave");
-  EXPECT_TRUE(heard_.WaitFor(HasLeft, milliseconds(50)));
+  ExpectWithin(milliseconds(50), HasLeft);
   // nor does its end, when its lease would have run out, make it lost as well
   EXPECT_FALSE(heard_.WaitFor(IsLost, milliseconds(1500)));
   EXPECT_EQ(Count(heard_.Now().left), 1);
@@ -55,13 +68,13 @@ TEST_F(Membership, AGoodbyeIsHeardWithin50Milliseconds) {
 
 TEST_F(Membership, WithoutAGoodbyeAPeerIsLost) {
   there_->Command("drop");
-  EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(500)));
+  ExpectWithin(milliseconds(500), IsLost);
   EXPECT_FALSE(HasLeft(heard_.Now()));
 }
 
 TEST_F(Membership, AKilledPeerIsLostWithinOneSecondAndComesBackWhenStartedAgain) {
   there_->Signal(SIGKILL);
-  EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(1000)));
+  ExpectWithin(milliseconds(1000), IsLost);
   EXPECT_FALSE(HasLeft(heard_.Now()));
   const auto states_before = heard_.Now().states.at(kThere).sample_ns;
 
@@ -75,9 +88,9 @@ TEST_F(Membership, AKilledPeerIsLostWithinOneSecondAndComesBackWhenStartedAgain)
 // brings it back.
 TEST_F(Membership, AHaltedPeerIsLostAndComesBack) {
   there_->Signal(SIGSTOP);
-  EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(2000)));
+  ExpectWithin(milliseconds(2000), IsLost);
   there_->Signal(SIGCONT);
-  EXPECT_TRUE(heard_.WaitFor(IsHere, milliseconds(2000)));
+  ExpectWithin(milliseconds(2000), IsHere);
   EXPECT_FALSE(HasLeft(heard_.Now()));
 }
 
@@ -88,11 +101,9 @@ TEST_F(Membership, ALongHaltedPeerIsDiscoveredAnew) {
   EXPECT_FALSE(heard_.WaitFor(IsHere, milliseconds(2400)));  // 3 s in all
   const auto before = heard_.Now().states.at(kThere).sample_ns;
   there_->Signal(SIGCONT);
-  EXPECT_TRUE(heard_.WaitFor(
-      [&](const Recorder::Heard& h) {
-        return h.infos.contains(kThere) && h.states.at(kThere).sample_ns > before;
-      },
-      milliseconds(1000)));
+  ExpectWithin(milliseconds(1000), [&](const Recorder::Heard& h) {
+    return h.infos.contains(kThere) && h.states.at(kThere).sample_ns > before;
+  });
   EXPECT_FALSE(HasLeft(heard_.Now()));
   EXPECT_EQ(heard_.Now().infos.at(kThere).claims.size(), 2U);
 }
@@ -106,11 +117,9 @@ TEST_F(Membership, AViewersGoodbyeIsHeardToo) {
   }));
   EXPECT_EQ(heard_.Now().infos.at(kViewer).role, Role::kViewer);
   viewer.Command("leave");
-  EXPECT_TRUE(heard_.WaitFor(
-      [](const Recorder::Heard& h) {
-        return h.left.contains(kViewer);
-      },
-      milliseconds(200)));
+  ExpectWithin(milliseconds(200), [](const Recorder::Heard& h) {
+    return h.left.contains(kViewer);
+  });
   EXPECT_FALSE(IsLost(heard_.Now()));
 }
 

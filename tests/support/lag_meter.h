@@ -1,0 +1,44 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+namespace tandem::testing {
+
+/// How late this machine wakes an ordinary thread, measured beside a test that has a bound on time:
+/// on a quiet machine less than a millisecond, on one that others use as much as they hold the test
+/// up as well.
+class LagMeter {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  LagMeter()
+      : thread_([this] {
+          while (!stop_) {
+            const Clock::time_point due = Clock::now() + std::chrono::milliseconds(1);
+            std::this_thread::sleep_until(due);
+            const Clock::duration late = Clock::now() - due;
+            worst_ = std::max(worst_.load(), late.count());
+          }
+        }) {}
+  ~LagMeter() {
+    stop_ = true;
+    thread_.join();
+  }
+  LagMeter(const LagMeter&) = delete;
+  LagMeter& operator=(const LagMeter&) = delete;
+
+  /// The latest that it was so far.
+  Clock::duration worst() const { return Clock::duration(worst_.load()); }
+  /// A bound on what takes some threads of some programs to wake in turn.
+  Clock::duration Within(Clock::duration bound) const { return bound + 4 * worst(); }
+
+ private:
+  std::atomic<bool> stop_ = false;
+  std::atomic<Clock::rep> worst_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace tandem::testing
