@@ -196,6 +196,7 @@ Result<Judged> Judge(const DemoArguments& arguments, const Scene& scene,
       {"max_penetration_voxels", penetration.max_penetration_voxels},
       {"overlap_share", penetration.overlap_share()},
       {"poses_checked", penetration.poses_checked},
+      {"poses_given", penetration.poses_given},
       {"stable", nullptr}};
   if (arguments.seconds >= kShortestJudged) judged.json["stable"] = judged.stable;
   return judged;

@@ -44,11 +44,15 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
   EXPECT_TRUE(out.at("stable").get<bool>());
   EXPECT_LE(out.at("max_penetration_voxels").get<double>(), 0.5);
   EXPECT_GT(out.at("poses_checked").get<int>(), 4000);
+  EXPECT_EQ(out.at("poses_checked"), out.at("poses_given"));  // all within the time to judge
   EXPECT_GT(out.at("travel_mm").get<double>(), 100);
   ASSERT_EQ(out.at("peers").size(), 2U);
   for (const json& peer : out.at("peers")) {
     EXPECT_EQ(peer.at("role"), "active");
-    EXPECT_GE(peer.at("frames").get<int>() + peer.at("missed").get<int>(), 20000);
+    // as many as asked for, and no others: a deadline that is missed is not caught up
+    EXPECT_EQ(peer.at("judged_frames"), 20000);
+    EXPECT_LE(peer.at("judged_missed").get<int>(), 1000);
+    EXPECT_LE(peer.at("guarded_share").get<double>(), 0.01);
     EXPECT_GE(peer.at("contact_points").at("max").get<int>(), 20);
     EXPECT_GE(peer.at("contact_share").get<double>(), 0.1);
     EXPECT_GE(peer.at("peak_force_N").get<double>(), 1.0);
@@ -82,17 +86,15 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
               peak_mm, 1e3 * expected.peak, 1e3 * options.second_begins_later_s);
 }
 
-TEST(Demo, WithoutContactTheSameHandsPullItStraightThrough) {
-  const Ran ran = RunDemo("--seconds 18 --no-contact");
-  ASSERT_EQ(ran.exit_code, 0);
-  EXPECT_GE(ran.out.at("max_penetration_voxels").get<double>(), 3.0);
-  EXPECT_GE(ran.out.at("overlap_share").get<double>(), 0.1);
-}
-
-TEST(Demo, TooShortARunIsNotCalledStable) {
-  const Ran ran = RunDemo("--seconds 3 --scene peg_in_slot");
+// What the same hands do in a longer run without contact is ThroughTheFixture.
+TEST(Demo, AShortRunWithoutContactTouchesNothingAndIsNotCalledStable) {
+  const Ran ran = RunDemo("--seconds 3 --scene peg_in_slot --no-contact");
   EXPECT_EQ(ran.exit_code, 2);
   EXPECT_TRUE(ran.out.at("stable").is_null());
+  EXPECT_FALSE(ran.out.at("contact").get<bool>());
+  for (const json& peer : ran.out.at("peers")) {
+    EXPECT_EQ(peer.at("contact_points").at("max"), 0);
+  }
 }
 
 TEST(Demo, ASceneThatIsNotThereIsOneLineAndAnExitCode) {

@@ -220,18 +220,19 @@ TEST(Relay, AnActivePeerSendsTheSameHoweverManyLookOn) {
   std::sort(counts.begin(), counts.end());
   EXPECT_GE(counts.back(), WindowFrames());
 
-  for (const int viewers : {8, 32}) {
-    RelayViewers watching(partner.session(), viewers);
-    own.StepFrames(4000);
-    const Sent watched = LeastSent(own);
-    EXPECT_EQ(watched.samples, alone.samples) << viewers << " viewers";
-    EXPECT_LE(watched.OthersPerSecond(), 1.01 * alone.OthersPerSecond())
-        << viewers << " viewers:\n"
-        << watched.Table() << "without:\n"
-        << alone.Table();
-    // they do look on: 60 pictures a second of each of two peers
-    EXPECT_GE(watching.LeastReceived(), 60.0) << viewers << " viewers";
-  }
+  constexpr int kViewers = 32;
+  RelayViewers watching(partner.session(), kViewers);
+  own.StepFrames(4000);
+  const Clock::time_point begin = Clock::now();
+  const Sent watched = LeastSent(own);
+  const double watched_s = std::chrono::duration<double>(Clock::now() - begin).count();
+  EXPECT_EQ(watched.samples, alone.samples);
+  EXPECT_LE(watched.OthersPerSecond(), 1.01 * alone.OthersPerSecond())
+      << "with viewers:\n"
+      << watched.Table() << "without:\n"
+      << alone.Table();
+  // they do look on: 60 pictures a second of each of two peers, at least half of which come
+  EXPECT_GE(watching.LeastReceived(), 0.5 * 2 * 60 * watched_s);
   relay->Signal(SIGTERM);
   EXPECT_EQ(relay->Wait(std::chrono::seconds(10)), 0);
 }
