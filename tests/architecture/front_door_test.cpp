@@ -226,16 +226,23 @@ TEST(FrontDoor, ArchitectureNamesEveryFolderWithSources) {
   EXPECT_THAT(folders, ::testing::IsEmpty());
 }
 
+// A variable that a build file sets for its tests is nobody's to set.
 TEST(FrontDoor, ContributingNamesEveryVariableThatTestsRead) {
   static const std::regex read(R"re(getenv\("(TANDEM_\w+)"\))re");
   std::set<std::string> variables;
+  std::string build_files;
   for (const std::filesystem::path& file : testing::TreeFiles()) {
-    if (*file.begin() != "tests" || file.extension() != ".cpp") continue;
+    if (*file.begin() != "tests") continue;
     const std::string text = testing::TreeText(file);
+    if (file.filename() == "CMakeLists.txt") build_files += text;
+    if (file.extension() != ".cpp") continue;
     for (std::sregex_iterator it(text.begin(), text.end(), read), end; it != end; ++it) {
       variables.insert((*it)[1]);
     }
   }
+  std::erase_if(variables, [&build_files](const std::string& variable) {
+    return build_files.find("ENVIRONMENT " + variable + "=") != std::string::npos;
+  });
   ASSERT_GE(variables.size(), 5U);
   EXPECT_THAT(NotNamed({variables.begin(), variables.end()}, testing::TreeText("CONTRIBUTING.md")),
               ::testing::IsEmpty());
