@@ -66,11 +66,35 @@ OrderedJson JsonOf(const LabCase& test, const Timed& run) {
           {"speed", run.speed()}};
 }
 
+/// How long the run took, where it ended early or went on.
+void PrintLength(const LabCase& test, const Timed& run) {
+  const Metrics& m = run.result.metrics;
+  const double lasted_s = kFrame * static_cast<double>(m.frames);
+  if (m.blew_up) {
+    std::printf(
+        "  ended             %9.2f s after the loops closed, %s\n", lasted_s,
+        std::isfinite(m.last_apart) && m.peak_apart >= 0.5 ? "0.5 m apart" : "no number any more");
+  } else if (lasted_s > 1.5 * test.Lasts()) {
+    std::printf("  went on           %9.2f s in place of %.2f s, since it decayed\n", lasted_s,
+                test.Lasts());
+  }
+  if (run.result.verdict == Verdict::kUndecided) {
+    std::printf("  undecided         %s\n",
+                DecaysAboveRest(m) ? "it decays and is not at rest: give the case more seconds"
+                                   : "too short for a growth: give the case more seconds");
+  }
+}
+
 void Print(const LabCase& test, const Timed& run) {
   const Metrics& m = run.result.metrics;
   std::printf("%s: %s\n", test.name.empty() ? "case" : test.name.c_str(),
               NameOf(run.result.verdict));
-  std::printf("  growth            %+9.3f /s over %d windows\n", m.growth, m.windows);
+  PrintLength(test, run);
+  if (m.windows < 2) {
+    std::printf("  growth            not measured: the run ended too early\n");
+  } else {
+    std::printf("  growth            %+9.3f /s over %d windows\n", m.growth, m.windows);
+  }
   std::printf("  tail RMS          %9.4f mm/s\n", 1e3 * m.tail_rms);
   std::printf("  energy generated  %9.4f mJ\n", 1e3 * m.generated_J);
   std::printf("  divergence        %9.2f mm at the most, %.2f mm at the end\n", 1e3 * m.peak_apart,
@@ -87,14 +111,15 @@ void Print(const LabCase& test, const Timed& run) {
               m.peak_force, m.peak_force_rate, 1e2 * m.guarded_share);
   std::printf("  link's force      %9.2f N, %.0f N/s at the most; gate acts in %.1f %%\n",
               m.link_force, m.link_force_rate, 1e2 * m.clip_share);
-  std::printf("  stiffness         %9.1f N/m at the end, %.1f N/m at the least\n", m.stiffness,
-              m.least_stiffness);
+  std::printf("  stiffness         %9.1f N/m of a link at the end, %.1f N/m at the least\n",
+              m.stiffness, m.least_stiffness);
   std::printf("  loop age          %9.1f ms, gains are for %.1f ms one way\n", 1e3 * m.loop_age_s,
               1e3 * m.te_s);
   if (run.predicted) {
-    std::printf("  theory            %s: %.1f N/m, unstable from %.1f N/m on\n",
-                run.predicted->is_stable() ? "stable" : "not surely stable",
-                run.predicted->stiffness, run.predicted->critical);
+    std::printf(
+        "  theory            %s: %.1f N/m of all links of a user, unstable from %.1f N/m on\n",
+        run.predicted->is_stable() ? "stable" : "not surely stable", run.predicted->stiffness,
+        run.predicted->critical);
   }
   std::printf("%.1f s simulated in %.2f s of processor time: %.0f times as fast\n",
               run.result.simulated_s, run.cpu_s, run.speed());

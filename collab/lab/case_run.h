@@ -23,7 +23,9 @@ struct CaseResult {
 using SeriesSink = std::function<void(double t_s, std::span<const UserFrame> users)>;
 
 /// Runs the product's peers in virtual time: one thread, no clock; the same case gives the same
-/// bits.
+/// bits. A run whose length the case does not set goes on while it decays and is not at rest,
+/// length by length, up to four times as long: `metrics` are those of the whole run. The case's
+/// schedule ends with the first length.
 CaseResult RunCase(const LabCase& test, const LabScene& scene, const SeriesSink& series = {});
 
 }  // namespace tandem

@@ -82,7 +82,8 @@ struct LabCase {
 
   /// max(12 s, 40 delays).
   double LongEnough() const;
-  /// What it lasts, from when all loops are closed.
+  /// What it lasts, from when all loops are closed; RunCase() may go on beyond that while it
+  /// decays.
   double Lasts() const { return seconds > 0 ? seconds : LongEnough(); }
 };
 

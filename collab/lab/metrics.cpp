@@ -67,8 +67,16 @@ const char* NameOf(Verdict verdict) {
 Verdict Judge(const Metrics& metrics) {
   if (metrics.blew_up) return Verdict::kUnstable;
   if (metrics.windows < kLeastWindows) return Verdict::kUndecided;
-  const bool grows = metrics.growth > 0 && metrics.tail_rms > kStill;
-  return grows || metrics.tail_rms > kCalm ? Verdict::kUnstable : Verdict::kStable;
+  if (metrics.growth > 0 && metrics.tail_rms > kStill) return Verdict::kUnstable;
+  if (!(metrics.tail_rms > kCalm)) return Verdict::kStable;
+  // what swings on at its limits has a growth of nearly zero, of either sign
+  const double measured_s = 2.0 / 3.0 * kFrame * static_cast<double>(metrics.frames);
+  return metrics.growth * measured_s < -M_LN2 ? Verdict::kUndecided : Verdict::kUnstable;
+}
+
+bool DecaysAboveRest(const Metrics& metrics) {
+  return !metrics.blew_up && metrics.windows >= kLeastWindows && metrics.growth < 0 &&
+         metrics.tail_rms > kCalm;
 }
 
 Meter::Meter(const Inertia& body, double tau_s, double judged_from_s)

@@ -65,9 +65,15 @@ struct Metrics {
 enum class Verdict : std::uint8_t { kStable, kUnstable, kUndecided };
 const char* NameOf(Verdict verdict);
 
-/// Unstable: it blew up, or its velocity grows and is above 0.1 mm/s at the end, or is above 2 mm/s
-/// there. Undecided: fewer than five windows of growth.
+/// The run is unstable if it blew up, if its velocity grows and is above 0.1 mm/s at the end, or if
+/// its velocity stays above 2 mm/s there. The run is undecided if it has fewer than five windows of
+/// growth, or if its velocity is above 2 mm/s at the end and at least halves in two thirds of the
+/// run's time: then it decays and is not at rest yet.
 Verdict Judge(const Metrics& metrics);
+
+/// Whether a longer run may show that the case comes to rest: the velocity falls, and is above the
+/// 2 mm/s of the verdict at the end.
+bool DecaysAboveRest(const Metrics& metrics);
 
 /// Watches a run frame by frame, in bins of 50 ms: what it keeps does not grow with the users.
 class Meter {

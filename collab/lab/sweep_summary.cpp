@@ -33,6 +33,7 @@ class Count {
     const nlohmann::json test = nlohmann::json::parse(record.cell.case_json);
     const bool stable = !result.fault && result.verdict == Verdict::kStable;
     const bool unstable = !result.fault && result.verdict == Verdict::kUnstable;
+    const bool undecided = !result.fault && result.verdict == Verdict::kUndecided;
     ++summary_.cells;
     summary_.simulated_s += result.simulated_s;
     summary_.cpu_s += record.outcome.cpu_s;
@@ -45,9 +46,11 @@ class Count {
     };
     count(result.fault.has_value(), faults_);
     count(result.metrics.trapped_frames > 0, trapped_);
+    summary_.undecided += undecided ? 1U : 0U;
     if (record.outcome.predicted && record.outcome.predicted->is_stable()) {
       ++summary_.predicted_stable;
-      count(!stable, summary_.predicted_stable_measured_unstable);
+      count(unstable, summary_.predicted_stable_measured_unstable);
+      count(undecided, summary_.predicted_stable_undecided);
     }
     if (record.cell.expect == Expectation::kUnstable) {
       ++summary_.positive_controls;
@@ -80,7 +83,8 @@ class Count {
     None("cells that could not be run", faults_);
     None("cells with a wall between the instances", trapped_);
     if (s.predicted_stable > 0) {
-      None("predicted stable, not measured so", s.predicted_stable_measured_unstable);
+      None("predicted stable, measured unstable", s.predicted_stable_measured_unstable);
+      None("predicted stable, undecided in its time", s.predicted_stable_undecided);
     }
     if (expected_ > 0) None("held to be stable, not measured so", not_as_expected_);
     if (s.default_law_cells > 0) {
@@ -148,6 +152,8 @@ std::string JsonOf(const SweepSummary& summary, double wall_s, unsigned jobs) {
       {"digest", summary.digest},
       {"predicted_stable", summary.predicted_stable},
       {"predicted_stable_measured_unstable", summary.predicted_stable_measured_unstable},
+      {"predicted_stable_undecided", summary.predicted_stable_undecided},
+      {"undecided", summary.undecided},
       {"default_law_cells", summary.default_law_cells},
       {"default_law_unstable", summary.default_law_unstable},
       {"max_energy_mJ", summary.max_energy_mJ},

@@ -23,6 +23,8 @@ struct SweepSummary {
   std::string digest;
   std::size_t predicted_stable = 0;
   std::size_t predicted_stable_measured_unstable = 0;
+  std::size_t predicted_stable_undecided = 0;
+  std::size_t undecided = 0;  // of all cells
   std::size_t default_law_cells = 0;
   std::size_t default_law_unstable = 0;  // or undecided
   double max_energy_mJ = 0;              // of default-law cells, as all figures of the kind

@@ -79,6 +79,37 @@ TEST(Meter, ASustainedSwingIsUnstable) {
   EXPECT_EQ(Judge(Watch(swing, 12)), Verdict::kUnstable);
 }
 
+// 100 mm/s each that fall by e in 3.3 s: 3.4 mm/s are left after 12 s, and nothing after 48 s.
+TEST(Meter, AFadingSwingThatIsNotAtRestYetIsUndecidedAndWantsTime) {
+  const Motion swing{[](double t) {
+                       return 0.04 * std::exp(-0.3 * t) * std::sin(6 * t);
+                     },
+                     [](double t) {
+                       return 0.2 * std::exp(-0.3 * t) * std::cos(6 * t);
+                     }};
+  const Metrics early = Watch(swing, 12);
+  EXPECT_NEAR(early.growth, -0.3, 0.02);
+  EXPECT_GT(early.tail_rms, 2e-3);
+  EXPECT_EQ(Judge(early), Verdict::kUndecided);
+  EXPECT_TRUE(DecaysAboveRest(early));
+  const Metrics late = Watch(swing, 48);
+  EXPECT_EQ(Judge(late), Verdict::kStable);
+  EXPECT_FALSE(DecaysAboveRest(late));
+}
+
+// A swing at its limits has some growth that is not zero: it is no decay unless it halves.
+TEST(Meter, ASwingThatHardlyFadesIsNotCalledUndecided) {
+  const Motion swing{[](double t) {
+                       return 0.02 * std::exp(-0.02 * t) * std::sin(6 * t);
+                     },
+                     [](double t) {
+                       return 0.1 * std::exp(-0.02 * t) * std::cos(6 * t);
+                     }};
+  const Metrics metrics = Watch(swing, 12);
+  EXPECT_TRUE(DecaysAboveRest(metrics));
+  EXPECT_EQ(Judge(metrics), Verdict::kUnstable);
+}
+
 TEST(Meter, TooFewWindowsDecideNothing) {
   const Motion rest{[](double) {
                       return 0.0;

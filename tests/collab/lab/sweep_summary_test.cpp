@@ -82,12 +82,14 @@ TEST(SweepSummary, FailsByEachRowAlone) {
   const auto not_stable = [](CellOutcome& outcome) {
     outcome.result.verdict = Verdict::kUnstable;
   };
-  failed("predicted stable", 4, not_stable);
+  const auto undecided = [](CellOutcome& outcome) {
+    outcome.result.verdict = Verdict::kUndecided;
+  };
+  failed("predicted stable, measured unstable", 4, not_stable);
+  failed("predicted stable, undecided", 4, undecided);
   failed("held to be stable", 0, not_stable);
   failed("default law, not stable", 2, not_stable);
-  failed("default law, not stable", 2, [](CellOutcome& outcome) {
-    outcome.result.verdict = Verdict::kUndecided;
-  });
+  failed("default law, not stable", 2, undecided);
   failed("energy", 1, [](CellOutcome& outcome) {
     outcome.result.metrics.generated_J = 1.01e-3;
   });
@@ -106,6 +108,19 @@ TEST(SweepSummary, FailsByEachRowAlone) {
   failed("wall between", 4, [](CellOutcome& outcome) {
     outcome.result.metrics.trapped_frames = 1;
   });
+}
+
+// A cell that decays and is not at rest contradicts no prediction.
+TEST(SweepSummary, BlamesNoPredictionForACellThatIsUndecided) {
+  Results results = SixCells();
+  results.records.at(4).outcome.result.verdict = Verdict::kUndecided;
+  const SweepSummary summary = Summarize(results);
+  EXPECT_TRUE(Row(summary, "predicted stable, measured unstable").pass);
+  EXPECT_FALSE(Row(summary, "predicted stable, undecided").pass);
+  const auto json = nlohmann::json::parse(JsonOf(summary, 1, 1));
+  EXPECT_EQ(json["predicted_stable_measured_unstable"], 0);
+  EXPECT_EQ(json["predicted_stable_undecided"], 1);
+  EXPECT_EQ(json["undecided"], 1);
 }
 
 TEST(SweepSummary, SaysNothingOfWhatItHasNoCellsFor) {
