@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <span>
+#include <string>
 #include <string_view>
 
 #include "collab/coupling_law.h"
@@ -23,5 +25,12 @@ inline constexpr std::array kLimitNames{
     LimitName{"constant_link_damping", &CouplingLimits::constant_link_damping},
     LimitName{"ratio", &CouplingLimits::ratio}};
 static_assert(sizeof(CouplingLimits) == kLimitNames.size() * sizeof(double));  // none is left out
+
+/// The names of the limits that the law of that name uses, `ratio` among them; none for a name that
+/// no law has.
+std::span<const std::string_view> LimitsUsedBy(std::string_view law) noexcept;
+
+/// Why the law cannot be given that limit, with the limits that it uses; empty: it uses the limit.
+std::string WhyUnused(std::string_view limit, std::string_view law);
 
 }  // namespace tandem

@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 
 #include "collab/coupling_law.h"
+#include "collab/coupling_limits.h"
 #include "collab/planted_faults.h"
 
 namespace tandem {
@@ -179,6 +181,29 @@ Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
 
 std::shared_ptr<const CouplingLaw> DefaultLaw() {
   return Make<PlusTwoDampings>({});
+}
+
+std::span<const std::string_view> LimitsUsedBy(std::string_view law) noexcept {
+  static constexpr std::array<std::string_view, 4> kPassive{"damping_budget", "stiffness", "margin",
+                                                            "ratio"};
+  static constexpr std::array<std::string_view, 3> kLinear{"linear_stiffness", "damping_budget",
+                                                           "ratio"};
+  static constexpr std::array<std::string_view, 4> kConstant{
+      "constant_stiffness", "constant_damping", "constant_link_damping", "ratio"};
+  if (law == "p+d" || law == "p+dd" || law == "pdopt") return kPassive;
+  if (law == "linear") return kLinear;
+  if (law == "constant") return kConstant;
+  return {};
+}
+
+std::string WhyUnused(std::string_view limit, std::string_view law) {
+  const std::span<const std::string_view> used = LimitsUsedBy(law);
+  if (used.empty() || std::ranges::find(used, limit) != used.end()) return {};
+  std::string why = "the law '" + std::string(law) + "' does not use it: it uses ";
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    why.append(i == 0 ? "" : (i + 1 < used.size() ? ", " : " and ")).append(used[i]);
+  }
+  return why;
 }
 
 }  // namespace tandem

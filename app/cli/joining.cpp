@@ -5,6 +5,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "collab/coupling_limits.h"
 #include "collab/dds/dds_transport.h"
 #include "engine/base/units.h"
 #include "engine/haptics/passive_device.h"
@@ -208,6 +209,12 @@ int Join(PeerArguments& arguments, Joining& joining) {
   joining.id = *id;
   if (const auto law = MakeLaw(arguments.law, arguments.limits, arguments.lab); !law) {
     return Fail(kExitUsage, law.error().what);
+  }
+  for (const LimitName& limit : kLimitNames) {
+    if (arguments.limits.*limit.value == CouplingLimits{}.*limit.value) continue;
+    if (const std::string why = WhyUnused(limit.name, arguments.law); !why.empty()) {
+      return Fail(kExitUsage, "--gain " + std::string(limit.name) + ": " + why);
+    }
   }
   if (const int failed = ReadScene(arguments, joining); failed != kExitOk) return failed;
   const int held = joining.scene.BodyNamed(arguments.hold);

@@ -80,7 +80,8 @@ void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
           [&arguments](const std::vector<std::string>& gains) {
             for (const std::string& gain : gains) ReadGain(gain, arguments.limits);
           },
-          "with --lab: a limit of the law, as constant_stiffness=80 (docs/stability.md)")
+          "with --lab: a limit of the law, as constant_stiffness=80: N/m of all links of a user "
+          "together (docs/stability.md)")
       ->needs(lab);
   command.add_flag("!--no-gate", arguments.gate, "with --lab: links may generate energy")
       ->needs(lab);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -38,6 +39,9 @@ struct BoundaryArguments {
   double relative_damping = 0;
   std::size_t users = 2;
   double publish_hz = 1000;
+  double jitter_ms = 0;
+  double loss = 0;
+  std::vector<std::uint64_t> seeds = {1};
   double seconds = 0;
   unsigned jobs = 0;
   bool json = false;
@@ -47,11 +51,12 @@ struct Row {
   LabCase test;
   BoundaryPoint point;
 
-  /// Whether the bars hold for it: two users who lend the link no spring of
-  /// their own.
+  /// Whether the bars hold for it: two users on a clean line who lend the link no spring of their
+  /// own.
   bool is_judged() const {
-    return test.users == 2 && test.hands[0].impedance.stiffness == 0 &&
-           test.law.limits.constant_link_damping == 0 && test.law.name == "constant";
+    return test.users == 2 && test.network.name == "clean" &&
+           test.hands[0].impedance.stiffness == 0 && test.law.limits.constant_link_damping == 0 &&
+           test.law.name == "constant";
   }
   bool passes() const {
     if (point.fault) return false;
@@ -61,13 +66,27 @@ struct Row {
   }
 };
 
+/// "jitter 20 ms, loss 5 %".
+std::string NameOf(double jitter_ms, double loss) {
+  char text[64];
+  std::snprintf(text, sizeof text, "jitter %g ms, loss %g %%", jitter_ms, 1e2 * loss);
+  return text;
+}
+
 Result<std::vector<Row>> RowsOf(const BoundaryArguments& arguments, const Inertia& body) {
   std::vector<Row> rows;
   for (const std::string& name : arguments.hands) {
     const Result<LabHand> hand = HandNamed(name, body);
     if (!hand) return hand.error();
     for (const double delay_s : arguments.delays_s) {
+      LabNetwork network;
+      if (arguments.jitter_ms > 0 || arguments.loss > 0) {
+        network.name = NameOf(arguments.jitter_ms, arguments.loss);
+        network.there = {.jitter_ms = arguments.jitter_ms, .loss = arguments.loss};
+        network.back = network.there;
+      }
       Row row;
+      row.test.network = network;
       row.test.users = arguments.users;
       row.test.hands = {*hand};
       row.test.law.name = arguments.law;
@@ -77,7 +96,10 @@ Result<std::vector<Row>> RowsOf(const BoundaryArguments& arguments, const Inerti
       row.test.delay_s = delay_s;
       row.test.publish_hz = arguments.publish_hz;
       row.test.seconds = arguments.seconds;
-      rows.push_back(row);
+      for (const std::uint64_t seed : arguments.seeds) {
+        row.test.seed = seed;
+        rows.push_back(row);
+      }
     }
   }
   return rows;
@@ -107,6 +129,8 @@ OrderedJson JsonOf(const Row& row) {
                       {"delay_s", row.test.delay_s},
                       {"law", row.test.law.name},
                       {"users", row.test.users},
+                      {"network", row.test.network.name},
+                      {"seed", row.test.seed},
                       {"predicted_N_m", row.point.predicted},
                       {"onset_hz", row.point.onset_hz},
                       {"runs", row.point.runs},
@@ -137,9 +161,13 @@ OrderedJson ClaimOf(const Row& row) {
 }
 
 void Print(const std::vector<Row>& rows) {
-  std::printf("hand      delay s   exact N/m   measured N/m   ratio   onset Hz\n");
+  if (rows.front().test.network.name != "clean") {
+    std::printf("network: %s\n", rows.front().test.network.name.c_str());
+  }
+  std::printf("hand      delay s    seed   exact N/m   measured N/m   ratio   onset Hz\n");
   for (const Row& row : rows) {
-    std::printf("%-8s %8.3f", row.test.hands[0].name.c_str(), row.test.delay_s);
+    std::printf("%-8s %8.3f %7ju", row.test.hands[0].name.c_str(), row.test.delay_s,
+                static_cast<std::uintmax_t>(row.test.seed));
     if (row.point.fault) {
       std::printf("   %s\n", row.point.fault->what.c_str());
     } else if (!std::isfinite(row.point.measured)) {
@@ -208,6 +236,20 @@ void AddStabilityBoundary(CLI::App& stability, int& exit_code) {
       ->capture_default_str();
   command->add_option("--publish-hz", arguments->publish_hz)
       ->check(NumberFrom(10, 1000))
+      ->capture_default_str();
+  command
+      ->add_option("--jitter-ms", arguments->jitter_ms,
+                   "up to so much more delay of a sample, at random")
+      ->check(NumberFrom(0, 1000))
+      ->capture_default_str();
+  command->add_option("--loss", arguments->loss, "share of samples lost")
+      ->check(NumberFrom(0, 0.9))
+      ->capture_default_str();
+  command
+      ->add_option("--seeds", arguments->seeds,
+                   "of jitter, loss and the senders' phases: each boundary is found for each seed")
+      ->delimiter(',')
+      ->check(WholeNumberFrom(1, 2'000'000'000))
       ->capture_default_str();
   command
       ->add_option("--seconds", arguments->seconds,

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "collab/coupling_limits.h"
 #include "engine/base/json_reader.h"
 
 namespace tandem {
@@ -92,7 +93,11 @@ LabLaw ReadLaw(const JsonNode& node) {
     limits.AllowKeys({kLimits[0].first, kLimits[1].first, kLimits[2].first, kLimits[3].first,
                       kLimits[4].first, kLimits[5].first, kLimits[6].first});
     for (const auto& limit : kLimits) {
-      if (limits.Has(limit.first)) law.limits.*limit.second = limits[limit.first].NumberFrom(0);
+      if (!limits.Has(limit.first)) continue;
+      law.limits.*limit.second = limits[limit.first].NumberFrom(0);
+      if (const std::string why = WhyUnused(limit.first, law.name); !why.empty()) {
+        limits[limit.first].Fault(why);
+      }
     }
   }
   if (node.Has("ratio")) law.ratio = node["ratio"].NumberAbove(0);

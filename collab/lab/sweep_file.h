@@ -19,7 +19,8 @@ const char* NameOf(Expectation expectation);
 /// One experiment of a sweep.
 struct SweepCell {
   std::size_t number = 0;  // in the whole sweep, from 0, whatever the shard
-  std::string key;         // 16 hexadecimal digits, of the case without its name and seed
+  std::string key;         // 16 hexadecimal digits, of the case without its name and without
+                           // a seed that the block does not set
   std::string case_json;   // on one line; with name and seed: what `tandem stability run` reads
   Expectation expect = Expectation::kNothing;
   double cost = 0;       // of running it, beside the others; it says what is run first
@@ -41,9 +42,9 @@ using CaseCheck =
 /// Reads a sweep file (docs/stability-cluster.md): {"name", "seed", "blocks": [...]}, where each
 /// key of a block is a value or an array of values. A block's cells are the product of its arrays,
 /// the first of scene, users, hands, delay_s, network, publish_hz, law, ratio, boundary_ratio,
-/// stiffness_N_m, motion, seconds turning slowest; a cell that was there already is left out. The
-/// cell's seed comes of the sweep's and of its key: neither order, nor other blocks, nor shards
-/// bear on it. Errors name the file and the place in it.
+/// stiffness_N_m, motion, seconds, seed turning slowest; a cell that was there already is left out.
+/// The cell's seed is the block's, or comes of the sweep's and of its key: neither order, nor other
+/// blocks, nor shards bear on it. Errors name the file and the place in it.
 Result<Sweep> LoadSweep(const std::filesystem::path& file, const CaseCheck& check);
 
 /// Which part of a sweep: its cells with rank % of == index - 1, so that shards cost alike and have

@@ -1,8 +1,11 @@
 #include "collab/coupling_law.h"
 
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
+
+#include "collab/coupling_limits.h"
 
 namespace tandem {
 namespace {
@@ -139,6 +142,30 @@ TEST(CouplingLaw, AWrongNameIsToldWhatThereIs) {
   const auto law = MakeLaw("stiff");
   ASSERT_FALSE(law);
   EXPECT_NE(law.error().what.find("p+d"), std::string::npos);
+}
+
+// A limit is used where a change of it changes a gain, whatever the delay and the users.
+TEST(CouplingLaw, SaysWhichLimitsItUses) {
+  const auto gains = [](const CouplingLaw& law) {
+    std::vector<double> all;
+    for (const double te : {0.003, 0.1, 1.0}) {
+      const LawInputs inputs = LawInputsAt((2.0 * te - 0.005) / 1.1, 3, 1.5);
+      const LinkLaw link = law.Link(inputs);
+      all.insert(all.end(), {link.stiffness, link.relative_damping, law.GroundDamping(inputs, 60)});
+    }
+    return all;
+  };
+  for (const char* name : {"p+d", "p+dd", "pdopt", "linear", "constant"}) {
+    const std::vector<double> usual = gains(*Law(name));
+    for (const LimitName& limit : kLimitNames) {
+      CouplingLimits limits;
+      limits.*limit.value = 0.7 * limits.*limit.value + 0.2;
+      const bool used = gains(**MakeLaw(name, limits, true)) != usual;
+      EXPECT_EQ(WhyUnused(limit.name, name).empty(), used) << name << " " << limit.name;
+    }
+  }
+  EXPECT_EQ(WhyUnused("constant_stiffness", "linear"),
+            "the law 'linear' does not use it: it uses linear_stiffness, damping_budget and ratio");
 }
 
 }  // namespace

@@ -75,6 +75,9 @@ TEST(CaseFile, ErrorsNameThePlaceAndWhatWasExpected) {
   EXPECT_THAT(ErrorOf(R"({"law": {"name": "p"}})"), HasSubstr("law.name: no coupling law"));
   EXPECT_THAT(ErrorOf(R"({"law": {"boundary_ratio": 1}})"),
               HasSubstr("law.boundary_ratio: only the law 'constant'"));
+  EXPECT_EQ(ErrorOf(R"({"law": {"name": "p+dd", "limits": {"constant_stiffness": 120}}})"),
+            "c.json: law.limits.constant_stiffness: the law 'p+dd' does not use it: it uses "
+            "damping_budget, stiffness, margin and ratio");
   EXPECT_EQ(ErrorOf(R"({"name": "s", "blocks": [{}]})"),
             "c.json: blocks: this file is a sweep: 'tandem stability sweep' runs it");
   EXPECT_THAT(ErrorOf(R"({"motion": "jump"})"), HasSubstr("motion: expected still, kick"));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "collab/lab/case_file.h"
 #include "collab/lab/sweep_run.h"
 #include "tests/collab/lab/fake_cells.h"
 
@@ -97,6 +98,43 @@ TEST(Sweep, SeedsACellByWhatItIsAlone) {
   std::set<std::string> seeds;
   for (const SweepCell& cell : among->cells) seeds.insert(Case(cell, "seed"));
   EXPECT_EQ(seeds.size(), 4U);
+}
+
+// A cell with a seed of its own is another cell; without the axis keys are what they were.
+TEST(Sweep, HasAnAxisOfSeeds) {
+  const Result<Sweep> sweep =
+      Load(R"({"name": "s", "blocks": [{"network": "lossy", "delay_s": [0.1, 0.3],
+                                        "seed": [1, 2, 7]}, {"delay_s": 0.3}]})");
+  const Result<Sweep> alone = Load(R"({"name": "s", "blocks": [{"delay_s": 0.3}]})");
+  ASSERT_TRUE(sweep) << sweep.error().what;
+  ASSERT_EQ(sweep->cells.size(), 7U);
+  std::set<std::string> keys;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const char* const seeds[] = {"1", "2", "7"};
+    EXPECT_EQ(Case(sweep->cells[i], "seed"), seeds[i % 3]);
+    keys.insert(sweep->cells[i].key);
+  }
+  EXPECT_EQ(keys.size(), 6U);
+  EXPECT_EQ(sweep->cells[6].key, alone->cells[0].key);
+  EXPECT_EQ(Case(sweep->cells[6], "seed"), Case(alone->cells[0], "seed"));
+}
+
+// The reader of cases refuses a limit that a law does not use: an axis of laws is tried with each
+// law's own name.
+TEST(Sweep, TriesALawsLimitsWithThatLaw) {
+  const CaseCheck check = [](const std::string& text, const std::string& name) {
+    const Result<LabCase> test = ParseCase(text, name);
+    return test ? std::nullopt : std::optional<Error>(test.error());
+  };
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": [{"law": [{"limits": {"damping_budget": 6}},
+              {"name": "constant", "limits": {"constant_damping": 6}}]}]})",
+                        check),
+            "nothing");
+  EXPECT_EQ(WhatIsWrong(R"({"name": "s", "blocks": [{"law": [{"name": "p+d"},
+              {"name": "linear", "limits": {"constant_damping": 6}}]}]})",
+                        check),
+            "sweep.json: blocks[0].law[1]: law.limits.constant_damping: the law 'linear' does not "
+            "use it: it uses linear_stiffness, damping_budget and ratio");
 }
 
 TEST(Sweep, SaysInOneLineWhatIsWrongAndWhere) {
