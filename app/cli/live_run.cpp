@@ -180,4 +180,19 @@ Result<LiveRun> RunLive(const LabCase& test, const LabScene& scene, const fs::pa
   return live;
 }
 
+Result<LiveTries> TryLive(const fs::path& keep, const LiveTry& run) {
+  LiveTries tries;
+  do {
+    ++tries.count;
+    const TemporaryFolder own;
+    tries.folder = keep.empty() ? own.path() : keep / ("try-" + std::to_string(tries.count));
+    std::error_code ignored;  // what cannot be made cannot be written to either, and is told then
+    fs::create_directories(tries.folder, ignored);
+    Result<LiveRun> live = run(tries.folder);
+    if (!live) return live.error();
+    tries.last = *std::move(live);
+  } while (tries.count < 2 && tries.last.too_busy());
+  return tries;
+}
+
 }  // namespace tandem

@@ -9,6 +9,7 @@
 
 #include "app/cli/child_processes.h"
 #include "app/cli/lab_scenes.h"
+#include "app/cli/live_comparison.h"
 #include "app/cli/live_run.h"
 #include "app/cli/stability_command.h"
 #include "app/cli/talk.h"
@@ -25,8 +26,6 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 namespace fs = std::filesystem;
-
-constexpr double kMostMissed = 0.01;  // share of frames: beyond, the machine was too busy
 
 struct LiveArguments {
   std::string file;
@@ -47,34 +46,10 @@ std::string NotLive(const LabCase& test, bool tap) {
   return "";
 }
 
-/// A figure of both runs.
-struct Compared {
-  const char* name;
-  double scale;
-  const char* unit;
-  double Metrics::*value;
-  bool judged;
-};
-
-constexpr Compared kCompared[] = {{"divergence at the most", 1e3, "mm", &Metrics::peak_apart, true},
-                                  {"hand's force at the most", 1, "N", &Metrics::peak_force, true},
-                                  {"divergence at the end", 1e3, "mm", &Metrics::last_apart, false},
-                                  {"link's force at the most", 1, "N", &Metrics::link_force, false},
-                                  {"stiffness at the end", 1, "N/m", &Metrics::stiffness, false},
-                                  {"loop age", 1e3, "ms", &Metrics::loop_age_s, false},
-                                  {"tail RMS", 1e3, "mm/s", &Metrics::tail_rms, false},
-                                  {"growth", 1, "1/s", &Metrics::growth, false},
-                                  {"energy generated", 1e3, "mJ", &Metrics::generated_J, false}};
-
 std::string ShortNumber(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%g", value);
   return text;
-}
-
-double Off(const Compared& figure, const Metrics& live, const Metrics& virtually) {
-  const double reference = virtually.*figure.value;
-  return reference == 0 ? 0.0 : (live.*figure.value - reference) / std::abs(reference);
 }
 
 OrderedJson MetricsJson(const Metrics& metrics) {
@@ -97,27 +72,25 @@ int RunStabilityLive(const LiveArguments& arguments) {
   }
   const Result<LabScene> scene = LoadLabScene(*read, LabSceneFolder());
   if (!scene) return Fail(kExitFile, scene.error().what);
-  const LabCase test = FittedTo(scene->inertia(), *read);
-  const CaseResult simulated = RunCase(*read, *scene);
+  // both of one length: a run in virtual time may go on for longer where the case sets none
+  LabCase timed = *read;
+  timed.seconds = timed.Lasts();
+  const LabCase test = FittedTo(scene->inertia(), timed);
+  const CaseResult simulated = RunCase(timed, *scene);
   if (simulated.fault) return Fail(kExitFailed, arguments.file + ": " + simulated.fault->what);
 
-  Result<LiveRun> live = Error{""};
-  int runs = 0;
-  do {
-    const TemporaryFolder own;
-    const fs::path folder = arguments.keep.empty() ? own.path() : fs::path(arguments.keep);
-    std::error_code ignored;  // what cannot be made cannot be written to either, and is told then
-    fs::create_directories(folder, ignored);
-    live = RunLive(test, *scene, folder, arguments.tap);
-    if (!live) return Fail(kExitFailed, arguments.file + ": " + live.error().what);
-    ++runs;
-  } while (runs < 2 && live->missed_share() > kMostMissed);
+  const auto run = [&](const fs::path& folder) {
+    return RunLive(test, *scene, folder, arguments.tap);
+  };
+  const Result<LiveTries> tries = TryLive(arguments.keep, run);
+  if (!tries) return Fail(kExitFailed, arguments.file + ": " + tries.error().what);
+  const LiveRun* const live = &tries->last;
 
   const Metrics& real = live->run.metrics;
   bool within = true;
   OrderedJson comparison = OrderedJson::array();
   OrderedJson rows = OrderedJson::array();
-  for (const Compared& figure : kCompared) {
+  for (const ComparedFigure& figure : ComparedFigures()) {
     const double off = Off(figure, real, simulated.metrics);
     comparison.push_back({{"figure", figure.name},
                           {"unit", figure.unit},
@@ -133,26 +106,28 @@ int RunStabilityLive(const LiveArguments& arguments) {
                     {"pass", pass}});
   }
   if (arguments.json) {
-    const OrderedJson out{{"case", test.name},
-                          {"users", test.users},
-                          {"network", arguments.tap ? "TAP hub" : "link conditioner"},
-                          {"runs", runs},
-                          {"scheduler", live->scheduler},
-                          {"frames", live->frames},
-                          {"missed", live->missed},
-                          {"missed_share", live->missed_share()},
-                          {"bar", arguments.bar},
-                          {"within", within},
-                          {"verdict_virtual", NameOf(simulated.verdict)},
-                          {"verdict_live", NameOf(live->run.verdict)},
-                          {"rows", rows},
-                          {"comparison", comparison},
-                          {"metrics_virtual", MetricsJson(simulated.metrics)},
-                          {"metrics_live", MetricsJson(real)}};
+    const OrderedJson out{
+        {"case", test.name},
+        {"users", test.users},
+        {"network", arguments.tap ? "TAP hub" : "link conditioner"},
+        {"runs", tries->count},
+        {"kept", arguments.keep.empty() ? OrderedJson() : OrderedJson(tries->folder.string())},
+        {"scheduler", live->scheduler},
+        {"frames", live->frames},
+        {"missed", live->missed},
+        {"missed_share", live->missed_share()},
+        {"bar", arguments.bar},
+        {"within", within},
+        {"verdict_virtual", NameOf(simulated.verdict)},
+        {"verdict_live", NameOf(live->run.verdict)},
+        {"rows", rows},
+        {"comparison", comparison},
+        {"metrics_virtual", MetricsJson(simulated.metrics)},
+        {"metrics_live", MetricsJson(real)}};
     std::printf("%s\n", out.dump(2).c_str());
   } else {
     std::printf("%-26s %12s %12s %8s\n", test.name.c_str(), "virtual", "live", "off");
-    for (const Compared& figure : kCompared) {
+    for (const ComparedFigure& figure : ComparedFigures()) {
       std::printf("%-26s %12.3f %12.3f %+7.1f %% %s%s\n", figure.name,
                   figure.scale * simulated.metrics.*figure.value, figure.scale * real.*figure.value,
                   1e2 * Off(figure, real, simulated.metrics), figure.unit,
@@ -164,7 +139,8 @@ int RunStabilityLive(const LiveArguments& arguments) {
                 1e2 * arguments.bar, 1e2 * live->missed_share(), live->scheduler.c_str(),
                 arguments.tap ? "TAP hub" : "link conditioner");
   }
-  if (live->missed_share() > kMostMissed) {
+  if (!arguments.keep.empty()) Say("kept in " + tries->folder.string());
+  if (live->too_busy()) {
     Say("the machine was too busy, twice: " + std::to_string(live->missed) + " of " +
         std::to_string(live->frames) + " frames came too late");
   }
@@ -190,7 +166,8 @@ void AddStabilityLive(CLI::App& stability, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--tap", arguments->tap,
                     "as root: delays by a network of real packets, in place of the conditioner");
-  command->add_option("--keep", arguments->keep, "keep recordings, hands and plans in this folder");
+  command->add_option("--keep", arguments->keep,
+                      "keep recordings, hands and plans in this folder, a sub-folder for each try");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunStabilityLive(*arguments);
