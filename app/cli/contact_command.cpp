@@ -187,6 +187,13 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
       ->check(OneOf({"refined", "plain"}))
       ->capture_default_str();
   command->add_flag("--csv", arguments->csv, "print one line a pose");
+  command->footer(
+      "A poses file is CSV with a header that names at least "
+      "fixed,moving,tx,ty,tz,ax,ay,az,angle_deg: the\nnames of the two mesh files; where the "
+      "moving "
+      "file's frame stands in the fixed one's, in file units; the\naxis and angle of its turn. "
+      "Rows "
+      "of other files are left out. 'tandem proximity' reads the same but needs\nno column fixed.");
   command->callback([arguments, &exit_code] {
     if (arguments->contact == "plain") arguments->model = ContactModel::kPlain;
     exit_code = RunContact(*arguments);

@@ -37,6 +37,17 @@ int ReadScene(const PeerArguments& arguments, Joining& joining) {
   return kExitOk;
 }
 
+/// Which bodies there are to hold, where that one is none.
+std::string WhyNotHeld(const std::string& body, const Scene& scene) {
+  const bool fixed = scene.BodyNamed(body) >= 0;
+  std::string moving;
+  for (const SceneBody& other : scene.bodies) {
+    if (!other.fixed) moving += (moving.empty() ? "" : ", ") + other.name;
+  }
+  return "--hold " + body + ": " + (fixed ? "this body is fixed; " : "") + scene.file.string() +
+         " has no moving body of that name, but " + (moving.empty() ? "none at all" : moving);
+}
+
 int Connect(const PeerArguments& arguments, Joining& joining) {
   DdsOptions dds;
   dds.session = arguments.session;
@@ -168,6 +179,10 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
     if (!loaded) return Fail(kExitFile, loaded.error().what);
     script = std::move(*loaded);
     options.peer.X_BD = script.X_BD;
+    if (arguments.hold.empty()) {
+      Say("--hand " + arguments.hand +
+          ": the hand is empty, so that its script moves nothing: give --hold BODY too");
+    }
   }
   if (!arguments.record.empty()) {
     Result<std::unique_ptr<Recorder>> recorder =
@@ -220,8 +235,7 @@ int Join(PeerArguments& arguments, Joining& joining) {
   const int held = joining.scene.BodyNamed(arguments.hold);
   if (!arguments.hold.empty() &&
       (held < 0 || joining.scene.bodies[static_cast<std::size_t>(held)].fixed)) {
-    return Fail(kExitUsage, "--hold " + arguments.hold + ": " + joining.scene.file.string() +
-                                " has no moving body of that name");
+    return Fail(kExitUsage, WhyNotHeld(arguments.hold, joining.scene));
   }
   if (const int failed = Connect(arguments, joining); failed != kExitOk) return failed;
   std::optional<SceneManifest> session = joining.inbox.SessionScene();

@@ -166,6 +166,7 @@ int RunOnce(PeerArguments& arguments) {
   PeerTable table;            // the last one with anybody in it
   bool waiting_told = false;  // that the hand waits for others
   bool hand_told = false;     // that the hand has begun
+  bool quit = false;
   int exit_code = kExitOk;
   while (!stop_asked.load()) {
     const std::int64_t now_ns = MonotonicNowNs();
@@ -182,6 +183,14 @@ int RunOnce(PeerArguments& arguments) {
         continue;
       }
       const std::string& line = *taken;
+      if (line == "quit") {
+        quit = true;
+        continue;
+      }
+      if (line == "help") {
+        for (const std::string& row : HelpOnOrders()) Say(row);
+        continue;
+      }
       if (line == "peers") {
         for (const std::string& row : AsLines(node.peer().table().Read(), name)) Say(row);
         continue;
@@ -201,6 +210,7 @@ int RunOnce(PeerArguments& arguments) {
         Say(answer);
       }
     }
+    if (quit) break;
     if (now_ns - opened_ns < kNewcomerNs && node.OneTooMany()) {
       exit_code =
           Fail(kExitNetwork, "session " + arguments.session + " has " + std::to_string(kMaxPeers) +

@@ -63,6 +63,26 @@ Result<Command> ParseClearance(bool layer, const std::string& word, const Scene&
 
 }  // namespace
 
+std::vector<std::string> HelpOnOrders() {
+  return {
+      "orders, a line each:",
+      "  grab BODY       take this body in hand; what another holds, that one is asked for",
+      "  release         let go of what your hand holds; it stays where it is",
+      "  give BODY PEER  hand your body to the peer of that name",
+      "  heal            bring your instance and the others' together again, when something",
+      "                  fixed is between them",
+      "  layer N         force layer of what your hand holds (plain contact: how far from",
+      "                  surfaces force begins)",
+      "  displace MM     move the points of what your hand holds so far inwards: less clearance",
+      "  peers           a row on each of the others: delay; coupling, its stiffness; force, that",
+      "                  it pulls you with; theirs, what that peer says its end pulls with;",
+      "                  differ, by how much the two are unlike; mirror, how far its body is",
+      "                  shown from where it was last heard to be; age of what was heard; samples",
+      "                  dropped, and why",
+      "  network FILE    go by another network plan from now on; network off: by none",
+      "  quit            leave the session, as Ctrl-C does"};
+}
+
 std::string Answer(const Command& order, const WorldModel& model) {
   char text[240];
   if (order.kind == Command::Kind::kLayer) {
@@ -109,7 +129,7 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   if (!grab && !give) {
     return Error{"'" + line +
                  "' is no order: grab BODY, release, give BODY PEER, heal, layer N, displace MM, "
-                 "peers, or network FILE"};
+                 "peers, network FILE, quit; 'help' says what each does"};
   }
   const int found = model.BodyNamed(body);
   if (found < 0) return Error{"the scene has no moving body '" + body + "'"};

@@ -16,6 +16,9 @@ namespace tandem {
 Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
                            const PeerDirectory& directory, bool own_only = false);
 
+/// What each order does, a line each.
+std::vector<std::string> HelpOnOrders();
+
 /// What there is to know of an order that is obeyed, in a line; empty: nothing.
 std::string Answer(const Command& order, const WorldModel& model);
 

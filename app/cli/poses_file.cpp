@@ -38,7 +38,11 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
   for (std::size_t k = of == PosesOf::kPairs ? 0 : 1; k < kColumns.size(); ++k) {
     const char* column = kColumns[k];
     if (!place.contains(column)) {
-      return Error{file.string() + ":1: has no column " + column};
+      std::string all;
+      for (std::size_t i = of == PosesOf::kPairs ? 0 : 1; i < kColumns.size(); ++i) {
+        all += (all.empty() ? "" : ",") + std::string(kColumns[i]);
+      }
+      return Error{file.string() + ":1: has no column " + column + "; needed are " + all};
     }
   }
   std::vector<FilePose> poses;

@@ -217,7 +217,9 @@ Result<JsonFile> JsonFile::Read(const std::filesystem::path& file) {
   if (stream && std::filesystem::is_regular_file(file)) {
     text.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
   } else {
-    return Error{file.string() + ": cannot be read"};
+    std::error_code unknown;
+    const bool there = std::filesystem::exists(file, unknown);
+    return Error{file.string() + (there ? ": cannot be read" : ": there is no such file")};
   }
   return Parse(text, file.string());
 }

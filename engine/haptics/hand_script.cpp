@@ -127,6 +127,7 @@ Result<HandScript> LoadHandScript(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
+  if (root.Has("bodies")) root.Fault("this is a scene, not a hand's script: --scene takes it");
   root.AllowKeys({"hand", "grasp_B", "waypoints", "pushes"});
 
   HandScript script;

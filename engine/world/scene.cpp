@@ -9,6 +9,14 @@
 namespace tandem {
 namespace {
 
+/// What moves and has no colour of its own gets these in turn: what is fixed is grey.
+constexpr std::array<std::array<float, 3>, 6> kMoversColours{{{0.88F, 0.63F, 0.19F},
+                                                              {0.31F, 0.53F, 0.78F},
+                                                              {0.35F, 0.64F, 0.41F},
+                                                              {0.75F, 0.35F, 0.33F},
+                                                              {0.55F, 0.44F, 0.69F},
+                                                              {0.25F, 0.65F, 0.65F}}};
+
 std::filesystem::path ReadFilePath(const JsonNode& node, const std::filesystem::path& folder) {
   const std::filesystem::path named = node.Text("the name of a file");
   const std::filesystem::path found = named.is_absolute() ? named : folder / named;
@@ -57,8 +65,8 @@ ContactModel ReadContact(const JsonNode& node) {
 }
 
 SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder) {
-  node.AllowKeys({"name", "mesh", "scale", "pose", "fixed", "mass_kg", "density_kg_m3", "sharing",
-                  "inward_shift_voxels", "colour", "free", "constraint", "merge_with"});
+  node.AllowKeys({"name", "mesh", "scale", "pose", "fixed", "mass_kg", "density_kg_m3",
+                  "sharing", "inward_shift_voxels", "colour", "free", "constraint", "merge_with"});
   SceneBody body;
   body.name = node["name"].Text("the body's name");
   body.mesh = ReadFilePath(node["mesh"], folder);
@@ -160,6 +168,7 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
+  if (root.Has("waypoints")) root.Fault("this is a hand's script, not a scene: --hand takes it");
   root.AllowKeys({"name", "voxel_m", "range_voxels", "contact", "force_layer", "friction",
                   "gravity_m_s2", "bodies", "pairs", "hands"});
 
@@ -178,8 +187,12 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   if (root.Has("friction")) scene.friction = root["friction"].NumberFrom(0);
   if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
   const std::vector<JsonNode> bodies = root["bodies"].Items();
+  std::size_t uncoloured = 0;
   for (const JsonNode& node : bodies) {
     SceneBody body = ReadBody(node, file.parent_path());
+    if (!body.fixed && !node.Has("colour")) {
+      body.colour = kMoversColours[uncoloured++ % kMoversColours.size()];
+    }
     if (scene.BodyNamed(body.name) >= 0) node["name"].Fault("another body has this name already");
     scene.bodies.push_back(std::move(body));
   }

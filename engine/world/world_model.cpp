@@ -14,6 +14,26 @@ Error At(const SceneBody& body, const std::string& what) {
   return Error{"body '" + body.name + "' (" + body.mesh.string() + "): " + what};
 }
 
+constexpr double kLarge = 2.0;  // m: more than a part is wont to measure
+
+/// Where a file is read as in metres and is so large that it is more likely in millimetres.
+std::optional<std::string> ScaleRemark(const SceneBody& body, const TriangleMesh& mesh_W) {
+  const Vec3 size = BoundsOf(mesh_W).size();
+  if (body.scale != 1 || size.maxCoeff() < kLarge) return std::nullopt;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "it measures %.3g x %.3g x %.3g m: is the file in millimetres? Then give it "
+                "\"scale\": 0.001",
+                size.x(), size.y(), size.z());
+  return text;
+}
+
+/// The fault of a body that is too large for its voxels, with its likeliest reason first.
+Error WithScale(const Error& fault, const SceneBody& body, const TriangleMesh& mesh_W) {
+  const auto remark = ScaleRemark(body, mesh_W);
+  return remark ? Error{*remark + " (" + fault.what + ")"} : fault;
+}
+
 /// Each body's mesh together with those of the parts merged with it.
 std::vector<TriangleMesh> Wholes(const Scene& scene, const std::vector<TriangleMesh>& meshes_W) {
   std::vector<TriangleMesh> wholes_W = meshes_W;
@@ -39,11 +59,11 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
     model.constraint = MakeConstraint(body.constraint, model.X_WB0);
   }
   Result<Pointshell> points = MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels);
-  if (!points) return At(body, points.error().what);
+  if (!points) return At(body, WithScale(points.error(), body, mesh_W).what);
   model.points = std::move(*points);
   if (with_voxmap) {
     if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, model.details)) {
-      return At(body, fault->what);
+      return At(body, WithScale(*fault, body, mesh_W).what);
     }
     model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
   }
@@ -100,8 +120,17 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
     Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, {.scale = body.scale});
     if (!mesh_M) return At(body, mesh_M.error().what);
     const MeshDiagnosis diagnosis = Diagnose(*mesh_M);
-    if (!diagnosis.closed()) world->remarks.push_back(At(body, Describe(diagnosis)).what);
+    if (!diagnosis.closed()) {
+      world->remarks.push_back(
+          At(body, Describe(diagnosis) +
+                       " (its surface is not closed: contact goes by what is there, its inside "
+                       "and its mass are estimates; if it behaves oddly, mend the mesh)")
+              .what);
+    }
     world->meshes_W.push_back(Transformed(*mesh_M, body.X_WM));
+    if (const auto remark = ScaleRemark(body, world->meshes_W.back())) {
+      world->remarks.push_back(At(body, *remark).what);
+    }
   }
 
   const std::vector<TriangleMesh> wholes_W = Wholes(scene, world->meshes_W);
@@ -134,6 +163,11 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
   if (world->bodies.empty()) return Error{scene.file.string() + ": no body can move"};
   if (!fixture_W.triangles.empty()) {
     if (const auto fault = MakeMap(scene, fixture_W, world->fixture, world->fixture_details)) {
+      for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const SceneBody& body = scene.bodies[i];
+        if (!body.fixed || !ScaleRemark(body, world->meshes_W[i])) continue;
+        return At(body, WithScale(*fault, body, world->meshes_W[i]).what);
+      }
       return Error{scene.file.string() + ": the fixed bodies: " + fault->what};
     }
     world->has_fixture = true;

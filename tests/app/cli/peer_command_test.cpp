@@ -35,12 +35,17 @@ using testing::Said;
 TEST_F(PeerCommand, SaysInALineWhatKeepsItOut) {
   ExpectRefused(RunTandem("peer --interface nosuch0 --session s --scene " + In("one.json")),
                 kExitNetwork, "nosuch0");
-  ExpectRefused(Run("nowhere", ""), kExitFile, "nowhere.json: cannot be read");
+  ExpectRefused(Run("nowhere", ""), kExitFile, "nowhere.json: there is no such file");
   WriteScene("torn", 0.001, "gone.obj");
   ExpectRefused(Run("torn", ""), kExitFile, "bodies[1].mesh: no such file");
-  ExpectRefused(Run("one", "--hold nothing"), kExitUsage, "no moving body of that name");
+  ExpectRefused(Run("one", "--hold nothing"), kExitUsage,
+                "no moving body of that name, but left, right");
   ExpectRefused(Run("one", "--role viewer --hold left"), kExitUsage, "neither holds nor records");
-  ExpectRefused(Run("one", "--hand " + In("nowhere.json")), kExitFile, "nowhere.json");
+  ExpectRefused(Run("one", "--hand " + In("nowhere.json")), kExitFile,
+                "nowhere.json: there is no such file");
+  ExpectRefused(Run("one", "--hold left --hand " + In("one.json")), kExitFile,
+                "this is a scene, not a hand's script");
+  ExpectRefused(Run("shift", ""), kExitFile, "this is a hand's script, not a scene");
 }
 
 // One that comes late, and has the lowest id, offers its own before it has heard of anybody.

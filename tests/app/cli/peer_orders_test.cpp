@@ -43,6 +43,18 @@ struct Room {
   PeerDirectory directory;
 };
 
+TEST(PeerOrders, AreEachExplainedByHelp) {
+  std::string help;
+  for (const std::string& line : HelpOnOrders()) help += line + "\n";
+  for (const char* order : {"grab BODY ", "release ", "give BODY PEER ", "heal ", "layer N ",
+                            "displace MM ", "peers ", "network FILE ", "quit "}) {
+    EXPECT_THAT(help, HasSubstr(std::string("\n  ") + order));
+  }
+  for (const char* column : {"delay", "coupling", "force", "theirs", "differ", "mirror", "age"}) {
+    EXPECT_THAT(help, HasSubstr(column));
+  }
+}
+
 TEST(PeerOrders, SayWhatToDoWithWhichBodyAndToWhom) {
   Room room;
   const auto grab = room.Order("grab both");

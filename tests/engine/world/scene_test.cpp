@@ -113,6 +113,21 @@ TEST_F(SceneFile, IsReadInFull) {
   EXPECT_EQ(scene.BodyNamed("nut"), -1);
 }
 
+TEST_F(SceneFile, WhatMovesIsNotGreyUnlessItSaysSo) {
+  const Result<Scene> scene = LoadScene(File(Changed(", \"colour\": \"#ff8000\"", "")));
+  ASSERT_TRUE(scene);
+  const auto& block = scene->bodies[0].colour;
+  EXPECT_TRUE(block[0] == block[1] && block[1] == block[2]) << "fixed";
+  EXPECT_NE(scene->bodies[1].colour, block);
+  EXPECT_NE(scene->bodies[2].colour, block);
+  EXPECT_NE(scene->bodies[1].colour, scene->bodies[2].colour);
+}
+
+TEST_F(SceneFile, AHandsScriptInItsPlaceIsToldFromAScene) {
+  EXPECT_EQ(ErrorOf("\"colour\": \"#000000\"", "\"waypoints\": [],"),
+            "this is a hand's script, not a scene: --hand takes it");
+}
+
 TEST_F(SceneFile, FindsItsFilesBesideItself) {
   const Result<Scene> scene = LoadScene(File(kScene));
   ASSERT_TRUE(scene);
@@ -304,7 +319,8 @@ TEST_F(SceneFile, SyntaxErrorsTellLineAndColumn) {
 TEST_F(SceneFile, IsNotFoundInOneLine) {
   const Result<Scene> scene = LoadScene(folder_.path() / "none.json");
   ASSERT_FALSE(scene);
-  EXPECT_EQ(scene.error().what, (folder_.path() / "none.json").string() + ": cannot be read");
+  EXPECT_EQ(scene.error().what,
+            (folder_.path() / "none.json").string() + ": there is no such file");
   EXPECT_FALSE(LoadScene(folder_.path()));
 }
 

@@ -90,6 +90,25 @@ TEST_F(LoadedWorld, SaysWhereDisplacedPointsPartByMoreThanAVoxel) {
   EXPECT_THAT(outwards[0], ::testing::HasSubstr("its displaced points stand up to 1."));
 }
 
+// A bracket of 47 mm in a file of millimetres, read as metres.
+TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
+  folder_.Write("mm.obj", AsObj(Box(Vec3(47, 131, 6))));
+  for (const char* kind : {R"("fixed": true)", R"("mass_kg": 1)"}) {
+    const Result<Scene> scene =
+        LoadScene(folder_.Write("mm.json", R"({"name": "s", "voxel_m": 0.001, "bodies": [
+            {"name": "cube", "mesh": "cube.obj", "mass_kg": 1},
+            {"name": "bracket", "mesh": "mm.obj", )" +
+                                               std::string(kind) + "}]}"));
+    ASSERT_TRUE(scene) << scene.error().what;
+    const auto world = LoadWorld(*scene);
+    ASSERT_FALSE(world);
+    EXPECT_THAT(world.error().what,
+                ::testing::HasSubstr("it measures 47 x 131 x 6 m: is the file in millimetres? "
+                                     "Then give it \"scale\": 0.001 ("));
+    EXPECT_THAT(world.error().what, ::testing::HasSubstr("body 'bracket'"));
+  }
+}
+
 TEST_F(LoadedWorld, ABodysConstraintHoldsItWhereItStands) {
   const auto world = Load(
       R"({"name": "lid", "mesh": "slab.obj", "mass_kg": 0.2, "pose": {"p_W": [0.03, 0, 0]},
