@@ -177,6 +177,11 @@ int RunOnce(PeerArguments& arguments) {
     }
     for (const std::string& news : network.Apply(now_ns, node.directory(), node.inbox())) Say(news);
     if (const PeerTable& now = node.peer().table().Read(); now.count > 0) table = now;
+    if (joining.recorder) {
+      for (const PeerDirectory::Entry& entry : node.directory().Entries()) {
+        joining.recorder->Named(entry.info.peer, name(entry.info.peer));
+      }
+    }
     for (const Result<std::string>& taken : orders.TakeLines()) {
       if (!taken) {
         Say(taken.error().what);

@@ -16,6 +16,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/reach/reach_options.h"
+#include "collab/recording/poses_export.h"
 #include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"
 #include "engine/realtime/clock.h"
@@ -163,11 +164,52 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
   return std::unique_ptr<Transport>(std::make_unique<ViewersOnly>(*std::move(joined), *id));
 }
 
+/// What is written down of a replay, frame by frame.
+class Export {
+ public:
+  virtual ~Export() = default;
+  virtual void Add(const RecordedFrame& frame, PeerNode& node) = 0;
+  /// Ends the file; says how much is in it.
+  virtual Result<std::string> Close() = 0;
+};
+
+template <typename File>
+class ExportTo final : public Export {
+ public:
+  ExportTo(std::unique_ptr<File> file, std::string one)
+      : file_(std::move(file)), one_(std::move(one)) {}
+  void Add(const RecordedFrame& frame, PeerNode& node) override { file_->Add(frame, node); }
+  Result<std::string> Close() override {
+    const Result<std::uint64_t> count = file_->Close();
+    if (!count) return count.error();
+    return Counted(*count, one_);
+  }
+
+ private:
+  std::unique_ptr<File> file_;
+  std::string one_;
+};
+
+/// By the file's ending: poses as CSV, all else as MCAP.
+Result<std::unique_ptr<Export>> ExportInto(const std::string& file, const RecordingHeader& header,
+                                           const WorldModel& model,
+                                           const std::map<PeerId, std::string>& names) {
+  if (std::filesystem::path(file).extension() == ".csv") {
+    Result<std::unique_ptr<PosesExport>> poses = PosesExport::Create(file, model);
+    if (!poses) return poses.error();
+    return std::unique_ptr<Export>(new ExportTo<PosesExport>(*std::move(poses), "pose"));
+  }
+  Result<std::unique_ptr<RecordingExport>> all =
+      RecordingExport::Create(file, header, model, names);
+  if (!all) return all.error();
+  return std::unique_ptr<Export>(new ExportTo<RecordingExport>(*std::move(all), "message"));
+}
+
 /// The run, at its speed, shown and written down as it goes.
 class Player {
  public:
   Player(const ReplayArguments& arguments, PeerNode& node, const Ears& ears, Transport& transport,
-         RecordingExport* exported, const std::atomic<bool>& stop_asked)
+         Export* exported, const std::atomic<bool>& stop_asked)
       : arguments_(arguments),
         node_(node),
         ears_(ears),
@@ -208,7 +250,7 @@ class Player {
   PeerNode& node_;
   const Ears& ears_;
   Transport& transport_;
-  RecordingExport* exported_;
+  Export* exported_;
   const std::atomic<bool>& stop_asked_;
   ordered_json golden_ = ordered_json::array();
   std::optional<std::string> newcomer_;
@@ -227,13 +269,13 @@ int RunReplay(const ReplayArguments& arguments) {
   }
   Result<std::unique_ptr<Replay>> replay = Replay::Create(header, *model, helpers.get());
   if (!replay) return Fail(kExitFile, arguments.file + ": " + replay.error().what);
-  std::unique_ptr<RecordingExport> exported;
+  std::unique_ptr<Export> exported;
   if (!arguments.exported.empty()) {
     std::error_code not_there;  // then it is another file
     if (std::filesystem::equivalent(arguments.file, arguments.exported, not_there)) {
       return Fail(kExitUsage, arguments.exported + ": is the recording itself, export to another");
     }
-    auto created = RecordingExport::Create(arguments.exported, header, **model);
+    auto created = ExportInto(arguments.exported, header, **model, NamesIn(arguments.file));
     if (!created) return Fail(kExitFile, created.error().what);
     exported = *std::move(created);
   }
@@ -255,9 +297,9 @@ int RunReplay(const ReplayArguments& arguments) {
   const double wall_s = player.seconds();
   (*transport)->Leave();
   if (exported) {
-    const Result<std::uint64_t> messages = exported->Close();
-    if (!messages) return Fail(kExitFile, messages.error().what);
-    Say(arguments.exported + ": " + Counted(*messages, "message"));
+    const Result<std::string> written = exported->Close();
+    if (!written) return Fail(kExitFile, written.error().what);
+    Say(arguments.exported + ": " + *written);
   }
 
   if (player.newcomer()) return Fail(kExitNetwork, NotBeside(*player.newcomer(), arguments));

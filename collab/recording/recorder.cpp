@@ -1,5 +1,7 @@
 #include "collab/recording/recorder.h"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -85,6 +87,14 @@ Result<std::uint64_t> Recorder::Close() {
   return frames_;
 }
 
+void Recorder::Named(PeerId peer, const std::string& name) {
+  const std::scoped_lock lock(mutex_);
+  std::string& known = names_[peer];
+  if (known == name) return;
+  known = name;
+  unnoted_.emplace_back(peer, name);
+}
+
 void Recorder::Run() {
   const auto asked_to_stop = [this] {
     std::unique_lock lock(mutex_);
@@ -111,6 +121,22 @@ void Recorder::WriteDown() {
                 taken_.begin() + static_cast<std::ptrdiff_t>(at + length));
     at += length;
     ++frames_;
+  }
+  std::vector<std::pair<PeerId, std::string>> names;
+  {
+    const std::scoped_lock lock(mutex_);
+    names.swap(unnoted_);
+  }
+  for (const auto& [peer, name] : names) {
+    std::vector<std::byte> content;
+    Append(content, FramePart::kName);
+    Append(content, peer);
+    std::array<char, kNameBytes> text{};
+    std::copy_n(name.data(), std::min(name.size(), text.size()), text.data());
+    Append(content, text);
+    Append(out_, static_cast<std::uint32_t>(content.size()));
+    Append(out_, Crc32(content.data(), content.size()));
+    out_.insert(out_.end(), content.begin(), content.end());
   }
   if (!failed_ && !WriteAll(descriptor_, out_.data(), out_.size())) failed_ = true;
 }

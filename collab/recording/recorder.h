@@ -3,10 +3,13 @@
 #include <atomic>
 #include <condition_variable>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "collab/recording/byte_ring.h"
@@ -15,7 +18,8 @@
 
 namespace tandem {
 
-inline constexpr std::string_view kRecordingMagic = "tandem-recording 1\n";
+inline constexpr std::string_view kRecordingMagic = "tandem-recording 2\n";
+inline constexpr std::string_view kFirstRecordingMagic = "tandem-recording 1\n";
 
 /// Keeps every input of every frame in a file: what a crash of this program costs are the last 100
 /// ms. The haptic thread puts frames into a ring, a thread of the recorder's own writes them down.
@@ -38,6 +42,9 @@ class Recorder final : public FrameTap {
   void Felt(const Anchor& device) noexcept override;
   void End(std::uint64_t state_hash) noexcept override;
 
+  /// How a peer is called, for those who read the recording. By another thread than the haptic one.
+  void Named(PeerId peer, const std::string& name);
+
   /// Writes the rest down, after the last frame. Errors: the disk was full or too slow, from that
   /// frame on nothing was kept.
   Result<std::uint64_t> Close();
@@ -56,7 +63,9 @@ class Recorder final : public FrameTap {
   std::mutex mutex_;
   std::condition_variable stopping_;
   bool stop_ = false;
-  std::vector<std::byte> taken_;  // the writing thread's
+  std::map<PeerId, std::string> names_;                  // as they were given; by mutex_
+  std::vector<std::pair<PeerId, std::string>> unnoted_;  // of them, those to be written down
+  std::vector<std::byte> taken_;                         // the writing thread's
   std::vector<std::byte> out_;
   std::uint64_t frames_ = 0;
   bool failed_ = false;

@@ -218,7 +218,8 @@ Result<RecordingReader> RecordingReader::Open(const std::filesystem::path& file)
   std::string magic(kRecordingMagic.size(), '\0');
   std::uint32_t length = 0;
   if (!reader.stream_.read(magic.data(), static_cast<std::streamsize>(magic.size())) ||
-      magic != kRecordingMagic || !Read(reader.stream_, length) || length > kMaxHeader) {
+      (magic != kRecordingMagic && magic != kFirstRecordingMagic) ||
+      !Read(reader.stream_, length) || length > kMaxHeader) {
     return Error{file.string() + ": is not a recording"};
   }
   std::string text(length, '\0');
@@ -228,6 +229,7 @@ Result<RecordingReader> RecordingReader::Open(const std::filesystem::path& file)
   Result<RecordingHeader> header = ParseHeader(text);
   if (!header) return Error{file.string() + ": " + header.error().what};
   reader.header_ = *std::move(header);
+  reader.names_[reader.header_.peer.id] = reader.header_.name;
   reader.at_ = static_cast<std::uintmax_t>(reader.stream_.tellg());
   std::error_code no_file;  // a pipe has no size, and is not damaged for that
   const std::uintmax_t size = std::filesystem::file_size(file, no_file);
@@ -254,20 +256,56 @@ bool RecordingReader::GoesOn() {
   return false;
 }
 
+std::map<PeerId, std::string> NamesIn(const std::filesystem::path& file) {
+  Result<RecordingReader> reader = RecordingReader::Open(file);
+  if (!reader) return {};
+  while (reader->Next()) {
+  }
+  return reader->names();
+}
+
+bool RecordingReader::TakeName() {
+  Decoder decoder(bytes_.data(), bytes_.size());
+  FramePart part{};
+  PeerId peer = 0;
+  std::array<char, kNameBytes> name{};
+  decoder(part);
+  decoder(peer);
+  decoder(name);
+  if (!decoder.sound() || !decoder.done()) return false;
+  names_[peer] = std::string(name.data(), strnlen(name.data(), name.size()));
+  return true;
+}
+
 std::optional<RecordedFrame> RecordingReader::Next() {
-  if (fault_ != Fault::kNone) return std::nullopt;
+  while (fault_ == Fault::kNone) {
+    if (!ReadContent()) return std::nullopt;
+    if (bytes_.front() == static_cast<char>(FramePart::kName)) {
+      if (!TakeName()) return Stop(Fault::kDamaged);
+    } else {
+      std::optional<RecordedFrame> frame = Decode(bytes_);
+      if (!frame) return Stop(Fault::kDamaged);
+      at_ += kFrameHead + bytes_.size();
+      return frame;
+    }
+    at_ += kFrameHead + bytes_.size();
+  }
+  return std::nullopt;
+}
+
+bool RecordingReader::ReadContent() {
   std::uint32_t length = 0;
   std::uint32_t crc = 0;
-  if (!Read(stream_, length)) return stream_.gcount() > 0 ? Stop(Fault::kTorn) : std::nullopt;
-  if (!Read(stream_, crc)) return Stop(Fault::kTorn);
-  if (length < kLeastFrame || length > kMaxFrame) return Stop(Fault::kDamaged);
+  const auto stop = [this](Fault fault) {
+    static_cast<void>(Stop(fault));
+    return false;
+  };
+  if (!Read(stream_, length)) return stream_.gcount() > 0 && stop(Fault::kTorn);
+  if (!Read(stream_, crc)) return stop(Fault::kTorn);
+  if (length < kLeastFrame || length > kMaxFrame) return stop(Fault::kDamaged);
   bytes_.resize(length);
-  if (!stream_.read(bytes_.data(), length)) return Stop(GoesOn() ? Fault::kDamaged : Fault::kTorn);
-  if (Crc32(bytes_.data(), length) != crc) return Stop(Fault::kDamaged);
-  std::optional<RecordedFrame> frame = Decode(bytes_);
-  if (!frame) return Stop(Fault::kDamaged);
-  at_ += kFrameHead + length;
-  return frame;
+  if (!stream_.read(bytes_.data(), length)) return stop(GoesOn() ? Fault::kDamaged : Fault::kTorn);
+  return Crc32(bytes_.data(), length) == crc || stop(Fault::kDamaged);
 }
 
 }  // namespace tandem

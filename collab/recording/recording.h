@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,9 +15,10 @@
 
 namespace tandem {
 
-/// What a recording begins with: how the peer was made. The file is the line "tandem-recording 1",
+/// What a recording begins with: how the peer was made. The file is the line "tandem-recording 2",
 /// the header as JSON with its length before it, then frame after frame: length, CRC-32 and content
-/// (frame_code.h). Whatever a crash tore off at the end is left out.
+/// (frame_code.h). Whatever a crash tore off at the end is left out. Files that begin with
+/// "tandem-recording 1" are the same without peers' names.
 struct RecordingHeader {
   std::string program;  // version that recorded
   std::string name;     // the peer's
@@ -26,7 +28,7 @@ struct RecordingHeader {
   bool contact = true;
   std::string law;
   CouplingLimits limits;  // of the law
-  PeerOptions peer;  // without law and tap
+  PeerOptions peer;       // without law and tap
 };
 
 std::string AsText(const RecordingHeader& header);
@@ -48,6 +50,9 @@ struct RecordedFrame {
 /// Of what follows `before`, whose CRC that is; 0: of nothing.
 std::uint32_t Crc32(const void* data, std::size_t size, std::uint32_t before = 0);
 
+/// How all peers of a recording are called; who is nowhere named is left out.
+std::map<PeerId, std::string> NamesIn(const std::filesystem::path& file);
+
 /// Reads a recording from its beginning, frame by frame.
 class RecordingReader {
  public:
@@ -57,6 +62,8 @@ class RecordingReader {
   /// The next frame; nothing at the end, or where the file is torn or damaged. From there on
   /// nothing can be repeated, for every frame rests on those before.
   std::optional<RecordedFrame> Next();
+  /// How peers are called, as far as the frames read so far tell; the recording peer itself too.
+  const std::map<PeerId, std::string>& names() const noexcept { return names_; }
   /// Whether the file ends within a frame, as what a crash cut off does.
   bool torn() const noexcept { return fault_ == Fault::kTorn; }
   /// Whether a frame is not as it was written though the file goes on behind it.
@@ -67,6 +74,11 @@ class RecordingReader {
  private:
   enum class Fault : std::uint8_t { kNone, kTorn, kDamaged };
   std::nullopt_t Stop(Fault fault);
+  /// The next frame's content, or a name's, into bytes_; false at the end, and where Stop() says
+  /// why.
+  bool ReadContent();
+  /// Takes the name that bytes_ are; false: they are none.
+  bool TakeName();
   /// Whether a whole frame is among what is left; the stream stands behind a frame's CRC.
   bool GoesOn();
 
@@ -76,6 +88,7 @@ class RecordingReader {
   std::uintmax_t at_ = 0;    // where the next frame begins
   std::uintmax_t unread_bytes_ = 0;
   std::vector<char> bytes_;
+  std::map<PeerId, std::string> names_;
   Fault fault_ = Fault::kNone;
 };
 

@@ -20,6 +20,16 @@ bool MayBeInTopic(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
 }
 
+std::string ForTopic(std::string name) {
+  std::replace_if(
+      name.begin(), name.end(),
+      [](char c) {
+        return !MayBeInTopic(c);
+      },
+      '_');
+  return name;
+}
+
 const char* Said(MembershipChange::Kind kind) {
   switch (kind) {
     case MembershipChange::Kind::kJoined:
@@ -72,16 +82,17 @@ const char* Said(Command::Kind kind) {
 
 }  // namespace
 
-Result<std::unique_ptr<RecordingExport>> RecordingExport::Create(const std::filesystem::path& file,
-                                                                 const RecordingHeader& header,
-                                                                 const WorldModel& model) {
+Result<std::unique_ptr<RecordingExport>> RecordingExport::Create(
+    const std::filesystem::path& file, const RecordingHeader& header, const WorldModel& model,
+    const std::map<PeerId, std::string>& names) {
   Result<std::unique_ptr<McapWriter>> writer =
       McapWriter::Create(file, "ros2", "tandem " + header.program);
   if (!writer) return writer.error();
-  return std::unique_ptr<RecordingExport>(new RecordingExport(*std::move(writer), model));
+  return std::unique_ptr<RecordingExport>(new RecordingExport(*std::move(writer), model, names));
 }
 
-RecordingExport::RecordingExport(std::unique_ptr<McapWriter> writer, const WorldModel& model)
+RecordingExport::RecordingExport(std::unique_ptr<McapWriter> writer, const WorldModel& model,
+                                 const std::map<PeerId, std::string>& names)
     : writer_(std::move(writer)), model_(&model) {
   const auto add = [this](const Ros2Type& type) {
     return writer_->AddSchema(type.name, "ros2msg", type.definition);
@@ -92,17 +103,25 @@ RecordingExport::RecordingExport(std::unique_ptr<McapWriter> writer, const World
   number_ = add(Float64Type());
   text_ = add(StringType());
   for (const SceneBody& body : model.scene.bodies) {
-    std::string name = body.name;
-    std::replace_if(
-        name.begin(), name.end(),
-        [](char c) {
-          return !MayBeInTopic(c);
-        },
-        '_');
+    std::string name = ForTopic(body.name);
     if (std::ranges::count(names_, name) > 0)
       name.append("_").append(std::to_string(names_.size()));
     names_.push_back(name);
   }
+  std::vector<std::string> taken;
+  for (const auto& [peer, called] : names) {
+    std::string name = ForTopic(called);
+    if (name.empty()) continue;
+    // two of one name are told apart by their ids
+    if (std::ranges::count(taken, name) > 0) name.append("_").append(IdOf(peer));
+    taken.push_back(name);
+    peers_[peer] = name;
+  }
+}
+
+std::string RecordingExport::NameOfPeer(PeerId peer) const {
+  const auto named = peers_.find(peer);
+  return named == peers_.end() ? IdOf(peer) : named->second;
 }
 
 std::uint16_t RecordingExport::Channel(const std::string& topic, std::uint16_t schema) {
@@ -134,8 +153,8 @@ void RecordingExport::AddBodies(const RecordedFrame& frame, const PeerNode& node
   }
   for (const ObjectState& state : frame.states) {
     writer_->Write(
-        Channel("/peers/" + IdOf(state.peer) + "/" + NameOf(state.object) + "/pose", pose_), time,
-        PoseStamped(frame.now_ns, state.X_WB));
+        Channel("/peers/" + NameOfPeer(state.peer) + "/" + NameOf(state.object) + "/pose", pose_),
+        time, PoseStamped(frame.now_ns, state.X_WB));
   }
 }
 
@@ -153,7 +172,7 @@ void RecordingExport::AddForces(const RecordedFrame& frame, PeerNode& node) {
   std::array<LinkView, kMaxLinks> links;
   const std::size_t count = peer.shared()->Links(frame.now_ns, links);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::string topic = "/links/" + IdOf(links[i].peer);
+    const std::string topic = "/links/" + NameOfPeer(links[i].peer);
     wrench(topic + "/wrench", peer.report().links_B_W[i]);
     writer_->Write(Channel(topic + "/stiffness", number_), time, Float64(links[i].stiffness));
     writer_->Write(Channel(topic + "/delay", number_), time, Float64(0.5 * links[i].loop_age_s));
@@ -166,7 +185,7 @@ void RecordingExport::AddWords(const RecordedFrame& frame) {
                    String(words));
   };
   for (const MembershipChange& change : frame.changes) {
-    std::string words = IdOf(change.peer) + " " + Said(change.kind);
+    std::string words = NameOfPeer(change.peer) + " " + Said(change.kind);
     for (std::uint32_t i = 0; i < change.claim_count; ++i) {
       words += (i == 0 ? ": " : ", ") + NameOf(change.claims[i].object) +
                (change.claims[i].held ? " in hand" : "");
@@ -174,8 +193,8 @@ void RecordingExport::AddWords(const RecordedFrame& frame) {
     say(words);
   }
   for (const Event& event : frame.events) {
-    say(IdOf(event.peer) + " " + Said(event.kind) + " " + NameOf(event.object) +
-        (event.to != 0 ? ", to " + IdOf(event.to) : ""));
+    say(NameOfPeer(event.peer) + " " + Said(event.kind) + " " + NameOf(event.object) +
+        (event.to != 0 ? ", to " + NameOfPeer(event.to) : ""));
   }
   for (const Command& command : frame.commands) {
     std::string words("asked here: ");
@@ -187,7 +206,7 @@ void RecordingExport::AddWords(const RecordedFrame& frame) {
     if (command.kind == Command::Kind::kDisplace) {
       words.append(" ").append(std::to_string(1e3 * command.metres)).append(" mm inwards");
     }
-    if (command.to != 0) words.append(" to ").append(IdOf(command.to));
+    if (command.to != 0) words.append(" to ").append(NameOfPeer(command.to));
     say(words);
   }
 }

@@ -13,7 +13,8 @@ namespace tandem {
 
 /// A replayed recording for other programs: an MCAP file (decision 0024) of ROS 2's common
 /// messages, one of each channel a frame. Lengths in m, forces in N, moments in N m, all in the
-/// world's frame; times are the recording machine's monotonic clock.
+/// world's frame; times are the recording machine's monotonic clock. PEER is a peer's name, or its
+/// id in hexadecimal where the recording does not have it.
 ///
 ///   /bodies/NAME/pose, /twist     each moving body as this peer saw it; origin: centre of mass
 ///   /hand/pose                    the device
@@ -25,9 +26,9 @@ namespace tandem {
 ///   /events                       comings and goings, what peers asked and answered, in words
 class RecordingExport {
  public:
-  static Result<std::unique_ptr<RecordingExport>> Create(const std::filesystem::path& file,
-                                                         const RecordingHeader& header,
-                                                         const WorldModel& model);
+  static Result<std::unique_ptr<RecordingExport>> Create(
+      const std::filesystem::path& file, const RecordingHeader& header, const WorldModel& model,
+      const std::map<PeerId, std::string>& names = {});
 
   /// A frame that `node` has just done again.
   void Add(const RecordedFrame& frame, PeerNode& node);
@@ -35,9 +36,11 @@ class RecordingExport {
   Result<std::uint64_t> Close() { return writer_->Close(); }
 
  private:
-  RecordingExport(std::unique_ptr<McapWriter> writer, const WorldModel& model);
+  RecordingExport(std::unique_ptr<McapWriter> writer, const WorldModel& model,
+                  const std::map<PeerId, std::string>& names);
   std::uint16_t Channel(const std::string& topic, std::uint16_t schema);
   std::string NameOf(ObjectId object) const;
+  std::string NameOfPeer(PeerId peer) const;
   void AddBodies(const RecordedFrame& frame, const PeerNode& node);
   void AddForces(const RecordedFrame& frame, PeerNode& node);
   void AddWords(const RecordedFrame& frame);
@@ -50,6 +53,7 @@ class RecordingExport {
   std::uint16_t number_ = 0;
   std::uint16_t text_ = 0;
   std::map<std::string, std::uint16_t> channels_;  // by topic
+  std::map<PeerId, std::string> peers_;            // their names, as topics have them
   std::vector<std::string> names_;                 // of the scene's bodies, as topics have them
 };
 

@@ -79,6 +79,7 @@ class RecordingExportTest : public ::testing::Test {
 
   void Record() {
     auto recorder = *Recorder::Create(folder_.path() / "r", Header(1));
+    recorder->Named(2, "ben b.");
     SimulatedSession session;
     session.Add(Node(model_, 1, recorder.get()), 1);
     session.Add(Node(model_, 2, nullptr), 2);
@@ -93,7 +94,8 @@ class RecordingExportTest : public ::testing::Test {
     Result<RecordingReader> reader = RecordingReader::Open(folder_.path() / "r");
     ASSERT_TRUE(reader);
     auto replay = *Replay::Create(reader->header(), model_);
-    auto exported = *RecordingExport::Create(file(), reader->header(), *model_);
+    auto exported =
+        *RecordingExport::Create(file(), reader->header(), *model_, NamesIn(folder_.path() / "r"));
     const ReplayResult result =
         RunAll(*reader, *replay, [&](std::int64_t, const RecordedFrame& frame) {
           exported->Add(frame, replay->node());
@@ -166,7 +168,7 @@ TEST_F(RecordingExportTest, HasEachFramesPosesAndForcesToTheLastBit) {
 TEST_F(RecordingExportTest, HasTheLinksAndWhatWasHeardOfTheOther) {
   const McapReader read(file());
   ASSERT_TRUE(read.whole);
-  const std::string other = "0000000000000002";
+  const std::string other = "ben_b_";  // what a topic may not have is an underscore
   EXPECT_GT(read.Of("/peers/" + other + "/the_box/pose").size(), std::size_t{kFrames / 2});
   const auto links = read.Of("/links/" + other + "/wrench");
   const auto stiffness = read.Of("/links/" + other + "/stiffness");

@@ -49,6 +49,33 @@ TEST(Recording, OneOfAnEarlierProtocolIsRefusedByThat) {
             "recorded with protocol 2, this program's is " + std::to_string(kProtocol));
 }
 
+TEST(Recording, KnowsPeersByTheirNames) {
+  const ScratchFolder scratch;
+  const fs::path file = scratch.path() / "named";
+  RecordingHeader header;
+  header.name = "anna";
+  header.peer.id = 3;
+  {
+    auto recorder = *Recorder::Create(file, header);
+    recorder->Named(7, "ben");
+    recorder->Begin(1, 100);
+    recorder->End(42);
+    recorder->Named(9, std::string(100, 'x'));
+    recorder->Named(7, "ben");
+    const Result<std::uint64_t> frames = recorder->Close();
+    ASSERT_TRUE(frames);
+    EXPECT_EQ(*frames, 1U);
+  }
+  const std::map<PeerId, std::string> names{{3, "anna"}, {7, "ben"}, {9, std::string(64, 'x')}};
+  EXPECT_EQ(NamesIn(file), names);
+  auto reader = *RecordingReader::Open(file);
+  const auto frame = reader.Next();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->state_hash, 42U);
+  EXPECT_FALSE(reader.Next());
+  EXPECT_FALSE(reader.torn() || reader.damaged());
+}
+
 TEST(Recording, ATornEndCostsTheLastFramesOnly) {
   const ScratchFolder scratch;
   const auto model = Boxes();
@@ -117,7 +144,7 @@ TEST(Recording, ADamagedFrameIsToldFromATornEnd) {
 
 TEST(Recording, AFileThatIsNoRecordingIsRefused) {
   const ScratchFolder scratch;
-  for (const char* text : {"", "tandem-recording 1\n", "something else altogether, and long"}) {
+  for (const char* text : {"", "tandem-recording 2\n", "something else altogether, and long"}) {
     const Result<RecordingReader> reader = RecordingReader::Open(scratch.Write("file", text));
     ASSERT_FALSE(reader.has_value());
     EXPECT_THAT(reader.error().what, HasSubstr("is not a recording"));
