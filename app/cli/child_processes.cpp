@@ -21,10 +21,6 @@ constexpr std::chrono::milliseconds kPollPeriod{5};
 constexpr std::chrono::milliseconds kGrace{3000};  // between SIGTERM and SIGKILL
 }  // namespace
 
-std::filesystem::path ProgramFolder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
-}
-
 Result<ChildProcess> ChildProcess::Start(const std::vector<std::string>& command) {
   std::vector<char*> argv;
   for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));

@@ -9,12 +9,10 @@
 #include <sched.h>
 #include <sys/types.h>
 
+#include "app/program_folders.h"
 #include "engine/base/result.h"
 
 namespace tandem {
-
-/// The folder that this program lies in, where its sister programs are.
-std::filesystem::path ProgramFolder();
 
 /// A program that we started: ended with us, by SIGTERM and then SIGKILL, if it does not end by
 /// itself.

@@ -2,14 +2,13 @@
 
 #include <filesystem>
 
-#include "app/cli/child_processes.h"
+#include "app/program_folders.h"
 
 namespace tandem {
 
-/// Where the stability lab's own scenes and presets are: build/bin/tandem reads
-/// build/scenes/stability.
+/// Returns the folder of the stability lab's own scenes and presets.
 inline std::filesystem::path LabSceneFolder() {
-  return ProgramFolder().parent_path() / "scenes" / "stability";
+  return SceneFolder() / "stability";
 }
 
 }  // namespace tandem

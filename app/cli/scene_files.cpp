@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <vector>
 
-#include "app/cli/child_processes.h"
+#include "app/program_folders.h"
 
 namespace tandem {
 
 std::filesystem::path SceneFile(const std::string& name_or_path) {
   const std::filesystem::path path = name_or_path;
   if (std::filesystem::exists(path) || path.has_parent_path() || path.has_extension()) return path;
-  // build/bin/tandem reads build/scenes
-  return ProgramFolder().parent_path() / "scenes" / (name_or_path + ".json");
+  return SceneFolder() / (name_or_path + ".json");
 }
 
 Result<Scene> LoadNamedScene(const std::string& name_or_path) {
