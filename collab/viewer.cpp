@@ -5,7 +5,20 @@
 namespace tandem {
 
 namespace {
+
 constexpr std::size_t kMaxAges = 1U << 20U;  // an hour of four peers at 60 Hz, 4 MB
+
+bool AreNamesakes(const ViewedPeer& a, const ViewedPeer& b) {
+  return a.info.peer != b.info.peer && !a.info.name.empty() && a.info.name == b.info.name &&
+         a.info.role == b.info.role;
+}
+
+}  // namespace
+
+std::string OtherProtocol(const PeerInfo& info) {
+  if (info.protocol == kProtocol) return {};
+  return "speaks protocol " + std::to_string(info.protocol) + ", this program " +
+         std::to_string(kProtocol) + ": bring both to one version";
 }
 
 ViewerPicture Viewer::Picture() const {
@@ -27,6 +40,7 @@ std::vector<float> Viewer::SampleAgesMs() const {
 
 void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   const std::lock_guard lock(mutex_);
+  if (replaced_.contains(frame.peer)) return;
   ViewedPeer* const place = PlaceFor(frame.peer);
   if (place == nullptr) return;
   ViewedPeer& peer = *place;
@@ -37,6 +51,7 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   peer.link_force = static_cast<double>(frame.link_force);
   peer.V_W = frame.V_W;
   peer.seq = frame.seq;
+  if (peer.first_heard_ns == 0) peer.first_heard_ns = arrival_ns;
   peer.heard_ns = arrival_ns;
   // frames of a peer with many bodies bring some of them each
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.count, kMaxViewBodies); ++i) {
@@ -61,12 +76,17 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
 void Viewer::OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) {
   const std::lock_guard lock(mutex_);
   offers_.OnPresence(info.peer, true);
+  replaced_.erase(info.peer);
   ViewedPeer* const place = PlaceFor(info.peer);
   if (place == nullptr) return;
   ViewedPeer& peer = *place;
+  const bool renamed = peer.info.name != info.name;
+  if (peer.presence != ViewedPeer::Presence::kHere) peer.came_back = true;
   peer.info = info;
   peer.presence = ViewedPeer::Presence::kHere;
+  if (peer.first_heard_ns == 0) peer.first_heard_ns = arrival_ns;
   peer.heard_ns = std::max(peer.heard_ns, arrival_ns);
+  if (renamed) TakePlacesOfNamesakes(peer);
 }
 
 void Viewer::OnPeerLeft(PeerId peer) {
@@ -91,13 +111,47 @@ ViewedPeer* Viewer::PlaceFor(PeerId peer) {
     if (gone == peers_.end()) return nullptr;
     peers_.erase(gone);
   }
+  // whoever goes by this id since, gives it back
+  for (auto& [id, other] : peers_) {
+    if (other.first_id == peer) other.first_id = 0;
+  }
   return &peers_[peer];
 }
 
 void Viewer::NoteEnd(PeerId peer, ViewedPeer::Presence presence) {
   const std::lock_guard lock(mutex_);
   offers_.OnPresence(peer, false);
-  if (const auto it = peers_.find(peer); it != peers_.end()) it->second.presence = presence;
+  const auto it = peers_.find(peer);
+  if (it == peers_.end()) return;
+  it->second.presence = presence;
+  // it fell silent before a namesake came: that is the same person, whose first program has crashed
+  for (auto& [id, other] : peers_) {
+    const bool after =
+        other.presence == ViewedPeer::Presence::kHere && other.first_heard_ns > it->second.heard_ns;
+    if (after && AreNamesakes(other, it->second)) return TakePlace(other, peer);
+  }
+}
+
+void Viewer::TakePlace(ViewedPeer& of, PeerId gone) {
+  const PeerId lasting = LastingId(peers_.at(gone));
+  peers_.erase(gone);
+  if (replaced_.size() < kMost) replaced_.insert(gone);
+  of.came_back = true;
+  // unless another goes by it since
+  const bool taken = std::any_of(peers_.begin(), peers_.end(), [&](const auto& entry) {
+    return &entry.second != &of && LastingId(entry.second) == lasting;
+  });
+  if (!taken) of.first_id = lasting;
+}
+
+void Viewer::TakePlacesOfNamesakes(ViewedPeer& peer) {
+  std::vector<PeerId> gone;
+  for (const auto& [id, other] : peers_) {
+    if (other.presence != ViewedPeer::Presence::kHere && AreNamesakes(other, peer)) {
+      gone.push_back(id);
+    }
+  }
+  for (const PeerId id : gone) TakePlace(peer, id);
 }
 
 }  // namespace tandem

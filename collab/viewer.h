@@ -1,10 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "collab/scene_agreement.h"
@@ -12,12 +15,31 @@
 
 namespace tandem {
 
+/// How those who look on are told that a recording is shown, not somebody who is there.
+inline constexpr std::string_view kReplayMark = " (replay)";
+inline constexpr std::size_t kMaxPeerName = 64;  // bytes
+
+/// The name with the mark, shortened where both would be too long.
+inline std::string ReplayName(const std::string& name) {
+  std::size_t length = std::min(name.size(), kMaxPeerName - kReplayMark.size());
+  // not within a character of UTF-8
+  while (length < name.size() && length > 0 && (name[length] & 0xC0) == 0x80) --length;
+  return name.substr(0, length) + std::string(kReplayMark);
+}
+inline bool IsReplay(const PeerInfo& info) {
+  return info.role == Role::kActive && info.name.ends_with(kReplayMark);
+}
+
 /// A peer as a viewer knows it.
 struct ViewedPeer {
-  enum class Presence : std::uint8_t { kHere, kLost, kLeft };
+  /// kUnknown: the viewer itself has left, and hears nothing of anybody any more.
+  enum class Presence : std::uint8_t { kHere, kLost, kLeft, kUnknown };
 
   PeerInfo info;
   Presence presence = Presence::kHere;
+  PeerId first_id = 0;     // id of the first program under this name and role; 0: its own
+  bool came_back = false;  // whether it took the place of such a program that was gone
+  std::int64_t first_heard_ns = 0;
   double delay_ms = 0;           // half its loop age to its partners, as it says itself
   double mirror_lag_mm = 0;      // and how far others' bodies are there from where they were said
   double link_force = 0;         // N, the largest of its couplings
@@ -27,10 +49,19 @@ struct ViewedPeer {
   std::vector<ViewBody> bodies;  // newest poses
 };
 
+/// The id that stays when a peer's program is started again.
+inline PeerId LastingId(const ViewedPeer& peer) {
+  return peer.first_id != 0 ? peer.first_id : peer.info.peer;
+}
+
+/// Why what a program says may be misunderstood: "speaks protocol 5, this program 4: bring both to
+/// one version"; empty: it speaks ours.
+std::string OtherProtocol(const PeerInfo& info);
+
 /// What a viewer shows, at one moment.
 struct ViewerPicture {
   std::optional<SceneManifest> scene;  // the session's; not before an active peer has offered one
-  std::vector<ViewedPeer> peers;       // by id; those that left stay, marked
+  std::vector<ViewedPeer> peers;       // by id; those that left stay, marked, until they come back
   std::uint64_t samples = 0;           // view frames received so far
   std::int64_t first_sample_ns =
       0;  // when the first of them came, and the newest; this machine's clock
@@ -63,10 +94,15 @@ class Viewer : public Inbox {
   /// The peer's place; null: there are too many, all of them here.
   ViewedPeer* PlaceFor(PeerId peer);
   void NoteEnd(PeerId peer, ViewedPeer::Presence presence);
+  /// A program that is started again has a new id: its old place is taken, so that a person is
+  /// there once. `gone` is forgotten, with what still comes of it.
+  void TakePlace(ViewedPeer& of, PeerId gone);
+  void TakePlacesOfNamesakes(ViewedPeer& peer);
 
   mutable std::mutex mutex_;
   SceneOffers offers_;
   std::map<PeerId, ViewedPeer> peers_;
+  std::set<PeerId> replaced_;  // whose places others took; frames of theirs are stragglers
   std::uint64_t samples_ = 0;
   std::int64_t first_sample_ns_ = 0;
   std::int64_t newest_sample_ns_ = 0;

@@ -36,6 +36,77 @@ TEST(Viewer, AStragglingFrameDoesNotBringBackAPeerThatLeft) {
   EXPECT_EQ(viewer.Picture().peers.at(0).presence, Presence::kHere);
 }
 
+PeerInfo Named(PeerId peer, const std::string& name, Role role = Role::kActive) {
+  PeerInfo info = InfoOf(peer, role);
+  info.name = name;
+  return info;
+}
+
+TEST(Viewer, WhoComesBackWithANewIdIsThereOnce) {
+  Viewer viewer;
+  viewer.OnPeerInfo(Named(4, "anna"), 1 * kMs);
+  viewer.OnPeerInfo(Named(6, "ben"), 1 * kMs);
+  viewer.OnPeerLeft(4);
+  viewer.OnView(FrameOf(9, 0), 2 * kMs);  // the picture may come before the name
+  viewer.OnPeerInfo(Named(9, "anna"), 3 * kMs);
+  viewer.OnView(FrameOf(4, 1), 4 * kMs);  // a straggler of the program that has ended
+  const ViewerPicture picture = viewer.Picture();
+  ASSERT_EQ(picture.peers.size(), 2U);
+  EXPECT_EQ(picture.peers[1].info.peer, 9U);
+  EXPECT_EQ(picture.peers[1].presence, Presence::kHere);
+  EXPECT_TRUE(picture.peers[1].came_back);
+  EXPECT_EQ(LastingId(picture.peers[1]), 4U);  // and so keeps its colour
+  EXPECT_FALSE(picture.peers[0].came_back);
+  EXPECT_EQ(LastingId(picture.peers[0]), 6U);
+}
+
+// The first program's end is noticed when its lease has run out, seconds after the second began.
+TEST(Viewer, WhoCrashedAndIsBackBeforeThatIsNoticedIsThereOnce) {
+  Viewer viewer;
+  viewer.OnPeerInfo(Named(4, "anna"), 1 * kMs);
+  viewer.OnPeerInfo(Named(9, "anna"), 3 * kMs);
+  EXPECT_EQ(viewer.Picture().peers.size(), 2U);
+  viewer.OnPeerLost(4);
+  ASSERT_EQ(viewer.Picture().peers.size(), 1U);
+  EXPECT_EQ(viewer.Picture().peers[0].info.peer, 9U);
+  EXPECT_EQ(LastingId(viewer.Picture().peers[0]), 4U);
+}
+
+TEST(Viewer, TwoOfOneNameAreTwoAndWhoLeavesOfThemIsMarked) {
+  Viewer viewer;
+  viewer.OnPeerInfo(Named(4, "anna"), 1 * kMs);
+  viewer.OnPeerInfo(Named(9, "anna"), 2 * kMs);
+  viewer.OnPeerInfo(Named(4, "anna"), 3 * kMs);  // heard after the other came
+  viewer.OnPeerLeft(4);
+  ASSERT_EQ(viewer.Picture().peers.size(), 2U);
+  EXPECT_EQ(viewer.Picture().peers[0].presence, Presence::kLeft);
+  EXPECT_NE(LastingId(viewer.Picture().peers[1]), 4U);
+  // nor does a viewer take the place of one who took part
+  viewer.OnPeerInfo(Named(11, "anna", Role::kViewer), 4 * kMs);
+  EXPECT_EQ(viewer.Picture().peers.size(), 3U);
+}
+
+TEST(Viewer, AReplayIsKnownByItsNameWhichIsNeverTooLongToBeSent) {
+  EXPECT_FALSE(IsReplay(Named(4, "anna")));
+  EXPECT_EQ(ReplayName("anna"), "anna (replay)");
+  EXPECT_TRUE(IsReplay(Named(4, ReplayName("anna"))));
+  const std::string long_name = ReplayName(std::string(60, 'x') + "\u00e9");
+  EXPECT_EQ(long_name.size(), kMaxPeerName);
+  std::string accents;
+  for (int i = 0; i < 40; ++i) accents += "\u00e9";  // two bytes each
+  EXPECT_EQ(ReplayName(accents).size(), kMaxPeerName - 1);
+  EXPECT_TRUE(IsReplay(Named(4, ReplayName(accents))));
+}
+
+TEST(Viewer, SaysOfAnotherProtocolWhichTheTwoAre) {
+  PeerInfo info = Named(4, "anna");
+  EXPECT_EQ(OtherProtocol(info), "");
+  info.protocol = kProtocol + 1;
+  EXPECT_EQ(OtherProtocol(info), "speaks protocol " + std::to_string(kProtocol + 1) +
+                                     ", this program " + std::to_string(kProtocol) +
+                                     ": bring both to one version");
+}
+
 TEST(Viewer, BringsTogetherTheBodiesOfSeveralFrames) {
   Viewer viewer;
   ViewFrame frame = FrameOf(4, 0);

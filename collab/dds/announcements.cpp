@@ -1,0 +1,289 @@
+#include "collab/dds/announcements.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <set>
+#include <string_view>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "collab/dds/domain.h"
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+namespace {
+
+// RTPS 2.5, sections 9.4 and 9.6; "domain tag" and "identity token" of the parameter lists
+constexpr std::size_t kRtpsHeader = 20;
+constexpr std::uint8_t kData = 0x15;
+constexpr std::uint8_t kLittleEndian = 0x01;
+constexpr std::uint8_t kInlineQos = 0x02;
+constexpr std::uint32_t kSpdpWriter = 0x000100C2;
+constexpr std::uint16_t kSentinel = 0x0001;
+constexpr std::uint16_t kDomainTag = 0x4014;
+constexpr std::uint16_t kIdentityToken = 0x1001;
+constexpr std::uint16_t kParametersLittle = 0x0003;
+constexpr std::uint16_t kParametersBig = 0x0002;
+
+constexpr const char* kGroup = "239.255.0.1";
+constexpr std::uint32_t kMostPrograms = 60;  // of a machine, as DomainXml has it
+constexpr int kMostPackets = 256;            // at once
+
+/// Takes numbers off the front of bytes; after the end all are zero, and it is not good any more.
+class ByteCursor {
+ public:
+  ByteCursor(std::span<const std::uint8_t> bytes, bool little) : bytes_(bytes), little_(little) {}
+
+  std::uint32_t Take(std::size_t size) {
+    std::uint32_t value = 0;
+    const std::span<const std::uint8_t> part = Bytes(size);
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      value |= std::uint32_t{part[i]} << (8 * (little_ ? i : part.size() - 1 - i));
+    }
+    return value;
+  }
+  std::span<const std::uint8_t> Bytes(std::size_t size) {
+    if (size > bytes_.size()) {
+      good_ = false;
+      bytes_ = {};
+      return {};
+    }
+    const std::span<const std::uint8_t> part = bytes_.first(size);
+    bytes_ = bytes_.subspan(size);
+    return part;
+  }
+  bool good() const { return good_; }
+  std::span<const std::uint8_t> rest() const { return bytes_; }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+  bool little_;
+  bool good_ = true;
+};
+
+/// Calls use(parameter, value) for each of a list; false where its end is missing.
+template <typename Use>
+bool ForEachParameter(ByteCursor& list, Use use) {
+  while (list.good()) {
+    const auto parameter = static_cast<std::uint16_t>(list.Take(2));
+    const std::uint32_t size = list.Take(2);
+    if (parameter == kSentinel) return list.good();
+    use(parameter, list.Bytes(size));
+  }
+  return false;
+}
+
+std::optional<AnnouncedSession> ReadParticipant(std::span<const std::uint8_t> data) {
+  ByteCursor head(data, false);
+  const std::uint32_t encoding = head.Take(2);
+  head.Take(2);
+  if (encoding != kParametersLittle && encoding != kParametersBig) return std::nullopt;
+  const bool little = encoding == kParametersLittle;
+  ByteCursor list(head.rest(), little);
+  std::optional<std::string> name;
+  bool secured = false;
+  const bool whole =
+      ForEachParameter(list, [&](std::uint16_t parameter, std::span<const std::uint8_t> value) {
+        secured = secured || parameter == kIdentityToken;
+        if (parameter != kDomainTag) return;
+        ByteCursor text(value, little);
+        const std::uint32_t size = text.Take(4);  // with the zero at its end
+        const std::span<const std::uint8_t> bytes = text.Bytes(size);
+        if (bytes.empty()) return;
+        name = SessionOfTag(std::string(bytes.begin(), bytes.end() - 1));
+      });
+  if (!whole || !name) return std::nullopt;
+  return AnnouncedSession{*name, secured};
+}
+
+/// A UDP socket that nothing else needs to wait for.
+class ListeningSocket {
+ public:
+  ListeningSocket() : descriptor_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {}
+  ~ListeningSocket() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  ListeningSocket(const ListeningSocket&) = delete;
+  ListeningSocket& operator=(const ListeningSocket&) = delete;
+
+  bool Bind(in_addr_t address, std::uint32_t port) {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_addr.s_addr = address;
+    at.sin_port = htons(static_cast<std::uint16_t>(port));
+    return bind(descriptor_, reinterpret_cast<sockaddr*>(&at), sizeof at) == 0;
+  }
+  int get() const { return descriptor_; }
+
+ private:
+  int descriptor_;
+};
+
+/// Joins the group on the interface of that name, or on all there are.
+void JoinGroup(int descriptor, const std::string& interface) {
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) return;
+  for (const ifaddrs* i = list; i != nullptr; i = i->ifa_next) {
+    if (i->ifa_addr == nullptr || i->ifa_addr->sa_family != AF_INET) continue;
+    if ((i->ifa_flags & IFF_UP) == 0 || (!interface.empty() && interface != i->ifa_name)) continue;
+    ip_mreq request{};
+    inet_pton(AF_INET, kGroup, &request.imr_multiaddr);
+    request.imr_interface = reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr;
+    setsockopt(descriptor, IPPROTO_IP, IP_ADD_MEMBERSHIP, &request, sizeof request);
+  }
+  freeifaddrs(list);
+}
+
+/// Of this process's own participants of a domain: they are not others.
+std::set<ProgramId> OwnPrograms(std::uint32_t domain) {
+  std::set<ProgramId> own;
+  std::array<dds_entity_t, 16> participants{};
+  const dds_return_t found =
+      dds_lookup_participant(domain, participants.data(), participants.size());
+  for (dds_return_t i = 0; i < std::min<dds_return_t>(found, 16); ++i) {
+    dds_guid_t guid{};
+    if (dds_get_guid(participants[static_cast<std::size_t>(i)], &guid) != DDS_RETCODE_OK) continue;
+    ProgramId program{};
+    std::copy_n(guid.v, program.size(), program.begin());
+    own.insert(program);
+  }
+  return own;
+}
+
+class AnnouncedSessions final : public SessionsNearby {
+ public:
+  explicit AnnouncedSessions(const DdsOptions& options) : domain_(options.domain) {
+    if (options.interface != "lo" && options.peers.empty()) {
+      const int yes = 1;
+      setsockopt(multicast_.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+      in_addr group{};
+      inet_pton(AF_INET, kGroup, &group);
+      if (multicast_.Bind(group.s_addr, 7400 + 250 * domain_)) {
+        JoinGroup(multicast_.get(), options.interface);
+      }
+      return;
+    }
+    // without multicast each announces itself at every port that a program may have
+    for (std::uint32_t i = 0; i <= kMostPrograms; ++i) {
+      if (unicast_.Bind(htonl(INADDR_ANY), DiscoveryPort(domain_, i))) return;
+    }
+  }
+
+  std::vector<AnnouncedSession> Heard() override {
+    own_.merge(OwnPrograms(domain_));
+    const std::int64_t now_ns = MonotonicNowNs();
+    for (const ListeningSocket* socket : {&multicast_, &unicast_}) Take(socket->get(), now_ns);
+    return programs_.Sessions(own_, now_ns);
+  }
+
+ private:
+  void Take(int descriptor, std::int64_t now_ns) {
+    std::array<std::uint8_t, 65536> packet;
+    for (int i = 0; i < kMostPackets; ++i) {
+      const ssize_t size = recv(descriptor, packet.data(), packet.size(), MSG_DONTWAIT);
+      if (size < 0) return;
+      const auto announcement = ReadAnnouncement({packet.data(), static_cast<std::size_t>(size)});
+      if (announcement) programs_.Note(*announcement, now_ns);
+    }
+  }
+
+  const std::uint32_t domain_;
+  ListeningSocket multicast_;
+  ListeningSocket unicast_;
+  std::set<ProgramId> own_;
+  AnnouncedPrograms programs_;
+};
+
+}  // namespace
+
+void AnnouncedPrograms::Note(const Announcement& announcement, std::int64_t now_ns) {
+  const auto known = std::find_if(programs_.begin(), programs_.end(), [&](const Program& one) {
+    return one.announced.program == announcement.program &&
+           one.announced.session == announcement.session;
+  });
+  if (known != programs_.end()) {
+    known->heard_ns = now_ns;
+  } else if (programs_.size() < kMost) {
+    programs_.push_back({announcement, now_ns});
+  }
+}
+
+std::vector<AnnouncedSession> AnnouncedPrograms::Sessions(const std::set<ProgramId>& own,
+                                                          std::int64_t now_ns) {
+  std::erase_if(programs_, [now_ns](const Program& program) {
+    return now_ns - program.heard_ns > kForgetNs;
+  });
+  std::set<AnnouncedSession> sessions;
+  for (const Program& program : programs_) {
+    if (!own.contains(program.announced.program)) sessions.insert(program.announced.session);
+  }
+  return {sessions.begin(), sessions.end()};
+}
+
+std::optional<std::string> SessionOfTag(const std::string& tag) {
+  constexpr std::string_view kOurs = "tandem/";
+  if (tag.size() > kOurs.size() + 3 * kMaxSessionName || tag.rfind(kOurs, 0) != 0) {
+    return std::nullopt;
+  }
+  std::string name;
+  for (std::size_t i = kOurs.size(); i < tag.size(); ++i) {
+    char c = tag[i];
+    unsigned code = 0;
+    const char* digits = tag.data() + i + 1;
+    if (c == '%' && i + 2 < tag.size() &&
+        std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2) {
+      c = static_cast<char>(code);
+      i += 2;
+    }
+    const auto byte = static_cast<unsigned char>(c);
+    name += byte < 0x20 || byte == 0x7F ? '?' : c;
+  }
+  return name;
+}
+
+std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packet) {
+  if (packet.size() < kRtpsHeader || std::memcmp(packet.data(), "RTPS", 4) != 0) {
+    return std::nullopt;
+  }
+  Announcement announcement;
+  std::copy_n(packet.data() + 8, announcement.program.size(), announcement.program.begin());
+  std::span<const std::uint8_t> rest = packet.subspan(kRtpsHeader);
+  while (rest.size() >= 4) {
+    const std::uint8_t kind = rest[0];
+    const std::uint8_t flags = rest[1];
+    const bool little = (flags & kLittleEndian) != 0;
+    std::size_t size = ByteCursor(rest.subspan(2), little).Take(2);
+    if (size == 0) size = rest.size() - 4;  // the last one may leave it out
+    if (size > rest.size() - 4) return std::nullopt;
+    const std::span<const std::uint8_t> body = rest.subspan(4, size);
+    rest = rest.subspan(4 + size);
+    if (kind != kData) continue;
+    ByteCursor data(body, little);
+    data.Take(2);
+    const std::uint32_t to_inline_qos = data.Take(2);
+    data.Take(4);
+    const std::span<const std::uint8_t> writer = data.Bytes(4);
+    if (to_inline_qos < 8 || ByteCursor(writer, false).Take(4) != kSpdpWriter) continue;
+    data.Bytes(to_inline_qos - 8);
+    const auto ignore = [](std::uint16_t, std::span<const std::uint8_t>) {};
+    if ((flags & kInlineQos) != 0 && !ForEachParameter(data, ignore)) continue;
+    const std::optional<AnnouncedSession> session = ReadParticipant(data.rest());
+    if (!session) continue;
+    announcement.session = *session;
+    return announcement;
+  }
+  return std::nullopt;
+}
+
+std::unique_ptr<SessionsNearby> ListenForSessions(const DdsOptions& options) {
+  return std::make_unique<AnnouncedSessions>(options);
+}
+
+}  // namespace tandem
