@@ -20,6 +20,7 @@
 #include "app/stability/maps.h"
 #include "app/stability/margin_picture.h"
 #include "app/stability/report_data.h"
+#include "app/stability/seed_spread.h"
 
 namespace tandem {
 
@@ -100,6 +101,9 @@ int MakeReport(const ReportRequest& request) {
   if (const auto fault = folder.Make("pictures")) return Fail(kExitFile, fault->what);
   LabScenes scenes;
   for (ReportSweep& sweep : data.sweeps) AddPictures(scenes, sweep);
+  for (const ReportSweep& sweep : data.sweeps) {
+    if (auto spread = SeedSpreadOf(sweep.results)) data.tables.push_back(*std::move(spread));
+  }
   if (const auto fault = AddSeries(request.series, folder.path(), scenes, data)) {
     return Fail(kExitFile, fault->what);
   }
@@ -109,6 +113,7 @@ int MakeReport(const ReportRequest& request) {
     pictures.insert(pictures.end(), sweep.others.begin(), sweep.others.end());
     folder.Write(sweep.name + "-cells.csv", CsvOf(sweep.results));
   }
+  pictures.insert(pictures.end(), data.pictures.begin(), data.pictures.end());
   for (const ReportSeries& one : data.series) pictures.push_back(one.picture);
   for (const Picture& picture : pictures) {
     folder.Write("pictures/" + picture.name + ".svg", SvgOf(picture, SvgPlace::kFile));

@@ -192,10 +192,10 @@ void DrawLegendLine(Picture& picture, const PicturePoint& at, const Stroke& stro
       {at.x + kLegendSample + 8, at.y}, text, kTextSize, TextAnchor::kStart, kText, false, false});
 }
 
-void DrawLegendMarker(Picture& picture, const PicturePoint& at, MarkerKind kind, Rgb colour,
-                      const std::string& text) {
+void DrawLegendMarker(Picture& picture, const PicturePoint& at, MarkerKind kind, double size,
+                      Rgb colour, const std::string& text) {
   picture.shapes.emplace_back(
-      MarkerShape{{at.x + 0.5 * kLegendSample, at.y - 4}, kind, 8, colour, {}});
+      MarkerShape{{at.x + 0.5 * kLegendSample, at.y - 4}, kind, size, colour, {}});
   picture.shapes.emplace_back(LabelShape{
       {at.x + kLegendSample + 8, at.y}, text, kTextSize, TextAnchor::kStart, kText, false, false});
 }

@@ -53,11 +53,12 @@ class Chart {
   Axis y_;
 };
 
-/// A line of a legend: a sample of the stroke, or a marker, and a text at its right.
+/// A line of a legend: a sample of the stroke, or a marker of its size in the picture, and a text
+/// at its right.
 void DrawLegendLine(Picture& picture, const PicturePoint& at, const Stroke& stroke,
                     const std::string& text);
-void DrawLegendMarker(Picture& picture, const PicturePoint& at, MarkerKind kind, Rgb colour,
-                      const std::string& text);
+void DrawLegendMarker(Picture& picture, const PicturePoint& at, MarkerKind kind, double size,
+                      Rgb colour, const std::string& text);
 
 /// 0.05, 20, 1000, 2e+05: as few digits as there are.
 std::string ShortNumber(double value);

@@ -3,7 +3,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <string_view>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -13,18 +15,54 @@ namespace {
 
 using Json = nlohmann::json;
 
+double NumberIn(const Json& object, const char* key, double otherwise) {
+  return object.is_object() && object.contains(key) ? object[key].get<double>() : otherwise;
+}
+
 // of an object or of a name
 std::string NameIn(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_object() && value.contains("name")) return NameIn(value["name"]);
-  if (value.is_object() && value.contains("mass_kg")) {
-    return TableNumber(value["mass_kg"].get<double>()) + " kg";
-  }
   return "own";
 }
 
-double NumberIn(const Json& object, const char* key, double otherwise) {
-  return object.is_object() && object.contains(key) ? object[key].get<double>() : otherwise;
+std::string HandText(const Json& hand) {
+  if (!hand.is_object()) return NameIn(hand);
+  if (hand.contains("file")) {
+    return std::filesystem::path(hand["file"].get<std::string>()).stem().string();
+  }
+  std::string text;
+  for (const auto& [key, unit] : {std::pair("mass_kg", " kg"), std::pair("damping_Ns_m", " N s/m"),
+                                  std::pair("stiffness_N_m", " N/m")}) {
+    if (!hand.contains(key)) continue;
+    text.append(text.empty() ? "" : " ").append(TableNumber(hand[key].get<double>())).append(unit);
+  }
+  return text;
+}
+
+// "jitter 20 ms, loss 5 %"; of a schedule its steps
+std::string LineText(const Json& network) {
+  std::string text;
+  for (const auto& [key, value] : network.items()) {
+    if (key == "name") continue;
+    text += text.empty() ? "" : ", ";
+    const std::string_view name = key;
+    if (name == "schedule") {
+      text += "delays that change";
+      for (const Json& step : value) {
+        text.append(" ").append(TableNumber(1e3 * NumberIn(step, "delay_s", 0))).append(" ms");
+        if (step.value("cut", false)) text += " cut";
+      }
+    } else if (name.ends_with("_ms")) {
+      text.append(name.substr(0, name.size() - 3)).append(" ");
+      text.append(TableNumber(value.get<double>())).append(" ms");
+    } else if (name == "loss" || name == "reorder" || name == "duplicate") {
+      text.append(name).append(" ").append(TableNumber(1e2 * value.get<double>())).append(" %");
+    } else {
+      text.append(name).append(" ").append(TableNumber(value.get<double>()));
+    }
+  }
+  return text.empty() ? "clean" : text;
 }
 
 std::string LawText(const Json& law) {
@@ -49,6 +87,11 @@ std::string LawText(const Json& law) {
   if (ratio != 1) text.append(" x ").append(TableNumber(ratio));
   if (law.value("exchange_forces", false)) text += ", forces exchanged";
   return text;
+}
+
+std::string KeyButSeed(Json test) {
+  for (const char* key : {"name", "seed"}) test.erase(key);
+  return test.dump();
 }
 
 std::string MapKey(Json test) {
@@ -77,16 +120,22 @@ CellFacts FactsOf(const CellRecord& record) {
   facts.scene = test.value("scene", "free");
   facts.users = test.value("users", std::size_t{2});
   for (const Json& hand : test.value("hands", Json::array())) {
-    facts.hands.append(facts.hands.empty() ? "" : " + ").append(NameIn(hand));
+    facts.hands.append(facts.hands.empty() ? "" : " + ").append(HandText(hand));
   }
   facts.delay_s = NumberIn(test, "delay_s", 0);
-  facts.network = test.contains("network") ? NameIn(test["network"]) : "clean";
+  const Json network = test.value("network", Json("clean"));
+  const bool named = !network.is_object() || network.contains("name");
+  facts.network = named ? NameIn(network) : LineText(network);
+  facts.network_detail = facts.network;
+  if (network.is_object() && named) facts.network_detail += " (" + LineText(network) + ")";
+  facts.seed = test.value("seed", std::uint64_t{1});
   facts.publish_hz = NumberIn(test, "publish_hz", 1000);
   const Json law = test.value("law", Json::object());
   facts.law = LawText(law);
   facts.gate = law.value("gate", true);
   facts.motion = test.value("motion", "kick");
   facts.map = MapKey(test);
+  facts.but_seed = KeyButSeed(test);
   return facts;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "collab/lab/results_file.h"
@@ -12,12 +13,15 @@ struct CellFacts {
   std::size_t users = 2;
   std::string hands;  // "off", or "off + heavy"
   double delay_s = 0;
-  std::string network;
+  std::string network;         // its name, or what is on the line: "jitter 20 ms, loss 5 %"
+  std::string network_detail;  // both, where a network has both
   double publish_hz = 0;
   std::string law;  // "p+d", "p+d x 0.5", "constant 200 N/m + 10 N s/m"
   bool gate = false;
   std::string motion;
-  std::string map;  // all but the delay and the stiffness: cells of one map share it
+  std::uint64_t seed = 1;
+  std::string map;       // all but the delay and the stiffness: cells of one map share it
+  std::string but_seed;  // all but the seed: cells that are repeated share it
 };
 
 CellFacts FactsOf(const CellRecord& record);

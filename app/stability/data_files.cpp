@@ -79,6 +79,8 @@ std::vector<std::string> ValuesOf(const CellRecord& record) {
   values.push_back(Exact(outcome.cpu_s));
   values.push_back(Exact(outcome.wall_s));
   values.push_back(outcome.result.fault ? outcome.result.fault->what : "");
+  values.push_back(std::to_string(facts.seed));
+  values.push_back(Exact(StiffnessOf(record, facts) / static_cast<double>(facts.users - 1)));
   return values;
 }
 
@@ -97,7 +99,8 @@ std::string CsvOf(const Results& results) {
       "cell", "key",  "scene",  "users",  "hands",   "delay_s",   "network",       "publish_hz",
       "law",  "gate", "motion", "expect", "verdict", "predicted", "stiffness_N_m", "critical_N_m"};
   for (const MetricField& field : MetricFields()) columns.emplace_back(field.name);
-  for (const char* name : {"digest", "simulated_s", "cpu_s", "wall_s", "fault"}) {
+  for (const char* name :
+       {"digest", "simulated_s", "cpu_s", "wall_s", "fault", "seed", "link_stiffness_N_m"}) {
     columns.emplace_back(name);
   }
   std::string csv = LineOf(columns);

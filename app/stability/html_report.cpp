@@ -62,9 +62,15 @@ std::string HeadOf(const ReportData& data, const std::vector<SweepRow>& rows) {
   const auto passed = std::ranges::count_if(rows, &SweepRow::pass);
   const bool all = static_cast<std::size_t>(passed) == rows.size();
   std::string out = "<h1>Stability of shared bodies under delay</h1>\n";
-  out += "<p><span class=\"verdict " + std::string(all ? "pass" : "fail") + "\">" +
-         std::to_string(passed) + " of " + std::to_string(rows.size()) + " rows pass</span> " +
-         std::to_string(data.cells()) + " experiments</p>\n<dl>";
+  if (rows.empty()) {
+    out += "<p><span class=\"verdict\">no claim is judged</span> ";
+  } else {
+    out += "<p><span class=\"verdict " + std::string(all ? "pass" : "fail") + "\">" +
+           std::to_string(passed) + " of " + std::to_string(rows.size()) + " rows pass</span> ";
+  }
+  if (data.cells() > 0) out += std::to_string(data.cells()) + " experiments ";
+  if (data.searches > 0) out += std::to_string(data.searches) + " boundaries searched for";
+  out += "</p>\n<dl>";
   out += Fact("this report", "<code>" + EscapedMarkup(data.command) + "</code>");
   out += Fact("made by", "tandem " + EscapedMarkup(data.version));
   for (const ReportSweep& sweep : data.sweeps) {
@@ -139,7 +145,7 @@ std::string CellsOf(const ReportSweep& sweep, std::size_t index) {
                                                           {"motion", false},
                                                           {"measured", false},
                                                           {"expected", false},
-                                                          {"stiffness, N/m", true},
+                                                          {"stiffness of all links, N/m", true},
                                                           {"of the boundary", true},
                                                           {"growth, 1/s", true},
                                                           {"tail, mm/s", true},
@@ -202,7 +208,10 @@ std::string HtmlOf(const ReportData& data) {
                         (one.same ? "" : ". Run again it has another digest than the sweep's."),
                     0);
   }
-  if (!data.tables.empty()) out += "<h2>Beside the sweeps</h2>\n";
+  if (!data.tables.empty()) {
+    out += data.sweeps.empty() ? "<h2>Tables</h2>\n" : "<h2>Beside the sweeps</h2>\n";
+  }
+  for (const Picture& picture : data.pictures) out += FigureOf(picture, "", 0);
   for (const ReportTable& table : data.tables) {
     out += Element("h3", table.title) + "\n";
     if (!table.note.empty()) out += Element("p", table.note) + "\n";

@@ -68,6 +68,11 @@ std::vector<std::pair<double, double>> TilesOf(const std::vector<double>& values
   return tiles;
 }
 
+/// So that a long text ends within the picture: letters are 0.55 as wide as high, bold ones 0.62.
+double FittingSize(const std::string& text, double most, double share) {
+  return std::min(most, (kWidth - kMapPlot.x - 4) / (share * static_cast<double>(text.size() + 1)));
+}
+
 void DrawTiles(const StabilityMap& map, const Chart& chart, Picture& picture) {
   std::map<double, std::vector<const MapCell*>> columns;
   for (const MapCell& cell : map.cells) columns[cell.delay_s].push_back(&cell);
@@ -98,12 +103,15 @@ MarkerKind MarkOf(Verdict verdict) {
   return verdict == Verdict::kStable ? MarkerKind::kDot : MarkerKind::kRing;
 }
 
+double SizeOf(MarkerKind kind) {
+  return kind == MarkerKind::kDot ? 6.0 : 7.0;
+}
+
 void DrawMarks(const StabilityMap& map, const Chart& chart, Picture& picture) {
   for (const MapCell& cell : map.cells) {
     const MarkerKind kind = MarkOf(cell.verdict);
-    picture.shapes.emplace_back(MarkerShape{chart.At(cell.delay_s, cell.stiffness), kind,
-                                            kind == MarkerKind::kDot ? 3.2 : 6.5, kBlack,
-                                            cell.hint});
+    picture.shapes.emplace_back(
+        MarkerShape{chart.At(cell.delay_s, cell.stiffness), kind, SizeOf(kind), kBlack, cell.hint});
   }
 }
 
@@ -150,7 +158,8 @@ void DrawLegend(const StabilityMap& map, Picture& picture) {
       return cell.verdict == verdict.first;
     });
     if (!there) continue;
-    DrawLegendMarker(picture, at, MarkOf(verdict.first), kBlack, verdict.second);
+    const MarkerKind kind = MarkOf(verdict.first);
+    DrawLegendMarker(picture, at, kind, SizeOf(kind), kBlack, verdict.second);
     at.y += kLegendStep;
   }
   for (const MapLine& line : map.lines) {
@@ -191,10 +200,20 @@ MapRange RangeOf(const StabilityMap& map) {
 
 Picture PictureOf(const StabilityMap& map) {
   Picture picture{map.name, map.title + ". " + map.note, kWidth, kHeight, {}};
-  picture.shapes.emplace_back(
-      LabelShape{{kMapPlot.x, 26}, map.title, 15, TextAnchor::kStart, kBlack, true, false});
-  picture.shapes.emplace_back(
-      LabelShape{{kMapPlot.x, 47}, map.note, 12, TextAnchor::kStart, {80, 80, 80}, false, false});
+  picture.shapes.emplace_back(LabelShape{{kMapPlot.x, 26},
+                                         map.title,
+                                         FittingSize(map.title, 15, 0.62),
+                                         TextAnchor::kStart,
+                                         kBlack,
+                                         true,
+                                         false});
+  picture.shapes.emplace_back(LabelShape{{kMapPlot.x, 47},
+                                         map.note,
+                                         FittingSize(map.note, 12, 0.55),
+                                         TextAnchor::kStart,
+                                         {80, 80, 80},
+                                         false,
+                                         false});
   const MapRange range = RangeOf(map);
   Chart chart(picture, kMapPlot,
               {"one-way delay, ms", 1e3 * range.shortest, 1e3 * range.longest, true},

@@ -22,7 +22,7 @@ enum class MapLineKind : std::uint8_t {
   kBoundary,    // stable below, exactly, in free space
   kPassive,     // stable below with whatever it touches: b/tau
   kAnyDelay,    // stable below at any delay
-  kLaw,         // in use
+  kLaw,         // of the cells, or the default law
   kLinearCalm,  // the paper's, as soft as it must be
   kLinearFirm   // and firmer
 };

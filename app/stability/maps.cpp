@@ -92,10 +92,40 @@ MapCell CellOf(const CellRecord& record, const CellFacts& facts) {
   return cell;
 }
 
+int Rank(Verdict verdict) {
+  if (verdict == Verdict::kUnstable) return 2;
+  return verdict == Verdict::kUndecided ? 1 : 0;
+}
+
+/// The runs of one case with several seeds as one cell: the worst of them.
+struct Repeated {
+  MapCell worst;
+  int runs = 0;
+  int stable = 0;
+
+  void Add(const MapCell& cell) {
+    ++runs;
+    stable += cell.verdict == Verdict::kStable ? 1 : 0;
+    const bool worse = runs == 1 || Rank(cell.verdict) > Rank(worst.verdict) ||
+                       (cell.verdict == worst.verdict && cell.growth > worst.growth);
+    if (worse) worst = cell;
+  }
+  MapCell Shown() const {
+    MapCell cell = worst;
+    if (runs > 1) {
+      cell.hint += "; the worst of " + std::to_string(runs) + " seeds, " + std::to_string(stable) +
+                   " of them stable";
+    }
+    return cell;
+  }
+};
+
 struct Group {
   const CellRecord* first = nullptr;
   CellFacts facts;
-  std::vector<MapCell> cells;
+  std::map<std::string, std::size_t> places;  // of what is repeated, in `cells`
+  std::vector<Repeated> cells;
+  std::size_t runs = 0;
 };
 
 // "constant 20 N/m + 10 N s/m" is of one cell alone: the law without what the
@@ -141,10 +171,18 @@ std::vector<MapLine> LinesOf(const LabCase& like, const Inertia& body, double sh
                                                     lumped.relative_damping);
                          }));
   }
-  const std::string law = DefaultLaw()->name();
   const double calm = CouplingLimits{}.linear_stiffness;
-  lines.push_back(Line(MapLineKind::kLaw, "law in use: " + law, WithLaw(like, law, calm), body,
-                       delays, stiffness));
+  // constant gains have no stiffness of their own by delay: the default law's beside them
+  const bool constant = like.law.name == "constant";
+  LabCase of_law = WithLaw(like, DefaultLaw()->name(), calm);
+  if (!constant) {
+    of_law = like;
+    of_law.law.ratio = 1;
+    of_law.law.exchange_forces = false;
+  }
+  lines.push_back(Line(MapLineKind::kLaw,
+                       (constant ? "default law: " : "law of these runs: ") + of_law.law.name,
+                       of_law, body, delays, stiffness));
   lines.push_back(Line(MapLineKind::kLinearCalm,
                        "paper's linear law, " + ShortNumber(calm) + " N/m",
                        WithLaw(like, "linear", calm), body, delays, stiffness));
@@ -167,21 +205,26 @@ std::vector<StabilityMap> MapsOf(const Results& results, const BodyOf& body_of) 
       group.first = &record;
       group.facts = facts;
     }
-    group.cells.push_back(cell);
+    const std::size_t place =
+        group.places.try_emplace(facts.but_seed, group.cells.size()).first->second;
+    if (place == group.cells.size()) group.cells.emplace_back();
+    group.cells[place].Add(cell);
+    ++group.runs;
   }
   std::vector<StabilityMap> maps;
   for (auto& keyed : groups) {
     Group& group = keyed.second;
     const Result<LabCase> parsed = ParseCase(group.first->cell.case_json, "cell");
-    if (!MakesAMap(group.cells) || !parsed) continue;
     StabilityMap map;
+    for (const Repeated& cell : group.cells) map.cells.push_back(cell.Shown());
+    if (!MakesAMap(map.cells) || !parsed) continue;
     const CellFacts& facts = group.facts;
     map.title = "Stability by delay and stiffness: " + facts.scene + ", " +
-                std::to_string(facts.users) + " users, hands " + facts.hands;
+                std::to_string(facts.users) + " users, hands " + facts.hands + ", network " +
+                facts.network;
     map.note = LawOnMap(parsed->law) + (facts.gate ? ", gated" : ", no gate") + "; network " +
-               facts.network + ", states at " + TableNumber(facts.publish_hz) + " Hz; motion " +
-               facts.motion + "; " + std::to_string(group.cells.size()) + " runs";
-    map.cells = std::move(group.cells);
+               facts.network_detail + ", states at " + TableNumber(facts.publish_hz) +
+               " Hz; motion " + facts.motion + "; " + std::to_string(group.runs) + " runs";
     if (const std::optional<Inertia> body = body_of(*parsed)) {
       const MapRange range = RangeOf(map);
       map.lines = LinesOf(FittedTo(*body, *parsed), *body, range.shortest, range.longest);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/picture/chart.h"
 #include "app/stability/cell_facts.h"
@@ -17,6 +18,19 @@ constexpr double kMost = 20;
 constexpr double kPredicted = 0.9;
 constexpr Rgb kStable{0, 90, 160};
 constexpr Rgb kUnstable{200, 60, 20};
+constexpr Rgb kUndecided{110, 110, 110};
+constexpr double kSize = 6;  // of a mark, from side to side
+
+struct MarginMark {
+  MarkerKind kind;
+  Rgb colour;
+};
+
+MarginMark MarginMarkOf(Verdict verdict) {
+  if (verdict == Verdict::kStable) return {MarkerKind::kDot, kStable};
+  if (verdict == Verdict::kUnstable) return {MarkerKind::kCross, kUnstable};
+  return {MarkerKind::kRing, kUndecided};
+}
 
 }  // namespace
 
@@ -45,7 +59,8 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
   chart.DrawCurve({{kLeast, 0}, {kMost, 0}}, {{120, 120, 120}, 1, {}});
   chart.DrawCurve({{kPredicted, -10}, {kPredicted, 10}}, {kBlack, 1.6, {6, 4}});
   std::size_t shown = 0;
-  std::size_t unexpected = 0;
+  std::size_t unstable = 0;
+  std::size_t undecided = 0;
   for (const auto& numbered : results.records) {
     const CellRecord& record = numbered.second;
     const CaseResult& result = record.outcome.result;
@@ -53,15 +68,17 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
     const double ratio = record.outcome.predicted->stiffness / record.outcome.predicted->critical;
     const double growth = result.metrics.blew_up ? kMostGrowth : result.metrics.growth;
     if (std::isnan(ratio) || std::isnan(growth)) continue;
-    const bool stable = result.verdict == Verdict::kStable;
-    unexpected += record.outcome.predicted->is_stable() && !stable ? 1U : 0U;
+    if (record.outcome.predicted->is_stable()) {
+      unstable += result.verdict == Verdict::kUnstable ? 1U : 0U;
+      undecided += result.verdict == Verdict::kUndecided ? 1U : 0U;
+    }
     ++shown;
     const PicturePoint at =
         chart.At(std::clamp(ratio, kLeast, kMost), std::clamp(growth, -kMostGrowth, kMostGrowth));
     const CellFacts facts = FactsOf(record);
+    const MarginMark mark = MarginMarkOf(result.verdict);
     picture.shapes.emplace_back(MarkerShape{
-        at, stable ? MarkerKind::kDot : MarkerKind::kCross, stable ? 4.0 : 6.5,
-        stable ? kStable : kUnstable,
+        at, mark.kind, kSize, mark.colour,
         LineOf(record, facts) + ": " + NameOf(result.verdict) + ", " + TableNumber(ratio) +
             " of the boundary, growth " + TableNumber(result.metrics.growth) + "/s"});
   }
@@ -69,23 +86,30 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
   picture.shapes.emplace_back(LabelShape{
       {kMarginPlot.x, 47},
       std::to_string(shown) + " cells; shaded: predicted stable, below 0.9 of the boundary; " +
-          std::to_string(unexpected) + " of those not measured so",
+          std::to_string(unstable) + " of those measured unstable, " + std::to_string(undecided) +
+          " undecided",
       12,
       TextAnchor::kStart,
       {80, 80, 80},
       false,
       false});
-  DrawLegendMarker(picture, {668, 90}, MarkerKind::kDot, kStable, "measured stable");
-  DrawLegendMarker(picture, {668, 112}, MarkerKind::kCross, kUnstable, "unstable or undecided");
-  DrawLegendLine(picture, {668, 134}, {kBlack, 1.6, {6, 4}}, "0.9 of the boundary");
-  picture.shapes.emplace_back(LabelShape{{668, 164},
+  double y = 90;
+  for (const auto& [verdict, text] : {std::pair(Verdict::kStable, "measured stable"),
+                                      std::pair(Verdict::kUnstable, "measured unstable"),
+                                      std::pair(Verdict::kUndecided, "undecided")}) {
+    const MarginMark mark = MarginMarkOf(verdict);
+    DrawLegendMarker(picture, {668, y}, mark.kind, kSize, mark.colour, text);
+    y += 22;
+  }
+  DrawLegendLine(picture, {668, y}, {kBlack, 1.6, {6, 4}}, "0.9 of the boundary");
+  picture.shapes.emplace_back(LabelShape{{668, 186},
                                          "Boundary: exact in free space,",
                                          12,
                                          TextAnchor::kStart,
                                          {80, 80, 80},
                                          false,
                                          false});
-  picture.shapes.emplace_back(LabelShape{{668, 182},
+  picture.shapes.emplace_back(LabelShape{{668, 204},
                                          "b / delay where there is contact.",
                                          12,
                                          TextAnchor::kStart,

@@ -4,11 +4,13 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <string_view>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "app/stability/boundary_picture.h"
 #include "app/stability/cell_facts.h"
 
 namespace tandem {
@@ -84,6 +86,59 @@ ReportTable TableOf(const std::string& title, const std::string& note, const Ord
   return table;
 }
 
+std::string NumberOr(const OrderedJson& row, const char* key, const char* otherwise) {
+  const bool there = row.contains(key) && row[key].is_number();
+  return there ? TableNumber(row[key].get<double>()) : otherwise;
+}
+
+bool IsBoundary(const OrderedJson& row) {
+  const auto number = [&row](const char* key) {
+    return row.contains(key) && row[key].is_number();
+  };
+  return number("delay_s") && number("predicted_N_m") && row.contains("hand") &&
+         row["hand"].is_string();
+}
+
+/// What `tandem stability boundary` found: a table in words, and a picture.
+void AddBoundary(const OrderedJson& rows, ReportData& data) {
+  ReportTable table{TitleOf("boundary"),
+                    "Stiffness of all links of a user together. A bar stands for two users with "
+                    "constant gains and free hands alone.",
+                    {"hand", "one-way delay, ms", "law", "users", "network", "seed", "exact, N/m",
+                     "measured, N/m", "measured over exact", "onset, Hz", "runs", "bar", "holds"},
+                    {}};
+  std::vector<BoundaryMark> marks;
+  for (const OrderedJson& row : rows) {
+    const auto text = [&row](const char* key, const char* otherwise) {
+      return row.contains(key) ? TextOf(row[key]) : std::string(otherwise);
+    };
+    const double delay_s = row["delay_s"].get<double>();
+    const bool judged = row.value("judged", false);
+    const bool found = row.contains("measured_N_m") && row["measured_N_m"].is_number();
+    const std::string fault = text("fault", "");
+    const std::string network = text("network", "clean");
+    table.rows.push_back(
+        {text("hand", ""), TableNumber(1e3 * delay_s), text("law", ""), text("users", ""), network,
+         text("seed", "1"), NumberOr(row, "predicted_N_m", "-"),
+         !fault.empty() ? fault : NumberOr(row, "measured_N_m", "none to 4 times that"),
+         NumberOr(row, "ratio", "-"), NumberOr(row, "onset_hz", "-"), text("runs", ""),
+         !judged ? "none" : (delay_s < 0.1 ? ">= 0.95" : "0.95 to 1.25"),
+         judged ? text("pass", "-") : "-"});
+    BoundaryMark& mark = marks.emplace_back();
+    mark.kind = "hands " + text("hand", "") + ", " + text("law", "") + ", " + text("users", "2") +
+                " users" + (network == "clean" ? "" : ", " + network);
+    mark.delay_s = delay_s;
+    mark.exact = row["predicted_N_m"].get<double>();
+    mark.measured =
+        found ? row["measured_N_m"].get<double>() : std::numeric_limits<double>::infinity();
+    ++data.searches;
+  }
+  data.tables.push_back(std::move(table));
+  std::string name = "boundary";
+  if (!data.pictures.empty()) name += "-" + std::to_string(data.pictures.size() + 1);
+  data.pictures.push_back(BoundaryPictureOf(marks, name));
+}
+
 void AddObject(const std::string& name, const OrderedJson& object, ReportData& data) {
   std::string note;
   for (const auto& item : object.items()) {
@@ -95,7 +150,9 @@ void AddObject(const std::string& name, const OrderedJson& object, ReportData& d
     const OrderedJson& value = item.value();
     if (!IsTable(value)) continue;
     any = true;
-    if (item.key() == "rows" && std::ranges::all_of(value, IsClaim)) {
+    if (item.key() == "boundary" && std::ranges::all_of(value, IsBoundary)) {
+      AddBoundary(value, data);
+    } else if (item.key() == "rows" && std::ranges::all_of(value, IsClaim)) {
       for (const OrderedJson& row : value) {
         data.rows.push_back({row["name"].get<std::string>(), TextOf(row["bar"]),
                              row["value"].get<double>(), row["pass"].get<bool>()});

@@ -45,7 +45,9 @@ struct ReportData {
   std::vector<ReportSweep> sweeps;
   std::vector<SweepRow> rows;  // of tables that have a bar
   std::vector<ReportTable> tables;
+  std::vector<Picture> pictures;  // of tables
   std::vector<ReportSeries> series;
+  std::size_t searches = 0;  // for a boundary, many runs each
 
   /// Of all sweeps and tables; a row that cells were run again if there are
   /// series.

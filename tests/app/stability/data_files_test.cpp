@@ -57,5 +57,28 @@ TEST(DataFiles, GiveAllOfTheReportAsJson) {
   EXPECT_EQ(json["tables"][0]["rows"][0][0], "1");
 }
 
+// A stiffness of a case is that of all links of a user: among three a link has half of it.
+TEST(DataFiles, TellTheStiffnessOfALinkAndTheSeed) {
+  Results results = TwentyCells();
+  testing::ReplaceInCase(results.records.at(7), "\"users\":2", "\"users\":3");
+  std::istringstream csv(CsvOf(results));
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_THAT(line, ::testing::EndsWith(",fault,seed,link_stiffness_N_m"));
+  for (int i = 0; i < 8; ++i) std::getline(csv, line);
+  EXPECT_THAT(line, ::testing::EndsWith(",,7,45"));  // of 90
+}
+
+TEST(DataFiles, NameANetworkAndAHandOfOnesOwnByWhatTheyAre) {
+  Results results = TwentyCells();
+  testing::ReplaceInCase(results.records.at(0), "\"clean\"",
+                         R"({"jitter_ms":20,"loss":0.05,"schedule":[{"at_s":2,"delay_s":0.3}]})");
+  testing::ReplaceInCase(results.records.at(0), "\"heavy\"",
+                         R"({"mass_kg":1.2,"damping_Ns_m":5},{"file":"hands/left.json"})");
+  const std::string csv = CsvOf(results);
+  EXPECT_THAT(csv, HasSubstr("\"jitter 20 ms, loss 5 %, delays that change 300 ms\""));
+  EXPECT_THAT(csv, HasSubstr(",1.2 kg 5 N s/m + left,"));
+}
+
 }  // namespace
 }  // namespace tandem

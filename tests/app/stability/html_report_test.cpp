@@ -82,12 +82,12 @@ TEST(HtmlReport, HasALineForEachCellThatThePicturesCanPointAt) {
 
 TEST(HtmlReport, SaysHowManyRowsPassAndMarksThoseThatDoNot) {
   ReportData data = Made();
-  EXPECT_THAT(HtmlOf(data), HasSubstr("4 of 4 rows pass"));
+  EXPECT_THAT(HtmlOf(data), HasSubstr("5 of 5 rows pass"));
   EXPECT_THAT(HtmlOf(data), Not(HasSubstr("FAIL")));
   CellRecord& control = data.sweeps[0].results.records.at(19);
   control.outcome.result.verdict = Verdict::kStable;
   data.sweeps[0].summary = Summarize(data.sweeps[0].results);
-  EXPECT_THAT(HtmlOf(data), HasSubstr("3 of 4 rows pass"));
+  EXPECT_THAT(HtmlOf(data), HasSubstr("4 of 5 rows pass"));
   EXPECT_THAT(HtmlOf(data), HasSubstr("<td class=\"fail\">FAIL"));
   EXPECT_THAT(HtmlOf(data), HasSubstr("<td class=\"fail\">stable"));
 }
@@ -96,6 +96,18 @@ TEST(HtmlReport, LetsNoTextBecomeMarkup) {
   const std::string html = HtmlOf(Made());
   EXPECT_THAT(html, HasSubstr("&lt;i&gt;table&lt;/i&gt;"));
   EXPECT_THAT(html, HasSubstr("1 &lt; 2 &amp; &quot;3&quot;"));
+}
+
+// A boundary of a law that no bar stands for: nothing passes, and nothing fails.
+TEST(HtmlReport, OfNoClaimSaysSoInPlaceOfNoneOfNone) {
+  ReportData data;
+  data.searches = 3;
+  data.tables.push_back({"t", "", {"a"}, {{"1"}}});
+  const std::string html = HtmlOf(data);
+  EXPECT_THAT(html, HasSubstr("<span class=\"verdict\">no claim is judged</span>"));
+  EXPECT_THAT(html, HasSubstr("3 boundaries searched for"));
+  EXPECT_THAT(html, Not(HasSubstr("0 of 0")));
+  EXPECT_THAT(html, Not(HasSubstr("0 experiments")));
 }
 
 }  // namespace

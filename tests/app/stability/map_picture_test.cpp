@@ -159,5 +159,26 @@ TEST(StabilityMap, PutsADelayOfAHundredMillisecondsBetweenTenAndAThousand) {
   EXPECT_LT(marks[2].at.y, marks[0].at.y);  // firmer is higher
 }
 
+TEST(StabilityMap, HasMarksOfOneSizeInTheMapAndInItsLegend) {
+  double of_dots[2] = {0, 0};
+  double of_crosses[2] = {0, 0};
+  for (const MarkerShape& mark : All<MarkerShape>(PictureOf(OfGrid()))) {
+    (mark.kind == MarkerKind::kDot ? of_dots : of_crosses)[mark.hint.empty() ? 0 : 1] = mark.size;
+  }
+  EXPECT_GE(of_dots[1], 6);
+  EXPECT_EQ(of_dots[0], of_dots[1]);
+  EXPECT_EQ(of_crosses[0], of_crosses[1]);
+}
+
+TEST(StabilityMap, HasALongTitleWithinThePicture) {
+  StabilityMap map = OfGrid();
+  map.title += ", network delays that change 20 ms 300 ms 50 ms 1000 ms 20 ms, jitter 30 ms";
+  map.note += map.note;
+  const Picture picture = PictureOf(map);
+  for (const LabelShape& label : All<LabelShape>(picture)) {
+    EXPECT_LE(BoundsOf(label).right(), picture.width) << label.text;
+  }
+}
+
 }  // namespace
 }  // namespace tandem

@@ -131,5 +131,71 @@ TEST(Maps, ShowWhatIsOutOfBoundsAsGrowthAndWhatIsAtRestAsDecay) {
   EXPECT_EQ(growth_at(0.02, 10), -std::numeric_limits<double>::infinity());
 }
 
+// Else an axis of seeds would put tiles of no height on one another.
+TEST(Maps, ShowACaseWithSeveralSeedsAsOneCellTheWorst) {
+  Results results = TwentyCells();
+  for (const std::size_t seed : {8U, 9U}) {
+    CellRecord record = results.records.at(0);
+    record.cell.number = 12 + seed;
+    ReplaceInCase(record, "\"seed\":7", "\"seed\":" + std::to_string(seed));
+    if (seed == 8) {
+      record.outcome.result.verdict = Verdict::kUnstable;
+      record.outcome.result.metrics.growth = 0.4;
+    }
+    results.records.emplace(record.cell.number, record);
+  }
+  const StabilityMap map = MapsOf(results, Cube).at(0);
+  ASSERT_EQ(map.cells.size(), 20U);
+  EXPECT_EQ(map.cells[0].verdict, Verdict::kUnstable);
+  EXPECT_EQ(map.cells[0].growth, 0.4);
+  EXPECT_NE(map.cells[0].hint.find("the worst of 3 seeds, 2 of them stable"), std::string::npos);
+  EXPECT_NE(map.note.find("22 runs"), std::string::npos) << map.note;
+  EXPECT_EQ(map.cells[1].hint.find("seeds"), std::string::npos);
+}
+
+TEST(Maps, SayWhoseLawTheirLineIs) {
+  EXPECT_EQ(LineOf(MapsOf(TwentyCells(), Cube).at(0), MapLineKind::kLaw).name, "default law: p+dd");
+  Results results = TwentyCells();
+  for (auto& [number, record] : results.records) {
+    std::string& text = record.cell.case_json;
+    const std::size_t from = text.find("{\"name\":\"constant\"");
+    text.replace(from, text.find("}}", from) + 2 - from,
+                 R"({"name":"p+d","limits":{"damping_budget":6},"ratio":)" +
+                     std::to_string(1 + static_cast<double>(number % 5)) + "}");
+  }
+  const StabilityMap map = MapsOf(results, Cube).at(0);
+  const MapLine& line = LineOf(map, MapLineKind::kLaw);
+  EXPECT_EQ(line.name, "law of these runs: p+d");
+  // 0.8 (B/te + B^2/3m) with B = 6 N s/m, 1.5 kg and te = 1.1 x the age + 2.5 ms
+  for (const PicturePoint& point : line.points) {
+    const double te = 1.1 * (point.x + 1e-3) + 2.5e-3;
+    EXPECT_NEAR(point.y, 0.8 * std::min(500.0, 6 / te + 36 / 4.5), 0.03 * point.y) << point.x;
+  }
+}
+
+TEST(Maps, OfTwoNetworksOfOnesOwnHaveTwoTitles) {
+  Results results = TwentyCells();
+  const auto add = [&results](std::size_t from, const char* network) {
+    for (std::size_t i = 0; i < 20; ++i) {
+      CellRecord record = TwentyCells().records.at(i);
+      record.cell.number = from + i;
+      ReplaceInCase(record, "\"clean\"", network);
+      results.records.emplace(from + i, record);
+    }
+  };
+  add(20, R"({"jitter_ms":20,"loss":0.05})");
+  add(40, R"({"jitter_ms":40})");
+  add(60, R"({"name":"wifi","jitter_ms":40,"skew":0.5})");
+  const std::vector<StabilityMap> maps = MapsOf(results, Cube);
+  ASSERT_EQ(maps.size(), 4U);
+  std::string titles;
+  for (const StabilityMap& map : maps) titles += map.title + "; " + map.note + "\n";
+  for (const char* part :
+       {"network clean", "network jitter 20 ms, loss 5 %", "network jitter 40 ms", "network wifi",
+        "network wifi (jitter 40 ms, skew 0.5)"}) {
+    EXPECT_NE(titles.find(part), std::string::npos) << part << "\n" << titles;
+  }
+}
+
 }  // namespace
 }  // namespace tandem

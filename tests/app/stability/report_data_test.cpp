@@ -80,5 +80,39 @@ TEST(ReportData, FailsARowIfACellRunAgainByTheSameBuildHasAnotherDigest) {
   EXPECT_FALSE(data.AllRows().at(0).pass);
 }
 
+TEST(ReportData, ShowsABoundaryInWordsAndAsAPicture) {
+  const ScratchFolder folder;
+  const auto file = folder.Write("b.json", R"({"pass": true, "rows": [], "boundary": [
+      {"hand": "off", "delay_s": 0.1, "law": "p+dd", "users": 2, "network": "jitter 20 ms, loss 5 %",
+       "seed": 3, "predicted_N_m": 100.0, "onset_hz": 1.5, "runs": 9, "judged": false, "pass": true,
+       "measured_N_m": 104.0, "ratio": 1.04},
+      {"hand": "off", "delay_s": 0.02, "law": "constant", "users": 2, "network": "clean", "seed": 1,
+       "predicted_N_m": 500.0, "onset_hz": 4.5, "runs": 7, "judged": true, "pass": true,
+       "measured_N_m": null, "ratio": null}]})");
+  ReportData data;
+  const auto fault = AddFile(file, data);
+  ASSERT_FALSE(fault) << fault->what;
+  ASSERT_EQ(data.tables.size(), 1U);
+  EXPECT_THAT(
+      data.tables[0].columns,
+      ElementsAre("hand", "one-way delay, ms", "law", "users", "network", "seed", "exact, N/m",
+                  "measured, N/m", "measured over exact", "onset, Hz", "runs", "bar", "holds"));
+  EXPECT_THAT(data.tables[0].rows.at(0),
+              ElementsAre("off", "100", "p+dd", "2", "jitter 20 ms, loss 5 %", "3", "100", "104",
+                          "1.04", "1.5", "9", "none", "-"));
+  EXPECT_THAT(data.tables[0].rows.at(1),
+              ElementsAre("off", "20", "constant", "2", "clean", "1", "500", "none to 4 times that",
+                          "-", "4.5", "7", ">= 0.95", "yes"));
+  EXPECT_EQ(data.searches, 2U);
+  ASSERT_EQ(data.pictures.size(), 1U);
+  std::vector<std::string> hints;
+  for (const PictureShape& shape : data.pictures[0].shapes) {
+    const auto* const mark = std::get_if<MarkerShape>(&shape);
+    if (mark != nullptr && !mark->hint.empty()) hints.push_back(mark->hint);
+  }
+  EXPECT_THAT(hints, ElementsAre("hands off, p+dd, 2 users, jitter 20 ms, loss 5 %, 100 ms: "
+                                 "measured 104 N/m, exact 100 N/m"));
+}
+
 }  // namespace
 }  // namespace tandem

@@ -1,0 +1,79 @@
+#include "app/stability/boundary_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "app/picture/chart.h"
+#include "app/stability/cell_facts.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr double kBoundaryWidth = 940;
+constexpr PictureBox kBoundaryPlot{84, 64, 560, 360};
+constexpr double kRoom = 1.25;  // of the axes, beyond what is shown
+constexpr double kDotSize = 7;
+
+// told apart without red and green: after Okabe and Ito
+constexpr std::array<Rgb, 6> kKinds{
+    {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {0, 0, 0}}};
+
+}  // namespace
+
+Picture BoundaryPictureOf(const std::vector<BoundaryMark>& marks, const std::string& name) {
+  const std::string title = "Stiffness at which motion begins to grow";
+  Picture picture{name, title + ", measured and exact, over the delay", kBoundaryWidth, 490, {}};
+  picture.shapes.emplace_back(
+      LabelShape{{kBoundaryPlot.x, 26}, title, 15, TextAnchor::kStart, kBlack, true, false});
+  picture.shapes.emplace_back(LabelShape{{kBoundaryPlot.x, 47},
+                                         "line: exact; dot: measured by bisection",
+                                         12,
+                                         TextAnchor::kStart,
+                                         {80, 80, 80},
+                                         false,
+                                         false});
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  double shortest = kInfinite, longest = 0, softest = kInfinite, firmest = 0;
+  std::map<std::string, std::vector<BoundaryMark>> kinds;
+  for (const BoundaryMark& mark : marks) {
+    kinds[mark.kind].push_back(mark);
+    shortest = std::min(shortest, 1e3 * mark.delay_s);
+    longest = std::max(longest, 1e3 * mark.delay_s);
+    for (const double stiffness : {mark.exact, mark.measured}) {
+      if (!(stiffness > 0) || !std::isfinite(stiffness)) continue;
+      softest = std::min(softest, stiffness);
+      firmest = std::max(firmest, stiffness);
+    }
+  }
+  if (!(longest > 0) || !(firmest > 0)) return picture;
+  Chart chart(picture, kBoundaryPlot,
+              {"one-way delay, ms", shortest / kRoom, longest * kRoom, true},
+              {"stiffness of all links of a user, N/m", softest / kRoom, firmest * kRoom, true});
+  chart.DrawGrid();
+  PicturePoint at{668, 90};
+  std::size_t number = 0;
+  for (auto& [kind, of_kind] : kinds) {
+    const Rgb colour = kKinds[number++ % kKinds.size()];
+    std::ranges::stable_sort(of_kind, {}, &BoundaryMark::delay_s);
+    std::vector<PicturePoint> exact;
+    for (const BoundaryMark& mark : of_kind) exact.push_back({1e3 * mark.delay_s, mark.exact});
+    chart.DrawCurve(exact, {colour, 1.6, {}});
+    for (const BoundaryMark& mark : of_kind) {
+      if (!(mark.measured > 0) || !std::isfinite(mark.measured)) continue;
+      picture.shapes.emplace_back(MarkerShape{
+          chart.At(1e3 * mark.delay_s, mark.measured), MarkerKind::kDot, kDotSize, colour,
+          kind + ", " + TableNumber(1e3 * mark.delay_s) + " ms: measured " +
+              TableNumber(mark.measured) + " N/m, exact " + TableNumber(mark.exact) + " N/m"});
+    }
+    DrawLegendMarker(picture, at, MarkerKind::kDot, kDotSize, colour, kind);
+    at.y += 22;
+  }
+  chart.DrawAxes();
+  return picture;
+}
+
+}  // namespace tandem
