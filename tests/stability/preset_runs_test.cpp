@@ -1,0 +1,153 @@
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "collab/lab/case_file.h"
+#include "collab/lab/case_parts.h"
+#include "collab/lab/results_file.h"
+#include "collab/lab/sweep_summary.h"
+
+// The presets that are shipped, run: paper.json in tests/app/cli/stability_run_test.cpp,
+// adversarial.json in lab_scenes_test.cpp, all others here, the two long ones by a shard. All cells
+// of those are run by presets.sh; its last result is in docs/results.
+namespace tandem {
+namespace {
+
+const std::filesystem::path kPresets = std::filesystem::path(TANDEM_SCENES) / "stability";
+
+/// The cells of a preset that a shard has, run.
+Results RunPreset(const std::string& name, const Shard& shard = {}) {
+  const Result<Sweep> sweep =
+      LoadSweep(kPresets / name, [](const std::string& text, const std::string& place) {
+        const Result<LabCase> test = ParseCase(text, place);
+        return test ? std::nullopt : std::optional<Error>(test.error());
+      });
+  EXPECT_TRUE(sweep) << sweep.error().what;
+  Results results;
+  if (!sweep) return results;
+  std::vector<SweepCell> cells;
+  std::map<std::string, LabScene> scenes;
+  for (const SweepCell& cell : sweep->cells) {
+    if (!shard.Has(cell)) continue;
+    const LabCase test = *ParseCase(cell.case_json, "cell");
+    if (!scenes.contains(test.scene)) scenes.emplace(test.scene, *LoadLabScene(test, kPresets));
+    cells.push_back(cell);
+  }
+  RunCells(
+      cells, 2,
+      [&scenes](const SweepCell& cell) {
+        const LabCase test = *ParseCase(cell.case_json, "cell");
+        const LabScene& scene = scenes.at(test.scene);
+        CellOutcome outcome;
+        outcome.predicted = Predict(FittedTo(scene.inertia(), test), scene.inertia());
+        outcome.result = RunCase(test, scene);
+        return outcome;
+      },
+      [&results](const SweepCell& cell, const CellOutcome& outcome) {
+        results.records.emplace(cell.number, CellRecord{cell, outcome});
+      });
+  return results;
+}
+
+std::string TextOf(const CellRecord& record) {
+  const Metrics& metrics = record.outcome.result.metrics;
+  return "cell " + std::to_string(record.cell.number) + ": " +
+         NameOf(record.outcome.result.verdict) + ", growth " + std::to_string(metrics.growth) +
+         " /s, tail " + std::to_string(1e3 * metrics.tail_rms) + " mm/s; " + record.cell.case_json;
+}
+
+void ExpectAllRows(const Results& results) {
+  const SweepSummary summary = Summarize(results);
+  for (const SweepRow& row : summary.rows) EXPECT_TRUE(row.pass) << row.name << " " << row.value;
+  for (const std::size_t cell : summary.failing) ADD_FAILURE() << TextOf(results.records.at(cell));
+}
+
+/// What is known not to come to rest: hands that hold against one another over a lossy line. Gains
+/// follow the jitter, and each change of a gain moves the instances, which are pulled apart all the
+/// time: docs/decisions/0040-gains-that-move.md. They make no energy, and stay below this.
+void ExpectKnownOpen(const CaseResult& result) {
+  ASSERT_FALSE(result.fault) << result.fault->what;
+  EXPECT_FALSE(result.metrics.blew_up);
+  EXPECT_LE(result.metrics.generated_J, 1e-3);
+  EXPECT_LT(result.metrics.tail_rms, 5e-3);
+  EXPECT_LT(result.metrics.peak_apart, 0.1);
+  EXPECT_LE(result.metrics.link_force_rate, 1000);
+}
+
+TEST(DefaultPreset, IsStableInEveryCellButTheOneThatIsKnownOpen) {
+  const std::set<std::size_t> known_open{65};
+  const Results results = RunPreset("default.json");
+  ASSERT_EQ(results.records.size(), 80U);
+  for (const auto& [number, record] : results.records) {
+    SCOPED_TRACE(TextOf(record));
+    const CaseResult& result = record.outcome.result;
+    if (known_open.contains(number)) {
+      ExpectKnownOpen(result);
+      continue;
+    }
+    EXPECT_FALSE(result.fault);
+    EXPECT_EQ(result.verdict, Verdict::kStable);
+    EXPECT_LE(result.metrics.generated_J, 1e-3);
+    EXPECT_LT(result.metrics.tail_rms, 2e-3);
+  }
+}
+
+// It is not that one cell: with other seeds others of its kind are called unstable, at a growth of
+// either sign.
+TEST(DefaultPreset, TheKnownOpenKindStaysWithinItsBoundWithAnySeed) {
+  LabCase test = *ParseCase(
+      R"({"network": "lossy", "publish_hz": 100, "motion": "hold", "delay_s": 0.02})", "case");
+  const LabScene scene = *LoadLabScene(test, kPresets);
+  for (test.seed = 1; test.seed <= 8; ++test.seed) {
+    for (const double delay_s : {0.02, 0.05}) {
+      SCOPED_TRACE(std::to_string(test.seed) + " at " + std::to_string(delay_s) + " s");
+      test.delay_s = delay_s;
+      ExpectKnownOpen(RunCase(test, scene));
+    }
+  }
+}
+
+TEST(AcceptancePreset, PassesAllRowsInOneShardOfForty) {
+  const Results results = RunPreset("acceptance.json", {1, 40});
+  EXPECT_GE(results.records.size(), 14U);
+  ExpectAllRows(results);
+}
+
+TEST(MapPreset, HasNothingUnstableThatIsPredictedStableInOneShardOfForty) {
+  const Results results = RunPreset("map.json", {1, 40});
+  EXPECT_GE(results.records.size(), 13U);
+  ExpectAllRows(results);
+}
+
+TEST(SinglePresets, AreStable) {
+  for (const char* name : {"knock.json", "live.json"}) {
+    SCOPED_TRACE(name);
+    const LabCase test = *LoadCase(kPresets / name);
+    const CaseResult result = RunCase(test, *LoadLabScene(test, kPresets));
+    ASSERT_FALSE(result.fault) << result.fault->what;
+    EXPECT_EQ(result.verdict, Verdict::kStable)
+        << result.metrics.growth << " " << result.metrics.tail_rms;
+    EXPECT_LE(result.metrics.generated_J, 1e-3);
+  }
+}
+
+// A preset that is added is added here, or to one of the tests named above.
+TEST(Presets, AreAllRunByATest) {
+  std::set<std::string> presets;
+  for (const auto& entry : std::filesystem::directory_iterator(kPresets)) {
+    if (entry.path().extension() != ".json") continue;
+    presets.insert(entry.path().filename().string());
+  }
+  for (const char* scene : {"ball.json", "free.json", "slot.json", "wall.json"}) {
+    EXPECT_EQ(presets.erase(scene), 1U) << scene;
+  }
+  EXPECT_EQ(presets, (std::set<std::string>{"acceptance.json", "adversarial.json", "default.json",
+                                            "knock.json", "live.json", "map.json", "paper.json"}));
+}
+
+}  // namespace
+}  // namespace tandem
