@@ -68,7 +68,7 @@ void ExpectAllRows(const Results& results) {
 
 /// What is known not to come to rest: hands that hold against one another over a lossy line. Gains
 /// follow the jitter, and each change of a gain moves the instances, which are pulled apart all the
-/// time: docs/decisions/0040-gains-that-move.md. They make no energy, and stay below this.
+/// time: docs/decisions/0029-stability-lab.md. They make no energy, and stay below this.
 void ExpectKnownOpen(const CaseResult& result) {
   ASSERT_FALSE(result.fault) << result.fault->what;
   EXPECT_FALSE(result.metrics.blew_up);
