@@ -27,7 +27,8 @@ inline constexpr std::size_t kMaxViewBodies = 24;
 
 enum class Role : std::uint8_t { kActive, kViewer };
 
-/// Bits of ObjectState::flags beside those of StepReport, which are the low byte.
+/// Bits of ObjectState::flags beside those of StepReport, which are the low byte, and those of
+/// FrameLimits, which are above.
 enum StateFlag : std::uint32_t {
   kStateParked = 0x100  // nobody has it in hand: where it stands, 5 times a second
 };
@@ -90,7 +91,7 @@ struct ViewBody {
   static constexpr std::uint32_t kTrapped = 4;  // something fixed keeps it from another's instance
 
   ObjectId object = 0;
-  std::uint32_t flags = 0;
+  std::uint32_t flags = 0;  // these, and of what is held the FrameLimits of its holder
   Pose X_W;
   Vec3 hand_force_W = Vec3::Zero();  // what the sender's hand coupling puts on it
 };

@@ -27,7 +27,7 @@ struct ContactArguments {
   std::string poses;
   double voxel = 0;
   double scale = kDefaultScale;
-  int force_layer = 0;
+  int force_layer = -1;  // not given: the model's own
   std::string contact = "refined";
   ContactModel model = ContactModel::kRefined;  // of that name
   bool csv = false;
@@ -106,6 +106,8 @@ std::vector<FilePose> PosesOfPair(std::vector<FilePose> poses, const ContactArgu
 constexpr double kMass = 0.3;  // kg, for the gains that a part of this mass would have
 
 int RunContact(const ContactArguments& arguments) {
+  const std::string fault = LayerFault(arguments.model, arguments.force_layer);
+  if (!fault.empty()) return Fail(kExitUsage, "--force-layer: " + fault);
   Result<std::vector<FilePose>> all_poses = ReadPosesFile(arguments.poses);
   if (!all_poses) return Fail(kExitFile, all_poses.error().what);
   const std::vector<FilePose> poses = PosesOfPair(std::move(*all_poses), arguments);
@@ -179,7 +181,9 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
   command->add_option("--scale", arguments->scale, "metres per file unit")
       ->check(NumberFrom(kLeastScale, kLargestScale))
       ->capture_default_str();
-  command->add_option("--force-layer", arguments->force_layer, "layer that first pushes, from 0")
+  command
+      ->add_option("--force-layer", arguments->force_layer,
+                   "layer that first pushes; default: 1 refined, 2 plain")
       ->check(WholeNumberFrom(0, kDefaultRange - 2));
   command
       ->add_option("--contact", arguments->contact,
@@ -196,6 +200,7 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
       "of other files are left out. 'tandem proximity' reads the same but needs\nno column fixed.");
   command->callback([arguments, &exit_code] {
     if (arguments->contact == "plain") arguments->model = ContactModel::kPlain;
+    if (arguments->force_layer < 0) arguments->force_layer = DefaultForceLayer(arguments->model);
     exit_code = RunContact(*arguments);
   });
 }

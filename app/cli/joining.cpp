@@ -102,6 +102,10 @@ int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining&
     return kExitOk;
   }
   if (arguments.insist) return Insist(arguments, theirs, joining);
+  if (const std::string fault = LayerFault(theirs.contact, theirs.force_layer); !fault.empty()) {
+    return Fail(kExitIncompatiblePeer, "the session goes by " + Describe(theirs) + ", but " +
+                                           fault + ": bring its scene to that layer, or --insist");
+  }
   Adopt(theirs, joining.scene);
   if (!(ParametersOf(joining.scene) == theirs)) {
     return Fail(kExitIncompatiblePeer,

@@ -24,12 +24,10 @@ struct ClearanceBounds {
   int most_layer = 0;
   double most_displacement = 0;  // m, either way
 
-  /// By fields that reach `range` voxels. Displacement tunes between one layer and the next; the
-  /// refined model looks for contacts in the first layer, and would miss some in layer 0.
+  /// By fields that reach `range` voxels. Displacement tunes between one layer and the next.
   static constexpr ClearanceBounds Of(ContactModel model, int range, double voxel_size) {
     const int most = std::max(0, range - kWarningQueues);
-    const int least = model == ContactModel::kPlain ? 0 : DefaultForceLayer(model);
-    return {std::min(least, most), most, voxel_size};
+    return {std::min(LeastForceLayer(model), most), most, voxel_size};
   }
   /// The nearest that is allowed; what is no number is no displacement.
   Clearance Within(int layer, double displacement) const noexcept {

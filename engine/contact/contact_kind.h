@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace tandem {
 
@@ -17,6 +18,21 @@ inline constexpr int kWarningQueues = 2;
 /// lets exact surfaces meet; the refined one looks at what lies in the first.
 constexpr int DefaultForceLayer(ContactModel model) {
   return model == ContactModel::kPlain ? 2 : 1;
+}
+
+/// The least force layer in which a model finds all the contacts that it makes. Refined contacts
+/// begin kRefinedClearance from exact features, which may lie in the next voxel: layer 0 holds only
+/// some of them, and every layer from 1 on the same ones. Plain contacts are those of the layer,
+/// whichever it is.
+constexpr int LeastForceLayer(ContactModel model) {
+  return model == ContactModel::kPlain ? 0 : 1;
+}
+
+/// Why a model cannot work with a force layer, and which layer works; empty if it can.
+inline std::string LayerFault(ContactModel model, int layer) {
+  if (layer >= LeastForceLayer(model)) return {};
+  return "refined contact misses contacts at force layer " + std::to_string(layer) + ": layer " +
+         std::to_string(LeastForceLayer(model)) + " finds them all (plain contact works with 0)";
 }
 
 /// Of feature polygons, voxels either side of their plane (paper §4.1).

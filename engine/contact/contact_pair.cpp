@@ -87,6 +87,7 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       candidates_(std::min(shell.size(), kMostCandidates)),
       look_counts_(helpers_ != nullptr ? static_cast<std::size_t>(helpers_->threads()) : 1) {
   if (options.details != nullptr) {
+    TANDEM_CHECK(options.force_layer >= LeastForceLayer(ContactModel::kRefined));
     const double least_radius = map_radius > 0 ? std::min(shell.radius, map_radius) : shell.radius;
     refined_ = std::make_unique<RefinedContacts>(shell, voxmap, *options.details, least_radius,
                                                  schedule_->place_error(), candidates_.size(),
@@ -338,6 +339,7 @@ void ContactPair::LimitTravel(double metres) noexcept {
 
 void ContactPair::SetClearance(const Clearance& clearance) noexcept {
   const int layer = static_cast<int>(std::ceil(clearance.layers));
+  TANDEM_CHECK(refined_ == nullptr || layer >= LeastForceLayer(ContactModel::kRefined));
   if (layer != schedule_->force_layer()) schedule_->SetForceLayer(layer);
   if (clearance.displacement != schedule_->displacement()) {
     schedule_->SetDisplacement(clearance.displacement);

@@ -52,7 +52,7 @@ struct PoseReading {
 
 /// How a pair is tested, and what its contacts do.
 struct PairOptions {
-  int force_layer = 2;
+  int force_layer = 2;  // at least LeastForceLayer() of the model, which is checked
   /// With these the refined model, on a pointshell whose points stand on features; without them the
   /// plain one. Must outlive the pair.
   const SurfaceDetails* details = nullptr;
@@ -90,7 +90,7 @@ class ContactPair {
   void LimitTravel(double metres) noexcept;
 
   /// From the next Collide() on. Between whole layers contact pushes as deep as they say, and what
-  /// the thicker one holds is tested.
+  /// the thicker one holds is tested. At least LeastForceLayer() of the model, which is checked.
   void SetClearance(const Clearance& clearance) noexcept;
   const Clearance& clearance() const noexcept { return clearance_; }
 

@@ -183,6 +183,8 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   scene.force_layer = DefaultForceLayer(scene.contact);
   if (root.Has("force_layer")) {
     scene.force_layer = root["force_layer"].WholeNumber(0, scene.range_voxels - kWarningQueues);
+    const std::string fault = LayerFault(scene.contact, scene.force_layer);
+    if (!fault.empty()) root["force_layer"].Fault(fault);
   }
   if (root.Has("friction")) scene.friction = root["friction"].NumberFrom(0);
   if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();

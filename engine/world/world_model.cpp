@@ -114,6 +114,9 @@ Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, co
 }
 
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
+  if (const std::string fault = LayerFault(scene.contact, scene.force_layer); !fault.empty()) {
+    return Error{scene.file.string() + ": " + fault};
+  }
   auto world = std::make_shared<WorldModel>();
   world->scene = scene;
   for (const SceneBody& body : scene.bodies) {

@@ -1,6 +1,8 @@
-// `tandem contact` on real parts at poses that another collision library judged by exact triangles.
-// The parts are not in the tree: TANDEM_MODELS names their folder, and without it these tests are
-// skipped. A few small pairs by default, all of them when TANDEM_ALL_POSES is set (minutes).
+// `tandem contact` on a box above a plate, and on real parts at poses that another collision
+// library judged by exact triangles. The parts are not in the tree: TANDEM_MODELS names their
+// folder, and without it their tests are skipped. A few small pairs by default, all of them when
+// TANDEM_ALL_POSES is set (minutes).
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -12,19 +14,86 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+
+#include "app/exit_codes.h"
+#include "tests/app/cli/program_run.h"
+#include "tests/support/scratch_folder.h"
 
 namespace tandem {
 namespace {
 
 namespace fs = std::filesystem;
 
+using ::testing::HasSubstr;
+using testing::RunTandem;
+using testing::Said;
+
 std::vector<std::string> Cells(const std::string& line) {
   std::vector<std::string> cells;
   std::istringstream stream(line);
   for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
   return cells;
+}
+
+/// A box of these half sides in Wavefront's format.
+std::string BoxOf(double x, double y, double z) {
+  std::ostringstream text;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    text << "v " << ((corner & 1U) != 0 ? x : -x) << " " << ((corner & 2U) != 0 ? y : -y) << " "
+         << ((corner & 4U) != 0 ? z : -z) << "\n";
+  }
+  text << "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\n"
+          "f 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
+  return text.str();
+}
+
+/// A cube whose lower face is 0.3 voxels above a plate, in voxels of 1 mm.
+class ContactCommand : public ::testing::Test {
+ protected:
+  ContactCommand() {
+    folder_.Write("plate.obj", BoxOf(0.04, 0.04, 0.005));
+    folder_.Write("cube.obj", BoxOf(0.01, 0.01, 0.01));
+    folder_.Write("poses.csv",
+                  "fixed,moving,tx,ty,tz,ax,ay,az,angle_deg\n"
+                  "plate.obj,cube.obj,0.0001,0.0002,0.0153,0,0,1,0\n");
+  }
+  Said Run(const std::string& options) const {
+    const std::string folder = folder_.path().string();
+    return RunTandem("contact --csv --static " + folder + "/plate.obj --dynamic " + folder +
+                     "/cube.obj --voxel 0.001 --poses " + folder + "/poses.csv " + options);
+  }
+  /// Along z, N, of the only pose.
+  static double ForceOf(const Said& said) {
+    return std::stod(Cells(said.out.substr(said.out.find('\n') + 1)).at(5));
+  }
+
+  ScratchFolder folder_;
+};
+
+// What presses with 45.6 N is not to be answered with nothing.
+TEST_F(ContactCommand, RefusesALayerThatMissesContactsAndNamesOneThatWorks) {
+  const Said refused = Run("--force-layer 0");
+  EXPECT_EQ(refused.exit_code, kExitUsage);
+  EXPECT_TRUE(refused.out.empty()) << refused.out;
+  EXPECT_THAT(refused.err, HasSubstr("--force-layer: refined contact misses contacts at force "
+                                     "layer 0: layer 1 finds them all"));
+  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  EXPECT_EQ(Run("--contact plain --force-layer 0").exit_code, kExitOk);
+}
+
+TEST_F(ContactCommand, GoesByTheModelsOwnLayerUnlessOneIsGiven) {
+  const Said said = Run("");
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  // four corners, 0.15 voxels within the clearance, on springs of 0.25 m / h^2
+  const double spring = 0.25 * 0.3 / 1e-6;
+  EXPECT_NEAR(ForceOf(said), 4 * spring * 0.15e-3 * (1 + 8 * std::pow(0.15, 3)), 0.5);
+  EXPECT_EQ(said.out, Run("--force-layer 1").out);
+  const Said plain = Run("--contact plain");
+  EXPECT_EQ(plain.out, Run("--contact plain --force-layer 2").out);
+  EXPECT_GT(ForceOf(plain), 0);
 }
 
 /// Two parts, and the voxel size at which some free poses are far and the rest are told apart.
@@ -106,12 +175,13 @@ class PosesOfRealParts : public ::testing::TestWithParam<Pair> {
   }
 
   /// By row of the poses file.
-  std::map<int, PoseAnswer> AnswersAt(int layer) const {
+  std::map<int, PoseAnswer> AnswersAt(int layer, const std::string& contact) const {
     const Pair& pair = GetParam();
     std::ostringstream command;
     command << TANDEM_PROGRAM << " contact --static " << (folder_ / pair.fixed) << " --dynamic "
             << (folder_ / pair.moving) << " --voxel " << pair.voxel << " --scale " << pair.scale
-            << " --poses " << poses_ << " --csv --force-layer " << layer << " 2>/dev/null";
+            << " --poses " << poses_ << " --csv --contact " << contact << " --force-layer " << layer
+            << " 2>/dev/null";
     std::map<int, PoseAnswer> answers;
     FILE* pipe = popen(command.str().c_str(), "r");
     if (pipe == nullptr) return answers;
@@ -142,8 +212,8 @@ class PosesOfRealParts : public ::testing::TestWithParam<Pair> {
 
 TEST_P(PosesOfRealParts, NothingTouchesWhereTheyAreFarAndSomethingWhereTheyCollide) {
   const Pair& pair = GetParam();
-  const std::map<int, PoseAnswer> at_surface = AnswersAt(0);
-  const std::map<int, PoseAnswer> around = AnswersAt(1);
+  const std::map<int, PoseAnswer> at_surface = AnswersAt(0, "plain");
+  const std::map<int, PoseAnswer> around = AnswersAt(1, "refined");
   std::ifstream file(poses_);
   std::string line;
   std::getline(file, line);

@@ -82,6 +82,28 @@ TEST_F(PeerCommand, WhoWaitsUnderWayKeepsToItsParametersBesideANewcomersOffer) {
   (*joined)->Leave();
 }
 
+// As an earlier version of the program would offer it.
+TEST_F(PeerCommand, AJoinerRefusesASessionWhoseLayerMissesContacts) {
+  EarlyInbox ears;
+  DdsOptions options;
+  options.session = session_;
+  options.peer = 1;
+  options.interface = "lo";
+  const auto joined = JoinOverDds(options, ears);
+  ASSERT_TRUE(joined);
+  const Result<Scene> scene = LoadScene(In("one.json"));
+  ASSERT_TRUE(scene);
+  const Result<SceneHash> hash = HashScene(*scene);
+  ASSERT_TRUE(hash);
+  SceneManifest offer = ManifestOf(*scene, *hash, 1);
+  offer.force_layer = 0;
+  offer.revision = SceneManifest::kUnderWay;
+  (*joined)->Publish(offer);
+  ExpectRefused(Run("one", "--seconds 1"), kExitIncompatiblePeer,
+                "refined contact misses contacts at force layer 0: layer 1 finds them all");
+  (*joined)->Leave();
+}
+
 TEST_F(PeerCommand, AJoinerOfOtherContentIsToldWhichBodyAndFile) {
   Running anna = Start("one", "--name anna");
   ASSERT_TRUE(anna.WaitFor("is in session"));

@@ -80,6 +80,57 @@ TEST_P(OnTiltedPlanes, ForceStandsOnThePlaneAndDoesNotRippleAsTheBodySlides) {
   }
 }
 
+// The exact gap is the oracle: a vertex of the box pushes from kRefinedClearance above the plane on,
+// in whichever voxel it is.
+TEST(RefinedContact, EveryLayerFromTheFirstFindsAllContacts) {
+  std::mt19937_64 random(31);
+  int pushing = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    const Quat q = RandomRotation(random);
+    const Vec3 n = q * Vec3::UnitZ();
+    const TriangleMesh body = Box(kS * Vec3(24, 18, 14));
+    Refined refined(Plate(q, Vec3::Zero()), body, RandomRotation(random));
+    // flat on the plate for half of them, so that several corners push
+    const Quat q_WB = trial % 2 == 0 ? Quat(q) : RandomRotation(random);
+    for (const double gap : {0.60, 0.47, 0.43, 0.30, 0.10, -0.10}) {
+      const Pose X_WB{q_WB, (gap * kS - LowestAlong(body, q_WB, n)) * n};
+      double least = 0;  // N, if places err by a hundredth of a voxel
+      double most = 0;
+      for (const Vec3& corner : body.vertices) {
+        const double depth = kRefinedClearance * kS - n.dot(X_WB * corner);
+        const double stiffness = testing::kGains.stiffness;
+        least += ContactForce(stiffness, std::max(0.0, depth - 0.01 * kS), kS);
+        most += ContactForce(stiffness, std::max(0.0, depth + 0.01 * kS), kS);
+      }
+      Vec3 first = Vec3::Zero();
+      for (int layer = 1; layer <= kDefaultRange - kWarningQueues; ++layer) {
+        refined.pair.SetClearance({static_cast<double>(layer), 0});
+        const Vec3 force = refined.ForceAt(X_WB);
+        if (layer == 1) first = force;
+        EXPECT_EQ(force, first) << "layer " << layer << ", gap " << gap;
+      }
+      EXPECT_GE(first.dot(n), least - 1e-9) << "trial " << trial << ", gap " << gap;
+      EXPECT_LE(first.dot(n), most + 1e-9) << "trial " << trial << ", gap " << gap;
+      pushing += first.dot(n) > 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(pushing, 100);
+}
+
+TEST(RefinedContactDeathTest, RefusesALayerThatMissesContacts) {
+  const TriangleMesh box = Box(kS * Vec3(24, 18, 14));
+  Refined refined(Plate(Quat::Identity(), Vec3::Zero()), box, Quat::Identity());
+  EXPECT_DEATH(refined.pair.SetClearance({0, 0}), "LeastForceLayer");
+  EXPECT_DEATH(ContactPair(refined.shell, refined.voxmap,
+                           {Quat::Identity(), refined.voxmap.p_WVo()}, 1.0,
+                           {.force_layer = 0, .details = &refined.details, .schedule = {}},
+                           testing::kGains),
+               "LeastForceLayer");
+  ContactPair plain(refined.shell, refined.voxmap, {Quat::Identity(), refined.voxmap.p_WVo()}, 1.0,
+                    {.force_layer = 0, .schedule = {}}, testing::kGains);
+  plain.SetClearance({0, 0});  // the paper's layer 0: exact surfaces may meet
+}
+
 INSTANTIATE_TEST_SUITE_P(Bodies, OnTiltedPlanes, ::testing::Values(0, 1));
 
 TEST(RefinedContact, WrenchesAreEqualAndOpposite) {

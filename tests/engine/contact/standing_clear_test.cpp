@@ -95,7 +95,7 @@ TEST_P(StandingClear, ChangesNoBit) {
     if (GetParam().turned <= 1)
       shell.X_WB.q = RotationBy(0.02 * RotationVector(back)) * shell.X_WB.q;
     if (GetParam().changing && frame % 7 == 0) {
-      const int layer = static_cast<int>(Uniform(changes, 0, 4));
+      const int layer = static_cast<int>(Uniform(changes, 1, 5));
       const double displacement = kS * Uniform(changes, -0.3, 0.3);
       for (ContactPair* each : {&with, &without}) {
         const double before = each->clearance().displacement;

@@ -135,6 +135,13 @@ TEST_F(SceneFile, FindsItsFilesBesideItself) {
   EXPECT_EQ(scene->hands[0].file, folder_.path() / "left.json");
 }
 
+TEST_F(SceneFile, PlainContactMayHaveAnyLayer) {
+  EXPECT_EQ(LoadScene(File(Changed("\"force_layer\": 1", "\"contact\": \"plain\"")))->force_layer,
+            2);
+  const std::string at_surface = "\"contact\": \"plain\", \"force_layer\": 0";
+  EXPECT_EQ(LoadScene(File(Changed("\"force_layer\": 1", at_surface)))->force_layer, 0);
+}
+
 TEST_F(SceneFile, ErrorsNameThePlaceAndWhatWasExpected) {
   EXPECT_EQ(ErrorAfter("\"mass_kg\": 0.3", "\"mass_kg\": \"heavy\""),
             "bodies[1].mass_kg: expected a number above 0, got \"heavy\"");
@@ -144,6 +151,9 @@ TEST_F(SceneFile, ErrorsNameThePlaceAndWhatWasExpected) {
             "voxel_m: expected a number above 0, got nothing");
   EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"force_layer\": 7"),
             "force_layer: expected a whole number from 0 to 6, got 7");
+  EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"force_layer\": 0"),
+            "force_layer: refined contact misses contacts at force layer 0: layer 1 finds them all "
+            "(plain contact works with 0)");
   EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"force_layer\": 1.5"),
             "force_layer: expected a whole number from 0 to 6, got 1.5");
   EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"force_layer\": 4, \"range_voxels\": 5"),

@@ -109,6 +109,17 @@ TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
   }
 }
 
+// A scene that was made or changed in code is held to what a scene file is.
+TEST_F(LoadedWorld, RefusesALayerThatMissesContacts) {
+  Scene scene = Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})")->scene;
+  scene.force_layer = 0;
+  const auto refused = LoadWorld(scene);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, ::testing::HasSubstr("layer 1 finds them all"));
+  scene.contact = ContactModel::kPlain;
+  EXPECT_TRUE(LoadWorld(scene));
+}
+
 TEST_F(LoadedWorld, ABodysConstraintHoldsItWhereItStands) {
   const auto world = Load(
       R"({"name": "lid", "mesh": "slab.obj", "mass_kg": 0.2, "pose": {"p_W": [0.03, 0, 0]},
