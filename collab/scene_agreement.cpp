@@ -74,7 +74,7 @@ std::string ContentDifference(const Scene& scene, const SceneHash& hash,
     }
     if (hash.bodies[i].values != session.bodies[i].values_hash) {
       return body + " differs from that of " + of_session +
-             " in scale, pose, mass, sharing, constraint or inward shift";
+             " in scale, pose, mass, sharing, constraint, inward shift or point spacing";
     }
   }
   return scene.file.string() + " differs from " + of_session +

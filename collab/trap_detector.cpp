@@ -21,14 +21,14 @@ bool AllTogether(const Pose& X_WB, const InstanceView* others, std::size_t count
   });
 }
 
-std::vector<Vec3> PointsOf(const BodyModel& body) {
+std::vector<Vec3> PointsOf(const BodyModel& body, double voxel_size) {
   std::vector<Vec3> points{Vec3::Zero()};
   const std::size_t size = body.points.size();
   const std::size_t count = std::min(size, TrapDetector::kPoints);
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t at = (2 * i + 1) * size / (2 * count);
     points.emplace_back(body.points.point(at) +
-                        kInwardVoxels * body.points.spacing * body.points.normal(at));
+                        kInwardVoxels * voxel_size * body.points.normal(at));
   }
   return points;
 }
@@ -38,7 +38,8 @@ std::vector<Vec3> PointsOf(const BodyModel& body) {
 TrapDetector::TrapDetector(const WorldModel& model) : model_(&model) {
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
     const bool shared = model.has_fixture && model.scene.bodies[model.object[b]].shared;
-    points_B_.push_back(shared ? PointsOf(model.bodies[b]) : std::vector<Vec3>());
+    points_B_.push_back(shared ? PointsOf(model.bodies[b], model.scene.voxel_size)
+                               : std::vector<Vec3>());
   }
 }
 

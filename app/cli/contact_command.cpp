@@ -26,6 +26,7 @@ struct ContactArguments {
   std::string moving;
   std::string poses;
   double voxel = 0;
+  double spacing = 0;  // m; 0: of the voxel
   double scale = kDefaultScale;
   int force_layer = -1;  // not given: the model's own
   std::string contact = "refined";
@@ -108,6 +109,11 @@ constexpr double kMass = 0.3;  // kg, for the gains that a part of this mass wou
 int RunContact(const ContactArguments& arguments) {
   const std::string fault = LayerFault(arguments.model, arguments.force_layer);
   if (!fault.empty()) return Fail(kExitUsage, "--force-layer: " + fault);
+  if (arguments.spacing > arguments.voxel) {
+    return Fail(kExitUsage,
+                "--spacing: points farther apart than voxels miss contacts: at most "
+                "--voxel is wanted");
+  }
   Result<std::vector<FilePose>> all_poses = ReadPosesFile(arguments.poses);
   if (!all_poses) return Fail(kExitFile, all_poses.error().what);
   const std::vector<FilePose> poses = PosesOfPair(std::move(*all_poses), arguments);
@@ -139,9 +145,11 @@ int RunContact(const ContactArguments& arguments) {
   const Result<Voxmap> voxmap = Voxelize(*fixed, sides, features, options);
   if (!voxmap) return Fail(kExitFile, arguments.fixed + ": " + voxmap.error().what);
   const Pose X_MB{Quat::Identity(), ComputeMassProperties(*moving).p_MBo};
-  const Result<Pointshell> points = MakePointshell(
-      *moving, X_MB,
-      {.spacing = arguments.voxel, .place = PlaceOf(arguments.model), .flatness_voxels = flatness});
+  const Result<Pointshell> points =
+      MakePointshell(*moving, X_MB,
+                     {.spacing = arguments.spacing > 0 ? arguments.spacing : arguments.voxel,
+                      .place = PlaceOf(arguments.model),
+                      .flatness_voxels = flatness});
   if (!points) return Fail(kExitFile, arguments.moving + ": " + points.error().what);
 
   const SurfaceDetails details = arguments.model == ContactModel::kRefined
@@ -175,6 +183,10 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("--voxel", arguments->voxel, "voxel size in metres")
       ->required()
+      ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
+  command
+      ->add_option("--spacing", arguments->spacing,
+                   "point spacing in metres, at most the voxel; default: the voxel")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
   command->add_option("--poses", arguments->poses, "CSV file of poses of the moving part")
       ->required();

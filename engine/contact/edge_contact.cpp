@@ -20,9 +20,8 @@ constexpr double kBesideFade = 0.25;
 constexpr double kLeaningTurn = 3.0;
 
 /// How much of a push counts so many voxels from the end of an edge.
-double ShareFromEnd(double from) {
-  constexpr double kFade = 0.5;
-  return std::clamp(from / kFade, 0.0, 1.0);
+double ShareFromEnd(double from, double fade) {
+  return std::clamp(from / fade, 0.0, 1.0);
 }
 
 /// And so many from the end of a piece, which another goes on from.
@@ -314,8 +313,8 @@ EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3&
   if (parallel) {
     share *= ShareBeside(away, met.normal, met.gap);
   } else {
-    if (edge.ends) share *= ShareFromEnd(met.u + edge.half);
-    if (ends) share *= ShareFromEnd(met.v + other_end);
+    if (edge.ends) share *= ShareFromEnd(met.u + edge.half, edge.fade);
+    if (ends) share *= ShareFromEnd(met.v + other_end, 0.5);
   }
   if (!edge.ends || met.u > 0) share *= ShareOfPiece(edge.half - std::abs(met.u));
   if (!ends || met.v > 0) share *= ShareOfPiece(other_end - std::abs(met.v));

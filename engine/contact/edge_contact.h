@@ -49,6 +49,7 @@ struct ShellEdge {
   double half;
   EdgeArc arc;
   bool ends = false;  // at a vertex, which the tangent points away from
+  double fade = 0.5;  // half a voxel of the shell: a push fades out over it towards that vertex
 };
 
 /// How two pieces of edges push each other.

@@ -324,7 +324,8 @@ ShellEdge RefinedContacts::EdgeAt(const Candidate& candidate, const Mat3& R_VS) 
           candidate.nhat_V,
           edge.half_length / s_,
           edge.cosine > 0 ? EdgeArc::OfCosine(edge.cosine) : LooseArc(),
-          edge.ends};
+          edge.ends,
+          0.5 * shell_->spacing / s_};
 }
 
 std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R_VS,

@@ -136,11 +136,13 @@ ChunkedPoints FreeLayerPoints(const SurfaceVoxels& surface, const ChunkedPoints&
 
 using Gaps = decltype(Pointshell::gaps);
 
-/// Pointshell::gaps, in voxels, of points that have been shifted by `shift` voxels.
-Gaps LargestGaps(const SurfaceVoxels& surface, const ChunkedPoints& points, double shift) {
+/// Pointshell::gaps, in voxels, of points that have been shifted by `shift` voxels, `step` voxels
+/// apart.
+Gaps LargestGaps(const SurfaceVoxels& surface, const ChunkedPoints& points, double shift,
+                 double step) {
   Gaps shifts;
   for (std::size_t k = 0; k < shifts.size(); ++k) {
-    shifts[k] = shift + Pointshell::kGapStep * (static_cast<double>(k) - Pointshell::kGapSteps);
+    shifts[k] = shift + step * (static_cast<double>(k) - Pointshell::kGapSteps);
   }
   std::vector<Gaps> squares(points.size(), Gaps{});  // of the gaps
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t c) {
@@ -152,18 +154,18 @@ Gaps LargestGaps(const SurfaceVoxels& surface, const ChunkedPoints& points, doub
       first[CellInBlock(own[i].voxel)] = static_cast<std::uint16_t>(i + 1);
     }
     for (const ShellPoint& point : own) {
-      for (const GridIndex& step : {GridIndex{1, 0, 0}, GridIndex{0, 1, 0}, GridIndex{0, 0, 1}}) {
+      for (const GridIndex& side : {GridIndex{1, 0, 0}, GridIndex{0, 1, 0}, GridIndex{0, 0, 1}}) {
         Gaps nearest;
         nearest.fill(std::numeric_limits<double>::infinity());
         const auto measure = [&](const ShellPoint& other) {
           const Vec3 turn = other.inward - point.inward;
-          const double along = 2 * Vec3(step.x, step.y, step.z).dot(turn);
+          const double along = 2 * Vec3(side.x, side.y, side.z).dot(turn);
           const double square = turn.squaredNorm();
           for (std::size_t k = 0; k < shifts.size(); ++k) {
             nearest[k] = std::min(nearest[k], 1 + shifts[k] * (along + shifts[k] * square));
           }
         };
-        const GridIndex voxel = point.voxel + step;
+        const GridIndex voxel = point.voxel + side;
         if ((voxel >> 3) == (point.voxel >> 3)) {
           const std::size_t at = first[CellInBlock(voxel)];
           for (std::size_t i = at - 1; at != 0 && i < own.size() && own[i].voxel == voxel; ++i) {
@@ -190,7 +192,7 @@ Gaps LargestGaps(const SurfaceVoxels& surface, const ChunkedPoints& points, doub
 }  // namespace
 
 double Pointshell::GapWhenDisplaced(double metres) const noexcept {
-  const double at = metres / (kGapStep * spacing) + static_cast<double>(kGapSteps);
+  const double at = metres / gap_step + static_cast<double>(kGapSteps);
   const double low = std::clamp(std::floor(at), 0.0, static_cast<double>(gaps.size() - 2));
   const auto k = static_cast<std::size_t>(low);
   return std::max(0.0, gaps[k] + (at - low) * (gaps[k + 1] - gaps[k]));
@@ -218,7 +220,9 @@ Result<Pointshell> MakePointshell(const TriangleMesh& mesh_W, const Features& fe
 
   Pointshell shell;
   shell.spacing = s;
-  shell.gaps = LargestGaps(voxels.surface(), made, options.inward_shift / s);
+  const double farthest = options.most_displacement > 0 ? options.most_displacement : s;
+  shell.gap_step = farthest / Pointshell::kGapSteps;
+  shell.gaps = LargestGaps(voxels.surface(), made, options.inward_shift / s, shell.gap_step / s);
   for (double& gap : shell.gaps) gap *= s;
   if (options.free_layer > 0) made = FreeLayerPoints(voxels.surface(), made, options.free_layer);
 

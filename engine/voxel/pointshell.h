@@ -45,10 +45,10 @@ struct Pointshell {
   /// How far points of voxels that share a face stand apart at the most, m, when all are displaced
   /// by `metres` more along their inward normals. Above the voxel size of a map, something may slip
   /// through between them. Counted from voxel to voxel: where in its voxel a point stands is not in
-  /// it. Between whole `kGapStep`s and beyond the last it is as of straight lines.
+  /// it. Between whole steps and beyond the last it is as of straight lines.
   double GapWhenDisplaced(double metres) const noexcept;
   static constexpr std::size_t kGapSteps = 4;    // either way
-  static constexpr double kGapStep = 0.25;       // of the spacing
+  double gap_step = 0;                           // m
   std::array<double, 2 * kGapSteps + 1> gaps{};  // m, by displacement, outwards first
 
   std::size_t size() const noexcept { return x.size(); }
@@ -68,6 +68,8 @@ struct PointshellOptions {
   double inward_shift = 0;  // along the normals, m; negative shifts outward
   PointPlace place = PointPlace::kVoxelCentre;
   double flatness_voxels = 0.5;  // of quasi-planar polygons, either side (paper §4.1)
+  /// The farthest that points will be displaced later, either way, m; 0: by their spacing.
+  double most_displacement = 0;
   /// 0: the surface voxels themselves. k: the k-th free-space layer of the body, for a clearance
   /// that the force layer cannot give (paper §3.2); labels and normals are the nearest surface
   /// voxel's.

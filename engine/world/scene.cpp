@@ -64,10 +64,20 @@ ContactModel ReadContact(const JsonNode& node) {
   return text == "plain" ? ContactModel::kPlain : ContactModel::kRefined;
 }
 
-SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder) {
-  node.AllowKeys({"name", "mesh", "scale", "pose", "fixed", "mass_kg", "density_kg_m3",
-                  "sharing", "inward_shift_voxels", "colour", "free", "constraint", "merge_with"});
+/// Points farther apart than voxels would let something slip through between them.
+double ReadPointSpacing(const JsonNode& node) {
+  const double spacing = node.NumberAbove(0);
+  if (spacing > 1) node.Expected("a number above 0 and at most 1: a part of a voxel");
+  return spacing;
+}
+
+/// `spacing`: of the scene, for bodies that have none of their own.
+SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder, double spacing) {
+  node.AllowKeys({"name", "mesh", "scale", "pose", "fixed", "mass_kg", "density_kg_m3", "sharing",
+                  "inward_shift_voxels", "point_spacing_voxels", "colour", "free", "constraint",
+                  "merge_with"});
   SceneBody body;
+  body.point_spacing_voxels = spacing;
   body.name = node["name"].Text("the body's name");
   body.mesh = ReadFilePath(node["mesh"], folder);
   if (node.Has("scale")) body.scale = node["scale"].NumberAbove(0);
@@ -79,11 +89,15 @@ SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder) {
   if (node.Has("colour")) body.colour = ReadColour(node["colour"]);
   if (node.Has("merge_with")) {
     body.merge_with = node["merge_with"].Text("the name of a body");
-    for (const std::string_view key : {"fixed", "mass_kg", "density_kg_m3", "sharing", "free",
-                                       "constraint", "inward_shift_voxels"}) {
+    for (const std::string_view key :
+         {"fixed", "mass_kg", "density_kg_m3", "sharing", "free", "constraint",
+          "inward_shift_voxels", "point_spacing_voxels"}) {
       if (node.Has(key)) node[key].Fault("give it to the body that this one is merged with");
     }
     return body;
+  }
+  if (node.Has("point_spacing_voxels")) {
+    body.point_spacing_voxels = ReadPointSpacing(node["point_spacing_voxels"]);
   }
   if (node.Has("free")) body.free = node["free"].TrueOrFalse();
   if (node.Has("constraint")) body.constraint = ReadConstraint(node["constraint"]);
@@ -91,7 +105,7 @@ SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder) {
   const bool weighed = node.Has("mass_kg") || node.Has("density_kg_m3");
   if (body.fixed) {
     for (const std::string_view key :
-         {"mass_kg", "density_kg_m3", "sharing", "free", "constraint"}) {
+         {"mass_kg", "density_kg_m3", "sharing", "free", "constraint", "point_spacing_voxels"}) {
       if (node.Has(key)) node[key].Fault("a fixed body has none");
     }
   } else if (!weighed) {
@@ -170,7 +184,7 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   const JsonNode root = json->root();
   if (root.Has("waypoints")) root.Fault("this is a hand's script, not a scene: --hand takes it");
   root.AllowKeys({"name", "voxel_m", "range_voxels", "contact", "force_layer", "friction",
-                  "gravity_m_s2", "bodies", "pairs", "hands"});
+                  "point_spacing_voxels", "gravity_m_s2", "bodies", "pairs", "hands"});
 
   Scene scene;
   scene.file = file;
@@ -188,10 +202,12 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   }
   if (root.Has("friction")) scene.friction = root["friction"].NumberFrom(0);
   if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
+  double spacing = 1;
+  if (root.Has("point_spacing_voxels")) spacing = ReadPointSpacing(root["point_spacing_voxels"]);
   const std::vector<JsonNode> bodies = root["bodies"].Items();
   std::size_t uncoloured = 0;
   for (const JsonNode& node : bodies) {
-    SceneBody body = ReadBody(node, file.parent_path());
+    SceneBody body = ReadBody(node, file.parent_path(), spacing);
     if (!body.fixed && !node.Has("colour")) {
       body.colour = kMoversColours[uncoloured++ % kMoversColours.size()];
     }

@@ -25,10 +25,11 @@ struct SceneBody {
   double mass = 0;             // kg; 0 for fixed bodies, and where the density tells it
   double density = 0;          // kg/m^3, when mass is 0
   double inward_shift_voxels =
-      0;                       // of the pointshell, along its normals (paper §7: the ball seats)
-  bool free = false;           // moves by forces when no hand holds it
-  SceneConstraint constraint;  // what is left of its motion (paper fn. 1)
-  std::string merge_with;      // name of the body that this one is a part of; else empty
+      0;  // of the pointshell, along its normals (paper §7: the ball seats)
+  double point_spacing_voxels = 1;  // from point to point, in voxels; at most 1 (paper §3.2)
+  bool free = false;                // moves by forces when no hand holds it
+  SceneConstraint constraint;       // what is left of its motion (paper fn. 1)
+  std::string merge_with;           // name of the body that this one is a part of; else empty
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  // red, green, blue, 0 to 1
 };
 

@@ -49,6 +49,9 @@ std::uint64_t HashValues(const Scene& scene, std::size_t i) {
   Add(hash, body.mass);
   Add(hash, body.density);
   Add(hash, body.inward_shift_voxels);
+  // scenes of a point a voxel keep the hash that recordings and earlier versions know them by
+  const bool has_own_points = !body.fixed && scene.WholeOf(i) == i;
+  if (has_own_points && body.point_spacing_voxels != 1) Add(hash, body.point_spacing_voxels);
   return hash.value();
 }
 

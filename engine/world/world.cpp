@@ -18,7 +18,7 @@ constexpr double kFreeTravel = 32.0;
 /// layers round them that may read contact.
 double RadiusOf(const BodyModel& body) {
   const int most_layer = body.voxmap.range() - kWarningQueues;
-  return body.points.radius + (most_layer + 2) * std::sqrt(3.0) * body.points.spacing;
+  return body.points.radius + (most_layer + 2) * std::sqrt(3.0) * body.voxmap.voxel_size();
 }
 
 /// Of a pair's travel, what falls to one body. A mirrored body gives way to nothing, so the other

@@ -58,7 +58,8 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   if (body.constraint.kind != SceneConstraint::Kind::kNone) {
     model.constraint = MakeConstraint(body.constraint, model.X_WB0);
   }
-  Result<Pointshell> points = MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels);
+  Result<Pointshell> points =
+      MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels, body.point_spacing_voxels);
   if (!points) return At(body, WithScale(points.error(), body, mesh_W).what);
   model.points = std::move(*points);
   if (with_voxmap) {
@@ -104,13 +105,14 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
 }
 
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
-                              double inward_shift_voxels) {
+                              double inward_shift_voxels, double spacing_voxels) {
   const bool refined = scene.contact == ContactModel::kRefined;
   return MakePointshell(mesh_W, X_WB,
-                        {.spacing = scene.voxel_size,
+                        {.spacing = spacing_voxels * scene.voxel_size,
                          .inward_shift = inward_shift_voxels * scene.voxel_size,
                          .place = refined ? PointPlace::kOnFeature : PointPlace::kVoxelCentre,
-                         .flatness_voxels = FlatnessVoxels(scene.contact)});
+                         .flatness_voxels = FlatnessVoxels(scene.contact),
+                         .most_displacement = scene.voxel_size});
 }
 
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {

@@ -60,9 +60,9 @@ std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
 /// model reads them.
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
                              SurfaceDetails& details);
-/// A mesh as what is tested, in the frame that stands at X_WB.
+/// A mesh as what is tested, in the frame that stands at X_WB; lengths in voxels of the scene.
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
-                              double inward_shift_voxels);
+                              double inward_shift_voxels, double spacing_voxels = 1);
 
 /// Imports, welds, weighs and voxelizes. Errors name the body and its file.
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene);

@@ -96,6 +96,20 @@ TEST_F(ContactCommand, GoesByTheModelsOwnLayerUnlessOneIsGiven) {
   EXPECT_GT(ForceOf(plain), 0);
 }
 
+TEST_F(ContactCommand, TakesPointsFinerThanVoxelsAndNoneCoarser) {
+  const Said one = Run("");
+  const Said finer = Run("--spacing 0.0004");
+  ASSERT_EQ(finer.exit_code, kExitOk) << finer.err;
+  EXPECT_NEAR(ForceOf(finer), ForceOf(one), 0.5);  // corners are corners
+  const auto points = [](const Said& said) {
+    return std::stoi(said.err.substr(said.err.find("; ") + 2));
+  };
+  EXPECT_GT(points(finer), 5 * points(one));
+  const Said coarser = Run("--spacing 0.002");
+  EXPECT_EQ(coarser.exit_code, kExitUsage);
+  EXPECT_THAT(coarser.err, HasSubstr("--spacing: points farther apart than voxels"));
+}
+
 /// Two parts, and the voxel size at which some free poses are far and the rest are told apart.
 struct Pair {
   const char* fixed;

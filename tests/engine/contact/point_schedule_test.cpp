@@ -58,5 +58,24 @@ TEST(PointSchedule, TestsEveryPointInContactWhateverTheRange) {
   }
 }
 
+// Points finer than the map's voxels (paper §3.2, Table 1: 1.0 mm in 2.5 mm): chunks of theirs are
+// smaller than the map's, blocks lie closer together; allowances are the map's.
+TEST(PointSchedule, TestsEveryPointInContactWithPointsFinerThanVoxels) {
+  for (const double spacing : {0.7, 0.4, 0.15}) {
+    const Bodies bodies = Rods(kDefaultRange, spacing);
+    const double points = static_cast<double>(bodies.shell.size());
+    EXPECT_GT(points, 0.8 * static_cast<double>(Rods().shell.size()) / (spacing * spacing));
+    for (const bool chunks : {true, false}) {
+      ScheduleOptions options;
+      options.chunks = chunks;
+      const Outcome outcome = Swim(bodies, options, 0.2 * points, static_cast<int>(1e7 / points),
+                                   910 + static_cast<std::uint64_t>(100 * spacing));
+      EXPECT_EQ(outcome.missed, 0U) << "spacing " << spacing << ", chunks " << chunks;
+      EXPECT_GT(outcome.contacts, 0.5) << "spacing " << spacing;
+      EXPECT_LT(outcome.tests, 0.5 * points) << "spacing " << spacing;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tandem

@@ -12,16 +12,18 @@ inline constexpr double kS = 0.001;  // m, a voxel
 inline constexpr ContactGains kGains{1000.0,
                                      20};  // 1 N a voxel: forces are depths, hardening apart
 
-/// A fixed solid and a moving one, refined: the moving mesh is given in its body's frame.
+/// A fixed solid and a moving one, refined: the moving mesh is given in its body's frame, its
+/// points stand `spacing` voxels apart.
 struct Refined {
-  Refined(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at)
+  Refined(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at,
+          double spacing = 1)
       : voxmap(std::move(*Voxelize(
             fixed_W,
             {.voxel_size = kS, .flatness_voxels = FlatnessVoxels(ContactModel::kRefined)}))),
         details(fixed_W, FlatnessVoxels(ContactModel::kRefined), voxmap),
         shell(std::move(
             *MakePointshell(Transformed(moving_B, {made_at, Vec3::Zero()}), {made_at, Vec3::Zero()},
-                            {.spacing = kS,
+                            {.spacing = spacing * kS,
                              .place = PointPlace::kOnFeature,
                              .flatness_voxels = FlatnessVoxels(ContactModel::kRefined)}))),
         pair(shell, voxmap, {Quat::Identity(), voxmap.p_WVo()}, 1.0,

@@ -1,5 +1,7 @@
 // What the refined contact model promises, against exact geometry: planes, edges and convex bodies
 // whose gap is known in closed form.
+#include <array>
+
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
@@ -80,8 +82,8 @@ TEST_P(OnTiltedPlanes, ForceStandsOnThePlaneAndDoesNotRippleAsTheBodySlides) {
   }
 }
 
-// The exact gap is the oracle: a vertex of the box pushes from kRefinedClearance above the plane on,
-// in whichever voxel it is.
+// The exact gap is the oracle: a vertex of the box pushes from kRefinedClearance above the plane
+// on, in whichever voxel it is.
 TEST(RefinedContact, EveryLayerFromTheFirstFindsAllContacts) {
   std::mt19937_64 random(31);
   int pushing = 0;
@@ -121,11 +123,10 @@ TEST(RefinedContactDeathTest, RefusesALayerThatMissesContacts) {
   const TriangleMesh box = Box(kS * Vec3(24, 18, 14));
   Refined refined(Plate(Quat::Identity(), Vec3::Zero()), box, Quat::Identity());
   EXPECT_DEATH(refined.pair.SetClearance({0, 0}), "LeastForceLayer");
-  EXPECT_DEATH(ContactPair(refined.shell, refined.voxmap,
-                           {Quat::Identity(), refined.voxmap.p_WVo()}, 1.0,
-                           {.force_layer = 0, .details = &refined.details, .schedule = {}},
-                           testing::kGains),
-               "LeastForceLayer");
+  EXPECT_DEATH(
+      ContactPair(refined.shell, refined.voxmap, {Quat::Identity(), refined.voxmap.p_WVo()}, 1.0,
+                  {.force_layer = 0, .details = &refined.details, .schedule = {}}, testing::kGains),
+      "LeastForceLayer");
   ContactPair plain(refined.shell, refined.voxmap, {Quat::Identity(), refined.voxmap.p_WVo()}, 1.0,
                     {.force_layer = 0, .schedule = {}}, testing::kGains);
   plain.SetClearance({0, 0});  // the paper's layer 0: exact surfaces may meet
@@ -219,11 +220,12 @@ constexpr double kBarsHeight = kBarSide * 1.4142135623730951;
 
 /// Two square bars of 60 voxels on their edges, seen in a frame that stands at `q`: one along x
 /// below, and the moving one along y, which touches it from kBarsHeight voxels above.
-Refined CrossedBars(const Quat& q, const Quat& made_at) {
+Refined CrossedBars(const Quat& q, const Quat& made_at, double spacing = 1) {
   const Quat about_x = RotationBy(Vec3(0.7853981633974483, 0, 0));
   const Quat about_y = RotationBy(Vec3(0, 0.7853981633974483, 0));
   return {Transformed(Box(kS * Vec3(60, kBarSide, kBarSide)), {q * about_x, Vec3::Zero()}),
-          Transformed(Box(kS * Vec3(kBarSide, 60, kBarSide)), {about_y, Vec3::Zero()}), made_at};
+          Transformed(Box(kS * Vec3(kBarSide, 60, kBarSide)), {about_y, Vec3::Zero()}), made_at,
+          spacing};
 }
 
 TEST(RefinedContact, TwoCrossingEdgesMakeOneContactAlongTheirCommonNormal) {
@@ -252,9 +254,10 @@ TEST(RefinedContact, TwoCrossingEdgesMakeOneContactAlongTheirCommonNormal) {
 // nearer it may be softer.
 TEST(RefinedContact, CrossingEdgesMeetNearTheirCornersToo) {
   std::mt19937_64 random(16);
-  for (int trial = 0; trial < 40; ++trial) {
+  for (int trial = 0; trial < 60; ++trial) {
     const Quat q = RandomRotation(random);
-    Refined refined = CrossedBars(q, RandomRotation(random));
+    const double spacing = trial < 40 ? 1 : trial < 50 ? 0.4 : 0.2;
+    Refined refined = CrossedBars(q, RandomRotation(random), spacing);
     for (const double from_end : {0.1, 0.3, 0.6, 0.9, 1.4, 2.1}) {
       const auto force_at = [&](double gap) {
         const Vec3 p(30 - from_end, 30 - from_end, kBarsHeight + gap);
@@ -267,6 +270,61 @@ TEST(RefinedContact, CrossingEdgesMeetNearTheirCornersToo) {
       EXPECT_GE(force_at(-1.0), 0.2) << from_end << " voxels from the ends, trial " << trial;
     }
   }
+}
+
+// Features are exact, so how many points carry a face changes nothing: what a body's corner, edge
+// and face press with, in voxels of the same map.
+TEST(RefinedContact, FinerPointsPushAsOnesOfAVoxelDo) {
+  std::mt19937_64 random(32);
+  int pushed = 0;
+  // depths, not forces: these grow faster than the depth that two pieces of an edge share
+  const auto depth_at = [](Refined& refined, const Pose& X_WB) {
+    refined.ForceAt(X_WB);
+    Vec3 depth = Vec3::Zero();
+    for (const Contact& contact : refined.pair.contacts()) {
+      depth += contact.depth / kS * contact.nhat_V;
+    }
+    return depth;
+  };
+  for (int trial = 0; trial < 12; ++trial) {
+    const Quat q = RandomRotation(random);
+    const Quat made_at = RandomRotation(random);
+    const double spacing = trial % 4 == 0 ? 0.15 : 0.4;
+    // corners of the box on a face; a face of the box on a corner; edge across edge
+    const TriangleMesh box = Box(kS * Vec3(24, 18, 14));
+    const TriangleMesh plate = Plate(q, Vec3::Zero());
+    const Quat q_WB = RandomRotation(random);
+    const Vec3 n = q * Vec3::UnitZ();
+    const TriangleMesh turned = Transformed(box, {q_WB, Vec3::Zero()});
+    const TriangleMesh slab =
+        Transformed(Box(kS * Vec3(40, 40, 14)), {q, q * (kS * Vec3(0, 0, -7))});
+    const Vec3 under = Vec3(-LowestAlong(box, q_WB, n) * n);
+    Refined over_one(plate, box, made_at);
+    Refined over_finer(plate, box, made_at, spacing);
+    Refined under_one(turned, slab, made_at);
+    Refined under_finer(turned, slab, made_at, spacing);
+    Refined across_one = CrossedBars(q, made_at);
+    Refined across_finer = CrossedBars(q, made_at, spacing);
+    EXPECT_GT(over_finer.shell.size(), 4 * over_one.shell.size());
+    for (const double gap : {0.5, 0.4, 0.2, -0.2}) {
+      const Pose over{q_WB, under + gap * kS * n};
+      const Pose below{Quat::Identity(), -(under + gap * kS * n)};
+      const Pose across{q, q * (kS * Vec3(1.3, -0.7, kBarsHeight + gap))};
+      const std::array<Vec3, 6> depths{
+          depth_at(over_one, over),     depth_at(over_finer, over),
+          depth_at(under_one, below),   depth_at(under_finer, below),
+          depth_at(across_one, across), depth_at(across_finer, across)};
+      for (std::size_t i = 0; i < depths.size(); i += 2) {
+        // a few hundredths of a voxel, to which places are known; the ends of pieces of an edge
+        // too, which is a part of the seam that they share, as where TwoCrossingEdges meet
+        const double seam = i == 4 ? 0.16 * (kRefinedClearance - gap) : 0;
+        EXPECT_LE((depths[i] - depths[i + 1]).norm(), std::max(0.05, seam))
+            << "case " << i / 2 << ", gap " << gap << ", trial " << trial;
+        pushed += depths[i].norm() > 0 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(pushed, 70);
 }
 
 // A corner stands on a face right up to the face's edge and corner, whichever of the two bodies has

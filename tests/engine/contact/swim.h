@@ -17,10 +17,10 @@ inline constexpr double kVoxel = 0.01;
 
 struct Bodies {
   Bodies(const TriangleMesh& map_mesh, const TriangleMesh& shell_mesh, double voxel = kVoxel,
-         int range = kDefaultRange)
+         int range = kDefaultRange, double spacing = 1)
       : voxmap(std::move(
             *Voxelize(map_mesh, {.voxel_size = voxel, .range = range, .bits = BitsFor(range)}))),
-        shell(std::move(*MakePointshell(shell_mesh, Pose{}, {.spacing = voxel}))),
+        shell(std::move(*MakePointshell(shell_mesh, Pose{}, {.spacing = spacing * voxel}))),
         blocks(shell),
         map_radius(BoundsOf(map_mesh).size().norm() / 2) {}
 
@@ -111,8 +111,9 @@ inline double PointFrames() {
   return asked != nullptr ? std::atof(asked) : 2e7;
 }
 
-inline Bodies Rods(int range = kDefaultRange) {
-  return {Box(Vec3(0.5, 0.3, 0.2)), Box(Vec3(0.45, 0.08, 0.06)), kVoxel, range};
+/// `spacing`: of the points, voxels.
+inline Bodies Rods(int range = kDefaultRange, double spacing = 1) {
+  return {Box(Vec3(0.5, 0.3, 0.2)), Box(Vec3(0.45, 0.08, 0.06)), kVoxel, range, spacing};
 }
 
 }  // namespace tandem::testing

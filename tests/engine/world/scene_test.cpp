@@ -135,6 +135,44 @@ TEST_F(SceneFile, FindsItsFilesBesideItself) {
   EXPECT_EQ(scene->hands[0].file, folder_.path() / "left.json");
 }
 
+TEST_F(SceneFile, PointSpacingIsTheScenesOrABodysOwn) {
+  const auto spacings = [&](const std::string& of_ring, const std::string& of_scene) {
+    const Result<Scene> scene = LoadScene(File(WithKeys(of_ring, of_scene)));
+    EXPECT_TRUE(scene) << scene.error().what;
+    return std::pair(scene->bodies[1].point_spacing_voxels, scene->bodies[2].point_spacing_voxels);
+  };
+  const std::string free = "\"free\": false";
+  EXPECT_EQ(spacings(free, ""), std::pair(1.0, 1.0));
+  EXPECT_EQ(spacings(free, "\"point_spacing_voxels\": 0.5,"), std::pair(0.5, 0.5));
+  EXPECT_EQ(spacings("\"point_spacing_voxels\": 0.4", "\"point_spacing_voxels\": 0.5,"),
+            std::pair(0.5, 0.4));
+
+  EXPECT_EQ(ErrorOf("\"point_spacing_voxels\": 1.5"),
+            "bodies[2].point_spacing_voxels: expected a number above 0 and at most 1: a part of a "
+            "voxel, got 1.5");
+  EXPECT_EQ(ErrorOf(free, "\"point_spacing_voxels\": 0,"),
+            "point_spacing_voxels: expected a number above 0, got 0");
+  EXPECT_EQ(ErrorAfter("\"fixed\": true", "\"fixed\": true, \"point_spacing_voxels\": 0.5"),
+            "bodies[0].point_spacing_voxels: a fixed body has none");
+  EXPECT_EQ(ErrorAfter("\"density_kg_m3\": 2700",
+                       "\"merge_with\": \"peg\", \"point_spacing_voxels\": 0.5"),
+            "bodies[2].point_spacing_voxels: give it to the body that this one is merged with");
+}
+
+// Content, that peers must have alike; one point a voxel is what it always was.
+TEST_F(SceneFile, HashFollowsThePointSpacingUnlessItIsAVoxel) {
+  const SceneHash hash = Hashes(kScene);
+  EXPECT_EQ(Hash(WithKeys("\"point_spacing_voxels\": 1")), hash.content);
+  const SceneHash finer = Hashes(WithKeys("\"point_spacing_voxels\": 0.4"));
+  EXPECT_NE(finer.bodies[2].values, hash.bodies[2].values);
+  EXPECT_EQ(finer.bodies[1], hash.bodies[1]);
+  EXPECT_EQ(finer.parameters, hash.parameters);
+  // said once for all bodies, or of each
+  const SceneHash all = Hashes(WithKeys("\"free\": false", "\"point_spacing_voxels\": 0.4,"));
+  EXPECT_EQ(all.bodies[2], finer.bodies[2]);
+  EXPECT_EQ(all.bodies[0], hash.bodies[0]);  // fixed: it has no points
+}
+
 TEST_F(SceneFile, PlainContactMayHaveAnyLayer) {
   EXPECT_EQ(LoadScene(File(Changed("\"force_layer\": 1", "\"contact\": \"plain\"")))->force_layer,
             2);
@@ -316,7 +354,7 @@ TEST_F(SceneFile, MisspeltKeysAreToldWithTheNearestKnownOne) {
   EXPECT_EQ(
       ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"wind\": 9.81,"),
       "wind: unknown key; known here are name voxel_m range_voxels contact force_layer friction "
-      "gravity_m_s2 bodies pairs hands");
+      "point_spacing_voxels gravity_m_s2 bodies pairs hands");
 }
 
 TEST_F(SceneFile, SyntaxErrorsTellLineAndColumn) {

@@ -109,6 +109,26 @@ TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
   }
 }
 
+// Table 1 of the paper: 1.0 mm in 2.5 mm voxels. Points that part when they are displaced outwards
+// are the reason (§3.2): 1.4 voxels apart at a spacing of a voxel, half as far at 0.4.
+TEST_F(LoadedWorld, PointsFinerThanVoxelsComeFromTheScene) {
+  const auto body = [this](const std::string& keys) {
+    return Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1)" + keys + "}");
+  };
+  const auto one = body("");
+  const auto finer = body(", \"point_spacing_voxels\": 0.4");
+  EXPECT_DOUBLE_EQ(finer->bodies[0].points.spacing, 0.0004);
+  const double points = static_cast<double>(one->bodies[0].points.size());
+  EXPECT_NEAR(static_cast<double>(finer->bodies[0].points.size()), points / 0.16,
+              0.1 * points / 0.16);
+  const auto parted = body(", \"inward_shift_voxels\": -0.3");
+  const auto together = body(", \"inward_shift_voxels\": -0.3, \"point_spacing_voxels\": 0.4");
+  EXPECT_EQ(parted->remarks.size(), 1U);
+  EXPECT_THAT(together->remarks, ::testing::IsEmpty());
+  // a voxel outwards parts finer ones too, and is as far beyond the points as any displacement
+  EXPECT_TRUE(GapRemark(together->scene, together->bodies[0], -0.001));
+}
+
 // A scene that was made or changed in code is held to what a scene file is.
 TEST_F(LoadedWorld, RefusesALayerThatMissesContacts) {
   Scene scene = Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})")->scene;
