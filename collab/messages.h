@@ -44,7 +44,7 @@ struct ObjectState {
   std::int64_t sample_ns = 0;
   Pose X_WB;
   Twist V_WB;
-  Wrench contact_B_W;  // contact on the body about its centre of mass, without couplings
+  Wrench contact_B_W;  // as of StepReport: contact about the body's centre of mass, as applied
 };
 
 /// What one coupling between two instances of a shared body needs and does.

@@ -19,7 +19,7 @@ namespace tandem {
 ///   /bodies/NAME/pose, /twist     each moving body as this peer saw it; origin: centre of mass
 ///   /hand/pose                    the device
 ///   /hand/wrench                  its coupling on the body in hand, about the body's origin
-///   /contact/wrench               of all contact on the body in hand
+///   /contact/wrench               of all contact on the body in hand, as applied
 ///   /links/PEER/wrench            the coupling to another's instance, on the body in hand
 ///   /links/PEER/stiffness, /delay N/m; half the loop age, s
 ///   /peers/PEER/NAME/pose         as it was heard of the others

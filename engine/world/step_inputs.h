@@ -82,7 +82,9 @@ struct StepReport {
   int loaded_points = 0;
   TestCounts tests;
   Wrench hand_B_W;     // hand's coupling on the held body, as applied; NaN: its step was no number
-  Wrench contact_B_W;  // contact on the held body, at the frame's start
+  /// Contact on the held body, as the step applies it: with gravity, the hand, the links and the
+  /// ground it makes the change of momentum, until the travel limit holds the body back.
+  Wrench contact_B_W;
   std::array<Wrench, kMaxLinkAnchors> links_B_W{};  // couplings to copies, as applied
 };
 

@@ -175,6 +175,7 @@ bool World::Pushed(std::size_t body) const noexcept {
 
 const StepReport& World::Step(const StepInputs& in) noexcept {
   report_ = {};
+  contact_load_ = {};
   for (Body& body : bodies_) body.load = {};
   for (Pair& pair : pairs_) pair.pushes = false;
   BeginAtRest(in);
@@ -283,9 +284,7 @@ void World::Collide(const StepInputs& in) noexcept {
     report_.look_work += found.look_work;
     report_.loaded_points += found.loaded_points;
   }
-  if (in.hand.body >= 0) {
-    report_.contact_B_W = AsWrench(bodies_[static_cast<std::size_t>(in.hand.body)].load.force);
-  }
+  if (in.hand.body >= 0) contact_load_ = bodies_[static_cast<std::size_t>(in.hand.body)].load;
 }
 
 void World::Couple(const StepInputs& in) noexcept {
@@ -329,7 +328,31 @@ void World::SolveTogether(const StepInputs& in) noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     bodies_[b].together = begun && together_.has(b);
   }
-  if (begun) together_.Solve();
+  contact_of_others_.setZero();
+  if (!begun) return;
+  together_.Solve();
+  for (const Pair& pair : pairs_) {
+    if (!pair.pushes || !IsSimulated(in, pair.shell) || !IsSimulated(in, pair.map)) continue;
+    const bool is_shell = pair.shell == in.hand.body;
+    if (!is_shell && pair.map != in.hand.body) continue;
+    const auto other = static_cast<std::size_t>(is_shell ? pair.map : pair.shell);
+    const Vec6 before = Stacked(bodies_[other].state.V_WB);
+    const Vec6 after = Stacked(together_.twist(other));
+    const CrossLoad& cross = pair.contact.cross();
+    if (is_shell) {
+      contact_of_others_ += cross.damping * (after - before) + kFrame * cross.stiffness * after;
+    } else {
+      contact_of_others_ += cross.damping.transpose() * (after - before) +
+                            kFrame * cross.stiffness.transpose() * after;
+    }
+  }
+}
+
+Wrench World::AppliedContact(const Twist& before, const Twist& after) const noexcept {
+  Wrench applied = AppliedWrench(contact_load_, before, after, kFrame);
+  applied.tau += contact_of_others_.head<3>();
+  applied.f += contact_of_others_.tail<3>();
+  return applied;
 }
 
 void World::Move(const StepInputs& in) noexcept {
@@ -371,6 +394,7 @@ void World::Move(const StepInputs& in) noexcept {
       report_.hand_B_W.tau = report_.hand_B_W.f;
       continue;
     }
+    report_.contact_B_W = AppliedContact(before, wanted);
     report_.hand_B_W = AppliedWrench(hand_load_, before, after, kFrame);
     for (std::size_t k = 0; k < in.link_count; ++k) {
       report_.links_B_W[k] = AppliedWrench(link_loads_[k], before, after, kFrame);

@@ -86,6 +86,8 @@ class World {
   bool Tested(const Pair& pair, const StepInputs& in) const noexcept;
   void Collide(const StepInputs& in) noexcept;
   void Couple(const StepInputs& in) noexcept;
+  /// What contact puts on the held body in the step that takes it from one twist to another.
+  Wrench AppliedContact(const Twist& before, const Twist& after) const noexcept;
   /// The twists of simulated bodies that push one another, in one system.
   void SolveTogether(const StepInputs& in) noexcept;
   void Move(const StepInputs& in) noexcept;
@@ -96,6 +98,8 @@ class World {
   std::size_t first_pairs_ = 0;  // the others are of second instances
   CoupledStep together_;
   Load hand_load_;
+  Load contact_load_;                      // on the held body, at the frame's start
+  Vec6 contact_of_others_ = Vec6::Zero();  // what it gains in the step as others move
   std::array<CentreLoad, kMaxLinkAnchors> link_loads_;
   bool contact_on_ = true;
   FrameHelpers* helpers_;
