@@ -96,7 +96,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   }
   report_ = world_->Step(inputs_);
   if (attached_ && parting_.leading()) report_.hand_B_W = {};
-  CountCrowded();
+  CountLimits();
   Render();
   if (!AllFinite(report_.hand_B_W) || !AllFinite(report_.contact_B_W)) {
     // what is no number goes no further than the guard
@@ -178,8 +178,18 @@ void Peer::OnState(const ObjectState& state) noexcept {
   if (!holdings_.Accepts(state)) return;
   holdings_.OnState(state);
   if ((state.flags & kStateParked) != 0) return;
+  NoteLimits(state);
   if (shared_) shared_->OnState(state);
   remote_.OnState(state);
+}
+
+void Peer::NoteLimits(const ObjectState& state) noexcept {
+  auto* heard = std::ranges::find(heard_limits_, state.peer, &HeardLimits::peer);
+  if (heard == heard_limits_.end()) {
+    heard = heard_limits_.begin() + static_cast<std::ptrdiff_t>(next_heard_);
+    next_heard_ = (next_heard_ + 1) % heard_limits_.size();
+  }
+  *heard = {state.peer, state.flags};
 }
 
 void Peer::OnEvent(const Event& event) noexcept {
@@ -303,7 +313,8 @@ void Peer::Attach(const Anchor& goal) noexcept {
   guard_.Begin();
 }
 
-void Peer::CountCrowded() noexcept {
+void Peer::CountLimits() noexcept {
+  limits_.Count(report_.flags);
   if ((report_.flags & StepReport::kContactsFull) == 0) return;
   ++crowded_frames_;
   if (crowded_frames_ == 1) news_.TryPush({HoldingNews::Kind::kCrowded, kNoObject, 0});
@@ -365,6 +376,8 @@ void Peer::Record(std::int64_t now_ns) noexcept {
   hand_figures_.most_contact_points =
       std::max(hand_figures_.most_contact_points, report_.contact_points);
   hand_figures_.peak_force = std::max(hand_figures_.peak_force, force);
+  hand_limits_.Count(report_.flags);
+  hand_figures_.limits = hand_limits_.all();
   if (trace_.size() >= options_.trace_frames) return;
   const RigidState& state = *held_state();
   trace_.push_back({.time_ns = now_ns,

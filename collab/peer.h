@@ -5,6 +5,7 @@
 
 #include "collab/command.h"
 #include "collab/echoes.h"
+#include "collab/frame_limits.h"
 #include "collab/frame_tap.h"
 #include "collab/holdings.h"
 #include "collab/outbox.h"
@@ -61,6 +62,7 @@ struct HandFigures {
   std::int64_t contact_points = 0;  // over all frames
   int most_contact_points = 0;
   double peak_force = 0;  // N, of the hand's coupling
+  FrameLimits limits;
 };
 
 /// The haptic half of a peer: device, simulation and the couplings to the others, as one state
@@ -128,7 +130,13 @@ class Peer {
   /// Makes the hand hold what the holdings say, once it is where it is known to be.
   void TakeAndLetGo() noexcept;
   void Attach(const Anchor& goal) noexcept;
-  void CountCrowded() noexcept;
+  void CountLimits() noexcept;
+  /// The newest that a peer said of its own.
+  struct HeardLimits {
+    PeerId peer = 0;
+    std::uint32_t flags = 0;
+  };
+  void NoteLimits(const ObjectState& state) noexcept;
   /// Couples what we hold to its instance at `peer`; where there is no place, says so once.
   void Couple(PeerId peer) noexcept;
   /// Those that found no place, as soon as there is one.
@@ -164,7 +172,11 @@ class Peer {
   ForceGuard guard_;
   Felt felt_;
   std::uint64_t crowded_frames_ = 0;
-  Anchor handle_;  // of the device, as last read
+  FrameLimitCount limits_;       // of all frames
+  FrameLimitCount hand_limits_;  // of those that HandFigures are of
+  std::array<HeardLimits, kMaxPeers> heard_limits_{};
+  std::size_t next_heard_ = 0;  // gives way to another peer
+  Anchor handle_;               // of the device, as last read
   Echoes echoes_;
   StepInputs inputs_;
   StepReport report_;

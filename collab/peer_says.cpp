@@ -28,7 +28,7 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .object = world_->model().object[body],
                .epoch = holdings_.own_epoch(body),
                .seq = seq_,
-               .flags = report_.flags,
+               .flags = report_.flags | AsFlags(limits_.last()),
                .sample_ns = now_ns,
                .X_WB = state.X_WB,
                .V_WB = state.V_WB,
@@ -63,6 +63,7 @@ void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {
     std::uint32_t flags = ViewBody::kHeld;
     if (report_.contact_points > 0) flags |= ViewBody::kInContact;
     if (parting_.trapped()) flags |= ViewBody::kTrapped;
+    flags |= AsFlags(limits_.last());
     add(static_cast<std::size_t>(held_), flags, report_.hand_B_W.f);
     for (std::size_t link = 0; link < inputs_.link_count; ++link) {
       const auto force = static_cast<float>(report_.links_B_W[link].f.norm());
@@ -117,6 +118,7 @@ void Peer::SayParked(std::int64_t now_ns) noexcept {
 void Peer::FillTable(std::int64_t now_ns) noexcept {
   PeerTable& table = table_.back();
   table.time_ns = now_ns;
+  table.own_limits = limits_.last();
   const std::span<const Echoes::Loop> loops = echoes_.loops();
   table.count = static_cast<std::uint32_t>(loops.size());
   std::array<LinkView, kMaxLinks> links;
@@ -137,6 +139,8 @@ void Peer::FillTable(std::int64_t now_ns) noexcept {
       row.disagreement = links[k].disagreement;
       row.trapped = parting_.trapped(row.peer);
     }
+    const auto* limits = std::ranges::find(heard_limits_, row.peer, &HeardLimits::peer);
+    if (limits != heard_limits_.end()) row.limits = LimitsIn(limits->flags);
     row.delay_s = 0.5 * row.loop_age_s;
     row.mirror_lag_m = remote_.LagOf(row.peer);
     row.drops = inbox_->drops().Of(row.peer);

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "collab/drop_counts.h"
+#include "collab/frame_limits.h"
 #include "collab/messages.h"
 
 namespace tandem {
@@ -23,6 +24,7 @@ struct PeerTableRow {
   double mirror_lag_m = 0;    // of the bodies that it moves: the farthest from where it said
   double mirror_age_s = -1;   // since the newest state of it came; -1: none has
   bool trapped = false;       // something fixed is between our instances
+  FrameLimits limits;         // of its frames in a second, as it said with its newest state
   DropCounts drops{};         // of what came from it, by reason
 };
 
@@ -31,6 +33,7 @@ struct PeerTable {
   static constexpr std::int64_t kPeriod = 100;  // frames
 
   std::int64_t time_ns = 0;
+  FrameLimits own_limits;  // of our frames in the last second
   std::uint32_t count = 0;
   std::array<PeerTableRow, kMaxPeers> rows{};
 };

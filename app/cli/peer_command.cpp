@@ -263,6 +263,7 @@ int RunOnce(PeerArguments& arguments) {
     if (!recorded) exit_code = Fail(kExitFile, recorded.error().what);
     if (recorded) Say(arguments.record + ": " + Counted(*recorded, "frame") + " recorded");
   }
+  for (const std::string& line : Explain(node.peer().hand_figures().limits)) Say(line);
   if (exit_code != kExitOk || arguments.report.empty()) return exit_code;
 
   PeerReport report{.name = arguments.name,

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <fstream>
 
+#include "app/cli/peer_table_text.h"
+
 namespace tandem {
 
 namespace {
@@ -104,6 +106,7 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
           {"traced_frames", report.traced_frames},
           {"guarded_share", report.guarded_share},
           {"crowded_frames", report.crowded_frames},
+          {"limits", AsJson(hand.limits)},
           {"points", report.points},
           {"capacity", report.capacity},
           {"look_price", report.look_price},

@@ -49,8 +49,9 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 /// judged_frames, judged_missed, frames_over_1ms, frame_cpu_us and frame_wall_us of those in
 /// `judged`, in which the hand moves: frames of waiting and of the last second have less to do; of
 /// the hand contact_points {mean, max}, contact_share, peak_force_N (of its spring), traced_frames;
-/// felt {peak_N, peak_Nm, peak_step_N} by the hand, guarded_share, crowded_frames; said {sent,
-/// wanted}; heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, peers.
+/// felt {peak_N, peak_Nm, peak_step_N} by the hand, guarded_share, crowded_frames, limits
+/// {travel_limited_share, over_capacity_share, contacts_full_share}; said {sent, wanted};
+/// heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, peers.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
                               const JudgedFrames& judged);
 

@@ -54,9 +54,19 @@ std::vector<std::string> AsLines(const PeerTable& table, const NameFunction& nam
               Cell(row.mirror_age_s >= 0, 1e3 * row.mirror_lag_m, 1, "mm"),
               Cell(row.mirror_age_s >= 0, 1e3 * row.mirror_age_s, 0, "ms"), AsText(row.drops)});
     if (row.trapped) line += "  TRAPPED: something fixed is between";
+    if (const std::string limits = AsText(row.limits); !limits.empty()) line += "  " + limits;
     lines.push_back(line);
   }
+  for (const std::string& line : Explain(table.own_limits)) {
+    lines.push_back("in the last second, " + line);
+  }
   return lines;
+}
+
+nlohmann::ordered_json AsJson(const FrameLimits& limits) {
+  return {{"travel_limited_share", limits.travel_limited},
+          {"over_capacity_share", limits.over_capacity},
+          {"contacts_full_share", limits.contacts_full}};
 }
 
 nlohmann::ordered_json AsJson(const PeerTable& table, const NameFunction& name) {
@@ -78,6 +88,7 @@ nlohmann::ordered_json AsJson(const PeerTable& table, const NameFunction& name) 
                     {"mirror_lag_mm", 1e3 * row.mirror_lag_m},
                     {"mirror_age_ms", 1e3 * row.mirror_age_s},
                     {"trapped", row.trapped},
+                    {"limits", AsJson(row.limits)},
                     {"drops", drops}});
   }
   return rows;

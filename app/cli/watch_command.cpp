@@ -18,6 +18,7 @@
 #include "app/output_file.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/relay.h"
+#include "collab/frame_limits.h"
 #include "collab/scene_agreement.h"
 #include "collab/viewer.h"
 #include "collab/viewer_report.h"
@@ -82,6 +83,9 @@ class Reporter {
                 " moved " + std::to_string(std::lround(1000 * body.X_W.p.norm())) + " mm";
         if ((body.flags & ViewBody::kInContact) != 0) line += " (contact)";
         if ((body.flags & ViewBody::kTrapped) != 0) line += " (trapped)";
+        if ((body.flags & ViewBody::kHeld) == 0) continue;
+        const std::string limits = AsText(LimitsIn(body.flags));
+        if (!limits.empty()) line += " (" + limits + " of its frames)";
       }
     }
     Say(active > 0 ? line : "nobody who takes part is here: another name, network or domain?");

@@ -125,6 +125,29 @@ TEST(PeerTable, TellsOfThoseWhoHoldOtherThings) {
   EXPECT_EQ(session.node(0).peer().table().Read().count, 0U);
 }
 
+// One has no test to spare and is slowed to the travel floor; the other has all it needs.
+TEST(PeerTable, TellsWhatTheFramesOfEachGaveUp) {
+  SimulatedSession session;
+  auto slow = Hand(1, 0, Vec3(0.1, 0, 0), 20, 0);
+  slow->peer().SetCapacity(0);
+  session.Add(std::move(slow), 1);
+  session.Add(Hand(2, 1, Vec3::Zero(), 20), 2);
+  for (int i = 0; i < 3000; ++i) session.Step();
+  const PeerTable& own = session.node(0).peer().table().Read();
+  EXPECT_EQ(own.own_limits.over_capacity, 1);
+  EXPECT_GT(own.own_limits.travel_limited, 0.5);
+  EXPECT_EQ(own.own_limits.contacts_full, 0);
+  const PeerTableRow* of_other = RowOf(own, 2);
+  ASSERT_NE(of_other, nullptr);
+  EXPECT_EQ(of_other->limits, FrameLimits{});
+  const PeerTable& others = session.node(1).peer().table().Read();
+  EXPECT_EQ(others.own_limits, FrameLimits{});
+  const PeerTableRow* row = RowOf(others, 1);
+  ASSERT_NE(row, nullptr);
+  EXPECT_EQ(row->limits.over_capacity, 1);
+  EXPECT_NEAR(row->limits.travel_limited, own.own_limits.travel_limited, 0.02);
+}
+
 // A mirror held up by what it would run into is not where it was said to be: the table says how
 // far.
 TEST(PeerTable, TellsHowFarAMirrorIsBehind) {

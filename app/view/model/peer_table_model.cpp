@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app/view/model/picture_composer.h"
+#include "collab/frame_limits.h"
 
 namespace tandem {
 
@@ -25,6 +26,11 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
     row.delay = number(peer.delay_ms, 0, tr("%1 ms"));
     row.lag = number(peer.mirror_lag_mm, 1, tr("%1 mm"));
     row.force = number(peer.link_force, 1, tr("%1 N"));
+    const FrameLimits limits = row.here ? LimitsOf(peer.bodies) : FrameLimits{};
+    row.limits = QString::fromStdString(AsText(limits));
+    for (const std::string& line : Explain(limits)) {
+      row.limits_mean += (row.limits_mean.isEmpty() ? "" : "\n") + QString::fromStdString(line);
+    }
     row.colour = palette.Of(peer.info.peer);
     rows.push_back(row);
   }
@@ -75,6 +81,8 @@ const QString& PeerTableModel::Text(const Row& row, int column) const {
       return row.lag;
     case kForce:
       return row.force;
+    case kLimits:
+      return row.limits;
     default:
       return row.name;
   }
@@ -84,15 +92,17 @@ QVariant PeerTableModel::data(const QModelIndex& index, int role) const {
   if (!checkIndex(index, CheckIndexOption::IndexIsValid)) return {};
   const Row& row = rows_[static_cast<std::size_t>(index.row())];
   switch (role) {
-    case Qt::DisplayRole:
     case Qt::ToolTipRole:
+      return index.column() == kLimits ? row.limits_mean : Text(row, index.column());
+    case Qt::DisplayRole:
       return Text(row, index.column());
     case Qt::DecorationRole:
       if (index.column() != kName) return {};
       return QColor::fromRgbF(row.colour[0], row.colour[1], row.colour[2]);
     case Qt::TextAlignmentRole:
       return QVariant::fromValue(Qt::Alignment(
-          Qt::AlignVCenter | (index.column() >= kDelay ? Qt::AlignRight : Qt::AlignLeft)));
+          Qt::AlignVCenter |
+          (index.column() >= kDelay && index.column() <= kForce ? Qt::AlignRight : Qt::AlignLeft)));
     case Qt::ForegroundRole:
       return row.here ? QVariant() : QVariant(QColor(Qt::gray));
     default:
@@ -115,6 +125,8 @@ QVariant PeerTableModel::headerData(int section, Qt::Orientation orientation, in
       return tr("Lag");
     case kForce:
       return tr("Force");
+    case kLimits:
+      return tr("Limits");
     default:
       return {};
   }

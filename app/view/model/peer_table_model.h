@@ -9,13 +9,13 @@
 namespace tandem {
 
 /// The peers of a session as a table: name with colour, role, presence, delay, the lag
-/// of its mirrors and the force of its couplings. Rows are by peer id,
+/// of its mirrors, the force of its couplings, and what its frames gave up. Rows are by peer id,
 /// and keep their selection while peers come and go.
 class PeerTableModel : public QAbstractTableModel {
   Q_OBJECT
 
  public:
-  enum Column { kName, kRole, kPresence, kDelay, kLag, kForce, kColumnCount };
+  enum Column { kName, kRole, kPresence, kDelay, kLag, kForce, kLimits, kColumnCount };
 
   using QAbstractTableModel::QAbstractTableModel;
 
@@ -30,7 +30,7 @@ class PeerTableModel : public QAbstractTableModel {
  private:
   struct Row {
     PeerId peer = 0;
-    QString name, role, presence, delay, lag, force;
+    QString name, role, presence, delay, lag, force, limits, limits_mean;
     Colour colour{};
     bool here = true;
     bool operator==(const Row& other) const = default;

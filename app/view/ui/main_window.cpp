@@ -76,6 +76,7 @@ void MainWindow::MakeDocks() {
   header->resizeSection(PeerTableModel::kDelay, room_for(tr("1000 ms")));
   header->resizeSection(PeerTableModel::kLag, room_for(tr("99.9 mm")));
   header->resizeSection(PeerTableModel::kForce, room_for(tr("99.9 N")));
+  header->resizeSection(PeerTableModel::kLimits, room_for(tr("slowed 12 %")));
   int width = room_for(tr("A longer name")) + 2 * peers_view_->frameWidth();
   for (int column = 1; column < PeerTableModel::kColumnCount; ++column) {
     width += header->sectionSize(column);

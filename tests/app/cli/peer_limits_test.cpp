@@ -17,8 +17,10 @@ namespace {
 
 using nlohmann::json;
 using testing::ExpectRefused;
+using ::testing::HasSubstr;
 using testing::PeerCommand;
 using testing::Running;
+using testing::RunTandem;
 using testing::Said;
 
 // It beats on, so that others do not see a ghost, keeps to its time and ends when it is told to.
@@ -98,6 +100,22 @@ TEST_F(PeerCommand, ItsHapticThreadHasNoPageFaults) {
   EXPECT_EQ(anna.End(), kExitOk);
 }
 
+// A peg in its slot, of which no point test fits into a frame: it goes at the travel floor.
+TEST_F(PeerCommand, ShowsWhatItsFramesGiveUpToItsUserAndToThoseWhoLookOn) {
+  Running anna("--interface lo --capacity 1 --session " + session_ +
+                   " --scene " TANDEM_SCENES "/peg_in_slot.json --hold peg --name anna",
+               In("anna"));
+  ASSERT_TRUE(anna.WaitFor("you hold peg"));
+  const Said watched = RunTandem("watch --interface lo --seconds 5 --session " + session_);
+  EXPECT_EQ(watched.exit_code, kExitOk);
+  EXPECT_THAT(watched.err, HasSubstr("over capacity 100 % of its frames"));
+  anna.Order("peers");
+  EXPECT_TRUE(anna.WaitFor("in the last second, in 100 % of the frames point tests left no room"))
+      << anna.said();
+  EXPECT_EQ(anna.End(), kExitOk);
+  EXPECT_THAT(anna.said(), HasSubstr("tandem: in 100 % of the frames point tests left no room"));
+}
+
 // Ball and socket by voxels so fine, and a force layer so thick, that a pair cannot hold all that
 // is in contact.
 TEST_F(PeerCommand, SaysOnceThatContactsAreMoreThanThereIsRoomFor) {
@@ -120,6 +138,9 @@ TEST_F(PeerCommand, SaysOnceThatContactsAreMoreThanThereIsRoomFor) {
   EXPECT_EQ(said.err.find(words, first + 1), std::string::npos) << said.err;
   const json report = json::parse(std::ifstream(In("report.json")));
   EXPECT_GT(report.at("crowded_frames").get<int>(), 0);
+  EXPECT_GT(report.at("limits").at("contacts_full_share").get<double>(), 0);
+  EXPECT_LE(report.at("limits").at("contacts_full_share").get<double>(), 1);
+  EXPECT_THAT(said.err, HasSubstr("of the frames a pair had more contacts than it can hold"));
   EXPECT_GT(report.at("contact_points").at("max").get<int>(), 1 << 14);
 }
 

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "collab/frame_limits.h"
+
 namespace tandem {
 namespace {
 
@@ -57,6 +59,24 @@ TEST_F(PeerTable, ShowsLagForceAndWhoIsTrapped) {
   model_.Update({anna}, palette_);
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence), "lost");
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kLag), "\u2013");
+}
+
+// What it means is told where the mouse rests on it.
+TEST_F(PeerTable, ShowsWhatAPeersFramesGaveUp) {
+  ViewedPeer anna = Peer(1, "Anna", Role::kActive, 20);
+  const FrameLimits limits{.travel_limited = 0.12, .over_capacity = 0, .contacts_full = 0.03};
+  anna.bodies = {{0, ViewBody::kHeld | AsFlags(limits), {}, Vec3::Zero()}};
+  model_.Update({anna, Peer(2, "Ben", Role::kActive, 20)}, palette_);
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kLimits), "slowed 12 %, contacts left out 3 %");
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kLimits), "");
+  const QString tip =
+      model_.data(model_.index(0, PeerTableModel::kLimits), Qt::ToolTipRole).toString();
+  EXPECT_TRUE(tip.contains("moved slower than it was pulled")) << tip.toStdString();
+  EXPECT_TRUE(tip.contains("the rest did not push")) << tip.toStdString();
+  EXPECT_FALSE(tip.contains("point tests"));
+  anna.presence = ViewedPeer::Presence::kLeft;
+  model_.Update({anna}, palette_);
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kLimits), "");
 }
 
 TEST_F(PeerTable, KeepsItsRowsInOrderWhilePeersComeAndGo) {
