@@ -168,22 +168,6 @@ MeshTree::MeshTree(const TriangleMesh& mesh) {
   }
 }
 
-std::optional<Vec3> ClosestPointOf(const MeshTree& mesh, const Vec3& p, double at_most) noexcept {
-  std::optional<Vec3> closest;
-  double within = at_most * at_most;
-  VisitNearLeaves(mesh.tree, p, within, [&](const BoxTree::Node& leaf) {
-    for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
-      const Vec3 candidate = ClosestOn(mesh.triangles[i], p);
-      const double squared = (candidate - p).squaredNorm();
-      if (!(squared <= within)) continue;
-      within = squared;
-      closest = candidate;
-    }
-    return within;
-  });
-  return closest;
-}
-
 ClosestPoints FindClosestPoints(const MeshTree& a, const Pose& X_BA, const MeshTree& b,
                                 const ClosestPointsOptions& options) noexcept {
   return Search(a, X_BA, b, options).Run();

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "engine/geometry/box_tree.h"
@@ -19,9 +18,6 @@ struct MeshTree {
   BoxTree tree;
   std::vector<std::array<Vec3, 3>> triangles;  // in the tree's order, m
 };
-
-/// The point of the surface closest to p, if one is within `at_most` (m). Does not allocate.
-std::optional<Vec3> ClosestPointOf(const MeshTree& mesh, const Vec3& p, double at_most) noexcept;
 
 /// How far a search for the closest points is taken.
 struct ClosestPointsOptions {

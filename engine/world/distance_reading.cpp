@@ -164,23 +164,4 @@ Vec3 VoxelGradient(const ProximityShape& shape, const Vec3& p_B) noexcept {
   return (IsInterior(map, p_B) ? -1.0 : 1.0) * sum.normalized();
 }
 
-Vec3 DistanceGradient(const ProximityShape& shape, const Vec3& p_B) noexcept {
-  const Voxmap& map = shape.voxmap;
-  if (map.empty()) return Vec3::Zero();
-  const double s = map.voxel_size();
-  const std::optional<Vec3> voxel = shape.surface.Nearest(p_B, ReachOf(map));
-  if (!voxel) return Vec3::Zero();
-  // the voxel's triangles are within half a diagonal of its centre
-  const std::optional<Vec3> nearest = ClosestPointOf(shape.mesh, p_B, (p_B - *voxel).norm() + s);
-  if (!nearest) return VoxelGradient(shape, p_B);
-  const Vec3 away = p_B - *nearest;
-  const double distance = away.norm();
-  if (distance < 1e-6 * s) return VoxelGradient(shape, p_B);  // on the surface itself
-  bool inside = IsInterior(map, p_B);
-  if (!inside && distance < std::sqrt(3.0) * s) {  // perhaps in a surface voxel
-    inside = OutwardBySides(map, InVoxels(map, p_B)).dot(away) < 0;
-  }
-  return (inside ? -1.0 : 1.0) / distance * away;
-}
-
 }  // namespace tandem

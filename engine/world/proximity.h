@@ -41,12 +41,9 @@ void LowerDistances(std::span<const std::array<float, 3>> points_A, const Pose& 
 std::array<float, 3> ProximityColour(double distance, double range) noexcept;
 
 /// The unit direction in which the distance from the shape's surface grows fastest (inside: the
-/// depth shrinks), to the nearest point of its triangles; zero beyond the field's range. Exact but
-/// for rounding, where one point is nearest.
-Vec3 DistanceGradient(const ProximityShape& shape, const Vec3& p_B) noexcept;
-
-/// The same by voxels alone: the mean of the directions from those that are nearly the nearest, and
-/// within 1.5 voxels by which side of the surface the voxels round p are on. Off a sphere of 25
+/// depth shrinks), by voxels alone: the mean of the directions from those that are nearly the
+/// nearest, and within 1.5 voxels by which side of the surface the voxels round p are on; zero
+/// beyond the field's range. Off a sphere of 25
 /// voxels it is out by at most 15 degrees, off a turned box by 50 at its edges; 7.5 in the mean,
 /// and half of that from 2 voxels on: docs/decisions/0012-proximity.md.
 Vec3 VoxelGradient(const ProximityShape& shape, const Vec3& p_B) noexcept;

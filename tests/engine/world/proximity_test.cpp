@@ -110,46 +110,16 @@ TEST(VoxelGradient, OfATurnedBoxIsWithinItsStatedAngle) {
   }
 }
 
-// A box is its triangles: nothing but rounding is left, right at the surface too. A sphere of 8,192
-// triangles leaves the angle between facet and sphere: a facet's size over the radius, 2 degrees.
-TEST(DistanceGradient, IsExactOffABoxAndAsFineAsItsTrianglesOffASphere) {
-  const Vec3 half(0.02, 0.015, 0.01);
-  std::mt19937_64 random(5);
-  const Quat q = RandomRotation(random);
-  const ProximityShape box = ShapeOf(At(Box(2 * half), kOff, q));
-  Errors of_box;
-  for (int i = 0; i < 6000; ++i) {
-    const Vec3 p(Uniform(random, -0.03, 0.03), Uniform(random, -0.025, 0.025),
-                 Uniform(random, -0.02, 0.02));
-    const Vec3 away = FromBox(half, p);
-    if (away.norm() == 0 || away.norm() > 8 * kProximityVoxel) continue;
-    of_box.Add(Degrees(DistanceGradient(box, q * p + kOff), q * away));
-  }
-  ExpectWithin("box", {0, 8, 1e-4, 1e-3}, of_box);
-
-  const double radius = 0.025;
-  const ProximityShape sphere = ShapeOf(At(Sphere(radius, 5), kOff));
-  Errors of_sphere;
-  for (int i = 0; i < 2000; ++i) {
-    const Vec3 n = RandomDirection(random);
-    const Vec3 p = kOff + (radius + kProximityVoxel * Uniform(random, 0.1, 8)) * n;
-    of_sphere.Add(Degrees(DistanceGradient(sphere, p), n));
-  }
-  ExpectWithin("sphere", {0, 8, 1, 2.5}, of_sphere);
-}
-
-TEST(DistanceGradient, PointsOutwardsFromWithinToo) {
+TEST(VoxelGradient, PointsOutwardsFromWithinToo) {
   const ProximityShape box = ShapeOf(At(Box(Vec3(0.04, 0.03, 0.02)), kOff));
   for (const double depth : {0.2, 0.6, 1.1, 3.0, 6.0}) {
     const Vec3 p = kOff + Vec3(0.002, 0.001, 0.01 - depth * kProximityVoxel);
-    EXPECT_LT(Degrees(DistanceGradient(box, p), Vec3::UnitZ()), 1e-3) << depth;
     EXPECT_LT(Degrees(VoxelGradient(box, p), Vec3::UnitZ()), 15) << depth;
   }
 }
 
-TEST(DistanceGradient, IsZeroBeyondTheRange) {
+TEST(VoxelGradient, IsZeroBeyondTheRange) {
   const ProximityShape box = ShapeOf(At(Box(Vec3(0.04, 0.03, 0.02)), kOff));
-  EXPECT_EQ(DistanceGradient(box, kOff + Vec3(0, 0, 0.03)), Vec3(Vec3::Zero()));
   EXPECT_EQ(VoxelGradient(box, kOff + Vec3(0, 0, 0.03)), Vec3(Vec3::Zero()));
 }
 
@@ -366,7 +336,7 @@ TEST(Proximity, NoCallAllocates) {
   Nearness near = pair.Nearest(X_BA);
   const ShadowCount count = pair.Shadow(X_BA, 0.005, shadow);
   LowerDistances(points, Pose{}, plate.voxmap, distances);
-  const Vec3 gradient = DistanceGradient(plate, Vec3(0, 0, 0.008));
+  const Vec3 gradient = VoxelGradient(plate, Vec3(0, 0, 0.008));
   near = pair.Nearest(X_BA, {.refine = false});
   EXPECT_EQ(allocations.count(), 0);
   EXPECT_GT(count.found, 0U);
