@@ -5,6 +5,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/scene_search.h"
 #include "collab/coupling_limits.h"
 #include "collab/dds/dds_transport.h"
 #include "engine/base/units.h"
@@ -31,6 +32,7 @@ int ReadScene(const PeerArguments& arguments, Joining& joining) {
   }
   Result<SceneHash> hash = HashScene(*scene);
   if (!hash) return Fail(kExitFile, hash.error().what);
+  RememberSceneFolder(scene->file);
   joining.scene = *std::move(scene);
   joining.hash = *std::move(hash);
   joining.manifest = ManifestOf(joining.scene, joining.hash, joining.id);

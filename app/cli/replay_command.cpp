@@ -16,9 +16,11 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/reach/reach_options.h"
+#include "app/scene_search.h"
 #include "collab/recording/poses_export.h"
 #include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"
+#include "collab/viewer.h"
 #include "engine/realtime/clock.h"
 #include "engine/world/scene_hash.h"
 
@@ -69,6 +71,7 @@ class ViewersOnly final : public Transport {
   void Publish(const PeerInfo& info) override {
     PeerInfo ours = info;
     ours.peer = as_;
+    ours.name = ReplayName(info.name);
     ours.claims.clear();  // it answers for nothing
     to_->Publish(ours);
   }
@@ -120,8 +123,14 @@ class Ears final : public Inbox {
 /// The recorded scene as it was, or why it is not to be had.
 Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& arguments,
                                                        const RecordingHeader& header) {
-  const std::string file =
+  std::string file =
       arguments.scene.empty() ? header.scene : SceneFile(arguments.scene).string();
+  if (arguments.scene.empty()) {
+    // it may lie elsewhere here and now
+    const auto found = FindScene({header.scene_hash, header.scene, 0}, FoldersWithScenes());
+    if (found && found->string() != header.scene) Say("scene found in " + found->string());
+    if (found) file = found->string();
+  }
   Result<Scene> scene = LoadScene(file);
   if (!scene) return Error{scene.error().what + " (--scene says where it is now)"};
   Adopt(header.parameters, *scene);
@@ -130,6 +139,7 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& ar
   if (hash->content != header.scene_hash) {
     return Error{file + ": is not the scene that was recorded; it has changed since"};
   }
+  if (!arguments.scene.empty()) RememberSceneFolder(file);
   return LoadWorld(*scene);
 }
 

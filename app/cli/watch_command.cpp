@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include <unistd.h>
 
@@ -16,6 +17,8 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/output_file.h"
+#include "app/scene_search.h"
+#include "collab/dds/announcements.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/relay.h"
 #include "collab/frame_limits.h"
@@ -47,9 +50,12 @@ struct OwnScene {
 /// Tells the news of a session, line by line.
 class Reporter {
  public:
-  explicit Reporter(std::optional<OwnScene> own) : own_(std::move(own)) {}
+  /// `security`: who can listen, to be said once somebody is heard.
+  Reporter(std::optional<OwnScene> own, AnnouncedSession session, std::string security)
+      : own_(std::move(own)), session_(std::move(session)), security_(std::move(security)) {}
 
   void TellNews(const ViewerPicture& picture) {
+    if (!picture.peers.empty() && !security_.empty()) Say(std::exchange(security_, {}));
     if (picture.scene && told_scene_.insert(picture.scene->content_hash).second) {
       TellScene(*picture.scene);
     }
@@ -58,14 +64,20 @@ class Reporter {
       const auto [known, is_new] = told_.try_emplace(peer.info.peer, peer.presence);
       if (!is_new && known->second == peer.presence) continue;
       known->second = peer.presence;
-      const char* news = peer.presence == Presence::kHere   ? " joined"
+      const char* news = peer.presence == Presence::kHere ? peer.came_back ? " is back" : " joined"
                          : peer.presence == Presence::kLost ? " is lost"
                                                             : " left";
       Say(NameOf(peer) + news + (peer.info.role == Role::kViewer ? " (viewer)" : ""));
+      const std::string other = OtherProtocol(peer.info);
+      if (!other.empty() && peer.presence == Presence::kHere) {
+        Say(NameOf(peer) + " " + other + "; what is told here may be wrong");
+      }
     }
   }
 
-  void TellStatus(const ViewerPicture& picture, double seconds) {
+  void TellStatus(const ViewerPicture& picture, double seconds,
+                  const std::vector<AnnouncedSession>& nearby) {
+    if (picture.peers.empty()) return Say(NobodyHeard(session_, nearby));
     std::string line = std::to_string(std::lround(
                            static_cast<double>(picture.samples - samples_told_) / seconds)) +
                        " samples/s";
@@ -88,7 +100,7 @@ class Reporter {
         if (!limits.empty()) line += " (" + limits + " of its frames)";
       }
     }
-    Say(active > 0 ? line : "nobody who takes part is here: another name, network or domain?");
+    Say(active > 0 ? line : "nobody who takes part is here");
   }
 
  private:
@@ -96,13 +108,27 @@ class Reporter {
     Say("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
         scene.file);
     Say("its force parameters: " + Describe(ParametersOf(scene)));
-    if (!own_) return;
+    if (!own_) return TellWhereItIs(scene);
     const std::string difference = ContentDifference(own_->scene, own_->hash, scene);
     Say(difference.empty() ? "it is the scene given with --scene"
                            : "it is NOT the scene given with --scene: " + difference);
   }
 
+  static void TellWhereItIs(const SceneManifest& scene) {
+    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
+    if (const auto file = FindScene(WantedFrom(scene), folders)) {
+      Say("this machine has it: " + file->string());
+      return;
+    }
+    std::string searched;
+    for (const std::filesystem::path& folder : folders) searched += ", " + folder.string();
+    Say("this machine does not have it (looked for " + scene.file + searched +
+        "): get it, and name it with --scene");
+  }
+
   std::optional<OwnScene> own_;
+  AnnouncedSession session_;
+  std::string security_;
   std::map<PeerId, Presence> told_;
   std::set<std::uint64_t> told_scene_;
   std::uint64_t samples_told_ = 0;
@@ -131,6 +157,7 @@ int WatchCommand(const WatchOptions& asked) {
     Result<SceneHash> hash = HashScene(*scene);
     if (!hash) return Fail(kExitFile, hash.error().what);
     own.emplace(OwnScene{*std::move(scene), *std::move(hash)});
+    RememberSceneFolder(own->scene.file);
   }
   // before the transport's threads start, so that none of them takes the signals
   sigset_t signals;
@@ -152,13 +179,14 @@ int WatchCommand(const WatchOptions& asked) {
   }
   Transport& transport = **joined;
   Say("watching session " + options.session);
-  Say(SecurityOf(options.reach, options.session));
+  const std::unique_ptr<SessionsNearby> nearby = ListenForSessions(dds);
 
   PeerInfo info;
   info.peer = dds.peer;
   info.role = Role::kViewer;
   info.name = options.name;
-  Reporter reporter(std::move(own));
+  Reporter reporter(std::move(own), {dds.session, !dds.secure.empty()},
+                    SecurityOf(options.reach, options.session));
   const std::int64_t joined_ns = MonotonicNowNs();
   std::int64_t beat_ns = joined_ns - kBeatNs;
   std::int64_t status_ns = joined_ns;
@@ -173,7 +201,9 @@ int WatchCommand(const WatchOptions& asked) {
       beat_ns = now_ns;
     }
     if (now_ns - status_ns >= kStatusNs) {
-      reporter.TellStatus(picture, static_cast<double>(now_ns - status_ns) * 1e-9);
+      reporter.TellStatus(
+          picture, static_cast<double>(now_ns - status_ns) * 1e-9,
+          picture.peers.empty() ? nearby->Heard() : std::vector<AnnouncedSession>{});
       status_ns = now_ns;
     }
     if (SignalCame(signals)) break;

@@ -104,6 +104,39 @@ TEST_F(ReplayCommand, IsShownToViewersAtItsSpeed) {
   EXPECT_GT(watched.at("samples").get<int>(), 100);
 }
 
+TEST_F(ReplayCommand, IsToldApartFromSomebodyWhoIsThere) {
+  const std::string session = RandomName();
+  ChildProcess replay =
+      Start("replay --speed 0.2 " + File("run") + " --interface lo --session " + session);
+  const Said watched = RunTandem("watch --interface lo --seconds 4 --session " + session);
+  EXPECT_THAT(watched.err, HasSubstr("anna (replay) joined"));
+  replay.Signal(SIGTERM);
+  EXPECT_TRUE(replay.Wait(std::chrono::seconds(20)));
+}
+
+// The recorded path is of another machine, or of another day.
+TEST_F(ReplayCommand, FindsItsSceneWhereItLiesNow) {
+  const ScratchFolder before;
+  fs::path scene;
+  for (const auto& entry : fs::recursive_directory_iterator(kScenes)) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind("peg", 0) != 0 && name.rfind("slot", 0) != 0) continue;
+    if (!entry.is_regular_file()) continue;
+    const fs::path to = before.path() / fs::relative(entry.path(), kScenes);
+    fs::create_directories(to.parent_path());
+    fs::copy_file(entry.path(), to);
+    if (name == "peg_in_slot.json") scene = to;
+  }
+  const Said said =
+      RunTandem("peer --interface lo --capacity 20000 --hold peg --scene " + scene.string() +
+                " --seconds 0.5 --session " + RandomName() + " --record " + File("elsewhere"));
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  fs::remove_all(before.path());
+  const Said replayed = RunTandem("replay " + File("elsewhere"), "timeout 60 ");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_THAT(replayed.err, HasSubstr(std::string("scene found in ") + kScenes));
+}
+
 // They would take it for one of them, who answers for bodies and is deaf.
 TEST_F(ReplayCommand, IsNotShownWhereActivePeersAreNorGoesOnWhenOneComes) {
   const std::string session = NewSession();

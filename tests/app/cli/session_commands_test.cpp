@@ -17,6 +17,7 @@ namespace {
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::RunTandem;
 using testing::Said;
 
@@ -148,6 +149,42 @@ TEST(Watch, SaysInALineWhatKeepsItOut) {
   ExpectUsage("watch --peers 127.0.0.1:port" + session, "HOST:PORT");
   ExpectUsage("watch --external-address here" + session, "not an IPv4 address");
   ExpectRefused("watch --scene /nowhere.json" + session, kExitFile, "/nowhere.json");
+}
+
+TEST(Watch, OfASessionThatNobodyIsInItSaysWhatMayBeWrongAndNotThatItIsPlain) {
+  const std::string there = RandomName();
+  const std::string wrong = RandomName();
+  std::istringstream stream("peer --interface lo --capacity 20000 --hold peg --scene " TANDEM_SCENES
+                            "/peg_in_slot.json --session " +
+                            there);
+  std::vector<std::string> command{TANDEM_PROGRAM};
+  command.insert(command.end(), std::istream_iterator<std::string>(stream), {});
+  ChildProcess peer = *ChildProcess::Start(command);
+  const Said said = RunTandem("watch --interface lo --seconds 5 --session " + wrong);
+  EXPECT_EQ(said.exit_code, 0);
+  EXPECT_THAT(said.err, HasSubstr("nobody heard in session " + wrong));
+  // announced anew every 1.6 s
+  EXPECT_THAT(said.err, AllOf(HasSubstr("announced here: "), HasSubstr(there)));
+  EXPECT_THAT(said.err, Not(HasSubstr("is plain")));
+  const Said right = RunTandem("watch --interface lo --seconds 3 --session " + there);
+  EXPECT_THAT(right.err, AllOf(HasSubstr("session " + there + " is plain"),
+                               HasSubstr("this machine has it: " TANDEM_SCENES "/peg_in_slot.json"),
+                               Not(HasSubstr("nobody heard"))));
+  peer.Signal(SIGTERM);
+  EXPECT_EQ(peer.Wait(std::chrono::seconds(10)), 0);
+}
+
+TEST_F(SecuredSession, LooksToWhoHasNoKeysLikeASecuredOneNotLikeAPlainOne) {
+  const std::string session = RandomName();
+  const std::string at = " --interface lo --session " + session;
+  ChildProcess anna = Start("peer --capacity 20000 --hold peg --scene " TANDEM_SCENES
+                            "/peg_in_slot.json --secure " +
+                            Keys("in/anna") + at);
+  const Said said = RunTandem("watch --seconds 5" + at);
+  EXPECT_THAT(said.err, AllOf(HasSubstr("it is secured, and needs a viewer's keys (--secure)"),
+                              Not(HasSubstr("is plain"))));
+  anna.Signal(SIGTERM);
+  EXPECT_EQ(anna.Wait(std::chrono::seconds(10)), 0);
 }
 
 TEST(Relay, SaysInALineWhatKeepsItOut) {

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "collab/messages.h"
+
+namespace tandem {
+
+/// What is known of a scene whose file is to be found on this machine.
+struct WantedScene {
+  std::uint64_t content_hash = 0;
+  std::filesystem::path file;  // where it was on the machine that tells of it
+  std::size_t bodies = 0;      // their number; 0: not known
+};
+
+WantedScene WantedFrom(const SceneManifest& manifest);
+
+/// Returns the folders in which scenes are looked for: the current one, those of scenes that were
+/// named or opened last, and the folder of the scenes that come with this program.
+std::vector<std::filesystem::path> FoldersWithScenes();
+
+/// Returns the scene file with the wanted content: the one told of, if it is here, else one in the
+/// folders, first those of the same file name. Nothing: there is none. Reads the mesh files of
+/// scenes that may be it.
+std::optional<std::filesystem::path> FindScene(const WantedScene& wanted,
+                                               const std::vector<std::filesystem::path>& folders);
+
+/// Keeps the folder of a scene that a person named or opened, for later searches, in
+/// `tandem/scene_folders` of $XDG_STATE_HOME (~/.local/state). Does nothing where it cannot.
+void RememberSceneFolder(const std::filesystem::path& scene);
+
+}  // namespace tandem
