@@ -77,7 +77,7 @@ void Errands::CatchSignals() {
 
 void Errands::OnSessionChanged() {
   if (session_.state() == SessionModel::State::kJoined) {
-    joined_ns_ = MonotonicNowNs();
+    if (joined_ns_ == 0) joined_ns_ = MonotonicNowNs();
     seconds_joined_ = 0;
     return;
   }
@@ -116,6 +116,7 @@ void Errands::TakePicture() {
     Say("the picture shows what there is: " +
         (page != nullptr ? page->text().split('\n').front().toStdString() : "no poses came"));
   }
+  if (options_.fit && window_.view() != nullptr) window_.view()->FitScene();
   if (!window_.Screenshot().save(QString::fromStdString(options_.screenshot), "PNG")) {
     Say(options_.screenshot + ": cannot be written");
     exit_code_ = kExitFile;

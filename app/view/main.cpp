@@ -1,14 +1,17 @@
 #include <QApplication>
 #include <QSurfaceFormat>
+#include <algorithm>
 #include <cstdio>
 
 #include "app/exit_codes.h"
 #include "app/output_file.h"
+#include "app/scene_search.h"
 #include "app/view/errands.h"
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/ui/main_window.h"
+#include "collab/dds/announcements.h"
 #include "collab/dds/relay.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/world/scene.h"
@@ -37,6 +40,24 @@ JoinFunction JoinBy(const ReachOptions& reach) {
   };
 }
 
+/// In the same network, for other sessions.
+ListenFunction ListenBy(const ReachOptions& reach) {
+  return [reach](const JoinRequest& request) {
+    DdsOptions options;
+    options.session = request.session;
+    ApplyReach(reach, options);
+    options.domain = request.domain;
+    options.interface = request.interface;
+    if (request.from_relay) GoToRelay(options);
+    return ListenForSessions(options);
+  };
+}
+
+SceneSearchResult FindHere(const SceneManifest& manifest) {
+  const std::vector<std::filesystem::path> folders = FoldersWithScenes();
+  return {FindScene(WantedFrom(manifest), folders), folders};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -52,6 +73,7 @@ int main(int argc, char** argv) {
   if (!options->scene.empty()) {
     const Result<Scene> scene = LoadScene(options->scene);
     if (!scene) return Fail(kExitFile, scene.error().what);
+    RememberSceneFolder(options->scene);
   }
   if (const std::string trouble = DisplayTrouble(); !trouble.empty()) {
     return Fail(kExitDisplay, trouble);
@@ -64,12 +86,18 @@ int main(int argc, char** argv) {
   QApplication app(qt_argc, argv);
   QApplication::setApplicationName(QStringLiteral("tandem-view"));
 
-  SessionModel session(JoinBy(options->reach));
-  SceneModel scene(LoadDrawnScene);
+  SessionModel session(JoinBy(options->reach), ListenBy(options->reach));
+  SceneModel scene(LoadDrawnScene, FindHere);
   const Result<GlInfo> gl = CheckGl();
   if (!gl) Fail(kExitDisplay, gl.error().what);
   MainWindow window(session, scene, gl);
   Errands errands(*options, window, session);
+  std::vector<std::filesystem::path> folders = FoldersWithScenes();
+  if (folders.size() > 1) std::rotate(folders.begin(), folders.begin() + 1, folders.end());
+  window.SetSceneFolders(folders);  // the last one used, or that of our own scenes, first
+  QObject::connect(&window, &MainWindow::SceneChosen, [](const QString& file) {
+    RememberSceneFolder(file.toStdString());
+  });
   window.session_dock().SetRequest(options->join);
   window.ShowProximity(options->proximity);
   window.show();

@@ -63,6 +63,8 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
                  "seconds from when scene and poses are there")
       ->check(NumberFrom(0, kLongestRun))
       ->capture_default_str();
+  app.add_flag("--fit", options.fit,
+               "with --screenshot: fit all bodies into the picture where they are then");
   app.add_option("--report", options.report, "write what was received (JSON) there at the end");
   app.add_option("--paint", options.paint,
                  "no window: paint the pictures of this file (JSON, of a report) as PNG, then end")

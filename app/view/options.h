@@ -15,6 +15,7 @@ struct ViewOptions {
   ReachOptions reach;
   std::string scene;
   bool proximity = false;  // shown from the start
+  bool fit = false;        // to the bodies where they are, before a picture is taken
   std::string screenshot;
   double screenshot_after = 1;  // s from when the picture is complete
   std::string paint;            // pictures to paint: no window then

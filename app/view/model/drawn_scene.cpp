@@ -18,6 +18,12 @@ std::size_t DrawnScene::TriangleCount() const {
   return count;
 }
 
+std::size_t DrawnScene::FileTriangleCount() const {
+  std::size_t count = 0;
+  for (const DrawnBody& body : bodies) count += body.file_triangles;
+  return count;
+}
+
 std::vector<BodyLook> DrawnScene::Looks() const {
   std::vector<BodyLook> looks;
   for (const DrawnBody& body : bodies) {
@@ -28,7 +34,7 @@ std::vector<BodyLook> DrawnScene::Looks() const {
 }
 
 DrawnBody MakeDrawnBody(const std::string& name, const BodyLook& look, const TriangleMesh& mesh_W) {
-  return {name, look, Shade(mesh_W, kCreaseAngle), BoundsOf(mesh_W)};
+  return {name, look, Shade(mesh_W, kCreaseAngle), BoundsOf(mesh_W), mesh_W.triangles.size()};
 }
 
 }  // namespace tandem

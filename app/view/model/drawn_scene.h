@@ -10,6 +10,7 @@
 #include "app/view/model/shaded_mesh.h"
 #include "engine/base/result.h"
 #include "engine/voxel/voxel.h"
+#include "engine/world/scene_hash.h"
 
 namespace tandem {
 
@@ -19,6 +20,7 @@ struct DrawnBody {
   BodyLook look;
   ShadedMesh mesh;
   Bounds bounds_W;
+  std::size_t file_triangles = 0;  // as read, before any are cut for drawing
 };
 
 /// A scene ready for drawing. Its bodies are numbered as in the session.
@@ -29,9 +31,12 @@ struct DrawnScene {
   double voxel_size = 0;  // m
   int range_voxels = kDefaultRange;
   std::vector<DrawnBody> bodies;
+  Scene source;      // what was read, without meshes
+  SceneHash hashes;  // of it, by body
 
   Bounds BoundsOfAll() const;
-  std::size_t TriangleCount() const;
+  std::size_t TriangleCount() const;      // as drawn
+  std::size_t FileTriangleCount() const;  // in its mesh files
   std::vector<BodyLook> Looks() const;
 };
 

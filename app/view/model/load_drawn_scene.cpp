@@ -25,6 +25,8 @@ Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadP
   drawn.name = scene->name;
   drawn.file = file;
   drawn.hash = hash->content;
+  drawn.source = *scene;
+  drawn.hashes = *hash;
   drawn.voxel_size = scene->voxel_size;
   drawn.range_voxels = scene->range_voxels;
   for (std::size_t i = 0; i < scene->bodies.size(); ++i) {

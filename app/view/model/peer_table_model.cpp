@@ -12,14 +12,28 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
   std::vector<Row> rows;
   for (const ViewedPeer& peer : peers) {
     Row row;
-    row.peer = peer.info.peer;
+    row.peer = LastingId(peer);
     row.name = QString::fromStdString(DisplayName(peer));
-    row.role = peer.info.role == Role::kActive ? tr("active") : tr("viewer");
+    row.role = IsReplay(peer.info)               ? tr("replay")
+               : peer.info.role == Role::kActive ? tr("active")
+                                                 : tr("viewer");
     row.here = peer.presence == ViewedPeer::Presence::kHere;
-    row.presence = row.here && IsTrapped(peer)                    ? tr("trapped")
-                   : row.here                                     ? tr("here")
-                   : peer.presence == ViewedPeer::Presence::kLost ? tr("lost")
-                                                                  : tr("left");
+    const bool other_protocol = peer.info.protocol != kProtocol;
+    using Presence = ViewedPeer::Presence;
+    row.presence = row.here && other_protocol         ? tr("protocol %1").arg(peer.info.protocol)
+                   : row.here && IsTrapped(peer)      ? tr("trapped")
+                   : row.here                         ? tr("here")
+                   : peer.presence == Presence::kLost ? tr("lost")
+                   : peer.presence == Presence::kLeft ? tr("left")
+                                                      : tr("you left");
+    row.remark = row.here && other_protocol ? row.name + QLatin1Char(' ') +
+                                                  QString::fromStdString(OtherProtocol(peer.info))
+                 : row.here && IsTrapped(peer)
+                     ? tr("something fixed stands between its part and another\u2019s of the same")
+                 : row.here                         ? tr("heard within the last two seconds")
+                 : peer.presence == Presence::kLost ? tr("fell silent without a goodbye")
+                 : peer.presence == Presence::kLeft ? tr("said goodbye")
+                                                    : tr("was here when you left");
     const auto number = [&row](double value, int decimals, const QString& text) {
       return row.here && value > 0 ? text.arg(value, 0, 'f', decimals) : QStringLiteral("\u2013");
     };
@@ -31,7 +45,7 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
     for (const std::string& line : Explain(limits)) {
       row.limits_mean += (row.limits_mean.isEmpty() ? "" : "\n") + QString::fromStdString(line);
     }
-    row.colour = palette.Of(peer.info.peer);
+    row.colour = palette.Of(LastingId(peer));
     rows.push_back(row);
   }
   std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
@@ -93,7 +107,8 @@ QVariant PeerTableModel::data(const QModelIndex& index, int role) const {
   const Row& row = rows_[static_cast<std::size_t>(index.row())];
   switch (role) {
     case Qt::ToolTipRole:
-      return index.column() == kLimits ? row.limits_mean : Text(row, index.column());
+      if (index.column() == kLimits) return row.limits_mean;
+      return index.column() == kPresence ? row.remark : Text(row, index.column());
     case Qt::DisplayRole:
       return Text(row, index.column());
     case Qt::DecorationRole:
@@ -110,7 +125,40 @@ QVariant PeerTableModel::data(const QModelIndex& index, int role) const {
   }
 }
 
+namespace {
+
+/// What a column tells, for a tooltip.
+QString Explanation(int section) {
+  switch (section) {
+    case PeerTableModel::kName:
+      return PeerTableModel::tr("its name, and its colour in the picture");
+    case PeerTableModel::kRole:
+      return PeerTableModel::tr(
+          "active: takes part; viewer: looks on; replay: a recording is shown");
+    case PeerTableModel::kPresence:
+      return PeerTableModel::tr("whether it is here, left or fell silent (lost)");
+    case PeerTableModel::kDelay:
+      return PeerTableModel::tr(
+          "half of what its words take to the farthest partner and back; \u2013: no partner");
+    case PeerTableModel::kLag:
+      return PeerTableModel::tr(
+          "how far others\u2019 bodies are, at this peer, from where they were said to be, at "
+          "most; "
+          "\u2013: not at all");
+    case PeerTableModel::kForce:
+      return PeerTableModel::tr(
+          "the largest pull of others\u2019 hands on what it holds; \u2013: nobody else holds it");
+    case PeerTableModel::kLimits:
+      return PeerTableModel::tr("share of frames in which something was given up; empty: in none");
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
 QVariant PeerTableModel::headerData(int section, Qt::Orientation orientation, int role) const {
+  if (orientation == Qt::Horizontal && role == Qt::ToolTipRole) return Explanation(section);
   if (orientation != Qt::Horizontal || role != Qt::DisplayRole) return {};
   switch (section) {
     case kName:

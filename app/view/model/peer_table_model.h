@@ -9,8 +9,8 @@
 namespace tandem {
 
 /// The peers of a session as a table: name with colour, role, presence, delay, the lag
-/// of its mirrors, the force of its couplings, and what its frames gave up. Rows are by peer id,
-/// and keep their selection while peers come and go.
+/// of its mirrors, the force of its couplings, and what its frames gave up; a header's tooltip says
+/// what each is. Rows are by lasting id, and keep their selection while peers come and go.
 class PeerTableModel : public QAbstractTableModel {
   Q_OBJECT
 
@@ -31,6 +31,7 @@ class PeerTableModel : public QAbstractTableModel {
   struct Row {
     PeerId peer = 0;
     QString name, role, presence, delay, lag, force, limits, limits_mean;
+    QString remark;  // on its presence
     Colour colour{};
     bool here = true;
     bool operator==(const Row& other) const = default;

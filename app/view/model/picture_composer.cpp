@@ -40,11 +40,22 @@ bool IsTrapped(const ViewedPeer& peer) {
 
 namespace {
 
-std::string LabelText(const ViewedPeer& peer) {
+/// How a peer's instance of a body is drawn, where another who is here has one, too.
+std::string DrawnAs(const std::vector<ViewedPeer>& peers, const ViewedPeer& peer,
+                    std::size_t body) {
+  const bool alone = std::none_of(peers.begin(), peers.end(), [&](const ViewedPeer& other) {
+    return &other != &peer && other.presence == Presence::kHere && BodyOf(other, body) != nullptr;
+  });
+  if (alone) return {};
+  return OwnerOf(peers, body) == &peer ? " \u00b7 solid" : " \u00b7 ghost";
+}
+
+std::string LabelText(const ViewedPeer& peer, const std::string& drawn_as) {
   const std::string name = DisplayName(peer);
+  if (peer.presence == Presence::kUnknown) return name;
   if (peer.presence == Presence::kLeft) return name + " \u00b7 left";
   if (peer.presence == Presence::kLost) return name + " \u00b7 lost";
-  std::string text = name;
+  std::string text = name + drawn_as;
   if (peer.delay_ms > 0) text += " \u00b7 " + std::to_string(std::lround(peer.delay_ms)) + " ms";
   if (IsTrapped(peer)) text += " \u00b7 trapped";
   return text;
@@ -118,6 +129,8 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
   for (const ViewedPeer& peer : picture.peers) {
     for (const ViewBody& body : peer.bodies) {
       if (body.object >= bodies.size()) continue;
+      const bool held = peer.presence == Presence::kHere && (body.flags & ViewBody::kHeld) != 0;
+      if (held) list.held.push_back(body.object);
       shown[{peer.info.peer, body.object}] = Shown(peer, body, bodies, now_s);
     }
   }
@@ -132,7 +145,7 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
   for (const ViewedPeer& peer : picture.peers) {
     const float opacity = Opacity(peer, now_s);
     if (opacity <= 0) continue;
-    const Colour colour = palette.Of(peer.info.peer);
+    const Colour colour = palette.Of(LastingId(peer));
     const ViewBody* named = nullptr;  // the name stands beside what the hand holds
     for (const ViewBody& body : peer.bodies) {
       if (body.object >= bodies.size() || bodies[body.object].fixed) continue;
@@ -149,7 +162,8 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
     }
     if (named != nullptr) {
       const Pose& X_W = shown.at({peer.info.peer, named->object});
-      list.labels.push_back({LabelText(peer), colour, named->object, X_W, opacity});
+      const std::string drawn_as = DrawnAs(picture.peers, peer, named->object);
+      list.labels.push_back({LabelText(peer, drawn_as), colour, named->object, X_W, opacity});
     }
   }
   return list;

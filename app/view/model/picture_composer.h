@@ -34,7 +34,8 @@ struct DrawList {
   std::vector<BodyInstance> solids;  // one a body, by body
   std::vector<BodyInstance> ghosts;  // other peers' instances of the same bodies
   std::vector<InstanceLabel> labels;
-  std::vector<Pose> told;  // of the solids, as received; not compared
+  std::vector<Pose> told;         // of the solids, as received; not compared
+  std::vector<std::size_t> held;  // bodies in the hand of somebody who is here; not compared
 };
 bool operator==(const BodyInstance& a, const BodyInstance& b);
 bool operator==(const InstanceLabel& a, const InstanceLabel& b);
@@ -49,7 +50,8 @@ struct BodyLook {
 };
 
 /// Decides what is drawn of a session: of each moving body the instance of the first active peer
-/// (lowest id) that is here, solid; the other peers' instances as ghosts in the peers' colours. A
+/// (lowest id) that is here, solid; the other peers' instances as ghosts in the peers' colours.
+/// Where a body has ghosts, the names say which instance is solid and which are ghosts. A
 /// peer that left or fell silent fades; a body that nobody moves any more stays where it was last
 /// seen, one that nobody ever sent where it stands at first. A part goes where the body goes that
 /// it is merged with, in its own colour. What a hand moves freely is drawn a little ahead

@@ -46,16 +46,19 @@ void ProximityModel::SetScene(std::shared_ptr<const DrawnScene> scene) {
   if (scene == scene_) return;
   scene_ = std::move(scene);
   X_W_.clear();
+  held_.clear();
   if (state_ != State::kOff) Begin();
 }
 
-void ProximityModel::SetPoses(const std::vector<Pose>& X_W) {
-  if (SamePoses(X_W, X_W_)) return;
+void ProximityModel::SetPoses(const std::vector<Pose>& X_W, const std::vector<std::size_t>& held) {
+  if (SamePoses(X_W, X_W_) && held == held_) return;
   X_W_ = X_W;
+  held_ = held;
   if (state_ != State::kVoxelizing && state_ != State::kOn) return;
   {
     const std::lock_guard lock(mutex_);
     wish_.X_W = X_W_;
+    wish_.held = held_;
   }
   wished_.notify_one();
 }
@@ -67,6 +70,7 @@ void ProximityModel::Begin() {
     wish_.on = scene_ != nullptr;
     wish_.scene = scene_;
     wish_.X_W = X_W_;
+    wish_.held = held_;
   }
   wished_.notify_one();
   if (scene_ != nullptr && !worker_.joinable()) {
@@ -95,6 +99,12 @@ QString ProximityModel::message() const {
       tr("%1 \u2013 %2: %3")
           .arg(QString::fromStdString(picture_->part), QString::fromStdString(picture_->other),
                QString::fromStdString(DistanceText(picture_->nearest)));
+  if (picture_->of_held.other != SceneNearness::kNone) {
+    text += tr("; in hand: %1 \u2013 %2: %3")
+                .arg(QString::fromStdString(picture_->held_part),
+                     QString::fromStdString(picture_->held_other),
+                     QString::fromStdString(DistanceText(picture_->of_held)));
+  }
   if (picture_->shadow_found > picture_->shadow_W.size()) {
     text += tr("; %1 of %2 near voxels shown")
                 .arg(picture_->shadow_W.size())
@@ -153,6 +163,7 @@ void ProximityModel::Work() {
   while (true) {
     std::shared_ptr<const DrawnScene> wished;
     std::vector<Pose> X_W;
+    std::vector<std::size_t> held;
     {
       std::unique_lock lock(mutex_);
       wished_.wait(lock, [this] {
@@ -161,12 +172,14 @@ void ProximityModel::Work() {
       if (wish_.quit) return;
       wished = wish_.scene;
       X_W = *std::exchange(wish_.X_W, std::nullopt);
+      held = wish_.held;
     }
     if (wished != scene) composer.reset();
     scene = wished;
     if (composer == nullptr) composer = Voxelize(scene);
     if (composer == nullptr) continue;
-    Tell(scene, [this, picture = std::make_shared<const ProximityPicture>(composer->Compose(X_W))] {
+    auto picture = std::make_shared<const ProximityPicture>(composer->Compose(X_W, held));
+    Tell(scene, [this, picture = std::move(picture)] {
       picture_ = picture;
       SetState(State::kOn);
     });

@@ -28,8 +28,9 @@ class ProximityModel : public QObject {
   void SwitchOn(bool on);
   /// Null: none. What was voxelized of another scene is forgotten.
   void SetScene(std::shared_ptr<const DrawnScene> scene);
-  /// The displacements of the scene's bodies; may be called as often as one likes.
-  void SetPoses(const std::vector<Pose>& X_W);
+  /// The displacements of the scene's bodies, and which are in hand; may be called as often as one
+  /// likes.
+  void SetPoses(const std::vector<Pose>& X_W, const std::vector<std::size_t>& held = {});
 
   State state() const { return state_; }
   /// The newest; null unless on.
@@ -47,6 +48,7 @@ class ProximityModel : public QObject {
     bool on = false;
     std::shared_ptr<const DrawnScene> scene;
     std::optional<std::vector<Pose>> X_W;  // those that are not answered yet
+    std::vector<std::size_t> held;
   };
 
   void Work();
@@ -62,6 +64,7 @@ class ProximityModel : public QObject {
   QString detail_;  // voxelizing: which part; failed: why
   std::shared_ptr<const DrawnScene> scene_;
   std::vector<Pose> X_W_;
+  std::vector<std::size_t> held_;
   std::shared_ptr<const ProximityPicture> picture_;
 
   std::mutex mutex_;

@@ -70,7 +70,13 @@ ProximityComposer::ProximityComposer(std::shared_ptr<const DrawnScene> scene,
   }
 }
 
-ProximityPicture ProximityComposer::Compose(std::span<const Pose> X_W) {
+bool ProximityComposer::IsHeld(std::size_t part, std::span<const std::size_t> held) const {
+  const std::vector<std::size_t>& bodies = proximity_.parts()[part].bodies;
+  return std::find_first_of(bodies.begin(), bodies.end(), held.begin(), held.end()) != bodies.end();
+}
+
+ProximityPicture ProximityComposer::Compose(std::span<const Pose> X_W,
+                                            std::span<const std::size_t> held) {
   ProximityPicture picture;
   picture.voxel_size = static_cast<float>(scene_->voxel_size);
   picture.range = proximity_.range();
@@ -95,6 +101,20 @@ ProximityPicture ProximityComposer::Compose(std::span<const Pose> X_W) {
   if (picture.nearest.other != SceneNearness::kNone) {
     picture.part = proximity_.parts()[picture.nearest.part].name;
     picture.other = proximity_.parts()[picture.nearest.other].name;
+  }
+  if (picture.nearest.other == SceneNearness::kNone || IsHeld(picture.nearest.part, held) ||
+      IsHeld(picture.nearest.other, held)) {
+    return picture;
+  }
+  for (std::size_t part = 0; part < proximity_.parts().size(); ++part) {
+    if (proximity_.parts()[part].fixed || !IsHeld(part, held)) continue;
+    const SceneNearness near = proximity_.NearestTo(part, X_W);
+    if (near.other == SceneNearness::kNone) continue;
+    const bool first = picture.of_held.other == SceneNearness::kNone;
+    if (!first && near.distance >= picture.of_held.distance) continue;
+    picture.of_held = near;
+    picture.held_part = proximity_.parts()[near.part].name;
+    picture.held_other = proximity_.parts()[near.other].name;
   }
   return picture;
 }

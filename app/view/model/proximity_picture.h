@@ -11,6 +11,9 @@
 
 namespace tandem {
 
+/// Near voxels of what is fixed are drawn in it.
+inline constexpr Colour kNearVoxelColour{0.10F, 0.66F, 0.60F};
+
 /// The colours of a moving body's vertices, by their distance from everything else.
 struct VertexColours {
   std::size_t body = 0;
@@ -26,6 +29,8 @@ struct ProximityPicture {
   double range = 0;                            // m, beyond which all is of one colour
   SceneNearness nearest;                       // other == kNone: there is nothing to be near to
   std::string part, other;                     // their names
+  SceneNearness of_held;                       // of a part in hand, where `nearest` is of others
+  std::string held_part, held_other;
 };
 
 /// "3.214 mm ± 0.001 mm"; where bodies overlap, in words. The error is rounded up.
@@ -43,10 +48,11 @@ class ProximityComposer {
   /// `parts`: of ProximityBodiesOf(*scene).
   ProximityComposer(std::shared_ptr<const DrawnScene> scene, std::vector<ProximityPart> parts);
 
-  /// `X_W`: the displacement of each of the scene's bodies.
-  ProximityPicture Compose(std::span<const Pose> X_W);
+  /// `X_W`: the displacement of each of the scene's bodies; `held`: those in hand.
+  ProximityPicture Compose(std::span<const Pose> X_W, std::span<const std::size_t> held = {});
 
  private:
+  bool IsHeld(std::size_t part, std::span<const std::size_t> held) const;
   struct ColouredBody {
     std::size_t part, body;
     std::vector<std::array<float, 3>> points_W;

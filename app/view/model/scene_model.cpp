@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "collab/scene_agreement.h"
+
 namespace tandem {
 
 namespace {
@@ -10,15 +12,20 @@ QString FileText(const std::filesystem::path& file) {
   return QString::fromStdString(file.string());
 }
 
-QString HashText(std::uint64_t hash) {
-  return QStringLiteral("%1").arg(hash, 16, 16, QChar('0'));
+/// In what a scene read here differs from the session's; empty: in nothing.
+QString DifferenceText(const DrawnScene& scene, const SceneManifest& session) {
+  SceneHash hashes = scene.hashes;
+  hashes.content = scene.hash;
+  Scene source = scene.source;
+  source.file = scene.file;
+  return QString::fromStdString(ContentDifference(source, hashes, session));
 }
 
 }  // namespace
 
-SceneModel::SceneModel(LoadFunction load, QObject* parent)
-    : QObject(parent), load_(std::move(load)) {
-  message_ = tr("Join a session, or start with --scene FILE.");
+SceneModel::SceneModel(LoadFunction load, FindFunction find, QObject* parent)
+    : QObject(parent), load_(std::move(load)), find_(std::move(find)) {
+  message_ = tr("Join a session, or open a scene: Session, Open scene (Ctrl+O).");
 }
 
 SceneModel::~SceneModel() {
@@ -28,7 +35,13 @@ SceneModel::~SceneModel() {
 
 void SceneModel::OpenNamed(const std::filesystem::path& file) {
   named_ = true;
-  Load(file);
+  Load(FileText(file.filename()), [load = load_, file](const LoadProgress& progress) {
+    return Loaded{load(file, progress), {}};
+  });
+}
+
+void SceneModel::LookAgain() {
+  if (state_ == State::kMissing && !named_) manifest_.reset();
 }
 
 void SceneModel::SetSessionScene(const std::optional<SceneManifest>& manifest) {
@@ -43,40 +56,40 @@ void SceneModel::SetSessionScene(const std::optional<SceneManifest>& manifest) {
     CheckAgreement();
     return;
   }
-  std::error_code ignored;
-  if (manifest_->file.empty() || !std::filesystem::exists(manifest_->file, ignored)) {
-    SetState(State::kMissing,
-             tr("The session runs \u201c%1\u201d, but its file is not on this machine:\n%2\n\n"
-                "Get the same scene and start with --scene FILE.")
-                 .arg(QString::fromStdString(manifest_->name),
-                      manifest_->file.empty() ? tr("(no file was named)")
-                                              : QString::fromStdString(manifest_->file)));
-    return;
-  }
-  Load(manifest_->file);
+  Load(tr("Looking for \u201c%1\u201d").arg(QString::fromStdString(manifest_->name)),
+       [load = load_, find = find_, manifest = *manifest_](const LoadProgress& progress) {
+         std::error_code unknown;
+         const bool offered =
+             !manifest.file.empty() && std::filesystem::exists(manifest.file, unknown);
+         const SceneSearchResult search = find ? find(manifest) : SceneSearchResult{};
+         // where it is not found, what has its path here tells in what it differs
+         if (!search.file && !offered) {
+           return Loaded{Error{"it is not on this machine"}, search.searched, false};
+         }
+         return Loaded{load(search.file.value_or(manifest.file), progress), search.searched};
+       });
 }
 
-void SceneModel::Load(const std::filesystem::path& file) {
+void SceneModel::Load(const QString& what, Loader loader) {
   give_up_ = true;
   if (loader_.joinable()) loader_.join();
   give_up_ = false;
   scene_.reset();
   warning_.clear();
   percent_ = 0;
-  SetState(State::kLoading, FileText(file.filename()));
+  SetState(State::kLoading, what);
   const unsigned load = ++loads_;
-  loader_ = std::thread([this, file, load] {
-    loaded_.emplace(
-        load_(file, [this](std::size_t done, std::size_t total, const std::string& what) {
-          const int percent = static_cast<int>(100 * done / std::max<std::size_t>(total, 1));
-          QMetaObject::invokeMethod(
-              this,
-              [this, percent, text = QString::fromStdString(what)] {
-                OnProgress(percent, text);
-              },
-              Qt::QueuedConnection);
-          return !give_up_;
-        }));
+  loader_ = std::thread([this, load, loader = std::move(loader)] {
+    loaded_.emplace(loader([this](std::size_t done, std::size_t total, const std::string& part) {
+      const int percent = static_cast<int>(100 * done / std::max<std::size_t>(total, 1));
+      QMetaObject::invokeMethod(
+          this,
+          [this, percent, text = QString::fromStdString(part)] {
+            OnProgress(percent, text);
+          },
+          Qt::QueuedConnection);
+      return !give_up_;
+    }));
     QMetaObject::invokeMethod(
         this,
         [this, load] {
@@ -96,21 +109,16 @@ void SceneModel::OnProgress(int percent, const QString& what) {
 void SceneModel::OnLoaded(unsigned load) {
   if (load != loads_) return;  // another one was begun meanwhile
   loader_.join();
-  Result<DrawnScene> result = *std::exchange(loaded_, std::nullopt);
-  if (!result) {
+  Loaded loaded = *std::exchange(loaded_, std::nullopt);
+  Result<DrawnScene>& result = loaded.scene;
+  if (!result && loaded.found) {
     SetState(
         State::kMissing,
         tr("The scene could not be loaded:\n%1").arg(QString::fromStdString(result.error().what)));
     return;
   }
-  if (!named_ && manifest_ && result->hash != manifest_->content_hash) {
-    SetState(State::kMissing,
-             tr("The session runs \u201c%1\u201d, but the file of that name on this machine is "
-                "another one:\n"
-                "%2\n\nIts hash is %3, the session\u2019s is %4.\n"
-                "Get the same scene and start with --scene FILE.")
-                 .arg(QString::fromStdString(manifest_->name), FileText(result->file),
-                      HashText(result->hash), HashText(manifest_->content_hash)));
+  if (!result || (!named_ && manifest_ && result->hash != manifest_->content_hash)) {
+    ShowMissing(loaded);
     return;
   }
   // the voxels that the session goes by, which may not be the file's
@@ -123,15 +131,36 @@ void SceneModel::OnLoaded(unsigned load) {
   CheckAgreement();
 }
 
+void SceneModel::ShowMissing(const Loaded& loaded) {
+  const QString name = QString::fromStdString(manifest_->name);
+  QString text;
+  if (loaded.scene) {
+    text = tr("The session runs \u201c%1\u201d, but what lies at its path here is another one:\n%2")
+               .arg(name, DifferenceText(*loaded.scene, *manifest_));
+  } else {
+    text = tr("The session runs \u201c%1\u201d, but its scene is not on this machine:\n%2")
+               .arg(name, manifest_->file.empty() ? tr("(no file was named)")
+                                                  : QString::fromStdString(manifest_->file));
+  }
+  if (!loaded.searched.empty()) {
+    QStringList folders;
+    for (const std::filesystem::path& folder : loaded.searched) folders << FileText(folder);
+    text += tr("\n\nNo file with its content is in %1.").arg(folders.join(QStringLiteral(", ")));
+  }
+  text +=
+      tr("\n\nGet the same scene, with its meshes, and open it (Ctrl+O), or start with --scene "
+         "FILE.");
+  SetState(State::kMissing, text);
+}
+
 void SceneModel::CheckAgreement() {
   if (state_ != State::kReady || !manifest_) return;
+  const QString difference = DifferenceText(*scene_, *manifest_);
   const QString warning =
-      scene_->hash == manifest_->content_hash
+      difference.isEmpty()
           ? QString()
-          : tr("This is not the scene that the session runs (\u201c%1\u201d, hash %2; shown: %3). "
-               "Places and shapes may be wrong.")
-                .arg(QString::fromStdString(manifest_->name), HashText(manifest_->content_hash),
-                     HashText(scene_->hash));
+          : tr("This is not the scene that the session runs; places and shapes may be wrong.\n%1")
+                .arg(difference);
   if (warning == warning_) return;
   warning_ = warning;
   Q_EMIT Changed();

@@ -3,31 +3,43 @@
 #include <QObject>
 #include <QString>
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #include "app/view/model/drawn_scene.h"
 #include "collab/messages.h"
 
 namespace tandem {
 
+/// Where on this machine a session's scene was looked for, and where it lies.
+struct SceneSearchResult {
+  std::optional<std::filesystem::path> file;
+  std::vector<std::filesystem::path> searched;  // folders
+};
+using FindFunction = std::function<SceneSearchResult(const SceneManifest&)>;
+
 /// Which scene is shown, and why none is. A scene that the user names is shown whatever the session
-/// runs, with a warning when that is another one; else the session's own is, if its file is here
-/// and its hash is the session's. Files are read in a worker thread. GUI thread only.
+/// runs, with a warning when that is another one; else the session's own is, if a file with its
+/// content is found here. Files are read in a worker thread. GUI thread only.
 class SceneModel : public QObject {
   Q_OBJECT
 
  public:
   enum class State { kWaiting, kLoading, kReady, kMissing };
 
-  explicit SceneModel(LoadFunction load, QObject* parent = nullptr);
+  /// Without `find` only the path is tried that the session's peers have.
+  explicit SceneModel(LoadFunction load, FindFunction find = {}, QObject* parent = nullptr);
   ~SceneModel() override;
 
   /// Shows this file, and keeps to it.
   void OpenNamed(const std::filesystem::path& file);
   /// What the session runs, as far as it is known. May be called as often as one likes.
   void SetSessionScene(const std::optional<SceneManifest>& manifest);
+  /// What was missing is looked for again when the session tells its scene.
+  void LookAgain();
 
   State state() const { return state_; }
   const DrawnScene* scene() const { return scene_.get(); }  // null unless ready
@@ -45,13 +57,22 @@ class SceneModel : public QObject {
   void Changed();
 
  private:
-  void Load(const std::filesystem::path& file);
+  /// What the loading thread has to tell at its end.
+  struct Loaded {
+    Result<DrawnScene> scene;
+    std::vector<std::filesystem::path> searched;
+    bool found = true;
+  };
+  using Loader = std::function<Loaded(const LoadProgress&)>;
+  void Load(const QString& what, Loader loader);
+  void ShowMissing(const Loaded& loaded);
   void OnProgress(int percent, const QString& what);
   void OnLoaded(unsigned load);
   void CheckAgreement();
   void SetState(State state, const QString& message = {});
 
   LoadFunction load_;
+  FindFunction find_;
   State state_ = State::kWaiting;
   QString message_;
   QString warning_;
@@ -62,7 +83,7 @@ class SceneModel : public QObject {
   unsigned loads_ = 0;
   std::thread loader_;
   std::atomic<bool> give_up_ = false;
-  std::optional<Result<DrawnScene>> loaded_;  // by loader_, read after it ended
+  std::optional<Loaded> loaded_;  // by loader_, read after it ended
 };
 
 }  // namespace tandem

@@ -10,6 +10,7 @@ namespace tandem {
 namespace {
 
 constexpr int kBeatMs = 250;
+constexpr qint64 kListenMs = 2000;  // those who are here are heard sooner, also over a slow line
 
 PeerId RandomPeerId() {
   std::random_device device;
@@ -20,10 +21,11 @@ PeerId RandomPeerId() {
 
 }  // namespace
 
-SessionModel::SessionModel(JoinFunction join, QObject* parent)
-    : QObject(parent), join_(std::move(join)) {
+SessionModel::SessionModel(JoinFunction join, ListenFunction listen, QObject* parent)
+    : QObject(parent), join_(std::move(join)), listen_(std::move(listen)) {
   beat_timer_.setInterval(kBeatMs);
   connect(&beat_timer_, &QTimer::timeout, this, &SessionModel::PublishPresence);
+  connect(&beat_timer_, &QTimer::timeout, this, &SessionModel::ListenForCompany);
 }
 
 SessionModel::~SessionModel() {
@@ -39,6 +41,9 @@ void SessionModel::Join(const JoinRequest& request) {
   request_ = request;
   peer_ = request.peer != 0 ? request.peer : RandomPeerId();
   viewer_ = std::make_unique<Viewer>();
+  heard_ = false;
+  nobody_heard_ =
+      tr("nobody heard yet in session %1").arg(QString::fromStdString(request.session));
   SetState(State::kJoining);
   joiner_ = std::thread([this, request, peer = peer_, viewer = viewer_.get()] {
     join_result_.emplace(join_(request, peer, *viewer));
@@ -56,7 +61,28 @@ void SessionModel::OnJoinEnded() {
   transport_ = *std::move(result);
   PublishPresence();
   beat_timer_.start();
+  since_joined_.start();
+  if (listen_) nearby_ = listen_(request_);
   SetState(State::kJoined);
+}
+
+void SessionModel::ListenForCompany() {
+  if (heard_) return;
+  heard_ = !viewer_->Picture().peers.empty();
+  if (heard_) {
+    nearby_.reset();
+    nobody_heard_.clear();
+    Q_EMIT StateChanged();
+    return;
+  }
+  std::vector<AnnouncedSession> others;
+  if (nearby_ != nullptr) others = nearby_->Heard();
+  if (others.empty() && since_joined_.elapsed() < kListenMs) return;
+  const std::string name = request_.session + (request_.from_relay ? "/view" : "");
+  const QString text = QString::fromStdString(NobodyHeard({name, request_.secured}, others));
+  if (text == nobody_heard_) return;
+  nobody_heard_ = text;
+  Q_EMIT StateChanged();
 }
 
 void SessionModel::PublishPresence() {
@@ -73,6 +99,7 @@ void SessionModel::PublishPresence() {
 void SessionModel::Leave() {
   if (state_ != State::kJoined) return;
   beat_timer_.stop();
+  nearby_.reset();
   transport_->Leave();
   transport_.reset();
   SetState(State::kLeft);
@@ -83,7 +110,10 @@ ViewerPicture SessionModel::Picture() const {
   if (viewer_ == nullptr) return picture;
   picture = viewer_->Picture();
   if (state_ != State::kLeft) return picture;
-  for (ViewedPeer& peer : picture.peers) peer.presence = ViewedPeer::Presence::kLeft;
+  using Presence = ViewedPeer::Presence;
+  for (ViewedPeer& peer : picture.peers) {
+    if (peer.presence == Presence::kHere) peer.presence = Presence::kUnknown;
+  }
   return picture;
 }
 
@@ -102,7 +132,7 @@ QString Describe(SessionModel::State state) {
     case SessionModel::State::kJoined:
       return SessionModel::tr("Joined");
     case SessionModel::State::kLeft:
-      return SessionModel::tr("Left");
+      return SessionModel::tr("You left");
     case SessionModel::State::kFailed:
       return SessionModel::tr("Could not join");
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <QElapsedTimer>
 #include <QObject>
 #include <QString>
 #include <QTimer>
@@ -9,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "collab/sessions_nearby.h"
 #include "collab/transport.h"
 #include "collab/viewer.h"
 #include "engine/base/result.h"
@@ -30,6 +32,9 @@ struct JoinRequest {
 using JoinFunction =
     std::function<Result<std::unique_ptr<Transport>>(const JoinRequest&, PeerId, Inbox&)>;
 
+/// Listens for other sessions, for a viewer that has joined and may have the wrong name.
+using ListenFunction = std::function<std::unique_ptr<SessionsNearby>(const JoinRequest&)>;
+
 /// The window's part in a session: joins without blocking the GUI, tells others who looks on,
 /// leaves with a goodbye. GUI thread only; the Viewer inside is fed by the transport's threads.
 class SessionModel : public QObject {
@@ -38,7 +43,7 @@ class SessionModel : public QObject {
  public:
   enum class State { kIdle, kJoining, kJoined, kLeft, kFailed };
 
-  explicit SessionModel(JoinFunction join, QObject* parent = nullptr);
+  explicit SessionModel(JoinFunction join, ListenFunction listen = {}, QObject* parent = nullptr);
   ~SessionModel() override;  // leaves
 
   /// Only when neither joining nor joined.
@@ -51,21 +56,28 @@ class SessionModel : public QObject {
     return error_;
   }  // in state kFailed: what went wrong, for a person
   const JoinRequest& request() const { return request_; }
-  /// What the session looks like now; after Leave() what it looked like last, everybody marked as
-  /// left.
+  /// Whether anybody was heard in this session.
+  bool heard() const { return heard_; }
+  /// In state kJoined while nobody was heard: what may be wrong, in a line for a person.
+  const QString& nobody_heard() const { return nobody_heard_; }
+  /// What the session looks like now; after Leave() what it looked like last, nobody known to be
+  /// here any more.
   ViewerPicture Picture() const;
   /// The viewer of the current or last session; null before the first.
   const Viewer* viewer() const { return viewer_.get(); }
 
  Q_SIGNALS:
+  /// Also when the first is heard, and when what is known of other sessions changes.
   void StateChanged();
 
  private:
   void SetState(State state, const QString& error = {});
   void OnJoinEnded();
   void PublishPresence();
+  void ListenForCompany();
 
   JoinFunction join_;
+  ListenFunction listen_;
   JoinRequest request_;
   PeerId peer_ = 0;
   std::uint32_t beat_ = 0;
@@ -77,6 +89,10 @@ class SessionModel : public QObject {
   std::unique_ptr<Viewer> viewer_;        // outlives the transport
   std::unique_ptr<Transport> transport_;  // null unless joined
   QTimer beat_timer_;
+  QElapsedTimer since_joined_;
+  bool heard_ = false;
+  QString nobody_heard_;
+  std::unique_ptr<SessionsNearby> nearby_;  // while nobody is heard
 };
 
 /// "Joined", "Not joined" … for the status bar.

@@ -13,7 +13,6 @@ constexpr Colour kBackgroundBelow{0.86F, 0.88F, 0.90F};
 constexpr Colour kBackgroundAbove{0.97F, 0.975F, 0.98F};
 constexpr float kEdgeShade = 0.30F;  // of the body's colour
 constexpr float kEdgeOpacity = 0.75F;
-constexpr Colour kNearVoxel{0.10F, 0.66F, 0.60F};
 constexpr float kCubeShare = 0.86F;  // of a voxel's side, so that neighbours are told apart
 
 Mat4 MatrixOf(const Pose& X) {
@@ -179,7 +178,7 @@ void Renderer::DrawEdges(const BodyBuffers& body) {
 void Renderer::DrawNearVoxels(const Mat4& X_CW) {
   if (near_voxels_.empty()) return;
   SetPose(X_CW, Pose{});
-  SetColour(kNearVoxel, 1.0F);
+  SetColour(kNearVoxelColour, 1.0F);
   SetMode(ShaderMode::kCubes);
   gl_->glUniform1f(at_.cube, cube_side_);
   near_voxels_.Draw(*gl_);

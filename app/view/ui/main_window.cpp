@@ -7,13 +7,14 @@
 #include <QMessageBox>
 #include <QStandardPaths>
 #include <QStatusBar>
+#include <QUrl>
 #include <cmath>
 
 namespace tandem {
 
 namespace {
 constexpr int kRefreshMs = 16;
-constexpr int kRefreshesPerTable = 12;  // the table five times a second: digits that can be read
+constexpr int kRefreshesPerFigures = 12;  // five times a second: digits that can be read
 constexpr QSize kFirstSize(1280, 800);
 constexpr int kDockWidth = 350;
 constexpr int kSessionHeight = 260;
@@ -30,9 +31,11 @@ MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<Gl
     connect(view_, &ViewWidget::Failed, this, [this](const QString& why) {
       ShowPicture(why);
     });
+    connect(view_, &ViewWidget::FrameDrawn, this, &MainWindow::OnFrameDrawn);
   } else {
     gl_error_ = QString::fromStdString(gl.error().what);
   }
+  connect(page_, &MessagePage::OpenAsked, this, &MainWindow::AskForScene);
   MakeDocks();
   MakeActions();
   MakeStatusBar();
@@ -94,6 +97,9 @@ void MainWindow::MakeDocks() {
 
 void MainWindow::MakeActions() {
   QMenu* session = menuBar()->addMenu(tr("&Session"));
+  QAction* open = session->addAction(tr("&Open scene\u2026"), QKeySequence::Open, this,
+                                     &MainWindow::AskForScene);
+  open->setObjectName("open_scene");
   session->addAction(tr("Save &picture"), Qt::Key_F12, this, &MainWindow::SaveScreenshot);
   session->addSeparator();
   session->addAction(tr("&Quit"), QKeySequence::Quit, this, &QWidget::close);
@@ -112,6 +118,13 @@ void MainWindow::MakeActions() {
     add(tr("R&ight"), Qt::Key_3, StandardView::kRight);
     add(tr("&Top"), Qt::Key_7, StandardView::kTop);
     add(tr("&Oblique"), Qt::Key_9, StandardView::kIso);
+    QAction* follow = view->addAction(tr("&Keep bodies in the picture"));
+    follow->setObjectName("follow");
+    follow->setCheckable(true);
+    follow->setChecked(view_->follow());
+    follow->setShortcut(Qt::Key_K);
+    connect(follow, &QAction::toggled, view_, &ViewWidget::SetFollow);
+    connect(view_, &ViewWidget::FollowChanged, follow, &QAction::setChecked);
     view->addSeparator();
     proximity_action_ = view->addAction(tr("&Proximity"));
     proximity_action_->setObjectName("proximity");
@@ -151,8 +164,34 @@ bool MainWindow::ShowsPoses() const {
   return view_ != nullptr && centre_->currentWidget() == view_ && session_.Picture().samples > 0;
 }
 
+void MainWindow::AskForScene() {
+  if (ask_ == nullptr) {
+    ask_ = new QFileDialog(this, tr("Open scene"));
+    ask_->setObjectName("ask_for_scene");
+    ask_->setFileMode(QFileDialog::ExistingFile);
+    QList<QUrl> urls;
+    for (const std::filesystem::path& folder : scene_folders_) {
+      urls << QUrl::fromLocalFile(QString::fromStdString(folder.string()));
+    }
+    if (!urls.empty()) {
+      ask_->setSidebarUrls(urls);
+      ask_->setDirectoryUrl(urls.front());
+    }
+    ask_->setNameFilters({tr("Scenes (*.json)"), tr("All files (*)")});
+    connect(ask_, &QFileDialog::fileSelected, this, &MainWindow::OpenScene);
+  }
+  ask_->open();  // in the folder of the last time
+}
+
+void MainWindow::OpenScene(const QString& file) {
+  scene_.OpenNamed(file.toStdString());
+  Q_EMIT SceneChosen(file);
+}
+
 void MainWindow::ShowPicture(const QString& gl_error) {
   gl_error_ = gl_error;
+  page_->OfferOpening(gl_error_.isEmpty() && (scene_.state() == SceneModel::State::kMissing ||
+                                              scene_.state() == SceneModel::State::kWaiting));
   if (!gl_error_.isEmpty()) {
     page_->Show(tr("No OpenGL: the scene cannot be drawn"), gl_error_);
     centre_->setCurrentWidget(page_);
@@ -169,7 +208,9 @@ void MainWindow::ShowPicture(const QString& gl_error) {
       page_->Show(tr("The scene is missing"), scene_.message());
       break;
     case SceneModel::State::kWaiting:
-      if (session_.state() == SessionModel::State::kJoined) {
+      if (session_.state() == SessionModel::State::kJoined && !session_.heard()) {
+        page_->Show(tr("Waiting for others"), session_.nobody_heard());
+      } else if (session_.state() == SessionModel::State::kJoined) {
         page_->Show(tr("Waiting for a peer"),
                     tr("Nobody in session \u201c%1\u201d has offered a scene yet.")
                         .arg(QString::fromStdString(session_.request().session)));
@@ -188,6 +229,7 @@ void MainWindow::OnSessionChanged() {
   QString text = Describe(state);
   if (state == SessionModel::State::kJoined) {
     text = tr("Joined \u201c%1\u201d").arg(QString::fromStdString(session_.request().session));
+    if (!session_.heard()) text += tr("; nobody heard");
   } else if (state == SessionModel::State::kFailed) {
     text += ": " + session_.error();
   }
@@ -197,14 +239,18 @@ void MainWindow::OnSessionChanged() {
           ? tr("%1 \u2013 Tandem").arg(QString::fromStdString(session_.request().session))
           : tr("Tandem"));
   if (state == SessionModel::State::kJoined) {
-    samples_before_ = 0;
+    if (!refresh_.isActive() || still_until_s_ > 0) {
+      samples_before_ = 0;
+      figures_.clear();
+      scene_.LookAgain();
+    }
     still_until_s_ = 0;
-    refresh_.start();
-    numbers_.start();
+    if (!refresh_.isActive()) refresh_.start();
+    if (!numbers_.isActive()) numbers_.start();
   } else if (state == SessionModel::State::kLeft) {
     still_until_s_ = 1e-3 * static_cast<double>(clock_.elapsed()) + PictureComposer::kFadeSeconds;
-    refreshes_ = 0;  // the table at once
     refresh_.start();
+    RefreshNumbers();
   }
   ShowPicture(gl_error_);
 }
@@ -215,8 +261,8 @@ void MainWindow::OnSceneChanged() {
   status_scene_->setText(scene != nullptr ? QString::fromStdString(scene->name) : tr("no scene"));
   if (view_ != nullptr) {
     view_->SetScene(scene);
-    view_->SetWarning(scene_.warning());
   }
+  ShowWarnings();
   proximity_.SetScene(scene_.shared_scene());
   ShowPicture(gl_error_);
   Refresh();
@@ -227,18 +273,60 @@ void MainWindow::ShowProximity(bool on) {
 }
 
 void MainWindow::OnProximityChanged() {
-  status_proximity_->setText(proximity_.message());
   if (view_ != nullptr) view_->SetProximity(proximity_.picture());
+  const bool drawn_later =
+      proximity_.picture() != nullptr && page() == nullptr && isVisible() && view_->frame_due();
+  if (!drawn_later) status_proximity_->setText(proximity_.message());
+}
+
+void MainWindow::OnFrameDrawn() {
+  ShowFigures();
+}
+
+void MainWindow::ShowFigures() {
+  peers_.Update(shown_.peers, palette_);
+  status_proximity_->setText(proximity_.message());
+}
+
+void MainWindow::ShowWarnings() {
+  QStringList warnings;
+  if (!scene_.warning().isEmpty()) warnings << scene_.warning();
+  for (const ViewedPeer& peer : shown_.peers) {
+    const std::string other = OtherProtocol(peer.info);
+    if (other.empty() || peer.presence != ViewedPeer::Presence::kHere) continue;
+    warnings << tr("%1 %2. What is shown of it may be wrong.")
+                    .arg(QString::fromStdString(DisplayName(peer)), QString::fromStdString(other));
+  }
+  if (view_ != nullptr) view_->SetWarning(warnings.join(QLatin1Char('\n')));
+}
+
+void MainWindow::HoldFigures(ViewerPicture& picture, bool take_newest) {
+  std::map<PeerId, Figures> held;
+  for (ViewedPeer& peer : picture.peers) {
+    Figures figures{peer.delay_ms, peer.mirror_lag_mm, peer.link_force};
+    const auto before = figures_.find(peer.info.peer);
+    if (!take_newest && before != figures_.end()) figures = before->second;
+    held[peer.info.peer] = figures;
+    peer.delay_ms = figures.delay_ms;
+    peer.mirror_lag_mm = figures.mirror_lag_mm;
+    peer.link_force = figures.link_force;
+  }
+  figures_ = std::move(held);
 }
 
 void MainWindow::Refresh() {
   const double now_s = 1e-3 * static_cast<double>(clock_.elapsed());
-  const ViewerPicture picture = session_.Picture();
+  ViewerPicture picture = session_.Picture();
   if (session_.state() == SessionModel::State::kJoined) scene_.SetSessionScene(picture.scene);
+  HoldFigures(picture, refreshes_++ % kRefreshesPerFigures == 0);
   const DrawList list = composer_.Compose(picture, looks_, now_s, palette_);
+  shown_ = std::move(picture);
   if (view_ != nullptr) view_->SetDrawList(list);
-  proximity_.SetPoses(list.told);  // measured where they are, not where they are drawn
-  if (refreshes_++ % kRefreshesPerTable == 0) peers_.Update(picture.peers, palette_);
+  ShowWarnings();
+  proximity_.SetPoses(list.told, list.held);  // measured where they are, not where they are drawn
+  // names, delays and distances in the picture and beside it are of one moment
+  const bool drawn_later = page() == nullptr && isVisible() && view_->frame_due();
+  if (!drawn_later) ShowFigures();
   if (session_.state() != SessionModel::State::kJoined && now_s > still_until_s_) {
     refresh_.stop();
     numbers_.stop();
@@ -258,13 +346,17 @@ void MainWindow::RefreshNumbers() {
   };
   status_samples_->setText(tr("%1 samples/s").arg(rate(samples, samples_before_)));
   status_fps_->setText(tr("%1 frames/s").arg(rate(frames, frames_before_)));
+  // nothing comes any more, whatever came in the last second
+  if (session_.state() != SessionModel::State::kJoined) {
+    status_samples_->setText(tr("%1 samples/s").arg(0));
+  }
   samples_before_ = samples;
   frames_before_ = frames;
   numbers_at_ms_ = now_ms;
 }
 
 QImage MainWindow::Screenshot() {
-  peers_.Update(session_.Picture().peers, palette_);
+  ShowFigures();
   if (page() == nullptr) view_->DrawFinely();
   return grab().toImage().convertToFormat(QImage::Format_RGB32);
 }
@@ -286,9 +378,12 @@ void MainWindow::ShowKeys() {
                               "<tr><td>Middle drag, Shift+left drag</td><td>pan</td></tr>"
                               "<tr><td>Wheel</td><td>zoom at the cursor</td></tr>"
                               "<tr><td>Home, F</td><td>fit the scene</td></tr>"
+                              "<tr><td>K</td><td>keep bodies in the picture (ended by pan and zoom)"
+                              "</td></tr>"
                               "<tr><td>1, 3, 7, 9</td><td>front, right, top, oblique</td></tr>"
                               "<tr><td>P</td><td>proximity: colours by distance, near voxels, "
                               "least distance</td></tr>"
+                              "<tr><td>Ctrl+O</td><td>open a scene</td></tr>"
                               "<tr><td>F12</td><td>save a picture</td></tr>"
                               "<tr><td>F1</td><td>this page</td></tr></table>"));
 }

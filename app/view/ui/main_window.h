@@ -1,11 +1,13 @@
 #pragma once
 
 #include <QElapsedTimer>
+#include <QFileDialog>
 #include <QLabel>
 #include <QMainWindow>
 #include <QStackedWidget>
 #include <QTableView>
 #include <QTimer>
+#include <map>
 #include <optional>
 
 #include "app/view/model/peer_table_model.h"
@@ -40,19 +42,43 @@ class MainWindow : public QMainWindow {
   /// Switches what `Proximity` in the menu does.
   void ShowProximity(bool on);
   const ProximityModel& proximity() const { return proximity_; }
+  /// Where a person is asked for a scene: first in the first of them.
+  void SetSceneFolders(const std::vector<std::filesystem::path>& folders) {
+    scene_folders_ = folders;
+  }
+  /// Opens the scene of a file, as its menu does.
+  void OpenScene(const QString& file);
   /// The whole window with the picture in it, finely drawn.
   QImage Screenshot();
 
+ Q_SIGNALS:
+  /// A person has chosen it.
+  void SceneChosen(const QString& file);
+
  private:
+  /// What a peer says of itself in figures, as shown: some times a second, so that they can be
+  /// read.
+  struct Figures {
+    double delay_ms = 0;
+    double mirror_lag_mm = 0;
+    double link_force = 0;
+  };
   void MakeDocks();
   void MakeActions();
   void MakeStatusBar();
   QLabel* AddStatus(const QString& name);
   void OnSessionChanged();
+  void OnFrameDrawn();
   void OnSceneChanged();
   void OnProximityChanged();
   void Refresh();         // 60 Hz while joined, or while somebody fades
   void RefreshNumbers();  // 1 Hz meanwhile
+  /// Puts the figures of one moment in place of the newest ones.
+  void HoldFigures(ViewerPicture& picture, bool take_newest);
+  /// Table and status bar tell what the picture shows: when it is drawn, or at once where it is.
+  void ShowFigures();
+  void ShowWarnings();
+  void AskForScene();
   void ShowPicture(const QString& gl_error);
   void SaveScreenshot();
   void ShowKeys();
@@ -70,6 +96,8 @@ class MainWindow : public QMainWindow {
   PictureComposer composer_;
   ProximityModel proximity_;
   std::vector<BodyLook> looks_;
+  ViewerPicture shown_;  // by the picture's draw list
+  std::map<PeerId, Figures> figures_;
   QElapsedTimer clock_;
   QTimer refresh_;
   QTimer numbers_;
@@ -79,6 +107,8 @@ class MainWindow : public QMainWindow {
   quint64 frames_before_ = 0;
   qint64 numbers_at_ms_ = 0;
   QAction* proximity_action_ = nullptr;
+  std::vector<std::filesystem::path> scene_folders_;
+  QFileDialog* ask_ = nullptr;  // for a scene; made when first asked for
   QLabel* status_session_ = nullptr;
   QLabel* status_proximity_ = nullptr;
   QLabel* status_scene_ = nullptr;

@@ -8,7 +8,8 @@ MessagePage::MessagePage(QWidget* parent)
     : QWidget(parent),
       title_(new QLabel(this)),
       text_(new QLabel(this)),
-      progress_(new QProgressBar(this)) {
+      progress_(new QProgressBar(this)),
+      open_(new QPushButton(tr("&Open scene\u2026"), this)) {
   setAutoFillBackground(true);
   setBackgroundRole(QPalette::Base);
   QFont font = title_->font();
@@ -22,6 +23,8 @@ MessagePage::MessagePage(QWidget* parent)
     label->setFocusPolicy(Qt::NoFocus);
   }
   progress_->setMaximumWidth(320);
+  open_->setObjectName("open_scene_button");
+  connect(open_, &QPushButton::clicked, this, &MessagePage::OpenAsked);
 
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(48, 32, 48, 32);
@@ -30,6 +33,7 @@ MessagePage::MessagePage(QWidget* parent)
   layout->addWidget(title_);
   layout->addWidget(text_);
   layout->addWidget(progress_, 0, Qt::AlignHCenter);
+  layout->addWidget(open_, 0, Qt::AlignHCenter);
   layout->addStretch(3);
 }
 

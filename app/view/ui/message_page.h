@@ -2,6 +2,7 @@
 
 #include <QLabel>
 #include <QProgressBar>
+#include <QPushButton>
 #include <QWidget>
 
 namespace tandem {
@@ -15,12 +16,18 @@ class MessagePage : public QWidget {
 
   /// `percent` below 0: no progress bar.
   void Show(const QString& title, const QString& text, int percent = -1);
+  /// Whether there is a button to open a scene.
+  void OfferOpening(bool offered) { open_->setVisible(offered); }
   QString text() const { return title_->text() + QStringLiteral("\n") + text_->text(); }
+
+ Q_SIGNALS:
+  void OpenAsked();
 
  private:
   QLabel* title_;
   QLabel* text_;
   QProgressBar* progress_;
+  QPushButton* open_;
 };
 
 }  // namespace tandem

@@ -4,17 +4,18 @@
 #include <array>
 #include <vector>
 
+#include "app/view/model/label_layout.h"
+
 namespace tandem {
 
 namespace {
 
-constexpr double kLabelRise = 34;   // px from the body's top to its label
 constexpr double kAxisLength = 34;  // px
 
 struct PlacedLabel {
   const InstanceLabel* label = nullptr;
   QPointF anchor;  // at the body
-  QRectF box;
+  LabelPlace place;
 };
 
 QColor ToQColor(const Colour& colour, float alpha = 1.0F) {
@@ -35,54 +36,52 @@ std::optional<QPointF> TopOf(const CameraModel& camera, const Bounds& bounds_W, 
   return top;
 }
 
-std::vector<PlacedLabel> PlaceLabels(const QFontMetricsF& metrics, const QSize& size,
-                                     const CameraModel& camera, const DrawnScene& scene,
-                                     const DrawList& list) {
-  std::vector<PlacedLabel> placed;
+std::vector<PlacedLabel> Placed(const QFontMetricsF& metrics, const QSize& size,
+                                const CameraModel& camera, const DrawnScene& scene,
+                                const DrawList& list) {
+  std::vector<const InstanceLabel*> labels;
+  std::vector<LabelWish> wishes;
   for (const InstanceLabel& label : list.labels) {
     if (label.body >= scene.bodies.size()) continue;
     const Bounds& bounds_W = scene.bodies[label.body].bounds_W;
     if (bounds_W.empty()) continue;
     const auto top = TopOf(camera, bounds_W, label.X_W);
+    if (!top) continue;
     const auto middle = camera.Project(label.X_W * bounds_W.centre());
-    if (!top || !middle) continue;
-    const double width = metrics.horizontalAdvance(QString::fromStdString(label.text)) + 34;
-    const double height = metrics.height() + 8;
-    QRectF box(top->x() - width / 2, top->y() - kLabelRise - height, width, height);
-    // inside the picture, and above the labels that are there already
-    box.moveLeft(std::clamp(box.left(), 8.0, std::max(8.0, size.width() - width - 8)));
-    box.moveTop(std::clamp(box.top(), 8.0, std::max(8.0, size.height() - height - 8)));
-    const auto in_the_way = [&](const PlacedLabel& other) {
-      return other.box.intersects(box);
-    };
-    for (int tries = 0; tries < 16; ++tries) {
-      const auto other = std::find_if(placed.begin(), placed.end(), in_the_way);
-      if (other == placed.end()) break;
-      const double above = other->box.top() - height - 4;
-      box.moveTop(above >= 8 ? above : other->box.bottom() + 4);
-    }
-    placed.push_back({&label, QPointF(middle->x(), middle->y()), box});
+    const QString text = QString::fromStdString(label.text);
+    labels.push_back(&label);
+    wishes.push_back({QPointF(middle->x(), middle->y()), top->y(),
+                      QSizeF(metrics.horizontalAdvance(text) + 34, metrics.height() + 8)});
+  }
+  const std::vector<LabelPlace> places = PlaceLabels(wishes, size);
+  std::vector<PlacedLabel> placed;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    placed.push_back({labels[i], wishes[i].anchor, places[i]});
   }
   return placed;
 }
 
-void PaintLabel(QPainter& painter, const PlacedLabel& placed) {
+void PaintLine(QPainter& painter, const PlacedLabel& placed) {
+  const QColor colour = ToQColor(placed.label->colour, placed.label->opacity);
+  painter.setPen(QPen(colour, 1.5));
+  painter.drawLine(placed.place.foot, placed.anchor);
+  painter.setBrush(colour);
+  painter.drawEllipse(placed.anchor, 3.0, 3.0);
+}
+
+void PaintBox(QPainter& painter, const PlacedLabel& placed) {
   const InstanceLabel& label = *placed.label;
+  const QRectF& box = placed.place.box;
   painter.setOpacity(static_cast<double>(label.opacity));
   const QColor colour = ToQColor(label.colour);
   painter.setPen(QPen(colour, 1.5));
-  const QPointF foot(std::clamp(placed.anchor.x(), placed.box.left() + 8, placed.box.right() - 8),
-                     placed.anchor.y() < placed.box.top() ? placed.box.top() : placed.box.bottom());
-  painter.drawLine(foot, placed.anchor);
-  painter.setBrush(colour);
-  painter.drawEllipse(placed.anchor, 3.0, 3.0);
   painter.setBrush(QColor(255, 255, 255, 235));
-  painter.drawRoundedRect(placed.box, 5, 5);
+  painter.drawRoundedRect(box, 5, 5);
   painter.setBrush(colour);
   painter.setPen(Qt::NoPen);
-  painter.drawEllipse(QPointF(placed.box.left() + 14, placed.box.center().y()), 5, 5);
+  painter.drawEllipse(QPointF(box.left() + 14, box.center().y()), 5, 5);
   painter.setPen(QColor(30, 34, 40));
-  painter.drawText(placed.box.adjusted(25, 0, -6, 0), Qt::AlignVCenter | Qt::AlignLeft,
+  painter.drawText(box.adjusted(25, 0, -6, 0), Qt::AlignVCenter | Qt::AlignLeft,
                    QString::fromStdString(label.text));
   painter.setOpacity(1.0);
 }
@@ -128,9 +127,9 @@ void PaintOverlay(QPainter& painter, const QSize& size, const CameraModel& camer
   painter.setRenderHint(QPainter::Antialiasing);
   PaintAxes(painter, size, camera);
   const QFontMetricsF metrics(painter.font());
-  for (const PlacedLabel& label : PlaceLabels(metrics, size, camera, scene, list)) {
-    PaintLabel(painter, label);
-  }
+  const std::vector<PlacedLabel> labels = Placed(metrics, size, camera, scene, list);
+  for (const PlacedLabel& label : labels) PaintLine(painter, label);
+  for (const PlacedLabel& label : labels) PaintBox(painter, label);
   if (!warning.isEmpty()) PaintWarning(painter, size, warning);
 }
 

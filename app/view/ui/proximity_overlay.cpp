@@ -25,7 +25,7 @@ void PaintBox(QPainter& painter, QPointF middle, const QSize& size, const QStrin
 }
 
 void PaintLeastDistance(QPainter& painter, const QSize& size, const CameraModel& camera,
-                        const SceneNearness& nearest) {
+                        const SceneNearness& nearest, const QString& what) {
   const auto from = camera.Project(nearest.p_WPart);
   const auto to = camera.Project(nearest.p_WOther);
   if (!from || !to) return;
@@ -42,17 +42,24 @@ void PaintLeastDistance(QPainter& painter, const QSize& size, const CameraModel&
   const QPointF below((a.x() + b.x()) / 2 + 100, std::max(a.y(), b.y()) + 30);
   painter.setPen(QPen(kInk, 1, Qt::DotLine));
   painter.drawLine((a + b) / 2, below);
-  PaintBox(painter, below, size, QString::fromStdString(DistanceText(nearest)));
+  PaintBox(painter, below, size, what + QString::fromStdString(DistanceText(nearest)));
 }
 
-void PaintScale(QPainter& painter, const QSize& size, double range) {
+/// What the colours mean: of the moving bodies by distance, and of the near voxels.
+void PaintLegend(QPainter& painter, const QSize& size, const ProximityPicture& picture) {
   const QFontMetricsF metrics(painter.font());
   const double height = metrics.height();
-  const QRectF bar(size.width() - kScale.width() - 24,
-                   size.height() - kScale.height() - height - 20, kScale.width(), kScale.height());
+  const QString near =
+      QStringLiteral("fixed voxels within %1 mm")
+          .arg(1e3 * ProximityComposer::kShadowVoxels * static_cast<double>(picture.voxel_size), 0,
+               'g', 3);
+  const double square = kScale.height();
+  const double width = std::max(kScale.width(), metrics.horizontalAdvance(near) + square + 8);
+  const QRectF bar(size.width() - width - 24, size.height() - kScale.height() - 2 * height - 26,
+                   width, kScale.height());
   painter.setPen(Qt::NoPen);
   painter.setBrush(kPaper);
-  painter.drawRoundedRect(bar.adjusted(-10, -8, 10, height + 8), 5, 5);
+  painter.drawRoundedRect(bar.adjusted(-10, -8, 10, 2 * height + 14), 5, 5);
   QLinearGradient colours(bar.topLeft(), bar.topRight());
   for (int i = 0; i <= kScaleStops; ++i) {
     const double share = static_cast<double>(i) / kScaleStops;
@@ -64,7 +71,13 @@ void PaintScale(QPainter& painter, const QSize& size, double range) {
   painter.setPen(kInk);
   const QRectF words(bar.left(), bar.bottom() + 2, bar.width(), height);
   painter.drawText(words, Qt::AlignLeft, QStringLiteral("0"));
-  painter.drawText(words, Qt::AlignRight, QStringLiteral("\u2265 %1 mm").arg(1e3 * range));
+  painter.drawText(words, Qt::AlignRight, QStringLiteral("\u2265 %1 mm").arg(1e3 * picture.range));
+  const QRectF voxels = words.translated(0, height + 4);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(QColor::fromRgbF(kNearVoxelColour[0], kNearVoxelColour[1], kNearVoxelColour[2]));
+  painter.drawRect(QRectF(voxels.left(), voxels.center().y() - square / 2, square, square));
+  painter.setPen(kInk);
+  painter.drawText(voxels.adjusted(square + 8, 0, 0, 0), Qt::AlignLeft, near);
 }
 
 }  // namespace
@@ -72,10 +85,15 @@ void PaintScale(QPainter& painter, const QSize& size, double range) {
 void PaintProximity(QPainter& painter, const QSize& size, const CameraModel& camera,
                     const ProximityPicture& picture) {
   painter.setRenderHint(QPainter::Antialiasing);
+  const bool two = picture.of_held.other != SceneNearness::kNone;
   if (picture.nearest.other != SceneNearness::kNone) {
-    PaintLeastDistance(painter, size, camera, picture.nearest);
+    const QString names = QString::fromStdString(picture.part + " \u2013 " + picture.other + ": ");
+    PaintLeastDistance(painter, size, camera, picture.nearest, two ? names : QString());
   }
-  PaintScale(painter, size, picture.range);
+  if (two) {
+    PaintLeastDistance(painter, size, camera, picture.of_held, QStringLiteral("in hand: "));
+  }
+  PaintLegend(painter, size, picture);
 }
 
 }  // namespace tandem

@@ -9,7 +9,8 @@
 namespace tandem {
 
 /// The least distance as a line between its two points with its value and error beside it, seen
-/// through whatever is in front; the scale of colours in the lower right corner.
+/// through whatever is in front, and that of the part in hand where that is another; what the
+/// colours mean in the lower right corner.
 void PaintProximity(QPainter& painter, const QSize& size, const CameraModel& camera,
                     const ProximityPicture& picture);
 

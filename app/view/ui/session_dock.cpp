@@ -3,6 +3,7 @@
 #include <QFormLayout>
 #include <QHBoxLayout>
 #include <QLocale>
+#include <QPalette>
 #include <QVBoxLayout>
 
 #include <net/if.h>
@@ -16,6 +17,18 @@ QString Counted(std::size_t count, const QString& one, const QString& many) {
          (count == 1 ? one : many);
 }
 
+/// How much there is in the files, and how much of it is drawn where that is more.
+QString SizeText(const DrawnScene& scene) {
+  const std::size_t read = scene.FileTriangleCount();
+  const std::size_t drawn = scene.TriangleCount();
+  const QString text =
+      Counted(scene.bodies.size(), SessionDock::tr("body"), SessionDock::tr("bodies")) +
+      QStringLiteral(", ") +
+      Counted(read, SessionDock::tr("triangle"), SessionDock::tr("triangles"));
+  if (drawn <= read) return text;
+  return text + SessionDock::tr(", drawn as %1").arg(QLocale().toString(qulonglong{drawn}));
+}
+
 /// Names of this machine's network interfaces.
 QStringList Interfaces() {
   QStringList names;
@@ -25,6 +38,15 @@ QStringList Interfaces() {
   }
   if (all != nullptr) if_freenameindex(all);
   return names;
+}
+
+/// What was joined must be read, too: not grey on grey.
+void MakeLegibleWhenDisabled(QWidget& field) {
+  QPalette palette = field.palette();
+  for (const QPalette::ColorRole role : {QPalette::Text, QPalette::ButtonText}) {
+    palette.setColor(QPalette::Disabled, role, palette.color(QPalette::Active, role));
+  }
+  field.setPalette(palette);
 }
 
 constexpr int kLargestDomain = 232;  // beyond, DDS has no ports
@@ -51,12 +73,19 @@ SessionDock::SessionDock(SessionModel& session, SceneModel& scene, QWidget* pare
   leave_->setObjectName("leave");
   session_->setObjectName("session");
   state_->setObjectName("session_state");
+  scene_size_->setObjectName("scene_size");
+  scene_size_->setToolTip(
+      tr("in the mesh files; moving bodies are drawn by smaller triangles, so "
+         "that their colours can tell distances"));
   session_->setPlaceholderText(tr("name that the peers use"));
   domain_->setRange(0, kLargestDomain);
   interface_->setEditable(true);
   interface_->addItem(QString());
   interface_->addItems(Interfaces());
   interface_->lineEdit()->setPlaceholderText(tr("automatic"));
+  for (QWidget* field : std::initializer_list<QWidget*>{session_, name_, domain_, interface_}) {
+    MakeLegibleWhenDisabled(*field);
+  }
   for (QLabel* label : {state_, scene_name_, scene_size_, voxel_size_}) {
     label->setWordWrap(true);
     label->setTextInteractionFlags(Qt::TextSelectableByMouse);
@@ -126,9 +155,14 @@ void SessionDock::ShowSession() {
   leave_->setEnabled(state == SessionModel::State::kJoined);
   QString text = Describe(state);
   if (state == SessionModel::State::kFailed) text += ": " + session_model_.error();
-  if (state == SessionModel::State::kJoined) {
+  if (state == SessionModel::State::kJoined && !session_model_.heard()) {
+    text += QStringLiteral("; ") + session_model_.nobody_heard();
+  } else if (state == SessionModel::State::kJoined) {
     text += session_model_.request().secured ? tr("; secured: members only")
                                              : tr("; plain: anyone on the network can look on");
+  } else if (state == SessionModel::State::kLeft) {
+    text += tr(" \u201c%1\u201d: what is shown is how it was then")
+                .arg(QString::fromStdString(session_model_.request().session));
   }
   state_->setText(text);
 }
@@ -140,11 +174,7 @@ void SessionDock::ShowScene() {
   scene_name_->setToolTip(scene == nullptr ? QString()
                                            : QString::fromStdString(scene->file.string()));
   const QLocale locale;
-  scene_size_->setText(scene == nullptr
-                           ? none
-                           : Counted(scene->bodies.size(), tr("body"), tr("bodies")) +
-                                 QStringLiteral(", ") +
-                                 Counted(scene->TriangleCount(), tr("triangle"), tr("triangles")));
+  scene_size_->setText(scene == nullptr ? none : SizeText(*scene));
   voxel_size_->setText(
       scene == nullptr ? none : tr("%1 mm").arg(locale.toString(1000 * scene->voxel_size, 'g', 3)));
 }

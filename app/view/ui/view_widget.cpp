@@ -6,6 +6,7 @@
 #include <QOpenGLPaintDevice>
 #include <QPainter>
 #include <QWheelEvent>
+#include <array>
 
 #include "app/view/ui/picture_overlay.h"
 #include "app/view/ui/proximity_overlay.h"
@@ -16,6 +17,34 @@ namespace {
 constexpr int kSoftwareFrameMs = 33;  // no more than 30 a second where the processor draws
 constexpr int kRestMs = 250;          // of stillness before the fine frame
 constexpr int kSamples = 4;
+constexpr double kFarthestFollowed = 20;  // of the scene's size: what flies off is let go
+
+std::array<Vec3, 8> CornersOf(const Bounds& box, const Pose& X_W) {
+  std::array<Vec3, 8> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    corners[i] = X_W * Vec3((i & 1U) != 0 ? box.max.x() : box.min.x(),
+                            (i & 2U) != 0 ? box.max.y() : box.min.y(),
+                            (i & 4U) != 0 ? box.max.z() : box.min.z());
+  }
+  return corners;
+}
+
+/// Calls use(body, corners) for each body and ghost where it is drawn, if it is not too far away.
+template <typename Use>
+void ForEachInstance(const DrawnScene& scene, const DrawList& list, Use use) {
+  const Bounds all = scene.BoundsOfAll();
+  for (const std::vector<BodyInstance>* some : {&list.solids, &list.ghosts}) {
+    for (const BodyInstance& one : *some) {
+      if (one.body >= scene.bodies.size() || scene.bodies[one.body].bounds_W.empty()) continue;
+      const Bounds& box = scene.bodies[one.body].bounds_W;
+      const double away = (one.X_W * box.centre() - all.centre()).norm();
+      if (away < kFarthestFollowed * all.size().norm()) {
+        use(scene.bodies[one.body], CornersOf(box, one.X_W));
+      }
+    }
+  }
+}
+
 }  // namespace
 
 ViewWidget::ViewWidget(const GlInfo& gl, QWidget* parent) : QOpenGLWidget(parent), gl_(gl) {
@@ -49,7 +78,32 @@ void ViewWidget::SetScene(const DrawnScene* scene) {
 void ViewWidget::SetDrawList(const DrawList& list) {
   if (list == list_) return;
   list_ = list;
+  if (follow_) FollowBodies();
   RequestFrame();
+}
+
+void ViewWidget::SetFollow(bool follow) {
+  if (follow == follow_) return;
+  follow_ = follow;
+  if (follow_) {
+    FollowBodies();
+    RequestFrame();
+  }
+  Q_EMIT FollowChanged(follow_);
+}
+
+void ViewWidget::FollowBodies() {
+  if (scene_ == nullptr || !fitted_) return;
+  bool all_in = true;
+  ForEachInstance(*scene_, list_, [&](const DrawnBody& body, const std::array<Vec3, 8>& corners) {
+    if (body.look.fixed) return;
+    for (const Vec3& corner : corners) {
+      const auto px = camera_.Project(corner);
+      all_in =
+          all_in && px && px->x() >= 0 && px->x() <= width() && px->y() >= 0 && px->y() <= height();
+    }
+  });
+  if (!all_in) FitCamera();
 }
 
 void ViewWidget::SetWarning(const QString& warning) {
@@ -66,6 +120,7 @@ void ViewWidget::SetProximity(std::shared_ptr<const ProximityPicture> proximity)
 }
 
 void ViewWidget::FitScene() {
+  SetFollow(true);
   FitCamera();
   RequestFrame();
 }
@@ -73,16 +128,9 @@ void ViewWidget::FitScene() {
 void ViewWidget::FitCamera() {
   if (scene_ == nullptr) return;
   Bounds all = scene_->BoundsOfAll();
-  for (const BodyInstance& solid : list_.solids) {  // bodies may have gone out of the initial scene
-    if (solid.body >= scene_->bodies.size()) continue;
-    const Bounds& body = scene_->bodies[solid.body].bounds_W;
-    if (body.empty()) continue;
-    const Vec3 half = Vec3::Constant(0.5 * body.size().norm());
-    const Vec3 centre = solid.X_W * body.centre();
-    if (all.Overlaps({centre - half, centre + half})) continue;
-    all.Add(centre - half);
-    all.Add(centre + half);
-  }
+  ForEachInstance(*scene_, list_, [&](const DrawnBody&, const std::array<Vec3, 8>& corners) {
+    for (const Vec3& corner : corners) all.Add(corner);
+  });
   camera_.Fit(all);
 }
 
@@ -92,6 +140,7 @@ void ViewWidget::LookFrom(StandardView view) {
 }
 
 void ViewWidget::RequestFrame() {
+  frame_due_ = true;
   if (!gl_.software || !since_frame_.isValid()) {
     update();
     return;
@@ -144,6 +193,7 @@ void ViewWidget::DrawScene(bool finely) {
 }
 
 void ViewWidget::paintGL() {
+  frame_due_ = false;
   if (!renderer_ || scene_ == nullptr) {
     context()->functions()->glClearColor(1.0F, 1.0F, 1.0F, 1.0F);
     context()->functions()->glClear(GL_COLOR_BUFFER_BIT);
@@ -187,6 +237,7 @@ void ViewWidget::paintGL() {
   frame_ms_ = clock.elapsed();
   since_frame_.start();
   ++frames_drawn_;
+  Q_EMIT FrameDrawn();
 }
 
 void ViewWidget::mousePressEvent(QMouseEvent* event) {
@@ -200,6 +251,7 @@ void ViewWidget::mouseMoveEvent(QMouseEvent* event) {
   const bool shift = event->modifiers().testFlag(Qt::ShiftModifier);
   if (event->buttons().testFlag(Qt::MiddleButton) || (left && shift)) {
     camera_.Pan(moved.x(), moved.y());
+    SetFollow(false);
   } else if (left) {
     camera_.Orbit(moved.x(), moved.y());
   } else {
@@ -209,6 +261,7 @@ void ViewWidget::mouseMoveEvent(QMouseEvent* event) {
 }
 
 void ViewWidget::wheelEvent(QWheelEvent* event) {
+  SetFollow(false);
   constexpr double kUnitsPerNotch = 120.0;
   camera_.ZoomAt({event->position().x(), event->position().y()},
                  event->angleDelta().y() / kUnitsPerNotch);

@@ -16,8 +16,10 @@
 namespace tandem {
 
 /// The picture, and the mouse in it: left orbits, middle or Shift+left pans, the wheel zooms at the
-/// cursor. Draws only when something is different. Where the processor draws, it does so at most
-/// half of the time and without smooth rims while things move, then once more finely.
+/// cursor. While it follows, a body that goes out of the picture has the camera step back; to pan
+/// or zoom ends that, to fit begins it. Draws only when something is different. Where the processor
+/// draws, it does so at most half of the time and without smooth rims while things move, then once
+/// more finely.
 class ViewWidget : public QOpenGLWidget {
   Q_OBJECT
 
@@ -32,15 +34,25 @@ class ViewWidget : public QOpenGLWidget {
   /// Null: proximity is not shown.
   void SetProximity(std::shared_ptr<const ProximityPicture> proximity);
   void FitScene();
+  void SetFollow(bool follow);
+  bool follow() const { return follow_; }
   void LookFrom(StandardView view);
   /// The next frame is fine, however fast things move: for a picture that is kept.
   void DrawFinely();
 
   const CameraModel& camera() const { return camera_; }
   quint64 frames_drawn() const { return frames_drawn_; }
+  /// Whether what was set last is still to be drawn.
+  bool frame_due() const { return frame_due_; }
+  const DrawList& draw_list() const { return list_; }
+  const QString& warning() const { return warning_; }
+  const std::shared_ptr<const ProximityPicture>& proximity() const { return proximity_; }
 
  Q_SIGNALS:
   void Failed(const QString& why);
+  void FollowChanged(bool follow);
+  /// What was set last is drawn.
+  void FrameDrawn();
 
  protected:
   void initializeGL() override;
@@ -52,6 +64,7 @@ class ViewWidget : public QOpenGLWidget {
 
  private:
   void FitCamera();
+  void FollowBodies();
   void RequestFrame();
   void DrawScene(bool finely);
 
@@ -62,6 +75,8 @@ class ViewWidget : public QOpenGLWidget {
   const DrawnScene* scene_ = nullptr;
   bool uploaded_ = true;
   bool fitted_ = false;  // to a picture of real size
+  bool follow_ = true;
+  bool frame_due_ = false;
   DrawList list_;
   std::shared_ptr<const ProximityPicture> proximity_;
   bool proximity_uploaded_ = true;

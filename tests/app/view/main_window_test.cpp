@@ -3,11 +3,14 @@
 #include <QApplication>
 #include <QTest>
 #include <QWheelEvent>
+#include <cmath>
+#include <set>
 
 #include <gtest/gtest.h>
 
 #include "tests/app/view/fake_session.h"
 #include "tests/app/view/shapes.h"
+#include "tests/support/scratch_folder.h"
 
 namespace tandem {
 namespace {
@@ -95,6 +98,188 @@ TEST_F(Window, JoinsAndLeavesByItsButtons) {
   EXPECT_TRUE(Child<QPushButton>("join")->isEnabled());
   EXPECT_FALSE(Child<QPushButton>("leave")->isEnabled());
   JoinSession();
+}
+
+TEST_F(Window, SaysPlainOnlyOfASessionThatSomebodyWasHeardIn) {
+  JoinSession();
+  const auto* dock = Child<QLabel>("session_state");
+  EXPECT_TRUE(dock->text().contains("nobody heard"));
+  EXPECT_FALSE(dock->text().contains("plain"));
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return window_.page() != nullptr &&
+           window_.page()->text().contains("another name, network, domain or keys?");
+  }));
+  EXPECT_TRUE(Child<QLabel>("status_session")->text().contains("nobody heard"));
+  fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return dock->text().contains("plain: anyone on the network can look on");
+  }));
+  EXPECT_FALSE(Child<QLabel>("status_session")->text().contains("nobody heard"));
+  EXPECT_TRUE(window_.page()->text().contains("has offered a scene yet"));
+}
+
+TEST_F(Window, AfterLeavingSaysThatOneHasLeftOneselfAndThatNothingComes) {
+  JoinSession();
+  fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
+  const auto* peers = Child<QTableView>("peers");
+  const auto* samples = Child<QLabel>("status_samples");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    fake_.inbox->OnView(FakeSession::Frame(5, kBall, Vec3::Zero(), 0), 0);
+    return peers->model()->rowCount() == 1 && !samples->text().startsWith("0 ");
+  }));
+  Click("leave");
+  EXPECT_EQ(samples->text(), "0 samples/s");
+  EXPECT_TRUE(Child<QLabel>("session_state")->text().startsWith("You left"));
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return peers->model()->index(0, PeerTableModel::kPresence).data().toString() == "you left";
+  }));
+  EXPECT_EQ(samples->text(), "0 samples/s");
+}
+
+/// How a text stands out from its ground, 1 to 21 (WCAG 2.1); from 4.5 on it is legible.
+double Contrast(const QColor& a, const QColor& b) {
+  const auto luminance = [](const QColor& colour) {
+    const auto linear = [](double x) {
+      return x <= 0.03928 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+    };
+    return 0.2126 * linear(static_cast<double>(colour.redF())) +
+           0.7152 * linear(static_cast<double>(colour.greenF())) +
+           0.0722 * linear(static_cast<double>(colour.blueF()));
+  };
+  const double x = luminance(a);
+  const double y = luminance(b);
+  return (std::max(x, y) + 0.05) / (std::min(x, y) + 0.05);
+}
+
+TEST_F(Window, SessionAndNameStayLegibleWhileJoined) {
+  JoinSession();
+  for (const QLineEdit* field : window_.session_dock().findChildren<QLineEdit*>()) {
+    const QPalette& palette = field->palette();
+    EXPECT_GT(Contrast(palette.color(QPalette::Disabled, QPalette::Text),
+                       palette.color(QPalette::Disabled, QPalette::Base)),
+              4.5)
+        << field->text().toStdString();
+  }
+}
+
+TEST_F(Window, WarnsOfAnotherProtocolAcrossThePicture) {
+  OpenScene();
+  JoinSession();
+  PeerInfo info = FakeSession::Info(5, "Anna", Role::kActive);
+  info.protocol = kProtocol + 1;
+  fake_.inbox->OnPeerInfo(info, 0);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return view().warning().contains("Anna speaks protocol");
+  }));
+  EXPECT_TRUE(view().warning().contains("bring both to one version"));
+  fake_.inbox->OnPeerLeft(5);
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return view().warning().isEmpty();
+  }));
+}
+
+TEST_F(Window, OpensASceneThatAPersonChooses) {
+  const ScratchFolder folder;
+  const std::filesystem::path file = folder.Write("own.json", "{}");
+  window_.SetSceneFolders({folder.path()});
+  QString chosen;
+  QObject::connect(&window_, &MainWindow::SceneChosen, [&](const QString& one) {
+    chosen = one;
+  });
+  ASSERT_TRUE(Child<QPushButton>("open_scene_button")->isVisible());
+  Click("open_scene_button");
+  auto* ask = Child<QFileDialog>("ask_for_scene");
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(ask));
+  EXPECT_EQ(ask->directory().absolutePath().toStdString(), folder.path().string());
+  ask->findChild<QLineEdit*>("fileNameEdit")->setText(QString::fromStdString(file.string()));
+  QMetaObject::invokeMethod(ask, "accept");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return scene_.state() == SceneModel::State::kReady;
+  }));
+  EXPECT_EQ(chosen.toStdString(), file.string());
+  EXPECT_EQ(scene_.scene()->file, file);
+  // also when there is a scene already
+  Child<QAction>("open_scene")->trigger();
+  EXPECT_TRUE(ask->isVisible());
+  ask->close();
+}
+
+TEST_F(Window, KeepsABodyInThePictureThatComesOut) {
+  OpenScene();
+  JoinSession();
+  const auto in_picture = [&](const Vec3& p_W) {
+    const auto px = view().camera().Project(p_W);
+    return px && px->x() > 0 && px->x() < view().width() && px->y() > 0 &&
+           px->y() < view().height();
+  };
+  const auto move_to = [&](const Vec3& moved) {
+    const quint64 frames = view().frames_drawn();
+    fake_.inbox->OnView(FakeSession::Frame(5, kBall, moved, 0), 0);
+    return FrameAfter(frames);
+  };
+  const Vec3 out(0, -0.6, 0);
+  ASSERT_TRUE(move_to(out));
+  EXPECT_TRUE(in_picture(p_WBall_ + out));
+  EXPECT_TRUE(in_picture(Vec3::Zero()));
+  // to fit comes as near again as can be
+  const double followed = view().camera().distance();
+  ASSERT_TRUE(move_to(Vec3::Zero()));
+  view().FitScene();
+  EXPECT_LT(view().camera().distance(), 0.8 * followed);
+  // who moves the camera has it
+  auto* follow = Child<QAction>("follow");
+  EXPECT_TRUE(follow->isChecked());
+  Drag(Qt::MiddleButton, Qt::NoModifier, {5, 0});
+  EXPECT_FALSE(follow->isChecked());
+  const Vec3 farther(0, -3, 0);
+  ASSERT_TRUE(move_to(farther));
+  EXPECT_FALSE(in_picture(p_WBall_ + farther));
+  follow->trigger();
+  EXPECT_TRUE(in_picture(p_WBall_ + farther));
+  // what flies off is let go
+  const double distance = view().camera().distance();
+  ASSERT_TRUE(move_to(Vec3(0, -1e4, 0)));
+  EXPECT_EQ(view().camera().distance(), distance);
+}
+
+TEST_F(Window, FiguresInThePictureAndBesideItAreOfOneMoment) {
+  OpenScene();
+  JoinSession();
+  window_.ShowProximity(true);
+  const auto* peers = Child<QTableView>("peers");
+  const auto* status = Child<QLabel>("status_proximity");
+  std::set<QString> delays;
+  std::set<QString> distances;
+  QObject::connect(&view(), &ViewWidget::FrameDrawn, [&] {
+    const DrawList& list = view().draw_list();
+    if (list.labels.empty() || peers->model()->rowCount() == 0) return;
+    const QString delay = peers->model()->index(0, PeerTableModel::kDelay).data().toString();
+    EXPECT_TRUE(QString::fromStdString(list.labels[0].text).contains(delay))
+        << list.labels[0].text << " beside " << delay.toStdString();
+    delays.insert(delay);
+    if (view().proximity() == nullptr) return;
+    const std::string distance = DistanceText(view().proximity()->nearest);
+    EXPECT_TRUE(status->text().contains(QString::fromStdString(distance)))
+        << distance << " beside " << status->text().toStdString();
+    distances.insert(status->text());
+  });
+  fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
+  int sent = 0;
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    ++sent;
+    const Vec3 moved(0, 0.03 + 1e-4 * (sent % 100), 0);
+    fake_.inbox->OnView(FakeSession::Frame(5, kBall, moved, static_cast<float>(100 + sent)), 0);
+    return delays.size() > 2 && distances.size() > 2;
+  }));
+  // digits that can be read: not each frame brings others
+  EXPECT_LT(delays.size(), static_cast<std::size_t>(sent));
+}
+
+TEST_F(Window, TellsHowManyTrianglesTheFilesHave) {
+  OpenScene();
+  const auto* size = Child<QLabel>("scene_size");
+  const std::size_t read = 12 + 2 * 32 * 15;  // of the box and the ball
+  EXPECT_EQ(size->text(), QStringLiteral("2 bodies, %1 triangles").arg(read));
 }
 
 TEST_F(Window, SaysWhyItCouldNotJoin) {

@@ -79,6 +79,43 @@ TEST_F(PeerTable, ShowsWhatAPeersFramesGaveUp) {
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kLimits), "");
 }
 
+TEST_F(PeerTable, SaysOfAnotherProtocolOfAReplayAndOfWhoWasHereWhenOneLeft) {
+  ViewedPeer anna = Peer(1, "Anna", Role::kActive, 20);
+  anna.info.protocol = kProtocol + 1;
+  ViewedPeer ben = Peer(2, ReplayName("Ben"), Role::kActive, 20);
+  ViewedPeer cleo = Peer(3, "Cleo", Role::kActive, 20);
+  cleo.presence = ViewedPeer::Presence::kUnknown;
+  model_.Update({anna, ben, cleo}, palette_);
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence),
+            QStringLiteral("protocol %1").arg(kProtocol + 1));
+  EXPECT_TRUE(model_.data(model_.index(0, PeerTableModel::kPresence), Qt::ToolTipRole)
+                  .toString()
+                  .contains("bring both to one version"));
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kRole), "replay");
+  EXPECT_EQ(Text(model_, 2, PeerTableModel::kPresence), "you left");
+  EXPECT_EQ(Text(model_, 2, PeerTableModel::kDelay), "\u2013");
+}
+
+TEST_F(PeerTable, WhoComesBackKeepsRowAndColour) {
+  model_.Update({Peer(5, "E", Role::kActive, 0), Peer(7, "G", Role::kActive, 0)}, palette_);
+  const QPersistentModelIndex e = model_.index(0, 0);
+  const QVariant colour = e.data(Qt::DecorationRole);
+  ViewedPeer again = Peer(9, "E", Role::kActive, 0);
+  again.first_id = 5;
+  model_.Update({Peer(7, "G", Role::kActive, 0), again}, palette_);
+  ASSERT_EQ(model_.rowCount(), 2);
+  ASSERT_TRUE(e.isValid());
+  EXPECT_EQ(e.row(), 0);
+  EXPECT_EQ(e.data(Qt::DecorationRole), colour);
+}
+
+TEST_F(PeerTable, ExplainsEachColumn) {
+  for (int column = 0; column < PeerTableModel::kColumnCount; ++column) {
+    EXPECT_GT(model_.headerData(column, Qt::Horizontal, Qt::ToolTipRole).toString().size(), 20)
+        << column;
+  }
+}
+
 TEST_F(PeerTable, KeepsItsRowsInOrderWhilePeersComeAndGo) {
   model_.Update({Peer(5, "E", Role::kActive, 0)}, palette_);
   const QPersistentModelIndex e = model_.index(0, 0);

@@ -53,8 +53,40 @@ TEST_F(Composed, TheFirstActivePeersInstanceIsSolidAndTheOthersAreGhostsInTheirC
   EXPECT_EQ(list.ghosts[0].colour, palette_.Of(8));
   EXPECT_NE(palette_.Of(8), palette_.Of(3));
   ASSERT_EQ(list.labels.size(), 2U);
-  EXPECT_EQ(list.labels[0].text, "Anna \u00b7 104 ms");
-  EXPECT_EQ(list.labels[1].text, "Ben");
+  EXPECT_EQ(list.labels[0].text, "Anna \u00b7 solid \u00b7 104 ms");
+  EXPECT_EQ(list.labels[1].text, "Ben \u00b7 ghost");
+}
+
+TEST_F(Composed, WhoMovesABodyAloneIsNeitherSolidNorGhost) {
+  picture_.peers = {PeerAt(3, "Anna", kX, 103.7)};
+  EXPECT_EQ(At(0).labels[0].text, "Anna \u00b7 104 ms");
+}
+
+TEST_F(Composed, AfterOneHasLeftOneselfOthersFadeAndAreNotSaidToHaveLeft) {
+  picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  At(0);
+  for (ViewedPeer& peer : picture_.peers) peer.presence = Presence::kUnknown;
+  const DrawList list = At(0.1);
+  ASSERT_EQ(list.labels.size(), 2U);
+  EXPECT_EQ(list.labels[0].text, "Anna");
+  EXPECT_TRUE(At(5).labels.empty());
+}
+
+TEST_F(Composed, WhoComesBackKeepsTheColour) {
+  picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  const Colour colour = At(0).labels[1].colour;
+  picture_.peers[1].info.peer = 12;
+  picture_.peers[1].first_id = 8;
+  EXPECT_EQ(At(1).labels[1].colour, colour);
+}
+
+TEST_F(Composed, TellsWhichBodiesAreInHand) {
+  picture_.peers = {PeerAt(3, "Anna", kX)};
+  EXPECT_TRUE(At(0).held.empty());
+  picture_.peers[0].bodies[0].flags = ViewBody::kHeld;
+  EXPECT_EQ(At(1).held, std::vector<std::size_t>{1});
+  picture_.peers[0].presence = Presence::kLost;
+  EXPECT_TRUE(At(2).held.empty());
 }
 
 // A body in hand is drawn ahead of its frame; what is measured stays where it was told to be.

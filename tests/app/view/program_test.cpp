@@ -67,6 +67,15 @@ class Program : public ::testing::Test {
     ASSERT_TRUE(puppet->waitForStarted());
     puppets_.push_back(std::move(puppet));
   }
+  /// Says over DDS that its scene lies where it does not lie on this machine.
+  void StartPuppetFromElsewhere(const char* name) {
+    auto puppet = std::make_unique<QProcess>();
+    puppet->setProcessChannelMode(QProcess::ForwardedErrorChannel);
+    puppet->start(PUPPET_PEER, {session_, name, In("scene.json"), "1", "0.05", "0", "0.04", "104",
+                                "-", "/home/anna/scenes/scene.json"});
+    ASSERT_TRUE(puppet->waitForStarted());
+    puppets_.push_back(std::move(puppet));
+  }
   QStringList JoinArguments() const {
     return {"--session", session_, "--name", "Dora", "--interface", "lo"};
   }
@@ -74,6 +83,7 @@ class Program : public ::testing::Test {
   int Run(const QStringList& arguments, const QProcessEnvironment& environment) {
     QProcess view;
     view.setProcessEnvironment(environment);
+    view.setWorkingDirectory(work_folder_);
     view.start(TANDEM_VIEW, arguments);
     EXPECT_TRUE(view.waitForFinished(kPatienceMs));
     said_ = view.readAllStandardError().toStdString();
@@ -96,6 +106,7 @@ class Program : public ::testing::Test {
 
   QTemporaryDir folder_;
   QString session_ = QStringLiteral("view-test-%1").arg(getpid());
+  QString work_folder_;  // of the program; empty: the test's own
   QProcessEnvironment here_ = QProcessEnvironment::systemEnvironment();
   std::vector<std::unique_ptr<QProcess>> puppets_;
   std::string said_;
@@ -126,6 +137,33 @@ TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHe
   EXPECT_GT(report.at("samples").get<int>(), 50);
   EXPECT_GT(report.at("samples_per_s").get<double>(), 50.0);  // of 120 sent
   EXPECT_GT(report.at("age_ms_p99").get<double>(), 0.0);
+}
+
+TEST_F(Program, FindsTheSessionsSceneWhereItLiesOnThisMachine) {
+  StartPuppetFromElsewhere("Anna");
+  QTemporaryDir state;
+  here_.insert("XDG_STATE_HOME", state.path());
+  const QStringList arguments =
+      JoinArguments() + QStringList{"--screenshot", In("found.png"), "--screenshot-after", "0.2"};
+  const auto green = [&] {
+    return Count(QImage(In("found.png")), [](const QColor& c) {
+      return c.green() > 110 && c.red() < 60 && c.blue() < 90;
+    });
+  };
+  // nowhere: it says so, and where it looked
+  EXPECT_EQ(Run(arguments + QStringList{"--seconds", "6"}, here_), 0) << said_;
+  EXPECT_THAT(said_, ::testing::HasSubstr("The scene is missing"));
+  EXPECT_LT(green(), 150);
+  // in the current folder
+  work_folder_ = folder_.path();
+  EXPECT_EQ(Run(arguments, here_), 0) << said_;
+  EXPECT_GT(green(), 1000);
+  // and where a scene was named the last time
+  work_folder_ = state.path();
+  EXPECT_EQ(Run({"--scene", In("scene.json"), "--fit", "--screenshot", In("named.png")}, here_), 0);
+  QFile::remove(In("found.png"));
+  EXPECT_EQ(Run(arguments, here_), 0) << said_;
+  EXPECT_GT(green(), 1000);
 }
 
 TEST_F(Program, TakesAPictureWithProximityOnceItIsVoxelized) {

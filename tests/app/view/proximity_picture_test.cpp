@@ -79,5 +79,36 @@ TEST(DistanceText, RoundsTheErrorUp) {
   EXPECT_EQ(DistanceText(near), "3.200 mm \u00b1 1.733 mm");
 }
 
+/// Beside the block and the ball a second ball, 0.1 m to the left.
+std::shared_ptr<const DrawnScene> WithASecondBall() {
+  DrawnScene scene = BlockAndBall();
+  TriangleMesh ball = SphereMesh(0.03, 16, 32);
+  for (Vec3& p : ball.vertices) p += Vec3(-0.1, -0.1, 0);
+  scene.bodies.push_back(MakeDrawnBody("second", {false, {0.1F, 0.1F, 0.8F}}, ball));
+  return std::make_shared<const DrawnScene>(std::move(scene));
+}
+
+TEST(SeveralMovingBodiesNear, ThePartInHandIsToldOfToo) {
+  const std::shared_ptr<const DrawnScene> scene = WithASecondBall();
+  ProximityComposer composer = ComposerOf(scene);
+  std::vector<Pose> X_W(3);
+  X_W[2].p.y() = kGap - 0.002;  // the second is 2 mm before the block, the first 50 mm
+  ProximityPicture picture = composer.Compose(X_W, std::vector<std::size_t>{1});
+  EXPECT_EQ(picture.part, "second");
+  EXPECT_NEAR(picture.nearest.distance, 0.002, 1e-6);
+  EXPECT_EQ(picture.held_part, "ball");
+  EXPECT_EQ(picture.held_other, "block");
+  EXPECT_NEAR(picture.of_held.distance, kGap, 1e-6);
+  // where that is the nearest of all, or nothing is in hand, there is nothing to add
+  EXPECT_EQ(composer.Compose(X_W, std::vector<std::size_t>{2}).of_held.other, SceneNearness::kNone);
+  EXPECT_EQ(composer.Compose(X_W, {}).of_held.other, SceneNearness::kNone);
+  // of several in hand the nearer one
+  X_W[1].p.y() = kGap - 0.010;
+  X_W[2].p.y() = kGap - 0.020;
+  picture = composer.Compose(X_W, std::vector<std::size_t>{1, 2});
+  EXPECT_EQ(picture.of_held.other, SceneNearness::kNone);
+  EXPECT_NEAR(picture.nearest.distance, 0.010, 1e-6);
+}
+
 }  // namespace
 }  // namespace tandem

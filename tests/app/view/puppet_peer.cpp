@@ -1,10 +1,11 @@
 // A peer for tests of viewers: says over DDS where a body is, and simulates nothing.
-//   puppet_peer SESSION NAME SCENE OBJECT DX DY DZ DELAY_MS [HASH]
-// moves OBJECT to and fro along (DX, DY, DZ) metres, until its standard input ends. HASH in place
-// of the scene's own.
+//   puppet_peer SESSION NAME SCENE OBJECT DX DY DZ DELAY_MS [HASH [FILE]]
+// moves OBJECT to and fro along (DX, DY, DZ) metres, until its standard input ends. HASH ("-": the
+// scene's own) and FILE are what it says of the scene.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <random>
 
 #include <poll.h>
@@ -21,7 +22,7 @@ using namespace tandem;
 constexpr int kFrameMs = 16;
 constexpr double kPeriod = 8;  // s
 
-int Play(char** argv, bool has_hash) {
+int Play(char** argv, int argc) {
   const Result<Scene> scene = LoadScene(argv[3]);
   if (!scene) {
     std::fprintf(stderr, "%s\n", scene.error().what.c_str());
@@ -32,7 +33,10 @@ int Play(char** argv, bool has_hash) {
   manifest.file = scene->file.string();
   manifest.voxel_size = scene->voxel_size;
   for (const SceneBody& body : scene->bodies) manifest.bodies.push_back({body.name, 0});
-  manifest.content_hash = has_hash ? std::strtoull(argv[9], nullptr, 16) : HashScene(*scene)->content;
+  const Result<SceneHash> hash = HashScene(*scene);
+  const bool own_hash = argc <= 9 || std::strcmp(argv[9], "-") == 0;
+  manifest.content_hash = own_hash ? hash->content : std::strtoull(argv[9], nullptr, 16);
+  if (argc > 10) manifest.file = argv[10];
 
   std::random_device random;
   PeerInfo info;
@@ -79,6 +83,6 @@ int Play(char** argv, bool has_hash) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 9 && argc != 10) return 2;
-  return Play(argv, argc == 10);
+  if (argc < 9 || argc > 11) return 2;
+  return Play(argv, argc);
 }

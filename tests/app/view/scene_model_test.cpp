@@ -58,15 +58,73 @@ TEST_F(SceneOfASession, IsNotShownWhenTheFileHereIsAnotherOne) {
   EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_EQ(model.scene(), nullptr);
   EXPECT_TRUE(model.message().contains(here_.fileName()));
-  EXPECT_TRUE(model.message().contains("0000000000000008"));  // the session's hash, hash_ + 1
+  EXPECT_TRUE(model.message().contains("differs from the session's scene"));
 }
 
 TEST_F(SceneOfASession, IsSaidToBeMissingWithItsNameWhenItsFileIsNotHere) {
   SceneModel model(LoadBlockAndBall);
   model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
+  ASSERT_TRUE(Settled(model));
   EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_TRUE(model.message().contains("/nowhere/bracket.json"));
   EXPECT_TRUE(model.message().contains("--scene"));
+}
+
+TEST_F(SceneOfASession, IsFoundWhereItLiesOnThisMachine) {
+  std::vector<std::uint64_t> wanted;
+  SceneModel model(LoadBlockAndBall, [&](const SceneManifest& manifest) {
+    wanted.push_back(manifest.content_hash);
+    return SceneSearchResult{"/own/bracket.json", {"/own"}};
+  });
+  model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
+  ASSERT_TRUE(Settled(model));
+  ASSERT_EQ(model.state(), SceneModel::State::kReady) << model.message().toStdString();
+  EXPECT_EQ(model.scene()->file, "/own/bracket.json");
+  EXPECT_EQ(wanted, std::vector<std::uint64_t>{hash_});
+  EXPECT_TRUE(model.warning().isEmpty());
+}
+
+TEST_F(SceneOfASession, IsLookedForAgainAndTheFoldersAreNamed) {
+  SceneSearchResult result{std::nullopt, {"/own/scenes", "/work"}};
+  SceneModel model(LoadBlockAndBall, [&](const SceneManifest&) {
+    return result;
+  });
+  const SceneManifest manifest = ManifestOf("/nowhere/bracket.json", hash_);
+  model.SetSessionScene(manifest);
+  ASSERT_TRUE(Settled(model));
+  ASSERT_EQ(model.state(), SceneModel::State::kMissing);
+  EXPECT_TRUE(model.message().contains("/own/scenes, /work")) << model.message().toStdString();
+  EXPECT_TRUE(model.message().contains("Ctrl+O"));
+  result.file = "/work/bracket.json";  // somebody has brought it
+  model.SetSessionScene(manifest);
+  EXPECT_EQ(model.state(), SceneModel::State::kMissing);
+  model.LookAgain();
+  model.SetSessionScene(manifest);
+  ASSERT_TRUE(Settled(model));
+  EXPECT_EQ(model.state(), SceneModel::State::kReady);
+}
+
+// A scene of one body, where the session's has another.
+TEST_F(SceneOfASession, IsComparedBodyByBodyWithTheOneThatTheUserNamed) {
+  SceneModel model(
+      [](const std::filesystem::path& file, const LoadProgress&) -> Result<DrawnScene> {
+        DrawnScene scene = BlockAndBall();
+        scene.file = file;
+        scene.source.bodies.resize(2);
+        scene.source.bodies[0].name = "frame";
+        scene.source.bodies[1].name = "ball";
+        scene.hashes.bodies.resize(2);
+        return scene;
+      });
+  model.OpenNamed("mine.json");
+  SceneManifest manifest = ManifestOf("", hash_ + 1);
+  manifest.name = "peg";
+  manifest.bodies = {{"ball", 0, 0}};
+  model.SetSessionScene(manifest);
+  ASSERT_TRUE(Settled(model));
+  EXPECT_TRUE(
+      model.warning().contains("mine.json: body \"frame\" is not in the session's scene \"peg\""))
+      << model.warning().toStdString();
 }
 
 TEST_F(SceneOfASession, GivesWayToTheSceneThatTheUserNamedWithAWarningWhenTheyDiffer) {

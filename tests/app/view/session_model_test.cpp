@@ -70,11 +70,15 @@ TEST(SessionModel, LeavesWithAGoodbyeKeepsTheLastPictureAndCanJoinAgain) {
   fake.inbox->OnView(FakeSession::Frame(5, 1, Vec3(0.1, 0, 0), 104), 0);
   EXPECT_EQ(session.Picture().peers.at(0).presence, ViewedPeer::Presence::kHere);
 
+  fake.inbox->OnPeerInfo(FakeSession::Info(6, "Ben", Role::kActive), 0);
+  fake.inbox->OnPeerLeft(6);
   session.Leave();
   EXPECT_EQ(session.state(), SessionModel::State::kLeft);
   EXPECT_EQ(fake.left, 1);
   EXPECT_EQ(fake.destroyed, 1);
-  EXPECT_EQ(session.Picture().peers.at(0).presence, ViewedPeer::Presence::kLeft);
+  // who was here may be so still; who had left has left
+  EXPECT_EQ(session.Picture().peers.at(0).presence, ViewedPeer::Presence::kUnknown);
+  EXPECT_EQ(session.Picture().peers.at(1).presence, ViewedPeer::Presence::kLeft);
   EXPECT_EQ(session.Picture().samples, 1U);
 
   session.Join({"s", "Dora", 42, ""});
@@ -82,6 +86,53 @@ TEST(SessionModel, LeavesWithAGoodbyeKeepsTheLastPictureAndCanJoinAgain) {
     return session.state() == SessionModel::State::kJoined;
   }));
   EXPECT_TRUE(session.Picture().peers.empty());
+}
+
+/// Other sessions, as a test has them.
+struct FakeNearby : SessionsNearby {
+  explicit FakeNearby(const std::vector<AnnouncedSession>& s) : sessions(s) {}
+  std::vector<AnnouncedSession> Heard() override { return sessions; }
+  const std::vector<AnnouncedSession>& sessions;
+};
+
+TEST(SessionModel, SaysOfASessionThatNobodyWasHeardInWhichOthersThereAre) {
+  FakeSession fake;
+  std::vector<AnnouncedSession> others;
+  SessionModel session(fake.Join(), [&](const JoinRequest& request) {
+    EXPECT_EQ(request.session, "bracket");
+    return std::make_unique<FakeNearby>(others);
+  });
+  session.Join({"bracket", "Dora", 42, ""});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == SessionModel::State::kJoined;
+  }));
+  EXPECT_FALSE(session.heard());
+  EXPECT_EQ(session.nobody_heard(), "nobody heard yet in session bracket");
+  others = {{"brackets", true}};
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.nobody_heard().contains("brackets (secured)");
+  }));
+  others.clear();  // and it has ended
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.nobody_heard().contains("another name, network, domain or keys?");
+  }));
+  int changes = 0;
+  QObject::connect(&session, &SessionModel::StateChanged, [&] {
+    ++changes;
+  });
+  fake.inbox->OnPeerInfo(FakeSession::Info(6, "Ben", Role::kActive), 0);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.heard();
+  }));
+  EXPECT_EQ(changes, 1);
+  EXPECT_TRUE(session.nobody_heard().isEmpty());
+  // of the next one that is joined nobody has been heard
+  session.Leave();
+  session.Join({"bracket", "Dora", 42, ""});
+  EXPECT_FALSE(session.heard());
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == SessionModel::State::kJoined;
+  }));
 }
 
 TEST(SessionModel, SaysGoodbyeWhenItIsDestroyedEvenIfNobodyHeardThatItHadJoined) {

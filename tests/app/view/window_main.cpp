@@ -1,5 +1,6 @@
 #include <QApplication>
 #include <QSurfaceFormat>
+#include <cstdlib>
 
 #include <gmock/gmock.h>
 
@@ -7,6 +8,7 @@
 
 // Tests of the window and the renderer; need a display.
 int main(int argc, char** argv) {
+  setenv("XDG_STATE_HOME", "/dev/null", 0);  // a test leaves nothing in a person's folders
   ::testing::InitGoogleMock(&argc, argv);
   QSurfaceFormat::setDefaultFormat(tandem::RendererFormat());
   const QApplication app(argc, argv);
