@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <memory>
@@ -10,11 +12,15 @@
 #include "app/cli/demo_judgement.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/peer_words.h"
+#include "app/cli/proximity_bodies.h"
 #include "app/cli/scene_files.h"
+#include "app/cli/start_gaps.h"
 #include "app/cli/talk.h"
+#include "app/cli/verdict.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "collab/coupling_law.h"
+#include "engine/haptics/hand_script.h"
 
 namespace tandem {
 
@@ -22,15 +28,18 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kShortestJudged =
-    18.0;  // s: hands rest by 60 %, the rest shows whether it is stable
+// of the length that a run has by default: what is shorter does not show whether it is stable
+constexpr double kJudgedShare = 0.9;
+constexpr double kDeepestVoxels = 0.5;  // in the fixture: what is deeper fails
 constexpr double kJudgeSeconds = 60.0;
+constexpr double kLeastSeconds = 2;
+constexpr double kMostSeconds = 600;
 constexpr double kMeetingSeconds = 180.0;  // for loading and meeting, at the most
 constexpr double kPictureAt = 0.28;        // of the run: about when the part is half out
 
 struct DemoArguments {
   std::string scene = "bracket_actuator";
-  double seconds = 20;
+  double seconds = 0;  // 0: as long as the hands need
   double delay_ms = 100;
   double jitter_ms = 0;
   double loss = 0;
@@ -41,6 +50,34 @@ struct DemoArguments {
   bool json = false;
   bool no_contact = false;
 };
+
+/// How long a run must be, s: the hands are at rest by 60 % of it, and the last third, by which
+/// rest is judged, begins when what they hold has had time to come to rest at this delay.
+Result<double> SecondsFor(const Scene& scene, double delay_ms) {
+  double hands = 0;
+  for (const SceneHand& hand : scene.hands) {
+    const Result<HandScript> script = LoadHandScript(hand.file);
+    if (!script) return script.error();
+    hands = std::max(hands, script->duration());
+  }
+  const double calm = 1 + 3e-3 * delay_ms;
+  return std::ceil(std::max(hands / 0.6, 1.5 * (hands + calm)));
+}
+
+/// Why the scene is none that the demo can show, and how to make it one; empty: it can.
+std::string WhyNoDemo(const Scene& scene) {
+  constexpr const char* kHow =
+      ": the demo needs two hands on one body: \"hands\": [{\"body\": NAME, \"file\": HAND}, "
+      "{\"body\": NAME, \"file\": HAND}] with one name twice (one file may do for both)";
+  if (scene.hands.size() != 2 || scene.hands[0].body != scene.hands[1].body) {
+    return scene.file.string() + kHow + "; it has " + Counted(scene.hands.size(), "hand") +
+           (scene.hands.size() == 2 ? " on two bodies" : "");
+  }
+  const std::string& body = scene.hands[0].body;
+  if (scene.bodies[static_cast<std::size_t>(scene.BodyNamed(body))].shared) return {};
+  return scene.file.string() + ": the demo's two hands hold one body together: give '" + body +
+         "' \"sharing\": \"shared\"";
+}
 
 bool HasDisplay() {
   const auto set = [](const char* name) {
@@ -136,15 +173,19 @@ int RunSession(const DemoArguments& arguments, const Scene& scene,
   return kExitOk;
 }
 
+std::string Percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f %%", 100 * share);
+  return text;
+}
+
 struct Judged {
   ordered_json json;
-  bool stable = false;
-  bool out = false;
-  double max_penetration_voxels = 0;
+  std::vector<std::string> failures;  // why the run is not as it should be; empty: it is
 };
 
-Result<Judged> Judge(const DemoArguments& arguments, const Scene& scene,
-                     const std::filesystem::path& folder) {
+Result<Judged> JudgeRun(const DemoArguments& arguments, const Scene& scene, bool long_enough,
+                        const std::filesystem::path& folder) {
   const Result<std::shared_ptr<const WorldModel>> loaded = LoadWorld(scene);
   if (!loaded) return loaded.error();
   const WorldModel& model = **loaded;
@@ -175,9 +216,15 @@ Result<Judged> Judge(const DemoArguments& arguments, const Scene& scene,
   const Outcome first = OutcomeOf(model, body, traces[0].back().X_WB);
   const Outcome second = OutcomeOf(model, body, traces[1].back().X_WB);
   const PenetrationReport penetration = Penetration(model, body, traces, kJudgeSeconds);
-  judged.out = first.out && second.out;
-  judged.stable = IsAtRest(traces[0]) && IsAtRest(traces[1]);
-  judged.max_penetration_voxels = penetration.max_penetration_voxels;
+  const bool out = first.out && second.out;
+  const bool stable = IsAtRest(traces[0]) && IsAtRest(traces[1]);
+  const double depth = penetration.max_penetration_voxels * scene.voxel_size;
+  if (!out) judged.failures.emplace_back("the part did not come out");
+  if (long_enough && !stable) judged.failures.emplace_back("the part did not come to rest");
+  if (penetration.max_penetration_voxels > kDeepestVoxels) {
+    judged.failures.push_back("the part " + DescribePenetration(depth, scene.voxel_size) + ", in " +
+                              Percent(penetration.overlap_share()) + " of the poses judged");
+  }
   const auto apart_ns = traces[1].front().time_ns - traces[0].front().time_ns;
   judged.json = {
       {"scene", scene.name},
@@ -192,13 +239,15 @@ Result<Judged> Judge(const DemoArguments& arguments, const Scene& scene,
         {"samples_per_s", viewer->at("samples_per_s")},
         {"age_ms_p99", viewer->at("age_ms_p99")}}},
       {"travel_mm", 500.0 * (first.travel + second.travel)},
-      {"out", judged.out},
+      {"out", out},
       {"max_penetration_voxels", penetration.max_penetration_voxels},
+      {"max_penetration_mm", 1e3 * depth},
       {"overlap_share", penetration.overlap_share()},
       {"poses_checked", penetration.poses_checked},
       {"poses_given", penetration.poses_given},
-      {"stable", nullptr}};
-  if (arguments.seconds >= kShortestJudged) judged.json["stable"] = judged.stable;
+      {"stable", nullptr},
+      {"failures", judged.failures}};
+  if (long_enough) judged.json["stable"] = stable;
   return judged;
 }
 
@@ -220,39 +269,63 @@ void Tell(const ordered_json& json) {
       number(json.at("delay_ms").at("injected")), number(json.at("delay_ms").at("measured")),
       number(json.at("divergence_mm").at("peak")), number(json.at("divergence_mm").at("last")));
   std::printf(
-      "the part moved %.0f mm and is %s; deepest penetration %.2f voxels in %.0f poses judged\n",
+      "the part moved %.0f mm and is %s; deepest penetration %.2f voxels (%.2f mm) in %.0f poses "
+      "judged\n",
       number(json.at("travel_mm")), json.at("out").get<bool>() ? "out" : "NOT out",
-      number(json.at("max_penetration_voxels")), number(json.at("poses_checked")));
+      number(json.at("max_penetration_voxels")), number(json.at("max_penetration_mm")),
+      number(json.at("poses_checked")));
 }
 
-int RunDemo(const DemoArguments& arguments) {
+int RunDemo(DemoArguments& arguments) {
   const Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
-  const bool one_part = scene->hands.size() == 2 && scene->hands[0].body == scene->hands[1].body;
-  const int object = one_part ? scene->BodyNamed(scene->hands[0].body) : -1;
-  if (object < 0 || !scene->bodies[static_cast<std::size_t>(object)].shared) {
-    return Fail(kExitFile, scene->file.string() + ": the demo needs two hands on one shared body");
+  if (const std::string why = WhyNoDemo(*scene); !why.empty()) return Fail(kExitFile, why);
+  if (!arguments.screenshot.empty() && arguments.headless) {
+    return Fail(kExitUsage, "--screenshot is of the window, which --headless leaves out");
   }
+  if (!arguments.screenshot.empty() && !HasDisplay()) {
+    return Fail(kExitDisplay,
+                "--screenshot: there is no display, and so no window to take a picture of; "
+                "'xvfb-run -a ./tandem demo --screenshot FILE' gives it one");
+  }
+  const Result<double> seconds = SecondsFor(*scene, arguments.delay_ms);
+  if (!seconds) return Fail(kExitFile, seconds.error().what);
+  if (arguments.seconds == 0) arguments.seconds = std::clamp(*seconds, kLeastSeconds, kMostSeconds);
+  const bool long_enough = arguments.seconds >= kJudgedShare * *seconds;
+  const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene);
+  if (!bodies) return Fail(kExitFile, bodies.error().what);
+  std::vector<TriangleMesh> meshes_W;
+  for (const ProximityBody& body : *bodies) meshes_W.push_back(body.mesh_W);
+  const std::vector<StartGap> gaps = FindStartGaps(*scene, meshes_W);
+  TellStart(gaps);
+
   const TemporaryFolder folder;
   if (const int failed = RunSession(arguments, *scene, folder.path()); failed != kExitOk) {
     return failed;
   }
-  const Result<Judged> judged = Judge(arguments, *scene, folder.path());
+  Result<Judged> judged = JudgeRun(arguments, *scene, long_enough, folder.path());
   if (!judged) return Fail(kExitFailed, judged.error().what);
+  judged->json["start_gaps"] = AsJson(gaps);
   if (arguments.json) {
     std::printf("%s\n", judged->json.dump(2).c_str());
   } else {
     Tell(judged->json);
   }
-  if (arguments.seconds < kShortestJudged) {
-    return Fail(kExitUsage, "too short to tell whether it is stable: give --seconds 18 or more");
+  if (arguments.no_contact && long_enough) return kExitOk;
+  if (!arguments.no_contact) {
+    for (const std::string& failure : judged->failures) Say(failure);
+    // what stood too near from the start is the first thing to look at
+    if (!judged->failures.empty()) TellStart(gaps);
   }
-  if (arguments.no_contact) return kExitOk;
-  if (!judged->out) return Fail(kExitFailed, "the part did not come out");
-  if (!judged->stable) return Fail(kExitFailed, "the part did not come to rest");
-  if (judged->max_penetration_voxels > 0.5)
-    return Fail(kExitFailed, "the part went into the fixture");
-  return kExitOk;
+  if (!long_enough) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "too short to tell whether it is stable: give --seconds %.0f or more, or leave "
+                  "it out",
+                  std::ceil(kJudgedShare * *seconds));
+    return Fail(kExitUsage, text);
+  }
+  return judged->failures.empty() ? kExitOk : kExitFailed;
 }
 
 }  // namespace
@@ -261,9 +334,12 @@ void AddDemoCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DemoArguments>();
   CLI::App* command = app.add_subcommand(
       "demo", "Two peers and a viewer on this machine: hold one part together and work it out");
-  command->add_option("--scene", arguments->scene, "scene by name, or a scene file");
-  command->add_option("--seconds", arguments->seconds, "length of the run")
-      ->check(NumberFrom(2, 600));
+  command->add_option("--scene", arguments->scene,
+                      "scene by name, or a file of your own with two hands on one shared body");
+  command
+      ->add_option("--seconds", arguments->seconds,
+                   "length of the run; default: as long as the scene's hands need")
+      ->check(NumberFrom(kLeastSeconds, kMostSeconds));
   command->add_option("--delay-ms", arguments->delay_ms, "delay injected each way")
       ->check(NumberFrom(0, 2000));
   command->add_option("--jitter-ms", arguments->jitter_ms, "up to so much more, at random")

@@ -104,9 +104,8 @@ Outcome OutcomeOf(const WorldModel& model, std::size_t body, const Pose& X_WB) {
 }
 
 PenetrationReport Penetration(const WorldModel& model, std::size_t body,
-                              const std::vector<std::vector<TraceSample>>& instances,
+                              const std::vector<std::vector<Pose>>& series, double voxel_size,
                               double seconds_limit) {
-  const std::int64_t start_ns = MonotonicNowNs();
   TriangleMesh fixture_W;
   TriangleMesh part_B;
   for (std::size_t i = 0; i < model.meshes_W.size(); ++i) {
@@ -116,6 +115,17 @@ PenetrationReport Penetration(const WorldModel& model, std::size_t body,
       Append(part_B, Transformed(model.meshes_W[i], model.bodies[body].X_WB0.Inverse()));
     }
   }
+  const PenetrationOracle oracle(fixture_W, part_B, voxel_size);
+  const int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const std::int64_t start_ns = MonotonicNowNs();
+  return oracle.Check(series, threads, [&] {
+    return 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns) > seconds_limit;
+  });
+}
+
+PenetrationReport Penetration(const WorldModel& model, std::size_t body,
+                              const std::vector<std::vector<TraceSample>>& instances,
+                              double seconds_limit) {
   std::vector<std::vector<Pose>> series;
   for (const std::vector<TraceSample>& trace : instances) {
     std::vector<Pose>& poses = series.emplace_back();
@@ -123,11 +133,7 @@ PenetrationReport Penetration(const WorldModel& model, std::size_t body,
       if (i % 10 == 0 || trace[i].loaded) poses.push_back(trace[i].X_WB);
     }
   }
-  const PenetrationOracle oracle(fixture_W, part_B, model.scene.voxel_size);
-  const int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  return oracle.Check(series, threads, [&] {
-    return 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns) > seconds_limit;
-  });
+  return Penetration(model, body, series, model.scene.voxel_size, seconds_limit);
 }
 
 }  // namespace tandem

@@ -27,7 +27,14 @@ struct Outcome {
 };
 Outcome OutcomeOf(const WorldModel& model, std::size_t body, const Pose& X_WB);
 
-/// Judges by exact geometry every tenth pose and every pose with contact force, of all instances.
+/// Judges by exact geometry all poses that are given, a series of each instance, against all that
+/// is fixed; or as many as there is time for. `voxel_size`: unit of the depths, and twice the
+/// distance of the samples on the body.
+PenetrationReport Penetration(const WorldModel& model, std::size_t body,
+                              const std::vector<std::vector<Pose>>& series, double voxel_size,
+                              double seconds_limit);
+
+/// Of every tenth pose and every pose with contact force, of all instances.
 PenetrationReport Penetration(const WorldModel& model, std::size_t body,
                               const std::vector<std::vector<TraceSample>>& instances,
                               double seconds_limit);

@@ -260,6 +260,10 @@ int Join(PeerArguments& arguments, Joining& joining) {
   } while (Superseded(joining));
   if (const int failed = MakeNode(arguments, joining); failed != kExitOk) return failed;
   for (const std::string& remark : joining.model->remarks) Say(remark);
+  if (!arguments.brief) {
+    joining.start_gaps = FindStartGaps(joining.scene, joining.model->meshes_W);
+    TellStart(joining.start_gaps);
+  }
   if (joining.unequal) {
     double heaviest_kg = 0;
     for (const BodyModel& body : joining.model->bodies) {

@@ -5,6 +5,7 @@
 
 #include "app/cli/capacity.h"
 #include "app/cli/peer_options.h"
+#include "app/cli/start_gaps.h"
 #include "collab/early_inbox.h"
 #include "collab/peer_node.h"
 #include "collab/recording/recorder.h"
@@ -24,6 +25,7 @@ struct Joining {
   SceneManifest manifest;                  // what we offer
   std::optional<ForceParameters> unequal;  // the session's, where we insist on others
   std::shared_ptr<const WorldModel> model;
+  std::vector<StartGap> start_gaps;       // of bodies that contact begins on at once
   std::unique_ptr<FrameHelpers> helpers;  // null: none
   std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
   FrameCapacity capacity;

@@ -20,6 +20,7 @@
 #include "app/cli/peer_table_text.h"
 #include "app/cli/stop_signal.h"
 #include "app/cli/talk.h"
+#include "app/cli/verdict.h"
 #include "app/cli/watch_command.h"
 #include "app/exit_codes.h"
 #include "app/output_file.h"
@@ -59,6 +60,17 @@ constexpr int kJoinAgain = -1;
 std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
   plan.links.push_back({.from = {}, .steps = {{.at_s = 0, .conditions = conditions}}});
   return std::max(PeerInbox::kDefaultWaiting, MostWaiting(plan, kMaxPeers - 1));
+}
+
+/// What became of the bodies that the hand held; empty: it held none, or is not to be told.
+std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Joining& joining,
+                                        const HeldPoses& poses) {
+  if (arguments.brief) return {};
+  std::vector<Pose> last_WB;
+  for (std::size_t b = 0; b < joining.model->bodies.size(); ++b) {
+    last_WB.push_back(joining.node->world().state(b).X_WB);
+  }
+  return Judge(*joining.model, poses, last_WB, arguments.no_contact);
 }
 
 std::string Seconds(double seconds) {
@@ -112,6 +124,8 @@ int RunOnce(PeerArguments& arguments) {
   if (arguments.capacity == 0) {
     capacity.emplace(joining.capacity.tests, joining.capacity.look_price, kFrameBudget);
   }
+  SpscQueue<HeldPose> held_poses(256);  // to the control thread, which takes them 50 times a second
+  constexpr std::int64_t kPoseFrames = 5;
   const std::int64_t origin_ns = MonotonicNowNs();
   constexpr std::int64_t kHapticPeriodNs = 1'000'000;
   JudgedFrames judged(origin_ns, kHapticPeriodNs);
@@ -128,6 +142,13 @@ int RunOnce(PeerArguments& arguments) {
             node.peer().started_ns() && (frames == 0 || frames_since_start < frames);
         judged.Add(hand_moves, now_ns, MachineClock().NowNs(), took_ns);
         if (node.peer().started_ns()) {
+          if (const RigidState* held = node.peer().held_state();
+              held != nullptr && frames_since_start % kPoseFrames == 0) {
+            // of no use when nobody takes them: then the run is judged by fewer
+            static_cast<void>(held_poses.TryPush({.body = HeldBody(node),
+                                                  .loaded = node.peer().report().loaded_points > 0,
+                                                  .X_WB = held->X_WB}));
+          }
           begun.store(true, std::memory_order_relaxed);
           if (++frames_since_start == frames) done.store(true, std::memory_order_release);
         }
@@ -163,7 +184,9 @@ int RunOnce(PeerArguments& arguments) {
   const NameFunction name = [&node](PeerId peer) {
     return node.directory().NameOf(peer);
   };
-  PeerTable table;            // the last one with anybody in it
+  PeerTable table;  // the last one with anybody in it
+  HeldPoses poses;
+  HeldPose pose;
   bool waiting_told = false;  // that the hand waits for others
   bool hand_told = false;     // that the hand has begun
   bool quit = false;
@@ -172,6 +195,7 @@ int RunOnce(PeerArguments& arguments) {
     const std::int64_t now_ns = MonotonicNowNs();
     node.ControlFrame(now_ns, transport);
     for (const std::string& news : node.TakeNews()) Say(news);
+    while (held_poses.TryPop(pose)) poses.Add(pose);
     if (begun.load(std::memory_order_relaxed) && !std::exchange(hand_told, true)) {
       network.HandBegins(now_ns);
     }
@@ -264,7 +288,11 @@ int RunOnce(PeerArguments& arguments) {
     if (recorded) Say(arguments.record + ": " + Counted(*recorded, "frame") + " recorded");
   }
   for (const std::string& line : Explain(node.peer().hand_figures().limits)) Say(line);
-  if (exit_code != kExitOk || arguments.report.empty()) return exit_code;
+  if (exit_code != kExitOk) return exit_code;
+  while (held_poses.TryPop(pose)) poses.Add(pose);
+  const std::vector<BodyVerdict> verdicts = VerdictsOfPeer(arguments, joining, poses);
+  for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
+  if (arguments.report.empty()) return exit_code;
 
   PeerReport report{.name = arguments.name,
                     .pid = getpid(),
@@ -280,6 +308,8 @@ int RunOnce(PeerArguments& arguments) {
   report.drops = node.inbox().drops().Total();
   AddDelivery(node.inbox().delivery(), report);
   report.peers = AsJson(table, name);
+  report.start_gaps = AsJson(joining.start_gaps);
+  report.verdicts = AsJson(verdicts);
   report.socket_dropped = socket_dropped;
   return WriteReport(arguments, report, haptic.stats(), judged, node.peer().trace());
 }

@@ -124,6 +124,8 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   command.add_option("--record", arguments.record,
                      "keep every input of every frame there, for 'tandem replay'");
   command.add_flag("--no-contact", arguments.no_contact, "bodies pass through one another");
+  command.add_flag("--brief", arguments.brief,
+                   "say neither how bodies stand at the start nor what became of yours");
   command.add_flag("--require-rt", arguments.require_rt, "fail when SCHED_FIFO is not granted");
 }
 

@@ -38,6 +38,7 @@ struct PeerArguments {
   bool no_contact = false;
   bool require_rt = false;
   bool insist = false;  // on the scene file's force parameters
+  bool brief = false;   // says nothing of gaps at the start and of what became of bodies
 };
 
 void AddPeerOptions(CLI::App& command, PeerArguments& arguments);

@@ -120,7 +120,9 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
             {"least_delivered", report.least_delivered},
             {"socket_dropped", report.socket_dropped}}},
           {"drops", AsJson(report.drops)},
-          {"peers", report.peers}};
+          {"peers", report.peers},
+          {"start_gaps", report.start_gaps},
+          {"verdicts", report.verdicts}};
 }
 
 Result<bool> WriteTrace(const std::filesystem::path& file, const std::vector<TraceSample>& trace) {

@@ -39,6 +39,8 @@ struct PeerReport {
   std::size_t peers_heard = 0;  // of whom at least one state came
   double least_delivered = 1;
   nlohmann::ordered_json peers = nlohmann::ordered_json::array();  // AsJson() of the last table
+  nlohmann::ordered_json start_gaps = nlohmann::ordered_json::array();  // AsJson() of them
+  nlohmann::ordered_json verdicts = nlohmann::ordered_json::array();
   std::uint64_t socket_dropped = 0;  // packets of any kind, since the receive thread was late
 };
 
@@ -51,7 +53,8 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 /// the hand contact_points {mean, max}, contact_share, peak_force_N (of its spring), traced_frames;
 /// felt {peak_N, peak_Nm, peak_step_N} by the hand, guarded_share, crowded_frames, limits
 /// {travel_limited_share, over_capacity_share, contacts_full_share}; said {sent, wanted};
-/// heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, peers.
+/// heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, peers,
+/// start_gaps, verdicts.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
                               const JudgedFrames& judged);
 

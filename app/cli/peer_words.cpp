@@ -20,7 +20,8 @@ std::vector<std::string> WordsOf(const LocalPeer& peer, const std::vector<std::s
                                  "--seconds",
                                  std::to_string(peer.seconds),
                                  "--report",
-                                 peer.report.string()};
+                                 peer.report.string(),
+                                 "--brief"};
   if (peer.hand) {
     words.insert(words.end(), {"--hold", peer.hand->body, "--hand", peer.hand->file.string()});
   }

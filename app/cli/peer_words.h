@@ -21,7 +21,8 @@ struct LocalPeer {
   std::string interface = "lo";
 };
 
-/// The words of its command line; `more` go last.
+/// The words of its command line; `more` go last. What there is to say of the scene and of the
+/// run, the command that starts it says.
 std::vector<std::string> WordsOf(const LocalPeer& peer, const std::vector<std::string>& more);
 
 }  // namespace tandem

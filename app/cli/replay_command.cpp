@@ -11,8 +11,10 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/scene_files.h"
+#include "app/cli/start_gaps.h"
 #include "app/cli/stop_signal.h"
 #include "app/cli/talk.h"
+#include "app/cli/verdict.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/reach/reach_options.h"
@@ -31,6 +33,7 @@ using nlohmann::ordered_json;
 
 constexpr std::int64_t kFramesPerSecond = 1000;
 constexpr std::int64_t kControlFrames = 20;           // from one ControlFrame to the next
+constexpr std::int64_t kReplayPoseFrames = 5;         // from one pose that is judged to the next
 constexpr std::int64_t kNewcomersNs = 1'000'000'000;  // for those who are in the session already
 
 struct ReplayArguments {
@@ -235,12 +238,14 @@ class Player {
       newcomer_ = ears_.Active();
     }
     if (exported_ != nullptr) exported_->Add(frame, node_);
+    if (const RigidState* held = node_.peer().held_state();
+        held != nullptr && number % kReplayPoseFrames == 0) {
+      poses_.Add({.body = HeldBody(node_),
+                  .loaded = node_.peer().report().loaded_points > 0,
+                  .X_WB = held->X_WB});
+    }
     if ((number + 1) % kFramesPerSecond == 0) {
       golden_.push_back(Hex(frame.state_hash));
-      if (!arguments_.json) {
-        std::printf("after %" PRId64 " s: state %s\n", (number + 1) / kFramesPerSecond,
-                    Hex(frame.state_hash).c_str());
-      }
     }
     if (arguments_.speed > 0) {
       MachineClock().SleepUntil(
@@ -252,6 +257,7 @@ class Player {
 
   double seconds() const { return static_cast<double>(MonotonicNowNs() - begin_ns_) * 1e-9; }
   const ordered_json& golden() const { return golden_; }
+  const HeldPoses& poses() const { return poses_; }
   /// The active peer whose coming has ended the run; nothing: nobody's.
   const std::optional<std::string>& newcomer() const { return newcomer_; }
 
@@ -263,9 +269,18 @@ class Player {
   Export* exported_;
   const std::atomic<bool>& stop_asked_;
   ordered_json golden_ = ordered_json::array();
+  HeldPoses poses_;
   std::optional<std::string> newcomer_;
   std::int64_t begin_ns_ = MonotonicNowNs();
 };
+
+/// What became of the bodies that the hand held.
+std::vector<BodyVerdict> VerdictsOfReplay(const WorldModel& model, const HeldPoses& poses,
+                                          const World& world, bool contact_off) {
+  std::vector<Pose> last_WB;
+  for (std::size_t b = 0; b < model.bodies.size(); ++b) last_WB.push_back(world.state(b).X_WB);
+  return Judge(model, poses, last_WB, contact_off);
+}
 
 int RunReplay(const ReplayArguments& arguments) {
   Result<RecordingReader> reader = RecordingReader::Open(arguments.file);
@@ -294,6 +309,7 @@ int RunReplay(const ReplayArguments& arguments) {
   const Result<std::unique_ptr<Transport>> transport = JoinForViewers(arguments, ears, exit_code);
   if (!transport) return Fail(exit_code, transport.error().what);
   Say(header.name + " as recorded by version " + header.program + ", scene " + header.scene);
+  TellStart(FindStartGaps((*model)->scene, (*model)->meshes_W));
   const std::atomic<bool>& stop_asked = StopOnSignals();
 
   kHapticThread.Enter();
@@ -315,6 +331,9 @@ int RunReplay(const ReplayArguments& arguments) {
   if (player.newcomer()) return Fail(kExitNetwork, NotBeside(*player.newcomer(), arguments));
   const bool identical = !result.first_different;
   if (reader->torn()) Say("the recording is torn off after its last whole frame");
+  const std::vector<BodyVerdict> verdicts =
+      VerdictsOfReplay(**model, player.poses(), (*replay)->node().world(), !header.contact);
+  for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.json) {
     ordered_json json{{"frames", result.frames},
                       {"identical", identical},
@@ -323,6 +342,7 @@ int RunReplay(const ReplayArguments& arguments) {
                       {"damaged", reader->damaged()},
                       {"unread_bytes", reader->unread_bytes()},
                       {"wall_s", wall_s},
+                      {"verdicts", AsJson(verdicts)},
                       {"hash_each_second", player.golden()}};
     if (!identical) json["first_different"] = *result.first_different;
     std::printf("%s\n", json.dump(2).c_str());
@@ -359,7 +379,9 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
   AddSessionOption(*command, arguments->session,
                    "show it to the viewers of this session; with --speed 1, say");
   command->add_option("--export", arguments->exported,
-                      "write poses, twists and forces there as MCAP, for other programs");
+                      "write there, for other programs: to FILE.csv the poses of all moving "
+                      "bodies every 10 ms, as 'tandem proximity --poses' reads them; to any other "
+                      "file poses, twists and forces as MCAP");
   AddReachOptions(*command, arguments->reach);
   command->add_flag("--json", arguments->json, "print the result on stdout");
   command->callback([arguments, &exit_code] {

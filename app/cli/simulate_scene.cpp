@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "app/cli/scene_files.h"
+#include "app/cli/start_gaps.h"
 #include "collab/simulated/simulated_session.h"
 #include "engine/haptics/scripted_device.h"
 #include "engine/realtime/clock.h"
@@ -16,6 +17,7 @@ Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double mos
   const Result<std::shared_ptr<const WorldModel>> loaded = LoadWorld(*scene);
   if (!loaded) return loaded.error();
   const std::shared_ptr<const WorldModel>& model = *loaded;
+  TellStart(FindStartGaps(*scene, model->meshes_W));
 
   SimulatedSession session;
   double seconds = 0;

@@ -12,6 +12,7 @@
 #include "app/cli/live_comparison.h"
 #include "app/cli/live_run.h"
 #include "app/cli/stability_command.h"
+#include "app/cli/start_gaps.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -72,6 +73,7 @@ int RunStabilityLive(const LiveArguments& arguments) {
   }
   const Result<LabScene> scene = LoadLabScene(*read, LabSceneFolder());
   if (!scene) return Fail(kExitFile, scene.error().what);
+  TellStart(FindStartGaps(scene->model->scene, scene->model->meshes_W));
   // both of one length: a run in virtual time may go on for longer where the case sets none
   LabCase timed = *read;
   timed.seconds = timed.Lasts();

@@ -8,6 +8,7 @@
 
 #include "app/cli/lab_scenes.h"
 #include "app/cli/stability_command.h"
+#include "app/cli/start_gaps.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -130,6 +131,7 @@ int RunStabilityRun(const RunArguments& arguments) {
   if (!test) return Fail(kExitFile, test.error().what);
   const Result<LabScene> scene = LoadLabScene(*test, LabSceneFolder());
   if (!scene) return Fail(kExitFile, scene.error().what);
+  TellStart(FindStartGaps(scene->model->scene, scene->model->meshes_W));
   std::optional<SeriesFile> series;
   SeriesSink sink;
   if (!arguments.series.empty()) {

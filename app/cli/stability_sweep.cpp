@@ -12,6 +12,7 @@
 #include "app/cli/progress_bar.h"
 #include "app/cli/stability_command.h"
 #include "app/cli/stability_report.h"
+#include "app/cli/start_gaps.h"
 #include "app/cli/sweep_outcome.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -55,6 +56,7 @@ class Cases {
     if (!scenes_.contains(key)) {
       Result<LabScene> scene = LoadLabScene(*test, LabSceneFolder());
       if (!scene) return scene.error();
+      TellStart(FindStartGaps(scene->model->scene, scene->model->meshes_W));
       scenes_.emplace(key, *std::move(scene));
     }
     const LabScene& scene = scenes_.at(key);

@@ -1,13 +1,19 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <memory>
+#include <sstream>
+#include <string>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
 
 #include "app/cli/demo_judgement.h"
+#include "tests/app/cli/program_run.h"
+#include "tests/support/key_scene.h"
 #include "tests/support/simulated_demo.h"
 
 namespace tandem {
@@ -84,6 +90,67 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
   EXPECT_NEAR(peak_mm, 1e3 * expected.peak, 100.0 * expected.peak);
   std::printf("  peak %.2f mm, %.2f in virtual time; the second hand began %.0f ms later\n",
               peak_mm, 1e3 * expected.peak, 1e3 * options.second_begins_later_s);
+}
+
+// A key with 0.09 mm of play, and contact that begins at 0.45 voxels: with larger voxels than 0.2
+// mm it may jam, or be pressed through the wall, and a run that did either must say so.
+TEST(Demo, AScenesTooLargeVoxelsAreToldBeforeTheStartAndWhatComesOfThemAfterwards) {
+  const ScratchFolder folder;
+  for (const double voxel_m : {0.001, 0.0005}) {
+    const testing::Said said = testing::RunTandem("demo --headless --json --scene " +
+                                                  testing::WriteKeyScene(folder, 0.00009, voxel_m));
+    char warning[160];
+    std::snprintf(warning, sizeof warning,
+                  "key-hole: 0.09 mm apart, contact begins at %.3g mm: voxel_m 0.0002 or less fits",
+                  450 * voxel_m);
+    const std::size_t told = said.err.find(warning);
+    ASSERT_NE(told, std::string::npos) << said.err;
+    EXPECT_LT(told, said.err.find("Anna is in session")) << "before the start";
+    const json out = json::parse(said.out, nullptr, false);
+    ASSERT_TRUE(out.is_object()) << said.err;
+    const json& failures = out.at("failures");
+    std::printf("  %g m: exit %d, moved %.1f mm, %.2f mm into the wall, %zu failures\n", voxel_m,
+                said.exit_code, out.at("travel_mm").get<double>(),
+                out.at("max_penetration_mm").get<double>(), failures.size());
+    EXPECT_EQ(said.exit_code == 0, failures.empty());
+    for (const json& failure : failures) {
+      EXPECT_THAT(said.err, ::testing::HasSubstr(failure.get<std::string>()));
+    }
+    if (out.at("max_penetration_mm").get<double>() > 500 * voxel_m) {
+      EXPECT_THAT(said.err, ::testing::HasSubstr("mm into what is fixed"));
+    }
+    EXPECT_EQ(out.at("start_gaps")[0].at("voxel_m_fits").get<double>(), 0.0002);
+    // 3 s of hand: 7 s of run, as said in the file of the demo's command
+    EXPECT_LT(out.at("peers")[0].at("frames").get<int>(), 15000);
+  }
+}
+
+TEST(Demo, SaysHowASceneMustBeForIt) {
+  const ScratchFolder folder;
+  const std::string scene = testing::WriteKeyScene(folder, 0.00009, 0.0002);
+  std::ostringstream text;
+  text << std::ifstream(scene).rdbuf();
+  json own = json::parse(text.str());
+  own["hands"].erase(1);
+  testing::Said said = testing::RunTandem("demo --headless --scene " +
+                                          folder.Write("one_hand.json", own.dump()).string());
+  EXPECT_EQ(said.exit_code, 3);
+  EXPECT_THAT(said.err, ::testing::HasSubstr("with one name twice (one file may do for both); it "
+                                             "has 1 hand"));
+  own = json::parse(text.str());
+  own["bodies"][1]["sharing"] = "own";
+  said = testing::RunTandem("demo --headless --scene " +
+                            folder.Write("own.json", own.dump()).string());
+  EXPECT_EQ(said.exit_code, 3);
+  EXPECT_THAT(said.err, ::testing::HasSubstr("give 'key' \"sharing\": \"shared\""));
+}
+
+TEST(Demo, RefusesAPictureOfAWindowThatThereIsNone) {
+  testing::Said said = testing::RunTandem("demo --screenshot /tmp/none.png", "env -i ");
+  EXPECT_EQ(said.exit_code, 4);
+  EXPECT_THAT(said.err, ::testing::HasSubstr("--screenshot: there is no display"));
+  said = testing::RunTandem("demo --headless --screenshot /tmp/none.png");
+  EXPECT_EQ(said.exit_code, 2);
 }
 
 // What the same hands do in a longer run without contact is ThroughTheFixture.

@@ -32,6 +32,35 @@ using testing::Running;
 using testing::RunTandem;
 using testing::Said;
 
+TEST_F(PeerCommand, SaysAtTheEndWhatBecameOfItsBody) {
+  const Said said = Run("one", "--name anna --hold right --hand " + In("shift.json") +
+                                   " --seconds 2 --report " + In("report"));
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  EXPECT_THAT(said.err, HasSubstr("tandem: right moved 30"));
+  EXPECT_THAT(said.err, HasSubstr(" mm; nothing is fixed that it could be out of"));
+  std::ifstream stream(In("report"));
+  const json report = json::parse(stream, nullptr, false);
+  ASSERT_EQ(report.at("verdicts").size(), 1U);
+  EXPECT_NEAR(report.at("verdicts")[0].at("moved_mm").get<double>(), 30, 1);
+  EXPECT_TRUE(report.at("verdicts")[0].at("out").is_null());
+  EXPECT_TRUE(report.at("start_gaps").empty());
+}
+
+TEST_F(PeerCommand, TellsBeforeTheStartHowBodiesStandAndObeysQuit) {
+  // the right box stands 0.3 mm beside the left one, by voxels of 1 mm
+  WriteScene("near", 0.001, "right.obj", -0.0097);
+  Running anna = Start("near", "--name anna --hold right --report " + In("report"));
+  ASSERT_TRUE(anna.WaitFor("anna is in session"));
+  EXPECT_THAT(anna.said(), HasSubstr("left-right: 0.3 mm apart, contact begins at 0.45 mm: "
+                                     "voxel_m 0.00066 or less fits"));
+  anna.Order("help");
+  EXPECT_TRUE(anna.WaitFor("give BODY PEER  hand your body"));
+  anna.Order("quit");
+  EXPECT_EQ(anna.Wait(), kExitOk);
+  std::ifstream stream(In("report"));
+  EXPECT_EQ(json::parse(stream, nullptr, false).at("start_gaps").size(), 1U);
+}
+
 TEST_F(PeerCommand, SaysInALineWhatKeepsItOut) {
   ExpectRefused(RunTandem("peer --interface nosuch0 --session s --scene " + In("one.json")),
                 kExitNetwork, "nosuch0");

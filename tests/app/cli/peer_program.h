@@ -137,7 +137,8 @@ class PeerCommand : public ::testing::Test {
     WriteScene("two", 0.002, "right.obj");
     WriteScene("other", 0.001, "wrong.obj");
   }
-  void WriteScene(const std::string& name, double voxel_m, const std::string& mesh) {
+  void WriteScene(const std::string& name, double voxel_m, const std::string& mesh,
+                  double right_x = 0.05) {
     nlohmann::json scene{{"name", "boxes"}, {"voxel_m", voxel_m}};
     scene["bodies"] = {{{"name", "left"},
                         {"mesh", "left.obj"},
@@ -147,7 +148,7 @@ class PeerCommand : public ::testing::Test {
                         {"mesh", mesh},
                         {"mass_kg", 0.1},
                         {"sharing", "shared"},
-                        {"pose", {{"p_W", {0.05, 0, 0}}}}}};
+                        {"pose", {{"p_W", {right_x, 0, 0}}}}}};
     folder_.Write(name + ".json", scene.dump());
   }
   std::string In(const std::string& file) const { return (folder_.path() / file).string(); }

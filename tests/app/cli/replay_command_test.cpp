@@ -88,6 +88,41 @@ TEST_F(ReplayCommand, RepeatsARunWithOneHashASecondForAnyNumberOfThreads) {
   EXPECT_EQ(two.at("hash_each_second"), one.at("hash_each_second"));
 }
 
+TEST_F(ReplayCommand, SaysWhatBecameOfTheBodyInHand) {
+  const Said said = RunTandem("replay " + File("run"), "timeout 60 ");
+  EXPECT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_THAT(said.err, HasSubstr("tandem: peg moved "));
+  EXPECT_THAT(said.err, HasSubstr(" and is NOT out; it "));
+  EXPECT_THAT(said.out, ::testing::Not(HasSubstr("state "))) << "hashes are for --json";
+  const json verdicts = Replayed(File("run")).at("verdicts");
+  ASSERT_EQ(verdicts.size(), 1U);
+  EXPECT_EQ(verdicts[0].at("body"), "peg");
+  EXPECT_EQ(verdicts[0].at("out"), false);
+  EXPECT_GT(verdicts[0].at("moved_mm").get<double>(), 0.1);
+  EXPECT_LT(verdicts[0].at("deepest_mm").get<double>(), 0.5);
+}
+
+TEST_F(ReplayCommand, ExportsPosesThatDistancesCanBeHadAlong) {
+  const std::string poses = File("poses.csv");
+  const json run = Replayed(File("run") + " --export " + poses);
+  std::ifstream stream(poses);
+  std::string line;
+  std::getline(stream, line);
+  EXPECT_EQ(line, "t_s,moving,tx,ty,tz,ax,ay,az,angle_deg");
+  std::size_t rows = 0;
+  while (std::getline(stream, line)) ++rows;
+  EXPECT_EQ(rows, (run.at("frames").get<std::size_t>() + 9) / 10);  // one body, every tenth frame
+  // the first of them is where the scene has the peg at first
+  const std::string scene = std::string(kScenes) + "/peg_in_slot.json";
+  const json along =
+      json::parse(RunTandem("proximity " + scene + " --json --poses " + poses, "timeout 60 ").out);
+  const json first = json::parse(RunTandem("proximity --json " + scene, "timeout 60 ").out);
+  ASSERT_EQ(along.at("rows").size(), rows);
+  EXPECT_NEAR(along.at("rows")[0].at("distance_m").get<double>(),
+              first.at("rows")[0].at("distance_m").get<double>(), 1e-9);
+  EXPECT_NE(along.at("rows")[rows - 1].at("distance_m"), along.at("rows")[0].at("distance_m"));
+}
+
 TEST_F(ReplayCommand, IsShownToViewersAtItsSpeed) {
   const std::string session = NewSession();
   ChildProcess watch =

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "engine/geometry/triangle_mesh.h"
+#include "engine/world/scene.h"
+
+namespace tandem {
+
+/// Two bodies that stand so near to one another at the start that they push or overlap.
+struct StartGap {
+  std::string moving;   // body of the scene
+  std::string other;    // body of the scene, fixed or moving
+  double distance = 0;  // m, between the surfaces; 0 where they touch or overlap
+  double depth = 0;     // m, of the deepest point of one in the other; 0: none was found
+  bool overlap = false;
+  double contact_begins = 0;  // m, of the gap; below 0: so far in one another
+  double voxel_fits = 0;      // m, the largest voxel by which the two do not push; 0: none does
+};
+
+/// The largest gap (m) between exact surfaces at which the scene's contact model can push, for a
+/// body whose points are shifted inward by so many voxels. In the refined model it is exact to 0.04
+/// voxels (decision 0010). In the plain model it is a bound: a point stands up to half a voxel's
+/// diagonal beside its surface, and so does the surface in its voxel.
+double ContactBegins(const Scene& scene, double inward_shift_voxels) noexcept;
+
+/// Every pair of a moving body with another body that is nearer at the start than contact begins,
+/// the nearest first. `meshes_W`: every body of the scene, where it stands at first. The distance
+/// is that of the triangles: no voxel is read.
+std::vector<StartGap> FindStartGaps(const Scene& scene, const std::vector<TriangleMesh>& meshes_W);
+
+/// A line for a person: what stands how near, where contact begins, what to do.
+std::string Describe(const StartGap& gap);
+
+nlohmann::ordered_json AsJson(const std::vector<StartGap>& gaps);
+
+/// Says them on stderr, the first eight.
+void TellStart(const std::vector<StartGap>& gaps);
+
+}  // namespace tandem

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "collab/peer_node.h"
+#include "engine/world/world_model.h"
+
+namespace tandem {
+
+/// The pose of the body in hand, in one frame.
+struct HeldPose {
+  int body = -1;        // into WorldModel::bodies; -1: the hand is empty
+  bool loaded = false;  // contact pushes
+  Pose X_WB;
+};
+
+/// The body in the hand of a node, into WorldModel::bodies; -1: none. By the haptic thread.
+int HeldBody(PeerNode& node) noexcept;
+
+/// What became of a body that a hand held.
+struct BodyVerdict {
+  std::string body;
+  double moved = 0;         // m, its centre of mass, from its first place
+  std::optional<bool> out;  // its box has left that of all that is fixed; nothing: nothing is fixed
+  bool met = false;         // contact pushed in one of the poses
+  /// m, in what is fixed, of the poses judged; nothing: not judged, or nothing is fixed
+  std::optional<double> deepest;
+  double voxel_size = 0;  // m
+  std::size_t poses_judged = 0;
+};
+
+/// The poses of a run that are kept to be judged at its end. Beyond kMost of them every second one
+/// is left out, and so on: what is kept is spread evenly over the run.
+class HeldPoses {
+ public:
+  static constexpr std::size_t kMost = 60'000;
+
+  void Add(const HeldPose& pose);
+  const std::vector<HeldPose>& kept() const noexcept { return kept_; }
+
+ private:
+  std::vector<HeldPose> kept_;
+  std::size_t stride_ = 1;
+  std::size_t given_ = 0;
+};
+
+/// Judges the bodies that were in hand, in the order of their first poses, by exact geometry and
+/// against what is fixed. `last_WB`: where the moving bodies are at the end. What touched nothing
+/// has gone into nothing, but with `contact_off`. Takes a second of search at the most; penetration
+/// of scenes above 300,000 triangles is not judged.
+std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
+                               const std::vector<Pose>& last_WB, bool contact_off);
+
+/// One line for a person: "peg moved 60.0 mm and is out; it never went into what is fixed".
+std::string Describe(const BodyVerdict& verdict);
+
+/// "went 0.40 mm into what is fixed (0.80 voxels)"
+std::string DescribePenetration(double depth, double voxel_size);
+
+/// An object for each: body, moved_mm, out, met, deepest_mm, poses_judged.
+nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts);
+
+}  // namespace tandem

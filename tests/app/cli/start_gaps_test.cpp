@@ -1,0 +1,167 @@
+#include "app/cli/start_gaps.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/key_scene.h"
+
+namespace tandem {
+namespace {
+
+using testing::BoxBetween;
+using testing::BoxOfHalf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr double kMm = 1e-3;
+
+SceneBody FixedBody(const std::string& name) {
+  SceneBody body;
+  body.name = name;
+  body.fixed = true;
+  return body;
+}
+
+SceneBody MovingBody(const std::string& name) {
+  SceneBody body;
+  body.name = name;
+  body.mass = 0.1;
+  return body;
+}
+
+Scene SceneOfBodies(double voxel_size, const std::vector<SceneBody>& bodies) {
+  Scene scene;
+  scene.voxel_size = voxel_size;
+  scene.bodies = bodies;
+  return scene;
+}
+
+/// A key in its hole, with so much play on each side.
+std::vector<TriangleMesh> KeyInHole(double play) {
+  return {testing::KeyholeMesh(play), testing::KeyMesh()};
+}
+
+const std::vector<SceneBody> kKey{FixedBody("hole"), MovingBody("key")};
+
+TEST(StartGaps, NameThePlayWhereContactBeginsAndAVoxelSizeThatFits) {
+  const std::vector<TriangleMesh> meshes_W = KeyInHole(0.09 * kMm);
+  for (const double voxel : {1 * kMm, 0.5 * kMm}) {
+    const std::vector<StartGap> gaps = FindStartGaps(SceneOfBodies(voxel, kKey), meshes_W);
+    ASSERT_THAT(gaps, SizeIs(1));
+    EXPECT_EQ(gaps[0].moving, "key");
+    EXPECT_EQ(gaps[0].other, "hole");
+    EXPECT_NEAR(gaps[0].distance, 0.09 * kMm, 1e-8);
+    EXPECT_FALSE(gaps[0].overlap);
+    // decision 0010: the refined model's force begins 0.45 voxels before surfaces meet
+    EXPECT_DOUBLE_EQ(gaps[0].contact_begins, 0.45 * voxel);
+    EXPECT_NEAR(gaps[0].voxel_fits, 0.2 * kMm, 1e-9);  // 0.09 / 0.45
+  }
+  const std::vector<StartGap> gaps = FindStartGaps(SceneOfBodies(1 * kMm, kKey), meshes_W);
+  EXPECT_THAT(Describe(gaps[0]),
+              HasSubstr("key-hole: 0.09 mm apart, contact begins at 0.45 mm: voxel_m 0.0002 or "
+                        "less fits"));
+}
+
+TEST(StartGaps, SayNothingAtTheVoxelSizeThatTheyName) {
+  for (const double play : {0.013 * kMm, 0.09 * kMm, 0.258 * kMm, 0.4 * kMm}) {
+    const std::vector<TriangleMesh> meshes_W = KeyInHole(play);
+    const std::vector<StartGap> gaps = FindStartGaps(SceneOfBodies(1 * kMm, kKey), meshes_W);
+    ASSERT_THAT(gaps, SizeIs(1)) << play;
+    EXPECT_GT(gaps[0].voxel_fits, 0.9 * play / 0.45);
+    EXPECT_THAT(FindStartGaps(SceneOfBodies(0.999 * gaps[0].voxel_fits, kKey), meshes_W),
+                IsEmpty());
+  }
+  EXPECT_THAT(FindStartGaps(SceneOfBodies(1 * kMm, kKey), KeyInHole(0.46 * kMm)), IsEmpty());
+}
+
+TEST(StartGaps, ThePlainModelBeginsFartherOut) {
+  Scene scene = SceneOfBodies(1 * kMm, kKey);
+  scene.contact = ContactModel::kPlain;
+  scene.force_layer = 2;
+  // decision 0010 measured 5.04 voxels at the most
+  EXPECT_GT(ContactBegins(scene, 0), 5.04 * kMm);
+  EXPECT_LT(ContactBegins(scene, 0), 5.5 * kMm);
+  EXPECT_THAT(FindStartGaps(scene, KeyInHole(4 * kMm)), SizeIs(1));
+}
+
+TEST(StartGaps, AnOverlapIsToldWithItsDepth) {
+  // 2 mm into a plate whose other side is far
+  const std::vector<TriangleMesh> meshes_W{
+      BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
+      BoxBetween({-5 * kMm, -5 * kMm, -2 * kMm}, {5 * kMm, 5 * kMm, 20 * kMm})};
+  const std::vector<StartGap> gaps =
+      FindStartGaps(SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")}), meshes_W);
+  ASSERT_THAT(gaps, SizeIs(1));
+  EXPECT_TRUE(gaps[0].overlap);
+  EXPECT_NEAR(gaps[0].depth, 2 * kMm, 1e-6);
+  EXPECT_THAT(Describe(gaps[0]), HasSubstr("part-plate: they overlap by 2 mm at the start"));
+}
+
+TEST(StartGaps, WhatLiesWhollyInAnotherOverlaps) {
+  const std::vector<TriangleMesh> meshes_W{BoxOfHalf(Vec3::Constant(30 * kMm)),
+                                           BoxOfHalf(Vec3::Constant(5 * kMm))};
+  const std::vector<StartGap> gaps =
+      FindStartGaps(SceneOfBodies(1 * kMm, {FixedBody("block"), MovingBody("part")}), meshes_W);
+  ASSERT_THAT(gaps, SizeIs(1));
+  EXPECT_TRUE(gaps[0].overlap);
+  // every point of its surface is 30 - 5 mm from a face of the block
+  EXPECT_NEAR(gaps[0].depth, 25 * kMm, 1e-6);
+}
+
+TEST(StartGaps, WhatTouchesDoesNotOverlap) {
+  const std::vector<TriangleMesh> meshes_W{
+      BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
+      BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
+  const std::vector<StartGap> gaps =
+      FindStartGaps(SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")}), meshes_W);
+  ASSERT_THAT(gaps, SizeIs(1));
+  EXPECT_FALSE(gaps[0].overlap);
+  EXPECT_EQ(gaps[0].distance, 0);
+  EXPECT_THAT(Describe(gaps[0]), HasSubstr("they touch at the start"));
+}
+
+TEST(StartGaps, WhatSeatsByItsInwardShiftIsNotTold) {
+  const std::vector<TriangleMesh> meshes_W{
+      BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
+      BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
+  Scene scene = SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")});
+  scene.bodies[1].inward_shift_voxels = 0.5;
+  EXPECT_THAT(FindStartGaps(scene, meshes_W), IsEmpty());
+  // points shifted outwards push half a voxel earlier
+  scene.bodies[1].inward_shift_voxels = -0.5;
+  const std::vector<StartGap> gaps = FindStartGaps(scene, meshes_W);
+  ASSERT_THAT(gaps, SizeIs(1));
+  EXPECT_DOUBLE_EQ(gaps[0].contact_begins, 0.95 * kMm);
+}
+
+// Of two that move the smaller one has the points, and its shift is what counts.
+TEST(StartGaps, WhatSeatsInABodyThatMovesIsNotToldEither) {
+  const std::vector<TriangleMesh> meshes_W{
+      BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
+      BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
+  Scene scene = SceneOfBodies(1 * kMm, {MovingBody("socket"), MovingBody("ball")});
+  EXPECT_THAT(FindStartGaps(scene, meshes_W), SizeIs(1));
+  scene.bodies[1].inward_shift_voxels = 0.5;
+  EXPECT_THAT(FindStartGaps(scene, meshes_W), IsEmpty());
+}
+
+TEST(StartGaps, TwoThatMoveAreToldOnceAndPartsOfOneBodyNever) {
+  Scene scene =
+      SceneOfBodies(1 * kMm, {MovingBody("shaft"), MovingBody("gear"), MovingBody("ring")});
+  scene.bodies[1].mass = 0;
+  scene.bodies[1].merge_with = "shaft";
+  // gear touches its shaft; the ring stands 0.2 mm beside the gear
+  const std::vector<TriangleMesh> meshes_W{
+      BoxBetween({0, 0, 0}, {5 * kMm, 5 * kMm, 5 * kMm}),
+      BoxBetween({5 * kMm, 0, 0}, {10 * kMm, 5 * kMm, 5 * kMm}),
+      BoxBetween({10.2 * kMm, 0, 0}, {15 * kMm, 5 * kMm, 5 * kMm})};
+  const std::vector<StartGap> gaps = FindStartGaps(scene, meshes_W);
+  ASSERT_THAT(gaps, SizeIs(1));
+  EXPECT_EQ(gaps[0].moving, "shaft");
+  EXPECT_EQ(gaps[0].other, "ring");
+  EXPECT_NEAR(gaps[0].distance, 0.2 * kMm, 1e-8);
+}
+
+}  // namespace
+}  // namespace tandem

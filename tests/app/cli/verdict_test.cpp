@@ -1,0 +1,91 @@
+#include "app/cli/verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/key_scene.h"
+#include "tests/support/test_world.h"
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr double kVoxel = 0.0005;
+
+/// A key in a hole with a play of 0.09 mm.
+std::shared_ptr<const WorldModel> Key() {
+  static const std::shared_ptr<const WorldModel> model = testing::MakeWorldModel(
+      {{testing::KeyholeMesh(0.00009), true}, {testing::KeyMesh()}}, kVoxel);
+  return model;
+}
+
+/// The verdict of a run through these displacements.
+BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_off = false) {
+  const Pose& X_WB0 = Key()->bodies[0].X_WB0;
+  HeldPoses poses;
+  for (const Vec3& p : way) {
+    poses.Add({.body = 0, .loaded = loaded, .X_WB = {X_WB0.q, X_WB0.p + p}});
+  }
+  const std::vector<BodyVerdict> verdicts =
+      Judge(*Key(), poses, {{X_WB0.q, X_WB0.p + way.back()}}, contact_off);
+  EXPECT_THAT(verdicts, SizeIs(1));
+  return verdicts.front();
+}
+
+TEST(Verdict, OfAPartThatWentThroughAWallSaysHowDeep) {
+  // 0.49 mm aside, of which 0.09 mm are play
+  const BodyVerdict verdict =
+      VerdictOf({Vec3::Zero(), Vec3(0.00049, 0, 0.01), Vec3(0, 0, 0.06)}, true);
+  EXPECT_NEAR(verdict.moved, 0.06, 1e-12);
+  EXPECT_EQ(verdict.out, true);
+  ASSERT_TRUE(verdict.deepest);
+  EXPECT_NEAR(*verdict.deepest, 0.0004, 1e-6);
+  EXPECT_EQ(verdict.poses_judged, 3U);
+  EXPECT_THAT(
+      Describe(verdict),
+      HasSubstr("moved 60.0 mm and is out; it went 0.40 mm into what is fixed (0.80 voxels"));
+}
+
+TEST(Verdict, OfAPartThatJamsSaysThatItIsNotOut) {
+  const BodyVerdict verdict = VerdictOf({Vec3::Zero(), Vec3(0.00009, 0, 0.0087)}, true);
+  EXPECT_EQ(verdict.out, false);
+  EXPECT_THAT(Describe(verdict), HasSubstr("moved 8.7 mm and is NOT out; it never went into"));
+}
+
+TEST(Verdict, OfAPartThatMetNothingNeedsNoSearchButWithContactOff) {
+  const std::vector<Vec3> through{Vec3::Zero(), Vec3(0.00049, 0, 0.01), Vec3(0, 0, 0.06)};
+  const BodyVerdict free = VerdictOf(through, false);
+  EXPECT_EQ(free.poses_judged, 0U);
+  EXPECT_EQ(free.deepest, 0.0);
+  EXPECT_THAT(Describe(free), HasSubstr("it touched nothing"));
+  const BodyVerdict off = VerdictOf(through, false, true);
+  EXPECT_NEAR(off.deepest.value_or(0), 0.0004, 1e-6);
+}
+
+TEST(Verdict, OfAnEmptyHandIsNone) {
+  HeldPoses poses;
+  poses.Add({});
+  EXPECT_THAT(Judge(*Key(), poses, {Key()->bodies[0].X_WB0}, false), IsEmpty());
+}
+
+TEST(Verdict, KeepsPosesOfALongRunEvenly) {
+  HeldPoses poses;
+  const std::size_t count = 5 * HeldPoses::kMost;
+  for (std::size_t i = 0; i < count; ++i) {
+    poses.Add({.body = 0, .X_WB = {Quat::Identity(), Vec3(static_cast<double>(i), 0, 0)}});
+  }
+  const std::vector<HeldPose>& kept = poses.kept();
+  ASSERT_GT(kept.size(), HeldPoses::kMost / 2);
+  ASSERT_LE(kept.size(), HeldPoses::kMost);
+  const double step = kept[1].X_WB.p.x() - kept[0].X_WB.p.x();
+  for (std::size_t i = 1; i < kept.size(); ++i) {
+    ASSERT_EQ(kept[i].X_WB.p.x() - kept[i - 1].X_WB.p.x(), step);
+  }
+  EXPECT_LT(static_cast<double>(count) - kept.back().X_WB.p.x(), 2 * step);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <sstream>
+#include <string>
+
+#include "tests/support/scratch_folder.h"
+#include "tests/support/solid_meshes.h"
+
+namespace tandem::testing {
+
+/// A mesh in Wavefront's format, in its own units.
+inline std::string AsObjFile(const TriangleMesh& mesh) {
+  std::ostringstream text;
+  text.precision(17);
+  for (const Vec3& v : mesh.vertices) {
+    text << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
+  }
+  for (const auto& t : mesh.triangles) {
+    text << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+  }
+  return text.str();
+}
+
+/// Four bars round a rectangular hole, 9 mm high (m). A key of 8 by 7 mm has so much play in it, to
+/// each side.
+inline TriangleMesh KeyholeMesh(double play) {
+  constexpr double kOuter = 0.0125;
+  constexpr double kHigh = 0.009;
+  const double x = 0.004 + play;
+  const double y = 0.0035 + play;
+  TriangleMesh mesh = BoxBetween({-kOuter, -kOuter, 0}, {-x, kOuter, kHigh});
+  Append(mesh, BoxBetween({x, -kOuter, 0}, {kOuter, kOuter, kHigh}));
+  Append(mesh, BoxBetween({-x, -kOuter, 0}, {x, -y, kHigh}));
+  Append(mesh, BoxBetween({-x, y, 0}, {x, kOuter, kHigh}));
+  return mesh;
+}
+
+/// A key of 8 by 7 by 50 mm that stands in that hole.
+inline TriangleMesh KeyMesh() {
+  return BoxBetween({-0.004, -0.0035, 0}, {0.004, 0.0035, 0.05});
+}
+
+/// The two as a scene file with friction, for the demo: two hands lift the shared key by 60 mm in 3
+/// s. Gives its path.
+inline std::string WriteKeyScene(const ScratchFolder& folder, double play, double voxel_m) {
+  folder.Write("hole.obj", AsObjFile(KeyholeMesh(play)));
+  folder.Write("key.obj", AsObjFile(KeyMesh()));
+  folder.Write("lift.json", R"({"waypoints": [
+      {"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
+      {"t_s": 3, "p_W": [0, 0, 0.06], "q_xyzw": [0, 0, 0, 1]}]})");
+  return folder
+      .Write("key.json", R"({"name": "key", "friction": 0.2, "bodies": [
+      {"name": "hole", "mesh": "hole.obj", "fixed": true},
+      {"name": "key", "mesh": "key.obj", "mass_kg": 0.1, "sharing": "shared"}],
+      "hands": [{"body": "key", "file": "lift.json"}, {"body": "key", "file": "lift.json"}],
+      "voxel_m": )" + std::to_string(voxel_m) +
+                             "}")
+      .string();
+}
+
+}  // namespace tandem::testing
