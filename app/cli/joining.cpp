@@ -5,7 +5,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
-#include "app/scene_search.h"
+#include "app/reach/scene_search.h"
 #include "collab/coupling_limits.h"
 #include "collab/dds/dds_transport.h"
 #include "engine/base/units.h"

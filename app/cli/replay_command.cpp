@@ -18,7 +18,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/reach/reach_options.h"
-#include "app/scene_search.h"
+#include "app/reach/scene_search.h"
 #include "collab/recording/poses_export.h"
 #include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"

@@ -17,7 +17,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/output_file.h"
-#include "app/scene_search.h"
+#include "app/reach/scene_search.h"
 #include "collab/dds/announcements.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/relay.h"

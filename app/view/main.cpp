@@ -5,7 +5,7 @@
 
 #include "app/exit_codes.h"
 #include "app/output_file.h"
-#include "app/scene_search.h"
+#include "app/reach/scene_search.h"
 #include "app/view/errands.h"
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"

@@ -1,4 +1,4 @@
-#include "app/scene_search.h"
+#include "app/reach/scene_search.h"
 
 #include <algorithm>
 #include <cstdlib>
