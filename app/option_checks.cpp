@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "app/command_reference.h"
 #include "app/exit_codes.h"
 
 namespace tandem {
@@ -17,6 +18,7 @@ namespace {
 
 constexpr std::size_t kLongestValue = 60;  // shown
 constexpr std::size_t kLongestLine = 300;
+constexpr const char* kOneOf = "one of";  // OneOf's checks, by which an option's words are found
 
 std::string Shown(double value) {
   char text[32];
@@ -57,12 +59,6 @@ const CLI::App& Meant(const CLI::App& app) {
   return *at;
 }
 
-/// How it was called: "tandem bench frame".
-std::string CalledAs(const CLI::App& command) {
-  const CLI::App* parent = command.get_parent();
-  return (parent == nullptr ? "" : CalledAs(*parent) + " ") + command.get_name();
-}
-
 /// A word that nothing is known of.
 std::string ExplainUnknown(const CLI::App& command, const std::vector<std::string>& words) {
   const auto option = std::ranges::find_if(words, [](const std::string& word) {
@@ -83,6 +79,11 @@ std::string ExplainUnknown(const CLI::App& command, const std::vector<std::strin
 }
 
 }  // namespace
+
+std::string CalledAs(const CLI::App& command) {
+  const CLI::App* parent = command.get_parent();
+  return (parent == nullptr ? "" : CalledAs(*parent) + " ") + command.get_name();
+}
 
 CLI::Validator NumberFrom(double least, double most) {
   return NumberCheck("from " + Shown(least) + " to " + Shown(most), least, most, false);
@@ -138,7 +139,23 @@ CLI::Validator OneOf(std::vector<std::string> words) {
     const bool known = std::find(words.begin(), words.end(), text) != words.end();
     return known ? "" : Wanted("one of " + all, text);
   };
-  return {check, all};
+  return {check, all, kOneOf};
+}
+
+std::vector<std::string> WordsToChooseFrom(CLI::Option& option) {
+  std::string all;
+  try {
+    all = option.get_validator(kOneOf)->get_description();
+  } catch (const CLI::OptionNotFound&) {
+    return {};
+  }
+  std::vector<std::string> words;
+  for (std::size_t at = 0; at < all.size();) {
+    const std::size_t end = std::min(all.find(", ", at), all.size());
+    words.push_back(all.substr(at, end - at));
+    at = end + 2;
+  }
+  return words;
 }
 
 void RefuseEmptyTexts(CLI::App& app) {
@@ -177,6 +194,12 @@ std::string Explain(const CLI::App& app, const CLI::ParseError& error) {
 }
 
 std::optional<int> ParseOrExplain(CLI::App& app, int argc, const char* const* argv) {
+  if (argc == 3 && std::string_view(argv[1]) == "--write-reference") {
+    const std::string fault = WriteReference(app, argv[2]);
+    if (fault.empty()) return kExitOk;
+    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), fault.c_str());
+    return kExitFile;
+  }
   RefuseEmptyTexts(app);
   try {
     app.parse(argc, argv);
