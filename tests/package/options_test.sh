@@ -1,0 +1,47 @@
+#!/bin/bash
+# options_test.sh SOURCE: without Qt, Cyclone DDS, CLI11 and GoogleTest the engine can be built; without Qt all but the window.
+set -euo pipefail
+source=$1
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() { echo "FAULT: $*"; exit 1; }
+
+configure() { # name, options...
+  cmake -G Ninja -S "$source" -B "$folder/$1" "${@:2}" >"$folder/$1.log" 2>&1 || { cat "$folder/$1.log"; fail "$1: CMake"; }
+  ninja -C "$folder/$1" -t targets all >"$folder/$1.targets"
+}
+without() { printf -- '-DCMAKE_DISABLE_FIND_PACKAGE_%s=ON\n' "$@"; }
+has() { grep -q "$2: " "$folder/$1.targets" || fail "$1: nothing makes $2"; }
+has_no() { ! grep -E "$2" "$folder/$1.targets" || fail "$1: it has $2"; }
+
+configure engine -DTANDEM_BUILD_DDS=OFF $(without Qt6 CycloneDDS CLI11 GTest)
+has engine libtandem_world.a
+has engine libtandem_haptics.a
+has engine libtandem_collab.a
+has_no engine '(bin/|/)tandem(-view)?: |libtandem_(dds|idl)|(^|/)app/'
+grep -q '^CMAKE_BUILD_TYPE:STRING=Release$' "$folder/engine/CMakeCache.txt" || fail "the default build is no Release"
+
+configure windowless -DTANDEM_BUILD_VIEWER=OFF $(without Qt6 GTest)
+has windowless bin/tandem
+has_no windowless 'tandem-view'
+
+# as a part of another project: no tests, no warnings of ours, the names and the headers of an installation
+mkdir "$folder/outer"
+cat >"$folder/outer/CMakeLists.txt" <<END
+cmake_minimum_required(VERSION 3.25)
+project(outer LANGUAGES C CXX)
+set(TANDEM_BUILD_DDS OFF)
+add_subdirectory($source tandem)
+add_executable(one_frame $source/docs/examples/one_frame.cpp)
+target_link_libraries(one_frame PRIVATE tandem::world)
+END
+cmake -G Ninja -S "$folder/outer" -B "$folder/inner" -DCMAKE_EXPORT_COMPILE_COMMANDS=ON $(without Qt6 CycloneDDS CLI11 GTest) \
+  >"$folder/inner.log" 2>&1 || { cat "$folder/inner.log"; fail "as a part of another project"; }
+! grep -e -Wshadow "$folder/inner/compile_commands.json" || fail "another project gets our warnings"
+object=$(ninja -C "$folder/inner" -t targets all | sed -n 's/^\(.*one_frame.cpp.o\): .*/\1/p')
+ninja -C "$folder/inner" "$object" >"$folder/inner.log" || { cat "$folder/inner.log"; fail "the headers"; }
+
+# what is missed is named
+! cmake -G Ninja -S "$source" -B "$folder/missing" $(without CycloneDDS) >"$folder/missing.log" 2>&1 || fail "configured without DDS"
+grep -q CycloneDDS "$folder/missing.log" || fail "CMake does not say that Cyclone DDS is missing"
+echo "engine alone, without the window: configured"
