@@ -140,7 +140,7 @@ TEST_F(ReplayCommand, IsShownToViewersAtItsSpeed) {
 }
 
 TEST_F(ReplayCommand, IsToldApartFromSomebodyWhoIsThere) {
-  const std::string session = RandomName();
+  const std::string session = NewSession();
   ChildProcess replay =
       Start("replay --speed 0.2 " + File("run") + " --interface lo --session " + session);
   const Said watched = RunTandem("watch --interface lo --seconds 4 --session " + session);
@@ -164,7 +164,7 @@ TEST_F(ReplayCommand, FindsItsSceneWhereItLiesNow) {
   }
   const Said said =
       RunTandem("peer --interface lo --capacity 20000 --hold peg --scene " + scene.string() +
-                " --seconds 0.5 --session " + RandomName() + " --record " + File("elsewhere"));
+                " --seconds 0.5 --session " + NewSession() + " --record " + File("elsewhere"));
   ASSERT_EQ(said.exit_code, 0) << said.err;
   fs::remove_all(before.path());
   const Said replayed = RunTandem("replay " + File("elsewhere"), "timeout 60 ");
