@@ -252,7 +252,7 @@ TEST(Doctor, FindsWhatIsWrongAndSaysWhatMendsIt) {
 }
 
 // The law that knows of no delay is not for ordinary use.
-TEST(PeerCommand, TheConstantLawIsForTheLabAlone) {
+TEST(PeerGain, TheConstantLawIsForTheLabAlone) {
   const std::string arguments = "peer --session s --scene nowhere.json --law constant";
   ExpectRefused(arguments, kExitUsage, "it is for the lab, with --lab");
   ExpectRefused(arguments + " --lab", kExitFile, "nowhere.json");

@@ -38,7 +38,7 @@ BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_of
 TEST(Verdict, OfAPartThatWentThroughAWallSaysHowDeep) {
   // 0.49 mm aside, of which 0.09 mm are play
   const BodyVerdict verdict =
-      VerdictOf({Vec3::Zero(), Vec3(0.00049, 0, 0.01), Vec3(0, 0, 0.06)}, true);
+      VerdictOf({Vec3::Zero(), Vec3(0.00049, 0, 0.005), Vec3(0, 0, 0.06)}, true);
   EXPECT_NEAR(verdict.moved, 0.06, 1e-12);
   EXPECT_EQ(verdict.out, true);
   ASSERT_TRUE(verdict.deepest);
@@ -56,7 +56,7 @@ TEST(Verdict, OfAPartThatJamsSaysThatItIsNotOut) {
 }
 
 TEST(Verdict, OfAPartThatMetNothingNeedsNoSearchButWithContactOff) {
-  const std::vector<Vec3> through{Vec3::Zero(), Vec3(0.00049, 0, 0.01), Vec3(0, 0, 0.06)};
+  const std::vector<Vec3> through{Vec3::Zero(), Vec3(0.00049, 0, 0.005), Vec3(0, 0, 0.06)};
   const BodyVerdict free = VerdictOf(through, false);
   EXPECT_EQ(free.poses_judged, 0U);
   EXPECT_EQ(free.deepest, 0.0);

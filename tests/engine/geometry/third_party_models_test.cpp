@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 bool IsMeshFile(const fs::path& file) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const auto known = {".3mf", ".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".step", ".stl"};
+  const auto known = {".3mf", ".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl"};
   return std::find(known.begin(), known.end(), extension) != known.end();
 }
 
