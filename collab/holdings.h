@@ -16,6 +16,7 @@ struct HoldingNews {
     kInHand,        // it is in our hand now
     kAsking,        // `peer` answers for it and has been asked
     kRefused,       // `peer` holds it
+    kAsked,         // `peer` asks for it, which is in our hand
     kNoAnswer,      // nobody answered for 5 s
     kLetGo,         // we released it
     kGiven,         // we handed it to `peer`
@@ -143,6 +144,8 @@ class Holdings {
   void Say(EventKind kind, std::size_t body, std::uint32_t epoch, PeerId to) noexcept;
   void Tell(HoldingNews::Kind kind, std::size_t body, PeerId peer) noexcept;
   void OnAsk(std::size_t body, PeerId from) noexcept;
+  /// Tells the user who asks for what our hand holds; once in a while, for they ask until answered.
+  void TellAsked(std::size_t body, PeerId from) noexcept;
   void OnGrant(std::size_t body, const Event& event) noexcept;
   /// Goes on towards what the hand wants.
   void Pursue() noexcept;
@@ -158,8 +161,10 @@ class Holdings {
   std::uint32_t hold_epoch_ = 0;  // of our claim on a shared body that another answers for
   int wanted_ = -1;
   std::int64_t wanted_since_ns_ = 0;
-  std::int64_t asked_ns_ = 0;  // when last; 0: not yet
-  std::int64_t now_ns_ = 0;    // of the last frame; 0: none yet
+  std::int64_t asked_ns_ = 0;    // when last; 0: not yet
+  HoldingNews refused_;          // the last that was told of what others ask of us
+  std::int64_t refused_ns_ = 0;  // when
+  std::int64_t now_ns_ = 0;      // of the last frame; 0: none yet
   std::int64_t listen_until_ns_ = 0;
   std::uint32_t event_seq_ = 0;
   std::vector<Event> to_send_;  // ring of events that wait

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t kMostEpochs = 1000;  // that one claim may run ahead of what we know,
 constexpr std::int64_t kEpoch = 100 * kMs;   // and one more for each such time since we knew it
+constexpr std::int64_t kTellAgain = 2000 * kMs;
 
 }  // namespace
 
@@ -115,9 +116,18 @@ void Holdings::OnAsk(std::size_t index, PeerId from) noexcept {
   if (body.shared && (held_ == static_cast<int>(index) || HeldByOther(index))) return;
   if (held_ == static_cast<int>(index)) {
     Say(EventKind::kRefuse, index, body.claim.epoch, from);
+    TellAsked(index, from);
     return;
   }
   HandOver(index, EventKind::kGrant, from);
+}
+
+void Holdings::TellAsked(std::size_t index, PeerId from) noexcept {
+  const bool same = refused_.peer == from && refused_.object == bodies_[index].object;
+  if (same && now_ns_ - refused_ns_ < kTellAgain) return;
+  refused_ = {HoldingNews::Kind::kAsked, bodies_[index].object, from};
+  refused_ns_ = now_ns_;
+  Tell(HoldingNews::Kind::kAsked, index, from);
 }
 
 void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {

@@ -154,7 +154,10 @@ std::string PeerNode::Told(const HoldingNews& news) const {
     case HoldingNews::Kind::kAsking:
       return "asking " + who + " for " + body;
     case HoldingNews::Kind::kRefused:
-      return who + " holds " + body;
+      return who + " holds " + body + ", and is told that you ask for it";
+    case HoldingNews::Kind::kAsked:
+      return who + " asks for " + body + ", which you hold: 'give " + body + " " + who +
+             "' hands it over";
     case HoldingNews::Kind::kNoAnswer:
       return who + " does not answer: you do not get " + body;
     case HoldingNews::Kind::kLetGo:

@@ -65,6 +65,30 @@ TEST(Holdings, WhatAnotherHoldsIsRefusedAndComesAfterTheRelease) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
+TEST(Holdings, WhoHoldsABodyIsToldOnceWhoAsksForIt) {
+  Company company({3, 5}, 10);
+  company[5].Ask(kOwn);
+  company.Run(50);
+  ASSERT_EQ(company[5].held(), 0);
+  HoldingNews news;
+  while (company[5].TakeNews(news)) {
+  }
+  for (int i = 0; i < 3; ++i) {
+    company[3].Ask(kOwn);
+    company.Run(50);
+  }
+  ASSERT_TRUE(company[5].TakeNews(news));
+  EXPECT_EQ(news.kind, HoldingNews::Kind::kAsked);
+  EXPECT_EQ(news.object, kOwn);
+  EXPECT_EQ(news.peer, 3U);
+  EXPECT_FALSE(company[5].TakeNews(news)) << "asked thrice in 150 ms";
+  company.Run(2000);
+  company[3].Ask(kOwn);
+  company.Run(50);
+  ASSERT_TRUE(company[5].TakeNews(news)) << "asked again later";
+  EXPECT_EQ(news.kind, HoldingNews::Kind::kAsked);
+}
+
 TEST(Holdings, OfTwoWhoAskAtOnceOneGetsIt) {
   Company company({3, 5, 9}, 40);
   company.Run(10);

@@ -61,6 +61,21 @@ TEST_F(PeerCommand, TellsBeforeTheStartHowBodiesStandAndObeysQuit) {
   EXPECT_EQ(json::parse(stream, nullptr, false).at("start_gaps").size(), 1U);
 }
 
+TEST_F(PeerCommand, WhoHoldsAnOwnBodyIsToldWhoAsksForItAndHow) {
+  Running anna = Start("one", "--name anna --hold left");
+  ASSERT_TRUE(anna.WaitFor("you hold left"));
+  Running ben = Start("one", "--name ben");
+  ASSERT_TRUE(ben.WaitFor("ben is in session"));
+  ASSERT_TRUE(anna.WaitFor("ben joined"));
+  ASSERT_TRUE(ben.WaitFor("anna joined"));
+  ben.Order("grab left");
+  EXPECT_TRUE(anna.WaitFor("ben asks for left, which you hold: 'give left ben' hands it over"));
+  anna.Order("give left ben");
+  EXPECT_TRUE(ben.WaitFor("you hold left"));
+  EXPECT_EQ(anna.End(), kExitOk);
+  EXPECT_EQ(ben.End(), kExitOk);
+}
+
 TEST_F(PeerCommand, SaysInALineWhatKeepsItOut) {
   ExpectRefused(RunTandem("peer --interface nosuch0 --session s --scene " + In("one.json")),
                 kExitNetwork, "nosuch0");
