@@ -78,8 +78,8 @@ bool WaitFor(int fd, int timer) {
 }
 
 /// posix_spawn, because between fork and exec a program with threads may do next to nothing.
-int Spawn(const std::filesystem::path& file, const ImportLimits& limits, int answer_fd,
-          pid_t* pid) {
+int Spawn(const std::filesystem::path& file, std::string part, const ImportLimits& limits,
+          int answer_fd, pid_t* pid) {
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
@@ -107,8 +107,9 @@ int Spawn(const std::filesystem::path& file, const ImportLimits& limits, int ans
   std::string path = file.native();
   std::string name = "tandem-import";
   std::string helper(kHelperName);
-  const std::array<char*, 6> argv{name.data(),  helper.data(), milliseconds.data(),
-                                  bytes.data(), path.data(),   nullptr};
+  const std::array<char*, 7> argv{name.data(),  helper.data(), milliseconds.data(),
+                                  bytes.data(), path.data(),   part.data(),
+                                  nullptr};
   const int error = posix_spawn(pid, "/proc/self/exe", &files, &attributes, argv.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
@@ -128,7 +129,8 @@ int Reap(pid_t pid, bool kill_first) {
 
 }  // namespace
 
-ImportChildRun RunImportChild(const std::filesystem::path& file, const ImportLimits& limits) {
+ImportChildRun RunImportChild(const std::filesystem::path& file, const std::string& part,
+                              const ImportLimits& limits) {
   using End = ImportChildRun::End;
   TANDEM_CHECK(main_asks_for_import_job);
   TANDEM_CHECK(limits.seconds > 0 && limits.memory_bytes > 0);
@@ -141,7 +143,7 @@ ImportChildRun RunImportChild(const std::filesystem::path& file, const ImportLim
   const Fd timer(StartTimer(within.seconds));
   if (timer.get() < 0) return {End::kNotStarted, errno, {}};
   pid_t pid = -1;
-  if (const int error = Spawn(file, within, write_end.get(), &pid); error != 0) {
+  if (const int error = Spawn(file, part, within, write_end.get(), &pid); error != 0) {
     return {End::kNotStarted, error, {}};
   }
   write_end.Close();
@@ -177,7 +179,7 @@ ImportChildRun RunImportChild(const std::filesystem::path& file, const ImportLim
 
 std::optional<ImportJob> ImportJobOf(int argc, char** argv) {
   main_asks_for_import_job = true;
-  if (argc != 5 || argv[1] != kHelperName) return std::nullopt;
+  if (argc != 6 || argv[1] != kHelperName) return std::nullopt;
   // typed by a person, there is no pipe
   struct stat pipe {};
   if (fstat(kAnswerFd, &pipe) != 0 || !S_ISFIFO(pipe.st_mode)) return std::nullopt;
@@ -186,6 +188,7 @@ std::optional<ImportJob> ImportJobOf(int argc, char** argv) {
   job.limits.seconds = 1e-3 * static_cast<double>(std::strtoull(argv[2], nullptr, 10));
   job.limits.memory_bytes = std::strtoull(argv[3], nullptr, 10);
   job.file = argv[4];
+  job.part = argv[5];
   job.answer_fd = kAnswerFd;
   return job;
 }

@@ -23,11 +23,14 @@ struct ImportChildRun {
 
 /// Runs this program anew as a reading process of `file`, which knows itself by ImportJobOf(), and
 /// waits for its end or for the time to be up. May be called by several threads at once.
-ImportChildRun RunImportChild(const std::filesystem::path& file, const ImportLimits& limits);
+/// `part`: what of the file is wanted, for the job.
+ImportChildRun RunImportChild(const std::filesystem::path& file, const std::string& part,
+                              const ImportLimits& limits);
 
 /// What a reading process is to do.
 struct ImportJob {
   std::filesystem::path file;
+  std::string part;
   ImportLimits limits;
   int answer_fd = -1;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -13,6 +14,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
@@ -20,6 +22,7 @@
 #include <assimp/scene.h>
 #include <unistd.h>
 
+#include "engine/geometry/declared_unit.h"
 #include "engine/geometry/import_child.h"
 #include "engine/geometry/raw_mesh.h"
 
@@ -98,16 +101,65 @@ void AppendNode(const aiScene& scene, const aiNode& node, const Affine& X_MP, Ra
   }
 }
 
+/// Appends the nodes of that name, and meshes of that name elsewhere; whether there was any.
+bool AppendPart(const aiScene& scene, const aiNode& node, const std::string& part,
+                const Affine& X_MP, RawMesh& whole) {
+  if (node.mName.C_Str() == part) {
+    AppendNode(scene, node, X_MP, whole);
+    return true;
+  }
+  const Affine X_MN = Times(X_MP, AffineOf(node.mTransformation));
+  bool found = false;
+  for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    if (node.mMeshes[m] >= scene.mNumMeshes) continue;
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
+    if (mesh.mName.C_Str() != part) continue;
+    AppendMesh(mesh, X_MN, whole);
+    found = true;
+  }
+  for (unsigned c = 0; c < node.mNumChildren; ++c) {
+    found = AppendPart(scene, *node.mChildren[c], part, X_MN, whole) || found;
+  }
+  return found;
+}
+
+/// Of the nodes that hold something, and of meshes with a name of their own.
+void CollectNames(const aiScene& scene, const aiNode& node, std::vector<std::string>& names) {
+  const auto add = [&names](const char* name) {
+    if (*name != '\0' && std::ranges::count(names, name) == 0) names.emplace_back(name);
+  };
+  if (node.mNumMeshes > 0) add(node.mName.C_Str());
+  for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    const bool several = node.mNumMeshes > 1 && node.mMeshes[m] < scene.mNumMeshes;
+    if (several) add(scene.mMeshes[node.mMeshes[m]]->mName.C_Str());
+  }
+  for (unsigned c = 0; c < node.mNumChildren; ++c) CollectNames(scene, *node.mChildren[c], names);
+}
+
+std::string NoPart(const aiScene& scene, const std::string& part) {
+  constexpr std::size_t kMostNames = 12;
+  std::vector<std::string> names;
+  CollectNames(scene, *scene.mRootNode, names);
+  std::string words = "it has no part '" + part + "', but ";
+  if (names.empty()) return words + "parts without names only";
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNames); ++i) {
+    words += (i == 0 ? "" : ", ") + names[i];
+  }
+  if (names.size() > kMostNames)
+    words += " and " + std::to_string(names.size() - kMostNames) + " more";
+  return words;
+}
+
 ReadAnswer RefusalOf(const Assimp::Importer& importer) {
   // assimp catches everything itself, and tells it in words
   const std::string_view words = importer.GetErrorString();
   if (words.find("bad_alloc") != std::string_view::npos) {
-    return {ReadAnswer::Kind::kOutOfMemory, {}, {}};
+    return {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0};
   }
-  return {ReadAnswer::Kind::kRefused, std::string(words), {}};
+  return {ReadAnswer::Kind::kRefused, std::string(words), {}, 0};
 }
 
-ReadAnswer ReadByAssimp(const std::string& file) {
+ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
@@ -118,14 +170,19 @@ ReadAnswer ReadByAssimp(const std::string& file) {
   if (scene == nullptr) return RefusalOf(importer);
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     if (std::string fault = FaultOf(*scene->mMeshes[m]); !fault.empty()) {
-      return {ReadAnswer::Kind::kRefused, "mesh " + std::to_string(m) + ": " + fault, {}};
+      return {ReadAnswer::Kind::kRefused, "mesh " + std::to_string(m) + ": " + fault, {}, 0};
     }
   }
   scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene == nullptr) return RefusalOf(importer);
-  ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}};
-  if (scene->mRootNode != nullptr) {
-    AppendNode(*scene, *scene->mRootNode, AffineOf(aiMatrix4x4()), answer.mesh);
+  ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}, 0};
+  answer.metres_per_unit = DeclaredUnit(file).value_or(0);
+  if (scene->mRootNode == nullptr) return answer;
+  const Affine X_MM = AffineOf(aiMatrix4x4());
+  if (part.empty()) {
+    AppendNode(*scene, *scene->mRootNode, X_MM, answer.mesh);
+  } else if (!AppendPart(*scene, *scene->mRootNode, part, X_MM, answer.mesh)) {
+    return {ReadAnswer::Kind::kRefused, NoPart(*scene, part), {}, 0};
   }
   return answer;
 }
@@ -182,11 +239,23 @@ std::optional<Error> FaultOf(const std::filesystem::path& file, const std::strin
   return std::nullopt;
 }
 
-Result<RawMesh> ReadInChild(const std::filesystem::path& file, const std::string& name,
-                            const ImportOptions& options) {
+/// By its ending: what CAD programs keep, of which the mesh library reads IFC's STEP alone.
+bool HoldsCadSurfaces(const std::filesystem::path& file) {
+  constexpr std::array<std::string_view, 16> kEndings{
+      ".step", ".stp",    ".p21",    ".igs", ".iges", ".brep",    ".sat", ".x_t",
+      ".x_b",  ".sldprt", ".sldasm", ".ipt", ".prt",  ".catpart", ".jt",  ".fcstd"};
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  return std::ranges::count(kEndings, ending) > 0;
+}
+
+Result<ReadAnswer> ReadInChild(const std::filesystem::path& file, const std::string& name,
+                               const ImportOptions& options) {
   using End = ImportChildRun::End;
   const ImportLimits limits{options.seconds_limit, options.memory_limit_bytes};
-  const ImportChildRun run = RunImportChild(file, limits);
+  const ImportChildRun run = RunImportChild(file, options.part, limits);
   if (run.end == End::kNotStarted) {
     return Error{"cannot start the process that reads " + name + ": " + SystemWords(run.code)};
   }
@@ -208,10 +277,15 @@ Result<RawMesh> ReadInChild(const std::filesystem::path& file, const std::string
         "the mesh library crashed on " + name + " (" + how +
         "): the file is damaged or of a kind that it cannot read; export it as STL or OBJ"};
   }
+  if (answer->kind == ReadAnswer::Kind::kRefused && HoldsCadSurfaces(file)) {
+    return Error{name +
+                 " holds CAD surfaces, which are not triangles: export the part from the CAD "
+                 "program as STL, 3MF or OBJ"};
+  }
   if (answer->kind == ReadAnswer::Kind::kRefused) {
     return Error{"cannot read " + name + " as a mesh: " + OneLine(answer->words)};
   }
-  return std::move(answer->mesh);
+  return std::move(*answer);
 }
 
 /// Keeps only the points that triangles use, in their order.
@@ -233,7 +307,8 @@ void DropUnusedPoints(RawMesh& mesh) {
 }
 
 /// Checks what the child sent as if a stranger had, and welds it.
-Result<TriangleMesh> Build(RawMesh raw, const std::string& name, const ImportOptions& options) {
+Result<TriangleMesh> Build(RawMesh raw, double scale, const std::string& name,
+                           const ImportOptions& options) {
   if (raw.triangles.empty()) {
     return Error{name +
                  " holds no triangles that could be read: export the part's surface as a "
@@ -254,7 +329,7 @@ Result<TriangleMesh> Build(RawMesh raw, const std::string& name, const ImportOpt
     bool finite = true;
     for (const float x : p) {
       finite = finite && std::isfinite(x);
-      farthest = std::max(farthest, std::abs(double{x} * options.scale));
+      farthest = std::max(farthest, std::abs(double{x} * scale));
     }
     not_finite += finite ? 0U : 1U;
   }
@@ -265,8 +340,8 @@ Result<TriangleMesh> Build(RawMesh raw, const std::string& name, const ImportOpt
   }
   if (farthest > kFarthest) {
     return Error{name + " reaches " + Number(farthest) +
-                 " m from its origin: the file is damaged or the scale of " +
-                 Number(options.scale) + " m per unit is wrong"};
+                 " m from its origin: the file is damaged or the scale of " + Number(scale) +
+                 " m per unit is wrong"};
   }
 
   const Weld weld = WeldNear(raw.points, options.weld_tolerance);
@@ -274,7 +349,7 @@ Result<TriangleMesh> Build(RawMesh raw, const std::string& name, const ImportOpt
   mesh.vertices.reserve(weld.first_point.size());
   for (const std::uint32_t point : weld.first_point) {
     const FloatPoint& p = raw.points[point];
-    mesh.vertices.emplace_back(options.scale * Vec3(double{p[0]}, double{p[1]}, double{p[2]}));
+    mesh.vertices.emplace_back(scale * Vec3(double{p[0]}, double{p[1]}, double{p[2]}));
   }
   mesh.triangles = std::move(raw.triangles);
   double largest_area = 0;
@@ -294,18 +369,19 @@ Result<TriangleMesh> Build(RawMesh raw, const std::string& name, const ImportOpt
 
 Result<TriangleMesh> ImportMesh(const std::filesystem::path& file, const ImportOptions& options) {
   const std::string name = OneLine(file.native());
-  if (!(options.scale > 0) || !std::isfinite(options.scale)) {
+  if (options.scale && (!(*options.scale > 0) || !std::isfinite(*options.scale))) {
     return Error{"the scale of " + name + " must be a number above 0, not " +
-                 Number(options.scale)};
+                 Number(*options.scale)};
   }
   if (!(options.weld_tolerance >= 0) || !std::isfinite(options.weld_tolerance)) {
     return Error{"the weld tolerance of " + name + " must be 0 or a number above, not " +
                  Number(options.weld_tolerance)};
   }
   if (std::optional<Error> fault = FaultOf(file, name)) return *fault;
-  Result<RawMesh> raw = ReadInChild(file, name, options);
-  if (!raw) return raw.error();
-  return Build(std::move(*raw), name, options);
+  Result<ReadAnswer> answer = ReadInChild(file, name, options);
+  if (!answer) return answer.error();
+  const double declared = answer->metres_per_unit > 0 ? answer->metres_per_unit : 1.0;
+  return Build(std::move(answer->mesh), options.scale.value_or(declared), name, options);
 }
 
 void RunImportHelperIfAsked(int argc, char** argv) {
@@ -314,9 +390,9 @@ void RunImportHelperIfAsked(int argc, char** argv) {
   ConfineTo(job->limits);
   bool heard = false;
   try {
-    heard = WriteAnswer(job->answer_fd, ReadByAssimp(job->file.native()));
+    heard = WriteAnswer(job->answer_fd, ReadByAssimp(job->file.native(), job->part));
   } catch (const std::bad_alloc&) {
-    heard = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}});
+    heard = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0});
   }
   _exit(heard ? 0 : 1);  // what the program would tidy up at its end was never begun
 }

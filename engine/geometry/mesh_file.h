@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "engine/base/result.h"
 #include "engine/geometry/triangle_mesh.h"
@@ -10,7 +12,10 @@ namespace tandem {
 
 /// How a mesh file is read.
 struct ImportOptions {
-  double scale = 1.0;                           // metres per file unit
+  /// Metres per file unit; nothing: as the file declares (3MF does), else 1.
+  std::optional<double> scale = 1.0;
+  /// Name of the node or mesh that is wanted, with all below it; empty: the whole file.
+  std::string part = {};
   double weld_tolerance = 0.0;                  // file units; 0 welds equal positions only
   double seconds_limit = 10.0;                  // wall time and CPU time of the reading process
   std::size_t memory_limit_bytes = 2ULL << 30;  // address space of the reading process

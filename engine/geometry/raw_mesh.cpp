@@ -8,7 +8,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x0148'5345'4d44'4e54;  // "TNDMESH", 1
+constexpr std::uint64_t kMagic = 0x0248'5345'4d44'4e54;  // "TNDMESH", 2
 
 struct StreamHeader {
   std::uint64_t magic;
@@ -16,6 +16,7 @@ struct StreamHeader {
   std::uint64_t words;
   std::uint64_t points;
   std::uint64_t triangles;
+  double metres_per_unit;
 };
 static_assert(sizeof(FloatPoint) == 12 && sizeof(TriangleMesh::Triangle) == 12);
 
@@ -44,8 +45,12 @@ void Take(std::string_view& bytes, std::uint64_t count, Container& into) {
 
 bool WriteAnswer(int fd, const ReadAnswer& answer) {
   const RawMesh& mesh = answer.mesh;
-  const StreamHeader header{kMagic, static_cast<std::uint64_t>(answer.kind), answer.words.size(),
-                            mesh.points.size(), mesh.triangles.size()};
+  const StreamHeader header{kMagic,
+                            static_cast<std::uint64_t>(answer.kind),
+                            answer.words.size(),
+                            mesh.points.size(),
+                            mesh.triangles.size(),
+                            answer.metres_per_unit};
   return WriteAll(fd, &header, sizeof header) &&
          WriteAll(fd, answer.words.data(), answer.words.size()) &&
          WriteAll(fd, mesh.points.data(), mesh.points.size() * sizeof(FloatPoint)) &&
@@ -69,6 +74,7 @@ std::optional<ReadAnswer> ParseAnswer(std::string_view bytes) {
   }
   ReadAnswer answer;
   answer.kind = static_cast<ReadAnswer::Kind>(header.kind);
+  answer.metres_per_unit = header.metres_per_unit;
   Take(bytes, header.words, answer.words);
   Take(bytes, header.points, answer.mesh.points);
   Take(bytes, header.triangles, answer.mesh.triangles);

@@ -23,6 +23,7 @@ struct ReadAnswer {
   Kind kind = Kind::kRefused;
   std::string words;  // of a refusal
   RawMesh mesh;
+  double metres_per_unit = 0;  // as the file declares; 0: it does not
 };
 
 /// Writes an answer into a pipe, for ParseAnswer() in a process of the same program. False when

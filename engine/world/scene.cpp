@@ -73,13 +73,14 @@ double ReadPointSpacing(const JsonNode& node) {
 
 /// `spacing`: of the scene, for bodies that have none of their own.
 SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder, double spacing) {
-  node.AllowKeys({"name", "mesh", "scale", "pose", "fixed", "mass_kg", "density_kg_m3", "sharing",
-                  "inward_shift_voxels", "point_spacing_voxels", "colour", "free", "constraint",
-                  "merge_with"});
+  node.AllowKeys({"name", "mesh", "part", "scale", "pose", "fixed", "mass_kg", "density_kg_m3",
+                  "sharing", "inward_shift_voxels", "point_spacing_voxels", "colour", "free",
+                  "constraint", "merge_with"});
   SceneBody body;
   body.point_spacing_voxels = spacing;
   body.name = node["name"].Text("the body's name");
   body.mesh = ReadFilePath(node["mesh"], folder);
+  if (node.Has("part")) body.part = node["part"].Text("the name of a part in the mesh file");
   if (node.Has("scale")) body.scale = node["scale"].NumberAbove(0);
   if (node.Has("pose")) body.X_WM = ReadPose(node["pose"]);
   if (node.Has("fixed")) body.fixed = node["fixed"].TrueOrFalse();

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,13 +18,14 @@ namespace tandem {
 /// One part as the scene file tells of it. Its place in Scene::bodies is its number on the network.
 struct SceneBody {
   std::string name;
-  std::filesystem::path mesh;  // found: absolute, or relative to the working directory
-  double scale = 1.0;          // metres per file unit
-  Pose X_WM;                   // where the file's frame stands at first
-  bool fixed = false;          // never moves
-  bool shared = false;         // several users may hold it at once (type-2); else one (type-1)
-  double mass = 0;             // kg; 0 for fixed bodies, and where the density tells it
-  double density = 0;          // kg/m^3, when mass is 0
+  std::filesystem::path mesh;   // found: absolute, or relative to the working directory
+  std::string part;             // of the mesh file, by its name there; empty: all of it
+  std::optional<double> scale;  // metres per file unit; nothing: as the file declares, else 1
+  Pose X_WM;                    // where the file's frame stands at first
+  bool fixed = false;           // never moves
+  bool shared = false;          // several users may hold it at once (type-2); else one (type-1)
+  double mass = 0;              // kg; 0 for fixed bodies, and where the density tells it
+  double density = 0;           // kg/m^3, when mass is 0
   double inward_shift_voxels =
       0;  // of the pointshell, along its normals (paper §7: the ball seats)
   double point_spacing_voxels = 1;  // from point to point, in voxels; at most 1 (paper §3.2)

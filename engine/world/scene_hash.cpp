@@ -40,7 +40,8 @@ std::uint64_t HashValues(const Scene& scene, std::size_t i) {
   Add(hash, static_cast<double>(scene.WholeOf(i)));
   Add(hash, body.free ? 1 : 0);
   AddTo(hash, body.constraint);
-  Add(hash, body.scale);
+  Add(hash, body.scale.value_or(1));  // what the file declares is in its bytes
+  if (!body.part.empty()) hash.AddBytes(body.part.data(), body.part.size());
   const Vec3& p = body.X_WM.p;
   const Quat& q = body.X_WM.q;
   for (const double x : {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()}) Add(hash, x);

@@ -19,7 +19,7 @@ constexpr double kLarge = 2.0;  // m: more than a part is wont to measure
 /// Where a file is read as in metres and is so large that it is more likely in millimetres.
 std::optional<std::string> ScaleRemark(const SceneBody& body, const TriangleMesh& mesh_W) {
   const Vec3 size = BoundsOf(mesh_W).size();
-  if (body.scale != 1 || size.maxCoeff() < kLarge) return std::nullopt;
+  if (body.scale.value_or(1) != 1 || size.maxCoeff() < kLarge) return std::nullopt;
   char text[160];
   std::snprintf(text, sizeof text,
                 "it measures %.3g x %.3g x %.3g m: is the file in millimetres? Then give it "
@@ -122,7 +122,7 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
   auto world = std::make_shared<WorldModel>();
   world->scene = scene;
   for (const SceneBody& body : scene.bodies) {
-    Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, {.scale = body.scale});
+    Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, {.scale = body.scale, .part = body.part});
     if (!mesh_M) return At(body, mesh_M.error().what);
     const MeshDiagnosis diagnosis = Diagnose(*mesh_M);
     if (!diagnosis.closed()) {

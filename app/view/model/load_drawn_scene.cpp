@@ -36,6 +36,7 @@ Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadP
     }
     ImportOptions options;
     options.scale = body.scale;
+    options.part = body.part;
     const Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, options);
     if (!mesh_M) return mesh_M.error();
     BodyLook look{body.fixed, body.colour};

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/base/check.h"
 #include "tests/engine/geometry/shapes.h"
@@ -52,6 +54,90 @@ inline const std::string kAsciiStl =
     "solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
     "endfacet\nfacet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\n"
     "endfacet\nendsolid t\n";
+
+inline std::string Bytes(std::uint64_t number, int count) {
+  std::string bytes;
+  for (int i = 0; i < count; ++i) bytes += static_cast<char>(number >> (8 * i));
+  return bytes;
+}
+
+/// Files in a ZIP archive, stored as they are.
+inline std::string Zip(const std::vector<std::pair<std::string, std::string>>& files) {
+  const auto crc = [](const std::string& content) {
+    std::uint32_t state = 0xffffffff;
+    for (const char c : content) {
+      state ^= static_cast<unsigned char>(c);
+      for (int bit = 0; bit < 8; ++bit) state = (state >> 1U) ^ ((state & 1U) * 0xedb88320U);
+    }
+    return ~state;
+  };
+  std::string archive;
+  std::string directory;
+  for (const auto& [name, content] : files) {
+    const std::string common = Bytes(20, 2) + Bytes(0, 8) + Bytes(crc(content), 4) +
+                               Bytes(content.size(), 4) + Bytes(content.size(), 4) +
+                               Bytes(name.size(), 2) + Bytes(0, 2);
+    directory +=
+        "PK\x01\x02" + Bytes(20, 2) + common + Bytes(0, 10) + Bytes(archive.size(), 4) + name;
+    archive += "PK\x03\x04" + common + name + content;
+  }
+  return archive + directory + "PK\x05\x06" + Bytes(0, 4) + Bytes(files.size(), 2) +
+         Bytes(files.size(), 2) + Bytes(directory.size(), 4) + Bytes(archive.size(), 4) +
+         Bytes(0, 2);
+}
+
+inline std::string ThreeMfBox(int x, int y, int z) {
+  std::string mesh = "<mesh><vertices>";
+  for (int i = 0; i < 8; ++i) {
+    mesh += "<vertex x=\"" + std::to_string((i & 1) * x) + "\" y=\"" +
+            std::to_string(((i >> 1) & 1) * y) + "\" z=\"" + std::to_string(((i >> 2) & 1) * z) +
+            "\"/>";
+  }
+  mesh += "</vertices><triangles>";
+  constexpr int kCorners[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6},
+                                   {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
+                                   {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  for (const auto& corner : kCorners) {
+    mesh += "<triangle v1=\"" + std::to_string(corner[0]) + "\" v2=\"" + std::to_string(corner[1]) +
+            "\" v3=\"" + std::to_string(corner[2]) + "\"/>";
+  }
+  return mesh + "</triangles></mesh>";
+}
+
+/// A 3MF file of four objects: boxes of 1 x 1 x 1 (1) and 2 x 2 x 3 (2), both (3), in which the
+/// first is lifted by 5, and a box of 1 x 1 x 1 (4), which is placed at x = 10. `unit`: attribute
+/// of its model, or nothing.
+inline std::string ThreeMf(const std::string& unit) {
+  const std::string kHead = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+  const std::string model =
+      kHead + "<model " + unit +
+      " xml:lang=\"en-US\" "
+      "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"><resources>"
+      "<object id=\"1\" name=\"lid\" type=\"model\">" +
+      ThreeMfBox(1, 1, 1) + "</object><object id=\"2\" name=\"cup\" type=\"model\">" +
+      ThreeMfBox(2, 2, 3) +
+      "</object><object id=\"3\" type=\"model\"><components><component objectid=\"1\" "
+      "transform=\"1 0 0 0 1 0 0 0 1 0 0 5\"/><component objectid=\"2\"/></components></object>"
+      "<object id=\"4\" type=\"model\">" +
+      ThreeMfBox(1, 1, 1) +
+      "</object></resources><build><item objectid=\"3\"/><item objectid=\"4\" "
+      "transform=\"1 0 0 0 1 0 0 0 1 10 0 0\"/></build></model>";
+  return Zip(
+      {{"[Content_Types].xml",
+        kHead + "<Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">"
+                "<Default Extension=\"rels\" "
+                "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/>"
+                "<Default Extension=\"model\" "
+                "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/>"
+                "</Types>"},
+       {"_rels/.rels", kHead +
+                           "<Relationships "
+                           "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
+                           "<Relationship Target=\"/3D/3dmodel.model\" Id=\"rel0\" "
+                           "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>"
+                           "</Relationships>"},
+       {"3D/3dmodel.model", model}});
+}
 
 /// The triangle (0,0,3) (2,0,3) (0,1,3), Z up, on a node that takes (x, y, z) to (10 - y, x, -z):
 /// a quarter turn, a mirror and a move.

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <optional>
 #include <random>
 #include <string>
 #include <thread>
@@ -14,6 +15,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "engine/geometry/declared_unit.h"
 #include "engine/geometry/mesh_diagnosis.h"
 #include "tests/engine/geometry/mesh_file_samples.h"
 
@@ -30,6 +32,7 @@ using testing::kOffCube;
 using testing::kPlyCube;
 using ::testing::Not;
 using testing::TempFolder;
+using testing::ThreeMf;
 
 std::string WhyNot(const Result<TriangleMesh>& mesh) {
   return mesh ? "it is a mesh" : mesh.error().what;
@@ -132,6 +135,64 @@ TEST_F(MeshFile, ErrorsAreOneLineThatNamesTheFileAndTheFault) {
     ASSERT_FALSE(mesh) << name;
     EXPECT_THAT(mesh.error().what, AllOf(HasSubstr(words), Not(HasSubstr("\n")))) << name;
     EXPECT_LT(mesh.error().what.size(), 600U) << name;
+  }
+}
+
+TEST_F(MeshFile, SaysOfCadSurfacesWhatToDoWithThem) {
+  const std::string step =
+      "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\n"
+      "FILE_NAME('','',(''),(''),'','','');\n"
+      "FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\nENDSEC;\n"
+      "END-ISO-10303-21;\n";
+  for (const char* name : {"part.step", "part.STP", "part.igs", "part.SLDPRT"}) {
+    const Result<TriangleMesh> mesh = ImportMesh(Write(name, step));
+    ASSERT_FALSE(mesh) << name;
+    EXPECT_THAT(mesh.error().what,
+                HasSubstr("holds CAD surfaces, which are not triangles: export"));
+  }
+}
+
+// Boxes of 1 x 1 x 1 (lid, lifted by 5 on a component) and 2 x 2 x 3 (cup), and one of 1 at x = 10.
+TEST_F(MeshFile, ReadsAPartOfA3mfFileInTheUnitThatItDeclares) {
+  const auto size_of = [this](const std::string& unit, const ImportOptions& options) {
+    const Result<TriangleMesh> mesh = ImportMesh(Write("two.3mf", ThreeMf(unit)), options);
+    EXPECT_TRUE(mesh) << mesh.error().what;
+    return mesh ? BoundsOf(*mesh) : Bounds{};
+  };
+  const ImportOptions declared{.scale = std::nullopt};
+  // the whole: from the cup's corner to that of the third box
+  EXPECT_NEAR(size_of("unit=\"inch\"", declared).size().x(), 11 * 0.0254, 1e-9);
+  EXPECT_NEAR(size_of("unit=\"millimeter\"", declared).size().x(), 11e-3, 1e-9);
+  EXPECT_NEAR(size_of("", declared).size().x(), 11e-3, 1e-9);  // the format's default
+  EXPECT_NEAR(size_of("unit=\"inch\"", {.scale = 0.01}).size().x(), 0.11, 1e-9);
+  EXPECT_NEAR(size_of("unit=\"inch\"", {}).size().x(), 11, 1e-9);
+
+  const Bounds cup = size_of("", {.part = "Object_2"});
+  EXPECT_TRUE(cup.min.isApprox(Vec3(0, 0, 0)) && cup.max.isApprox(Vec3(2, 2, 3)));
+  const Bounds lid = size_of("", {.part = "Object_1"});  // where the whole has it
+  EXPECT_TRUE(lid.min.isApprox(Vec3(0, 0, 5)) && lid.max.isApprox(Vec3(1, 1, 6)));
+  const Bounds both = size_of("", {.part = "Object_3"});
+  EXPECT_TRUE(both.min.isApprox(Vec3(0, 0, 0)) && both.max.isApprox(Vec3(2, 2, 6)));
+
+  const Result<TriangleMesh> none = ImportMesh(Write("two.3mf", ThreeMf("")), {.part = "Object_9"});
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().what,
+              HasSubstr("it has no part 'Object_9', but Object_1, Object_2, Object_4"));
+}
+
+TEST_F(MeshFile, A3mfFileThatIsCutAnywhereDeclaresNothingAndHarmsNobody) {
+  const std::string whole = ThreeMf("unit=\"inch\"");
+  for (std::size_t size = 0; size < whole.size(); size += 37) {
+    EXPECT_EQ(DeclaredUnit(Write("cut.3mf", whole.substr(0, size))), std::nullopt) << size;
+  }
+  EXPECT_EQ(DeclaredUnit(Write("whole.3mf", whole)), 0.0254);
+  EXPECT_EQ(DeclaredUnit(Write("cube.obj", kObjCube)), std::nullopt);
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 300; ++i) {
+    std::string damaged = whole;
+    for (int k = 0; k < 5; ++k) damaged[random() % damaged.size()] = static_cast<char>(random());
+    const std::optional<double> unit = DeclaredUnit(Write("damaged.3mf", damaged));
+    EXPECT_TRUE(!unit || (*unit > 0 && *unit <= 1));
   }
 }
 

@@ -87,7 +87,7 @@ TEST_F(SceneFile, IsReadInFull) {
 
   const SceneBody& block = scene.bodies[0];
   EXPECT_TRUE(block.fixed);
-  EXPECT_EQ(block.scale, 1.0);
+  EXPECT_EQ(block.scale, std::nullopt);
   EXPECT_EQ(block.mass, 0.0);
   EXPECT_EQ(block.colour[0], 1.0F);
   EXPECT_NEAR(block.colour[1], 0.502, 0.001);  // 0x80 of 0xff
@@ -121,6 +121,16 @@ TEST_F(SceneFile, WhatMovesIsNotGreyUnlessItSaysSo) {
   EXPECT_NE(scene->bodies[1].colour, block);
   EXPECT_NE(scene->bodies[2].colour, block);
   EXPECT_NE(scene->bodies[1].colour, scene->bodies[2].colour);
+}
+
+TEST_F(SceneFile, APartOfAMeshFileIsOtherContentThanTheWhole) {
+  const std::string part = WithKeys("\"part\": \"Object_2\"");
+  const Result<Scene> scene = LoadScene(File(part));
+  ASSERT_TRUE(scene) << scene.error().what;
+  EXPECT_EQ(scene->bodies[2].part, "Object_2");
+  EXPECT_NE(Hash(part), Hash(kScene));
+  EXPECT_NE(Hash(part), Hash(WithKeys("\"part\": \"Object_3\"")));
+  EXPECT_EQ(Hash(part), Hash(part));
 }
 
 TEST_F(SceneFile, AHandsScriptInItsPlaceIsToldFromAScene) {
