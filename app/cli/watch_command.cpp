@@ -179,7 +179,7 @@ int WatchCommand(const WatchOptions& asked) {
   }
   Transport& transport = **joined;
   Say("watching session " + options.session);
-  const std::unique_ptr<SessionsNearby> nearby = ListenForSessions(dds);
+  std::unique_ptr<SessionsNearby> nearby;  // while nobody is heard: it takes a port of DDS
 
   PeerInfo info;
   info.peer = dds.peer;
@@ -201,9 +201,13 @@ int WatchCommand(const WatchOptions& asked) {
       beat_ns = now_ns;
     }
     if (now_ns - status_ns >= kStatusNs) {
-      reporter.TellStatus(
-          picture, static_cast<double>(now_ns - status_ns) * 1e-9,
-          picture.peers.empty() ? nearby->Heard() : std::vector<AnnouncedSession>{});
+      if (!picture.peers.empty()) {
+        nearby.reset();
+      } else if (!nearby) {
+        nearby = ListenForSessions(dds);
+      }
+      reporter.TellStatus(picture, static_cast<double>(now_ns - status_ns) * 1e-9,
+                          nearby ? nearby->Heard() : std::vector<AnnouncedSession>{});
       status_ns = now_ns;
     }
     if (SignalCame(signals)) break;

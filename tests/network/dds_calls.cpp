@@ -42,10 +42,12 @@ namespace {
   X(dds_delete_qos)                      \
   X(dds_dispose)                         \
   X(dds_free)                            \
+  X(dds_get_guid)                        \
   X(dds_get_matched_publication_data)    \
   X(dds_get_matched_publications)        \
   X(dds_get_publication_matched_status)  \
   X(dds_get_subscription_matched_status) \
+  X(dds_lookup_participant)              \
   X(dds_lset_data_available)             \
   X(dds_lset_subscription_matched)       \
   X(dds_qget_partition)                  \
