@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdlib>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -150,10 +151,17 @@ std::string NoPart(const aiScene& scene, const std::string& part) {
   return words;
 }
 
+bool HasMemoryLeft() {
+  void* volatile room = std::malloc(1 << 20);  // volatile: it is to be asked for, though not used
+  const bool has = room != nullptr;
+  std::free(room);
+  return has;
+}
+
 ReadAnswer RefusalOf(const Assimp::Importer& importer) {
-  // assimp catches everything itself, and tells it in words
+  // assimp catches everything itself, and tells it in words, or as unknown for want of memory
   const std::string_view words = importer.GetErrorString();
-  if (words.find("bad_alloc") != std::string_view::npos) {
+  if (words.find("bad_alloc") != std::string_view::npos || !HasMemoryLeft()) {
     return {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0};
   }
   return {ReadAnswer::Kind::kRefused, std::string(words), {}, 0};
