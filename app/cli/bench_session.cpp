@@ -176,7 +176,7 @@ struct FrameTimes {
     least_p99.push_back(std::ranges::min(tails));
   }
 
-  /// What says whether frames keep their millisecond, into a row of the JSON.
+  /// Adds the figures that say whether frames keep their millisecond to a row of the JSON.
   void DeadlinesInto(ordered_json& row) const {
     row["frame_wall_p999_us"] = MedianOf(wall_p999);
     row["frames"] = frames;

@@ -34,7 +34,7 @@ PenetrationReport Penetration(const WorldModel& model, std::size_t body,
                               const std::vector<std::vector<Pose>>& series, double voxel_size,
                               double seconds_limit);
 
-/// Of every tenth pose and every pose with contact force, of all instances.
+/// Judges every tenth pose and every pose with contact force, of all instances.
 PenetrationReport Penetration(const WorldModel& model, std::size_t body,
                               const std::vector<std::vector<TraceSample>>& instances,
                               double seconds_limit);

@@ -62,7 +62,7 @@ std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
   return std::max(PeerInbox::kDefaultWaiting, MostWaiting(plan, kMaxPeers - 1));
 }
 
-/// What became of the bodies that the hand held; empty: it held none, or is not to be told.
+/// Returns what became of the bodies that the hand held: nothing if it held none or tells none.
 std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Joining& joining,
                                         const HeldPoses& poses) {
   if (arguments.brief) return {};

@@ -16,7 +16,7 @@ namespace tandem {
 Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
                            const PeerDirectory& directory, bool own_only = false);
 
-/// What each order does, a line each.
+/// Returns a line for each order, which says what the order does.
 std::vector<std::string> HelpOnOrders();
 
 /// What there is to know of an order that is obeyed, in a line; empty: nothing.

@@ -177,7 +177,7 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
   return std::unique_ptr<Transport>(std::make_unique<ViewersOnly>(*std::move(joined), *id));
 }
 
-/// What is written down of a replay, frame by frame.
+/// Writes a replay down, frame by frame.
 class Export {
  public:
   virtual ~Export() = default;
@@ -274,7 +274,7 @@ class Player {
   std::int64_t begin_ns_ = MonotonicNowNs();
 };
 
-/// What became of the bodies that the hand held.
+/// Returns what became of the bodies that the hand held.
 std::vector<BodyVerdict> VerdictsOfReplay(const WorldModel& model, const HeldPoses& poses,
                                           const World& world, bool contact_off) {
   std::vector<Pose> last_WB;

@@ -41,7 +41,7 @@ TriangleMesh PartIn(const Bounds& box, const TriangleMesh& mesh) {
   return part;
 }
 
-/// Whether the surfaces of one, which do not cross the other's, lie inside it.
+/// Returns whether `inner`, whose surface does not cross that of `outer`, lies inside `outer`.
 bool LiesIn(const TriangleMesh& inner, const TriangleMesh& outer) {
   if (inner.triangles.empty() || !LiesWithin(BoundsOf(inner), BoundsOf(outer))) return false;
   const Vec3& p = inner.corner(0, 0);
