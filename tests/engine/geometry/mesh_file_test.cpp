@@ -244,6 +244,25 @@ TEST_F(MeshFile, ReportsAReaderThatHasNoRoom) {
 #endif
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// From too little to begin with to enough: whichever step of reading fails for want of room, that
+// is what is said of it.
+TEST_F(MeshFile, SaysOfEveryLackOfMemoryThatItIsOne) {
+  const auto file = Write("sphere.stl", BinaryStlSphere(6));
+  int refused = 0;
+  bool read = false;
+  for (std::size_t limit = 16U << 20U; !read && limit < 2ULL << 30U; limit += limit / 16) {
+    const Result<TriangleMesh> mesh = ImportMesh(file, {.memory_limit_bytes = limit});
+    read = mesh.has_value();
+    if (read) break;
+    EXPECT_THAT(mesh.error().what, HasSubstr("needs more than ")) << limit;
+    ++refused;
+  }
+  EXPECT_TRUE(read);
+  EXPECT_GT(refused, 2);
+}
+#endif
+
 TEST_F(MeshFile, LeavesNeitherProcessesNorOpenFilesBehind) {
   const auto good = Write("cube.obj", kObjCube);
   const auto bad = Write("bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
