@@ -386,6 +386,11 @@ Result<TriangleMesh> ImportMesh(const std::filesystem::path& file, const ImportO
   if (std::optional<Error> fault = FaultOf(file, name)) return *fault;
   Result<ReadAnswer> answer = ReadInChild(file, name, options);
   if (!answer) return answer.error();
+  if (!options.scale && KindDeclaresUnit(file) && !(answer->metres_per_unit > 0)) {
+    return Error{name +
+                 ": the unit that it declares cannot be read: give a \"scale\", in metres "
+                 "per unit of the file (0.001 for millimetres)"};
+  }
   const double declared = answer->metres_per_unit > 0 ? answer->metres_per_unit : 1.0;
   return Build(std::move(answer->mesh), options.scale.value_or(declared), name, options);
 }
