@@ -296,7 +296,8 @@ int RunDemo(DemoArguments& arguments) {
   if (!bodies) return Fail(kExitFile, bodies.error().what);
   std::vector<TriangleMesh> meshes_W;
   for (const ProximityBody& body : *bodies) meshes_W.push_back(body.mesh_W);
-  const std::vector<StartGap> gaps = FindStartGaps(*scene, meshes_W);
+  StartGaps gaps;
+  if (!arguments.no_contact) gaps = FindStartGaps(*scene, meshes_W);
   TellStart(gaps);
 
   const TemporaryFolder folder;

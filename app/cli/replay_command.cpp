@@ -309,7 +309,7 @@ int RunReplay(const ReplayArguments& arguments) {
   const Result<std::unique_ptr<Transport>> transport = JoinForViewers(arguments, ears, exit_code);
   if (!transport) return Fail(exit_code, transport.error().what);
   Say(header.name + " as recorded by version " + header.program + ", scene " + header.scene);
-  TellStart(FindStartGaps((*model)->scene, (*model)->meshes_W));
+  if (header.contact) TellStart(FindStartGaps(**model));
   const std::atomic<bool>& stop_asked = StopOnSignals();
 
   kHapticThread.Enter();
