@@ -161,6 +161,13 @@ void World::Place(std::size_t body, const Pose& X_WB) {
   bodies_[body].state = {X_WB, {}};
 }
 
+bool World::Touched(std::size_t body) const noexcept {
+  return std::any_of(pairs_.begin(), pairs_.end(), [body](const Pair& pair) {
+    const int b = static_cast<int>(body);
+    return pair.pushes && (pair.shell == b || pair.map == b);
+  });
+}
+
 bool World::Pushed(std::size_t body) const noexcept {
   return std::any_of(pairs_.begin(), pairs_.end(), [body](const Pair& pair) {
     const int b = static_cast<int>(body);
