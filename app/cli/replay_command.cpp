@@ -32,9 +32,9 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::int64_t kFramesPerSecond = 1000;
-constexpr std::int64_t kControlFrames = 20;           // from one ControlFrame to the next
-constexpr std::int64_t kReplayPoseFrames = 5;         // from one pose that is judged to the next
-constexpr std::int64_t kNewcomersNs = 1'000'000'000;  // for those who are in the session already
+constexpr std::int64_t kControlFrames = 20;              // from one ControlFrame to the next
+constexpr std::int64_t kReplayPoseFrames = 5;            // from one pose that is judged to the next
+constexpr std::int64_t kReplaySettleNs = 1'000'000'000;  // for those who are in the session already
 
 struct ReplayArguments {
   std::string file;
@@ -168,7 +168,7 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
   if (!joined) return joined.error();
   exit_code = kExitNetwork;
   for (const std::int64_t begin_ns = MonotonicNowNs();
-       MonotonicNowNs() - begin_ns < kNewcomersNs;) {
+       MonotonicNowNs() - begin_ns < kReplaySettleNs;) {
     if (const auto other = ears.Active()) return Error{NotBeside(*other, arguments)};
     MachineClock().SleepUntil(MonotonicNowNs() + 10'000'000);
   }
