@@ -31,6 +31,12 @@ int HeldBody(PeerNode& node) noexcept {
   return -1;
 }
 
+void BodiesMet::See(const World& world, int body) noexcept {
+  if (body < 0) return;
+  const auto index = static_cast<std::size_t>(body);
+  if (!met_[index] && world.Touched(index)) met_[index] = true;
+}
+
 void HeldPoses::Add(const HeldPose& pose) {
   if (given_++ % stride_ != 0) return;
   kept_.push_back(pose);
@@ -42,7 +48,8 @@ void HeldPoses::Add(const HeldPose& pose) {
 }
 
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
-                               const std::vector<Pose>& last_WB, bool contact_off) {
+                               const BodiesMet& met, const std::vector<Pose>& last_WB,
+                               bool contact_off) {
   std::vector<std::size_t> bodies;
   for (const HeldPose& pose : poses.kept()) {
     const auto body = static_cast<std::size_t>(pose.body);
@@ -53,11 +60,10 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
     BodyVerdict& verdict = verdicts.emplace_back();
     verdict.body = model.bodies[body].name;
     verdict.voxel_size = model.scene.voxel_size;
+    verdict.met = met[body];
     std::vector<std::vector<Pose>> series(1);
     for (const HeldPose& pose : poses.kept()) {
-      if (pose.body != static_cast<int>(body)) continue;
-      verdict.met = verdict.met || pose.loaded;
-      series[0].push_back(pose.X_WB);
+      if (pose.body == static_cast<int>(body)) series[0].push_back(pose.X_WB);
     }
     const Outcome outcome = OutcomeOf(model, body, last_WB[body]);
     verdict.moved = outcome.travel;

@@ -14,9 +14,21 @@ namespace tandem {
 
 /// The pose of the body in hand, in one frame.
 struct HeldPose {
-  int body = -1;        // into WorldModel::bodies; -1: the hand is empty
-  bool loaded = false;  // contact pushes
+  int body = -1;  // into WorldModel::bodies; -1: the hand is empty
   Pose X_WB;
+};
+
+/// Which bodies contact pushed while they were in the hand. Written by the haptic thread in every
+/// frame, read when that has ended: poses, of which some are left out, cannot tell this.
+class BodiesMet {
+ public:
+  explicit BodiesMet(std::size_t bodies) : met_(bodies, false) {}
+  /// After a frame. `body`: in the hand, or -1.
+  void See(const World& world, int body) noexcept;
+  bool operator[](std::size_t body) const noexcept { return met_[body]; }
+
+ private:
+  std::vector<bool> met_;
 };
 
 /// The body in the hand of a node, into WorldModel::bodies; -1: none. By the haptic thread.
@@ -27,7 +39,7 @@ struct BodyVerdict {
   std::string body;
   double moved = 0;         // m, its centre of mass, from its first place
   std::optional<bool> out;  // its box has left that of all that is fixed; nothing: nothing is fixed
-  bool met = false;         // contact pushed in one of the poses
+  bool met = false;         // contact pushed it while it was held
   /// m, in what is fixed, of the poses judged; nothing: not judged, or nothing is fixed
   std::optional<double> deepest;
   double voxel_size = 0;  // m
@@ -54,7 +66,8 @@ class HeldPoses {
 /// has gone into nothing, but with `contact_off`. Takes a second of search at the most; penetration
 /// of scenes above 300,000 triangles is not judged.
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
-                               const std::vector<Pose>& last_WB, bool contact_off);
+                               const BodiesMet& met, const std::vector<Pose>& last_WB,
+                               bool contact_off);
 
 /// One line for a person: "peg moved 60.0 mm and is out; it never went into what is fixed".
 std::string Describe(const BodyVerdict& verdict);

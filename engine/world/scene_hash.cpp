@@ -5,26 +5,39 @@
 #include <fstream>
 
 #include "engine/base/hash.h"
+#include "engine/geometry/declared_unit.h"
 #include "engine/world/force_parameters.h"
 
 namespace tandem {
 
 namespace {
 
+constexpr std::uintmax_t kLargestMesh = 4ULL << 30U;  // bytes: reading one has 2 GB of memory
+constexpr double kUnitOfFile = -1;                    // no scale that a body may have
+
 Result<std::uint64_t> HashFile(const std::filesystem::path& file) {
   const Error unread{file.string() + ": cannot be read"};
+  std::error_code unknown;
+  const std::filesystem::file_status status = std::filesystem::status(file, unknown);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    return Error{file.string() + ": is not a regular file"};
+  }
+  // what has no size is empty, or something that the system writes without end
+  const std::uintmax_t told = std::filesystem::file_size(file, unknown);
+  if (unknown) return unread;
+  if (told > kLargestMesh) return Error{file.string() + ": is larger than any mesh that is read"};
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return unread;
   Hash64 hash;
   std::uint64_t size = 0;
   std::array<char, 65536> block{};
-  do {
+  while (stream && size < told) {
     stream.read(block.data(), block.size());
     const auto got = static_cast<std::size_t>(stream.gcount());
     hash.AddBytes(block.data(), got);
     size += got;
-  } while (stream);
-  if (!stream.eof()) return unread;
+  }
+  if (stream.bad()) return unread;
   hash.Add(size);
   return hash.value();
 }
@@ -40,7 +53,9 @@ std::uint64_t HashValues(const Scene& scene, std::size_t i) {
   Add(hash, static_cast<double>(scene.WholeOf(i)));
   Add(hash, body.free ? 1 : 0);
   AddTo(hash, body.constraint);
-  Add(hash, body.scale.value_or(1));  // what the file declares is in its bytes
+  Add(hash, body.scale.value_or(1));
+  // the unit itself is in the file's bytes; whether it counts is not
+  if (!body.scale && KindDeclaresUnit(body.mesh)) Add(hash, kUnitOfFile);
   if (!body.part.empty()) hash.AddBytes(body.part.data(), body.part.size());
   const Vec3& p = body.X_WM.p;
   const Quat& q = body.X_WM.q;
