@@ -188,7 +188,7 @@ bool Scene::IsPointshell(std::size_t a, double a_points, std::size_t b, double b
     if (is(a, pair.pointshell) && is(b, pair.voxmap)) return true;
     if (is(b, pair.pointshell) && is(a, pair.voxmap)) return false;
   }
-  return a_points < b_points || (a_points == b_points && a > b);
+  return a_points <= b_points;
 }
 
 Result<Scene> LoadScene(const std::filesystem::path& file) {

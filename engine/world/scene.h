@@ -67,7 +67,7 @@ struct Scene {
   /// Index of the body that this one moves with: itself, or the one it is merged with.
   std::size_t WholeOf(std::size_t body) const;
   /// Whether the pointshell of two moving bodies is `a`: as `pairs` has it, else the one of fewer
-  /// points, for speed (paper §2.1), and of equals the one that comes later in the scene.
+  /// points, for speed (paper §2.1), and of equals `a`.
   bool IsPointshell(std::size_t a, double a_points, std::size_t b, double b_points) const;
 };
 
