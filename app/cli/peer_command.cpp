@@ -66,11 +66,7 @@ std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
 std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Joining& joining,
                                         const HeldPoses& poses) {
   if (arguments.brief) return {};
-  std::vector<Pose> last_WB;
-  for (std::size_t b = 0; b < joining.model->bodies.size(); ++b) {
-    last_WB.push_back(joining.node->world().state(b).X_WB);
-  }
-  return Judge(*joining.model, poses, last_WB, arguments.no_contact);
+  return Judge(*joining.model, poses, LastPlaces(*joining.node), arguments.no_contact);
 }
 
 std::string Seconds(double seconds) {

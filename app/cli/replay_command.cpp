@@ -274,14 +274,6 @@ class Player {
   std::int64_t begin_ns_ = MonotonicNowNs();
 };
 
-/// Returns what became of the bodies that the hand held.
-std::vector<BodyVerdict> VerdictsOfReplay(const WorldModel& model, const HeldPoses& poses,
-                                          const World& world, bool contact_off) {
-  std::vector<Pose> last_WB;
-  for (std::size_t b = 0; b < model.bodies.size(); ++b) last_WB.push_back(world.state(b).X_WB);
-  return Judge(model, poses, last_WB, contact_off);
-}
-
 int RunReplay(const ReplayArguments& arguments) {
   Result<RecordingReader> reader = RecordingReader::Open(arguments.file);
   if (!reader) return Fail(kExitFile, reader.error().what);
@@ -332,7 +324,7 @@ int RunReplay(const ReplayArguments& arguments) {
   const bool identical = !result.first_different;
   if (reader->torn()) Say("the recording is torn off after its last whole frame");
   const std::vector<BodyVerdict> verdicts =
-      VerdictsOfReplay(**model, player.poses(), (*replay)->node().world(), !header.contact);
+      Judge(**model, player.poses(), LastPlaces((*replay)->node()), !header.contact);
   for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.json) {
     ordered_json json{{"frames", result.frames},

@@ -23,14 +23,15 @@ std::shared_ptr<const WorldModel> Key() {
 }
 
 /// The verdict of a run through these displacements.
-BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_off = false) {
+BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_off = false,
+                      bool loaded_at_last = false) {
   const Pose& X_WB0 = Key()->bodies[0].X_WB0;
   HeldPoses poses;
   for (const Vec3& p : way) {
     poses.Add({.body = 0, .loaded = loaded, .X_WB = {X_WB0.q, X_WB0.p + p}});
   }
   const std::vector<BodyVerdict> verdicts =
-      Judge(*Key(), poses, {{X_WB0.q, X_WB0.p + way.back()}}, contact_off);
+      Judge(*Key(), poses, {{{X_WB0.q, X_WB0.p + way.back()}, loaded_at_last}}, contact_off);
   EXPECT_THAT(verdicts, SizeIs(1));
   return verdicts.front();
 }
@@ -65,10 +66,25 @@ TEST(Verdict, OfAPartThatMetNothingNeedsNoSearchButWithContactOff) {
   EXPECT_NEAR(off.deepest.value_or(0), 0.0004, 1e-6);
 }
 
+TEST(Verdict, OfAPartThatContactHoldsOffSaysHowFarFromWhat) {
+  // its foot stands 0.2 mm above the bars, which are 9 mm high, and 2 mm aside
+  const std::vector<Vec3> way{Vec3(0, 0, 0.02), Vec3(0.002, 0, 0.0092)};
+  const BodyVerdict held_off = VerdictOf(way, true, false, true);
+  ASSERT_TRUE(held_off.held_from);
+  EXPECT_NEAR(held_off.held_from->distance, 0.0002, 1e-9);
+  EXPECT_THAT(Describe(held_off), HasSubstr("; contact holds it 0.2 mm from "));
+  EXPECT_EQ(DescribeGap({.name = "hole", .distance = 0.00038}),
+            "contact holds it 0.38 mm from hole, where its surfaces do not meet: try a smaller "
+            "voxel_m");
+  // no contact there, or surfaces that meet
+  EXPECT_FALSE(VerdictOf(way, true).held_from);
+  EXPECT_FALSE(VerdictOf({Vec3(0.002, 0, 0.009)}, true, false, true).held_from);
+}
+
 TEST(Verdict, OfAnEmptyHandIsNone) {
   HeldPoses poses;
   poses.Add({});
-  EXPECT_THAT(Judge(*Key(), poses, {Key()->bodies[0].X_WB0}, false), IsEmpty());
+  EXPECT_THAT(Judge(*Key(), poses, {{Key()->bodies[0].X_WB0}}, false), IsEmpty());
 }
 
 TEST(Verdict, KeepsPosesOfALongRunEvenly) {
