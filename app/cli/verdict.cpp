@@ -23,6 +23,13 @@ std::size_t TrianglesOf(const WorldModel& model) {
   return triangles;
 }
 
+/// Of one pose or more: that farthest from the first place.
+const Pose& FarthestOf(const std::vector<Pose>& poses, const Pose& X_WB0) {
+  return *std::ranges::max_element(poses, {}, [&X_WB0](const Pose& X_WB) {
+    return (X_WB.p - X_WB0.p).squaredNorm();
+  });
+}
+
 /// What contact holds a body away from; nothing: it lets the surfaces meet.
 std::optional<NearestBody> HeldFrom(const WorldModel& model, std::size_t body,
                                     const std::vector<LastPlace>& last) {
@@ -86,6 +93,9 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
     }
     const Outcome outcome = OutcomeOf(model, body, last[body].X_WB);
     verdict.moved = outcome.travel;
+    const Outcome farthest = OutcomeOf(model, body, FarthestOf(series[0], model.bodies[body].X_WB0));
+    verdict.farthest = std::max(farthest.travel, outcome.travel);
+    verdict.was_out = model.has_fixture && farthest.out;
     verdict.held_from = HeldFrom(model, body, last);
     if (!model.has_fixture) continue;
     verdict.out = outcome.out;
@@ -121,6 +131,12 @@ std::string DescribePenetration(double depth, double voxel_size) {
 
 namespace {
 
+std::string Millimetres(double metres) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f mm", 1e3 * metres);
+  return text.data();
+}
+
 /// What a hand's body went into.
 std::string DescribeDepth(const BodyVerdict& verdict) {
   if (!verdict.deepest) return "how deep it went into what is fixed is not judged";
@@ -135,13 +151,18 @@ std::string DescribeDepth(const BodyVerdict& verdict) {
 }  // namespace
 
 std::string Describe(const BodyVerdict& verdict) {
-  std::array<char, 48> moved{};
-  std::snprintf(moved.data(), moved.size(), " moved %.1f mm", 1e3 * verdict.moved);
-  std::string line = verdict.body + moved.data();
-  if (verdict.out) {
-    line += (*verdict.out ? " and is out; " : " and is NOT out; ") + DescribeDepth(verdict);
+  std::string line = verdict.body;
+  const std::string stands = " stands " + Millimetres(verdict.moved) + " from its first place";
+  if (!verdict.out) {
+    line += stands + "; nothing is fixed that it could be out of";
+  } else if (*verdict.out) {
+    line += stands + " and is out; " + DescribeDepth(verdict);
+  } else if (verdict.was_out) {
+    line += " was " + Millimetres(verdict.farthest) +
+            " from its first place at the farthest, and out; at the end it is back, " +
+            Millimetres(verdict.moved) + " from there; " + DescribeDepth(verdict);
   } else {
-    line += "; nothing is fixed that it could be out of";
+    line += stands + " and is NOT out; " + DescribeDepth(verdict);
   }
   if (verdict.held_from) line += "; " + DescribeGap(*verdict.held_from);
   return line;
@@ -150,10 +171,16 @@ std::string Describe(const BodyVerdict& verdict) {
 nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const BodyVerdict& verdict : verdicts) {
-    nlohmann::ordered_json row{{"body", verdict.body},  {"moved_mm", 1e3 * verdict.moved},
-                               {"out", nullptr},        {"met", verdict.met},
-                               {"deepest_mm", nullptr}, {"poses_judged", verdict.poses_judged},
-                               {"held_from", nullptr},  {"held_from_mm", nullptr}};
+    nlohmann::ordered_json row{{"body", verdict.body},
+                               {"moved_mm", 1e3 * verdict.moved},
+                               {"farthest_mm", 1e3 * verdict.farthest},
+                               {"out", nullptr},
+                               {"was_out", verdict.was_out},
+                               {"met", verdict.met},
+                               {"deepest_mm", nullptr},
+                               {"poses_judged", verdict.poses_judged},
+                               {"held_from", nullptr},
+                               {"held_from_mm", nullptr}};
     if (verdict.out) row["out"] = *verdict.out;
     if (verdict.deepest) row["deepest_mm"] = 1e3 * *verdict.deepest;
     if (verdict.held_from) {

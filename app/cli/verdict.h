@@ -36,8 +36,10 @@ std::vector<LastPlace> LastPlaces(PeerNode& node);
 /// What became of a body that a hand held.
 struct BodyVerdict {
   std::string body;
-  double moved = 0;         // m, its centre of mass, from its first place
+  double moved = 0;         // m, its centre of mass at the end, from its first place
+  double farthest = 0;      // m, the same of the pose in hand that was farthest
   std::optional<bool> out;  // its box has left that of all that is fixed; nothing: nothing is fixed
+  bool was_out = false;     // the same at the farthest
   bool met = false;         // contact pushed in one of the poses
   /// m, in what is fixed, of the poses judged; nothing: not judged, or nothing is fixed
   std::optional<double> deepest;
@@ -70,7 +72,8 @@ class HeldPoses {
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
                                const std::vector<LastPlace>& last, bool contact_off);
 
-/// One line for a person: "peg moved 60.0 mm and is out; it never went into what is fixed".
+/// One line for a person: "peg stands 60.0 mm from its first place and is out; it never went into
+/// what is fixed". Who else had moved it does not matter.
 std::string Describe(const BodyVerdict& verdict);
 
 /// "contact holds it 0.38 mm from hole, where its surfaces do not meet: try a smaller voxel_m"
@@ -79,8 +82,8 @@ std::string DescribeGap(const NearestBody& held_from);
 /// "went 0.40 mm into what is fixed (0.80 voxels)"
 std::string DescribePenetration(double depth, double voxel_size);
 
-/// An object for each: body, moved_mm, out, met, deepest_mm, poses_judged, held_from,
-/// held_from_mm.
+/// An object for each: body, moved_mm, farthest_mm, out, was_out, met, deepest_mm, poses_judged,
+/// held_from, held_from_mm.
 nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts);
 
 }  // namespace tandem

@@ -47,13 +47,35 @@ TEST(Verdict, OfAPartThatWentThroughAWallSaysHowDeep) {
   EXPECT_EQ(verdict.poses_judged, 3U);
   EXPECT_THAT(
       Describe(verdict),
-      HasSubstr("moved 60.0 mm and is out; it went 0.40 mm into what is fixed (0.80 voxels"));
+      HasSubstr("stands 60.0 mm from its first place and is out; it went 0.40 mm into what is "
+                "fixed (0.80 voxels"));
 }
 
 TEST(Verdict, OfAPartThatJamsSaysThatItIsNotOut) {
   const BodyVerdict verdict = VerdictOf({Vec3::Zero(), Vec3(0.00009, 0, 0.0087)}, true);
   EXPECT_EQ(verdict.out, false);
-  EXPECT_THAT(Describe(verdict), HasSubstr("moved 8.7 mm and is NOT out; it never went into"));
+  EXPECT_THAT(Describe(verdict), HasSubstr("stands 8.7 mm from its first place and is NOT out; it never went into"));
+}
+
+TEST(Verdict, OfAPartThatWasPutBackSaysThatItWasOut) {
+  const BodyVerdict verdict =
+      VerdictOf({Vec3::Zero(), Vec3(0, 0, 0.06), Vec3(0, 0, 0.03), Vec3::Zero()}, true);
+  EXPECT_EQ(verdict.out, false);
+  EXPECT_TRUE(verdict.was_out);
+  EXPECT_NEAR(verdict.farthest, 0.06, 1e-12);
+  EXPECT_THAT(Describe(verdict),
+              HasSubstr("was 60.0 mm from its first place at the farthest, and out; at the end it "
+                        "is back, 0.0 mm from there; it never went into"));
+  // the hole is 9 mm high
+  const BodyVerdict never = VerdictOf({Vec3(0, 0, 0.0087), Vec3::Zero()}, true);
+  EXPECT_FALSE(never.was_out);
+  EXPECT_THAT(Describe(never), HasSubstr("stands 0.0 mm from its first place and is NOT out"));
+}
+
+// Another hand had moved the part before this one took it.
+TEST(Verdict, OfAPartThatOnlyWasHeldSaysWhereItStandsNotThatItMoved) {
+  const BodyVerdict verdict = VerdictOf({Vec3(0, 0, 0.06), Vec3(0, 0, 0.06)}, false);
+  EXPECT_THAT(Describe(verdict), HasSubstr("stands 60.0 mm from its first place and is out"));
 }
 
 TEST(Verdict, OfAPartThatMetNothingNeedsNoSearchButWithContactOff) {
