@@ -93,7 +93,8 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
     }
     const Outcome outcome = OutcomeOf(model, body, last[body].X_WB);
     verdict.moved = outcome.travel;
-    const Outcome farthest = OutcomeOf(model, body, FarthestOf(series[0], model.bodies[body].X_WB0));
+    const Outcome farthest =
+        OutcomeOf(model, body, FarthestOf(series[0], model.bodies[body].X_WB0));
     verdict.farthest = std::max(farthest.travel, outcome.travel);
     verdict.was_out = model.has_fixture && farthest.out;
     verdict.held_from = HeldFrom(model, body, last);

@@ -54,7 +54,8 @@ TEST(Verdict, OfAPartThatWentThroughAWallSaysHowDeep) {
 TEST(Verdict, OfAPartThatJamsSaysThatItIsNotOut) {
   const BodyVerdict verdict = VerdictOf({Vec3::Zero(), Vec3(0.00009, 0, 0.0087)}, true);
   EXPECT_EQ(verdict.out, false);
-  EXPECT_THAT(Describe(verdict), HasSubstr("stands 8.7 mm from its first place and is NOT out; it never went into"));
+  EXPECT_THAT(Describe(verdict),
+              HasSubstr("stands 8.7 mm from its first place and is NOT out; it never went into"));
 }
 
 TEST(Verdict, OfAPartThatWasPutBackSaysThatItWasOut) {
