@@ -162,9 +162,9 @@ int RunOnce(PeerArguments& arguments) {
     transport.Leave();
     return Fail(kExitNotRealTime, "not real-time, and --require-rt was given");
   }
-  Say(arguments.name + " is in session " + arguments.session + " (" + realtime.scheduler() + ")");
-
-  Say(SecurityOf(arguments.reach, arguments.session));
+  Say((Speaker().empty() ? arguments.name + " is in session " : "in session ") + arguments.session +
+      " (" + realtime.scheduler() + ")");
+  if (!arguments.repeats) Say(SecurityOf(arguments.reach, arguments.session));
   if (arguments.hold.empty()) Say(WhatThereIsToHold(*joining.model));
 
   kControlThread.Enter();
@@ -327,6 +327,7 @@ int LookOn(const PeerArguments& arguments) {
 
 int RunPeer(PeerArguments& arguments) {
   if (arguments.role == "viewer") return LookOn(arguments);
+  if (arguments.as_part) Speaker() = arguments.name;
   std::error_code not_there;
   if (std::filesystem::is_regular_file(arguments.record, not_there) &&
       std::filesystem::file_size(arguments.record, not_there) > 0) {
