@@ -126,21 +126,27 @@ class Ears final : public Inbox {
 /// The recorded scene as it was, or why it is not to be had.
 Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& arguments,
                                                        const RecordingHeader& header) {
-  std::string file =
-      arguments.scene.empty() ? header.scene : SceneFile(arguments.scene).string();
+  std::string file = arguments.scene.empty() ? header.scene : SceneFile(arguments.scene).string();
+  std::string what_to_do;
   if (arguments.scene.empty()) {
     // it may lie elsewhere here and now
-    const auto found = FindScene({header.scene_hash, header.scene, 0}, FoldersWithScenes());
+    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
+    const auto found = FindScene({header.scene_hash, header.scene, 0}, folders);
     if (found && found->string() != header.scene) Say("scene found in " + found->string());
     if (found) file = found->string();
+    std::string searched;
+    for (const std::filesystem::path& folder : folders) {
+      searched += (searched.empty() ? "" : ", ") + folder.string();
+    }
+    what_to_do = " (no file with its content is in " + searched + "; --scene says where it is now)";
   }
   Result<Scene> scene = LoadScene(file);
-  if (!scene) return Error{scene.error().what + " (--scene says where it is now)"};
+  if (!scene) return Error{scene.error().what + what_to_do};
   Adopt(header.parameters, *scene);
   const Result<SceneHash> hash = HashScene(*scene);
   if (!hash) return hash.error();
   if (hash->content != header.scene_hash) {
-    return Error{file + ": is not the scene that was recorded; it has changed since"};
+    return Error{file + ": is not the scene that was recorded; it has changed since" + what_to_do};
   }
   if (!arguments.scene.empty()) RememberSceneFolder(file);
   return LoadWorld(*scene);
