@@ -125,10 +125,6 @@ std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving,
   return gap;
 }
 
-double ShiftOf(const Scene& scene, std::size_t body) {
-  return scene.bodies[scene.WholeOf(body)].inward_shift_voxels;
-}
-
 std::string InMillimetres(double metres) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.3g mm", 1e3 * metres);

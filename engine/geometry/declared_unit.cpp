@@ -23,6 +23,7 @@ constexpr std::size_t kLongestTail =
     66'000;  // the directory's end and the longest remark behind it
 constexpr std::size_t kMostDirectory = 16 << 20;
 constexpr std::size_t kHead = 1 << 16;  // of the model: its first element is in it
+constexpr double kDefaultUnit = 1e-3;   // m; the format's, where the model says nothing
 
 /// Little-endian; 0 beyond the end.
 std::uint32_t NumberAt(std::string_view bytes, std::size_t at, std::size_t size) {
@@ -105,30 +106,103 @@ std::string HeadOfModel(const std::filesystem::path& file) {
   return model->method == 8 ? Inflated(packed) : std::string();
 }
 
-}  // namespace
+/// Goes through the beginning of an XML file.
+class XmlHead {
+ public:
+  explicit XmlHead(std::string_view text) : rest_(text) { Take("\xEF\xBB\xBF"); }
 
-std::optional<double> DeclaredUnit(const std::filesystem::path& file) {
+  bool Take(std::string_view words) {
+    if (!rest_.starts_with(words)) return false;
+    rest_.remove_prefix(words.size());
+    return true;
+  }
+  /// What stands before these words, which are taken too; nothing: they do not come.
+  std::optional<std::string_view> TakeUpTo(std::string_view words) {
+    const std::size_t at = rest_.find(words);
+    if (at == std::string_view::npos) return std::nullopt;
+    const std::string_view before = rest_.substr(0, at);
+    rest_.remove_prefix(at + words.size());
+    return before;
+  }
+  /// Takes white space; whether there was any.
+  bool TakeSpace() {
+    const std::size_t end = std::min(rest_.find_first_not_of(" \t\r\n"), rest_.size());
+    rest_.remove_prefix(end);
+    return end > 0;
+  }
+  /// A name of an element or an attribute; empty: none stands here.
+  std::string_view TakeName() {
+    const std::size_t end = std::min(rest_.find_first_of(" \t\r\n=/<>\"'"), rest_.size());
+    const std::string_view name = rest_.substr(0, end);
+    rest_.remove_prefix(end);
+    return name;
+  }
+  /// What comes before the first element: spaces, the declaration, comments.
+  void TakeProlog() {
+    while (TakeSpace() || (Take("<?") && TakeUpTo("?>")) || (Take("<!--") && TakeUpTo("-->"))) {
+    }
+  }
+  /// A value in quotes, behind its equals sign.
+  std::optional<std::string_view> TakeValue() {
+    TakeSpace();
+    if (!Take("=")) return std::nullopt;
+    TakeSpace();
+    for (const char* quote : {"\"", "'"}) {
+      if (Take(quote)) return TakeUpTo(quote);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::string_view rest_;
+};
+
+std::optional<double> MetresOf(std::string_view unit) {
   constexpr std::array<std::pair<std::string_view, double>, 6> kUnits{{{"micron", 1e-6},
                                                                        {"millimeter", 1e-3},
                                                                        {"centimeter", 1e-2},
                                                                        {"inch", 0.0254},
                                                                        {"foot", 0.3048},
                                                                        {"meter", 1.0}}};
+  for (const auto& [name, metres] : kUnits) {
+    if (unit == name) return metres;
+  }
+  return std::nullopt;
+}
+
+/// Of the first element's attribute; nothing where the text is not what a model begins with.
+std::optional<double> UnitIn(std::string_view text) {
+  XmlHead head(text);
+  head.TakeProlog();
+  if (!head.Take("<")) return std::nullopt;
+  const std::string_view element = head.TakeName();
+  if (element != "model" && !element.ends_with(":model")) return std::nullopt;
+  std::optional<double> unit;
+  while (true) {
+    const bool apart = head.TakeSpace();
+    if (head.Take(">")) return unit.value_or(kDefaultUnit);
+    const std::string_view name = head.TakeName();
+    const std::optional<std::string_view> value = head.TakeValue();
+    if (!apart || name.empty() || !value) return std::nullopt;
+    if (name != "unit") continue;
+    if (unit) return std::nullopt;
+    unit = MetresOf(*value);
+    if (!unit) return std::nullopt;
+  }
+}
+
+}  // namespace
+
+bool KindDeclaresUnit(const std::filesystem::path& file) {
   std::string ending = file.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) {
     return static_cast<char>(std::tolower(c));
   });
-  if (ending != ".3mf") return std::nullopt;
-  const std::string head = HeadOfModel(file);
-  const std::size_t model = head.find("<model");
-  if (model == std::string::npos) return std::nullopt;
-  const std::string element = head.substr(model, head.find('>', model) - model);
-  const std::size_t unit = element.find(" unit=");
-  if (unit == std::string::npos) return 1e-3;
-  for (const auto& [name, metres] : kUnits) {
-    if (element.compare(unit + 7, name.size(), name) == 0) return metres;
-  }
-  return std::nullopt;
+  return ending == ".3mf";
+}
+
+std::optional<double> DeclaredUnit(const std::filesystem::path& file) {
+  return KindDeclaresUnit(file) ? UnitIn(HeadOfModel(file)) : std::nullopt;
 }
 
 }  // namespace tandem

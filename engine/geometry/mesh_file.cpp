@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdlib>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -151,20 +150,19 @@ std::string NoPart(const aiScene& scene, const std::string& part) {
   return words;
 }
 
-bool HasMemoryLeft() {
-  void* volatile room = std::malloc(1 << 20);  // volatile: it is to be asked for, though not used
-  const bool has = room != nullptr;
-  std::free(room);
-  return has;
+// Set when memory was asked for in vain; the reading process has one thread.
+bool memory_ran_out = false;
+
+/// For std::set_new_handler(): what catches the exception may not tell of it.
+[[noreturn]] void NoteThatMemoryRanOut() {
+  memory_ran_out = true;
+  throw std::bad_alloc();
 }
 
 ReadAnswer RefusalOf(const Assimp::Importer& importer) {
-  // assimp catches everything itself, and tells it in words, or as unknown for want of memory
-  const std::string_view words = importer.GetErrorString();
-  if (words.find("bad_alloc") != std::string_view::npos || !HasMemoryLeft()) {
-    return {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0};
-  }
-  return {ReadAnswer::Kind::kRefused, std::string(words), {}, 0};
+  // assimp catches everything itself, and frees what it had before it says so
+  if (memory_ran_out) return {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0};
+  return {ReadAnswer::Kind::kRefused, importer.GetErrorString(), {}, 0};
 }
 
 ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
@@ -388,6 +386,11 @@ Result<TriangleMesh> ImportMesh(const std::filesystem::path& file, const ImportO
   if (std::optional<Error> fault = FaultOf(file, name)) return *fault;
   Result<ReadAnswer> answer = ReadInChild(file, name, options);
   if (!answer) return answer.error();
+  if (!options.scale && KindDeclaresUnit(file) && !(answer->metres_per_unit > 0)) {
+    return Error{name +
+                 ": the unit that it declares cannot be read: give a \"scale\", in metres "
+                 "per unit of the file (0.001 for millimetres)"};
+  }
   const double declared = answer->metres_per_unit > 0 ? answer->metres_per_unit : 1.0;
   return Build(std::move(answer->mesh), options.scale.value_or(declared), name, options);
 }
@@ -396,6 +399,7 @@ void RunImportHelperIfAsked(int argc, char** argv) {
   const std::optional<ImportJob> job = ImportJobOf(argc, argv);
   if (!job) return;
   ConfineTo(job->limits);
+  std::set_new_handler(NoteThatMemoryRanOut);
   bool heard = false;
   try {
     heard = WriteAnswer(job->answer_fd, ReadByAssimp(job->file.native(), job->part));

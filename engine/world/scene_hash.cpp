@@ -5,11 +5,14 @@
 #include <fstream>
 
 #include "engine/base/hash.h"
+#include "engine/geometry/declared_unit.h"
 #include "engine/world/force_parameters.h"
 
 namespace tandem {
 
 namespace {
+
+constexpr double kUnitOfFile = -1;                    // no scale that a body may have
 
 Result<std::uint64_t> HashFile(const std::filesystem::path& file) {
   const Error unread{file.string() + ": cannot be read"};
@@ -40,7 +43,9 @@ std::uint64_t HashValues(const Scene& scene, std::size_t i) {
   Add(hash, static_cast<double>(scene.WholeOf(i)));
   Add(hash, body.free ? 1 : 0);
   AddTo(hash, body.constraint);
-  Add(hash, body.scale.value_or(1));  // what the file declares is in its bytes
+  Add(hash, body.scale.value_or(1));
+  // the unit itself is in the file's bytes; whether it counts is not
+  if (!body.scale && KindDeclaresUnit(body.mesh)) Add(hash, kUnitOfFile);
   if (!body.part.empty()) hash.AddBytes(body.part.data(), body.part.size());
   const Vec3& p = body.X_WM.p;
   const Quat& q = body.X_WM.q;

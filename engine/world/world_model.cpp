@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "engine/geometry/declared_unit.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxelize.h"
@@ -16,10 +17,12 @@ Error At(const SceneBody& body, const std::string& what) {
 
 constexpr double kLarge = 2.0;  // m: more than a part is wont to measure
 
-/// Where a file is read as in metres and is so large that it is more likely in millimetres.
+/// Where nobody says a file's unit, and it is so large in metres that it is more likely in
+/// millimetres.
 std::optional<std::string> ScaleRemark(const SceneBody& body, const TriangleMesh& mesh_W) {
   const Vec3 size = BoundsOf(mesh_W).size();
-  if (body.scale.value_or(1) != 1 || size.maxCoeff() < kLarge) return std::nullopt;
+  const bool told = body.scale || KindDeclaresUnit(body.mesh);
+  if (told || size.maxCoeff() < kLarge) return std::nullopt;
   char text[160];
   std::snprintf(text, sizeof text,
                 "it measures %.3g x %.3g x %.3g m: is the file in millimetres? Then give it "

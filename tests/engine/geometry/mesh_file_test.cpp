@@ -196,6 +196,41 @@ TEST_F(MeshFile, A3mfFileThatIsCutAnywhereDeclaresNothingAndHarmsNobody) {
   }
 }
 
+// The unit of XML's first element, as XML may be written: the format's default is a millimetre.
+TEST_F(MeshFile, A3mfFilesUnitIsReadHoweverItsXmlIsWritten) {
+  const auto unit_of = [this](const std::string& model) {
+    return DeclaredUnit(Write("model.3mf", testing::Zip({{"3D/3dmodel.model", model}})));
+  };
+  for (const char* inch :
+       {"<model unit=\"inch\">", "<model\tunit=\"inch\">", "<model\nunit=\"inch\"\n>",
+        "<model xml:lang=\"en\" unit = 'inch' >", "<m:model unit=\"inch\">",
+        "\xEF\xBB\xBF<?xml version=\"1.0\"?>\n<!-- <model unit=\"meter\"> -->\n<model "
+        "unit=\"inch\">",
+        "<model note=\" unit='foot' > \" unit=\"inch\">"}) {
+    EXPECT_EQ(unit_of(inch), 0.0254) << inch;
+  }
+  for (const char* millimetre : {"<model>", "<model xml:lang=\"en\" my_unit=\"inch\">",
+                                 "<model units=\"inch\">", "<model\n>"}) {
+    EXPECT_EQ(unit_of(millimetre), 1e-3) << millimetre;
+  }
+  for (const char* doubtful :
+       {"<model unit=\"inches\">", "<model unit=\"inch", "<model unit=", "<model unit", "<model",
+        "<model unit=inch>", "<model unit=\"inch\" unit=\"foot\">", "<model unit=\"\">",
+        "<models unit=\"inch\">", "<!-- <model unit=\"inch\">", "<other/><model unit=\"inch\">",
+        "<model a=\"1\"unit=\"inch\">", "<!DOCTYPE model><model unit=\"inch\">", ""}) {
+    EXPECT_EQ(unit_of(doubtful), std::nullopt) << doubtful;
+  }
+}
+
+TEST_F(MeshFile, A3mfFileOfAnUnknownUnitNeedsAScale) {
+  const auto file = Write("two.3mf", ThreeMf("unit=\"furlong\""));
+  EXPECT_THAT(WhyNot(ImportMesh(file, {.scale = std::nullopt})),
+              HasSubstr("two.3mf: the unit that it declares cannot be read: give a \"scale\""));
+  const Result<TriangleMesh> mesh = ImportMesh(file, {.scale = 0.01});
+  ASSERT_TRUE(mesh) << WhyNot(mesh);
+  EXPECT_NEAR(BoundsOf(*mesh).size().x(), 0.11, 1e-9);
+}
+
 TEST_F(MeshFile, RefusesInfiniteVerticesInWords) {
   std::string stl = BinaryStlCube();
   const float infinite = std::numeric_limits<float>::infinity();
@@ -243,6 +278,25 @@ TEST_F(MeshFile, ReportsAReaderThatHasNoRoom) {
               ::testing::AnyOf(HasSubstr("more than 0.0625 MiB"), HasSubstr("crash")));
 #endif
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// From too little to begin with to enough: whichever step of reading fails for want of room, that
+// is what is said of it.
+TEST_F(MeshFile, SaysOfEveryLackOfMemoryThatItIsOne) {
+  const auto file = Write("sphere.stl", BinaryStlSphere(6));
+  int refused = 0;
+  bool read = false;
+  for (std::size_t limit = 16U << 20U; !read && limit < 2ULL << 30U; limit += limit / 16) {
+    const Result<TriangleMesh> mesh = ImportMesh(file, {.memory_limit_bytes = limit});
+    read = mesh.has_value();
+    if (read) break;
+    EXPECT_THAT(mesh.error().what, HasSubstr("needs more than ")) << limit;
+    ++refused;
+  }
+  EXPECT_TRUE(read);
+  EXPECT_GT(refused, 2);
+}
+#endif
 
 TEST_F(MeshFile, LeavesNeitherProcessesNorOpenFilesBehind) {
   const auto good = Write("cube.obj", kObjCube);

@@ -413,6 +413,21 @@ TEST_F(SceneFile, HashFollowsWhatTheBodiesAre) {
   EXPECT_NE(Hash(kScene), hash);
 }
 
+// Without a scale a 3MF file's own unit counts, with one it does not: these are other bodies.
+TEST_F(SceneFile, HashTellsAFilesOwnUnitFromAScaleOfOne) {
+  folder_.Write("peg.3mf", "peg");
+  folder_.Write("peg.stl", "peg");
+  const auto hash_of = [this](const std::string& mesh, const std::string& scale) {
+    return Hash(R"({"name": "s", "voxel_m": 0.001, "bodies": [{"name": "peg", "mesh": ")" + mesh +
+                "\", " + scale + "\"mass_kg\": 1}]}");
+  };
+  EXPECT_NE(hash_of("peg.3mf", ""), hash_of("peg.3mf", "\"scale\": 1, "));
+  EXPECT_NE(hash_of("peg.3mf", ""), hash_of("peg.3mf", "\"scale\": 0.001, "));
+  // other files have none: a scale of one is what they are read by
+  EXPECT_EQ(hash_of("peg.stl", ""), hash_of("peg.stl", "\"scale\": 1, "));
+  EXPECT_EQ(hash_of("peg.stl", ""), hash_of("peg.3mf", "\"scale\": 1, "));
+}
+
 TEST_F(SceneFile, ForceParametersHaveAHashOfTheirOwn) {
   const SceneHash hash = Hashes(kScene);
   for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{

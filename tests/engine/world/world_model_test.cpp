@@ -120,6 +120,16 @@ TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
   }
 }
 
+// A plate of 3 m: whoever says the scale, be it 1, is not asked for it.
+TEST_F(LoadedWorld, AScaleThatIsGivenIsNotAskedFor) {
+  folder_.Write("plate.obj", AsObj(Box(Vec3(0.01, 3, 0.01))));
+  const auto remarks = [this](const std::string& scale) {
+    return Load(R"({"name": "c", "mesh": "plate.obj", "mass_kg": 1)" + scale + "}")->remarks;
+  };
+  EXPECT_THAT(remarks(""), ::testing::ElementsAre(::testing::HasSubstr("in millimetres?")));
+  EXPECT_THAT(remarks(R"(, "scale": 1)"), ::testing::IsEmpty());
+}
+
 // Table 1 of the paper: 1.0 mm in 2.5 mm voxels. Points that part when they are displaced outwards
 // are the reason (§3.2): 1.4 voxels apart at a spacing of a voxel, half as far at 0.4.
 TEST_F(LoadedWorld, PointsFinerThanVoxelsComeFromTheScene) {
