@@ -36,7 +36,6 @@ std::optional<int> ParseOrExplain(CLI::App& app, int argc, const char* const* ar
 constexpr double kLongestRun = 604'800;  // s: a week
 constexpr double kLeastVoxel = 1e-6;     // m
 constexpr double kLargestVoxel = 10;
-constexpr double kDefaultScale = 1;  // metres per file unit: a file is in metres unless said
 constexpr double kLeastScale = 1e-9;
 constexpr double kLargestScale = 1e9;
 constexpr int kMostThreads = 256;

@@ -22,7 +22,7 @@ constexpr double kLeastSeconds = 2.0;  // of processor time, in all
 struct VoxelizeBenchArguments {
   std::string file;
   double voxel_size = 0.001;
-  double scale = kDefaultScale;
+  std::optional<double> scale;
   std::size_t threads = 4;
   bool json = false;
 };
@@ -42,8 +42,8 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
   // the first run warms caches and threads and does not count
   Result<Voxmap> voxmap = Voxelize(*mesh, options);
   if (!voxmap) {
-    return Fail(kExitFile,
-                arguments.file + ": " + voxmap.error().what + UnitHint(*mesh, arguments.scale));
+    return Fail(kExitFile, arguments.file + ": " + voxmap.error().what +
+                               AndUnitHint(arguments.file, *mesh, arguments.scale));
   }
   std::vector<double> seconds;
   std::vector<double> cpu_seconds;
@@ -107,9 +107,8 @@ void AddBenchVoxelize(CLI::App& bench, int& exit_code) {
   command->add_option("--voxel", arguments->voxel_size, "voxel size in metres")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel))
       ->capture_default_str();
-  command->add_option("--scale", arguments->scale, "metres per file unit")
-      ->check(NumberFrom(kLeastScale, kLargestScale))
-      ->capture_default_str();
+  command->add_option("--scale", arguments->scale, kScaleHelp)
+      ->check(NumberFrom(kLeastScale, kLargestScale));
   command->add_option("--threads", arguments->threads, "threads")
       ->check(WholeNumberFrom(1, kMostThreads))
       ->capture_default_str();

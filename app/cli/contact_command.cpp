@@ -2,8 +2,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "app/cli/commands.h"
+#include "app/cli/mesh_unit.h"
 #include "app/cli/poses_file.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -27,7 +29,7 @@ struct ContactArguments {
   std::string poses;
   double voxel = 0;
   double spacing = 0;  // m; 0: of the voxel
-  double scale = kDefaultScale;
+  std::optional<double> scale;
   int force_layer = -1;  // not given: the model's own
   std::string contact = "refined";
   ContactModel model = ContactModel::kRefined;  // of that name
@@ -100,7 +102,7 @@ std::vector<FilePose> PosesOfPair(std::vector<FilePose> poses, const ContactArgu
     return Basename(pose.fixed) != Basename(arguments.fixed) ||
            Basename(pose.moving) != Basename(arguments.moving);
   });
-  for (FilePose& pose : poses) pose.X_WM.p *= arguments.scale;
+  for (FilePose& pose : poses) pose.X_WM.p *= arguments.scale.value_or(1);
   return poses;
 }
 
@@ -190,9 +192,8 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
   command->add_option("--poses", arguments->poses, "CSV file of poses of the moving part")
       ->required();
-  command->add_option("--scale", arguments->scale, "metres per file unit")
-      ->check(NumberFrom(kLeastScale, kLargestScale))
-      ->capture_default_str();
+  command->add_option("--scale", arguments->scale, kScaleHelp)
+      ->check(NumberFrom(kLeastScale, kLargestScale));
   command
       ->add_option("--force-layer", arguments->force_layer,
                    "layer that first pushes; default: 1 refined, 2 plain")
@@ -206,10 +207,9 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
   command->footer(
       "A poses file is CSV with a header that names at least "
       "fixed,moving,tx,ty,tz,ax,ay,az,angle_deg: the\nnames of the two mesh files; where the "
-      "moving "
-      "file's frame stands in the fixed one's, in file units; the\naxis and angle of its turn. "
-      "Rows "
-      "of other files are left out. 'tandem proximity' reads the same but needs\nno column fixed.");
+      "moving file's frame stands in the fixed one's, in units of\n--scale, else in metres; the "
+      "axis and angle of its turn. Rows of other files are left out.\n'tandem proximity' reads "
+      "the same but needs no column fixed.");
   command->callback([arguments, &exit_code] {
     if (arguments->contact == "plain") arguments->model = ContactModel::kPlain;
     if (arguments->force_layer < 0) arguments->force_layer = DefaultForceLayer(arguments->model);

@@ -96,6 +96,8 @@ std::vector<std::string> PeerCommand(const DemoArguments& arguments, const Scene
                                 "--loss",      std::to_string(arguments.loss),
                                 "--seed",      std::to_string(arguments.seed + peer),
                                 "--law",       arguments.law};
+  more.emplace_back("--as-part");
+  if (peer > 0) more.emplace_back("--repeats");
   if (arguments.no_contact) more.emplace_back("--no-contact");
   return WordsOf({.session = session,
                   .scene = scene.file,
@@ -120,7 +122,7 @@ std::vector<std::string> ViewerCommand(const DemoArguments& arguments, const std
                                      std::to_string(arguments.seconds + kMeetingSeconds)});
     }
   } else {
-    command = {(ProgramFolder() / "tandem").string(), "watch"};
+    command = {(ProgramFolder() / "tandem").string(), "watch", "--as-part"};
   }
   command.insert(command.end(),
                  {"--session", session, "--interface", "lo", "--name", "Vera", "--scene",

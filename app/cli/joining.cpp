@@ -259,7 +259,9 @@ int Join(PeerArguments& arguments, Joining& joining) {
     session = joining.inbox.SessionScene();
   } while (Superseded(joining));
   if (const int failed = MakeNode(arguments, joining); failed != kExitOk) return failed;
-  for (const std::string& remark : joining.model->remarks) Say(remark);
+  if (!arguments.repeats) {
+    for (const std::string& remark : joining.model->remarks) Say(remark);
+  }
   if (!arguments.brief && !arguments.no_contact) {
     joining.start_gaps = FindStartGaps(*joining.model);
     TellStart(joining.start_gaps);

@@ -1,23 +1,38 @@
 #pragma once
 
 #include <cstdio>
+#include <filesystem>
+#include <optional>
 #include <string>
 
-#include "app/option_checks.h"
+#include "engine/geometry/declared_unit.h"
 #include "engine/geometry/triangle_mesh.h"
 
 namespace tandem {
 
-/// What to say besides when a mesh file is refused that was read at `scale` metres per file unit:
+/// What to say of a mesh file that was read at `scale` metres per file unit, if anybody gave that:
 /// a file that is tens of metres long because nobody gave its unit is in millimetres, as a rule.
-inline std::string UnitHint(const TriangleMesh& mesh, double scale) {
+/// Empty: nothing.
+inline std::string UnitHint(const std::filesystem::path& file, const TriangleMesh& mesh,
+                            std::optional<double> scale) {
   constexpr double kOddlyLong = 10;  // m
   const double longest = BoundsOf(mesh).size().maxCoeff();
-  if (scale != kDefaultScale || !(longest > kOddlyLong)) return {};
+  if (scale || KindDeclaresUnit(file) || !(longest > kOddlyLong)) return {};
   char text[120];
   std::snprintf(text, sizeof text,
-                "; read in metres it is %.4g m long: in millimetres? --scale 0.001", longest);
+                "read in metres it is %.4g m long: in millimetres? --scale 0.001", longest);
   return text;
 }
+
+/// The same behind what was said already.
+inline std::string AndUnitHint(const std::filesystem::path& file, const TriangleMesh& mesh,
+                               std::optional<double> scale) {
+  const std::string hint = UnitHint(file, mesh, scale);
+  return hint.empty() ? hint : "; " + hint;
+}
+
+/// Of --scale.
+inline constexpr const char* kScaleHelp =
+    "metres per file unit; default: as a 3MF file declares, else 1";
 
 }  // namespace tandem

@@ -66,11 +66,7 @@ std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
 std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Joining& joining,
                                         const HeldPoses& poses, const BodiesMet& met) {
   if (arguments.brief) return {};
-  std::vector<Pose> last_WB;
-  for (std::size_t b = 0; b < joining.model->bodies.size(); ++b) {
-    last_WB.push_back(joining.node->world().state(b).X_WB);
-  }
-  return Judge(*joining.model, poses, met, last_WB, arguments.no_contact);
+  return Judge(*joining.model, poses, met, LastPlaces(*joining.node), arguments.no_contact);
 }
 
 std::string Seconds(double seconds) {
@@ -168,9 +164,9 @@ int RunOnce(PeerArguments& arguments) {
     transport.Leave();
     return Fail(kExitNotRealTime, "not real-time, and --require-rt was given");
   }
-  Say(arguments.name + " is in session " + arguments.session + " (" + realtime.scheduler() + ")");
-
-  Say(SecurityOf(arguments.reach, arguments.session));
+  Say((Speaker().empty() ? arguments.name + " is in session " : "in session ") + arguments.session +
+      " (" + realtime.scheduler() + ")");
+  if (!arguments.repeats) Say(SecurityOf(arguments.reach, arguments.session));
   if (arguments.hold.empty()) Say(WhatThereIsToHold(*joining.model));
 
   kControlThread.Enter();
@@ -333,6 +329,7 @@ int LookOn(const PeerArguments& arguments) {
 
 int RunPeer(PeerArguments& arguments) {
   if (arguments.role == "viewer") return LookOn(arguments);
+  if (arguments.as_part) Speaker() = arguments.name;
   std::error_code not_there;
   if (std::filesystem::is_regular_file(arguments.record, not_there) &&
       std::filesystem::file_size(arguments.record, not_there) > 0) {

@@ -126,6 +126,9 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   command.add_flag("--no-contact", arguments.no_contact, "bodies pass through one another");
   command.add_flag("--brief", arguments.brief,
                    "say neither how bodies stand at the start nor what became of yours");
+  // by commands that start several programs
+  command.add_flag("--as-part", arguments.as_part)->group("");
+  command.add_flag("--repeats", arguments.repeats)->group("");
   command.add_flag("--require-rt", arguments.require_rt, "fail when SCHED_FIFO is not granted");
 }
 

@@ -37,8 +37,10 @@ struct PeerArguments {
   std::string record;
   bool no_contact = false;
   bool require_rt = false;
-  bool insist = false;  // on the scene file's force parameters
-  bool brief = false;   // says nothing of gaps at the start and of what became of bodies
+  bool insist = false;   // on the scene file's force parameters
+  bool brief = false;    // says nothing of gaps at the start and of what became of bodies
+  bool as_part = false;  // of a command that starts several: its lines begin with its name
+  bool repeats = false;  // another part of it says what there is to say of scene and session
 };
 
 void AddPeerOptions(CLI::App& command, PeerArguments& arguments);

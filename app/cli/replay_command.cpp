@@ -127,19 +127,26 @@ class Ears final : public Inbox {
 Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& arguments,
                                                        const RecordingHeader& header) {
   std::string file = arguments.scene.empty() ? header.scene : SceneFile(arguments.scene).string();
+  std::string what_to_do;
   if (arguments.scene.empty()) {
     // it may lie elsewhere here and now
-    const auto found = FindScene({header.scene_hash, header.scene, 0}, FoldersWithScenes());
+    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
+    const auto found = FindScene({header.scene_hash, header.scene, 0}, folders);
     if (found && found->string() != header.scene) Say("scene found in " + found->string());
     if (found) file = found->string();
+    std::string searched;
+    for (const std::filesystem::path& folder : folders) {
+      searched += (searched.empty() ? "" : ", ") + folder.string();
+    }
+    what_to_do = " (no file with its content is in " + searched + "; --scene says where it is now)";
   }
   Result<Scene> scene = LoadScene(file);
-  if (!scene) return Error{scene.error().what + " (--scene says where it is now)"};
+  if (!scene) return Error{scene.error().what + what_to_do};
   Adopt(header.parameters, *scene);
   const Result<SceneHash> hash = HashScene(*scene);
   if (!hash) return hash.error();
   if (hash->content != header.scene_hash) {
-    return Error{file + ": is not the scene that was recorded; it has changed since"};
+    return Error{file + ": is not the scene that was recorded; it has changed since" + what_to_do};
   }
   if (!arguments.scene.empty()) RememberSceneFolder(file);
   return LoadWorld(*scene);
@@ -274,14 +281,6 @@ class Player {
   std::int64_t begin_ns_ = MonotonicNowNs();
 };
 
-/// Returns what became of the bodies that the hand held.
-std::vector<BodyVerdict> VerdictsOfReplay(const WorldModel& model, const Player& player,
-                                          const World& world, bool contact_off) {
-  std::vector<Pose> last_WB;
-  for (std::size_t b = 0; b < model.bodies.size(); ++b) last_WB.push_back(world.state(b).X_WB);
-  return Judge(model, player.poses(), player.met(), last_WB, contact_off);
-}
-
 int RunReplay(const ReplayArguments& arguments) {
   Result<RecordingReader> reader = RecordingReader::Open(arguments.file);
   if (!reader) return Fail(kExitFile, reader.error().what);
@@ -332,7 +331,7 @@ int RunReplay(const ReplayArguments& arguments) {
   const bool identical = !result.first_different;
   if (reader->torn()) Say("the recording is torn off after its last whole frame");
   const std::vector<BodyVerdict> verdicts =
-      VerdictsOfReplay(**model, player, (*replay)->node().world(), !header.contact);
+      Judge(**model, player.poses(), player.met(), LastPlaces((*replay)->node()), !header.contact);
   for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.json) {
     ordered_json json{{"frames", result.frames},

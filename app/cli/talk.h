@@ -19,9 +19,17 @@ inline std::string Hex(std::uint64_t value) {
   return digits;
 }
 
+/// Before each line: whose it is, where a command has started several programs. Empty: not told.
+/// Set before the program's threads start.
+inline std::string& Speaker() {
+  static std::string speaker;
+  return speaker;
+}
+
 /// A line for a person, on stderr: stdout is for what programs read.
 inline void Say(const std::string& line) {
-  std::fprintf(stderr, "tandem: %s\n", line.c_str());
+  const std::string who = Speaker().empty() ? "" : Speaker() + ": ";
+  std::fprintf(stderr, "tandem: %s%s\n", who.c_str(), line.c_str());
 }
 
 /// The same, and the exit code to end with.

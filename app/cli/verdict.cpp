@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "app/cli/demo_judgement.h"
+#include "app/cli/start_gaps.h"
 #include "app/cli/talk.h"
 #include "engine/realtime/clock.h"
 
@@ -14,11 +15,32 @@ namespace {
 
 constexpr double kVerdictSeconds = 1.0;
 constexpr std::size_t kMostJudgedTriangles = 300'000;
+constexpr double kRounding = 0.01;  // voxels: nearer than that, surfaces meet
 
 std::size_t TrianglesOf(const WorldModel& model) {
   std::size_t triangles = 0;
   for (const TriangleMesh& mesh : model.meshes_W) triangles += mesh.triangles.size();
   return triangles;
+}
+
+/// Of one pose or more: that farthest from the first place.
+const Pose& FarthestOf(const std::vector<Pose>& poses, const Pose& X_WB0) {
+  return *std::ranges::max_element(poses, {}, [&X_WB0](const Pose& X_WB) {
+    return (X_WB.p - X_WB0.p).squaredNorm();
+  });
+}
+
+/// What contact holds a body away from; nothing: it lets the surfaces meet.
+std::optional<NearestBody> HeldFrom(const WorldModel& model, std::size_t body,
+                                    const std::vector<LastPlace>& last) {
+  if (!last[body].loaded || TrianglesOf(model) > kMostJudgedTriangles) return std::nullopt;
+  std::vector<Pose> bodies_WB;
+  for (const LastPlace& place : last) bodies_WB.push_back(place.X_WB);
+  // no contact reaches so far, not even the plain model's
+  const double at_most = 2 * ContactBegins(model.scene, 0);
+  auto nearest = NearestTo(model, body, bodies_WB, at_most);
+  if (nearest && nearest->distance <= kRounding * model.scene.voxel_size) return std::nullopt;
+  return nearest;
 }
 
 }  // namespace
@@ -37,6 +59,15 @@ void BodiesMet::See(const World& world, int body) noexcept {
   if (!met_[index] && world.Touched(index)) met_[index] = true;
 }
 
+std::vector<LastPlace> LastPlaces(PeerNode& node) {
+  std::vector<LastPlace> last;
+  for (std::size_t b = 0; b < node.world().model().bodies.size(); ++b) {
+    const bool loaded = HeldBody(node) == static_cast<int>(b) && node.world().Touched(b);
+    last.push_back({.X_WB = node.world().state(b).X_WB, .loaded = loaded});
+  }
+  return last;
+}
+
 void HeldPoses::Add(const HeldPose& pose) {
   if (given_++ % stride_ != 0) return;
   kept_.push_back(pose);
@@ -48,7 +79,7 @@ void HeldPoses::Add(const HeldPose& pose) {
 }
 
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
-                               const BodiesMet& met, const std::vector<Pose>& last_WB,
+                               const BodiesMet& met, const std::vector<LastPlace>& last,
                                bool contact_off) {
   std::vector<std::size_t> bodies;
   for (const HeldPose& pose : poses.kept()) {
@@ -65,8 +96,13 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
     for (const HeldPose& pose : poses.kept()) {
       if (pose.body == static_cast<int>(body)) series[0].push_back(pose.X_WB);
     }
-    const Outcome outcome = OutcomeOf(model, body, last_WB[body]);
+    const Outcome outcome = OutcomeOf(model, body, last[body].X_WB);
     verdict.moved = outcome.travel;
+    const Outcome farthest =
+        OutcomeOf(model, body, FarthestOf(series[0], model.bodies[body].X_WB0));
+    verdict.farthest = std::max(farthest.travel, outcome.travel);
+    verdict.was_out = model.has_fixture && farthest.out;
+    verdict.held_from = HeldFrom(model, body, last);
     if (!model.has_fixture) continue;
     verdict.out = outcome.out;
     if (!verdict.met && !contact_off) {
@@ -85,6 +121,13 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
   return verdicts;
 }
 
+std::string DescribeGap(const NearestBody& held_from) {
+  std::array<char, 32> gap{};
+  std::snprintf(gap.data(), gap.size(), "%.2g", 1e3 * held_from.distance);
+  return std::string("contact holds it ") + gap.data() + " mm from " + held_from.name +
+         ", where its surfaces do not meet: try a smaller voxel_m";
+}
+
 std::string DescribePenetration(double depth, double voxel_size) {
   std::array<char, 96> text{};
   std::snprintf(text.data(), text.size(), "went %.2f mm into what is fixed (%.2f voxels)",
@@ -92,30 +135,64 @@ std::string DescribePenetration(double depth, double voxel_size) {
   return text.data();
 }
 
-std::string Describe(const BodyVerdict& verdict) {
-  std::array<char, 48> moved{};
-  std::snprintf(moved.data(), moved.size(), " moved %.1f mm", 1e3 * verdict.moved);
-  std::string line = verdict.body + moved.data();
-  if (!verdict.out) return line + "; nothing is fixed that it could be out of";
-  line += *verdict.out ? " and is out" : " and is NOT out";
-  if (!verdict.deepest) return line + "; how deep it went into what is fixed is not judged";
-  if (verdict.poses_judged == 0) return line + "; it touched nothing";
+namespace {
+
+std::string Millimetres(double metres) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f mm", 1e3 * metres);
+  return text.data();
+}
+
+/// What a hand's body went into.
+std::string DescribeDepth(const BodyVerdict& verdict) {
+  if (!verdict.deepest) return "how deep it went into what is fixed is not judged";
+  if (verdict.poses_judged == 0) return "it touched nothing";
   const std::string judged = ", by " + Counted(verdict.poses_judged, "pose") + " of its way";
-  // a hundredth of a voxel is the rounding of what it rests on
-  if (*verdict.deepest > 0.01 * verdict.voxel_size) {
-    return line + "; it " + DescribePenetration(*verdict.deepest, verdict.voxel_size) + judged;
+  if (*verdict.deepest > kRounding * verdict.voxel_size) {
+    return "it " + DescribePenetration(*verdict.deepest, verdict.voxel_size) + judged;
   }
-  return line + "; it never went into what is fixed" + judged;
+  return "it never went into what is fixed" + judged;
+}
+
+}  // namespace
+
+std::string Describe(const BodyVerdict& verdict) {
+  std::string line = verdict.body;
+  const std::string stands = " stands " + Millimetres(verdict.moved) + " from its first place";
+  if (!verdict.out) {
+    line += stands + "; nothing is fixed that it could be out of";
+  } else if (*verdict.out) {
+    line += stands + " and is out; " + DescribeDepth(verdict);
+  } else if (verdict.was_out) {
+    line += " was " + Millimetres(verdict.farthest) +
+            " from its first place at the farthest, and out; at the end it is back, " +
+            Millimetres(verdict.moved) + " from there; " + DescribeDepth(verdict);
+  } else {
+    line += stands + " and is NOT out; " + DescribeDepth(verdict);
+  }
+  if (verdict.held_from) line += "; " + DescribeGap(*verdict.held_from);
+  return line;
 }
 
 nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const BodyVerdict& verdict : verdicts) {
-    nlohmann::ordered_json row{{"body", verdict.body},  {"moved_mm", 1e3 * verdict.moved},
-                               {"out", nullptr},        {"met", verdict.met},
-                               {"deepest_mm", nullptr}, {"poses_judged", verdict.poses_judged}};
+    nlohmann::ordered_json row{{"body", verdict.body},
+                               {"moved_mm", 1e3 * verdict.moved},
+                               {"farthest_mm", 1e3 * verdict.farthest},
+                               {"out", nullptr},
+                               {"was_out", verdict.was_out},
+                               {"met", verdict.met},
+                               {"deepest_mm", nullptr},
+                               {"poses_judged", verdict.poses_judged},
+                               {"held_from", nullptr},
+                               {"held_from_mm", nullptr}};
     if (verdict.out) row["out"] = *verdict.out;
     if (verdict.deepest) row["deepest_mm"] = 1e3 * *verdict.deepest;
+    if (verdict.held_from) {
+      row["held_from"] = verdict.held_from->name;
+      row["held_from_mm"] = 1e3 * verdict.held_from->distance;
+    }
     rows.push_back(std::move(row));
   }
   return rows;

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/cli/nearest_body.h"
 #include "collab/peer_node.h"
 #include "engine/world/world_model.h"
 
@@ -34,16 +35,31 @@ class BodiesMet {
 /// The body in the hand of a node, into WorldModel::bodies; -1: none. By the haptic thread.
 int HeldBody(PeerNode& node) noexcept;
 
+/// Where a moving body is at the end.
+struct LastPlace {
+  Pose X_WB;
+  bool loaded = false;  // contact pushes it there
+};
+
+/// The last places of all moving bodies, in the order of WorldModel::bodies. When the haptic thread
+/// has ended.
+std::vector<LastPlace> LastPlaces(PeerNode& node);
+
 /// What became of a body that a hand held.
 struct BodyVerdict {
   std::string body;
-  double moved = 0;         // m, its centre of mass, from its first place
+  double moved = 0;         // m, its centre of mass at the end, from its first place
+  double farthest = 0;      // m, the same of the pose in hand that was farthest
   std::optional<bool> out;  // its box has left that of all that is fixed; nothing: nothing is fixed
+  bool was_out = false;     // the same at the farthest
   bool met = false;         // contact pushed it while it was held
   /// m, in what is fixed, of the poses judged; nothing: not judged, or nothing is fixed
   std::optional<double> deepest;
   double voxel_size = 0;  // m
   std::size_t poses_judged = 0;
+  /// The body to which contact does not let it come at its last place, and how far it is; nothing:
+  /// no contact there, or surfaces that meet, or not judged.
+  std::optional<NearestBody> held_from;
 };
 
 /// The poses of a run that are kept to be judged at its end. Beyond kMost of them every second one
@@ -62,20 +78,25 @@ class HeldPoses {
 };
 
 /// Judges the bodies that were in hand, in the order of their first poses, by exact geometry and
-/// against what is fixed. `last_WB`: where the moving bodies are at the end. What touched nothing
-/// has gone into nothing, but with `contact_off`. Takes a second of search at the most; penetration
-/// of scenes above 300,000 triangles is not judged.
+/// against what is fixed. `last`: of all moving bodies. What touched nothing has gone into nothing,
+/// but with `contact_off`. Takes a second of search at the most; neither penetration nor gaps of
+/// scenes above 300,000 triangles are judged.
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
-                               const BodiesMet& met, const std::vector<Pose>& last_WB,
+                               const BodiesMet& met, const std::vector<LastPlace>& last,
                                bool contact_off);
 
-/// One line for a person: "peg moved 60.0 mm and is out; it never went into what is fixed".
+/// One line for a person: "peg stands 60.0 mm from its first place and is out; it never went into
+/// what is fixed". Who else had moved it does not matter.
 std::string Describe(const BodyVerdict& verdict);
+
+/// "contact holds it 0.38 mm from hole, where its surfaces do not meet: try a smaller voxel_m"
+std::string DescribeGap(const NearestBody& held_from);
 
 /// "went 0.40 mm into what is fixed (0.80 voxels)"
 std::string DescribePenetration(double depth, double voxel_size);
 
-/// An object for each: body, moved_mm, out, met, deepest_mm, poses_judged.
+/// An object for each: body, moved_mm, farthest_mm, out, was_out, met, deepest_mm, poses_judged,
+/// held_from, held_from_mm.
 nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts);
 
 }  // namespace tandem

@@ -29,7 +29,7 @@ namespace {
 struct VoxelizeArguments {
   std::string file;
   std::string voxel = "auto";
-  double scale = kDefaultScale;
+  std::optional<double> scale;
   int range = kDefaultRange;
   int bits = 0;  // 0: the least that hold the range
   std::string out;
@@ -83,7 +83,8 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
                                 " voxels at the most; give more bits or a --range within");
   }
   if (const auto fault = VoxelSizeFault(*mesh, options)) {
-    return Fail(kExitFile, arguments.file + ": " + fault->what + UnitHint(*mesh, arguments.scale));
+    return Fail(kExitFile, arguments.file + ": " + fault->what +
+                               AndUnitHint(arguments.file, *mesh, arguments.scale));
   }
   std::stop_source stop;
   options.stop = stop.get_token();
@@ -92,6 +93,9 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   const Features features = FindFeatures(*mesh, sides, options.flatness_voxels * voxel_size);
   const Result<Voxmap> voxmap = Voxelize(*mesh, sides, features, options);
   if (!voxmap) return Fail(kExitFile, arguments.file + ": " + voxmap.error().what);
+  if (const std::string hint = UnitHint(arguments.file, *mesh, arguments.scale); !hint.empty()) {
+    Say(arguments.file + ": " + hint);
+  }
   if (!arguments.out.empty()) {
     if (const auto fault = SaveVoxmap(*voxmap, arguments.out)) return Fail(kExitFile, fault->what);
   }
@@ -171,9 +175,8 @@ void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
             return fault.empty() ? "" : "auto, or " + fault;
           },
           "auto or metres"));
-  command->add_option("--scale", arguments->scale, "metres per file unit")
-      ->check(NumberFrom(kLeastScale, kLargestScale))
-      ->capture_default_str();
+  command->add_option("--scale", arguments->scale, kScaleHelp)
+      ->check(NumberFrom(kLeastScale, kLargestScale));
   command->add_option("--range", arguments->range, "voxels that the distance fields reach")
       ->check(WholeNumberFrom(1, WidestRange(8)))
       ->capture_default_str();

@@ -95,9 +95,14 @@ class SceneSearches {
 /// Tells the news of a session, line by line.
 class Reporter {
  public:
-  /// `security`: who can listen, to be said once somebody is heard.
-  Reporter(std::optional<OwnScene> own, AnnouncedSession session, std::string security)
-      : own_(std::move(own)), session_(std::move(session)), security_(std::move(security)) {}
+  /// `security`: who can listen, to be said once somebody is heard. `as_part`: others are known to
+  /// come.
+  Reporter(std::optional<OwnScene> own, AnnouncedSession session, std::string security,
+           bool as_part)
+      : own_(std::move(own)),
+        session_(std::move(session)),
+        security_(as_part ? std::string() : std::move(security)),
+        as_part_(as_part) {}
 
   void TellNews(const ViewerPicture& picture) {
     if (!picture.peers.empty() && !security_.empty()) Say(std::exchange(security_, {}));
@@ -123,7 +128,10 @@ class Reporter {
 
   void TellStatus(const ViewerPicture& picture, double seconds,
                   const std::vector<AnnouncedSession>& nearby) {
-    if (picture.peers.empty()) return Say(NobodyHeard(session_, nearby));
+    if (picture.peers.empty()) {
+      if (!as_part_) Say(NobodyHeard(session_, nearby));
+      return;
+    }
     std::string line = std::to_string(std::lround(
                            static_cast<double>(picture.samples - samples_told_) / seconds)) +
                        " samples/s";
@@ -164,6 +172,7 @@ class Reporter {
   SceneSearches searches_;
   AnnouncedSession session_;
   std::string security_;
+  bool as_part_;
   std::map<PeerId, Presence> told_;
   std::set<std::uint64_t> told_scene_;
   std::uint64_t samples_told_ = 0;
@@ -221,7 +230,7 @@ int WatchCommand(const WatchOptions& asked) {
   info.role = Role::kViewer;
   info.name = options.name;
   Reporter reporter(std::move(own), {dds.session, !dds.secure.empty()},
-                    SecurityOf(options.reach, options.session));
+                    SecurityOf(options.reach, options.session), options.as_part);
   const std::int64_t joined_ns = MonotonicNowNs();
   std::int64_t beat_ns = joined_ns - kBeatNs;
   std::int64_t status_ns = joined_ns;
@@ -270,6 +279,7 @@ void AddWatchCommand(CLI::App& app, int& exit_code) {
   command->add_option("--seconds", options->seconds, "leave after this; 0: on a signal")
       ->check(NumberFrom(0, kLongestRun));
   command->add_option("--report", options->report, "write what was received (JSON) there");
+  command->add_flag("--as-part", options->as_part)->group("");
   command->add_flag("--from-relay", options->from_relay, "look through a relay (tandem relay)");
   command->add_flag("--json", options->json, "print the report on stdout");
   command->callback([options, &exit_code] {

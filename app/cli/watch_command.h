@@ -18,6 +18,7 @@ struct WatchOptions {
   std::string report;
   bool json = false;
   bool from_relay = false;  // of a relay's viewers instead of the session's own
+  bool as_part = false;     // of a command that starts the session too, and says what it is
 };
 
 /// A viewer without a window: a line on stderr for each coming and going, one a second on what is

@@ -189,7 +189,7 @@ void DrawLegendLine(Picture& picture, const PicturePoint& at, const Stroke& stro
   picture.shapes.emplace_back(
       PolylineShape{{{at.x, at.y - 4}, {at.x + kLegendSample, at.y - 4}}, stroke});
   picture.shapes.emplace_back(LabelShape{
-      {at.x + kLegendSample + 8, at.y}, text, kTextSize, TextAnchor::kStart, kText, false, false});
+      {at.x + kLegendText, at.y}, text, kTextSize, TextAnchor::kStart, kText, false, false});
 }
 
 void DrawLegendMarker(Picture& picture, const PicturePoint& at, MarkerKind kind, double size,
@@ -197,7 +197,7 @@ void DrawLegendMarker(Picture& picture, const PicturePoint& at, MarkerKind kind,
   picture.shapes.emplace_back(
       MarkerShape{{at.x + 0.5 * kLegendSample, at.y - 4}, kind, size, colour, {}});
   picture.shapes.emplace_back(LabelShape{
-      {at.x + kLegendSample + 8, at.y}, text, kTextSize, TextAnchor::kStart, kText, false, false});
+      {at.x + kLegendText, at.y}, text, kTextSize, TextAnchor::kStart, kText, false, false});
 }
 
 }  // namespace tandem

@@ -53,6 +53,9 @@ class Chart {
   Axis y_;
 };
 
+/// From the place of a legend's line to its text, pixels.
+inline constexpr double kLegendText = 38;
+
 /// A line of a legend: a sample of the stroke, or a marker of its size in the picture, and a text
 /// at its right.
 void DrawLegendLine(Picture& picture, const PicturePoint& at, const Stroke& stroke,

@@ -6,6 +6,7 @@
 
 #include "app/option_checks.h"
 #include "collab/dds/keys.h"
+#include "collab/dds/reach.h"
 
 namespace tandem {
 
@@ -59,6 +60,7 @@ void ApplyReach(const ReachOptions& options, DdsOptions& dds) {
   dds.external_address = options.external_address;
   dds.port = options.port;
   dds.secure = options.secure;
+  dds.interface = InterfaceFor(dds, UsableInterfaces());
 }
 
 Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& name) {

@@ -22,6 +22,46 @@ constexpr double kDotSize = 7;
 constexpr std::array<Rgb, 6> kKinds{
     {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {0, 0, 0}}};
 
+constexpr double kLegendX = 668;
+constexpr double kLegendSize = 12;
+constexpr double kLineStep = 15;
+constexpr double kKindStep = 22;
+// of the widest letters that names are of, as a share of the text's size
+constexpr double kLetterWidth = 0.55;
+
+/// The parts of a kind, between commas, in lines that fit beside the plot.
+std::vector<std::string> LegendLines(const std::string& kind) {
+  constexpr auto kMost = static_cast<std::size_t>((kBoundaryWidth - kLegendX - kLegendText) /
+                                                  (kLetterWidth * kLegendSize));
+  std::vector<std::string> lines{""};
+  for (std::size_t from = 0; from < kind.size();) {
+    const std::size_t comma = kind.find(", ", from);
+    const std::size_t to = comma == std::string::npos ? kind.size() : comma + 2;
+    const std::string part = kind.substr(from, to - from);
+    if (!lines.back().empty() && lines.back().size() + part.size() > kMost) lines.emplace_back();
+    lines.back() += part;
+    from = to;
+  }
+  return lines;
+}
+
+/// The legend's line of a kind, or its lines. Returns where the next one goes.
+PicturePoint DrawKind(Picture& picture, PicturePoint at, Rgb colour, const std::string& kind) {
+  const std::vector<std::string> lines = LegendLines(kind);
+  DrawLegendMarker(picture, at, MarkerKind::kDot, kDotSize, colour, lines.front());
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    at.y += kLineStep;
+    picture.shapes.emplace_back(LabelShape{{at.x + kLegendText, at.y},
+                                           lines[i],
+                                           kLegendSize,
+                                           TextAnchor::kStart,
+                                           {40, 40, 40},
+                                           false,
+                                           false});
+  }
+  return {at.x, at.y + kKindStep};
+}
+
 }  // namespace
 
 Picture BoundaryPictureOf(const std::vector<BoundaryMark>& marks, const std::string& name) {
@@ -29,13 +69,14 @@ Picture BoundaryPictureOf(const std::vector<BoundaryMark>& marks, const std::str
   Picture picture{name, title + ", measured and exact, over the delay", kBoundaryWidth, 490, {}};
   picture.shapes.emplace_back(
       LabelShape{{kBoundaryPlot.x, 26}, title, 15, TextAnchor::kStart, kBlack, true, false});
-  picture.shapes.emplace_back(LabelShape{{kBoundaryPlot.x, 47},
-                                         "line: exact; dot: measured by bisection",
-                                         12,
-                                         TextAnchor::kStart,
-                                         {80, 80, 80},
-                                         false,
-                                         false});
+  picture.shapes.emplace_back(
+      LabelShape{{kBoundaryPlot.x, 47},
+                 "line: through the exact values; dot: measured by bisection",
+                 12,
+                 TextAnchor::kStart,
+                 {80, 80, 80},
+                 false,
+                 false});
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   double shortest = kInfinite, longest = 0, softest = kInfinite, firmest = 0;
   std::map<std::string, std::vector<BoundaryMark>> kinds;
@@ -54,7 +95,7 @@ Picture BoundaryPictureOf(const std::vector<BoundaryMark>& marks, const std::str
               {"one-way delay, ms", shortest / kRoom, longest * kRoom, true},
               {"stiffness of all links of a user, N/m", softest / kRoom, firmest * kRoom, true});
   chart.DrawGrid();
-  PicturePoint at{668, 90};
+  PicturePoint at{kLegendX, 90};
   std::size_t number = 0;
   for (auto& [kind, of_kind] : kinds) {
     const Rgb colour = kKinds[number++ % kKinds.size()];
@@ -69,9 +110,9 @@ Picture BoundaryPictureOf(const std::vector<BoundaryMark>& marks, const std::str
           kind + ", " + TableNumber(1e3 * mark.delay_s) + " ms: measured " +
               TableNumber(mark.measured) + " N/m, exact " + TableNumber(mark.exact) + " N/m"});
     }
-    DrawLegendMarker(picture, at, MarkerKind::kDot, kDotSize, colour, kind);
-    at.y += 22;
+    at = DrawKind(picture, at, colour, kind);
   }
+  picture.height = std::max(picture.height, at.y);
   chart.DrawAxes();
   return picture;
 }

@@ -147,6 +147,19 @@ void DrawColours(Picture& picture) {
   }
 }
 
+/// Whether any of a line is in the map: a point, or a step across it.
+bool Reaches(const MapLine& line, const MapRange& range) {
+  for (std::size_t i = 0; i < line.points.size(); ++i) {
+    const PicturePoint& at = line.points[i];
+    const PicturePoint& before = line.points[i > 0 ? i - 1 : 0];
+    if (!std::isfinite(at.y) || at.x < range.shortest || at.x > range.longest) continue;
+    const double low = std::isfinite(before.y) ? std::min(at.y, before.y) : at.y;
+    const double high = std::isfinite(before.y) ? std::max(at.y, before.y) : at.y;
+    if (high >= range.softest && low <= range.firmest) return true;
+  }
+  return false;
+}
+
 void DrawLegend(const StabilityMap& map, Picture& picture) {
   PicturePoint at{kColours.x, kLegendTop};
   constexpr std::array<std::pair<Verdict, const char*>, 3> kVerdicts{
@@ -162,7 +175,9 @@ void DrawLegend(const StabilityMap& map, Picture& picture) {
     DrawLegendMarker(picture, at, kind, SizeOf(kind), kBlack, verdict.second);
     at.y += kLegendStep;
   }
+  const MapRange range = RangeOf(map);
   for (const MapLine& line : map.lines) {
+    if (!Reaches(line, range)) continue;
     DrawLegendLine(picture, at, StrokeOf(line.kind), line.name);
     at.y += kLegendStep;
   }

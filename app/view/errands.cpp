@@ -34,6 +34,10 @@ int Milliseconds(double seconds) {
   return static_cast<int>(1000 * seconds);
 }
 
+std::string OneLine(const QString& text) {
+  return text.simplified().toStdString();
+}
+
 void Say(const std::string& line) {
   std::fprintf(stderr, "tandem-view: %s\n", line.c_str());
 }
@@ -114,7 +118,15 @@ void Errands::TakePicture() {
   if (!PictureIsComplete()) {
     const MessagePage* page = window_.page();
     Say("the picture shows what there is: " +
-        (page != nullptr ? page->text().split('\n').front().toStdString() : "no poses came"));
+        (page != nullptr ? OneLine(page->text()) : "no poses came"));
+  }
+  if (window_.view() != nullptr && !window_.view()->warning().isEmpty()) {
+    Say(OneLine(window_.view()->warning()));
+  }
+  // of a scene that was asked for; of a session's nobody here can help it
+  if (!options_.scene.empty()) {
+    if (window_.scene().state() == SceneModel::State::kMissing) exit_code_ = kExitFile;
+    if (!window_.scene().warning().isEmpty()) exit_code_ = kExitIncompatiblePeer;
   }
   if (options_.fit && window_.view() != nullptr) window_.view()->FitScene();
   if (!window_.Screenshot().save(QString::fromStdString(options_.screenshot), "PNG")) {

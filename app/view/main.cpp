@@ -26,28 +26,28 @@ int Fail(int exit_code, const std::string& line) {
 }
 
 /// Over DDS, by the way that the command line says; domain and interface are the form's.
-JoinFunction JoinBy(const ReachOptions& reach) {
-  return [reach](const JoinRequest& request, PeerId peer, Inbox& inbox) {
+JoinFunction JoinBy(ReachOptions reach) {
+  return [reach](const JoinRequest& request, PeerId peer, Inbox& inbox) mutable {
     DdsOptions options;
     options.session = request.session;
     options.peer = peer;
     options.role = Role::kViewer;
+    reach.domain = request.domain;
+    reach.interface = request.interface;
     ApplyReach(reach, options);
-    options.domain = request.domain;
-    options.interface = request.interface;
     if (request.from_relay) GoToRelay(options);
     return JoinOverDds(options, inbox);
   };
 }
 
 /// In the same network, for other sessions.
-ListenFunction ListenBy(const ReachOptions& reach) {
-  return [reach](const JoinRequest& request) {
+ListenFunction ListenBy(ReachOptions reach) {
+  return [reach](const JoinRequest& request) mutable {
     DdsOptions options;
     options.session = request.session;
+    reach.domain = request.domain;
+    reach.interface = request.interface;
     ApplyReach(reach, options);
-    options.domain = request.domain;
-    options.interface = request.interface;
     if (request.from_relay) GoToRelay(options);
     return ListenForSessions(options);
   };

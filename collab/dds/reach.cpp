@@ -159,6 +159,13 @@ std::vector<InterfaceFacts> UsableInterfaces() {
   return found;
 }
 
+std::string InterfaceFor(const DdsOptions& options, const std::vector<InterfaceFacts>& usable) {
+  const bool elsewhere = !options.peers.empty() || !options.external_address.empty();
+  if (!options.interface.empty() || elsewhere || usable.empty()) return options.interface;
+  const bool loopback_alone = std::ranges::all_of(usable, &InterfaceFacts::loopback);
+  return loopback_alone ? usable.front().name : std::string();
+}
+
 bool MulticastWorks(const InterfaceFacts& interface) {
   const Socket listener;
   const Socket sender;

@@ -18,6 +18,11 @@ struct InterfaceFacts {
 };
 std::vector<InterfaceFacts> UsableInterfaces();
 
+/// The interface to use: the one asked for; the loopback's where nothing else is up and nobody
+/// elsewhere is named; else empty, for DDS to choose. Without it DDS would look for multicast on
+/// loopback, and warn that there is none.
+std::string InterfaceFor(const DdsOptions& options, const std::vector<InterfaceFacts>& usable);
+
 /// Whether a packet sent to DDS's discovery group by this interface comes back to a listener on it.
 bool MulticastWorks(const InterfaceFacts& interface);
 

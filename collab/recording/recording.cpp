@@ -214,7 +214,11 @@ Result<RecordingHeader> ParseHeader(const std::string& text) {
 Result<RecordingReader> RecordingReader::Open(const std::filesystem::path& file) {
   RecordingReader reader;
   reader.stream_.open(file, std::ios::binary);
-  if (!reader.stream_) return Error{file.string() + ": cannot be opened"};
+  if (!reader.stream_) {
+    std::error_code unknown;
+    const bool there = std::filesystem::exists(file, unknown) || unknown;
+    return Error{file.string() + (there ? ": cannot be opened" : ": there is no such file")};
+  }
   std::string magic(kRecordingMagic.size(), '\0');
   std::uint32_t length = 0;
   if (!reader.stream_.read(magic.data(), static_cast<std::streamsize>(magic.size())) ||

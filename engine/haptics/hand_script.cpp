@@ -52,12 +52,12 @@ Waypoint ReadWaypoint(const JsonNode& node, const std::vector<Waypoint>& before)
   node.AllowKeys({"t_s", "p_W", "q_xyzw"});
   Waypoint waypoint;
   waypoint.p_W = node["p_W"].Vector();
-  waypoint.q_W = node["q_xyzw"].Rotation();
+  if (node.Has("q_xyzw")) waypoint.q_W = node["q_xyzw"].Rotation();
   if (before.empty()) {
     waypoint.t = node["t_s"].Number();
     if (waypoint.t != 0) node["t_s"].Expected("0, where the hand starts");
     if (!waypoint.p_W.isZero(1e-9)) node["p_W"].Expected("[0, 0, 0], where the body is at first");
-    if (RotationVector(waypoint.q_W).norm() > 1e-6) {
+    if (node.Has("q_xyzw") && RotationVector(waypoint.q_W).norm() > 1e-6) {
       node["q_xyzw"].Expected("[0, 0, 0, 1], as the body stands at first");
     }
   } else {

@@ -78,8 +78,10 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
 
 std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
                                      double displacement) {
+  // a hundredth of a voxel more lets nothing through that a voxel stops
+  constexpr double kToTell = 1.01;  // voxels
   const double gap = body.points.GapWhenDisplaced(displacement);
-  if (gap <= (1 + 1e-6) * scene.voxel_size) return std::nullopt;
+  if (gap <= kToTell * scene.voxel_size) return std::nullopt;
   char text[160];
   std::snprintf(text, sizeof text,
                 "its displaced points stand up to %.2f voxels apart: what is thinner may slip "

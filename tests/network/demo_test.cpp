@@ -20,6 +20,8 @@ namespace tandem {
 namespace {
 
 using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 struct Ran {
   int exit_code = -1;
@@ -102,7 +104,16 @@ TEST(Demo, AScenesTooLargeVoxelsAreToldBeforeTheStartAndWhatComesOfThemAfterward
   const std::size_t told = said.err.find(
       "key-hole: 0.09 mm apart, contact begins at 0.45 mm: voxel_m 0.0002 or less fits");
   ASSERT_NE(told, std::string::npos) << said.err;
-  EXPECT_LT(told, said.err.find("Anna is in session")) << "before the start";
+  const std::size_t joined = said.err.find("tandem: Anna: in session demo-");
+  ASSERT_NE(joined, std::string::npos) << said.err;
+  EXPECT_LT(told, joined) << "before the start";
+  // each line says whose it is, and none is said by each program again
+  EXPECT_THAT(said.err, HasSubstr("tandem: Ben: in session demo-"));
+  EXPECT_THAT(said.err, HasSubstr("Anna: you hold key"));
+  EXPECT_THAT(said.err, Not(HasSubstr("nobody heard")));
+  const std::size_t plain = said.err.find(" is plain");
+  ASSERT_NE(plain, std::string::npos) << said.err;
+  EXPECT_EQ(said.err.find(" is plain", plain + 1), std::string::npos) << said.err;
   const json out = json::parse(said.out, nullptr, false);
   ASSERT_TRUE(out.is_object()) << said.err;
   EXPECT_NEAR(out.at("start_gaps")[0].at("voxel_m_fits").get<double>(), 0.0002, 1e-9);

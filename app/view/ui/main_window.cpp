@@ -209,7 +209,9 @@ void MainWindow::ShowPicture(const QString& gl_error) {
       break;
     case SceneModel::State::kWaiting:
       if (session_.state() == SessionModel::State::kJoined && !session_.heard()) {
-        page_->Show(tr("Waiting for others"), session_.nobody_heard());
+        QString text = session_.nobody_heard();  // a sentence there, and part of one elsewhere
+        if (!text.isEmpty()) text[0] = text[0].toUpper();
+        page_->Show(tr("Waiting for others"), text);
       } else if (session_.state() == SessionModel::State::kJoined) {
         page_->Show(tr("Waiting for a peer"),
                     tr("Nobody in session \u201c%1\u201d has offered a scene yet.")

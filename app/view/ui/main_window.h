@@ -42,6 +42,7 @@ class MainWindow : public QMainWindow {
   /// Switches what `Proximity` in the menu does.
   void ShowProximity(bool on);
   const ProximityModel& proximity() const { return proximity_; }
+  const SceneModel& scene() const { return scene_; }
   /// Where a person is asked for a scene: first in the first of them.
   void SetSceneFolders(const std::vector<std::filesystem::path>& folders) {
     scene_folders_ = folders;

@@ -20,6 +20,7 @@
 
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
+#include "tests/engine/geometry/mesh_file_samples.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem {
@@ -94,6 +95,21 @@ TEST_F(ContactCommand, GoesByTheModelsOwnLayerUnlessOneIsGiven) {
   const Said plain = Run("--contact plain");
   EXPECT_EQ(plain.out, Run("--contact plain --force-layer 2").out);
   EXPECT_GT(ForceOf(plain), 0);
+}
+
+// Read as metres it would be too large for such voxels.
+TEST_F(ContactCommand, TakesA3mfFileInTheUnitThatItDeclares) {
+  const ScratchFolder folder;
+  const std::string file = folder.Write("two.3mf", testing::ThreeMf("")).string();
+  const std::string poses = folder
+                                .Write("poses.csv",
+                                       "fixed,moving,tx,ty,tz,ax,ay,az,angle_deg\n"
+                                       "two.3mf,two.3mf,0.1,0,0,0,0,1,0\n")
+                                .string();
+  const Said said = RunTandem("contact --voxel 0.0001 --static " + file + " --dynamic " + file +
+                              " --poses " + poses + " --csv");
+  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
+  EXPECT_THAT(said.err, HasSubstr("0 of 1 pose touch"));
 }
 
 TEST_F(ContactCommand, TakesPointsFinerThanVoxelsAndNoneCoarser) {

@@ -9,6 +9,7 @@
 #include "app/cli/child_processes.h"
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
+#include "tests/support/key_scene.h"
 
 // `tandem peer --record` and what `tandem replay` makes of it, as programs.
 
@@ -172,6 +173,21 @@ TEST_F(ReplayCommand, FindsItsSceneWhereItLiesNow) {
   EXPECT_THAT(replayed.err, HasSubstr(std::string("scene found in ") + kScenes));
 }
 
+TEST_F(ReplayCommand, SaysWhereItLookedForASceneThatIsGone) {
+  const ScratchFolder before;
+  const std::string scene = testing::WriteKeyScene(before, 0.0004, 0.0005);
+  const Said said =
+      RunTandem("peer --interface lo --capacity 20000 --hold key --scene " + scene +
+                " --seconds 0.2 --session " + NewSession() + " --record " + File("gone"));
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  fs::remove_all(before.path());
+  const Said replayed = RunTandem("replay " + File("gone"), "timeout 60 ");
+  EXPECT_EQ(replayed.exit_code, kExitFile);
+  EXPECT_THAT(replayed.err, HasSubstr(scene + ": "));
+  EXPECT_THAT(replayed.err, HasSubstr("no file with its content is in "));
+  EXPECT_THAT(replayed.err, HasSubstr("--scene says where it is now"));
+}
+
 // They would take it for one of them, who answers for bodies and is deaf.
 TEST_F(ReplayCommand, IsNotShownWhereActivePeersAreNorGoesOnWhenOneComes) {
   const std::string session = NewSession();
@@ -239,7 +255,7 @@ TEST_F(ReplayCommand, AnotherSceneOrFileIsRefused) {
   ExpectRefused(File("run") + " --scene " + kScenes + "/ball_and_socket.json", kExitFile,
                 "is not the scene that was recorded");
   ExpectRefused(File("run") + " --scene /nowhere.json", kExitFile, "/nowhere.json");
-  ExpectRefused("/nowhere", kExitFile, "/nowhere: cannot be opened");
+  ExpectRefused("/nowhere", kExitFile, "/nowhere: there is no such file");
   ExpectRefused(std::string(kScenes) + "/peg_in_slot.json", kExitFile, "is not a recording");
   ExpectRefused(File("run") + " --export /nowhere/out.mcap", kExitFile, "/nowhere/out.mcap");
   ExpectRefused(File("run") + " --session s --interface nosuch0", kExitNetwork, "nosuch0");

@@ -34,14 +34,16 @@ BodiesMet Met(bool pushed) {
 }
 
 /// The verdict of a run through these displacements.
-BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_off = false) {
+BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_off = false,
+                      bool loaded_at_last = false) {
   const Pose& X_WB0 = Key()->bodies[0].X_WB0;
   HeldPoses poses;
   for (const Vec3& p : way) {
     poses.Add({.body = 0, .X_WB = {X_WB0.q, X_WB0.p + p}});
   }
   const std::vector<BodyVerdict> verdicts =
-      Judge(*Key(), poses, Met(loaded), {{X_WB0.q, X_WB0.p + way.back()}}, contact_off);
+      Judge(*Key(), poses, Met(loaded), {{{X_WB0.q, X_WB0.p + way.back()}, loaded_at_last}},
+            contact_off);
   EXPECT_THAT(verdicts, SizeIs(1));
   return verdicts.front();
 }
@@ -57,13 +59,36 @@ TEST(Verdict, OfAPartThatWentThroughAWallSaysHowDeep) {
   EXPECT_EQ(verdict.poses_judged, 3U);
   EXPECT_THAT(
       Describe(verdict),
-      HasSubstr("moved 60.0 mm and is out; it went 0.40 mm into what is fixed (0.80 voxels"));
+      HasSubstr("stands 60.0 mm from its first place and is out; it went 0.40 mm into what is "
+                "fixed (0.80 voxels"));
 }
 
 TEST(Verdict, OfAPartThatJamsSaysThatItIsNotOut) {
   const BodyVerdict verdict = VerdictOf({Vec3::Zero(), Vec3(0.00009, 0, 0.0087)}, true);
   EXPECT_EQ(verdict.out, false);
-  EXPECT_THAT(Describe(verdict), HasSubstr("moved 8.7 mm and is NOT out; it never went into"));
+  EXPECT_THAT(Describe(verdict),
+              HasSubstr("stands 8.7 mm from its first place and is NOT out; it never went into"));
+}
+
+TEST(Verdict, OfAPartThatWasPutBackSaysThatItWasOut) {
+  const BodyVerdict verdict =
+      VerdictOf({Vec3::Zero(), Vec3(0, 0, 0.06), Vec3(0, 0, 0.03), Vec3::Zero()}, true);
+  EXPECT_EQ(verdict.out, false);
+  EXPECT_TRUE(verdict.was_out);
+  EXPECT_NEAR(verdict.farthest, 0.06, 1e-12);
+  EXPECT_THAT(Describe(verdict),
+              HasSubstr("was 60.0 mm from its first place at the farthest, and out; at the end it "
+                        "is back, 0.0 mm from there; it never went into"));
+  // the hole is 9 mm high
+  const BodyVerdict never = VerdictOf({Vec3(0, 0, 0.0087), Vec3::Zero()}, true);
+  EXPECT_FALSE(never.was_out);
+  EXPECT_THAT(Describe(never), HasSubstr("stands 0.0 mm from its first place and is NOT out"));
+}
+
+// Another hand had moved the part before this one took it.
+TEST(Verdict, OfAPartThatOnlyWasHeldSaysWhereItStandsNotThatItMoved) {
+  const BodyVerdict verdict = VerdictOf({Vec3(0, 0, 0.06), Vec3(0, 0, 0.06)}, false);
+  EXPECT_THAT(Describe(verdict), HasSubstr("stands 60.0 mm from its first place and is out"));
 }
 
 TEST(Verdict, OfAPartThatMetNothingNeedsNoSearchButWithContactOff) {
@@ -110,10 +135,25 @@ TEST(Verdict, WhatAnotherBodyTouchesIsNotMetByTheOneInTheHand) {
   EXPECT_FALSE(met[1]);
 }
 
+TEST(Verdict, OfAPartThatContactHoldsOffSaysHowFarFromWhat) {
+  // its foot stands 0.2 mm above the bars, which are 9 mm high, and 2 mm aside
+  const std::vector<Vec3> way{Vec3(0, 0, 0.02), Vec3(0.002, 0, 0.0092)};
+  const BodyVerdict held_off = VerdictOf(way, true, false, true);
+  ASSERT_TRUE(held_off.held_from);
+  EXPECT_NEAR(held_off.held_from->distance, 0.0002, 1e-9);
+  EXPECT_THAT(Describe(held_off), HasSubstr("; contact holds it 0.2 mm from "));
+  EXPECT_EQ(DescribeGap({.name = "hole", .distance = 0.00038}),
+            "contact holds it 0.38 mm from hole, where its surfaces do not meet: try a smaller "
+            "voxel_m");
+  // no contact there, or surfaces that meet
+  EXPECT_FALSE(VerdictOf(way, true).held_from);
+  EXPECT_FALSE(VerdictOf({Vec3(0.002, 0, 0.009)}, true, false, true).held_from);
+}
+
 TEST(Verdict, OfAnEmptyHandIsNone) {
   HeldPoses poses;
   poses.Add({});
-  EXPECT_THAT(Judge(*Key(), poses, Met(false), {Key()->bodies[0].X_WB0}, false), IsEmpty());
+  EXPECT_THAT(Judge(*Key(), poses, Met(false), {{Key()->bodies[0].X_WB0}}, false), IsEmpty());
 }
 
 TEST(Verdict, KeepsPosesOfALongRunEvenly) {

@@ -170,6 +170,26 @@ TEST(StabilityMap, HasMarksOfOneSizeInTheMapAndInItsLegend) {
   EXPECT_EQ(of_crosses[0], of_crosses[1]);
 }
 
+// From 4 to 2000 N/m and 10 ms to 1 s.
+TEST(StabilityMap, ExplainsNoLineThatItDoesNotReach) {
+  StabilityMap map = OfGrid();
+  const double none = std::nan("");
+  map.lines = {{MapLineKind::kBoundary, "above", {{0.01, 1e5}, {1, 1e4}}},
+               {MapLineKind::kPassive, "through", {{0.1, 1e5}, {0.2, 1}}},
+               {MapLineKind::kAnyDelay, "below", {{0.01, 0.5}, {1, 0.5}}},
+               {MapLineKind::kLaw, "beside", {{3, 100}, {4, 100}}},
+               {MapLineKind::kLinearCalm, "nowhere", {{0.01, none}, {1, none}}},
+               {MapLineKind::kLinearFirm, "inside", {{0.01, 20}, {1, 20}}}};
+  std::string texts;
+  for (const LabelShape& label : All<LabelShape>(PictureOf(map))) texts += label.text + "\n";
+  for (const char* there : {"through", "inside"}) {
+    EXPECT_NE(texts.find(there), std::string::npos) << there;
+  }
+  for (const char* not_there : {"above", "below", "beside", "nowhere"}) {
+    EXPECT_EQ(texts.find(not_there), std::string::npos) << not_there;
+  }
+}
+
 TEST(StabilityMap, HasALongTitleWithinThePicture) {
   StabilityMap map = OfGrid();
   map.title += ", network delays that change 20 ms 300 ms 50 ms 1000 ms 20 ms, jitter 30 ms";

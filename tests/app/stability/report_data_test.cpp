@@ -110,6 +110,17 @@ TEST(ReportData, ShowsABoundaryInWordsAndAsAPicture) {
     const auto* const mark = std::get_if<MarkerShape>(&shape);
     if (mark != nullptr && !mark->hint.empty()) hints.push_back(mark->hint);
   }
+  // the legend's words end within the picture, at half a size for a letter
+  std::string legend;
+  for (const PictureShape& shape : data.pictures[0].shapes) {
+    const auto* const label = std::get_if<LabelShape>(&shape);
+    if (label == nullptr || label->anchor != TextAnchor::kStart) continue;
+    legend += label->text;
+    EXPECT_LT(label->at.x + 0.5 * label->size * static_cast<double>(label->text.size()),
+              data.pictures[0].width)
+        << label->text;
+  }
+  EXPECT_THAT(legend, HasSubstr("hands off, p+dd, 2 users, jitter 20 ms, loss 5 %"));
   EXPECT_THAT(hints, ElementsAre("hands off, p+dd, 2 users, jitter 20 ms, loss 5 %, 100 ms: "
                                  "measured 104 N/m, exact 100 N/m"));
 }

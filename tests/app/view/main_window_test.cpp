@@ -109,6 +109,7 @@ TEST_F(Window, SaysPlainOnlyOfASessionThatSomebodyWasHeardIn) {
     return window_.page() != nullptr &&
            window_.page()->text().contains("another name, network, domain or keys?");
   }));
+  EXPECT_TRUE(window_.page()->text().contains("\nNobody heard in session"));
   EXPECT_TRUE(Child<QLabel>("status_session")->text().contains("nobody heard"));
   fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
   ASSERT_TRUE(ProcessEventsUntil([&] {

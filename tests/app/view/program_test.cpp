@@ -166,6 +166,23 @@ TEST_F(Program, FindsTheSessionsSceneWhereItLiesOnThisMachine) {
   EXPECT_GT(green(), 1000);
 }
 
+TEST_F(Program, SaysOfAPictureThatItsSceneIsAnotherOrCannotBeLoaded) {
+  StartPuppet("Anna", "0.05");
+  Write(In("bare.json"), R"({"name": "bare", "voxel_m": 0.001, "bodies": [
+      {"name": "part", "mesh": "part.obj", "mass_kg": 0.2}]})");
+  EXPECT_EQ(Run(JoinArguments() +
+                    QStringList{"--scene", In("bare.json"), "--screenshot", In("other.png")},
+                here_),
+            8);
+  EXPECT_THAT(said_, ::testing::HasSubstr("This is not the scene that the session runs"));
+  Write(In("broken.json"), R"({"name": "broken", "voxel_m": 0.001, "bodies": [
+      {"name": "part", "mesh": "gone.obj", "mass_kg": 0.2}]})");
+  EXPECT_EQ(Run({"--scene", In("broken.json"), "--screenshot", In("broken.png"), "--seconds", "4"},
+                here_),
+            3);
+  EXPECT_THAT(said_, ::testing::HasSubstr("gone.obj"));
+}
+
 TEST_F(Program, TakesAPictureWithProximityOnceItIsVoxelized) {
   // 3 mm above the plate, at most
   Write(In("scene.json"), R"({"name": "plate and part", "voxel_m": 0.001, "bodies": [

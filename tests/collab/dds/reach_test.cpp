@@ -30,6 +30,21 @@ TEST(Reach, TheLoopbackIsAmongTheInterfaces) {
   EXPECT_GE(lo->mtu, 1500);
 }
 
+TEST(Reach, WhereNothingButTheLoopbackIsUpItIsUsed) {
+  const InterfaceFacts lo{.name = "lo", .address = "127.0.0.1", .loopback = true};
+  const InterfaceFacts eth{.name = "eth0", .address = "192.0.2.2", .multicast = true};
+  DdsOptions options;
+  EXPECT_EQ(InterfaceFor(options, {lo}), "lo");
+  EXPECT_EQ(InterfaceFor(options, {lo, eth}), "");
+  EXPECT_EQ(InterfaceFor(options, {}), "");
+  options.interface = "eth0";
+  EXPECT_EQ(InterfaceFor(options, {lo}), "eth0");
+  // others are elsewhere
+  options = {};
+  options.peers = {"192.0.2.7"};
+  EXPECT_EQ(InterfaceFor(options, {lo}), "");
+}
+
 TEST(Reach, AnswersTellThePathsSizeAndRoundTrip) {
   Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(0);
   ASSERT_TRUE(answerer.has_value()) << answerer.error().what;

@@ -93,6 +93,16 @@ TEST(HandFile, ErrorsNameThePlaceAndWhatWasExpected) {
             "way_points: unknown key; did you mean waypoints?");
 }
 
+TEST(HandFile, AWaypointWithoutARotationHasNone) {
+  const ScratchFolder folder;
+  const Result<HandScript> script = LoadHandScript(folder.Write(
+      "hand.json",
+      R"({"waypoints": [{"t_s": 0, "p_W": [0, 0, 0]}, {"t_s": 1, "p_W": [0, 0, 0.1]}]})"));
+  ASSERT_TRUE(script) << script.error().what;
+  EXPECT_EQ(script->waypoints[1].q_W.coeffs(), Quat::Identity().coeffs());
+  EXPECT_EQ(script->IntentAt(1).p_W, Vec3(0, 0, 0.1));
+}
+
 TEST(HandFile, WithoutWaypointsIsAnError) {
   const ScratchFolder folder;
   const Result<HandScript> script =

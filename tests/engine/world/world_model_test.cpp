@@ -90,6 +90,17 @@ TEST_F(LoadedWorld, SaysWhereDisplacedPointsPartByMoreThanAVoxel) {
   EXPECT_THAT(outwards[0], ::testing::HasSubstr("its displaced points stand up to 1."));
 }
 
+// A cube's faces part by as much as they are displaced; a hundredth of a voxel is nothing to tell.
+TEST_F(LoadedWorld, DoesNotWarnOfAGapThatIsAVoxelAsWritten) {
+  const auto world = Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})");
+  const BodyModel& cube = world->bodies[0];
+  const double voxel = world->scene.voxel_size;
+  const double small = -1e-4 * voxel;
+  ASSERT_GT(cube.points.GapWhenDisplaced(small), (1 + 1e-6) * voxel);
+  EXPECT_EQ(GapRemark(world->scene, cube, small), std::nullopt);
+  EXPECT_TRUE(GapRemark(world->scene, cube, -0.1 * voxel));
+}
+
 // A bracket of 47 mm in a file of millimetres, read as metres.
 TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
   folder_.Write("mm.obj", AsObj(Box(Vec3(47, 131, 6))));
