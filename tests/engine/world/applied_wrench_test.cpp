@@ -100,6 +100,76 @@ INSTANTIATE_TEST_SUITE_P(Cases, AppliedContact,
                                                               ContactModel::kPlain),
                                             ::testing::Values(0.0, 0.3), ::testing::Bool()));
 
+/// A cube in a hand, that presses on a free block of three times its side far off the block's
+/// centre. A cube's inertia is alike about all axes, so there is no gyroscopic moment.
+struct OffCentrePush {
+  explicit OffCentrePush(ContactModel contact, double friction)
+      : model(MakeModel(contact, friction)), world(model), inputs(FreeInputs(*model)) {}
+  static std::shared_ptr<const WorldModel> MakeModel(ContactModel contact, double friction) {
+    const TriangleMesh block = At(Box(Vec3(0.036, 0.036, 0.036)), Vec3(0, 0, -0.018));
+    const TriangleMesh cube = At(Box(Vec3(0.012, 0.012, 0.012)), Vec3(0.013, 0.008, 0.012),
+                                 RotationBy(Vec3(0.3, 0.2, 0.1)));
+    auto made = std::make_shared<WorldModel>(
+        *MakeWorldModel({{cube, false, 0.3}, {block, false, 0.5}}, kVoxel, contact));
+    made->scene.friction = friction;
+    made->scene.gravity_W = Vec3(0.3, 0, 0);  // a free block would fall out of reach
+    return made;
+  }
+  /// What contact gave the block in a frame, about the block's centre, by the block's own motion;
+  /// and what the cube was told of contact, carried there with its sign turned.
+  void Step() {
+    const RigidState cube = world.state(0);
+    const RigidState block = world.state(1);
+    const StepReport& report = world.Step(inputs);
+    if ((report.flags & StepReport::kTravelLimited) != 0) return;
+    const Inertia& inertia = model->bodies[1].inertia;
+    const Twist& after = world.state(1).V_WB;
+    const Vec3 force = inertia.mass * ((after.v - block.V_WB.v) / kFrame - model->scene.gravity_W);
+    const Vec3 moment = inertia.I_B(0, 0) * (after.w - block.V_WB.w) / kFrame;
+    const Wrench& told = report.contact_B_W;
+    const Vec3 arm = cube.X_WB.p - block.X_WB.p;
+    const Vec3 carried = -(told.tau + arm.cross(told.f));
+    worst_force = std::max(worst_force, (told.f + force).norm() / (1 + force.norm()));
+    worst_moment = std::max(worst_moment, (carried - moment).norm() / (0.01 + moment.norm()));
+    most_moment = std::max(most_moment, moment.norm());
+    pressed += told.f.norm() > 0 ? 1 : 0;
+  }
+
+  std::shared_ptr<const WorldModel> model;
+  World world;
+  StepInputs inputs;
+  double worst_force = 0;  // part of the force that the balance leaves
+  double worst_moment = 0;
+  double most_moment = 0;  // N m
+  int pressed = 0;         // frames
+};
+
+class AppliedContactOffCentre : public ::testing::TestWithParam<std::tuple<ContactModel, double>> {
+};
+
+// The block turns away under the push, which the cube's step must have foreseen.
+TEST_P(AppliedContactOffCentre, GivesTheOtherBodyTheOppositeForceAndMoment) {
+  kHapticThread.Enter();
+  const auto [contact, friction] = GetParam();
+  OffCentrePush push(contact, friction);
+  const Quat& q = push.model->bodies[0].X_WB0.q;
+  for (int frame = 0; frame < 800; ++frame) {
+    // at 0.05 m/s, so that nothing is held to the travel limit
+    push.inputs.hand = HandTo(*push.model, 0, {q, Vec3(0.013, 0.008, 0.012 - 5e-5 * frame)});
+    push.Step();
+  }
+  EXPECT_GT(push.pressed, 20);
+  EXPECT_GT(push.most_moment, 0.01);
+  EXPECT_GT(push.world.state(1).V_WB.w.norm(), 0.1);
+  EXPECT_LT(push.worst_force, 1e-9);
+  EXPECT_LT(push.worst_moment, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, AppliedContactOffCentre,
+                         ::testing::Combine(::testing::Values(ContactModel::kRefined,
+                                                              ContactModel::kPlain),
+                                            ::testing::Values(0.0, 0.3)));
+
 // At rest the plate bears what the hand presses with and the weight, in each frame.
 TEST(World, TellsOfAPartAtRestTheForceThatItPressesWith) {
   kHapticThread.Enter();
