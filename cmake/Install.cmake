@@ -86,10 +86,7 @@ install(DIRECTORY ${reference}/man1 DESTINATION share/man COMPONENT tandem)
 install(DIRECTORY ${reference}/completions/ DESTINATION share/bash-completion/completions COMPONENT tandem)
 
 install(FILES package/tandem-relay.service DESTINATION lib/systemd/system COMPONENT tandem)
-install(FILES NOTICE README.md SECURITY.md CITATION.cff DESTINATION share/doc/tandem COMPONENT tandem)
-file(GLOB guides docs/*.md)
-set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs)
-list(REMOVE_ITEM guides ${PROJECT_SOURCE_DIR}/docs/changelog.md)
-install(FILES ${guides} DESTINATION share/doc/tandem/docs COMPONENT tandem)
-install(FILES docs/changelog.md DESTINATION share/doc/tandem COMPONENT changelog)
-install(FILES LICENSE DESTINATION share/doc/tandem COMPONENT license)  # a Debian package names the system's copy instead
+# The documents lead to one another, so all are installed, in the places that they have here.
+install(FILES NOTICE README.md CONTRIBUTING.md SECURITY.md CITATION.cff DESTINATION share/doc/tandem COMPONENT tandem)
+install(DIRECTORY docs DESTINATION share/doc/tandem COMPONENT tandem PATTERN *.py EXCLUDE)
+install(FILES LICENSE DESTINATION share/doc/tandem COMPONENT license)  # a Debian package links the system's copy instead

@@ -15,6 +15,8 @@ foreach(package tandem tandem-dev)
   install(FILES package/debian/copyright ${debian}/changelog.Debian.gz ${debian}/changelog.gz
     DESTINATION share/doc/${package} COMPONENT ${package}-debian EXCLUDE_FROM_ALL)
 endforeach()
+file(CREATE_LINK /usr/share/common-licenses/Apache-2.0 ${debian}/LICENSE SYMBOLIC)
+install(FILES ${debian}/LICENSE DESTINATION share/doc/tandem COMPONENT tandem-debian EXCLUDE_FROM_ALL)
 install(FILES package/debian/tandem-relay.default DESTINATION /etc/default RENAME tandem-relay
   COMPONENT tandem-debian EXCLUDE_FROM_ALL)
 

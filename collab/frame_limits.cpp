@@ -91,8 +91,9 @@ std::vector<std::string> Explain(const FrameLimits& limits) {
   std::vector<std::string> lines;
   if (limits.travel_limited > 0) {
     lines.push_back("in " + Percent(limits.travel_limited) +
-                    " of the frames a body was held back to its travel limit, half a voxel a frame "
-                    "or less: it moved slower than it was pulled; larger voxels let it go faster");
+                    " of the frames a body was held back to its travel limit (near others half a "
+                    "voxel a frame, farther off the gap to them, less where point tests do not "
+                    "fit): it moved slower than it was pulled; larger voxels let it go faster");
   }
   if (limits.over_capacity > 0) {
     lines.push_back("in " + Percent(limits.over_capacity) +

@@ -128,6 +128,13 @@ class Holdings {
     std::array<Claim, kMaxClaims> claims{};
   };
 
+  /// A peer that asked for what our hand holds, as last told to the user.
+  struct Asker {
+    PeerId peer = 0;  // 0: a free place
+    ObjectId object = kNoObject;
+    std::int64_t told_ns = 0;
+  };
+
   static bool Greater(std::uint32_t epoch, PeerId peer, const Body& than) noexcept;
   int BodyOf(ObjectId object) const noexcept;
   const Member* Find(PeerId peer) const noexcept;
@@ -144,7 +151,8 @@ class Holdings {
   void Say(EventKind kind, std::size_t body, std::uint32_t epoch, PeerId to) noexcept;
   void Tell(HoldingNews::Kind kind, std::size_t body, PeerId peer) noexcept;
   void OnAsk(std::size_t body, PeerId from) noexcept;
-  /// Tells the user who asks for what our hand holds; once in a while, for they ask until answered.
+  /// Tells the user who asks for what our hand holds: of each peer once in a while, however often
+  /// it asks.
   void TellAsked(std::size_t body, PeerId from) noexcept;
   void OnGrant(std::size_t body, const Event& event) noexcept;
   /// Goes on towards what the hand wants.
@@ -161,10 +169,9 @@ class Holdings {
   std::uint32_t hold_epoch_ = 0;  // of our claim on a shared body that another answers for
   int wanted_ = -1;
   std::int64_t wanted_since_ns_ = 0;
-  std::int64_t asked_ns_ = 0;    // when last; 0: not yet
-  HoldingNews refused_;          // the last that was told of what others ask of us
-  std::int64_t refused_ns_ = 0;  // when
-  std::int64_t now_ns_ = 0;      // of the last frame; 0: none yet
+  std::int64_t asked_ns_ = 0;  // when last; 0: not yet
+  std::array<Asker, kMaxPeers> askers_{};
+  std::int64_t now_ns_ = 0;  // of the last frame; 0: none yet
   std::int64_t listen_until_ns_ = 0;
   std::uint32_t event_seq_ = 0;
   std::vector<Event> to_send_;  // ring of events that wait

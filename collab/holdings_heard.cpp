@@ -123,10 +123,13 @@ void Holdings::OnAsk(std::size_t index, PeerId from) noexcept {
 }
 
 void Holdings::TellAsked(std::size_t index, PeerId from) noexcept {
-  const bool same = refused_.peer == from && refused_.object == bodies_[index].object;
-  if (same && now_ns_ - refused_ns_ < kTellAgain) return;
-  refused_ = {HoldingNews::Kind::kAsked, bodies_[index].object, from};
-  refused_ns_ = now_ns_;
+  const ObjectId object = bodies_[index].object;
+  const auto known = std::ranges::find(askers_, from, &Asker::peer);
+  const bool is_known = known != askers_.end();
+  if (is_known && known->object == object && now_ns_ - known->told_ns < kTellAgain) return;
+  // a new one takes a free place, or that of whoever asked longest ago
+  const auto place = is_known ? known : std::ranges::min_element(askers_, {}, &Asker::told_ns);
+  *place = {from, object, now_ns_};
   Tell(HoldingNews::Kind::kAsked, index, from);
 }
 

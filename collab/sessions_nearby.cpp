@@ -1,14 +1,11 @@
 #include "collab/sessions_nearby.h"
 
-#include <string_view>
-
 namespace tandem {
 
 namespace {
 
-/// How a person is told of it. A relay shows a session under a name of its own (GoToRelay).
+/// How a person is told of it.
 std::string TextOf(const AnnouncedSession& session) {
-  constexpr std::string_view kBehindRelay = "/view";
   const std::string& name = session.name;
   const std::string secured = session.secured ? " (secured)" : "";
   if (!name.ends_with(kBehindRelay)) return name + secured;

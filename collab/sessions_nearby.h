@@ -1,9 +1,13 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tandem {
+
+/// What a relay adds to a session's name for the name of what it shows (GoToRelay).
+inline constexpr std::string_view kBehindRelay = "/view";
 
 /// A session as its programs announce it to a whole domain.
 struct AnnouncedSession {

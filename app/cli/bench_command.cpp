@@ -64,7 +64,7 @@ Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked
   if (asked.voxel_size > 0) scene->voxel_size = asked.voxel_size;
   Say("voxelizing " + asked.scene);
   auto world = LoadWorld(*scene);
-  if (world) TellStart(FindStartGaps((*world)->scene, (*world)->meshes_W));
+  if (world) TellStart(FindStartGaps(**world));
   if (!world || asked.points == 0) return world;
   auto changed = std::make_shared<WorldModel>(**world);
   if (const auto fault = SetPoints(asked.points, *changed)) return *fault;

@@ -264,8 +264,7 @@ Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& sce
                     {"frame_cpu_p99_us", MedianOf(times[i].p99)},
                     {"ratio", ratio.median},
                     {"ratio_least", ratio.least},
-                    {"ratio_most", ratio.most},
-                    {"beyond_viewerless", ratio.median}});
+                    {"ratio_most", ratio.most}});
     times[i].DeadlinesInto(rows.back());
   }
   return ordered_json{{"seconds", arguments.seconds},

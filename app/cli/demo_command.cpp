@@ -186,7 +186,7 @@ struct Judged {
   std::vector<std::string> failures;  // why the run is not as it should be; empty: it is
 };
 
-Result<Judged> JudgeRun(const DemoArguments& arguments, const Scene& scene, bool long_enough,
+Result<Judged> JudgeRun(const DemoArguments& arguments, const Scene& scene,
                         const std::filesystem::path& folder) {
   const Result<std::shared_ptr<const WorldModel>> loaded = LoadWorld(scene);
   if (!loaded) return loaded.error();
@@ -222,7 +222,7 @@ Result<Judged> JudgeRun(const DemoArguments& arguments, const Scene& scene, bool
   const bool stable = IsAtRest(traces[0]) && IsAtRest(traces[1]);
   const double depth = penetration.max_penetration_voxels * scene.voxel_size;
   if (!out) judged.failures.emplace_back("the part did not come out");
-  if (long_enough && !stable) judged.failures.emplace_back("the part did not come to rest");
+  if (!stable) judged.failures.emplace_back("the part did not come to rest");
   if (penetration.max_penetration_voxels > kDeepestVoxels) {
     judged.failures.push_back("the part " + DescribePenetration(depth, scene.voxel_size) + ", in " +
                               Percent(penetration.overlap_share()) + " of the poses judged");
@@ -247,9 +247,8 @@ Result<Judged> JudgeRun(const DemoArguments& arguments, const Scene& scene, bool
       {"overlap_share", penetration.overlap_share()},
       {"poses_checked", penetration.poses_checked},
       {"poses_given", penetration.poses_given},
-      {"stable", nullptr},
+      {"stable", stable},
       {"failures", judged.failures}};
-  if (long_enough) judged.json["stable"] = stable;
   return judged;
 }
 
@@ -278,6 +277,29 @@ void Tell(const ordered_json& json) {
       number(json.at("poses_checked")));
 }
 
+/// Sets the length of the run where none is given; refuses one that would not show whether the run
+/// is stable.
+int SetLength(const Scene& scene, DemoArguments& arguments) {
+  const Result<double> needed = SecondsFor(scene, arguments.delay_ms);
+  if (!needed) return Fail(kExitFile, needed.error().what);
+  const double least = std::max(kLeastSeconds, std::ceil(kJudgedShare * *needed));
+  char text[200];
+  if (least > kMostSeconds) {
+    std::snprintf(text, sizeof text,
+                  ": its hands need a run of %.0f s at this delay, and the demo's longest takes "
+                  "%.0f s: shorten their scripts",
+                  least, kMostSeconds);
+    return Fail(kExitFile, scene.file.string() + text);
+  }
+  if (arguments.seconds == 0) arguments.seconds = std::clamp(*needed, kLeastSeconds, kMostSeconds);
+  if (arguments.seconds >= least) return kExitOk;
+  std::snprintf(text, sizeof text,
+                "--seconds %g: too short to tell whether it is stable: give %.0f or more, or leave "
+                "it out",
+                arguments.seconds, least);
+  return Fail(kExitUsage, text);
+}
+
 int RunDemo(DemoArguments& arguments) {
   const Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
@@ -290,22 +312,20 @@ int RunDemo(DemoArguments& arguments) {
                 "--screenshot: there is no display, and so no window to take a picture of; "
                 "'xvfb-run -a ./tandem demo --screenshot FILE' gives it one");
   }
-  const Result<double> seconds = SecondsFor(*scene, arguments.delay_ms);
-  if (!seconds) return Fail(kExitFile, seconds.error().what);
-  if (arguments.seconds == 0) arguments.seconds = std::clamp(*seconds, kLeastSeconds, kMostSeconds);
-  const bool long_enough = arguments.seconds >= kJudgedShare * *seconds;
+  if (const int failed = SetLength(*scene, arguments); failed != kExitOk) return failed;
   const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene);
   if (!bodies) return Fail(kExitFile, bodies.error().what);
   std::vector<TriangleMesh> meshes_W;
   for (const ProximityBody& body : *bodies) meshes_W.push_back(body.mesh_W);
-  const std::vector<StartGap> gaps = FindStartGaps(*scene, meshes_W);
+  StartGaps gaps;
+  if (!arguments.no_contact) gaps = FindStartGaps(*scene, meshes_W);
   TellStart(gaps);
 
   const TemporaryFolder folder;
   if (const int failed = RunSession(arguments, *scene, folder.path()); failed != kExitOk) {
     return failed;
   }
-  Result<Judged> judged = JudgeRun(arguments, *scene, long_enough, folder.path());
+  Result<Judged> judged = JudgeRun(arguments, *scene, folder.path());
   if (!judged) return Fail(kExitFailed, judged.error().what);
   judged->json["start_gaps"] = AsJson(gaps);
   if (arguments.json) {
@@ -313,21 +333,10 @@ int RunDemo(DemoArguments& arguments) {
   } else {
     Tell(judged->json);
   }
-  if (arguments.no_contact && long_enough) return kExitOk;
-  if (!arguments.no_contact) {
-    for (const std::string& failure : judged->failures) Say(failure);
-    // what stood too near from the start is the first thing to look at
-    if (!judged->failures.empty()) TellStart(gaps);
-  }
-  if (!long_enough) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "too short to tell whether it is stable: give --seconds %.0f or more, or leave "
-                  "it out",
-                  std::ceil(kJudgedShare * *seconds));
-    return Fail(kExitUsage, text);
-  }
-  return judged->failures.empty() ? kExitOk : kExitFailed;
+  if (arguments.no_contact || judged->failures.empty()) return kExitOk;
+  for (const std::string& failure : judged->failures) Say(failure);
+  TellStart(gaps);  // what stood too near from the start is the first thing to look at
+  return kExitFailed;
 }
 
 }  // namespace

@@ -21,12 +21,12 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::uint32_t kPortsLookedAt = 8;           // of as many programs on this machine
-constexpr std::uint16_t kAnswerPort = 7399;           // beside DDS's own, which begin at 7400
-constexpr int kLeastPayload = 1400;                   // what a session's packets need
-constexpr std::int64_t kTimerFrames = 500;            // of a millisecond
-constexpr double kLateEnoughToFeelUs = 500;           // half a frame
-constexpr std::int64_t kLookRoundNs = 2'000'000'000;  // for who is in the session
+constexpr std::uint32_t kPortsLookedAt = 8;               // of as many programs on this machine
+constexpr std::uint16_t kAnswerPort = 7399;               // beside DDS's own, which begin at 7400
+constexpr int kLeastPayload = 1400;                       // what a session's packets need
+constexpr std::int64_t kTimerFrames = 500;                // of a millisecond
+constexpr double kLateEnoughToFeelUs = 500;               // half a frame
+constexpr std::int64_t kDoctorListensNs = 2'000'000'000;  // for who is in the session
 
 struct DoctorArguments {
   ReachOptions reach;
@@ -213,7 +213,7 @@ void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
     findings.Add(Finding::kGood, "joining", "DDS domain " + std::to_string(dds.domain) + " opens");
     return;
   }
-  MachineClock().SleepUntil(MonotonicNowNs() + kLookRoundNs);
+  MachineClock().SleepUntil(MonotonicNowNs() + kDoctorListensNs);
   const std::string names = listener.Names();
   (*joined)->Leave();
   findings.Add(names.empty() ? Finding::kWarning : Finding::kGood, "session " + arguments.session,

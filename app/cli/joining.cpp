@@ -262,8 +262,8 @@ int Join(PeerArguments& arguments, Joining& joining) {
   if (!arguments.repeats) {
     for (const std::string& remark : joining.model->remarks) Say(remark);
   }
-  if (!arguments.brief) {
-    joining.start_gaps = FindStartGaps(joining.scene, joining.model->meshes_W);
+  if (!arguments.brief && !arguments.no_contact) {
+    joining.start_gaps = FindStartGaps(*joining.model);
     TellStart(joining.start_gaps);
   }
   if (joining.unequal) {

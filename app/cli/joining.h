@@ -25,7 +25,7 @@ struct Joining {
   SceneManifest manifest;                  // what we offer
   std::optional<ForceParameters> unequal;  // the session's, where we insist on others
   std::shared_ptr<const WorldModel> model;
-  std::vector<StartGap> start_gaps;       // of bodies that contact begins on at once
+  StartGaps start_gaps;                   // of bodies that contact begins on at once
   std::unique_ptr<FrameHelpers> helpers;  // null: none
   std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
   FrameCapacity capacity;

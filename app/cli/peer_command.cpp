@@ -64,9 +64,9 @@ std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
 
 /// Returns what became of the bodies that the hand held: nothing if it held none or tells none.
 std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Joining& joining,
-                                        const HeldPoses& poses) {
+                                        const HeldPoses& poses, const BodiesMet& met) {
   if (arguments.brief) return {};
-  return Judge(*joining.model, poses, LastPlaces(*joining.node), arguments.no_contact);
+  return Judge(*joining.model, poses, met, LastPlaces(joining.node->world()), arguments.no_contact);
 }
 
 std::string Seconds(double seconds) {
@@ -122,6 +122,7 @@ int RunOnce(PeerArguments& arguments) {
   }
   SpscQueue<HeldPose> held_poses(256);  // to the control thread, which takes them 50 times a second
   constexpr std::int64_t kPoseFrames = 5;
+  BodiesMet met(joining.model->bodies.size());
   const std::int64_t origin_ns = MonotonicNowNs();
   constexpr std::int64_t kHapticPeriodNs = 1'000'000;
   JudgedFrames judged(origin_ns, kHapticPeriodNs);
@@ -138,12 +139,13 @@ int RunOnce(PeerArguments& arguments) {
             node.peer().started_ns() && (frames == 0 || frames_since_start < frames);
         judged.Add(hand_moves, now_ns, MachineClock().NowNs(), took_ns);
         if (node.peer().started_ns()) {
-          if (const RigidState* held = node.peer().held_state();
-              held != nullptr && frames_since_start % kPoseFrames == 0) {
+          if (const RigidState* held = node.peer().held_state(); held != nullptr) {
+            const int body = HeldBody(node);
+            met.See(node.world(), body);
             // of no use when nobody takes them: then the run is judged by fewer
-            static_cast<void>(held_poses.TryPush({.body = HeldBody(node),
-                                                  .loaded = node.peer().report().loaded_points > 0,
-                                                  .X_WB = held->X_WB}));
+            if (frames_since_start % kPoseFrames == 0) {
+              static_cast<void>(held_poses.TryPush({.body = body, .X_WB = held->X_WB}));
+            }
           }
           begun.store(true, std::memory_order_relaxed);
           if (++frames_since_start == frames) done.store(true, std::memory_order_release);
@@ -286,7 +288,7 @@ int RunOnce(PeerArguments& arguments) {
   for (const std::string& line : Explain(node.peer().hand_figures().limits)) Say(line);
   if (exit_code != kExitOk) return exit_code;
   while (held_poses.TryPop(pose)) poses.Add(pose);
-  const std::vector<BodyVerdict> verdicts = VerdictsOfPeer(arguments, joining, poses);
+  const std::vector<BodyVerdict> verdicts = VerdictsOfPeer(arguments, joining, poses, met);
   for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.report.empty()) return exit_code;
 

@@ -145,14 +145,8 @@ PenetrationReport Merged(const PenetrationReport& first, const PenetrationReport
   return merged;
 }
 
-double SampledVoxel(const TriangleMesh& mesh, double voxel_size) {
-  constexpr double kMostSamples = 1e6;
-  double area = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vec3 side = mesh.corner(t, 1) - mesh.corner(t, 0);
-    area += 0.5 * side.cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
-  }
-  return std::max(voxel_size, 2.0 * std::sqrt(area / kMostSamples));
+double SampledVoxel(const TriangleMesh& mesh, double voxel_size, double most_samples) {
+  return std::max(voxel_size, 2.0 * std::sqrt(SurfaceArea(mesh) / most_samples));
 }
 
 PenetrationOracle::PenetrationOracle(const TriangleMesh& fixture_F, const TriangleMesh& moving_B,

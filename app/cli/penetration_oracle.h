@@ -36,9 +36,9 @@ struct PenetrationReport {
 PenetrationReport Merged(const PenetrationReport& first, const PenetrationReport& second,
                          std::size_t series_of_first);
 
-/// A voxel size, at least the given one, by which an oracle takes a million samples of the mesh at
+/// A voxel size, at least the given one, by which an oracle takes so many samples of the mesh at
 /// the most, but for those at its vertices and along its edges.
-double SampledVoxel(const TriangleMesh& mesh, double voxel_size);
+double SampledVoxel(const TriangleMesh& mesh, double voxel_size, double most_samples = 1e6);
 
 /// Judges after a run whether a moving body was ever in a fixture, and how deep, by exact geometry
 /// and not by the voxmap. Samples of the moving mesh, half a voxel apart (SampleSurface), are

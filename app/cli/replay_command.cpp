@@ -32,9 +32,9 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::int64_t kFramesPerSecond = 1000;
-constexpr std::int64_t kControlFrames = 20;           // from one ControlFrame to the next
-constexpr std::int64_t kReplayPoseFrames = 5;         // from one pose that is judged to the next
-constexpr std::int64_t kNewcomersNs = 1'000'000'000;  // for those who are in the session already
+constexpr std::int64_t kControlFrames = 20;              // from one ControlFrame to the next
+constexpr std::int64_t kReplayPoseFrames = 5;            // from one pose that is judged to the next
+constexpr std::int64_t kReplaySettleNs = 1'000'000'000;  // for those who are in the session already
 
 struct ReplayArguments {
   std::string file;
@@ -175,7 +175,7 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
   if (!joined) return joined.error();
   exit_code = kExitNetwork;
   for (const std::int64_t begin_ns = MonotonicNowNs();
-       MonotonicNowNs() - begin_ns < kNewcomersNs;) {
+       MonotonicNowNs() - begin_ns < kReplaySettleNs;) {
     if (const auto other = ears.Active()) return Error{NotBeside(*other, arguments)};
     MachineClock().SleepUntil(MonotonicNowNs() + 10'000'000);
   }
@@ -244,11 +244,10 @@ class Player {
       newcomer_ = ears_.Active();
     }
     if (exported_ != nullptr) exported_->Add(frame, node_);
-    if (const RigidState* held = node_.peer().held_state();
-        held != nullptr && number % kReplayPoseFrames == 0) {
-      poses_.Add({.body = HeldBody(node_),
-                  .loaded = node_.peer().report().loaded_points > 0,
-                  .X_WB = held->X_WB});
+    if (const RigidState* held = node_.peer().held_state(); held != nullptr) {
+      const int body = HeldBody(node_);
+      met_.See(node_.world(), body);
+      if (number % kReplayPoseFrames == 0) poses_.Add({.body = body, .X_WB = held->X_WB});
     }
     if ((number + 1) % kFramesPerSecond == 0) {
       golden_.push_back(Hex(frame.state_hash));
@@ -264,6 +263,7 @@ class Player {
   double seconds() const { return static_cast<double>(MonotonicNowNs() - begin_ns_) * 1e-9; }
   const ordered_json& golden() const { return golden_; }
   const HeldPoses& poses() const { return poses_; }
+  const BodiesMet& met() const { return met_; }
   /// The active peer whose coming has ended the run; nothing: nobody's.
   const std::optional<std::string>& newcomer() const { return newcomer_; }
 
@@ -276,6 +276,7 @@ class Player {
   const std::atomic<bool>& stop_asked_;
   ordered_json golden_ = ordered_json::array();
   HeldPoses poses_;
+  BodiesMet met_{node_.world().model().bodies.size()};
   std::optional<std::string> newcomer_;
   std::int64_t begin_ns_ = MonotonicNowNs();
 };
@@ -307,7 +308,7 @@ int RunReplay(const ReplayArguments& arguments) {
   const Result<std::unique_ptr<Transport>> transport = JoinForViewers(arguments, ears, exit_code);
   if (!transport) return Fail(exit_code, transport.error().what);
   Say(header.name + " as recorded by version " + header.program + ", scene " + header.scene);
-  TellStart(FindStartGaps((*model)->scene, (*model)->meshes_W));
+  if (header.contact) TellStart(FindStartGaps(**model));
   const std::atomic<bool>& stop_asked = StopOnSignals();
 
   kHapticThread.Enter();
@@ -330,7 +331,8 @@ int RunReplay(const ReplayArguments& arguments) {
   const bool identical = !result.first_different;
   if (reader->torn()) Say("the recording is torn off after its last whole frame");
   const std::vector<BodyVerdict> verdicts =
-      Judge(**model, player.poses(), LastPlaces((*replay)->node()), !header.contact);
+      Judge(**model, player.poses(), player.met(), LastPlaces((*replay)->node().world()),
+            !header.contact);
   for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.json) {
     ordered_json json{{"frames", result.frames},

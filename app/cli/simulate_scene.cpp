@@ -17,7 +17,7 @@ Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double mos
   const Result<std::shared_ptr<const WorldModel>> loaded = LoadWorld(*scene);
   if (!loaded) return loaded.error();
   const std::shared_ptr<const WorldModel>& model = *loaded;
-  TellStart(FindStartGaps(*scene, model->meshes_W));
+  TellStart(FindStartGaps(*model));
 
   SimulatedSession session;
   double seconds = 0;

@@ -73,7 +73,7 @@ int RunStabilityLive(const LiveArguments& arguments) {
   }
   const Result<LabScene> scene = LoadLabScene(*read, LabSceneFolder());
   if (!scene) return Fail(kExitFile, scene.error().what);
-  TellStart(FindStartGaps(scene->model->scene, scene->model->meshes_W));
+  TellStart(FindStartGaps(*scene->model));
   // both of one length: a run in virtual time may go on for longer where the case sets none
   LabCase timed = *read;
   timed.seconds = timed.Lasts();

@@ -131,7 +131,7 @@ int RunStabilityRun(const RunArguments& arguments) {
   if (!test) return Fail(kExitFile, test.error().what);
   const Result<LabScene> scene = LoadLabScene(*test, LabSceneFolder());
   if (!scene) return Fail(kExitFile, scene.error().what);
-  TellStart(FindStartGaps(scene->model->scene, scene->model->meshes_W));
+  TellStart(FindStartGaps(*scene->model));
   std::optional<SeriesFile> series;
   SeriesSink sink;
   if (!arguments.series.empty()) {

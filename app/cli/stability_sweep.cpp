@@ -56,7 +56,7 @@ class Cases {
     if (!scenes_.contains(key)) {
       Result<LabScene> scene = LoadLabScene(*test, LabSceneFolder());
       if (!scene) return scene.error();
-      TellStart(FindStartGaps(scene->model->scene, scene->model->meshes_W));
+      TellStart(FindStartGaps(*scene->model));
       scenes_.emplace(key, *std::move(scene));
     }
     const LabScene& scene = scenes_.at(key);

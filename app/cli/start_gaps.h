@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,7 @@
 
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/world/scene.h"
+#include "engine/world/world_model.h"
 
 namespace tandem {
 
@@ -21,23 +23,39 @@ struct StartGap {
   double voxel_fits = 0;      // m, the largest voxel by which the two do not push; 0: none does
 };
 
+/// What a look at all pairs of a scene found.
+struct StartGaps {
+  std::vector<StartGap> gaps;  // the nearest first
+  std::size_t unseen = 0;      // pairs for which no time was left
+};
+
 /// The largest gap (m) between exact surfaces at which the scene's contact model can push, for a
 /// body whose points are shifted inward by so many voxels. In the refined model it is exact to 0.04
 /// voxels (decision 0010). In the plain model it is a bound: a point stands up to half a voxel's
 /// diagonal beside its surface, and so does the surface in its voxel.
 double ContactBegins(const Scene& scene, double inward_shift_voxels) noexcept;
 
-/// Every pair of a moving body with another body that is nearer at the start than contact begins,
-/// the nearest first. `meshes_W`: every body of the scene, where it stands at first. The distance
-/// is that of the triangles: no voxel is read.
-std::vector<StartGap> FindStartGaps(const Scene& scene, const std::vector<TriangleMesh>& meshes_W);
+/// How long a program looks at pairs before it starts, s.
+inline constexpr double kStartGapSeconds = 1.0;
+
+/// Every pair of a moving body with another body that is nearer at the start than contact begins.
+/// The distance is that of the triangles: no voxel is read. Takes kStartGapSeconds, and what is
+/// begun by then: a distance, or a depth of two bodies of 50,000 triangles together.
+StartGaps FindStartGaps(const WorldModel& model);
+/// The same before points are made: their numbers are taken from the bodies' surfaces. `meshes_W`:
+/// every body of the scene, where it stands at first.
+StartGaps FindStartGaps(const Scene& scene, const std::vector<TriangleMesh>& meshes_W);
+/// The same with numbers of points, of each body that moves, as long as there is time.
+StartGaps FindStartGaps(const Scene& scene, const std::vector<TriangleMesh>& meshes_W,
+                        const std::vector<double>& points,
+                        const std::function<bool()>& out_of_time);
 
 /// A line for a person: what stands how near, where contact begins, what to do.
 std::string Describe(const StartGap& gap);
 
-nlohmann::ordered_json AsJson(const std::vector<StartGap>& gaps);
+nlohmann::ordered_json AsJson(const StartGaps& found);
 
-/// Says them on stderr, the first eight.
-void TellStart(const std::vector<StartGap>& gaps);
+/// Says them on stderr, the first eight, and how many pairs were not looked at.
+void TellStart(const StartGaps& found);
 
 }  // namespace tandem

@@ -53,14 +53,18 @@ int HeldBody(PeerNode& node) noexcept {
   return -1;
 }
 
-std::vector<LastPlace> LastPlaces(PeerNode& node) {
+std::vector<LastPlace> LastPlaces(const World& world) {
   std::vector<LastPlace> last;
-  for (std::size_t b = 0; b < node.world().model().bodies.size(); ++b) {
-    const bool loaded =
-        HeldBody(node) == static_cast<int>(b) && node.peer().report().loaded_points > 0;
-    last.push_back({.X_WB = node.world().state(b).X_WB, .loaded = loaded});
+  for (std::size_t b = 0; b < world.model().bodies.size(); ++b) {
+    last.push_back({.X_WB = world.state(b).X_WB, .loaded = world.Touched(b)});
   }
   return last;
+}
+
+void BodiesMet::See(const World& world, int body) noexcept {
+  if (body < 0) return;
+  const auto index = static_cast<std::size_t>(body);
+  if (!met_[index] && world.Touched(index)) met_[index] = true;
 }
 
 void HeldPoses::Add(const HeldPose& pose) {
@@ -74,7 +78,8 @@ void HeldPoses::Add(const HeldPose& pose) {
 }
 
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
-                               const std::vector<LastPlace>& last, bool contact_off) {
+                               const BodiesMet& met, const std::vector<LastPlace>& last,
+                               bool contact_off) {
   std::vector<std::size_t> bodies;
   for (const HeldPose& pose : poses.kept()) {
     const auto body = static_cast<std::size_t>(pose.body);
@@ -85,11 +90,10 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
     BodyVerdict& verdict = verdicts.emplace_back();
     verdict.body = model.bodies[body].name;
     verdict.voxel_size = model.scene.voxel_size;
+    verdict.met = met[body];
     std::vector<std::vector<Pose>> series(1);
     for (const HeldPose& pose : poses.kept()) {
-      if (pose.body != static_cast<int>(body)) continue;
-      verdict.met = verdict.met || pose.loaded;
-      series[0].push_back(pose.X_WB);
+      if (pose.body == static_cast<int>(body)) series[0].push_back(pose.X_WB);
     }
     const Outcome outcome = OutcomeOf(model, body, last[body].X_WB);
     verdict.moved = outcome.travel;

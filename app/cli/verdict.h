@@ -15,9 +15,21 @@ namespace tandem {
 
 /// The pose of the body in hand, in one frame.
 struct HeldPose {
-  int body = -1;        // into WorldModel::bodies; -1: the hand is empty
-  bool loaded = false;  // contact pushes
+  int body = -1;  // into WorldModel::bodies; -1: the hand is empty
   Pose X_WB;
+};
+
+/// Which bodies contact pushed while they were in the hand. Written by the haptic thread in every
+/// frame, read when that has ended: poses, of which some are left out, cannot tell this.
+class BodiesMet {
+ public:
+  explicit BodiesMet(std::size_t bodies) : met_(bodies, false) {}
+  /// After a frame. `body`: in the hand, or -1.
+  void See(const World& world, int body) noexcept;
+  bool operator[](std::size_t body) const noexcept { return met_[body]; }
+
+ private:
+  std::vector<bool> met_;
 };
 
 /// The body in the hand of a node, into WorldModel::bodies; -1: none. By the haptic thread.
@@ -31,7 +43,7 @@ struct LastPlace {
 
 /// The last places of all moving bodies, in the order of WorldModel::bodies. When the haptic thread
 /// has ended.
-std::vector<LastPlace> LastPlaces(PeerNode& node);
+std::vector<LastPlace> LastPlaces(const World& world);
 
 /// What became of a body that a hand held.
 struct BodyVerdict {
@@ -40,7 +52,7 @@ struct BodyVerdict {
   double farthest = 0;      // m, the same of the pose in hand that was farthest
   std::optional<bool> out;  // its box has left that of all that is fixed; nothing: nothing is fixed
   bool was_out = false;     // the same at the farthest
-  bool met = false;         // contact pushed in one of the poses
+  bool met = false;         // contact pushed it while it was held
   /// m, in what is fixed, of the poses judged; nothing: not judged, or nothing is fixed
   std::optional<double> deepest;
   double voxel_size = 0;  // m
@@ -70,7 +82,8 @@ class HeldPoses {
 /// but with `contact_off`. Takes a second of search at the most; neither penetration nor gaps of
 /// scenes above 300,000 triangles are judged.
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
-                               const std::vector<LastPlace>& last, bool contact_off);
+                               const BodiesMet& met, const std::vector<LastPlace>& last,
+                               bool contact_off);
 
 /// One line for a person: "peg stands 60.0 mm from its first place and is out; it never went into
 /// what is fixed". Who else had moved it does not matter.

@@ -1,13 +1,17 @@
 #include "app/cli/watch_command.h"
 
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
+#include <deque>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <stop_token>
 #include <utility>
 
 #include <unistd.h>
@@ -47,6 +51,47 @@ struct OwnScene {
   SceneHash hash;
 };
 
+/// Looks for one scene after the other on this machine, on a thread of its own, which takes as long
+/// as the disk does.
+class SceneSearches {
+ public:
+  ~SceneSearches() { stop_.request_stop(); }
+
+  void Add(const SceneManifest& scene) { waiting_.push_back(scene); }
+
+  /// What to say of a search that has come to its end; begins the next.
+  std::optional<std::string> TakeNews() {
+    std::optional<std::string> news;
+    if (answer_.valid() && answer_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+      news = answer_.get();
+    }
+    if (!answer_.valid() && !waiting_.empty()) {
+      answer_ =
+          std::async(std::launch::async, [scene = waiting_.front(), stop = stop_.get_token()] {
+            return WhereItIs(scene, stop);
+          });
+      waiting_.pop_front();
+    }
+    return news;
+  }
+
+ private:
+  static std::string WhereItIs(const SceneManifest& scene, const std::stop_token& stop) {
+    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
+    if (const auto file = FindScene(WantedFrom(scene), folders, stop)) {
+      return "this machine has it: " + file->string();
+    }
+    std::string searched;
+    for (const std::filesystem::path& folder : folders) searched += ", " + folder.string();
+    return "this machine does not have it (looked for " + scene.file + searched +
+           "): get it, and name it with --scene";
+  }
+
+  std::deque<SceneManifest> waiting_;
+  std::stop_source stop_;
+  std::future<std::string> answer_;  // is waited for at the end
+};
+
 /// Tells the news of a session, line by line.
 class Reporter {
  public:
@@ -64,6 +109,7 @@ class Reporter {
     if (picture.scene && told_scene_.insert(picture.scene->content_hash).second) {
       TellScene(*picture.scene);
     }
+    if (const auto news = searches_.TakeNews()) Say(*news);
     for (const ViewedPeer& peer : picture.peers) {
       if (peer.info.name.empty() && peer.presence == Presence::kHere) continue;  // about to be told
       const auto [known, is_new] = told_.try_emplace(peer.info.peer, peer.presence);
@@ -112,29 +158,18 @@ class Reporter {
   }
 
  private:
-  void TellScene(const SceneManifest& scene) const {
+  void TellScene(const SceneManifest& scene) {
     Say("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
         scene.file);
     Say("its force parameters: " + Describe(ParametersOf(scene)));
-    if (!own_) return TellWhereItIs(scene);
+    if (!own_) return searches_.Add(scene);
     const std::string difference = ContentDifference(own_->scene, own_->hash, scene);
     Say(difference.empty() ? "it is the scene given with --scene"
                            : "it is NOT the scene given with --scene: " + difference);
   }
 
-  static void TellWhereItIs(const SceneManifest& scene) {
-    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
-    if (const auto file = FindScene(WantedFrom(scene), folders)) {
-      Say("this machine has it: " + file->string());
-      return;
-    }
-    std::string searched;
-    for (const std::filesystem::path& folder : folders) searched += ", " + folder.string();
-    Say("this machine does not have it (looked for " + scene.file + searched +
-        "): get it, and name it with --scene");
-  }
-
   std::optional<OwnScene> own_;
+  SceneSearches searches_;
   AnnouncedSession session_;
   std::string security_;
   bool as_part_;

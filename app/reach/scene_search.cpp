@@ -60,9 +60,7 @@ std::vector<fs::path> SceneFilesIn(const fs::path& folder) {
   std::error_code unreadable;
   for (fs::directory_iterator entry(folder, unreadable), end; !unreadable && entry != end;
        entry.increment(unreadable)) {
-    std::error_code unknown;
-    if (entry->path().extension() != ".json" || !entry->is_regular_file(unknown)) continue;
-    if (entry->file_size(unknown) > kLargest || unknown) continue;
+    if (!MayBeSceneFile(entry->path())) continue;
     files.push_back(entry->path());
     if (files.size() == kMostFiles) break;
   }
@@ -93,9 +91,15 @@ std::vector<fs::path> FoldersWithScenes() {
   return folders;
 }
 
-std::optional<fs::path> FindScene(const WantedScene& wanted, const std::vector<fs::path>& folders) {
+bool MayBeSceneFile(const fs::path& file) {
   std::error_code unknown;
-  if (fs::is_regular_file(wanted.file, unknown) && Is(wanted.file, wanted)) return wanted.file;
+  if (file.extension() != ".json" || !fs::is_regular_file(file, unknown)) return false;
+  return fs::file_size(file, unknown) <= kLargest && !unknown;
+}
+
+std::optional<fs::path> FindScene(const WantedScene& wanted, const std::vector<fs::path>& folders,
+                                  const std::stop_token& stop) {
+  if (MayBeSceneFile(wanted.file) && Is(wanted.file, wanted)) return wanted.file;
   std::vector<fs::path> files;
   for (const fs::path& folder : folders) {
     const std::vector<fs::path> some = SceneFilesIn(folder);
@@ -105,9 +109,9 @@ std::optional<fs::path> FindScene(const WantedScene& wanted, const std::vector<f
     return file.filename() == wanted.file.filename();
   });
   const auto found = std::find_if(files.begin(), files.end(), [&](const fs::path& file) {
-    return Is(file, wanted);
+    return stop.stop_requested() || Is(file, wanted);
   });
-  return found == files.end() ? std::nullopt : std::optional(*found);
+  return found == files.end() || stop.stop_requested() ? std::nullopt : std::optional(*found);
 }
 
 void RememberSceneFolder(const fs::path& scene) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "collab/messages.h"
@@ -23,11 +24,16 @@ WantedScene WantedFrom(const SceneManifest& manifest);
 /// named or opened last, and the folder of the scenes that come with this program.
 std::vector<std::filesystem::path> FoldersWithScenes();
 
+/// Whether a file may be opened as a scene though a stranger named it: a regular one that ends in
+/// .json, of 4 MB at the most.
+bool MayBeSceneFile(const std::filesystem::path& file);
+
 /// Returns the scene file with the wanted content: the one told of, if it is here, else one in the
 /// folders, first those of the same file name. Nothing: there is none. Reads the mesh files of
-/// scenes that may be it.
+/// scenes that may be it. `stop`: asks it to give up, between two files.
 std::optional<std::filesystem::path> FindScene(const WantedScene& wanted,
-                                               const std::vector<std::filesystem::path>& folders);
+                                               const std::vector<std::filesystem::path>& folders,
+                                               const std::stop_token& stop = {});
 
 /// Keeps the folder of a scene that a person named or opened, for later searches, in
 /// `tandem/scene_folders` of $XDG_STATE_HOME (~/.local/state). Does nothing where it cannot.

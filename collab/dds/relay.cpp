@@ -12,11 +12,12 @@
 #include "collab/dds/qos.h"
 #include "collab/dds/security.h"
 #include "collab/dds/wire.h"
+#include "collab/sessions_nearby.h"
 
 namespace tandem {
 
 void GoToRelay(DdsOptions& options) {
-  options.session += "/view";
+  options.session += kBehindRelay;
   ++options.domain;
 }
 

@@ -10,6 +10,15 @@ Bounds BoundsOf(const TriangleMesh& mesh) {
   return bounds;
 }
 
+double SurfaceArea(const TriangleMesh& mesh) {
+  double area = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 side = mesh.corner(t, 1) - mesh.corner(t, 0);
+    area += 0.5 * side.cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
+  }
+  return area;
+}
+
 TriangleMesh Transformed(const TriangleMesh& mesh, const Pose& X_WM) {
   TriangleMesh moved = mesh;
   for (Vec3& vertex : moved.vertices) vertex = X_WM * vertex;

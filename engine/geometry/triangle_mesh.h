@@ -24,6 +24,9 @@ struct TriangleMesh {
 /// The smallest box round the vertices that triangles use.
 Bounds BoundsOf(const TriangleMesh& mesh);
 
+/// The sum of its triangles' areas, m^2.
+double SurfaceArea(const TriangleMesh& mesh);
+
 /// The mesh with its vertices taken from M to W.
 TriangleMesh Transformed(const TriangleMesh& mesh, const Pose& X_WM);
 

@@ -179,6 +179,18 @@ std::size_t Scene::WholeOf(std::size_t body) const {
   return whole.empty() ? body : static_cast<std::size_t>(BodyNamed(whole));
 }
 
+bool Scene::IsPointshell(std::size_t a, double a_points, std::size_t b, double b_points) const {
+  const auto is = [this](std::size_t body, const std::string& named) {
+    const int index = BodyNamed(named);
+    return index >= 0 && WholeOf(static_cast<std::size_t>(index)) == body;
+  };
+  for (const ScenePair& pair : pairs) {
+    if (is(a, pair.pointshell) && is(b, pair.voxmap)) return true;
+    if (is(b, pair.pointshell) && is(a, pair.voxmap)) return false;
+  }
+  return a_points <= b_points;
+}
+
 Result<Scene> LoadScene(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();

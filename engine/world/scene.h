@@ -66,6 +66,9 @@ struct Scene {
   int BodyNamed(const std::string& body_name) const;
   /// Index of the body that this one moves with: itself, or the one it is merged with.
   std::size_t WholeOf(std::size_t body) const;
+  /// Whether the pointshell of two moving bodies is `a`: as `pairs` has it, else the one of fewer
+  /// points, for speed (paper §2.1), and of equals `a`.
+  bool IsPointshell(std::size_t a, double a_points, std::size_t b, double b_points) const;
 };
 
 /// Reads a scene. An error names the file, the place in it (`bodies[1].mass_kg`) and what was

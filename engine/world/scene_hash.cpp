@@ -12,22 +12,32 @@ namespace tandem {
 
 namespace {
 
+constexpr std::uintmax_t kLargestMesh = 4ULL << 30U;  // bytes: reading one has 2 GB of memory
 constexpr double kUnitOfFile = -1;                    // no scale that a body may have
 
 Result<std::uint64_t> HashFile(const std::filesystem::path& file) {
   const Error unread{file.string() + ": cannot be read"};
+  std::error_code unknown;
+  const std::filesystem::file_status status = std::filesystem::status(file, unknown);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    return Error{file.string() + ": is not a regular file"};
+  }
+  // what has no size is empty, or something that the system writes without end
+  const std::uintmax_t told = std::filesystem::file_size(file, unknown);
+  if (unknown) return unread;
+  if (told > kLargestMesh) return Error{file.string() + ": is larger than any mesh that is read"};
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return unread;
   Hash64 hash;
   std::uint64_t size = 0;
   std::array<char, 65536> block{};
-  do {
+  while (stream && size < told) {
     stream.read(block.data(), block.size());
     const auto got = static_cast<std::size_t>(stream.gcount());
     hash.AddBytes(block.data(), got);
     size += got;
-  } while (stream);
-  if (!stream.eof()) return unread;
+  }
+  if (stream.bad()) return unread;
   hash.Add(size);
   return hash.value();
 }

@@ -23,7 +23,7 @@ struct SceneHash {
   std::vector<Body> bodies;      // in the scene's order
 };
 
-/// Reads the mesh files' bytes. The error names the file.
+/// Reads the mesh files' bytes, of regular files to 4 GB. The error names the file.
 Result<SceneHash> HashScene(const Scene& scene);
 
 }  // namespace tandem

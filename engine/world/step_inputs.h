@@ -81,9 +81,10 @@ struct StepReport {
   double look_work = 0;   // what all that came to, in exact looks
   int loaded_points = 0;
   TestCounts tests;
-  Wrench hand_B_W;     // hand's coupling on the held body, as applied; NaN: its step was no number
-  /// Contact on the held body, as the step applies it: with gravity, the hand, the links and the
-  /// ground it makes the change of momentum, until the travel limit holds the body back.
+  Wrench hand_B_W;  // hand's coupling on the held body, as applied; NaN: its step was no number
+  /// Contact on the held body, as the step applies it: with gravity, the hand, the links, the
+  /// ground and the reaction of the body's joint it makes the change of momentum, until the travel
+  /// limit holds the body back.
   Wrench contact_B_W;
   std::array<Wrench, kMaxLinkAnchors> links_B_W{};  // couplings to copies, as applied
 };

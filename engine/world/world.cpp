@@ -36,16 +36,11 @@ const SurfaceDetails* DetailsOf(const SurfaceDetails& details) {
   return details.empty() ? nullptr : &details;
 }
 
-/// Whether the pair's pointshell is body `a`: as the scene has it, else the one with fewer points,
-/// for speed (paper §2.1).
+/// Whether the pair's pointshell is body `a`.
 bool IsShell(const WorldModel& model, std::size_t a, std::size_t b) {
-  for (const ScenePair& pair : model.scene.pairs) {
-    const int shell = model.BodyNamed(pair.pointshell);
-    const int map = model.BodyNamed(pair.voxmap);
-    if (shell == static_cast<int>(a) && map == static_cast<int>(b)) return true;
-    if (shell == static_cast<int>(b) && map == static_cast<int>(a)) return false;
-  }
-  return model.bodies[a].points.size() <= model.bodies[b].points.size();
+  return model.scene.IsPointshell(
+      model.object[a], static_cast<double>(model.bodies[a].points.size()), model.object[b],
+      static_cast<double>(model.bodies[b].points.size()));
 }
 
 /// `radius`: of its points as they are displaced, m; as of StepBody().
@@ -164,6 +159,13 @@ bool World::IsSimulated(const StepInputs& in, int body) const noexcept {
 void World::Place(std::size_t body, const Pose& X_WB) {
   TANDEM_CHECK(body < bodies_.size());
   bodies_[body].state = {X_WB, {}};
+}
+
+bool World::Touched(std::size_t body) const noexcept {
+  return std::any_of(pairs_.begin(), pairs_.end(), [body](const Pair& pair) {
+    const int b = static_cast<int>(body);
+    return pair.pushes && (pair.shell == b || pair.map == b);
+  });
 }
 
 bool World::Pushed(std::size_t body) const noexcept {

@@ -41,7 +41,9 @@ class World {
   int voxmap_of(std::size_t pair) const noexcept { return pairs_[pair].map; }
   /// Whether a body that moves here and another moving one pushed each other in the last frame.
   bool Pushed(std::size_t body) const noexcept;
-  /// The same of a shared body's second instance.
+  /// Whether contact pushed a body in the last frame, whatever it met.
+  bool Touched(std::size_t body) const noexcept;
+  /// The same as Pushed() of a shared body's second instance.
   bool SecondPushed(std::size_t body) const noexcept {
     return bodies_[body].second >= 0 && Pushed(static_cast<std::size_t>(bodies_[body].second));
   }

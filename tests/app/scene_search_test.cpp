@@ -1,9 +1,12 @@
 #include "app/reach/scene_search.h"
 
 #include <cstdlib>
+#include <fstream>
+#include <stop_token>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "engine/world/scene.h"
 #include "engine/world/scene_hash.h"
@@ -73,6 +76,38 @@ TEST_F(SceneSearch, TakesTheFileToldOfWhereItIsTheScene) {
   const fs::path told = MakeScene("theirs/peg.json", 0.2);
   MakeScene("own/peg.json", 0.2);
   EXPECT_EQ(FindScene(Wanted(told, told), {scratch_.path() / "own"}), told);
+}
+
+// What a stranger names is any path of this machine: a log, a device, somebody's secrets.
+TEST_F(SceneSearch, OpensNoFileThatASceneFileCannotBe) {
+  const fs::path scene = MakeScene("theirs/peg.json", 0.2);
+  const fs::path log = scene.parent_path() / "peg.log";
+  fs::copy_file(scene, log);
+  EXPECT_EQ(FindScene(Wanted(scene, log), {}), std::nullopt);
+  const fs::path large = scene.parent_path() / "large.json";
+  fs::copy_file(scene, large);
+  std::ofstream(large, std::ios::app) << std::string((4 << 20) + 1, ' ');
+  EXPECT_EQ(FindScene(Wanted(scene, large), {}), std::nullopt);
+  const fs::path pipe = scene.parent_path() / "pipe.json";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(FindScene(Wanted(scene, pipe), {scene.parent_path()}), scene);
+}
+
+// A pipe that nobody writes to would hold up its reader for ever.
+TEST_F(SceneSearch, ReadsNoMeshThatIsNoRegularFile) {
+  const fs::path own = MakeScene("own/peg.json", 0.2);
+  const WantedScene wanted = Wanted(own, own);
+  fs::remove(own.parent_path() / "part.obj");
+  ASSERT_EQ(mkfifo((own.parent_path() / "part.obj").c_str(), 0600), 0);
+  EXPECT_EQ(FindScene(wanted, {own.parent_path()}), std::nullopt);
+}
+
+TEST_F(SceneSearch, GivesUpWhenItIsAskedTo) {
+  const fs::path own = MakeScene("own/peg.json", 0.2);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(FindScene(Wanted(own, "/nowhere/peg.json"), {own.parent_path()}, stop.get_token()),
+            std::nullopt);
 }
 
 TEST_F(SceneSearch, LooksInTheCurrentFolderAndThoseOfScenesNamedLast) {

@@ -89,6 +89,31 @@ TEST(Holdings, WhoHoldsABodyIsToldOnceWhoAsksForIt) {
   EXPECT_EQ(news.kind, HoldingNews::Kind::kAsked);
 }
 
+TEST(Holdings, WhoHoldsABodyIsToldOnceOfEachWhoAsksForIt) {
+  Company company({3, 5, 9}, 10);
+  company[5].Ask(kOwn);
+  company.Run(50);
+  ASSERT_EQ(company[5].held(), 0);
+  HoldingNews news;
+  while (company[5].TakeNews(news)) {
+  }
+  for (int i = 0; i < 4; ++i) {
+    company[i % 2 == 0 ? 3 : 9].Ask(kOwn);
+    company.Run(50);
+  }
+  for (const PeerId asker : {3U, 9U}) {
+    ASSERT_TRUE(company[5].TakeNews(news));
+    EXPECT_EQ(news.kind, HoldingNews::Kind::kAsked);
+    EXPECT_EQ(news.peer, asker);
+  }
+  EXPECT_FALSE(company[5].TakeNews(news)) << "each asked twice in 200 ms";
+  company.Run(2000);
+  company[9].Ask(kOwn);
+  company.Run(50);
+  ASSERT_TRUE(company[5].TakeNews(news)) << "asked again later";
+  EXPECT_EQ(news.peer, 9U);
+}
+
 TEST(Holdings, OfTwoWhoAskAtOnceOneGetsIt) {
   Company company({3, 5, 9}, 40);
   company.Run(10);

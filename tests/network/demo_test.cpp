@@ -154,14 +154,55 @@ TEST(Demo, RefusesAPictureOfAWindowThatThereIsNone) {
   EXPECT_EQ(said.exit_code, 2);
 }
 
-// What the same hands do in a longer run without contact is ThroughTheFixture.
-TEST(Demo, AShortRunWithoutContactTouchesNothingAndIsNotCalledStable) {
-  const Ran ran = RunDemo("--seconds 3 --scene peg_in_slot --no-contact");
-  EXPECT_EQ(ran.exit_code, 2);
-  EXPECT_TRUE(ran.out.at("stable").is_null());
-  EXPECT_FALSE(ran.out.at("contact").get<bool>());
-  for (const json& peer : ran.out.at("peers")) {
+// The hands lift the key aslant, through a wall of its hole: 4 mm of it on the 9 mm of its height.
+TEST(Demo, ARunWithoutContactIsMeasuredButNotFailed) {
+  const ScratchFolder folder;
+  const std::string scene = testing::WriteKeyScene(folder, 0.00009, 0.001);
+  folder.Write("lift.json", R"({"waypoints": [
+      {"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
+      {"t_s": 3, "p_W": [0.03, 0, 0.06], "q_xyzw": [0, 0, 0, 1]}]})");
+  const testing::Said said =
+      testing::RunTandem("demo --headless --json --no-contact --scene " + scene);
+  EXPECT_EQ(said.exit_code, 0) << said.err;
+  const json out = json::parse(said.out, nullptr, false);
+  ASSERT_TRUE(out.is_object()) << said.err;
+  EXPECT_FALSE(out.at("contact").get<bool>());
+  EXPECT_TRUE(out.at("stable").get<bool>());
+  EXPECT_TRUE(out.at("out").get<bool>());
+  EXPECT_GT(out.at("max_penetration_voxels").get<double>(), 2.0);
+  EXPECT_GT(out.at("overlap_share").get<double>(), 0.0);
+  EXPECT_EQ(out.at("poses_checked"), out.at("poses_given"));
+  ASSERT_EQ(out.at("failures").size(), 1U);
+  EXPECT_THAT(out.at("failures")[0].get<std::string>(),
+              ::testing::HasSubstr("mm into what is fixed"));
+  EXPECT_THAT(said.err, ::testing::Not(::testing::HasSubstr("into what is fixed")));
+  // where contact would begin is of no account
+  EXPECT_TRUE(out.at("start_gaps").empty());
+  EXPECT_THAT(said.err, ::testing::Not(::testing::HasSubstr("contact begins")));
+  for (const json& peer : out.at("peers")) {
     EXPECT_EQ(peer.at("contact_points").at("max"), 0);
+  }
+}
+
+TEST(Demo, ALengthThatTellsNothingIsRefusedBeforeItRuns) {
+  testing::Said said = testing::RunTandem("demo --headless --json --seconds 3 --scene peg_in_slot");
+  EXPECT_EQ(said.exit_code, 2);
+  EXPECT_EQ(said.out, "");
+  EXPECT_THAT(said.err, ::testing::AllOf(::testing::HasSubstr("--seconds 3: too short"),
+                                         ::testing::HasSubstr("or more, or leave it out"),
+                                         ::testing::Not(::testing::HasSubstr("is in session"))));
+  // a hand of 500 s needs 834 s, to be at rest by 60 % of them, and is judged from 90 % of that on
+  const ScratchFolder folder;
+  const std::string scene = testing::WriteKeyScene(folder, 0.001, 0.001);
+  folder.Write("lift.json", R"({"waypoints": [
+      {"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
+      {"t_s": 500, "p_W": [0, 0, 0.06], "q_xyzw": [0, 0, 0, 1]}]})");
+  for (const char* seconds : {"", " --seconds 600"}) {
+    said = testing::RunTandem("demo --headless --json --scene " + scene + seconds);
+    EXPECT_EQ(said.exit_code, 3);
+    EXPECT_EQ(said.out, "");
+    EXPECT_THAT(said.err, ::testing::HasSubstr("its hands need a run of 751 s at this delay, and "
+                                               "the demo's longest takes 600 s"));
   }
 }
 

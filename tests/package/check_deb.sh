@@ -3,6 +3,7 @@
 # demo, window, example, purge. To be run as root on a Debian that may be changed, such as a container or a fresh chroot; not a
 # test of the suite. The window needs xvfb, which this script installs beside them.
 set -euo pipefail
+source "$(dirname "$0")/dead_links.sh"
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8
 shopt -s nullglob
 folder=$(realpath "$1")
@@ -29,6 +30,11 @@ apt-get -qq -y install --no-install-recommends ./tandem_*.deb >install.log 2>&1 
 tandem --version
 tandem-view --version
 [[ ! -e /etc/systemd/system/multi-user.target.wants/tandem-relay.service ]] || fail "the relay's service is enabled"
+
+say "documents"
+dead=$(dead_links /usr/share/doc/tandem)
+[[ ! $dead ]] || fail "links that lead nowhere: $dead"
+[[ -f /usr/share/doc/tandem/docs/using.md ]] || fail "the guide is not installed"
 
 say "an ordinary user: demo, keys, a secured session"
 useradd --create-home tester

@@ -2,6 +2,7 @@
 # install_test.sh SOURCE BUILD CXX: what `cmake --install` gives works, moved to another folder too: programs find their
 # scenes, and a project builds with find_package(Tandem) alone.
 set -euo pipefail
+source "$(dirname "$0")/dead_links.sh"
 source=$1 build=$2 compiler=$3
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -12,6 +13,9 @@ prefix=$folder/moved
 mv "$folder/first" "$prefix"
 cd "$folder" # neither the source's nor the build's
 
+dead=$(dead_links "$prefix/share/doc")
+[[ ! $dead ]] || fail "links that lead nowhere: $dead"
+[[ -f $prefix/share/doc/tandem/docs/using.md ]] || fail "the guide is not installed"
 ! grep -rlF -e "$source" -e "$build" "$prefix"/lib/*/cmake || fail "the CMake files name folders of this build"
 version=$("$prefix/bin/tandem" --version)
 "$prefix/bin/tandem" proximity peg_in_slot --json >scene.json || fail "the installed program has no peg_in_slot"

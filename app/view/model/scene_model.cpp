@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "app/reach/scene_search.h"
 #include "collab/scene_agreement.h"
 
 namespace tandem {
@@ -58,9 +59,7 @@ void SceneModel::SetSessionScene(const std::optional<SceneManifest>& manifest) {
   }
   Load(tr("Looking for \u201c%1\u201d").arg(QString::fromStdString(manifest_->name)),
        [load = load_, find = find_, manifest = *manifest_](const LoadProgress& progress) {
-         std::error_code unknown;
-         const bool offered =
-             !manifest.file.empty() && std::filesystem::exists(manifest.file, unknown);
+         const bool offered = MayBeSceneFile(manifest.file);
          const SceneSearchResult search = find ? find(manifest) : SceneSearchResult{};
          // where it is not found, what has its path here tells in what it differs
          if (!search.file && !offered) {

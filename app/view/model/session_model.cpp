@@ -42,8 +42,7 @@ void SessionModel::Join(const JoinRequest& request) {
   peer_ = request.peer != 0 ? request.peer : RandomPeerId();
   viewer_ = std::make_unique<Viewer>();
   heard_ = false;
-  nobody_heard_ =
-      tr("nobody heard yet in session %1").arg(QString::fromStdString(request.session));
+  nobody_heard_ = tr("nobody heard yet in session %1").arg(QString::fromStdString(request.session));
   SetState(State::kJoining);
   joiner_ = std::thread([this, request, peer = peer_, viewer = viewer_.get()] {
     join_result_.emplace(join_(request, peer, *viewer));
@@ -78,7 +77,7 @@ void SessionModel::ListenForCompany() {
   std::vector<AnnouncedSession> others;
   if (nearby_ != nullptr) others = nearby_->Heard();
   if (others.empty() && since_joined_.elapsed() < kListenMs) return;
-  const std::string name = request_.session + (request_.from_relay ? "/view" : "");
+  const std::string name = request_.session + std::string(request_.from_relay ? kBehindRelay : "");
   const QString text = QString::fromStdString(NobodyHeard({name, request_.secured}, others));
   if (text == nobody_heard_) return;
   nobody_heard_ = text;

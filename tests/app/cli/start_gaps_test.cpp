@@ -37,6 +37,13 @@ Scene SceneOfBodies(double voxel_size, const std::vector<SceneBody>& bodies) {
   return scene;
 }
 
+/// All pairs that stand too near.
+std::vector<StartGap> GapsOf(const Scene& scene, const std::vector<TriangleMesh>& meshes_W) {
+  const StartGaps found = FindStartGaps(scene, meshes_W);
+  EXPECT_EQ(found.unseen, 0U);
+  return found.gaps;
+}
+
 /// A key in its hole, with so much play on each side.
 std::vector<TriangleMesh> KeyInHole(double play) {
   return {testing::KeyholeMesh(play), testing::KeyMesh()};
@@ -47,7 +54,7 @@ const std::vector<SceneBody> kKey{FixedBody("hole"), MovingBody("key")};
 TEST(StartGaps, NameThePlayWhereContactBeginsAndAVoxelSizeThatFits) {
   const std::vector<TriangleMesh> meshes_W = KeyInHole(0.09 * kMm);
   for (const double voxel : {1 * kMm, 0.5 * kMm}) {
-    const std::vector<StartGap> gaps = FindStartGaps(SceneOfBodies(voxel, kKey), meshes_W);
+    const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(voxel, kKey), meshes_W);
     ASSERT_THAT(gaps, SizeIs(1));
     EXPECT_EQ(gaps[0].moving, "key");
     EXPECT_EQ(gaps[0].other, "hole");
@@ -57,7 +64,7 @@ TEST(StartGaps, NameThePlayWhereContactBeginsAndAVoxelSizeThatFits) {
     EXPECT_DOUBLE_EQ(gaps[0].contact_begins, 0.45 * voxel);
     EXPECT_NEAR(gaps[0].voxel_fits, 0.2 * kMm, 1e-9);  // 0.09 / 0.45
   }
-  const std::vector<StartGap> gaps = FindStartGaps(SceneOfBodies(1 * kMm, kKey), meshes_W);
+  const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(1 * kMm, kKey), meshes_W);
   EXPECT_THAT(Describe(gaps[0]),
               HasSubstr("key-hole: 0.09 mm apart, contact begins at 0.45 mm: voxel_m 0.0002 or "
                         "less fits"));
@@ -66,13 +73,12 @@ TEST(StartGaps, NameThePlayWhereContactBeginsAndAVoxelSizeThatFits) {
 TEST(StartGaps, SayNothingAtTheVoxelSizeThatTheyName) {
   for (const double play : {0.013 * kMm, 0.09 * kMm, 0.258 * kMm, 0.4 * kMm}) {
     const std::vector<TriangleMesh> meshes_W = KeyInHole(play);
-    const std::vector<StartGap> gaps = FindStartGaps(SceneOfBodies(1 * kMm, kKey), meshes_W);
+    const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(1 * kMm, kKey), meshes_W);
     ASSERT_THAT(gaps, SizeIs(1)) << play;
     EXPECT_GT(gaps[0].voxel_fits, 0.9 * play / 0.45);
-    EXPECT_THAT(FindStartGaps(SceneOfBodies(0.999 * gaps[0].voxel_fits, kKey), meshes_W),
-                IsEmpty());
+    EXPECT_THAT(GapsOf(SceneOfBodies(0.999 * gaps[0].voxel_fits, kKey), meshes_W), IsEmpty());
   }
-  EXPECT_THAT(FindStartGaps(SceneOfBodies(1 * kMm, kKey), KeyInHole(0.46 * kMm)), IsEmpty());
+  EXPECT_THAT(GapsOf(SceneOfBodies(1 * kMm, kKey), KeyInHole(0.46 * kMm)), IsEmpty());
 }
 
 TEST(StartGaps, ThePlainModelBeginsFartherOut) {
@@ -82,7 +88,7 @@ TEST(StartGaps, ThePlainModelBeginsFartherOut) {
   // decision 0010 measured 5.04 voxels at the most
   EXPECT_GT(ContactBegins(scene, 0), 5.04 * kMm);
   EXPECT_LT(ContactBegins(scene, 0), 5.5 * kMm);
-  EXPECT_THAT(FindStartGaps(scene, KeyInHole(4 * kMm)), SizeIs(1));
+  EXPECT_THAT(GapsOf(scene, KeyInHole(4 * kMm)), SizeIs(1));
 }
 
 TEST(StartGaps, AnOverlapIsToldWithItsDepth) {
@@ -91,7 +97,7 @@ TEST(StartGaps, AnOverlapIsToldWithItsDepth) {
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
       BoxBetween({-5 * kMm, -5 * kMm, -2 * kMm}, {5 * kMm, 5 * kMm, 20 * kMm})};
   const std::vector<StartGap> gaps =
-      FindStartGaps(SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")}), meshes_W);
+      GapsOf(SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")}), meshes_W);
   ASSERT_THAT(gaps, SizeIs(1));
   EXPECT_TRUE(gaps[0].overlap);
   EXPECT_NEAR(gaps[0].depth, 2 * kMm, 1e-6);
@@ -102,7 +108,7 @@ TEST(StartGaps, WhatLiesWhollyInAnotherOverlaps) {
   const std::vector<TriangleMesh> meshes_W{BoxOfHalf(Vec3::Constant(30 * kMm)),
                                            BoxOfHalf(Vec3::Constant(5 * kMm))};
   const std::vector<StartGap> gaps =
-      FindStartGaps(SceneOfBodies(1 * kMm, {FixedBody("block"), MovingBody("part")}), meshes_W);
+      GapsOf(SceneOfBodies(1 * kMm, {FixedBody("block"), MovingBody("part")}), meshes_W);
   ASSERT_THAT(gaps, SizeIs(1));
   EXPECT_TRUE(gaps[0].overlap);
   // every point of its surface is 30 - 5 mm from a face of the block
@@ -114,7 +120,7 @@ TEST(StartGaps, WhatTouchesDoesNotOverlap) {
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
       BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
   const std::vector<StartGap> gaps =
-      FindStartGaps(SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")}), meshes_W);
+      GapsOf(SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")}), meshes_W);
   ASSERT_THAT(gaps, SizeIs(1));
   EXPECT_FALSE(gaps[0].overlap);
   EXPECT_EQ(gaps[0].distance, 0);
@@ -127,10 +133,10 @@ TEST(StartGaps, WhatSeatsByItsInwardShiftIsNotTold) {
       BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
   Scene scene = SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")});
   scene.bodies[1].inward_shift_voxels = 0.5;
-  EXPECT_THAT(FindStartGaps(scene, meshes_W), IsEmpty());
+  EXPECT_THAT(GapsOf(scene, meshes_W), IsEmpty());
   // points shifted outwards push half a voxel earlier
   scene.bodies[1].inward_shift_voxels = -0.5;
-  const std::vector<StartGap> gaps = FindStartGaps(scene, meshes_W);
+  const std::vector<StartGap> gaps = GapsOf(scene, meshes_W);
   ASSERT_THAT(gaps, SizeIs(1));
   EXPECT_DOUBLE_EQ(gaps[0].contact_begins, 0.95 * kMm);
 }
@@ -141,9 +147,49 @@ TEST(StartGaps, WhatSeatsInABodyThatMovesIsNotToldEither) {
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
       BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
   Scene scene = SceneOfBodies(1 * kMm, {MovingBody("socket"), MovingBody("ball")});
-  EXPECT_THAT(FindStartGaps(scene, meshes_W), SizeIs(1));
+  EXPECT_THAT(GapsOf(scene, meshes_W), SizeIs(1));
   scene.bodies[1].inward_shift_voxels = 0.5;
-  EXPECT_THAT(FindStartGaps(scene, meshes_W), IsEmpty());
+  EXPECT_THAT(GapsOf(scene, meshes_W), IsEmpty());
+}
+
+// As the simulation has it: `pairs` goes before the number of points.
+TEST(StartGaps, TheShiftThatCountsIsThatOfTheScenesPointshell) {
+  const std::vector<TriangleMesh> meshes_W{
+      BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
+      BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
+  Scene scene = SceneOfBodies(1 * kMm, {MovingBody("socket"), MovingBody("ball")});
+  scene.bodies[1].inward_shift_voxels = 0.5;
+  EXPECT_THAT(GapsOf(scene, meshes_W), IsEmpty());
+  scene.pairs = {{.pointshell = "socket", .voxmap = "ball"}};
+  EXPECT_THAT(GapsOf(scene, meshes_W), SizeIs(1)) << "the socket's points are not shifted";
+  scene.pairs = {{.pointshell = "ball", .voxmap = "socket"}};
+  EXPECT_THAT(GapsOf(scene, meshes_W), IsEmpty());
+  // finer points are more: the ball becomes the voxmap
+  scene.pairs = {};
+  scene.bodies[1].point_spacing_voxels = 0.1;
+  EXPECT_THAT(GapsOf(scene, meshes_W), SizeIs(1));
+}
+
+TEST(StartGaps, PairsForWhichNoTimeIsLeftAreCounted) {
+  const Scene scene = SceneOfBodies(
+      1 * kMm, {FixedBody("plate"), MovingBody("a"), MovingBody("b"), MovingBody("far")});
+  const std::vector<TriangleMesh> meshes_W{
+      BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
+      BoxBetween({-5 * kMm, -5 * kMm, 0.1 * kMm}, {0, 5 * kMm, 20 * kMm}),
+      BoxBetween({0.2 * kMm, -5 * kMm, 0.1 * kMm}, {5 * kMm, 5 * kMm, 20 * kMm}),
+      BoxBetween({-5 * kMm, -5 * kMm, 100 * kMm}, {5 * kMm, 5 * kMm, 120 * kMm})};
+  const std::vector<double> points(4, 1.0);
+  int asked = 0;
+  const StartGaps some = FindStartGaps(scene, meshes_W, points, [&asked] {
+    return ++asked > 1;
+  });
+  EXPECT_THAT(some.gaps, SizeIs(1));
+  EXPECT_EQ(some.unseen, 2U) << "a-b and b-plate; the far one needs no time";
+  const StartGaps all = FindStartGaps(scene, meshes_W, points, [] {
+    return false;
+  });
+  EXPECT_THAT(all.gaps, SizeIs(3));
+  EXPECT_EQ(all.unseen, 0U);
 }
 
 TEST(StartGaps, TwoThatMoveAreToldOnceAndPartsOfOneBodyNever) {
@@ -156,7 +202,7 @@ TEST(StartGaps, TwoThatMoveAreToldOnceAndPartsOfOneBodyNever) {
       BoxBetween({0, 0, 0}, {5 * kMm, 5 * kMm, 5 * kMm}),
       BoxBetween({5 * kMm, 0, 0}, {10 * kMm, 5 * kMm, 5 * kMm}),
       BoxBetween({10.2 * kMm, 0, 0}, {15 * kMm, 5 * kMm, 5 * kMm})};
-  const std::vector<StartGap> gaps = FindStartGaps(scene, meshes_W);
+  const std::vector<StartGap> gaps = GapsOf(scene, meshes_W);
   ASSERT_THAT(gaps, SizeIs(1));
   EXPECT_EQ(gaps[0].moving, "shaft");
   EXPECT_EQ(gaps[0].other, "ring");

@@ -22,16 +22,27 @@ std::shared_ptr<const WorldModel> Key() {
   return model;
 }
 
+/// What was met in a run in which contact pushed the key, which has less play than contact takes.
+BodiesMet Met(bool pushed) {
+  BodiesMet met(1);
+  World world(Key());
+  kHapticThread.Enter();
+  world.Step(testing::FreeInputs(*Key()));
+  EXPECT_TRUE(world.Touched(0));
+  if (pushed) met.See(world, 0);
+  return met;
+}
+
 /// The verdict of a run through these displacements.
 BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_off = false,
                       bool loaded_at_last = false) {
   const Pose& X_WB0 = Key()->bodies[0].X_WB0;
   HeldPoses poses;
   for (const Vec3& p : way) {
-    poses.Add({.body = 0, .loaded = loaded, .X_WB = {X_WB0.q, X_WB0.p + p}});
+    poses.Add({.body = 0, .X_WB = {X_WB0.q, X_WB0.p + p}});
   }
-  const std::vector<BodyVerdict> verdicts =
-      Judge(*Key(), poses, {{{X_WB0.q, X_WB0.p + way.back()}, loaded_at_last}}, contact_off);
+  const std::vector<BodyVerdict> verdicts = Judge(
+      *Key(), poses, Met(loaded), {{{X_WB0.q, X_WB0.p + way.back()}, loaded_at_last}}, contact_off);
   EXPECT_THAT(verdicts, SizeIs(1));
   return verdicts.front();
 }
@@ -104,10 +115,44 @@ TEST(Verdict, OfAPartThatContactHoldsOffSaysHowFarFromWhat) {
   EXPECT_FALSE(VerdictOf({Vec3(0.002, 0, 0.009)}, true, false, true).held_from);
 }
 
+/// A plate, a block 0.2 mm above it, where contact pushes, and a block that hangs far from both.
+std::shared_ptr<const WorldModel> TwoBlocks() {
+  const auto block = [](double x, double z) {
+    return testing::BoxBetween({x, 0, z}, {x + 0.004, 0.004, z + 0.004});
+  };
+  return testing::MakeWorldModel(
+      {{testing::BoxBetween({-0.02, -0.02, -0.004}, {0.02, 0.02, 0}), true},
+       {block(-0.01, 0.0002)},
+       {block(0.01, 0.01)}},
+      kVoxel);
+}
+
+// Contact begins at 0.45 voxels, 0.225 mm.
+TEST(Verdict, WhatAnotherBodyTouchesIsNotMetByTheOneInTheHand) {
+  kHapticThread.Enter();
+  const auto model = TwoBlocks();
+  World world(model);
+  world.Step(testing::FreeInputs(*model));
+  BodiesMet met(2);
+  met.See(world, 1);
+  EXPECT_FALSE(met[0]) << "not in the hand";
+  EXPECT_FALSE(met[1]) << "touches nothing, though the other does";
+  met.See(world, 0);
+  EXPECT_TRUE(met[0]);
+  // a single frame is enough
+  world.Place(0, {Quat::Identity(), model->bodies[0].X_WB0.p + Vec3(0, 0, 0.01)});
+  world.Step(testing::FreeInputs(*model));
+  ASSERT_FALSE(world.Touched(0));
+  met.See(world, 0);
+  met.See(world, -1);
+  EXPECT_TRUE(met[0]);
+  EXPECT_FALSE(met[1]);
+}
+
 TEST(Verdict, OfAnEmptyHandIsNone) {
   HeldPoses poses;
   poses.Add({});
-  EXPECT_THAT(Judge(*Key(), poses, {{Key()->bodies[0].X_WB0}}, false), IsEmpty());
+  EXPECT_THAT(Judge(*Key(), poses, Met(false), {{Key()->bodies[0].X_WB0}}, false), IsEmpty());
 }
 
 TEST(Verdict, KeepsPosesOfALongRunEvenly) {

@@ -1,5 +1,6 @@
 #include "app/view/model/scene_model.h"
 
+#include <QDir>
 #include <QTemporaryFile>
 #include <future>
 
@@ -35,7 +36,7 @@ class SceneOfASession : public ::testing::Test {
       return model.state() != SceneModel::State::kLoading;
     });
   }
-  QTemporaryFile here_;  // a file that exists
+  QTemporaryFile here_{QDir::tempPath() + "/XXXXXX.json"};  // a file that exists
   std::uint64_t hash_ = BlockAndBall().hash;
 };
 
@@ -49,6 +50,21 @@ TEST_F(SceneOfASession, IsLoadedWhenItsFileIsHereAndItsHashIsTheSessions) {
   EXPECT_EQ(model.scene()->bodies.size(), 2U);
   EXPECT_EQ(model.scene()->voxel_size, 0.003);  // the session's
   EXPECT_TRUE(model.warning().isEmpty());
+}
+
+// A session may name any path of this machine.
+TEST_F(SceneOfASession, IsNotReadFromAFileThatIsNoSceneFile) {
+  QTemporaryFile log(QDir::tempPath() + "/XXXXXX.log");
+  ASSERT_TRUE(log.open());
+  bool loaded = false;
+  SceneModel model([&loaded](const std::filesystem::path& file, const LoadProgress& progress) {
+    loaded = true;
+    return LoadBlockAndBall(file, progress);
+  });
+  model.SetSessionScene(ManifestOf(log.fileName().toStdString(), hash_));
+  ASSERT_TRUE(Settled(model));
+  EXPECT_EQ(model.state(), SceneModel::State::kMissing);
+  EXPECT_FALSE(loaded);
 }
 
 TEST_F(SceneOfASession, IsNotShownWhenTheFileHereIsAnotherOne) {

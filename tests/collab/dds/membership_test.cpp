@@ -40,7 +40,8 @@ class Membership : public ::testing::Test {
     ASSERT_TRUE(heard_.WaitFor(IsHere));
   }
 
-  /// That it comes to pass in that time, and as much later as the machine is late in it.
+  /// That it comes to pass in that time, or later by no more than the machine woke a thread too
+  /// late in it.
   template <class Condition>
   void ExpectWithin(milliseconds bound, const Condition& condition) {
     const LagMeter lag;
