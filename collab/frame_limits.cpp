@@ -92,8 +92,8 @@ std::vector<std::string> Explain(const FrameLimits& limits) {
   if (limits.travel_limited > 0) {
     lines.push_back("in " + Percent(limits.travel_limited) +
                     " of the frames a body was held back to its travel limit (near others half a "
-                    "voxel a frame, farther off the gap to them, less where point tests do not "
-                    "fit): it moved slower than it was pulled; larger voxels let it go faster");
+                    "voxel a frame, farther off the gap to them, less in a full frame): it moved "
+                    "slower than it was pulled; larger voxels let it go faster");
   }
   if (limits.over_capacity > 0) {
     lines.push_back("in " + Percent(limits.over_capacity) +

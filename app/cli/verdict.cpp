@@ -125,7 +125,7 @@ std::string DescribeGap(const NearestBody& held_from) {
   std::array<char, 32> gap{};
   std::snprintf(gap.data(), gap.size(), "%.2g", 1e3 * held_from.distance);
   return std::string("contact holds it ") + gap.data() + " mm from " + held_from.name +
-         ", where its surfaces do not meet: try a smaller voxel_m";
+         "; a smaller voxel_m lets it nearer";
 }
 
 std::string DescribePenetration(double depth, double voxel_size) {

@@ -43,7 +43,7 @@ struct LastPlace {
 
 /// The last places of all moving bodies, in the order of WorldModel::bodies. When the haptic thread
 /// has ended.
-std::vector<LastPlace> LastPlaces(PeerNode& node);
+std::vector<LastPlace> LastPlaces(const World& world);
 
 /// What became of a body that a hand held.
 struct BodyVerdict {
@@ -89,7 +89,7 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
 /// what is fixed". Who else had moved it does not matter.
 std::string Describe(const BodyVerdict& verdict);
 
-/// "contact holds it 0.38 mm from hole, where its surfaces do not meet: try a smaller voxel_m"
+/// "contact holds it 0.38 mm from hole; a smaller voxel_m lets it nearer"
 std::string DescribeGap(const NearestBody& held_from);
 
 /// "went 0.40 mm into what is fixed (0.80 voxels)"

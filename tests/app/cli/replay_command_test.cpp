@@ -92,7 +92,7 @@ TEST_F(ReplayCommand, RepeatsARunWithOneHashASecondForAnyNumberOfThreads) {
 TEST_F(ReplayCommand, SaysWhatBecameOfTheBodyInHand) {
   const Said said = RunTandem("replay " + File("run"), "timeout 60 ");
   EXPECT_EQ(said.exit_code, 0) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("tandem: peg moved "));
+  EXPECT_THAT(said.err, HasSubstr("tandem: peg stands "));
   EXPECT_THAT(said.err, HasSubstr(" and is NOT out; it "));
   EXPECT_THAT(said.out, ::testing::Not(HasSubstr("state "))) << "hashes are for --json";
   const json verdicts = Replayed(File("run")).at("verdicts");
