@@ -66,7 +66,7 @@ std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
 std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Joining& joining,
                                         const HeldPoses& poses, const BodiesMet& met) {
   if (arguments.brief) return {};
-  return Judge(*joining.model, poses, met, LastPlaces(*joining.node), arguments.no_contact);
+  return Judge(*joining.model, poses, met, LastPlaces(joining.node->world()), arguments.no_contact);
 }
 
 std::string Seconds(double seconds) {

@@ -331,7 +331,8 @@ int RunReplay(const ReplayArguments& arguments) {
   const bool identical = !result.first_different;
   if (reader->torn()) Say("the recording is torn off after its last whole frame");
   const std::vector<BodyVerdict> verdicts =
-      Judge(**model, player.poses(), player.met(), LastPlaces((*replay)->node()), !header.contact);
+      Judge(**model, player.poses(), player.met(), LastPlaces((*replay)->node().world()),
+            !header.contact);
   for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.json) {
     ordered_json json{{"frames", result.frames},

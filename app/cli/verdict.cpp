@@ -59,11 +59,10 @@ void BodiesMet::See(const World& world, int body) noexcept {
   if (!met_[index] && world.Touched(index)) met_[index] = true;
 }
 
-std::vector<LastPlace> LastPlaces(PeerNode& node) {
+std::vector<LastPlace> LastPlaces(const World& world) {
   std::vector<LastPlace> last;
-  for (std::size_t b = 0; b < node.world().model().bodies.size(); ++b) {
-    const bool loaded = HeldBody(node) == static_cast<int>(b) && node.world().Touched(b);
-    last.push_back({.X_WB = node.world().state(b).X_WB, .loaded = loaded});
+  for (std::size_t b = 0; b < world.model().bodies.size(); ++b) {
+    last.push_back({.X_WB = world.state(b).X_WB, .loaded = world.Touched(b)});
   }
   return last;
 }
