@@ -182,7 +182,7 @@ void Holdings::Tick(std::int64_t now_ns, std::span<Event> out, std::size_t& coun
   }
   now_ns_ = now_ns;
   if (wanted_ >= 0) Pursue();
-  if (!listening()) Succeed();
+  if (!listening() && !Planted(Fault::kNoSuccession)) Succeed();
 
   count = std::min(out.size(), send_count_);
   for (std::size_t i = 0; i < count; ++i) {
@@ -292,7 +292,7 @@ void Holdings::Say(EventKind kind, std::size_t index, std::uint32_t epoch, PeerI
   if (send_count_ == to_send_.size()) return;  // it will be asked for again
   Event& event = to_send_[(send_first_ + send_count_++) % to_send_.size()];
   event = {.peer = self_,
-           .seq = ++event_seq_,
+           .seq = Planted(Fault::kEventNumberStands) ? 1 : ++event_seq_,
            .kind = kind,
            .object = bodies_[index].object,
            .epoch = epoch,

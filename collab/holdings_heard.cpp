@@ -114,7 +114,7 @@ void Holdings::OnAsk(std::size_t index, PeerId from) noexcept {
   }
   if (authority(index) != self_ || listening()) return;
   if (body.shared && (held_ == static_cast<int>(index) || HeldByOther(index))) return;
-  if (held_ == static_cast<int>(index)) {
+  if (held_ == static_cast<int>(index) && !Planted(Fault::kHeldGranted)) {
     Say(EventKind::kRefuse, index, body.claim.epoch, from);
     TellAsked(index, from);
     return;

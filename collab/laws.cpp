@@ -2,6 +2,7 @@
 #include <array>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "collab/coupling_law.h"
 #include "collab/coupling_limits.h"
@@ -37,7 +38,8 @@ double DragWithinBudget(double share, const LawInputs& inputs, double stiffness_
 class PlusDamping : public LimitedLaw {
  public:
   using LimitedLaw::LimitedLaw;
-  const char* name() const noexcept override { return "p+d"; }
+  static constexpr const char* kName = "p+d";
+  const char* name() const noexcept override { return kName; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     const double B = limits_.damping_budget;
     const double k = std::min(limits_.stiffness, B / inputs.te_s + B * B / (3.0 * inputs.mass_max));
@@ -51,7 +53,8 @@ class PlusDamping : public LimitedLaw {
 class PlusTwoDampings : public LimitedLaw {
  public:
   using LimitedLaw::LimitedLaw;
-  const char* name() const noexcept override { return "p+dd"; }
+  static constexpr const char* kName = "p+dd";
+  const char* name() const noexcept override { return kName; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     const double B = limits_.damping_budget;
     const double k =
@@ -67,7 +70,8 @@ class PlusTwoDampings : public LimitedLaw {
 class Linear : public LimitedLaw {
  public:
   using LimitedLaw::LimitedLaw;
-  const char* name() const noexcept override { return "linear"; }
+  static constexpr const char* kName = "linear";
+  const char* name() const noexcept override { return kName; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     constexpr double kLongestDelay = 1.0;  // s
     const double tau = 0.5 * inputs.peak_loop_age_s;
@@ -82,7 +86,8 @@ class Linear : public LimitedLaw {
 class PdOpt : public LimitedLaw {
  public:
   using LimitedLaw::LimitedLaw;
-  const char* name() const noexcept override { return "pdopt"; }
+  static constexpr const char* kName = "pdopt";
+  const char* name() const noexcept override { return kName; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     const double k = limits_.margin *
                      std::min(limits_.stiffness, 1.5 * limits_.damping_budget / inputs.te_s) /
@@ -98,7 +103,8 @@ class PdOpt : public LimitedLaw {
 class Constant : public LimitedLaw {
  public:
   using LimitedLaw::LimitedLaw;
-  const char* name() const noexcept override { return "constant"; }
+  static constexpr const char* kName = "constant";
+  const char* name() const noexcept override { return kName; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     return {limits_.constant_stiffness / LinksOf(inputs),
             limits_.constant_link_damping / LinksOf(inputs)};
@@ -133,6 +139,50 @@ std::shared_ptr<const CouplingLaw> Make(const CouplingLimits& limits) {
   return std::make_shared<const Law>(limits);
 }
 
+constexpr std::array<std::string_view, 4> kPassiveLimits{"damping_budget", "stiffness", "margin",
+                                                         "ratio"};
+constexpr std::array<std::string_view, 3> kLinearLimits{"linear_stiffness", "damping_budget",
+                                                        "ratio"};
+constexpr std::array<std::string_view, 4> kConstantLimits{"constant_stiffness", "constant_damping",
+                                                          "constant_link_damping", "ratio"};
+
+/// A law by its name: how it is made, and the names of the limits that it uses.
+struct LawRow {
+  std::string_view name;
+  std::shared_ptr<const CouplingLaw> (*make)(const CouplingLimits&);
+  std::span<const std::string_view> limits;
+  bool for_lab = false;
+};
+
+constexpr std::array kLaws{LawRow{PlusTwoDampings::kName, Make<PlusTwoDampings>, kPassiveLimits},
+                           LawRow{PlusDamping::kName, Make<PlusDamping>, kPassiveLimits},
+                           LawRow{Linear::kName, Make<Linear>, kLinearLimits},
+                           LawRow{PdOpt::kName, Make<PdOpt>, kPassiveLimits},
+                           LawRow{Constant::kName, Make<Constant>, kConstantLimits, true}};
+
+const LawRow* RowOf(std::string_view name) {
+  const auto* const row = std::ranges::find(kLaws, name, &LawRow::name);
+  return row == kLaws.end() ? nullptr : row;
+}
+
+/// "a, b and c".
+std::string Listed(std::span<const std::string_view> names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text.append(i == 0 ? "" : (i + 1 < names.size() ? ", " : " and ")).append(names[i]);
+  }
+  return text;
+}
+
+/// The names of all laws that need no --lab.
+std::string OpenLaws() {
+  std::vector<std::string_view> names;
+  for (const LawRow& row : kLaws) {
+    if (!row.for_lab) names.push_back(row.name);
+  }
+  return Listed(names);
+}
+
 }  // namespace
 
 double DesignDelay(double peak_loop_age_s) noexcept {
@@ -164,19 +214,15 @@ Result<std::shared_ptr<const CouplingLaw>> MakeScaled(std::string_view name, Cou
 Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
                                                    const CouplingLimits& limits, bool lab) {
   if (limits.ratio != 1) return MakeScaled(name, limits, lab);
-  if (name == "p+d") return Make<PlusDamping>(limits);
-  if (name == "p+dd") return Make<PlusTwoDampings>(limits);
-  if (name == "linear") return Make<Linear>(limits);
-  if (name == "pdopt") return Make<PdOpt>(limits);
-  if (name != "constant") {
-    return Error{"no coupling law is called '" + std::string(name) +
-                 "': there are p+dd, p+d, linear and pdopt"};
+  const LawRow* const row = RowOf(name);
+  if (row == nullptr) {
+    return Error{"no coupling law is called '" + std::string(name) + "': there are " + OpenLaws()};
   }
-  if (!lab) {
-    return Error{
-        "the law 'constant' knows of no delay and can shake: it is for the lab, with --lab"};
+  if (row->for_lab && !lab) {
+    return Error{"the law '" + std::string(name) +
+                 "' knows of no delay and can shake: it is for the lab, with --lab"};
   }
-  return Make<Constant>(limits);
+  return row->make(limits);
 }
 
 std::shared_ptr<const CouplingLaw> DefaultLaw() {
@@ -184,26 +230,14 @@ std::shared_ptr<const CouplingLaw> DefaultLaw() {
 }
 
 std::span<const std::string_view> LimitsUsedBy(std::string_view law) noexcept {
-  static constexpr std::array<std::string_view, 4> kPassive{"damping_budget", "stiffness", "margin",
-                                                            "ratio"};
-  static constexpr std::array<std::string_view, 3> kLinear{"linear_stiffness", "damping_budget",
-                                                           "ratio"};
-  static constexpr std::array<std::string_view, 4> kConstant{
-      "constant_stiffness", "constant_damping", "constant_link_damping", "ratio"};
-  if (law == "p+d" || law == "p+dd" || law == "pdopt") return kPassive;
-  if (law == "linear") return kLinear;
-  if (law == "constant") return kConstant;
-  return {};
+  const LawRow* const row = RowOf(law);
+  return row == nullptr ? std::span<const std::string_view>{} : row->limits;
 }
 
 std::string WhyUnused(std::string_view limit, std::string_view law) {
   const std::span<const std::string_view> used = LimitsUsedBy(law);
   if (used.empty() || std::ranges::find(used, limit) != used.end()) return {};
-  std::string why = "the law '" + std::string(law) + "' does not use it: it uses ";
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    why.append(i == 0 ? "" : (i + 1 < used.size() ? ", " : " and ")).append(used[i]);
-  }
-  return why;
+  return "the law '" + std::string(law) + "' does not use it: it uses " + Listed(used);
 }
 
 }  // namespace tandem

@@ -21,6 +21,21 @@ constexpr double kNearingStep = 1e-3;  // m a frame, of a body that comes to the
 constexpr double kNearingTurn = 0.02;  // rad a frame
 constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
 
+/// Does nothing in the product. The tests of the session simulator do not build the engine again,
+/// so they plant its faults from here.
+void PlantInWorld(std::uint32_t seq, int held, const StepInputs& inputs, World& world) noexcept {
+  const auto shift = [&world](std::size_t body, double metres) {
+    const Pose& X_WB = world.state(body).X_WB;
+    world.Place(body, {X_WB.q, X_WB.p + Vec3(metres, 0, 0)});
+  };
+  if (Planted(Fault::kHeldSlips) && held >= 0 && seq % 1000 == 999) {
+    shift(static_cast<std::size_t>(held), 3e-3);
+  }
+  for (std::size_t b = 0; Planted(Fault::kMirrorTrembles) && b < inputs.bodies.size(); ++b) {
+    if (inputs.bodies[b].drive == BodyDrive::kMirrored) shift(b, seq % 2 == 0 ? 2e-3 : -2e-3);
+  }
+}
+
 bool AllFinite(const Wrench& F) {
   return F.f.allFinite() && F.tau.allFinite();
 }
@@ -72,6 +87,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   remote_.Prepare(held_, inputs_);
   PrepareParked();
   remote_.GiveWay(*world_, echoes_.loops(), inputs_);
+  PlantInWorld(seq_, held_, inputs_, *world_);
   inputs_.hand.body = -1;
   inputs_.link_count = 0;
   inputs_.ground_damping = 0;
@@ -328,7 +344,9 @@ void Peer::Render() noexcept {
     wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
   const bool stopped = guard_.stopped();
-  const Wrench given = Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted);
+  Wrench given = Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted);
+  if (Planted(Fault::kNoNumberFelt)) given.f.x() = std::nan("");
+  if (Planted(Fault::kFeltTenfold)) given = {10 * given.tau, 10 * given.f};
   felt_.peak_force = std::max(felt_.peak_force, given.f.norm());
   felt_.peak_moment = std::max(felt_.peak_moment, given.tau.norm());
   felt_.peak_step = std::max(felt_.peak_step, (given.f - felt_.F_D_W.f).norm());

@@ -98,6 +98,7 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   if (place == nullptr) return;
   Entry& entry = *place;
   const bool returned = !added && entry.presence != Presence::kHere;
+  if (Planted(Fault::kReturnUnknown) && returned) return;
   const bool was_refused = !added && !entry.refused.empty();
   const bool claims_changed = entry.info.claims != info.claims;
   if (added || entry.told_name != info.name) {

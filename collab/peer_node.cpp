@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "collab/planted_faults.h"
+
 namespace tandem {
 
 namespace {
@@ -113,7 +115,7 @@ void PeerNode::ControlFrame(std::int64_t now_ns, Transport& transport) {
   if (changed) info_.claims.assign(list.claims.begin(), end);
   if (changed) next_info_ns_ = now_ns;
   if (TakeTurn(now_ns, kInfoPeriodNs, kControlEarlyNs, next_info_ns_)) {
-    ++info_.beat;
+    if (!Planted(Fault::kBeatStands) || info_.beat == 0) ++info_.beat;
     transport.Publish(info_);
   }
   if (under_way_ns_ == 0) {

@@ -33,6 +33,9 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .X_WB = state.X_WB,
                .V_WB = state.V_WB,
                .contact_B_W = report_.contact_B_W};
+  if (Planted(Fault::kTurnTooLong)) out.state.X_WB.q.coeffs() *= 1.01;
+  if (Planted(Fault::kStampOfBefore) && seq_ % 100 == 0) out.state.sample_ns -= 50'000'000;
+  if (Planted(Fault::kBodyForObject)) out.state.object = static_cast<ObjectId>(body);
   out.links.from = options_.id;
   out.links.object = kNoObject;
   out.links.seq = seq_;
@@ -105,7 +108,7 @@ void Peer::SayParked(std::int64_t now_ns) noexcept {
     const Pose* told = holdings_.ParkedAt(b);
     parked_.TryPush({.peer = options_.id,
                      .object = world_->model().object[b],
-                     .epoch = holdings_.epoch(b),
+                     .epoch = holdings_.epoch(b) - (Planted(Fault::kEpochOfBefore) ? 1U : 0U),
                      .seq = seq_,
                      .flags = kStateParked,
                      .sample_ns = now_ns,

@@ -42,6 +42,23 @@ enum class Fault : std::uint8_t {
   kNoParkedPose,         // bodies that nobody holds are not said to be anywhere
   kMirrorNotTurned,      // mirrors follow in place alone
   kViewerWrites,         // a viewer publishes
+  kTurnTooLong,          // quaternions of states are longer than one
+  kStampOfBefore,        // a state in a hundred has the stamp of an earlier one
+  kEpochOfBefore,        // a parked body is told of under the epoch before its own
+  kBeatStands,           // the beat of a peer's information does not go on
+  kEventNumberStands,    // all events of a peer have one number
+  kLinkToItself,         // a peer tells of a link to itself
+  kBodyForObject,        // states name bodies by their place among those that move
+  kHeldGranted,          // a peer grants what it has in hand, and holds on
+  kNoSuccession,         // nobody takes over what has no authority
+  kBodyNotFinite,        // a body leaves the numbers for a frame
+  kHeldSlips,            // a body in hand slips by 3 mm now and then
+  kContactOff,           // bodies pass through one another
+  kMirrorTrembles,       // mirrors jump by 2 mm from frame to frame
+  kNoNumberFelt,         // the hand gets what is not a number
+  kReturnUnknown,        // the directory does not note a peer's return
+  kViewerKeepsLost,      // a viewer does not note a peer's return
+  kFeltTenfold,          // the device makes ten times of what it is given
   kCount
 };
 

@@ -350,6 +350,7 @@ void SharedBody::Describe(std::int64_t now_ns, std::uint32_t seq, const StepRepo
     if (Planted(Fault::kNotFinite) && seq % 1000 == 999) entry.stiffness = std::nan("");
     if (Planted(Fault::kNegativeStiffness) && seq % 1000 == 999) entry.stiffness = -1.0;
     if (Planted(Fault::kOthersName)) out.from = partner.peer;
+    if (Planted(Fault::kLinkToItself)) entry.to = self_;
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "collab/planted_faults.h"
+
 namespace tandem {
 
 namespace {
@@ -83,7 +85,9 @@ void Viewer::OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) {
   const bool renamed = peer.info.name != info.name;
   if (peer.presence != ViewedPeer::Presence::kHere) peer.came_back = true;
   peer.info = info;
-  peer.presence = ViewedPeer::Presence::kHere;
+  if (!Planted(Fault::kViewerKeepsLost) || peer.presence != ViewedPeer::Presence::kLost) {
+    peer.presence = ViewedPeer::Presence::kHere;
+  }
   if (peer.first_heard_ns == 0) peer.first_heard_ns = arrival_ns;
   peer.heard_ns = std::max(peer.heard_ns, arrival_ns);
   if (renamed) TakePlacesOfNamesakes(peer);

@@ -33,8 +33,7 @@ constexpr std::uint16_t kParametersLittle = 0x0003;
 constexpr std::uint16_t kParametersBig = 0x0002;
 
 constexpr const char* kGroup = "239.255.0.1";
-constexpr std::uint32_t kMostPrograms = 60;  // of a machine, as DomainXml has it
-constexpr int kMostPackets = 256;            // at once
+constexpr int kMostPackets = 256;  // at once
 
 /// Takes numbers off the front of bytes; after the end all are zero, and it is not good any more.
 class ByteCursor {
@@ -171,7 +170,7 @@ class AnnouncedSessions final : public SessionsNearby {
       return;
     }
     // without multicast each announces itself at every port that a program may have
-    for (std::uint32_t i = 0; i <= kMostPrograms; ++i) {
+    for (std::uint32_t i = 0; i <= kLastProgramIndex; ++i) {
       if (unicast_.Bind(htonl(INADDR_ANY), DiscoveryPort(domain_, i))) return;
     }
   }

@@ -207,9 +207,8 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   if (options.port != 0) {
     xml += "<ParticipantIndex>0</ParticipantIndex>" + PortsXml(options.port);
   } else {
-    xml +=
-        "<ParticipantIndex>auto</ParticipantIndex>"
-        "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>";
+    xml += "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>" +
+           std::to_string(kLastProgramIndex) + "</MaxAutoParticipantIndex>";
   }
   xml += "<LeaseDuration>2 s</LeaseDuration>";
   // After a cut longer than that all are discovered anew, by their next announcement: Cyclone's own

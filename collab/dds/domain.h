@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -15,6 +16,9 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive);
 /// whatever is not a letter, digit, '.', '_' or '-' as %XX. XML and Cyclone's own ${} leave it as
 /// it is.
 std::string DiscoveryTag(const std::string& session);
+
+/// The last of the places, counted from 0, that the programs of a machine take in a domain.
+inline constexpr std::uint32_t kLastProgramIndex = 60;
 
 /// The UDP port that a program listens at for discovery, the `index`-th of its machine in a domain;
 /// the next one is for data.

@@ -6,8 +6,6 @@ namespace tandem {
 
 namespace {
 
-using Kind = ScheduledFault::Kind;
-
 std::string NameOf(const FaultSchedule& schedule, int peer) {
   return std::to_string(schedule.peers[static_cast<std::size_t>(peer)].id);
 }
@@ -47,6 +45,7 @@ std::string Describe(const Command& command) {
 }
 
 const char* SortOf(const ScheduledFault& fault) {
+  using Kind = ScheduledFault::Kind;
   switch (fault.kind) {
     case Kind::kLeave:
       return "leaves";
@@ -96,6 +95,7 @@ Tally CountOf(const FaultSchedule& schedule) {
 }
 
 std::string Describe(const FaultSchedule& schedule, const ScheduledFault& fault) {
+  using Kind = ScheduledFault::Kind;
   const std::string whom = fault.other < 0 ? "all" : "peer " + NameOf(schedule, fault.other);
   const std::string what = AtSecond(fault.t_ms) + NameOf(schedule, fault.peer) + " ";
   switch (fault.kind) {

@@ -70,16 +70,16 @@ void MotionChecker::LookAtHeld(SimulatedSession& session, std::size_t member, st
     const Pose& X_WB = world.state(b).X_WB;
     Seen& seen = seen_[member][b];
     const double gap = BoxGap(in_hand, BoxOf(X_WB));
-    const bool touched = seen.touching;
-    seen.touching = gap < 0;
     const bool taken_now = held_[member] != static_cast<int>(held);
-    seen.excused = seen.touching && (seen.excused || taken_now);
+    const bool was_near = seen.near && !taken_now;
+    seen.near = gap < model_->scene.voxel_size;
+    seen.excused = gap < 0 && (seen.excused || taken_now);
     if (seen.excused) continue;
     if (gap < -deepest) {
       breakages_->Add("a body is in the one that the hand holds", id,
                       model_->bodies[b].name + Text(", by %.2f mm", -1e3 * gap));
     }
-    if (!touched || !seen.known) continue;
+    if (!was_near || !seen.known) continue;
     const double surface = (X_WB.p - seen.X_WB.p).norm() +
                            X_WB.q.angularDistance(seen.X_WB.q) * model_->bodies[b].points.radius;
     if (surface > kMostMirrorTravel) {

@@ -9,12 +9,14 @@ namespace tandem {
 
 /// What must hold of the bodies as each peer simulates them: finite; those in hand do not jump;
 /// nothing passes into what the hand holds, but for what was in it when it was taken: bodies in
-/// others' hands may overlap here, each as old as its way; a mirror that touches it comes by at
-/// most its share of the travel limit. Of the light scene, whose moving bodies are boxes of 40 mm.
+/// others' hands may overlap here, each as old as its way; a mirror within a voxel of it comes by
+/// at most its share of the travel limit. Of the light scene, whose moving bodies are boxes of 40
+/// mm.
 class MotionChecker {
  public:
-  static constexpr double kMostOverlap = 4e-3;         // m, two voxels: as deep as layers reach
-  static constexpr double kMostMirrorTravel = 0.6e-3;  // m a frame
+  static constexpr double kMostOverlap = 4e-3;  // m, two voxels: as deep as layers reach
+  // m a frame: a pair may near by half a voxel, of which a mirror that yields has half
+  static constexpr double kMostMirrorTravel = 0.5e-3 * (1 + 1e-6);
 
   MotionChecker(const WorldModel& model, Breakages& breakages)
       : model_(&model), breakages_(&breakages) {}
@@ -25,8 +27,8 @@ class MotionChecker {
  private:
   struct Seen {
     bool known = false;
-    bool touching = false;  // the body in hand, as of the frame before
-    bool excused = false;   // it overlapped what the hand took when it took it
+    bool near = false;     // to the body in hand, within a voxel: contact begins at half of it
+    bool excused = false;  // it overlapped what the hand took when it took it
     Pose X_WB;
   };
 

@@ -37,11 +37,11 @@ void PullChecker::Look(SimulatedSession& session) {
 void PullChecker::LookAtEnd() {
   for (const auto& [ends, pull] : pulls_) {
     const std::string to = "to peer " + std::to_string(ends.second);
-    if (pull.all > kEnough && pull.together < -kApart * pull.all) {
+    if (pull.all > kEnough && pull.together < kLeastTogether * pull.all) {
       breakages_->Add("a link pushes instances apart", ends.first,
                       to + Text(", %.4f of %.4f J s", pull.together, pull.all));
     }
-    if (pull.all_turned > kEnough && pull.turned < -kApart * pull.all_turned) {
+    if (pull.all_turned > kEnoughTurned && pull.turned < kLeastTogether * pull.all_turned) {
       breakages_->Add("a link turns instances apart", ends.first,
                       to + Text(", %.4f of %.4f J s", pull.turned, pull.all_turned));
     }

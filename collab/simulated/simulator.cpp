@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <thread>
 #include <utility>
 
@@ -83,6 +84,7 @@ class Run {
       if (ms == end_ms + kForgetMs) break;
       if (Planted(Fault::kViewerWrites) && ms == kQuietMs) viewer_link_->Publish(ViewFrame{});
       session_.Step();
+      if (Planted(Fault::kBodyNotFinite) && ms == kQuietMs) LookAtNoNumber();
       SeeGrasps();
       checker_.Look(session_);
       if (log_) TellNews();
@@ -121,9 +123,9 @@ class Run {
         static_cast<std::size_t>(model_->body_index[static_cast<std::size_t>(peer.object)]);
     auto hand = std::make_unique<WatchedHand>(peer.hand, model_->bodies[body].X_WB0, checker_, p);
     hands_[p] = hand.get();
-    member_[p] = static_cast<int>(
-        session_.Add(std::make_unique<PeerNode>(model_, std::move(hand), kSceneHash, options),
-                     peer.id, peer.clock));
+    auto node = std::make_unique<PeerNode>(model_, std::move(hand), kSceneHash, options);
+    if (Planted(Fault::kContactOff)) node->world().SwitchContactOff();
+    member_[p] = static_cast<int>(session_.Add(std::move(node), peer.id, peer.clock));
     for (std::size_t q = 0; q < schedule_.peers.size(); ++q) {
       if (q == p) continue;
       SwitchLink(q, p, links_[q][p]);
@@ -282,6 +284,15 @@ class Run {
       if (!std::exchange(grasps_[p].again, false)) continue;
       PeerOf(p).commands().TryPush({Command::Kind::kGrab, kLightSceneShared, 0});
     }
+  }
+
+  /// Shows the checker a body that has left the numbers, which the engine would not survive.
+  void LookAtNoNumber() {
+    World& world = session_.node(0).world();
+    const Pose X_WB = world.state(0).X_WB;
+    world.Place(0, {X_WB.q, Vec3::Constant(std::nan(""))});
+    checker_.Look(session_);
+    world.Place(0, X_WB);
   }
 
   void TellNews() {

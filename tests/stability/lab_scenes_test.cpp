@@ -1,12 +1,15 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "collab/lab/case_file.h"
 #include "collab/lab/case_run.h"
+#include "tests/support/scratch_folder.h"
 
 namespace tandem {
 namespace {
@@ -54,6 +57,28 @@ TEST(LabScenes, AreCalmUnderTheDefaultLawInContact) {
       ExpectCalm(run);
       EXPECT_LT(leaning_speed, 1e-3) << "2 N would move it by 0.15 m/s";
     }
+  }
+}
+
+// Voxels of 2 mm are for speed: leaning on the ball's socket is as calm with voxels of half the
+// size.
+TEST(LabScenes, TheBallIsCalmWithFinerVoxelsToo) {
+  const ScratchFolder finer;
+  for (const char* mesh : {"ball.stl", "socket.stl"}) {
+    std::filesystem::copy_file(kFolder / mesh, finer.path() / mesh);
+  }
+  std::ostringstream text;
+  text << std::ifstream(kFolder / "ball.json").rdbuf();
+  std::string scene = text.str();
+  const std::size_t at = scene.find("\"voxel_m\": 0.002");
+  ASSERT_NE(at, std::string::npos);
+  finer.Write("ball.json", scene.replace(at, 16, "\"voxel_m\": 0.001"));
+  for (const char* motion : {"press", "kick"}) {
+    SCOPED_TRACE(motion);
+    const LabCase test = Case("ball", motion, kDefaultLaw);
+    const Result<LabScene> loaded = LoadLabScene(test, finer.path());
+    ASSERT_TRUE(loaded) << loaded.error().what;
+    ExpectCalm(RunCase(test, *loaded));
   }
 }
 

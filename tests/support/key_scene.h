@@ -1,25 +1,11 @@
 #pragma once
 
-#include <sstream>
 #include <string>
 
+#include "tests/support/obj_text.h"
 #include "tests/support/scratch_folder.h"
-#include "tests/support/solid_meshes.h"
 
 namespace tandem::testing {
-
-/// A mesh in Wavefront's format, in its own units.
-inline std::string AsObjFile(const TriangleMesh& mesh) {
-  std::ostringstream text;
-  text.precision(17);
-  for (const Vec3& v : mesh.vertices) {
-    text << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-  }
-  for (const auto& t : mesh.triangles) {
-    text << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
-  }
-  return text.str();
-}
 
 /// Four bars round a rectangular hole, 9 mm high (m). A key of 8 by 7 mm has so much play in it, to
 /// each side.
@@ -43,8 +29,8 @@ inline TriangleMesh KeyMesh() {
 /// The two as a scene file with friction, for the demo: two hands lift the shared key by 60 mm in 3
 /// s. Gives its path.
 inline std::string WriteKeyScene(const ScratchFolder& folder, double play, double voxel_m) {
-  folder.Write("hole.obj", AsObjFile(KeyholeMesh(play)));
-  folder.Write("key.obj", AsObjFile(KeyMesh()));
+  folder.Write("hole.obj", ObjText(KeyholeMesh(play)));
+  folder.Write("key.obj", ObjText(KeyMesh()));
   folder.Write("lift.json", R"({"waypoints": [
       {"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
       {"t_s": 3, "p_W": [0, 0, 0.06], "q_xyzw": [0, 0, 0, 1]}]})");

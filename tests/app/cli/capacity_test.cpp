@@ -1,11 +1,11 @@
 #include "app/cli/capacity.h"
 
-#include <algorithm>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "app/cli/look_bench.h"
+#include "app/cli/paired_ratios.h"
 #include "engine/realtime/clock.h"
 #include "engine/world/world.h"
 #include "tests/support/shapes.h"
@@ -33,11 +33,6 @@ std::shared_ptr<const WorldModel> BallOverPlate(ContactModel contact = ContactMo
                         kBallVoxel, contact);
 }
 
-double MedianOfTimes(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 /// What `work` takes of the thread's processor time, s.
 template <class Work>
 double CpuSeconds(const Work& work) {
@@ -53,7 +48,7 @@ TEST(Capacity, IsInProportionToTheTimeThatAFrameHas) {
     const double one = MeasureCapacity(*model, 200e-6).tests;
     ratios.push_back(MeasureCapacity(*model, 800e-6).tests / one);
   }
-  EXPECT_NEAR(MedianOfTimes(ratios), 4.0, 1.0);
+  EXPECT_NEAR(MedianOf(ratios), 4.0, 1.0);
 }
 
 TEST(Capacity, IsNeverLessThanAThousandTests) {
@@ -81,9 +76,9 @@ TEST(Capacity, SaysWhatFramesOfTestsTake) {
     ASSERT_GT(tested, 100 * 1000);
     ratios.push_back(took_s / (kFrameBudget * tested / capacity.tests));
   }
-  RecordProperty("ratio", std::to_string(MedianOfTimes(ratios)));
-  EXPECT_GT(MedianOfTimes(ratios), 0.33);
-  EXPECT_LT(MedianOfTimes(ratios), 3.0);
+  RecordProperty("ratio", std::to_string(MedianOf(ratios)));
+  EXPECT_GT(MedianOf(ratios), 0.33);
+  EXPECT_LT(MedianOf(ratios), 3.0);
 }
 
 // The same of looks, by the bench's own candidates, timed here.
@@ -101,7 +96,7 @@ TEST(Capacity, PricesALookInTests) {
     const double look_s = took_s / (kPasses * static_cast<double>(looks.size()));
     ratios.push_back(capacity.look_price * kFrameBudget / capacity.tests / look_s);
   }
-  EXPECT_NEAR(MedianOfTimes(ratios), 1.0, 0.3);
+  EXPECT_NEAR(MedianOf(ratios), 1.0, 0.3);
   EXPECT_GT(MeasureCapacity(*model, kFrameBudget).look_price, 5.0);  // a look is dear
 }
 
@@ -143,7 +138,7 @@ TEST(LookBench, RemembersNothingFromPassToPass) {
   for (int i = 0; i < 500; ++i) pass();
   std::vector<double> late;
   for (int i = 0; i < 20; ++i) late.push_back(pass());
-  EXPECT_GT(MedianOfTimes(late), 0.5 * MedianOfTimes(early));
+  EXPECT_GT(MedianOf(late), 0.5 * MedianOf(early));
 }
 
 }  // namespace

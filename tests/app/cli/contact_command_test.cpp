@@ -21,6 +21,7 @@
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
 #include "tests/engine/geometry/mesh_file_samples.h"
+#include "tests/support/obj_text.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem {
@@ -28,6 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using testing::BoxObjText;
 using ::testing::HasSubstr;
 using testing::RunTandem;
 using testing::Said;
@@ -39,24 +41,12 @@ std::vector<std::string> Cells(const std::string& line) {
   return cells;
 }
 
-/// A box of these half sides in Wavefront's format.
-std::string BoxOf(double x, double y, double z) {
-  std::ostringstream text;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    text << "v " << ((corner & 1U) != 0 ? x : -x) << " " << ((corner & 2U) != 0 ? y : -y) << " "
-         << ((corner & 4U) != 0 ? z : -z) << "\n";
-  }
-  text << "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\n"
-          "f 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
-  return text.str();
-}
-
 /// A cube whose lower face is 0.3 voxels above a plate, in voxels of 1 mm.
 class ContactCommand : public ::testing::Test {
  protected:
   ContactCommand() {
-    folder_.Write("plate.obj", BoxOf(0.04, 0.04, 0.005));
-    folder_.Write("cube.obj", BoxOf(0.01, 0.01, 0.01));
+    folder_.Write("plate.obj", BoxObjText(0.04, 0.04, 0.005));
+    folder_.Write("cube.obj", BoxObjText(0.01, 0.01, 0.01));
     folder_.Write("poses.csv",
                   "fixed,moving,tx,ty,tz,ax,ay,az,angle_deg\n"
                   "plate.obj,cube.obj,0.0001,0.0002,0.0153,0,0,1,0\n");

@@ -15,10 +15,12 @@
 #include "scenes/shapes.h"
 #include "tests/app/cli/program_run.h"
 #include "tests/scenes/solid_probe.h"
+#include "tests/support/obj_text.h"
 
 namespace tandem {
 namespace {
 
+using testing::ObjText;
 using testing::RunTandem;
 using testing::Said;
 
@@ -86,16 +88,6 @@ std::vector<OwnPair> OwnPairs() {
            tandem::Box(Vec3(-2.2, -1.2, -3), Vec3(2.2, 1.2, 3)), 2, 10},
           {"nut", ThreadedEnd(4, 3, 14, 36), Moved(NutOf(4, 3, 5, 1.1, 6.5, 36), Vec3(0, 0, -6)),
            1.4, 2, 3}};
-}
-
-std::string ObjText(const TriangleMesh& mesh) {
-  std::ostringstream text;
-  text.precision(17);
-  for (const Vec3& v : mesh.vertices) text << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    text << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
-  }
-  return text.str();
 }
 
 /// How near two parts come, by exact distances of samples of both surfaces.

@@ -22,23 +22,11 @@
 #include "app/cli/child_processes.h"
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
+#include "tests/support/obj_text.h"
 
 // `tandem peer` beside a test, and sessions of it.
 
 namespace tandem::testing {
-
-/// A box of these half sides in Wavefront's format, and a remark.
-inline std::string BoxFile(double x, double y, double z, const std::string& remark = "") {
-  std::ostringstream text;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    text << "v " << ((corner & 1U) != 0 ? x : -x) << " " << ((corner & 2U) != 0 ? y : -y) << " "
-         << ((corner & 4U) != 0 ? z : -z) << "\n";
-  }
-  text << "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\n"
-          "f 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n#"
-       << remark << "\n";
-  return text.str();
-}
 
 /// A peer that runs beside the test, and takes orders from it.
 class Running {
@@ -127,9 +115,10 @@ class Running {
 class PeerCommand : public ::testing::Test {
  protected:
   PeerCommand() : session_("peers-" + std::to_string(std::random_device{}())) {
-    folder_.Write("left.obj", BoxFile(0.02, 0.02, 0.02));
-    folder_.Write("right.obj", BoxFile(0.02, 0.02, 0.02));
-    folder_.Write("wrong.obj", BoxFile(0.02, 0.02, 0.02, "another"));
+    const std::string box = BoxObjText(0.02, 0.02, 0.02);
+    folder_.Write("left.obj", box);
+    folder_.Write("right.obj", box);
+    folder_.Write("wrong.obj", box + "# another\n");
     folder_.Write("shift.json", R"({"waypoints": [
         {"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
         {"t_s": 0.5, "p_W": [0, 0, 0.03], "q_xyzw": [0, 0, 0, 1]}]})");
@@ -168,12 +157,5 @@ class PeerCommand : public ::testing::Test {
   std::string session_;
   int started_ = 0;
 };
-
-/// One line with these words, and this exit code.
-inline void ExpectRefused(const Said& said, int exit_code, const std::string& words) {
-  EXPECT_EQ(said.exit_code, exit_code) << said.err;
-  EXPECT_THAT(said.err, ::testing::HasSubstr(words));
-  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
-}
 
 }  // namespace tandem::testing

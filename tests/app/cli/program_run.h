@@ -1,11 +1,14 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <string>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include "tests/support/scratch_folder.h"
@@ -38,6 +41,13 @@ inline Said RunTandem(const std::string& arguments, const std::string& before = 
   text << std::ifstream(err).rdbuf();
   said.err = text.str();
   return said;
+}
+
+/// One line with these words, and this exit code.
+inline void ExpectRefused(const Said& said, int exit_code, const std::string& words) {
+  EXPECT_EQ(said.exit_code, exit_code) << said.err;
+  EXPECT_THAT(said.err, ::testing::HasSubstr(words));
+  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
 }
 
 }  // namespace tandem::testing

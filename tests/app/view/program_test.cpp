@@ -14,6 +14,7 @@
 #include "collab/dds/keys.h"
 #include "collab/viewer.h"
 #include "tests/app/view/fake_session.h"
+#include "tests/support/obj_text.h"
 
 // The program as people start it, under an X server, in sessions of its own on the loopback
 // interface.
@@ -29,25 +30,12 @@ void Write(const QString& file, const std::string& text) {
   out.write(text.data(), static_cast<qint64>(text.size()));
 }
 
-/// A box in Wavefront's format.
-std::string BoxFile(double x, double y, double z) {
-  std::string text;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    text += "v " + std::to_string((corner & 1U) != 0 ? x : -x) + " " +
-            std::to_string((corner & 2U) != 0 ? y : -y) + " " +
-            std::to_string((corner & 4U) != 0 ? z : -z) + "\n";
-  }
-  return text +
-         "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\n"
-         "f 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
-}
-
 class Program : public ::testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(folder_.isValid());
-    Write(In("plate.obj"), BoxFile(0.10, 0.08, 0.005));
-    Write(In("part.obj"), BoxFile(0.02, 0.02, 0.02));
+    Write(In("plate.obj"), testing::BoxObjText(0.10, 0.08, 0.005));
+    Write(In("part.obj"), testing::BoxObjText(0.02, 0.02, 0.02));
     Write(In("scene.json"), R"({"name": "plate and part", "voxel_m": 0.001, "bodies": [
       {"name": "plate", "mesh": "plate.obj", "fixed": true, "colour": "#8f9aa6"},
       {"name": "part", "mesh": "part.obj", "mass_kg": 0.2, "sharing": "shared", "colour": "#00c020"}]})");

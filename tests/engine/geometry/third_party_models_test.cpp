@@ -1,5 +1,7 @@
 // What is known of real meshes that others made. They are not part of the tree: TANDEM_MODELS names
-// their folder, and without it these tests are skipped.
+// their folder, and without it these tests are skipped. The same claims on meshes of this tree are
+// in own_models_test.cpp (mass, bodies, volumes) and mesh_file_test.cpp (damaged files, seams,
+// axes).
 #include <algorithm>
 #include <atomic>
 #include <cctype>

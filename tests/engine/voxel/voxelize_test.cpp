@@ -358,7 +358,9 @@ TEST(Voxelize, TakesNoMoreMemoryThanEstimatedAndNotFarLess) {
     const double taken = StatusBytes("VmHWM:") - before;
     const auto estimated = static_cast<double>(EstimateVoxelizeBytes(c.mesh, options));
     EXPECT_LT(taken, estimated);
-    EXPECT_GT(20 * taken, estimated);
+    // 1.3 to 3.5 times what spheres take, 4.2 what the sheet does, 6.1 the box: the estimate knows
+    // the area of a mesh, not that flat faces along the grid need few chunks
+    EXPECT_GT(8 * taken, estimated) << taken << " of " << estimated;
   }
 }
 

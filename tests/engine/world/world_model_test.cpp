@@ -1,9 +1,8 @@
 #include "engine/world/world_model.h"
 
-#include <sstream>
-
 #include <gmock/gmock.h>
 
+#include "tests/support/obj_text.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shapes.h"
 
@@ -11,24 +10,13 @@ namespace tandem {
 namespace {
 
 using testing::Box;
-
-std::string AsObj(const TriangleMesh& mesh) {
-  std::ostringstream text;
-  text.precision(17);
-  for (const Vec3& v : mesh.vertices) {
-    text << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-  }
-  for (const auto& t : mesh.triangles) {
-    text << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
-  }
-  return text.str();
-}
+using testing::ObjText;
 
 class LoadedWorld : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_.Write("cube.obj", AsObj(Box(Vec3(0.02, 0.02, 0.02))));
-    folder_.Write("slab.obj", AsObj(Box(Vec3(0.06, 0.02, 0.02))));
+    folder_.Write("cube.obj", ObjText(Box(Vec3(0.02, 0.02, 0.02))));
+    folder_.Write("slab.obj", ObjText(Box(Vec3(0.06, 0.02, 0.02))));
   }
 
   std::shared_ptr<const WorldModel> Load(const std::string& bodies) {
@@ -103,7 +91,7 @@ TEST_F(LoadedWorld, DoesNotWarnOfAGapThatIsAVoxelAsWritten) {
 
 // A bracket of 47 mm in a file of millimetres, read as metres.
 TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
-  folder_.Write("mm.obj", AsObj(Box(Vec3(47, 131, 6))));
+  folder_.Write("mm.obj", ObjText(Box(Vec3(47, 131, 6))));
   for (const char* kind : {R"("fixed": true)", R"("mass_kg": 1)"}) {
     const Result<Scene> scene =
         LoadScene(folder_.Write("mm.json", R"({"name": "s", "voxel_m": 0.001, "bodies": [
