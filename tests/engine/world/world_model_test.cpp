@@ -110,7 +110,7 @@ TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
 
 // A plate of 3 m: whoever says the scale, be it 1, is not asked for it.
 TEST_F(LoadedWorld, AScaleThatIsGivenIsNotAskedFor) {
-  folder_.Write("plate.obj", AsObj(Box(Vec3(0.01, 3, 0.01))));
+  folder_.Write("plate.obj", ObjText(Box(Vec3(0.01, 3, 0.01))));
   const auto remarks = [this](const std::string& scale) {
     return Load(R"({"name": "c", "mesh": "plate.obj", "mass_kg": 1)" + scale + "}")->remarks;
   };
