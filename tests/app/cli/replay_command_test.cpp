@@ -82,7 +82,7 @@ TEST_F(ReplayCommand, RepeatsARunWithOneHashASecondForAnyNumberOfThreads) {
   EXPECT_EQ(one.at("identical"), true);
   EXPECT_EQ(one.at("torn"), false);
   const auto frames = one.at("frames").get<std::size_t>();
-  EXPECT_GT(frames, 2500U);
+  ASSERT_GE(frames, 2000U) << "two hashes at least are compared; late frames are left out";
   EXPECT_EQ(one.at("hash_each_second").size(), frames / 1000);
   EXPECT_NE(one.at("hash_each_second")[0], one.at("hash_each_second")[1]) << "the peg moved";
   const json two = Replayed(File("run") + " --threads 2");
