@@ -103,7 +103,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
     report_.hand_B_W = report_.contact_B_W = {};
     report_.links_B_W = {};
   }
-  if (guard_.stopped()) report_.hand_B_W = {};  // nor does what it keeps from the hand
+  if (guard_.broken()) report_.hand_B_W = {};  // nor does what it keeps from the hand
 
   FillOutbox(now_ns, out);
   SayParked(now_ns);
@@ -327,14 +327,14 @@ void Peer::Render() noexcept {
     const Vec3 r = held_state()->X_WB.q * X_BD_.p;
     wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
-  const bool stopped = guard_.stopped();
+  const bool broken = guard_.broken();
   const Wrench given = Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted);
   felt_.peak_force = std::max(felt_.peak_force, given.f.norm());
   felt_.peak_moment = std::max(felt_.peak_moment, given.tau.norm());
   felt_.peak_step = std::max(felt_.peak_step, (given.f - felt_.F_D_W.f).norm());
   felt_.F_D_W = given;
   device_->Render(given);
-  if (guard_.stopped() == stopped) return;
+  if (guard_.broken() == broken) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
   news_.TryPush({HoldingNews::Kind::kForceStopped, object, 0});
 }

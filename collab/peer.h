@@ -16,7 +16,7 @@
 #include "collab/sample_gate.h"
 #include "collab/shared_body.h"
 #include "engine/haptics/device.h"
-#include "engine/haptics/force_guard.h"
+#include "engine/safety/force_guard.h"
 #include "engine/realtime/triple_buffer.h"
 #include "engine/world/world.h"
 

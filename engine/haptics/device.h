@@ -2,14 +2,9 @@
 
 #include "engine/base/spatial.h"
 #include "engine/dynamics/virtual_coupling.h"
+#include "engine/safety/device_limits.h"
 
 namespace tandem {
-
-/// What a device can and may render; by default what a desktop device gives and no hand is hurt by.
-struct DeviceLimits {
-  double force = 12.0;  // N
-  double moment = 0.5;  // N m
-};
 
 /// A hand's device: gives the pose of its handle, takes the force it is to render. Used by the
 /// haptic thread alone, once a frame in this order; neither call may block, allocate or throw.
