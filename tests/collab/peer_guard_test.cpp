@@ -44,7 +44,11 @@ class WildDevice : public Device {
     turn = std::max(turn, (F_D_W.tau - last_.tau).norm());
     last_ = F_D_W;
   }
-  DeviceLimits limits() const noexcept override { return {.force = 8, .moment = 0.3}; }
+  DeviceCapabilities capabilities() const noexcept override {
+    DeviceCapabilities can;
+    can.peak = {.force = 8, .moment = 0.3};
+    return can;
+  }
 
   bool sound = true;
   double force = 0, moment = 0, step = 0, turn = 0;
