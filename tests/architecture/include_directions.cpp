@@ -30,7 +30,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/voxel", {"engine/geometry"});
     may_see("engine/contact", {"engine/realtime", "engine/voxel"});
     may_see("engine/world", {"engine/realtime", "engine/dynamics", "engine/contact"});
-    may_see("engine/haptics", {"engine/world"});
+    may_see("engine/safety", {"engine/base"});
+    may_see("engine/haptics", {"engine/world", "engine/safety"});
     may_see("collab", {"engine/haptics"});
     may_see("collab/dds", {"collab"});
     may_see("collab/simulated", {"collab"});
