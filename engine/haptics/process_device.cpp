@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "engine/realtime/clock.h"
 
 namespace tandem {
 namespace {
