@@ -7,7 +7,7 @@ if(CMAKE_LIBRARY_ARCHITECTURE)  # Debian's folder for an architecture: CMake loo
   set(library_folder lib/${CMAKE_LIBRARY_ARCHITECTURE})
 endif()
 
-set(engine_libraries options base json realtime geometry exact voxel contact dynamics scene world proximity hand_script haptics)
+set(engine_libraries options base json realtime geometry exact voxel contact dynamics scene world proximity hand_script safety haptics)
 set(collab_libraries collab simulated recording lab)
 set(dds_libraries)
 if(TANDEM_BUILD_DDS)
@@ -53,7 +53,7 @@ endif()
 
 # --- tandem: programs, and what they and their users read -------------------------------------------------------------
 
-set(programs tandem)
+set(programs tandem tandem-device)
 if(TANDEM_BUILD_VIEWER)
   list(APPEND programs tandem-view)
   install(FILES package/tandem-view.desktop DESTINATION share/applications COMPONENT tandem)

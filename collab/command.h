@@ -6,9 +6,10 @@
 
 namespace tandem {
 
-/// What the user asks for, other than by moving the device.
+/// What the user asks for, other than by moving the device. kStop, kResume: an emergency stop of the
+/// device's force, and its end.
 struct Command {
-  enum class Kind : std::uint8_t { kGrab, kRelease, kGive, kHeal, kLayer, kDisplace };
+  enum class Kind : std::uint8_t { kGrab, kRelease, kGive, kHeal, kLayer, kDisplace, kStop, kResume };
 
   Kind kind = Kind::kGrab;
   ObjectId object = kNoObject;

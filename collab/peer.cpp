@@ -51,7 +51,8 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       parting_(options.id, world.model()),
       remote_(world.model(), options.mirror),
       gate_(options.id, world.model().object, inbox.drops()),
-      guard_(device.limits()),
+      device_can_(device.capabilities()),
+      guard_(device_can_.peak),
       echoes_(options.id) {
   const WorldModel& model = world.model();
   inputs_.bodies.resize(model.bodies.size());
@@ -68,6 +69,20 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
 
 const RigidState* Peer::held_state() const noexcept {
   return held_ < 0 ? nullptr : &world_->state(static_cast<std::size_t>(held_));
+}
+
+SafetyCounts Peer::safety_counts() const noexcept {
+  SafetyCounts counts = guard_.counts();
+  const std::uint64_t stops = counts.stops;
+  counts += device_->safety().counts;
+  // an order to stop reaches both guards
+  counts.stops = std::max(stops, device_->safety().counts.stops);
+  return counts;
+}
+
+SafetyState Peer::safety_state() const noexcept {
+  const SafetyState device = device_->safety().state;
+  return device == SafetyState::kOn ? guard_.state() : device;
 }
 
 void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
@@ -101,8 +116,10 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
     }
     const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
     if (attached_) {
-      inputs_.hand = {
-          .body = held_, .X_BD = X_BD_, .goal = goal, .gains = DefaultHandGains(body.inertia)};
+      inputs_.hand = {.body = held_,
+                      .X_BD = X_BD_,
+                      .goal = goal,
+                      .gains = BorneBy(device_can_, DefaultHandGains(body.inertia))};
     }
     if (shared_) parting_.Look(now_ns, *held_state(), *shared_);
     if (shared_ && attached_) {
@@ -119,7 +136,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
     report_.hand_B_W = report_.contact_B_W = {};
     report_.links_B_W = {};
   }
-  if (guard_.stopped()) report_.hand_B_W = {};  // nor does what it keeps from the hand
+  if (guard_.broken()) report_.hand_B_W = {};  // nor does what it keeps from the hand
 
   FillOutbox(now_ns, out);
   SayParked(now_ns);
@@ -241,6 +258,14 @@ void Peer::OnCommand(const Command& command) noexcept {
     case Command::Kind::kDisplace:
       inputs_.clearance.displacement = command.metres;
       return;
+    case Command::Kind::kStop:
+      guard_.Stop();
+      device_->Stop();
+      return;
+    case Command::Kind::kResume:
+      guard_.Resume();
+      device_->Resume();
+      return;
   }
 }
 
@@ -343,7 +368,7 @@ void Peer::Render() noexcept {
     const Vec3 r = held_state()->X_WB.q * X_BD_.p;
     wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
-  const bool stopped = guard_.stopped();
+  const bool broken = guard_.broken();
   Wrench given = Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted);
   if (Planted(Fault::kNoNumberFelt)) given.f.x() = std::nan("");
   if (Planted(Fault::kFeltTenfold)) given = {10 * given.tau, 10 * given.f};
@@ -352,7 +377,7 @@ void Peer::Render() noexcept {
   felt_.peak_step = std::max(felt_.peak_step, (given.f - felt_.F_D_W.f).norm());
   felt_.F_D_W = given;
   device_->Render(given);
-  if (guard_.stopped() == stopped) return;
+  if (guard_.broken() == broken) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
   news_.TryPush({HoldingNews::Kind::kForceStopped, object, 0});
 }

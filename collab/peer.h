@@ -16,7 +16,7 @@
 #include "collab/sample_gate.h"
 #include "collab/shared_body.h"
 #include "engine/haptics/device.h"
-#include "engine/haptics/force_guard.h"
+#include "engine/safety/force_guard.h"
 #include "engine/realtime/triple_buffer.h"
 #include "engine/world/world.h"
 
@@ -96,6 +96,10 @@ class Peer {
   const Holdings& holdings() const noexcept { return holdings_; }
   /// What stands between the simulation and the hand.
   const ForceGuard& guard() const noexcept { return guard_; }
+  /// How often that and the device's own guard acted; for those in the same thread.
+  SafetyCounts safety_counts() const noexcept;
+  /// What holds the hand's force back, the device's own guard first.
+  SafetyState safety_state() const noexcept;
   /// What the device was given in the last frame, and at the most so far.
   const Felt& felt() const noexcept { return felt_; }
   /// Frames in which a pair had more contacts than there is room for: some of them did not push.
@@ -169,6 +173,7 @@ class Peer {
   Parting parting_;
   RemoteBodies remote_;
   SampleGate gate_;
+  DeviceCapabilities device_can_;
   ForceGuard guard_;
   Felt felt_;
   std::uint64_t crowded_frames_ = 0;

@@ -15,6 +15,7 @@ namespace tandem {
 
 /// Each adds a subcommand of `tandem bench`, whose run leaves its exit code in `exit_code`.
 void AddBenchMemory(CLI::App& bench, int& exit_code);
+void AddBenchDevice(CLI::App& bench, int& exit_code);
 void AddBenchFrame(CLI::App& bench, int& exit_code);
 void AddBenchPoints(CLI::App& bench, int& exit_code);
 void AddBenchProximity(CLI::App& bench, int& exit_code);

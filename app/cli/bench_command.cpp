@@ -75,6 +75,7 @@ void AddBenchCommand(CLI::App& app, int& exit_code) {
   CLI::App* bench = app.add_subcommand("bench", "Measure the engine beside this machine's limits");
   bench->require_subcommand(1);
   AddBenchMemory(*bench, exit_code);
+  AddBenchDevice(*bench, exit_code);
   AddBenchFrame(*bench, exit_code);
   AddBenchPoints(*bench, exit_code);
   AddBenchProximity(*bench, exit_code);

@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kPollPeriod{5};
 constexpr std::chrono::milliseconds kGrace{3000};  // between SIGTERM and SIGKILL
 }  // namespace
 
-Result<ChildProcess> ChildProcess::Start(const std::vector<std::string>& command) {
+Result<ChildProcess> ChildProcess::Start(const std::vector<std::string>& command, int keep) {
   std::vector<char*> argv;
   for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
@@ -33,6 +33,7 @@ Result<ChildProcess> ChildProcess::Start(const std::vector<std::string>& command
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(127);
     dup2(STDERR_FILENO, STDOUT_FILENO);
+    if (keep >= 0) fcntl(keep, F_SETFD, 0);
     execv(argv[0], argv.data());
     _exit(127);
   }

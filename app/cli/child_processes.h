@@ -19,7 +19,8 @@ namespace tandem {
 class ChildProcess {
  public:
   /// fork and exec; its stdout goes to our stderr, for our stdout is one JSON document.
-  static Result<ChildProcess> Start(const std::vector<std::string>& command);
+  /// `keep`: a file descriptor that it gets under the same number; below 0: none.
+  static Result<ChildProcess> Start(const std::vector<std::string>& command, int keep = -1);
 
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/cli/doctor_realtime.h"
+#include "app/cli/findings.h"
 #include "app/cli/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -14,18 +16,14 @@
 #include "collab/dds/domain.h"
 #include "collab/dds/reach.h"
 #include "collab/dds/socket_drops.h"
-#include "engine/realtime/periodic_thread.h"
+#include "engine/realtime/clock.h"
 
 namespace tandem {
 namespace {
 
-using nlohmann::ordered_json;
-
 constexpr std::uint32_t kPortsLookedAt = 8;               // of as many programs on this machine
 constexpr std::uint16_t kAnswerPort = 7399;               // beside DDS's own, which begin at 7400
-constexpr int kLeastPayload = 1400;                       // what a session's packets need
-constexpr std::int64_t kTimerFrames = 500;                // of a millisecond
-constexpr double kLateEnoughToFeelUs = 500;               // half a frame
+constexpr int kLeastPayload = 1400;                   // what a session's packets need
 constexpr std::int64_t kDoctorListensNs = 2'000'000'000;  // for who is in the session
 
 struct DoctorArguments {
@@ -33,31 +31,6 @@ struct DoctorArguments {
   std::string session;
   bool answer = false;
   bool json = false;
-};
-
-enum class Finding : std::uint8_t { kGood, kWarning, kBad };
-
-/// What was found, one line each, and what mends it.
-class Findings {
- public:
-  void Add(Finding verdict, const std::string& what, const std::string& found,
-           const std::string& mend = {}) {
-    constexpr std::array<const char*, 3> kWords{"ok", "warning", "bad"};
-    const char* word = kWords[static_cast<std::size_t>(verdict)];
-    json_.push_back({{"check", what}, {"verdict", word}, {"found", found}, {"mend", mend}});
-    text_ += std::string(word) + (verdict == Finding::kGood ? "       " : "  ") + what + ": " +
-             found + "\n";
-    if (!mend.empty()) text_ += "         -> " + mend + "\n";
-    bad_ = bad_ || verdict == Finding::kBad;
-  }
-  const ordered_json& json() const { return json_; }
-  const std::string& text() const { return text_; }
-  bool bad() const { return bad_; }
-
- private:
-  ordered_json json_ = ordered_json::array();
-  std::string text_;
-  bool bad_ = false;
 };
 
 /// Who answers in a session, by name.
@@ -126,27 +99,6 @@ void CheckPorts(const DoctorArguments& arguments, Findings& findings) {
   findings.Add(taken.front() == first ? Finding::kWarning : Finding::kGood, "ports",
                "UDP " + list + " are in use",
                "fine if that is Tandem; others reach us at the next free pair, or fix one: --port");
-}
-
-void CheckTimer(Findings& findings) {
-  PeriodicThread thread({}, [](std::int64_t frame, std::int64_t) {
-    return frame + 1 < kTimerFrames;
-  });
-  thread.Join();
-  const RealtimeStatus& realtime = thread.realtime();
-  findings.Add(realtime.warning.empty() ? Finding::kGood : Finding::kWarning, "real-time",
-               realtime.scheduler(), realtime.warning);
-  const double late_us = static_cast<double>(thread.stats().lateness().Quantile(0.99)) * 1e-3;
-  const auto missed = static_cast<unsigned long long>(thread.stats().missed());
-  std::array<char, 96> found{};
-  std::snprintf(found.data(), found.size(), "99 %% of wakings within %.0f us, %llu of %lld missed",
-                late_us, missed, static_cast<long long>(kTimerFrames));
-  findings.Add(late_us > kLateEnoughToFeelUs ? Finding::kWarning : Finding::kGood, "timer",
-               found.data(),
-               late_us > kLateEnoughToFeelUs
-                   ? "end other programs, or give this one real-time rights; a virtual machine may "
-                     "never do better"
-                   : "");
 }
 
 void CheckSocketBuffers(Findings& findings) {
@@ -244,7 +196,7 @@ int RunDoctor(const DoctorArguments& arguments) {
   } else {
     CheckInterfaces(arguments, findings);
     CheckPorts(arguments, findings);
-    CheckTimer(findings);
+    CheckRealtime(findings);
     CheckSocketBuffers(findings);
     CheckDiscovery(arguments, findings);
     for (const std::string& peer : arguments.reach.peers) CheckPath(peer, findings);

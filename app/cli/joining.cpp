@@ -1,6 +1,7 @@
 #include "app/cli/joining.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
@@ -139,8 +140,51 @@ int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
   return kExitOk;
 }
 
+/// Whether a process of its own has the device in hand.
+bool HasProcess(const PeerArguments& arguments) {
+  return arguments.device.find(':') != std::string::npos;
+}
+
+/// Starts that process and says what is in force.
+int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& joining) {
+  if (!HasProcess(arguments)) return kExitOk;
+  Result<std::unique_ptr<DeviceProcess>> device =
+      DeviceProcess::Start({.driver = arguments.device,
+                            .home_W = X_WB0,
+                            .users = arguments.device_most,
+                            .core = arguments.device_core});
+  if (!device) return Fail(kExitDevice, device.error().what);
+  joining.device = *std::move(device);
+  const DeviceCapabilities can = joining.device->capabilities();
+  const std::string said = WhatLimitsBecame(arguments.device, can.peak);
+  if (!said.empty()) Say(said);
+  const DeviceLimits limits = joining.device->limits();
+  char text[200];
+  std::snprintf(text, sizeof text, "device %.60s: at most %g N and %g N m%s",
+                arguments.device.c_str(), limits.force, limits.moment,
+                can.asks_us ? "; its own thread asks for the force, which comes a period later" : "");
+  Say(text);
+  return kExitOk;
+}
+
+/// The script that moves the hand, or that says where it grasps; empty: none.
+std::string ScriptOf(const PeerArguments& arguments) {
+  for (const std::string driver : {"scripted:", "none:"}) {
+    if (arguments.device.rfind(driver, 0) == 0) return arguments.device.substr(driver.size());
+  }
+  return arguments.hand;
+}
+
 std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript script,
-                                   const Pose& X_WB0) {
+                                   const Pose& X_WB0, Joining& joining) {
+  if (joining.device) {
+    joining.handle = joining.device->MakeDevice();
+    auto workspace = std::make_unique<Workspace>(
+        *joining.handle,
+        WorkspaceOrder{.scale = arguments.device_scale, .recentre = arguments.recentre});
+    joining.workspace = workspace.get();
+    return workspace;
+  }
   if (arguments.device == "none") return std::make_unique<PassiveDevice>(std::move(script), X_WB0);
   return std::make_unique<ScriptedDevice>(std::move(script), X_WB0);
 }
@@ -180,16 +224,18 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
     options.peer.held_object = static_cast<int>(model.object[body]);
     X_WB0 = model.bodies[body].X_WB0;
   }
-  if (!arguments.hand.empty()) {
-    Result<HandScript> loaded = LoadHandScript(arguments.hand);
+  if (const std::string file = ScriptOf(arguments); !file.empty()) {
+    Result<HandScript> loaded = LoadHandScript(file);
     if (!loaded) return Fail(kExitFile, loaded.error().what);
     script = std::move(*loaded);
     options.peer.X_BD = script.X_BD;
     if (arguments.hold.empty()) {
-      Say("--hand " + arguments.hand +
+      Say("hand file " + file +
           ": the hand is empty, so that its script moves nothing: give --hold BODY too");
     }
   }
+  if (const int failed = StartDevice(arguments, X_WB0, joining); failed != kExitOk) return failed;
+  std::unique_ptr<Device> device = MakeDevice(arguments, std::move(script), X_WB0, joining);
   if (!arguments.record.empty()) {
     Result<std::unique_ptr<Recorder>> recorder =
         Recorder::Create(arguments.record, {.program = TANDEM_VERSION,
@@ -200,13 +246,14 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
                                             .contact = !arguments.no_contact,
                                             .law = arguments.law,
                                             .limits = arguments.limits,
-                                            .peer = options.peer});
+                                            .peer = options.peer,
+                                            .device = device->capabilities()});
     if (!recorder) return Fail(kExitFile, recorder.error().what);
     joining.recorder = *std::move(recorder);
     options.peer.tap = joining.recorder.get();
   }
   joining.node =
-      std::make_unique<PeerNode>(joining.model, MakeDevice(arguments, std::move(script), X_WB0),
+      std::make_unique<PeerNode>(joining.model, std::move(device),
                                  joining.hash.content, options);
   if (arguments.no_contact) joining.node->world().SwitchContactOff();
   return kExitOk;

@@ -4,11 +4,13 @@
 #include <optional>
 
 #include "app/cli/capacity.h"
+#include "app/cli/device_process.h"
 #include "app/cli/peer_options.h"
 #include "app/cli/start_gaps.h"
 #include "collab/early_inbox.h"
 #include "collab/peer_node.h"
 #include "collab/recording/recorder.h"
+#include "engine/haptics/workspace.h"
 #include "engine/realtime/frame_helpers.h"
 
 namespace tandem {
@@ -30,6 +32,9 @@ struct Joining {
   std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
   FrameCapacity capacity;
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
+  std::unique_ptr<DeviceProcess> device;  // null: the device is in this process; outlives the node
+  std::unique_ptr<Device> handle;         // of that process; outlives the node
+  Workspace* workspace = nullptr;         // by which it is mapped; the node's
   std::unique_ptr<PeerNode> node;
   std::unique_ptr<Transport> transport;  // goes first
 };

@@ -94,6 +94,22 @@ std::size_t ActiveIn(const PeerDirectory& directory) {
       }));
 }
 
+/// How the ticks of the device process went; nothing: there is none.
+std::optional<DeviceTimes> TimesOf(const Joining& joining) {
+  if (!joining.device) return std::nullopt;
+  return joining.device->times();
+}
+
+/// Lets the handle go from what it leads, or takes it up again; what there is to say of that.
+std::string Clutch(const PeerArguments& arguments, bool pressed, Joining& joining) {
+  if (joining.workspace == nullptr) return "clutch: only a device in a process of its own has one";
+  joining.workspace->orders().back() = {.scale = arguments.device_scale,
+                                        .clutch = pressed,
+                                        .recentre = arguments.recentre};
+  joining.workspace->orders().Publish();
+  return pressed ? "the handle moves alone, until 'clutch off'" : "the handle leads again";
+}
+
 int RunOnce(PeerArguments& arguments) {
   for (const char* ending : {"", ".trace"}) {
     if (arguments.report.empty()) continue;
@@ -123,11 +139,15 @@ int RunOnce(PeerArguments& arguments) {
   SpscQueue<HeldPose> held_poses(256);  // to the control thread, which takes them 50 times a second
   constexpr std::int64_t kPoseFrames = 5;
   BodiesMet met(joining.model->bodies.size());
-  const std::int64_t origin_ns = MonotonicNowNs();
+  // a device's ticks and our frames begin together
+  const std::int64_t origin_ns = joining.device ? joining.device->origin_ns() : MonotonicNowNs();
   constexpr std::int64_t kHapticPeriodNs = 1'000'000;
   JudgedFrames judged(origin_ns, kHapticPeriodNs);
   PeriodicThread haptic(
-      {.period_ns = kHapticPeriodNs, .origin_ns = origin_ns, .name = "haptic"},
+      {.period_ns = kHapticPeriodNs,
+       .origin_ns = origin_ns,
+       .core = arguments.core,
+       .name = "haptic"},
       [&](std::int64_t, std::int64_t now_ns) {
         kHapticThread.Enter();
         const std::int64_t cpu_ns = MachineClock().ThreadCpuNs();
@@ -193,6 +213,9 @@ int RunOnce(PeerArguments& arguments) {
     const std::int64_t now_ns = MonotonicNowNs();
     node.ControlFrame(now_ns, transport);
     for (const std::string& news : node.TakeNews()) Say(news);
+    if (joining.device) {
+      if (const std::string news = joining.device->News(); !news.empty()) Say(news);
+    }
     while (held_poses.TryPop(pose)) poses.Add(pose);
     if (begun.load(std::memory_order_relaxed) && !std::exchange(hand_told, true)) {
       network.HandBegins(now_ns);
@@ -220,6 +243,10 @@ int RunOnce(PeerArguments& arguments) {
       }
       if (line == "peers") {
         for (const std::string& row : AsLines(node.peer().table().Read(), name)) Say(row);
+        continue;
+      }
+      if (line == "clutch" || line == "clutch off") {
+        Say(Clutch(arguments, line == "clutch", joining));
         continue;
       }
       if (PlannedNetwork::IsOrder(line)) {
@@ -278,6 +305,7 @@ int RunOnce(PeerArguments& arguments) {
   haptic.Join();
   sender.Stop();
   sender.Join();
+  if (joining.device) joining.device->End();
   const std::uint64_t socket_dropped = PacketsDroppedAtSockets();
   node.Leave(MonotonicNowNs(), transport);
   if (joining.recorder) {
@@ -298,6 +326,9 @@ int RunOnce(PeerArguments& arguments) {
                     .mean_delay_s = node.peer().mean_delay_s(),
                     .hand = node.peer().hand_figures(),
                     .traced_frames = node.peer().trace().size(),
+                    .device = arguments.device,
+                    .device_times = TimesOf(joining),
+                    .safety = node.peer().safety_counts(),
                     .guarded_share = node.peer().guard().guarded_share(),
                     .felt = node.peer().felt(),
                     .crowded_frames = node.peer().crowded_frames(),

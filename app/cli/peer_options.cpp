@@ -8,6 +8,7 @@
 #include "app/option_checks.h"
 #include "collab/coupling_limits.h"
 #include "collab/messages.h"
+#include "engine/haptics/workspace.h"
 #include "engine/realtime/frame_helpers.h"
 
 namespace tandem {
@@ -19,9 +20,43 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
   command.add_option("--hand", arguments.hand, "hand file: a script in place of a device");
   command
       .add_option("--device", arguments.device,
-                  "scripted: a hand that feels and gives way; none: without force feedback")
-      ->check(OneOf({"scripted", "none"}))
+                  "scripted: a hand that feels and gives way; none: without force feedback; "
+                  "NAME:OPTIONS: in a process of its own, by a driver of 'tandem-device --drivers'")
+      ->check(CLI::Validator(
+          [](const std::string& device) -> std::string {
+            if (device == "scripted" || device == "none") return {};
+            const std::size_t colon = device.find(':');
+            if (colon != std::string::npos && colon > 0) return {};
+            return "'" + device + "': scripted, none or NAME:OPTIONS is wanted";
+          },
+          ""))
       ->capture_default_str();
+  command
+      .add_option("--device-force", arguments.device_most.force,
+                  "N that a device process gives at the most, whatever the device can")
+      ->check(NumberAbove(0, kMostForAHand.force))
+      ->capture_default_str();
+  command
+      .add_option("--device-moment", arguments.device_most.moment, "N m, likewise")
+      ->check(NumberAbove(0, kMostForAHand.moment))
+      ->capture_default_str();
+  command
+      .add_option("--device-scale", arguments.device_scale,
+                  "metres in the scene a metre of a device process's handle")
+      ->check(NumberFrom(Workspace::kLeastScale, Workspace::kMostScale))
+      ->capture_default_str();
+  command
+      .add_option("--recentre", arguments.recentre,
+                  "share of its way by which a hand far from the middle of its device is led back")
+      ->check(NumberFrom(0, Workspace::kMostRecentre))
+      ->capture_default_str();
+  command
+      .add_option("--core", arguments.core,
+                  "processor core that the haptic thread keeps to; 'tandem doctor' names isolated "
+                  "ones")
+      ->check(WholeNumberFrom(0, 1023));
+  command.add_option("--device-core", arguments.device_core, "the same for the device process")
+      ->check(WholeNumberFrom(0, 1023));
   command
       .add_option("--wait-for", arguments.wait_for,
                   "the hand starts when that many others hold a body, of a shared one the same")

@@ -7,6 +7,7 @@
 #include "app/reach/reach_options.h"
 #include "collab/coupling_law.h"
 #include "collab/link_conditioner.h"
+#include "engine/safety/device_limits.h"
 
 namespace tandem {
 
@@ -18,6 +19,11 @@ struct PeerArguments {
   std::string hold;
   std::string hand;
   std::string device = "scripted";
+  DeviceLimits device_most = kUsersDefault;  // of a device process: the user's setting
+  double device_scale = 1;                   // metres in the scene a metre of the device
+  double recentre = 0;                       // share of its way by which a hand is led back
+  int core = -1;                             // that the haptic thread keeps to; below 0: any
+  int device_core = -1;                      // that the device process keeps to
   std::string name;
   ReachOptions reach;
   std::size_t wait_for = 0;

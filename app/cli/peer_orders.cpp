@@ -80,6 +80,9 @@ std::vector<std::string> HelpOnOrders() {
       "                  shown from where it was last heard to be; age of what was heard; samples",
       "                  dropped, and why",
       "  network FILE    go by another network plan from now on; network off: by none",
+      "  clutch          move your handle alone: what you hold stays; clutch off: go on from there",
+      "  stop            emergency stop: your device gives no force until you resume",
+      "  resume          end it: the force comes back within a second",
       "  quit            leave the session, as Ctrl-C does"};
 }
 
@@ -94,6 +97,10 @@ std::string Answer(const Command& order, const WorldModel& model) {
                   plain ? "" : "; in refined contact it pushes no earlier, 'displace' does that");
     return text;
   }
+  if (order.kind == Command::Kind::kStop) {
+    return "emergency stop: your device gives no force; 'resume' ends it";
+  }
+  if (order.kind == Command::Kind::kResume) return "your device gives force again, slowly";
   if (order.kind == Command::Kind::kDisplace) {
     std::snprintf(text, sizeof text,
                   "points of what your hand holds go %g mm %s, here alone: others have it "
@@ -120,6 +127,8 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   words >> verb >> body;
   std::getline(words >> std::ws, peer);
   if (verb == "release" && body.empty()) return Command{Command::Kind::kRelease, kNoObject, 0};
+  if (verb == "stop" && body.empty()) return Command{Command::Kind::kStop, kNoObject, 0};
+  if (verb == "resume" && body.empty()) return Command{Command::Kind::kResume, kNoObject, 0};
   if (verb == "heal" && body.empty()) return Command{Command::Kind::kHeal, kNoObject, 0};
   if ((verb == "layer" || verb == "displace") && !body.empty() && peer.empty()) {
     return ParseClearance(verb == "layer", body, model.scene);
@@ -129,7 +138,7 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   if (!grab && !give) {
     return Error{"'" + line +
                  "' is no order: grab BODY, release, give BODY PEER, heal, layer N, displace MM, "
-                 "peers, network FILE, quit; 'help' says what each does"};
+                 "stop, resume, peers, network FILE, quit; 'help' says what each does"};
   }
   const int found = model.BodyNamed(body);
   if (found < 0) return Error{"the scene has no moving body '" + body + "'"};

@@ -11,7 +11,7 @@
 namespace tandem {
 
 /// What a line of a user's asks for: `grab BODY`, `release`, `give BODY PEER`, `heal`, `layer N`,
-/// `displace MM`. An error says what is not understood, not there, or beyond what may be; with
+/// `displace MM`, `stop`, `resume`. An error says what is not understood, not there, or beyond what may be; with
 /// `own_only`, that a shared body is not taken.
 Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
                            const PeerDirectory& directory, bool own_only = false);

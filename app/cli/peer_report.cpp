@@ -27,6 +27,26 @@ nlohmann::ordered_json AsJson(const DropCounts& drops) {
   return json;
 }
 
+nlohmann::ordered_json AsJson(const SafetyCounts& counts) {
+  return {{"clamped", counts.clamped},
+          {"slewed", counts.slewed},
+          {"zeroed", counts.zeroed},
+          {"expired", counts.expired},
+          {"stops", counts.stops}};
+}
+
+nlohmann::ordered_json AsJson(const std::optional<DeviceTimes>& times) {
+  if (!times) return nullptr;
+  return {{"ticks", times->ticks},
+          {"answered", times->answered},
+          {"unanswered", times->unanswered},
+          {"missed", times->missed},
+          {"read_to_write_us",
+           {{"p50", 1e-3 * static_cast<double>(times->read_to_write_p50_ns)},
+            {"p99", 1e-3 * static_cast<double>(times->read_to_write_p99_ns)},
+            {"max", 1e-3 * static_cast<double>(times->read_to_write_max_ns)}}}};
+}
+
 // time since the first frame apart, for a double does not hold all ns of a long uptime
 using Row = std::array<double, kTraceColumns>;
 
@@ -104,6 +124,9 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
             {"peak_Nm", report.felt.peak_moment},
             {"peak_step_N", report.felt.peak_step}}},
           {"traced_frames", report.traced_frames},
+          {"device", report.device},
+          {"safety", AsJson(report.safety)},
+          {"device_times", AsJson(report.device_times)},
           {"guarded_share", report.guarded_share},
           {"crowded_frames", report.crowded_frames},
           {"limits", AsJson(hand.limits)},

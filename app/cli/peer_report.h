@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "collab/peer.h"
 #include "collab/sent_states.h"
 #include "engine/base/result.h"
+#include "engine/haptics/device_memory.h"
 #include "engine/realtime/frame_stats.h"
 
 namespace tandem {
@@ -28,6 +30,9 @@ struct PeerReport {
   double mean_delay_s = 0;  // half the loop age
   HandFigures hand;
   std::size_t traced_frames = 0;  // of the hand's, the first ones
+  std::string device;             // as it was asked for
+  std::optional<DeviceTimes> device_times;  // of a device process
+  SafetyCounts safety;            // of all guards before the hand
   double guarded_share = 0;       // of frames, in which the hand got something else than was wanted
   Felt felt;                      // by the hand, at the most
   std::uint64_t crowded_frames = 0;  // with more contacts than there is room for
@@ -51,7 +56,8 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 /// judged_frames, judged_missed, frames_over_1ms, frame_cpu_us and frame_wall_us of those in
 /// `judged`, in which the hand moves: frames of waiting and of the last second have less to do; of
 /// the hand contact_points {mean, max}, contact_share, peak_force_N (of its spring), traced_frames;
-/// felt {peak_N, peak_Nm, peak_step_N} by the hand, guarded_share, crowded_frames, limits
+/// felt {peak_N, peak_Nm, peak_step_N} by the hand, device, safety {clamped, slewed, zeroed,
+/// expired, stops}, of a device process device_times, guarded_share, crowded_frames, limits
 /// {travel_limited_share, over_capacity_share, contacts_full_share}; said {sent, wanted};
 /// heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, peers,
 /// start_gaps, verdicts.

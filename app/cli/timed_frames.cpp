@@ -8,6 +8,7 @@
 
 #include "app/cli/all_points.h"
 #include "app/cli/bench.h"
+#include "app/cli/empty_work.h"
 #include "app/cli/talk.h"
 #include "engine/realtime/periodic_thread.h"
 #include "engine/world/capacity_follower.h"
@@ -18,31 +19,6 @@ namespace {
 
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr int kSizeEvery = 500;  // frames after which empty work is sized anew
-
-/// Arithmetic that touches no memory, as long as a frame: what it varies by is the machine's doing.
-class EmptyWork {
- public:
-  /// To take `ns` of a quiet processor.
-  void Size(double ns) {
-    constexpr std::uint64_t kProbe = 20000;
-    double best = 1e18;
-    for (int i = 0; i < 50; ++i)
-      best = std::min(best, CpuNs([&] {
-                        Run(kProbe);
-                      }));
-    steps_ = static_cast<std::uint64_t>(ns / best * kProbe);
-  }
-  void operator()() { Run(steps_); }
-
- private:
-  void Run(std::uint64_t steps) {
-    std::uint64_t x = state_ | 1;
-    for (std::uint64_t i = 0; i < steps; ++i) x = x * 6364136223846793005U + i;
-    state_ = x;
-  }
-  std::uint64_t steps_ = 0;
-  std::uint64_t state_ = 1;
-};
 
 /// Of all threads: while a frame runs, they are the haptic one and its helpers.
 long PageFaults() {

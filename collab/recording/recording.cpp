@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include <nlohmann/json.hpp>
@@ -101,6 +102,17 @@ ordered_json LimitsOf(const CouplingLimits& limits) {
   return json;
 }
 
+/// A gain that a device bears, by its name in the header.
+struct BorneGain {
+  const char* name;
+  double DeviceCapabilities::*value;
+};
+constexpr std::array<BorneGain, 4> kBorneGains{
+    {{"stiffness", &DeviceCapabilities::stiffness},
+     {"damping", &DeviceCapabilities::damping},
+     {"rotation_stiffness", &DeviceCapabilities::rotation_stiffness},
+     {"rotation_damping", &DeviceCapabilities::rotation_damping}}};
+
 constexpr std::size_t kFrameHead = 8;  // length and CRC
 // kBegin and kEnd with what they bring
 constexpr std::size_t kLeastFrame = 1 + 16 + 1 + 8;
@@ -146,7 +158,7 @@ std::uint32_t Crc32(const void* data, std::size_t size, std::uint32_t before) {
 std::string AsText(const RecordingHeader& header) {
   const Pose& X_BD = header.peer.X_BD;
   const auto& q = X_BD.q.coeffs();
-  const ordered_json json{{"program", header.program},
+  ordered_json json{{"program", header.program},
                           {"protocol", kProtocol},
                           {"name", header.name},
                           {"scene", header.scene},
@@ -167,6 +179,11 @@ std::string AsText(const RecordingHeader& header) {
                           {"wait_for", header.peer.wait_for},
                           {"capacity", header.peer.capacity},
                           {"look_price", header.peer.look_price}};
+  // a device that bears all has none of these
+  for (const BorneGain& gain : kBorneGains) {
+    const double most = header.device.*gain.value;
+    if (std::isfinite(most)) json["device"][gain.name] = most;
+  }
   return json.dump();
 }
 
@@ -205,6 +222,10 @@ Result<RecordingHeader> ParseHeader(const std::string& text) {
     header.peer.wait_for = json.at("wait_for");
     header.peer.capacity = json.at("capacity");
     header.peer.look_price = json.at("look_price");
+    for (const BorneGain& gain : kBorneGains) {
+      if (!json.contains("device")) break;
+      header.device.*gain.value = json.at("device").value(gain.name, DeviceCapabilities::kAny);
+    }
     return header;
   } catch (const ordered_json::exception& bad) {
     return Error{std::string("its header cannot be read: ") + bad.what()};

@@ -76,6 +76,10 @@ const char* Said(Command::Kind kind) {
       return "layer";
     case Command::Kind::kDisplace:
       return "displace";
+    case Command::Kind::kStop:
+      return "stop";
+    case Command::Kind::kResume:
+      return "resume";
   }
   return "";
 }

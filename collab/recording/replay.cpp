@@ -12,7 +12,9 @@ class Replay::Device final : public tandem::Device {
   void Start() noexcept override {}
   Anchor Read() noexcept override { return now; }
   void Render(const Wrench&) noexcept override {}
+  DeviceCapabilities capabilities() const noexcept override { return can; }
   Anchor now;
+  DeviceCapabilities can;
 };
 
 /// Keeps what the frame ended in.
@@ -47,6 +49,7 @@ Result<std::unique_ptr<Replay>> Replay::Create(const RecordingHeader& header,
   std::unique_ptr<Replay> replay(new Replay);
   auto device = std::make_unique<Device>();
   replay->device_ = device.get();
+  device->can = header.device;
   NodeOptions options;
   options.peer = header.peer;
   options.peer.coupling.law = *std::move(law);

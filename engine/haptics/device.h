@@ -1,18 +1,33 @@
 #pragma once
 
-#include "engine/base/spatial.h"
+#include <limits>
+
 #include "engine/dynamics/virtual_coupling.h"
+#include "engine/safety/device_limits.h"
+#include "engine/safety/safety_state.h"
 
 namespace tandem {
 
-/// What a device can and may render; by default what a desktop device gives and no hand is hurt by.
-struct DeviceLimits {
-  double force = 12.0;  // N
-  double moment = 0.5;  // N m
+/// What a device can take and give. The default is a device that bears all that Tandem asks.
+struct DeviceCapabilities {
+  static constexpr double kAny = std::numeric_limits<double>::infinity();
+
+  int freedoms_in = 6;      // degrees of freedom that it measures
+  int freedoms_out = 6;     // that its motors drive; 0: no force feedback
+  DeviceLimits peak;        // N, N m that it gives for a moment
+  DeviceLimits continuous;  // for ever
+  Bounds workspace;         // m, of the handle, in W as the driver has it; empty: no bounds
+  double rate_hz = 1000;    // of its own loop
+  // the largest gains of a coupling that it renders without shaking
+  double stiffness = kAny;           // N/m
+  double damping = kAny;             // N s/m
+  double rotation_stiffness = kAny;  // N m/rad
+  double rotation_damping = kAny;    // N m s/rad
+  bool asks_us = false;  // a thread of its vendor asks for the force: it comes a period later
 };
 
-/// A hand's device: gives the pose of its handle, takes the force it is to render. Used by the
-/// haptic thread alone, once a frame in this order; neither call may block, allocate or throw.
+/// A hand's device: gives the pose of its handle, takes the force that it is to render. Used by the
+/// haptic thread alone, once a frame in this order; no call may block, allocate or throw.
 class Device {
  public:
   virtual ~Device() = default;
@@ -23,7 +38,20 @@ class Device {
   /// The wrench on the handle about its origin, in W: the opposite of what its coupling put on the
   /// body.
   virtual void Render(const Wrench& F_D_W) noexcept = 0;
-  virtual DeviceLimits limits() const noexcept { return {}; }
+  /// Emergency stop: no force from now on, until Resume(). A driver's Stop() writes zero to the
+  /// motors at once; a signal handler may call it.
+  virtual void Stop() noexcept {}
+  virtual void Resume() noexcept {}
+  virtual DeviceCapabilities capabilities() const noexcept { return {}; }
+  /// Whether the device is in trouble: unplugged, too hot, not calibrated.
+  virtual bool failed() const noexcept { return false; }
+  /// Whether its button for an emergency stop is pressed.
+  virtual bool stop_button() const noexcept { return false; }
+  /// What a guard beyond the controller's own says; without one: nothing held back.
+  virtual DeviceSafety safety() const noexcept { return {}; }
 };
+
+/// `gains`, no larger than the device bears.
+CouplingGains BorneBy(const DeviceCapabilities& device, CouplingGains gains) noexcept;
 
 }  // namespace tandem

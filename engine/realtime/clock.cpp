@@ -33,6 +33,10 @@ std::int64_t MonotonicNowNs() noexcept {
   return ReadClock(CLOCK_MONOTONIC);
 }
 
+std::int64_t SleptNs() noexcept {
+  return ReadClock(CLOCK_BOOTTIME) - ReadClock(CLOCK_MONOTONIC);
+}
+
 LoopClock& MachineClock() noexcept {
   static MachineLoopClock clock;
   return clock;

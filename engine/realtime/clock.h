@@ -8,6 +8,10 @@ namespace tandem {
 /// is told the time.
 std::int64_t MonotonicNowNs() noexcept;
 
+/// How long this machine has slept since it was started, ns: suspended, when its monotonic clock
+/// stands still.
+std::int64_t SleptNs() noexcept;
+
 /// Where a loop has its time from: the machine's clocks in the product, a scripted clock in tests.
 /// Used by the loop's thread alone.
 class LoopClock {

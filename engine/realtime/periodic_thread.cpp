@@ -1,5 +1,6 @@
 #include "engine/realtime/periodic_thread.h"
 
+#include <string>
 #include <utility>
 
 #include <sys/prctl.h>
@@ -35,11 +36,17 @@ PeriodicThread::PeriodicThread(const Options& options, PeriodicFrame frame)
     : frame_(std::move(frame)) {
   thread_ = std::thread([this, options] {
     if (options.name != nullptr) prctl(PR_SET_NAME, options.name);
+    const bool kept = options.core < 0 || KeepToCore(options.core);
     if (options.priority > 0) {
       realtime_ = EnterRealtime(options.priority);
     } else {
       realtime_.timer_slack = prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) == 0;
     }
+    if (!kept) {
+      realtime_.warning += (realtime_.warning.empty() ? "" : "; ");
+      realtime_.warning += "core " + std::to_string(options.core) + " cannot be had";
+    }
+    realtime_.core = kept ? options.core : -1;
     entered_.count_down();
     LoopClock& clock = MachineClock();
     const std::int64_t origin_ns = options.origin_ns > 0 ? options.origin_ns : clock.NowNs();

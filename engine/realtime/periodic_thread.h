@@ -31,6 +31,7 @@ class PeriodicThread {
     /// Of the deadlines, monotonic, for threads that keep a distance in time; 0: the start.
     std::int64_t origin_ns = 0;
     int priority = 30;  // of SCHED_FIFO; 0: an ordinary thread, whose sleeps only are exact
+    int core = -1;      // that the thread keeps to; below 0: any
     const char* name = nullptr;  // as debuggers and top show it, 15 characters; null: the program's
   };
 

@@ -78,6 +78,14 @@ std::string RealtimeWarning(const RealtimeStatus& status, int wanted_priority,
   return status.timer_slack ? "" : "not fully real-time: the timer slack could not be set";
 }
 
+bool KeepToCore(int core) noexcept {
+  if (core < 0 || core >= CPU_SETSIZE) return false;
+  cpu_set_t wanted;
+  CPU_ZERO(&wanted);
+  CPU_SET(core, &wanted);
+  return sched_setaffinity(0, sizeof wanted, &wanted) == 0;
+}
+
 RealtimeStatus EnterRealtime(int priority) noexcept {
   RealtimeStatus status;
   status.timer_slack = prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) == 0;

@@ -11,11 +11,15 @@ struct RealtimeStatus {
   bool timer_slack = false;       // sleeps end on time to the ns, not to the 50 us that are usual
   bool memory_locked = false;     // the whole process, now and later
   bool stack_prefaulted = false;  // this thread's stack was touched down to kPrefaultedStack bytes
+  int core = -1;                  // that it keeps to; below 0: any
   std::string warning;            // for a person, one line; empty when all was granted
 
   /// "SCHED_FIFO" or "SCHED_OTHER".
   const char* scheduler() const noexcept { return fifo ? "SCHED_FIFO" : "SCHED_OTHER"; }
 };
+
+/// Keeps the calling thread to one processor core; false: there is no such core for us.
+bool KeepToCore(int core) noexcept;
 
 inline constexpr int kPrefaultedStack = 256 * 1024;
 

@@ -30,7 +30,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/voxel", {"engine/geometry"});
     may_see("engine/contact", {"engine/realtime", "engine/voxel"});
     may_see("engine/world", {"engine/realtime", "engine/dynamics", "engine/contact"});
-    may_see("engine/haptics", {"engine/world"});
+    may_see("engine/safety", {"engine/base"});
+    may_see("engine/haptics", {"engine/world", "engine/safety"});
     may_see("collab", {"engine/haptics"});
     may_see("collab/dds", {"collab"});
     may_see("collab/simulated", {"collab"});
@@ -38,6 +39,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab/lab", {"collab/simulated", "collab/recording"});
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
     may_see("app", {});                     // what all programs share
+    may_see("app/device", {"app", "engine/haptics"});
     may_see("app/reach", {"app", "collab/dds"});
     may_see("app/picture", {"engine/base"});
     may_see("app/stability", {"app", "app/picture", "collab/lab"});

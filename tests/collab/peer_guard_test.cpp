@@ -44,7 +44,11 @@ class WildDevice : public Device {
     turn = std::max(turn, (F_D_W.tau - last_.tau).norm());
     last_ = F_D_W;
   }
-  DeviceLimits limits() const noexcept override { return {.force = 8, .moment = 0.3}; }
+  DeviceCapabilities capabilities() const noexcept override {
+    DeviceCapabilities can;
+    can.peak = {.force = 8, .moment = 0.3};
+    return can;
+  }
 
   bool sound = true;
   double force = 0, moment = 0, step = 0, turn = 0;
@@ -172,7 +176,7 @@ TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
   EXPECT_EQ(run.peer().report().hand_B_W.f.norm(), 0.0) << "what others are told is what it feels";
   EXPECT_EQ(run.peer().report().hand_B_W.tau.norm(), 0.0);
   EXPECT_TRUE(run.sound);
-  EXPECT_TRUE(run.peer().guard().stopped());
+  EXPECT_TRUE(run.peer().guard().broken());
   const auto told = std::count_if(run.news.begin(), run.news.end(), [](const std::string& line) {
     return line.find("is not a number") != std::string::npos;
   });
@@ -182,7 +186,7 @@ TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
   run.Order(Command::Kind::kGrab);
   run.Run(300);
   ASSERT_EQ(run.peer().holdings().held(), 0);
-  EXPECT_FALSE(run.peer().guard().stopped());
+  EXPECT_FALSE(run.peer().guard().broken());
   run.device->now.X_WA.p.y() += 0.005;
   run.Run(3);
   EXPECT_GT(run.largest, 0.1);

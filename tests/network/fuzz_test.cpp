@@ -15,7 +15,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "engine/haptics/force_guard.h"
+#include "engine/safety/force_guard.h"
 #include "tests/network/own_peer.h"
 #include "tests/network/packet_fuzzer.h"
 #include "tests/network/real_peers.h"

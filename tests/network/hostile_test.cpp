@@ -9,7 +9,7 @@
 #include "collab/dds/partitions.h"
 #include "collab/dds/qos.h"
 #include "collab/drop_counts.h"
-#include "engine/haptics/force_guard.h"
+#include "engine/safety/force_guard.h"
 #include "tandem.h"  // idlc's
 #include "tests/network/own_peer.h"
 #include "tests/network/real_peers.h"

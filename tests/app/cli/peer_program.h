@@ -99,6 +99,7 @@ class Running {
     return std::nullopt;
   }
   int Wait() { return process_->Wait(std::chrono::seconds(30)).value_or(-1); }
+  void Kill() { process_->Signal(SIGKILL); }
   int End() {
     process_->Signal(SIGTERM);
     return Wait();

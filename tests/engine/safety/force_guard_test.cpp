@@ -1,4 +1,4 @@
-#include "engine/haptics/force_guard.h"
+#include "engine/safety/force_guard.h"
 
 #include <cmath>
 #include <limits>
@@ -75,11 +75,11 @@ TEST(ForceGuard, WhatIsNoNumberIsNothingUntilTheNextBeginning) {
       ForceGuard guard = Warm();
       for (int i = 0; i < 20; ++i) guard.Pass(WrenchOf(10));
       guard.Pass(wrong);
-      EXPECT_TRUE(guard.stopped());
+      EXPECT_TRUE(guard.broken());
       for (int i = 0; i < 10; ++i) guard.Pass(WrenchOf(10));
       EXPECT_TRUE(guard.Pass(WrenchOf(10)).f.isZero());
       guard.Begin();
-      EXPECT_FALSE(guard.stopped());
+      EXPECT_FALSE(guard.broken());
       for (int i = 0; i < 2 * ForceGuard::kRampFrames; ++i) guard.Pass(WrenchOf(10));
       EXPECT_NEAR(guard.Pass(WrenchOf(10)).f.x(), 10, 1e-9);
     }

@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <memory>
+
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+
+#include "app/cli/bench.h"
+#include "app/cli/device_process.h"
+#include "app/cli/empty_work.h"
+#include "app/cli/scene_files.h"
+#include "app/cli/talk.h"
+#include "app/cli/timed_frames.h"
+#include "app/exit_codes.h"
+#include "app/option_checks.h"
+#include "engine/haptics/hand_script.h"
+#include "engine/realtime/periodic_thread.h"
+#include "engine/safety/force_guard.h"
+#include "engine/world/world.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::int64_t kTickNs = 1'000'000;
+constexpr int kSizeEveryTicks = 500;  // after which empty work is sized anew
+
+struct DeviceBenchArguments {
+  BenchScene scene{.scene = "bracket_actuator"};
+  int ticks = 10'000;
+  int core = -1;
+  int device_core = -1;
+  bool json = false;
+};
+
+struct DeviceFigures {
+  Histogram frame_cpu, frame_wall, noise;
+  std::int64_t in_contact = 0;
+  std::int64_t frames = 0;
+  long page_faults = 0;
+  std::uint64_t missed = 0;
+  const char* scheduler = "";
+};
+
+/// Of the calling thread.
+long FaultsOfThread() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+/// How many deadlines a loop misses that does nothing.
+std::uint64_t EmptyMissed(int ticks, int core) {
+  PeriodicThread thread({.priority = kFramePriority, .core = core},
+                        [ticks](std::int64_t frame, std::int64_t) {
+                          return frame + 1 < ticks;
+                        });
+  thread.Join();
+  return thread.stats().missed();
+}
+
+/// A frame of a body in a hand: the input, the step, the answer.
+class DeviceFrame {
+ public:
+  DeviceFrame(World& world, Device& device, const Pose& X_BD, const FrameCapacity& capacity)
+      : world_(&world), device_(&device), X_BD_(X_BD), guard_(device.capabilities().peak) {
+    inputs_.bodies.resize(world.model().bodies.size());
+    inputs_.bodies[0].drive = BodyDrive::kSimulated;
+    inputs_.capacity = capacity.tests;
+    inputs_.look_price = capacity.look_price;
+    inputs_.hand = {.body = 0,
+                    .X_BD = X_BD,
+                    .goal = {},
+                    .gains = BorneBy(device.capabilities(),
+                                     DefaultHandGains(world.model().bodies[0].inertia))};
+  }
+  /// The step's report; `cpu_ns`, `wall_ns`: what it took without the link to the device.
+  const StepReport& operator()(std::int64_t& cpu_ns, std::int64_t& wall_ns) {
+    LoopClock& clock = MachineClock();
+    inputs_.hand.goal = device_->Read();
+    const std::int64_t wall = clock.NowNs();
+    const std::int64_t cpu = clock.ThreadCpuNs();
+    report_ = world_->Step(inputs_);
+    const Wrench& on_body = report_.hand_B_W;
+    const Vec3 r = world_->state(0).X_WB.q * X_BD_.p;
+    const Wrench given = guard_.Pass({-(on_body.tau - r.cross(on_body.f)), -on_body.f});
+    cpu_ns = clock.ThreadCpuNs() - cpu;
+    wall_ns = clock.NowNs() - wall;
+    device_->Render(given);
+    return report_;
+  }
+
+ private:
+  World* world_;
+  Device* device_;
+  Pose X_BD_;
+  ForceGuard guard_;
+  StepInputs inputs_;
+  StepReport report_;
+};
+
+void RunTicks(DeviceFrame& frame, DeviceProcess& process, Device& device,
+              const DeviceBenchArguments& arguments, DeviceFigures& figures) {
+  EmptyWork noise;
+  device.Start();
+  PeriodicThread thread(
+      {.period_ns = kTickNs,
+       .origin_ns = process.origin_ns(),
+       .priority = kFramePriority,
+       .core = arguments.core},
+      [&](std::int64_t number, std::int64_t) {
+        LoopClock& clock = MachineClock();
+        std::int64_t cpu_ns = 0;
+        std::int64_t wall_ns = 0;
+        const long faults = FaultsOfThread();
+        const StepReport& report = frame(cpu_ns, wall_ns);
+        const long new_faults = FaultsOfThread() - faults;
+        if (number < kWarmUp) return true;
+        figures.page_faults += new_faults;
+        figures.frame_cpu.Add(cpu_ns);
+        figures.frame_wall.Add(wall_ns);
+        figures.in_contact += report.contact_points > 0 ? 1 : 0;
+        // as long as a frame mostly is; the motor has its force meanwhile
+        if (figures.frames % kSizeEveryTicks == 0 && figures.frames > 0) {
+          noise.Size(static_cast<double>(figures.frame_cpu.Quantile(0.5)));
+        }
+        const std::int64_t begun_ns = clock.NowNs();
+        noise();
+        if (figures.frames >= kSizeEveryTicks) figures.noise.Add(clock.NowNs() - begun_ns);
+        return ++figures.frames < arguments.ticks;
+      });
+  thread.Join();
+  figures.missed = thread.stats().missed();
+  figures.scheduler = thread.realtime().scheduler();
+  if (!thread.realtime().warning.empty()) Say(thread.realtime().warning);
+}
+
+double InUs(std::int64_t ns) {
+  return 1e-3 * static_cast<double>(ns);
+}
+
+int RunDeviceBench(const DeviceBenchArguments& arguments) {
+  BenchScene asked = arguments.scene;
+  asked.needs_fixture = true;
+  const auto model = LoadBenchScene(asked);
+  if (!model) return Fail(kExitFile, model.error().what);
+  if ((*model)->scene.hands.empty()) return Fail(kExitFile, asked.scene + ": no hand");
+  const std::string file = (*model)->scene.hands[0].file;
+  const Result<HandScript> script = LoadHandScript(file);
+  if (!script) return Fail(kExitFile, script.error().what);
+  World world(*model);
+  const FrameCapacity capacity = MeasureCapacity(**model, kFrameBudget, nullptr);
+  Result<std::unique_ptr<DeviceProcess>> process =
+      DeviceProcess::Start({.driver = "scripted:" + file,
+                            .home_W = (*model)->bodies[0].X_WB0,
+                            .users = DeviceLimits{},
+                            .core = arguments.device_core});
+  if (!process) return Fail(kExitDevice, process.error().what);
+  const std::unique_ptr<Device> device = (*process)->MakeDevice();
+  DeviceFrame frame(world, *device, script->X_BD, capacity);
+
+  // half of the empty ticks before and half after: what the machine does changes
+  std::uint64_t empty_missed = EmptyMissed(arguments.ticks / 2, arguments.core);
+  DeviceFigures figures;
+  RunTicks(frame, **process, *device, arguments, figures);
+  empty_missed += EmptyMissed(arguments.ticks - arguments.ticks / 2, arguments.core);
+  (*process)->End();
+  const DeviceTimes times = (*process)->times();
+
+  const double contact_share =
+      static_cast<double>(figures.in_contact) / static_cast<double>(figures.frames);
+  if (arguments.json) {
+    const nlohmann::ordered_json json{
+        {"scene", asked.scene},
+        {"scheduler", figures.scheduler},
+        {"ticks", figures.frames},
+        {"read_to_write_p50_us", InUs(times.read_to_write_p50_ns)},
+        {"read_to_write_p99_us", InUs(times.read_to_write_p99_ns)},
+        {"read_to_write_max_us", InUs(times.read_to_write_max_ns)},
+        {"frame_cpu_p99_us", InUs(figures.frame_cpu.Quantile(0.99))},
+        {"frame_wall_p99_us", InUs(figures.frame_wall.Quantile(0.99))},
+        {"noise_p50_us", InUs(figures.noise.Quantile(0.5))},
+        {"noise_p99_us", InUs(figures.noise.Quantile(0.99))},
+        {"missed", figures.missed},
+        {"empty_missed", empty_missed},
+        {"page_faults", figures.page_faults},
+        {"contact_share", contact_share},
+        {"answered", times.answered},
+        {"unanswered", times.unanswered},
+        {"device_missed", times.missed}};
+    std::printf("%s\n", json.dump(2).c_str());
+    return kExitOk;
+  }
+  std::printf("%ld ticks of a device process, %s, contact in %.0f %% of them\n",
+              static_cast<long>(figures.frames), figures.scheduler, 100 * contact_share);
+  std::printf("  input to motor  p50 %.1f us, p99 %.1f us, at most %.1f us\n",
+              InUs(times.read_to_write_p50_ns), InUs(times.read_to_write_p99_ns),
+              InUs(times.read_to_write_max_ns));
+  std::printf("  of that a frame p99 %.1f us (processor %.1f us); empty work of its length %.1f us\n",
+              InUs(figures.frame_wall.Quantile(0.99)), InUs(figures.frame_cpu.Quantile(0.99)),
+              InUs(figures.noise.Quantile(0.99)));
+  std::printf("  deadlines       %llu missed, an empty loop %llu; the device %llu\n",
+              static_cast<unsigned long long>(figures.missed),
+              static_cast<unsigned long long>(empty_missed),
+              static_cast<unsigned long long>(times.missed));
+  std::printf("  page faults     %ld\n", figures.page_faults);
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddBenchDevice(CLI::App& bench, int& exit_code) {
+  auto arguments = std::make_shared<DeviceBenchArguments>();
+  CLI::App* command = bench.add_subcommand(
+      "device", "Measure the way from a device's input to its motor, through a process of its own");
+  AddBenchScene(*command, arguments->scene);
+  command->add_option("--ticks", arguments->ticks, "ticks of a millisecond that count")
+      ->check(WholeNumberFrom(1000, 10'000'000))
+      ->capture_default_str();
+  command->add_option("--core", arguments->core, "processor core that the frames keep to")
+      ->check(WholeNumberFrom(0, 1023));
+  command->add_option("--device-core", arguments->device_core, "the same for the device process")
+      ->check(WholeNumberFrom(0, 1023));
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunDeviceBench(*arguments);
+  });
+}
+
+}  // namespace tandem

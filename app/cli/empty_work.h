@@ -1,0 +1,35 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "app/cli/bench.h"
+
+namespace tandem {
+
+/// Arithmetic that touches no memory, as long as a frame: what it varies by is the machine's doing.
+class EmptyWork {
+ public:
+  /// To take `ns` of a quiet processor.
+  void Size(double ns) {
+    constexpr std::uint64_t kProbe = 20000;
+    double best = 1e18;
+    for (int i = 0; i < 50; ++i)
+      best = std::min(best, CpuNs([&] {
+                        Run(kProbe);
+                      }));
+    steps_ = static_cast<std::uint64_t>(ns / best * kProbe);
+  }
+  void operator()() { Run(steps_); }
+
+ private:
+  void Run(std::uint64_t steps) {
+    std::uint64_t x = state_ | 1;
+    for (std::uint64_t i = 0; i < steps; ++i) x = x * 6364136223846793005U + i;
+    state_ = x;
+  }
+  std::uint64_t steps_ = 0;
+  std::uint64_t state_ = 1;
+};
+
+}  // namespace tandem

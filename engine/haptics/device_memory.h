@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "engine/haptics/device.h"
+#include "engine/realtime/bell.h"
+#include "engine/realtime/seqlock.h"
+#include "engine/safety/motor_guard.h"
+
+namespace tandem {
+
+/// What one tick of a device says: where its handle is, and what its guard does.
+struct DeviceTick {
+  std::uint64_t tick = 0;     // from 1 on
+  std::int64_t input_ns = 0;  // when the handle was read, monotonic
+  std::array<double, 7> X_WD{};  // quaternion x y z w, then the place in m
+  std::array<double, 6> V_WD{};  // rad/s, then m/s
+  std::uint8_t state = 0;        // SafetyState
+  bool failed = false;
+  SafetyCounts counts;
+};
+
+/// What the controller wants of it. The counters are those of MotorOrder.
+struct DeviceOrder {
+  std::uint64_t tick = 0;  // whose input it answers
+  std::int64_t input_ns = 0;
+  std::array<double, 6> F_D_W{};  // N m, then N
+  std::uint32_t ramps = 0;
+  std::uint32_t stops = 0;
+  std::uint32_t resumes = 0;
+  std::uint32_t started = 0;  // Device::Start()
+};
+
+/// How a device's ticks went, in ns.
+struct DeviceTimes {
+  std::uint64_t ticks = 0;
+  std::uint64_t answered = 0;    // in the tick of their input
+  std::uint64_t unanswered = 0;  // though orders were coming
+  std::uint64_t missed = 0;
+  std::int64_t read_to_write_p50_ns = 0;
+  std::int64_t read_to_write_p99_ns = 0;
+  std::int64_t read_to_write_max_ns = 0;
+};
+
+/// What a controller and the process of a device share: both ways the newest value, without locks.
+/// The controller makes it and writes `home`; the device process writes all before `ready` once.
+struct DeviceMemory {
+  static constexpr std::uint64_t kVersion = 0x7461'6e64'656d'0001;  // "tandem", 1
+
+  std::uint64_t version = 0;
+  std::array<double, 7> home{};  // of the handle in W: where a body is that the hand is to hold
+  std::array<double, 16> capabilities{};
+  std::array<double, 2> limits{};  // N, N m in force
+  std::int64_t origin_ns = 0;      // a tick's deadline: the others are whole periods away
+  std::int64_t period_ns = 0;
+  std::array<char, 256> fault{};  // why there is no device, in a line
+  enum Ready : std::uint32_t { kNotYet, kReady, kFailed };
+  std::atomic<std::uint32_t> ready{kNotYet};
+  Bell tick_bell;
+  Bell order_bell;
+  Seqlock<DeviceTick> tick;
+  Seqlock<DeviceOrder> order;
+  Seqlock<DeviceTimes> times;
+};
+
+std::array<double, 7> AsNumbers(const Pose& pose) noexcept;
+Pose AsPose(const std::array<double, 7>& numbers) noexcept;
+std::array<double, 16> AsNumbers(const DeviceCapabilities& capabilities) noexcept;
+DeviceCapabilities AsCapabilities(const std::array<double, 16>& numbers) noexcept;
+
+}  // namespace tandem

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <algorithm>
+
+#include "engine/haptics/device.h"
+#include "engine/realtime/triple_buffer.h"
+
+namespace tandem {
+
+/// How a user wants a small device to reach a large scene.
+struct WorkspaceOrder {
+  double scale = 1;                    // metres in W a metre of the device
+  Quat q_WV = Quat::Identity();        // the view: a device's axes are those of the user's picture
+  bool clutch = false;                 // held: the handle moves, what it holds stays
+  double recentre = 0;                 // share of its own way by which a hand is led back, 0–0.3
+};
+
+/// A device whose handle is mapped into the scene: scaled, turned by the view, and let go of by a
+/// clutch, so that a hand goes on from where it is comfortable (indexing). A change of any of them
+/// leaves the mapped handle where it is. With `recentre` the mapped handle goes a little farther
+/// outwards with each bit of the hand's way, the more so the farther that is from the middle of the
+/// device: the hand comes back to the middle without noticing. A hand at rest is left alone.
+///
+/// A newton on the part is a newton in the hand. So a spring of the scene is felt `scale` times as
+/// stiff, and the gains that the device bears are that much smaller. The scaled handle is what the
+/// simulation follows: scale enters the limit on travel (paper §5), and a hand beyond that feels
+/// the virtual coupling.
+class Workspace : public Device {
+ public:
+  static constexpr double kLeastScale = 0.01;
+  static constexpr double kMostScale = 100;
+  static constexpr double kMostRecentre = 0.3;
+
+  /// `device` outlives this. The handle is first mapped onto itself.
+  explicit Workspace(Device& device, const WorkspaceOrder& order = {}) noexcept;
+
+  /// The newest order; written by one other thread.
+  TripleBuffer<WorkspaceOrder>& orders() noexcept { return orders_; }
+
+  void Start() noexcept override { device_->Start(); }
+  Anchor Read() noexcept override;
+  void Render(const Wrench& F_D_W) noexcept override;
+  void Stop() noexcept override { device_->Stop(); }
+  void Resume() noexcept override { device_->Resume(); }
+  DeviceCapabilities capabilities() const noexcept override;
+  bool failed() const noexcept override { return device_->failed(); }
+  bool stop_button() const noexcept override { return device_->stop_button(); }
+  DeviceSafety safety() const noexcept override { return device_->safety(); }
+
+ private:
+  void Take(const WorkspaceOrder& order) noexcept;
+  /// Goes on from where the mapped handle is.
+  void Index(const Anchor& handle) noexcept;
+
+  Device* device_;
+  DeviceCapabilities can_;
+  TripleBuffer<WorkspaceOrder> orders_;
+  WorkspaceOrder order_;
+  bool placed_ = false;
+  Vec3 middle_ = Vec3::Zero();  // of the device's workspace
+  double radius_ = 0.1;         // m, of it
+  // where indexing last began: the device's handle, and the mapped one
+  Pose X_VD0_;
+  Pose X_WD0_;
+  Anchor mapped_;
+  Vec3 last_p_VD_ = Vec3::Zero();
+};
+
+}  // namespace tandem

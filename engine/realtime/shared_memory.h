@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// Memory that a process hands to its children by a file descriptor, under no name. Its size never
+/// changes, so that nobody takes it away from under the others.
+class SharedMemory {
+ public:
+  /// Zeros. exec() closes the descriptor: who starts a child for it duplicates it there.
+  static Result<SharedMemory> Create(const char* name, std::size_t size);
+  /// What a parent has handed on. An error: there is none, or not of this size.
+  static Result<SharedMemory> Attach(int descriptor, std::size_t size);
+  SharedMemory(SharedMemory&& other) noexcept;
+  SharedMemory& operator=(SharedMemory&&) = delete;
+  ~SharedMemory();
+
+  void* data() const noexcept { return data_; }
+  int descriptor() const noexcept { return descriptor_; }
+
+ private:
+  SharedMemory(int descriptor, void* data, std::size_t size) noexcept
+      : descriptor_(descriptor), data_(data), size_(size) {}
+  static Result<SharedMemory> Map(int descriptor, std::size_t size);
+
+  int descriptor_ = -1;
+  void* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "engine/base/spatial.h"
+
+namespace tandem {
+
+/// `v`, shortened to `most` in its direction; `cut` is set where that was needed, else left alone.
+/// What is finite stays finite.
+inline Vec3 HeldWithin(const Vec3& v, double most, bool& cut) noexcept {
+  const double size = v.stableNorm();
+  if (size <= most) return v;
+  cut = true;
+  return (most * v.cwiseQuotient(Vec3::Constant(size)));
+}
+
+/// From `from` towards `to`, by at most `most`.
+inline Vec3 SteppedTo(const Vec3& from, const Vec3& to, double most, bool& cut) noexcept {
+  return from + HeldWithin(to - from, most, cut);
+}
+
+}  // namespace tandem

@@ -1,0 +1,140 @@
+// `tandem peer --device`: a device in a process of its own, as a person uses it.
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/mman.h>
+
+#include "app/device/fake_record.h"
+#include "app/exit_codes.h"
+#include "tests/app/cli/peer_program.h"
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using testing::ExpectRefused;
+using testing::PeerCommand;
+using testing::Running;
+using testing::Said;
+
+class DeviceCommand : public PeerCommand {
+ protected:
+  /// The words of a peer whose hand swings the right box by 10 mm, three times a second.
+  std::string Swinging(const std::string& more) const {
+    return "--name anna --hold right --device fake:record=" + In("motor") +
+           ",swing_mm=10,swing_hz=3 " + more;
+  }
+  json Report() const {
+    std::ifstream stream(In("report"));
+    return json::parse(stream, nullptr, false);
+  }
+  /// The force at the motor, write by write: the last `last` ones.
+  std::vector<double> Forces(std::size_t last) const {
+    std::ifstream stream(In("motor"), std::ios::binary);
+    auto record = std::make_unique<FakeRecord>();
+    stream.read(reinterpret_cast<char*>(record.get()), sizeof *record);
+    const std::uint64_t count = record->count.load();
+    std::vector<double> forces;
+    for (std::uint64_t i = count - std::min<std::uint64_t>(last, count); i < count; ++i) {
+      const auto& f = record->writes[i % FakeRecord::kRoom].force_N;
+      forces.push_back(std::hypot(f[0], f[1], f[2]));
+    }
+    return forces;
+  }
+  /// The process that has the device in hand, of the peer that runs.
+  pid_t DevicePid() const {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+      std::ifstream stream(entry.path() / "cmdline", std::ios::binary);
+      const std::string words{std::istreambuf_iterator<char>(stream), {}};
+      if (words.find("tandem-device") != std::string::npos &&
+          words.find(std::string("fake:record=") + In("motor")) != std::string::npos &&
+          words.find("--memory") != std::string::npos) {
+        return std::stoi(entry.path().filename());
+      }
+    }
+    return -1;
+  }
+};
+
+TEST_F(DeviceCommand, TheHandFeelsThroughAProcessOfItsOwnAndTheReportSaysSo) {
+  const Said said = Run("one", Swinging("--seconds 3 --report " + In("report")));
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  EXPECT_THAT(said.err, HasSubstr("at most 3 N and 0.15 N m"));
+  const json report = Report();
+  EXPECT_THAT(report.at("device").get<std::string>(), HasSubstr("fake:record="));
+  const json& safety = report.at("safety");
+  for (const char* count : {"clamped", "slewed", "zeroed", "expired", "stops"}) {
+    EXPECT_TRUE(safety.at(count).is_number_unsigned()) << count;
+  }
+  EXPECT_EQ(safety.at("stops"), 0);
+  EXPECT_GT(report.at("device_times").at("answered").get<int>(), 1000);
+  // 0.1 kg swung by 10 mm three times a second want 0.36 N
+  const std::vector<double> forces = Forces(3000);
+  const double most = *std::max_element(forces.begin(), forces.end());
+  EXPECT_GT(most, 0.1);
+  EXPECT_LE(most, 3.0);
+  EXPECT_EQ(forces.back(), 0);
+}
+
+TEST_F(DeviceCommand, ThePeerGoesOnWhenItsDeviceDies) {
+  Running anna = Start("one", Swinging("--report " + In("report")));
+  ASSERT_TRUE(anna.WaitFor("anna is in session"));
+  const pid_t device = DevicePid();
+  ASSERT_GT(device, 0);
+  kill(device, SIGKILL);
+  EXPECT_TRUE(anna.WaitFor("the device process ended (exit code 137): your hand rests"));
+  anna.Order("peers");
+  anna.Order("quit");
+  EXPECT_EQ(anna.Wait(), kExitOk);
+}
+
+TEST_F(DeviceCommand, AnEmergencyStopIsSaidAndHoldsUntilItIsEnded) {
+  Running anna = Start("one", Swinging("--report " + In("report")));
+  ASSERT_TRUE(anna.WaitFor("anna is in session"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  anna.Order("stop");
+  EXPECT_TRUE(anna.WaitFor("device: emergency stop; 'resume' ends it"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  for (const double force : Forces(200)) EXPECT_EQ(force, 0);
+  anna.Order("resume");
+  EXPECT_TRUE(anna.WaitFor("your device gives force again"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  const std::vector<double> forces = Forces(400);
+  EXPECT_GT(*std::max_element(forces.begin(), forces.end()), 0.1);
+  anna.Order("quit");
+  EXPECT_EQ(anna.Wait(), kExitOk);
+  EXPECT_EQ(Report().at("safety").at("stops"), 1);
+}
+
+TEST_F(DeviceCommand, AKilledPeerLeavesNoForceAndNoProcess) {
+  Running anna = Start("one", Swinging(""));
+  ASSERT_TRUE(anna.WaitFor("anna is in session"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  const pid_t device = DevicePid();
+  ASSERT_GT(device, 0);
+  anna.Kill();
+  for (int i = 0; i < 200 && DevicePid() > 0; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(DevicePid(), -1);
+  EXPECT_EQ(Forces(1).back(), 0);
+}
+
+TEST_F(DeviceCommand, SaysWhichDeviceCannotBe) {
+  ExpectRefused(Run("one", "--name anna --hold right --device omega:7"), kExitDevice,
+                "no driver is called 'omega'");
+  ExpectRefused(Run("one", "--name anna --hold right --device omega"), kExitUsage,
+                "scripted, none or NAME:OPTIONS is wanted");
+  ExpectRefused(Run("one", "--name anna --hold right --device-force 31"), kExitUsage,
+                "--device-force");
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,363 @@
+// The device process and a controller that dies or stands still: what the motor got, write by
+// write.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "app/cli/child_processes.h"
+#include "app/cli/device_process.h"
+#include "app/device/fake_record.h"
+#include "engine/haptics/process_device.h"
+#include "engine/realtime/periodic_thread.h"
+#include "engine/safety/motor_guard.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::int64_t kMillisecond = 1'000'000;
+constexpr double kClamp = kUsersDefault.force;
+constexpr double kSlew = kClamp / MotorGuard::kSlewTicks;
+
+/// How often a controller is killed, and how often it is stopped.
+int Rounds() {
+  const char* asked = std::getenv("TANDEM_DEVICE_KILLS");
+  return asked != nullptr ? std::atoi(asked) : 20;
+}
+
+void Sleep(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+
+/// A motor's writes, as the driver `fake` keeps them in a file.
+class Motor {
+ public:
+  explicit Motor(const std::filesystem::path& file) {
+    const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    EXPECT_EQ(ftruncate(descriptor, sizeof(FakeRecord)), 0);
+    void* data = mmap(nullptr, sizeof(FakeRecord), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor,
+                      0);
+    close(descriptor);
+    EXPECT_NE(data, MAP_FAILED);
+    record_ = static_cast<FakeRecord*>(data);
+  }
+  Motor(const Motor&) = delete;
+  ~Motor() { munmap(record_, sizeof(FakeRecord)); }
+
+  std::uint64_t count() const { return record_->count.load(std::memory_order_acquire); }
+  std::vector<FakeRecord::Write> Since(std::uint64_t first) const {
+    std::vector<FakeRecord::Write> writes;
+    for (std::uint64_t i = first; i < count(); ++i) {
+      writes.push_back(record_->writes[i % FakeRecord::kRoom]);
+    }
+    return writes;
+  }
+  static double ForceOf(const FakeRecord::Write& write) {
+    return std::hypot(write.force_N[0], write.force_N[1], write.force_N[2]);
+  }
+  double force() const {
+    const std::uint64_t written = count();
+    return written == 0 ? 0 : ForceOf(record_->writes[(written - 1) % FakeRecord::kRoom]);
+  }
+  bool WaitForForce(double force_N, double seconds = 20) const {
+    for (int i = 0; i < 1000 * seconds && force() < force_N; ++i) Sleep(1e-3);
+    return force() >= force_N;
+  }
+
+ private:
+  FakeRecord* record_ = nullptr;
+};
+
+/// How late a loop of this machine's is at the worst that does nothing, beside the test.
+class EmptyLoop {
+ public:
+  EmptyLoop()
+      : thread_({.priority = 40}, [](std::int64_t, std::int64_t) { return true; }) {}
+  std::int64_t WorstNs() {
+    thread_.Stop();
+    thread_.Join();
+    return thread_.stats().lateness().max();
+  }
+
+ private:
+  PeriodicThread thread_;
+};
+
+/// What became of the force after the controller was gone.
+struct Fall {
+  double damping_ms = 0;  // until it began to fall
+  double zero_ms = 0;     // until there was none
+  double gap_ms = 0;      // the longest between two writes meanwhile
+  double most = 0;        // N
+  double step = 0;        // N, between two writes of the loop in time
+};
+
+Fall FallAfter(const std::vector<FakeRecord::Write>& writes, std::int64_t gone_ns) {
+  Fall fall;
+  double before = 0;
+  double held = -1;
+  bool fallen = false;
+  std::int64_t before_ns = 0;
+  for (const FakeRecord::Write& write : writes) {
+    const double force = Motor::ForceOf(write);
+    fall.most = std::max(fall.most, force);
+    if (before_ns != 0 && write.ns - before_ns < MotorGuard::kMostGapNs) {
+      fall.step = std::max(fall.step, std::abs(force - before));
+    }
+    if (write.ns > gone_ns) {
+      const double after_ms = 1e-6 * static_cast<double>(write.ns - gone_ns);
+      if (before_ns != 0 && fall.zero_ms == 0) {
+        fall.gap_ms = std::max(fall.gap_ms, 1e-6 * static_cast<double>(write.ns - before_ns));
+      }
+      if (held < 0) held = before;
+      held = fallen ? held : std::max(held, force);
+      if (!fallen && force < held - 1e-9) {
+        fallen = true;
+        fall.damping_ms = after_ms;
+      }
+      if (force == 0 && fall.zero_ms == 0) fall.zero_ms = after_ms;
+      if (force > 0) fall.zero_ms = 0;
+    }
+    before = force;
+    before_ns = write.ns;
+  }
+  return fall;
+}
+
+/// The worst of many falls.
+struct Worst {
+  double damping_ms = 0, zero_ms = 0, gap_ms = 0;
+  void Add(const Fall& fall) {
+    damping_ms = std::max(damping_ms, fall.damping_ms);
+    zero_ms = std::max(zero_ms, fall.zero_ms);
+    gap_ms = std::max(gap_ms, fall.gap_ms);
+  }
+};
+
+/// That force began to end within 5 ms and had ended within 20, beside the lateness that the loop
+/// itself had: an order is noticed to be old at a tick, and a tick may be late.
+void ExpectInTime(const Fall& fall) {
+  const double late_ms = std::max(0.0, fall.gap_ms - 1.0);
+  EXPECT_GT(fall.damping_ms, 0) << "the force never fell";
+  EXPECT_LE(fall.damping_ms, 5 + 1 + late_ms);
+  EXPECT_GT(fall.zero_ms, 0) << "the force never ended";
+  EXPECT_LE(fall.zero_ms, 20 + late_ms);
+  EXPECT_LE(fall.most, kClamp + 1e-9);
+  EXPECT_LE(fall.step, kSlew + 1e-9);
+}
+
+void Tell(const char* what, int rounds, const Worst& worst, std::int64_t empty_ns) {
+  std::printf("%s, %d times: force falls after %.2f ms at the most, is gone after %.2f ms; longest "
+              "gap of the device's loop %.2f ms; an empty loop's worst lateness %.2f ms\n",
+              what, rounds, worst.damping_ms, worst.zero_ms, worst.gap_ms,
+              1e-6 * static_cast<double>(empty_ns));
+  ::testing::Test::RecordProperty("damping_ms", std::to_string(worst.damping_ms));
+  ::testing::Test::RecordProperty("zero_ms", std::to_string(worst.zero_ms));
+}
+
+TEST(DeviceProcess, TheForceOfAKilledControllerIsGoneInTime) {
+  const TemporaryFolder folder;
+  std::mt19937 random(1);
+  Worst worst;
+  EmptyLoop empty;
+  for (int round = 0; round < Rounds(); ++round) {
+    const std::filesystem::path file = folder.path() / ("motor" + std::to_string(round));
+    const Motor motor(file);
+    Result<ChildProcess> puppet =
+        ChildProcess::Start({TANDEM_PUPPET, "fake:record=" + file.string()});
+    ASSERT_TRUE(puppet);
+    ASSERT_TRUE(motor.WaitForForce(1.0));
+    Sleep(1e-6 * static_cast<double>(random() % 20'000));
+    const std::uint64_t seen = motor.count();
+    const std::int64_t gone_ns = MonotonicNowNs();
+    puppet->Signal(SIGKILL);
+    Sleep(0.06);
+    const Fall fall = FallAfter(motor.Since(seen - 20), gone_ns);
+    ExpectInTime(fall);
+    worst.Add(fall);
+    // the device process ends by itself: nothing is left behind
+    const std::uint64_t written = motor.count();
+    Sleep(0.02);
+    EXPECT_LE(motor.count(), written + 1);
+    std::filesystem::remove(file);
+  }
+  Tell("killed", Rounds(), worst, empty.WorstNs());
+}
+
+TEST(DeviceProcess, TheForceOfAStoppedControllerIsGoneInTimeAndComesBack) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "motor";
+  std::mt19937 random(2);
+  Worst worst;
+  EmptyLoop empty;
+  const Motor motor(file);
+  Result<ChildProcess> puppet =
+      ChildProcess::Start({TANDEM_PUPPET, "fake:record=" + file.string()});
+  ASSERT_TRUE(puppet);
+  for (int round = 0; round < Rounds(); ++round) {
+    ASSERT_TRUE(motor.WaitForForce(0.9));
+    Sleep(1e-6 * static_cast<double>(random() % 20'000));
+    const std::uint64_t seen = motor.count();
+    const std::int64_t gone_ns = MonotonicNowNs();
+    puppet->Signal(SIGSTOP);
+    Sleep(0.05);
+    const Fall fall = FallAfter(motor.Since(seen - 20), gone_ns);
+    puppet->Signal(SIGCONT);
+    ExpectInTime(fall);
+    worst.Add(fall);
+    EXPECT_EQ(motor.force(), 0);
+  }
+  ASSERT_TRUE(motor.WaitForForce(2.4));
+  Tell("stopped", Rounds(), worst, empty.WorstNs());
+}
+
+/// A device process whose controller is the test.
+class OwnController {
+ public:
+  explicit OwnController(const std::string& options, const DeviceLimits& users = kUsersDefault)
+      : motor_file_(folder_.path() / "motor"), motor(motor_file_) {
+    Result<std::unique_ptr<DeviceProcess>> started = DeviceProcess::Start(
+        {.driver = "fake:record=" + motor_file_.string() + options, .users = users});
+    EXPECT_TRUE(started) << started.error().what;
+    process = *std::move(started);
+    device = process->MakeDevice();
+    wanted.f.x() = 2.5;
+  }
+  /// Runs the controller for so many frames.
+  void Run(int frames) {
+    PeriodicThread thread({.origin_ns = process->origin_ns()},
+                          [&](std::int64_t frame, std::int64_t) {
+                            device->Read();
+                            device->Render(wanted);
+                            return frame + 1 < frames;
+                          });
+    thread.Join();
+  }
+  /// The largest force, and the largest change between two writes of a loop in time.
+  Fall All() const { return FallAfter(motor.Since(0), MonotonicNowNs()); }
+  SafetyState state() const {
+    return static_cast<SafetyState>(process->Newest().value_or(DeviceTick{}).state);
+  }
+
+ private:
+  TemporaryFolder folder_;
+  std::filesystem::path motor_file_;
+
+ public:
+  Motor motor;
+  std::unique_ptr<DeviceProcess> process;
+  std::unique_ptr<Device> device;
+  Wrench wanted;
+};
+
+TEST(DeviceProcess, WhateverADriverClaimsNoHandGetsMoreThanItMayHave) {
+  OwnController own(",peak_N=1000,peak_Nm=50,continuous_N=1000,continuous_Nm=50", {30, 1});
+  own.wanted.f.x() = 500;
+  own.device->Start();
+  own.Run(1500);
+  EXPECT_EQ(own.process->limits().force, 30);
+  const Fall all = own.All();
+  EXPECT_LE(all.most, 30 + 1e-9);
+  EXPECT_GE(all.most, 29);
+  EXPECT_LE(all.step, 5 + 1e-9);
+}
+
+TEST(DeviceProcess, ABadPoseAnUnwellDriverAndAButtonEndTheForce) {
+  const auto run = [](const std::string& options) {
+    OwnController own(options);
+    own.device->Start();
+    own.Run(1400);
+    EXPECT_EQ(own.motor.force(), 0) << options;
+    EXPECT_GT(own.All().most, 1.0) << options;
+    EXPECT_LE(own.All().step, kSlew + 1e-9) << options;
+    return own.state();
+  };
+  EXPECT_EQ(run(",nan_at=800"), SafetyState::kFault);
+  EXPECT_EQ(run(",fail_at=800"), SafetyState::kFault);
+  EXPECT_EQ(run(",stop_at=800"), SafetyState::kStopped);
+}
+
+TEST(DeviceProcess, AHandleThatLeapsGetsNoForce) {
+  OwnController own(",jump_at=1100");
+  own.device->Start();
+  own.Run(1500);
+  const std::vector<FakeRecord::Write> writes = own.motor.Since(0);
+  const auto whole = std::find_if(writes.begin(), writes.end(), [](const auto& write) {
+    return Motor::ForceOf(write) > 2.4;
+  });
+  ASSERT_GT(writes.end() - whole, 400);
+  // five ticks after the leap, until the sixteen are over in which it counts as speed
+  const auto none = std::count_if(whole, whole + 300, [](const auto& write) {
+    return Motor::ForceOf(write) == 0;
+  });
+  EXPECT_GE(none, 5);
+  EXPECT_GE(own.process->Newest()->counts.zeroed, 1U);
+  EXPECT_LE(own.All().step, kSlew + 1e-9);
+}
+
+// its own read takes 30 ms: the motor has an old force for as long, and then none until a ramp-in
+TEST(DeviceProcess, ADriverThatHangsIsAnOverrun) {
+  OwnController own(",hang_at=800,hang_ms=30");
+  own.device->Start();
+  own.Run(850);
+  EXPECT_EQ(own.motor.force(), 0);
+  EXPECT_GE(own.process->Newest()->counts.zeroed, 1U);
+}
+
+TEST(DeviceProcess, ACrashOfItsOwnLeavesNoForce) {
+  OwnController own(",crash_at=1000");
+  own.device->Start();
+  own.Run(1300);
+  EXPECT_GT(own.All().most, 2.0);
+  EXPECT_EQ(own.motor.force(), 0);
+  EXPECT_THAT(own.process->News(), ::testing::HasSubstr("the device process ended"));
+  EXPECT_EQ(own.process->News(), "");  // said once
+}
+
+TEST(DeviceProcess, EndsInAnOrderlyWayWhenItIsToldTo) {
+  OwnController own("");
+  own.device->Start();
+  own.Run(1100);
+  ASSERT_GT(own.motor.force(), 2);
+  std::atomic<bool> end{false};
+  std::thread running([&] {
+    while (!end) own.Run(10);
+  });
+  own.process->End();
+  end = true;
+  running.join();
+  EXPECT_EQ(own.motor.force(), 0);
+  EXPECT_LE(own.All().step, kSlew + 1e-9);
+}
+
+TEST(DeviceProcess, SaysWhyThereIsNoDevice) {
+  const auto none = DeviceProcess::Start({.driver = "omega:7"});
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().what, ::testing::HasSubstr("no driver is called 'omega'"));
+  const auto wrong = DeviceProcess::Start({.driver = "fake:peak_N=lots"});
+  ASSERT_FALSE(wrong);
+  EXPECT_THAT(wrong.error().what, ::testing::HasSubstr("a number is wanted, not 'lots'"));
+}
+
+TEST(DeviceProcess, TheProgramAloneSaysWhatStartsIt) {
+  const std::string run = std::string(TANDEM_DEVICE) + " --driver none: --memory 0 </dev/null "
+                          "2>/dev/null";
+  EXPECT_EQ(WEXITSTATUS(std::system(run.c_str())), 6);
+  const std::string bare = std::string(TANDEM_DEVICE) + " 2>/dev/null";
+  EXPECT_EQ(WEXITSTATUS(std::system(bare.c_str())), 2);
+}
+
+}  // namespace
+}  // namespace tandem

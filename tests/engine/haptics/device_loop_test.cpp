@@ -1,0 +1,257 @@
+// A device's loop and a controller's end of it, in one thread and in virtual time.
+#include "engine/haptics/device_loop.h"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "engine/haptics/process_device.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::int64_t kPeriod = DeviceLoop::kPeriodNs;
+
+class HandClock : public LoopClock {
+ public:
+  std::int64_t NowNs() noexcept override { return now_ns; }
+  std::int64_t ThreadCpuNs() noexcept override { return now_ns; }
+  void SleepUntil(std::int64_t deadline_ns) noexcept override { now_ns = deadline_ns; }
+  std::int64_t now_ns = kPeriod;
+};
+
+/// A handle that goes a micrometre a tick, so that a force tells which tick it answers.
+class CountingDriver : public Device {
+ public:
+  void Start() noexcept override { started = true; }
+  Anchor Read() noexcept override {
+    Anchor handle;
+    handle.X_WA.p.x() = 1e-6 * ++reads;
+    return handle;
+  }
+  void Render(const Wrench& F_D_W) noexcept override { given = F_D_W; }
+  void Stop() noexcept override { given = {}; }
+  DeviceCapabilities capabilities() const noexcept override { return can; }
+  bool failed() const noexcept override { return in_trouble; }
+
+  DeviceCapabilities can;
+  Wrench given;
+  int reads = 0;
+  bool started = false;
+  bool in_trouble = false;
+};
+
+/// Both ends. The controller answers within the wait of a tick, a quarter of a millisecond later.
+class Link {
+ public:
+  Link() : memory(std::make_unique<DeviceMemory>()) {
+    loop = std::make_unique<DeviceLoop>(driver, *memory, clock, DeviceLoop::Options{{12, 0.5}});
+    controller = std::make_unique<ProcessDevice>(*memory);
+    loop->SetWait(
+        [](void* of, std::uint32_t, std::int64_t until_ns) {
+          static_cast<Link*>(of)->WhileWaiting(until_ns);
+        },
+        this);
+  }
+  void Tick(bool alive = true) {
+    answers = alive;
+    answered = false;
+    const std::int64_t deadline_ns = clock.now_ns;
+    loop->Tick({.deadline_ns = deadline_ns});
+    if (alive && !answered) Answer();  // it was not waited for
+    clock.now_ns = deadline_ns + kPeriod;
+  }
+  void Ticks(int count, bool alive = true) {
+    for (int i = 0; i < count; ++i) Tick(alive);
+  }
+  void Begin() {
+    Ticks(3);
+    controller->Start();
+    Ticks(1200);
+  }
+  SafetyState state() const { return loop->guard().state(); }
+
+  HandClock clock;
+  CountingDriver driver;
+  std::unique_ptr<DeviceMemory> memory;
+  std::unique_ptr<DeviceLoop> loop;
+  std::unique_ptr<ProcessDevice> controller;
+  double force_at_micrometre = 1;  // N
+  bool answers = true;
+  bool answered = false;
+
+ private:
+  void WhileWaiting(std::int64_t until_ns) {
+    if (answers && clock.now_ns + kPeriod / 4 <= until_ns) {
+      clock.now_ns += kPeriod / 4;
+      Answer();
+    } else {
+      clock.now_ns = until_ns;
+    }
+  }
+  void Answer() {
+    answered = true;
+    const Anchor handle = controller->Read();
+    Wrench force;
+    // of the tick's last three digits
+    force.f.x() = force_at_micrometre * 1e-3 * std::fmod(std::round(1e6 * handle.X_WA.p.x()), 1000);
+    controller->Render(force);
+  }
+};
+
+TEST(DeviceLoop, TheForceOfATicksInputIsWrittenInThatTick) {
+  Link link;
+  link.Begin();
+  ASSERT_EQ(link.state(), SafetyState::kOn);
+  for (int i = 0; i < 500; ++i) {
+    link.Tick();
+    EXPECT_NEAR(link.driver.given.f.x(), 1e-3 * (link.driver.reads % 1000), 1e-9);
+  }
+  const DeviceTimes times = link.loop->times();
+  EXPECT_GE(times.answered, 1700U);
+  EXPECT_LE(times.unanswered, 1U);
+  EXPECT_NEAR(static_cast<double>(times.read_to_write_max_ns), kPeriod / 4, kPeriod / 64);
+}
+
+TEST(DeviceLoop, StartReachesTheDriverAndNothingIsGivenBefore) {
+  Link link;
+  link.Ticks(50);
+  EXPECT_FALSE(link.driver.started);
+  EXPECT_TRUE(link.driver.given.f.isZero());
+  EXPECT_EQ(link.state(), SafetyState::kOff);
+  link.controller->Start();
+  link.Ticks(3);
+  EXPECT_TRUE(link.driver.started);
+  EXPECT_EQ(link.state(), SafetyState::kRamping);
+}
+
+TEST(DeviceLoop, ADeadControllerLeavesDampingAfterFiveMillisecondsAndNothingAfterTwenty) {
+  Link link;
+  link.Begin();
+  const double before = link.driver.given.f.x();
+  ASSERT_GT(before, 0.1);
+  const std::int64_t last_ns = link.clock.now_ns - kPeriod;  // when the last answered tick was read
+  link.Ticks(4, false);
+  EXPECT_EQ(link.state(), SafetyState::kOn);
+  link.Tick(false);
+  // the wait for an answer ends when the last one is five milliseconds old
+  EXPECT_EQ(link.state(), SafetyState::kDamping);
+  EXPECT_LE(link.clock.now_ns - kPeriod - last_ns, MotorGuard::kDampingNs);
+  link.Ticks(15, false);
+  EXPECT_TRUE(link.driver.given.f.isZero());
+  EXPECT_EQ(link.state(), SafetyState::kExpired);
+}
+
+TEST(DeviceLoop, AnOrderIsAsOldAsTheInputThatItAnswers) {
+  Link link;
+  link.Begin();
+  // it goes on publishing, always the answer to one tick
+  DeviceOrder stuck;
+  ASSERT_TRUE(link.memory->order.Read(stuck));
+  for (int i = 0; i < 25; ++i) {
+    link.memory->order.Write(stuck);
+    link.Tick(false);
+  }
+  EXPECT_EQ(link.state(), SafetyState::kExpired);
+  // and an answer to what has not been asked yet counts as none
+  stuck.tick += 1000;
+  stuck.input_ns += 1'000'000'000;
+  stuck.ramps += 1;
+  link.memory->order.Write(stuck);
+  link.Tick(false);
+  EXPECT_TRUE(link.driver.given.f.isZero());
+}
+
+TEST(DeviceLoop, ForceComesBackByItselfAfterLatenessOnly) {
+  Link link;
+  link.Begin();
+  link.Ticks(30, false);
+  ASSERT_EQ(link.state(), SafetyState::kExpired);
+  link.Ticks(90);
+  EXPECT_EQ(link.state(), SafetyState::kExpired);
+  link.Ticks(20);
+  EXPECT_EQ(link.state(), SafetyState::kRamping);
+  link.Ticks(1100);
+  EXPECT_EQ(link.state(), SafetyState::kOn);
+
+  link.driver.in_trouble = true;
+  link.Ticks(5);
+  link.driver.in_trouble = false;
+  link.Ticks(500);
+  EXPECT_EQ(link.state(), SafetyState::kFault);
+  link.controller->Resume();
+  link.Ticks(1200);
+  EXPECT_EQ(link.state(), SafetyState::kOn);
+}
+
+TEST(DeviceLoop, AnEmergencyStopReachesTheMotorInTheSameTick) {
+  Link link;
+  link.force_at_micrometre = 12;
+  link.Begin();
+  ASSERT_GT(link.driver.given.f.x(), 1);
+  link.controller->Stop();
+  link.Tick();
+  EXPECT_EQ(link.state(), SafetyState::kStopped);
+  link.Ticks(6);
+  EXPECT_TRUE(link.driver.given.f.isZero());
+  link.Ticks(300);
+  EXPECT_EQ(link.controller->safety().state, SafetyState::kStopped);
+  EXPECT_EQ(link.controller->safety().counts.stops, 1U);
+  link.controller->Resume();
+  link.Ticks(1200);
+  EXPECT_EQ(link.state(), SafetyState::kOn);
+}
+
+TEST(DeviceLoop, TheControllerIsToldTheLimitsInForce) {
+  DeviceMemory memory;
+  CountingDriver driver;
+  driver.can.peak = {std::numeric_limits<double>::quiet_NaN(), 0.7};
+  driver.can.stiffness = 600;
+  driver.can.freedoms_out = 3;
+  driver.can.asks_us = true;
+  driver.can.workspace.Add(Vec3(-0.1, -0.2, -0.3));
+  driver.can.workspace.Add(Vec3(0.1, 0.2, 0.3));
+  HandClock clock;
+  const DeviceLoop loop(driver, memory, clock, {{5, 0.2}});
+  const ProcessDevice controller(memory);
+  const DeviceCapabilities can = controller.capabilities();
+  EXPECT_EQ(can.peak.force, 0);
+  EXPECT_EQ(can.peak.moment, 0.2);
+  EXPECT_EQ(can.stiffness, 600);
+  EXPECT_EQ(can.freedoms_in, 6);
+  EXPECT_EQ(can.freedoms_out, 3);
+  EXPECT_TRUE(can.asks_us);
+  EXPECT_EQ(can.workspace.min, Vec3(-0.1, -0.2, -0.3));
+}
+
+TEST(ProcessDevice, ASilentDeviceLeavesTheHandAtRestWhereItWas) {
+  Link link;
+  link.Begin();
+  const Vec3 last = link.controller->Read().X_WA.p;
+  Anchor handle;
+  for (int i = 0; i < 10; ++i) handle = link.controller->Read();
+  EXPECT_EQ(handle.X_WA.p, last);
+  EXPECT_TRUE(handle.V_WA.v.isZero());
+  EXPECT_GE(link.controller->silent_frames(), ProcessDevice::kSilent);
+}
+
+TEST(Device, CouplingGainsStayWithinWhatItBears) {
+  const CouplingGains gains{800, 8, Vec3(0.4, 0.2, 0.1).asDiagonal(), 0.004 * Mat3::Identity()};
+  const CouplingGains all = BorneBy({}, gains);
+  EXPECT_EQ(all.stiffness, 800);
+  EXPECT_EQ(all.rotation_stiffness, gains.rotation_stiffness);
+  DeviceCapabilities weak;
+  weak.stiffness = 500;
+  weak.damping = 5;
+  weak.rotation_stiffness = 0.1;
+  const CouplingGains borne = BorneBy(weak, gains);
+  EXPECT_EQ(borne.stiffness, 500);
+  EXPECT_EQ(borne.damping, 5);
+  EXPECT_NEAR((borne.rotation_stiffness.diagonal() - Vec3(0.1, 0.05, 0.025)).norm(), 0, 1e-15);
+  EXPECT_EQ(borne.rotation_damping, gains.rotation_damping);
+}
+
+}  // namespace
+}  // namespace tandem

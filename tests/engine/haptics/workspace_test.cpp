@@ -1,0 +1,136 @@
+#include "engine/haptics/workspace.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+/// A handle where the test says.
+class PlacedDevice : public Device {
+ public:
+  void Start() noexcept override {}
+  Anchor Read() noexcept override { return handle; }
+  void Render(const Wrench& F_D_W) noexcept override { given = F_D_W; }
+  DeviceCapabilities capabilities() const noexcept override {
+    DeviceCapabilities can;
+    can.stiffness = 600;
+    can.workspace.Add(Vec3(-0.1, -0.1, -0.1));
+    can.workspace.Add(Vec3(0.1, 0.1, 0.1));
+    return can;
+  }
+  Anchor handle;
+  Wrench given;
+};
+
+void Order(Workspace& workspace, const WorkspaceOrder& order) {
+  workspace.orders().back() = order;
+  workspace.orders().Publish();
+}
+
+TEST(Workspace, WithoutAnOrderTheHandleIsItself) {
+  PlacedDevice device;
+  Workspace workspace(device);
+  device.handle = {{RotationBy(Vec3(0.1, 0.2, 0.3)), Vec3(1, 2, 3)}, {Vec3(1, 0, 0), Vec3(0, 1, 0)}};
+  workspace.Read();
+  device.handle.X_WA.p += Vec3(0.01, 0, 0);
+  const Anchor mapped = workspace.Read();
+  EXPECT_NEAR((mapped.X_WA.p - device.handle.X_WA.p).norm(), 0, 1e-15);
+  EXPECT_NEAR(mapped.X_WA.q.angularDistance(device.handle.X_WA.q), 0, 1e-7);
+  EXPECT_EQ(mapped.V_WA.v, Vec3(0, 1, 0));
+}
+
+TEST(Workspace, ScalesAndTurnsByTheView) {
+  PlacedDevice device;
+  WorkspaceOrder order;
+  order.scale = 5;
+  order.q_WV = RotationBy(Vec3(0, 0, M_PI / 2));  // the device's x is the scene's y
+  Workspace workspace(device, order);
+  workspace.Read();
+  device.handle.X_WA.p = Vec3(0.02, 0, 0);
+  device.handle.X_WA.q = RotationBy(Vec3(0.3, 0, 0));
+  device.handle.V_WA = {Vec3(1, 0, 0), Vec3(0.1, 0, 0)};
+  const Anchor mapped = workspace.Read();
+  EXPECT_NEAR((mapped.X_WA.p - Vec3(0, 0.1, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR(mapped.X_WA.q.angularDistance(RotationBy(Vec3(0, 0.3, 0))), 0, 1e-7);
+  EXPECT_NEAR((mapped.V_WA.v - Vec3(0, 0.5, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR((mapped.V_WA.w - Vec3(0, 1, 0)).norm(), 0, 1e-12);
+  workspace.Render({Vec3(0, 0.1, 0), Vec3(0, 3, 0)});
+  EXPECT_NEAR((device.given.f - Vec3(3, 0, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR((device.given.tau - Vec3(0.1, 0, 0)).norm(), 0, 1e-12);
+  // 120 N/m of the scene are felt as 600
+  EXPECT_EQ(workspace.capabilities().stiffness, 120);
+}
+
+TEST(Workspace, AClutchLetsTheHandGoBackWhileThePartStays) {
+  PlacedDevice device;
+  Workspace workspace(device, {.scale = 2});
+  workspace.Read();
+  device.handle.X_WA.p = Vec3(0.1, 0, 0);
+  EXPECT_NEAR(workspace.Read().X_WA.p.x(), 0.2, 1e-12);
+  Order(workspace, {.scale = 2, .clutch = true});
+  for (int i = 0; i <= 100; ++i) {
+    device.handle.X_WA.p.x() = 0.1 - 0.002 * i;
+    device.handle.V_WA.v.x() = -2;
+    const Anchor mapped = workspace.Read();
+    EXPECT_NEAR(mapped.X_WA.p.x(), 0.2, 1e-12);
+    EXPECT_TRUE(mapped.V_WA.v.isZero());
+    workspace.Render({Vec3::Zero(), Vec3(3, 0, 0)});
+    EXPECT_TRUE(device.given.f.isZero());
+  }
+  Order(workspace, {.scale = 2});
+  EXPECT_NEAR(workspace.Read().X_WA.p.x(), 0.2, 1e-12);
+  device.handle.X_WA.p.x() += 0.05;
+  EXPECT_NEAR(workspace.Read().X_WA.p.x(), 0.3, 1e-12);
+}
+
+// Whatever is changed, and whenever: the mapped handle goes no farther in a frame than its hand.
+TEST(Workspace, NoChangeIsAJump) {
+  PlacedDevice device;
+  Workspace workspace(device);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> share(-1, 1);
+  Pose last = workspace.Read().X_WA;
+  WorkspaceOrder order;
+  for (int i = 0; i < 20'000; ++i) {
+    if (random() % 50 == 0) {
+      order.scale = random() % 40 == 0 ? std::nan("") : std::pow(10, share(random));
+      order.q_WV = RotationBy(3 * Vec3(share(random), share(random), share(random)));
+      order.clutch = random() % 3 == 0;
+      order.recentre = random() % 2 == 0 ? 0.3 : 0;
+      Order(workspace, order);
+    }
+    const Vec3 step = 2e-4 * Vec3(share(random), share(random), share(random));
+    const Vec3 turn = 2e-3 * Vec3(share(random), share(random), share(random));
+    device.handle.X_WA.p += step;
+    device.handle.X_WA.q = RotationBy(turn) * device.handle.X_WA.q;
+    const Pose mapped = workspace.Read().X_WA;
+    EXPECT_LE((mapped.p - last.p).norm(), 10 * 1.3 * step.norm() + 1e-12) << i;
+    EXPECT_LE(mapped.q.angularDistance(last.q), turn.norm() + 1e-7) << i;
+    last = mapped;
+  }
+}
+
+TEST(Workspace, RecentringLeadsAHandThatWorksOutsideBackToTheMiddle) {
+  PlacedDevice device;
+  Workspace workspace(device, {.recentre = 0.2});
+  workspace.Read();
+  // the user holds the mapped handle about 80 mm from where it began, and trembles 5 mm
+  const double goal = 0.08;
+  for (int i = 0; i < 60'000; ++i) {
+    const double wanted = goal + 0.005 * std::sin(0.02 * i);
+    const double off = wanted - workspace.Read().X_WA.p.x();
+    device.handle.X_WA.p.x() += 0.05 * off;
+  }
+  EXPECT_NEAR(workspace.Read().X_WA.p.x(), goal, 0.01);
+  EXPECT_LT(std::abs(device.handle.X_WA.p.x()), 0.02);
+  // at rest nothing moves
+  const Pose before = workspace.Read().X_WA;
+  for (int i = 0; i < 1000; ++i) workspace.Read();
+  EXPECT_EQ(workspace.Read().X_WA.p, before.p);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,68 @@
+#include "engine/safety/mean_limit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+constexpr std::int64_t kMilli = 1'000'000;
+
+/// The largest mean over any ten seconds of forces of a millisecond each.
+double LargestMean(const std::vector<double>& forces) {
+  constexpr std::size_t kWindow = 10'000;
+  double sum = 0;
+  double largest = 0;
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    sum += forces[i] - (i >= kWindow ? forces[i - kWindow] : 0);
+    largest = std::max(largest, sum / kWindow);
+  }
+  return largest;
+}
+
+TEST(MeanLimit, TheMeanOfAnyTenSecondsStaysWithinTheContinuousForce) {
+  std::mt19937 random(7);
+  for (int run = 0; run < 10; ++run) {
+    MeanLimit limit(0.88, 3.3);
+    std::vector<double> given;
+    double wanted = 3.3;
+    for (int i = 0; i < 60'000; ++i) {
+      if (run > 0 && random() % 3000 == 0) wanted = 3.3 * static_cast<double>(random() % 3) / 2;
+      given.push_back(std::min(wanted, limit.Allowed()));
+      limit.Gave(given.back(), kMilli);
+    }
+    EXPECT_LE(LargestMean(given), 0.88 + 1e-9) << run;
+    // what is always wanted gets nearly all that the motor bears
+    if (run == 0) {
+      EXPECT_GE(LargestMean(given), 0.9 * 0.88);
+    }
+  }
+}
+
+TEST(MeanLimit, FadesAndDoesNotDrop) {
+  MeanLimit limit(2, 10);
+  double last = limit.Allowed();
+  EXPECT_EQ(last, 10);
+  for (int i = 0; i < 30'000; ++i) {
+    limit.Gave(limit.Allowed(), kMilli);
+    EXPECT_LE(std::abs(limit.Allowed() - last), 0.5) << i;
+    last = limit.Allowed();
+  }
+}
+
+TEST(MeanLimit, AMotorThatBearsItsPeakForEverIsNotHeldBack) {
+  MeanLimit limit(5, 5);
+  for (int i = 0; i < 30'000; ++i) limit.Gave(5, kMilli);
+  EXPECT_EQ(limit.Allowed(), 5);
+}
+
+TEST(MeanLimit, WithoutAContinuousForceThereIsNone) {
+  EXPECT_EQ(MeanLimit(0, 5).Allowed(), 0);
+}
+
+}  // namespace
+}  // namespace tandem
