@@ -1,10 +1,12 @@
 #include "app/reach/scene_search.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/reach/recent_scenes.h"
 #include "engine/world/scene.h"
 #include "engine/world/scene_hash.h"
 #include "tests/support/scratch_folder.h"
@@ -73,6 +75,24 @@ TEST_F(SceneSearch, TakesTheFileToldOfWhereItIsTheScene) {
   const fs::path told = MakeScene("theirs/peg.json", 0.2);
   MakeScene("own/peg.json", 0.2);
   EXPECT_EQ(FindScene(Wanted(told, told), {scratch_.path() / "own"}), told);
+}
+
+TEST_F(SceneSearch, RemembersTheScenesOpenedLastNewestFirstAsFarAsTheyAreThere) {
+  EXPECT_TRUE(RecentScenes().empty());
+  std::vector<fs::path> made;
+  for (int i = 0; i < 12; ++i) {
+    made.push_back(MakeScene("own/s" + std::to_string(i) + ".json", 0.2));
+    RememberScene(made.back());
+  }
+  RememberScene(made[5]);
+  std::vector<fs::path> recent = RecentScenes();
+  ASSERT_EQ(recent.size(), 10U);
+  EXPECT_EQ(recent[0], made[5]);
+  EXPECT_EQ(recent[1], made[11]);
+  EXPECT_EQ(std::count(recent.begin(), recent.end(), made[5]), 1);
+  fs::remove(made[11]);
+  recent = RecentScenes();
+  EXPECT_EQ(recent[1], made[10]);
 }
 
 TEST_F(SceneSearch, LooksInTheCurrentFolderAndThoseOfScenesNamedLast) {
