@@ -32,7 +32,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/world", {"engine/realtime", "engine/dynamics", "engine/contact"});
     may_see("engine/haptics", {"engine/world"});
     may_see("collab", {"engine/haptics"});
-    may_see("collab/dds", {"collab"});
+    may_see("collab/controller", {"collab"});
+    may_see("collab/dds", {"collab", "collab/controller"});
     may_see("collab/simulated", {"collab"});
     may_see("collab/recording", {"collab"});
     may_see("collab/lab", {"collab/simulated", "collab/recording"});
