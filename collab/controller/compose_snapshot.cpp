@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "collab/controller/control_server.h"
 #include "collab/controller/plain.h"
 
@@ -74,16 +72,6 @@ ControllerSnapshot ControlServer::Snapshot() const {
     const auto body = static_cast<std::size_t>(snapshot.hand.body);
     const Pose X_W = facts_.instances[i].X_WB * known.bodies[body].X_WB0.Inverse();
     snapshot.instances.push_back({facts_.instances[i].peer, body, Plain(X_W)});
-  }
-  for (SnapshotPeer& peer : snapshot.peers) {
-    for (std::size_t b = 0; b < known.bodies.size(); ++b) {
-      // a part of a body is held with it, and is not told of
-      if (known.bodies[b].object != b) continue;
-      const auto& holders = snapshot.bodies[b].holders;
-      if (std::find(holders.begin(), holders.end(), peer.id) != holders.end()) {
-        peer.held.push_back(b);
-      }
-    }
   }
   return snapshot;
 }

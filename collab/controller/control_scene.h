@@ -18,7 +18,7 @@ struct ControlScene {
     bool shared = false;
     int moving = -1;  // its number among the moving ones, or of the one that it is a part of
     ObjectId object = kNoObject;  // of that one
-    Pose X_WB0;                   // first pose of that one; of a fixed body its file's frame
+    Pose X_WB0{};                 // first pose of that one; of a fixed body its file's frame
   };
 
   std::uint64_t number = 0;  // counts loads

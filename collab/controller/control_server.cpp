@@ -47,7 +47,7 @@ void ControlServer::Reply(HostId host, std::uint64_t number, const Answer& answe
 
 void ControlServer::OnScene(std::optional<ControlScene> scene, std::int64_t now_ns) {
   task_.End({false, "another scene has taken the place of the one in hand"});
-  AnswerTask();
+  AnswerTasks();
   if (scene_) old_scene_ = *scene_;
   scene_ = std::move(scene);
   facts_ = {};
@@ -84,7 +84,7 @@ std::optional<Answer> ControlServer::Do(HostId host, std::uint64_t number,
   }
   if (std::holds_alternative<EmergencyStopRequest>(request)) {
     task_.End({false, "emergency stop"});
-    AnswerTask();
+    AnswerTasks();
     if (!std::exchange(stopped_, true)) {
       ++stops_;
       OnLine("emergency stop: the hand lets go, and takes nothing until it is resumed");
@@ -111,21 +111,25 @@ std::optional<Answer> ControlServer::Do(HostId host, std::uint64_t number,
   }
   if (const auto* parameter = std::get_if<SetParameterRequest>(&request)) return Do(*parameter);
   if (const auto* clearance = std::get_if<SetClearanceRequest>(&request)) return Do(*clearance);
-
   std::optional<Answer> answer;
+  const std::uint64_t tag = next_tag_++;
+  tasks_[tag] = {host, number};
+  task_.Next(tag);
   if (const auto* grab = std::get_if<GrabRequest>(&request)) answer = Do(host, *grab, now_ns);
   if (const auto* ask = std::get_if<AskForRequest>(&request)) answer = Do(host, *ask, now_ns);
   if (const auto* give = std::get_if<GiveRequest>(&request)) answer = Do(host, *give, now_ns);
   if (const auto* back = std::get_if<RetraceRequest>(&request)) answer = Do(host, *back, now_ns);
   if (std::holds_alternative<ReleaseRequest>(request)) {
     const std::string why = WhyNotHand(host, false);
-    if (!why.empty()) return Answer{false, why};
-    task_.LetGo(now_ns);
+    if (why.empty()) task_.LetGo(now_ns);
+    if (!why.empty()) answer = Answer{false, why};
   }
-  if (answer) return answer;
-  AnswerTask();  // to the one before it
-  task_of_ = {host, number};
-  return std::nullopt;
+  if (answer) {
+    task_.Next(0);
+    tasks_.erase(tag);
+  }
+  AnswerTasks();  // to the one before it, too
+  return answer;
 }
 
 std::string ControlServer::WhyNotHand(HostId host, bool to_take) const {
@@ -257,14 +261,13 @@ Answer ControlServer::Do(const SetClearanceRequest& request) {
 void ControlServer::OnGoal(HostId id, const HostGoal& goal, std::int64_t now_ns) {
   if (goal.kind == HostGoal::Kind::kGoodbye) return Lose(id, "has left", now_ns);
   Host* host = HostOf(id, now_ns);
-  if (host == nullptr || device_hand_ || id != hand_host_ || stopped_ || !scene_) return;
-  // a beat after a silence brings the goal back that was held still meanwhile
-  const bool back = held_still_;
-  if (goal.kind == HostGoal::Kind::kBeat && !back) return;
-  if (goal.seq == 0 || (goal.seq <= host->goal_seq && !back)) return;
-  host->goal_seq = goal.seq;
-  held_still_ = false;
-  if (goal.kind == HostGoal::Kind::kBeat) return;
+  if (host == nullptr) return;
+  const bool newer = goal.seq > host->goal_seq;
+  host->goal_seq = std::max(host->goal_seq, goal.seq);
+  if (device_hand_ || id != hand_host_ || stopped_ || !scene_) return;
+  // after a silence the goal counts again that was held still meanwhile
+  const bool again = std::exchange(held_still_, false) && goal.seq == host->goal_seq;
+  if (goal.kind == HostGoal::Kind::kBeat || goal.seq <= void_seq_ || !(newer || again)) return;
   if (!goal.X_WG.p.allFinite() || std::abs(goal.X_WG.q.norm() - 1.0) > 1e-3 ||
       !goal.linear.allFinite() || !goal.angular.allFinite()) {
     return;
@@ -274,19 +277,19 @@ void ControlServer::OnGoal(HostId id, const HostGoal& goal, std::int64_t now_ns)
                                                           : GoalOrder::Input::kPush;
   const Pose X_WG{goal.X_WG.q.normalized(), goal.X_WG.p};
   task_.Mean(input, X_WG, goal.linear, goal.angular);
-  AnswerTask();
+  AnswerTasks();
 }
 
 void ControlServer::OnFacts(const SimulationFacts& facts, std::int64_t now_ns) {
   if (!scene_) return;
   facts_ = facts;
   task_.OnFacts(facts, *scene_, now_ns);
-  AnswerTask();
+  AnswerTasks();
 }
 
 void ControlServer::OnNews(const HoldingNews& news, const std::string& line) {
   if (scene_) task_.OnNews(news, line, *scene_);
-  AnswerTask();
+  AnswerTasks();
   OnLine(line);
 }
 
@@ -302,11 +305,20 @@ void ControlServer::OnDone(std::uint64_t job, const Answer& answer) {
   jobs_.erase(asked);
 }
 
-void ControlServer::AnswerTask() {
-  const std::optional<Answer> ended = task_.TakeEnded();
-  if (!ended || task_of_.host == 0) return;
-  Reply(task_of_.host, task_of_.number, *ended);
-  task_of_ = {};
+void ControlServer::AnswerTasks() {
+  while (const std::optional<HandTask::Ended> ended = task_.TakeEnded()) {
+    const auto asked = tasks_.find(ended->tag);
+    if (asked == tasks_.end()) continue;
+    Reply(asked->second.host, asked->second.number, *ended);
+    tasks_.erase(asked);
+  }
+}
+
+void ControlServer::TakeHand(HostId host) {
+  hand_host_ = host;
+  held_still_ = false;
+  const auto known = hosts_.find(host);
+  void_seq_ = known == hosts_.end() ? 0 : known->second.goal_seq;
 }
 
 void ControlServer::Lose(HostId id, const std::string& how, std::int64_t now_ns) {
@@ -319,7 +331,7 @@ void ControlServer::Lose(HostId id, const std::string& how, std::int64_t now_ns)
   held_still_ = false;
   if (device_hand_ || !scene_ || (facts_.held < 0 && !task_.busy())) return;
   task_.LetGo(now_ns);
-  AnswerTask();
+  AnswerTasks();
   lines_.push_back("the host '" + name + "' " + how + ": the hand lets go");
   OnLine(lines_.back());
 }

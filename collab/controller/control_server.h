@@ -21,7 +21,7 @@ struct HostGoal {
   enum class Kind : std::uint8_t { kBeat, kPose, kRate, kPush, kGoodbye };
   Kind kind = Kind::kBeat;
   std::uint32_t seq = 0;  // grows with each goal; a beat has that of the goal before it
-  Pose X_WG;
+  Pose X_WG{};
   Vec3 linear = Vec3::Zero();
   Vec3 angular = Vec3::Zero();
 };
@@ -67,7 +67,8 @@ class ControlServer {
   std::vector<HostAnswer> TakeAnswers();
   /// What happened that a person at the controller should read.
   std::vector<std::string> TakeLines();
-  /// As of the newest facts. Names of bodies are left out: ControlScene has them.
+  /// As of the newest facts. Names of bodies, and what each peer holds, are left out: ControlScene
+  /// and the bodies' holders have them.
   ControllerSnapshot Snapshot() const;
   /// Of snapshots, the highest that a host has asked for; 0: there is no host.
   double rate_hz() const;
@@ -105,8 +106,9 @@ class ControlServer {
   std::string WhyNotHand(HostId host, bool to_take) const;
   /// The moving body of that name, or why there is none.
   Result<int> MovingNamed(const std::string& name) const;
-  void TakeHand(HostId host) { hand_host_ = host; }
-  void AnswerTask();
+  /// From now on that host's goals count, but not those that it has said already.
+  void TakeHand(HostId host);
+  void AnswerTasks();
   void Lose(HostId id, const std::string& how, std::int64_t now_ns);
   void AddHand(ControllerSnapshot& snapshot) const;
   void AddContacts(ControllerSnapshot& snapshot) const;
@@ -117,9 +119,11 @@ class ControlServer {
   ControlScene old_scene_;  // while another is loaded
   std::map<HostId, Host> hosts_;
   HandTask task_;
-  Asked task_of_;  // who has asked for the task
+  std::uint64_t next_tag_ = 1;
+  std::map<std::uint64_t, Asked> tasks_;  // who waits for the answer, by tag
   HostId hand_host_ = 0;
-  bool held_still_ = false;  // its goal, for it is quiet
+  bool held_still_ = false;     // its goal, for it is quiet
+  std::uint32_t void_seq_ = 0;  // its goals up to this one are not to be gone to any more
   bool stopped_ = false;
   std::uint64_t stops_ = 0;
   std::uint64_t next_job_ = 1;

@@ -4,20 +4,24 @@
 
 namespace tandem {
 
-std::optional<Answer> HandTask::TakeEnded() {
-  return std::exchange(ended_, std::nullopt);
+std::optional<HandTask::Ended> HandTask::TakeEnded() {
+  if (ended_.empty()) return std::nullopt;
+  const Ended ended = ended_.front();
+  ended_.pop_front();
+  return ended;
 }
 
 void HandTask::End(const Answer& answer) {
   if (step_ == Step::kNone) return;
   step_ = Step::kNone;
   back_ = false;
-  ended_ = answer;
+  ended_.push_back({answer, tag_});
 }
 
 void HandTask::Begin(Step step, std::int64_t now_ns) {
   End({false, "something else was asked of the hand meanwhile"});
   back_ = false;
+  tag_ = std::exchange(next_tag_, 0);
   Enter(step, now_ns);
 }
 
@@ -32,13 +36,14 @@ bool HandTask::Order(Command::Kind kind, ObjectId object, PeerId to) {
   return false;
 }
 
-void HandTask::Grasp(bool keeps_way) {
+void HandTask::Aim(bool keeps_way, Step then, std::int64_t now_ns) {
   ++order_.grasp_seq;
   order_.body = moving_;
   order_.keeps_way = keeps_way;
   if (keeps_way) order_.at_centre = true;
   peer_->Tell(order_);
-  Order(Command::Kind::kGrab, object_);
+  then_ = then;
+  Enter(Step::kAiming, now_ns);
 }
 
 void HandTask::TellWay(GoalOrder::Way way) {
@@ -50,6 +55,7 @@ void HandTask::TellWay(GoalOrder::Way way) {
 void HandTask::Take(int moving, const GrabRequest& request, const ControlScene& scene,
                     std::int64_t now_ns) {
   Begin(Step::kFreeing, now_ns);
+  then_ = Step::kTaking;
   moving_ = moving;
   object_ = scene.bodies[static_cast<std::size_t>(scene.BodyOfMoving(moving))].object;
   order_.at_centre = !request.grasp_W.has_value();
@@ -61,8 +67,7 @@ void HandTask::Take(int moving, const GrabRequest& request, const ControlScene& 
 
 void HandTask::AskFor(int moving, const ControlScene& scene, std::int64_t now_ns) {
   Take(moving, {}, scene, now_ns);
-  Enter(Step::kAsking, now_ns);
-  Grasp(false);
+  then_ = Step::kAsking;
 }
 
 void HandTask::LetGo(std::int64_t now_ns) {
@@ -114,14 +119,21 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
     case Step::kNone:
       return;
     case Step::kFreeing:
-      if (facts.held == moving_) {
+      if (facts.held >= 0) {
         // asked for in each frame until it is so: a release that is not due does no harm
         Order(Command::Kind::kRelease);
-        if (waited_ns > kStepNs) End({false, "the hand does not let go of " + NameOf(scene)});
+        if (waited_ns > kStepNs) End({false, "the hand does not let go of what it holds"});
         return;
       }
-      Enter(Step::kTaking, now_ns);
-      Grasp(false);
+      Aim(false, then_, now_ns);
+      return;
+    case Step::kAiming:
+      if (facts.goal_device && facts.grasp_seq != order_.grasp_seq) {
+        if (waited_ns > kStepNs) End({false, "the hand does not answer"});
+        return;
+      }
+      Enter(then_, now_ns);
+      Order(Command::Kind::kGrab, object_);
       return;
     case Step::kTaking:
       if (in_hand && back_) {
@@ -186,8 +198,7 @@ void HandTask::TakeNextWay(const SimulationFacts& facts, const ControlScene& sce
   }
   moving_ = facts.way_body;
   object_ = scene.bodies[static_cast<std::size_t>(scene.BodyOfMoving(moving_))].object;
-  Enter(Step::kTaking, now_ns);
-  Grasp(true);
+  Aim(true, Step::kTaking, now_ns);
 }
 
 void HandTask::OnBack(const SimulationFacts& facts, const ControlScene& scene,

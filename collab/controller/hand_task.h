@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 
@@ -15,9 +16,11 @@ namespace tandem {
 /// over, to drive it back along its way. A state machine, fed with what the simulation and the
 /// session say.
 ///
-///   take        [let go of the same body ->] take -> in hand
+///   take        [let go ->] aim -> take -> in hand
 ///   back        go back
-///   undo, reset [take ->] go back -> let go -> forget that way [-> take the next]
+///   undo, reset [aim -> take ->] go back -> let go -> forget that way [-> take the next]
+///
+/// To aim: the hand's device is told of the part first, so that it is there when the part is taken.
 class HandTask {
  public:
   static constexpr std::int64_t kTakeNs = 7'000'000'000;  // nobody's answer is told after 5 s
@@ -25,6 +28,12 @@ class HandTask {
 
   explicit HandTask(ControlledPeer& peer) : peer_(&peer) {}
 
+  struct Ended : Answer {
+    std::uint64_t tag = 0;
+  };
+
+  /// The tag of the task that begins next; 0: nobody waits for its answer.
+  void Next(std::uint64_t tag) noexcept { next_tag_ = tag; }
   /// Each begins a task; the one before it ends, and TakeEnded() has its answer.
   void Take(int moving, const GrabRequest& request, const ControlScene& scene, std::int64_t now_ns);
   void AskFor(int moving, const ControlScene& scene, std::int64_t now_ns);
@@ -38,9 +47,10 @@ class HandTask {
   void OnNews(const HoldingNews& news, const std::string& line, const ControlScene& scene);
 
   bool busy() const noexcept { return step_ != Step::kNone; }
-  bool going_back() const noexcept { return step_ != Step::kNone && back_; }
-  /// The answer to the task that has ended since the last call.
-  std::optional<Answer> TakeEnded();
+  bool going_back() const noexcept {
+    return step_ != Step::kNone && back_;
+  }  /// The answers to tasks that have ended, one after the other.
+  std::optional<Ended> TakeEnded();
 
   /// A goal for the hand; ends a way back.
   void Mean(GoalOrder::Input input, const Pose& X_WG, const Vec3& linear, const Vec3& angular);
@@ -53,6 +63,7 @@ class HandTask {
   enum class Step : std::uint8_t {
     kNone,
     kFreeing,  // lets go, to take again
+    kAiming,
     kTaking,
     kAsking,   // has asked another for it
     kLeaving,  // lets go, and that is all
@@ -65,7 +76,8 @@ class HandTask {
   void Begin(Step step, std::int64_t now_ns);
   void Enter(Step step, std::int64_t now_ns);
   bool Order(Command::Kind kind, ObjectId object = kNoObject, PeerId to = 0);
-  void Grasp(bool keeps_way);
+  /// Tells the device; then comes kAiming, and kTaking or kAsking.
+  void Aim(bool keeps_way, Step then, std::int64_t now_ns);
   void TellWay(GoalOrder::Way way);
   void OnBack(const SimulationFacts& facts, const ControlScene& scene, std::int64_t now_ns);
   /// Undo and reset: takes the part of the newest way, or says that all is done.
@@ -83,8 +95,11 @@ class HandTask {
   bool arrived_ = false;
   bool keep_way_ = false;  // it was not gone to its end
   std::string stopped_by_;
-  int parts_ = 0;  // brought back so far
-  std::optional<Answer> ended_;
+  int parts_ = 0;              // brought back so far
+  Step then_ = Step::kTaking;  // after kAiming
+  std::uint64_t tag_ = 0;
+  std::uint64_t next_tag_ = 0;
+  std::deque<Ended> ended_;
 };
 
 }  // namespace tandem

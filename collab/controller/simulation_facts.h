@@ -41,10 +41,10 @@ struct SimulationFacts {
   std::uint32_t way_seq = 0;
   WayBack::State way = WayBack::State::kIdle;
   int way_body = -1;
-  Pose X_WG;
-  Pose asked;
-  Pose handle;
-  Wrench hand_G_W;            // of the hand on the part, about the grasped point
+  Pose X_WG{};
+  Pose asked{};
+  Pose handle{};
+  Wrench hand_G_W{};          // of the hand on the part, about the grasped point
   double felt = 0;            // N, that the device was given
   bool zeroed = false;        // the guard has stopped the force
   std::uint64_t clamped = 0;  // frames

@@ -22,7 +22,8 @@ void GoalDevice::See(const PartInHand& part) noexcept {
   part_ = part;
   TakeOrder(order);
   if (part_.attached && !was_attached_) {
-    if (!order.keeps_way) way_.Begin(part_.wanted, part_.radius, part_.state.X_WB);
+    const bool to_go_back = order.keeps_way && order.body == part_.wanted;
+    if (!to_go_back) way_.Begin(part_.wanted, part_.radius, part_.state.X_WB);
   }
   was_attached_ = part_.attached;
   if (part_.attached) {
@@ -30,6 +31,10 @@ void GoalDevice::See(const PartInHand& part) noexcept {
     way_.Advance(part_.state.X_WB);
   } else if (part_.wanted >= 0 && part_.wanted == order.body) {
     Grasp(order);
+  } else if (part_.wanted >= 0) {
+    // taken by another than a host: as it stands
+    handle_ = {part_.state.X_WB, {}};
+    asked_ = handle_.X_WA;
   }
 }
 
@@ -82,8 +87,25 @@ Anchor GoalDevice::Read() noexcept {
     handle_.V_WA = {
         Shortened(RotationVector(next.q * before.q.conjugate()) / kFrame, order.limits.spin),
         Shortened((next.p - before.p) / kFrame, order.limits.speed)};
+    Calm(order.limits);
   }
   return handle_;
+}
+
+void GoalDevice::Calm(const GoalLimits& limits) noexcept {
+  // no arm holds this handle: what the coupling's damper lacks, its velocity adds
+  const double k = part_.gains.stiffness;
+  const double damping = part_.gains.damping;
+  if (!(k > 0) || !(damping > 0)) return;
+  const double lack = 2.0 * kDampingRatio * std::sqrt(k * part_.mass) / damping - 1.0;
+  if (lack <= 0) return;
+  const Vec3 arm = part_.state.X_WB.q * part_.X_BG.p;
+  const Twist& body = part_.state.V_WB;
+  const double most = limits.force / damping;
+  const double gyration =
+      std::sqrt(std::max(part_.gains.rotation_stiffness.trace() / (3.0 * k), 1e-12));
+  handle_.V_WA.v += Shortened(lack * (handle_.V_WA.v - (body.v + body.w.cross(arm))), most);
+  handle_.V_WA.w += Shortened(lack * (handle_.V_WA.w - body.w), most / gyration);
 }
 
 Pose GoalDevice::Next(const GoalOrder& order) noexcept {

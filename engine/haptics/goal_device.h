@@ -45,12 +45,13 @@ struct GoalOrder {
 
 /// The part, as the simulation has it at the beginning of a frame.
 struct PartInHand {
-  int wanted = -1;        // into the world's moving bodies: in hand, or asked for
+  int wanted = -1;        // into the world's moving bodies: in hand, asked for, or aimed at
   bool attached = false;  // the hand has grasped it
   RigidState state;       // of that one
   Pose X_BG;              // grasp, once attached
   CouplingGains gains;    // of the hand's coupling to it
-  double radius = 0;      // of the part, m
+  double mass = 0;        // kg, of the part
+  double radius = 0;      // m
 };
 
 /// A user's hand whose input comes from outside the loop, without force feedback: from a mouse, a
@@ -66,6 +67,7 @@ class GoalDevice : public Device {
   static constexpr int kRateFrames = 200;        // that a rate or a push lasts
   static constexpr double kPushYield = 0.02;     // m/s a newton
   static constexpr double kPushTurn = 2.0;       // rad/s a newton metre
+  static constexpr double kDampingRatio = 0.7;   // of part and coupling, at the least
   static constexpr double kMostLeadAngle = 0.5;  // rad
 
   struct Orders {
@@ -74,6 +76,8 @@ class GoalDevice : public Device {
 
   explicit GoalDevice(std::shared_ptr<Orders> orders) : orders_(std::move(orders)) {}
 
+  /// The part that is to be taken next, or was taken last; -1: none.
+  int aimed_at() const noexcept { return orders_->newest.Read().body; }
   /// Before each frame: where the part is.
   void See(const PartInHand& part) noexcept;
 
@@ -94,6 +98,8 @@ class GoalDevice : public Device {
  private:
   void TakeOrder(const GoalOrder& order) noexcept;
   void Grasp(const GoalOrder& order) noexcept;
+  /// Damps what swings at the handle, with no more than the force limit once more.
+  void Calm(const GoalLimits& limits) noexcept;
   /// Where the handle goes in this frame, but for the limit on its lead.
   Pose Next(const GoalOrder& order) noexcept;
   Pose Towards(const Pose& target, const GoalLimits& limits) const noexcept;
@@ -111,7 +117,7 @@ class GoalDevice : public Device {
   std::uint32_t input_seq_ = 0;
   std::uint32_t grasp_seq_ = 0;
   std::uint32_t way_seq_ = 0;
-  int input_frames_ = 0;       // since the newest input
+  int input_frames_ = 0;           // since the newest input
   bool said_since_grasp_ = false;  // a pose, since a part is to be taken
 };
 

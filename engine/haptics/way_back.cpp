@@ -71,7 +71,10 @@ void WayBack::Advance(const Pose& X_WB) noexcept {
     --end_;
   }
   const bool at_beginning = end_ - 1 == first() && Travel(goal_, pose(end_ - 1)) < 1e-9;
-  if (at_beginning && Travel(goal_, X_WB) < kThere) state_ = State::kArrived;
+  if (!at_beginning) return;
+  // what friction or weight keeps from settling is there too, after a while
+  const double left_m = Travel(goal_, X_WB);
+  if (left_m < kSettled || (waited_ > kSettleFrames && left_m < kThere)) state_ = State::kArrived;
 }
 
 }  // namespace tandem

@@ -17,10 +17,12 @@ namespace tandem {
 /// alone; nothing but the constructor allocates.
 class WayBack {
  public:
-  static constexpr double kStep = 1e-3;        // m of travel from one pose to the next
-  static constexpr double kSpeed = 0.25;       // m/s, of the fastest surface point
-  static constexpr double kLead = 0.01;        // m that the goal is ahead of the part at the most
-  static constexpr double kThere = 2e-3;       // m from the way's beginning: arrived
+  static constexpr double kStep = 1e-3;     // m of travel from one pose to the next
+  static constexpr double kSpeed = 0.25;    // m/s, of the fastest surface point
+  static constexpr double kLead = 0.01;     // m that the goal is ahead of the part at the most
+  static constexpr double kSettled = 3e-4;  // m from the way's beginning: arrived
+  static constexpr double kThere = 2e-3;    // m, after kSettleFrames there
+  static constexpr int kSettleFrames = 500;
   static constexpr double kAway = 0.01;        // m from the way's end: somebody else has moved it
   static constexpr int kStuckFrames = 2000;    // without a step of the goal
   static constexpr std::size_t kMost = 16384;  // poses
