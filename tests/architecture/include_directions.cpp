@@ -71,7 +71,7 @@ struct Reserved {
 
 const std::vector<Reserved>& ReservedWords() {
   static const auto* reserved = new std::vector<Reserved>{
-      {std::regex(R"(#\s*include\s*[<"](dds/|ddsc/|tandem\.h))"), "includes DDS", {"collab/dds"}},
+      {std::regex(R"(#\s*include\s*[<"](dds/|ddsc/|tandem(_control)?\.h))"), "includes DDS", {"collab/dds"}},
       {std::regex(R"(#\s*include\s*<assimp/)"), "includes assimp", {"engine/geometry"}},
       {std::regex(R"(#\s*include\s*<Q(t|[A-Z]))"), "includes Qt", {"app/view"}},
       {std::regex(R"(#\s*include\s*<CLI/)"), "includes the command line's library", {"app"}},
