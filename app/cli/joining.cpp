@@ -140,7 +140,12 @@ int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
 }
 
 std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript script,
-                                   const Pose& X_WB0) {
+                                   const Pose& X_WB0, Joining& joining) {
+  if (arguments.goals) {
+    auto device = std::make_unique<GoalDevice>(arguments.goals);
+    joining.goal_device = device.get();
+    return device;
+  }
   if (arguments.device == "none") return std::make_unique<PassiveDevice>(std::move(script), X_WB0);
   return std::make_unique<ScriptedDevice>(std::move(script), X_WB0);
 }
@@ -205,9 +210,9 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
     joining.recorder = *std::move(recorder);
     options.peer.tap = joining.recorder.get();
   }
-  joining.node =
-      std::make_unique<PeerNode>(joining.model, MakeDevice(arguments, std::move(script), X_WB0),
-                                 joining.hash.content, options);
+  joining.node = std::make_unique<PeerNode>(
+      joining.model, MakeDevice(arguments, std::move(script), X_WB0, joining), joining.hash.content,
+      options);
   if (arguments.no_contact) joining.node->world().SwitchContactOff();
   return kExitOk;
 }

@@ -31,6 +31,7 @@ struct Joining {
   FrameCapacity capacity;
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
   std::unique_ptr<PeerNode> node;
+  GoalDevice* goal_device = nullptr;     // the node's; null: it has another kind
   std::unique_ptr<Transport> transport;  // goes first
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +8,7 @@
 #include "app/reach/reach_options.h"
 #include "collab/coupling_law.h"
 #include "collab/link_conditioner.h"
+#include "engine/haptics/goal_device.h"
 
 namespace tandem {
 
@@ -19,6 +21,9 @@ struct PeerArguments {
   std::string hand;
   std::string device = "scripted";
   std::string name;
+  std::string control;  // name of the controller that it is; empty: none
+  std::uint32_t control_domain = 43;
+  std::shared_ptr<GoalDevice::Orders> goals;  // of hosts, which move the hand; null: they do not
   ReachOptions reach;
   std::size_t wait_for = 0;
   double wait_seconds = 60;

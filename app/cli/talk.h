@@ -19,8 +19,15 @@ inline std::string Hex(std::uint64_t value) {
   return digits;
 }
 
+/// The newest line that this thread has said, for those who must tell another program why.
+inline std::string& LastSaid() {
+  thread_local std::string line;
+  return line;
+}
+
 /// A line for a person, on stderr: stdout is for what programs read.
 inline void Say(const std::string& line) {
+  LastSaid() = line;
   std::fprintf(stderr, "tandem: %s\n", line.c_str());
 }
 

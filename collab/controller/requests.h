@@ -51,7 +51,7 @@ struct VoxelizeRequest {
 /// a place for G. The goal of the host is G's place until it says another one.
 struct GrabRequest {
   std::string body;
-  std::optional<std::array<double, 3>> grasp_W;  // m; nothing: the centre of mass
+  std::optional<std::array<double, 3>> grasp_W{};  // m; nothing: the centre of mass
 };
 
 /// Lets go of what is in the hand; no error where nothing is.

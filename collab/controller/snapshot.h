@@ -40,12 +40,12 @@ struct SnapshotContact {
 struct SnapshotPeer {
   std::uint64_t id = 0;
   std::string name;
-  bool active = true;             // else a viewer
-  bool here = true;               // else it has left or fell silent
-  std::string refused;            // why it is not heard; empty: it is
-  double delay_s = 0;             // one way; 0: not known
-  std::vector<std::size_t> held;  // into `bodies`
-  double link_force_N = 0;        // between its hand's body and ours
+  bool active = true;               // else a viewer
+  bool here = true;                 // else it has left or fell silent
+  std::string refused{};            // why it is not heard; empty: it is
+  double delay_s = 0;               // one way; 0: not known
+  std::vector<std::size_t> held{};  // into `bodies`
+  double link_force_N = 0;          // between its hand's body and ours
 };
 
 /// The hand, of whatever device.
