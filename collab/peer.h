@@ -89,6 +89,9 @@ class Peer {
   /// The present pose of the held body, for those in the same thread.
   const RigidState* held_state() const noexcept;
   const StepReport& report() const noexcept { return report_; }
+  /// Whether the hand has grasped what it holds, and there where (the device's place in the body).
+  bool attached() const noexcept { return attached_; }
+  const Pose& grasp() const noexcept { return X_BD_; }
   /// The farthest that a mirror is from the pose that was received of it, m.
   double mirror_lag_m() const noexcept { return remote_.mirror_lag_m(); }
   /// The couplings of the body in hand; null: it is not shared.

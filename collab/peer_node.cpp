@@ -133,10 +133,13 @@ void PeerNode::Leave(std::int64_t now_ns, Transport& transport) {
   transport.Leave();
 }
 
-std::vector<std::string> PeerNode::TakeNews() {
+std::vector<std::string> PeerNode::TakeNews(const OnHand& on_hand) {
   std::vector<std::string> lines = directory_.TakeNews();
   HoldingNews news;
-  while (peer_.news().TryPop(news)) lines.push_back(Told(news));
+  while (peer_.news().TryPop(news)) {
+    lines.push_back(Told(news));
+    if (on_hand) on_hand(news, lines.back());
+  }
   return lines;
 }
 

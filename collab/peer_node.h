@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,7 +37,9 @@ class PeerNode {
            std::uint64_t scene_hash, const NodeOptions& options);
 
   PeerInbox& inbox() noexcept { return inbox_; }
+  PeerId id() const noexcept { return options_.peer.id; }
   Peer& peer() noexcept { return peer_; }
+  const Peer& peer() const noexcept { return peer_; }
   World& world() noexcept { return world_; }
   const World& world() const noexcept { return world_; }
   PeerDirectory& directory() noexcept { return directory_; }
@@ -52,7 +55,9 @@ class PeerNode {
   /// Hands on what we answer for and says goodbye; after the last of the three frames.
   void Leave(std::int64_t now_ns, Transport& transport);
   /// What happened since the last call, a line each: who came and went, what became of bodies.
-  std::vector<std::string> TakeNews() TANDEM_RUNS_ON(kControlThread);
+  /// `on_hand`: called first with each of what became of bodies, and its line.
+  using OnHand = std::function<void(const HoldingNews& news, const std::string& line)>;
+  std::vector<std::string> TakeNews(const OnHand& on_hand = {}) TANDEM_RUNS_ON(kControlThread);
   /// The states of what we held, as far as they were sent in time; after the last SendFrame().
   const SentStates& sent_states() const noexcept { return sent_states_; }
   /// Whether as many as a session takes were here before us; told by their beats (PeerDirectory).

@@ -140,14 +140,9 @@ int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
   return kExitOk;
 }
 
-/// Whether a process of its own has the device in hand.
-bool HasProcess(const PeerArguments& arguments) {
-  return arguments.device.find(':') != std::string::npos;
-}
-
 /// Starts that process and says what is in force.
 int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& joining) {
-  if (!HasProcess(arguments)) return kExitOk;
+  if (!HasDeviceProcess(arguments)) return kExitOk;
   Result<std::unique_ptr<DeviceProcess>> device =
       DeviceProcess::Start({.driver = arguments.device,
                             .home_W = X_WB0,
@@ -184,6 +179,11 @@ std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript sc
         WorkspaceOrder{.scale = arguments.device_scale, .recentre = arguments.recentre});
     joining.workspace = workspace.get();
     return workspace;
+  }
+  if (arguments.goals) {
+    auto device = std::make_unique<GoalDevice>(arguments.goals);
+    joining.goal_device = device.get();
+    return device;
   }
   if (arguments.device == "none") return std::make_unique<PassiveDevice>(std::move(script), X_WB0);
   return std::make_unique<ScriptedDevice>(std::move(script), X_WB0);

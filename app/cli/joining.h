@@ -36,6 +36,7 @@ struct Joining {
   std::unique_ptr<Device> handle;         // of that process; outlives the node
   Workspace* workspace = nullptr;         // by which it is mapped; the node's
   std::unique_ptr<PeerNode> node;
+  GoalDevice* goal_device = nullptr;     // the node's; null: it has another kind
   std::unique_ptr<Transport> transport;  // goes first
 };
 

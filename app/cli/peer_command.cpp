@@ -15,6 +15,7 @@
 #include "app/cli/joining.h"
 #include "app/cli/judged_frames.h"
 #include "app/cli/network_plan.h"
+#include "app/cli/peer_control.h"
 #include "app/cli/peer_orders.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/peer_table_text.h"
@@ -110,7 +111,7 @@ std::string Clutch(const PeerArguments& arguments, bool pressed, Joining& joinin
   return pressed ? "the handle moves alone, until 'clutch off'" : "the handle leads again";
 }
 
-int RunOnce(PeerArguments& arguments) {
+int RunOnce(PeerArguments& arguments, PeerControl* control) {
   for (const char* ending : {"", ".trace"}) {
     if (arguments.report.empty()) continue;
     const std::string fault = WhyNotWritable(arguments.report + ending);
@@ -124,6 +125,7 @@ int RunOnce(PeerArguments& arguments) {
   if (const int failed = Join(arguments, joining); failed != kExitOk) return failed;
   PeerNode& node = *joining.node;
   Transport& transport = *joining.transport;
+  if (control != nullptr) control->Begin(arguments, joining);
   const std::atomic<bool>& stop_asked = StopOnSignals();
 
   // the haptic thread says when it has begun and when it has done its frames; it goes on until
@@ -152,7 +154,9 @@ int RunOnce(PeerArguments& arguments) {
         kHapticThread.Enter();
         const std::int64_t cpu_ns = MachineClock().ThreadCpuNs();
         if (capacity) node.peer().SetCapacity(capacity->tests());
+        if (control != nullptr) control->BeforeFrame();
         node.HapticFrame(now_ns);
+        if (control != nullptr) control->AfterFrame(now_ns);
         const std::int64_t took_ns = MachineClock().ThreadCpuNs() - cpu_ns;
         if (capacity) capacity->Count(node.peer().report(), 1e-9 * static_cast<double>(took_ns));
         const bool hand_moves =
@@ -181,6 +185,9 @@ int RunOnce(PeerArguments& arguments) {
   const RealtimeStatus& realtime = haptic.realtime();
   if (!realtime.warning.empty()) Say(realtime.warning);
   if (arguments.require_rt && !realtime.fifo) {
+    haptic.Stop();
+    haptic.Join();
+    if (control != nullptr) control->End();
     transport.Leave();
     return Fail(kExitNotRealTime, "not real-time, and --require-rt was given");
   }
@@ -208,11 +215,12 @@ int RunOnce(PeerArguments& arguments) {
   bool waiting_told = false;  // that the hand waits for others
   bool hand_told = false;     // that the hand has begun
   bool quit = false;
+  const PeerNode::OnHand on_hand = control != nullptr ? control->on_hand() : PeerNode::OnHand();
   int exit_code = kExitOk;
   while (!stop_asked.load()) {
     const std::int64_t now_ns = MonotonicNowNs();
     node.ControlFrame(now_ns, transport);
-    for (const std::string& news : node.TakeNews()) Say(news);
+    for (const std::string& news : node.TakeNews(on_hand)) Say(news);
     if (joining.device) {
       if (const std::string news = joining.device->News(); !news.empty()) Say(news);
     }
@@ -258,13 +266,19 @@ int RunOnce(PeerArguments& arguments) {
           ParseOrder(line, *joining.model, node.directory(), joining.unequal.has_value());
       if (!order) {
         Say(order.error().what);
-      } else if (!node.peer().commands().TryPush(*order)) {
+      } else if (control != nullptr ? !control->Order(*order)
+                                    : !node.peer().commands().TryPush(*order)) {
         Say("too many orders at once: '" + line + "' is not obeyed");
-      } else if (const std::string answer = Answer(*order, *joining.model); !answer.empty()) {
+      } else if (const std::string answer = AnswerTo(*order, *joining.model); !answer.empty()) {
         Say(answer);
       }
     }
-    if (quit) break;
+    if (control != nullptr) {
+      const PeerControl::Wish wish = control->Turn(table);
+      quit = quit || wish == PeerControl::Wish::kQuit;
+      if (wish == PeerControl::Wish::kJoinAgain) exit_code = kJoinAgain;
+    }
+    if (quit || exit_code == kJoinAgain) break;
     if (now_ns - opened_ns < kNewcomerNs && node.OneTooMany()) {
       exit_code =
           Fail(kExitNetwork, "session " + arguments.session + " has " + std::to_string(kMaxPeers) +
@@ -303,6 +317,7 @@ int RunOnce(PeerArguments& arguments) {
   }
   haptic.Stop();
   haptic.Join();
+  if (control != nullptr) control->End();
   sender.Stop();
   sender.Join();
   if (joining.device) joining.device->End();
@@ -366,8 +381,20 @@ int RunPeer(PeerArguments& arguments) {
       std::filesystem::file_size(arguments.record, not_there) > 0) {
     return Fail(kExitFile, arguments.record + " exists already: recordings are never overwritten");
   }
+  std::unique_ptr<PeerControl> control;
+  if (!arguments.control.empty()) {
+    Result<std::unique_ptr<PeerControl>> opened = PeerControl::Open(arguments);
+    if (!opened) return Fail(kExitNetwork, opened.error().what);
+    control = *std::move(opened);
+  }
   int exit_code = kJoinAgain;
-  while (exit_code == kJoinAgain) exit_code = RunOnce(arguments);
+  while (exit_code == kJoinAgain) {
+    if (control) control->TakeLoad(arguments);
+    exit_code = RunOnce(arguments, control.get());
+    // a scene that a host asked for and that cannot be: the one before it goes on
+    const bool failed = exit_code != kJoinAgain && exit_code != kExitOk;
+    if (failed && control && control->RevertLoad(arguments, LastSaid())) exit_code = kJoinAgain;
+  }
   return exit_code;
 }
 

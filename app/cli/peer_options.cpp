@@ -124,6 +124,19 @@ void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
       ->check(NumberFrom(10, 1000));
 }
 
+void AddControlOptions(CLI::App& command, PeerArguments& arguments) {
+  CLI::Option* control = command.add_option(
+      "--control", arguments.control,
+      "be the controller of that name: programs on this machine attach to it, load scenes, move "
+      "the hand");
+  command
+      .add_option("--control-domain", arguments.control_domain,
+                  "DDS domain of that interface, on loopback")
+      ->check(WholeNumberFrom(0, kMaxDomain))
+      ->needs(control)
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
@@ -139,6 +152,7 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
                    "keep to the scene file's voxels and force parameters where the session has "
                    "others; shared bodies are then not held");
   AddHandOptions(command, arguments);
+  AddControlOptions(command, arguments);
   AddLinkOptions(command, arguments);
   command
       .add_option("--capacity", arguments.capacity,

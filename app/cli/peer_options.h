@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +8,7 @@
 #include "app/reach/reach_options.h"
 #include "collab/coupling_law.h"
 #include "collab/link_conditioner.h"
+#include "engine/haptics/goal_device.h"
 #include "engine/safety/device_limits.h"
 
 namespace tandem {
@@ -25,6 +27,9 @@ struct PeerArguments {
   int core = -1;                             // that the haptic thread keeps to; below 0: any
   int device_core = -1;                      // that the device process keeps to
   std::string name;
+  std::string control;  // name of the controller that it is; empty: none
+  std::uint32_t control_domain = 43;
+  std::shared_ptr<GoalDevice::Orders> goals;  // of hosts, which move the hand; null: they do not
   ReachOptions reach;
   std::size_t wait_for = 0;
   double wait_seconds = 60;
@@ -48,6 +53,11 @@ struct PeerArguments {
   bool as_part = false;  // of a command that starts several: its lines begin with its name
   bool repeats = false;  // another part of it says what there is to say of scene and session
 };
+
+/// Whether a process of its own is to have the device in hand.
+inline bool HasDeviceProcess(const PeerArguments& arguments) {
+  return arguments.device.find(':') != std::string::npos;
+}
 
 void AddPeerOptions(CLI::App& command, PeerArguments& arguments);
 

@@ -86,7 +86,7 @@ std::vector<std::string> HelpOnOrders() {
       "  quit            leave the session, as Ctrl-C does"};
 }
 
-std::string Answer(const Command& order, const WorldModel& model) {
+std::string AnswerTo(const Command& order, const WorldModel& model) {
   char text[240];
   if (order.kind == Command::Kind::kLayer) {
     const bool plain = model.scene.contact == ContactModel::kPlain;

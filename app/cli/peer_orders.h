@@ -20,7 +20,7 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
 std::vector<std::string> HelpOnOrders();
 
 /// What there is to know of an order that is obeyed, in a line; empty: nothing.
-std::string Answer(const Command& order, const WorldModel& model);
+std::string AnswerTo(const Command& order, const WorldModel& model);
 
 /// The lines of standard input, as they come; never waits. Where we run in the background of a
 /// terminal nothing is read, which would stop the program.

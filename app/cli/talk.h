@@ -26,8 +26,15 @@ inline std::string& Speaker() {
   return speaker;
 }
 
+/// The newest line that this thread has said, for those who must tell another program why.
+inline std::string& LastSaid() {
+  thread_local std::string line;
+  return line;
+}
+
 /// A line for a person, on stderr: stdout is for what programs read.
 inline void Say(const std::string& line) {
+  LastSaid() = line;
   const std::string who = Speaker().empty() ? "" : Speaker() + ": ";
   std::fprintf(stderr, "tandem: %s%s\n", who.c_str(), line.c_str());
 }

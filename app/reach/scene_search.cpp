@@ -1,13 +1,10 @@
 #include "app/reach/scene_search.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <fstream>
 #include <string>
 
-#include <unistd.h>
-
 #include "app/program_folders.h"
+#include "app/reach/state_lines.h"
 #include "engine/world/scene.h"
 #include "engine/world/scene_hash.h"
 
@@ -17,35 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kFoldersList = "scene_folders";
 constexpr std::size_t kMostRemembered = 8;    // folders
 constexpr std::size_t kMostFiles = 500;       // of a folder
 constexpr std::uintmax_t kLargest = 1 << 22;  // bytes of a scene file; others hold other things
-
-// Nothing of ours sets the environment.
-std::string Environment(const char* name) {
-  const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
-  return value != nullptr ? value : "";
-}
-
-/// Empty: there is no place for it.
-fs::path StateFile() {
-  fs::path folder = Environment("XDG_STATE_HOME");
-  if (folder.empty() || folder.is_relative()) {
-    const fs::path home = Environment("HOME");
-    if (home.empty()) return {};
-    folder = home / ".local" / "state";
-  }
-  return folder / "tandem" / "scene_folders";
-}
-
-std::vector<fs::path> Remembered() {
-  std::vector<fs::path> folders;
-  std::ifstream stream(StateFile());
-  for (std::string line; folders.size() < kMostRemembered && std::getline(stream, line);) {
-    if (!line.empty()) folders.emplace_back(line);
-  }
-  return folders;
-}
 
 void AddOnce(std::vector<fs::path>& folders, const fs::path& folder) {
   std::error_code unknown;
@@ -86,7 +58,7 @@ std::vector<fs::path> FoldersWithScenes() {
   std::vector<fs::path> folders;
   std::error_code unknown;
   AddOnce(folders, fs::current_path(unknown));
-  for (const fs::path& folder : Remembered()) AddOnce(folders, folder);
+  for (const fs::path& folder : StateLines(kFoldersList, kMostRemembered)) AddOnce(folders, folder);
   AddOnce(folders, SceneFolder());
   return folders;
 }
@@ -117,27 +89,9 @@ std::optional<fs::path> FindScene(const WantedScene& wanted, const std::vector<f
 void RememberSceneFolder(const fs::path& scene) {
   std::error_code failed;
   const fs::path folder = fs::absolute(scene, failed).lexically_normal().parent_path();
-  if (failed || folder.string().find('\n') != std::string::npos) return;
   std::error_code unknown;
-  if (fs::equivalent(folder, SceneFolder(), unknown)) return;  // always looked in
-  std::vector<fs::path> folders = Remembered();
-  if (!folders.empty() && folders.front() == folder) return;
-  std::erase(folders, folder);
-  folders.insert(folders.begin(), folder);
-  folders.resize(std::min(folders.size(), kMostRemembered));
-  const fs::path file = StateFile();
-  if (file.empty()) return;
-  fs::create_directories(file.parent_path(), failed);
-  if (failed) return;
-  // whole or not at all, whoever else does the same
-  const fs::path written = file.string() + "." + std::to_string(getpid());
-  std::ofstream stream(written);
-  for (const fs::path& one : folders) stream << one.string() << '\n';
-  if (stream.flush()) {
-    fs::rename(written, file, failed);
-  } else {
-    fs::remove(written, failed);
-  }
+  if (failed || fs::equivalent(folder, SceneFolder(), unknown)) return;  // always looked in
+  PutFirst(kFoldersList, folder, kMostRemembered);
 }
 
 }  // namespace tandem

@@ -35,6 +35,11 @@ Result<PeerId> MakeMemberKeys(const std::filesystem::path& session, const std::s
 Result<PeerId> MakeRelayKeys(const std::filesystem::path& session, const std::string& name,
                              const std::filesystem::path& out, int days = 365);
 
+/// Makes the keys of one controller and its hosts, for as long as it runs: authorities of their own
+/// in `folder`, which must be empty or not there, and the members' folders `controller` and `host`
+/// in it. The authorities' private keys are removed again: nobody gets keys later.
+Result<bool> MakeControlKeys(const std::filesystem::path& folder);
+
 /// A member's folder, checked: complete, two authorities, its own words well-formed.
 struct MemberKeys {
   std::filesystem::path folder;  // absolute

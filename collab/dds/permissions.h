@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <ctime>
 #include <string>
 
@@ -26,5 +27,15 @@ std::string PermissionsXml(const std::string& name, PeerId peer, Role role, std:
 /// Nothing there is worth having for a peer, so these are of a session of their own.
 std::string RelayPermissionsXml(const std::string& name, PeerId peer, std::time_t from,
                                 std::time_t until);
+
+/// The topics of a controller's command interface, and who says what in which partition.
+inline constexpr std::array<const char*, 5> kControlTopics{"request/1", "answer/1", "goal/1",
+                                                           "scene/1", "snapshot/1"};
+inline constexpr const char* kHostPartition = "host";
+inline constexpr const char* kControllerPartition = "controller";
+
+/// What a controller, or else a host of it, may do in the domain of its command interface.
+std::string ControlPermissionsXml(const std::string& name, PeerId id, bool controller,
+                                  std::time_t from, std::time_t until);
 
 }  // namespace tandem

@@ -1,5 +1,6 @@
 #include "app/reach/scene_search.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <stop_token>
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "app/reach/recent_scenes.h"
 #include "engine/world/scene.h"
 #include "engine/world/scene_hash.h"
 #include "tests/support/scratch_folder.h"
@@ -108,6 +110,24 @@ TEST_F(SceneSearch, GivesUpWhenItIsAskedTo) {
   stop.request_stop();
   EXPECT_EQ(FindScene(Wanted(own, "/nowhere/peg.json"), {own.parent_path()}, stop.get_token()),
             std::nullopt);
+}
+
+TEST_F(SceneSearch, RemembersTheScenesOpenedLastNewestFirstAsFarAsTheyAreThere) {
+  EXPECT_TRUE(RecentScenes().empty());
+  std::vector<fs::path> made;
+  for (int i = 0; i < 12; ++i) {
+    made.push_back(MakeScene("own/s" + std::to_string(i) + ".json", 0.2));
+    RememberScene(made.back());
+  }
+  RememberScene(made[5]);
+  std::vector<fs::path> recent = RecentScenes();
+  ASSERT_EQ(recent.size(), 10U);
+  EXPECT_EQ(recent[0], made[5]);
+  EXPECT_EQ(recent[1], made[11]);
+  EXPECT_EQ(std::count(recent.begin(), recent.end(), made[5]), 1);
+  fs::remove(made[11]);
+  recent = RecentScenes();
+  EXPECT_EQ(recent[1], made[10]);
 }
 
 TEST_F(SceneSearch, LooksInTheCurrentFolderAndThoseOfScenesNamedLast) {

@@ -33,7 +33,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/safety", {"engine/base"});
     may_see("engine/haptics", {"engine/world", "engine/safety"});
     may_see("collab", {"engine/haptics"});
-    may_see("collab/dds", {"collab"});
+    may_see("collab/controller", {"collab"});
+    may_see("collab/dds", {"collab", "collab/controller"});
     may_see("collab/simulated", {"collab"});
     may_see("collab/recording", {"collab"});
     may_see("collab/lab", {"collab/simulated", "collab/recording"});
@@ -72,7 +73,7 @@ struct Reserved {
 
 const std::vector<Reserved>& ReservedWords() {
   static const auto* reserved = new std::vector<Reserved>{
-      {std::regex(R"(#\s*include\s*[<"](dds/|ddsc/|tandem\.h))"), "includes DDS", {"collab/dds"}},
+      {std::regex(R"(#\s*include\s*[<"](dds/|ddsc/|tandem(_control)?\.h))"), "includes DDS", {"collab/dds"}},
       {std::regex(R"(#\s*include\s*<assimp/)"), "includes assimp", {"engine/geometry"}},
       {std::regex(R"(#\s*include\s*<Q(t|[A-Z]))"), "includes Qt", {"app/view"}},
       {std::regex(R"(#\s*include\s*<CLI/)"), "includes the command line's library", {"app"}},

@@ -39,6 +39,24 @@ awk 'NR == 2 && !($3 ^ 2 < 1e-6 && $4 == 0) { print "FAULT: a force before the b
        exit bad
      }' forces
 
+# the example of a host: it attaches to the installed controller and lifts a block off the table
+if [[ -x built/host_application ]]; then
+  export XDG_RUNTIME_DIR=$folder/run
+  mkdir -m 700 "$XDG_RUNTIME_DIR"
+  "$prefix/bin/tandem" peer --session "package-$$" --interface lo --scene example/press.json \
+    --control "package-$$" --brief </dev/null 2>controller &
+  controller=$!
+  for ((i = 0; i < 100; ++i)); do
+    built/host_application "package-$$" block >lifted 2>refused && break
+    sleep 0.1
+  done
+  kill $controller
+  wait $controller || { cat controller; fail "the controller does not end well"; }
+  # free space: the block follows by 20 mm, within 1 mm, and the spring is slack
+  awk '{ if ($2 < 19 || $2 > 21 || $4 ^ 2 > 0.25 || $6 != 0) exit 1 }
+       END { if (NR != 1) exit 1 }' lifted || { cat lifted refused controller; fail "the host does not lift the block"; }
+fi
+
 # a component with a dependency of its own, and one that there is none of
 if [[ -f $(echo "$prefix"/lib/*/cmake/Tandem/TandemDdsTargets.cmake) ]]; then
   mkdir network

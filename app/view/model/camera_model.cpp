@@ -102,6 +102,16 @@ Vec3 CameraModel::PointAtTargetDepth(const Vec2& px) const {
   return target_W_ + MetresPerPixel() * (x * R.col(0) + y * R.col(1));
 }
 
+Ray CameraModel::RayThrough(const Vec2& px) const {
+  const Vec3 eye = eye_W();
+  return {eye, (PointAtTargetDepth(px) - eye).normalized()};
+}
+
+double CameraModel::MetresPerPixelAt(const Vec3& p_W) const {
+  const double depth = (eye_W() - p_W).dot(R_WC().col(2));
+  return 2.0 * std::max(depth, 0.0) * std::tan(kHalfFieldOfView) / height_px_;
+}
+
 Mat4 CameraModel::ViewFromWorld() const {
   const Mat3 R_CW = R_WC().transpose();
   Mat4 X = Mat4::Identity();

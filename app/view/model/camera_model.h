@@ -11,6 +11,12 @@ using Mat4 = Eigen::Matrix4d;
 
 enum class StandardView { kFront, kRight, kTop, kIso };
 
+/// A line of sight.
+struct Ray {
+  Vec3 from_W = Vec3::Zero();
+  Vec3 along_W = Vec3::UnitX();  // a unit vector
+};
+
 /// Where the onlooker stands: a turntable about a target point, Z up, in perspective. Plain
 /// mathematics, no window. Camera frame C: x to the right, y up, z towards the eye; pixels are
 /// logical, from the top left.
@@ -33,6 +39,10 @@ class CameraModel {
   Mat4 Projection() const;
   /// Pixel of a point, or nothing when it is behind the eye.
   std::optional<Vec2> Project(const Vec3& p_W) const;
+  /// Line of sight through a pixel, from the eye.
+  Ray RayThrough(const Vec2& px) const;
+  /// Length in metres of a pixel, across the view, at the depth of a point.
+  double MetresPerPixelAt(const Vec3& p_W) const;
   /// Point under a pixel at the target's depth.
   Vec3 PointAtTargetDepth(const Vec2& px) const;
 

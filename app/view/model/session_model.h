@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "collab/sessions_nearby.h"
 #include "collab/transport.h"
@@ -22,10 +23,15 @@ struct JoinRequest {
   std::string session;
   std::string name;
   std::uint32_t domain = 42;
-  std::string interface;    // empty: the middleware's choice
-  bool from_relay = false;  // the session as its relay shows it
-  bool secured = false;     // by keys, which nobody else has
-  PeerId peer = 0;          // whom the keys belong to; 0: a new id each time
+  std::string interface;                // empty: the middleware's choice
+  bool from_relay = false;              // the session as its relay shows it
+  bool secured = false;                 // by keys, which nobody else has
+  PeerId peer = 0;                      // whom the keys belong to; 0: a new id each time
+  std::vector<std::string> peers = {};  // HOST or HOST:PORT, beyond the local network
+  std::string external_address = {};    // behind a router
+  std::uint16_t port = 0;               // 0: automatic
+  std::string secure = {};              // folder of keys; empty: those of the command line
+  bool chosen_here = false;             // the last four count, not the command line's
 };
 
 /// Enters a session for a viewer of the given id; may take a while. Over DDS in the product.

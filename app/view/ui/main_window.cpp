@@ -10,6 +10,8 @@
 #include <QUrl>
 #include <cmath>
 
+#include "app/view/ui/keys_page.h"
+
 namespace tandem {
 
 namespace {
@@ -18,9 +20,11 @@ constexpr int kRefreshesPerFigures = 12;  // five times a second: digits that ca
 constexpr QSize kFirstSize(1280, 800);
 constexpr int kDockWidth = 350;
 constexpr int kSessionHeight = 260;
+
 }  // namespace
 
-MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<GlInfo>& gl)
+MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<GlInfo>& gl,
+                       HandModel* hand)
     : session_(session), scene_(scene), centre_(new QStackedWidget), page_(new MessagePage) {
   setWindowTitle(tr("Tandem"));
   setCentralWidget(centre_);
@@ -37,7 +41,12 @@ MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<Gl
   }
   connect(page_, &MessagePage::OpenAsked, this, &MainWindow::AskForScene);
   MakeDocks();
-  MakeActions();
+  MakeActions(hand != nullptr);
+  if (hand != nullptr) {
+    desk_ = new HandDesk(*hand, session_, scene_, *this, view_);
+    connect(desk_, &HandDesk::Changed, this, &MainWindow::OnHandChanged);
+  }
+  setAcceptDrops(true);
   MakeStatusBar();
   resize(kFirstSize);
   resizeDocks({session_dock_}, {kDockWidth}, Qt::Horizontal);
@@ -95,11 +104,25 @@ void MainWindow::MakeDocks() {
   resizeDocks({session_dock_, dock}, {kSessionHeight, 2 * kSessionHeight}, Qt::Vertical);
 }
 
-void MainWindow::MakeActions() {
+void MainWindow::MakeActions(bool with_hand) {
   QMenu* session = menuBar()->addMenu(tr("&Session"));
   QAction* open = session->addAction(tr("&Open scene\u2026"), QKeySequence::Open, this,
                                      &MainWindow::AskForScene);
   open->setObjectName("open_scene");
+  recent_menu_ = session->addMenu(tr("Open &recent"));
+  recent_menu_->setObjectName("open_recent");
+  recent_menu_->setEnabled(false);
+  if (with_hand) {
+    QAction* join = session->addAction(tr("&Join\u2026"), QKeySequence(Qt::CTRL | Qt::Key_J), this,
+                                       &MainWindow::AskToJoin);
+    join->setObjectName("join_session_action");
+    QAction* leave = session->addAction(tr("&Leave"), this, [this] {
+      desk_->hand().Leave();
+      session_.Leave();
+    });
+    leave->setObjectName("leave_action");
+    session->addSeparator();
+  }
   session->addAction(tr("Save &picture"), Qt::Key_F12, this, &MainWindow::SaveScreenshot);
   session->addSeparator();
   session->addAction(tr("&Quit"), QKeySequence::Quit, this, &QWidget::close);
@@ -161,7 +184,9 @@ const MessagePage* MainWindow::page() const {
 }
 
 bool MainWindow::ShowsPoses() const {
-  return view_ != nullptr && centre_->currentWidget() == view_ && session_.Picture().samples > 0;
+  if (view_ == nullptr || centre_->currentWidget() != view_) return false;
+  if (desk_ != nullptr && desk_->shows()) return desk_->hand().snapshot().frame > 0;
+  return session_.Picture().samples > 0;
 }
 
 void MainWindow::AskForScene() {
@@ -184,7 +209,12 @@ void MainWindow::AskForScene() {
 }
 
 void MainWindow::OpenScene(const QString& file) {
-  scene_.OpenNamed(file.toStdString());
+  // who looks on at a session keeps looking on
+  if (desk_ != nullptr && session_.state() != SessionModel::State::kJoined) {
+    desk_->Open(file);
+  } else {
+    scene_.OpenNamed(file.toStdString());
+  }
   Q_EMIT SceneChosen(file);
 }
 
@@ -299,6 +329,11 @@ void MainWindow::ShowWarnings() {
     warnings << tr("%1 %2. What is shown of it may be wrong.")
                     .arg(QString::fromStdString(DisplayName(peer)), QString::fromStdString(other));
   }
+  if (desk_ != nullptr) {
+    const bool calm = desk_->hand().ready() && !desk_->hand().stopped();
+    if (!calm && !desk_->StateText().isEmpty()) warnings << desk_->StateText();
+    if (!desk_->Words().isEmpty()) warnings << desk_->Words();
+  }
   if (view_ != nullptr) view_->SetWarning(warnings.join(QLatin1Char('\n')));
 }
 
@@ -318,10 +353,17 @@ void MainWindow::HoldFigures(ViewerPicture& picture, bool take_newest) {
 
 void MainWindow::Refresh() {
   const double now_s = 1e-3 * static_cast<double>(clock_.elapsed());
-  ViewerPicture picture = session_.Picture();
+  const bool own = desk_ != nullptr && desk_->shows();
+  ViewerPicture picture =
+      own ? PictureOf(desk_->hand().snapshot(), desk_->hand().request().name) : session_.Picture();
   if (session_.state() == SessionModel::State::kJoined) scene_.SetSessionScene(picture.scene);
   HoldFigures(picture, refreshes_++ % kRefreshesPerFigures == 0);
-  const DrawList list = composer_.Compose(picture, looks_, now_s, palette_);
+  DrawList list = composer_.Compose(picture, looks_, now_s, palette_);
+  if (own) {
+    desk_->DressPicture(looks_, list);
+  } else if (view_ != nullptr) {
+    view_->SetHand({});
+  }
   shown_ = std::move(picture);
   if (view_ != nullptr) view_->SetDrawList(list);
   ShowWarnings();
@@ -331,13 +373,15 @@ void MainWindow::Refresh() {
   if (!drawn_later) ShowFigures();
   if (session_.state() != SessionModel::State::kJoined && now_s > still_until_s_) {
     refresh_.stop();
+    if (own) return;
     numbers_.stop();
     RefreshNumbers();
   }
 }
 
 void MainWindow::RefreshNumbers() {
-  const std::uint64_t samples = session_.Picture().samples;
+  const bool own = desk_ != nullptr && desk_->shows();
+  const std::uint64_t samples = own ? desk_->snapshots() : session_.Picture().samples;
   const quint64 frames = view_ != nullptr ? view_->frames_drawn() : 0;
   const qint64 now_ms = clock_.isValid() ? clock_.elapsed() : 0;
   const double seconds = 1e-3 * static_cast<double>(now_ms - numbers_at_ms_);
@@ -349,7 +393,7 @@ void MainWindow::RefreshNumbers() {
   status_samples_->setText(tr("%1 samples/s").arg(rate(samples, samples_before_)));
   status_fps_->setText(tr("%1 frames/s").arg(rate(frames, frames_before_)));
   // nothing comes any more, whatever came in the last second
-  if (session_.state() != SessionModel::State::kJoined) {
+  if (!own && session_.state() != SessionModel::State::kJoined) {
     status_samples_->setText(tr("%1 samples/s").arg(0));
   }
   samples_before_ = samples;
@@ -374,20 +418,7 @@ void MainWindow::SaveScreenshot() {
 }
 
 void MainWindow::ShowKeys() {
-  QMessageBox::information(this, tr("Mouse and keys"),
-                           tr("<table cellspacing=4>"
-                              "<tr><td>Left drag</td><td>orbit</td></tr>"
-                              "<tr><td>Middle drag, Shift+left drag</td><td>pan</td></tr>"
-                              "<tr><td>Wheel</td><td>zoom at the cursor</td></tr>"
-                              "<tr><td>Home, F</td><td>fit the scene</td></tr>"
-                              "<tr><td>K</td><td>keep bodies in the picture (ended by pan and zoom)"
-                              "</td></tr>"
-                              "<tr><td>1, 3, 7, 9</td><td>front, right, top, oblique</td></tr>"
-                              "<tr><td>P</td><td>proximity: colours by distance, near voxels, "
-                              "least distance</td></tr>"
-                              "<tr><td>Ctrl+O</td><td>open a scene</td></tr>"
-                              "<tr><td>F12</td><td>save a picture</td></tr>"
-                              "<tr><td>F1</td><td>this page</td></tr></table>"));
+  QMessageBox::information(this, tr("Mouse and keys"), KeysPage(desk_ != nullptr));
 }
 
 }  // namespace tandem

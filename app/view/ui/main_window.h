@@ -10,12 +10,14 @@
 #include <map>
 #include <optional>
 
+#include "app/view/model/hand_model.h"
 #include "app/view/model/peer_table_model.h"
 #include "app/view/model/picture_composer.h"
 #include "app/view/model/proximity_model.h"
 #include "app/view/model/scene_model.h"
 #include "app/view/model/session_model.h"
 #include "app/view/render/gl_check.h"
+#include "app/view/ui/hand_desk.h"
 #include "app/view/ui/message_page.h"
 #include "app/view/ui/session_dock.h"
 #include "app/view/ui/view_widget.h"
@@ -29,10 +31,13 @@ class MainWindow : public QMainWindow {
   Q_OBJECT
 
  public:
-  /// `gl`: what CheckGl() found. The models must outlive the window.
-  MainWindow(SessionModel& session, SceneModel& scene, const Result<GlInfo>& gl);
+  /// `gl`: what CheckGl() found. The models must outlive the window. Without `hand` one can
+  /// only look on.
+  MainWindow(SessionModel& session, SceneModel& scene, const Result<GlInfo>& gl,
+             HandModel* hand = nullptr);
 
   SessionDock& session_dock() { return *session_dock_; }
+  HandDesk* desk() { return desk_; }    // null where one can only look on
   ViewWidget* view() { return view_; }  // null without OpenGL
   /// What stands in the place of the picture; null while the picture is shown.
   const MessagePage* page() const;
@@ -49,12 +54,20 @@ class MainWindow : public QMainWindow {
   }
   /// Opens the scene of a file, as its menu does.
   void OpenScene(const QString& file);
+  /// Joins as the dialog does: to take part, or to look on.
+  void Join(const HandRequest& request, bool active);
+  /// What "Open recent" offers.
+  void SetRecentScenes(const std::vector<std::filesystem::path>& files);
   /// The whole window with the picture in it, finely drawn.
   QImage Screenshot();
 
  Q_SIGNALS:
   /// A person has chosen it.
   void SceneChosen(const QString& file);
+
+ protected:
+  void dragEnterEvent(QDragEnterEvent* event) override;
+  void dropEvent(QDropEvent* event) override;
 
  private:
   /// What a peer says of itself in figures, as shown: some times a second, so that they can be
@@ -65,10 +78,11 @@ class MainWindow : public QMainWindow {
     double link_force = 0;
   };
   void MakeDocks();
-  void MakeActions();
+  void MakeActions(bool with_hand);
   void MakeStatusBar();
   QLabel* AddStatus(const QString& name);
   void OnSessionChanged();
+  void OnHandChanged();
   void OnFrameDrawn();
   void OnSceneChanged();
   void OnProximityChanged();
@@ -80,6 +94,7 @@ class MainWindow : public QMainWindow {
   void ShowFigures();
   void ShowWarnings();
   void AskForScene();
+  void AskToJoin();
   void ShowPicture(const QString& gl_error);
   void SaveScreenshot();
   void ShowKeys();
@@ -108,6 +123,8 @@ class MainWindow : public QMainWindow {
   quint64 frames_before_ = 0;
   qint64 numbers_at_ms_ = 0;
   QAction* proximity_action_ = nullptr;
+  QMenu* recent_menu_ = nullptr;
+  HandDesk* desk_ = nullptr;
   std::vector<std::filesystem::path> scene_folders_;
   QFileDialog* ask_ = nullptr;  // for a scene; made when first asked for
   QLabel* status_session_ = nullptr;

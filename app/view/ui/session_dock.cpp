@@ -145,9 +145,16 @@ void SessionDock::Join() {
   session_model_.Join(Request());
 }
 
+void SessionDock::ShowHand(const QString& text) {
+  if (text == hand_text_) return;
+  hand_text_ = text;
+  ShowSession();
+}
+
 void SessionDock::ShowSession() {
   const SessionModel::State state = session_model_.state();
-  const bool free = state != SessionModel::State::kJoining && state != SessionModel::State::kJoined;
+  const bool free = hand_text_.isEmpty() && state != SessionModel::State::kJoining &&
+                    state != SessionModel::State::kJoined;
   for (QWidget* field : std::initializer_list<QWidget*>{session_, name_, domain_, interface_}) {
     field->setEnabled(free);
   }
@@ -164,7 +171,7 @@ void SessionDock::ShowSession() {
     text += tr(" \u201c%1\u201d: what is shown is how it was then")
                 .arg(QString::fromStdString(session_model_.request().session));
   }
-  state_->setText(text);
+  state_->setText(hand_text_.isEmpty() ? text : hand_text_);
 }
 
 void SessionDock::ShowScene() {

@@ -21,12 +21,16 @@ class SessionDock : public QDockWidget {
 
   void SetRequest(const JoinRequest& request);
   JoinRequest Request() const;
+  /// While one takes part: said in place of the viewer's state, and one cannot join as a viewer.
+  /// Empty: one looks on.
+  void ShowHand(const QString& text);
 
  private:
   void ShowSession();
   void ShowScene();
   void Join();
 
+  QString hand_text_;
   JoinRequest given_;  // what the form does not ask for is as it was given
   SessionModel& session_model_;
   SceneModel& scene_model_;

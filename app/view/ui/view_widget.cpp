@@ -8,6 +8,7 @@
 #include <QWheelEvent>
 #include <array>
 
+#include "app/view/ui/hand_overlay.h"
 #include "app/view/ui/picture_overlay.h"
 #include "app/view/ui/proximity_overlay.h"
 
@@ -109,6 +110,12 @@ void ViewWidget::FollowBodies() {
 void ViewWidget::SetWarning(const QString& warning) {
   if (warning == warning_) return;
   warning_ = warning;
+  RequestFrame();
+}
+
+void ViewWidget::SetHand(const HandPicture& hand) {
+  if (hand == hand_) return;
+  hand_ = hand;
   RequestFrame();
 }
 
@@ -233,6 +240,7 @@ void ViewWidget::paintGL() {
     painter.setFont(font());
     if (proximity_) PaintProximity(painter, size(), camera_, *proximity_);
     PaintOverlay(painter, size(), camera_, *scene_, list_, warning_);
+    PaintHand(painter, camera_, hand_);
   }
   frame_ms_ = clock.elapsed();
   since_frame_.start();

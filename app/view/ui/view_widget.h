@@ -8,6 +8,7 @@
 
 #include "app/view/model/camera_model.h"
 #include "app/view/model/drawn_scene.h"
+#include "app/view/model/hand_picture.h"
 #include "app/view/model/picture_composer.h"
 #include "app/view/model/proximity_picture.h"
 #include "app/view/render/gl_check.h"
@@ -33,6 +34,8 @@ class ViewWidget : public QOpenGLWidget {
   void SetWarning(const QString& warning);
   /// Null: proximity is not shown.
   void SetProximity(std::shared_ptr<const ProximityPicture> proximity);
+  /// What is drawn of the user's own hand.
+  void SetHand(const HandPicture& hand);
   void FitScene();
   void SetFollow(bool follow);
   bool follow() const { return follow_; }
@@ -45,6 +48,8 @@ class ViewWidget : public QOpenGLWidget {
   /// Whether what was set last is still to be drawn.
   bool frame_due() const { return frame_due_; }
   const DrawList& draw_list() const { return list_; }
+  const HandPicture& hand() const { return hand_; }
+  const DrawnScene* scene() const { return scene_; }
   const QString& warning() const { return warning_; }
   const std::shared_ptr<const ProximityPicture>& proximity() const { return proximity_; }
 
@@ -78,6 +83,7 @@ class ViewWidget : public QOpenGLWidget {
   bool follow_ = true;
   bool frame_due_ = false;
   DrawList list_;
+  HandPicture hand_;
   std::shared_ptr<const ProximityPicture> proximity_;
   bool proximity_uploaded_ = true;
   QString warning_;

@@ -91,17 +91,17 @@ TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
   ASSERT_TRUE(layer);
   EXPECT_EQ(layer->kind, Command::Kind::kLayer);
   EXPECT_EQ(layer->layer, 3);
-  EXPECT_THAT(Answer(*layer, *room.model), HasSubstr("force layer 3 of what your hand holds"));
+  EXPECT_THAT(AnswerTo(*layer, *room.model), HasSubstr("force layer 3 of what your hand holds"));
   const auto displace = room.Order("displace -1.5");
   ASSERT_TRUE(displace);
   EXPECT_EQ(displace->kind, Command::Kind::kDisplace);
   EXPECT_DOUBLE_EQ(displace->metres, -0.0015);
-  EXPECT_THAT(Answer(*displace, *room.model), HasSubstr("1.5 mm outwards, here alone"));
-  EXPECT_EQ(Answer(*room.Order("grab own"), *room.model), "");
+  EXPECT_THAT(AnswerTo(*displace, *room.model), HasSubstr("1.5 mm outwards, here alone"));
+  EXPECT_EQ(AnswerTo(*room.Order("grab own"), *room.model), "");
   // at a cube's edges neighbours part outwards, and come together inwards
-  EXPECT_THAT(Answer(*displace, *room.model),
+  EXPECT_THAT(AnswerTo(*displace, *room.model),
               HasSubstr("'own': its displaced points stand up to 1.29 voxels apart"));
-  EXPECT_THAT(Answer(*room.Order("displace 1.5"), *room.model), Not(HasSubstr("stand up to")));
+  EXPECT_THAT(AnswerTo(*room.Order("displace 1.5"), *room.model), Not(HasSubstr("stand up to")));
   // refined contact needs the first layer; the fields reach 8 voxels, of 4 mm
   for (const char* word : {"0", "7", "-1", "2.5", "2x", "99999999999", "nan"}) {
     EXPECT_EQ(room.Order(std::string("layer ") + word).error().what,

@@ -9,12 +9,12 @@
 namespace tandem {
 namespace {
 
-Vec3 Of(const std::array<float, 3>& a) {
+Vec3 Coordinates(const std::array<float, 3>& a) {
   return {a[0], a[1], a[2]};
 }
 
 Vec3 Corner(const ShadedMesh& mesh, std::size_t i) {
-  return Of(mesh.vertices[mesh.triangles[i]].p);
+  return Coordinates(mesh.vertices[mesh.triangles[i]].p);
 }
 
 double AreaOf(const ShadedMesh& mesh) {
@@ -66,7 +66,7 @@ TEST(Refine, CutsLongSidesAndLeavesTheSurfaceClosedAndInPlace) {
     const Vec3 a = Corner(mesh, i);
     const Vec3 n = (Corner(mesh, i + 1) - a).cross(Corner(mesh, i + 2) - a).normalized();
     for (std::size_t k = 0; k < 3; ++k) {
-      EXPECT_GT(n.dot(Of(mesh.vertices[mesh.triangles[i + k]].n)), 0.999);
+      EXPECT_GT(n.dot(Coordinates(mesh.vertices[mesh.triangles[i + k]].n)), 0.999);
     }
   }
 }

@@ -1,0 +1,59 @@
+#include "app/cli/scene_as_it_stands.h"
+
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+namespace tandem {
+
+namespace {
+
+namespace fs = std::filesystem;
+using SceneJson = nlohmann::ordered_json;
+
+SceneJson PoseJson(const Pose& X) {
+  return {{"p_W", {X.p.x(), X.p.y(), X.p.z()}}, {"q_xyzw", {X.q.x(), X.q.y(), X.q.z(), X.q.w()}}};
+}
+
+}  // namespace
+
+Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& displaced,
+                                  const std::optional<AddedBody>& added, const fs::path& file,
+                                  bool overwrite) {
+  std::error_code not_there;
+  if (!overwrite && fs::exists(file, not_there)) {
+    return Error{file.string() + " exists already: it is not overwritten"};
+  }
+  std::ifstream stream(scene.file);
+  SceneJson json = SceneJson::parse(stream, nullptr, false, true);
+  if (json.is_discarded() || !json.contains("bodies") ||
+      json["bodies"].size() != scene.bodies.size()) {
+    return Error{scene.file.string() + " is not any more what was loaded"};
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    SceneJson& body = json["bodies"][i];
+    body["mesh"] = fs::absolute(scene.bodies[i].mesh).string();
+    const Pose X_WM = displaced[i] * scene.bodies[i].X_WM;
+    body["pose"] = PoseJson({X_WM.q.normalized(), X_WM.p});
+  }
+  for (std::size_t i = 0; i < scene.hands.size(); ++i) {
+    json["hands"][i]["file"] = fs::absolute(scene.hands[i].file).string();
+  }
+  if (added) {
+    SceneJson body{{"name", added->name.empty() ? added->mesh.stem().string() : added->name},
+                   {"mesh", fs::absolute(added->mesh).string()}};
+    if (added->fixed) {
+      body["fixed"] = true;
+    } else {
+      body["mass_kg"] = added->mass_kg;
+      if (added->shared) body["sharing"] = "shared";
+    }
+    json["bodies"].push_back(body);
+  }
+  std::ofstream out(file);
+  out << json.dump(2) << '\n';
+  if (!out.flush()) return Error{file.string() + ": cannot be written"};
+  return true;
+}
+
+}  // namespace tandem

@@ -1,0 +1,300 @@
+#include "app/view/ui/hand_desk.h"
+
+#include <QApplication>
+#include <QMenuBar>
+#include <QToolButton>
+#include <utility>
+
+namespace tandem {
+
+namespace {
+constexpr int kWordsMs = 8000;
+}  // namespace
+
+HandDesk::HandDesk(HandModel& hand, SessionModel& session, SceneModel& scene, QMainWindow& window,
+                   ViewWidget* view)
+    : QObject(&window),
+      hand_(hand),
+      session_(session),
+      scene_(scene),
+      window_(window),
+      view_(view) {
+  if (view_ != nullptr) {
+    mouse_ = new HandMouse(hand_, *view_, this);
+    connect(mouse_, &HandMouse::Changed, this, &HandDesk::Changed);
+  }
+  MakeActions();
+  words_end_.setSingleShot(true);
+  words_end_.setInterval(kWordsMs);
+  connect(&words_end_, &QTimer::timeout, this, [this] {
+    Say({});
+  });
+  connect(&hand_, &HandModel::StateChanged, this, &HandDesk::OnHandState);
+  connect(&hand_, &HandModel::SnapshotCame, this, &HandDesk::OnSnapshot);
+  connect(&hand_, &HandModel::Told, this, &HandDesk::Say);
+  connect(&scene_, &SceneModel::Changed, this, &HandDesk::OnSession);
+  connect(&session_, &SessionModel::StateChanged, this, &HandDesk::OnSession);
+  Refresh();
+}
+
+QAction* HandDesk::Add(const char* name, const QString& text, const QKeySequence& key,
+                       const QString& tip) {
+  QAction* action = menu_->addAction(text);
+  action->setObjectName(QString::fromLatin1(name));
+  action->setShortcut(key);
+  const QString keys = key.isEmpty() ? QString() : QStringLiteral(" (%1)").arg(key.toString());
+  action->setToolTip(tip + keys);
+  return action;
+}
+
+void HandDesk::MakeActions() {
+  menu_ = new QMenu(HandDesk::tr("&Hand"), &window_);
+  menu_->setToolTipsVisible(true);
+  bar_ = window_.addToolBar(HandDesk::tr("Hand"));
+  bar_->setObjectName("hand_bar");
+  bar_->setMovable(false);
+  grab_ = Add("hand_grab", tr("&Grab"), Qt::Key_G, tr("Take the body under the cursor in hand"));
+  release_ =
+      Add("hand_release", tr("&Let go"), Qt::Key_L, tr("Let go of the part; it stays there"));
+  give_ = Add("hand_give", tr("&Hand over"), Qt::Key_H, tr("Hand the part to another user"));
+  give_menu_ = new QMenu(&window_);
+  connect(give_menu_, &QMenu::aboutToShow, this, &HandDesk::FillGiveMenu);
+  ask_ = Add("hand_ask", tr("&Ask for"), Qt::Key_A,
+             tr("Ask the user who holds the body under the cursor to hand it over"));
+  menu_->addSeparator();
+  back_ = Add("hand_back", tr("Drive &back"), Qt::Key_Escape,
+              tr("Drive the part back along its way to where it was taken"));
+  undo_ = Add("hand_undo", tr("&Undo"), QKeySequence::Undo,
+              tr("Drive the part that was let go of last back to where it had been taken"));
+  reset_ = Add("hand_reset", tr("&Reset"), QKeySequence(Qt::CTRL | Qt::SHIFT | Qt::Key_R),
+               tr("Drive all parts that were moved here back to their first places"));
+  menu_->addSeparator();
+  triad_ = Add("hand_triad", tr("&Triad"), Qt::Key_T,
+               tr("Show handles at the part: arrows move it, squares too, rings turn it"));
+  triad_->setCheckable(true);
+  sound_ = Add("hand_sound", tr("&Sound on contact"), {}, tr("Beep when the part meets something"));
+  sound_->setCheckable(true);
+  menu_->addSeparator();
+  stop_ = Add("hand_stop", tr("&Emergency stop"), Qt::Key_Space,
+              tr("The hand lets go, and a device gets no force, until you resume"));
+  resume_ = Add("hand_resume", tr("Resu&me"), QKeySequence(Qt::CTRL | Qt::Key_Space),
+                tr("Go on after an emergency stop"));
+
+  for (QAction* action :
+       {grab_, release_, give_, ask_, back_, undo_, reset_, triad_, stop_, resume_}) {
+    bar_->addAction(action);
+    // Space and the arrows are the part's, wherever one has clicked
+    bar_->widgetForAction(action)->setFocusPolicy(Qt::NoFocus);
+  }
+  auto* give_button = qobject_cast<QToolButton*>(bar_->widgetForAction(give_));
+  give_button->setMenu(give_menu_);
+  give_button->setPopupMode(QToolButton::MenuButtonPopup);
+  bar_->widgetForAction(stop_)->setStyleSheet(
+      QStringLiteral("QToolButton:enabled { background: #c62828; color: white; font-weight: bold; "
+                     "padding: 4px; }"));
+  // before Help
+  const QList<QAction*> menus = window_.menuBar()->actions();
+  window_.menuBar()->insertMenu(menus.isEmpty() ? nullptr : menus.back(), menu_);
+
+  connect(grab_, &QAction::triggered, this, &HandDesk::TakeUnderCursor);
+  connect(release_, &QAction::triggered, this, [this] {
+    if (mouse_ != nullptr) mouse_->EndDrag();
+    hand_.Release();
+  });
+  connect(give_, &QAction::triggered, this, [this] {
+    FillGiveMenu();
+    give_menu_->popup(QCursor::pos());
+  });
+  connect(ask_, &QAction::triggered, this, &HandDesk::AskUnderCursor);
+  const auto retrace = [this](QAction* action, RetraceRequest::To to) {
+    connect(action, &QAction::triggered, this, [this, to] {
+      if (mouse_ != nullptr) mouse_->EndDrag();
+      hand_.Retrace(to);
+    });
+  };
+  retrace(back_, RetraceRequest::To::kGrasp);
+  retrace(undo_, RetraceRequest::To::kUndo);
+  retrace(reset_, RetraceRequest::To::kReset);
+  connect(triad_, &QAction::toggled, this, [this](bool shown) {
+    if (mouse_ != nullptr) mouse_->ShowTriad(shown);
+  });
+  connect(stop_, &QAction::triggered, this, [this] {
+    if (mouse_ != nullptr) mouse_->EndDrag();
+    hand_.Stop();
+  });
+  connect(resume_, &QAction::triggered, &hand_, &HandModel::Resume);
+}
+
+void HandDesk::Refresh() {
+  const bool ready = hand_.ready();
+  const bool holds = ready && hand_.held().has_value();
+  const bool stopped = ready && hand_.stopped();
+  grab_->setEnabled(ready && !stopped);
+  ask_->setEnabled(ready && !stopped);
+  for (QAction* action : {release_, give_, back_}) action->setEnabled(holds);
+  for (QAction* action : {undo_, reset_}) action->setEnabled(ready && !stopped);
+  stop_->setEnabled(ready && !stopped);
+  resume_->setEnabled(stopped);
+  triad_->setEnabled(view_ != nullptr);
+  bar_->setVisible(hand_.state() != HandModel::State::kNone);
+}
+
+void HandDesk::Open(const QString& file) {
+  HandRequest request = defaults_;
+  request.scene = file.toStdString();
+  session_.Leave();
+  waiting_.reset();
+  scene_.OpenNamed(request.scene);
+  hand_.Start(request);
+  if (view_ != nullptr) view_->setFocus();
+}
+
+void HandDesk::TakePart(const HandRequest& request) {
+  defaults_ = request;
+  defaults_.scene.clear();
+  if (!request.scene.empty()) {
+    session_.Leave();
+    scene_.OpenNamed(request.scene);
+    hand_.Start(request);
+    return;
+  }
+  // looks on until it is known which scene the session has, and where that lies here
+  hand_.Leave();
+  waiting_ = request;
+  if (session_.state() == SessionModel::State::kJoined) session_.Leave();
+  if (session_.state() == SessionModel::State::kJoining) return;
+  session_.Join(ViewerRequest(request));
+}
+
+JoinRequest ViewerRequest(const HandRequest& request) {
+  JoinRequest join;
+  join.session = request.session;
+  join.name = request.name;
+  join.domain = request.domain;
+  join.interface = request.interface;
+  join.peers = request.peers;
+  join.external_address = request.external_address;
+  join.secure = request.secure;
+  join.secured = !request.secure.empty();
+  join.port = request.port;
+  join.chosen_here = true;
+  return join;
+}
+
+void HandDesk::OnSession() {
+  if (waiting_ && scene_.state() == SceneModel::State::kReady) {
+    HandRequest request = *std::exchange(waiting_, std::nullopt);
+    request.scene = scene_.scene()->file.string();
+    session_.Leave();  // a controller is a peer itself
+    hand_.Start(request);
+  } else if (waiting_ && session_.state() == SessionModel::State::kFailed) {
+    waiting_.reset();
+    Say(tr("Could not join: %1").arg(session_.error()));
+  }
+  Q_EMIT Changed();
+}
+
+void HandDesk::OnHandState() {
+  if (hand_.state() != HandModel::State::kReady && mouse_ != nullptr) mouse_->EndDrag();
+  Refresh();
+  Q_EMIT Changed();
+}
+
+void HandDesk::OnSnapshot() {
+  const ControllerSnapshot& now = hand_.snapshot();
+  const DrawnScene* shown = scene_.scene();
+  const bool settled =
+      scene_.state() == SceneModel::State::kReady || scene_.state() == SceneModel::State::kWaiting;
+  // by number of bodies, too: the same file may have been loaded with a mesh more
+  if (settled && !now.scene.empty() && (shown == nullptr || shown->file.string() != now.scene) &&
+      (shown == nullptr || shown->bodies.size() != now.bodies.size() ||
+       shown->file.filename() != std::filesystem::path(now.scene).filename())) {
+    scene_.OpenNamed(now.scene);
+  }
+  if (hand_.retracing() && mouse_ != nullptr && mouse_->dragging()) mouse_->EndDrag();
+  ++snapshots_;
+  TellOfContact();
+  Refresh();
+  Q_EMIT Changed();
+}
+
+void HandDesk::TellOfContact() {
+  const bool contact = hand_.held().has_value() && hand_.snapshot().contact_points > 0;
+  if (contact && !in_contact_ && sound_->isChecked()) QApplication::beep();
+  in_contact_ = contact;
+}
+
+void HandDesk::DressPicture(const std::vector<BodyLook>& looks, DrawList& list) {
+  AddGoal(hand_.snapshot(), hand_.goal(), looks, list);
+  if (view_ == nullptr) return;
+  view_->SetHand(mouse_->Dressed(HandPictureOf(hand_.snapshot(), hand_.goal())));
+}
+
+QString HandDesk::StateText() const {
+  switch (hand_.state()) {
+    case HandModel::State::kNone:
+      return waiting_ ? tr("Looking for the session\u2019s scene") : QString();
+    case HandModel::State::kStarting:
+      return tr("Your hand: %1").arg(hand_.trouble());
+    case HandModel::State::kLost:
+    case HandModel::State::kEnded:
+      return hand_.trouble();
+    case HandModel::State::kReady:
+      break;
+  }
+  const ControllerSnapshot& now = hand_.snapshot();
+  if (hand_.stopped()) return tr("Emergency stop: Resume (Ctrl+Space) to go on");
+  const auto held = hand_.held();
+  if (!held) return tr("Your hand is empty");
+  const QString name = QString::fromStdString(now.bodies[*held].name);
+  QString text =
+      hand_.retracing() ? tr("%1 is driven back").arg(name) : tr("You hold %1").arg(name);
+  if (now.contact_points > 0) text += tr(", in contact");
+  if (mouse_ != nullptr && mouse_->lock()) {
+    const AxisLock& lock = *mouse_->lock();
+    text += tr("; %1 %2 %3")
+                .arg(lock.of_part ? tr("its") : tr("the world\u2019s"),
+                     QStringLiteral("XYZ").at(lock.axis), lock.plane ? tr("stays") : tr("alone"));
+  }
+  return text;
+}
+
+void HandDesk::TakeUnderCursor() {
+  const auto hit = mouse_ != nullptr ? mouse_->UnderCursor() : std::nullopt;
+  if (!hit) {
+    Say(tr("Grab: put the cursor on a body"));
+    return;
+  }
+  hand_.Grab(hit->body, hit->p_W);
+}
+
+void HandDesk::AskUnderCursor() {
+  const auto hit = mouse_ != nullptr ? mouse_->UnderCursor() : std::nullopt;
+  if (!hit) {
+    Say(tr("Ask for: put the cursor on a body"));
+    return;
+  }
+  hand_.AskFor(hit->body);
+}
+
+void HandDesk::FillGiveMenu() {
+  give_menu_->clear();
+  for (const SnapshotPeer& peer : hand_.snapshot().peers) {
+    if (!peer.active || !peer.here || peer.id == hand_.snapshot().self) continue;
+    const QString name = QString::fromStdString(peer.name);
+    give_menu_->addAction(name, this, [this, name] {
+      hand_.Give(name);
+    });
+  }
+  if (give_menu_->isEmpty()) {
+    give_menu_->addAction(tr("nobody else takes part"))->setEnabled(false);
+  }
+}
+
+void HandDesk::Say(const QString& words) {
+  words_ = words;
+  if (!words.isEmpty()) words_end_.start();
+  Q_EMIT Changed();
+}
+
+}  // namespace tandem

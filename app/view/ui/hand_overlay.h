@@ -1,0 +1,13 @@
+#pragma once
+
+#include <QPainter>
+
+#include "app/view/model/camera_model.h"
+#include "app/view/model/hand_picture.h"
+
+namespace tandem {
+
+/// Paints the tether with its force, the contacts, the locked axis and the triad over the picture.
+void PaintHand(QPainter& painter, const CameraModel& camera, const HandPicture& hand);
+
+}  // namespace tandem

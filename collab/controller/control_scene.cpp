@@ -1,0 +1,43 @@
+#include "collab/controller/control_scene.h"
+
+namespace tandem {
+
+int ControlScene::BodyNamed(const std::string& name) const {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+int ControlScene::BodyOfMoving(int moving) const {
+  if (moving < 0) return -1;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    // a part of another has that one's number too
+    if (bodies[i].moving == moving && bodies[i].object == i) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+ControlScene ControlSceneOf(const WorldModel& model) {
+  ControlScene scene;
+  const Scene& told = model.scene;
+  scene.file = told.file.string();
+  scene.clearance = ClearanceBounds::Of(told.contact, told.range_voxels, told.voxel_size);
+  for (std::size_t i = 0; i < told.bodies.size(); ++i) {
+    const int moving = model.body_index[i];
+    ControlScene::Body body{.name = told.bodies[i].name,
+                            .fixed = moving < 0,
+                            .shared = told.bodies[told.WholeOf(i)].shared,
+                            .moving = moving,
+                            .object = kNoObject,
+                            .X_WB0 = told.bodies[i].X_WM};
+    if (moving >= 0) {
+      body.object = model.object[static_cast<std::size_t>(moving)];
+      body.X_WB0 = model.bodies[static_cast<std::size_t>(moving)].X_WB0;
+    }
+    scene.bodies.push_back(std::move(body));
+  }
+  return scene;
+}
+
+}  // namespace tandem

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "collab/controller/simulation_facts.h"
+#include "collab/peer_node.h"
+#include "engine/haptics/goal_device.h"
+
+namespace tandem {
+
+/// Before a frame: what the hand's device, moved by goals, is to know of the part.
+PartInHand SeePart(const PeerNode& node, const GoalDevice& device) noexcept
+    TANDEM_RUNS_ON(kHapticThread);
+
+/// After a frame: what there is to tell of it. `device`: null where hosts' goals do not move the
+/// hand. Nothing allocates.
+void FillFacts(PeerNode& node, const GoalDevice* device, std::uint64_t frame, std::int64_t now_ns,
+               SimulationFacts& facts) noexcept TANDEM_RUNS_ON(kHapticThread);
+
+}  // namespace tandem

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "collab/messages.h"
+#include "collab/partner.h"
+#include "engine/haptics/way_back.h"
+#include "engine/safety/safety_state.h"
+
+namespace tandem {
+
+/// What the haptic thread tells the controller's server of a frame, by a TripleBuffer: of fixed
+/// size, for it is filled without allocating.
+struct SimulationFacts {
+  static constexpr std::size_t kMostBodies = 64;    // moving ones
+  static constexpr std::size_t kMostContacts = 32;  // the deepest
+
+  struct Body {
+    Pose X_WB;
+    std::uint32_t holder_count = 0;  // ours included
+    std::array<PeerId, kMaxPeers> holders{};
+  };
+  struct ContactFact {
+    Vec3 p_W = Vec3::Zero();
+    Vec3 n_W = Vec3::Zero();
+    double depth = 0;  // m
+    double force = 0;  // N
+  };
+
+  std::uint64_t frame = 0;
+  std::int64_t time_ns = 0;
+  std::uint32_t body_count = 0;
+  std::array<Body, kMostBodies> bodies{};
+
+  // the hand; bodies by their number among the moving ones
+  int wanted = -1;
+  int held = -1;
+  bool attached = false;
+  bool goal_device = false;  // the hand is moved by a host's goals
+  std::uint32_t grasp_seq = 0;
+  std::uint32_t way_seq = 0;
+  WayBack::State way = WayBack::State::kIdle;
+  int way_body = -1;
+  Pose X_WG{};
+  Pose asked{};
+  Pose handle{};
+  Wrench hand_G_W{};          // of the hand on the part, about the grasped point
+  double felt = 0;            // N, that the device was given
+  SafetyState safety = SafetyState::kOn;
+  SafetyCounts safety_counts;
+
+  std::uint32_t instance_count = 0;
+  std::array<InstanceView, kMaxLinks> instances{};  // of the body in hand, at others
+  int contact_points = 0;
+  std::uint32_t contact_count = 0;
+  std::array<ContactFact, kMostContacts> contacts{};
+};
+
+}  // namespace tandem

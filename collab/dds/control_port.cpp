@@ -1,0 +1,183 @@
+#include "collab/dds/control_port.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <random>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "collab/dds/control_domain.h"
+#include "collab/dds/control_wire.h"
+#include "collab/dds/keys.h"
+
+namespace tandem {
+
+namespace {
+
+/// The name of a controller that runs: a locked file, which the kernel unlocks at its end, however
+/// that comes.
+class NameLock {
+ public:
+  explicit NameLock(int file) : file_(file) {}
+  NameLock(NameLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+  NameLock& operator=(NameLock&&) = delete;
+  ~NameLock() {
+    if (file_ >= 0) close(file_);
+  }
+
+  static Result<NameLock> Take(const std::filesystem::path& path, const std::string& name) {
+    NameLock lock(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0600));
+    if (lock.file_ < 0) return Error{path.string() + ": cannot be written"};
+    if (flock(lock.file_, LOCK_EX | LOCK_NB) != 0) {
+      return Error{"a controller '" + name + "' runs already on this machine: --control with " +
+                   "another name, or attach to that one"};
+    }
+    return lock;
+  }
+
+ private:
+  int file_;
+};
+
+/// Calls use(sample) for all with data that wait in a reader.
+template <typename Wire, typename Use>
+void TakeValid(dds_entity_t reader, Use use) {
+  constexpr std::size_t kBatch = 32;
+  dds_return_t taken = 0;
+  do {
+    std::array<void*, kBatch> samples{};
+    std::array<dds_sample_info_t, kBatch> infos{};
+    taken = dds_take(reader, samples.data(), infos.data(), kBatch, kBatch);
+    for (int i = 0; i < taken; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      if (infos[k].valid_data) use(*static_cast<const Wire*>(samples[k]));
+    }
+    if (taken > 0) dds_return_loan(reader, samples.data(), taken);
+  } while (taken == static_cast<dds_return_t>(kBatch));
+}
+
+class DdsControlPort final : public ControlPort {
+ public:
+  DdsControlPort(NameLock lock, ControlDomain domain, std::filesystem::path keys)
+      : lock_(std::move(lock)), domain_(std::move(domain)), keys_(std::move(keys)) {
+    std::random_device random;
+    while (id_ == 0) id_ = std::uint64_t{random()} << 32U | random();
+  }
+  ~DdsControlPort() override {
+    domain_.participant.Delete();
+    domain_.domain.Delete();
+    std::error_code ignored;
+    if (!keys_.empty()) std::filesystem::remove_all(keys_, ignored);
+  }
+  DdsControlPort(const DdsControlPort&) = delete;
+  DdsControlPort& operator=(const DdsControlPort&) = delete;
+
+  bool Open() {
+    const dds_entity_t participant = domain_.participant.get();
+    requests_ = ControlReader(participant, ControlTopic::kRequest);
+    goals_ = ControlReader(participant, ControlTopic::kGoal);
+    answers_ = ControlWriter(participant, ControlTopic::kAnswer);
+    scenes_ = ControlWriter(participant, ControlTopic::kScene);
+    snapshots_ = ControlWriter(participant, ControlTopic::kSnapshot);
+    wake_ = dds_create_guardcondition(participant);
+    waitset_ = dds_create_waitset(participant);
+    for (const dds_entity_t reader : {requests_, goals_}) {
+      dds_waitset_attach(waitset_, dds_create_readcondition(reader, DDS_ANY_STATE), 0);
+    }
+    dds_waitset_attach(waitset_, wake_, 0);
+    return std::min({requests_, goals_, answers_, scenes_, snapshots_, wake_, waitset_}) > 0;
+  }
+
+  void Wait(std::int64_t at_most_ns) override {
+    dds_waitset_wait(waitset_, nullptr, 0, at_most_ns);
+    bool raised = false;
+    dds_take_guardcondition(wake_, &raised);
+  }
+  void Wake() override { dds_set_guardcondition(wake_, true); }
+
+  void Take(ControlServer& server, std::int64_t now_ns) override {
+    TakeValid<tandem_control_Goal>(goals_, [&](const tandem_control_Goal& wire) {
+      HostGoal goal;
+      if (FromWire(wire, goal)) server.OnGoal(wire.host, goal, now_ns);
+    });
+    TakeValid<tandem_control_Request>(requests_, [&](const tandem_control_Request& wire) {
+      const std::optional<ControlRequest> request =
+          wire.version == kControlVersion ? FromWire(wire) : std::nullopt;
+      if (request) {
+        server.OnRequest(wire.host, TextFromWire(wire.host_name), wire.number, *request, now_ns);
+        return;
+      }
+      Say({wire.host,
+           wire.number,
+           {false, wire.version == kControlVersion
+                       ? "a request that is none"
+                       : "this controller speaks version " + std::to_string(kControlVersion) +
+                             " of the command interface, not " + std::to_string(wire.version)}});
+    });
+  }
+
+  void Say(const HostAnswer& answer) override {
+    tandem_control_Answer wire{};
+    ToWire(answer, wire);
+    dds_write(answers_, &wire);
+  }
+  void Say(const ControlScene& scene, bool loading) override {
+    tandem_control_Scene wire{};
+    std::vector<tandem_control_SceneBody> room;
+    ToWire(scene, loading, wire, room);
+    wire.controller = id_;
+    dds_write(scenes_, &wire);
+  }
+  void Say(const ControllerSnapshot& snapshot) override {
+    tandem_control_Snapshot wire{};
+    ToWire(snapshot, snapshot.self, wire, room_);
+    dds_write(snapshots_, &wire);
+  }
+
+ private:
+  NameLock lock_;
+  ControlDomain domain_;
+  std::filesystem::path keys_;
+  std::uint64_t id_ = 0;
+  dds_entity_t requests_ = 0;
+  dds_entity_t goals_ = 0;
+  dds_entity_t answers_ = 0;
+  dds_entity_t scenes_ = 0;
+  dds_entity_t snapshots_ = 0;
+  dds_entity_t wake_ = 0;
+  dds_entity_t waitset_ = 0;
+  SnapshotRoom room_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ControlPort>> ControlPort::Open(const Options& options) {
+  if (!IsMemberName(options.name)) {
+    return Error{"'" + options.name + "' is no name for a controller: letters, digits, '.', '_', " +
+                 "'-', at most 64"};
+  }
+  const Result<std::filesystem::path> folder = ControlFolder();
+  if (!folder) return folder.error();
+  Result<NameLock> lock = NameLock::Take(*folder / (options.name + ".lock"), options.name);
+  if (!lock) return lock.error();
+  // left behind by one that was killed
+  const std::filesystem::path keys = *folder / (options.name + ".keys");
+  std::error_code failed;
+  std::filesystem::remove_all(keys, failed);
+  if (options.secured) {
+    if (const Result<bool> made = MakeControlKeys(keys); !made) return made.error();
+  }
+  const std::filesystem::path own = options.secured ? keys / "controller" : "";
+  Result<ControlDomain> domain = EnterControlDomain(options.name, options.domain, own);
+  if (!domain) return domain.error();
+  auto port = std::make_unique<DdsControlPort>(*std::move(lock), *std::move(domain),
+                                               options.secured ? keys : "");
+  if (!port->Open()) return Error{"the command interface cannot be opened on this machine"};
+  return std::unique_ptr<ControlPort>(std::move(port));
+}
+
+}  // namespace tandem

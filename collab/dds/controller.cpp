@@ -1,0 +1,433 @@
+#include "collab/controller/controller.h"
+
+#include <array>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <pthread.h>
+
+#include "collab/controller/plain.h"
+#include "collab/dds/control_domain.h"
+#include "collab/dds/control_wire.h"
+#include "collab/dds/fast_reader.h"
+
+// The host's end of the command interface. Two threads: the host's, and one of ours that receives
+// and shows that the process lives.
+
+namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kBeatNs = 50'000'000;
+constexpr std::int64_t kGoneNs = 500'000'000;     // without a snapshot
+constexpr std::int64_t kLeastGoalNs = 1'000'000;  // between two goals
+
+}  // namespace
+
+class Controller::Link {
+ public:
+  Link(std::string name, const Options& options, ControlDomain domain)
+      : name_(std::move(name)), host_name_(options.host), domain_(std::move(domain)) {
+    std::random_device random;
+    while (id_ == 0) id_ = std::uint64_t{random()} << 32U | random();
+  }
+  ~Link();
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+
+  bool Open();
+  /// Waits for a tenth of a second at the most until the controller has been heard.
+  bool Meet();
+  /// What is wrong with the one that was heard.
+  std::optional<Error> VersionFault() const;
+
+  bool attached() const {
+    const std::lock_guard lock(mutex_);
+    return Heard();
+  }
+  void Send(const ControlRequest& request, OnAnswer on_answer);
+  void Mean(HostGoal::Kind kind, const Pose& X_WG, const Vec3& linear, const Vec3& angular);
+  void OnSnapshot(std::function<void(const ControllerSnapshot&)> callback) {
+    on_snapshot_ = std::move(callback);
+  }
+  const ControllerSnapshot& snapshot() const { return snapshot_; }
+  bool Poll();
+  void WaitForSomething(std::chrono::milliseconds at_most) {
+    std::unique_lock lock(mutex_);
+    something_.wait_for(lock, at_most, [this] {
+      return Fresh();
+    });
+  }
+
+ private:
+  /// A copy of a sample that owns its lists, as FromWire reads it.
+  struct SceneCopy {
+    tandem_control_Scene wire{};
+    std::vector<tandem_control_SceneBody> bodies;
+
+    void Keep(const tandem_control_Scene& sample) {
+      wire = sample;
+      bodies.assign(sample.bodies._buffer, sample.bodies._buffer + sample.bodies._length);
+      wire.bodies._buffer = bodies.data();
+    }
+  };
+  struct Waiting {
+    OnAnswer on_answer;
+    std::int64_t sent_ns = 0;
+  };
+
+  bool Fresh() const { return fresh_ || !answers_.empty(); }
+  bool Heard() const { return heard_ns_ != 0 && MonotonicNow_ns() - heard_ns_ < kGoneNs; }
+  void Run();
+  void Receive();
+  void Beat(bool goodbye);
+  void AnswerForTheGone();
+
+  const std::string name_;
+  const std::string host_name_;
+  ControlDomain domain_;
+  std::uint64_t id_ = 0;
+  dds_entity_t requests_ = 0;
+  dds_entity_t goals_ = 0;
+  dds_entity_t answers_reader_ = 0;
+  dds_entity_t scenes_ = 0;
+  dds_entity_t snapshots_ = 0;
+  dds_entity_t stop_ = 0;
+  dds_entity_t waitset_ = 0;
+
+  // the host's thread
+  std::uint64_t next_number_ = 1;
+  std::map<std::uint64_t, Waiting> waiting_;
+  std::function<void(const ControllerSnapshot&)> on_snapshot_;
+  ControllerSnapshot snapshot_;
+  std::int64_t gone_since_ns_ = 0;
+  std::int64_t last_goal_ns_ = 0;
+
+  // both threads
+  mutable std::mutex mutex_;
+  std::condition_variable something_;
+  bool stopping_ = false;
+  HostGoal goal_;  // the newest
+  SceneCopy scene_;
+  std::uint32_t other_version_ = 0;
+  bool fresh_ = false;
+  ControllerSnapshot newest_;
+  std::deque<HostAnswer> answers_;
+  std::int64_t heard_ns_ = 0;
+
+  std::thread thread_;
+};
+
+bool Controller::Link::Open() {
+  const dds_entity_t participant = domain_.participant.get();
+  requests_ = ControlWriter(participant, ControlTopic::kRequest);
+  goals_ = ControlWriter(participant, ControlTopic::kGoal);
+  answers_reader_ = ControlReader(participant, ControlTopic::kAnswer);
+  scenes_ = ControlReader(participant, ControlTopic::kScene);
+  snapshots_ = ControlReader(participant, ControlTopic::kSnapshot);
+  stop_ = dds_create_guardcondition(participant);
+  waitset_ = dds_create_waitset(participant);
+  for (const dds_entity_t entity : {requests_, goals_, answers_reader_, scenes_, snapshots_}) {
+    if (entity < 0) return false;
+  }
+  for (const dds_entity_t reader : {answers_reader_, scenes_, snapshots_}) {
+    dds_waitset_attach(waitset_, dds_create_readcondition(reader, DDS_ANY_STATE), 0);
+  }
+  dds_waitset_attach(waitset_, stop_, 0);
+  thread_ = std::thread([this] {
+    Run();
+  });
+  return true;
+}
+
+Controller::Link::~Link() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  if (thread_.joinable()) {
+    dds_set_guardcondition(stop_, true);
+    thread_.join();
+    // best effort, and the last word: said three times
+    for (int times = 0; times < 3; ++times) Beat(true);
+  }
+  domain_.participant.Delete();
+  domain_.domain.Delete();
+}
+
+bool Controller::Link::Meet() {
+  for (int looks = 0; looks < 20; ++looks) {
+    dds_publication_matched_status_t requests{};
+    dds_publication_matched_status_t goals{};
+    dds_get_publication_matched_status(requests_, &requests);
+    dds_get_publication_matched_status(goals_, &goals);
+    const bool matched = requests.current_count > 0 && goals.current_count > 0;
+    std::unique_lock lock(mutex_);
+    if (matched && fresh_) return true;
+    something_.wait_for(lock, std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
+std::optional<Error> Controller::Link::VersionFault() const {
+  const std::lock_guard lock(mutex_);
+  if (other_version_ == 0) return std::nullopt;
+  return Error{"the controller '" + name_ + "' speaks version " + std::to_string(other_version_) +
+               " of the command interface, this program " + std::to_string(kControlVersion)};
+}
+
+void Controller::Link::Beat(bool goodbye) {
+  tandem_control_Goal wire{};
+  HostGoal goal;
+  {
+    const std::lock_guard lock(mutex_);
+    goal = goal_;
+  }
+  // a rate lasts on its own; a pose is said again, for one may be lost
+  if (goal.kind != HostGoal::Kind::kPose) goal.kind = HostGoal::Kind::kBeat;
+  if (goodbye) goal.kind = HostGoal::Kind::kGoodbye;
+  ToWire(goal, wire);
+  wire.host = id_;
+  dds_write(goals_, &wire);
+}
+
+void Controller::Link::Run() {
+  pthread_setname_np(pthread_self(), "tandem-host");
+  std::int64_t next_beat_ns = 0;
+  for (;;) {
+    const std::int64_t now_ns = MonotonicNow_ns();
+    if (now_ns >= next_beat_ns) {
+      Beat(false);
+      next_beat_ns = now_ns + kBeatNs;
+    }
+    dds_waitset_wait(waitset_, nullptr, 0, std::max<std::int64_t>(next_beat_ns - now_ns, 1));
+    {
+      const std::lock_guard lock(mutex_);
+      if (stopping_) return;
+    }
+    Receive();
+  }
+}
+
+void Controller::Link::Receive() {
+  const auto take = [](dds_entity_t reader, auto use) {
+    std::array<void*, 16> samples{};
+    std::array<dds_sample_info_t, 16> infos{};
+    dds_return_t taken = 0;
+    while ((taken = dds_take(reader, samples.data(), infos.data(), 16, 16)) > 0) {
+      for (int i = 0; i < taken; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        if (infos[k].valid_data) use(samples[k]);
+      }
+      dds_return_loan(reader, samples.data(), taken);
+    }
+  };
+  bool heard = false;
+  const std::lock_guard lock(mutex_);
+  take(scenes_, [&](const void* sample) {
+    const auto& scene = *static_cast<const tandem_control_Scene*>(sample);
+    other_version_ = scene.version == kControlVersion ? 0 : scene.version;
+    if (other_version_ == 0) scene_.Keep(scene);
+  });
+  take(snapshots_, [&](const void* sample) {
+    heard_ns_ = MonotonicNow_ns();
+    const auto& wire = *static_cast<const tandem_control_Snapshot*>(sample);
+    if (!FromWire(wire, scene_.wire, newest_)) return;
+    fresh_ = heard = true;
+  });
+  take(answers_reader_, [&](const void* sample) {
+    const auto& wire = *static_cast<const tandem_control_Answer*>(sample);
+    if (wire.host != id_) return;
+    answers_.push_back(FromWire(wire));
+    heard = true;
+  });
+  if (heard) something_.notify_all();
+}
+
+void Controller::Link::Send(const ControlRequest& request, OnAnswer on_answer) {
+  tandem_control_Request wire{};
+  wire.host = id_;
+  wire.number = next_number_++;
+  if (host_name_.size() < sizeof wire.host_name) host_name_.copy(wire.host_name, host_name_.size());
+  const bool whole = ToWire(request, wire);
+  if (whole && dds_write(requests_, &wire) == DDS_RETCODE_OK) {
+    waiting_[wire.number] = {std::move(on_answer), MonotonicNow_ns()};
+    return;
+  }
+  const std::lock_guard lock(mutex_);
+  waiting_[wire.number] = {std::move(on_answer), MonotonicNow_ns()};
+  answers_.push_back(
+      {id_, wire.number, {false, whole ? "the request could not be sent" : "a name is too long"}});
+}
+
+void Controller::Link::Mean(HostGoal::Kind kind, const Pose& X_WG, const Vec3& linear,
+                            const Vec3& angular) {
+  tandem_control_Goal wire{};
+  {
+    const std::lock_guard lock(mutex_);
+    goal_ = {
+        .kind = kind, .seq = goal_.seq + 1, .X_WG = X_WG, .linear = linear, .angular = angular};
+    // more than the hand takes: the next beat has the newest
+    const std::int64_t now_ns = MonotonicNow_ns();
+    if (now_ns - last_goal_ns_ < kLeastGoalNs) return;
+    last_goal_ns_ = now_ns;
+    ToWire(goal_, wire);
+  }
+  wire.host = id_;
+  dds_write(goals_, &wire);
+}
+
+void Controller::Link::AnswerForTheGone() {
+  // a controller that is busy for long shows its snapshots all the same
+  const std::int64_t now_ns = MonotonicNow_ns();
+  if (attached()) {
+    gone_since_ns_ = 0;
+    return;
+  }
+  if (gone_since_ns_ == 0) gone_since_ns_ = now_ns;
+  if (now_ns - gone_since_ns_ < kGoneNs) return;
+  std::vector<OnAnswer> orphans;
+  for (auto& [number, waiting] : waiting_) orphans.push_back(std::move(waiting.on_answer));
+  waiting_.clear();
+  for (const OnAnswer& answer : orphans) {
+    if (answer) answer({false, "the controller " + name_ + " is gone"});
+  }
+}
+
+bool Controller::Link::Poll() {
+  std::deque<HostAnswer> answers;
+  bool fresh = false;
+  {
+    const std::lock_guard lock(mutex_);
+    answers.swap(answers_);
+    fresh = std::exchange(fresh_, false);
+    if (fresh) std::swap(snapshot_, newest_);
+  }
+  if (fresh && on_snapshot_) on_snapshot_(snapshot_);
+  for (const HostAnswer& answer : answers) {
+    const auto waiting = waiting_.find(answer.number);
+    if (waiting == waiting_.end()) continue;
+    const OnAnswer call = std::move(waiting->second.on_answer);
+    waiting_.erase(waiting);
+    if (call) call(answer.answer);
+  }
+  AnswerForTheGone();
+  return fresh || !answers.empty();
+}
+
+namespace {
+
+/// The keys that a controller of that name has made for its hosts, and which ones these are.
+struct HostKeys {
+  std::filesystem::path folder;  // empty: it has made none
+  std::string which;
+
+  friend bool operator==(const HostKeys&, const HostKeys&) = default;
+};
+
+HostKeys FindHostKeys(const std::filesystem::path& folder) {
+  std::ifstream member(folder / "member.txt");  // written last
+  HostKeys keys{.folder = folder, .which = {}};
+  if (!std::getline(member, keys.which)) return {};
+  return keys;
+}
+
+}  // namespace
+
+Result<Controller> Controller::Attach(const std::string& name, const Options& options) {
+  std::filesystem::path folder = options.keys;
+  if (folder.empty()) {
+    const Result<std::filesystem::path> own = ControlFolder();
+    if (!own) return own.error();
+    folder = *own / (name + ".keys") / "host";
+  }
+  const std::int64_t until_ns =
+      MonotonicNow_ns() + static_cast<std::int64_t>(1e9 * options.timeout_s);
+  for (;;) {
+    const HostKeys keys = FindHostKeys(folder);
+    Result<ControlDomain> domain = EnterControlDomain(name, options.domain, keys.folder);
+    if (!domain) return domain.error();
+    auto link = std::make_unique<Link>(name, options, *std::move(domain));
+    if (!link->Open()) return Error{"the command interface cannot be opened on this machine"};
+    // a controller that is only starting has its keys later
+    do {
+      if (link->Meet()) {
+        // the controller knows this host's name from its first request
+        link->Send(SnapshotRateRequest{}, {});
+        link->Poll();
+        return Controller(std::move(link));
+      }
+      if (std::optional<Error> fault = link->VersionFault()) return *fault;
+      if (MonotonicNow_ns() > until_ns) {
+        return Error{"no controller '" + name + "' on this machine: 'tandem peer --control " +
+                     name + " …' starts one"};
+      }
+    } while (FindHostKeys(folder) == keys);
+  }
+}
+
+Controller::Controller(std::unique_ptr<Link> link) : link_(std::move(link)) {}
+Controller::Controller(Controller&&) noexcept = default;
+Controller& Controller::operator=(Controller&&) noexcept = default;
+Controller::~Controller() = default;
+
+bool Controller::attached() const {
+  return link_->attached();
+}
+
+void Controller::Send(const ControlRequest& request, OnAnswer on_answer) {
+  link_->Send(request, std::move(on_answer));
+}
+
+Answer Controller::Ask(const ControlRequest& request, double timeout_s) {
+  // kept alive by the callback: an answer may come after the time is up
+  const auto answered = std::make_shared<std::optional<Answer>>();
+  link_->Send(request, [answered](const Answer& answer) {
+    *answered = answer;
+  });
+  const std::int64_t until_ns = MonotonicNow_ns() + static_cast<std::int64_t>(1e9 * timeout_s);
+  while (!*answered && MonotonicNow_ns() < until_ns) Wait(std::chrono::milliseconds(20));
+  return answered->value_or(Answer{false, "no answer in time"});
+}
+
+void Controller::SetGoal(const PlainPose& X_WG) {
+  link_->Mean(HostGoal::Kind::kPose, AsPose(X_WG), Vec3::Zero(), Vec3::Zero());
+}
+
+void Controller::SetRate(const std::array<double, 3>& v_W, const std::array<double, 3>& w_W) {
+  link_->Mean(HostGoal::Kind::kRate, Pose(), AsVec3(v_W), AsVec3(w_W));
+}
+
+void Controller::SetPush(const std::array<double, 3>& force_N,
+                         const std::array<double, 3>& torque_Nm) {
+  link_->Mean(HostGoal::Kind::kPush, Pose(), AsVec3(force_N), AsVec3(torque_Nm));
+}
+
+void Controller::OnSnapshot(std::function<void(const ControllerSnapshot&)> callback) {
+  link_->OnSnapshot(std::move(callback));
+}
+
+const ControllerSnapshot& Controller::snapshot() const {
+  return link_->snapshot();
+}
+
+bool Controller::Poll() {
+  return link_->Poll();
+}
+
+bool Controller::Wait(std::chrono::milliseconds at_most) {
+  if (link_->Poll()) return true;
+  link_->WaitForSomething(at_most);
+  return link_->Poll();
+}
+
+}  // namespace tandem

@@ -1,0 +1,80 @@
+#include "engine/haptics/way_back.h"
+
+#include <algorithm>
+
+#include "engine/world/world.h"
+
+namespace tandem {
+
+WayBack::WayBack() : poses_(std::make_unique<Poses>()) {}
+
+std::uint64_t WayBack::first() const noexcept {
+  const std::uint64_t oldest = end_ < kMost ? 0 : end_ - kMost;
+  return std::max(top().first, oldest);
+}
+
+double WayBack::Travel(const Pose& from, const Pose& to) const noexcept {
+  return TravelOf(to.p - from.p, from.q.angularDistance(to.q), top().radius);
+}
+
+void WayBack::Push(const Pose& X_WB) noexcept {
+  pose(end_++) = X_WB;
+}
+
+void WayBack::Begin(int body, double radius, const Pose& X_WB) noexcept {
+  state_ = State::kIdle;
+  stretches_[stretch_end_++ % kMostStretches] = {.body = body, .radius = radius, .first = end_};
+  stretch_count_ = std::min(stretch_count_ + 1, kMostStretches);
+  Push(X_WB);
+}
+
+void WayBack::Note(const Pose& X_WB) noexcept {
+  if (stretch_count_ == 0 || state_ == State::kUnderWay) return;
+  if (Travel(pose(end_ - 1), X_WB) >= kStep) Push(X_WB);
+}
+
+void WayBack::Drop() noexcept {
+  if (stretch_count_ == 0) return;
+  state_ = State::kIdle;
+  const std::uint64_t oldest = end_ < kMost ? 0 : end_ - kMost;
+  end_ = std::max(top().first, oldest);
+  --stretch_end_;
+  --stretch_count_;
+}
+
+void WayBack::SetOut(const Pose& X_WB) noexcept {
+  state_ = State::kNotHere;
+  if (stretch_count_ == 0 || Travel(pose(end_ - 1), X_WB) > kAway) return;
+  state_ = State::kUnderWay;
+  goal_ = X_WB;
+  waited_ = 0;
+}
+
+void WayBack::Advance(const Pose& X_WB) noexcept {
+  if (state_ != State::kUnderWay) return;
+  // so many frames at the least, for what is left of the way ahead may be shorter than a step
+  if (++waited_ > kStuckFrames) state_ = State::kStuck;
+  double left = kSpeed * kFrame;
+  while (left > 0 && Travel(goal_, X_WB) < kLead) {
+    const Pose& next = pose(end_ - 1);
+    const double travel = Travel(goal_, next);
+    if (travel > left) {
+      const double share = left / travel;
+      goal_ = {goal_.q.slerp(share, next.q), goal_.p + share * (next.p - goal_.p)};
+      waited_ = 0;
+      return;
+    }
+    left -= travel;
+    goal_ = next;
+    if (end_ - 1 == first()) break;
+    waited_ = 0;
+    --end_;
+  }
+  const bool at_beginning = end_ - 1 == first() && Travel(goal_, pose(end_ - 1)) < 1e-9;
+  if (!at_beginning) return;
+  // what friction or weight keeps from settling is there too, after a while
+  const double left_m = Travel(goal_, X_WB);
+  if (left_m < kSettled || (waited_ > kSettleFrames && left_m < kThere)) state_ = State::kArrived;
+}
+
+}  // namespace tandem

@@ -1,0 +1,327 @@
+#include <QApplication>
+#include <QComboBox>
+#include <QDropEvent>
+#include <QMimeData>
+#include <QTest>
+#include <QToolBar>
+#include <QUrl>
+#include <QWheelEvent>
+
+#include <gtest/gtest.h>
+
+#include "app/view/ui/join_dialog.h"
+#include "app/view/ui/main_window.h"
+#include "tests/app/view/fake_controller.h"
+#include "tests/app/view/fake_session.h"
+#include "tests/app/view/shapes.h"
+
+// Taking part from the window, with a controller that has no physics.
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t kTheBall = 1;
+
+class HandWindow : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    window_.resize(1000, 700);
+    window_.show();
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window_));
+    HandRequest defaults;
+    defaults.name = "anna";
+    defaults.control = "test";
+    window_.desk()->SetDefaults(defaults);
+    window_.OpenScene("block_and_ball.json");
+    ASSERT_TRUE(ProcessEventsUntil([&] {
+      return hand_.ready() && window_.page() == nullptr && view().frames_drawn() > 0;
+    }));
+    // the bar has come into view, and the camera knows of it
+    ASSERT_TRUE(ProcessEventsUntil([&] {
+      return window_.findChild<QToolBar*>("hand_bar")->isVisible() &&
+             view().camera().height_px() == view().height();
+    }));
+    window_.activateWindow();
+    ASSERT_TRUE(QTest::qWaitForWindowActive(&window_));
+    view().LookFrom(StandardView::kFront);
+    controller_.now.scene = "block_and_ball.json";
+  }
+  /// For a person who wants to see what the test has done.
+  void TearDown() override {
+    const QString folder = qEnvironmentVariable("TANDEM_KEEP_PICTURES");
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    if (!folder.isEmpty()) window_.Screenshot().save(folder + "/" + test->name() + ".png");
+  }
+  ViewWidget& view() { return *window_.view(); }
+  QPointF At(const Vec3& p_W) {
+    const Vec2 px = *view().camera().Project(p_W);
+    return {px.x(), px.y()};
+  }
+  void Mouse(QEvent::Type type, const QPointF& at, Qt::MouseButtons held,
+             Qt::KeyboardModifiers modifiers = {}) {
+    QMouseEvent event(type, at, view().mapToGlobal(at),
+                      type == QEvent::MouseMove ? Qt::NoButton : Qt::LeftButton, held, modifiers);
+    QApplication::sendEvent(&view(), &event);
+  }
+  void PressOnBall() {
+    Mouse(QEvent::MouseButtonPress, At(ball_W_), Qt::LeftButton);
+    ASSERT_TRUE(ProcessEventsUntil([&] {
+      return hand_.held() == kTheBall;
+    }));
+  }
+  Vec3 BallMoved() { return ToPose(hand_.snapshot().bodies[kTheBall].X_W).p; }
+  bool BallComesTo(const Vec3& moved, double within) {
+    return ProcessEventsUntil([&] {
+      return (BallMoved() - moved).norm() < within;
+    });
+  }
+  QAction* Action(const char* name) { return window_.findChild<QAction*>(name); }
+
+  FakeController controller_;
+  FakeSession fake_;
+  SessionModel session_{fake_.Join()};
+  SceneModel scene_{[](const std::filesystem::path& file, const LoadProgress&) {
+    DrawnScene scene = BlockAndBall();
+    scene.file = file;
+    return Result<DrawnScene>(scene);
+  }};
+  HandModel hand_{controller_.Attach(), controller_.Launch()};
+  MainWindow window_{session_, scene_, CheckGl(), &hand_};
+  const Vec3 ball_W_{0, -0.1, 0};
+};
+
+TEST_F(HandWindow, APressTakesThePartAndADragTakesItUnderTheCursor) {
+  PressOnBall();
+  // the grabbed point faces the eye; 4 cm beside and above it
+  const Vec3 grabbed = ToPose(hand_.snapshot().hand.X_WG).p;
+  const Vec3 by(0.04, 0, 0.03);
+  Mouse(QEvent::MouseMove, At(grabbed + by), Qt::LeftButton);
+  EXPECT_TRUE(BallComesTo(by, 1e-6)) << BallMoved().transpose();
+  Mouse(QEvent::MouseButtonRelease, At(grabbed + by), Qt::NoButton);
+  EXPECT_EQ(hand_.held(), kTheBall);  // still in hand
+  Mouse(QEvent::MouseMove, At(grabbed), Qt::NoButton);
+  EXPECT_TRUE(BallComesTo(by, 1e-6));
+}
+
+TEST_F(HandWindow, ADragOnAFixedBodyOrBesideAllOrbits) {
+  const Vec3 eye = view().camera().eye_W();
+  const QPointF corner = At({0.09, -0.02, 0.09});
+  Mouse(QEvent::MouseButtonPress, corner, Qt::LeftButton);
+  Mouse(QEvent::MouseMove, corner + QPointF(40, 0), Qt::LeftButton);
+  EXPECT_GT((view().camera().eye_W() - eye).norm(), 0.01);
+  EXPECT_TRUE(controller_.Asked<GrabRequest>().empty());
+}
+
+TEST_F(HandWindow, TheWheelWithTheButtonHeldIsDepthAndElseZooms) {
+  PressOnBall();
+  const double distance = view().camera().distance();
+  const auto wheel = [&](int notches) {
+    QWheelEvent event(At(ball_W_), view().mapToGlobal(At(ball_W_)), {}, {0, 120 * notches},
+                      Qt::LeftButton, {}, Qt::NoScrollPhase, false);
+    QApplication::sendEvent(&view(), &event);
+  };
+  wheel(2);
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return BallMoved().y() > 0.01;
+  }));
+  EXPECT_DOUBLE_EQ(view().camera().distance(), distance);
+  Mouse(QEvent::MouseButtonRelease, At(ball_W_), Qt::NoButton);
+  wheel(2);
+  EXPECT_LT(view().camera().distance(), distance);
+}
+
+TEST_F(HandWindow, CtrlTurnsAboutTheGrabbedPoint) {
+  PressOnBall();
+  const Vec3 grabbed = ToPose(hand_.snapshot().hand.X_WG).p;
+  Mouse(QEvent::MouseMove, At(ball_W_) + QPointF(60, 0), Qt::LeftButton, Qt::ControlModifier);
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return ToPose(hand_.snapshot().hand.X_WG).q.angularDistance(Quat::Identity()) > 0.4;
+  }));
+  EXPECT_LT((ToPose(hand_.snapshot().hand.X_WG).p - grabbed).norm(), 1e-9);
+}
+
+TEST_F(HandWindow, KeysNudgeAndLock) {
+  PressOnBall();
+  Mouse(QEvent::MouseButtonRelease, At(ball_W_), Qt::NoButton);
+  QTest::keyClick(&view(), Qt::Key_Right);
+  EXPECT_TRUE(BallComesTo({0.001, 0, 0}, 1e-9));  // a voxel
+  QTest::keyClick(&view(), Qt::Key_Up, Qt::ShiftModifier);
+  EXPECT_TRUE(BallComesTo({0.001, 0, 0.0001}, 1e-9));
+  QTest::keyClick(&view(), Qt::Key_X);
+  ASSERT_TRUE(window_.desk()->mouse()->lock().has_value());
+  Mouse(QEvent::MouseButtonPress, At(ball_W_), Qt::LeftButton);
+  Mouse(QEvent::MouseMove, At(ball_W_) + QPointF(50, 50), Qt::LeftButton);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return BallMoved().x() > 0.005;
+  }));
+  EXPECT_NEAR(BallMoved().z(), 0.0001, 1e-9);
+  EXPECT_TRUE(window_.desk()->StateText().contains("X"));
+}
+
+TEST_F(HandWindow, ATriadsArrowMovesAlongItsAxis) {
+  PressOnBall();
+  Mouse(QEvent::MouseButtonRelease, At(ball_W_), Qt::NoButton);
+  Action("hand_triad")->trigger();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return view().hand().X_WT.has_value();
+  }));
+  const auto triad = DrawTriad(view().camera(), *view().hand().X_WT);
+  const Vec2 tip = triad->arrows[2].to;
+  const QPointF at(tip.x(), tip.y());
+  Mouse(QEvent::MouseMove, at, Qt::NoButton);
+  EXPECT_EQ(view().hand().hot, (TriadHandle{TriadHandle::Kind::kArrow, 2}));
+  Mouse(QEvent::MouseButtonPress, at, Qt::LeftButton);
+  Mouse(QEvent::MouseMove, at + QPointF(25, -40), Qt::LeftButton);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return BallMoved().z() > 0.005;
+  }));
+  EXPECT_NEAR(BallMoved().x(), 0, 1e-9);
+}
+
+TEST_F(HandWindow, ForceIsSeenAsATetherAndContactAsAColour) {
+  controller_.wall_x = 0.02;
+  PressOnBall();
+  const Vec3 grabbed = ToPose(hand_.snapshot().hand.X_WG).p;
+  const Colour before = view().draw_list().solids[kTheBall].colour;
+  Mouse(QEvent::MouseMove, At(grabbed + Vec3(0.07, 0, 0)), Qt::LeftButton);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return view().hand().tether && view().hand().tether->force_N > 1;
+  }));
+  EXPECT_EQ(view().draw_list().ghosts.size(), 1U);
+  EXPECT_EQ(view().hand().contacts.size(), 1U);
+  EXPECT_NE(view().draw_list().solids[kTheBall].colour, before);
+  EXPECT_NEAR(view().hand().tether->to_W.x() - view().hand().tether->from_W.x(), 0.05 + grabbed.x(),
+              1e-6);
+  // the cursor comes back: so does the goal, without delay
+  Mouse(QEvent::MouseMove, At(grabbed), Qt::LeftButton);
+  EXPECT_TRUE(BallComesTo(Vec3::Zero(), 1e-6));
+}
+
+TEST_F(HandWindow, EachRefusalIsSaidInThePicture) {
+  controller_.refuse = "ben holds it: ask for it";
+  Mouse(QEvent::MouseButtonPress, At(ball_W_), Qt::LeftButton);
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return view().warning().contains("ben holds it: ask for it");
+  }));
+}
+
+TEST_F(HandWindow, EscapeDrivesBackAndTheMouseHasNoSayMeanwhile) {
+  PressOnBall();
+  Mouse(QEvent::MouseMove, At(ball_W_) + QPointF(50, 0), Qt::LeftButton);
+  QTest::keyClick(&view(), Qt::Key_Escape);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return !controller_.Asked<RetraceRequest>().empty();
+  }));
+  EXPECT_EQ(controller_.Asked<RetraceRequest>()[0].to, RetraceRequest::To::kGrasp);
+  EXPECT_FALSE(window_.desk()->mouse()->dragging());
+  const PlainPose goal = controller_.now.hand.goal;
+  Mouse(QEvent::MouseMove, At(ball_W_) + QPointF(90, 0), Qt::LeftButton);
+  EXPECT_EQ(controller_.now.hand.goal.p_W, goal.p_W);
+}
+
+TEST_F(HandWindow, TheStopIsAKeyAndAButtonAndNothingIsTakenUntilOneResumes) {
+  PressOnBall();
+  QTest::keyClick(&view(), Qt::Key_Space);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.stopped() && view().warning().contains("Emergency stop");
+  }));
+  EXPECT_FALSE(Action("hand_grab")->isEnabled());
+  EXPECT_FALSE(Action("hand_stop")->isEnabled());
+  const std::size_t grabs = controller_.Asked<GrabRequest>().size();
+  Mouse(QEvent::MouseButtonPress, At(ball_W_), Qt::LeftButton);
+  EXPECT_EQ(controller_.Asked<GrabRequest>().size(), grabs);
+  Action("hand_resume")->trigger();
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return !hand_.stopped();
+  }));
+}
+
+TEST_F(HandWindow, ActionsThatCannotBeDoneAreGrey) {
+  EXPECT_TRUE(Action("hand_grab")->isEnabled());
+  for (const char* name : {"hand_release", "hand_give", "hand_back", "hand_resume"}) {
+    EXPECT_FALSE(Action(name)->isEnabled()) << name;
+  }
+  PressOnBall();
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return Action("hand_release")->isEnabled() && Action("hand_back")->isEnabled();
+  }));
+}
+
+TEST_F(HandWindow, ALostControllerIsSaidAndThePartIsNotMoved) {
+  PressOnBall();
+  controller_.heard = false;
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return view().warning().contains("not heard");
+  }));
+  EXPECT_FALSE(Action("hand_stop")->isEnabled());
+  EXPECT_FALSE(window_.desk()->mouse()->dragging());
+}
+
+TEST_F(HandWindow, ADroppedSceneIsOpenedWithAControllerOfItsOwn) {
+  QMimeData data;
+  data.setUrls({QUrl::fromLocalFile("/tmp/other.json")});
+  QDragEnterEvent enter(QPoint(10, 10), Qt::CopyAction, &data, Qt::LeftButton, {});
+  QApplication::sendEvent(&window_, &enter);
+  EXPECT_TRUE(enter.isAccepted());
+  QDropEvent drop(QPointF(10, 10), Qt::CopyAction, &data, Qt::LeftButton, {});
+  QApplication::sendEvent(&window_, &drop);
+  ASSERT_EQ(controller_.launched.size(), 2U);
+  EXPECT_EQ(controller_.launched[1].scene, "/tmp/other.json");
+  EXPECT_EQ(controller_.processes, 1);
+}
+
+TEST_F(HandWindow, TakingPartInASessionLooksForItsSceneFirst) {
+  HandRequest request;
+  request.session = "bracket";
+  request.name = "anna";
+  request.control = "test";
+  scene_.OpenNamed("elsewhere.json");
+  window_.Join(request, false);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session_.state() == SessionModel::State::kJoined;
+  }));
+  EXPECT_EQ(hand_.state(), HandModel::State::kNone);  // a viewer has no hand
+}
+
+TEST(JoinDialog, GivesAllThatTheCommandLineHasAndSaysWhatIsWrong) {
+  JoinDialog dialog;
+  EXPECT_FALSE(dialog.Fault().isEmpty());
+  HandRequest request;
+  request.session = "S";
+  request.name = "anna";
+  request.peers = {"192.168.1.2", "host.example:7410"};
+  request.external_address = "1.2.3.4";
+  request.port = 7500;
+  request.domain = 7;
+  request.interface = "eth0";
+  dialog.SetRequest(request, true);
+  EXPECT_EQ(dialog.Fault(), QString());
+  const HandRequest back = dialog.Request();
+  EXPECT_EQ(back.peers, request.peers);
+  EXPECT_EQ(back.external_address, "1.2.3.4");
+  EXPECT_EQ(back.port, 7500);
+  EXPECT_EQ(back.domain, 7U);
+  EXPECT_EQ(back.interface, "eth0");
+  EXPECT_TRUE(dialog.active());
+  const auto set = [&](const char* field, const char* text) {
+    dialog.findChild<QLineEdit*>(field)->setText(text);
+  };
+  auto* accept = dialog.findChild<QPushButton*>("join_accept");
+  for (const auto& [field, wrong, right] :
+       std::vector<std::array<const char*, 3>>{{"join_peers", "host:99999", "host:7410"},
+                                               {"join_external", "300.1.1.1", "30.1.1.1"},
+                                               {"join_secure", "/no/such/folder", ""},
+                                               {"join_scene", "/no/such.json", ""},
+                                               {"join_session", "", "S"}}) {
+    set(field, wrong);
+    EXPECT_FALSE(dialog.Fault().isEmpty()) << field;
+    EXPECT_FALSE(accept->isEnabled()) << field;
+    set(field, right);
+    EXPECT_TRUE(dialog.Fault().isEmpty()) << field << dialog.Fault().toStdString();
+  }
+  dialog.findChild<QComboBox*>("join_role")->setCurrentIndex(1);
+  EXPECT_FALSE(dialog.active());
+}
+
+}  // namespace
+}  // namespace tandem

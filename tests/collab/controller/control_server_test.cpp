@@ -1,0 +1,244 @@
+#include "collab/controller/control_server.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/collab/controller/fake_peer.h"
+
+namespace tandem {
+namespace {
+
+using testing::FakePeer;
+using testing::FourBodies;
+using testing::kMs;
+
+constexpr HostId kWindow = 11;
+constexpr HostId kScript = 12;
+
+/// A server with a scene, in virtual time.
+class ControlServerTest : public ::testing::Test {
+ protected:
+  ControlServerTest() { server_.OnScene(FourBodies(), now_ns_); }
+
+  void Send(HostId host, const ControlRequest& request) {
+    server_.OnRequest(host, host == kWindow ? "window" : "script", ++number_, request, now_ns_);
+  }
+  /// Time passes; the hosts given live.
+  void Run(std::int64_t ms, std::initializer_list<HostId> alive) {
+    for (std::int64_t i = 0; i < ms; ++i) {
+      now_ns_ += kMs;
+      for (const HostId host : alive) server_.OnGoal(host, {}, now_ns_);
+      peer_.facts.time_ns = now_ns_;
+      server_.OnFacts(peer_.facts, now_ns_);
+      server_.Tick(now_ns_);
+      for (HostAnswer& answer : server_.TakeAnswers()) answers_.push_back(std::move(answer));
+    }
+  }
+  /// The answer to a request, which comes within so long.
+  Answer Ask(HostId host, const ControlRequest& request, std::int64_t ms = 10) {
+    Send(host, request);
+    const std::uint64_t number = number_;
+    Run(ms, {kWindow, kScript});
+    for (const HostAnswer& answer : answers_) {
+      if (answer.host == host && answer.number == number) return answer.answer;
+    }
+    return {false, "no answer"};
+  }
+  static HostGoal GoalAt(double x, std::uint32_t seq) {
+    HostGoal goal{.kind = HostGoal::Kind::kPose, .seq = seq};
+    goal.X_WG.p.x() = x;
+    return goal;
+  }
+
+  std::int64_t now_ns_ = 1000 * kMs;
+  std::uint64_t number_ = 0;
+  FakePeer peer_;
+  ControlServer server_{peer_, false};
+  std::vector<HostAnswer> answers_;
+};
+
+TEST_F(ControlServerTest, AnswersAGrabWhenThePartIsInHand) {
+  peer_.deaf = true;
+  EXPECT_EQ(Ask(kWindow, GrabRequest{.body = "peg"}).reason, "no answer");
+  peer_.facts.held = 0;
+  Run(5, {kWindow});
+  EXPECT_TRUE(answers_.empty()) << "held, and not yet grasped";
+  peer_.facts.attached = true;
+  Run(5, {kWindow});
+  ASSERT_EQ(answers_.size(), 1U);
+  EXPECT_TRUE(answers_[0].answer.ok);
+  EXPECT_EQ(server_.Snapshot().hand.body, 1);
+}
+
+TEST_F(ControlServerTest, SaysWhyAPartIsNotTaken) {
+  EXPECT_EQ(Ask(kWindow, GrabRequest{.body = "hammer"}).reason, "the scene has no body 'hammer'");
+  EXPECT_EQ(Ask(kWindow, GrabRequest{.body = "table"}).reason,
+            "'table' is fixed: nobody can take it");
+  peer_.deaf = true;
+  Send(kWindow, GrabRequest{.body = "peg"});
+  Run(10, {kWindow});
+  server_.OnNews({HoldingNews::Kind::kRefused, 1, 9}, "ben holds peg");
+  Run(1, {kWindow});
+  ASSERT_FALSE(answers_.empty());
+  EXPECT_FALSE(answers_.back().answer.ok);
+  EXPECT_EQ(answers_.back().answer.reason, "ben holds peg");
+}
+
+TEST_F(ControlServerTest, AGrabOfThePartInHandTakesItAnew) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  const std::uint32_t grasp = peer_.goal.grasp_seq;
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg", .grasp_W = {{0.1, 0, 0}}}).ok);
+  EXPECT_EQ(peer_.goal.grasp_seq, grasp + 1);
+  EXPECT_FALSE(peer_.goal.at_centre);
+  EXPECT_EQ(peer_.Count(Command::Kind::kRelease), 1U);
+}
+
+TEST_F(ControlServerTest, GoalsCountFromTheHostWhoseHandItIs) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  server_.OnGoal(kScript, GoalAt(5, 1), now_ns_);
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.0);
+  server_.OnGoal(kWindow, GoalAt(0.2, 2), now_ns_);
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.2);
+  server_.OnGoal(kWindow, GoalAt(0.1, 1), now_ns_);
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.2) << "an older one came late";
+  EXPECT_EQ(Ask(kScript, GrabRequest{.body = "bolt"}).reason,
+            "the hand is in use by the host 'window'");
+}
+
+TEST_F(ControlServerTest, AHostThatFallsSilentIsHeldStillAndLetsGoAfterHalfASecond) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  server_.OnGoal(kWindow, GoalAt(0.3, 1), now_ns_);
+  peer_.facts.handle.p.x() = 0.1;  // on its way
+  Run(140, {});
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.3);
+  Run(20, {});
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.1) << "held where it is";
+  Run(330, {});
+  EXPECT_EQ(peer_.facts.held, 0) << "490 ms";
+  Run(20, {});
+  EXPECT_EQ(peer_.facts.held, -1) << "510 ms";
+  EXPECT_EQ(server_.Snapshot().news, "the host 'window' is gone: the hand lets go");
+  // the next one finds all, and takes the hand
+  EXPECT_TRUE(Ask(kScript, GrabRequest{.body = "peg"}).ok);
+}
+
+TEST_F(ControlServerTest, AHostThatIsBackInTimeGoesOnWhereItWas) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  server_.OnGoal(kWindow, GoalAt(0.3, 1), now_ns_);
+  Run(300, {});
+  ASSERT_EQ(peer_.goal.X_WG.p.x(), 0.0) << "held still";
+  server_.OnGoal(kWindow, GoalAt(0.3, 1), now_ns_);  // the library says the newest again
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.3);
+  Run(400, {kWindow});
+  EXPECT_EQ(peer_.facts.held, 0);
+}
+
+TEST_F(ControlServerTest, AGoalFromBeforeTheGrabIsNotGoneTo) {
+  server_.OnGoal(kWindow, GoalAt(5, 1), now_ns_);
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  server_.OnGoal(kWindow, GoalAt(5, 1), now_ns_);  // the library says the newest again
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.0);
+  Run(300, {});
+  server_.OnGoal(kWindow, GoalAt(5, 1), now_ns_);
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.0) << "nor after a silence";
+}
+
+TEST_F(ControlServerTest, AGoodbyeLetsGoAtOnce) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  server_.OnGoal(kWindow, {.kind = HostGoal::Kind::kGoodbye}, now_ns_);
+  Run(1, {});
+  EXPECT_EQ(peer_.facts.held, -1);
+}
+
+TEST_F(ControlServerTest, TheHandOfADeviceDoesNotNoticeThatAHostIsGone) {
+  FakePeer peer;
+  peer.facts.goal_device = false;
+  ControlServer server(peer, true);
+  server.OnScene(FourBodies(), 0);
+  server.OnRequest(kWindow, "window", 1, GrabRequest{.body = "peg"}, 0);
+  for (std::int64_t t = 1; t < 2000; ++t) {
+    server.OnFacts(peer.facts, t * kMs);
+    server.Tick(t * kMs);
+  }
+  EXPECT_EQ(peer.facts.held, 0);
+  EXPECT_EQ(peer.Count(Command::Kind::kRelease), 0U);
+  EXPECT_EQ(server.rate_hz(), 0.0) << "the host is gone all the same";
+}
+
+TEST_F(ControlServerTest, AnEmergencyStopLetsGoAndTakesNothingUntilItIsResumed) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  EXPECT_TRUE(Ask(kScript, EmergencyStopRequest{}).ok) << "anybody may";
+  EXPECT_TRUE(peer_.stopped);
+  EXPECT_EQ(peer_.facts.held, -1);
+  EXPECT_EQ(server_.Snapshot().hand.state, SnapshotHand::State::kStopped);
+  EXPECT_EQ(server_.Snapshot().safety.state, SnapshotSafety::State::kStopped);
+  EXPECT_EQ(Ask(kWindow, GrabRequest{.body = "peg"}).reason, "emergency stop: resume first");
+  EXPECT_TRUE(Ask(kWindow, ResumeRequest{}).ok);
+  EXPECT_FALSE(peer_.stopped);
+  EXPECT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  EXPECT_EQ(server_.Snapshot().safety.state, SnapshotSafety::State::kOn);
+}
+
+TEST_F(ControlServerTest, GivesToAPeerByNameOrId) {
+  EXPECT_EQ(Ask(kWindow, GiveRequest{.peer = "ben"}).reason, "the hand is empty");
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  EXPECT_EQ(Ask(kWindow, GiveRequest{.peer = "ben"}).reason,
+            "nobody here who takes part is called 'ben'");
+  server_.OnPeers({{.id = 0xAB, .name = "ben"}, {.id = 0xCD, .name = "cleo", .active = false}});
+  EXPECT_FALSE(Ask(kWindow, GiveRequest{.peer = "cleo"}).ok) << "a viewer holds nothing";
+  EXPECT_TRUE(Ask(kWindow, GiveRequest{.peer = "00000000000000ab"}).ok);
+  EXPECT_EQ(peer_.orders.back().to, 0xABU);
+}
+
+TEST_F(ControlServerTest, TakesParametersWithinTheirRanges) {
+  EXPECT_TRUE(Ask(kWindow, SetParameterRequest{"hand_force_N", 5}).ok);
+  EXPECT_EQ(peer_.goal.limits.force, 5.0);
+  EXPECT_FALSE(Ask(kWindow, SetParameterRequest{"hand_force_N", 31}).ok) << "no hand has more";
+  EXPECT_FALSE(Ask(kWindow, SetParameterRequest{"hand_force_N", -1}).ok);
+  EXPECT_EQ(peer_.goal.limits.force, 5.0);
+  EXPECT_FALSE(Ask(kWindow, SetParameterRequest{"gravity", 1}).ok);
+}
+
+TEST_F(ControlServerTest, ShowsAsManySnapshotsAsTheHostThatWantsTheMost) {
+  EXPECT_EQ(server_.rate_hz(), 0.0);
+  ASSERT_TRUE(Ask(kWindow, SnapshotRateRequest{30}).ok);
+  ASSERT_TRUE(Ask(kScript, SnapshotRateRequest{500}).ok);
+  EXPECT_EQ(server_.rate_hz(), 500.0);
+  EXPECT_FALSE(Ask(kScript, SnapshotRateRequest{2000}).ok);
+  Run(600, {kWindow});
+  EXPECT_EQ(server_.rate_hz(), 30.0);
+}
+
+TEST_F(ControlServerTest, ARequestThatComesTwiceIsDoneOnce) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  server_.OnRequest(kWindow, "window", number_, GrabRequest{.body = "bolt"}, now_ns_);
+  Run(10, {kWindow});
+  EXPECT_EQ(peer_.facts.held, 0);
+}
+
+TEST_F(ControlServerTest, WhatTakesLongIsAnsweredWhenItIsDone) {
+  EXPECT_EQ(Ask(kWindow, LoadSceneRequest{.file = "other"}).reason, "no answer");
+  ASSERT_EQ(peer_.jobs.size(), 1U);
+  server_.OnScene(std::nullopt, now_ns_);
+  EXPECT_EQ(Ask(kScript, GrabRequest{.body = "peg"}).reason, "the scene is being loaded");
+  ControlScene other = FourBodies();
+  other.number = 2;
+  server_.OnScene(other, now_ns_);
+  server_.OnDone(peer_.jobs[0].first, {true, ""});
+  Run(1, {kWindow});
+  EXPECT_EQ(answers_.back().host, kWindow);
+  EXPECT_TRUE(answers_.back().answer.ok);
+  EXPECT_EQ(server_.Snapshot().scene_number, 2U);
+}
+
+TEST_F(ControlServerTest, RefusesMoreHostsThanItHasPlacesFor) {
+  for (HostId host = 100; host < 100 + ControlServer::kMostHosts; ++host) {
+    server_.OnGoal(host, {}, now_ns_);
+  }
+  server_.OnRequest(kWindow, "window", 1, ReleaseRequest{}, now_ns_);
+  const std::vector<HostAnswer> answers = server_.TakeAnswers();
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_EQ(answers[0].answer.reason, "the controller has 8 hosts, the most there are");
+}
+
+}  // namespace
+}  // namespace tandem

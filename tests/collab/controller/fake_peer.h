@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "collab/controller/control_server.h"
+
+namespace tandem::testing {
+
+inline constexpr std::int64_t kMs = 1'000'000;
+
+/// A scene of two moving bodies that one user at a time holds, a shared one and a fixed one.
+inline ControlScene FourBodies() {
+  ControlScene scene;
+  scene.number = 1;
+  scene.session = "s";
+  scene.self = 7;
+  scene.bodies = {{.name = "table", .fixed = true},
+                  {.name = "peg", .moving = 0, .object = 1},
+                  {.name = "bolt", .moving = 1, .object = 2},
+                  {.name = "frame", .shared = true, .moving = 2, .object = 3}};
+  scene.clearance = ClearanceBounds::Of(ContactModel::kPlain, 8, 0.001);
+  return scene;
+}
+
+/// What a server acts on, without a simulation: it notes what it is told, and does at once what a
+/// lone peer would.
+class FakePeer : public ControlledPeer {
+ public:
+  bool Order(const Command& command) override {
+    orders.push_back(command);
+    if (deaf) return true;
+    if (command.kind == Command::Kind::kGrab) {
+      facts.held = static_cast<int>(command.object) - 1;
+      facts.attached = true;
+      facts.bodies[static_cast<std::size_t>(facts.held)].holder_count = 1;
+      if (!goal.keeps_way) facts.way_body = facts.held;
+    }
+    if (command.kind == Command::Kind::kRelease || command.kind == Command::Kind::kGive) {
+      facts.held = -1;
+      facts.attached = false;
+    }
+    return true;
+  }
+  void Tell(const GoalOrder& order) override {
+    goal = order;
+    facts.grasp_seq = order.grasp_seq;
+    facts.asked = order.X_WG;
+    if (facts.way_seq == order.way_seq) return;
+    facts.way_seq = order.way_seq;
+    if (order.way == GoalOrder::Way::kDrop) facts.way_body = -1;
+    if (order.way == GoalOrder::Way::kBack) facts.way = WayBack::State::kUnderWay;
+  }
+  void Begin(std::uint64_t job, const ControlRequest& request) override {
+    jobs.emplace_back(job, request);
+  }
+  void StopDevice(bool stop) override { stopped = stop; }
+  void Quit() override { quit = true; }
+
+  std::size_t Count(Command::Kind kind) const {
+    std::size_t count = 0;
+    for (const Command& order : orders) count += order.kind == kind ? 1 : 0;
+    return count;
+  }
+
+  std::vector<Command> orders;
+  std::vector<std::pair<std::uint64_t, ControlRequest>> jobs;
+  GoalOrder goal;
+  SimulationFacts facts{.body_count = 3, .goal_device = true};
+  bool deaf = false;  // orders come to nothing
+  bool stopped = false;
+  bool quit = false;
+};
+
+}  // namespace tandem::testing

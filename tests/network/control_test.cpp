@@ -1,0 +1,138 @@
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "app/cli/child_processes.h"
+#include "collab/controller/controller.h"
+#include "collab/dds/keys.h"
+
+// A host in this program and a controller as a process of its own, over DDS.
+
+namespace tandem {
+namespace {
+
+using std::chrono::milliseconds;
+
+class ControlTest : public ::testing::Test {
+ protected:
+  ControlTest() {
+    // controllers of this test alone; CTest runs each test in a process of its own
+    setenv("XDG_RUNTIME_DIR", folder_.path().c_str(), 1);  // NOLINT(concurrency-mt-unsafe)
+  }
+  void Start(std::vector<std::string> more = {}) {
+    std::vector<std::string> words{
+        TANDEM_PROGRAM, "peer",      "--session",
+        name_,          "--scene",   std::string(TANDEM_SCENES) + "/peg_in_slot.json",
+        "--interface",  "lo",        "--name",
+        "anna",         "--control", name_,
+        "--capacity",   "20000",     "--brief"};
+    words.insert(words.end(), more.begin(), more.end());
+    Result<ChildProcess> started = ChildProcess::Start(words);
+    ASSERT_TRUE(started);
+    controller_.emplace(*std::move(started));
+  }
+  Controller Attach() {
+    Controller::Options options;
+    options.host = "test";
+    options.timeout_s = 30;
+    Result<Controller> host = Controller::Attach(name_, options);
+    EXPECT_TRUE(host) << host.error().what;
+    Controller attached = *std::move(host);
+    for (int i = 0; i < 300 && attached.snapshot().bodies.empty(); ++i) {
+      attached.Wait(milliseconds(100));
+    }
+    return attached;
+  }
+
+  TemporaryFolder folder_;
+  std::string name_ = "control-" + std::to_string(getpid());
+  std::optional<ChildProcess> controller_;
+};
+
+TEST_F(ControlTest, AHostTakesAPartMovesItSavesTheSceneAndEndsTheController) {
+  Start();
+  Controller host = Attach();
+  ASSERT_EQ(host.snapshot().bodies.size(), 2U);
+  EXPECT_FALSE(host.Ask(GrabRequest{.body = "hammer"}).ok);
+  const Answer grabbed = host.Ask(GrabRequest{.body = "peg"});
+  ASSERT_TRUE(grabbed.ok) << grabbed.reason;
+  while (host.snapshot().hand.body < 0) host.Wait(milliseconds(100));
+  const auto body = static_cast<std::size_t>(host.snapshot().hand.body);
+  EXPECT_EQ(host.snapshot().bodies[body].name, "peg");
+  PlainPose goal = host.snapshot().hand.X_WG;
+  goal.p_W[2] += 0.005;
+  host.SetGoal(goal);
+  const auto risen_mm = [&] {
+    return 1e3 * host.snapshot().bodies[body].X_W.p_W[2];
+  };
+  for (int i = 0; i < 500 && risen_mm() < 4.8; ++i) host.Wait(milliseconds(20));
+  EXPECT_NEAR(risen_mm(), 5.0, 0.3);
+
+  const std::string saved = (folder_.path() / "saved.json").string();
+  Answer answer = host.Ask(SaveRequest{saved});
+  EXPECT_TRUE(answer.ok) << answer.reason;
+  EXPECT_FALSE(host.Ask(SaveRequest{saved}).ok) << "it exists already";
+  answer = host.Ask(LoadSceneRequest{"/nowhere.json"});
+  EXPECT_FALSE(answer.ok);
+  EXPECT_NE(answer.reason.find("/nowhere.json"), std::string::npos) << answer.reason;
+  // the scene as saved has the peg where it stands, as its first place
+  const std::uint64_t number = host.snapshot().scene_number;
+  const double z = host.snapshot().bodies[body].X_WB.p_W[2];
+  answer = host.Ask(LoadSceneRequest{saved});
+  ASSERT_TRUE(answer.ok) << answer.reason;
+  for (int i = 0;
+       i < 100 && (host.snapshot().scene_number == number || host.snapshot().bodies.empty()); ++i) {
+    host.Wait(milliseconds(100));
+  }
+  ASSERT_EQ(host.snapshot().scene_number, number + 1);
+  ASSERT_EQ(host.snapshot().bodies.size(), 2U);
+  EXPECT_NEAR(host.snapshot().bodies[body].X_WB.p_W[2], z, 1e-3);
+  EXPECT_EQ(host.snapshot().scene, saved);
+
+  EXPECT_TRUE(host.Ask(QuitRequest{}).ok);
+  EXPECT_EQ(controller_->Wait(std::chrono::seconds(20)), 0);
+}
+
+TEST_F(ControlTest, ANameIsTakenOnce) {
+  Start();
+  Controller host = Attach();
+  ChildProcess first = *std::move(controller_);
+  Start();
+  EXPECT_EQ(controller_->Wait(std::chrono::seconds(20)), 5);
+  EXPECT_FALSE(first.Poll()) << "the first one goes on";
+}
+
+TEST_F(ControlTest, SaysThatThereIsNoController) {
+  Controller::Options options;
+  options.timeout_s = 0.3;
+  const Result<Controller> host = Controller::Attach("nobody", options);
+  ASSERT_FALSE(host);
+  EXPECT_NE(host.error().what.find("no controller 'nobody' on this machine"), std::string::npos);
+}
+
+TEST_F(ControlTest, OfASecuredSessionOnlyThoseWithItsKeysAreHosts) {
+  const std::filesystem::path session = folder_.path() / "session";
+  const std::filesystem::path anna = folder_.path() / "anna";
+  ASSERT_TRUE(MakeSessionKeys(session));
+  ASSERT_TRUE(MakeMemberKeys(session, "anna", Role::kActive, anna));
+  Start({"--secure", anna.string()});
+  {
+    Controller host = Attach();
+    EXPECT_TRUE(host.Ask(GrabRequest{.body = "peg"}).ok);
+  }
+  const std::filesystem::path keys = folder_.path() / "tandem" / (name_ + ".keys");
+  struct stat facts {};
+  ASSERT_EQ(stat(keys.c_str(), &facts), 0);
+  EXPECT_EQ(facts.st_mode & 0077, 0U) << "for their owner alone";
+  EXPECT_FALSE(std::filesystem::exists(keys / "identity_ca.key")) << "nobody gets keys later";
+  // another user does not see the folder, and finds nobody
+  std::filesystem::rename(keys, folder_.path() / "hidden");
+  Controller::Options options;
+  options.timeout_s = 3;
+  EXPECT_FALSE(Controller::Attach(name_, options));
+}
+
+}  // namespace
+}  // namespace tandem

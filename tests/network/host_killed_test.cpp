@@ -1,0 +1,111 @@
+#include <cstdlib>
+#include <deque>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "app/cli/child_processes.h"
+#include "collab/controller/controller.h"
+
+// Real processes: two controllers in one session, each with the peg in its hand. A host moves the
+// first one's hand and is killed; this program is a host of the second, and sees what its user
+// feels.
+
+namespace tandem {
+namespace {
+
+using std::chrono::milliseconds;
+
+struct ForceThen {
+  double t = 0;  // s
+  std::array<double, 3> force{};
+};
+
+double Difference(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum);
+}
+
+/// The largest change of force within 100 ms.
+double LargestChange(const std::vector<ForceThen>& course) {
+  double largest = 0;
+  for (std::size_t i = 0; i < course.size(); ++i) {
+    for (std::size_t k = i + 1; k < course.size() && course[k].t - course[i].t <= 0.1; ++k) {
+      largest = std::max(largest, Difference(course[k].force, course[i].force));
+    }
+  }
+  return largest;
+}
+
+Result<ChildProcess> StartController(const std::string& session, const std::string& name,
+                                     bool holds) {
+  std::vector<std::string> words{
+      TANDEM_PROGRAM, "peer",      "--session",
+      session,        "--scene",   std::string(TANDEM_SCENES) + "/peg_in_slot.json",
+      "--interface",  "lo",        "--name",
+      name,           "--control", name,
+      "--capacity",   "20000",     "--brief"};
+  if (holds) words.insert(words.end(), {"--hold", "peg"});
+  return ChildProcess::Start(words);
+}
+
+TEST(HostKilled, PartnersFeelLittleAndTheNextHostFindsAll) {
+  // nothing of ours sets the environment
+  const char* asked = std::getenv("TANDEM_HOST_KILLS");  // NOLINT(concurrency-mt-unsafe)
+  const int kills = asked != nullptr ? std::atoi(asked) : 3;
+  std::mt19937_64 random(17);
+  const std::string id = std::to_string(getpid());
+  TemporaryFolder folder;
+  Result<ChildProcess> first = StartController("kill-" + id, "first-" + id, false);
+  Result<ChildProcess> second = StartController("kill-" + id, "second-" + id, true);
+  ASSERT_TRUE(first && second);
+  Controller::Options options;
+  options.timeout_s = 30;
+  Result<Controller> partner = Controller::Attach("second-" + id, options);
+  ASSERT_TRUE(partner) << partner.error().what;
+  ASSERT_TRUE(partner->Ask(SnapshotRateRequest{200}).ok);
+  while (partner->snapshot().hand.body < 0) partner->Wait(milliseconds(100));
+
+  std::vector<ForceThen> course;
+  partner->OnSnapshot([&course](const ControllerSnapshot& now) {
+    course.push_back({1e-9 * static_cast<double>(now.time_ns), now.hand.force_N});
+  });
+  const auto look = [&partner](int ms) {
+    const auto until = std::chrono::steady_clock::now() + milliseconds(ms);
+    while (std::chrono::steady_clock::now() < until) partner->Wait(milliseconds(2));
+  };
+  double worst_change = 0;
+  double longest_attach_s = 0;
+  for (int kill = 0; kill < kills; ++kill) {
+    const std::filesystem::path said = folder.path() / ("host-" + std::to_string(kill));
+    Result<ChildProcess> host =
+        ChildProcess::Start({TANDEM_HOST_FOR_TESTS, "first-" + id, "peg", "0.02", said.string()});
+    ASSERT_TRUE(host);
+    for (int waited = 0; waited < 2000 && !std::filesystem::exists(said); ++waited) look(10);
+    double took_s = 99;
+    std::size_t bodies = 0;
+    std::ifstream(said) >> took_s >> bodies;
+    EXPECT_EQ(bodies, 2U) << "the peg and the block with its slot";
+    longest_attach_s = std::max(longest_attach_s, took_s);
+    look(static_cast<int>(random() % 500));
+    course.clear();
+    host->Signal(SIGKILL);
+    look(1500);  // until it is lost, has let go, and its pull has faded
+    worst_change = std::max(worst_change, LargestChange(course));
+    ASSERT_GT(course.size(), 50U) << "snapshots of the partner";
+  }
+  std::printf(
+      "%d hosts killed: partner's force changes by %.2f N in 100 ms at the most, attached "
+      "in %.2f s at the most\n",
+      kills, worst_change, longest_attach_s);
+  EXPECT_LE(worst_change, 1.0);
+  EXPECT_LE(longest_attach_s, 2.0);
+  EXPECT_FALSE(first->Poll()) << "the controller has ended";
+}
+
+}  // namespace
+}  // namespace tandem
