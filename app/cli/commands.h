@@ -16,6 +16,7 @@ void AddDemoCommand(CLI::App& app, int& exit_code);
 void AddBenchCommand(CLI::App& app, int& exit_code);
 void AddDoctorCommand(CLI::App& app, int& exit_code);
 void AddKeysCommand(CLI::App& app, int& exit_code);
+void AddOpenCommands(CLI::App& app, int& exit_code);
 void AddPeerCommand(CLI::App& app, int& exit_code);
 void AddSimulateCommand(CLI::App& app, int& exit_code);
 void AddRelayCommand(CLI::App& app, int& exit_code);

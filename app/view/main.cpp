@@ -5,7 +5,9 @@
 
 #include "app/exit_codes.h"
 #include "app/output_file.h"
+#include "app/reach/recent_scenes.h"
 #include "app/reach/scene_search.h"
+#include "app/view/controller_process.h"
 #include "app/view/errands.h"
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"
@@ -25,29 +27,44 @@ int Fail(int exit_code, const std::string& line) {
   return exit_code;
 }
 
+/// By what the command line says, or the fields of the window.
+ReachOptions ReachBy(ReachOptions reach, const JoinRequest& request) {
+  reach.domain = request.domain;
+  reach.interface = request.interface;
+  if (!request.chosen_here) return reach;
+  reach.peers = request.peers;
+  reach.external_address = request.external_address;
+  reach.port = request.port;
+  reach.secure = request.secure;
+  return reach;
+}
+
 /// Over DDS, by the way that the command line says; domain and interface are the form's.
-JoinFunction JoinBy(ReachOptions reach) {
-  return [reach](const JoinRequest& request, PeerId peer, Inbox& inbox) mutable {
+JoinFunction JoinBy(const ReachOptions& reach) {
+  return [reach](const JoinRequest& request, PeerId peer,
+                 Inbox& inbox) -> Result<std::unique_ptr<Transport>> {
     DdsOptions options;
     options.session = request.session;
     options.peer = peer;
+    if (request.chosen_here && request.secured) {
+      std::string name = request.name;
+      const Result<PeerId> id = Identify(ReachBy(reach, request), Role::kViewer, name);
+      if (!id) return id.error();
+      options.peer = *id;
+    }
     options.role = Role::kViewer;
-    reach.domain = request.domain;
-    reach.interface = request.interface;
-    ApplyReach(reach, options);
+    ApplyReach(ReachBy(reach, request), options);
     if (request.from_relay) GoToRelay(options);
     return JoinOverDds(options, inbox);
   };
 }
 
 /// In the same network, for other sessions.
-ListenFunction ListenBy(ReachOptions reach) {
-  return [reach](const JoinRequest& request) mutable {
+ListenFunction ListenBy(const ReachOptions& reach) {
+  return [reach](const JoinRequest& request) {
     DdsOptions options;
     options.session = request.session;
-    reach.domain = request.domain;
-    reach.interface = request.interface;
-    ApplyReach(reach, options);
+    ApplyReach(ReachBy(reach, request), options);
     if (request.from_relay) GoToRelay(options);
     return ListenForSessions(options);
   };
@@ -56,6 +73,19 @@ ListenFunction ListenBy(ReachOptions reach) {
 SceneSearchResult FindHere(const SceneManifest& manifest) {
   const std::vector<std::filesystem::path> folders = FoldersWithScenes();
   return {FindScene(WantedFrom(manifest), folders), folders};
+}
+
+/// Does what the command line asks for, in the window that is there.
+void Begin(const ViewOptions& options, MainWindow& window, SessionModel& session,
+           SceneModel& scene) {
+  if (options.attach) {
+    window.desk()->hand().TakeUp(options.hand.control, options.hand.name, options.own);
+  } else if (!options.open.empty() || options.take_part) {
+    window.desk()->TakePart(options.hand);
+  } else {
+    if (!options.scene.empty()) scene.OpenNamed(options.scene);
+    if (!options.join.session.empty()) session.Join(options.join);
+  }
 }
 
 }  // namespace
@@ -70,11 +100,13 @@ int main(int argc, char** argv) {
     const std::string fault = file.empty() ? "" : WhyNotWritable(file);
     if (!fault.empty()) return Fail(kExitFile, fault);
   }
-  if (!options->scene.empty()) {
-    const Result<Scene> scene = LoadScene(options->scene);
+  for (const std::string& file : {options->scene, options->open}) {
+    if (file.empty()) continue;
+    const Result<Scene> scene = LoadScene(file);
     if (!scene) return Fail(kExitFile, scene.error().what);
-    RememberSceneFolder(options->scene);
+    RememberSceneFolder(file);
   }
+  if (!options->open.empty()) RememberScene(options->open);
   if (const std::string trouble = DisplayTrouble(); !trouble.empty()) {
     return Fail(kExitDisplay, trouble);
   }
@@ -90,19 +122,23 @@ int main(int argc, char** argv) {
   SceneModel scene(LoadDrawnScene, FindHere);
   const Result<GlInfo> gl = CheckGl();
   if (!gl) Fail(kExitDisplay, gl.error().what);
-  MainWindow window(session, scene, gl);
+  HandModel hand(AttachController, LaunchController);
+  MainWindow window(session, scene, gl, &hand);
+  window.desk()->SetDefaults(options->hand);
   Errands errands(*options, window, session);
   std::vector<std::filesystem::path> folders = FoldersWithScenes();
   if (folders.size() > 1) std::rotate(folders.begin(), folders.begin() + 1, folders.end());
   window.SetSceneFolders(folders);  // the last one used, or that of our own scenes, first
-  QObject::connect(&window, &MainWindow::SceneChosen, [](const QString& file) {
+  QObject::connect(&window, &MainWindow::SceneChosen, [&window](const QString& file) {
     RememberSceneFolder(file.toStdString());
+    RememberScene(file.toStdString());
+    window.SetRecentScenes(RecentScenes());
   });
+  window.SetRecentScenes(RecentScenes());
   window.session_dock().SetRequest(options->join);
   window.ShowProximity(options->proximity);
   window.show();
-  if (!options->scene.empty()) scene.OpenNamed(options->scene);
-  if (!options->join.session.empty()) session.Join(options->join);
+  Begin(*options, window, session, scene);
   QApplication::exec();
   return errands.Finish();
 }

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <sstream>
 
 #include <CLI/CLI.hpp>
 #include <sys/socket.h>
@@ -47,11 +48,26 @@ bool LocalDisplayAnswers(const std::string& number) {
 std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   ViewOptions options;
   options.join.name = Environment("USER").empty() ? "viewer" : Environment("USER");
-  CLI::App app{"Look on at a session: the scene, its moving bodies, the peers. Never simulates."};
+  CLI::App app{
+      "Look on at a session, or take part in one through a controller. Never simulates itself."};
   app.name("tandem-view");
   app.set_version_flag("--version", TANDEM_VERSION);
   AddSessionOption(app, options.join.session, "join this session at once");
   app.add_option("--scene", options.scene, "scene file; otherwise the session's, if it is here");
+  CLI::Option* open = app.add_option(
+      "--open", options.open, "take part in this scene (file): alone, or with others in --session");
+  CLI::Option* part =
+      app.add_flag("--take-part", options.take_part, "in --session, with a hand of your own")
+          ->needs("--session");
+  app.add_option("--control", options.hand.control, "name of the controller that is started");
+  app.add_flag("--attach", options.attach, "take up the controller --control, which runs already")
+      ->needs("--control")
+      ->excludes(open)
+      ->excludes(part);
+  app.add_option("--peer-options", options.peer_options,
+                 "further options of the controller (tandem peer --help), in one text");
+  app.add_flag("--own", options.own, "with --attach: the controller ends with the window")
+      ->needs("--attach");
   app.add_option("--name", options.join.name, "how others see you")->capture_default_str();
   AddReachOptions(app, options.reach);
   app.add_flag("--from-relay", options.join.from_relay, "look through a relay (tandem relay)");
@@ -83,9 +99,23 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
     exit_code = *ended;
     return std::nullopt;
   }
+  if (options.hand.control.empty()) options.hand.control = "window-" + std::to_string(getpid());
+  options.hand.scene = options.open;
+  std::istringstream words(options.peer_options);
+  for (std::string word; words >> word;) options.hand.further.push_back(word);
+  options.hand.session = options.join.session;
+  options.hand.name = options.join.name;
+  options.hand.domain = options.reach.domain;
+  options.hand.interface = options.reach.interface;
+  options.hand.peers = options.reach.peers;
+  options.hand.external_address = options.reach.external_address;
+  options.hand.port = options.reach.port;
+  options.hand.secure = options.reach.secure;
   options.join.domain = options.reach.domain;
   options.join.interface = options.reach.interface;
-  if (!options.reach.secure.empty()) {
+  // who takes part is identified by the controller
+  const bool looks_on = options.open.empty() && !options.take_part && !options.attach;
+  if (looks_on && !options.reach.secure.empty()) {
     const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.join.name);
     if (!id) {
       std::fprintf(stderr, "tandem-view: %s\n", id.error().what.c_str());

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/reach/reach_options.h"
+#include "app/view/model/controller_link.h"
 #include "app/view/model/session_model.h"
 
 namespace tandem {
@@ -14,6 +15,12 @@ struct ViewOptions {
   JoinRequest join;  // session empty: the form waits
   ReachOptions reach;
   std::string scene;
+  std::string open;        // scene to take part in; empty: none
+  bool take_part = false;  // in the session, with a hand
+  bool attach = false;     // to a controller that runs already
+  bool own = false;        // which ends with the window
+  std::string peer_options;
+  HandRequest hand;        // by which one takes part
   bool proximity = false;  // shown from the start
   bool fit = false;        // to the bodies where they are, before a picture is taken
   std::string screenshot;

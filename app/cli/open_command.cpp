@@ -1,0 +1,204 @@
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <sstream>
+#include <thread>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "app/cli/commands.h"
+#include "app/cli/headless.h"
+#include "app/cli/scene_files.h"
+#include "app/cli/stop_signal.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "app/option_checks.h"
+#include "app/program_folders.h"
+#include "app/reach/hand_request.h"
+#include "app/reach/reach_options.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::chrono::milliseconds kWatchPeriod{20};
+constexpr int kMostNewWindows = 3;
+
+/// What `tandem open` and `tandem join` were asked for.
+struct TakePartArguments {
+  HandRequest hand;
+  ReachOptions reach;
+  std::string role = "active";
+  std::string peer_options;
+  bool headless = false;
+  bool json = false;
+};
+
+void FillReach(TakePartArguments& arguments) {
+  HandRequest& hand = arguments.hand;
+  hand.domain = arguments.reach.domain;
+  hand.interface = arguments.reach.interface;
+  hand.peers = arguments.reach.peers;
+  hand.external_address = arguments.reach.external_address;
+  hand.port = arguments.reach.port;
+  hand.secure = arguments.reach.secure;
+  std::istringstream words(arguments.peer_options);
+  for (std::string word; words >> word;) hand.further.push_back(word);
+  hand.control = "window-" + std::to_string(getpid());
+}
+
+std::vector<std::string> ReachWords(const HandRequest& hand) {
+  std::vector<std::string> words{"--name", hand.name, "--domain", std::to_string(hand.domain)};
+  const auto add = [&words](const char* option, const std::string& value) {
+    if (value.empty()) return;
+    words.emplace_back(option);
+    words.push_back(value);
+  };
+  std::string peers;
+  for (const std::string& peer : hand.peers) peers += (peers.empty() ? "" : ",") + peer;
+  add("--session", hand.session);
+  add("--interface", hand.interface);
+  add("--peers", peers);
+  add("--external-address", hand.external_address);
+  add("--port", hand.port == 0 ? "" : std::to_string(hand.port));
+  add("--secure", hand.secure);
+  std::string further;
+  for (const std::string& word : hand.further) further += (further.empty() ? "" : " ") + word;
+  add("--peer-options", further);
+  return words;
+}
+
+/// Starts the window's program; it does not end with this one. A negative number: it cannot.
+pid_t StartWindow(const std::vector<std::string>& words) {
+  std::vector<std::string> command{(ProgramFolder() / "tandem-view").string()};
+  command.insert(command.end(), words.begin(), words.end());
+  std::vector<char*> argv;
+  for (std::string& word : command) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t pid = fork();
+  if (pid != 0) return pid;
+  execv(argv[0], argv.data());
+  _exit(127);
+}
+
+/// Waits for a window; hands a request to end on to it. Returns its status.
+int WatchWindow(pid_t window) {
+  const std::atomic<bool>& stop = StopOnSignals();
+  bool told = false;
+  int status = 0;
+  while (waitpid(window, &status, WNOHANG) == 0) {
+    if (stop.load() && !told) {
+      kill(window, SIGTERM);
+      told = true;
+    }
+    std::this_thread::sleep_for(kWatchPeriod);
+  }
+  return status;
+}
+
+/// Shows the window. Where that crashes, the controller goes on, and a new window takes it up.
+int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bool has_controller) {
+  std::vector<std::string> now = words;
+  for (int windows = 1;; ++windows) {
+    const pid_t window = StartWindow(now);
+    if (window < 0) return Fail(kExitFailed, std::string("tandem-view: ") + std::strerror(errno));
+    const int status = WatchWindow(window);
+    if (WIFEXITED(status)) return WEXITSTATUS(status);
+    const std::string signal = std::to_string(WTERMSIG(status));
+    if (!has_controller || windows > kMostNewWindows) {
+      return Fail(kExitFailed, "the window was ended by signal " + signal +
+                                   (has_controller ? "; its controller " + hand.control +
+                                                         " goes on: tandem-view --attach --own "
+                                                         "--control " +
+                                                         hand.control
+                                                   : ""));
+    }
+    Say("the window was ended by signal " + signal + "; its controller goes on, and a new window " +
+        "takes it up");
+    now = {"--attach", "--own", "--control", hand.control, "--name", hand.name};
+  }
+}
+
+int RunOpen(TakePartArguments& arguments) {
+  FillReach(arguments);
+  const Result<Scene> scene = LoadNamedScene(arguments.hand.scene);
+  if (!scene) return Fail(kExitFile, scene.error().what);
+  std::error_code unknown;
+  arguments.hand.scene = std::filesystem::absolute(scene->file, unknown).string();
+  if (arguments.headless) return ShowHeadless(arguments.hand, arguments.json);
+  std::vector<std::string> words = ReachWords(arguments.hand);
+  words.insert(words.end(), {"--open", arguments.hand.scene, "--control", arguments.hand.control});
+  return RunWindow(words, arguments.hand, true);
+}
+
+int RunJoin(TakePartArguments& arguments) {
+  FillReach(arguments);
+  std::string& scene = arguments.hand.scene;
+  if (!scene.empty()) {
+    const Result<Scene> loaded = LoadNamedScene(scene);
+    if (!loaded) return Fail(kExitFile, loaded.error().what);
+    scene = loaded->file.string();
+  }
+  std::vector<std::string> words = ReachWords(arguments.hand);
+  if (arguments.role == "viewer") {
+    if (!scene.empty()) words.insert(words.end(), {"--scene", scene});
+    return RunWindow(words, arguments.hand, false);
+  }
+  words.insert(words.end(), {"--take-part", "--control", arguments.hand.control});
+  if (!scene.empty()) words.insert(words.end(), {"--open", scene});
+  return RunWindow(words, arguments.hand, true);
+}
+
+void AddCommon(CLI::App& command, TakePartArguments& arguments) {
+  const char* user = std::getenv("USER");  // NOLINT(concurrency-mt-unsafe)
+  arguments.hand.name = user != nullptr && *user != '\0' ? user : "user";
+  command.add_option("--name", arguments.hand.name, "how others see you")->capture_default_str();
+  command.add_option("--peer-options", arguments.peer_options,
+                     "further options of the controller (tandem peer --help), in one text");
+  AddReachOptions(command, arguments.reach);
+}
+
+}  // namespace
+
+void AddOpenCommands(CLI::App& app, int& exit_code) {
+  auto open = std::make_shared<TakePartArguments>();
+  CLI::App* command = app.add_subcommand(
+      "open", "Open a scene in a window and move its parts by mouse, alone or with others");
+  command->add_option("scene", open->hand.scene, "scene by name, or a scene file")->required();
+  AddSessionOption(*command, open->hand.session,
+                   "session that others can join; default: one of this machine alone");
+  AddCommon(*command, *open);
+  CLI::Option* headless = command->add_flag("--headless", open->headless,
+                                            "no window: print what it would show first, then end");
+  command->add_flag("--json", open->json, "with --headless: as one JSON document")->needs(headless);
+  command->callback([open, &exit_code] {
+    exit_code = RunOpen(*open);
+  });
+
+  auto join = std::make_shared<TakePartArguments>();
+  CLI::App* other = app.add_subcommand("join", "Take part in a session in a window");
+  other->add_option("session", join->hand.session, "name of the session")
+      ->required()
+      ->check(CLI::Validator(
+          [](std::string& name) -> std::string {
+            return name.size() <= kMaxSessionName ? "" : "the session's name is too long";
+          },
+          ""));
+  other->add_option(
+      "--scene", join->hand.scene,
+      "scene by name, or a scene file; default: the session's, found on this machine");
+  other->add_option("--role", join->role, "active: takes parts in hand; viewer: looks on")
+      ->check(OneOf({"active", "viewer"}))
+      ->capture_default_str();
+  AddCommon(*other, *join);
+  other->callback([join, &exit_code] {
+    exit_code = RunJoin(*join);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,40 @@
+#include "app/view/controller_process.h"
+#include "collab/controller/controller.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr double kQuitSeconds = 1;
+constexpr double kAttachSeconds = 0.5;  // a try, of which there are many
+
+class AttachedController : public ControllerLink {
+ public:
+  explicit AttachedController(Controller controller) : controller_(std::move(controller)) {}
+
+  bool attached() const override { return controller_.attached(); }
+  void Send(const ControlRequest& request, OnAnswer on_answer) override {
+    controller_.Send(request, std::move(on_answer));
+  }
+  void SetGoal(const PlainPose& X_WG) override { controller_.SetGoal(X_WG); }
+  const ControllerSnapshot& snapshot() const override { return controller_.snapshot(); }
+  void Quit() override { controller_.Ask(QuitRequest{}, kQuitSeconds); }
+  bool Poll() override { return controller_.Poll(); }
+
+ private:
+  Controller controller_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name) {
+  Controller::Options options;
+  options.host = "tandem-view";
+  options.timeout_s = kAttachSeconds;
+  Result<Controller> controller = Controller::Attach(name, options);
+  if (!controller) return controller.error();
+  return std::unique_ptr<ControllerLink>(
+      std::make_unique<AttachedController>(*std::move(controller)));
+}
+
+}  // namespace tandem
