@@ -174,10 +174,9 @@ std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript sc
                                    const Pose& X_WB0, Joining& joining) {
   if (joining.device) {
     joining.handle = joining.device->MakeDevice();
-    auto workspace = std::make_unique<Workspace>(
-        *joining.handle,
-        WorkspaceOrder{.scale = arguments.device_scale, .recentre = arguments.recentre});
-    joining.workspace = workspace.get();
+    auto workspace = std::make_unique<Workspace>(*joining.handle, arguments.space->order());
+    joining.space = arguments.space;
+    joining.space->Use(workspace.get());
     return workspace;
   }
   if (arguments.goals) {

@@ -5,12 +5,12 @@
 
 #include "app/cli/capacity.h"
 #include "app/cli/device_process.h"
+#include "app/cli/device_space.h"
 #include "app/cli/peer_options.h"
 #include "app/cli/start_gaps.h"
 #include "collab/early_inbox.h"
 #include "collab/peer_node.h"
 #include "collab/recording/recorder.h"
-#include "engine/haptics/workspace.h"
 #include "engine/realtime/frame_helpers.h"
 
 namespace tandem {
@@ -19,6 +19,13 @@ namespace tandem {
 /// (docs/decisions/0022-agreement.md). Listening goes on while loading, so the first of a session
 /// waits for nobody.
 struct Joining {
+  Joining() = default;
+  ~Joining() {
+    if (space) space->Use(nullptr);  // the workspace is the node's
+  }
+  Joining(const Joining&) = delete;
+  Joining& operator=(const Joining&) = delete;
+
   PeerId id = 0;
   std::int64_t joined_ns = 0;
   EarlyInbox inbox;
@@ -34,7 +41,7 @@ struct Joining {
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
   std::unique_ptr<DeviceProcess> device;  // null: the device is in this process; outlives the node
   std::unique_ptr<Device> handle;         // of that process; outlives the node
-  Workspace* workspace = nullptr;         // by which it is mapped; the node's
+  std::shared_ptr<DeviceSpace> space;     // null: the device is in this process
   std::unique_ptr<PeerNode> node;
   GoalDevice* goal_device = nullptr;     // the node's; null: it has another kind
   std::unique_ptr<Transport> transport;  // goes first

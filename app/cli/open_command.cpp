@@ -67,6 +67,7 @@ std::vector<std::string> ReachWords(const HandRequest& hand) {
   add("--external-address", hand.external_address);
   add("--port", hand.port == 0 ? "" : std::to_string(hand.port));
   add("--secure", hand.secure);
+  add("--device", hand.device);
   std::string further;
   for (const std::string& word : hand.further) further += (further.empty() ? "" : " ") + word;
   add("--peer-options", further);
@@ -158,6 +159,8 @@ void AddCommon(CLI::App& command, TakePartArguments& arguments) {
   const char* user = std::getenv("USER");  // NOLINT(concurrency-mt-unsafe)
   arguments.hand.name = user != nullptr && *user != '\0' ? user : "user";
   command.add_option("--name", arguments.hand.name, "how others see you")->capture_default_str();
+  command.add_option("--device", arguments.hand.device,
+                     "device that moves the hand, as of tandem peer; default: the mouse");
   command.add_option("--peer-options", arguments.peer_options,
                      "further options of the controller (tandem peer --help), in one text");
   AddReachOptions(command, arguments.reach);

@@ -102,12 +102,10 @@ std::optional<DeviceTimes> TimesOf(const Joining& joining) {
 }
 
 /// Lets the handle go from what it leads, or takes it up again; what there is to say of that.
-std::string Clutch(const PeerArguments& arguments, bool pressed, Joining& joining) {
-  if (joining.workspace == nullptr) return "clutch: only a device in a process of its own has one";
-  joining.workspace->orders().back() = {.scale = arguments.device_scale,
-                                        .clutch = pressed,
-                                        .recentre = arguments.recentre};
-  joining.workspace->orders().Publish();
+std::string Clutch(const PeerArguments& arguments, bool pressed) {
+  if (!arguments.space->Change({.clutch = pressed})) {
+    return "clutch: only a device in a process of its own has one";
+  }
   return pressed ? "the handle moves alone, until 'clutch off'" : "the handle leads again";
 }
 
@@ -254,7 +252,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
         continue;
       }
       if (line == "clutch" || line == "clutch off") {
-        Say(Clutch(arguments, line == "clutch", joining));
+        Say(Clutch(arguments, line == "clutch"));
         continue;
       }
       if (PlannedNetwork::IsOrder(line)) {
@@ -381,6 +379,7 @@ int RunPeer(PeerArguments& arguments) {
       std::filesystem::file_size(arguments.record, not_there) > 0) {
     return Fail(kExitFile, arguments.record + " exists already: recordings are never overwritten");
   }
+  arguments.space = std::make_shared<DeviceSpace>(arguments.workspace);
   std::unique_ptr<PeerControl> control;
   if (!arguments.control.empty()) {
     Result<std::unique_ptr<PeerControl>> opened = PeerControl::Open(arguments);

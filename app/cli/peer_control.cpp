@@ -47,16 +47,18 @@ Result<std::unique_ptr<PeerControl>> PeerControl::Open(PeerArguments& arguments)
   if (!port) return port.error();
   const bool device_hand = !arguments.hand.empty() || HasDeviceProcess(arguments);
   std::unique_ptr<PeerControl> control(
-      new PeerControl(*std::move(port), arguments.session, device_hand));
+      new PeerControl(*std::move(port), arguments, device_hand));
   if (!device_hand) arguments.goals = control->goals_;
   return control;
 }
 
-PeerControl::PeerControl(std::unique_ptr<ControlPort> port, std::string session, bool device_hand)
+PeerControl::PeerControl(std::unique_ptr<ControlPort> port, const PeerArguments& arguments,
+                         bool device_hand)
     : port_(std::move(port)),
-      session_(std::move(session)),
+      session_(arguments.session),
       server_(*this, device_hand),
       goals_(std::make_shared<GoalDevice::Orders>()),
+      space_(arguments.space),
       thread_([this] {
         Run();
       }) {}

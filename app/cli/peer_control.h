@@ -61,7 +61,7 @@ class PeerControl : private ControlledPeer {
     bool begun = false;
   };
 
-  PeerControl(std::unique_ptr<ControlPort> port, std::string session, bool device_hand);
+  PeerControl(std::unique_ptr<ControlPort> port, const PeerArguments& arguments, bool device_hand);
   void Run();
   /// To the server's thread.
   void Post(std::function<void(ControlServer&)> what);
@@ -74,6 +74,7 @@ class PeerControl : private ControlledPeer {
   void Tell(const GoalOrder& order) override;
   void Begin(std::uint64_t job, const ControlRequest& request) override;
   void StopDevice(bool stop) override;
+  bool ChangeWorkspace(const WorkspaceChange& change) override { return space_->Change(change); }
   void Quit() override { quit_ = true; }
   /// Writes the scene as it stands, with one body more if there is one to add.
   Answer Write(const std::filesystem::path& file, const std::optional<AddedBody>& added,
@@ -84,6 +85,7 @@ class PeerControl : private ControlledPeer {
   const std::string session_;
   ControlServer server_;
   std::shared_ptr<GoalDevice::Orders> goals_;
+  std::shared_ptr<DeviceSpace> space_;
   GoalDevice* device_ = nullptr;  // of the node; null: another kind
   std::atomic<bool> device_stopped_{false};
   std::atomic<bool> stop_untold_{false};  // the node has not heard of that yet

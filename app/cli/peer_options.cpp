@@ -41,12 +41,12 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
       ->check(NumberAbove(0, kMostForAHand.moment))
       ->capture_default_str();
   command
-      .add_option("--device-scale", arguments.device_scale,
+      .add_option("--device-scale", arguments.workspace.scale,
                   "metres in the scene a metre of a device process's handle")
       ->check(NumberFrom(Workspace::kLeastScale, Workspace::kMostScale))
       ->capture_default_str();
   command
-      .add_option("--recentre", arguments.recentre,
+      .add_option("--recentre", arguments.workspace.recentre,
                   "share of its way by which a hand far from the middle of its device is led back")
       ->check(NumberFrom(0, Workspace::kMostRecentre))
       ->capture_default_str();

@@ -9,9 +9,12 @@
 #include "collab/coupling_law.h"
 #include "collab/link_conditioner.h"
 #include "engine/haptics/goal_device.h"
+#include "engine/haptics/workspace.h"
 #include "engine/safety/device_limits.h"
 
 namespace tandem {
+
+class DeviceSpace;
 
 /// What `tandem peer` was asked for.
 struct PeerArguments {
@@ -22,8 +25,8 @@ struct PeerArguments {
   std::string hand;
   std::string device = "scripted";
   DeviceLimits device_most = kUsersDefault;  // of a device process: the user's setting
-  double device_scale = 1;                   // metres in the scene a metre of the device
-  double recentre = 0;                       // share of its way by which a hand is led back
+  WorkspaceOrder workspace;                  // that a device begins with
+  std::shared_ptr<DeviceSpace> space;        // in which it does; null: not yet
   int core = -1;                             // that the haptic thread keeps to; below 0: any
   int device_core = -1;                      // that the device process keeps to
   std::string name;

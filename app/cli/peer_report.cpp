@@ -48,9 +48,9 @@ nlohmann::ordered_json AsJson(const std::optional<DeviceTimes>& times) {
 }
 
 // time since the first frame apart, for a double does not hold all ns of a long uptime
-using Row = std::array<double, kTraceColumns>;
+using TraceRow = std::array<double, kTraceColumns>;
 
-Row AsRow(const TraceSample& sample) {
+TraceRow AsRow(const TraceSample& sample) {
   const Vec3& p = sample.X_WB.p;
   const Quat& q = sample.X_WB.q;
   const Twist& V = sample.V_WB;
@@ -73,7 +73,7 @@ Row AsRow(const TraceSample& sample) {
           sample.contact_points + (sample.loaded ? 0.5 : 0.0)};
 }
 
-TraceSample FromRow(const Row& row) {
+TraceSample FromRow(const TraceRow& row) {
   TraceSample sample;
   sample.time_ns = std::llround(row[0]) * 1'000'000'000 + std::llround(1e9 * row[1]);
   sample.X_WB.p = Vec3(row[2], row[3], row[4]);
@@ -88,7 +88,7 @@ TraceSample FromRow(const Row& row) {
 }  // namespace
 
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
-  for (const DeliveryCount::Row& row : delivery.rows()) {
+  for (const DeliveryCount::TraceRow& row : delivery.rows()) {
     if (row.peer == 0) continue;
     ++report.peers_heard;
     report.states_sent += row.sent;
@@ -151,7 +151,7 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
 Result<bool> WriteTrace(const std::filesystem::path& file, const std::vector<TraceSample>& trace) {
   std::ofstream stream(file, std::ios::binary);
   for (const TraceSample& sample : trace) {
-    const Row row = AsRow(sample);
+    const TraceRow row = AsRow(sample);
     stream.write(reinterpret_cast<const char*>(row.data()), sizeof row);
   }
   stream.flush();
@@ -163,7 +163,7 @@ Result<std::vector<TraceSample>> ReadTrace(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return Error{file.string() + ": cannot be read"};
   std::vector<TraceSample> trace;
-  Row row{};
+  TraceRow row{};
   while (stream.read(reinterpret_cast<char*>(row.data()), sizeof row))
     trace.push_back(FromRow(row));
   if (stream.gcount() != 0) return Error{file.string() + ": ends within a frame"};

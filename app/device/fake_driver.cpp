@@ -58,7 +58,8 @@ Result<std::unique_ptr<Device>> FakeDriver::Make(const std::string& options, con
                                                {"jump_at", &fake->jump_at_},
                                                {"hang_at", &fake->hang_at_},
                                                {"hang_ms", &fake->hang_ms_},
-                                               {"crash_at", &fake->crash_at_}};
+                                               {"crash_at", &fake->crash_at_},
+                                               {"clutch_at", &fake->clutch_at_}};
   std::istringstream words(options);
   for (std::string word; std::getline(words, word, ',');) {
     const std::size_t equals = word.find('=');

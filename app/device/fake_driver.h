@@ -23,6 +23,7 @@ namespace tandem {
 /// | stiffness | N/m that it says it bears |
 /// | nan_at, fail_at, stop_at, jump_at | tick from which its pose is no number for one tick, it is in
 /// trouble for 50, its stop button is pressed for 50, its handle stands 50 mm aside |
+/// | clutch_at | tick from which its clutch button is pressed for 50 |
 /// | hang_at, hang_ms | tick in which Read() takes so long |
 /// | crash_at | tick in which it crashes |
 class FakeDriver : public Device {
@@ -37,6 +38,7 @@ class FakeDriver : public Device {
   DeviceCapabilities capabilities() const noexcept override { return can_; }
   bool failed() const noexcept override { return Within(fail_at_, 50); }
   bool stop_button() const noexcept override { return Within(stop_at_, 50); }
+  bool clutch_button() const noexcept override { return Within(clutch_at_, 50); }
 
  private:
   explicit FakeDriver(const Pose& X_WD0) : X_WD0_(X_WD0) {}
@@ -51,7 +53,8 @@ class FakeDriver : public Device {
   Vec3 aside_ = Vec3::Zero();  // m
   double swing_ = 0;           // m
   double swing_hz_ = 1;
-  double nan_at_ = 0, fail_at_ = 0, stop_at_ = 0, jump_at_ = 0, hang_at_ = 0, crash_at_ = 0;
+  double nan_at_ = 0, fail_at_ = 0, stop_at_ = 0, jump_at_ = 0, hang_at_ = 0, crash_at_ = 0,
+         clutch_at_ = 0;
   double hang_ms_ = 30;
   bool started_ = false;
   std::int64_t tick_ = 0;

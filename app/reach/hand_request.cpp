@@ -28,6 +28,7 @@ std::vector<std::string> PeerWords(const HandRequest& request) {
   add("--external-address", request.external_address);
   add("--port", request.port == 0 ? "" : std::to_string(request.port));
   add("--secure", request.secure);
+  add("--device", request.device);
   words.insert(words.end(), request.further.begin(), request.further.end());
   return words;
 }

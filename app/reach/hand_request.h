@@ -18,6 +18,7 @@ struct HandRequest {
   std::uint16_t port = 0;
   std::string secure;
   std::string control;               // name of the controller
+  std::string device;                // NAME:OPTIONS, which moves the hand; empty: the mouse
   std::vector<std::string> further;  // options of `tandem peer`
 };
 

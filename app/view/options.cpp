@@ -64,6 +64,8 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
       ->needs("--control")
       ->excludes(open)
       ->excludes(part);
+  app.add_option("--device", options.hand.device,
+                 "device that moves the hand, as of tandem peer; default: the mouse");
   app.add_option("--peer-options", options.peer_options,
                  "further options of the controller (tandem peer --help), in one text");
   app.add_flag("--own", options.own, "with --attach: the controller ends with the window")

@@ -103,6 +103,7 @@ std::optional<Answer> ControlServer::Do(HostId host, std::uint64_t number,
   }
   if (const auto* parameter = std::get_if<SetParameterRequest>(&request)) return Do(*parameter);
   if (const auto* clearance = std::get_if<SetClearanceRequest>(&request)) return Do(*clearance);
+  if (const auto* view = std::get_if<SetViewRequest>(&request)) return Do(*view);
   std::optional<Answer> answer;
   const std::uint64_t tag = next_tag_++;
   tasks_[tag] = {host, number};
@@ -152,6 +153,10 @@ std::optional<Answer> ControlServer::Do(HostId host, const GrabRequest& request,
   if (!moving) return Answer{false, moving.error().what};
   if (request.grasp_W && !AllFinite(*request.grasp_W)) {
     return Answer{false, "the grasped point is no place"};
+  }
+  if (device_hand_ && request.grasp_W && facts_.held < 0) {
+    // the device leads the part from the point where it was pointed at
+    peer_->ChangeWorkspace({.p_WD = AsVec3(*request.grasp_W)});
   }
   task_.Take(*moving, request, *scene_, now_ns);
   TakeHand(host);
@@ -209,25 +214,60 @@ Answer ControlServer::Do(const SetParameterRequest& request) {
     double least;
     double most;
   };
+  struct DeviceRange {
+    const char* name;
+    double least;
+    double most;
+  };
+  const auto out_of = [](const auto& range, double value) -> std::string {
+    if (value >= range.least && value <= range.most) return {};
+    char text[120];
+    std::snprintf(text, sizeof text, "%s: expected a number from %g to %g", range.name, range.least,
+                  range.most);
+    return text;
+  };
   static constexpr std::array kRanges{
       Range{"hand_force_N", &GoalLimits::force, 0.1, GoalLimits::kMostForce},
       Range{"hand_speed_m_s", &GoalLimits::speed, 0.01, GoalLimits::kMostSpeed},
       Range{"hand_smoothing_s", &GoalLimits::smoothing, 0.0, 0.2}};
+  static constexpr std::array kDeviceRanges{
+      DeviceRange{"device_scale", Workspace::kLeastScale, Workspace::kMostScale},
+      DeviceRange{"device_recentre", 0, Workspace::kMostRecentre},
+      DeviceRange{"device_clutch", 0, 1}};
   std::string names;
   for (const Range& range : kRanges) {
-    names += std::string(names.empty() ? "" : ", ") + range.name;
+    names += range.name + std::string(", ");
     if (request.name != range.name) continue;
-    if (!(request.value >= range.least && request.value <= range.most)) {
-      char text[120];
-      std::snprintf(text, sizeof text, "%s: expected a number from %g to %g", range.name,
-                    range.least, range.most);
-      return {false, text};
-    }
+    const std::string fault = out_of(range, request.value);
+    if (!fault.empty()) return {false, fault};
     task_.limits().*range.value = request.value;
     task_.TellLimits();
     return {true, ""};
   }
+  for (const DeviceRange& range : kDeviceRanges) {
+    names += range.name + std::string(&range == &kDeviceRanges.back() ? "" : ", ");
+    if (request.name != range.name) continue;
+    const std::string fault = out_of(range, request.value);
+    if (!fault.empty()) return {false, fault};
+    WorkspaceChange change;
+    if (request.name == "device_scale") change.scale = request.value;
+    if (request.name == "device_recentre") change.recentre = request.value;
+    if (request.name == "device_clutch") change.clutch = request.value >= 0.5;
+    return ChangeWorkspace(change);
+  }
   return {false, "there is no parameter '" + request.name + "': there are " + names};
+}
+
+Answer ControlServer::Do(const SetViewRequest& request) {
+  const auto& q = request.q_WV;
+  const Quat q_WV(q[3], q[0], q[1], q[2]);
+  if (!(std::abs(q_WV.norm() - 1) < 1e-3)) return {false, "the view is no rotation"};
+  return ChangeWorkspace({.q_WV = q_WV.normalized()});
+}
+
+Answer ControlServer::ChangeWorkspace(const WorkspaceChange& change) {
+  if (device_hand_ && peer_->ChangeWorkspace(change)) return {true, ""};
+  return {false, "no device at the controller moves the hand"};
 }
 
 Answer ControlServer::Do(const SetClearanceRequest& request) {

@@ -106,6 +106,8 @@ class ControlServer {
   std::optional<Answer> Do(HostId host, const RetraceRequest& request, std::int64_t now_ns);
   Answer Do(const SetParameterRequest& request);
   Answer Do(const SetClearanceRequest& request);
+  Answer Do(const SetViewRequest& request);
+  Answer ChangeWorkspace(const WorkspaceChange& change);
   /// Why that host may not use the hand now; empty: it may.
   std::string WhyNotHand(HostId host, bool to_take) const;
   /// The moving body of that name, or why there is none.

@@ -5,6 +5,7 @@
 #include "collab/command.h"
 #include "collab/controller/requests.h"
 #include "engine/haptics/goal_device.h"
+#include "engine/haptics/workspace.h"
 
 namespace tandem {
 
@@ -22,6 +23,8 @@ class ControlledPeer {
   virtual void Begin(std::uint64_t job, const ControlRequest& request) = 0;
   /// No force to any device until false.
   virtual void StopDevice(bool stop) = 0;
+  /// Of the device at the controller; false: there is none.
+  virtual bool ChangeWorkspace(const WorkspaceChange& change) = 0;
   virtual void Quit() = 0;
 };
 

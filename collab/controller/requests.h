@@ -68,10 +68,19 @@ struct AskForRequest {
 };
 
 /// Changes one of the controller's own numbers; what the session has agreed on cannot be changed.
-/// `hand_force_N` (0.1 to 30), `hand_speed_m_s` (0.01 to 2), `hand_smoothing_s` (0 to 0.2).
+/// `hand_force_N` (0.1 to 30), `hand_speed_m_s` (0.01 to 2), `hand_smoothing_s` (0 to 0.2). Of a
+/// device at the controller: `device_scale`, metres in the scene a metre of the handle's (0.01 to
+/// 100); `device_recentre`, share of its way by which a hand is led back (0 to 0.3); `device_clutch`
+/// (1: the handle moves alone, 0: it leads the part).
 struct SetParameterRequest {
   std::string name;
   double value = 0;
+};
+
+/// How the user looks at the scene: a device at the controller moves the part to the right when it
+/// goes to the right in the user's picture. V: x to the right, y away from the user, z up.
+struct SetViewRequest {
+  std::array<double, 4> q_WV{0, 0, 0, 1};  // x y z w
 };
 
 /// How far from others' surfaces the body in hand meets them (paper §3.2).
@@ -111,6 +120,6 @@ using ControlRequest =
     std::variant<LoadSceneRequest, LoadMeshRequest, VoxelizeRequest, GrabRequest, ReleaseRequest,
                  GiveRequest, AskForRequest, SetParameterRequest, SetClearanceRequest, SaveRequest,
                  RetraceRequest, SnapshotRateRequest, EmergencyStopRequest, ResumeRequest,
-                 QuitRequest>;
+                 QuitRequest, SetViewRequest>;
 
 }  // namespace tandem

@@ -106,6 +106,10 @@ struct SetRequest {
   }
   bool operator()(const EmergencyStopRequest&) { return Value(tandem_control_EMERGENCY_STOP, 0); }
   bool operator()(const ResumeRequest&) { return Value(tandem_control_RESUME, 0); }
+  bool operator()(const SetViewRequest& r) {
+    std::ranges::copy(r.q_WV, wire->rotation);
+    return Value(tandem_control_SET_VIEW, 0);
+  }
   bool operator()(const QuitRequest&) { return Value(tandem_control_QUIT, 0); }
 };
 
@@ -166,6 +170,11 @@ std::optional<ControlRequest> FromWire(const tandem_control_Request& wire) {
       return ResumeRequest{};
     case tandem_control_QUIT:
       return QuitRequest{};
+    case tandem_control_SET_VIEW: {
+      SetViewRequest view;
+      std::ranges::copy(wire.rotation, view.q_WV.begin());
+      return view;
+    }
   }
   return std::nullopt;
 }

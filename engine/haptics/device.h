@@ -47,6 +47,8 @@ class Device {
   virtual bool failed() const noexcept { return false; }
   /// Whether its button for an emergency stop is pressed.
   virtual bool stop_button() const noexcept { return false; }
+  /// Whether its button is pressed by which the handle is moved alone (Workspace).
+  virtual bool clutch_button() const noexcept { return false; }
   /// What a guard beyond the controller's own says; without one: nothing held back.
   virtual DeviceSafety safety() const noexcept { return {}; }
 };

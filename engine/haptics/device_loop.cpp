@@ -41,6 +41,7 @@ void DeviceLoop::Say(const Anchor& handle) noexcept {
   tick_.V_WD = {V.w[0], V.w[1], V.w[2], V.v[0], V.v[1], V.v[2]};
   tick_.state = static_cast<std::uint8_t>(guard_.state());
   tick_.failed = driver_->failed();
+  tick_.clutch_button = driver_->clutch_button();
   tick_.counts = guard_.counts();
   memory_->tick.Write(tick_);
   memory_->tick_bell.Ring();

@@ -19,6 +19,7 @@ struct DeviceTick {
   std::array<double, 6> V_WD{};  // rad/s, then m/s
   std::uint8_t state = 0;        // SafetyState
   bool failed = false;
+  bool clutch_button = false;
   SafetyCounts counts;
 };
 

@@ -30,6 +30,7 @@ class ProcessDevice : public Device {
   void Resume() noexcept override;
   DeviceCapabilities capabilities() const noexcept override { return capabilities_; }
   bool failed() const noexcept override { return tick_.failed; }
+  bool clutch_button() const noexcept override { return tick_.clutch_button; }
   DeviceSafety safety() const noexcept override {
     return {static_cast<SafetyState>(tick_.state), tick_.counts};
   }

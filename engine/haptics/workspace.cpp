@@ -8,6 +8,7 @@ namespace {
 WorkspaceOrder Sound(WorkspaceOrder order) {
   if (!std::isfinite(order.scale)) order.scale = 1;
   order.scale = std::clamp(order.scale, Workspace::kLeastScale, Workspace::kMostScale);
+  if (!order.p_WD.allFinite()) order.p_WD.setZero();
   if (!std::isfinite(order.recentre)) order.recentre = 0;
   order.recentre = std::clamp(order.recentre, 0.0, Workspace::kMostRecentre);
   const double norm = order.q_WV.norm();
@@ -46,10 +47,15 @@ void Workspace::Take(const WorkspaceOrder& newest) noexcept {
 Anchor Workspace::Read() noexcept {
   const Anchor handle = device_->Read();  // in the device's own axes
   if (!handle.X_WA.p.allFinite() || !handle.X_WA.q.coeffs().allFinite()) return handle;
-  const WorkspaceOrder wanted = Sound(orders_.Read());
+  WorkspaceOrder wanted = Sound(orders_.Read());
+  wanted.clutch = wanted.clutch || device_->clutch_button();
   if (!placed_) {
     placed_ = true;
     mapped_ = handle;
+    Index(handle);
+  }
+  if (wanted.placements != order_.placements) {
+    mapped_.X_WA.p = wanted.p_WD;
     Index(handle);
   }
   const bool changed = wanted.scale != order_.scale || wanted.clutch != order_.clutch ||

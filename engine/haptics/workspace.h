@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
+#include <optional>
 
 #include "engine/haptics/device.h"
 #include "engine/realtime/triple_buffer.h"
@@ -11,8 +13,29 @@ namespace tandem {
 struct WorkspaceOrder {
   double scale = 1;                    // metres in W a metre of the device
   Quat q_WV = Quat::Identity();        // the view: a device's axes are those of the user's picture
-  bool clutch = false;                 // held: the handle moves, what it holds stays
+  bool clutch = false;  // held, here or at the device: the handle moves, what it holds stays
+  std::uint32_t placements = 0;        // each puts the mapped handle to p_WD, which nobody holds yet
+  Vec3 p_WD = Vec3::Zero();            // m
   double recentre = 0;                 // share of its own way by which a hand is led back, 0–0.3
+};
+
+/// What of an order is to be another; nothing: stays.
+struct WorkspaceChange {
+  std::optional<double> scale{};
+  std::optional<Quat> q_WV{};
+  std::optional<bool> clutch{};
+  std::optional<double> recentre{};
+  std::optional<Vec3> p_WD{};  // where the hand is to take a part; only while it has none
+
+  void ApplyTo(WorkspaceOrder& order) const {
+    if (scale) order.scale = *scale;
+    if (q_WV) order.q_WV = *q_WV;
+    if (clutch) order.clutch = *clutch;
+    if (recentre) order.recentre = *recentre;
+    if (!p_WD) return;
+    order.p_WD = *p_WD;
+    ++order.placements;
+  }
 };
 
 /// A device whose handle is mapped into the scene: scaled, turned by the view, and let go of by a
@@ -45,6 +68,7 @@ class Workspace : public Device {
   DeviceCapabilities capabilities() const noexcept override;
   bool failed() const noexcept override { return device_->failed(); }
   bool stop_button() const noexcept override { return device_->stop_button(); }
+  bool clutch_button() const noexcept override { return device_->clutch_button(); }
   DeviceSafety safety() const noexcept override { return device_->safety(); }
 
  private:

@@ -17,6 +17,13 @@ void CameraModel::SetViewport(int width_px, int height_px) {
   height_px_ = std::max(height_px, 1);
 }
 
+Mat3 CameraModel::R_WV() const {
+  const Mat3 R = R_WC();
+  Mat3 turned;
+  turned << R.col(0), -R.col(2), R.col(1);
+  return turned;
+}
+
 Mat3 CameraModel::R_WC() const {
   const Vec3 towards_eye(std::cos(elevation_) * std::sin(azimuth_),
                          -std::cos(elevation_) * std::cos(azimuth_), std::sin(elevation_));

@@ -48,6 +48,8 @@ class CameraModel {
 
   /// Columns are the camera's right, up and towards-the-eye in W.
   Mat3 R_WC() const;
+  /// Of the user's view V: to the right, away from the eye, up.
+  Mat3 R_WV() const;
   Vec3 eye_W() const { return target_W_ + distance_ * R_WC().col(2); }
   const Vec3& target_W() const { return target_W_; }
   double distance() const { return distance_; }

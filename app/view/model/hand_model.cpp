@@ -155,6 +155,10 @@ bool HandModel::stopped() const {
   return snapshot().hand.state == SnapshotHand::State::kStopped;
 }
 
+bool HandModel::by_device() const {
+  return ready() && snapshot().hand.input == SnapshotHand::Input::kDevice;
+}
+
 bool HandModel::retracing() const {
   return snapshot().hand.state == SnapshotHand::State::kRetracing;
 }
@@ -246,12 +250,20 @@ void HandModel::Resume() {
   Ask(tr("Resume"), ResumeRequest{});
 }
 
+void HandModel::SetView(const Mat3& R_WV) {
+  if (!by_device() || (view_told_ && view_told_->isApprox(R_WV, 1e-6))) return;
+  view_told_ = R_WV;
+  const Quat q(R_WV);
+  link_->Send(SetViewRequest{{q.x(), q.y(), q.z(), q.w()}}, {});
+}
+
 void HandModel::Tell(const QString& word) {
   word_ = word;
   Q_EMIT Told(word);
 }
 
 void HandModel::SetState(State state, const QString& trouble) {
+  view_told_.reset();  // another controller does not know it
   state_ = state;
   trouble_ = trouble;
   Q_EMIT StateChanged();

@@ -48,6 +48,8 @@ class HandModel : public QObject {
   /// The body in hand, or nothing.
   std::optional<std::size_t> held() const;
   bool stopped() const;
+  /// Whether a device at the controller moves the hand, so that the mouse has the view alone.
+  bool by_device() const;
   /// Newest goal of the grasp frame: what this hand has asked for, else what the controller knows.
   Pose goal() const;
   /// Whether the controller drives the part by itself, so that the goal is the controller's.
@@ -62,6 +64,8 @@ class HandModel : public QObject {
   void Retrace(RetraceRequest::To to);
   void Stop();
   void Resume();
+  /// Tells how the user looks at the scene, for a device's sake; once for each view.
+  void SetView(const Mat3& R_WV);
   /// Any request; a refusal becomes the newest word, after `what`.
   void Ask(const QString& what, const ControlRequest& request);
   /// Puts a word for the user there itself.
@@ -101,6 +105,7 @@ class HandModel : public QObject {
   bool grab_answered_ = false;
   std::uint64_t news_seen_ = 0;
   std::uint64_t frame_seen_ = 0;
+  std::optional<Mat3> view_told_;
 };
 
 /// "anna holds it, ben holds it" in short words for lists: whether another user has it alone.

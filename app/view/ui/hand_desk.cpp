@@ -1,6 +1,7 @@
 #include "app/view/ui/hand_desk.h"
 
 #include <QApplication>
+#include <QInputDialog>
 #include <QMenuBar>
 #include <QToolButton>
 #include <utility>
@@ -72,6 +73,11 @@ void HandDesk::MakeActions() {
   triad_ = Add("hand_triad", tr("&Triad"), Qt::Key_T,
                tr("Show handles at the part: arrows move it, squares too, rings turn it"));
   triad_->setCheckable(true);
+  clutch_ = Add("hand_clutch", tr("&Clutch"), Qt::Key_C,
+                tr("The device's handle moves alone; once more: it leads the part again"));
+  clutch_->setCheckable(true);
+  scale_ = Add("hand_scale", tr("Device s&cale\u2026"), {},
+               tr("How far the part goes when the device's handle goes a metre"));
   sound_ = Add("hand_sound", tr("&Sound on contact"), {}, tr("Beep when the part meets something"));
   sound_->setCheckable(true);
   menu_->addSeparator();
@@ -118,6 +124,12 @@ void HandDesk::MakeActions() {
   connect(triad_, &QAction::toggled, this, [this](bool shown) {
     if (mouse_ != nullptr) mouse_->ShowTriad(shown);
   });
+  connect(clutch_, &QAction::toggled, this, [this](bool pressed) {
+    if (hand_.by_device()) {
+      hand_.Ask(tr("Clutch"), SetParameterRequest{"device_clutch", pressed ? 1.0 : 0.0});
+    }
+  });
+  connect(scale_, &QAction::triggered, this, &HandDesk::AskScale);
   connect(stop_, &QAction::triggered, this, [this] {
     if (mouse_ != nullptr) mouse_->EndDrag();
     hand_.Stop();
@@ -135,7 +147,8 @@ void HandDesk::Refresh() {
   for (QAction* action : {undo_, reset_}) action->setEnabled(ready && !stopped);
   stop_->setEnabled(ready && !stopped);
   resume_->setEnabled(stopped);
-  triad_->setEnabled(view_ != nullptr);
+  triad_->setEnabled(view_ != nullptr && !hand_.by_device());
+  for (QAction* action : {clutch_, scale_}) action->setEnabled(hand_.by_device());
   bar_->setVisible(hand_.state() != HandModel::State::kNone);
 }
 
@@ -214,6 +227,7 @@ void HandDesk::OnSnapshot() {
   if (hand_.retracing() && mouse_ != nullptr && mouse_->dragging()) mouse_->EndDrag();
   ++snapshots_;
   TellOfContact();
+  if (view_ != nullptr) hand_.SetView(view_->camera().R_WV());
   Refresh();
   Q_EMIT Changed();
 }
@@ -222,6 +236,16 @@ void HandDesk::TellOfContact() {
   const bool contact = hand_.held().has_value() && hand_.snapshot().contact_points > 0;
   if (contact && !in_contact_ && sound_->isChecked()) QApplication::beep();
   in_contact_ = contact;
+}
+
+void HandDesk::AskScale() {
+  bool given = false;
+  const double scale = QInputDialog::getDouble(
+      &window_, tr("Device scale"), tr("Metres in the scene for a metre of the device's handle:"),
+      scale_now_, 0.01, 100, 2, &given);
+  if (!given) return;
+  scale_now_ = scale;
+  hand_.Ask(tr("Device scale"), SetParameterRequest{"device_scale", scale});
 }
 
 void HandDesk::DressPicture(const std::vector<BodyLook>& looks, DrawList& list) {

@@ -58,6 +58,7 @@ class HandDesk : public QObject {
   void AskUnderCursor();
   void FillGiveMenu();
   void TellOfContact();
+  void AskScale();
   void Say(const QString& words);
 
   HandModel& hand_;
@@ -79,12 +80,15 @@ class HandDesk : public QObject {
   QAction* undo_ = nullptr;
   QAction* reset_ = nullptr;
   QAction* triad_ = nullptr;
+  QAction* clutch_ = nullptr;
+  QAction* scale_ = nullptr;
   QAction* sound_ = nullptr;
   QAction* stop_ = nullptr;
   QAction* resume_ = nullptr;
   QString words_;
   QTimer words_end_;
   bool in_contact_ = false;
+  double scale_now_ = 1;  // of a device, as last asked for
   std::uint64_t snapshots_ = 0;
 };
 

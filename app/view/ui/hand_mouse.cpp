@@ -72,7 +72,7 @@ std::optional<PartHit> HandMouse::UnderCursor() const {
 bool HandMouse::Press(const QPointF& at, Qt::KeyboardModifiers modifiers) {
   cursor_px_ = Pixel(at);
   view_.setFocus(Qt::MouseFocusReason);
-  if (hand_.stopped()) return false;
+  if (hand_.stopped() || hand_.by_device()) return false;
   if (BeginByTriad(cursor_px_)) return true;
   const std::optional<PartHit> hit = HitAt(cursor_px_);
   if (!hit || view_.scene()->bodies[hit->body].look.fixed) return false;
@@ -140,7 +140,7 @@ bool HandMouse::Turn(int notches, Qt::KeyboardModifiers modifiers) {
 
 bool HandMouse::Key(int key, Qt::KeyboardModifiers modifiers) {
   const std::optional<HandKey> pressed = HandKeyOf(key, modifiers);
-  if (!pressed || !hand_.held() || view_.scene() == nullptr) return false;
+  if (!pressed || !hand_.held() || hand_.by_device() || view_.scene() == nullptr) return false;
   if (!dragging_) BeginAtGoal();
   if (pressed->kind == HandKey::Kind::kLock) {
     drag_.Lock(NextLock(drag_.lock(), pressed->axis, pressed->plane));

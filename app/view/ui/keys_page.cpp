@@ -38,6 +38,7 @@ QString KeysPage(bool with_hand) {
         "<tr><td>H, A</td><td>hand over, ask for</td></tr>"
         "<tr><td>Escape</td><td>drive back to where it was taken</td></tr>"
         "<tr><td>Ctrl+Z, Ctrl+Shift+R</td><td>undo, reset</td></tr>"
+        "<tr><td>C</td><td>with a device: its handle moves alone, or leads the part again</td></tr>"
         "<tr><td>Space, Ctrl+Space</td><td>emergency stop, resume</td></tr>"
         "<tr><td>Ctrl+J</td><td>join a session</td></tr>");
   }

@@ -30,6 +30,13 @@ TEST(OpenCommand, TellsWithoutAWindowWhatItWouldShowAndEndsItsController) {
   EXPECT_NE(std::system(("pgrep -f -- '--control " + control + "' >/dev/null").c_str()), 0);
 }
 
+TEST(OpenCommand, ADeviceMovesTheHandInPlaceOfTheMouse) {
+  const Said said = RunTandem("open peg_in_slot --headless --json --device fake:x_mm=5");
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_EQ(nlohmann::json::parse(said.out).at("hand").at("input"), "device");
+  EXPECT_EQ(RunTandem("open peg_in_slot --headless --device no_such:").exit_code, 6);
+}
+
 TEST(OpenCommand, NamesWhatIsWrongInALineAndTheUsualExitCodes) {
   Said said = RunTandem("open no_such_scene --headless");
   EXPECT_EQ(said.exit_code, 3);

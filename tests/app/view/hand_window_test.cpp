@@ -236,6 +236,32 @@ TEST_F(HandWindow, TheStopIsAKeyAndAButtonAndNothingIsTakenUntilOneResumes) {
   }));
 }
 
+TEST_F(HandWindow, WithADeviceTheMouseMovesTheViewAndTheDeviceGoesByIt) {
+  EXPECT_FALSE(Action("hand_clutch")->isEnabled());
+  controller_.now.hand.input = SnapshotHand::Input::kDevice;
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return Action("hand_clutch")->isEnabled() && !controller_.Asked<SetViewRequest>().empty();
+  }));
+  // from the front, the axes of the view are those of the world
+  EXPECT_NEAR(std::abs(controller_.Asked<SetViewRequest>().back().q_WV[3]), 1, 1e-9);
+  Mouse(QEvent::MouseButtonPress, At(ball_W_), Qt::LeftButton);
+  Mouse(QEvent::MouseMove, At(ball_W_) + QPointF(90, 0), Qt::LeftButton);
+  Mouse(QEvent::MouseButtonRelease, At(ball_W_), Qt::NoButton);
+  EXPECT_TRUE(controller_.Asked<GrabRequest>().empty());
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return controller_.Asked<SetViewRequest>().size() >= 2;
+  }));
+  const auto q = controller_.Asked<SetViewRequest>().back().q_WV;
+  const Vec3 right_W = Quat(q[3], q[0], q[1], q[2]) * Vec3::UnitX();
+  EXPECT_LT((right_W - view().camera().R_WC().col(0)).norm(), 1e-6);
+  QTest::keyClick(&view(), Qt::Key_C);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return controller_.Asked<SetParameterRequest>().size() == 1;
+  }));
+  EXPECT_EQ(controller_.Asked<SetParameterRequest>()[0].name, "device_clutch");
+  EXPECT_EQ(controller_.Asked<SetParameterRequest>()[0].value, 1);
+}
+
 TEST_F(HandWindow, ActionsThatCannotBeDoneAreGrey) {
   EXPECT_TRUE(Action("hand_grab")->isEnabled());
   for (const char* name : {"hand_release", "hand_give", "hand_back", "hand_resume"}) {

@@ -1,5 +1,7 @@
 #include "collab/controller/control_server.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "tests/collab/controller/fake_peer.h"
@@ -176,6 +178,40 @@ TEST_F(ControlServerTest, AnEmergencyStopLetsGoAndTakesNothingUntilItIsResumed) 
   EXPECT_FALSE(peer_.stopped);
   EXPECT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   EXPECT_EQ(server_.Snapshot().safety.state, SnapshotSafety::State::kOn);
+}
+
+TEST_F(ControlServerTest, MapsADeviceByScaleViewAndClutchWhereOneMovesTheHand) {
+  EXPECT_EQ(Ask(kWindow, SetParameterRequest{"device_scale", 5}).reason,
+            "no device at the controller moves the hand");
+  ControlServer server(peer_, true);
+  server.OnScene(FourBodies(), now_ns_);
+  std::uint64_t number = 0;
+  const auto ask = [&](const ControlRequest& request) {
+    server.OnRequest(kWindow, "window", ++number, request, now_ns_);
+    const std::vector<HostAnswer> answers = server.TakeAnswers();
+    return answers.size() == 1 ? answers[0].answer : Answer{false, "no answer"};
+  };
+  EXPECT_TRUE(ask(SetParameterRequest{"device_scale", 5}).ok);
+  EXPECT_TRUE(ask(SetParameterRequest{"device_recentre", 0.2}).ok);
+  EXPECT_TRUE(ask(SetParameterRequest{"device_clutch", 1}).ok);
+  EXPECT_TRUE(ask(SetViewRequest{{0, 0, std::sqrt(0.5), std::sqrt(0.5)}}).ok);
+  EXPECT_EQ(peer_.workspace.scale, 5);
+  EXPECT_EQ(peer_.workspace.recentre, 0.2);
+  EXPECT_TRUE(peer_.workspace.clutch);
+  // the user looks along -x: what is to the right in the picture is along y
+  EXPECT_LT((peer_.workspace.q_WV * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-12);
+  EXPECT_FALSE(ask(SetParameterRequest{"device_scale", 0}).ok);
+  EXPECT_FALSE(ask(SetParameterRequest{"device_recentre", 0.5}).ok);
+  EXPECT_FALSE(ask(SetViewRequest{{0, 0, 0, 0}}).ok);
+  EXPECT_FALSE(ask(SetViewRequest{{NAN, 0, 0, 1}}).ok);
+  EXPECT_EQ(peer_.workspace.scale, 5);
+  // a part is taken where it was pointed at, but never while another is in hand
+  server.OnRequest(kWindow, "window", ++number, GrabRequest{"peg", {{1, 2, 3}}}, now_ns_);
+  EXPECT_EQ(peer_.workspace.p_WD, Vec3(1, 2, 3));
+  peer_.facts.held = 1;
+  server.OnFacts(peer_.facts, now_ns_);
+  server.OnRequest(kWindow, "window", ++number, GrabRequest{"peg", {{4, 5, 6}}}, now_ns_);
+  EXPECT_EQ(peer_.workspace.p_WD, Vec3(1, 2, 3));
 }
 
 TEST_F(ControlServerTest, GivesToAPeerByNameOrId) {

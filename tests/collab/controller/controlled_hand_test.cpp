@@ -90,6 +90,7 @@ class ControlledHandTest : public ::testing::Test, private ControlledPeer {
   }
   void Begin(std::uint64_t, const ControlRequest&) override {}
   void StopDevice(bool) override {}
+  bool ChangeWorkspace(const WorkspaceChange&) override { return false; }
   void Quit() override {}
 
   std::int64_t now_ns_ = 0;

@@ -56,6 +56,10 @@ class FakePeer : public ControlledPeer {
     jobs.emplace_back(job, request);
   }
   void StopDevice(bool stop) override { stopped = stop; }
+  bool ChangeWorkspace(const WorkspaceChange& change) override {
+    change.ApplyTo(workspace);
+    return true;
+  }
   void Quit() override { quit = true; }
 
   std::size_t Count(Command::Kind kind) const {
@@ -70,6 +74,7 @@ class FakePeer : public ControlledPeer {
   SimulationFacts facts{.body_count = 3, .goal_device = true};
   bool deaf = false;  // orders come to nothing
   bool stopped = false;
+  WorkspaceOrder workspace;
   bool quit = false;
 };
 

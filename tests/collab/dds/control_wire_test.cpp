@@ -41,6 +41,9 @@ TEST(ControlWire, KeepsWhatARequestSays) {
       std::get<SetParameterRequest>(ThereAndBack(SetParameterRequest{"hand_force_N", 7}));
   EXPECT_EQ(parameter.name, "hand_force_N");
   EXPECT_EQ(parameter.value, 7);
+  const auto view =
+      std::get<SetViewRequest>(ThereAndBack(SetViewRequest{{0.1, 0.2, 0.3, 0.9}}));
+  EXPECT_EQ(view.q_WV, (std::array{0.1, 0.2, 0.3, 0.9}));
 }
 
 TEST(ControlWire, EveryRequestHasAKindOfItsOwn) {
@@ -48,7 +51,7 @@ TEST(ControlWire, EveryRequestHasAKindOfItsOwn) {
       LoadSceneRequest{},     LoadMeshRequest{}, VoxelizeRequest{}, GrabRequest{},
       ReleaseRequest{},       GiveRequest{},     AskForRequest{},   SetParameterRequest{},
       SetClearanceRequest{},  SaveRequest{},     RetraceRequest{},  SnapshotRateRequest{},
-      EmergencyStopRequest{}, ResumeRequest{},   QuitRequest{}};
+      EmergencyStopRequest{}, ResumeRequest{},   QuitRequest{},    SetViewRequest{}};
   ASSERT_EQ(all.size(), std::variant_size_v<ControlRequest>);
   for (const ControlRequest& request : all) {
     EXPECT_EQ(ThereAndBack(request).index(), request.index());

@@ -21,8 +21,10 @@ class PlacedDevice : public Device {
     can.workspace.Add(Vec3(0.1, 0.1, 0.1));
     return can;
   }
+  bool clutch_button() const noexcept override { return pressed; }
   Anchor handle;
   Wrench given;
+  bool pressed = false;
 };
 
 void Order(Workspace& workspace, const WorkspaceOrder& order) {
@@ -40,6 +42,33 @@ TEST(Workspace, WithoutAnOrderTheHandleIsItself) {
   EXPECT_NEAR((mapped.X_WA.p - device.handle.X_WA.p).norm(), 0, 1e-15);
   EXPECT_NEAR(mapped.X_WA.q.angularDistance(device.handle.X_WA.q), 0, 1e-7);
   EXPECT_EQ(mapped.V_WA.v, Vec3(0, 1, 0));
+}
+
+TEST(Workspace, TheDevicesButtonIsAClutchToo) {
+  PlacedDevice device;
+  Workspace workspace(device);
+  workspace.Read();
+  device.pressed = true;
+  workspace.Read();
+  device.handle.X_WA.p = Vec3(0.05, 0, 0);
+  EXPECT_EQ(workspace.Read().X_WA.p, Vec3(Vec3::Zero()));
+  device.pressed = false;
+  workspace.Read();
+  device.handle.X_WA.p = Vec3(0.07, 0, 0);
+  EXPECT_NEAR((workspace.Read().X_WA.p - Vec3(0.02, 0, 0)).norm(), 0, 1e-15);
+}
+
+TEST(Workspace, TakesAPartWhereItIsToldToAndGoesOnFromThere) {
+  PlacedDevice device;
+  Workspace workspace(device, {.scale = 10});
+  device.handle.X_WA.p = Vec3(0.03, 0, 0);
+  workspace.Read();
+  WorkspaceOrder order{.scale = 10};
+  WorkspaceChange{.p_WD = Vec3(5, 6, 7)}.ApplyTo(order);
+  Order(workspace, order);
+  EXPECT_EQ(workspace.Read().X_WA.p, Vec3(5, 6, 7));
+  device.handle.X_WA.p = Vec3(0.04, 0, 0);
+  EXPECT_NEAR((workspace.Read().X_WA.p - Vec3(5.1, 6, 7)).norm(), 0, 1e-12);
 }
 
 TEST(Workspace, ScalesAndTurnsByTheView) {
