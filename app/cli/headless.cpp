@@ -80,7 +80,8 @@ nlohmann::json AsJson(const ControllerSnapshot& now, const std::string& control)
           {"bodies", bodies},
           {"peers", peers},
           {"hand",
-           {{"state", StateName(now.hand.state)},
+           {{"input", now.hand.input == SnapshotHand::Input::kDevice ? "device" : "mouse"},
+            {"state", StateName(now.hand.state)},
             {"body", held < 0 ? nlohmann::json(nullptr)
                               : nlohmann::json(now.bodies[static_cast<std::size_t>(held)].name)},
             {"force_N", now.hand.force_N}}},

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "collab/controller/plain.h"
+
 namespace tandem {
 
 namespace {
