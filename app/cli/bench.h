@@ -22,6 +22,7 @@ void AddBenchProximity(CLI::App& bench, int& exit_code);
 void AddBenchVoxelize(CLI::App& bench, int& exit_code);
 void AddBenchFidelity(CLI::App& bench, int& exit_code);
 void AddBenchNetwork(CLI::App& bench, int& exit_code);
+void AddBenchWindow(CLI::App& bench, int& exit_code);
 void AddBenchSession(CLI::App& bench, int& exit_code);
 
 /// Where a bench takes its bodies from.

@@ -82,6 +82,7 @@ void AddBenchCommand(CLI::App& app, int& exit_code) {
   AddBenchVoxelize(*bench, exit_code);
   AddBenchFidelity(*bench, exit_code);
   AddBenchNetwork(*bench, exit_code);
+  AddBenchWindow(*bench, exit_code);
   AddBenchSession(*bench, exit_code);
 }
 

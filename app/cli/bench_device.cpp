@@ -1,10 +1,15 @@
 #include <algorithm>
 #include <atomic>
+#include <csignal>
 #include <cstdio>
 #include <memory>
+#include <vector>
 
 #include <nlohmann/json.hpp>
+#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "app/cli/bench.h"
 #include "app/cli/device_process.h"
@@ -30,6 +35,7 @@ struct DeviceBenchArguments {
   int ticks = 10'000;
   int core = -1;
   int device_core = -1;
+  int busy = 0;
   bool json = false;
 };
 
@@ -40,6 +46,32 @@ struct DeviceFigures {
   long page_faults = 0;
   std::uint64_t missed = 0;
   const char* scheduler = "";
+};
+
+/// Processes that never rest, as long as it lives.
+class BusyProcesses {
+ public:
+  explicit BusyProcesses(int count) {
+    for (int i = 0; i < count; ++i) {
+      const pid_t pid = fork();
+      if (pid > 0) pids_.push_back(pid);
+      if (pid != 0) continue;
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
+      for (volatile std::uint64_t n = 0;; n = n + 1) {
+      }
+    }
+  }
+  ~BusyProcesses() {
+    for (const pid_t pid : pids_) {
+      kill(pid, SIGKILL);
+      waitpid(pid, nullptr, 0);
+    }
+  }
+  BusyProcesses(const BusyProcesses&) = delete;
+  BusyProcesses& operator=(const BusyProcesses&) = delete;
+
+ private:
+  std::vector<pid_t> pids_;
 };
 
 /// Of the calling thread.
@@ -140,6 +172,7 @@ double InUs(std::int64_t ns) {
 }
 
 int RunDeviceBench(const DeviceBenchArguments& arguments) {
+  const BusyProcesses busy(arguments.busy);  // before there are threads
   BenchScene asked = arguments.scene;
   asked.needs_fixture = true;
   const auto model = LoadBenchScene(asked);
@@ -174,6 +207,7 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
         {"scene", asked.scene},
         {"scheduler", figures.scheduler},
         {"ticks", figures.frames},
+        {"busy_processes", arguments.busy},
         {"read_to_write_p50_us", InUs(times.read_to_write_p50_ns)},
         {"read_to_write_p99_us", InUs(times.read_to_write_p99_ns)},
         {"read_to_write_max_us", InUs(times.read_to_write_max_ns)},
@@ -221,6 +255,9 @@ void AddBenchDevice(CLI::App& bench, int& exit_code) {
       ->check(WholeNumberFrom(0, 1023));
   command->add_option("--device-core", arguments->device_core, "the same for the device process")
       ->check(WholeNumberFrom(0, 1023));
+  command->add_option("--busy", arguments->busy, "processes beside it that never rest")
+      ->check(WholeNumberFrom(0, 64))
+      ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunDeviceBench(*arguments);

@@ -4,6 +4,7 @@
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <fstream>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -145,9 +146,25 @@ void Errands::End(int exit_code) {
   QCoreApplication::exit(exit_code);
 }
 
+Result<bool> Errands::WriteHandReport() const {
+  std::ofstream stream(options_.report);
+  const std::uint64_t pictures = window_.view() != nullptr ? window_.view()->frames_drawn() : 0;
+  stream << "{\n  \"pid\": " << getpid() << ",\n  \"pictures\": " << pictures
+         << ",\n  \"snapshots\": " << window_.desk()->snapshots() << "\n}\n";
+  stream.close();
+  if (!stream) return Error{options_.report + ": cannot be written"};
+  return true;
+}
+
 int Errands::Finish() {
   session_.Leave();
   if (options_.report.empty()) return exit_code_;
+  if (options_.attach || options_.take_part || !options_.open.empty()) {
+    const Result<bool> told = WriteHandReport();
+    if (told) return exit_code_;
+    Say(told.error().what);
+    return exit_code_ != kExitOk ? exit_code_ : kExitFile;
+  }
   const Result<bool> written =
       WriteReport(ReportOf(session_.viewer(), getpid(), seconds_joined_), options_.report);
   if (!written) {

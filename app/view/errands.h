@@ -27,6 +27,8 @@ class Errands : public QObject {
   void TakePicture();
   void OnSessionChanged();
   void End(int exit_code);
+  /// Of a window with a hand: what it has drawn, of how many snapshots.
+  Result<bool> WriteHandReport() const;
 
   const ViewOptions& options_;
   MainWindow& window_;
