@@ -48,7 +48,7 @@ struct SimulationFacts {
   Wrench hand_G_W{};          // of the hand on the part, about the grasped point
   double felt = 0;            // N, that the device was given
   SafetyState safety = SafetyState::kOn;
-  SafetyCounts safety_counts;
+  SafetyCounts safety_counts{};
 
   std::uint32_t instance_count = 0;
   std::array<InstanceView, kMaxLinks> instances{};  // of the body in hand, at others

@@ -29,7 +29,7 @@ struct RecordingHeader {
   std::string law;
   CouplingLimits limits;  // of the law
   PeerOptions peer;       // without law and tap
-  DeviceCapabilities device;  // of it the gains that the device bears
+  DeviceCapabilities device{};  // of it the gains that the device bears
 };
 
 std::string AsText(const RecordingHeader& header);

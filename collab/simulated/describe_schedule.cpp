@@ -40,6 +40,10 @@ std::string Describe(const Command& command) {
       return "asks for force layer " + std::to_string(command.layer);
     case Command::Kind::kDisplace:
       return "displaces its points by " + std::to_string(1e3 * command.metres) + " mm";
+    case Command::Kind::kStop:
+      return "stops its device";
+    case Command::Kind::kResume:
+      return "lets its device go on";
   }
   return {};
 }
