@@ -1,4 +1,5 @@
 #include <array>
+#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>

@@ -88,7 +88,7 @@ TraceSample FromRow(const TraceRow& row) {
 }  // namespace
 
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
-  for (const DeliveryCount::TraceRow& row : delivery.rows()) {
+  for (const DeliveryCount::Row& row : delivery.rows()) {
     if (row.peer == 0) continue;
     ++report.peers_heard;
     report.states_sent += row.sent;

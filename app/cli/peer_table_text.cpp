@@ -19,9 +19,9 @@ std::string Padded(const std::string& text, std::size_t width) {
 }
 
 constexpr std::size_t kColumnCount = 9;
-using Row = std::array<std::string, kColumnCount>;
+using TableRow = std::array<std::string, kColumnCount>;
 
-std::string Line(const Row& cells) {
+std::string Line(const TableRow& cells) {
   constexpr std::array<std::size_t, kColumnCount> kWidths{16, 9, 9, 9, 9, 8, 9, 9, 0};
   std::string line;
   for (std::size_t i = 0; i < kColumnCount; ++i) line += Padded(cells[i], kWidths[i]) + " ";
