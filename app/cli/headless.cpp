@@ -127,6 +127,7 @@ int ShowHeadless(const HandRequest& request, bool json) {
       controller->Wait(std::chrono::milliseconds(20));
     }
     const ControllerSnapshot now = controller->snapshot();
+    if (now.frame == 0) return peer->Poll().value_or(kExitFailed);
     if (json) {
       std::printf("%s\n", AsJson(now, request.control).dump(1).c_str());
     } else {

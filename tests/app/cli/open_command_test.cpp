@@ -27,7 +27,7 @@ TEST(OpenCommand, TellsWithoutAWindowWhatItWouldShowAndEndsItsController) {
   EXPECT_NE(shown.at("scene").get<std::string>().find("peg_in_slot.json"), std::string::npos);
   // its controller is gone: nobody runs with its name any more
   const std::string control = shown.at("controller");
-  EXPECT_NE(std::system(("pgrep -f -- '--control " + control + "' >/dev/null").c_str()), 0);
+  EXPECT_NE(std::system(("pgrep -f -- '[-]-control " + control + "' >/dev/null").c_str()), 0);
 }
 
 TEST(OpenCommand, ADeviceMovesTheHandInPlaceOfTheMouse) {

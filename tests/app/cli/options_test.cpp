@@ -144,7 +144,12 @@ TEST(Options, NoNumberTakesWhatIsNoneNorOneOutOfAllMeasure) {
 
 // where 0 is no number of anything but says: for ever, all, none, the first
 TEST(Options, ZeroIsTakenWhereItMeansSomething) {
-  const std::set<std::string> means{"--delay-ms",
+  const std::set<std::string> means{"--control-domain",
+                                    "--core",
+                                    "--device-core",
+                                    "--recentre",
+                                    "bench device --busy",
+                                    "--delay-ms",
                                     "--delays-ms",
                                     "--domain",
                                     "--force-layer",
@@ -161,7 +166,8 @@ TEST(Options, ZeroIsTakenWhereItMeansSomething) {
                                     "stability boundary --jobs",
                                     "stability report --series"};
   const std::set<std::string> not_here{"demo --seconds",           "bench network --seconds",
-                                       "bench session --seconds",  "simulate --seconds",
+                                       "bench session --seconds",  "bench window --seconds",
+                                       "simulate --seconds",
                                        "simulate --seed",          "peer --threads",
                                        "replay --threads",         "bench frame --threads",
                                        "bench voxelize --threads", "simulate --threads"};
@@ -222,8 +228,8 @@ TEST(Options, TheProgramsSayItInALine) {
            {"peer --session ''", "tandem: --session: it is empty"},
            {"watch --session s --peers 'a b'", "tandem: --peers: 'a b' is not HOST or HOST:PORT"},
            {"keys viewer . ../eve", "tandem: NAME: '../eve' is no name for a member"},
-           {"nonsense", "tandem: 'nonsense' is none of: demo, peer, "},
-           {"bench nonsense", "tandem: 'nonsense' is none of: memory, frame, "},
+           {"nonsense", "tandem: 'nonsense' is none of: demo, open, "},
+           {"bench nonsense", "tandem: 'nonsense' is none of: memory, device, "},
            {"demo --sconds 3", "tandem: '--sconds' is no option of 'tandem demo' (tandem demo "},
            {"demo more", "tandem: 'more' is one word too many (tandem demo --help)"},
            {"", "tandem: A subcommand is required"},
