@@ -272,14 +272,25 @@ TEST_F(Person, TwoWindowsHoldTheSamePartAtATenthOfASecond) {
   const QRect lower(0, 560, 1000, 400);
   usleep(1'500'000);
   const auto take = [&](OpenWindow& window, const QRect& within, int by_y) {
-    const auto top = WaitForActuator(within);
-    if (!top) return false;
-    mouse_.MoveTo(*top);
-    mouse_.Press();
-    const bool held = window.Until([](const ControllerSnapshot& now) {
-      return now.hand.state == SnapshotHand::State::kHolding;
-    });
-    mouse_.DragTo(*top + QPoint(0, by_y), 2, 20);
+    QElapsedTimer clock;
+    clock.start();
+    bool held = false;
+    QPoint at;
+    // the picture may still be on its way to its new size: one presses again
+    while (!held && clock.elapsed() < kPatience) {
+      const auto top = WaitForActuator(within);
+      if (!top) return false;
+      at = *top;
+      mouse_.MoveTo(at);
+      mouse_.Press();
+      held = window.Until(
+          [](const ControllerSnapshot& now) {
+            return now.hand.state == SnapshotHand::State::kHolding;
+          },
+          1000);
+      if (!held) mouse_.Release();
+    }
+    mouse_.DragTo(at + QPoint(0, by_y), 2, 20);
     mouse_.Release();  // the part stays in hand
     window.Detach();
     return held;
