@@ -7,15 +7,16 @@
 namespace tandem {
 
 /// What the user asks for, other than by moving the device. kStop, kResume: an emergency stop of the
-/// device's force, and its end.
+/// hand, and its end. kScale: of a device that reaches the scene through a Workspace.
 struct Command {
-  enum class Kind : std::uint8_t { kGrab, kRelease, kGive, kHeal, kLayer, kDisplace, kStop, kResume };
+  enum class Kind : std::uint8_t { kGrab, kRelease, kGive, kHeal, kLayer, kDisplace, kStop, kResume, kScale };
 
   Kind kind = Kind::kGrab;
   ObjectId object = kNoObject;
   PeerId to = 0;           // kGive: whom to
   std::int32_t layer = 0;  // kLayer: the force layer of what is in hand
-  double metres = 0;       // kDisplace: of its points, along their inward normals
+  // kDisplace: of its points, along their inward normals; kScale: in the scene a metre of the handle
+  double metres = 0;
 };
 
 }  // namespace tandem

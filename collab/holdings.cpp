@@ -116,6 +116,7 @@ void Holdings::Ask(ObjectId object) noexcept {
   const int found = BodyOf(object);
   if (found < 0 || found == held_) return;
   if (own_only_ && bodies_[static_cast<std::size_t>(found)].shared) return;
+  if (stopped_) return Tell(HoldingNews::Kind::kStopped, static_cast<std::size_t>(found), 0);
   if (held_ >= 0) Release();
   wanted_ = found;
   wanted_since_ns_ = now_ns_;
@@ -139,6 +140,11 @@ void Holdings::Release() noexcept {
     // the last hand on a shared body whose authority is gone
     body.claim = {body.claim.epoch + 1, self_};
   }
+}
+
+void Holdings::Stop() noexcept {
+  stopped_ = true;
+  Release();
 }
 
 void Holdings::Give(PeerId to) noexcept {

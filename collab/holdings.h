@@ -29,7 +29,8 @@ struct HoldingNews {
     kNoWayBack,     // no way to it is known
     kTogether,      // nothing is between them any more
     kCrowded,       // it has more contacts than there is room for; said once
-    kUncoupled      // `peer` holds it too, as more than kMaxLinks others do: neither pulls
+    kUncoupled,     // `peer` holds it too, as more than kMaxLinks others do: neither pulls
+    kStopped        // it was asked for during an emergency stop
   };
   Kind kind = Kind::kInHand;
   ObjectId object = kNoObject;
@@ -65,6 +66,9 @@ class Holdings {
   /// The user's wishes. What the hand holds already is released first.
   void Ask(ObjectId object) noexcept;
   void Release() noexcept;
+  /// Emergency stop: releases, and takes nothing in hand until Resume().
+  void Stop() noexcept;
+  void Resume() noexcept { stopped_ = false; }
   void Give(PeerId to) noexcept;
   /// Asks the others who hold the body in our hand to be brought together with us.
   void Heal() noexcept;
@@ -168,6 +172,7 @@ class Holdings {
   int held_ = -1;
   std::uint32_t hold_epoch_ = 0;  // of our claim on a shared body that another answers for
   int wanted_ = -1;
+  bool stopped_ = false;
   std::int64_t wanted_since_ns_ = 0;
   std::int64_t asked_ns_ = 0;  // when last; 0: not yet
   std::array<Asker, kMaxPeers> askers_{};

@@ -160,7 +160,7 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   const int b = static_cast<int>(index);
   // one that is put into our hand unasked is taken if the hand is empty
   const bool given =
-      event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0 && !(own_only_ && body.shared);
+      event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0 && !stopped_ && !(own_only_ && body.shared);
   if (wanted_ == b || given) TakeInHand(index);
 }
 

@@ -146,6 +146,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
 }
 
 Anchor Peer::ReadDevice() noexcept {
+  device_->Holding(held_ >= 0);
   const Anchor read = device_->Read();
   const bool sound = read.X_WA.p.allFinite() && read.X_WA.p.cwiseAbs().maxCoeff() < kFarthest &&
                      std::abs(read.X_WA.q.norm() - 1.0) < 1e-6 && read.V_WA.v.allFinite() &&
@@ -261,10 +262,16 @@ void Peer::OnCommand(const Command& command) noexcept {
     case Command::Kind::kStop:
       guard_.Stop();
       device_->Stop();
+      holdings_.Stop();
       return;
     case Command::Kind::kResume:
       guard_.Resume();
       device_->Resume();
+      holdings_.Resume();
+      return;
+    case Command::Kind::kScale:
+      device_->Rescale(command.metres);
+      device_can_ = device_->capabilities();
       return;
   }
 }

@@ -188,6 +188,8 @@ std::string PeerNode::Told(const HoldingNews& news) const {
     case HoldingNews::Kind::kUncoupled:
       return "more than " + std::to_string(kMaxLinks + 1) + " hold " + body +
              ": your hand is not coupled to that of " + who;
+    case HoldingNews::Kind::kStopped:
+      return "emergency stop: you get no " + body + " until 'resume'";
     case HoldingNews::Kind::kNotApart:
     case HoldingNews::Kind::kCrowded:
       break;

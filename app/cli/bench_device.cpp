@@ -57,8 +57,7 @@ class BusyProcesses {
       if (pid > 0) pids_.push_back(pid);
       if (pid != 0) continue;
       prctl(PR_SET_PDEATHSIG, SIGKILL);
-      for (volatile std::uint64_t n = 0;; n = n + 1) {
-      }
+      for (std::atomic<std::uint64_t> n{0};;) n.fetch_add(1, std::memory_order_relaxed);
     }
   }
   ~BusyProcesses() {

@@ -3,6 +3,8 @@
 #include <cinttypes>
 #include <cstdio>
 
+#include <thread>
+
 #include <nlohmann/json.hpp>
 
 #include "app/cli/child_processes.h"
@@ -10,6 +12,7 @@
 #include "app/exit_codes.h"
 #include "collab/controller/controller.h"
 #include "engine/realtime/clock.h"
+#include "engine/safety/safety_state.h"
 
 namespace tandem {
 
@@ -31,22 +34,6 @@ const char* StateName(SnapshotHand::State state) {
       return "retracing";
     case SnapshotHand::State::kStopped:
       return "stopped";
-  }
-  return "";
-}
-
-const char* StateName(SnapshotSafety::State state) {
-  switch (state) {
-    case SnapshotSafety::State::kOn:
-      return "on";
-    case SnapshotSafety::State::kRamp:
-      return "ramp";
-    case SnapshotSafety::State::kDamping:
-      return "damping";
-    case SnapshotSafety::State::kStopped:
-      return "stopped";
-    case SnapshotSafety::State::kFault:
-      return "fault";
   }
   return "";
 }
@@ -87,7 +74,7 @@ nlohmann::json AsJson(const ControllerSnapshot& now, const std::string& control)
             {"force_N", now.hand.force_N}}},
           {"contact_points", now.contact_points},
           {"safety",
-           {{"state", StateName(now.safety.state)},
+           {{"state", NameOf(static_cast<SafetyState>(now.safety.state))},
             {"clamped", now.safety.clamped},
             {"slewed", now.safety.slewed},
             {"zeroed", now.safety.zeroed},
@@ -118,12 +105,18 @@ int ShowHeadless(const HandRequest& request, bool json) {
   Controller::Options options;
   options.host = "tandem-open";
   options.timeout_s = kAttachTry;
+  std::string why;
   while (MonotonicNowNs() - begun_ns < kControllerPatienceNs) {
     // what it says is on stderr already
     if (const std::optional<int> ended = peer->Poll()) return *ended;
     Result<Controller> controller = Controller::Attach(request.control, options);
-    if (!controller) continue;
-    while (controller->snapshot().frame == 0 && !peer->Poll()) {
+    if (!controller) {
+      why = controller.error().what;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      continue;
+    }
+    while (controller->snapshot().frame == 0 && !peer->Poll() &&
+           MonotonicNowNs() - begun_ns < kControllerPatienceNs) {
       controller->Wait(std::chrono::milliseconds(20));
     }
     const ControllerSnapshot now = controller->snapshot();
@@ -138,7 +131,7 @@ int ShowHeadless(const HandRequest& request, bool json) {
     if (!ended) Say("the controller does not end by itself: it is ended");
     return ended.value_or(kExitFailed);
   }
-  return Fail(kExitFailed, "the controller was not heard within a minute");
+  return Fail(kExitFailed, "the controller was not heard within a minute: " + why);
 }
 
 }  // namespace tandem

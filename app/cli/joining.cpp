@@ -143,17 +143,20 @@ int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
 /// Starts that process and says what is in force.
 int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& joining) {
   if (!HasDeviceProcess(arguments)) return kExitOk;
+  joining.space = arguments.space;
+  if (arguments.space->process() != nullptr) return kExitOk;  // of the scene before
   Result<std::unique_ptr<DeviceProcess>> device =
       DeviceProcess::Start({.driver = arguments.device,
                             .home_W = X_WB0,
                             .users = arguments.device_most,
                             .core = arguments.device_core});
   if (!device) return Fail(kExitDevice, device.error().what);
-  joining.device = *std::move(device);
-  const DeviceCapabilities can = joining.device->capabilities();
+  arguments.space->Keep(*std::move(device));
+  const DeviceProcess& process = *arguments.space->process();
+  const DeviceCapabilities can = process.capabilities();
   const std::string said = WhatLimitsBecame(arguments.device, can.peak);
   if (!said.empty()) Say(said);
-  const DeviceLimits limits = joining.device->limits();
+  const DeviceLimits limits = process.limits();
   char text[200];
   std::snprintf(text, sizeof text, "device %.60s: at most %g N and %g N m%s",
                 arguments.device.c_str(), limits.force, limits.moment,
@@ -172,13 +175,7 @@ std::string ScriptOf(const PeerArguments& arguments) {
 
 std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript script,
                                    const Pose& X_WB0, Joining& joining) {
-  if (joining.device) {
-    joining.handle = joining.device->MakeDevice();
-    auto workspace = std::make_unique<Workspace>(*joining.handle, arguments.space->order());
-    joining.space = arguments.space;
-    joining.space->Use(workspace.get());
-    return workspace;
-  }
+  if (joining.space) return joining.space->MapInto();
   if (arguments.goals) {
     auto device = std::make_unique<GoalDevice>(arguments.goals);
     joining.goal_device = device.get();
@@ -246,7 +243,9 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
                                             .law = arguments.law,
                                             .limits = arguments.limits,
                                             .peer = options.peer,
-                                            .device = device->capabilities()});
+                                            .device = device->capabilities(),
+                                            .device_scale =
+                                                joining.space ? joining.space->scale() : 1});
     if (!recorder) return Fail(kExitFile, recorder.error().what);
     joining.recorder = *std::move(recorder);
     options.peer.tap = joining.recorder.get();

@@ -21,8 +21,10 @@ namespace tandem {
 struct Joining {
   Joining() = default;
   ~Joining() {
-    if (space) space->Use(nullptr);  // the workspace is the node's
+    if (space) space->Forget();  // the workspace is the node's
   }
+  /// Null: the device is in this process.
+  DeviceProcess* device() const noexcept { return space ? space->process() : nullptr; }
   Joining(const Joining&) = delete;
   Joining& operator=(const Joining&) = delete;
 
@@ -39,9 +41,7 @@ struct Joining {
   std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
   FrameCapacity capacity;
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
-  std::unique_ptr<DeviceProcess> device;  // null: the device is in this process; outlives the node
-  std::unique_ptr<Device> handle;         // of that process; outlives the node
-  std::shared_ptr<DeviceSpace> space;     // null: the device is in this process
+  std::shared_ptr<DeviceSpace> space;     // of the device's process; null: it is in this one
   std::unique_ptr<PeerNode> node;
   GoalDevice* goal_device = nullptr;     // the node's; null: it has another kind
   std::unique_ptr<Transport> transport;  // goes first

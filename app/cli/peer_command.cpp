@@ -95,10 +95,16 @@ std::size_t ActiveIn(const PeerDirectory& directory) {
       }));
 }
 
+/// Whether the device is in an emergency stop: by an order, or by its own button.
+bool StoppedAtDevice(const DeviceProcess& device) {
+  const std::optional<DeviceTick> tick = device.Newest();
+  return tick && static_cast<SafetyState>(tick->state) == SafetyState::kStopped;
+}
+
 /// How the ticks of the device process went; nothing: there is none.
 std::optional<DeviceTimes> TimesOf(const Joining& joining) {
-  if (!joining.device) return std::nullopt;
-  return joining.device->times();
+  if (joining.device() == nullptr) return std::nullopt;
+  return joining.device()->times();
 }
 
 /// Lets the handle go from what it leads, or takes it up again; what there is to say of that.
@@ -140,7 +146,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   constexpr std::int64_t kPoseFrames = 5;
   BodiesMet met(joining.model->bodies.size());
   // a device's ticks and our frames begin together
-  const std::int64_t origin_ns = joining.device ? joining.device->origin_ns() : MonotonicNowNs();
+  const std::int64_t origin_ns = joining.device() != nullptr ? joining.device()->origin_ns() : MonotonicNowNs();
   constexpr std::int64_t kHapticPeriodNs = 1'000'000;
   JudgedFrames judged(origin_ns, kHapticPeriodNs);
   PeriodicThread haptic(
@@ -212,15 +218,26 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   HeldPose pose;
   bool waiting_told = false;  // that the hand waits for others
   bool hand_told = false;     // that the hand has begun
+  bool stop_seen = false;     // at the device
   bool quit = false;
+  const auto give_order = [&](const Command& command) {
+    return control != nullptr ? control->Order(command) : node.peer().commands().TryPush(command);
+  };
   const PeerNode::OnHand on_hand = control != nullptr ? control->on_hand() : PeerNode::OnHand();
   int exit_code = kExitOk;
   while (!stop_asked.load()) {
     const std::int64_t now_ns = MonotonicNowNs();
     node.ControlFrame(now_ns, transport);
     for (const std::string& news : node.TakeNews(on_hand)) Say(news);
-    if (joining.device) {
-      if (const std::string news = joining.device->News(); !news.empty()) Say(news);
+    if (DeviceProcess* device = joining.device(); device != nullptr) {
+      if (const std::string news = device->News(); !news.empty()) {
+        Say(news);
+        if (control != nullptr) control->OnLine(news);
+      }
+      // its button stops the hand, too
+      const bool stopped = StoppedAtDevice(*device);
+      if (stopped && !std::exchange(stop_seen, stopped)) give_order({.kind = Command::Kind::kStop});
+      stop_seen = stopped;
     }
     while (held_poses.TryPop(pose)) poses.Add(pose);
     if (begun.load(std::memory_order_relaxed) && !std::exchange(hand_told, true)) {
@@ -264,8 +281,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
           ParseOrder(line, *joining.model, node.directory(), joining.unequal.has_value());
       if (!order) {
         Say(order.error().what);
-      } else if (control != nullptr ? !control->Order(*order)
-                                    : !node.peer().commands().TryPush(*order)) {
+      } else if (!give_order(*order)) {
         Say("too many orders at once: '" + line + "' is not obeyed");
       } else if (const std::string answer = AnswerTo(*order, *joining.model); !answer.empty()) {
         Say(answer);
@@ -318,7 +334,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   if (control != nullptr) control->End();
   sender.Stop();
   sender.Join();
-  if (joining.device) joining.device->End();
+  if (joining.device() != nullptr && exit_code != kJoinAgain) joining.device()->End();
   const std::uint64_t socket_dropped = PacketsDroppedAtSockets();
   node.Leave(MonotonicNowNs(), transport);
   if (joining.recorder) {

@@ -17,7 +17,8 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kIdleNs = 50'000'000;
-constexpr int kTurnsPerLook = 5;  // of 20 ms: at who is there
+constexpr int kTurnsPerLook = 5;                      // of 20 ms: at who is there
+constexpr std::int64_t kPosesPeriodNs = 20'000'000;  // in which a saved scene may be old
 
 /// What a host is told of the voxels of a mesh.
 Answer VoxelsOf(const Scene& scene) {
@@ -56,9 +57,14 @@ PeerControl::PeerControl(std::unique_ptr<ControlPort> port, const PeerArguments&
                          bool device_hand)
     : port_(std::move(port)),
       session_(arguments.session),
+      control_(arguments.control),
+      records_(!arguments.record.empty()),
       server_(*this, device_hand),
       goals_(std::make_shared<GoalDevice::Orders>()),
       space_(arguments.space),
+      jobs_thread_([this] {
+        RunJobs();
+      }),
       thread_([this] {
         Run();
       }) {}
@@ -67,7 +73,42 @@ PeerControl::~PeerControl() {
   stop_ = true;
   port_->Wake();
   thread_.join();
-  if (voxelizer_.joinable()) voxelizer_.join();
+  {
+    const std::lock_guard lock(posted_mutex_);
+    jobs_.clear();
+  }
+  job_came_.notify_all();
+  jobs_thread_.join();
+  std::error_code ignored;
+  for (const std::filesystem::path& file : made_) std::filesystem::remove(file, ignored);
+}
+
+void PeerControl::RunJobs() {
+  pthread_setname_np(pthread_self(), "control-jobs");
+  for (;;) {
+    std::function<std::optional<Answer>()> what;
+    std::uint64_t job = 0;
+    {
+      std::unique_lock lock(posted_mutex_);
+      job_came_.wait(lock, [this] {
+        return stop_.load() || !jobs_.empty();
+      });
+      if (stop_) return;
+      job = jobs_.front().first;
+      what = std::move(jobs_.front().second);
+      jobs_.pop_front();
+    }
+    std::optional<Answer> answer;
+    try {
+      answer = what();
+    } catch (const std::exception& fault) {
+      answer = Answer{false, fault.what()};
+    }
+    if (!answer) continue;  // later: the scene is being loaded
+    Post([job, answer](ControlServer& server) {
+      server.OnDone(job, *answer);
+    });
+  }
 }
 
 void PeerControl::Post(std::function<void(ControlServer&)> what) {
@@ -95,9 +136,12 @@ void PeerControl::Run() {
     for (const auto& what : posted) what(server_);
     port_->Take(server_, now_ns);
     const SimulationFacts& facts = facts_.Read();
-    // those of the scene before are left out
     const bool fresh = std::exchange(seen_frame, facts.frame) != facts.frame;
-    if (fresh && !server_.loading()) server_.OnFacts(facts, now_ns);
+    // those of the scene before are left out
+    if (fresh && facts.scene_number == scene_shown_) {
+      server_.OnFacts(facts, now_ns);
+      KeepPoses(facts);
+    }
     server_.Tick(now_ns);
     for (const HostAnswer& answer : server_.TakeAnswers()) port_->Say(answer);
     if (std::vector<std::string> lines = server_.TakeLines(); !lines.empty()) {
@@ -115,6 +159,16 @@ void PeerControl::Run() {
   }
 }
 
+void PeerControl::KeepPoses(const SimulationFacts& facts) {
+  if (facts.time_ns < poses_ns_ + kPosesPeriodNs) return;
+  const std::shared_ptr<const WorldModel> model = Model();
+  const std::lock_guard lock(posted_mutex_);
+  poses_ns_ = facts.time_ns;
+  poses_of_ = model.get();
+  poses_.clear();
+  for (std::uint32_t b = 0; b < facts.body_count; ++b) poses_.push_back(facts.bodies[b].X_WB);
+}
+
 void PeerControl::Begin(const PeerArguments& arguments, Joining& joining) {
   ControlScene scene = ControlSceneOf(*joining.model);
   scene.number = ++scene_number_;
@@ -127,7 +181,11 @@ void PeerControl::Begin(const PeerArguments& arguments, Joining& joining) {
     node_ = joining.node.get();
     model_ = joining.model;
   }
-  if (device_stopped_) TellStop();  // an emergency stop outlives the scene
+  {
+    const std::lock_guard lock(stop_mutex_);
+    stop_untold_ = device_stopped_;  // an emergency stop outlives the scene
+  }
+  TellStop();
   std::optional<Load> load;
   {
     const std::lock_guard lock(posted_mutex_);
@@ -135,6 +193,8 @@ void PeerControl::Begin(const PeerArguments& arguments, Joining& joining) {
   }
   Post([this, scene, load](ControlServer& server) {
     port_->Say(scene, false);
+    scene_shown_ = scene.number;
+    poses_ns_ = 0;
     server.OnScene(scene, MonotonicNowNs());
     if (!load) return;
     server.OnDone(load->job, load->fault.empty() ? Answer{true, ""} : Answer{false, load->fault});
@@ -147,7 +207,12 @@ void PeerControl::End() {
     node_ = nullptr;
   }
   device_ = nullptr;
-  Post([](ControlServer& server) {
+  Post([this](ControlServer& server) {
+    scene_shown_ = 0;
+    {
+      const std::lock_guard lock(posted_mutex_);
+      poses_of_ = nullptr;
+    }
     server.OnScene(std::nullopt, MonotonicNowNs());
   });
 }
@@ -159,6 +224,7 @@ void PeerControl::BeforeFrame() noexcept {
 void PeerControl::AfterFrame(std::int64_t now_ns) noexcept {
   if (++frame_ % facts_period_.load(std::memory_order_relaxed) != 0) return;
   FillFacts(*node_, device_, frame_, now_ns, facts_.back());
+  facts_.back().scene_number = scene_number_;
   facts_.Publish();
 }
 
@@ -169,7 +235,7 @@ PeerControl::Wish PeerControl::Turn(PeerTable& table) {
     lines.swap(lines_);
   }
   for (const std::string& line : lines) tandem::Say(line);
-  if (stop_untold_) TellStop();
+  TellStop();
   if (turns_++ % kTurnsPerLook == 0) {
     Post([peers = Peers(table)](ControlServer& server) {
       server.OnPeers(peers);
@@ -219,6 +285,10 @@ std::shared_ptr<const WorldModel> PeerControl::Model() {
 }
 
 bool PeerControl::Order(const Command& command) {
+  if (command.kind == Command::Kind::kScale && Push(command)) {
+    space_->Rescale(command.metres);
+    return true;
+  }
   const bool stop = command.kind == Command::Kind::kStop;
   if (!stop && command.kind != Command::Kind::kResume) return Push(command);
   Post([stop](ControlServer& server) {
@@ -228,13 +298,15 @@ bool PeerControl::Order(const Command& command) {
 }
 
 void PeerControl::StopDevice(bool stop) {
+  const std::lock_guard lock(stop_mutex_);
   device_stopped_ = stop;
-  TellStop();
+  stop_untold_ = !Push({.kind = stop ? Command::Kind::kStop : Command::Kind::kResume});
 }
 
 void PeerControl::TellStop() {
-  using Kind = Command::Kind;
-  stop_untold_ = !Push({.kind = device_stopped_ ? Kind::kStop : Kind::kResume});
+  const std::lock_guard lock(stop_mutex_);
+  if (!stop_untold_) return;
+  stop_untold_ = !Push({.kind = device_stopped_ ? Command::Kind::kStop : Command::Kind::kResume});
 }
 
 bool PeerControl::Push(const Command& command) {
@@ -248,57 +320,81 @@ void PeerControl::Tell(const GoalOrder& order) {
 }
 
 void PeerControl::Begin(std::uint64_t job, const ControlRequest& request) {
-  const auto done = [this, job](const Answer& answer) {
-    // from within the server: it has not noted the job yet
-    Post([job, answer](ControlServer& server) {
-      server.OnDone(job, answer);
-    });
+  const auto later = [this, job](std::function<std::optional<Answer>()> what) {
+    {
+      const std::lock_guard lock(posted_mutex_);
+      jobs_.emplace_back(job, std::move(what));
+    }
+    job_came_.notify_all();
   };
   if (const auto* voxelize = std::get_if<VoxelizeRequest>(&request)) {
-    return Voxelize(job, *voxelize);
-  }
-  if (const auto* save = std::get_if<SaveRequest>(&request)) {
-    return done(Write(save->file, std::nullopt, false));
-  }
-  std::string file;
-  if (const auto* mesh = std::get_if<LoadMeshRequest>(&request)) {
-    const Result<std::filesystem::path> folder = ControlFolder();
-    if (!folder) return done({false, folder.error().what});
-    const std::filesystem::path scene = *folder / ("with-" + std::to_string(job) + ".json");
-    const Answer written = Write(scene,
-                                 AddedBody{.name = mesh->body,
-                                           .mesh = mesh->file,
-                                           .fixed = mesh->fixed,
-                                           .shared = mesh->shared,
-                                           .mass_kg = mesh->mass_kg},
-                                 true);
-    if (!written.ok) return done(written);
-    file = scene;
+    later([this, asked = *voxelize] {
+      return Voxelize(asked);
+    });
+  } else if (const auto* save = std::get_if<SaveRequest>(&request)) {
+    later([this, file = save->file] {
+      return Write(file, std::nullopt, false);
+    });
+  } else if (const auto* mesh = std::get_if<LoadMeshRequest>(&request)) {
+    later([this, job, asked = *mesh] {
+      return AddMesh(job, asked);
+    });
   } else if (const auto* load = std::get_if<LoadSceneRequest>(&request)) {
-    file = load->file;
+    later([this, job, file = load->file] {
+      return AskForScene(job, file);
+    });
+  }
+}
+
+std::optional<Answer> PeerControl::AddMesh(std::uint64_t job, const LoadMeshRequest& mesh) {
+  const std::filesystem::path file = mesh.file;
+  std::error_code unknown;
+  if (!file.is_absolute()) return Answer{false, "'" + mesh.file + "': expected an absolute name"};
+  if (!std::filesystem::is_regular_file(file, unknown)) {
+    return Answer{false, mesh.file + ": there is no such file"};
+  }
+  const Result<std::filesystem::path> folder = ControlFolder();
+  if (!folder) return Answer{false, folder.error().what};
+  const std::filesystem::path scene =
+      *folder / (control_ + "-with-" + std::to_string(job) + ".json");
+  const Answer written = Write(scene,
+                               AddedBody{.name = mesh.body,
+                                         .mesh = file,
+                                         .fixed = mesh.fixed,
+                                         .shared = mesh.shared,
+                                         .mass_kg = mesh.mass_kg},
+                               true);
+  if (!written.ok) return written;
+  made_.push_back(scene);
+  return AskForScene(job, scene);
+}
+
+std::optional<Answer> PeerControl::AskForScene(std::uint64_t job, const std::string& file) {
+  if (records_) {
+    return Answer{false, "a recording is being made of this scene: end the controller first"};
+  }
+  {
+    const std::lock_guard lock(posted_mutex_);
+    if (load_) return Answer{false, "another scene is being loaded"};
   }
   // what can be seen at once is said before the present scene is left
   if (const Result<Scene> scene = LoadNamedScene(file); !scene) {
-    return done({false, scene.error().what});
+    return Answer{false, scene.error().what};
   }
   {
     const std::lock_guard lock(node_mutex_);
+    if (node_ == nullptr) return Answer{false, "the scene is being loaded"};
     for (const PeerDirectory::Entry& entry : node_->directory().Entries()) {
       if (entry.presence == PeerDirectory::Presence::kHere && entry.refused.empty() &&
           entry.info.role == Role::kActive) {
-        return done({false, "others take part in session " + session_ +
-                                " with this scene: take another one to a session of its own"});
+        return Answer{false, "others take part in session " + session_ +
+                                 " with this scene: take another one to a session of its own"};
       }
     }
   }
   const std::lock_guard lock(posted_mutex_);
-  if (load_) {
-    posted_.push_back([job](ControlServer& server) {
-      server.OnDone(job, {false, "another scene is being loaded"});
-    });
-    return;
-  }
   load_ = Load{.job = job, .file = file, .before = {}, .fault = {}, .begun = false};
+  return std::nullopt;
 }
 
 void PeerControl::TakeLoad(PeerArguments& arguments) {
@@ -320,30 +416,34 @@ bool PeerControl::RevertLoad(PeerArguments& arguments, const std::string& why) {
 
 Answer PeerControl::Write(const std::filesystem::path& file, const std::optional<AddedBody>& added,
                           bool overwrite) {
-  if (!file.is_absolute()) return {false, file.string() + ": expected an absolute name"};
+  if (!file.is_absolute()) return {false, "'" + file.string() + "': expected an absolute name"};
   const std::shared_ptr<const WorldModel> kept = Model();
+  if (!kept) return {false, "the scene is being loaded"};
   const WorldModel& model = *kept;
-  const SimulationFacts& facts = facts_.Read();
+  // as the server saw it last, where that was this scene
+  std::optional<std::vector<Pose>> poses = PosesOf(model);
+  if (!poses) return {false, "the scene is being loaded"};
   std::vector<Pose> displaced(model.scene.bodies.size());
   for (std::size_t i = 0; i < displaced.size(); ++i) {
     const int moving = model.body_index[i];
-    if (moving < 0 || static_cast<std::uint32_t>(moving) >= facts.body_count) continue;
+    if (moving < 0 || static_cast<std::size_t>(moving) >= poses->size()) continue;
     const auto b = static_cast<std::size_t>(moving);
-    displaced[i] = facts.bodies[b].X_WB * model.bodies[b].X_WB0.Inverse();
+    displaced[i] = (*poses)[b] * model.bodies[b].X_WB0.Inverse();
   }
   const Result<bool> written = WriteSceneAsItStands(model.scene, displaced, added, file, overwrite);
   return written ? Answer{true, file.string()} : Answer{false, written.error().what};
 }
 
-void PeerControl::Voxelize(std::uint64_t job, const VoxelizeRequest& request) {
-  const auto done = [this, job](const Answer& answer) {
-    Post([job, answer](ControlServer& server) {
-      server.OnDone(job, answer);
-    });
-  };
-  if (voxelizing_.exchange(true)) return done({false, "another mesh is being voxelized"});
-  if (voxelizer_.joinable()) voxelizer_.join();
-  Scene scene = Model()->scene;
+std::optional<std::vector<Pose>> PeerControl::PosesOf(const WorldModel& model) {
+  const std::lock_guard lock(posted_mutex_);
+  if (poses_of_ != &model) return std::nullopt;
+  return poses_;
+}
+
+Answer PeerControl::Voxelize(const VoxelizeRequest& request) {
+  const std::shared_ptr<const WorldModel> model = Model();
+  if (!model) return {false, "the scene is being loaded"};
+  Scene scene = model->scene;
   if (request.voxel_size_m > 0) scene.voxel_size = request.voxel_size_m;
   scene.pairs.clear();
   scene.hands.clear();
@@ -351,11 +451,7 @@ void PeerControl::Voxelize(std::uint64_t job, const VoxelizeRequest& request) {
   scene.bodies.front().name = "mesh";
   scene.bodies.front().mesh = request.file;
   scene.bodies.front().mass = 1;
-  voxelizer_ = std::thread([this, scene, done] {
-    const Answer answer = VoxelsOf(scene);
-    voxelizing_ = false;
-    done(answer);
-  });
+  return VoxelsOf(scene);
 }
 
 }  // namespace tandem

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -22,7 +25,8 @@ namespace tandem {
 /// A peer as a controller (paper §6): what `tandem peer --control NAME` adds. It outlives the
 /// scenes that are loaded one after the other.
 ///
-/// The server and the door to the hosts belong to a thread of their own. The haptic thread gives
+/// The server and the door to the hosts belong to a thread of their own; files are read and written
+/// on another one. The haptic thread gives
 /// facts and takes goals through triple buffers; the control thread looks in 50 times a second.
 class PeerControl : private ControlledPeer {
  public:
@@ -63,6 +67,8 @@ class PeerControl : private ControlledPeer {
 
   PeerControl(std::unique_ptr<ControlPort> port, const PeerArguments& arguments, bool device_hand);
   void Run();
+  void RunJobs();
+  void KeepPoses(const SimulationFacts& facts);
   /// To the server's thread.
   void Post(std::function<void(ControlServer&)> what);
   bool Push(const Command& command);
@@ -76,25 +82,32 @@ class PeerControl : private ControlledPeer {
   void StopDevice(bool stop) override;
   bool ChangeWorkspace(const WorkspaceChange& change) override { return space_->Change(change); }
   void Quit() override { quit_ = true; }
+  // on the jobs' thread; nothing: the answer comes when the scene is there
+  std::optional<Answer> AddMesh(std::uint64_t job, const LoadMeshRequest& mesh);
+  std::optional<Answer> AskForScene(std::uint64_t job, const std::string& file);
   /// Writes the scene as it stands, with one body more if there is one to add.
   Answer Write(const std::filesystem::path& file, const std::optional<AddedBody>& added,
                bool overwrite);
-  void Voxelize(std::uint64_t job, const VoxelizeRequest& request);
+  Answer Voxelize(const VoxelizeRequest& request);
+  /// Where the moving bodies of that scene are; nothing: it has just been loaded.
+  std::optional<std::vector<Pose>> PosesOf(const WorldModel& model);
 
   std::unique_ptr<ControlPort> port_;
   const std::string session_;
+  const std::string control_;
+  const bool records_;
   ControlServer server_;
   std::shared_ptr<GoalDevice::Orders> goals_;
   std::shared_ptr<DeviceSpace> space_;
   GoalDevice* device_ = nullptr;  // of the node; null: another kind
-  std::atomic<bool> device_stopped_{false};
-  std::atomic<bool> stop_untold_{false};  // the node has not heard of that yet
+  std::mutex stop_mutex_;
+  bool device_stopped_ = false;
+  bool stop_untold_ = false;  // the node has not heard of that yet
   std::atomic<bool> quit_{false};
   std::atomic<bool> stop_{false};
   std::uint64_t frame_ = 0;                      // the haptic thread's, over all scenes
   std::atomic<std::uint32_t> facts_period_{50};  // frames
   TripleBuffer<SimulationFacts> facts_;
-  SimulationFacts seen_;   // the server's thread's: the newest
   std::mutex node_mutex_;  // whoever orders, or reads the directory
   PeerNode* node_ = nullptr;
   std::shared_ptr<const WorldModel> model_;
@@ -102,11 +115,17 @@ class PeerControl : private ControlledPeer {
   std::vector<std::function<void(ControlServer&)>> posted_;
   std::vector<std::string> lines_;  // for the control thread to say
   std::optional<Load> load_;
+  std::deque<std::pair<std::uint64_t, std::function<std::optional<Answer>()>>> jobs_;
+  std::condition_variable job_came_;
+  std::vector<std::filesystem::path> made_;  // scene files of ours; the jobs' thread's
+  std::vector<Pose> poses_;                  // of the moving bodies, not long ago
+  const WorldModel* poses_of_ = nullptr;
+  std::int64_t poses_ns_ = 0;
   std::uint64_t scene_number_ = 0;
+  std::uint64_t scene_shown_ = 0;  // the server's thread's
   int turns_ = 0;
-  std::thread voxelizer_;
-  std::atomic<bool> voxelizing_{false};
-  std::thread thread_;
+  std::thread jobs_thread_;  // for what takes long
+  std::thread thread_;       // the server's
 };
 
 }  // namespace tandem

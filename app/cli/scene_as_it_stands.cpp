@@ -32,16 +32,16 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     SceneJson& body = json["bodies"][i];
-    body["mesh"] = fs::absolute(scene.bodies[i].mesh).string();
+    body["mesh"] = fs::absolute(scene.bodies[i].mesh, not_there).string();
     const Pose X_WM = displaced[i] * scene.bodies[i].X_WM;
     body["pose"] = PoseJson({X_WM.q.normalized(), X_WM.p});
   }
   for (std::size_t i = 0; i < scene.hands.size(); ++i) {
-    json["hands"][i]["file"] = fs::absolute(scene.hands[i].file).string();
+    json["hands"][i]["file"] = fs::absolute(scene.hands[i].file, not_there).string();
   }
   if (added) {
     SceneJson body{{"name", added->name.empty() ? added->mesh.stem().string() : added->name},
-                   {"mesh", fs::absolute(added->mesh).string()}};
+                   {"mesh", added->mesh.string()}};
     if (added->fixed) {
       body["fixed"] = true;
     } else {
@@ -51,7 +51,7 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
     json["bodies"].push_back(body);
   }
   std::ofstream out(file);
-  out << json.dump(2) << '\n';
+  out << json.dump(2, ' ', false, SceneJson::error_handler_t::replace) << '\n';
   if (!out.flush()) return Error{file.string() + ": cannot be written"};
   return true;
 }

@@ -9,7 +9,8 @@ namespace tandem {
 
 std::filesystem::path SceneFile(const std::string& name_or_path) {
   const std::filesystem::path path = name_or_path;
-  if (std::filesystem::exists(path) || path.has_parent_path() || path.has_extension()) return path;
+  std::error_code unknown;
+  if (std::filesystem::exists(path, unknown) || path.has_parent_path() || path.has_extension()) return path;
   return SceneFolder() / (name_or_path + ".json");
 }
 

@@ -7,29 +7,12 @@ namespace tandem {
 
 namespace {
 
-SnapshotSafety::State Plain(SafetyState state) {
-  switch (state) {
-    case SafetyState::kOn:
-      return SnapshotSafety::State::kOn;
-    case SafetyState::kOff:
-    case SafetyState::kRamping:
-      return SnapshotSafety::State::kRamp;
-    case SafetyState::kDamping:
-      return SnapshotSafety::State::kDamping;
-    case SafetyState::kStopped:
-      return SnapshotSafety::State::kStopped;
-    case SafetyState::kTooFast:
-    case SafetyState::kExpired:
-    case SafetyState::kOverrun:
-    case SafetyState::kFault:
-    case SafetyState::kSuspended:
-      break;
-  }
-  return SnapshotSafety::State::kFault;
-}
+static_assert(static_cast<int>(SnapshotSafety::State::kSilent) ==
+              static_cast<int>(SafetyState::kSilent));
+static_assert(static_cast<int>(SnapshotSafety::State::kOn) == static_cast<int>(SafetyState::kOn));
 
 SnapshotSafety Plain(SafetyState state, const SafetyCounts& counts) {
-  return {.state = Plain(state),
+  return {.state = static_cast<SnapshotSafety::State>(state),
           .clamped = counts.clamped,
           .slewed = counts.slewed,
           .zeroed = counts.zeroed,

@@ -59,7 +59,12 @@ void ControlServer::OnScene(std::optional<ControlScene> scene, std::int64_t now_
 void ControlServer::OnRequest(HostId id, const std::string& host_name, std::uint64_t number,
                               const ControlRequest& request, std::int64_t now_ns) {
   Host* host = HostOf(id, now_ns);
+  // whoever asks for it, known or not
+  if (std::holds_alternative<EmergencyStopRequest>(request)) Stop();
   if (host == nullptr) {
+    if (stopped_ && std::holds_alternative<EmergencyStopRequest>(request)) {
+      return Reply(id, number, {true, ""});
+    }
     return Refuse(
         id, number,
         "the controller has " + std::to_string(kMostHosts) + " hosts, the most there are");
@@ -84,10 +89,7 @@ std::optional<Answer> ControlServer::Do(HostId host, std::uint64_t number,
     peer_->Quit();
     return Answer{true, ""};
   }
-  if (std::holds_alternative<EmergencyStopRequest>(request)) {
-    Stop();
-    return Answer{true, ""};
-  }
+  if (std::holds_alternative<EmergencyStopRequest>(request)) return Answer{true, ""};
   if (std::holds_alternative<ResumeRequest>(request)) {
     Resume();
     return Answer{true, ""};
@@ -103,7 +105,13 @@ std::optional<Answer> ControlServer::Do(HostId host, std::uint64_t number,
     peer_->Begin(next_job_++, request);
     return std::nullopt;
   }
-  if (const auto* parameter = std::get_if<SetParameterRequest>(&request)) return Do(*parameter);
+  if (const auto* parameter = std::get_if<SetParameterRequest>(&request)) {
+    const Answer set = Do(*parameter);
+    if (set.ok && parameter->name == "device_clutch") {
+      clutch_host_ = parameter->value >= 0.5 ? host : 0;
+    }
+    return set;
+  }
   if (const auto* clearance = std::get_if<SetClearanceRequest>(&request)) return Do(*clearance);
   if (const auto* view = std::get_if<SetViewRequest>(&request)) return Do(*view);
   std::optional<Answer> answer;
@@ -252,7 +260,7 @@ Answer ControlServer::Do(const SetParameterRequest& request) {
     const std::string fault = out_of(range, request.value);
     if (!fault.empty()) return {false, fault};
     WorkspaceChange change;
-    if (request.name == "device_scale") change.scale = request.value;
+    if (request.name == "device_scale") return Rescale(request.value);
     if (request.name == "device_recentre") change.recentre = request.value;
     if (request.name == "device_clutch") change.clutch = request.value >= 0.5;
     return ChangeWorkspace(change);
@@ -265,6 +273,13 @@ Answer ControlServer::Do(const SetViewRequest& request) {
   const Quat q_WV(q[3], q[0], q[1], q[2]);
   if (!(std::abs(q_WV.norm() - 1) < 1e-3)) return {false, "the view is no rotation"};
   return ChangeWorkspace({.q_WV = q_WV.normalized()});
+}
+
+Answer ControlServer::Rescale(double scale) {
+  const Answer there = ChangeWorkspace({});
+  if (!there.ok) return there;
+  const bool said = peer_->Order({.kind = Command::Kind::kScale, .metres = scale});
+  return said ? there : Answer{false, "too many orders at once: ask again"};
 }
 
 Answer ControlServer::ChangeWorkspace(const WorkspaceChange& change) {
@@ -300,7 +315,8 @@ void ControlServer::OnGoal(HostId id, const HostGoal& goal, std::int64_t now_ns)
   host->goal_seq = std::max(host->goal_seq, goal.seq);
   if (device_hand_ || id != hand_host_ || stopped_ || !scene_) return;
   // after a silence the goal counts again that was held still meanwhile
-  const bool again = std::exchange(held_still_, false) && goal.seq == host->goal_seq;
+  const bool again = std::exchange(held_still_, false) && goal.seq == host->goal_seq &&
+                     goal.kind == HostGoal::Kind::kPose;
   if (goal.kind == HostGoal::Kind::kBeat || goal.seq <= void_seq_ || !(newer || again)) return;
   if (!goal.X_WG.p.allFinite() || std::abs(goal.X_WG.q.norm() - 1.0) > 1e-3 ||
       !goal.linear.allFinite() || !goal.angular.allFinite()) {
@@ -317,6 +333,9 @@ void ControlServer::OnGoal(HostId id, const HostGoal& goal, std::int64_t now_ns)
 void ControlServer::OnFacts(const SimulationFacts& facts, std::int64_t now_ns) {
   if (!scene_) return;
   facts_ = facts;
+  // a release finds no room where the simulation stands still: it is said until it is so
+  if (facts.held < 0 && facts.wanted < 0) lets_go_ = false;
+  if (lets_go_) peer_->Order({.kind = Command::Kind::kRelease});
   task_.OnFacts(facts, *scene_, now_ns);
   AnswerTasks();
 }
@@ -339,6 +358,11 @@ void ControlServer::Stop() {
     OnLine("emergency stop: the hand lets go, and takes nothing until it is resumed");
   }
   peer_->StopDevice(true);
+  LetGo();
+}
+
+void ControlServer::LetGo() {
+  lets_go_ = facts_.held >= 0 || facts_.wanted >= 0;
   peer_->Order({.kind = Command::Kind::kRelease});
 }
 
@@ -364,6 +388,7 @@ void ControlServer::AnswerTasks() {
 }
 
 void ControlServer::TakeHand(HostId host) {
+  lets_go_ = false;
   hand_host_ = host;
   held_still_ = false;
   const auto known = hosts_.find(host);
@@ -375,11 +400,16 @@ void ControlServer::Lose(HostId id, const std::string& how, std::int64_t now_ns)
   if (lost == hosts_.end()) return;
   const std::string name = lost->second.name.empty() ? "?" : lost->second.name;
   hosts_.erase(lost);
+  if (id == clutch_host_) {
+    clutch_host_ = 0;
+    ChangeWorkspace({.clutch = false});
+  }
   if (id != hand_host_) return;
   hand_host_ = 0;
   held_still_ = false;
   if (device_hand_ || !scene_ || (facts_.held < 0 && !task_.busy())) return;
   task_.LetGo(now_ns);
+  lets_go_ = true;
   AnswerTasks();
   lines_.push_back("the host '" + name + "' " + how + ": the hand lets go");
   OnLine(lines_.back());

@@ -107,6 +107,8 @@ class ControlServer {
   Answer Do(const SetParameterRequest& request);
   Answer Do(const SetClearanceRequest& request);
   Answer Do(const SetViewRequest& request);
+  Answer Rescale(double scale);
+  void LetGo();
   Answer ChangeWorkspace(const WorkspaceChange& change);
   /// Why that host may not use the hand now; empty: it may.
   std::string WhyNotHand(HostId host, bool to_take) const;
@@ -128,9 +130,11 @@ class ControlServer {
   std::uint64_t next_tag_ = 1;
   std::map<std::uint64_t, Asked> tasks_;  // who waits for the answer, by tag
   HostId hand_host_ = 0;
+  HostId clutch_host_ = 0;      // that has pressed a device's clutch
   bool held_still_ = false;     // its goal, for it is quiet
   std::uint32_t void_seq_ = 0;  // its goals up to this one are not to be gone to any more
   bool stopped_ = false;
+  bool lets_go_ = false;  // was told to, and has something still
   std::uint64_t next_job_ = 1;
   std::map<std::uint64_t, Asked> jobs_;
   SimulationFacts facts_;

@@ -48,7 +48,8 @@ class Controller {
   bool attached() const;
 
   /// Asks, and calls `on_answer` from a later Poll(). A controller that is gone answers by the
-  /// library: not ok, "the controller NAME is gone".
+  /// library: not ok, "the controller NAME is gone". More than 32 that wait are refused; an emergency
+  /// stop never is.
   void Send(const ControlRequest& request, OnAnswer on_answer = {});
   /// Asks and waits, calling other callbacks meanwhile. Not from within a callback.
   Answer Ask(const ControlRequest& request, double timeout_s = 60);

@@ -28,6 +28,7 @@ struct SimulationFacts {
     double force = 0;  // N
   };
 
+  std::uint64_t scene_number = 0;  // ControlScene::number
   std::uint64_t frame = 0;
   std::int64_t time_ns = 0;
   std::uint32_t body_count = 0;

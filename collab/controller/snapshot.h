@@ -66,7 +66,20 @@ struct SnapshotHand {
 };
 
 struct SnapshotSafety {
-  enum class State : std::uint8_t { kOn, kRamp, kDamping, kStopped, kFault };
+  /// As docs/decisions/0033-safety.md has them: what the hand's device may have, and why.
+  enum class State : std::uint8_t {
+    kOff,
+    kRamping,
+    kOn,
+    kDamping,
+    kTooFast,
+    kExpired,
+    kOverrun,
+    kFault,
+    kSuspended,
+    kStopped,
+    kSilent
+  };
   State state = State::kOn;
   std::uint64_t clamped = 0;  // frames, each
   std::uint64_t slewed = 0;

@@ -8,6 +8,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "collab/dds/control_domain.h"
@@ -19,28 +20,57 @@ namespace tandem {
 namespace {
 
 /// The name of a controller that runs: a locked file, which the kernel unlocks at its end, however
-/// that comes.
+/// that comes. With it go the keys that it has made for its hosts.
 class NameLock {
  public:
-  explicit NameLock(int file) : file_(file) {}
-  NameLock(NameLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+  NameLock(NameLock&& other) noexcept
+      : file_(std::exchange(other.file_, -1)), path_(std::move(other.path_)) {}
   NameLock& operator=(NameLock&&) = delete;
   ~NameLock() {
-    if (file_ >= 0) close(file_);
+    if (file_ < 0) return;
+    std::error_code ignored;
+    std::filesystem::remove_all(keys(), ignored);
+    std::filesystem::remove(path_, ignored);  // while it is locked: nobody takes it meanwhile
+    close(file_);
   }
 
   static Result<NameLock> Take(const std::filesystem::path& path, const std::string& name) {
-    NameLock lock(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0600));
-    if (lock.file_ < 0) return Error{path.string() + ": cannot be written"};
-    if (flock(lock.file_, LOCK_EX | LOCK_NB) != 0) {
-      return Error{"a controller '" + name + "' runs already on this machine: --control with " +
-                   "another name, or attach to that one"};
+    for (;;) {
+      NameLock lock(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0600), path);
+      if (lock.file_ < 0) return Error{path.string() + ": cannot be written"};
+      if (flock(lock.file_, LOCK_EX | LOCK_NB) != 0) {
+        close(std::exchange(lock.file_, -1));
+        return Error{"a controller '" + name + "' runs already on this machine: --control with " +
+                     "another name, or attach to that one"};
+      }
+      // its owner may have removed it between the two
+      struct stat ours {};
+      struct stat there {};
+      if (fstat(lock.file_, &ours) == 0 && stat(path.c_str(), &there) == 0 &&
+          ours.st_ino == there.st_ino) {
+        return lock;
+      }
+      close(std::exchange(lock.file_, -1));
     }
-    return lock;
+  }
+  /// Removes what controllers left behind that were killed.
+  static void Sweep(const std::filesystem::path& folder) {
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+      // to have the lock is to own what is there; it goes with the lock
+      if (entry.path().extension() == ".lock") static_cast<void>(Take(entry.path(), ""));
+    }
+  }
+
+  std::filesystem::path keys() const {
+    return std::filesystem::path(path_).replace_extension(".keys");
   }
 
  private:
+  NameLock(int file, std::filesystem::path path) : file_(file), path_(std::move(path)) {}
+
   int file_;
+  std::filesystem::path path_;
 };
 
 /// Calls use(sample) for all with data that wait in a reader.
@@ -62,16 +92,14 @@ void TakeValid(dds_entity_t reader, Use use) {
 
 class DdsControlPort final : public ControlPort {
  public:
-  DdsControlPort(NameLock lock, ControlDomain domain, std::filesystem::path keys)
-      : lock_(std::move(lock)), domain_(std::move(domain)), keys_(std::move(keys)) {
+  DdsControlPort(NameLock lock, ControlDomain domain)
+      : lock_(std::move(lock)), domain_(std::move(domain)) {
     std::random_device random;
     while (id_ == 0) id_ = std::uint64_t{random()} << 32U | random();
   }
   ~DdsControlPort() override {
     domain_.participant.Delete();
     domain_.domain.Delete();
-    std::error_code ignored;
-    if (!keys_.empty()) std::filesystem::remove_all(keys_, ignored);
   }
   DdsControlPort(const DdsControlPort&) = delete;
   DdsControlPort& operator=(const DdsControlPort&) = delete;
@@ -141,7 +169,6 @@ class DdsControlPort final : public ControlPort {
  private:
   NameLock lock_;
   ControlDomain domain_;
-  std::filesystem::path keys_;
   std::uint64_t id_ = 0;
   dds_entity_t requests_ = 0;
   dds_entity_t goals_ = 0;
@@ -162,10 +189,10 @@ Result<std::unique_ptr<ControlPort>> ControlPort::Open(const Options& options) {
   }
   const Result<std::filesystem::path> folder = ControlFolder();
   if (!folder) return folder.error();
+  NameLock::Sweep(*folder);
   Result<NameLock> lock = NameLock::Take(*folder / (options.name + ".lock"), options.name);
   if (!lock) return lock.error();
-  // left behind by one that was killed
-  const std::filesystem::path keys = *folder / (options.name + ".keys");
+  const std::filesystem::path keys = lock->keys();
   std::error_code failed;
   std::filesystem::remove_all(keys, failed);
   if (options.secured) {
@@ -174,8 +201,7 @@ Result<std::unique_ptr<ControlPort>> ControlPort::Open(const Options& options) {
   const std::filesystem::path own = options.secured ? keys / "controller" : "";
   Result<ControlDomain> domain = EnterControlDomain(options.name, options.domain, own);
   if (!domain) return domain.error();
-  auto port = std::make_unique<DdsControlPort>(*std::move(lock), *std::move(domain),
-                                               options.secured ? keys : "");
+  auto port = std::make_unique<DdsControlPort>(*std::move(lock), *std::move(domain));
   if (!port->Open()) return Error{"the command interface cannot be opened on this machine"};
   return std::unique_ptr<ControlPort>(std::move(port));
 }

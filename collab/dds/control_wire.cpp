@@ -304,6 +304,12 @@ bool FromWire(const tandem_control_Snapshot& wire, const tandem_control_Scene& s
               ControllerSnapshot& snapshot) {
   if (wire.scene_number != scene.number) return false;
   if (wire.bodies._length != 0 && wire.bodies._length != scene.bodies._length) return false;
+  if (wire.hand.input > static_cast<std::uint8_t>(SnapshotHand::Input::kDevice) ||
+      wire.hand.state > static_cast<std::uint8_t>(SnapshotHand::State::kStopped) ||
+      wire.safety.state > static_cast<std::uint8_t>(SnapshotSafety::State::kSilent) ||
+      wire.hand.body >= static_cast<std::int64_t>(wire.bodies._length)) {
+    return false;
+  }
   snapshot = {};
   snapshot.frame = wire.frame;
   snapshot.time_ns = wire.time_ns;

@@ -11,7 +11,7 @@ namespace tandem {
 /// Between what hosts and controllers say and its form on the wire (idl/tandem_control.idl). Text
 /// that is too long is cut before a character; control characters in what is read become '?'.
 /// FromWire answers false, or nothing, for what no sound program sends: numbers that are not
-/// finite, a kind that there is none of, a file name that fills its place.
+/// finite, a kind or a state that there is none of. A file name that is too long is not sent.
 inline constexpr std::uint32_t kControlVersion = tandem_control_VERSION;
 
 /// False: a file name is too long.

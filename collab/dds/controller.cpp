@@ -15,6 +15,7 @@
 
 #include <pthread.h>
 
+#include "collab/controller/control_server.h"
 #include "collab/controller/plain.h"
 #include "collab/dds/control_domain.h"
 #include "collab/dds/control_wire.h"
@@ -30,6 +31,7 @@ namespace {
 constexpr std::int64_t kBeatNs = 50'000'000;
 constexpr std::int64_t kGoneNs = 500'000'000;     // without a snapshot
 constexpr std::int64_t kLeastGoalNs = 1'000'000;  // between two goals
+constexpr std::size_t kMostWaiting = 32;          // requests without an answer, so that none is lost
 
 }  // namespace
 
@@ -101,7 +103,7 @@ class Controller::Link {
   dds_entity_t answers_reader_ = 0;
   dds_entity_t scenes_ = 0;
   dds_entity_t snapshots_ = 0;
-  dds_entity_t stop_ = 0;
+  dds_entity_t wake_ = 0;
   dds_entity_t waitset_ = 0;
 
   // the host's thread
@@ -110,13 +112,18 @@ class Controller::Link {
   std::function<void(const ControllerSnapshot&)> on_snapshot_;
   ControllerSnapshot snapshot_;
   std::int64_t gone_since_ns_ = 0;
-  std::int64_t last_goal_ns_ = 0;
 
   // both threads
   mutable std::mutex mutex_;
   std::condition_variable something_;
   bool stopping_ = false;
   HostGoal goal_;  // the newest
+  bool goal_waits_ = false;  // is to be sent as soon as there is time
+  std::int64_t last_goal_ns_ = 0;
+  std::uint64_t controller_ = 0;  // that was heard
+  bool replaced_ = false;         // by another one of its name
+  double rate_hz_ = 60;           // of snapshots, that this host has asked for
+  std::int64_t next_snapshot_ns_ = 0;
   SceneCopy scene_;
   std::uint32_t other_version_ = 0;
   bool fresh_ = false;
@@ -134,7 +141,7 @@ bool Controller::Link::Open() {
   answers_reader_ = ControlReader(participant, ControlTopic::kAnswer);
   scenes_ = ControlReader(participant, ControlTopic::kScene);
   snapshots_ = ControlReader(participant, ControlTopic::kSnapshot);
-  stop_ = dds_create_guardcondition(participant);
+  wake_ = dds_create_guardcondition(participant);
   waitset_ = dds_create_waitset(participant);
   for (const dds_entity_t entity : {requests_, goals_, answers_reader_, scenes_, snapshots_}) {
     if (entity < 0) return false;
@@ -142,7 +149,7 @@ bool Controller::Link::Open() {
   for (const dds_entity_t reader : {answers_reader_, scenes_, snapshots_}) {
     dds_waitset_attach(waitset_, dds_create_readcondition(reader, DDS_ANY_STATE), 0);
   }
-  dds_waitset_attach(waitset_, stop_, 0);
+  dds_waitset_attach(waitset_, wake_, 0);
   thread_ = std::thread([this] {
     Run();
   });
@@ -155,7 +162,7 @@ Controller::Link::~Link() {
     stopping_ = true;
   }
   if (thread_.joinable()) {
-    dds_set_guardcondition(stop_, true);
+    dds_set_guardcondition(wake_, true);
     thread_.join();
     // best effort, and the last word: said three times
     for (int times = 0; times < 3; ++times) Beat(true);
@@ -192,8 +199,7 @@ void Controller::Link::Beat(bool goodbye) {
     const std::lock_guard lock(mutex_);
     goal = goal_;
   }
-  // a rate lasts on its own; a pose is said again, for one may be lost
-  if (goal.kind != HostGoal::Kind::kPose) goal.kind = HostGoal::Kind::kBeat;
+  // said again, for one may be lost; what has been heard already counts no second time
   if (goodbye) goal.kind = HostGoal::Kind::kGoodbye;
   ToWire(goal, wire);
   wire.host = id_;
@@ -205,6 +211,14 @@ void Controller::Link::Run() {
   std::int64_t next_beat_ns = 0;
   for (;;) {
     const std::int64_t now_ns = MonotonicNow_ns();
+    {
+      const std::lock_guard lock(mutex_);
+      if (goal_waits_) next_beat_ns = std::min(next_beat_ns, last_goal_ns_ + kLeastGoalNs);
+      if (now_ns >= next_beat_ns && goal_waits_) {
+        goal_waits_ = false;
+        last_goal_ns_ = now_ns;
+      }
+    }
     if (now_ns >= next_beat_ns) {
       Beat(false);
       next_beat_ns = now_ns + kBeatNs;
@@ -214,6 +228,8 @@ void Controller::Link::Run() {
       const std::lock_guard lock(mutex_);
       if (stopping_) return;
     }
+    bool woken = false;
+    dds_take_guardcondition(wake_, &woken);
     Receive();
   }
 }
@@ -236,11 +252,17 @@ void Controller::Link::Receive() {
   take(scenes_, [&](const void* sample) {
     const auto& scene = *static_cast<const tandem_control_Scene*>(sample);
     other_version_ = scene.version == kControlVersion ? 0 : scene.version;
+    replaced_ = replaced_ || (controller_ != 0 && controller_ != scene.controller);
+    controller_ = scene.controller;
     if (other_version_ == 0) scene_.Keep(scene);
   });
   take(snapshots_, [&](const void* sample) {
     heard_ns_ = MonotonicNow_ns();
     const auto& wire = *static_cast<const tandem_control_Snapshot*>(sample);
+    // they come as often as the host wants them that wants the most
+    if (heard_ns_ < next_snapshot_ns_ && wire.scene_number == newest_.scene_number) return;
+    const auto period_ns = static_cast<std::int64_t>(1e9 / rate_hz_);
+    next_snapshot_ns_ = std::max(next_snapshot_ns_ + period_ns, heard_ns_ - period_ns / 2);
     if (!FromWire(wire, scene_.wire, newest_)) return;
     fresh_ = heard = true;
   });
@@ -257,16 +279,28 @@ void Controller::Link::Send(const ControlRequest& request, OnAnswer on_answer) {
   tandem_control_Request wire{};
   wire.host = id_;
   wire.number = next_number_++;
+  if (const auto* rate = std::get_if<SnapshotRateRequest>(&request);
+      rate != nullptr && rate->rate_hz >= 1 && rate->rate_hz <= ControlServer::kMostRate) {
+    const std::lock_guard lock(mutex_);
+    rate_hz_ = rate->rate_hz;
+    next_snapshot_ns_ = 0;
+  }
   if (host_name_.size() < sizeof wire.host_name) host_name_.copy(wire.host_name, host_name_.size());
   const bool whole = ToWire(request, wire);
-  if (whole && dds_write(requests_, &wire) == DDS_RETCODE_OK) {
+  const bool stop = std::holds_alternative<EmergencyStopRequest>(request);
+  const bool room = stop || waiting_.size() < kMostWaiting;
+  if (whole && room && dds_write(requests_, &wire) == DDS_RETCODE_OK) {
     waiting_[wire.number] = {std::move(on_answer), MonotonicNow_ns()};
     return;
   }
   const std::lock_guard lock(mutex_);
   waiting_[wire.number] = {std::move(on_answer), MonotonicNow_ns()};
   answers_.push_back(
-      {id_, wire.number, {false, whole ? "the request could not be sent" : "a name is too long"}});
+      {id_,
+       wire.number,
+       {false, !whole  ? "a name is too long"
+               : !room ? "too many requests wait for an answer already"
+                       : "the request could not be sent"}});
 }
 
 void Controller::Link::Mean(HostGoal::Kind kind, const Pose& X_WG, const Vec3& linear,
@@ -276,9 +310,13 @@ void Controller::Link::Mean(HostGoal::Kind kind, const Pose& X_WG, const Vec3& l
     const std::lock_guard lock(mutex_);
     goal_ = {
         .kind = kind, .seq = goal_.seq + 1, .X_WG = X_WG, .linear = linear, .angular = angular};
-    // more than the hand takes: the next beat has the newest
+    // more than the hand takes: the newest follows when there is time for it
     const std::int64_t now_ns = MonotonicNow_ns();
-    if (now_ns - last_goal_ns_ < kLeastGoalNs) return;
+    if (now_ns - last_goal_ns_ < kLeastGoalNs) {
+      if (!std::exchange(goal_waits_, true)) dds_set_guardcondition(wake_, true);
+      return;
+    }
+    goal_waits_ = false;
     last_goal_ns_ = now_ns;
     ToWire(goal_, wire);
   }
@@ -289,12 +327,14 @@ void Controller::Link::Mean(HostGoal::Kind kind, const Pose& X_WG, const Vec3& l
 void Controller::Link::AnswerForTheGone() {
   // a controller that is busy for long shows its snapshots all the same
   const std::int64_t now_ns = MonotonicNow_ns();
-  if (attached()) {
-    gone_since_ns_ = 0;
-    return;
+  bool replaced = false;
+  {
+    const std::lock_guard lock(mutex_);
+    replaced = std::exchange(replaced_, false);
+    if (Heard()) gone_since_ns_ = 0;
+    else if (gone_since_ns_ == 0) gone_since_ns_ = now_ns;
   }
-  if (gone_since_ns_ == 0) gone_since_ns_ = now_ns;
-  if (now_ns - gone_since_ns_ < kGoneNs) return;
+  if (!replaced && (gone_since_ns_ == 0 || now_ns - gone_since_ns_ < kGoneNs)) return;
   std::vector<OnAnswer> orphans;
   for (auto& [number, waiting] : waiting_) orphans.push_back(std::move(waiting.on_answer));
   waiting_.clear();

@@ -104,7 +104,9 @@ void CodeFields(Code& code, T& command) {
   code(command.object);
   code(command.to);
   if (command.kind == Command::Kind::kLayer) code(command.layer);
-  if (command.kind == Command::Kind::kDisplace) code(command.metres);
+  if (command.kind == Command::Kind::kDisplace || command.kind == Command::Kind::kScale) {
+    code(command.metres);
+  }
 }
 
 }  // namespace tandem

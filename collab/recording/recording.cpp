@@ -184,6 +184,7 @@ std::string AsText(const RecordingHeader& header) {
     const double most = header.device.*gain.value;
     if (std::isfinite(most)) json["device"][gain.name] = most;
   }
+  if (header.device_scale != 1) json["device_scale"] = header.device_scale;
   return json.dump();
 }
 
@@ -226,6 +227,7 @@ Result<RecordingHeader> ParseHeader(const std::string& text) {
       if (!json.contains("device")) break;
       header.device.*gain.value = json.at("device").value(gain.name, DeviceCapabilities::kAny);
     }
+    header.device_scale = json.value("device_scale", header.device_scale);
     return header;
   } catch (const ordered_json::exception& bad) {
     return Error{std::string("its header cannot be read: ") + bad.what()};

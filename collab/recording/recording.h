@@ -30,6 +30,7 @@ struct RecordingHeader {
   CouplingLimits limits;  // of the law
   PeerOptions peer;       // without law and tap
   DeviceCapabilities device{};  // of it the gains that the device bears
+  double device_scale = 1;      // by which these are so, at first
 };
 
 std::string AsText(const RecordingHeader& header);

@@ -80,6 +80,8 @@ const char* Said(Command::Kind kind) {
       return "stop";
     case Command::Kind::kResume:
       return "resume";
+    case Command::Kind::kScale:
+      return "scale of the device";
   }
   return "";
 }
@@ -209,6 +211,9 @@ void RecordingExport::AddWords(const RecordedFrame& frame) {
     }
     if (command.kind == Command::Kind::kDisplace) {
       words.append(" ").append(std::to_string(1e3 * command.metres)).append(" mm inwards");
+    }
+    if (command.kind == Command::Kind::kScale) {
+      words.append(" ").append(std::to_string(command.metres));
     }
     if (command.to != 0) words.append(" to ").append(NameOfPeer(command.to));
     say(words);

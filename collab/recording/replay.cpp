@@ -12,9 +12,15 @@ class Replay::Device final : public tandem::Device {
   void Start() noexcept override {}
   Anchor Read() noexcept override { return now; }
   void Render(const Wrench&) noexcept override {}
+  void Rescale(double to) noexcept override {
+    can.stiffness *= scale / to;
+    can.damping *= scale / to;
+    scale = to;
+  }
   DeviceCapabilities capabilities() const noexcept override { return can; }
   Anchor now;
   DeviceCapabilities can;
+  double scale = 1;
 };
 
 /// Keeps what the frame ended in.
@@ -50,6 +56,7 @@ Result<std::unique_ptr<Replay>> Replay::Create(const RecordingHeader& header,
   auto device = std::make_unique<Device>();
   replay->device_ = device.get();
   device->can = header.device;
+  device->scale = header.device_scale;
   NodeOptions options;
   options.peer = header.peer;
   options.peer.coupling.law = *std::move(law);

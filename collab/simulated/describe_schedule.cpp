@@ -44,6 +44,8 @@ std::string Describe(const Command& command) {
       return "stops its device";
     case Command::Kind::kResume:
       return "lets its device go on";
+    case Command::Kind::kScale:
+      return "scales its device by " + std::to_string(command.metres);
   }
   return {};
 }

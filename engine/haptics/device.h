@@ -42,6 +42,10 @@ class Device {
   /// motors at once; a signal handler may call it.
   virtual void Stop() noexcept {}
   virtual void Resume() noexcept {}
+  /// Of a handle that is mapped into the scene: metres there a metre of its own.
+  virtual void Rescale(double) noexcept {}
+  /// Before each Read(): whether a part is in the hand.
+  virtual void Holding(bool) noexcept {}
   virtual DeviceCapabilities capabilities() const noexcept { return {}; }
   /// Whether the device is in trouble: unplugged, too hot, not calibrated.
   virtual bool failed() const noexcept { return false; }

@@ -32,7 +32,8 @@ class ProcessDevice : public Device {
   bool failed() const noexcept override { return tick_.failed; }
   bool clutch_button() const noexcept override { return tick_.clutch_button; }
   DeviceSafety safety() const noexcept override {
-    return {static_cast<SafetyState>(tick_.state), tick_.counts};
+    const bool silent = silent_ >= kSilent;
+    return {silent ? SafetyState::kSilent : static_cast<SafetyState>(tick_.state), tick_.counts};
   }
   /// Frames since the device last said something.
   int silent_frames() const noexcept { return silent_; }

@@ -6,8 +6,6 @@ namespace tandem {
 namespace {
 
 WorkspaceOrder Sound(WorkspaceOrder order) {
-  if (!std::isfinite(order.scale)) order.scale = 1;
-  order.scale = std::clamp(order.scale, Workspace::kLeastScale, Workspace::kMostScale);
   if (!order.p_WD.allFinite()) order.p_WD.setZero();
   if (!std::isfinite(order.recentre)) order.recentre = 0;
   order.recentre = std::clamp(order.recentre, 0.0, Workspace::kMostRecentre);
@@ -18,8 +16,16 @@ WorkspaceOrder Sound(WorkspaceOrder order) {
 
 }  // namespace
 
+double Workspace::SoundScale(double scale) noexcept {
+  return std::isfinite(scale) ? std::clamp(scale, kLeastScale, kMostScale) : 1;
+}
+
 Workspace::Workspace(Device& device, const WorkspaceOrder& order) noexcept
-    : device_(&device), can_(device.capabilities()), order_(Sound(order)) {
+    : device_(&device),
+      can_(device.capabilities()),
+      order_(Sound(order)),
+      scale_(SoundScale(order.scale)) {
+  order_.scale = scale_;
   orders_.back() = order_;
   orders_.Publish();
   if (can_.workspace.empty()) return;
@@ -29,8 +35,8 @@ Workspace::Workspace(Device& device, const WorkspaceOrder& order) noexcept
 
 DeviceCapabilities Workspace::capabilities() const noexcept {
   DeviceCapabilities can = can_;
-  can.stiffness /= order_.scale;
-  can.damping /= order_.scale;
+  can.stiffness /= scale_;
+  can.damping /= scale_;
   return can;
 }
 
@@ -48,13 +54,14 @@ Anchor Workspace::Read() noexcept {
   const Anchor handle = device_->Read();  // in the device's own axes
   if (!handle.X_WA.p.allFinite() || !handle.X_WA.q.coeffs().allFinite()) return handle;
   WorkspaceOrder wanted = Sound(orders_.Read());
+  wanted.scale = scale_;
   wanted.clutch = wanted.clutch || device_->clutch_button();
   if (!placed_) {
     placed_ = true;
     mapped_ = handle;
     Index(handle);
   }
-  if (wanted.placements != order_.placements) {
+  if (wanted.placements != order_.placements && !holds_) {
     mapped_.X_WA.p = wanted.p_WD;
     Index(handle);
   }

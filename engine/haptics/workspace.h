@@ -11,7 +11,7 @@ namespace tandem {
 
 /// How a user wants a small device to reach a large scene.
 struct WorkspaceOrder {
-  double scale = 1;                    // metres in W a metre of the device
+  double scale = 1;                    // metres in W a metre of the device; at first: Rescale()
   Quat q_WV = Quat::Identity();        // the view: a device's axes are those of the user's picture
   bool clutch = false;  // held, here or at the device: the handle moves, what it holds stays
   std::uint32_t placements = 0;        // each puts the mapped handle to p_WD, which nobody holds yet
@@ -21,14 +21,12 @@ struct WorkspaceOrder {
 
 /// What of an order is to be another; nothing: stays.
 struct WorkspaceChange {
-  std::optional<double> scale{};
   std::optional<Quat> q_WV{};
   std::optional<bool> clutch{};
   std::optional<double> recentre{};
-  std::optional<Vec3> p_WD{};  // where the hand is to take a part; only while it has none
+  std::optional<Vec3> p_WD{};  // where the empty hand is to take a part; while it has one: nothing
 
   void ApplyTo(WorkspaceOrder& order) const {
-    if (scale) order.scale = *scale;
     if (q_WV) order.q_WV = *q_WV;
     if (clutch) order.clutch = *clutch;
     if (recentre) order.recentre = *recentre;
@@ -65,6 +63,8 @@ class Workspace : public Device {
   void Render(const Wrench& F_D_W) noexcept override;
   void Stop() noexcept override { device_->Stop(); }
   void Resume() noexcept override { device_->Resume(); }
+  void Rescale(double scale) noexcept override { scale_ = SoundScale(scale); }
+  void Holding(bool holds) noexcept override { holds_ = holds; }
   DeviceCapabilities capabilities() const noexcept override;
   bool failed() const noexcept override { return device_->failed(); }
   bool stop_button() const noexcept override { return device_->stop_button(); }
@@ -73,6 +73,7 @@ class Workspace : public Device {
 
  private:
   void Take(const WorkspaceOrder& order) noexcept;
+  static double SoundScale(double scale) noexcept;
   /// Goes on from where the mapped handle is.
   void Index(const Anchor& handle) noexcept;
 
@@ -80,6 +81,8 @@ class Workspace : public Device {
   DeviceCapabilities can_;
   TripleBuffer<WorkspaceOrder> orders_;
   WorkspaceOrder order_;
+  double scale_;
+  bool holds_ = false;
   bool placed_ = false;
   Vec3 middle_ = Vec3::Zero();  // of the device's workspace
   double radius_ = 0.1;         // m, of it

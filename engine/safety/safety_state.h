@@ -15,7 +15,8 @@ enum class SafetyState : std::uint8_t {
   kOverrun,    // the loop of the device stood still: no force until a ramp-in is asked for
   kFault,      // a number that is none, or a driver in trouble: no force until a ramp-in is asked for
   kSuspended,  // the machine slept: no force until a ramp-in is asked for
-  kStopped     // emergency stop: no force until somebody resumes
+  kStopped,    // emergency stop: no force until somebody resumes
+  kSilent      // the process of the device says nothing: it stands still, or is gone
 };
 
 inline const char* NameOf(SafetyState state) noexcept {
@@ -40,6 +41,8 @@ inline const char* NameOf(SafetyState state) noexcept {
       return "suspended";
     case SafetyState::kStopped:
       return "stopped";
+    case SafetyState::kSilent:
+      return "silent";
   }
   return "unknown";
 }

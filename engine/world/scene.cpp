@@ -20,7 +20,8 @@ constexpr std::array<std::array<float, 3>, 6> kMoversColours{{{0.88F, 0.63F, 0.1
 std::filesystem::path ReadFilePath(const JsonNode& node, const std::filesystem::path& folder) {
   const std::filesystem::path named = node.Text("the name of a file");
   const std::filesystem::path found = named.is_absolute() ? named : folder / named;
-  if (!named.empty() && !std::filesystem::is_regular_file(found)) {
+  std::error_code unknown;
+  if (!named.empty() && !std::filesystem::is_regular_file(found, unknown)) {
     node.Fault("no such file: " + found.string());
   }
   return found;

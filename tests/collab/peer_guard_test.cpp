@@ -195,5 +195,74 @@ TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
   EXPECT_NEAR(run.place(1).y(), 0.010, 1e-3);
 }
 
+// Neither by its own user's order nor by another's gift.
+TEST(PeerGuard, AStoppedHandLetsGoAndTakesNothingUntilItResumes) {
+  ToldSession run;
+  run.Order(Command::Kind::kGrab);
+  run.Run(300);
+  ASSERT_EQ(run.peer().holdings().held(), 0);
+  run.Order(Command::Kind::kStop);
+  run.Run(10);
+  EXPECT_EQ(run.peer().holdings().held(), -1);
+  run.Order(Command::Kind::kGrab);
+  run.Run(300);
+  EXPECT_EQ(run.peer().holdings().held(), -1);
+  EXPECT_EQ(run.peer().holdings().wanted(), -1);
+  // the other takes it and hands it over
+  Peer& other = run.session.node(1).peer();
+  ASSERT_TRUE(other.commands().TryPush({Command::Kind::kGrab, 0, 0}));
+  run.Run(300);
+  ASSERT_EQ(other.holdings().held(), 0);
+  ASSERT_TRUE(other.commands().TryPush({Command::Kind::kGive, kNoObject, 1}));
+  run.Run(300);
+  EXPECT_EQ(other.holdings().held(), -1);
+  EXPECT_EQ(run.peer().holdings().held(), -1) << "it is put down, not taken";
+  run.Order(Command::Kind::kResume);
+  run.Order(Command::Kind::kGrab);
+  run.Run(300);
+  EXPECT_EQ(run.peer().holdings().held(), 0);
+}
+
+/// What a device bears, mapped by a scale that may change.
+class MappedDevice : public ToldDevice {
+ public:
+  void Rescale(double to) noexcept override { scale = to; }
+  DeviceCapabilities capabilities() const noexcept override {
+    DeviceCapabilities can;
+    can.stiffness = 400 / scale;
+    return can;
+  }
+  double scale = 1;
+};
+
+// A small step of the handle, and the force of the first frame, before the part has moved.
+TEST(PeerGuard, ADeviceThatIsScaledUpWhileItHoldsFeelsNoStifferSpringThanItBears) {
+  const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
+  const auto model = testing::MakeWorldModel({{box}}, 0.001);
+  NodeOptions options;
+  options.peer.id = 1;
+  options.peer.held_object = 0;
+  auto made = std::make_unique<MappedDevice>();
+  MappedDevice& device = *made;
+  SimulatedSession session;
+  session.Add(std::make_unique<PeerNode>(model, std::move(made), 42, options), 1);
+  for (int i = 0; i < 500; ++i) session.Step();
+  ASSERT_TRUE(session.node(0).peer().attached());
+  const auto felt_after = [&](double scale) {
+    const Command rescale{.kind = Command::Kind::kScale, .metres = scale};
+    EXPECT_TRUE(session.node(0).peer().commands().TryPush(rescale));
+    for (int i = 0; i < 4000; ++i) session.Step();
+    device.now.X_WA.p.x() += 1e-3;
+    session.Step();
+    return session.node(0).peer().report().hand_B_W.f.norm() / 1e-3;
+  };
+  const double first = felt_after(1);
+  const double scaled = felt_after(8);
+  EXPECT_GT(first, 300);
+  EXPECT_LE(first, 400 * 1.01);
+  EXPECT_GT(scaled, 30);
+  EXPECT_LE(scaled, 50 * 1.01);
+}
+
 }  // namespace
 }  // namespace tandem

@@ -1,6 +1,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -93,6 +95,78 @@ TEST_F(ControlTest, AHostTakesAPartMovesItSavesTheSceneAndEndsTheController) {
 
   EXPECT_TRUE(host.Ask(QuitRequest{}).ok);
   EXPECT_EQ(controller_->Wait(std::chrono::seconds(20)), 0);
+}
+
+// Names of files and bodies that libraries throw at.
+TEST_F(ControlTest, OutlivesRequestsThatNoFileFits) {
+  Start();
+  Controller host = Attach();
+  const std::string endless(300, 'x');
+  for (const ControlRequest& request : std::vector<ControlRequest>{
+           LoadMeshRequest{}, LoadMeshRequest{"relative.obj", ""},
+           LoadMeshRequest{"/" + endless, ""}, LoadSceneRequest{"/" + endless + ".json"},
+           LoadSceneRequest{endless}, LoadSceneRequest{""}, SaveRequest{""},
+           SaveRequest{"/" + endless}, SaveRequest{"/nowhere/at/all.json"},
+           VoxelizeRequest{"/" + endless}, VoxelizeRequest{""}}) {
+    const Answer answer = host.Ask(request, 20);
+    EXPECT_FALSE(answer.ok) << request.index();
+    EXPECT_NE(answer.reason, "no answer in time") << request.index();
+    EXPECT_FALSE(answer.reason.empty()) << request.index();
+  }
+  EXPECT_FALSE(controller_->Poll()) << "the controller has ended";
+  EXPECT_TRUE(host.Ask(GrabRequest{.body = "peg"}).ok);
+}
+
+// Two scenes asked for at once, from two hosts' point of view: one comes, the other is told.
+TEST_F(ControlTest, AnswersLoadsThatMeetAndStopsWhileItLoads) {
+  Start();
+  Controller host = Attach();
+  std::vector<Answer> answers;
+  const auto keep = [&answers](const Answer& answer) {
+    answers.push_back(answer);
+  };
+  const std::string scene = std::string(TANDEM_SCENES) + "/peg_in_slot.json";
+  for (int i = 0; i < 5; ++i) host.Send(LoadSceneRequest{scene}, keep);
+  host.Send(EmergencyStopRequest{}, keep);
+  for (int i = 0; i < 600 && answers.size() < 6; ++i) host.Wait(milliseconds(50));
+  ASSERT_EQ(answers.size(), 6U);
+  EXPECT_GE(std::ranges::count(answers, true, &Answer::ok), 2) << "a scene, and the stop";
+  EXPECT_FALSE(host.Ask(GrabRequest{.body = "peg"}).ok) << "the stop outlives the scene";
+  EXPECT_TRUE(host.Ask(ResumeRequest{}).ok);
+  while (host.snapshot().bodies.empty()) host.Wait(milliseconds(50));
+  EXPECT_TRUE(host.Ask(GrabRequest{.body = "peg"}).ok);
+}
+
+// More requests than wait, at once: each has its answer.
+TEST_F(ControlTest, AnswersEachOfManyRequests) {
+  Start();
+  Controller host = Attach();
+  int answered = 0;
+  int refused = 0;
+  for (int i = 0; i < 300; ++i) {
+    host.Send(SetParameterRequest{"hand_force_N", 5}, [&](const Answer& answer) {
+      ++answered;
+      refused += answer.ok ? 0 : 1;
+    });
+  }
+  for (int i = 0; i < 200 && answered < 300; ++i) host.Wait(milliseconds(20));
+  EXPECT_EQ(answered, 300);
+  EXPECT_GT(refused, 0);
+  EXPECT_LT(refused, 300);
+}
+
+TEST_F(ControlTest, LeavesNoFileBehindNorThoseOfOthersThatWereKilled) {
+  Start();
+  Attach();
+  controller_->Signal(SIGKILL);
+  controller_->Wait(std::chrono::seconds(20));
+  const std::filesystem::path folder = folder_.path() / "tandem";
+  EXPECT_TRUE(std::filesystem::exists(folder / (name_ + ".lock")));
+  name_ += "-next";
+  Start();
+  EXPECT_TRUE(Attach().Ask(QuitRequest{}).ok);
+  EXPECT_EQ(controller_->Wait(std::chrono::seconds(20)), 0);
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
 TEST_F(ControlTest, ANameIsTakenOnce) {

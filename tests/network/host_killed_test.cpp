@@ -78,6 +78,11 @@ TEST(HostKilled, PartnersFeelLittleAndTheNextHostFindsAll) {
     const auto until = std::chrono::steady_clock::now() + milliseconds(ms);
     while (std::chrono::steady_clock::now() < until) partner->Wait(milliseconds(2));
   };
+  const auto held_by_both = [&partner] {
+    const auto body = static_cast<std::size_t>(partner->snapshot().hand.body);
+    return partner->snapshot().bodies[body].holders.size() == 2;
+  };
+  double least_pull = 99;  // N, of the partner's hand against the pull of the other's
   double worst_change = 0;
   double longest_attach_s = 0;
   for (int kill = 0; kill < kills; ++kill) {
@@ -92,16 +97,22 @@ TEST(HostKilled, PartnersFeelLittleAndTheNextHostFindsAll) {
     EXPECT_EQ(bodies, 2U) << "the peg and the block with its slot";
     longest_attach_s = std::max(longest_attach_s, took_s);
     look(static_cast<int>(random() % 500));
+    ASSERT_FALSE(course.empty());
+    const double pulled = Difference(course.back().force, {});
+    least_pull = std::min(least_pull, pulled);
+    ASSERT_TRUE(held_by_both()) << "the killed host's hand holds the peg";
     course.clear();
     host->Signal(SIGKILL);
     look(1500);  // until it is lost, has let go, and its pull has faded
+    EXPECT_FALSE(held_by_both()) << "it has let go";
     worst_change = std::max(worst_change, LargestChange(course));
     ASSERT_GT(course.size(), 50U) << "snapshots of the partner";
   }
   std::printf(
-      "%d hosts killed: partner's force changes by %.2f N in 100 ms at the most, attached "
-      "in %.2f s at the most\n",
-      kills, worst_change, longest_attach_s);
+      "%d hosts killed: partner's force, at least %.2f N before, changes by %.2f N in 100 ms at "
+      "the most, attached in %.2f s at the most\n",
+      kills, least_pull, worst_change, longest_attach_s);
+  EXPECT_GT(least_pull, 0.5) << "a pull that nobody feels proves nothing";
   EXPECT_LE(worst_change, 1.0);
   EXPECT_LE(longest_attach_s, 2.0);
   EXPECT_FALSE(first->Poll()) << "the controller has ended";

@@ -61,6 +61,7 @@ void HandModel::Leave() {
   link_.reset();
   process_.reset();
   ForgetGoal();
+  stop_asked_ = false;
   news_seen_ = 0;
   if (state_ != State::kNone) SetState(State::kNone);
 }
@@ -87,6 +88,7 @@ void HandModel::OnAttachEnded() {
     link_ = *std::move(result);
     frame_seen_ = 0;
     SetState(State::kReady);
+    if (std::exchange(stop_asked_, false)) Stop();
     return;
   }
   // what was started here says itself when it has ended
@@ -157,6 +159,40 @@ bool HandModel::stopped() const {
 
 bool HandModel::by_device() const {
   return ready() && snapshot().hand.input == SnapshotHand::Input::kDevice;
+}
+
+QString HandModel::DeviceTrouble() const {
+  if (!by_device()) return {};
+  using Safety = SnapshotSafety::State;
+  switch (snapshot().safety.state) {
+    case Safety::kOff:
+    case Safety::kRamping:
+    case Safety::kOn:
+      return {};
+    case Safety::kDamping:
+    case Safety::kExpired:
+    case Safety::kOverrun:
+      return tr("Device: no force, for something was late; it comes back by itself");
+    case Safety::kSuspended:
+      return tr("Device: no force, for this machine slept; it comes back by itself");
+    case Safety::kTooFast:
+      return tr("Device: the handle is too fast; force again when it is slow");
+    case Safety::kFault:
+      return tr("Device: no force after a fault; Resume (Ctrl+Space) brings it back");
+    case Safety::kStopped:
+      return tr("Device: emergency stop; Resume (Ctrl+Space) ends it");
+    case Safety::kSilent:
+      return tr("Device: its process says nothing; your hand rests");
+  }
+  return {};
+}
+
+bool HandModel::resumable() const {
+  if (!ready()) return false;
+  const SnapshotSafety::State state = snapshot().safety.state;
+  const bool device = state == SnapshotSafety::State::kStopped ||
+                      (by_device() && state == SnapshotSafety::State::kFault);
+  return stopped() || device;
 }
 
 bool HandModel::retracing() const {
@@ -243,7 +279,13 @@ void HandModel::Retrace(RetraceRequest::To to) {
 
 void HandModel::Stop() {
   ForgetGoal();
-  Ask(tr("Emergency stop"), EmergencyStopRequest{});
+  if (ready()) {
+    Ask(tr("Emergency stop"), EmergencyStopRequest{});
+  } else if (link_) {
+    link_->Send(EmergencyStopRequest{}, {});
+  } else {
+    stop_asked_ = state_ == State::kStarting;
+  }
 }
 
 void HandModel::Resume() {

@@ -50,6 +50,10 @@ class HandModel : public QObject {
   bool stopped() const;
   /// Whether a device at the controller moves the hand, so that the mouse has the view alone.
   bool by_device() const;
+  /// Why the device in the hand has no force now, or less; empty: it has all.
+  QString DeviceTrouble() const;
+  /// Whether Resume() would do something: after a stop, after a fault of the device.
+  bool resumable() const;
   /// Newest goal of the grasp frame: what this hand has asked for, else what the controller knows.
   Pose goal() const;
   /// Whether the controller drives the part by itself, so that the goal is the controller's.
@@ -62,6 +66,7 @@ class HandModel : public QObject {
   void Give(const QString& peer);
   void AskFor(std::size_t body);
   void Retrace(RetraceRequest::To to);
+  /// Where the controller is not heard, too: it may hear.
   void Stop();
   void Resume();
   /// Tells how the user looks at the scene, for a device's sake; once for each view.
@@ -106,6 +111,7 @@ class HandModel : public QObject {
   std::uint64_t news_seen_ = 0;
   std::uint64_t frame_seen_ = 0;
   std::optional<Mat3> view_told_;
+  bool stop_asked_ = false;  // before there was a controller to hear it
 };
 
 /// "anna holds it, ben holds it" in short words for lists: whether another user has it alone.

@@ -145,8 +145,10 @@ void HandDesk::Refresh() {
   ask_->setEnabled(ready && !stopped);
   for (QAction* action : {release_, give_, back_}) action->setEnabled(holds);
   for (QAction* action : {undo_, reset_}) action->setEnabled(ready && !stopped);
-  stop_->setEnabled(ready && !stopped);
-  resume_->setEnabled(stopped);
+  const bool there = hand_.state() != HandModel::State::kNone &&
+                     hand_.state() != HandModel::State::kEnded;
+  stop_->setEnabled(there && !stopped);
+  resume_->setEnabled(hand_.resumable());
   triad_->setEnabled(view_ != nullptr && !hand_.by_device());
   for (QAction* action : {clutch_, scale_}) action->setEnabled(hand_.by_device());
   bar_->setVisible(hand_.state() != HandModel::State::kNone);
@@ -239,13 +241,20 @@ void HandDesk::TellOfContact() {
 }
 
 void HandDesk::AskScale() {
-  bool given = false;
-  const double scale = QInputDialog::getDouble(
-      &window_, tr("Device scale"), tr("Metres in the scene for a metre of the device's handle:"),
-      scale_now_, 0.01, 100, 2, &given);
-  if (!given) return;
-  scale_now_ = scale;
-  hand_.Ask(tr("Device scale"), SetParameterRequest{"device_scale", scale});
+  auto* dialog = new QInputDialog(&window_);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setWindowTitle(tr("Device scale"));
+  dialog->setLabelText(tr("Metres in the scene for a metre of the device's handle:"));
+  dialog->setInputMode(QInputDialog::DoubleInput);
+  dialog->setDoubleRange(0.01, 100);
+  dialog->setDoubleDecimals(2);
+  dialog->setDoubleValue(scale_now_);
+  dialog->setModal(false);  // the window's keys, of which one stops, go on
+  connect(dialog, &QInputDialog::doubleValueSelected, this, [this](double scale) {
+    scale_now_ = scale;
+    hand_.Ask(tr("Device scale"), SetParameterRequest{"device_scale", scale});
+  });
+  dialog->show();
 }
 
 void HandDesk::DressPicture(const std::vector<BodyLook>& looks, DrawList& list) {
@@ -268,6 +277,7 @@ QString HandDesk::StateText() const {
   }
   const ControllerSnapshot& now = hand_.snapshot();
   if (hand_.stopped()) return tr("Emergency stop: Resume (Ctrl+Space) to go on");
+  if (const QString trouble = hand_.DeviceTrouble(); !trouble.isEmpty()) return trouble;
   const auto held = hand_.held();
   if (!held) return tr("Your hand is empty");
   const QString name = QString::fromStdString(now.bodies[*held].name);

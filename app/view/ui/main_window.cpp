@@ -330,7 +330,8 @@ void MainWindow::ShowWarnings() {
                     .arg(QString::fromStdString(DisplayName(peer)), QString::fromStdString(other));
   }
   if (desk_ != nullptr) {
-    const bool calm = desk_->hand().ready() && !desk_->hand().stopped();
+    const HandModel& hand = desk_->hand();
+    const bool calm = hand.ready() && !hand.stopped() && hand.DeviceTrouble().isEmpty();
     if (!calm && !desk_->StateText().isEmpty()) warnings << desk_->StateText();
     if (!desk_->Words().isEmpty()) warnings << desk_->Words();
   }

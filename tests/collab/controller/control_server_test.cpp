@@ -1,5 +1,6 @@
 #include "collab/controller/control_server.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -180,6 +181,55 @@ TEST_F(ControlServerTest, AnEmergencyStopLetsGoAndTakesNothingUntilItIsResumed) 
   EXPECT_EQ(server_.Snapshot().safety.state, SnapshotSafety::State::kOn);
 }
 
+TEST_F(ControlServerTest, StopsTheHandForWhomeverItDoesNotKnow) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  for (HostId host = 100; host < 100 + ControlServer::kMostHosts; ++host) {
+    server_.OnGoal(host, {}, now_ns_);
+  }
+  server_.OnRequest(999, "late", 1, EmergencyStopRequest{}, now_ns_);
+  EXPECT_TRUE(server_.stopped());
+  EXPECT_TRUE(peer_.stopped);
+  const std::vector<HostAnswer> answers = server_.TakeAnswers();
+  EXPECT_TRUE(std::ranges::any_of(answers, [](const HostAnswer& answer) {
+    return answer.host == 999 && answer.answer.ok;
+  }));
+}
+
+TEST_F(ControlServerTest, SaysAReleaseUntilItIsSo) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  peer_.deaf = true;  // the simulation stands still, and its queue is full
+  server_.Stop();
+  Run(20, {kWindow});
+  ASSERT_GE(peer_.facts.held, 0);
+  peer_.deaf = false;
+  Run(2, {kWindow});
+  EXPECT_EQ(peer_.facts.held, -1);
+  const std::size_t said = peer_.Count(Command::Kind::kRelease);
+  Run(20, {kWindow});
+  EXPECT_EQ(peer_.Count(Command::Kind::kRelease), said) << "no longer than that";
+}
+
+TEST_F(ControlServerTest, LetsGoOfTheClutchOfAHostThatIsGone) {
+  ControlServer server(peer_, true);
+  server.OnScene(FourBodies(), now_ns_);
+  server.OnRequest(kWindow, "window", 1, SetParameterRequest{"device_clutch", 1}, now_ns_);
+  ASSERT_TRUE(peer_.workspace.clutch);
+  server.Tick(now_ns_ + ControlServer::kLostNs + kMs);
+  EXPECT_FALSE(peer_.workspace.clutch);
+}
+
+TEST_F(ControlServerTest, TakesARateOnceHoweverOftenItIsSaid) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  HostGoal rate{.kind = HostGoal::Kind::kRate, .seq = 7};
+  rate.linear.x() = 0.1;
+  server_.OnGoal(kWindow, rate, now_ns_);
+  const std::uint32_t seen = peer_.goal.input_seq;
+  Run(ControlServer::kQuietNs / kMs + 50, {});  // quiet: the hand is held still
+  server_.OnGoal(kWindow, rate, now_ns_);
+  EXPECT_EQ(peer_.goal.input, GoalOrder::Input::kPose) << "an old rate does not begin again";
+  EXPECT_EQ(peer_.goal.input_seq, seen + 1);
+}
+
 TEST_F(ControlServerTest, MapsADeviceByScaleViewAndClutchWhereOneMovesTheHand) {
   EXPECT_EQ(Ask(kWindow, SetParameterRequest{"device_scale", 5}).reason,
             "no device at the controller moves the hand");
@@ -195,7 +245,8 @@ TEST_F(ControlServerTest, MapsADeviceByScaleViewAndClutchWhereOneMovesTheHand) {
   EXPECT_TRUE(ask(SetParameterRequest{"device_recentre", 0.2}).ok);
   EXPECT_TRUE(ask(SetParameterRequest{"device_clutch", 1}).ok);
   EXPECT_TRUE(ask(SetViewRequest{{0, 0, std::sqrt(0.5), std::sqrt(0.5)}}).ok);
-  EXPECT_EQ(peer_.workspace.scale, 5);
+  ASSERT_EQ(peer_.Count(Command::Kind::kScale), 1U);
+  EXPECT_EQ(peer_.orders.back().metres, 5);
   EXPECT_EQ(peer_.workspace.recentre, 0.2);
   EXPECT_TRUE(peer_.workspace.clutch);
   // the user looks along -x: what is to the right in the picture is along y
@@ -204,7 +255,7 @@ TEST_F(ControlServerTest, MapsADeviceByScaleViewAndClutchWhereOneMovesTheHand) {
   EXPECT_FALSE(ask(SetParameterRequest{"device_recentre", 0.5}).ok);
   EXPECT_FALSE(ask(SetViewRequest{{0, 0, 0, 0}}).ok);
   EXPECT_FALSE(ask(SetViewRequest{{NAN, 0, 0, 1}}).ok);
-  EXPECT_EQ(peer_.workspace.scale, 5);
+  EXPECT_EQ(peer_.Count(Command::Kind::kScale), 1U);
   // a part is taken where it was pointed at, but never while another is in hand
   server.OnRequest(kWindow, "window", ++number, GrabRequest{"peg", {{1, 2, 3}}}, now_ns_);
   EXPECT_EQ(peer_.workspace.p_WD, Vec3(1, 2, 3));

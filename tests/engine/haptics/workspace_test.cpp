@@ -69,6 +69,11 @@ TEST(Workspace, TakesAPartWhereItIsToldToAndGoesOnFromThere) {
   EXPECT_EQ(workspace.Read().X_WA.p, Vec3(5, 6, 7));
   device.handle.X_WA.p = Vec3(0.04, 0, 0);
   EXPECT_NEAR((workspace.Read().X_WA.p - Vec3(5.1, 6, 7)).norm(), 0, 1e-12);
+  // with a part in it the hand stays where it is
+  workspace.Holding(true);
+  WorkspaceChange{.p_WD = Vec3(0, 0, 0)}.ApplyTo(order);
+  Order(workspace, order);
+  EXPECT_NEAR((workspace.Read().X_WA.p - Vec3(5.1, 6, 7)).norm(), 0, 1e-12);
 }
 
 TEST(Workspace, ScalesAndTurnsByTheView) {
@@ -125,7 +130,7 @@ TEST(Workspace, NoChangeIsAJump) {
   WorkspaceOrder order;
   for (int i = 0; i < 20'000; ++i) {
     if (random() % 50 == 0) {
-      order.scale = random() % 40 == 0 ? std::nan("") : std::pow(10, share(random));
+      workspace.Rescale(random() % 40 == 0 ? std::nan("") : std::pow(10, share(random)));
       order.q_WV = RotationBy(3 * Vec3(share(random), share(random), share(random)));
       order.clutch = random() % 3 == 0;
       order.recentre = random() % 2 == 0 ? 0.3 : 0;
