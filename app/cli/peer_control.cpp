@@ -79,6 +79,7 @@ PeerControl::~PeerControl() {
   }
   job_came_.notify_all();
   jobs_thread_.join();
+  meter_.reset();  // it posts here
   std::error_code ignored;
   for (const std::filesystem::path& file : made_) std::filesystem::remove(file, ignored);
 }
@@ -167,6 +168,7 @@ void PeerControl::KeepPoses(const SimulationFacts& facts) {
   poses_of_ = model.get();
   poses_.clear();
   for (std::uint32_t b = 0; b < facts.body_count; ++b) poses_.push_back(facts.bodies[b].X_WB);
+  if (meter_ && measures_of_ == poses_of_) meter_->See(facts.held, poses_);
 }
 
 void PeerControl::Begin(const PeerArguments& arguments, Joining& joining) {
@@ -209,9 +211,11 @@ void PeerControl::End() {
   device_ = nullptr;
   Post([this](ControlServer& server) {
     scene_shown_ = 0;
+    std::shared_ptr<DistanceMeter> meter;  // ends without the lock, which it may wait for
     {
       const std::lock_guard lock(posted_mutex_);
       poses_of_ = nullptr;
+      meter.swap(meter_);
     }
     server.OnScene(std::nullopt, MonotonicNowNs());
   });
@@ -343,7 +347,31 @@ void PeerControl::Begin(std::uint64_t job, const ControlRequest& request) {
     later([this, job, file = load->file] {
       return AskForScene(job, file);
     });
+  } else if (const auto* measure = std::get_if<MeasureDistancesRequest>(&request)) {
+    later([this, on = measure->on] {
+      return MeasureDistances(on);
+    });
   }
+}
+
+Answer PeerControl::MeasureDistances(bool on) {
+  const std::shared_ptr<const WorldModel> model = on ? Model() : nullptr;
+  std::shared_ptr<DistanceMeter> meter;
+  if (on && !model) return {false, "the scene is being loaded"};
+  if (on) {
+    Result<std::unique_ptr<DistanceMeter>> made =
+        DistanceMeter::Make(*model, stop_, [this](int held, const SnapshotDistance& measured) {
+          Post([held, measured](ControlServer& server) {
+            server.OnDistance(held, measured);
+          });
+        });
+    if (!made) return {false, made.error().what};
+    meter = *std::move(made);
+  }
+  const std::lock_guard lock(posted_mutex_);
+  measures_of_ = model.get();
+  std::swap(meter, meter_);
+  return {true, ""};
 }
 
 std::optional<Answer> PeerControl::AddMesh(std::uint64_t job, const LoadMeshRequest& mesh) {

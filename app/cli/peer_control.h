@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/cli/distance_meter.h"
 #include "app/cli/joining.h"
 #include "app/cli/peer_options.h"
 #include "app/cli/scene_as_it_stands.h"
@@ -88,6 +89,7 @@ class PeerControl : private ControlledPeer {
   /// Writes the scene as it stands, with one body more if there is one to add.
   Answer Write(const std::filesystem::path& file, const std::optional<AddedBody>& added,
                bool overwrite);
+  Answer MeasureDistances(bool on);
   Answer Voxelize(const VoxelizeRequest& request);
   /// Where the moving bodies of that scene are; nothing: it has just been loaded.
   std::optional<std::vector<Pose>> PosesOf(const WorldModel& model);
@@ -117,6 +119,8 @@ class PeerControl : private ControlledPeer {
   std::optional<Load> load_;
   std::deque<std::pair<std::uint64_t, std::function<std::optional<Answer>()>>> jobs_;
   std::condition_variable job_came_;
+  std::shared_ptr<DistanceMeter> meter_;     // null: nobody has asked for distances
+  const WorldModel* measures_of_ = nullptr;  // of that scene
   std::vector<std::filesystem::path> made_;  // scene files of ours; the jobs' thread's
   std::vector<Pose> poses_;                  // of the moving bodies, not long ago
   const WorldModel* poses_of_ = nullptr;

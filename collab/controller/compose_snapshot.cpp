@@ -47,7 +47,7 @@ void ControlServer::AddContacts(ControllerSnapshot& snapshot) const {
     const SimulationFacts::ContactFact& fact = facts_.contacts[i];
     snapshot.contacts.push_back({Plain(fact.p_W), Plain(fact.n_W), fact.depth, fact.force});
   }
-  if (facts_.contact_count > 0) snapshot.least_distance_m = 0;
+  if (facts_.held >= 0 && facts_.held == distance_held_) snapshot.distance = distance_;
 }
 
 ControllerSnapshot ControlServer::Snapshot() const {

@@ -15,6 +15,7 @@ bool IsSlow(const ControlRequest& request) {
   return std::holds_alternative<LoadSceneRequest>(request) ||
          std::holds_alternative<LoadMeshRequest>(request) ||
          std::holds_alternative<VoxelizeRequest>(request) ||
+         std::holds_alternative<MeasureDistancesRequest>(request) ||
          std::holds_alternative<SaveRequest>(request);
 }
 
@@ -54,6 +55,7 @@ void ControlServer::OnScene(std::optional<ControlScene> scene, std::int64_t now_
   scene_ = std::move(scene);
   facts_ = {};
   facts_.time_ns = now_ns;
+  distance_held_ = -1;
 }
 
 void ControlServer::OnRequest(HostId id, const std::string& host_name, std::uint64_t number,

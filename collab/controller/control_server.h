@@ -60,6 +60,11 @@ class ControlServer {
   void OnNews(const HoldingNews& news, const std::string& line);
   /// A line for the user, of what does not come from the hand.
   void OnLine(const std::string& line);
+  /// Of a moving body to what is nearest to it.
+  void OnDistance(int held, const SnapshotDistance& distance) {
+    distance_held_ = held;
+    distance_ = distance;
+  }
   void OnDone(std::uint64_t job, const Answer& answer);
   /// Emergency stop, and its end: asked for by a host or typed at the controller. The hand lets go,
   /// takes nothing, and its device has no force.
@@ -138,6 +143,8 @@ class ControlServer {
   std::uint64_t next_job_ = 1;
   std::map<std::uint64_t, Asked> jobs_;
   SimulationFacts facts_;
+  int distance_held_ = -1;
+  SnapshotDistance distance_;
   std::vector<SnapshotPeer> peers_;
   std::vector<HostAnswer> answers_;
   std::vector<std::string> lines_;

@@ -104,6 +104,12 @@ struct RetraceRequest {
   To to = To::kGrasp;
 };
 
+/// Measures how near the part in hand is to the others, twenty times a second at the most. Answered
+/// when that has begun: voxels have to be made, which takes seconds.
+struct MeasureDistancesRequest {
+  bool on = true;
+};
+
 /// How many snapshots a second this host gets: 1 to 1000; at first 60.
 struct SnapshotRateRequest {
   double rate_hz = 60;
@@ -120,6 +126,6 @@ using ControlRequest =
     std::variant<LoadSceneRequest, LoadMeshRequest, VoxelizeRequest, GrabRequest, ReleaseRequest,
                  GiveRequest, AskForRequest, SetParameterRequest, SetClearanceRequest, SaveRequest,
                  RetraceRequest, SnapshotRateRequest, EmergencyStopRequest, ResumeRequest,
-                 QuitRequest, SetViewRequest>;
+                 QuitRequest, SetViewRequest, MeasureDistancesRequest>;
 
 }  // namespace tandem

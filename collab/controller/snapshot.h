@@ -88,6 +88,15 @@ struct SnapshotSafety {
   std::uint64_t stops = 0;
 };
 
+/// How near the part in hand is to the others, where that is measured (MeasureDistancesRequest).
+struct SnapshotDistance {
+  double m = -1;       // -1: not measured
+  double error_m = 0;  // it is no farther off than that
+  std::int64_t other = -1;            // into `bodies`: what it is nearest to
+  std::array<double, 3> p_W{};        // nearest point of the part in hand
+  std::array<double, 3> p_other_W{};  // and of the other
+};
+
 struct ControllerSnapshot {
   std::uint64_t frame = 0;   // of the controller's simulation
   std::int64_t time_ns = 0;  // monotonic clock of this machine, of that frame
@@ -100,7 +109,7 @@ struct ControllerSnapshot {
   SnapshotHand hand;
   std::vector<SnapshotContact> contacts;  // the 32 strongest at the most
   int contact_points = 0;                 // all of them
-  double least_distance_m = -1;  // of the body in hand to others; -1: not measured, 0: in contact
+  SnapshotDistance distance;
   std::vector<SnapshotPeer> peers;
   SnapshotSafety safety;
   std::string news;              // the newest line that a user should read

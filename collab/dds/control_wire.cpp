@@ -110,6 +110,10 @@ struct SetRequest {
     std::ranges::copy(r.q_WV, wire->rotation);
     return Value(tandem_control_SET_VIEW, 0);
   }
+  bool operator()(const MeasureDistancesRequest& r) {
+    wire->whole = r.on ? 1 : 0;
+    return Value(tandem_control_MEASURE_DISTANCES, 0);
+  }
   bool operator()(const QuitRequest&) { return Value(tandem_control_QUIT, 0); }
 };
 
@@ -170,6 +174,8 @@ std::optional<ControlRequest> FromWire(const tandem_control_Request& wire) {
       return ResumeRequest{};
     case tandem_control_QUIT:
       return QuitRequest{};
+    case tandem_control_MEASURE_DISTANCES:
+      return MeasureDistancesRequest{wire.whole != 0};
     case tandem_control_SET_VIEW: {
       SetViewRequest view;
       std::ranges::copy(wire.rotation, view.q_WV.begin());
@@ -253,7 +259,11 @@ void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
                           safety.stops};
   std::ranges::copy(counts, wire.safety.counts);
   wire.contact_points = snapshot.contact_points;
-  wire.least_distance = snapshot.least_distance_m;
+  wire.distance.m = snapshot.distance.m;
+  wire.distance.error = snapshot.distance.error_m;
+  wire.distance.other = static_cast<std::int32_t>(snapshot.distance.other);
+  SetVector(snapshot.distance.p_W, wire.distance.p);
+  SetVector(snapshot.distance.p_other_W, wire.distance.p_other);
   wire.news_count = snapshot.news_count;
   SetWords(wire.news, snapshot.news);
 
@@ -307,7 +317,8 @@ bool FromWire(const tandem_control_Snapshot& wire, const tandem_control_Scene& s
   if (wire.hand.input > static_cast<std::uint8_t>(SnapshotHand::Input::kDevice) ||
       wire.hand.state > static_cast<std::uint8_t>(SnapshotHand::State::kStopped) ||
       wire.safety.state > static_cast<std::uint8_t>(SnapshotSafety::State::kSilent) ||
-      wire.hand.body >= static_cast<std::int64_t>(wire.bodies._length)) {
+      wire.hand.body >= static_cast<std::int64_t>(wire.bodies._length) ||
+      wire.distance.other >= static_cast<std::int64_t>(wire.bodies._length)) {
     return false;
   }
   snapshot = {};
@@ -335,7 +346,11 @@ bool FromWire(const tandem_control_Snapshot& wire, const tandem_control_Scene& s
                      .expired = wire.safety.counts[3],
                      .stops = wire.safety.counts[4]};
   snapshot.contact_points = wire.contact_points;
-  snapshot.least_distance_m = wire.least_distance;
+  snapshot.distance = {.m = wire.distance.m,
+                       .error_m = wire.distance.error,
+                       .other = wire.distance.other,
+                       .p_W = ReadVector(wire.distance.p),
+                       .p_other_W = ReadVector(wire.distance.p_other)};
   snapshot.news_count = wire.news_count;
   snapshot.news = TextFromWire(wire.news);
   for (std::uint32_t i = 0; i < wire.peers._length; ++i) {

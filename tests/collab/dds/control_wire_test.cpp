@@ -51,7 +51,8 @@ TEST(ControlWire, EveryRequestHasAKindOfItsOwn) {
       LoadSceneRequest{},     LoadMeshRequest{}, VoxelizeRequest{}, GrabRequest{},
       ReleaseRequest{},       GiveRequest{},     AskForRequest{},   SetParameterRequest{},
       SetClearanceRequest{},  SaveRequest{},     RetraceRequest{},  SnapshotRateRequest{},
-      EmergencyStopRequest{}, ResumeRequest{},   QuitRequest{},    SetViewRequest{}};
+      EmergencyStopRequest{}, ResumeRequest{},   QuitRequest{},    SetViewRequest{},
+      MeasureDistancesRequest{}};
   ASSERT_EQ(all.size(), std::variant_size_v<ControlRequest>);
   for (const ControlRequest& request : all) {
     EXPECT_EQ(ThereAndBack(request).index(), request.index());
