@@ -113,16 +113,15 @@ TEST_F(ControlTest, MeasuresHowNearThePartInHandIsToTheOthers) {
   }
   EXPECT_NEAR(std::sqrt(apart), near.m, near.error_m + 1e-9);
   EXPECT_LT(near.error_m, 1e-3) << "a voxel";
-  // straight away from the other it is farther
+  ASSERT_GT(near.m, 2e-3);
+  // pushed towards it, it comes to it
   PlainPose goal = host.snapshot().hand.X_WG;
   for (std::size_t i = 0; i < 3; ++i) {
-    goal.p_W[i] += 0.02 * (near.p_W[i] - near.p_other_W[i]) / near.m;
+    goal.p_W[i] += 2 * (near.p_other_W[i] - near.p_W[i]);
   }
   host.SetGoal(goal);
-  for (int i = 0; i < 300 && host.snapshot().distance.m < near.m + 0.01; ++i) {
-    host.Wait(milliseconds(20));
-  }
-  EXPECT_GT(host.snapshot().distance.m, near.m + 0.01);
+  for (int i = 0; i < 500 && host.snapshot().distance.m > 1e-3; ++i) host.Wait(milliseconds(20));
+  EXPECT_LT(host.snapshot().distance.m, 1e-3);
   ASSERT_TRUE(host.Ask(MeasureDistancesRequest{false}).ok);
 }
 
