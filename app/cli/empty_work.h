@@ -10,16 +10,18 @@ namespace tandem {
 /// Arithmetic that touches no memory, as long as a frame: what it varies by is the machine's doing.
 class EmptyWork {
  public:
-  /// To take `ns` of a quiet processor.
-  void Size(double ns) {
+  /// Takes the processor's measure: some milliseconds, which are not to be a loop's.
+  EmptyWork() {
     constexpr std::uint64_t kProbe = 20000;
     double best = 1e18;
-    for (int i = 0; i < 50; ++i)
+    for (int i = 0; i < 200; ++i)
       best = std::min(best, CpuNs([&] {
                         Run(kProbe);
                       }));
-    steps_ = static_cast<std::uint64_t>(ns / best * kProbe);
+    steps_per_ns_ = kProbe / best;
   }
+  /// To take `ns` of a quiet processor.
+  void Size(double ns) { steps_ = static_cast<std::uint64_t>(ns * steps_per_ns_); }
   void operator()() { Run(steps_); }
 
  private:
@@ -28,6 +30,7 @@ class EmptyWork {
     for (std::uint64_t i = 0; i < steps; ++i) x = x * 6364136223846793005U + i;
     state_ = x;
   }
+  double steps_per_ns_ = 1;
   std::uint64_t steps_ = 0;
   std::uint64_t state_ = 1;
 };
