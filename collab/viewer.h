@@ -66,6 +66,7 @@ struct ViewerPicture {
   std::int64_t first_sample_ns =
       0;  // when the first of them came, and the newest; this machine's clock
   std::int64_t newest_sample_ns = 0;
+  PeerId self = 0;  // of whoever looks on, where that is a peer, too
 };
 
 /// A passive onlooker's side of a session: keeps what is heard, answers what to show. Needs no

@@ -29,11 +29,11 @@ bool HeldBy(const SnapshotBody& body, std::uint64_t peer) {
   return std::find(body.holders.begin(), body.holders.end(), peer) != body.holders.end();
 }
 
-/// The peer that has this body alone, and is not this user; 0: none.
-std::uint64_t SoleOther(const ControllerSnapshot& snapshot, std::size_t body) {
+/// The other user whose instance is simulated here, for it is not in this user's hand; 0: none.
+std::uint64_t ShownOf(const ControllerSnapshot& snapshot, std::size_t body) {
   const SnapshotBody& one = snapshot.bodies[body];
-  if (one.shared || one.in_hand || one.holders.size() != 1) return 0;
-  return one.holders[0] == snapshot.self ? 0 : one.holders[0];
+  if (one.in_hand || one.holders.empty() || HeldBy(one, snapshot.self)) return 0;
+  return one.holders[0];
 }
 
 ViewedPeer Self(const ControllerSnapshot& snapshot, const std::string& name) {
@@ -45,7 +45,7 @@ ViewedPeer Self(const ControllerSnapshot& snapshot, const std::string& name) {
   self.heard_ns = snapshot.time_ns;
   for (std::size_t i = 0; i < snapshot.bodies.size(); ++i) {
     const SnapshotBody& body = snapshot.bodies[i];
-    if (body.fixed || SoleOther(snapshot, i) != 0) continue;
+    if (body.fixed || ShownOf(snapshot, i) != 0) continue;
     ViewBody shown;
     shown.object = static_cast<ObjectId>(i);
     shown.X_W = ToPose(body.X_W);
@@ -80,7 +80,7 @@ ViewedPeer Other(const ControllerSnapshot& snapshot, const SnapshotPeer& peer) {
     }
   }
   for (std::size_t i = 0; i < snapshot.bodies.size(); ++i) {
-    if (SoleOther(snapshot, i) == peer.id) add(i, snapshot.bodies[i].X_W);
+    if (ShownOf(snapshot, i) == peer.id) add(i, snapshot.bodies[i].X_W);
   }
   return other;
 }
@@ -115,6 +115,7 @@ ViewerPicture PictureOf(const ControllerSnapshot& snapshot, const std::string& n
   ViewerPicture picture;
   picture.samples = snapshot.frame;
   picture.newest_sample_ns = snapshot.time_ns;
+  picture.self = snapshot.self;
   picture.peers.push_back(Self(snapshot, name));
   for (const SnapshotPeer& peer : snapshot.peers) {
     if (peer.id != snapshot.self) picture.peers.push_back(Other(snapshot, peer));

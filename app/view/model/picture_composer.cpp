@@ -160,7 +160,9 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
         list.ghosts.push_back({part, X_W, colour, kGhostOpacity * opacity});
       }
     }
-    if (named != nullptr) {
+    // one's own name stands nowhere while one's hand is empty
+    const bool own = peer.info.peer == picture.self && picture.self != 0;
+    if (named != nullptr && !(own && (named->flags & ViewBody::kHeld) == 0)) {
       const Pose& X_W = shown.at({peer.info.peer, named->object});
       const std::string drawn_as = DrawnAs(picture.peers, peer, named->object);
       list.labels.push_back({LabelText(peer, drawn_as), colour, named->object, X_W, opacity});

@@ -178,6 +178,27 @@ TEST(HandPicture, ShowsOthersInstancesAsGhostsAndTheirBodiesAsTheirs) {
   EXPECT_DOUBLE_EQ(list.ghosts[0].X_W.p.x(), 0.01);
 }
 
+TEST(HandPicture, NamesWhoHoldsAPartAndNobodyWhereNobodyDoes) {
+  ControllerSnapshot now;
+  now.self = 7;
+  now.bodies.resize(2);
+  now.bodies[0].shared = now.bodies[1].shared = true;
+  now.bodies[0].holders = {9};  // ben, alone; ours is his mirror
+  SnapshotPeer ben;
+  ben.id = 9;
+  ben.name = "ben";
+  now.peers = {ben};
+  const std::vector<BodyLook> looks{{}, {}};
+  PeerPalette palette;
+  PictureComposer composer;
+  DrawList list = composer.Compose(PictureOf(now, "anna"), looks, 0, palette);
+  EXPECT_EQ(list.solids.size(), 2U);
+  EXPECT_TRUE(list.ghosts.empty());
+  ASSERT_EQ(list.labels.size(), 1U);
+  EXPECT_EQ(list.labels[0].text, "ben");
+  EXPECT_EQ(list.labels[0].body, 0U);
+}
+
 TEST(HandPicture, TheGoalIsAGhostOfThePartWithATether) {
   ControllerSnapshot now;
   now.self = 7;
