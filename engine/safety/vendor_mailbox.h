@@ -27,8 +27,8 @@ class VendorMailbox {
   /// No force from now on, until something is put again; then within a second.
   void Cut() noexcept { cuts_.fetch_add(1); }
 
-  /// How old what was put is when it is first taken: how often, the mean and the most. The mean of
-  /// a thread that asks with a period is half of that, and the most is less than it.
+  /// How old what was put is when it is first taken: how often, the mean and the most. A thread that
+  /// asks with a period makes that its period at the most, beside its lateness.
   std::uint64_t taken() const noexcept { return taken_.load(std::memory_order_relaxed); }
   std::int64_t mean_age_ns() const noexcept;
   std::int64_t most_age_ns() const noexcept { return most_age_ns_.load(std::memory_order_relaxed); }

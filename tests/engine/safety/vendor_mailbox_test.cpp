@@ -28,7 +28,7 @@ struct Asking {
   void Run(int ms, bool puts) {
     for (int i = 0; i < ms; ++i) Run(puts);
   }
-  VendorMailbox mailbox{{12, 0.5}};
+  VendorMailbox mailbox{DeviceLimits{.force = 12, .moment = 0.5}};
   std::int64_t now_ns = 1000 * kMs;
   int asks;
   Wrench wanted, given;
