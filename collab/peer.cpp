@@ -147,6 +147,12 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
 
 Anchor Peer::ReadDevice() noexcept {
   const Anchor read = device_->Read();
+  // a device in this process has no other guard that would ask
+  if (device_->stop_button() && !guard_.stopped()) {
+    guard_.Stop();
+    device_->Stop();
+  }
+  if (device_->failed()) guard_.Fail();
   const bool sound = read.X_WA.p.allFinite() && read.X_WA.p.cwiseAbs().maxCoeff() < kFarthest &&
                      std::abs(read.X_WA.q.norm() - 1.0) < 1e-6 && read.V_WA.v.allFinite() &&
                      read.V_WA.w.allFinite();
