@@ -148,6 +148,13 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
 Anchor Peer::ReadDevice() noexcept {
   device_->Holding(held_ >= 0);
   const Anchor read = device_->Read();
+  // a device in this process has no other guard that would ask
+  if (device_->stop_button() && !guard_.stopped()) {
+    guard_.Stop();
+    device_->Stop();
+    stop_pressed_ = true;
+  }
+  if (device_->failed()) guard_.Fail();
   const bool sound = read.X_WA.p.allFinite() && read.X_WA.p.cwiseAbs().maxCoeff() < kFarthest &&
                      std::abs(read.X_WA.q.norm() - 1.0) < 1e-6 && read.V_WA.v.allFinite() &&
                      read.V_WA.w.allFinite();
@@ -173,6 +180,12 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
   }
   Command command;
   while (commands_.TryPop(command)) {
+    if (tap != nullptr) tap->Asked(command);
+    OnCommand(command);
+  }
+  if (std::exchange(stop_pressed_, false)) {
+    // the hand lets go by an order, which is recorded as the others are
+    command = {.kind = Command::Kind::kStop};
     if (tap != nullptr) tap->Asked(command);
     OnCommand(command);
   }

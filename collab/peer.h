@@ -177,6 +177,7 @@ class Peer {
   RemoteBodies remote_;
   SampleGate gate_;
   DeviceCapabilities device_can_;
+  bool stop_pressed_ = false;  // at the device, a frame ago
   ForceGuard guard_;
   Felt felt_;
   std::uint64_t crowded_frames_ = 0;

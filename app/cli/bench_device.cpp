@@ -37,6 +37,7 @@ struct DeviceBenchArguments {
   int device_core = -1;
   int busy = 0;
   bool json = false;
+  std::string driver;  // empty: the scene's hand file
 };
 
 struct DeviceFigures {
@@ -183,7 +184,8 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
   World world(*model);
   const FrameCapacity capacity = MeasureCapacity(**model, kFrameBudget, nullptr);
   Result<std::unique_ptr<DeviceProcess>> process =
-      DeviceProcess::Start({.driver = "scripted:" + file,
+      DeviceProcess::Start({.driver = arguments.driver.empty() ? "scripted:" + file
+                                                               : arguments.driver,
                             .home_W = (*model)->bodies[0].X_WB0,
                             .users = DeviceLimits{},
                             .core = arguments.device_core});
@@ -220,6 +222,12 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
         {"contact_share", contact_share},
         {"answered", times.answered},
         {"unanswered", times.unanswered},
+        {"unanswered_share", times.unanswered_share()},
+        {"late", times.late},
+        {"device_scheduler", (*process)->scheduler()},
+        {"asked", times.asked},
+        {"asked_age_mean_us", InUs(times.asked_mean_ns)},
+        {"asked_age_max_us", InUs(times.asked_max_ns)},
         {"device_missed", times.missed}};
     std::printf("%s\n", json.dump(2).c_str());
     return kExitOk;
@@ -229,6 +237,12 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
   std::printf("  input to motor  p50 %.1f us, p99 %.1f us, at most %.1f us\n",
               InUs(times.read_to_write_p50_ns), InUs(times.read_to_write_p99_ns),
               InUs(times.read_to_write_max_ns));
+  std::printf("  not in its tick %.3f %% of the inputs; their times count too\n",
+              100 * times.unanswered_share());
+  if (times.asked > 0) {
+    std::printf("  vendor's thread what it takes is %.1f us old in the mean, at most %.1f us\n",
+                InUs(times.asked_mean_ns), InUs(times.asked_max_ns));
+  }
   std::printf("  of that a frame p99 %.1f us (processor %.1f us); empty work of its length %.1f us\n",
               InUs(figures.frame_wall.Quantile(0.99)), InUs(figures.frame_cpu.Quantile(0.99)),
               InUs(figures.noise.Quantile(0.99)));
@@ -254,6 +268,8 @@ void AddBenchDevice(CLI::App& bench, int& exit_code) {
       ->check(WholeNumberFrom(0, 1023));
   command->add_option("--device-core", arguments->device_core, "the same for the device process")
       ->check(WholeNumberFrom(0, 1023));
+  command->add_option("--driver", arguments->driver,
+                      "driver of the device, as NAME:OPTIONS; default: the scene's hand");
   command->add_option("--busy", arguments->busy, "processes beside it that never rest")
       ->check(WholeNumberFrom(0, 64))
       ->capture_default_str();

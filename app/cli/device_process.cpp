@@ -67,6 +67,7 @@ Result<std::unique_ptr<DeviceProcess>> DeviceProcess::Start(const Options& optio
   if (options.core >= 0) {
     words.insert(words.end(), {"--core", std::to_string(options.core)});
   }
+  if (options.passivity_control) words.emplace_back("--passivity-control");
   Result<ChildProcess> started = ChildProcess::Start(words, shared->descriptor());
   if (!started) return started.error();
   std::unique_ptr<DeviceProcess> process(

@@ -18,6 +18,7 @@ class DeviceProcess {
     Pose home_W{};       // of the body that the hand is to hold
     DeviceLimits users = kUsersDefault;  // the user's setting
     int core = -1;
+    bool passivity_control = false;  // damps a port that gives out more than it took
   };
   /// Returns when the device has begun. Errors: what the driver says.
   static Result<std::unique_ptr<DeviceProcess>> Start(const Options& options);
@@ -34,6 +35,13 @@ class DeviceProcess {
   /// What the device said last; nothing: nothing yet.
   std::optional<DeviceTick> Newest() const noexcept;
   DeviceTimes times() const noexcept;
+  /// Of the thread of its loop: "SCHED_FIFO" or "SCHED_OTHER", and what it was not granted, in a
+  /// line; empty: nothing.
+  std::string scheduler() const { return memory_->scheduler.data(); }
+  std::string warning() const { return memory_->warning.data(); }
+  /// Of the shared memory, for another process that is to be the controller.
+  int descriptor() const noexcept { return shared_.descriptor(); }
+  std::int64_t period_ns() const noexcept { return memory_->period_ns; }
   /// What a person is to know since the last call, in a line; empty: nothing. Control thread.
   std::string News();
   /// Ends it, once its motor has no force.

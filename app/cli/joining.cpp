@@ -10,6 +10,7 @@
 #include "collab/coupling_limits.h"
 #include "collab/dds/dds_transport.h"
 #include "engine/base/units.h"
+#include "engine/haptics/device_loop.h"
 #include "engine/haptics/passive_device.h"
 #include "engine/realtime/clock.h"
 
@@ -140,6 +141,20 @@ int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
   return kExitOk;
 }
 
+/// What of a device's claims is not taken as it is, a line each.
+std::vector<std::string> WhatClaimsBecame(const std::string& device,
+                                          const DeviceCapabilities& can) {
+  std::vector<std::string> lines;
+  if (can.freedoms_out > 0) {
+    lines.push_back(WhatLimitsBecame(device, can.peak));
+    lines.push_back(WhatLimitsBecame(device + ", for ever", can.continuous));
+  }
+  lines.push_back(WhatGainsBecame(device, can));
+  lines.push_back(WhatRateBecame(device, can.rate_hz));
+  std::erase(lines, "");
+  return lines;
+}
+
 /// Starts that process and says what is in force.
 int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& joining) {
   if (!HasDeviceProcess(arguments)) return kExitOk;
@@ -149,17 +164,21 @@ int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& join
       DeviceProcess::Start({.driver = arguments.device,
                             .home_W = X_WB0,
                             .users = arguments.device_most,
-                            .core = arguments.device_core});
+                            .core = arguments.device_core,
+                            .passivity_control = arguments.passivity});
   if (!device) return Fail(kExitDevice, device.error().what);
   arguments.space->Keep(*std::move(device));
   const DeviceProcess& process = *arguments.space->process();
   const DeviceCapabilities can = process.capabilities();
-  const std::string said = WhatLimitsBecame(arguments.device, can.peak);
-  if (!said.empty()) Say(said);
+  for (const std::string& said : WhatClaimsBecame(arguments.device, can)) Say(said);
+  if (const std::string lacks = process.warning(); !lacks.empty()) {
+    Say("device process: " + lacks);
+  }
   const DeviceLimits limits = process.limits();
   char text[200];
-  std::snprintf(text, sizeof text, "device %.60s: at most %g N and %g N m%s",
+  std::snprintf(text, sizeof text, "device %.60s: at most %g N and %g N m, %g times a second%s",
                 arguments.device.c_str(), limits.force, limits.moment,
+                1e9 / static_cast<double>(process.period_ns()),
                 can.asks_us ? "; its own thread asks for the force, which comes a period later" : "");
   Say(text);
   return kExitOk;

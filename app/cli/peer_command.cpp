@@ -107,6 +107,11 @@ std::optional<DeviceTimes> TimesOf(const Joining& joining) {
   return joining.device()->times();
 }
 
+std::optional<PassivityAccount> PassivityOf(const Joining& joining) {
+  if (joining.device() == nullptr) return std::nullopt;
+  return joining.device()->Newest().value_or(DeviceTick{}).passivity;
+}
+
 /// Lets the handle go from what it leads, or takes it up again; what there is to say of that.
 std::string Clutch(const PeerArguments& arguments, bool pressed) {
   if (!arguments.space->Change({.clutch = pressed})) {
@@ -357,6 +362,9 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
                     .traced_frames = node.peer().trace().size(),
                     .device = arguments.device,
                     .device_times = TimesOf(joining),
+                    .device_scheduler = joining.device() != nullptr ? joining.device()->scheduler() : "",
+                    .passivity = PassivityOf(joining),
+                    .safety_state = node.peer().safety_state(),
                     .safety = node.peer().safety_counts(),
                     .guarded_share = node.peer().guard().guarded_share(),
                     .felt = node.peer().felt(),

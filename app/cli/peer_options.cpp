@@ -40,6 +40,8 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
       .add_option("--device-moment", arguments.device_most.moment, "N m, likewise")
       ->check(NumberAbove(0, kMostForAHand.moment))
       ->capture_default_str();
+  command.add_flag("--passivity", arguments.passivity,
+                   "a device process damps a hand that gets more energy than it gave");
   command
       .add_option("--device-scale", arguments.workspace.scale,
                   "metres in the scene a metre of a device process's handle")

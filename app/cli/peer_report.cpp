@@ -27,24 +27,46 @@ nlohmann::ordered_json AsJson(const DropCounts& drops) {
   return json;
 }
 
-nlohmann::ordered_json AsJson(const SafetyCounts& counts) {
-  return {{"clamped", counts.clamped},
+nlohmann::ordered_json AsJson(const std::optional<PassivityAccount>& port) {
+  if (!port) return nullptr;
+  return {{"control", port->control},
+          {"balance_J", port->balance_J},
+          {"least_J", port->least_J},
+          {"damped_ticks", port->damped}};
+}
+
+nlohmann::ordered_json SafetyAsJson(const PeerReport& report) {
+  const SafetyCounts& counts = report.safety;
+  return {{"state", NameOf(report.safety_state)},
+          {"clamped", counts.clamped},
           {"slewed", counts.slewed},
           {"zeroed", counts.zeroed},
           {"expired", counts.expired},
-          {"stops", counts.stops}};
+          {"stops", counts.stops},
+          {"passivity", AsJson(report.passivity)}};
 }
 
-nlohmann::ordered_json AsJson(const std::optional<DeviceTimes>& times) {
+nlohmann::ordered_json TimesAsJson(const PeerReport& report) {
+  const std::optional<DeviceTimes>& times = report.device_times;
   if (!times) return nullptr;
-  return {{"ticks", times->ticks},
-          {"answered", times->answered},
-          {"unanswered", times->unanswered},
-          {"missed", times->missed},
-          {"read_to_write_us",
-           {{"p50", 1e-3 * static_cast<double>(times->read_to_write_p50_ns)},
-            {"p99", 1e-3 * static_cast<double>(times->read_to_write_p99_ns)},
-            {"max", 1e-3 * static_cast<double>(times->read_to_write_max_ns)}}}};
+  const auto us = [](std::int64_t ns) {
+    return 1e-3 * static_cast<double>(ns);
+  };
+  nlohmann::ordered_json json{{"scheduler", report.device_scheduler},
+                              {"ticks", times->ticks},
+                              {"answered", times->answered},
+                              {"unanswered", times->unanswered},
+                              {"unanswered_share", times->unanswered_share()},
+                              {"late", times->late},
+                              {"missed", times->missed},
+                              {"read_to_write_us",
+                               {{"p50", us(times->read_to_write_p50_ns)},
+                                {"p99", us(times->read_to_write_p99_ns)},
+                                {"max", us(times->read_to_write_max_ns)}}}};
+  if (times->asked > 0) {
+    json["asked_age_us"] = {{"mean", us(times->asked_mean_ns)}, {"max", us(times->asked_max_ns)}};
+  }
+  return json;
 }
 
 // time since the first frame apart, for a double does not hold all ns of a long uptime
@@ -125,8 +147,8 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
             {"peak_step_N", report.felt.peak_step}}},
           {"traced_frames", report.traced_frames},
           {"device", report.device},
-          {"safety", AsJson(report.safety)},
-          {"device_times", AsJson(report.device_times)},
+          {"safety", SafetyAsJson(report)},
+          {"device_times", TimesAsJson(report)},
           {"guarded_share", report.guarded_share},
           {"crowded_frames", report.crowded_frames},
           {"limits", AsJson(hand.limits)},

@@ -32,6 +32,9 @@ struct PeerReport {
   std::size_t traced_frames = 0;  // of the hand's, the first ones
   std::string device;             // as it was asked for
   std::optional<DeviceTimes> device_times;  // of a device process
+  std::string device_scheduler;             // of its loop
+  std::optional<PassivityAccount> passivity;  // of its port
+  SafetyState safety_state = SafetyState::kOff;  // at the end
   SafetyCounts safety;            // of all guards before the hand
   double guarded_share = 0;       // of frames, in which the hand got something else than was wanted
   Felt felt;                      // by the hand, at the most
@@ -56,8 +59,9 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 /// judged_frames, judged_missed, frames_over_1ms, frame_cpu_us and frame_wall_us of those in
 /// `judged`, in which the hand moves: frames of waiting and of the last second have less to do; of
 /// the hand contact_points {mean, max}, contact_share, peak_force_N (of its spring), traced_frames;
-/// felt {peak_N, peak_Nm, peak_step_N} by the hand, device, safety {clamped, slewed, zeroed,
-/// expired, stops}, of a device process device_times, guarded_share, crowded_frames, limits
+/// felt {peak_N, peak_Nm, peak_step_N} by the hand, device, safety {state, clamped, slewed,
+/// zeroed, expired, stops, passivity {control, balance_J, least_J, damped_ticks}}, of a device
+/// process device_times, guarded_share, crowded_frames, limits
 /// {travel_limited_share, over_capacity_share, contacts_full_share}; said {sent, wanted};
 /// heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, peers,
 /// start_gaps, verdicts.

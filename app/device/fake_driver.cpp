@@ -20,6 +20,20 @@ namespace {
 
 constexpr double kWaySeconds = 0.5;  // to its place
 constexpr double kTick = 1e-3;       // s
+constexpr int kVendorPriority = 40;  // as the device's loop
+
+void Hang(double ms) noexcept {
+  MachineClock().SleepUntil(MonotonicNowNs() + static_cast<std::int64_t>(1e6 * ms));
+}
+
+/// Until there is no stack left.
+int Recurse(int depth) {
+  static volatile int deepest = std::numeric_limits<int>::max();
+  if (depth == deepest) return 0;
+  volatile char room[4096];
+  room[depth % 4096] = static_cast<char>(depth);
+  return Recurse(depth + 1) + room[depth % 4096];
+}
 
 Result<FakeRecord*> MapRecord(const std::string& file) {
   const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
@@ -42,6 +56,8 @@ Result<std::unique_ptr<Device>> FakeDriver::Make(const std::string& options, con
   double y_mm = 0;
   double z_mm = 0;
   double swing_mm = 0;
+  double open_hang_ms = 0;
+  double vendor = 0;
   const std::map<std::string, double*> numbers{{"x_mm", &x_mm},
                                                {"y_mm", &y_mm},
                                                {"z_mm", &z_mm},
@@ -59,6 +75,10 @@ Result<std::unique_ptr<Device>> FakeDriver::Make(const std::string& options, con
                                                {"hang_at", &fake->hang_at_},
                                                {"hang_ms", &fake->hang_ms_},
                                                {"crash_at", &fake->crash_at_},
+                                               {"recurse_at", &fake->recurse_at_},
+                                               {"rate_hz", &fake->can_.rate_hz},
+                                               {"vendor", &vendor},
+                                               {"open_hang_ms", &open_hang_ms},
                                                {"clutch_at", &fake->clutch_at_}};
   std::istringstream words(options);
   for (std::string word; std::getline(words, word, ',');) {
@@ -81,20 +101,37 @@ Result<std::unique_ptr<Device>> FakeDriver::Make(const std::string& options, con
   }
   fake->aside_ = 1e-3 * Vec3(x_mm, y_mm, z_mm);
   fake->swing_ = 1e-3 * swing_mm;
+  if (open_hang_ms > 0) Hang(open_hang_ms);
+  if (vendor != 0) {
+    if (!(fake->can_.rate_hz >= 100 && fake->can_.rate_hz <= 10'000)) {
+      return Error{"fake: vendor=1 wants a rate_hz from 100 to 10000"};
+    }
+    fake->can_.asks_us = true;
+    fake->mailbox_ = std::make_unique<VendorMailbox>(fake->can_.peak);
+    fake->vendor_ = std::make_unique<PeriodicThread>(
+        PeriodicThread::Options{
+            .period_ns = static_cast<std::int64_t>(1e9 / fake->can_.rate_hz),
+            .priority = kVendorPriority,
+            .name = "vendor"},
+        [driver = fake.get()](std::int64_t, std::int64_t) {
+          driver->Write(driver->mailbox_->Take(MonotonicNowNs()));
+          return true;
+        });
+  }
   return std::unique_ptr<Device>(std::move(fake));
 }
 
 FakeDriver::~FakeDriver() {
+  vendor_.reset();
   if (record_ == nullptr) return;
-  Render({});
+  Write({});
   munmap(record_, sizeof(FakeRecord));
 }
 
 Anchor FakeDriver::Read() noexcept {
   tick_ += started_ ? 1 : 0;
-  if (Within(hang_at_, 1)) {
-    MachineClock().SleepUntil(MonotonicNowNs() + static_cast<std::int64_t>(1e6 * hang_ms_));
-  }
+  if (Within(hang_at_, 1)) Hang(hang_ms_);
+  if (Within(recurse_at_, 1) && Recurse(1) == 0) std::abort();
   if (Within(crash_at_, 1)) std::abort();
   const double t = kTick * static_cast<double>(tick_);
   const double s = std::clamp(t / kWaySeconds, 0.0, 1.0);
@@ -111,6 +148,19 @@ Anchor FakeDriver::Read() noexcept {
 }
 
 void FakeDriver::Render(const Wrench& F_D_W) noexcept {
+  if (mailbox_) {
+    mailbox_->Put(F_D_W, MonotonicNowNs());
+  } else {
+    Write(F_D_W);
+  }
+}
+
+void FakeDriver::Stop() noexcept {
+  if (mailbox_) mailbox_->Cut();
+  Write({});
+}
+
+void FakeDriver::Write(const Wrench& F_D_W) noexcept {
   if (record_ == nullptr) return;
   const std::uint64_t count = record_->count.load(std::memory_order_relaxed);
   FakeRecord::Write& write = record_->writes[count % FakeRecord::kRoom];

@@ -1,16 +1,14 @@
 // The process that has a device in hand. A controller (`tandem peer --device`) starts it and shares
 // memory with it; nothing that becomes of the controller leaves a force at the motor.
-#include <array>
 #include <atomic>
-#include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <memory>
 #include <optional>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "app/device/device_watch.h"
 #include "app/device/drivers.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -23,40 +21,7 @@ namespace {
 
 constexpr int kPriority = 40;  // above all of the controller: the motor is served first
 constexpr std::int64_t kSleptEnoughNs = 10'000'000;
-constexpr std::int64_t kLookNs = 5'000'000;  // between looks at signals
-
-std::atomic<bool> ending{false};
-Device* crash_driver = nullptr;
-
-void End(int) {
-  ending.store(true);
-}
-
-// no code of ours goes on from here: the motor gets zero, and then the process dies as it would have
-void CutForce(int signal) {
-  if (crash_driver != nullptr) crash_driver->Stop();
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
-}
-
-void HandleSignals() {
-  for (const int signal : {SIGTERM, SIGHUP}) std::signal(signal, End);
-  // what a terminal sends to all its programs is the controller's to answer
-  for (const int signal : {SIGINT, SIGTSTP, SIGTTIN, SIGTTOU, SIGPIPE}) {
-    std::signal(signal, SIG_IGN);
-  }
-  static std::array<char, 65536> stack;  // a thread may have run out of its own
-  stack_t alternate{};
-  alternate.ss_sp = stack.data();
-  alternate.ss_size = stack.size();
-  sigaltstack(&alternate, nullptr);
-  struct sigaction crash {};
-  crash.sa_handler = CutForce;
-  crash.sa_flags = SA_ONSTACK | SA_RESETHAND;
-  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
-    sigaction(signal, &crash, nullptr);
-  }
-}
+constexpr std::int64_t kGiveUpNs = 1'000'000'000;  // for a driver that hangs, Stop() and all
 
 struct DeviceArguments {
   std::string driver;
@@ -85,46 +50,51 @@ int Serve(const DeviceArguments& arguments) {
   if (memory.version != DeviceMemory::kVersion) {
     return FailWith(memory, "tandem-device is of another version than the program that started it");
   }
+  DeviceWatch watch(controller, kPriority + 1);
   Result<std::unique_ptr<Device>> driver = OpenDriver(arguments.driver, AsPose(memory.home));
   if (!driver) return FailWith(memory, driver.error().what);
-  crash_driver = driver->get();
   DeviceLoop loop(**driver, memory, MachineClock(),
                   {.users = arguments.users, .passivity_control = arguments.passivity_control});
   const std::int64_t origin_ns = MonotonicNowNs();
   memory.origin_ns = origin_ns;
   std::int64_t slept_ns = SleptNs();
-  std::atomic<bool> at_rest{false};
+  std::atomic<bool> ended{false};
+  watch.Guard(**driver);
   PeriodicThread thread(
-      {.period_ns = DeviceLoop::kPeriodNs,
+      {.period_ns = loop.period_ns(),
        .origin_ns = origin_ns,
        .priority = kPriority,
        .core = arguments.core,
        .name = "device"},
-      [&](std::int64_t, std::int64_t now_ns) {
+      [&](std::int64_t tick, std::int64_t now_ns) {
+        if (tick == 0) watch.EnterLoop();
+        if (!watch.BeginTick()) return false;
         const std::int64_t slept_now_ns = SleptNs();
-        // here, for the main thread may wait for long on a busy machine
-        if (getppid() != controller) ending.store(true, std::memory_order_relaxed);
-        const bool ends = ending.load(std::memory_order_relaxed);
-        loop.Tick({.deadline_ns = now_ns - (now_ns - origin_ns) % DeviceLoop::kPeriodNs,
+        // here too, for the watch may wait for long on a busy machine
+        const bool ends = watch.ending() || getppid() != controller;
+        loop.Tick({.deadline_ns = now_ns - (now_ns - origin_ns) % loop.period_ns(),
                    .ending = ends,
                    .slept = slept_now_ns - slept_ns > kSleptEnoughNs});
         slept_ns = slept_now_ns;
-        return !(ends && loop.at_rest());
+        watch.EndTick();
+        const bool goes_on = !(ends && loop.at_rest());
+        if (!goes_on) ended.store(true);
+        return goes_on;
       });
-  // signals go to the loop's thread, which other programs do not hold up
-  sigset_t ends;
-  sigemptyset(&ends);
-  sigaddset(&ends, SIGTERM);
-  sigaddset(&ends, SIGHUP);
-  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+  const RealtimeStatus& status = thread.realtime();
+  std::snprintf(memory.scheduler.data(), memory.scheduler.size(), "%s", status.scheduler());
+  std::snprintf(memory.warning.data(), memory.warning.size(), "%s", status.warning.c_str());
   memory.ready.store(DeviceMemory::kReady, std::memory_order_release);
-  while (!ending.load()) {
-    MachineClock().SleepUntil(MonotonicNowNs() + kLookNs);
+  std::int64_t ends_ns = 0;
+  while (!ended.load()) {
+    MachineClock().SleepUntil(MonotonicNowNs() + DeviceWatch::kLookNs);
+    if (watch.ending() && ends_ns == 0) ends_ns = MonotonicNowNs();
+    if (ends_ns != 0 && MonotonicNowNs() - ends_ns > kGiveUpNs) _exit(kExitDevice);
   }
   thread.Join();
+  watch.Forget();
   (*driver)->Stop();
   loop.Tell();
-  crash_driver = nullptr;
   return kExitOk;
 }
 
@@ -158,7 +128,6 @@ int Run(int argc, char** argv) {
                          "starts it; see tandem-device --help\n");
     return kExitUsage;
   }
-  HandleSignals();
   return Serve(arguments);
 }
 

@@ -1,6 +1,7 @@
 #include "engine/haptics/device.h"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace tandem {
 namespace {
@@ -14,11 +15,31 @@ Mat3 Held(const Mat3& gain, double most) {
 }  // namespace
 
 CouplingGains BorneBy(const DeviceCapabilities& device, CouplingGains gains) noexcept {
-  gains.stiffness = std::min(gains.stiffness, device.stiffness);
-  gains.damping = std::min(gains.damping, device.damping);
-  gains.rotation_stiffness = Held(gains.rotation_stiffness, device.rotation_stiffness);
-  gains.rotation_damping = Held(gains.rotation_damping, device.rotation_damping);
+  gains.stiffness = std::min(gains.stiffness, SoundGain(device.stiffness));
+  gains.damping = std::min(gains.damping, SoundGain(device.damping));
+  gains.rotation_stiffness = Held(gains.rotation_stiffness, SoundGain(device.rotation_stiffness));
+  gains.rotation_damping = Held(gains.rotation_damping, SoundGain(device.rotation_damping));
   return gains;
+}
+
+std::string WhatGainsBecame(const std::string& who, const DeviceCapabilities& can) {
+  struct Gain {
+    const char* name;
+    const char* unit;
+    double claimed;
+  };
+  std::string said;
+  for (const Gain& gain : {Gain{"a stiffness", "N/m", can.stiffness},
+                           Gain{"a damping", "N s/m", can.damping},
+                           Gain{"a rotation stiffness", "N m/rad", can.rotation_stiffness},
+                           Gain{"a rotation damping", "N m s/rad", can.rotation_damping}}) {
+    if (gain.claimed > 0) continue;
+    char text[120];
+    std::snprintf(text, sizeof text, "%s of %g %s is none: it counts as zero", gain.name,
+                  gain.claimed, gain.unit);
+    said += (said.empty() ? who + ": " : "; ") + text;
+  }
+  return said;
 }
 
 }  // namespace tandem

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
+#include <string>
 
 #include "engine/dynamics/virtual_coupling.h"
 #include "engine/safety/device_limits.h"
@@ -26,6 +28,13 @@ struct DeviceCapabilities {
   bool asks_us = false;  // a thread of its vendor asks for the force: it comes a period later
 };
 
+/// How old what a vendor's thread gets is when it first asks for it (VendorMailbox).
+struct AskedTimes {
+  std::uint64_t count = 0;
+  std::int64_t mean_ns = 0;
+  std::int64_t max_ns = 0;
+};
+
 /// A hand's device: gives the pose of its handle, takes the force that it is to render. Used by the
 /// haptic thread alone, once a frame in this order; no call may block, allocate or throw.
 class Device {
@@ -39,7 +48,7 @@ class Device {
   /// body.
   virtual void Render(const Wrench& F_D_W) noexcept = 0;
   /// Emergency stop: no force from now on, until Resume(). A driver's Stop() writes zero to the
-  /// motors at once; a signal handler may call it.
+  /// motors at once; a signal handler may call it, and another thread while Read() hangs.
   virtual void Stop() noexcept {}
   virtual void Resume() noexcept {}
   /// Of a handle that is mapped into the scene: metres there a metre of its own.
@@ -55,7 +64,19 @@ class Device {
   virtual bool clutch_button() const noexcept { return false; }
   /// What a guard beyond the controller's own says; without one: nothing held back.
   virtual DeviceSafety safety() const noexcept { return {}; }
+  /// Of a device that asks us: what that costs.
+  virtual AskedTimes asked_times() const noexcept { return {}; }
 };
+
+/// A gain that a device bears, as claimed; infinity: any. What is no number or not positive counts
+/// as zero.
+inline double SoundGain(double claimed) noexcept {
+  return claimed > 0 ? claimed : 0.0;
+}
+/// What a person is told of gains that `who` claims and that are not taken as they are; empty: they
+/// are.
+std::string WhatGainsBecame(const std::string& who, const DeviceCapabilities& can);
+
 
 /// `gains`, no larger than the device bears.
 CouplingGains BorneBy(const DeviceCapabilities& device, CouplingGains gains) noexcept;

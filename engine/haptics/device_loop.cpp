@@ -1,6 +1,8 @@
 #include "engine/haptics/device_loop.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 namespace tandem {
 namespace {
@@ -11,7 +13,8 @@ MotorGuard::Options GuardOptions(const Device& driver, const DeviceLoop::Options
   guard.limits = SoundLimits(can.peak, options.users);
   guard.continuous = can.continuous;
   if (can.freedoms_out == 0) guard.limits = {0, 0};
-  guard.damping = std::min(MotorGuard::kDamping, can.damping);
+  guard.damping = std::min(MotorGuard::kDamping, SoundGain(can.damping));
+  guard.period_ns = DeviceLoop::PeriodOf(can.rate_hz);
   guard.passivity_control = options.passivity_control;
   return guard;
 }
@@ -22,17 +25,44 @@ void WaitForBell(void* of, std::uint32_t seen, std::int64_t until_ns) {
 
 }  // namespace
 
+std::int64_t DeviceLoop::PeriodOf(double rate_hz) noexcept {
+  if (!(rate_hz > 0)) return kPeriodNs;
+  // whole periods of the frames, so that a tick's deadline is one of theirs; a little less than a
+  // whole number is one
+  const double periods = std::ceil(1e9 / rate_hz / static_cast<double>(kPeriodNs) - 0.01);
+  const auto most = static_cast<double>(MotorGuard::kMostPeriodNs / kPeriodNs);
+  return static_cast<std::int64_t>(std::clamp(periods, 1.0, most)) * kPeriodNs;
+}
+
+std::string WhatRateBecame(const std::string& who, double rate_hz) {
+  char text[160];
+  if (!(rate_hz > 0)) {
+    std::snprintf(text, sizeof text, ": a rate of %g Hz is none: it is written to 1000 times a second",
+                  rate_hz);
+    return who + text;
+  }
+  const std::int64_t period_ns = DeviceLoop::PeriodOf(rate_hz);
+  // too slow by more than the rounding of PeriodOf
+  if (1e9 / rate_hz <= 1.01 * static_cast<double>(period_ns)) return {};
+  std::snprintf(text, sizeof text,
+                ": its %g Hz are too slow for the limits on old forces: it is written to %g times a "
+                "second",
+                rate_hz, 1e9 / static_cast<double>(period_ns));
+  return who + text;
+}
+
 DeviceLoop::DeviceLoop(Device& driver, DeviceMemory& memory, LoopClock& clock,
                        const Options& options)
     : driver_(&driver),
       memory_(&memory),
       clock_(&clock),
+      period_ns_(PeriodOf(driver.capabilities().rate_hz)),
       guard_(GuardOptions(driver, options)),
       wait_(&WaitForBell),
       wait_of_(&memory) {
   memory.capabilities = AsNumbers(driver.capabilities());
   memory.limits = {guard_.limits().force, guard_.limits().moment};
-  memory.period_ns = kPeriodNs;
+  memory.period_ns = period_ns_;
 }
 
 void DeviceLoop::Say(const Anchor& handle) noexcept {
@@ -43,6 +73,9 @@ void DeviceLoop::Say(const Anchor& handle) noexcept {
   tick_.failed = driver_->failed();
   tick_.clutch_button = driver_->clutch_button();
   tick_.counts = guard_.counts();
+  const PassivityObserver& port = guard_.passivity();
+  tick_.passivity = {guard_.passivity_control(), port.balance_J(), port.least_J(),
+                     guard_.damped()};
   memory_->tick.Write(tick_);
   memory_->tick_bell.Ring();
 }
@@ -70,17 +103,22 @@ bool DeviceLoop::TakeOrder() noexcept {
 
 void DeviceLoop::Tick(const Circumstances& now) noexcept {
   ++tick_.tick;
-  const Anchor handle = driver_->Read();
+  // before the read: a driver that takes long to answer gives an old handle
   tick_.input_ns = clock_->NowNs();
-  const std::uint32_t seen = memory_->order_bell.rings();
+  const Anchor handle = driver_->Read();
+  std::uint32_t seen = memory_->order_bell.rings();
   Say(handle);
 
+  const bool first = answers_ == 0;  // it answers a tick that nobody waited in
   bool answered = TakeOrder();
-  // nobody waits for what is too old to be used, or for a controller that has not begun
-  const std::int64_t until_ns =
-      std::min(now.deadline_ns + kWaitNs, MotorGuard::ExpiryOf(order_.input_ns));
-  if (!answered && clock_->NowNs() < until_ns) {
+  // the bell may ring for an answer to an earlier tick: it is waited on for ours
+  while (!answered) {
+    // nobody waits for what is too old to be used, or for a controller that has not begun
+    const std::int64_t until_ns =
+        std::min(now.deadline_ns + kWaitNs, MotorGuard::ExpiryOf(order_.input_ns));
+    if (clock_->NowNs() >= until_ns) break;
     wait_(wait_of_, seen, until_ns);
+    seen = memory_->order_bell.rings();
     answered = TakeOrder();
   }
 
@@ -95,27 +133,37 @@ void DeviceLoop::Tick(const Circumstances& now) noexcept {
   given_ = guard_.Pass(input, order_);
   driver_->Render(given_);
 
-  if (answered) {
-    ++answered_;
-    read_to_write_.Add(clock_->NowNs() - tick_.input_ns);
-  } else if (answers_ != 0) {
-    ++unanswered_;
-  }
+  Count(answered, first);
   if (last_deadline_ns_ != 0 && now.deadline_ns > last_deadline_ns_) {
-    missed_ += static_cast<std::uint64_t>((now.deadline_ns - last_deadline_ns_) / kPeriodNs - 1);
+    missed_ += static_cast<std::uint64_t>((now.deadline_ns - last_deadline_ns_) / period_ns_ - 1);
   }
   last_deadline_ns_ = now.deadline_ns;
   if (tick_.tick % kTellEvery == 0) Tell();
 }
 
+void DeviceLoop::Count(bool answered, bool first) noexcept {
+  if (answered) ++answered_;
+  if (!answered && answers_ != 0) ++unanswered_;
+  if (answers_ == counted_) return;
+  counted_ = answers_;
+  if (first || order_.input_ns < 0) return;
+  if (!answered) ++late_;
+  read_to_write_.Add(clock_->NowNs() - order_.input_ns);
+}
+
 DeviceTimes DeviceLoop::times() const noexcept {
+  const AskedTimes asked = driver_->asked_times();
   return {.ticks = tick_.tick,
           .answered = answered_,
           .unanswered = unanswered_,
+          .late = late_,
           .missed = missed_,
           .read_to_write_p50_ns = read_to_write_.Quantile(0.5),
           .read_to_write_p99_ns = read_to_write_.Quantile(0.99),
-          .read_to_write_max_ns = read_to_write_.max()};
+          .read_to_write_max_ns = read_to_write_.max(),
+          .asked = asked.count,
+          .asked_mean_ns = asked.mean_ns,
+          .asked_max_ns = asked.max_ns};
 }
 
 }  // namespace tandem

@@ -21,6 +21,7 @@ struct DeviceTick {
   bool failed = false;
   bool clutch_button = false;
   SafetyCounts counts;
+  PassivityAccount passivity;
 };
 
 /// What the controller wants of it. The counters are those of MotorOrder.
@@ -39,16 +40,27 @@ struct DeviceTimes {
   std::uint64_t ticks = 0;
   std::uint64_t answered = 0;    // in the tick of their input
   std::uint64_t unanswered = 0;  // though orders were coming
+  std::uint64_t late = 0;        // answers in a later tick
   std::uint64_t missed = 0;
   std::int64_t read_to_write_p50_ns = 0;
   std::int64_t read_to_write_p99_ns = 0;
-  std::int64_t read_to_write_max_ns = 0;
+  std::int64_t read_to_write_max_ns = 0;  // of all answers, late ones too
+  // of a device whose vendor's thread asks: how old what it gets is, less by less than its period
+  std::uint64_t asked = 0;
+  std::int64_t asked_mean_ns = 0;
+  std::int64_t asked_max_ns = 0;
+
+  /// Of the ticks in which orders were coming.
+  double unanswered_share() const noexcept {
+    const std::uint64_t all = answered + unanswered;
+    return all == 0 ? 0.0 : static_cast<double>(unanswered) / static_cast<double>(all);
+  }
 };
 
 /// What a controller and the process of a device share: both ways the newest value, without locks.
 /// The controller makes it and writes `home`; the device process writes all before `ready` once.
 struct DeviceMemory {
-  static constexpr std::uint64_t kVersion = 0x7461'6e64'656d'0001;  // "tandem", 1
+  static constexpr std::uint64_t kVersion = 0x7461'6e64'656d'0002;  // "tandem", 2
 
   std::uint64_t version = 0;
   std::array<double, 7> home{};  // of the handle in W: where a body is that the hand is to hold
@@ -57,6 +69,8 @@ struct DeviceMemory {
   std::int64_t origin_ns = 0;      // a tick's deadline: the others are whole periods away
   std::int64_t period_ns = 0;
   std::array<char, 256> fault{};  // why there is no device, in a line
+  std::array<char, 16> scheduler{};  // of the loop's thread
+  std::array<char, 512> warning{};   // what that was not granted, in a line; empty: nothing
   enum Ready : std::uint32_t { kNotYet, kReady, kFailed };
   std::atomic<std::uint32_t> ready{kNotYet};
   Bell tick_bell;

@@ -111,7 +111,7 @@ void GoalDevice::Calm(const GoalLimits& limits) noexcept {
 Pose GoalDevice::Next(const GoalOrder& order) noexcept {
   const Pose& now = handle_.X_WA;
   if (way_.state() == WayBack::State::kUnderWay || way_.state() == WayBack::State::kArrived ||
-      way_.state() == WayBack::State::kStuck) {
+      way_.state() == WayBack::State::kStuck || way_.state() == WayBack::State::kCut) {
     // the hand stays where the way has brought it until the user says something new
     asked_ = way_.goal() * part_.X_BG;
     return asked_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-
 namespace tandem {
 namespace {
 
@@ -15,7 +14,9 @@ bool EndsByItself(SafetyState state) {
 }  // namespace
 
 ProcessDevice::ProcessDevice(DeviceMemory& memory) noexcept
-    : memory_(&memory), capabilities_(AsCapabilities(memory.capabilities)) {
+    : memory_(&memory), capabilities_(AsCapabilities(memory.capabilities)),
+      every_(static_cast<int>(std::clamp<std::int64_t>(memory.period_ns / kFrameNs, 1, 4))) {
+  silent_ = kSilent * every_;
   // the guard of the process knows the user's setting: ours is not to ask for more
   capabilities_.peak = {memory.limits[0], memory.limits[1]};
   handle_.X_WA = AsPose(memory.home);
@@ -30,17 +31,21 @@ Anchor ProcessDevice::Read() noexcept {
   const std::uint64_t before = tick_.tick;
   const std::uint32_t rung = memory_->tick_bell.rings();
   bool fresh = memory_->tick.Read(tick_) && tick_.tick != before;
-  if (!fresh && silent_ < kSilent) {
+  // a slow device has a tick in every second frame, say: the others go by the one before
+  since_ = std::min(since_ + 1, every_);
+  const bool due = since_ == every_;
+  if (!fresh && due && silent_ < kSilent * every_) {
     memory_->tick_bell.WaitFor(rung, kWaitNs, kSpinNs);
     fresh = memory_->tick.Read(tick_) && tick_.tick != before;
   }
+  if (!fresh && !due) return handle_;
   if (!fresh) {
     silent_ = std::min(silent_ + 1, 1'000'000);
     calm_ = 0;
-    if (silent_ >= kSilent) handle_.V_WA = {};
+    if (silent_ >= kSilent * every_) handle_.V_WA = {};
     return handle_;
   }
-  silent_ = 0;
+  silent_ = since_ = 0;
   handle_.X_WA = AsPose(tick_.X_WD);
   const auto& V = tick_.V_WD;
   handle_.V_WA = {Vec3(V[0], V[1], V[2]), Vec3(V[3], V[4], V[5])};

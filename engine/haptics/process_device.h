@@ -17,7 +17,8 @@ class ProcessDevice : public Device {
  public:
   static constexpr std::int64_t kWaitNs = 200'000;  // for a tick that is due now
   static constexpr std::int64_t kSpinNs = 60'000;   // of that, without sleeping
-  static constexpr int kSilent = 5;                 // frames without a tick: nobody waits then
+  static constexpr std::int64_t kFrameNs = 1'000'000;
+  static constexpr int kSilent = 5;                 // ticks that did not come: nobody waits then
   static constexpr int kCalmFrames = 100;           // in time, before a ramp-in is asked for
 
   /// `memory`: ready, and outlives the device.
@@ -44,6 +45,8 @@ class ProcessDevice : public Device {
   DeviceTick tick_;
   DeviceOrder order_;
   Anchor handle_;
+  int every_;  // frames from a tick of the device to its next
+  int since_ = 0;  // the last tick, frames
   int silent_ = kSilent;
   int calm_ = 0;
 };

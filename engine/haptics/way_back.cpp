@@ -9,8 +9,7 @@ namespace tandem {
 WayBack::WayBack() : poses_(std::make_unique<Poses>()) {}
 
 std::uint64_t WayBack::first() const noexcept {
-  const std::uint64_t oldest = end_ < kMost ? 0 : end_ - kMost;
-  return std::max(top().first, oldest);
+  return std::max(top().first, oldest_);
 }
 
 double WayBack::Travel(const Pose& from, const Pose& to) const noexcept {
@@ -19,6 +18,7 @@ double WayBack::Travel(const Pose& from, const Pose& to) const noexcept {
 
 void WayBack::Push(const Pose& X_WB) noexcept {
   pose(end_++) = X_WB;
+  if (end_ > kMost) oldest_ = std::max(oldest_, end_ - kMost);
 }
 
 void WayBack::Begin(int body, double radius, const Pose& X_WB) noexcept {
@@ -36,10 +36,14 @@ void WayBack::Note(const Pose& X_WB) noexcept {
 void WayBack::Drop() noexcept {
   if (stretch_count_ == 0) return;
   state_ = State::kIdle;
-  const std::uint64_t oldest = end_ < kMost ? 0 : end_ - kMost;
-  end_ = std::max(top().first, oldest);
+  end_ = top().first;
   --stretch_end_;
   --stretch_count_;
+  // what lies before is wholly forgotten where the way that is dropped had been cut, or began there
+  if (end_ <= oldest_) {
+    stretch_count_ = 0;
+    end_ = oldest_;
+  }
 }
 
 void WayBack::SetOut(const Pose& X_WB) noexcept {
@@ -74,7 +78,9 @@ void WayBack::Advance(const Pose& X_WB) noexcept {
   if (!at_beginning) return;
   // what friction or weight keeps from settling is there too, after a while
   const double left_m = Travel(goal_, X_WB);
-  if (left_m < kSettled || (waited_ > kSettleFrames && left_m < kThere)) state_ = State::kArrived;
+  if (left_m < kSettled || (waited_ > kSettleFrames && left_m < kThere)) {
+    state_ = cut() ? State::kCut : State::kArrived;
+  }
 }
 
 }  // namespace tandem

@@ -13,7 +13,9 @@ namespace tandem {
 /// top. It moves nothing itself: goal() is where a coupling is to pull the part, at a bounded speed
 /// and never far ahead of it, so that contact stops the part as it stops a hand.
 ///
-/// Of 16,384 poses, 1 mm of travel apart, the oldest are forgotten first. Used by the haptic thread
+/// Of 16,384 poses, 1 mm of travel apart, the oldest are forgotten first: a way of which a part is
+/// forgotten is cut(), and going back ends where the rest begins, which is not where the part was
+/// taken. Used by the haptic thread
 /// alone; nothing but the constructor allocates.
 class WayBack {
  public:
@@ -28,8 +30,9 @@ class WayBack {
   static constexpr std::size_t kMost = 16384;  // poses
   static constexpr std::size_t kMostStretches = 256;
 
-  /// kNotHere: the part is not where its way ends.
-  enum class State : std::uint8_t { kIdle, kUnderWay, kArrived, kStuck, kNotHere };
+  /// kNotHere: the part is not where its way ends. kCut: it is
+  /// where what is left of its way begins.
+  enum class State : std::uint8_t { kIdle, kUnderWay, kArrived, kStuck, kNotHere, kCut };
 
   WayBack();
 
@@ -37,6 +40,8 @@ class WayBack {
   void Begin(int body, double radius, const Pose& X_WB) noexcept;
   /// Where the part of the newest stretch is now, as its hand moves it.
   void Note(const Pose& X_WB) noexcept;
+  /// Whether the beginning of the newest stretch is forgotten.
+  bool cut() const noexcept { return stretch_count_ > 0 && top().first < oldest_; }
   /// The part of the newest stretch; -1: there is none.
   int body() const noexcept { return stretch_count_ == 0 ? -1 : top().body; }
   /// Forgets the newest stretch.
@@ -70,7 +75,8 @@ class WayBack {
   double Travel(const Pose& from, const Pose& to) const noexcept;
 
   std::unique_ptr<Poses> poses_;
-  std::uint64_t end_ = 0;  // number of the pose that comes next
+  std::uint64_t end_ = 0;     // number of the pose that comes next
+  std::uint64_t oldest_ = 0;  // all before are overwritten, whatever end_ is now
   std::array<Stretch, kMostStretches> stretches_{};
   std::uint64_t stretch_end_ = 0;
   std::size_t stretch_count_ = 0;

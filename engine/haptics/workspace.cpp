@@ -94,11 +94,15 @@ Anchor Workspace::Read() noexcept {
 
 void Workspace::Render(const Wrench& F_D_W) noexcept {
   if (order_.clutch) {
+    led_frames_ = 0;
     device_->Render({});
     return;
   }
+  // a hand that lets the clutch go in contact is not hit by all of its force at once
+  led_frames_ = std::min(led_frames_ + 1, kRampFrames);
+  const double share = static_cast<double>(led_frames_) / kRampFrames;
   const Quat q_VW = order_.q_WV.conjugate();
-  device_->Render({q_VW * F_D_W.tau, q_VW * F_D_W.f});
+  device_->Render({share * (q_VW * F_D_W.tau), share * (q_VW * F_D_W.f)});
 }
 
 }  // namespace tandem

@@ -51,6 +51,7 @@ class Workspace : public Device {
   static constexpr double kLeastScale = 0.01;
   static constexpr double kMostScale = 100;
   static constexpr double kMostRecentre = 0.3;
+  static constexpr int kRampFrames = 100;  // of the force, once the clutch is let go of
 
   /// `device` outlives this. The handle is first mapped onto itself.
   explicit Workspace(Device& device, const WorkspaceOrder& order = {}) noexcept;
@@ -84,6 +85,7 @@ class Workspace : public Device {
   double scale_;
   bool holds_ = false;
   bool placed_ = false;
+  int led_frames_ = kRampFrames;  // since the clutch was let go of
   Vec3 middle_ = Vec3::Zero();  // of the device's workspace
   double radius_ = 0.1;         // m, of it
   // where indexing last began: the device's handle, and the mapped one

@@ -21,7 +21,8 @@ class ForceGuard {
   // of a device that gives 12 N and 0.5 N m: six frames from nothing to the limit; others alike
   static constexpr double kForceStep = 2.0;    // N a frame
   static constexpr double kMomentStep = 0.08;  // N m a frame
-  static constexpr int kRampFrames = 100;      // from nothing to the whole
+  static constexpr int kRampFrames = 100;      // from nothing to the whole, at a grab
+  static constexpr int kLongRampFrames = 1000;  // likewise, after a stop or a fault
 
   static constexpr double ForceStepOf(const DeviceLimits& limits) noexcept {
     return kForceStep * (limits.force / DeviceLimits{}.force);
@@ -32,9 +33,11 @@ class ForceGuard {
 
   explicit ForceGuard(const DeviceLimits& limits) : limits_(SoundLimits(limits)) {}
 
-  /// A hand begins to feel something: at the start, and whenever it takes a body.
+  /// A hand begins to feel something: at the start, and whenever it takes a body. What a simulation
+  /// broke ends by that; a device's fault ends by Resume() alone.
   void Begin() noexcept {
     ramp_ = 0;
+    if (broken_) long_ramp_ = 0;
     broken_ = false;
   }
 
@@ -43,10 +46,16 @@ class ForceGuard {
     if (!stopped_) ++counts_.stops;
     stopped_ = true;
   }
+  /// A device in trouble: no force from now on, until Resume().
+  void Fail() noexcept {
+    if (!failed_) ++counts_.zeroed;
+    failed_ = true;
+  }
+  /// Ends a stop and a fault; the force comes back slowly.
   void Resume() noexcept {
-    if (!stopped_) return;
-    stopped_ = false;
-    ramp_ = 0;
+    if (!stopped_ && !broken_ && !failed_) return;
+    stopped_ = broken_ = failed_ = false;
+    ramp_ = long_ramp_ = 0;
   }
 
   /// What the device may be given in place of `wanted`; once a frame.
@@ -56,9 +65,11 @@ class ForceGuard {
       broken_ = true;
       ++counts_.zeroed;
     }
-    const bool nothing = broken_ || stopped_;
+    const bool nothing = broken_ || failed_ || stopped_;
     ramp_ = std::min(ramp_ + 1, kRampFrames);
-    const double share = static_cast<double>(ramp_) / kRampFrames;
+    long_ramp_ = std::min(long_ramp_ + 1, kLongRampFrames);
+    const double share = std::min(static_cast<double>(ramp_) / kRampFrames,
+                                  static_cast<double>(long_ramp_) / kLongRampFrames);
     Wrench goal;
     if (!nothing) goal = {share * wanted.tau, share * wanted.f};
     bool clamped = false;
@@ -79,8 +90,9 @@ class ForceGuard {
   bool stopped() const noexcept { return stopped_; }
   SafetyState state() const noexcept {
     if (stopped_) return SafetyState::kStopped;
-    if (broken_) return SafetyState::kFault;
-    return ramp_ < kRampFrames ? SafetyState::kRamping : SafetyState::kOn;
+    if (broken_ || failed_) return SafetyState::kFault;
+    const bool ramping = ramp_ < kRampFrames || long_ramp_ < kLongRampFrames;
+    return ramping ? SafetyState::kRamping : SafetyState::kOn;
   }
   const SafetyCounts& counts() const noexcept { return counts_; }
   const DeviceLimits& limits() const noexcept { return limits_; }
@@ -95,7 +107,9 @@ class ForceGuard {
   DeviceLimits limits_;
   Wrench last_;
   int ramp_ = 0;
+  int long_ramp_ = kLongRampFrames;
   bool broken_ = false;
+  bool failed_ = false;  // the device
   bool stopped_ = false;
   std::uint64_t guarded_ = 0;
   std::uint64_t frames_ = 0;

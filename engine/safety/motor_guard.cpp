@@ -7,17 +7,26 @@
 namespace tandem {
 namespace {
 
-bool IsLatched(SafetyState state) {
+/// How grave it is: of two causes the graver one holds, for what ends it is asked of more.
+int RankOf(SafetyState state) {
   switch (state) {
-    case SafetyState::kOff:
+    case SafetyState::kStopped:
+      return 4;
+    case SafetyState::kFault:
+      return 3;
     case SafetyState::kExpired:
     case SafetyState::kOverrun:
-    case SafetyState::kFault:
     case SafetyState::kSuspended:
-      return true;
+      return 2;
+    case SafetyState::kOff:
+      return 1;
     default:
-      return false;
+      return 0;
   }
+}
+
+bool IsLatched(SafetyState state) {
+  return RankOf(state) > 0;
 }
 
 bool GivesForce(SafetyState state) {
@@ -41,21 +50,32 @@ MotorGuard::MotorGuard(const Options& options) noexcept
       mean_force_(SoundLimits(options.continuous).force, limits_.force),
       mean_moment_(SoundLimits(options.continuous).moment, limits_.moment) {
   options_.damping = SoundLimit(options.damping, kDamping);
+  options_.period_ns = std::clamp(options.period_ns, kLeastPeriodNs, kMostPeriodNs);
 }
 
-void MotorGuard::Latch(SafetyState state, std::uint64_t& count) noexcept {
+void MotorGuard::Latch(SafetyState state) noexcept {
   if (state_ == state) return;
-  // what is latched already stays as it is: it needs the same to end
-  if (IsLatched(state_) && state_ != SafetyState::kOff && state != SafetyState::kStopped) return;
-  if (state_ == SafetyState::kOff && state != SafetyState::kStopped) return;
+  if (IsLatched(state_) && RankOf(state) <= RankOf(state_)) return;
+  if (state == SafetyState::kStopped) ++counts_.stops;
+  // what was given nothing already loses nothing; what is too old is counted where it begins
+  if (!IsLatched(state_) && state != SafetyState::kStopped && state != SafetyState::kExpired) {
+    ++counts_.zeroed;
+  }
   state_ = state;
-  ++count;
 }
 
-void MotorGuard::Ramp(std::int64_t length_ns, std::int64_t now_ns) noexcept {
+void MotorGuard::Ramp(std::int64_t now_ns) noexcept {
   state_ = SafetyState::kRamping;
   ramp_begin_ns_ = now_ns;
-  ramp_ns_ = length_ns;
+  short_begin_ns_ = now_ns - kShortRampNs;
+}
+
+double MotorGuard::RampShare(std::int64_t now_ns) const noexcept {
+  const auto share = [now_ns](std::int64_t begin_ns, std::int64_t length_ns) {
+    return std::clamp(static_cast<double>(now_ns - begin_ns) / static_cast<double>(length_ns), 0.0,
+                      1.0);
+  };
+  return std::min(share(ramp_begin_ns_, kRampNs), share(short_begin_ns_, kShortRampNs));
 }
 
 bool MotorGuard::TooFast(const MotorInput& input) noexcept {
@@ -85,8 +105,9 @@ void MotorGuard::Judge(const MotorInput& input, const MotorOrder& order) noexcep
   stops_ = order.stops;
   resumes_ = order.resumes;
   if (pressed) {
-    Latch(SafetyState::kStopped, counts_.stops);
-  } else if (resumed && state_ == SafetyState::kStopped) {
+    Latch(SafetyState::kStopped);
+  } else if (resumed && (state_ == SafetyState::kStopped ||
+                         (state_ == SafetyState::kFault && sound))) {
     state_ = SafetyState::kOff;
   }
   // the motor has kept its force for too long to be let down gently
@@ -98,33 +119,41 @@ void MotorGuard::Judge(const MotorInput& input, const MotorOrder& order) noexcep
 
   if (GivesForce(state_) && late && !late_) ++counts_.expired;
   late_ = late;
-  if (!sound) Latch(SafetyState::kFault, counts_.zeroed);
-  if (input.slept) Latch(SafetyState::kSuspended, counts_.zeroed);
-  if (gap) Latch(SafetyState::kOverrun, counts_.zeroed);
-  if (age_ns >= kZeroNs && state_ != SafetyState::kExpired) {
-    std::uint64_t counted_already = 0;
-    Latch(SafetyState::kExpired, counted_already);
-  }
+  if (!sound) Latch(SafetyState::kFault);
+  if (input.slept) Latch(SafetyState::kSuspended);
+  if (gap) Latch(SafetyState::kOverrun);
+  // before the first order nobody is late
+  const bool silent = state_ == SafetyState::kOff && order.input_ns < 0;
+  if (age_ns >= kZeroNs && !silent) Latch(SafetyState::kExpired);
   if (IsLatched(state_)) {
-    if (!ramp_asked || late || !sound || fast || gap || input.slept) return;
+    // a person ends a fault: what a program asks for meanwhile is forgotten
+    if (state_ == SafetyState::kFault) {
+      ramps_ = order.ramps;
+      return;
+    }
+    if (!ramp_asked || late || fast || gap || input.slept) return;
     ramps_ = order.ramps;
-    Ramp(kRampNs, input.now_ns);
+    Ramp(input.now_ns);
     return;
   }
   ramps_ = order.ramps;
   if (fast) {
-    Latch(SafetyState::kTooFast, counts_.zeroed);
+    Latch(SafetyState::kTooFast);
     return;
   }
   if (state_ == SafetyState::kTooFast) {
-    if (!late) Ramp(kRampNs, input.now_ns);
+    if (!late) Ramp(input.now_ns);
     return;
   }
-  if (late) {
+  if (late && state_ != SafetyState::kDamping) {
     state_ = SafetyState::kDamping;
-  } else if (state_ == SafetyState::kDamping) {
-    Ramp(kShortRampNs, input.now_ns);
-  } else if (state_ == SafetyState::kRamping && input.now_ns - ramp_begin_ns_ >= ramp_ns_) {
+    ramped_ns_ = input.now_ns - ramp_begin_ns_;
+  } else if (!late && state_ == SafetyState::kDamping) {
+    // a short ramp, and the ramp-in goes on from as far as it had come
+    state_ = SafetyState::kRamping;
+    ramp_begin_ns_ = input.now_ns - ramped_ns_;
+    short_begin_ns_ = input.now_ns;
+  } else if (state_ == SafetyState::kRamping && RampShare(input.now_ns) >= 1.0) {
     state_ = SafetyState::kOn;
   }
 }
@@ -138,12 +167,7 @@ Wrench MotorGuard::Wanted(const MotorInput& input, const MotorOrder& order) cons
     return wanted;
   }
   if (!GivesForce(state_)) return wanted;
-  double share = 1.0;
-  if (state_ == SafetyState::kRamping) {
-    share = std::clamp(static_cast<double>(input.now_ns - ramp_begin_ns_) /
-                           static_cast<double>(ramp_ns_),
-                       0.0, 1.0);
-  }
+  const double share = state_ == SafetyState::kRamping ? RampShare(input.now_ns) : 1.0;
   wanted.f = share * order.F_D_W.f;
   wanted.tau = share * order.F_D_W.tau;
   return wanted;
@@ -160,7 +184,9 @@ Wrench MotorGuard::Pass(const MotorInput& input, const MotorOrder& order) noexce
 
   Wrench wanted = Wanted(input, order);
   if (options_.passivity_control && GivesForce(state_) && h > 0) {
-    wanted.f += passivity_.Payment(input.V_WD, h, options_.damping);
+    const Vec3 payment = passivity_.Payment(input.V_WD, h, options_.damping);
+    damped_ += payment.isZero() ? 0 : 1;
+    wanted.f += payment;
   }
   bool clamped = false;
   bool slewed = false;

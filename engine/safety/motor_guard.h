@@ -50,7 +50,9 @@ class MotorGuard {
   static constexpr double kMostSpeed = 1.0;                // m/s
   static constexpr double kMostTurn = 20.0;                // rad/s
   static constexpr double kSlowAgain = 0.5;                // share of either, below which it ends
-  static constexpr double kSlewTicks = 6.0;                // from nothing to the limit
+  static constexpr double kSlewTicks = 6.0;  // of a millisecond, from nothing to the limit
+  static constexpr std::int64_t kLeastPeriodNs = 1'000'000;
+  static constexpr std::int64_t kMostPeriodNs = 4'000'000;
   static constexpr double kDamping = 2.0;                  // N s/m, while nothing fresh comes
   static constexpr double kMostDampingShare = 0.2;         // of the limit
 
@@ -59,6 +61,7 @@ class MotorGuard {
     DeviceLimits continuous;         // for ever, as claimed
     double damping = kDamping;       // N s/m that the device bears
     bool passivity_control = false;  // pays an active port's debt back by damping
+    std::int64_t period_ns = kLeastPeriodNs;  // of the ticks
   };
 
   explicit MotorGuard(const Options& options) noexcept;
@@ -77,16 +80,24 @@ class MotorGuard {
   const DeviceLimits& limits() const noexcept { return limits_; }
   /// The most that force (N) and moment (N m) change by in a tick.
   DeviceLimits slew() const noexcept {
-    return {limits_.force / kSlewTicks, limits_.moment / kSlewTicks};
+    const double ms = 1e-6 * static_cast<double>(options_.period_ns);
+    return {limits_.force * ms / kSlewTicks, limits_.moment * ms / kSlewTicks};
   }
   const PassivityObserver& passivity() const noexcept { return passivity_; }
+  /// Ticks in which the passivity control damped.
+  std::uint64_t damped() const noexcept { return damped_; }
+  bool passivity_control() const noexcept { return options_.passivity_control; }
 
  private:
   /// The state of this tick; counts what ends a force.
   void Judge(const MotorInput& input, const MotorOrder& order) noexcept;
   bool TooFast(const MotorInput& input) noexcept;
-  void Latch(SafetyState state, std::uint64_t& count) noexcept;
-  void Ramp(std::int64_t length_ns, std::int64_t now_ns) noexcept;
+  /// Enters a state without force, unless a graver one holds; counts it.
+  void Latch(SafetyState state) noexcept;
+  /// Begins the ramp of a second.
+  void Ramp(std::int64_t now_ns) noexcept;
+  /// The smaller of the shares of both ramps.
+  double RampShare(std::int64_t now_ns) const noexcept;
   /// What the state lets be asked of the motor.
   Wrench Wanted(const MotorInput& input, const MotorOrder& order) const noexcept;
 
@@ -99,8 +110,11 @@ class MotorGuard {
   SafetyCounts counts_;
   Wrench last_;
   std::int64_t last_ns_ = -1;
+  // of the ramp of a second, without what orders were late meanwhile; of the short one after that
   std::int64_t ramp_begin_ns_ = 0;
-  std::int64_t ramp_ns_ = kRampNs;
+  std::int64_t short_begin_ns_ = 0;
+  std::int64_t ramped_ns_ = 0;   // how far the former had come when orders were late
+  std::uint64_t damped_ = 0;
   std::uint32_t ramps_ = 0;  // as last seen
   std::uint32_t stops_ = 0;
   std::uint32_t resumes_ = 0;

@@ -13,7 +13,7 @@ enum class SafetyState : std::uint8_t {
   kTooFast,    // the handle moves faster than a hand does: no force until it is slow again
   kExpired,    // nothing fresh for 20 ms: no force until a ramp-in is asked for
   kOverrun,    // the loop of the device stood still: no force until a ramp-in is asked for
-  kFault,      // a number that is none, or a driver in trouble: no force until a ramp-in is asked for
+  kFault,      // a number that is none, or a driver in trouble: no force until a person resumes
   kSuspended,  // the machine slept: no force until a ramp-in is asked for
   kStopped,    // emergency stop: no force until somebody resumes
   kSilent      // the process of the device says nothing: it stands still, or is gone
@@ -63,6 +63,14 @@ struct SafetyCounts {
     stops += other.stops;
     return *this;
   }
+};
+
+/// What a guard says of the energy that goes through a device's port (PassivityObserver).
+struct PassivityAccount {
+  bool control = false;      // damps a port that is active
+  double balance_J = 0;      // taken from the hand less given to it
+  double least_J = 0;        // the least of that so far
+  std::uint64_t damped = 0;  // ticks in which the control damped
 };
 
 /// What a device's own guard says of itself.

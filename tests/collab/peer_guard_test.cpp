@@ -94,9 +94,15 @@ class ToldDevice : public Device {
   void Start() noexcept override {}
   Anchor Read() noexcept override { return now; }
   void Render(const Wrench& F_D_W) noexcept override { felt = F_D_W; }
+  void Stop() noexcept override { ++stops; }
+  bool failed() const noexcept override { return in_trouble; }
+  bool stop_button() const noexcept override { return pressed; }
 
   Anchor now;
   Wrench felt;
+  int stops = 0;
+  bool in_trouble = false;
+  bool pressed = false;
 };
 
 /// One with such a handle, holding nothing at first, and one who watches.
@@ -262,6 +268,44 @@ TEST(PeerGuard, ADeviceThatIsScaledUpWhileItHoldsFeelsNoStifferSpringThanItBears
   EXPECT_LE(first, 400 * 1.01);
   EXPECT_GT(scaled, 30);
   EXPECT_LE(scaled, 50 * 1.01);
+}
+
+// A device in the peer's own process has no guard but the peer's: its button and its trouble end the
+// force, until somebody resumes with both gone.
+TEST(PeerGuard, ADevicesButtonAndItsTroubleEndTheForceUntilAPersonResumes) {
+  for (const bool button : {true, false}) {
+    ToldSession run;
+    bool& cause = button ? run.device->pressed : run.device->in_trouble;
+    run.Order(Command::Kind::kGrab);
+    run.Run(300);
+    ASSERT_EQ(run.peer().holdings().held(), 0);
+    run.device->now.X_WA.p.y() = 0.002;
+    run.Run(10);
+    ASSERT_GT(run.device->felt.f.norm(), 0.05);
+    cause = true;
+    run.Run(10);  // six frames from the limit to nothing
+    EXPECT_TRUE(run.device->felt.f.isZero());
+    EXPECT_GE(run.device->stops, button ? 1 : 0);
+    const SafetyState state = button ? SafetyState::kStopped : SafetyState::kFault;
+    EXPECT_EQ(run.peer().safety_state(), state);
+    run.Order(Command::Kind::kResume);
+    run.Run(50);
+    EXPECT_EQ(run.peer().safety_state(), state) << "while the cause lasts";
+    run.largest = 0;
+    run.Run(50);
+    EXPECT_EQ(run.largest, 0.0);
+    cause = false;
+    run.Run(50);
+    EXPECT_EQ(run.largest, 0.0);
+    EXPECT_EQ(run.peer().holdings().held(), button ? -1 : 0) << "a stopped hand lets go";
+    run.Order(Command::Kind::kResume);
+    run.Order(Command::Kind::kGrab);
+    run.Run(20);
+    run.device->now.X_WA.p.y() += 0.002;
+    run.Run(20);
+    EXPECT_EQ(run.peer().safety_state(), SafetyState::kRamping);
+    EXPECT_GT(run.largest, 0.0);
+  }
 }
 
 }  // namespace

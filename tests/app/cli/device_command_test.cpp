@@ -74,6 +74,11 @@ TEST_F(DeviceCommand, TheHandFeelsThroughAProcessOfItsOwnAndTheReportSaysSo) {
     EXPECT_TRUE(safety.at(count).is_number_unsigned()) << count;
   }
   EXPECT_EQ(safety.at("stops"), 0);
+  EXPECT_TRUE(safety.at("state").is_string());
+  EXPECT_EQ(safety.at("passivity").at("control"), false);
+  EXPECT_TRUE(safety.at("passivity").at("balance_J").is_number());
+  EXPECT_THAT(report.at("device_times").at("scheduler").get<std::string>(), HasSubstr("SCHED_"));
+  EXPECT_TRUE(report.at("device_times").at("unanswered_share").is_number());
   EXPECT_GT(report.at("device_times").at("answered").get<int>(), 1000);
   // 0.1 kg swung by 10 mm three times a second want 0.36 N
   const std::vector<double> forces = Forces(3000);
@@ -81,6 +86,19 @@ TEST_F(DeviceCommand, TheHandFeelsThroughAProcessOfItsOwnAndTheReportSaysSo) {
   EXPECT_GT(most, 0.1);
   EXPECT_LE(most, 3.0);
   EXPECT_EQ(forces.back(), 0);
+}
+
+TEST_F(DeviceCommand, SaysWhatADeviceClaimsThatCannotBe) {
+  const Said said = Run("one", "--name anna --hold right --passivity --device-core 1023 --device "
+                               "fake:continuous_N=0,stiffness=nan,rate_hz=30 --seconds 1 --report " +
+                                   In("report"));
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  EXPECT_THAT(said.err, HasSubstr("for ever: a force of 0 N is no limit: it counts as zero"));
+  EXPECT_THAT(said.err, HasSubstr("a stiffness of nan N/m is none: it counts as zero"));
+  EXPECT_THAT(said.err, HasSubstr("its 30 Hz are too slow for the limits on old forces"));
+  EXPECT_THAT(said.err, HasSubstr("device process: "));
+  EXPECT_THAT(said.err, HasSubstr("core 1023 cannot be had"));
+  EXPECT_EQ(Report().at("safety").at("passivity").at("control"), true);
 }
 
 TEST_F(DeviceCommand, ThePeerGoesOnWhenItsDeviceDies) {

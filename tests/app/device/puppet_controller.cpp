@@ -1,12 +1,41 @@
 // puppet_controller DRIVER: a controller that asks its device for 2.5 N, a thousand times a second,
-// until it is killed.
+// until it is killed. puppet_controller --memory N: the same, of a device process that another
+// program has started and whose memory has that descriptor.
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 
 #include "app/cli/device_process.h"
+#include "engine/haptics/process_device.h"
 #include "engine/realtime/periodic_thread.h"
 
-int main(int argc, char** argv) {
-  using namespace tandem;
+namespace tandem {
+namespace {
+
+int Control(Device& device, std::int64_t origin_ns) {
+  device.Start();
+  PeriodicThread thread({.origin_ns = origin_ns}, [&](std::int64_t, std::int64_t) {
+    device.Read();
+    Wrench wanted;
+    wanted.f.x() = 2.5;
+    device.Render(wanted);
+    return true;
+  });
+  thread.Join();
+  return 0;
+}
+
+int Run(int argc, char** argv) {
+  if (argc == 3 && std::strcmp(argv[1], "--memory") == 0) {
+    Result<SharedMemory> shared = SharedMemory::Attach(std::atoi(argv[2]), sizeof(DeviceMemory));
+    if (!shared) {
+      std::fprintf(stderr, "%s\n", shared.error().what.c_str());
+      return 1;
+    }
+    auto& memory = *static_cast<DeviceMemory*>(shared->data());
+    ProcessDevice device(memory);
+    return Control(device, memory.origin_ns);
+  }
   if (argc != 2) return 2;
   auto process = DeviceProcess::Start({.driver = argv[1]});
   if (!process) {
@@ -14,13 +43,12 @@ int main(int argc, char** argv) {
     return 1;
   }
   const std::unique_ptr<Device> device = (*process)->MakeDevice();
-  device->Start();
-  PeriodicThread thread({.origin_ns = (*process)->origin_ns()}, [&](std::int64_t, std::int64_t) {
-    device->Read();
-    Wrench wanted;
-    wanted.f.x() = 2.5;
-    device->Render(wanted);
-    return true;
-  });
-  thread.Join();
+  return Control(*device, (*process)->origin_ns());
+}
+
+}  // namespace
+}  // namespace tandem
+
+int main(int argc, char** argv) {
+  return tandem::Run(argc, argv);
 }

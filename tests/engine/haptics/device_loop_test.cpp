@@ -29,6 +29,7 @@ class CountingDriver : public Device {
   Anchor Read() noexcept override {
     Anchor handle;
     handle.X_WA.p.x() = 1e-6 * ++reads;
+    if (clock != nullptr) clock->now_ns += read_ns;
     return handle;
   }
   void Render(const Wrench& F_D_W) noexcept override { given = F_D_W; }
@@ -39,6 +40,8 @@ class CountingDriver : public Device {
   DeviceCapabilities can;
   Wrench given;
   int reads = 0;
+  HandClock* clock = nullptr;    // that its reads take time of; null: they take none
+  std::int64_t read_ns = 0;
   bool started = false;
   bool in_trouble = false;
 };
@@ -46,7 +49,8 @@ class CountingDriver : public Device {
 /// Both ends. The controller answers within the wait of a tick, a quarter of a millisecond later.
 class Link {
  public:
-  Link() : memory(std::make_unique<DeviceMemory>()) {
+  explicit Link(double rate_hz = 1000) : memory(std::make_unique<DeviceMemory>()) {
+    driver.can.rate_hz = rate_hz;
     loop = std::make_unique<DeviceLoop>(driver, *memory, clock, DeviceLoop::Options{{12, 0.5}});
     controller = std::make_unique<ProcessDevice>(*memory);
     loop->SetWait(
@@ -61,7 +65,12 @@ class Link {
     const std::int64_t deadline_ns = clock.now_ns;
     loop->Tick({.deadline_ns = deadline_ns});
     if (alive && !answered) Answer();  // it was not waited for
-    clock.now_ns = deadline_ns + kPeriod;
+    // the controller's other frames before the next tick of a slow device
+    for (std::int64_t ns = kPeriod; alive && ns < loop->period_ns(); ns += kPeriod) {
+      clock.now_ns = deadline_ns + ns;
+      Answer();
+    }
+    clock.now_ns = deadline_ns + loop->period_ns();
   }
   void Ticks(int count, bool alive = true) {
     for (int i = 0; i < count; ++i) Tick(alive);
@@ -81,16 +90,26 @@ class Link {
   double force_at_micrometre = 1;  // N
   bool answers = true;
   bool answered = false;
+  std::int64_t answer_ns = kPeriod / 4;  // what an answer takes
+  bool stray_ring = false;               // before each answer, the bell rings for nothing new
 
  private:
   void WhileWaiting(std::int64_t until_ns) {
-    if (answers && clock.now_ns + kPeriod / 4 <= until_ns) {
-      clock.now_ns += kPeriod / 4;
+    if (NextIsStray()) {
+      memory->order_bell.Ring();
+    } else if (answers && clock.now_ns + answer_ns <= until_ns) {
+      clock.now_ns += answer_ns;
       Answer();
     } else {
       clock.now_ns = until_ns;
     }
   }
+  /// Every second ring, where there are stray ones.
+  bool NextIsStray() {
+    stray_ = stray_ring && !stray_;
+    return stray_;
+  }
+  bool stray_ = false;
   void Answer() {
     answered = true;
     const Anchor handle = controller->Read();
@@ -113,6 +132,78 @@ TEST(DeviceLoop, TheForceOfATicksInputIsWrittenInThatTick) {
   EXPECT_GE(times.answered, 1700U);
   EXPECT_LE(times.unanswered, 1U);
   EXPECT_NEAR(static_cast<double>(times.read_to_write_max_ns), kPeriod / 4, kPeriod / 64);
+}
+
+// The controller is one tick behind now and then: its bell rings for the tick before.
+TEST(DeviceLoop, ARingForAnEarlierTickDoesNotEndTheWaitForThisOne) {
+  Link link;
+  link.stray_ring = true;
+  link.Begin();
+  for (int i = 0; i < 500; ++i) {
+    link.Tick();
+    EXPECT_NEAR(link.driver.given.f.x(), 1e-3 * (link.driver.reads % 1000), 1e-9);
+  }
+  EXPECT_LE(link.loop->times().unanswered, 1U);
+}
+
+// An answer that takes 1.25 ms comes in the tick after: it counts, with all the time that it took.
+TEST(DeviceLoop, AnswersThatComeInALaterTickAreCountedWithTheirRealTime) {
+  Link link;
+  link.Begin();
+  ASSERT_LE(link.loop->times().read_to_write_max_ns, kPeriod);
+  const std::uint64_t unanswered = link.loop->times().unanswered;
+  link.answer_ns = 10 * kPeriod;  // nothing within the wait: Tick() answers after it
+  link.Ticks(100);
+  const DeviceTimes times = link.loop->times();
+  EXPECT_GE(times.late, 99U);
+  EXPECT_EQ(times.unanswered, unanswered + 100);
+  EXPECT_GE(times.read_to_write_max_ns, kPeriod);
+  EXPECT_LE(times.read_to_write_max_ns, 2 * kPeriod);
+}
+
+TEST(DeviceLoop, AHandleIsAsOldAsItsReadBegan) {
+  Link link;
+  link.Begin();
+  link.driver.clock = &link.clock;
+  link.driver.read_ns = 6 * kPeriod;
+  link.Tick(false);
+  DeviceTick tick;
+  ASSERT_TRUE(link.memory->tick.Read(tick));
+  EXPECT_EQ(link.clock.now_ns - kPeriod, tick.input_ns);
+  // what answers the tick before is more than five milliseconds old by now
+  EXPECT_EQ(link.state(), SafetyState::kDamping);
+}
+
+TEST(DeviceLoop, ASlowDeviceHasTicksAsItCanTakeThem) {
+  EXPECT_EQ(DeviceLoop::PeriodOf(1000), kPeriod);
+  EXPECT_EQ(DeviceLoop::PeriodOf(4000), kPeriod);
+  EXPECT_EQ(DeviceLoop::PeriodOf(999.9), kPeriod);
+  EXPECT_EQ(DeviceLoop::PeriodOf(700), 2 * kPeriod);
+  EXPECT_EQ(DeviceLoop::PeriodOf(500), 2 * kPeriod);
+  EXPECT_EQ(DeviceLoop::PeriodOf(30), 4 * kPeriod);
+  EXPECT_EQ(DeviceLoop::PeriodOf(std::numeric_limits<double>::quiet_NaN()), kPeriod);
+  EXPECT_EQ(DeviceLoop::PeriodOf(-1), kPeriod);
+}
+
+TEST(DeviceLoop, ASlowDevicesForceEndsAndComesBackAsAFastOnes) {
+  for (const double rate_hz : {500.0, 250.0}) {
+    Link link(rate_hz);
+    const auto every = static_cast<int>(link.loop->period_ns() / kPeriod);
+    link.Ticks(3);
+    link.controller->Start();
+    link.Ticks(1100 / every);
+    ASSERT_EQ(link.state(), SafetyState::kOn);
+    link.Ticks(200 / every);
+    EXPECT_EQ(link.state(), SafetyState::kOn);
+    EXPECT_GT(link.driver.given.f.x(), 0.01);
+    link.Ticks(24 / every, false);
+    EXPECT_EQ(link.state(), SafetyState::kExpired);
+    EXPECT_TRUE(link.driver.given.f.isZero());
+    link.Ticks(110);
+    EXPECT_EQ(link.state(), SafetyState::kRamping);
+    // six milliseconds from nothing to the limit, whatever the ticks
+    EXPECT_NEAR(link.loop->guard().slew().force, 12.0 / 6 * every, 1e-12);
+  }
 }
 
 TEST(DeviceLoop, StartReachesTheDriverAndNothingIsGivenBefore) {

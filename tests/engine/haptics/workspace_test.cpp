@@ -58,6 +58,30 @@ TEST(Workspace, TheDevicesButtonIsAClutchToo) {
   EXPECT_NEAR((workspace.Read().X_WA.p - Vec3(0.02, 0, 0)).norm(), 0, 1e-15);
 }
 
+// Pressed into contact, where the clutch is let go of: a tenth of a second from nothing.
+TEST(Workspace, TheForceGrowsOnceTheClutchIsLetGoOf) {
+  PlacedDevice device;
+  Workspace workspace(device);
+  Wrench wanted;
+  wanted.f.x() = 10;
+  workspace.Read();
+  workspace.Render(wanted);
+  EXPECT_NEAR(device.given.f.x(), 10, 1e-12);  // nobody has held it yet
+  device.pressed = true;
+  workspace.Read();
+  workspace.Render(wanted);
+  EXPECT_TRUE(device.given.f.isZero());
+  device.pressed = false;
+  for (int i = 1; i <= 100; ++i) {
+    workspace.Read();
+    workspace.Render(wanted);
+    EXPECT_NEAR(device.given.f.x(), 0.1 * i, 1e-9);
+  }
+  workspace.Read();
+  workspace.Render(wanted);
+  EXPECT_NEAR(device.given.f.x(), 10, 1e-9);
+}
+
 TEST(Workspace, TakesAPartWhereItIsToldToAndGoesOnFromThere) {
   PlacedDevice device;
   Workspace workspace(device, {.scale = 10});

@@ -80,8 +80,31 @@ TEST(ForceGuard, WhatIsNoNumberIsNothingUntilTheNextBeginning) {
       EXPECT_TRUE(guard.Pass(WrenchOf(10)).f.isZero());
       guard.Begin();
       EXPECT_FALSE(guard.broken());
-      for (int i = 0; i < 2 * ForceGuard::kRampFrames; ++i) guard.Pass(WrenchOf(10));
+      for (int i = 0; i < ForceGuard::kLongRampFrames; ++i) guard.Pass(WrenchOf(10));
       EXPECT_NEAR(guard.Pass(WrenchOf(10)).f.x(), 10, 1e-9);
+    }
+  }
+}
+
+// Nobody expects the force to come back: a second, and no grab meanwhile makes it shorter.
+TEST(ForceGuard, RisesForASecondAfterAStopAndAfterAFault) {
+  for (const bool fault : {false, true}) {
+    for (const bool grab : {false, true}) {
+      ForceGuard guard = Warm();
+      for (int i = 0; i < 20; ++i) guard.Pass(WrenchOf(10));
+      fault ? guard.Fail() : guard.Stop();
+      for (int i = 0; i < 20; ++i) guard.Pass(WrenchOf(10));
+      EXPECT_TRUE(guard.Pass(WrenchOf(10)).f.isZero());
+      guard.Begin();  // a grab ends neither
+      EXPECT_TRUE(guard.Pass(WrenchOf(10)).f.isZero());
+      EXPECT_EQ(guard.state(), fault ? SafetyState::kFault : SafetyState::kStopped);
+      guard.Resume();
+      for (int i = 1; i <= 1000; ++i) {
+        if (grab && i == 5) guard.Begin();
+        EXPECT_LE(guard.Pass(WrenchOf(10)).f.x(), 1e-2 * i + 1e-9) << i;
+      }
+      EXPECT_NEAR(guard.Pass(WrenchOf(10)).f.x(), 10, 1e-9);
+      EXPECT_EQ(guard.state(), SafetyState::kOn);
     }
   }
 }

@@ -166,7 +166,138 @@ TEST(MotorGuard, AFewLateOrdersEndInAShortRamp) {
   rig.ExpectWithinLimits();
 }
 
-TEST(MotorGuard, WhatIsNoNumberEndsTheForceUntilARampIn) {
+// An order that is late once, early in the ramp-in of a second, must not make it one of a tenth.
+TEST(MotorGuard, ALateOrderDoesNotShortenTheRampInThatIsUnderWay) {
+  for (const int late_at : {10, 500, 950}) {
+    Rig rig;
+    ++rig.order.ramps;
+    rig.Ticks(late_at);
+    rig.Ticks(6, false);
+    ASSERT_EQ(rig.guard.state(), SafetyState::kDamping);
+    // the four ticks in which the order was not too old yet count; from there on a tick adds a
+    // thousandth to the share, and below what it had come to a hundredth
+    for (int i = 1; i <= 1100 - late_at; ++i) {
+      rig.Tick();
+      const double share = rig.given.f.x() / 5;
+      EXPECT_LE(share, 1e-3 * (late_at + 4 + i) + 1e-9) << late_at << " and " << i;
+      EXPECT_LE(share, 1e-2 * i + 1e-9) << late_at << " and " << i;
+    }
+    EXPECT_EQ(rig.guard.state(), SafetyState::kOn);
+    rig.ExpectWithinLimits();
+  }
+}
+
+// Late again and again: the ramp-in goes on only while orders come.
+TEST(MotorGuard, ManyLateOrdersDoNotShortenTheRampInEither) {
+  Rig rig;
+  ++rig.order.ramps;
+  rig.Ticks(10);
+  for (int i = 0; i < 20; ++i) {
+    rig.Ticks(6, false);
+    rig.Ticks(20);
+    EXPECT_LE(rig.given.f.x(), 5e-3 * (10 + 25 * (i + 1))) << i;
+  }
+}
+
+/// Brings a guard whose force is on into `state`, by the cause of it.
+void Bring(Rig& rig, SafetyState state) {
+  switch (state) {
+    case SafetyState::kExpired:
+      rig.Ticks(25, false);
+      break;
+    case SafetyState::kOverrun:
+      rig.Tick(true, 30 * kTick);
+      break;
+    case SafetyState::kSuspended:
+      rig.input.slept = true;
+      rig.Tick();
+      rig.input.slept = false;
+      break;
+    case SafetyState::kFault:
+      rig.input.failed = true;
+      rig.Tick();
+      rig.input.failed = false;
+      break;
+    case SafetyState::kStopped:
+      ++rig.order.stops;
+      rig.Tick();
+      break;
+    default:
+      break;
+  }
+}
+
+// What needs a person is not forgotten because something less was there before, or comes after.
+TEST(MotorGuard, OfTwoCausesTheGraverOneHolds) {
+  const auto rank = [](SafetyState state) {
+    switch (state) {
+      case SafetyState::kOff:
+        return 0;
+      case SafetyState::kStopped:
+        return 3;
+      case SafetyState::kFault:
+        return 2;
+      default:
+        return 1;
+    }
+  };
+  constexpr SafetyState kAll[]{SafetyState::kOff,       SafetyState::kExpired,
+                               SafetyState::kOverrun,   SafetyState::kSuspended,
+                               SafetyState::kFault,     SafetyState::kStopped};
+  for (const SafetyState first : kAll) {
+    for (const SafetyState second : kAll) {
+      if (second == SafetyState::kOff) continue;  // nothing brings it about
+      Rig rig;
+      if (first == SafetyState::kOff) {
+        rig.Ticks(10);
+      } else {
+        rig.Begin();
+        Bring(rig, first);
+        rig.Ticks(3, first != SafetyState::kExpired);
+      }
+      ASSERT_EQ(rig.guard.state(), first);
+      Bring(rig, second);
+      const SafetyState graver = rank(second) > rank(first) ? second : first;
+      EXPECT_EQ(rig.guard.state(), graver) << NameOf(first) << ", then " << NameOf(second);
+      rig.Ticks(100);
+      EXPECT_EQ(rig.guard.state(), graver) << NameOf(first) << ", then " << NameOf(second);
+      // a ramp-in that a program asks for ends what needs no person
+      ++rig.order.ramps;
+      rig.Ticks(50);
+      const bool person = rank(graver) >= 2;
+      EXPECT_EQ(rig.guard.state(), person ? graver : SafetyState::kRamping)
+          << NameOf(first) << ", then " << NameOf(second);
+      EXPECT_EQ(rig.Nothing(), person);
+      ++rig.order.resumes;
+      rig.Ticks(50);
+      EXPECT_EQ(rig.guard.state(), SafetyState::kRamping);
+    }
+  }
+}
+
+// As when a cable is pulled: the read hangs, and a tick later the driver says that it failed.
+TEST(MotorGuard, ADriverThatFailsAfterItHungNeedsAPerson) {
+  Rig rig;
+  rig.Begin();
+  rig.Tick(true, 60 * kTick);
+  ASSERT_EQ(rig.guard.state(), SafetyState::kOverrun);
+  ++rig.order.ramps;  // a program asks for force while the driver is in trouble
+  rig.input.failed = true;
+  rig.Ticks(10);
+  rig.input.failed = false;
+  rig.Ticks(300);
+  EXPECT_EQ(rig.guard.state(), SafetyState::kFault);
+  EXPECT_TRUE(rig.Nothing());
+}
+
+TEST(MotorGuard, BeforeTheFirstOrderItIsOffAndNotLate) {
+  Rig rig;
+  rig.Ticks(100, false);
+  EXPECT_EQ(rig.guard.state(), SafetyState::kOff);
+  EXPECT_EQ(rig.guard.counts().zeroed, 0U);
+}
+
+TEST(MotorGuard, WhatIsNoNumberEndsTheForceUntilAPersonResumes) {
   for (int what = 0; what < 5; ++what) {
     Rig rig;
     rig.Begin();
@@ -188,7 +319,7 @@ TEST(MotorGuard, WhatIsNoNumberEndsTheForceUntilARampIn) {
     rig.Ticks(200);
     EXPECT_TRUE(rig.Nothing());
     EXPECT_EQ(rig.guard.counts().zeroed, 1U);
-    ++rig.order.ramps;
+    ++rig.order.resumes;
     rig.Ticks(1100);
     EXPECT_NEAR(rig.given.f.x(), 5, 1e-9);
     rig.ExpectWithinLimits();
