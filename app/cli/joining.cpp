@@ -175,7 +175,7 @@ int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& join
     Say("device process: " + lacks);
   }
   const DeviceLimits limits = process.limits();
-  char text[200];
+  char text[280];
   std::snprintf(text, sizeof text, "device %.60s: at most %g N and %g N m, %g times a second%s",
                 arguments.device.c_str(), limits.force, limits.moment,
                 1e9 / static_cast<double>(process.period_ns()),
