@@ -33,6 +33,9 @@ class WildDevice : public Device {
         anchor.X_WA.p.y() = frame % 3 == 0 ? std::numeric_limits<double>::quiet_NaN() : 1e200;
         return anchor;
       default:
+        // finite, and yet beyond what a body can be moved by
+        if (frame % 5 == 0) anchor.V_WA.v.x() = -5e303;
+        if (frame % 5 == 1) anchor.V_WA.w.x() = 1e200;
         return anchor;
     }
   }
