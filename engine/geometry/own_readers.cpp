@@ -165,12 +165,14 @@ std::optional<ReadAnswer> ReadOurselves(const std::filesystem::path& file,
   std::error_code unknown;
   const std::uintmax_t size = std::filesystem::file_size(file, unknown);
   const bool stl = ending == "stl" && !unknown && IsMisreadStl(file, size);
-  if (!off && !stl) return std::nullopt;
+  const bool ply = ending == "ply";
+  if (!off && !stl && !ply) return std::nullopt;
   Result<std::string> bytes = ReadWholeFile(file, kLargestRead);
   if (!bytes) return RefusedFile(bytes.error().what);
   std::optional<ReadAnswer> answer;
   if (off) answer = ReadOff(WithoutMark(*std::move(bytes)));
   if (stl) answer = ReadBinaryStl(*bytes);
+  if (ply) answer = ReadPly(*bytes);
   if (answer && answer->kind == ReadAnswer::Kind::kMesh && !part.empty()) {
     return RefusedFile("it has no part '" + part + "', for its format has none: leave \"part\" out");
   }

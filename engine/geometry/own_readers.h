@@ -10,8 +10,8 @@
 namespace tandem {
 
 /// Files that the mesh library reads wrong though they are good: OFF of polygons or binary, binary
-/// STL that begins with "solid" or has bytes behind its triangles, 3MF whose parts lie in several
-/// models. Nothing: leave the file to the library. Called in the reading process.
+/// STL that begins with "solid" or has bytes behind its triangles, PLY, whose binary numbers may look
+/// like a line's end, 3MF whose parts lie in several models. Nothing: leave the file to the library. Called in the reading process.
 std::optional<ReadAnswer> ReadOurselves(const std::filesystem::path& file, const std::string& part);
 
 /// The text that the library is to read in place of the file, where it would misread the file's own:
@@ -28,6 +28,9 @@ std::string SilentFault(const std::filesystem::path& file, std::string_view text
 ReadAnswer ReadOff(std::string_view bytes);
 /// Of a binary STL file's content; nothing: it is text, or not whole.
 std::optional<ReadAnswer> ReadBinaryStl(std::string_view bytes);
+
+/// Of a PLY file's content; nothing: its head is not plain, or it has no faces.
+std::optional<ReadAnswer> ReadPly(std::string_view bytes);
 
 /// "stl", "off" …, in small letters.
 std::string EndingOf(const std::filesystem::path& file);

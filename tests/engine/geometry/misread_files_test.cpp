@@ -77,6 +77,9 @@ TEST_F(MisreadFiles, OffWithColoursAndNormalsIsTheSameMesh) {
   ExpectVolume(6, "normals.off", with_normals);
 }
 
+constexpr std::array<std::array<std::uint32_t, 4>, 6> kCubeFaces{
+    {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+
 std::string Swapped(std::uint32_t number, bool big) {
   std::string bytes;
   for (int i = 0; i < 4; ++i) bytes += static_cast<char>(number >> (8 * (big ? 3 - i : i)));
@@ -94,9 +97,7 @@ std::string BinaryOffCube(bool big) {
   for (int i = 0; i < 8; ++i) {
     for (const int x : {i & 1, i >> 1 & 1, i >> 2 & 1}) file += real(static_cast<float>(x));
   }
-  constexpr std::array<std::array<std::uint32_t, 4>, 6> kFaces{
-      {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
-  for (const auto& face : kFaces) {
+  for (const auto& face : kCubeFaces) {
     file += whole(4);
     for (const std::uint32_t corner : face) file += whole(corner);
     file += whole(1) + whole(3);  // a colour of a table
@@ -142,6 +143,51 @@ TEST_F(MisreadFiles, TextStlStaysText) {
   ASSERT_TRUE(mesh) << mesh.error().what;
   EXPECT_EQ(mesh->triangles.size(), 2U);
   ExpectRefused("part.stl", "part.stl", StlCube("solid").substr(0, 300));
+}
+
+// ---- PLY ----
+
+/// A cube whose binary numbers begin with bytes that end lines: its first vertex is at x = 2.4e-38.
+std::string BinaryPlyCube(bool big, const std::string& line_end) {
+  std::string file;
+  for (const char* line :
+       {"ply", big ? "format binary_big_endian 1.0" : "format binary_little_endian 1.0",
+        "comment made by hand", "element vertex 8", "property float x", "property float y",
+        "property float z", "property uchar red", "element face 6",
+        "property list uchar uint vertex_index", "property float quality", "end_header"}) {
+    file += line + line_end;
+  }
+  for (int i = 0; i < 8; ++i) {
+    for (const int x : {i & 1, i >> 1 & 1, i >> 2 & 1}) {
+      const float number = i == 0 ? 0.F : static_cast<float>(x);
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &number, 4);
+      if (i == 0 && x == 0) bits = 0x0A0A0A0A;
+      file += Swapped(bits, big);
+    }
+    file += '\n';
+  }
+  for (const auto& face : kCubeFaces) {
+    file += '\4';
+    for (const std::uint32_t corner : face) file += Swapped(corner, big);
+    file += Swapped(0x0A0A0A0A, big);
+  }
+  return file;
+}
+
+TEST_F(MisreadFiles, BinaryPlyIsReadWhateverItsNumbersLookLike) {
+  ExpectVolume(1, "little.ply", BinaryPlyCube(false, "\n"));
+  ExpectVolume(1, "big.ply", BinaryPlyCube(true, "\n"));
+  ExpectVolume(1, "windows.ply", BinaryPlyCube(false, "\r\n"));
+  ExpectVolume(1, "text.ply", testing::kPlyCube);
+  const std::string whole = BinaryPlyCube(false, "\n");
+  for (std::size_t cut = 0; cut < whole.size(); cut += 11) {
+    EXPECT_FALSE(Read("cut.ply", whole.substr(0, cut))) << cut;
+  }
+  ExpectRefused("a face uses vertex 9", "index.ply",
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n");
 }
 
 // ---- Text that is not plain ASCII ----
