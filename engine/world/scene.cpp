@@ -12,7 +12,8 @@ namespace {
 constexpr std::size_t kMostBodies = 1024;
 constexpr std::size_t kMostPairs = 256;
 constexpr std::size_t kMostHands = 64;
-constexpr double kMostShift = 16;  // voxels, either way
+constexpr double kMostShift = 16;      // voxels, either way
+constexpr double kMostGravity = 1000;  // m/s^2
 
 /// What moves and has no colour of its own gets these in turn: what is fixed is grey.
 constexpr std::array<std::array<float, 3>, 6> kMoversColours{{{0.88F, 0.63F, 0.19F},
@@ -220,6 +221,9 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   }
   if (root.Has("friction")) scene.friction = root["friction"].NumberFrom(0);
   if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
+  if (scene.gravity_W.cwiseAbs().maxCoeff() > kMostGravity) {
+    root["gravity_m_s2"].Expected("three numbers from -1000 to 1000");
+  }
   double spacing = 1;
   if (root.Has("point_spacing_voxels")) spacing = ReadPointSpacing(root["point_spacing_voxels"]);
   for (const auto& [list, most] : {std::pair{"bodies", kMostBodies}, std::pair{"pairs", kMostPairs},
