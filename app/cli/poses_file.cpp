@@ -11,7 +11,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kLongestLine = 1 << 16;    // bytes
+constexpr std::size_t kLongestLine = 1 << 16;  // bytes
 constexpr std::size_t kMostPoses = 1'000'000;  // of some 150 bytes in memory each
 
 std::vector<std::string> CellsOf(std::string line) {
@@ -35,8 +35,8 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
   Result<RegularFile> opened = RegularFile::Open(file);
   if (!opened) return opened.error();
   LineReader lines(*std::move(opened), kLongestLine);
-  const Error too_long{file.string() + ": has a line of more than " +
-                       std::to_string(kLongestLine) + " bytes: it is no poses file"};
+  const Error too_long{file.string() + ": has a line of more than " + std::to_string(kLongestLine) +
+                       " bytes: it is no poses file"};
   std::string line;
   if (!lines.Next(line)) return lines.too_long() ? too_long : Error{file.string() + ": is empty"};
   std::map<std::string, std::size_t> place;
@@ -70,7 +70,8 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
       const std::string& cell = cells[place[kColumns[k + 2]]];
       const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), values[k]);
       if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(values[k])) {
-        return Error{at + kColumns[k + 2] + ": expected a number, got \"" + PlainLine(cell, 60) + "\""};
+        return Error{at + kColumns[k + 2] + ": expected a number, got \"" + PlainLine(cell, 60) +
+                     "\""};
       }
     }
     const Vec3 axis(values[3], values[4], values[5]);

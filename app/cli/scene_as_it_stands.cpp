@@ -53,8 +53,8 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
     }
     json["bodies"].push_back(body);
   }
-  const auto failed = WriteWholeFile(
-      file, json.dump(2, ' ', false, SceneJson::error_handler_t::replace) + '\n');
+  const auto failed =
+      WriteWholeFile(file, json.dump(2, ' ', false, SceneJson::error_handler_t::replace) + '\n');
   if (failed) return *failed;
   return true;
 }

@@ -12,7 +12,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kLongestLine = 1 << 16;       // bytes
+constexpr std::size_t kLongestLine = 1 << 16;     // bytes
 constexpr std::size_t kMostNumbers = 30'000'000;  // 240 MB of memory
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 

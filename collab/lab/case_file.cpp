@@ -33,7 +33,7 @@ constexpr std::array<std::pair<std::string_view, double CouplingLimits::*>, 7> k
 
 constexpr int kMostUsers = 8;
 constexpr std::size_t kMostSteps = 10'000;  // of a schedule
-constexpr double kLongestHand = 3600;        // s
+constexpr double kLongestHand = 3600;       // s
 constexpr double kLongestDelay = 1.2;  // s one way: beyond, links are cut whatever the law
 
 double Within(const JsonNode& node, std::string_view key, double least, double most,
@@ -196,7 +196,8 @@ LabCase ReadCase(const JsonNode& root, const std::filesystem::path& folder) {
   if (root.Has("hands")) {
     const std::vector<JsonNode> hands = root["hands"].Items();
     if (hands.size() > kMostUsers) {
-      root["hands"].Fault("more hands than the " + std::to_string(kMostUsers) + " users there may be");
+      root["hands"].Fault("more hands than the " + std::to_string(kMostUsers) +
+                          " users there may be");
       return test;
     }
     for (const JsonNode& node : hands) test.hands.push_back(ReadHand(node, folder));

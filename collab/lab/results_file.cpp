@@ -86,7 +86,8 @@ ResultsHeader HeaderOf(const JsonNode& node) {
   header.sweep_hash = node["sweep_hash"].Text();
   header.version = node["version"].Text();
   header.program = node["program"].Text();
-  header.cells = static_cast<std::size_t>(node["cells"].WholeNumber(1, static_cast<int>(kMostCells)));
+  header.cells =
+      static_cast<std::size_t>(node["cells"].WholeNumber(1, static_cast<int>(kMostCells)));
   header.shard = node["shard"].Text();
   header.command = node["command"].Text();
   return header;
@@ -94,7 +95,8 @@ ResultsHeader HeaderOf(const JsonNode& node) {
 
 CellRecord RecordOf(const JsonNode& node) {
   CellRecord record;
-  record.cell.number = static_cast<std::size_t>(node["cell"].WholeNumber(0, static_cast<int>(kMostCells)));
+  record.cell.number =
+      static_cast<std::size_t>(node["cell"].WholeNumber(0, static_cast<int>(kMostCells)));
   record.cell.key = node["key"].Text();
   record.cell.case_json = node["case"].Compact();
   record.cell.expect = ExpectationOf(node["expect"]);
@@ -119,10 +121,11 @@ CellRecord RecordOf(const JsonNode& node) {
 }  // namespace
 
 std::string LineOf(const ResultsHeader& header) {
-  return OrderedJson{{"sweep", header.sweep},           {"seed", header.seed},
-                     {"sweep_hash", header.sweep_hash}, {"version", header.version},
-                     {"program", header.program},       {"cells", header.cells},
-                     {"shard", header.shard},           {"command", PlainLine(header.command, 4096)}}
+  return OrderedJson{
+      {"sweep", header.sweep},           {"seed", header.seed},
+      {"sweep_hash", header.sweep_hash}, {"version", header.version},
+      {"program", header.program},       {"cells", header.cells},
+      {"shard", header.shard},           {"command", PlainLine(header.command, 4096)}}
       .dump();
 }
 

@@ -66,7 +66,9 @@ bool Within(const Vec3& v, double most) {
   }
   return true;
 }
-bool Within(double x, double most) { return x >= 0 && x <= most; }
+bool Within(double x, double most) {
+  return x >= 0 && x <= most;
+}
 bool IsSound(const Pose& pose) {
   return Within(pose.p, kFarthest) && std::abs(pose.q.norm() - 1.0) <= kUnitTolerance;
 }
@@ -88,7 +90,8 @@ bool IsSound(const Command& command) {
   return command.kind <= Command::Kind::kResume && std::isfinite(command.metres);
 }
 bool IsSound(const ObjectState& state) {
-  return state.peer != 0 && IsSound(state.X_WB) && IsSound(state.V_WB) && IsSound(state.contact_B_W);
+  return state.peer != 0 && IsSound(state.X_WB) && IsSound(state.V_WB) &&
+         IsSound(state.contact_B_W);
 }
 bool IsSound(const CouplingLinks& links) {
   if (links.from == 0 || links.count > kMaxLinks) return false;

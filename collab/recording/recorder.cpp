@@ -69,8 +69,8 @@ Result<int> OpenNew(const std::filesystem::path& file) {
   const bool known = fstat(descriptor, &status) == 0;
   const bool regular = known && S_ISREG(status.st_mode);
   // of two that begin together one gets the lock, and keeps it to its end
-  if (regular && (flock(descriptor, LOCK_EX | LOCK_NB) != 0 ||
-                  fstat(descriptor, &status) != 0 || status.st_size > 0)) {
+  if (regular && (flock(descriptor, LOCK_EX | LOCK_NB) != 0 || fstat(descriptor, &status) != 0 ||
+                  status.st_size > 0)) {
     close(descriptor);
     return exists;
   }

@@ -81,11 +81,11 @@ class Recorder final : public FrameTap {
   std::vector<std::pair<PeerId, std::string>> unnoted_;  // of them, those to be written down
   std::vector<std::byte> taken_;                         // the writing thread's
   std::vector<std::byte> out_;
-  std::vector<std::size_t> ends_;           // of the frames in out_
-  std::uint64_t bytes_ = 0;                 // in the file, all of them of whole frames
-  std::atomic<std::uint64_t> frames_{0};    // in the file
-  std::atomic<int> fault_{0};               // errno: the disk took no more
-  bool told_ = false;                       // News() has
+  std::vector<std::size_t> ends_;         // of the frames in out_
+  std::uint64_t bytes_ = 0;               // in the file, all of them of whole frames
+  std::atomic<std::uint64_t> frames_{0};  // in the file
+  std::atomic<int> fault_{0};             // errno: the disk took no more
+  bool told_ = false;                     // News() has
   std::thread thread_;
 };
 

@@ -23,7 +23,7 @@ constexpr std::uint32_t kMaxFrame = 1U << 24U;  // the recorder's ring: no frame
 constexpr std::size_t kBlock = 1U << 18U;
 constexpr std::size_t kLongestName = 256;   // bytes
 constexpr std::size_t kLongestPath = 4096;  // bytes
-constexpr double kFarthestGrasp = 1e3;           // m, as peers believe one another
+constexpr double kFarthestGrasp = 1e3;      // m, as peers believe one another
 
 static_assert(std::endian::native == std::endian::little);
 
@@ -114,7 +114,8 @@ PeerOptions PeerIn(const JsonNode& root) {
   if (grasp.size() == 7) {
     peer.X_BD.q = GraspTurn(grasp);
     for (std::size_t i = 0; i < 3; ++i) {
-      peer.X_BD.p[static_cast<int>(i)] = grasp[4 + i].NumberBetween(-kFarthestGrasp, kFarthestGrasp);
+      peer.X_BD.p[static_cast<int>(i)] =
+          grasp[4 + i].NumberBetween(-kFarthestGrasp, kFarthestGrasp);
     }
   } else {
     root["grasp"].Expected("seven numbers");
@@ -250,13 +251,13 @@ std::nullopt_t RecordingReader::Stop(Fault fault) {
   return std::nullopt;
 }
 
-// A frame's length may be what is damaged: then the file only seems to end within the frame. What is
-// left is shorter than a frame may be. A file made to be summed up for hours is damaged.
+// A frame's length may be what is damaged: then the file only seems to end within the frame. What
+// is left is shorter than a frame may be. A file made to be summed up for hours is damaged.
 bool RecordingReader::GoesOn() {
   constexpr std::size_t kMostSummed = 4 * std::size_t{kMaxFrame};
   std::size_t budget = kMostSummed;
-  bytes_.resize(std::min<std::uintmax_t>(file_.size() - std::min(file_.size(), at_),
-                                         kFrameHead + kMaxFrame));
+  bytes_.resize(
+      std::min<std::uintmax_t>(file_.size() - std::min(file_.size(), at_), kFrameHead + kMaxFrame));
   const std::size_t got = file_.Read(at_, bytes_);
   for (std::size_t i = 1; i < got; ++i) {
     if (budget == 0 || IsFrame(bytes_.data() + i, got - i, budget)) return true;

@@ -143,7 +143,8 @@ bool JsonNode::IsObject() const {
 }
 
 std::string JsonNode::Compact() const {
-  return value_ == nullptr ? "null" : Value(value_).dump(-1, ' ', false, Json::error_handler_t::replace);
+  return value_ == nullptr ? "null"
+                           : Value(value_).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 void JsonNode::AllowKeys(std::initializer_list<std::string_view> keys) const {
@@ -314,7 +315,8 @@ Result<JsonFile> JsonFile::Parse(const std::string& text, const std::string& nam
   } catch (const Json::exception& fault) {
     return Error{content->file + ": " + PlainLine(WithoutPrefix(fault.what()))};
   }
-  if (!twice.empty()) return Error{content->file + ": the key \"" + PlainLine(twice, kLongestPlace) +
+  if (!twice.empty())
+    return Error{content->file + ": the key \"" + PlainLine(twice, kLongestPlace) +
                  "\" is given twice"};
   return JsonFile(std::move(content));
 }

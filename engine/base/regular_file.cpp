@@ -82,8 +82,8 @@ RegularFile::~RegularFile() {
 std::size_t RegularFile::Read(std::uintmax_t at, std::span<char> bytes) const {
   std::size_t got = 0;
   while (got < bytes.size()) {
-    const ssize_t size = pread(descriptor_, bytes.data() + got, bytes.size() - got,
-                               static_cast<off_t>(at + got));
+    const ssize_t size =
+        pread(descriptor_, bytes.data() + got, bytes.size() - got, static_cast<off_t>(at + got));
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) break;
     got += static_cast<std::size_t>(size);
@@ -103,8 +103,9 @@ Result<std::string> ReadWholeFile(const std::filesystem::path& file, std::uintma
   std::string text;
   while (text.size() <= most) {
     const std::size_t before = text.size();
-    text.resize(before + std::max<std::size_t>(kReadBlock, opened->size() - std::min<std::uintmax_t>(
-                                                                            before, opened->size())));
+    text.resize(before +
+                std::max<std::size_t>(
+                    kReadBlock, opened->size() - std::min<std::uintmax_t>(before, opened->size())));
     const std::size_t got =
         opened->Read(before, std::span(text.data() + before, text.size() - before));
     text.resize(before + got);
@@ -145,7 +146,7 @@ std::string PlainLine(std::string_view text, std::size_t most) {
       line.append(text, at, bytes);
     } else {
       line += symbol.bytes == 1 && (text[at] == '\n' || text[at] == '\t' || text[at] == '\r') ? ' '
-                                                                                             : '?';
+                                                                                              : '?';
     }
     at += bytes;
   }

@@ -52,9 +52,9 @@ class LineReader {
  private:
   RegularFile file_;
   std::size_t longest_;
-  std::uintmax_t at_ = 0;   // of the file, behind block_
-  std::string block_;       // read, and not yet given
-  std::size_t begin_ = 0;   // of what is not yet given
+  std::uintmax_t at_ = 0;  // of the file, behind block_
+  std::string block_;      // read, and not yet given
+  std::size_t begin_ = 0;  // of what is not yet given
   bool ended_ = true;
   bool too_long_ = false;
 };

@@ -56,7 +56,9 @@ Result<WholeFile> WholeFile::Create(const std::filesystem::path& file, unsigned 
   return made;
 }
 
-WholeFile::WholeFile(WholeFile&& other) noexcept { *this = std::move(other); }
+WholeFile::WholeFile(WholeFile&& other) noexcept {
+  *this = std::move(other);
+}
 
 WholeFile& WholeFile::operator=(WholeFile&& other) noexcept {
   std::swap(file_, other.file_);

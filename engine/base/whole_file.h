@@ -11,8 +11,8 @@
 namespace tandem {
 
 /// A file that is there whole or not at all: it is written beside its place, as NAME.unfinished-N,
-/// and put there by Commit(). What was there before stays until then, and for good where the disk is
-/// full or the program ends.
+/// and put there by Commit(). What was there before stays until then, and for good where the disk
+/// is full or the program ends.
 class WholeFile {
  public:
   /// `mode`: of the file, before the umask. A pipe or a device is written at once, for nothing can

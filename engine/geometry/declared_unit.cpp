@@ -13,8 +13,8 @@ namespace tandem {
 
 namespace {
 
-// A 3MF file is a ZIP archive. One of the files in it, the model, is XML whose first element has the
-// unit.
+// A 3MF file is a ZIP archive. One of the files in it, the model, is XML whose first element has
+// the unit.
 
 constexpr std::size_t kHead = 1 << 16;  // of the model: its first element is in it
 constexpr double kDefaultUnit = 1e-3;   // m; the format's, where the model says nothing

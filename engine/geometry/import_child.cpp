@@ -78,12 +78,11 @@ bool WaitFor(int fd, int timer) {
   return fds[1].revents == 0;
 }
 
-/// What a reading process needs of the environment: where its libraries are, and what a sanitizer was
-/// told. Nothing that puts other code into it.
+/// What a reading process needs of the environment: where its libraries are, and what a sanitizer
+/// was told. Nothing that puts other code into it.
 std::vector<std::string> KeptOfTheEnvironment() {
-  constexpr std::array<std::string_view, 5> kKept{"LD_LIBRARY_PATH=", "ASAN_OPTIONS=",
-                                                  "UBSAN_OPTIONS=", "TSAN_OPTIONS=",
-                                                  "LSAN_OPTIONS="};
+  constexpr std::array<std::string_view, 5> kKept{
+      "LD_LIBRARY_PATH=", "ASAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS=", "LSAN_OPTIONS="};
   std::vector<std::string> kept;
   for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable) {
     const std::string_view text = *variable;

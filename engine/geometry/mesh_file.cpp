@@ -184,9 +184,9 @@ ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
   // faces are seen to be sound. No other step is wanted: joining, validating and finding
   // degenerates each change or refuse good meshes.
   const std::optional<std::string> text = TextInstead(file);
-  const aiScene* scene = text ? importer.ReadFileFromMemory(text->data(), text->size(), 0,
-                                                            EndingOf(file).c_str())
-                              : importer.ReadFile(file, 0);
+  const aiScene* scene =
+      text ? importer.ReadFileFromMemory(text->data(), text->size(), 0, EndingOf(file).c_str())
+           : importer.ReadFile(file, 0);
   if (scene == nullptr) return RefusalOf(importer);
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     if (std::string fault = FaultOf(*scene->mMeshes[m]); !fault.empty()) {

@@ -126,7 +126,8 @@ class ModelReader {
 
   std::string AddTriangle() {
     TriangleMesh::Triangle triangle{};
-    if (!IsNumber(xml_.Attribute("v1"), triangle[0]) || !IsNumber(xml_.Attribute("v2"), triangle[1]) ||
+    if (!IsNumber(xml_.Attribute("v1"), triangle[0]) ||
+        !IsNumber(xml_.Attribute("v2"), triangle[1]) ||
         !IsNumber(xml_.Attribute("v3"), triangle[2])) {
       return "has a triangle without its three corners";
     }

@@ -13,8 +13,8 @@ namespace tandem {
 
 namespace {
 
-// Geomview's format: a word that says what a vertex has, three counts, a line for each vertex, a line
-// for each face: how many corners, their numbers, then perhaps a colour. In binary the same as
+// Geomview's format: a word that says what a vertex has, three counts, a line for each vertex, a
+// line for each face: how many corners, their numbers, then perhaps a colour. In binary the same as
 // 32-bit numbers, most significant byte first; some programs write them the other way round.
 
 constexpr std::uint32_t kMostCorners = 100'000;  // of a face
@@ -26,8 +26,7 @@ ReadAnswer RefusedOff(std::string words) {
 /// [ST][C][N][4][n]OFF: numbers of a vertex beside its place; -1: another format.
 int ExtrasOf(std::string_view word) {
   int extras = 0;
-  for (const auto& [letters, count] :
-       {std::pair{"ST", 2}, std::pair{"C", 4}, std::pair{"N", 3}}) {
+  for (const auto& [letters, count] : {std::pair{"ST", 2}, std::pair{"C", 4}, std::pair{"N", 3}}) {
     if (!word.starts_with(letters)) continue;
     word.remove_prefix(std::string_view(letters).size());
     extras += count;
@@ -96,7 +95,8 @@ std::string TakeFace(OffText& text, std::uint32_t points, std::vector<std::uint3
 ReadAnswer ReadText(OffText text, std::size_t bytes) {
   std::array<std::uint32_t, 2> counts{};
   for (std::uint32_t& count : counts) {
-    if (!TakesNumber(text.Word(), count)) return RefusedOff("does not say how many vertices and faces it has");
+    if (!TakesNumber(text.Word(), count))
+      return RefusedOff("does not say how many vertices and faces it has");
   }
   text.NextLine();  // edges, which some leave out
   // a vertex and a face take bytes
@@ -189,7 +189,8 @@ ReadAnswer ReadOff(std::string_view bytes) {
   // the word may be left out
   if (TakesNumber(word, number)) return ReadText(OffText(bytes), bytes.size());
   const int extras = ExtrasOf(word);
-  if (extras < 0) return RefusedOff("'" + std::string(word.substr(0, 20)) + "' is not of three dimensions");
+  if (extras < 0)
+    return RefusedOff("'" + std::string(word.substr(0, 20)) + "' is not of three dimensions");
   OffText next = text;
   if (next.WordOfLine() != "BINARY") return ReadText(text, bytes.size());
   const std::size_t begin = bytes.find('\n');

@@ -15,7 +15,7 @@ namespace tandem {
 namespace {
 
 constexpr std::uintmax_t kLargestRead = 4ULL << 30U;  // bytes; the reading process has less memory
-constexpr std::size_t kStlHead = 84;              // bytes: 80 of words, and the count
+constexpr std::size_t kStlHead = 84;                  // bytes: 80 of words, and the count
 constexpr std::size_t kStlTriangle = 50;
 
 ReadAnswer RefusedFile(std::string words) {
@@ -81,7 +81,9 @@ std::string FromUtf16(std::string_view bytes) {
       }
     }
     if (code >= 0xD800 && code < 0xE000) code = '?';
-    const auto put = [&text](std::uint32_t byte) { text += static_cast<char>(byte); };
+    const auto put = [&text](std::uint32_t byte) {
+      text += static_cast<char>(byte);
+    };
     if (code < 0x80) {
       put(code);
     } else if (code < 0x800) {
@@ -140,7 +142,8 @@ std::string EndingOf(const std::filesystem::path& file) {
 
 std::optional<ReadAnswer> ReadBinaryStl(std::string_view bytes) {
   const std::uint32_t count = CountOf(bytes);
-  if (count == 0 || bytes.size() - kStlHead < std::size_t{kStlTriangle} * count) return std::nullopt;
+  if (count == 0 || bytes.size() - kStlHead < std::size_t{kStlTriangle} * count)
+    return std::nullopt;
   ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}, 0};
   answer.mesh.points.reserve(3 * std::size_t{count});
   answer.mesh.triangles.reserve(count);
@@ -174,7 +177,8 @@ std::optional<ReadAnswer> ReadOurselves(const std::filesystem::path& file,
   if (stl) answer = ReadBinaryStl(*bytes);
   if (ply) answer = ReadPly(*bytes);
   if (answer && answer->kind == ReadAnswer::Kind::kMesh && !part.empty()) {
-    return RefusedFile("it has no part '" + part + "', for its format has none: leave \"part\" out");
+    return RefusedFile("it has no part '" + part +
+                       "', for its format has none: leave \"part\" out");
   }
   return answer;
 }

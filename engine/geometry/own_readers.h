@@ -10,12 +10,14 @@
 namespace tandem {
 
 /// Files that the mesh library reads wrong though they are good: OFF of polygons or binary, binary
-/// STL that begins with "solid" or has bytes behind its triangles, PLY, whose binary numbers may look
-/// like a line's end, 3MF whose parts lie in several models. Nothing: leave the file to the library. Called in the reading process.
+/// STL that begins with "solid" or has bytes behind its triangles, PLY, whose binary numbers may
+/// look like a line's end, 3MF whose parts lie in several models. Nothing: leave the file to the
+/// library. Called in the reading process.
 std::optional<ReadAnswer> ReadOurselves(const std::filesystem::path& file, const std::string& part);
 
-/// The text that the library is to read in place of the file, where it would misread the file's own:
-/// UTF-16, a mark of byte order, OBJ lines that go on behind a backslash. Nothing: the file as it is.
+/// The text that the library is to read in place of the file, where it would misread the file's
+/// own: UTF-16, a mark of byte order, OBJ lines that go on behind a backslash. Nothing: the file as
+/// it is.
 std::optional<std::string> TextInstead(const std::filesystem::path& file);
 
 /// What is wrong with a file that the library reads without a word, leaving out or inventing

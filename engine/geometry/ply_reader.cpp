@@ -27,18 +27,35 @@ ReadAnswer RefusedPly(std::string words) {
   return {ReadAnswer::Kind::kRefused, "PLY: " + std::move(words), {}, 0};
 }
 
-enum class NumberKind : std::uint8_t { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
+enum class NumberKind : std::uint8_t {
+  kInt8,
+  kUint8,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kFloat,
+  kDouble
+};
 
 std::optional<NumberKind> KindNamed(std::string_view name) {
   constexpr std::array<std::pair<std::string_view, NumberKind>, 16> kNames{
-      {{"char", NumberKind::kInt8},     {"int8", NumberKind::kInt8},
-       {"uchar", NumberKind::kUint8},   {"uint8", NumberKind::kUint8},
-       {"short", NumberKind::kInt16},   {"int16", NumberKind::kInt16},
-       {"ushort", NumberKind::kUint16}, {"uint16", NumberKind::kUint16},
-       {"int", NumberKind::kInt32},     {"int32", NumberKind::kInt32},
-       {"uint", NumberKind::kUint32},   {"uint32", NumberKind::kUint32},
-       {"float", NumberKind::kFloat},   {"float32", NumberKind::kFloat},
-       {"double", NumberKind::kDouble}, {"float64", NumberKind::kDouble}}};
+      {{"char", NumberKind::kInt8},
+       {"int8", NumberKind::kInt8},
+       {"uchar", NumberKind::kUint8},
+       {"uint8", NumberKind::kUint8},
+       {"short", NumberKind::kInt16},
+       {"int16", NumberKind::kInt16},
+       {"ushort", NumberKind::kUint16},
+       {"uint16", NumberKind::kUint16},
+       {"int", NumberKind::kInt32},
+       {"int32", NumberKind::kInt32},
+       {"uint", NumberKind::kUint32},
+       {"uint32", NumberKind::kUint32},
+       {"float", NumberKind::kFloat},
+       {"float32", NumberKind::kFloat},
+       {"double", NumberKind::kDouble},
+       {"float64", NumberKind::kDouble}}};
   for (const auto& [known, kind] : kNames) {
     if (name == known) return kind;
   }
@@ -247,8 +264,8 @@ std::optional<ReadAnswer> ReadPly(std::string_view bytes) {
     at += count;
     for (const std::uint32_t corner : corners) {
       if (corner >= answer.mesh.points.size()) {
-        return RefusedPly("a face uses vertex " + std::to_string(corner) +
-                          ", but there are only " + std::to_string(answer.mesh.points.size()));
+        return RefusedPly("a face uses vertex " + std::to_string(corner) + ", but there are only " +
+                          std::to_string(answer.mesh.points.size()));
       }
     }
     SplitPolygon(answer.mesh.points, corners, answer.mesh.triangles);

@@ -24,7 +24,7 @@ Vec3 Place(const FloatPoint& p) {
 
 /// The corners as seen against the polygon's mean normal, counter-clockwise.
 std::vector<FlatPoint> Flattened(std::span<const FloatPoint> points,
-                            std::span<const std::uint32_t> corners) {
+                                 std::span<const std::uint32_t> corners) {
   Vec3 normal = Vec3::Zero();  // Newell's
   const Vec3 origin = Place(points[corners[0]]);
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -45,7 +45,8 @@ std::vector<FlatPoint> Flattened(std::span<const FloatPoint> points,
   return flat;
 }
 
-bool IsEar(const std::vector<FlatPoint>& flat, const std::vector<std::uint32_t>& left, std::size_t at) {
+bool IsEar(const std::vector<FlatPoint>& flat, const std::vector<std::uint32_t>& left,
+           std::size_t at) {
   const std::size_t n = left.size();
   const std::array<std::uint32_t, 3> ear{left[(at + n - 1) % n], left[at], left[(at + 1) % n]};
   if (!(Turn(flat[ear[0]], flat[ear[1]], flat[ear[2]]) > 0)) return false;

@@ -9,8 +9,9 @@
 namespace tandem {
 
 /// Goes through XML, piece by piece, and keeps nothing: neither depth nor size bears on its memory.
-/// Knows no entities but the five of XML and those by number, so that nothing grows. It is for files
-/// whose content is checked by what they mean; whether elements close in order is not looked at.
+/// Knows no entities but the five of XML and those by number, so that nothing grows. It is for
+/// files whose content is checked by what they mean; whether elements close in order is not looked
+/// at.
 class XmlScanner {
  public:
   enum class Piece { kOpen, kClose, kText, kEnd, kFault };

@@ -20,8 +20,8 @@ class ZipArchive {
 
   /// The name of the first file that ends in `.model`, or 3D/3dmodel.model; empty: there is none.
   std::string Model() const;
-  /// The beginning of a file in it, of at most `most` bytes; nothing: there is none of that name, or
-  /// it is packed in a way that is not known.
+  /// The beginning of a file in it, of at most `most` bytes; nothing: there is none of that name,
+  /// or it is packed in a way that is not known.
   std::optional<std::string> Read(std::string_view name, std::size_t most) const;
 
  private:

@@ -10,7 +10,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kLatest = 1e6;             // s
+constexpr double kLatest = 1e6;              // s
 constexpr std::size_t kMostPushes = 10'000;  // each is looked at in each frame
 
 // How far along a segment a minimum-jerk movement is, and how fast, at u in [0, 1] of its time.

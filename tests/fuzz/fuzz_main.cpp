@@ -1,7 +1,7 @@
-// fuzz_readers TARGET SECONDS [SEED] [CORPUS]: feeds a reader with bad files made from good ones, in
-// a process of its own, which is watched: a crash, a file that takes longer than a second, or more
-// than 512 MB of memory end the run with exit code 1, and the file is kept.
-// fuzz_readers FILE...: feeds these files to the reader that the folder or the file's name says.
+// fuzz_readers TARGET SECONDS [SEED] [CORPUS]: feeds a reader with bad files made from good ones,
+// in a process of its own, which is watched: a crash, a file that takes longer than a second, or
+// more than 512 MB of memory end the run with exit code 1, and the file is kept. fuzz_readers
+// FILE...: feeds these files to the reader that the folder or the file's name says.
 
 #include <algorithm>
 #include <atomic>
@@ -89,7 +89,8 @@ void Run(const FuzzTarget& target, const std::string& bytes, Shared& shared) {
 
 int Keep(const FuzzTarget& target, const Shared& shared, const std::string& why) {
   const std::string file = std::string("fuzz-") + target.name + "-" + std::to_string(getpid());
-  std::ofstream(file, std::ios::binary).write(shared.bytes, static_cast<std::streamsize>(shared.size));
+  std::ofstream(file, std::ios::binary)
+      .write(shared.bytes, static_cast<std::streamsize>(shared.size));
   std::fprintf(stderr, "%s: %s after %llu files; kept in %s\n", target.name, why.c_str(),
                static_cast<unsigned long long>(shared.runs), file.c_str());
   return 1;
@@ -159,8 +160,8 @@ int main(int argc, char** argv) {
   const double seconds = std::atof(argv[2]);
   const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1;
   const fs::path corpus = argc > 4 ? fs::path(argv[4]) : fs::path(TANDEM_CORPUS) / target->name;
-  void* memory = mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS,
-                      -1, 0);
+  void* memory =
+      mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) return 1;
   auto* shared = new (memory) Shared();
   const pid_t child = fork();

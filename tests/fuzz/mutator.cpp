@@ -11,14 +11,53 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kLargest = 1 << 16;
-constexpr std::array<std::string_view, 34> kWords{
-    "null",  "true",    "-1",   "0",       "1e308",    "-1e308", "1e-308",  "1e999", "4294967295",
-    "2147483648", "9223372036854775807", "18446744073709551616", "0.5", "[]", "{}", "[[[[[[[[",
-    "{\"a\":", "\"\"", "\\u0000", "\\ud800", "\xff", "\x1b[31m", "\xc2\x9b", "\n", ",", ":", "nan",
-    "inf", "/dev/zero", "../../..", "\"json\"", "<a>", "&amp;", "#"};
+constexpr std::array<std::string_view, 34> kWords{"null",
+                                                  "true",
+                                                  "-1",
+                                                  "0",
+                                                  "1e308",
+                                                  "-1e308",
+                                                  "1e-308",
+                                                  "1e999",
+                                                  "4294967295",
+                                                  "2147483648",
+                                                  "9223372036854775807",
+                                                  "18446744073709551616",
+                                                  "0.5",
+                                                  "[]",
+                                                  "{}",
+                                                  "[[[[[[[[",
+                                                  "{\"a\":",
+                                                  "\"\"",
+                                                  "\\u0000",
+                                                  "\\ud800",
+                                                  "\xff",
+                                                  "\x1b[31m",
+                                                  "\xc2\x9b",
+                                                  "\n",
+                                                  ",",
+                                                  ":",
+                                                  "nan",
+                                                  "inf",
+                                                  "/dev/zero",
+                                                  "../../..",
+                                                  "\"json\"",
+                                                  "<a>",
+                                                  "&amp;",
+                                                  "#"};
 constexpr std::array<std::uint64_t, 12> kNumbers{
-    0, 1, 0x7F, 0xFF, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x7FFFFFFFFFFFFFFF,
-    0x7FF8000000000000, 0x7FEFFFFFFFFFFFFF};  // the last two: no number, the largest double
+    0,
+    1,
+    0x7F,
+    0xFF,
+    0x7FFF,
+    0xFFFF,
+    0x7FFFFFFF,
+    0x80000000,
+    0xFFFFFFFF,
+    0x7FFFFFFFFFFFFFFF,
+    0x7FF8000000000000,
+    0x7FEFFFFFFFFFFFFF};  // the last two: no number, the largest double
 
 }  // namespace
 

@@ -33,7 +33,9 @@ namespace tandem {
 
 namespace {
 
-void FeedScene(std::string_view bytes) { ExpectPlain(LoadScene(FedFile(bytes))); }
+void FeedScene(std::string_view bytes) {
+  ExpectPlain(LoadScene(FedFile(bytes)));
+}
 
 void FeedHand(std::string_view bytes) {
   const Result<HandScript> script = LoadHandScript(FedFile(bytes));
@@ -52,7 +54,9 @@ void FeedPlan(std::string_view bytes) {
   if (plan) static_cast<void>(MostWaiting(*plan, 15));
 }
 
-void FeedCase(std::string_view bytes) { ExpectPlain(LoadCase(FedFile(bytes))); }
+void FeedCase(std::string_view bytes) {
+  ExpectPlain(LoadCase(FedFile(bytes)));
+}
 
 void FeedSweep(std::string_view bytes) {
   const CaseCheck check = [](const std::string& text,
@@ -65,14 +69,20 @@ void FeedSweep(std::string_view bytes) {
   ExpectPlain(LoadSweep(FedFile(bytes), check));
 }
 
-void FeedResults(std::string_view bytes) { ExpectPlain(ReadResults(FedFile(bytes))); }
+void FeedResults(std::string_view bytes) {
+  ExpectPlain(ReadResults(FedFile(bytes)));
+}
 void FeedPoses(std::string_view bytes) {
   const std::filesystem::path file = FedFile(bytes);
   ExpectPlain(ReadPosesFile(file, PosesOf::kPairs));
   ExpectPlain(ReadPosesFile(file, PosesOf::kSceneBodies));
 }
-void FeedSeries(std::string_view bytes) { ExpectPlain(ReadSeries(FedFile(bytes))); }
-void FeedPictures(std::string_view bytes) { ExpectPlain(ReadPictures(FedFile(bytes))); }
+void FeedSeries(std::string_view bytes) {
+  ExpectPlain(ReadSeries(FedFile(bytes)));
+}
+void FeedPictures(std::string_view bytes) {
+  ExpectPlain(ReadPictures(FedFile(bytes)));
+}
 
 void FeedHeader(std::string_view bytes) {
   const Result<RecordingHeader> header = ParseHeader(std::string(bytes));
@@ -93,8 +103,8 @@ void FeedRecording(std::string_view bytes) {
 
 const std::shared_ptr<const WorldModel>& TwoBoxes() {
   static const auto model = [] {
-    const TriangleMesh plate = Transformed(
-        testing::Box(Vec3(0.1, 0.1, 0.01)), {Quat::Identity(), Vec3(0, 0, -0.03)});
+    const TriangleMesh plate =
+        Transformed(testing::Box(Vec3(0.1, 0.1, 0.01)), {Quat::Identity(), Vec3(0, 0, -0.03)});
     auto made = std::make_shared<WorldModel>(
         *testing::MakeWorldModel({{plate, true}, {testing::Box(Vec3(0.03, 0.02, 0.02))}}, 0.004));
     made->scene.bodies[1].shared = true;
@@ -136,7 +146,9 @@ void ExpectSound(const ReadAnswer& answer) {
   }
 }
 
-void FeedOff(std::string_view bytes) { ExpectSound(ReadOff(bytes)); }
+void FeedOff(std::string_view bytes) {
+  ExpectSound(ReadOff(bytes));
+}
 void FeedPly(std::string_view bytes) {
   if (const auto answer = ReadPly(bytes)) ExpectSound(*answer);
 }
@@ -168,7 +180,9 @@ void FeedTexts(std::string_view bytes) {
   }
 }
 
-void FeedAnswer(std::string_view bytes) { static_cast<void>(ParseAnswer(bytes)); }
+void FeedAnswer(std::string_view bytes) {
+  static_cast<void>(ParseAnswer(bytes));
+}
 
 constexpr std::array<FuzzTarget, 19> kTargets{{{"scene", FeedScene},
                                                {"hand", FeedHand},
@@ -200,7 +214,9 @@ std::filesystem::path FedFile(std::string_view bytes) {
   return "/proc/self/fd/" + std::to_string(descriptor);
 }
 
-std::span<const FuzzTarget> FuzzTargets() { return kTargets; }
+std::span<const FuzzTarget> FuzzTargets() {
+  return kTargets;
+}
 
 const FuzzTarget* FuzzTargetNamed(std::string_view name) {
   for (const FuzzTarget& target : kTargets) {

@@ -36,8 +36,8 @@ struct SceneModel::Job {
   std::atomic<bool> give_up = false;
   std::mutex mutex;
   std::condition_variable ending;
-  bool done = false;             // by mutex, as what follows
-  SceneModel* model = nullptr;   // whom to tell; null: it waits no more
+  bool done = false;            // by mutex, as what follows
+  SceneModel* model = nullptr;  // whom to tell; null: it waits no more
   std::optional<Loaded> loaded;
 
   void Tell(const std::function<void(SceneModel&)>& what) {
@@ -111,9 +111,10 @@ void SceneModel::SetSessionScene(const std::optional<SceneManifest>& manifest) {
 
 void SceneModel::OpenOffered() {
   if (offered_.empty() || !manifest_) return;
-  Load(FileText(offered_.filename()), [load = load_, file = offered_](const LoadProgress& progress) {
-    return Loaded{load(file, progress), {}};
-  });
+  Load(FileText(offered_.filename()),
+       [load = load_, file = offered_](const LoadProgress& progress) {
+         return Loaded{load(file, progress), {}};
+       });
 }
 
 void SceneModel::Load(const QString& what, Loader loader) {
@@ -191,8 +192,9 @@ void SceneModel::ShowMissing(const Loaded& loaded) {
                                                   : QString::fromStdString(manifest_->file));
   }
   if (!offered_.empty()) {
-    text += tr("\n\nSomebody in the session says that it is this file on this machine. Load it only if "
-               "you know what it is.");
+    text +=
+        tr("\n\nSomebody in the session says that it is this file on this machine. Load it only if "
+           "you know what it is.");
   }
   if (!loaded.searched.empty()) {
     QStringList folders;

@@ -24,8 +24,8 @@ using FindFunction = std::function<SceneSearchResult(const SceneManifest&)>;
 /// Which scene is shown, and why none is. A scene that the user names is shown whatever the session
 /// runs, with a warning when that is another one; else the session's own is, if a file with its
 /// content is found here. The path that the session names is any stranger's word: it is offered to
-/// the user, and not opened before they say so. Files are read in a worker thread, which nobody waits
-/// for longer than a second. GUI thread only.
+/// the user, and not opened before they say so. Files are read in a worker thread, which nobody
+/// waits for longer than a second. GUI thread only.
 class SceneModel : public QObject {
   Q_OBJECT
 

@@ -307,9 +307,10 @@ void HandDesk::FillGiveMenu() {
     if (!peer.active || !peer.here || peer.id == hand_.snapshot().self) continue;
     const QString name = QString::fromStdString(peer.name);
     QString shown = name;  // in a menu an ampersand marks a key
-    give_menu_->addAction(shown.replace(QLatin1Char('&'), QStringLiteral("&&")), this, [this, name] {
-      hand_.Give(name);
-    });
+    give_menu_->addAction(shown.replace(QLatin1Char('&'), QStringLiteral("&&")), this,
+                          [this, name] {
+                            hand_.Give(name);
+                          });
   }
   if (give_menu_->isEmpty()) {
     give_menu_->addAction(tr("nobody else takes part"))->setEnabled(false);

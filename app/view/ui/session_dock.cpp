@@ -181,8 +181,8 @@ void SessionDock::ShowScene() {
   const DrawnScene* scene = scene_model_.scene();
   const QString none = QStringLiteral("\u2013");
   scene_name_->setText(scene == nullptr ? none : QString::fromStdString(scene->name));
-  scene_name_->setToolTip(scene == nullptr ? QString()
-                                           : PlainToolTip(QString::fromStdString(scene->file.string())));
+  scene_name_->setToolTip(
+      scene == nullptr ? QString() : PlainToolTip(QString::fromStdString(scene->file.string())));
   const QLocale locale;
   scene_size_->setText(scene == nullptr ? none : SizeText(*scene));
   voxel_size_->setText(

@@ -90,9 +90,9 @@ TEST_F(DefaultPeer, TellsThatItsRecordingsDiskIsFullAndWritesItsReport) {
   while (reader.Next()) ++there;
   EXPECT_FALSE(reader.torn() || reader.damaged());
   EXPECT_GT(there, 100);
-  EXPECT_THAT(said.err, ::testing::HasSubstr(
-                            In("recording") + ": cannot be written: File too large; it ends after " +
-                            std::to_string(there) + " frames"));
+  EXPECT_THAT(said.err, ::testing::HasSubstr(In("recording") +
+                                             ": cannot be written: File too large; it ends after " +
+                                             std::to_string(there) + " frames"));
   EXPECT_TRUE(Report().is_object());
 }
 

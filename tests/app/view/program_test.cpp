@@ -62,8 +62,8 @@ class Program : public ::testing::Test {
                                 const QString& file = "/home/anna/scenes/scene.json") {
     auto puppet = std::make_unique<QProcess>();
     puppet->setProcessChannelMode(QProcess::ForwardedErrorChannel);
-    puppet->start(PUPPET_PEER, {session_, name, In("scene.json"), "1", "0.05", "0", "0.04", "104",
-                                "-", file});
+    puppet->start(PUPPET_PEER,
+                  {session_, name, In("scene.json"), "1", "0.05", "0", "0.04", "104", "-", file});
     ASSERT_TRUE(puppet->waitForStarted());
     puppets_.push_back(std::move(puppet));
   }

@@ -219,14 +219,14 @@ TEST(SceneModel, EndsThoughItsFileCannotBeReadToTheEnd) {
   const auto ended = std::make_shared<std::atomic<bool>>(false);
   const auto before = std::chrono::steady_clock::now();
   {
-    SceneModel model([=](const std::filesystem::path&, const LoadProgress& progress)
-                         -> Result<DrawnScene> {
-      *begun = true;
-      disk->get_future().wait();
-      static_cast<void>(progress(1, 2, "part.stl"));
-      *ended = true;
-      return Error{"too late"};
-    });
+    SceneModel model(
+        [=](const std::filesystem::path&, const LoadProgress& progress) -> Result<DrawnScene> {
+          *begun = true;
+          disk->get_future().wait();
+          static_cast<void>(progress(1, 2, "part.stl"));
+          *ended = true;
+          return Error{"too late"};
+        });
     model.OpenNamed("stuck.json");
     ASSERT_TRUE(ProcessEventsUntil([&] {
       return begun->load();

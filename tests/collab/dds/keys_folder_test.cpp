@@ -85,8 +85,8 @@ TEST(KeysFolder, IsNotPutOverWhatIsThere) {
 // Whoever may set a variable of the caller's would choose who signs, and with what.
 TEST(KeysFolder, IsMadeByTheSystemsOpensslWhateverTheEnvironment) {
   const ScratchFolder scratch;
-  const fs::path fake = scratch.Write("openssl", "#!/bin/sh\ntouch " +
-                                                     (scratch.path() / "called").string() + "\n");
+  const fs::path fake =
+      scratch.Write("openssl", "#!/bin/sh\ntouch " + (scratch.path() / "called").string() + "\n");
   chmod(fake.c_str(), 0755);
   const std::string path = std::getenv("PATH") == nullptr ? "" : std::getenv("PATH");
   setenv("PATH", (scratch.path().string() + ":" + path).c_str(), 1);

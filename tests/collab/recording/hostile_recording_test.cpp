@@ -19,10 +19,10 @@ using nlohmann::ordered_json;
 using testing::Boxes;
 using testing::CraftedFrame;
 using testing::Framed;
+using ::testing::HasSubstr;
 using testing::HeaderOf;
 using testing::RecordingOf;
 using testing::ReplayFile;
-using ::testing::HasSubstr;
 
 std::optional<RecordedFrame> Decoded(const CraftedFrame& frame) {
   return DecodeFrame(frame.Ended());
@@ -171,31 +171,30 @@ TEST(HostileRecording, OrdersOfAnySizeDoNoHarm) {
 TEST(HostileRecording, AHeaderIsCheckedAsASceneIs) {
   const ordered_json good = ordered_json::parse(AsText(HeaderOf(1, 1)));
   ASSERT_TRUE(ParseHeader(good.dump()));
-  const std::vector<std::pair<const char*, ordered_json>> bad{
-      {"force_layer", -5},
-      {"force_layer", 1e9},
-      {"voxel_size", 0},
-      {"voxel_size", nullptr},
-      {"contact_model", 2},
-      {"friction", -1},
-      {"friction", "much"},
-      {"held_object", -2},
-      {"grasp", {0, 0, 0, 0, 0, 0, 0}},
-      {"grasp", {0, 0, 0, 1, 0, 0, 1e300}},
-      {"grasp", {0, 0, 0}},
-      {"settle_ns", -1},
-      {"wait_for", 1'000'000},
-      {"capacity", -1},
-      {"capacity", nullptr},
-      {"look_price", -1},
-      {"law_limits", 7},
-      {"name", std::string(1000, 'x')},
-      {"name", "anna\x1b[31m"},
-      {"name", 4},
-      {"scene", "a\nb"},
-      {"program", "\x1b]0;title\x07"},
-      {"peer", -1},
-      {"device", {{"stiffness", -1}}}};
+  const std::vector<std::pair<const char*, ordered_json>> bad{{"force_layer", -5},
+                                                              {"force_layer", 1e9},
+                                                              {"voxel_size", 0},
+                                                              {"voxel_size", nullptr},
+                                                              {"contact_model", 2},
+                                                              {"friction", -1},
+                                                              {"friction", "much"},
+                                                              {"held_object", -2},
+                                                              {"grasp", {0, 0, 0, 0, 0, 0, 0}},
+                                                              {"grasp", {0, 0, 0, 1, 0, 0, 1e300}},
+                                                              {"grasp", {0, 0, 0}},
+                                                              {"settle_ns", -1},
+                                                              {"wait_for", 1'000'000},
+                                                              {"capacity", -1},
+                                                              {"capacity", nullptr},
+                                                              {"look_price", -1},
+                                                              {"law_limits", 7},
+                                                              {"name", std::string(1000, 'x')},
+                                                              {"name", "anna\x1b[31m"},
+                                                              {"name", 4},
+                                                              {"scene", "a\nb"},
+                                                              {"program", "\x1b]0;title\x07"},
+                                                              {"peer", -1},
+                                                              {"device", {{"stiffness", -1}}}};
   for (const auto& [key, value] : bad) {
     ordered_json json = good;
     json[key] = value;
@@ -204,9 +203,9 @@ TEST(HostileRecording, AHeaderIsCheckedAsASceneIs) {
     ASSERT_FALSE(header) << key << " " << value;
     EXPECT_THAT(header.error().what, HasSubstr(std::string("its header: ") + key));
   }
-  for (const std::string text : {std::string(), std::string("null"), std::string("[]"),
-                                 std::string(100'000, '['),
-                                 R"({"protocol":)" + std::string(100'000, '[')}) {
+  for (const std::string text :
+       {std::string(), std::string("null"), std::string("[]"), std::string(100'000, '['),
+        R"({"protocol":)" + std::string(100'000, '[')}) {
     EXPECT_FALSE(ParseHeader(text));
   }
 }
@@ -217,8 +216,8 @@ TEST(HostileRecording, NamesAreToldAsPlainText) {
   content += std::string("\x07\0\0\0\0\0\0\0", 8);
   std::string name = "ben\x1b[2J\xff";
   name.resize(kNameBytes, '\0');
-  const fs::path file = scratch.Write(
-      "r", RecordingOf(AsText(HeaderOf(1, 1)), Framed(content + name)));
+  const fs::path file =
+      scratch.Write("r", RecordingOf(AsText(HeaderOf(1, 1)), Framed(content + name)));
   EXPECT_EQ(NamesIn(file).at(7), "ben?[2J?");
 }
 
@@ -313,7 +312,8 @@ TEST(Recorder, AFullDiskIsToldAtOnceWithWhatIsThere) {
   EXPECT_FALSE(reader.torn() || reader.damaged());
   EXPECT_GT(there, 50);
   EXPECT_LT(there, 500);
-  EXPECT_EQ(closed.error().what, file.string() + ": cannot be written: File too large; it ends after " +
+  EXPECT_EQ(closed.error().what, file.string() +
+                                     ": cannot be written: File too large; it ends after " +
                                      std::to_string(there) + " frames");
   EXPECT_EQ(news, closed.error().what);
 }

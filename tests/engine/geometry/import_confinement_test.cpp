@@ -56,36 +56,67 @@ class ImportConfinement : public ::testing::Test {
 TEST_F(ImportConfinement, LeavesTheFileAndWhatLiesBesideIt) {
   inside_.Write("part.mtl", "newmtl a\n");
   inside_.Write("textures/a.bin", "x");
-  EXPECT_TRUE(Succeeds(file_, [&] { return Opens(file_, O_RDONLY); }));
-  EXPECT_TRUE(Succeeds(file_, [&] { return Opens(inside_.path() / "part.mtl", O_RDONLY); }));
-  EXPECT_TRUE(Succeeds(file_, [&] { return Opens(inside_.path() / "textures/a.bin", O_RDONLY); }));
+  EXPECT_TRUE(Succeeds(file_, [&] {
+    return Opens(file_, O_RDONLY);
+  }));
+  EXPECT_TRUE(Succeeds(file_, [&] {
+    return Opens(inside_.path() / "part.mtl", O_RDONLY);
+  }));
+  EXPECT_TRUE(Succeeds(file_, [&] {
+    return Opens(inside_.path() / "textures/a.bin", O_RDONLY);
+  }));
   // a link to a mesh is read, too
   fs::create_symlink(secret_, inside_.path() / "link.obj");
-  EXPECT_TRUE(Succeeds(inside_.path() / "link.obj",
-                       [&] { return Opens(inside_.path() / "link.obj", O_RDONLY); }));
-  EXPECT_TRUE(Succeeds(file_, [] { return malloc(100 << 20) != nullptr; }));
+  EXPECT_TRUE(Succeeds(inside_.path() / "link.obj", [&] {
+    return Opens(inside_.path() / "link.obj", O_RDONLY);
+  }));
+  EXPECT_TRUE(Succeeds(file_, [] {
+    return malloc(100 << 20) != nullptr;
+  }));
 }
 
 TEST_F(ImportConfinement, TakesOtherFilesAndAllWriting) {
-  EXPECT_FALSE(Succeeds(file_, [&] { return Opens(secret_, O_RDONLY); }));
-  EXPECT_FALSE(Succeeds(file_, [] { return Opens("/etc/passwd", O_RDONLY); }));
-  EXPECT_FALSE(Succeeds(file_, [&] { return Opens(file_, O_WRONLY); }));
-  EXPECT_FALSE(Succeeds(file_, [&] { return Opens(file_, O_RDWR); }));
-  EXPECT_FALSE(Succeeds(file_, [&] { return Opens(inside_.path() / "new", O_CREAT | O_WRONLY); }));
-  EXPECT_FALSE(Succeeds(file_, [&] { return unlink(file_.c_str()) == 0; }));
-  EXPECT_FALSE(Succeeds(file_, [&] { return rename(file_.c_str(), "/tmp/x") == 0; }));
+  EXPECT_FALSE(Succeeds(file_, [&] {
+    return Opens(secret_, O_RDONLY);
+  }));
+  EXPECT_FALSE(Succeeds(file_, [] {
+    return Opens("/etc/passwd", O_RDONLY);
+  }));
+  EXPECT_FALSE(Succeeds(file_, [&] {
+    return Opens(file_, O_WRONLY);
+  }));
+  EXPECT_FALSE(Succeeds(file_, [&] {
+    return Opens(file_, O_RDWR);
+  }));
+  EXPECT_FALSE(Succeeds(file_, [&] {
+    return Opens(inside_.path() / "new", O_CREAT | O_WRONLY);
+  }));
+  EXPECT_FALSE(Succeeds(file_, [&] {
+    return unlink(file_.c_str()) == 0;
+  }));
+  EXPECT_FALSE(Succeeds(file_, [&] {
+    return rename(file_.c_str(), "/tmp/x") == 0;
+  }));
   EXPECT_TRUE(fs::exists(file_));
 }
 
 TEST_F(ImportConfinement, TakesNetworkProgramsAndOtherProcesses) {
-  EXPECT_FALSE(Succeeds(file_, [] { return socket(AF_INET, SOCK_DGRAM, 0) >= 0; }));
-  EXPECT_FALSE(Succeeds(file_, [] { return socket(AF_UNIX, SOCK_STREAM, 0) >= 0; }));
+  EXPECT_FALSE(Succeeds(file_, [] {
+    return socket(AF_INET, SOCK_DGRAM, 0) >= 0;
+  }));
+  EXPECT_FALSE(Succeeds(file_, [] {
+    return socket(AF_UNIX, SOCK_STREAM, 0) >= 0;
+  }));
   EXPECT_FALSE(Succeeds(file_, [] {
     execl("/bin/true", "true", nullptr);
     return errno != EPERM;
   }));
-  EXPECT_FALSE(Succeeds(file_, [] { return fork() >= 0; }));
-  EXPECT_FALSE(Succeeds(file_, [] { return kill(getppid(), 0) == 0; }));
+  EXPECT_FALSE(Succeeds(file_, [] {
+    return fork() >= 0;
+  }));
+  EXPECT_FALSE(Succeeds(file_, [] {
+    return kill(getppid(), 0) == 0;
+  }));
   EXPECT_FALSE(Succeeds(file_, [] {
     return mmap(nullptr, 4096, PROT_READ | PROT_WRITE | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1,
                 0) != MAP_FAILED;

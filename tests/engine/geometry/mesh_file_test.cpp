@@ -269,7 +269,8 @@ TEST_F(MeshFile, KillsAReaderThatTakesLongWhenItsTimeIsUp) {
   EXPECT_FALSE(HasChildren());
 }
 
-// What the loader is told by variables would be code in the reading process, or files that it writes.
+// What the loader is told by variables would be code in the reading process, or files that it
+// writes.
 TEST_F(MeshFile, KeepsTheCallersVariablesFromItsReader) {
   setenv("LD_DEBUG", "libs", 1);
   setenv("LD_DEBUG_OUTPUT", (folder_.path() / "told").c_str(), 1);

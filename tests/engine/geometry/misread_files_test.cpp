@@ -1,5 +1,5 @@
-// Good files that the mesh library reads wrong without a word, and bad ones that it reads at all. All
-// are made here; each volume is known.
+// Good files that the mesh library reads wrong without a word, and bad ones that it reads at all.
+// All are made here; each volume is known.
 
 #include <array>
 #include <cstdint>
@@ -58,7 +58,8 @@ TEST_F(MisreadFiles, OffOfPolygonsIsReadHoweverItIsWritten) {
   ExpectVolume(6, "bare.off", kOffPrism);
   ExpectVolume(6, "marked.off", "\xEF\xBB\xBFOFF\n" + kOffPrism);
   std::string windows;
-  for (const char c : "OFF\n" + kOffPrism) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  for (const char c : "OFF\n" + kOffPrism)
+    windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
   ExpectVolume(6, "windows.off", windows);
 }
 
@@ -87,7 +88,9 @@ std::string Swapped(std::uint32_t number, bool big) {
 }
 
 std::string BinaryOffCube(bool big) {
-  const auto whole = [big](std::uint32_t number) { return Swapped(number, big); };
+  const auto whole = [big](std::uint32_t number) {
+    return Swapped(number, big);
+  };
   const auto real = [big](float number) {
     std::uint32_t bits = 0;
     std::memcpy(&bits, &number, 4);
@@ -273,7 +276,9 @@ std::string Glb(bool whole, std::uint16_t index = 0) {
       std::to_string(2 * corners.size()) + R"(}],"buffers":[{"byteLength":)" +
       std::to_string(data.size()) + "}]}";
   while (json.size() % 4 != 0) json += ' ';
-  const auto number = [](std::size_t n) { return testing::Bytes(n, 4); };
+  const auto number = [](std::size_t n) {
+    return testing::Bytes(n, 4);
+  };
   return "glTF" + number(2) + number(28 + json.size() + data.size()) + number(json.size()) +
          "JSON" + json + number(data.size()) + std::string("BIN\0", 4) + data;
 }
@@ -299,18 +304,19 @@ std::string Model(const std::string& inside, const std::string& unit = "millimet
          inside + "</model>";
 }
 
-/// A box of 1 x 2 x 3 in a model of its own, put twice into the first model's object, once mirrored.
+/// A box of 1 x 2 x 3 in a model of its own, put twice into the first model's object, once
+/// mirrored.
 std::string SeveralModels(const std::string& unit_of_part = "millimeter") {
-  return Zip({{"3D/parts/box.model",
-               Model("<resources><object id=\"7\" type=\"model\" name=\"box\">" +
-                         ThreeMfBox(1, 2, 3) + "</object></resources><build/>",
-                     unit_of_part)},
-              {"3D/3dmodel.model",
-               Model("<resources><object id=\"1\" type=\"model\"><components>"
-                     "<component p:path=\"/3D/parts/box.model\" objectid=\"7\"/>"
-                     "<component p:path=\"/3D/parts/box.model\" objectid=\"7\" "
-                     "transform=\"-1 0 0 0 1 0 0 0 1 10 0 0\"/></components></object></resources>"
-                     "<build><item objectid=\"1\" transform=\"2 0 0 0 2 0 0 0 2 0 0 5\"/></build>")}});
+  return Zip(
+      {{"3D/parts/box.model", Model("<resources><object id=\"7\" type=\"model\" name=\"box\">" +
+                                        ThreeMfBox(1, 2, 3) + "</object></resources><build/>",
+                                    unit_of_part)},
+       {"3D/3dmodel.model",
+        Model("<resources><object id=\"1\" type=\"model\"><components>"
+              "<component p:path=\"/3D/parts/box.model\" objectid=\"7\"/>"
+              "<component p:path=\"/3D/parts/box.model\" objectid=\"7\" "
+              "transform=\"-1 0 0 0 1 0 0 0 1 10 0 0\"/></components></object></resources>"
+              "<build><item objectid=\"1\" transform=\"2 0 0 0 2 0 0 0 2 0 0 5\"/></build>")}});
 }
 
 TEST_F(MisreadFiles, A3mfFileOfSeveralModelsIsPutTogether) {
@@ -325,10 +331,10 @@ TEST_F(MisreadFiles, A3mfFileOfSeveralModelsIsPutTogether) {
 
 TEST_F(MisreadFiles, A3mfFileOfSeveralModelsThatIsWrongIsRefusedInWords) {
   ExpectRefused("several units, millimeter and inch", "unit.3mf", SeveralModels("inch"));
-  const std::string circle =
-      Model("<resources><object id=\"1\"><components><component objectid=\"1\" "
-            "p:path=\"/3D/3dmodel.model\"/></components></object></resources>"
-            "<build><item objectid=\"1\"/></build>");
+  const std::string circle = Model(
+      "<resources><object id=\"1\"><components><component objectid=\"1\" "
+      "p:path=\"/3D/3dmodel.model\"/></components></object></resources>"
+      "<build><item objectid=\"1\"/></build>");
   ExpectRefused("within one another", "circle.3mf", Zip({{"3D/3dmodel.model", circle}}));
   const std::string missing =
       Model("<resources/><build><item objectid=\"1\" p:path=\"/3D/none.model\"/></build>");
@@ -341,7 +347,9 @@ double AreaOf(const std::vector<FloatPoint>& points,
               const std::vector<TriangleMesh::Triangle>& triangles) {
   double area = 0;
   for (const TriangleMesh::Triangle& t : triangles) {
-    const auto at = [&](std::size_t k) { return Vec3(points[t[k]][0], points[t[k]][1], points[t[k]][2]); };
+    const auto at = [&](std::size_t k) {
+      return Vec3(points[t[k]][0], points[t[k]][1], points[t[k]][2]);
+    };
     const double twice = (at(1) - at(0)).cross(at(2) - at(0)).z();
     EXPECT_GE(twice, 0);  // none is turned over
     area += twice / 2;

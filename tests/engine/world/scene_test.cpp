@@ -495,9 +495,9 @@ TEST_F(SceneFile, NumbersThatNoPartHasAreRefused) {
 }
 
 TEST_F(SceneFile, GravityIsThatOfAPlanetAtMost) {
-  EXPECT_THAT(ErrorAfter("\"name\": \"peg\",",
-                         "\"name\": \"peg\", \"gravity_m_s2\": [0, 0, -1e300],"),
-              HasSubstr("gravity_m_s2: expected three numbers from -1000 to 1000"));
+  EXPECT_THAT(
+      ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"gravity_m_s2\": [0, 0, -1e300],"),
+      HasSubstr("gravity_m_s2: expected three numbers from -1000 to 1000"));
 }
 
 TEST_F(SceneFile, IsNoListOfMoreThanPeopleMake) {
