@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstring>
 
-#include <fcntl.h>
 #include <unistd.h>
 
 namespace tandem {
@@ -16,12 +15,9 @@ std::string WhyNotWritable(const std::filesystem::path& file) {
   } else if (std::filesystem::exists(file, not_there)) {
     fault = access(file.c_str(), W_OK) == 0 ? 0 : errno;
   } else {
-    const int made = open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    fault = made >= 0 ? 0 : errno;
-    if (made >= 0) {
-      close(made);
-      unlink(file.c_str());
-    }
+    // nothing is made for trial: two programs that ask at once would take one another's away
+    const std::filesystem::path folder = file.parent_path();
+    fault = access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) == 0 ? 0 : errno;
   }
   if (fault == 0) return {};
   return file.string() + ": cannot be written: " + std::strerror(fault);

@@ -25,6 +25,16 @@ class DueQueue {
     }
   }
 
+  /// Makes room for as many, if there is less. Allocates: not for a haptic thread.
+  void Reserve(std::size_t capacity) {
+    TANDEM_CHECK(capacity <= UINT32_MAX);
+    for (std::size_t place = values_.size(); place < capacity; ++place) {
+      free_.push_back(static_cast<std::uint32_t>(place));
+    }
+    values_.resize(std::max(capacity, values_.size()));
+    heap_.reserve(values_.size());
+  }
+
   std::size_t size() const noexcept { return heap_.size(); }
   std::size_t capacity() const noexcept { return values_.size(); }
 

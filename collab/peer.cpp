@@ -15,6 +15,8 @@ namespace tandem {
 namespace {
 
 constexpr double kFarthest = 1e3;      // m: a handle beyond is none
+constexpr double kFastest = 1e3;       // m/s: nor is one that is faster
+constexpr double kFastestTurn = 1e4;   // rad/s
 constexpr double kNear = 1e-3;         // m from where it was said to be: the hand may take it
 constexpr double kNearAngle = 0.01;    // rad
 constexpr double kNearingStep = 1e-3;  // m a frame, of a body that comes to the hand
@@ -157,7 +159,8 @@ Anchor Peer::ReadDevice() noexcept {
   if (device_->failed()) guard_.Fail();
   const bool sound = read.X_WA.p.allFinite() && read.X_WA.p.cwiseAbs().maxCoeff() < kFarthest &&
                      std::abs(read.X_WA.q.norm() - 1.0) < 1e-6 && read.V_WA.v.allFinite() &&
-                     read.V_WA.w.allFinite();
+                     read.V_WA.w.allFinite() && read.V_WA.v.cwiseAbs().maxCoeff() < kFastest &&
+                     read.V_WA.w.cwiseAbs().maxCoeff() < kFastestTurn;
   if (sound) {
     handle_ = read;
   } else {

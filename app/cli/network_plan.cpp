@@ -10,6 +10,8 @@ namespace tandem {
 namespace {
 
 constexpr const char* kOrder = "network";
+constexpr std::size_t kMostLinksInPlan = 64;
+constexpr std::size_t kMostSteps = 10'000;  // of a link
 
 double Within(const JsonNode& node, const char* key, double most, double otherwise) {
   if (!node.Has(key)) return otherwise;
@@ -73,14 +75,24 @@ Result<NetworkPlan> LoadNetworkPlan(const std::filesystem::path& file) {
     plan.from_hand = begins == "hand";
     if (!plan.from_hand && begins != "at_once") root["begins"].Expected("at_once or hand");
   }
-  for (const JsonNode& node : root["links"].Items()) {
+  const std::vector<JsonNode> links = root["links"].Items();
+  if (links.size() > kMostLinksInPlan) {
+    root["links"].Fault("more than " + std::to_string(kMostLinksInPlan) + " links");
+    return *json->fault();
+  }
+  for (const JsonNode& node : links) {
     node.AllowKeys({"from", "steps"});
     NetworkPlan::Link link;
     if (node.Has("from")) link.from = node["from"].Text("a peer's name");
     for (const NetworkPlan::Link& other : plan.links) {
       if (other.from == link.from) node.Fault("another link has the same sender");
     }
-    for (const JsonNode& item : node["steps"].Items()) {
+    const std::vector<JsonNode> steps = node["steps"].Items();
+    if (steps.size() > kMostSteps) {
+      node["steps"].Fault("more than " + std::to_string(kMostSteps) + " steps");
+      return *json->fault();
+    }
+    for (const JsonNode& item : steps) {
       const NetworkPlan::Step step = ReadStep(item, plan.seed);
       if (!link.steps.empty() && step.at_s <= link.steps.back().at_s) {
         item["at_s"].Fault("must be later than the step before");

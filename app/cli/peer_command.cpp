@@ -251,6 +251,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
     for (const std::string& news : network.Apply(now_ns, node.directory(), node.inbox())) Say(news);
     if (const PeerTable& now = node.peer().table().Read(); now.count > 0) table = now;
     if (joining.recorder) {
+      if (const std::string news = joining.recorder->News(); !news.empty()) Say(news);
       for (const PeerDirectory::Entry& entry : node.directory().Entries()) {
         joining.recorder->Named(entry.info.peer, name(entry.info.peer));
       }
@@ -343,15 +344,24 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   const std::uint64_t socket_dropped = PacketsDroppedAtSockets();
   node.Leave(MonotonicNowNs(), transport);
   if (joining.recorder) {
+    // what was recorded before all is done again is no part of the session
+    if (exit_code == kJoinAgain && !begun.load()) joining.recorder->Discard();
+  }
+  if (joining.recorder && (exit_code != kJoinAgain || begun.load())) {
     const Result<std::uint64_t> recorded = joining.recorder->Close();
-    if (!recorded) exit_code = Fail(kExitFile, recorded.error().what);
+    if (!recorded) {
+      const int failed = Fail(kExitFile, recorded.error().what);
+      if (exit_code == kExitOk) exit_code = failed;
+    }
     if (recorded) Say(arguments.record + ": " + Counted(*recorded, "frame") + " recorded");
   }
   for (const std::string& line : Explain(node.peer().hand_figures().limits)) Say(line);
-  if (exit_code != kExitOk) return exit_code;
+  if (exit_code == kJoinAgain) return exit_code;
   while (held_poses.TryPop(pose)) poses.Add(pose);
   const std::vector<BodyVerdict> verdicts = VerdictsOfPeer(arguments, joining, poses, met);
-  for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
+  for (const BodyVerdict& verdict : verdicts) {
+    if (exit_code == kExitOk) Say(Describe(verdict));
+  }
   if (arguments.report.empty()) return exit_code;
 
   PeerReport report{.name = arguments.name,
@@ -377,7 +387,8 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   report.start_gaps = AsJson(joining.start_gaps);
   report.verdicts = AsJson(verdicts);
   report.socket_dropped = socket_dropped;
-  return WriteReport(arguments, report, haptic.stats(), judged, node.peer().trace());
+  const int written = WriteReport(arguments, report, haptic.stats(), judged, node.peer().trace());
+  return exit_code != kExitOk ? exit_code : written;
 }
 
 /// A viewer is what tandem watch is.
@@ -395,12 +406,16 @@ int LookOn(const PeerArguments& arguments) {
   return WatchCommand(options);
 }
 
+bool HoldsBytes(const std::string& file) {
+  std::error_code not_there;
+  return std::filesystem::is_regular_file(file, not_there) &&
+         std::filesystem::file_size(file, not_there) > 0;
+}
+
 int RunPeer(PeerArguments& arguments) {
   if (arguments.role == "viewer") return LookOn(arguments);
   if (arguments.as_part) Speaker() = arguments.name;
-  std::error_code not_there;
-  if (std::filesystem::is_regular_file(arguments.record, not_there) &&
-      std::filesystem::file_size(arguments.record, not_there) > 0) {
+  if (HoldsBytes(arguments.record)) {
     return Fail(kExitFile, arguments.record + " exists already: recordings are never overwritten");
   }
   arguments.space = std::make_shared<DeviceSpace>(arguments.workspace);
@@ -411,8 +426,11 @@ int RunPeer(PeerArguments& arguments) {
     control = *std::move(opened);
   }
   int exit_code = kJoinAgain;
-  while (exit_code == kJoinAgain) {
+  const std::string record = arguments.record;
+  for (int run = 1; exit_code == kJoinAgain; ++run) {
     if (control) control->TakeLoad(arguments);
+    // each scene that a host loads has a recording of its own
+    if (HoldsBytes(arguments.record)) arguments.record = record + "." + std::to_string(run);
     exit_code = RunOnce(arguments, control.get());
     // a scene that a host asked for and that cannot be: the one before it goes on
     const bool failed = exit_code != kJoinAgain && exit_code != kExitOk;

@@ -3,12 +3,16 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
+
+#include "engine/base/regular_file.h"
 
 namespace tandem {
 
 namespace {
+
+constexpr std::size_t kLongestLine = 1 << 16;  // bytes
+constexpr std::size_t kMostPoses = 1'000'000;  // of some 150 bytes in memory each
 
 std::vector<std::string> CellsOf(std::string line) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -28,10 +32,13 @@ constexpr std::array<const char*, 9> kColumns{"fixed", "moving", "tx", "ty",    
 }  // namespace
 
 Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, PosesOf of) {
-  std::ifstream stream(file);
-  if (!stream) return Error{file.string() + ": cannot be read"};
+  Result<RegularFile> opened = RegularFile::Open(file);
+  if (!opened) return opened.error();
+  LineReader lines(*std::move(opened), kLongestLine);
+  const Error too_long{file.string() + ": has a line of more than " + std::to_string(kLongestLine) +
+                       " bytes: it is no poses file"};
   std::string line;
-  if (!std::getline(stream, line)) return Error{file.string() + ": is empty"};
+  if (!lines.Next(line)) return lines.too_long() ? too_long : Error{file.string() + ": is empty"};
   std::map<std::string, std::size_t> place;
   const std::vector<std::string> names = CellsOf(line);
   for (std::size_t i = 0; i < names.size(); ++i) place[names[i]] = i;
@@ -46,7 +53,11 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
     }
   }
   std::vector<FilePose> poses;
-  for (std::size_t number = 2; std::getline(stream, line); ++number) {
+  for (std::size_t number = 2; lines.Next(line); ++number) {
+    if (poses.size() == kMostPoses) {
+      return Error{file.string() + ": more than " + std::to_string(kMostPoses) +
+                   " poses: divide it among several files"};
+    }
     if (line.empty() || line == "\r") continue;
     const std::vector<std::string> cells = CellsOf(line);
     const std::string at = file.string() + ":" + std::to_string(number) + ": ";
@@ -59,7 +70,8 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
       const std::string& cell = cells[place[kColumns[k + 2]]];
       const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), values[k]);
       if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(values[k])) {
-        return Error{at + kColumns[k + 2] + ": expected a number, got \"" + cell + "\""};
+        return Error{at + kColumns[k + 2] + ": expected a number, got \"" + PlainLine(cell, 60) +
+                     "\""};
       }
     }
     const Vec3 axis(values[3], values[4], values[5]);
@@ -72,6 +84,7 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
                      .kind = place.contains("kind") ? cells[place["kind"]] : std::string(),
                      .X_WM = {RotationBy(turn), Vec3(values[0], values[1], values[2])}});
   }
+  if (lines.too_long()) return too_long;
   return poses;
 }
 

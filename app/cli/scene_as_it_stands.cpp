@@ -1,8 +1,9 @@
 #include "app/cli/scene_as_it_stands.h"
 
-#include <fstream>
-
 #include <nlohmann/json.hpp>
+
+#include "engine/base/regular_file.h"
+#include "engine/base/whole_file.h"
 
 namespace tandem {
 
@@ -24,8 +25,10 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
   if (!overwrite && fs::exists(file, not_there)) {
     return Error{file.string() + " exists already: it is not overwritten"};
   }
-  std::ifstream stream(scene.file);
-  SceneJson json = SceneJson::parse(stream, nullptr, false, true);
+  constexpr std::uintmax_t kLargest = 64U << 20U;
+  const Result<std::string> text = ReadWholeFile(scene.file, kLargest);
+  if (!text) return text.error();
+  SceneJson json = SceneJson::parse(*text, nullptr, false, true);
   if (json.is_discarded() || !json.contains("bodies") ||
       json["bodies"].size() != scene.bodies.size()) {
     return Error{scene.file.string() + " is not any more what was loaded"};
@@ -50,9 +53,9 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
     }
     json["bodies"].push_back(body);
   }
-  std::ofstream out(file);
-  out << json.dump(2, ' ', false, SceneJson::error_handler_t::replace) << '\n';
-  if (!out.flush()) return Error{file.string() + ": cannot be written"};
+  const auto failed =
+      WriteWholeFile(file, json.dump(2, ' ', false, SceneJson::error_handler_t::replace) + '\n');
+  if (failed) return *failed;
   return true;
 }
 

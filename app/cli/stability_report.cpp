@@ -21,6 +21,7 @@
 #include "app/stability/margin_picture.h"
 #include "app/stability/report_data.h"
 #include "app/stability/seed_spread.h"
+#include "engine/base/whole_file.h"
 
 namespace tandem {
 
@@ -41,11 +42,8 @@ class Folder {
     return std::nullopt;
   }
   void Write(const std::string& name, const std::string& content) {
-    const std::filesystem::path file = path_ / name;
-    std::ofstream out(file, std::ios::binary);
-    out << content;
-    out.close();
-    if (!out && !fault_) fault_ = Error{file.string() + ": cannot be written"};
+    const std::optional<Error> failed = WriteWholeFile(path_ / name, content);
+    if (failed && !fault_) fault_ = failed;
   }
   const std::filesystem::path& path() const { return path_; }
   const std::optional<Error>& fault() const { return fault_; }

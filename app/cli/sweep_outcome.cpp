@@ -9,6 +9,7 @@
 #include "app/exit_codes.h"
 #include "collab/lab/hex.h"
 #include "engine/base/hash.h"
+#include "engine/base/whole_file.h"
 
 namespace tandem {
 
@@ -56,11 +57,7 @@ int TellOutcome(const Results& results, const SweepRun& run) {
 std::optional<Error> WriteSummary(const std::filesystem::path& results_file, const Results& results,
                                   const SweepRun& run) {
   const std::filesystem::path file = results_file.parent_path() / "summary.json";
-  std::ofstream out(file, std::ios::binary);
-  out << JsonOf(Summarize(results), run.wall_s, run.jobs) << '\n';
-  out.close();
-  if (!out) return Error{file.string() + ": cannot be written"};
-  return std::nullopt;
+  return WriteWholeFile(file, JsonOf(Summarize(results), run.wall_s, run.jobs) + '\n');
 }
 
 std::string ProgramDigest() {

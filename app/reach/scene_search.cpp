@@ -51,7 +51,7 @@ bool Is(const fs::path& file, const WantedScene& wanted) {
 }  // namespace
 
 WantedScene WantedFrom(const SceneManifest& manifest) {
-  return {manifest.content_hash, manifest.file, manifest.bodies.size()};
+  return {manifest.content_hash, manifest.file, manifest.bodies.size(), false};
 }
 
 std::vector<fs::path> FoldersWithScenes() {
@@ -71,7 +71,9 @@ bool MayBeSceneFile(const fs::path& file) {
 
 std::optional<fs::path> FindScene(const WantedScene& wanted, const std::vector<fs::path>& folders,
                                   const std::stop_token& stop) {
-  if (MayBeSceneFile(wanted.file) && Is(wanted.file, wanted)) return wanted.file;
+  if (wanted.open_told && MayBeSceneFile(wanted.file) && Is(wanted.file, wanted)) {
+    return wanted.file;
+  }
   std::vector<fs::path> files;
   for (const fs::path& folder : folders) {
     const std::vector<fs::path> some = SceneFilesIn(folder);

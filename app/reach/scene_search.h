@@ -16,8 +16,10 @@ struct WantedScene {
   std::uint64_t content_hash = 0;
   std::filesystem::path file;  // where it was on the machine that tells of it
   std::size_t bodies = 0;      // their number; 0: not known
+  bool open_told = true;       // whether that path may be opened; else its name alone counts
 };
 
+/// Of a session, where any stranger may name any path: it is not opened.
 WantedScene WantedFrom(const SceneManifest& manifest);
 
 /// Returns the folders in which scenes are looked for: the current one, those of scenes that were
@@ -28,9 +30,9 @@ std::vector<std::filesystem::path> FoldersWithScenes();
 /// .json, of 4 MB at the most.
 bool MayBeSceneFile(const std::filesystem::path& file);
 
-/// Returns the scene file with the wanted content: the one told of, if it is here, else one in the
-/// folders, first those of the same file name. Nothing: there is none. Reads the mesh files of
-/// scenes that may be it. `stop`: asks it to give up, between two files.
+/// Returns the scene file with the wanted content: the one told of, if it is here and may be
+/// opened, else one in the folders, first those of the same file name. Nothing: there is none.
+/// Reads the mesh files of scenes that may be it. `stop`: asks it to give up, between two files.
 std::optional<std::filesystem::path> FindScene(const WantedScene& wanted,
                                                const std::vector<std::filesystem::path>& folders,
                                                const std::stop_token& stop = {});

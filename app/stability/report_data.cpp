@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -12,6 +10,8 @@
 
 #include "app/stability/boundary_picture.h"
 #include "app/stability/cell_facts.h"
+#include "engine/base/json_reader.h"
+#include "engine/base/regular_file.h"
 
 namespace tandem {
 
@@ -227,10 +227,12 @@ std::optional<Error> AddFile(const std::filesystem::path& file, ReportData& data
     sweep.results = *std::move(results);
     return std::nullopt;
   }
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return Error{file.string() + ": cannot be read"};
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  const OrderedJson object = OrderedJson::parse(text, nullptr, false);
+  constexpr std::uintmax_t kLargest = 64U << 20U;
+  const Result<std::string> text = ReadWholeFile(file, kLargest);
+  if (!text) return text.error();
+  // its brackets and values are counted first
+  if (const auto sound = JsonFile::Parse(*text, file.string()); !sound) return sound.error();
+  const OrderedJson object = OrderedJson::parse(*text, nullptr, false);
   if (!object.is_object()) {
     return Error{file.string() +
                  ": holds neither a sweep's results (.jsonl) nor an object of JSON"};

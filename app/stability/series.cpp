@@ -3,15 +3,17 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
 #include "app/picture/chart.h"
+#include "engine/base/regular_file.h"
 
 namespace tandem {
 
 namespace {
 
+constexpr std::size_t kLongestLine = 1 << 16;     // bytes
+constexpr std::size_t kMostNumbers = 30'000'000;  // 240 MB of memory
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<std::string> Split(const std::string& line) {
@@ -41,13 +43,18 @@ const std::vector<double>* Series::Column(std::string_view name) const {
 }
 
 Result<Series> ReadSeries(const std::filesystem::path& csv) {
-  std::ifstream in(csv);
+  Result<RegularFile> opened = RegularFile::Open(csv);
+  if (!opened) return opened.error();
+  LineReader lines(*std::move(opened), kLongestLine);
   std::string line;
-  if (!in || !std::getline(in, line)) return Error{csv.string() + ": cannot be read"};
+  if (!lines.Next(line)) return Error{csv.string() + ": cannot be read"};
   Series series;
   series.columns = Split(line);
   series.values.resize(series.columns.size());
-  for (int number = 2; std::getline(in, line); ++number) {
+  for (int number = 2; lines.Next(line); ++number) {
+    if (static_cast<std::size_t>(number) * series.columns.size() > kMostNumbers) {
+      return Error{csv.string() + ": more numbers than any case writes"};
+    }
     const std::vector<std::string> parts = Split(line);
     const std::string place = csv.string() + ": line " + std::to_string(number);
     if (parts.size() != series.columns.size()) {
@@ -57,11 +64,12 @@ Result<Series> ReadSeries(const std::filesystem::path& csv) {
     for (std::size_t i = 0; i < parts.size(); ++i) {
       double value = 0;
       if (!ReadNumber(parts[i], value)) {
-        return Error{place + ": expected a number, got \"" + parts[i] + '"'};
+        return Error{place + ": expected a number, got \"" + PlainLine(parts[i], 60) + '"'};
       }
       series.values[i].push_back(value);
     }
   }
+  if (lines.too_long()) return Error{csv.string() + ": has a line that no case writes"};
   return series;
 }
 

@@ -7,11 +7,14 @@
 #include <fstream>
 #include <functional>
 #include <random>
+#include <sstream>
 
 #include <sys/stat.h>
 
 #include "collab/dds/openssl.h"
 #include "collab/dds/permissions.h"
+#include "collab/dds/unfinished_folder.h"
+#include "engine/base/regular_file.h"
 
 namespace tandem {
 namespace {
@@ -40,16 +43,6 @@ Result<bool> WriteText(const fs::path& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary);
   stream << text;
   if (!stream.flush()) return Error{file.string() + ": cannot be written"};
-  return true;
-}
-
-Result<bool> MakeFolder(const fs::path& folder) {
-  std::error_code failed;
-  if (fs::exists(folder, failed) && !fs::is_empty(folder, failed)) {
-    return Error{folder.string() + " exists already: keys are never overwritten"};
-  }
-  fs::create_directories(folder, failed);
-  if (failed) return Error{folder.string() + ": " + failed.message()};
   return true;
 }
 
@@ -128,8 +121,8 @@ Result<bool> MakeIdentity(const Authority& authority, const std::string& name, P
 
 // A folder for one who is `part` in the session: "peer", "viewer" or "relay".
 Result<PeerId> MakeKeys(
-    const fs::path& session, const std::string& name, const std::string& part, const fs::path& out,
-    int days,
+    const fs::path& session, const std::string& name, const std::string& part,
+    const fs::path& folder, int days,
     const std::function<std::string(PeerId, std::time_t from, std::time_t until)>& permissions_of) {
   const OwnerOnly owner_only;
   if (!IsMemberName(name)) {
@@ -138,7 +131,10 @@ Result<PeerId> MakeKeys(
   const Authority identity = IdentityAuthority(session);
   const Authority permissions = PermissionsAuthority(session);
   Result<bool> done = AreTwo(identity.certificate, permissions.certificate);
-  if (done) done = MakeFolder(out);
+  if (!done) return done.error();
+  Result<UnfinishedFolder> made = UnfinishedFolder::Make(folder);
+  if (!made) return made.error();
+  const fs::path& out = made->path();
   const PeerId peer = NewPeerId();
   if (done) done = MakeIdentity(identity, name, peer, out, days);
   const std::time_t now = std::time(nullptr);
@@ -155,6 +151,7 @@ Result<PeerId> MakeKeys(
     std::snprintf(id.data(), id.size(), "%016llx", static_cast<unsigned long long>(peer));
     done = WriteText(out / "member.txt", name + " " + std::string(id.data()) + " " + part + "\n");
   }
+  if (done) done = made->Commit();
   if (!done) return done.error();
   return peer;
 }
@@ -188,15 +185,17 @@ Result<bool> MakeSessionKeys(const fs::path& folder, const Authority& identity,
     const Result<bool> two = AreTwo(identity.certificate, permissions.certificate);
     if (!two) return two;
   }
-  Result<bool> done = MakeFolder(folder);
-  if (done) done = TakeOrMake(identity, "Tandem identities", IdentityAuthority(folder), days);
+  Result<UnfinishedFolder> made = UnfinishedFolder::Make(folder);
+  if (!made) return made.error();
+  const fs::path& out = made->path();
+  Result<bool> done = TakeOrMake(identity, "Tandem identities", IdentityAuthority(out), days);
   if (done) {
-    done = TakeOrMake(permissions, "Tandem permissions", PermissionsAuthority(folder), days);
+    done = TakeOrMake(permissions, "Tandem permissions", PermissionsAuthority(out), days);
   }
   if (done) {
-    done = SignDocument(GovernanceXml(), PermissionsAuthority(folder), folder / "governance.p7s");
+    done = SignDocument(GovernanceXml(), PermissionsAuthority(out), out / "governance.p7s");
   }
-  return done;
+  return done ? made->Commit() : done;
 }
 
 Result<PeerId> MakeMemberKeys(const fs::path& session, const std::string& name, Role role,
@@ -245,10 +244,13 @@ Result<MemberKeys> LoadMemberKeys(const fs::path& folder) {
   }
   MemberKeys keys;
   keys.folder = fs::absolute(folder);
-  std::ifstream stream(folder / "member.txt");
+  constexpr std::uintmax_t kLargestMember = 4096;
+  const Result<std::string> member = ReadWholeFile(folder / "member.txt", kLargestMember);
+  if (!member) return member.error();
+  std::istringstream words(*member);
   std::string id;
   std::string role;
-  stream >> keys.name >> id >> role;
+  words >> keys.name >> id >> role;
   const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), keys.peer, 16);
   if (!IsMemberName(keys.name) || error != std::errc() || end != id.data() + id.size() ||
       keys.peer == 0 || (role != "peer" && role != "viewer" && role != "relay")) {

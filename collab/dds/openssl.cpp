@@ -11,6 +11,8 @@
 namespace tandem {
 namespace {
 
+constexpr std::array kPrograms{"/usr/bin/openssl", "/usr/local/bin/openssl", "/bin/openssl"};
+
 std::string ReadAll(int descriptor) {
   std::string all;
   std::array<char, 4096> buffer;
@@ -29,6 +31,10 @@ Result<std::string> Openssl(std::vector<std::string> arguments) {
   for (std::string& word : arguments) argv.push_back(word.data());
   argv.push_back(nullptr);
 
+  // no settings, engines or libraries of whoever calls: where the keys are made, only the system's
+  std::string path = "PATH=/usr/bin:/bin";
+  std::string language = "LC_ALL=C";
+  const std::array<char*, 3> environment{path.data(), language.data(), nullptr};
   std::array<int, 2> out{};
   if (pipe2(out.data(), O_CLOEXEC) != 0) return Error{std::strerror(errno)};
   const pid_t child = fork();
@@ -39,7 +45,7 @@ Result<std::string> Openssl(std::vector<std::string> arguments) {
     dup2(nothing, STDIN_FILENO);
     dup2(out[1], STDOUT_FILENO);
     dup2(out[1], STDERR_FILENO);
-    execvp(argv[0], argv.data());
+    for (const char* program : kPrograms) execve(program, argv.data(), environment.data());
     _exit(127);
   }
   close(out[1]);

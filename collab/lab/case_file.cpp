@@ -32,6 +32,8 @@ constexpr std::array<std::pair<std::string_view, double CouplingLimits::*>, 7> k
      {"constant_link_damping", &CouplingLimits::constant_link_damping}}};
 
 constexpr int kMostUsers = 8;
+constexpr std::size_t kMostSteps = 10'000;  // of a schedule
+constexpr double kLongestHand = 3600;       // s
 constexpr double kLongestDelay = 1.2;  // s one way: beyond, links are cut whatever the law
 
 double Within(const JsonNode& node, std::string_view key, double least, double most,
@@ -52,6 +54,10 @@ LabHand ReadHandFile(const JsonNode& node, const std::filesystem::path& folder) 
   const Result<HandScript> script = LoadHandScript(folder / file);
   if (!script) {
     node["file"].Fault(script.error().what);
+    return {};
+  }
+  if (script->duration() > kLongestHand) {
+    node["file"].Fault("moves for more than an hour: no case lasts longer");
     return {};
   }
   return {file.stem().string(), script->impedance, *script};
@@ -131,7 +137,12 @@ LinkConditions ReadWay(const JsonNode& node) {
 
 std::vector<LabNetwork::Step> ReadSchedule(const JsonNode& node, double delay_s) {
   std::vector<LabNetwork::Step> schedule;
-  for (const JsonNode& item : node.Items()) {
+  const std::vector<JsonNode> items = node.Items();
+  if (items.size() > kMostSteps) {
+    node.Fault("more than " + std::to_string(kMostSteps) + " steps");
+    return schedule;
+  }
+  for (const JsonNode& item : items) {
     item.AllowKeys({"at_s", "delay_s", "cut"});
     LabNetwork::Step step;
     step.at_s = item["at_s"].NumberFrom(0);
@@ -183,7 +194,13 @@ LabCase ReadCase(const JsonNode& root, const std::filesystem::path& folder) {
     test.users = static_cast<std::size_t>(root["users"].WholeNumber(2, kMostUsers));
   }
   if (root.Has("hands")) {
-    for (const JsonNode& node : root["hands"].Items()) test.hands.push_back(ReadHand(node, folder));
+    const std::vector<JsonNode> hands = root["hands"].Items();
+    if (hands.size() > kMostUsers) {
+      root["hands"].Fault("more hands than the " + std::to_string(kMostUsers) +
+                          " users there may be");
+      return test;
+    }
+    for (const JsonNode& node : hands) test.hands.push_back(ReadHand(node, folder));
     if (test.hands.empty()) root["hands"].Expected("at least one hand");
   } else {
     test.hands = {*HandNamed("relaxed", {1.0, Mat3::Identity()})};

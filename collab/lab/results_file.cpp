@@ -13,12 +13,16 @@
 #include "collab/lab/metrics_table.h"
 #include "engine/base/hash.h"
 #include "engine/base/json_reader.h"
+#include "engine/base/regular_file.h"
+#include "engine/base/whole_file.h"
 
 namespace tandem {
 
 namespace {
 
 using OrderedJson = nlohmann::ordered_json;
+
+constexpr std::size_t kLongestLine = 1 << 20;  // bytes
 
 // a number, or null where there is none
 double NumberOrNone(const JsonNode& node) {
@@ -82,7 +86,8 @@ ResultsHeader HeaderOf(const JsonNode& node) {
   header.sweep_hash = node["sweep_hash"].Text();
   header.version = node["version"].Text();
   header.program = node["program"].Text();
-  header.cells = static_cast<std::size_t>(node["cells"].WholeNumber(1, 100'000'000));
+  header.cells =
+      static_cast<std::size_t>(node["cells"].WholeNumber(1, static_cast<int>(kMostCells)));
   header.shard = node["shard"].Text();
   header.command = node["command"].Text();
   return header;
@@ -90,7 +95,8 @@ ResultsHeader HeaderOf(const JsonNode& node) {
 
 CellRecord RecordOf(const JsonNode& node) {
   CellRecord record;
-  record.cell.number = static_cast<std::size_t>(node["cell"].WholeNumber(0, 100'000'000));
+  record.cell.number =
+      static_cast<std::size_t>(node["cell"].WholeNumber(0, static_cast<int>(kMostCells)));
   record.cell.key = node["key"].Text();
   record.cell.case_json = node["case"].Compact();
   record.cell.expect = ExpectationOf(node["expect"]);
@@ -115,10 +121,11 @@ CellRecord RecordOf(const JsonNode& node) {
 }  // namespace
 
 std::string LineOf(const ResultsHeader& header) {
-  return OrderedJson{{"sweep", header.sweep},           {"seed", header.seed},
-                     {"sweep_hash", header.sweep_hash}, {"version", header.version},
-                     {"program", header.program},       {"cells", header.cells},
-                     {"shard", header.shard},           {"command", header.command}}
+  return OrderedJson{
+      {"sweep", header.sweep},           {"seed", header.seed},
+      {"sweep_hash", header.sweep_hash}, {"version", header.version},
+      {"program", header.program},       {"cells", header.cells},
+      {"shard", header.shard},           {"command", PlainLine(header.command, 4096)}}
       .dump();
 }
 
@@ -151,14 +158,13 @@ std::string LineOf(const CellRecord& record) {
 }
 
 Result<Results> ReadResults(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in || !std::filesystem::is_regular_file(file)) {
-    return Error{file.string() + ": cannot be read"};
-  }
+  Result<RegularFile> opened = RegularFile::Open(file);
+  if (!opened) return opened.error();
+  LineReader lines(*std::move(opened), kLongestLine);
   Results results;
   std::string line;
-  for (std::size_t number = 1; std::getline(in, line); ++number) {
-    if (in.eof()) break;  // no line's end: it was not written whole
+  for (std::size_t number = 1; lines.Next(line); ++number) {
+    if (!lines.ended()) break;  // no line's end: it was not written whole
     const std::string place = file.string() + ": line " + std::to_string(number);
     const Result<JsonFile> json = JsonFile::Parse(line, place);
     if (!json) return json.error();
@@ -176,20 +182,20 @@ Result<Results> ReadResults(const std::filesystem::path& file) {
     }
     if (json->fault()) return *json->fault();
   }
+  if (lines.too_long()) {
+    return Error{file.string() + ": has a line of more than " + std::to_string(kLongestLine) +
+                 " bytes, which no sweep writes"};
+  }
   if (results.header.cells == 0) return Error{file.string() + ": holds no results of a sweep"};
   return results;
 }
 
 std::optional<Error> WriteResults(const std::filesystem::path& file, const Results& results) {
-  const std::filesystem::path beside = file.string() + ".new";
-  std::ofstream out(beside, std::ios::binary);
-  out << LineOf(results.header) << '\n';
-  for (const auto& [number, record] : results.records) out << LineOf(record) << '\n';
-  out.close();
-  std::error_code failed;
-  if (out) std::filesystem::rename(beside, file, failed);
-  if (!out || failed) return Error{file.string() + ": cannot be written"};
-  return std::nullopt;
+  Result<WholeFile> out = WholeFile::Create(file);
+  if (!out) return out.error();
+  out->Write(LineOf(results.header) + '\n');
+  for (const auto& [number, record] : results.records) out->Write(LineOf(record) + '\n');
+  return out->Commit();
 }
 
 Result<Results> Merge(const std::vector<std::filesystem::path>& files) {
@@ -236,9 +242,11 @@ Result<ResultsLog> ResultsLog::Open(const std::filesystem::path& file,
   std::error_code ignored;
   // without a whole first line nothing is lost
   const bool begun = std::filesystem::exists(file, ignored) && [&file] {
-    std::ifstream in(file, std::ios::binary);
+    Result<RegularFile> opened = RegularFile::Open(file);
+    if (!opened) return true;  // ReadResults() says why
+    LineReader lines(*std::move(opened), kLongestLine);
     std::string line;
-    return std::getline(in, line) && !in.eof();
+    return lines.too_long() || (lines.Next(line) && lines.ended());
   }();
   if (begun) {
     Result<Results> before = ReadResults(file);

@@ -27,6 +27,8 @@ constexpr std::array<std::string_view, 13> kAxes{
     "scene", "users",          "hands",         "delay_s", "network", "publish_hz", "law",
     "ratio", "boundary_ratio", "stiffness_N_m", "motion",  "seconds", "seed"};
 
+constexpr std::size_t kMostValues = 10'000;  // of an axis; each is tried alone
+
 // 1.0 and 1 are one number, and one key
 Json Plain(Json value) {
   constexpr double kExact = 9e15;
@@ -123,6 +125,10 @@ class Expansion {
     const bool many = node.IsArray();
     const std::vector<JsonNode> items = many ? node.Items() : std::vector<JsonNode>{node};
     if (items.empty()) node.Fault("an empty array leaves no cell");
+    if (items.size() > kMostValues) {
+      node.Fault("more than " + std::to_string(kMostValues) + " values: divide the sweep");
+      return std::nullopt;
+    }
     for (std::size_t i = 0; i < items.size(); ++i) {
       axis.values.push_back(Plain(Json::parse(items[i].Compact())));
       Json alone = DefaultCase();
@@ -146,6 +152,12 @@ class Expansion {
       if (std::optional<Error> wrong = Read(block, place, axes.back())) return wrong;
     }
     if (file_.fault()) return std::nullopt;
+    std::size_t cells = 1;
+    for (const Axis& axis : axes) cells = std::min(kMostCells + 1, cells * axis.values.size());
+    if (cells > kMostCells - std::min(kMostCells, sweep_.cells.size())) {
+      return Error{place + ": more than " + std::to_string(kMostCells) +
+                   " cells in all: divide the sweep among several files"};
+    }
     // the last axis turns fastest
     std::vector<std::size_t> at(axes.size(), 0);
     for (bool more = true; more;) {

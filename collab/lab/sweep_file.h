@@ -27,7 +27,10 @@ struct SweepCell {
   std::size_t rank = 0;  // among all by cost, those alike mixed: it says in which shard it is
 };
 
-/// A grid of experiments.
+/// More are days of work for a hundred machines, or a mistake in a grid.
+inline constexpr std::size_t kMostCells = 250'000;
+
+/// A grid of experiments, of at most kMostCells.
 struct Sweep {
   std::string name;
   std::uint64_t seed = 1;

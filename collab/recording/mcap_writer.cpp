@@ -73,17 +73,16 @@ void Append(Bytes& to, const Bytes& what) {
 Result<std::unique_ptr<McapWriter>> McapWriter::Create(const std::filesystem::path& file,
                                                        const std::string& profile,
                                                        const std::string& library) {
-  std::unique_ptr<McapWriter> writer(new McapWriter(file));
-  writer->stream_.open(file, std::ios::binary);
-  if (!writer->stream_) return Error{file.string() + ": cannot be written"};
+  Result<WholeFile> made = WholeFile::Create(file);
+  if (!made) return made.error();
+  std::unique_ptr<McapWriter> writer(new McapWriter(*std::move(made)));
   writer->Put(Bytes(kMagic.begin(), kMagic.end()));
   writer->Put(Record(Op::kHeader, Content().Text(profile).Text(library)));
   return writer;
 }
 
 void McapWriter::Put(const Bytes& bytes) {
-  stream_.write(reinterpret_cast<const char*>(bytes.data()),
-                static_cast<std::streamsize>(bytes.size()));
+  file_.Write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   written_ += bytes.size();
   crc_ = Crc32(bytes.data(), bytes.size(), crc_);
 }
@@ -203,8 +202,7 @@ Result<std::uint64_t> McapWriter::Close() {
   Put(footer.bytes());
   Put(Content().Number(crc_).bytes());
   Put(Bytes(kMagic.begin(), kMagic.end()));
-  stream_.close();
-  if (stream_.fail()) return Error{file_.string() + ": cannot be written"};
+  if (const std::optional<Error> failed = file_.Commit()) return *failed;
   return message_count_;
 }
 

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <span>
@@ -11,14 +10,15 @@
 #include <vector>
 
 #include "engine/base/result.h"
+#include "engine/base/whole_file.h"
 
 namespace tandem {
 
 using Bytes = std::vector<unsigned char>;
 
 /// Writes an MCAP file (version 0 of its specification, mcap.dev/spec): schemas, channels and
-/// messages in uncompressed chunks with their indexes, a summary, and a CRC-32 over each part. Whom
-/// a crash interrupts leaves whole chunks behind, which readers recover.
+/// messages in uncompressed chunks with their indexes, a summary, and a CRC-32 over each part. It
+/// is there when it is whole.
 class McapWriter {
  public:
   /// `profile` and `library`: of the file's header.
@@ -47,12 +47,11 @@ class McapWriter {
     std::map<std::uint16_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>> messages;
   };
 
-  explicit McapWriter(std::filesystem::path file) : file_(std::move(file)) {}
+  explicit McapWriter(WholeFile file) : file_(std::move(file)) {}
   void Put(const Bytes& bytes);
   void EndChunk();
 
-  std::filesystem::path file_;
-  std::ofstream stream_;
+  WholeFile file_;
   std::uint64_t written_ = 0;  // bytes
   std::uint32_t crc_ = 0;      // of them
   Chunk chunk_;

@@ -15,14 +15,14 @@ Result<std::unique_ptr<PosesExport>> PosesExport::Create(const std::filesystem::
                    "': a name with a comma or a line break has no place in " + file.string()};
     }
   }
-  std::ofstream stream(file);
-  stream << "t_s,moving,tx,ty,tz,ax,ay,az,angle_deg\n";
-  if (!stream) return Error{file.string() + ": cannot be written"};
-  return std::unique_ptr<PosesExport>(new PosesExport(file, std::move(stream), model));
+  Result<WholeFile> made = WholeFile::Create(file);
+  if (!made) return made.error();
+  made->Write("t_s,moving,tx,ty,tz,ax,ay,az,angle_deg\n");
+  return std::unique_ptr<PosesExport>(new PosesExport(*std::move(made), model));
 }
 
-PosesExport::PosesExport(std::filesystem::path file, std::ofstream stream, const WorldModel& model)
-    : file_(std::move(file)), stream_(std::move(stream)), model_(&model) {}
+PosesExport::PosesExport(WholeFile file, const WorldModel& model)
+    : file_(std::move(file)), model_(&model) {}
 
 void PosesExport::Add(const RecordedFrame& frame, const PeerNode& node) {
   if (frames_ == 0) first_ns_ = frame.now_ns;
@@ -40,14 +40,13 @@ void PosesExport::Add(const RecordedFrame& frame, const PeerNode& node) {
                   angle * 180 / M_PI);
     std::array<char, 32> time{};
     std::snprintf(time.data(), time.size(), "%.3f,", t_s);
-    stream_ << time.data() << body.name << row.data();
+    file_.Write(time.data() + body.name + row.data());
     ++rows_;
   }
 }
 
 Result<std::uint64_t> PosesExport::Close() {
-  stream_.flush();
-  if (!stream_) return Error{file_.string() + ": cannot be written"};
+  if (const std::optional<Error> failed = file_.Commit()) return *failed;
   return rows_;
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 #include "collab/peer_node.h"
 #include "collab/recording/recording.h"
 #include "engine/base/result.h"
+#include "engine/base/whole_file.h"
 
 namespace tandem {
 
@@ -26,10 +26,9 @@ class PosesExport {
   Result<std::uint64_t> Close();
 
  private:
-  PosesExport(std::filesystem::path file, std::ofstream stream, const WorldModel& model);
+  PosesExport(WholeFile file, const WorldModel& model);
 
-  std::filesystem::path file_;
-  std::ofstream stream_;
+  WholeFile file_;
   const WorldModel* model_;
   std::int64_t frames_ = 0;
   std::int64_t first_ns_ = 0;

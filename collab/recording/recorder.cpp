@@ -5,9 +5,12 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <system_error>
 #include <utility>
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace tandem {
@@ -34,37 +37,71 @@ void Append(std::vector<std::byte>& out, const T& value) {
   out.insert(out.end(), bytes, bytes + sizeof value);
 }
 
-bool WriteAll(int descriptor, const std::byte* data, std::size_t size) {
-  while (size > 0) {
-    const ssize_t written = write(descriptor, data, size);
+/// How many of the bytes the disk took; fewer than all: `fault` says why.
+std::size_t WriteAll(int descriptor, const std::byte* data, std::size_t size, int& fault) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t written = write(descriptor, data + done, size - done);
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    data += written;
-    size -= static_cast<std::size_t>(written);
+    if (written <= 0) {
+      fault = written < 0 ? errno : ENOSPC;
+      break;
+    }
+    done += static_cast<std::size_t>(written);
   }
-  return true;
+  return done;
+}
+
+std::string Reason(int fault) {
+  return std::generic_category().message(fault);
+}
+
+/// A file that nobody else writes; else why not.
+Result<int> OpenNew(const std::filesystem::path& file) {
+  const Error exists{file.string() + " exists already: recordings are never overwritten"};
+  int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (descriptor < 0 && errno == EEXIST) {
+    // an empty one, a pipe or a device may be there for us
+    descriptor = open(file.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
+  }
+  if (descriptor < 0) return Error{file.string() + ": " + Reason(errno)};
+  struct stat status {};
+  const bool known = fstat(descriptor, &status) == 0;
+  const bool regular = known && S_ISREG(status.st_mode);
+  // of two that begin together one gets the lock, and keeps it to its end
+  if (regular && (flock(descriptor, LOCK_EX | LOCK_NB) != 0 || fstat(descriptor, &status) != 0 ||
+                  status.st_size > 0)) {
+    close(descriptor);
+    return exists;
+  }
+  fcntl(descriptor, F_SETFL, 0);
+  return descriptor;
 }
 
 }  // namespace
 
 Result<std::unique_ptr<Recorder>> Recorder::Create(const std::filesystem::path& file,
                                                    const RecordingHeader& header) {
-  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (descriptor < 0) return Error{file.string() + ": " + std::strerror(errno)};
+  const Result<int> descriptor = OpenNew(file);
+  if (!descriptor) return descriptor.error();
   const std::string text = AsText(header);
   std::vector<std::byte> head;
   for (const char c : kRecordingMagic) head.push_back(static_cast<std::byte>(c));
   Append(head, static_cast<std::uint32_t>(text.size()));
   for (const char c : text) head.push_back(static_cast<std::byte>(c));
-  if (!WriteAll(descriptor, head.data(), head.size())) {
-    close(descriptor);
-    return Error{file.string() + ": cannot be written"};
+  int fault = 0;
+  if (WriteAll(*descriptor, head.data(), head.size(), fault) < head.size()) {
+    close(*descriptor);
+    std::error_code none;
+    if (std::filesystem::is_regular_file(file, none)) unlink(file.c_str());
+    return Error{file.string() + ": cannot be written: " + Reason(fault)};
   }
-  return std::unique_ptr<Recorder>(new Recorder(file, descriptor));
+  std::unique_ptr<Recorder> recorder(new Recorder(file, *descriptor, head.size()));
+  return recorder;
 }
 
-Recorder::Recorder(std::filesystem::path file, int descriptor)
-    : file_(std::move(file)), descriptor_(descriptor), thread_([this] {
+Recorder::Recorder(std::filesystem::path file, int descriptor, std::uint64_t bytes)
+    : file_(std::move(file)), descriptor_(descriptor), bytes_(bytes), thread_([this] {
         Run();
       }) {}
 
@@ -79,12 +116,37 @@ Result<std::uint64_t> Recorder::Close() {
   }
   stopping_.notify_one();
   if (thread_.joinable()) thread_.join();
-  if (close(std::exchange(descriptor_, -1)) != 0) failed_ = true;
-  const std::string frames = std::to_string(frames_) + " frames";
-  if (failed_) return Error{file_.string() + ": cannot be written; it ends after " + frames};
-  if (ended_.load())
-    return Error{file_.string() + ": the disk is too slow; it ends after " + frames};
-  return frames_;
+  // a disk that is full may say so only now
+  const bool synced = fsync(descriptor_) == 0 || errno == EINVAL || errno == EROFS;
+  int fault = synced ? 0 : errno;
+  if (close(std::exchange(descriptor_, -1)) != 0 && fault == 0) fault = errno;
+  if (fault != 0 && fault_.load() == 0) fault_.store(fault);
+  if (const std::string ended = WhyEnded(); !ended.empty()) return Error{ended};
+  return frames_.load();
+}
+
+void Recorder::Discard() {
+  if (descriptor_ >= 0) static_cast<void>(Close());
+  std::error_code none;
+  if (std::filesystem::is_regular_file(file_, none)) unlink(file_.c_str());
+}
+
+std::string Recorder::WhyEnded() const {
+  const std::uint64_t count = frames_.load();
+  const std::string frames = std::to_string(count) + (count == 1 ? " frame" : " frames");
+  if (const int fault = fault_.load(); fault != 0) {
+    return file_.string() + ": cannot be written: " + Reason(fault) + "; it ends after " + frames;
+  }
+  if (ended_.load()) return file_.string() + ": the disk is too slow; it ends after " + frames;
+  return {};
+}
+
+std::string Recorder::News() {
+  if (told_) return {};
+  // a ring that ran over still holds frames: their number is known when the disk has them
+  if (fault_.load() == 0 && !(ended_.load() && drained_.load())) return {};
+  told_ = true;
+  return WhyEnded();
 }
 
 void Recorder::Named(PeerId peer, const std::string& name) {
@@ -107,8 +169,30 @@ void Recorder::Run() {
 }
 
 void Recorder::WriteDown() {
+  const bool last = ended_.load();
+  TakeFrames();
+  TakeNames();
+  if (fault_.load() == 0) {
+    int fault = 0;
+    const std::size_t written = WriteAll(descriptor_, out_.data(), out_.size(), fault);
+    const auto whole = std::upper_bound(ends_.begin(), ends_.end(), written);
+    frames_ += static_cast<std::uint64_t>(whole - ends_.begin());
+    if (fault == 0) {
+      bytes_ += written;
+    } else {
+      // what is left of a frame is of no use, and its room may be
+      bytes_ += whole == ends_.begin() ? 0 : *(whole - 1);
+      if (ftruncate(descriptor_, static_cast<off_t>(bytes_)) != 0) errno = 0;
+      fault_.store(fault);
+    }
+  }
+  if (last) drained_.store(true);
+}
+
+void Recorder::TakeFrames() {
   taken_.clear();
   out_.clear();
+  ends_.clear();
   ring_.TakeAll(taken_);
   std::size_t at = 0;
   while (at < taken_.size()) {
@@ -120,8 +204,11 @@ void Recorder::WriteDown() {
     out_.insert(out_.end(), taken_.begin() + static_cast<std::ptrdiff_t>(at),
                 taken_.begin() + static_cast<std::ptrdiff_t>(at + length));
     at += length;
-    ++frames_;
+    ends_.push_back(out_.size());
   }
+}
+
+void Recorder::TakeNames() {
   std::vector<std::pair<PeerId, std::string>> names;
   {
     const std::scoped_lock lock(mutex_);
@@ -138,7 +225,6 @@ void Recorder::WriteDown() {
     Append(out_, Crc32(content.data(), content.size()));
     out_.insert(out_.end(), content.begin(), content.end());
   }
-  if (!failed_ && !WriteAll(descriptor_, out_.data(), out_.size())) failed_ = true;
 }
 
 template <typename T>

@@ -27,6 +27,8 @@ inline constexpr std::string_view kFirstRecordingMagic = "tandem-recording 1\n";
 /// not be repeated.
 class Recorder final : public FrameTap {
  public:
+  /// Makes a new file, for its owner alone. What has bytes in it, or is being recorded into, is
+  /// refused: recordings are never overwritten.
   static Result<std::unique_ptr<Recorder>> Create(const std::filesystem::path& file,
                                                   const RecordingHeader& header);
   ~Recorder() override;
@@ -45,21 +47,33 @@ class Recorder final : public FrameTap {
   /// How a peer is called, for those who read the recording. By another thread than the haptic one.
   void Named(PeerId peer, const std::string& name);
 
-  /// Writes the rest down, after the last frame. Errors: the disk was full or too slow, from that
-  /// frame on nothing was kept.
+  /// That the recording has ended before its peer, and why, once; else empty. By another thread
+  /// than the haptic one.
+  std::string News();
+
+  /// Writes the rest down, after the last frame, and waits until the disk has it; how many frames
+  /// are in the file. Errors: the disk was full or too slow, from that frame on nothing was kept.
   Result<std::uint64_t> Close();
+  /// The same, and removes the file.
+  void Discard();
 
  private:
-  Recorder(std::filesystem::path file, int descriptor);
+  /// `bytes`: that are in the file.
+  Recorder(std::filesystem::path file, int descriptor, std::uint64_t bytes);
   void Run();
   void WriteDown();
+  /// Appends the frames that the ring holds to out_, and where each ends in it to ends_.
+  void TakeFrames();
+  void TakeNames();
+  std::string WhyEnded() const;
   template <typename T>
   void PutPart(FramePart part, const T& value) noexcept;
 
   const std::filesystem::path file_;
   int descriptor_;
   ByteRing ring_{std::size_t{1} << 24U};
-  std::atomic<bool> ended_{false};  // a frame did not fit
+  std::atomic<bool> ended_{false};    // a frame did not fit
+  std::atomic<bool> drained_{false};  // and those before it are written
   std::mutex mutex_;
   std::condition_variable stopping_;
   bool stop_ = false;
@@ -67,8 +81,11 @@ class Recorder final : public FrameTap {
   std::vector<std::pair<PeerId, std::string>> unnoted_;  // of them, those to be written down
   std::vector<std::byte> taken_;                         // the writing thread's
   std::vector<std::byte> out_;
-  std::uint64_t frames_ = 0;
-  bool failed_ = false;
+  std::vector<std::size_t> ends_;         // of the frames in out_
+  std::uint64_t bytes_ = 0;               // in the file, all of them of whole frames
+  std::atomic<std::uint64_t> frames_{0};  // in the file
+  std::atomic<int> fault_{0};             // errno: the disk took no more
+  bool told_ = false;                     // News() has
   std::thread thread_;
 };
 

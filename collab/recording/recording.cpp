@@ -11,6 +11,7 @@
 #include "collab/coupling_limits.h"
 #include "collab/recording/frame_code.h"
 #include "collab/recording/recorder.h"
+#include "engine/base/json_reader.h"
 
 namespace tandem {
 namespace {
@@ -18,83 +19,13 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::uint32_t kMaxHeader = 1U << 20U;
-constexpr std::uint32_t kMaxFrame = 1U << 26U;
+constexpr std::uint32_t kMaxFrame = 1U << 24U;  // the recorder's ring: no frame is longer
+constexpr std::size_t kBlock = 1U << 18U;
+constexpr std::size_t kLongestName = 256;   // bytes
+constexpr std::size_t kLongestPath = 4096;  // bytes
+constexpr double kFarthestGrasp = 1e3;      // m, as peers believe one another
 
 static_assert(std::endian::native == std::endian::little);
-
-// Takes numbers from a frame's bytes; beyond their end it gives zeros and says so.
-class Decoder {
- public:
-  Decoder(const char* data, std::size_t size) : data_(data), end_(data + size) {}
-  template <typename T>
-  void operator()(T& value) {
-    value = T{};
-    if (static_cast<std::size_t>(end_ - data_) < sizeof value) {
-      sound_ = false;
-      data_ = end_;
-      return;
-    }
-    std::memcpy(&value, data_, sizeof value);
-    data_ += sizeof value;
-  }
-  bool done() const { return data_ == end_; }
-  bool sound() const { return sound_; }
-
- private:
-  const char* data_;
-  const char* end_;
-  bool sound_ = true;
-};
-
-template <typename T>
-bool Read(std::ifstream& stream, T& value) {
-  return static_cast<bool>(stream.read(reinterpret_cast<char*>(&value), sizeof value));
-}
-
-template <typename T>
-void AddPart(Decoder& decoder, std::vector<T>& parts) {
-  CodeFields(decoder, parts.emplace_back());
-}
-
-std::optional<RecordedFrame> Decode(const std::vector<char>& bytes) {
-  Decoder decoder(bytes.data(), bytes.size());
-  RecordedFrame frame;
-  while (!decoder.done()) {
-    FramePart part{};
-    decoder(part);
-    switch (part) {
-      case FramePart::kBegin:
-        decoder(frame.now_ns);
-        decoder(frame.capacity);
-        break;
-      case FramePart::kMembership:
-        AddPart(decoder, frame.changes);
-        break;
-      case FramePart::kEvent:
-        AddPart(decoder, frame.events);
-        break;
-      case FramePart::kState:
-        AddPart(decoder, frame.states);
-        break;
-      case FramePart::kLinks:
-        AddPart(decoder, frame.links);
-        break;
-      case FramePart::kCommand:
-        AddPart(decoder, frame.commands);
-        break;
-      case FramePart::kDevice:
-        CodeFields(decoder, frame.device);
-        break;
-      case FramePart::kEnd:
-        decoder(frame.state_hash);
-        break;
-      default:
-        return std::nullopt;
-    }
-  }
-  if (!decoder.sound()) return std::nullopt;
-  return frame;
-}
 
 ordered_json LimitsOf(const CouplingLimits& limits) {
   ordered_json json;
@@ -124,15 +55,19 @@ T At(const char* bytes) {
   return value;
 }
 
-/// Whether a frame as we write it begins here.
-bool IsFrame(const char* bytes, std::size_t size) {
+/// Whether a frame as we write it begins here; as many bytes as were summed up are taken from
+/// `budget`.
+bool IsFrame(const char* bytes, std::size_t size, std::size_t& budget) {
   if (size < kFrameHead + kLeastFrame) return false;
   const auto length = At<std::uint32_t>(bytes);
   if (length < kLeastFrame || length > size - kFrameHead) return false;
   const char* content = bytes + kFrameHead;
-  return At<FramePart>(content) == FramePart::kBegin &&
-         At<FramePart>(content + length - 9) == FramePart::kEnd &&
-         Crc32(content, length) == At<std::uint32_t>(bytes + 4);
+  if (At<FramePart>(content) != FramePart::kBegin ||
+      At<FramePart>(content + length - 9) != FramePart::kEnd) {
+    return false;
+  }
+  budget -= std::min<std::size_t>(budget, length);
+  return Crc32(content, length) == At<std::uint32_t>(bytes + 4);
 }
 
 std::array<std::uint32_t, 256> CrcTable() {
@@ -143,6 +78,77 @@ std::array<std::uint32_t, 256> CrcTable() {
     table[i] = crc;
   }
   return table;
+}
+
+Quat GraspTurn(const std::vector<JsonNode>& grasp) {
+  Quat q;
+  for (int i = 0; i < 4; ++i) q.coeffs()[i] = grasp[static_cast<std::size_t>(i)].Number();
+  if (std::abs(q.norm() - 1.0) < 1e-3) return q;
+  grasp[0].Expected("a rotation [x, y, z, w] of length 1");
+  return Quat::Identity();
+}
+
+ForceParameters ParametersIn(const JsonNode& root) {
+  ForceParameters parameters;
+  parameters.voxel_size = root["voxel_size"].NumberAbove(0);
+  parameters.contact =
+      root["contact_model"].WholeNumber(0, 1) == 0 ? ContactModel::kPlain : ContactModel::kRefined;
+  parameters.force_layer = root["force_layer"].WholeNumber(0, WidestRange(8) - kWarningQueues);
+  if (const std::string fault = LayerFault(parameters.contact, parameters.force_layer);
+      !fault.empty()) {
+    root["force_layer"].Fault(fault);
+  }
+  parameters.friction = root["friction"].NumberFrom(0);
+  return parameters;
+}
+
+PeerOptions PeerIn(const JsonNode& root) {
+  constexpr int kMostBodies = 1 << 16;
+  constexpr std::uint64_t kLongestSettlingNs = 1'000'000'000'000;
+  PeerOptions peer;
+  peer.own_only = root["own_only"].TrueOrFalse();
+  peer.coupling.gate = root["gate"].TrueOrFalse();
+  peer.id = root["peer"].Unsigned();
+  peer.held_object = root["held_object"].WholeNumber(-1, kMostBodies);
+  const std::vector<JsonNode> grasp = root["grasp"].Items();
+  if (grasp.size() == 7) {
+    peer.X_BD.q = GraspTurn(grasp);
+    for (std::size_t i = 0; i < 3; ++i) {
+      peer.X_BD.p[static_cast<int>(i)] =
+          grasp[4 + i].NumberBetween(-kFarthestGrasp, kFarthestGrasp);
+    }
+  } else {
+    root["grasp"].Expected("seven numbers");
+  }
+  peer.settle_ns = static_cast<std::int64_t>(root["settle_ns"].Unsigned(kLongestSettlingNs));
+  peer.wait_for = static_cast<std::size_t>(root["wait_for"].WholeNumber(0, kMaxPeers));
+  peer.capacity = root["capacity"].NumberFrom(0);
+  peer.look_price = root["look_price"].NumberFrom(0);
+  return peer;
+}
+
+RecordingHeader HeaderIn(const JsonNode& root) {
+  RecordingHeader header;
+  header.program = root["program"].PlainText(kNameBytes);
+  header.name = root["name"].PlainText(kLongestName);
+  header.scene = root["scene"].PlainText(kLongestPath);
+  header.scene_hash = root["scene_hash"].Unsigned();
+  header.parameters = ParametersIn(root);
+  header.contact = root["contact"].TrueOrFalse();
+  header.law = root["law"].PlainText(kNameBytes);
+  const JsonNode limits = root["law_limits"];
+  for (const LimitName& limit : kLimitNames) {
+    // a recording of before a limit has none of it
+    if (limits.Has(limit.name)) header.limits.*limit.value = limits[limit.name].NumberFrom(0);
+  }
+  header.peer = PeerIn(root);
+  for (const BorneGain& gain : kBorneGains) {
+    const JsonNode device = root["device"];
+    if (!root.Has("device") || !device.Has(gain.name)) continue;
+    header.device.*gain.value = device[gain.name].NumberFrom(0);
+  }
+  if (root.Has("device_scale")) header.device_scale = root["device_scale"].NumberFrom(1e-3);
+  return header;
 }
 
 }  // namespace
@@ -189,96 +195,74 @@ std::string AsText(const RecordingHeader& header) {
 }
 
 Result<RecordingHeader> ParseHeader(const std::string& text) {
-  try {
-    const ordered_json json = ordered_json::parse(text);
-    if (json.at("protocol") != kProtocol) {
-      return Error{"recorded with protocol " + json.at("protocol").dump() + ", this program's is " +
-                   std::to_string(kProtocol)};
-    }
-    RecordingHeader header;
-    header.program = json.at("program");
-    header.name = json.at("name");
-    header.scene = json.at("scene");
-    header.scene_hash = json.at("scene_hash");
-    header.parameters.voxel_size = json.at("voxel_size");
-    header.parameters.contact =
-        json.at("contact_model") == 0 ? ContactModel::kPlain : ContactModel::kRefined;
-    header.parameters.force_layer = json.at("force_layer");
-    header.parameters.friction = json.at("friction");
-    header.peer.own_only = json.at("own_only");
-    header.contact = json.at("contact");
-    header.law = json.at("law");
-    for (const LimitName& limit : kLimitNames) {
-      // a recording of before a limit has none of it
-      header.limits.*limit.value =
-          json.at("law_limits").value(std::string(limit.name), header.limits.*limit.value);
-    }
-    header.peer.coupling.gate = json.at("gate");
-    header.peer.id = json.at("peer");
-    header.peer.held_object = json.at("held_object");
-    const std::array<double, 7> grasp = json.at("grasp");
-    for (int i = 0; i < 4; ++i) header.peer.X_BD.q.coeffs()[i] = grasp[static_cast<std::size_t>(i)];
-    for (int i = 0; i < 3; ++i) header.peer.X_BD.p[i] = grasp[static_cast<std::size_t>(4 + i)];
-    header.peer.settle_ns = json.at("settle_ns");
-    header.peer.wait_for = json.at("wait_for");
-    header.peer.capacity = json.at("capacity");
-    header.peer.look_price = json.at("look_price");
-    for (const BorneGain& gain : kBorneGains) {
-      if (!json.contains("device")) break;
-      header.device.*gain.value = json.at("device").value(gain.name, DeviceCapabilities::kAny);
-    }
-    header.device_scale = json.value("device_scale", header.device_scale);
-    return header;
-  } catch (const ordered_json::exception& bad) {
-    return Error{std::string("its header cannot be read: ") + bad.what()};
+  const Result<JsonFile> json = JsonFile::Parse(text, "its header");
+  if (!json) return json.error();
+  const JsonNode root = json->root();
+  if (root.IsObject() && root["protocol"].Compact() != std::to_string(kProtocol)) {
+    return Error{"recorded with protocol " + PlainLine(root["protocol"].Compact(), 20) +
+                 ", this program's is " + std::to_string(kProtocol)};
   }
+  RecordingHeader header = HeaderIn(root);
+  if (json->fault()) return *json->fault();
+  return header;
 }
 
 Result<RecordingReader> RecordingReader::Open(const std::filesystem::path& file) {
-  RecordingReader reader;
-  reader.stream_.open(file, std::ios::binary);
-  if (!reader.stream_) {
-    std::error_code unknown;
-    const bool there = std::filesystem::exists(file, unknown) || unknown;
-    return Error{file.string() + (there ? ": cannot be opened" : ": there is no such file")};
-  }
+  Result<RegularFile> opened = RegularFile::Open(file);
+  if (!opened) return opened.error();
+  RecordingReader reader(*std::move(opened));
+  const std::string named = PlainLine(file.native());
   std::string magic(kRecordingMagic.size(), '\0');
-  std::uint32_t length = 0;
-  if (!reader.stream_.read(magic.data(), static_cast<std::streamsize>(magic.size())) ||
+  std::array<char, sizeof(std::uint32_t)> length{};
+  if (reader.Take(magic) != magic.size() ||
       (magic != kRecordingMagic && magic != kFirstRecordingMagic) ||
-      !Read(reader.stream_, length) || length > kMaxHeader) {
-    return Error{file.string() + ": is not a recording"};
+      reader.Take(length) != length.size() || At<std::uint32_t>(length.data()) > kMaxHeader) {
+    return Error{named + ": is not a recording"};
   }
-  std::string text(length, '\0');
-  if (!reader.stream_.read(text.data(), length)) {
-    return Error{file.string() + ": ends within its header"};
-  }
+  std::string text(At<std::uint32_t>(length.data()), '\0');
+  if (reader.Take(text) != text.size()) return Error{named + ": ends within its header"};
   Result<RecordingHeader> header = ParseHeader(text);
-  if (!header) return Error{file.string() + ": " + header.error().what};
+  if (!header) return Error{named + ": " + header.error().what};
   reader.header_ = *std::move(header);
   reader.names_[reader.header_.peer.id] = reader.header_.name;
-  reader.at_ = static_cast<std::uintmax_t>(reader.stream_.tellg());
-  std::error_code no_file;  // a pipe has no size, and is not damaged for that
-  const std::uintmax_t size = std::filesystem::file_size(file, no_file);
-  reader.size_ = no_file ? 0 : size;
+  reader.at_ = magic.size() + length.size() + text.size();
   return reader;
+}
+
+std::size_t RecordingReader::Take(std::span<char> bytes) {
+  std::size_t got = 0;
+  while (got < bytes.size()) {
+    if (taken_ == block_.size()) {
+      block_.resize(kBlock);
+      block_.resize(file_.Read(read_, block_));
+      read_ += block_.size();
+      taken_ = 0;
+      if (block_.empty()) break;
+    }
+    const std::size_t some = std::min(bytes.size() - got, block_.size() - taken_);
+    std::copy_n(block_.data() + taken_, some, bytes.data() + got);
+    taken_ += some;
+    got += some;
+  }
+  return got;
 }
 
 std::nullopt_t RecordingReader::Stop(Fault fault) {
   fault_ = fault;
-  unread_bytes_ = size_ - std::min(size_, at_);
+  unread_bytes_ = file_.size() - std::min(file_.size(), at_);
   return std::nullopt;
 }
 
-// a frame's length may be what is damaged: then the file only seems to end within the frame
+// A frame's length may be what is damaged: then the file only seems to end within the frame. What
+// is left is shorter than a frame may be. A file made to be summed up for hours is damaged.
 bool RecordingReader::GoesOn() {
-  stream_.clear();
-  stream_.seekg(static_cast<std::streamoff>(at_));
-  bytes_.resize(size_ - std::min(size_, at_));
-  stream_.read(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
-  const auto got = static_cast<std::size_t>(stream_.gcount());
+  constexpr std::size_t kMostSummed = 4 * std::size_t{kMaxFrame};
+  std::size_t budget = kMostSummed;
+  bytes_.resize(
+      std::min<std::uintmax_t>(file_.size() - std::min(file_.size(), at_), kFrameHead + kMaxFrame));
+  const std::size_t got = file_.Read(at_, bytes_);
   for (std::size_t i = 1; i < got; ++i) {
-    if (IsFrame(bytes_.data() + i, got - i)) return true;
+    if (budget == 0 || IsFrame(bytes_.data() + i, got - i, budget)) return true;
   }
   return false;
 }
@@ -292,15 +276,11 @@ std::map<PeerId, std::string> NamesIn(const std::filesystem::path& file) {
 }
 
 bool RecordingReader::TakeName() {
-  Decoder decoder(bytes_.data(), bytes_.size());
-  FramePart part{};
-  PeerId peer = 0;
-  std::array<char, kNameBytes> name{};
-  decoder(part);
-  decoder(peer);
-  decoder(name);
-  if (!decoder.sound() || !decoder.done()) return false;
-  names_[peer] = std::string(name.data(), strnlen(name.data(), name.size()));
+  constexpr std::size_t kMostNames = 4096;
+  constexpr std::size_t kText = 1 + sizeof(PeerId);
+  if (bytes_.size() != kText + kNameBytes || names_.size() >= kMostNames) return false;
+  const char* text = bytes_.data() + kText;
+  names_[At<PeerId>(bytes_.data() + 1)] = PlainLine({text, strnlen(text, kNameBytes)}, kNameBytes);
   return true;
 }
 
@@ -310,7 +290,7 @@ std::optional<RecordedFrame> RecordingReader::Next() {
     if (bytes_.front() == static_cast<char>(FramePart::kName)) {
       if (!TakeName()) return Stop(Fault::kDamaged);
     } else {
-      std::optional<RecordedFrame> frame = Decode(bytes_);
+      std::optional<RecordedFrame> frame = DecodeFrame(bytes_);
       if (!frame) return Stop(Fault::kDamaged);
       at_ += kFrameHead + bytes_.size();
       return frame;
@@ -321,18 +301,19 @@ std::optional<RecordedFrame> RecordingReader::Next() {
 }
 
 bool RecordingReader::ReadContent() {
-  std::uint32_t length = 0;
-  std::uint32_t crc = 0;
+  std::array<char, kFrameHead> head{};
   const auto stop = [this](Fault fault) {
     static_cast<void>(Stop(fault));
     return false;
   };
-  if (!Read(stream_, length)) return stream_.gcount() > 0 && stop(Fault::kTorn);
-  if (!Read(stream_, crc)) return stop(Fault::kTorn);
+  const std::size_t got = Take(head);
+  if (got < head.size()) return got > 0 && stop(Fault::kTorn);
+  const auto length = At<std::uint32_t>(head.data());
   if (length < kLeastFrame || length > kMaxFrame) return stop(Fault::kDamaged);
   bytes_.resize(length);
-  if (!stream_.read(bytes_.data(), length)) return stop(GoesOn() ? Fault::kDamaged : Fault::kTorn);
-  return Crc32(bytes_.data(), length) == crc || stop(Fault::kDamaged);
+  if (Take(bytes_) != length) return stop(GoesOn() ? Fault::kDamaged : Fault::kTorn);
+  return Crc32(bytes_.data(), length) == At<std::uint32_t>(head.data() + 4) ||
+         stop(Fault::kDamaged);
 }
 
 }  // namespace tandem

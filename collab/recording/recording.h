@@ -2,14 +2,15 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "collab/frame_tap.h"
 #include "collab/peer.h"
+#include "engine/base/regular_file.h"
 #include "engine/base/result.h"
 #include "engine/world/force_parameters.h"
 
@@ -34,6 +35,7 @@ struct RecordingHeader {
 };
 
 std::string AsText(const RecordingHeader& header);
+/// Refuses what no recorder writes: numbers out of their bounds, texts that are not plain.
 Result<RecordingHeader> ParseHeader(const std::string& text);
 
 /// All inputs of one frame, in the order in which they were used, and what it ended in.
@@ -49,13 +51,17 @@ struct RecordedFrame {
   std::uint64_t state_hash = 0;
 };
 
+/// The frame that `bytes` are; nothing: no recorder writes such, whatever its checksum says. A
+/// replay takes what this gives without a further check.
+std::optional<RecordedFrame> DecodeFrame(std::span<const char> bytes);
+
 /// Of what follows `before`, whose CRC that is; 0: of nothing.
 std::uint32_t Crc32(const void* data, std::size_t size, std::uint32_t before = 0);
 
 /// How all peers of a recording are called; who is nowhere named is left out.
 std::map<PeerId, std::string> NamesIn(const std::filesystem::path& file);
 
-/// Reads a recording from its beginning, frame by frame.
+/// Reads a recording from its beginning, frame by frame. A stranger may have made it.
 class RecordingReader {
  public:
   static Result<RecordingReader> Open(const std::filesystem::path& file);
@@ -75,18 +81,23 @@ class RecordingReader {
 
  private:
   enum class Fault : std::uint8_t { kNone, kTorn, kDamaged };
+  explicit RecordingReader(RegularFile file) : file_(std::move(file)) {}
+  /// Takes the next bytes of the file; how many there were.
+  std::size_t Take(std::span<char> bytes);
   std::nullopt_t Stop(Fault fault);
   /// The next frame's content, or a name's, into bytes_; false at the end, and where Stop() says
   /// why.
   bool ReadContent();
   /// Takes the name that bytes_ are; false: they are none.
   bool TakeName();
-  /// Whether a whole frame is among what is left; the stream stands behind a frame's CRC.
+  /// Whether a whole frame is among what is left.
   bool GoesOn();
 
-  std::ifstream stream_;
+  RegularFile file_;
+  std::string block_;        // read ahead
+  std::size_t taken_ = 0;    // of block_
+  std::uintmax_t read_ = 0;  // of the file, block_ included
   RecordingHeader header_;
-  std::uintmax_t size_ = 0;  // of the file when it was opened
   std::uintmax_t at_ = 0;    // where the next frame begins
   std::uintmax_t unread_bytes_ = 0;
   std::vector<char> bytes_;

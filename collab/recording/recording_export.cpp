@@ -131,8 +131,12 @@ std::string RecordingExport::NameOfPeer(PeerId peer) const {
 }
 
 std::uint16_t RecordingExport::Channel(const std::string& topic, std::uint16_t schema) {
+  constexpr std::size_t kMostChannels = 4096;
   const auto it = channels_.find(topic);
   if (it != channels_.end()) return it->second;
+  // a recording made to have more has them in one
+  if (channels_.size() == kMostChannels) return Channel("/more/" + std::to_string(schema), schema);
+  if (channels_.size() > kMostChannels + 16) return 0;
   const std::uint16_t channel =
       writer_->AddChannel(schema, topic, "cdr", {{"offered_qos_profiles", ""}});
   channels_[topic] = channel;

@@ -79,6 +79,9 @@ std::uint64_t Replay::Run(const RecordedFrame& frame) {
   for (const Command& command : frame.commands) {
     TANDEM_CHECK(node_->peer().commands().TryPush(command));
   }
+  // a peer that stood still, or whose network held much back, takes more at once than this one may
+  inbox.states().Reserve(frame.states.size());
+  inbox.links().Reserve(frame.links.size());
   for (const ObjectState& state : frame.states) {
     TANDEM_CHECK(inbox.states().Push(frame.now_ns, state));
   }

@@ -2,18 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <sstream>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "engine/base/regular_file.h"
+
 namespace tandem {
 namespace {
 
 using Json = nlohmann::json;
+
+constexpr std::uintmax_t kLargest = 64U << 20U;  // bytes of a file
+constexpr std::size_t kMostValues = 2'000'000;   // each takes up to a hundred bytes of memory
+constexpr std::size_t kDeepest = 64;             // brackets in one another
+constexpr std::size_t kLongestWord = 64;         // that may be a slip of another
+constexpr std::size_t kLongestPlace = 200;
+constexpr std::size_t kLongestText = 65536;
 
 const Json& Value(const void* value) {
   return *static_cast<const Json*>(value);
@@ -48,6 +55,37 @@ std::string WithoutPrefix(std::string_view what) {
   return std::string(end == std::string_view::npos ? what : what.substr(end + 2));
 }
 
+/// What the parser must not see, for it would take stack or memory without end; empty: nothing. The
+/// text need not be JSON.
+std::string FaultOf(std::string_view text) {
+  std::size_t depth = 0;
+  std::size_t values = 0;
+  std::size_t line = 1;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    line += c == '\n' ? 1U : 0U;
+    if (quoted) {
+      if (c == '\\') ++i;
+      quoted = c != '"';
+      continue;
+    }
+    quoted = c == '"';
+    if (c == '[' || c == '{') ++depth;
+    if ((c == ']' || c == '}') && depth > 0) --depth;
+    values += c == ',' || c == '[' || c == '{' ? 1U : 0U;
+    if (depth > kDeepest) {
+      return "line " + std::to_string(line) + ": more than " + std::to_string(kDeepest) +
+             " brackets in one another";
+    }
+    if (values > kMostValues) {
+      return "line " + std::to_string(line) + ": more than " + std::to_string(kMostValues) +
+             " values";
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 struct JsonNode::Content {
@@ -61,7 +99,8 @@ JsonNode::JsonNode(std::shared_ptr<Content> content, const void* value, std::str
 
 void JsonNode::Fault(const std::string& what) const {
   if (content_->fault) return;
-  content_->fault = Error{content_->file + ": " + (place_.empty() ? "" : place_ + ": ") + what};
+  const std::string place = place_.empty() ? "" : PlainLine(place_, kLongestPlace) + ": ";
+  content_->fault = Error{content_->file + ": " + place + PlainLine(what, 2000)};
 }
 
 void JsonNode::Expected(std::string_view expected) const {
@@ -104,7 +143,8 @@ bool JsonNode::IsObject() const {
 }
 
 std::string JsonNode::Compact() const {
-  return value_ == nullptr ? "null" : Value(value_).dump();
+  return value_ == nullptr ? "null"
+                           : Value(value_).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 void JsonNode::AllowKeys(std::initializer_list<std::string_view> keys) const {
@@ -115,7 +155,9 @@ void JsonNode::AllowKeys(std::initializer_list<std::string_view> keys) const {
   const std::vector<std::string_view> known(keys);
   for (const auto& [key, value] : Value(value_).items()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    const std::string_view nearest = NearestWord(key, known);
+    if (content_->fault) return;
+    const std::string_view nearest =
+        key.size() > kLongestWord ? std::string_view() : NearestWord(key, known);
     std::string hint = nearest.empty() ? "known here are" : "did you mean";
     if (nearest.empty()) {
       for (const std::string_view word : known) hint += " " + std::string(word);
@@ -129,9 +171,23 @@ void JsonNode::AllowKeys(std::initializer_list<std::string_view> keys) const {
 std::string JsonNode::Text(std::string_view expected) const {
   if (value_ != nullptr && Value(value_).is_string()) {
     auto text = Value(value_).get<std::string>();
-    if (!text.empty()) return text;
+    if (!text.empty() && text.size() <= kLongestText && IsPlainText(text)) return text;
+    if (!text.empty()) {
+      Fault(text.size() > kLongestText
+                ? "longer than " + std::to_string(kLongestText) + " bytes: shorten it"
+                : std::string("has a control character: leave it out"));
+      return {};
+    }
   }
   Expected(expected);
+  return {};
+}
+
+std::string JsonNode::PlainText(std::size_t most) const {
+  const std::string* text =
+      value_ == nullptr ? nullptr : Value(value_).get_ptr<const std::string*>();
+  if (text != nullptr && text->size() <= most && IsPlainText(*text)) return *text;
+  Expected("plain text of at most " + std::to_string(most) + " bytes");
   return {};
 }
 
@@ -175,6 +231,24 @@ double JsonNode::NumberFrom(double least) const {
       least, "a number of " + Plain(least) + " or more");
 }
 
+double JsonNode::NumberBetween(double least, double most) const {
+  if (value_ != nullptr && Value(value_).is_number()) {
+    const auto number = Value(value_).get<double>();
+    if (number >= least && number <= most) return number;
+  }
+  Expected("a number from " + Plain(least) + " to " + Plain(most));
+  return least;
+}
+
+std::uint64_t JsonNode::Unsigned(std::uint64_t most) const {
+  if (value_ != nullptr && Value(value_).is_number_unsigned()) {
+    const auto number = Value(value_).get<std::uint64_t>();
+    if (number <= most) return number;
+  }
+  Expected("a whole number from 0 to " + std::to_string(most));
+  return 0;
+}
+
 int JsonNode::WholeNumber(int least, int most) const {
   if (value_ != nullptr && Value(value_).is_number_integer()) {
     const auto number = Value(value_).get<double>();
@@ -212,21 +286,17 @@ Quat JsonNode::Rotation() const {
 JsonFile::JsonFile(std::shared_ptr<JsonNode::Content> content) : content_(std::move(content)) {}
 
 Result<JsonFile> JsonFile::Read(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::string text;
-  if (stream && std::filesystem::is_regular_file(file)) {
-    text.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
-  } else {
-    std::error_code unknown;
-    const bool there = std::filesystem::exists(file, unknown);
-    return Error{file.string() + (there ? ": cannot be read" : ": there is no such file")};
-  }
-  return Parse(text, file.string());
+  const Result<std::string> text = ReadWholeFile(file, kLargest);
+  if (!text) return text.error();
+  return Parse(*text, file.string());
 }
 
 Result<JsonFile> JsonFile::Parse(const std::string& text, const std::string& name) {
   auto content = std::make_shared<JsonNode::Content>();
-  content->file = name;
+  content->file = PlainLine(name);
+  if (const std::string fault = FaultOf(text); !fault.empty()) {
+    return Error{content->file + ": " + fault + ": this is no file of Tandem's"};
+  }
 
   // nlohmann keeps the last of two equal keys; a reader of the file would believe either
   std::vector<std::set<std::string>> keys;
@@ -243,9 +313,11 @@ Result<JsonFile> JsonFile::Parse(const std::string& text, const std::string& nam
   try {
     content->root = Json::parse(text, watch);
   } catch (const Json::exception& fault) {
-    return Error{name + ": " + WithoutPrefix(fault.what())};
+    return Error{content->file + ": " + PlainLine(WithoutPrefix(fault.what()))};
   }
-  if (!twice.empty()) return Error{name + ": the key \"" + twice + "\" is given twice"};
+  if (!twice.empty())
+    return Error{content->file + ": the key \"" + PlainLine(twice, kLongestPlace) +
+                 "\" is given twice"};
   return JsonFile(std::move(content));
 }
 

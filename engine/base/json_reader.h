@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
@@ -33,12 +34,17 @@ class JsonNode {
   /// Makes any other key of this object a fault, so that a misspelt one is not passed over.
   void AllowKeys(std::initializer_list<std::string_view> keys) const;
 
+  /// Of plain text: without control characters, valid UTF-8, at most 64 KiB.
   std::string Text(std::string_view expected = "text") const;
+  /// The same, of at most `most` bytes, and empty too.
+  std::string PlainText(std::size_t most) const;
   bool TrueOrFalse() const;
   double Number() const;
   double NumberAbove(double limit) const;
   double NumberFrom(double least) const;
+  double NumberBetween(double least, double most) const;  // with both
   int WholeNumber(int least, int most) const;
+  std::uint64_t Unsigned(std::uint64_t most = UINT64_MAX) const;
   Vec3 Vector() const;    // [x, y, z]
   Quat Rotation() const;  // [x, y, z, w] of length 1 within 0.1 %; comes back normalized
 
@@ -58,7 +64,9 @@ class JsonNode {
   std::string place_;
 };
 
-/// A JSON file in memory.
+/// A JSON file in memory. A stranger may have written it: a file that is not regular, larger than
+/// 64 MiB, of more than two million values or of brackets deeper than 64 is refused before it is
+/// parsed.
 class JsonFile {
  public:
   /// An error of syntax tells the line and the column. A key given twice is an error too.

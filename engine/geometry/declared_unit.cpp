@@ -3,107 +3,26 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdint>
-#include <fstream>
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
-#include <zlib.h>
+#include "engine/geometry/zip_archive.h"
 
 namespace tandem {
 
 namespace {
 
-// A 3MF file is a ZIP archive: a directory at its end lists the files in it. One of them, the
-// model, is XML whose first element has the unit.
+// A 3MF file is a ZIP archive. One of the files in it, the model, is XML whose first element has
+// the unit.
 
-constexpr std::size_t kLongestTail =
-    66'000;  // the directory's end and the longest remark behind it
-constexpr std::size_t kMostDirectory = 16 << 20;
 constexpr std::size_t kHead = 1 << 16;  // of the model: its first element is in it
 constexpr double kDefaultUnit = 1e-3;   // m; the format's, where the model says nothing
 
-/// Little-endian; 0 beyond the end.
-std::uint32_t NumberAt(std::string_view bytes, std::size_t at, std::size_t size) {
-  if (at + size > bytes.size()) return 0;
-  std::uint32_t number = 0;
-  for (std::size_t i = 0; i < size; ++i) {
-    number |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + i])) << (8 * i);
-  }
-  return number;
-}
-
-std::string Read(std::ifstream& stream, std::uint64_t from, std::size_t size) {
-  std::string bytes(size, '\0');
-  stream.clear();
-  stream.seekg(static_cast<std::streamoff>(from));
-  stream.read(bytes.data(), static_cast<std::streamsize>(size));
-  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, stream.gcount())));
-  return bytes;
-}
-
-struct Entry {
-  std::uint32_t method = 0;  // 0: stored, 8: deflated
-  std::uint32_t packed = 0;  // bytes
-  std::uint32_t header = 0;  // its place in the archive
-};
-
-/// The model: 3D/3dmodel.model, or else the first of that ending.
-std::optional<Entry> FindModel(std::string_view directory) {
-  constexpr std::uint32_t kEntry = 0x02014b50;
-  std::optional<Entry> model;
-  for (std::size_t at = 0; NumberAt(directory, at, 4) == kEntry;) {
-    const std::size_t length = NumberAt(directory, at + 28, 2);
-    if (at + 46 + length > directory.size()) break;
-    const std::string_view name = directory.substr(at + 46, length);
-    if (name.ends_with(".model") && (!model || name == "3D/3dmodel.model")) {
-      model = Entry{NumberAt(directory, at + 10, 2), NumberAt(directory, at + 20, 4),
-                    NumberAt(directory, at + 42, 4)};
-    }
-    at += 46 + length + NumberAt(directory, at + 30, 2) + NumberAt(directory, at + 32, 2);
-  }
-  return model;
-}
-
-/// The beginning of what was deflated.
-std::string Inflated(const std::string& packed) {
-  z_stream stream{};
-  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return {};
-  std::string plain(kHead, '\0');
-  std::string in = packed;
-  stream.next_in = reinterpret_cast<Bytef*>(in.data());
-  stream.avail_in = static_cast<uInt>(in.size());
-  stream.next_out = reinterpret_cast<Bytef*>(plain.data());
-  stream.avail_out = static_cast<uInt>(plain.size());
-  inflate(&stream, Z_SYNC_FLUSH);
-  plain.resize(plain.size() - stream.avail_out);
-  inflateEnd(&stream);
-  return plain;
-}
-
 std::string HeadOfModel(const std::filesystem::path& file) {
-  constexpr std::string_view kEnd("PK\x05\x06", 4);
-  std::error_code error;
-  const std::uint64_t size = std::filesystem::file_size(file, error);
-  std::ifstream stream(file, std::ios::binary);
-  if (error || !stream) return {};
-  const auto tail_size = static_cast<std::size_t>(std::min<std::uint64_t>(size, kLongestTail));
-  const std::string tail = Read(stream, size - tail_size, tail_size);
-  const std::size_t end = tail.rfind(kEnd);
-  if (end == std::string::npos) return {};
-  const std::size_t directory_size = NumberAt(tail, end + 12, 4);
-  if (directory_size > kMostDirectory) return {};
-  const auto model = FindModel(Read(stream, NumberAt(tail, end + 16, 4), directory_size));
-  if (!model) return {};
-  constexpr std::size_t kLocal = 30;
-  const std::string local = Read(stream, model->header, kLocal);
-  const std::size_t begin = kLocal + NumberAt(local, 26, 2) + NumberAt(local, 28, 2);
-  const std::string packed = Read(stream, std::uint64_t{model->header} + begin,
-                                  std::min<std::size_t>(model->packed, kHead));
-  if (model->method == 0) return packed;
-  return model->method == 8 ? Inflated(packed) : std::string();
+  const std::optional<ZipArchive> archive = ZipArchive::Open(file);
+  if (!archive) return {};
+  return archive->Read(archive->Model(), kHead).value_or(std::string());
 }
 
 /// Goes through the beginning of an XML file.

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
+#include <vector>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -77,6 +78,22 @@ bool WaitFor(int fd, int timer) {
   return fds[1].revents == 0;
 }
 
+/// What a reading process needs of the environment: where its libraries are, and what a sanitizer
+/// was told. Nothing that puts other code into it.
+std::vector<std::string> KeptOfTheEnvironment() {
+  constexpr std::array<std::string_view, 5> kKept{
+      "LD_LIBRARY_PATH=", "ASAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS=", "LSAN_OPTIONS="};
+  std::vector<std::string> kept;
+  for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable) {
+    const std::string_view text = *variable;
+    const auto begins = [text](std::string_view name) {
+      return text.starts_with(name);
+    };
+    if (std::ranges::any_of(kKept, begins)) kept.emplace_back(text);
+  }
+  return kept;
+}
+
 /// posix_spawn, because between fork and exec a program with threads may do next to nothing.
 int Spawn(const std::filesystem::path& file, std::string part, const ImportLimits& limits,
           int answer_fd, pid_t* pid) {
@@ -110,7 +127,12 @@ int Spawn(const std::filesystem::path& file, std::string part, const ImportLimit
   const std::array<char*, 7> argv{name.data(),  helper.data(), milliseconds.data(),
                                   bytes.data(), path.data(),   part.data(),
                                   nullptr};
-  const int error = posix_spawn(pid, "/proc/self/exe", &files, &attributes, argv.data(), environ);
+  std::vector<std::string> kept = KeptOfTheEnvironment();
+  std::vector<char*> environment;
+  for (std::string& variable : kept) environment.push_back(variable.data());
+  environment.push_back(nullptr);
+  const int error =
+      posix_spawn(pid, "/proc/self/exe", &files, &attributes, argv.data(), environment.data());
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   return error;

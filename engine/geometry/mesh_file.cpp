@@ -24,6 +24,8 @@
 
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/import_child.h"
+#include "engine/geometry/import_confinement.h"
+#include "engine/geometry/own_readers.h"
 #include "engine/geometry/raw_mesh.h"
 
 namespace tandem {
@@ -165,6 +167,15 @@ ReadAnswer RefusalOf(const Assimp::Importer& importer) {
   return {ReadAnswer::Kind::kRefused, importer.GetErrorString(), {}, 0};
 }
 
+std::size_t TrianglesIn(const aiScene& scene) {
+  std::size_t triangles = 0;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[m];
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) triangles += mesh.mFaces[f].mNumIndices == 3;
+  }
+  return triangles;
+}
+
 ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
@@ -172,17 +183,21 @@ ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
   // Triangulating aborts on faces that use vertices the mesh does not have; so it waits until the
   // faces are seen to be sound. No other step is wanted: joining, validating and finding
   // degenerates each change or refuse good meshes.
-  const aiScene* scene = importer.ReadFile(file, 0);
+  const std::optional<std::string> text = TextInstead(file);
+  const aiScene* scene =
+      text ? importer.ReadFileFromMemory(text->data(), text->size(), 0, EndingOf(file).c_str())
+           : importer.ReadFile(file, 0);
   if (scene == nullptr) return RefusalOf(importer);
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     if (std::string fault = FaultOf(*scene->mMeshes[m]); !fault.empty()) {
       return {ReadAnswer::Kind::kRefused, "mesh " + std::to_string(m) + ": " + fault, {}, 0};
     }
   }
+  const std::string fault = SilentFault(file, text.value_or(std::string()), TrianglesIn(*scene));
+  if (!fault.empty()) return {ReadAnswer::Kind::kRefused, fault, {}, 0};
   scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene == nullptr) return RefusalOf(importer);
   ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}, 0};
-  answer.metres_per_unit = DeclaredUnit(file).value_or(0);
   if (scene->mRootNode == nullptr) return answer;
   const Affine X_MM = AffineOf(aiMatrix4x4());
   if (part.empty()) {
@@ -197,15 +212,15 @@ ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
 
 /// Without line breaks and of a length for a person, wherever it comes from.
 std::string OneLine(std::string_view words) {
-  constexpr std::size_t kLongest = 300;
+  constexpr std::size_t kLongestWords = 300;
   std::string line;
-  for (const char c : words.substr(0, kLongest)) {
+  for (const char c : words.substr(0, kLongestWords)) {
     const bool blank = static_cast<unsigned char>(c) <= ' ' || c == 0x7f;
     if (!blank) line += c;
     if (blank && !line.empty() && line.back() != ' ') line += ' ';
   }
   while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
-  return words.size() > kLongest ? line + " ..." : line;
+  return words.size() > kLongestWords ? line + " ..." : line;
 }
 
 std::string Number(double x) {
@@ -238,6 +253,9 @@ std::optional<Error> FaultOf(const std::filesystem::path& file, const std::strin
   if (error) return Error{"cannot read mesh file " + name + ": " + error.message()};
   if (std::filesystem::is_directory(status)) {
     return Error{name + " is a directory: name a mesh file in it"};
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    return Error{name + " is not a regular file: name a mesh file"};
   }
   if (access(file.c_str(), R_OK) != 0) {
     return Error{"cannot read mesh file " + name + ": " + SystemWords(errno)};
@@ -399,10 +417,16 @@ void RunImportHelperIfAsked(int argc, char** argv) {
   const std::optional<ImportJob> job = ImportJobOf(argc, argv);
   if (!job) return;
   ConfineTo(job->limits);
+  ConfineToFile(job->file);
   std::set_new_handler(NoteThatMemoryRanOut);
   bool heard = false;
   try {
-    heard = WriteAnswer(job->answer_fd, ReadByAssimp(job->file.native(), job->part));
+    std::optional<ReadAnswer> answer = ReadOurselves(job->file, job->part);
+    if (!answer) answer = ReadByAssimp(job->file.native(), job->part);
+    if (answer->kind == ReadAnswer::Kind::kMesh && !(answer->metres_per_unit > 0)) {
+      answer->metres_per_unit = DeclaredUnit(job->file).value_or(0);
+    }
+    heard = WriteAnswer(job->answer_fd, *answer);
   } catch (const std::bad_alloc&) {
     heard = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0});
   }

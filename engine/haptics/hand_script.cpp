@@ -10,6 +10,9 @@
 namespace tandem {
 namespace {
 
+constexpr double kLatest = 1e6;              // s
+constexpr std::size_t kMostPushes = 10'000;  // each is looked at in each frame
+
 // How far along a segment a minimum-jerk movement is, and how fast, at u in [0, 1] of its time.
 struct Progress {
   double share = 0;
@@ -62,6 +65,7 @@ Waypoint ReadWaypoint(const JsonNode& node, const std::vector<Waypoint>& before)
     }
   } else {
     waypoint.t = node["t_s"].NumberAbove(before.back().t);
+    if (waypoint.t > kLatest) node["t_s"].Expected("a time within eleven days");
   }
   return waypoint;
 }
@@ -69,8 +73,9 @@ Waypoint ReadWaypoint(const JsonNode& node, const std::vector<Waypoint>& before)
 Push ReadPush(const JsonNode& node) {
   node.AllowKeys({"t_s", "for_s", "f_W", "tau_W"});
   Push push;
-  push.t = node["t_s"].NumberFrom(0);
+  push.t = node["t_s"].NumberBetween(0, kLatest);
   push.lasts = node["for_s"].NumberAbove(0);
+  if (push.lasts > kLatest) node["for_s"].Expected("a time within eleven days");
   if (node.Has("f_W")) push.F_D_W.f = node["f_W"].Vector();
   if (node.Has("tau_W")) push.F_D_W.tau = node["tau_W"].Vector();
   return push;
@@ -138,7 +143,12 @@ Result<HandScript> LoadHandScript(const std::filesystem::path& file) {
   }
   if (script.waypoints.empty()) root["waypoints"].Expected("at least one waypoint");
   if (root.Has("pushes")) {
-    for (const JsonNode& node : root["pushes"].Items()) script.pushes.push_back(ReadPush(node));
+    const std::vector<JsonNode> pushes = root["pushes"].Items();
+    if (pushes.size() > kMostPushes) {
+      root["pushes"].Fault("more than " + std::to_string(kMostPushes) + " pushes");
+    } else {
+      for (const JsonNode& node : pushes) script.pushes.push_back(ReadPush(node));
+    }
   }
   if (const std::optional<Error> fault = json->fault()) return *fault;
   return script;

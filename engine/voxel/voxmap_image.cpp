@@ -39,7 +39,7 @@ ImageBytes::~ImageBytes() {
 }
 
 Result<ImageBytes> ImageBytes::Map(const std::filesystem::path& file) {
-  const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  const int descriptor = open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
   if (descriptor < 0) return Error{file.string() + ": cannot be opened"};
   struct stat status {};
   const bool regular = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);

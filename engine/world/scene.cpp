@@ -9,6 +9,12 @@
 namespace tandem {
 namespace {
 
+constexpr std::size_t kMostBodies = 1024;
+constexpr std::size_t kMostPairs = 256;
+constexpr std::size_t kMostHands = 64;
+constexpr double kMostShift = 16;      // voxels, either way
+constexpr double kMostGravity = 1000;  // m/s^2
+
 /// What moves and has no colour of its own gets these in turn: what is fixed is grey.
 constexpr std::array<std::array<float, 3>, 6> kMoversColours{{{0.88F, 0.63F, 0.19F},
                                                               {0.31F, 0.53F, 0.78F},
@@ -86,7 +92,7 @@ SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder, do
   if (node.Has("pose")) body.X_WM = ReadPose(node["pose"]);
   if (node.Has("fixed")) body.fixed = node["fixed"].TrueOrFalse();
   if (node.Has("inward_shift_voxels")) {
-    body.inward_shift_voxels = node["inward_shift_voxels"].Number();
+    body.inward_shift_voxels = node["inward_shift_voxels"].NumberBetween(-kMostShift, kMostShift);
   }
   if (node.Has("colour")) body.colour = ReadColour(node["colour"]);
   if (node.Has("merge_with")) {
@@ -216,8 +222,17 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   }
   if (root.Has("friction")) scene.friction = root["friction"].NumberFrom(0);
   if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
+  if (scene.gravity_W.cwiseAbs().maxCoeff() > kMostGravity) {
+    root["gravity_m_s2"].Expected("three numbers from -1000 to 1000");
+  }
   double spacing = 1;
   if (root.Has("point_spacing_voxels")) spacing = ReadPointSpacing(root["point_spacing_voxels"]);
+  for (const auto& [list, most] : {std::pair{"bodies", kMostBodies}, std::pair{"pairs", kMostPairs},
+                                   std::pair{"hands", kMostHands}}) {
+    if (!root.Has(list) || root[list].Items().size() <= most) continue;
+    root[list].Fault("more than " + std::to_string(most));
+    return *json->fault();
+  }
   const std::vector<JsonNode> bodies = root["bodies"].Items();
   std::size_t uncoloured = 0;
   for (const JsonNode& node : bodies) {

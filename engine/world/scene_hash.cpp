@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cstddef>
-#include <fstream>
 
 #include "engine/base/hash.h"
+#include "engine/base/regular_file.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/world/force_parameters.h"
 
@@ -16,28 +16,20 @@ constexpr std::uintmax_t kLargestMesh = 4ULL << 30U;  // bytes: reading one has 
 constexpr double kUnitOfFile = -1;                    // no scale that a body may have
 
 Result<std::uint64_t> HashFile(const std::filesystem::path& file) {
-  const Error unread{file.string() + ": cannot be read"};
-  std::error_code unknown;
-  const std::filesystem::file_status status = std::filesystem::status(file, unknown);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    return Error{file.string() + ": is not a regular file"};
-  }
+  const Result<RegularFile> opened = RegularFile::Open(file);
+  if (!opened) return opened.error();
   // what has no size is empty, or something that the system writes without end
-  const std::uintmax_t told = std::filesystem::file_size(file, unknown);
-  if (unknown) return unread;
+  const std::uintmax_t told = opened->size();
   if (told > kLargestMesh) return Error{file.string() + ": is larger than any mesh that is read"};
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return unread;
   Hash64 hash;
   std::uint64_t size = 0;
   std::array<char, 65536> block{};
-  while (stream && size < told) {
-    stream.read(block.data(), block.size());
-    const auto got = static_cast<std::size_t>(stream.gcount());
+  while (size < told) {
+    const std::size_t got = opened->Read(size, block);
+    if (got == 0) break;
     hash.AddBytes(block.data(), got);
     size += got;
   }
-  if (stream.bad()) return unread;
   hash.Add(size);
   return hash.value();
 }

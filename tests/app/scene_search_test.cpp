@@ -80,6 +80,16 @@ TEST_F(SceneSearch, TakesTheFileToldOfWhereItIsTheScene) {
   EXPECT_EQ(FindScene(Wanted(told, told), {scratch_.path() / "own"}), told);
 }
 
+TEST_F(SceneSearch, OpensNoPathThatASessionNames) {
+  const fs::path told = MakeScene("theirs/peg.json", 0.2);
+  SceneManifest manifest;
+  manifest.content_hash = Wanted(told, told).content_hash;
+  manifest.file = told.string();
+  manifest.bodies.resize(1);
+  EXPECT_EQ(FindScene(WantedFrom(manifest), {scratch_.path() / "own"}), std::nullopt);
+  EXPECT_EQ(FindScene(WantedFrom(manifest), {told.parent_path()}), told);
+}
+
 // What a stranger names is any path of this machine: a log, a device, somebody's secrets.
 TEST_F(SceneSearch, OpensNoFileThatASceneFileCannotBe) {
   const fs::path scene = MakeScene("theirs/peg.json", 0.2);

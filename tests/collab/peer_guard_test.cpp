@@ -33,6 +33,9 @@ class WildDevice : public Device {
         anchor.X_WA.p.y() = frame % 3 == 0 ? std::numeric_limits<double>::quiet_NaN() : 1e200;
         return anchor;
       default:
+        // finite, and yet beyond what a body can be moved by
+        if (frame % 5 == 0) anchor.V_WA.v.x() = -5e303;
+        if (frame % 5 == 1) anchor.V_WA.w.x() = 1e200;
         return anchor;
     }
   }
@@ -109,7 +112,7 @@ class ToldDevice : public Device {
 struct ToldSession {
   ToldSession() {
     const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
-    const auto model = testing::MakeWorldModel({{box}}, 0.001);
+    model = std::make_shared<WorldModel>(*testing::MakeWorldModel({{box}}, 0.001));
     for (PeerId id = 1; id <= 2; ++id) {
       NodeOptions options;
       options.peer.id = id;
@@ -138,6 +141,7 @@ struct ToldSession {
   Peer& peer() { return session.node(0).peer(); }
   Vec3 place(std::size_t node) { return session.node(node).world().state(0).X_WB.p; }
 
+  std::shared_ptr<WorldModel> model;
   SimulatedSession session;
   ToldDevice* device = nullptr;
   double largest = 0;  // of what the hand felt, N or N m
@@ -170,8 +174,9 @@ TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
   run.Order(Command::Kind::kGrab);
   run.Run(300);
   ASSERT_EQ(run.peer().holdings().held(), 0);
-  run.device->now.V_WA.v.x() = 1e308;
+  run.model->scene.gravity_W.x() = std::numeric_limits<double>::infinity();
   run.Run(1);
+  run.model->scene.gravity_W = Vec3::Zero();
   EXPECT_EQ(run.place(0), Vec3::Zero());
   run.device->now = {};
   run.device->now.X_WA.p.y() = 0.005;

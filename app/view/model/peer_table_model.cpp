@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app/view/model/picture_composer.h"
+#include "app/view/model/plain_tool_tip.h"
 #include "collab/frame_limits.h"
 
 namespace tandem {
@@ -108,7 +109,7 @@ QVariant PeerTableModel::data(const QModelIndex& index, int role) const {
   switch (role) {
     case Qt::ToolTipRole:
       if (index.column() == kLimits) return row.limits_mean;
-      return index.column() == kPresence ? row.remark : Text(row, index.column());
+      return PlainToolTip(index.column() == kPresence ? row.remark : Text(row, index.column()));
     case Qt::DisplayRole:
       return Text(row, index.column());
     case Qt::DecorationRole:

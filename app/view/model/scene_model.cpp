@@ -1,5 +1,8 @@
 #include "app/view/model/scene_model.h"
 
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
 #include <utility>
 
 #include "app/reach/scene_search.h"
@@ -29,9 +32,48 @@ SceneModel::SceneModel(LoadFunction load, FindFunction find, QObject* parent)
   message_ = tr("Join a session, or open a scene: Session, Open scene (Ctrl+O).");
 }
 
+struct SceneModel::Job {
+  std::atomic<bool> give_up = false;
+  std::mutex mutex;
+  std::condition_variable ending;
+  bool done = false;            // by mutex, as what follows
+  SceneModel* model = nullptr;  // whom to tell; null: it waits no more
+  std::optional<Loaded> loaded;
+
+  void Tell(const std::function<void(SceneModel&)>& what) {
+    const std::scoped_lock lock(mutex);
+    if (model == nullptr) return;
+    QMetaObject::invokeMethod(
+        model,
+        [to = model, what] {
+          what(*to);
+        },
+        Qt::QueuedConnection);
+  }
+};
+
 SceneModel::~SceneModel() {
-  give_up_ = true;
-  if (loader_.joinable()) loader_.join();
+  constexpr std::chrono::seconds kPatience{1};
+  GiveUp(kPatience);
+}
+
+// A disk that does not answer, or a mesh that is read for long, holds nobody up: the thread ends by
+// itself, and what it has found is thrown away.
+void SceneModel::GiveUp(std::chrono::milliseconds patience) {
+  if (!job_) return;
+  job_->give_up = true;
+  std::unique_lock lock(job_->mutex);
+  job_->model = nullptr;
+  const bool ended = job_->ending.wait_for(lock, patience, [this] {
+    return job_->done;
+  });
+  lock.unlock();
+  if (ended) {
+    loader_.join();
+  } else {
+    loader_.detach();
+  }
+  job_.reset();
 }
 
 void SceneModel::OpenNamed(const std::filesystem::path& file) {
@@ -59,42 +101,48 @@ void SceneModel::SetSessionScene(const std::optional<SceneManifest>& manifest) {
   }
   Load(tr("Looking for \u201c%1\u201d").arg(QString::fromStdString(manifest_->name)),
        [load = load_, find = find_, manifest = *manifest_](const LoadProgress& progress) {
-         const bool offered = MayBeSceneFile(manifest.file);
          const SceneSearchResult search = find ? find(manifest) : SceneSearchResult{};
-         // where it is not found, what has its path here tells in what it differs
-         if (!search.file && !offered) {
-           return Loaded{Error{"it is not on this machine"}, search.searched, false};
-         }
-         return Loaded{load(search.file.value_or(manifest.file), progress), search.searched};
+         if (search.file) return Loaded{load(*search.file, progress), search.searched};
+         Loaded missing{Error{"it is not on this machine"}, search.searched, false};
+         if (MayBeSceneFile(manifest.file)) missing.offered = manifest.file;
+         return missing;
+       });
+}
+
+void SceneModel::OpenOffered() {
+  if (offered_.empty() || !manifest_) return;
+  Load(FileText(offered_.filename()),
+       [load = load_, file = offered_](const LoadProgress& progress) {
+         return Loaded{load(file, progress), {}};
        });
 }
 
 void SceneModel::Load(const QString& what, Loader loader) {
-  give_up_ = true;
-  if (loader_.joinable()) loader_.join();
-  give_up_ = false;
+  GiveUp(std::chrono::milliseconds(0));
   scene_.reset();
+  offered_.clear();
   warning_.clear();
   percent_ = 0;
   SetState(State::kLoading, what);
-  const unsigned load = ++loads_;
-  loader_ = std::thread([this, load, loader = std::move(loader)] {
-    loaded_.emplace(loader([this](std::size_t done, std::size_t total, const std::string& part) {
+  job_ = std::make_shared<Job>();
+  job_->model = this;
+  loader_ = std::thread([job = job_, loader = std::move(loader)] {
+    Loaded loaded = loader([&job](std::size_t done, std::size_t total, const std::string& part) {
       const int percent = static_cast<int>(100 * done / std::max<std::size_t>(total, 1));
-      QMetaObject::invokeMethod(
-          this,
-          [this, percent, text = QString::fromStdString(part)] {
-            OnProgress(percent, text);
-          },
-          Qt::QueuedConnection);
-      return !give_up_;
-    }));
-    QMetaObject::invokeMethod(
-        this,
-        [this, load] {
-          OnLoaded(load);
-        },
-        Qt::QueuedConnection);
+      job->Tell([percent, text = QString::fromStdString(part)](SceneModel& model) {
+        model.OnProgress(percent, text);
+      });
+      return !job->give_up;
+    });
+    {
+      const std::scoped_lock lock(job->mutex);
+      job->loaded.emplace(std::move(loaded));
+      job->done = true;
+    }
+    job->ending.notify_one();
+    job->Tell([job](SceneModel& model) {
+      model.OnLoaded(job);
+    });
   });
 }
 
@@ -105,10 +153,12 @@ void SceneModel::OnProgress(int percent, const QString& what) {
   Q_EMIT Changed();
 }
 
-void SceneModel::OnLoaded(unsigned load) {
-  if (load != loads_) return;  // another one was begun meanwhile
+void SceneModel::OnLoaded(const std::shared_ptr<Job>& job) {
+  if (job != job_) return;  // another one was begun meanwhile
   loader_.join();
-  Loaded loaded = *std::exchange(loaded_, std::nullopt);
+  job_.reset();
+  Loaded loaded = *std::move(job->loaded);
+  offered_ = loaded.offered;
   Result<DrawnScene>& result = loaded.scene;
   if (!result && loaded.found) {
     SetState(
@@ -140,6 +190,11 @@ void SceneModel::ShowMissing(const Loaded& loaded) {
     text = tr("The session runs \u201c%1\u201d, but its scene is not on this machine:\n%2")
                .arg(name, manifest_->file.empty() ? tr("(no file was named)")
                                                   : QString::fromStdString(manifest_->file));
+  }
+  if (!offered_.empty()) {
+    text +=
+        tr("\n\nSomebody in the session says that it is this file on this machine. Load it only if "
+           "you know what it is.");
   }
   if (!loaded.searched.empty()) {
     QStringList folders;

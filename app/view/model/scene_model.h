@@ -2,7 +2,7 @@
 
 #include <QObject>
 #include <QString>
-#include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -23,14 +23,16 @@ using FindFunction = std::function<SceneSearchResult(const SceneManifest&)>;
 
 /// Which scene is shown, and why none is. A scene that the user names is shown whatever the session
 /// runs, with a warning when that is another one; else the session's own is, if a file with its
-/// content is found here. Files are read in a worker thread. GUI thread only.
+/// content is found here. The path that the session names is any stranger's word: it is offered to
+/// the user, and not opened before they say so. Files are read in a worker thread, which nobody
+/// waits for longer than a second. GUI thread only.
 class SceneModel : public QObject {
   Q_OBJECT
 
  public:
   enum class State { kWaiting, kLoading, kReady, kMissing };
 
-  /// Without `find` only the path is tried that the session's peers have.
+  /// Without `find` nothing is found here.
   explicit SceneModel(LoadFunction load, FindFunction find = {}, QObject* parent = nullptr);
   ~SceneModel() override;
 
@@ -38,6 +40,11 @@ class SceneModel : public QObject {
   void OpenNamed(const std::filesystem::path& file);
   /// What the session runs, as far as it is known. May be called as often as one likes.
   void SetSessionScene(const std::optional<SceneManifest>& manifest);
+  /// The scene file that the session names and that lies here, where none of a known folder has its
+  /// content; empty: there is no such.
+  const std::filesystem::path& offered() const { return offered_; }
+  /// Shows that one if it is the session's scene: the user has said so.
+  void OpenOffered();
   /// What was missing is looked for again when the session tells its scene.
   void LookAgain();
 
@@ -62,12 +69,16 @@ class SceneModel : public QObject {
     Result<DrawnScene> scene;
     std::vector<std::filesystem::path> searched;
     bool found = true;
+    std::filesystem::path offered = {};  // that was not opened
   };
   using Loader = std::function<Loaded(const LoadProgress&)>;
+  /// What the loading thread and this one share; the thread may outlive the model.
+  struct Job;
+  void GiveUp(std::chrono::milliseconds patience);
   void Load(const QString& what, Loader loader);
   void ShowMissing(const Loaded& loaded);
   void OnProgress(int percent, const QString& what);
-  void OnLoaded(unsigned load);
+  void OnLoaded(const std::shared_ptr<Job>& job);
   void CheckAgreement();
   void SetState(State state, const QString& message = {});
 
@@ -80,10 +91,9 @@ class SceneModel : public QObject {
   bool named_ = false;
   std::optional<SceneManifest> manifest_;
   std::shared_ptr<const DrawnScene> scene_;
-  unsigned loads_ = 0;
-  std::thread loader_;
-  std::atomic<bool> give_up_ = false;
-  std::optional<Loaded> loaded_;  // by loader_, read after it ended
+  std::filesystem::path offered_;
+  std::shared_ptr<Job> job_;  // under way; null: none is
+  std::thread loader_;        // its thread
 };
 
 }  // namespace tandem

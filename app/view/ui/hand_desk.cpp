@@ -316,9 +316,11 @@ void HandDesk::FillGiveMenu() {
   for (const SnapshotPeer& peer : hand_.snapshot().peers) {
     if (!peer.active || !peer.here || peer.id == hand_.snapshot().self) continue;
     const QString name = QString::fromStdString(peer.name);
-    give_menu_->addAction(name, this, [this, name] {
-      hand_.Give(name);
-    });
+    QString shown = name;  // in a menu an ampersand marks a key
+    give_menu_->addAction(shown.replace(QLatin1Char('&'), QStringLiteral("&&")), this,
+                          [this, name] {
+                            hand_.Give(name);
+                          });
   }
   if (give_menu_->isEmpty()) {
     give_menu_->addAction(tr("nobody else takes part"))->setEnabled(false);

@@ -66,6 +66,7 @@ JoinDialog::JoinDialog(QWidget* parent)
   port_->setObjectName("join_port");
   secure_->setObjectName("join_secure");
   fault_->setObjectName("join_fault");
+  fault_->setTextFormat(Qt::PlainText);
   role_->addItem(tr("active: take parts in hand"), true);
   role_->addItem(tr("viewer: look on"), false);
   session_->setPlaceholderText(tr("name that the others use"));

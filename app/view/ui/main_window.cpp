@@ -40,6 +40,7 @@ MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<Gl
     gl_error_ = QString::fromStdString(gl.error().what);
   }
   connect(page_, &MessagePage::OpenAsked, this, &MainWindow::AskForScene);
+  connect(page_, &MessagePage::NamedAsked, &scene_, &SceneModel::OpenOffered);
   MakeDocks();
   MakeActions(hand != nullptr);
   if (hand != nullptr) {
@@ -161,6 +162,7 @@ void MainWindow::MakeActions(bool with_hand) {
 
 QLabel* MainWindow::AddStatus(const QString& name) {
   auto* label = new QLabel;
+  label->setTextFormat(Qt::PlainText);
   label->setObjectName(name);
   label->setMargin(3);
   statusBar()->addPermanentWidget(label);
@@ -169,6 +171,7 @@ QLabel* MainWindow::AddStatus(const QString& name) {
 
 void MainWindow::MakeStatusBar() {
   status_session_ = new QLabel;
+  status_session_->setTextFormat(Qt::PlainText);  // names are others' words
   status_session_->setObjectName("status_session");
   status_session_->setMargin(3);
   statusBar()->addWidget(status_session_);
@@ -222,6 +225,8 @@ void MainWindow::ShowPicture(const QString& gl_error) {
   gl_error_ = gl_error;
   page_->OfferOpening(gl_error_.isEmpty() && (scene_.state() == SceneModel::State::kMissing ||
                                               scene_.state() == SceneModel::State::kWaiting));
+  page_->OfferNamed(gl_error_.isEmpty() && scene_.state() == SceneModel::State::kMissing &&
+                    !scene_.offered().empty());
   if (!gl_error_.isEmpty()) {
     page_->Show(tr("No OpenGL: the scene cannot be drawn"), gl_error_);
     centre_->setCurrentWidget(page_);

@@ -9,7 +9,8 @@ MessagePage::MessagePage(QWidget* parent)
       title_(new QLabel(this)),
       text_(new QLabel(this)),
       progress_(new QProgressBar(this)),
-      open_(new QPushButton(tr("&Open scene\u2026"), this)) {
+      open_(new QPushButton(tr("&Open scene\u2026"), this)),
+      load_(new QPushButton(tr("&Load the file that the session names"), this)) {
   setAutoFillBackground(true);
   setBackgroundRole(QPalette::Base);
   QFont font = title_->font();
@@ -17,6 +18,7 @@ MessagePage::MessagePage(QWidget* parent)
   font.setBold(true);
   title_->setFont(font);
   for (QLabel* label : {title_, text_}) {
+    label->setTextFormat(Qt::PlainText);  // names and paths are others' words
     label->setAlignment(Qt::AlignHCenter);
     label->setWordWrap(true);
     label->setTextInteractionFlags(Qt::TextSelectableByMouse);
@@ -25,6 +27,9 @@ MessagePage::MessagePage(QWidget* parent)
   progress_->setMaximumWidth(320);
   open_->setObjectName("open_scene_button");
   connect(open_, &QPushButton::clicked, this, &MessagePage::OpenAsked);
+  load_->setObjectName("load_named_button");
+  load_->setVisible(false);
+  connect(load_, &QPushButton::clicked, this, &MessagePage::NamedAsked);
 
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(48, 32, 48, 32);
@@ -34,6 +39,7 @@ MessagePage::MessagePage(QWidget* parent)
   layout->addWidget(text_);
   layout->addWidget(progress_, 0, Qt::AlignHCenter);
   layout->addWidget(open_, 0, Qt::AlignHCenter);
+  layout->addWidget(load_, 0, Qt::AlignHCenter);
   layout->addStretch(3);
 }
 

@@ -18,16 +18,20 @@ class MessagePage : public QWidget {
   void Show(const QString& title, const QString& text, int percent = -1);
   /// Whether there is a button to open a scene.
   void OfferOpening(bool offered) { open_->setVisible(offered); }
+  /// Whether there is a button to load the file that the session names.
+  void OfferNamed(bool offered) { load_->setVisible(offered); }
   QString text() const { return title_->text() + QStringLiteral("\n") + text_->text(); }
 
  Q_SIGNALS:
   void OpenAsked();
+  void NamedAsked();
 
  private:
   QLabel* title_;
   QLabel* text_;
   QProgressBar* progress_;
   QPushButton* open_;
+  QPushButton* load_;
 };
 
 }  // namespace tandem

@@ -8,6 +8,8 @@
 
 #include <net/if.h>
 
+#include "app/view/model/plain_tool_tip.h"
+
 namespace tandem {
 
 namespace {
@@ -87,6 +89,7 @@ SessionDock::SessionDock(SessionModel& session, SceneModel& scene, QWidget* pare
     MakeLegibleWhenDisabled(*field);
   }
   for (QLabel* label : {state_, scene_name_, scene_size_, voxel_size_}) {
+    label->setTextFormat(Qt::PlainText);  // names and paths are others' words
     label->setWordWrap(true);
     label->setTextInteractionFlags(Qt::TextSelectableByMouse);
     label->setFocusPolicy(Qt::NoFocus);
@@ -178,8 +181,8 @@ void SessionDock::ShowScene() {
   const DrawnScene* scene = scene_model_.scene();
   const QString none = QStringLiteral("\u2013");
   scene_name_->setText(scene == nullptr ? none : QString::fromStdString(scene->name));
-  scene_name_->setToolTip(scene == nullptr ? QString()
-                                           : QString::fromStdString(scene->file.string()));
+  scene_name_->setToolTip(
+      scene == nullptr ? QString() : PlainToolTip(QString::fromStdString(scene->file.string())));
   const QLocale locale;
   scene_size_->setText(scene == nullptr ? none : SizeText(*scene));
   voxel_size_->setText(

@@ -77,6 +77,25 @@ TEST_F(DefaultPeer, IsRepeatedWithTheCapacityThatEachFrameHad) {
   EXPECT_EQ(json::parse(said.out, nullptr, false).at("identical"), true);
 }
 
+// It was told at the end, with a wrong number, and took the report with it.
+TEST_F(DefaultPeer, TellsThatItsRecordingsDiskIsFullAndWritesItsReport) {
+  // files of 100 KiB at the most, which the recording reaches within a second
+  const Said said = RunTandem("peer --interface lo --session " + session_ + " --scene " + kScene +
+                                  " --hold ball --seconds 2 --capacity 100000 --hand " + kHand +
+                                  " --report " + In("report") + " --record " + In("recording"),
+                              "trap '' XFSZ; ulimit -f 200; timeout 60 ");
+  EXPECT_EQ(said.exit_code, kExitFile) << said.err;
+  auto reader = *RecordingReader::Open(In("recording"));
+  int there = 0;
+  while (reader.Next()) ++there;
+  EXPECT_FALSE(reader.torn() || reader.damaged());
+  EXPECT_GT(there, 100);
+  EXPECT_THAT(said.err, ::testing::HasSubstr(In("recording") +
+                                             ": cannot be written: File too large; it ends after " +
+                                             std::to_string(there) + " frames"));
+  EXPECT_TRUE(Report().is_object());
+}
+
 TEST_F(DefaultPeer, KeepsACapacityThatIsGiven) {
   ASSERT_EQ(RunBall("--capacity 23456").exit_code, kExitOk);
   EXPECT_EQ(Report().at("capacity"), 23456);

@@ -66,7 +66,7 @@ TEST(ReportData, SaysWhichFileItCannotUse) {
               HasSubstr("a.json: holds neither"));
   EXPECT_THAT(AddFile(folder.Write("b.jsonl", "{}\n"), data)->what, HasSubstr("b.jsonl"));
   EXPECT_THAT(AddFile(folder.path() / "none.json", data)->what,
-              HasSubstr("none.json: cannot be read"));
+              HasSubstr("none.json: there is no such file"));
 }
 
 TEST(ReportData, FailsARowIfACellRunAgainByTheSameBuildHasAnotherDigest) {

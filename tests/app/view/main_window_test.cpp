@@ -1,6 +1,8 @@
 #include "app/view/ui/main_window.h"
 
 #include <QApplication>
+#include <QDir>
+#include <QTemporaryFile>
 #include <QTest>
 #include <QWheelEvent>
 #include <cmath>
@@ -495,6 +497,48 @@ TEST(WindowWithoutOpenGl, ShowsWhyAndStillJoins) {
   }));
   EXPECT_EQ(window.view(), nullptr);
   EXPECT_EQ(window.Screenshot().size(), window.size());
+}
+
+// Names and paths are others' words: an image in one would be loaded, a headline would be ours.
+TEST_F(Window, ShowsOthersWordsLetterByLetter) {
+  int labels = 0;
+  for (const QLabel* label : window_.findChildren<QLabel*>()) {
+    if (label->buddy() != nullptr) continue;  // a field's caption
+    EXPECT_EQ(label->textFormat(), Qt::PlainText) << label->objectName().toStdString();
+    ++labels;
+  }
+  EXPECT_GE(labels, 10);
+  JoinSession();
+  fake_.inbox->OnPeerInfo(FakeSession::Info(5, "<b>Anna</b>", Role::kActive), 0);
+  const auto* peers = Child<QTableView>("peers");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return peers->model()->rowCount() == 1;
+  }));
+  const QModelIndex name = peers->model()->index(0, 0);
+  EXPECT_EQ(name.data().toString(), "<b>Anna</b>");
+  EXPECT_EQ(name.data(Qt::ToolTipRole).toString(), "<qt>&lt;b&gt;Anna&lt;/b&gt;</qt>");
+}
+
+TEST_F(Window, AsksBeforeItLoadsAFileThatTheSessionNames) {
+  QTemporaryFile here(QDir::tempPath() + "/XXXXXX.json");
+  ASSERT_TRUE(here.open());
+  SceneManifest manifest;
+  manifest.name = "theirs";
+  manifest.file = here.fileName().toStdString();
+  manifest.content_hash = BlockAndBall().hash;
+  manifest.voxel_size = 0.003;
+  JoinSession();
+  fake_.inbox->OnScene(manifest);
+  const auto* load = Child<QPushButton>("load_named_button");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return scene_.state() == SceneModel::State::kMissing && load->isVisibleTo(&window_);
+  }));
+  EXPECT_TRUE(window_.page()->text().contains(here.fileName()));
+  Click("load_named_button");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return scene_.state() == SceneModel::State::kReady;
+  }));
+  EXPECT_FALSE(load->isVisibleTo(&window_));
 }
 
 }  // namespace

@@ -4,10 +4,12 @@
 #include <QProcess>
 #include <QTemporaryDir>
 #include <algorithm>
+#include <chrono>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "collab/dds/dds_transport.h"
@@ -56,11 +58,12 @@ class Program : public ::testing::Test {
     puppets_.push_back(std::move(puppet));
   }
   /// Says over DDS that its scene lies where it does not lie on this machine.
-  void StartPuppetFromElsewhere(const char* name) {
+  void StartPuppetFromElsewhere(const char* name,
+                                const QString& file = "/home/anna/scenes/scene.json") {
     auto puppet = std::make_unique<QProcess>();
     puppet->setProcessChannelMode(QProcess::ForwardedErrorChannel);
-    puppet->start(PUPPET_PEER, {session_, name, In("scene.json"), "1", "0.05", "0", "0.04", "104",
-                                "-", "/home/anna/scenes/scene.json"});
+    puppet->start(PUPPET_PEER,
+                  {session_, name, In("scene.json"), "1", "0.05", "0", "0.04", "104", "-", file});
     ASSERT_TRUE(puppet->waitForStarted());
     puppets_.push_back(std::move(puppet));
   }
@@ -101,6 +104,7 @@ class Program : public ::testing::Test {
 };
 
 TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHeard) {
+  work_folder_ = folder_.path();  // where the scene is found by its content
   StartPuppet("Anna", "0.05");
   StartPuppet("Ben", "-0.05");
   const int exit_code =
@@ -232,6 +236,18 @@ TEST_F(Program, LeavesWithAGoodbyeAndReportsWhenItIsTerminated) {
   }));
   EXPECT_EQ(Report().at("pid").get<qint64>(), pid);
   (*joined)->Leave();
+}
+
+// A pipe that nobody writes to held the window for ever, and SIGTERM did not end it.
+TEST_F(Program, EndsInTimeWhateverFileTheSessionNames) {
+  const QString pipe = In("pipe.json");
+  ASSERT_EQ(mkfifo(pipe.toLocal8Bit().constData(), 0600), 0);
+  QTemporaryDir state;
+  here_.insert("XDG_STATE_HOME", state.path());
+  StartPuppetFromElsewhere("Mallory", pipe);
+  const auto before = std::chrono::steady_clock::now();
+  EXPECT_EQ(Run(JoinArguments() + QStringList{"--seconds", "3"}, here_), 0) << said_;
+  EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(20));
 }
 
 TEST_F(Program, EndsInOneLineWithoutADisplay) {

@@ -2,6 +2,7 @@
 
 #include <QDir>
 #include <QTemporaryFile>
+#include <atomic>
 #include <future>
 
 #include <gtest/gtest.h>
@@ -40,11 +41,22 @@ class SceneOfASession : public ::testing::Test {
   std::uint64_t hash_ = BlockAndBall().hash;
 };
 
-TEST_F(SceneOfASession, IsLoadedWhenItsFileIsHereAndItsHashIsTheSessions) {
-  SceneModel model(LoadBlockAndBall);
+TEST_F(SceneOfASession, IsLoadedFromThePathThatTheSessionNamesWhenTheUserSaysSo) {
+  int loads = 0;
+  SceneModel model([&loads](const std::filesystem::path& file, const LoadProgress& progress) {
+    ++loads;
+    return LoadBlockAndBall(file, progress);
+  });
   EXPECT_EQ(model.state(), SceneModel::State::kWaiting);
   EXPECT_FALSE(model.message().isEmpty());
   model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_));
+  ASSERT_TRUE(Settled(model));
+  // any stranger may name any path: the user is asked
+  EXPECT_EQ(model.state(), SceneModel::State::kMissing);
+  EXPECT_EQ(loads, 0);
+  EXPECT_EQ(model.offered(), here_.fileName().toStdString());
+  EXPECT_TRUE(model.message().contains("Load it only if you know what it is"));
+  model.OpenOffered();
   ASSERT_TRUE(Settled(model));
   ASSERT_EQ(model.state(), SceneModel::State::kReady);
   EXPECT_EQ(model.scene()->bodies.size(), 2U);
@@ -70,6 +82,8 @@ TEST_F(SceneOfASession, IsNotReadFromAFileThatIsNoSceneFile) {
 TEST_F(SceneOfASession, IsNotShownWhenTheFileHereIsAnotherOne) {
   SceneModel model(LoadBlockAndBall);
   model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_ + 1));
+  ASSERT_TRUE(Settled(model));
+  model.OpenOffered();
   ASSERT_TRUE(Settled(model));
   EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_EQ(model.scene(), nullptr);
@@ -196,6 +210,34 @@ TEST(SceneModel, GivesUpLoadingWhenItIsDestroyed) {
     model.OpenNamed("endless.json");
   }
   EXPECT_TRUE(given_up);
+}
+
+// A disk that does not answer holds the window up no longer than a second.
+TEST(SceneModel, EndsThoughItsFileCannotBeReadToTheEnd) {
+  const auto disk = std::make_shared<std::promise<void>>();
+  const auto begun = std::make_shared<std::atomic<bool>>(false);
+  const auto ended = std::make_shared<std::atomic<bool>>(false);
+  const auto before = std::chrono::steady_clock::now();
+  {
+    SceneModel model(
+        [=](const std::filesystem::path&, const LoadProgress& progress) -> Result<DrawnScene> {
+          *begun = true;
+          disk->get_future().wait();
+          static_cast<void>(progress(1, 2, "part.stl"));
+          *ended = true;
+          return Error{"too late"};
+        });
+    model.OpenNamed("stuck.json");
+    ASSERT_TRUE(ProcessEventsUntil([&] {
+      return begun->load();
+    }));
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(5));
+  EXPECT_FALSE(*ended);
+  disk->set_value();  // what comes then harms nobody
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return ended->load();
+  }));
 }
 
 }  // namespace

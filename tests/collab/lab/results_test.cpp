@@ -171,7 +171,7 @@ TEST(Results, ThatDoNotBelongTogetherAreNotMerged) {
             path("c").string() + ": of another sweep than " + path("a").string());
   EXPECT_EQ(wrong({path("a"), path("b"), path("a")}),
             path("a").string() + ": cell " + first + " is in another file too");
-  EXPECT_EQ(wrong({path("a"), path("none")}), path("none").string() + ": cannot be read");
+  EXPECT_EQ(wrong({path("a"), path("none")}), path("none").string() + ": there is no such file");
   std::string other = ContentOf(path("b"));
   other.replace(other.find("0123456789abcdef"), 16, "0123456789abcdee");
   std::ofstream(path("b")) << other;

@@ -1,7 +1,7 @@
 #include <atomic>
 #include <set>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
 #include "collab/lab/case_file.h"
@@ -212,6 +212,26 @@ TEST(RunCells, RunsEachOnceTheCostlyOnesFirst) {
              });
     EXPECT_EQ(done.size(), 12U);
   }
+}
+
+// 900 x 900 x 900 values filled memory for as long as there was any.
+TEST(Sweep, IsNoGridOfMoreCellsThanCanBeRun) {
+  std::string axis = "0.001";
+  for (int i = 2; i <= 900; ++i) axis += "," + std::to_string(0.001 * i);
+  std::string seeds = "1";
+  for (int i = 2; i <= 900; ++i) seeds += "," + std::to_string(i);
+  const Result<Sweep> sweep = Load(R"({"name": "s", "blocks": [{"delay_s": [)" + axis +
+                                   R"(], "ratio": [)" + axis + R"(], "seed": [)" + seeds + "]}]}");
+  ASSERT_FALSE(sweep);
+  EXPECT_THAT(sweep.error().what,
+              ::testing::HasSubstr("more than 250000 cells in all: divide the sweep"));
+}
+
+TEST(Sweep, BracketsWithoutEndAreNoSweep) {
+  const Result<Sweep> sweep =
+      Load(R"({"name": "s", "blocks": [{"network": )" + std::string(150'000, '['));
+  ASSERT_FALSE(sweep);
+  EXPECT_THAT(sweep.error().what, ::testing::HasSubstr("more than 64 brackets in one another"));
 }
 
 }  // namespace

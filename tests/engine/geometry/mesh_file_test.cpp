@@ -256,16 +256,39 @@ TEST_F(MeshFile, RefusesScalesAndTolerancesThatAreNone) {
   EXPECT_THAT(WhyNot(ImportMesh(file, {.weld_tolerance = 5})), HasSubstr("tolerance"));
 }
 
-TEST_F(MeshFile, KillsAReaderThatHangsWhenItsTimeIsUp) {
-  const auto fifo = folder_.path() / "never.stl";  // nobody ever writes to it
-  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+TEST_F(MeshFile, KillsAReaderThatTakesLongWhenItsTimeIsUp) {
+  std::string lines;
+  while (lines.size() < (64U << 20U)) lines += "v 0.125 0.25 0.5\nf -1 -2 -3\n";
+  const auto file = Write("long.obj", lines);
   const auto start = std::chrono::steady_clock::now();
-  const Result<TriangleMesh> mesh = ImportMesh(fifo, {.seconds_limit = 0.3});
+  const Result<TriangleMesh> mesh = ImportMesh(file, {.seconds_limit = 0.3});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   EXPECT_THAT(WhyNot(mesh), HasSubstr("took more than 0.3 s"));
   EXPECT_GE(took.count(), 0.29);
   EXPECT_LT(took.count(), 5);
   EXPECT_FALSE(HasChildren());
+}
+
+// What the loader is told by variables would be code in the reading process, or files that it
+// writes.
+TEST_F(MeshFile, KeepsTheCallersVariablesFromItsReader) {
+  setenv("LD_DEBUG", "libs", 1);
+  setenv("LD_DEBUG_OUTPUT", (folder_.path() / "told").c_str(), 1);
+  const auto file = Write("cube.obj", kObjCube);
+  const Result<TriangleMesh> mesh = ImportMesh(file);
+  unsetenv("LD_DEBUG");
+  unsetenv("LD_DEBUG_OUTPUT");
+  EXPECT_TRUE(mesh) << WhyNot(mesh);
+  std::filesystem::directory_iterator files(folder_.path());
+  EXPECT_EQ(std::distance(begin(files), end(files)), 1);
+}
+
+// Opened for reading, a pipe without a writer waits for one.
+TEST_F(MeshFile, DoesNotOpenWhatIsNoRegularFile) {
+  const auto fifo = folder_.path() / "never.stl";
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_THAT(WhyNot(ImportMesh(fifo)), HasSubstr("is not a regular file: name a mesh file"));
+  EXPECT_THAT(WhyNot(ImportMesh("/dev/zero")), HasSubstr("is not a regular file"));
 }
 
 TEST_F(MeshFile, ReportsAReaderThatHasNoRoom) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include "engine/world/scene_hash.h"
 #include "tests/support/scratch_folder.h"
@@ -482,6 +483,43 @@ TEST_F(SceneFile, HashOfAMissingMeshIsAnError) {
   const Result<SceneHash> hash = HashScene(*scene);
   ASSERT_FALSE(hash);
   EXPECT_THAT(hash.error().what, HasSubstr("gone.stl"));
+}
+
+// A shift of a hundred thousand voxels ended the program when its contact was set up.
+TEST_F(SceneFile, NumbersThatNoPartHasAreRefused) {
+  for (const char* shift : {"-1e5", "17", "-1e300"}) {
+    EXPECT_THAT(ErrorAfter("\"inward_shift_voxels\": 0.5",
+                           std::string("\"inward_shift_voxels\": ") + shift),
+                HasSubstr("inward_shift_voxels: expected a number from -16 to 16, got "));
+  }
+}
+
+TEST_F(SceneFile, GravityIsThatOfAPlanetAtMost) {
+  EXPECT_THAT(
+      ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"gravity_m_s2\": [0, 0, -1e300],"),
+      HasSubstr("gravity_m_s2: expected three numbers from -1000 to 1000"));
+}
+
+TEST_F(SceneFile, IsNoListOfMoreThanPeopleMake) {
+  const auto many = [&](const std::string& list, int count) {
+    std::string items = "{}";
+    for (int i = 1; i < count; ++i) items += ",{}";
+    const Result<Scene> scene =
+        LoadScene(File(R"({"name": "s", "voxel_m": 1, ")" + list + "\": [" + items + "]}"));
+    return scene ? std::string() : scene.error().what;
+  };
+  EXPECT_THAT(many("bodies", 1025), EndsWith("bodies: more than 1024"));
+  EXPECT_THAT(many("pairs", 257), EndsWith("pairs: more than 256"));
+  EXPECT_THAT(many("hands", 65), EndsWith("hands: more than 64"));
+}
+
+TEST_F(SceneFile, IsNotReadFromAPipe) {
+  const auto pipe = folder_.path() / "pipe.json";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const Result<Scene> scene = LoadScene(pipe);
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().what,
+            pipe.string() + ": cannot be read: it is not a regular file, name a file");
 }
 
 }  // namespace

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// A folder that is there whole or not at all: it is filled beside its place, as NAME.unfinished-N,
+/// for its owner alone, and put there by Commit().
+class UnfinishedFolder {
+ public:
+  /// Errors: something is in the folder already, or it cannot be made.
+  static Result<UnfinishedFolder> Make(const std::filesystem::path& folder);
+  UnfinishedFolder(UnfinishedFolder&& other) noexcept;
+  UnfinishedFolder& operator=(UnfinishedFolder&&) = delete;
+  /// Removes what was not committed.
+  ~UnfinishedFolder();
+
+  /// Where to put the files.
+  const std::filesystem::path& path() const noexcept { return beside_; }
+  /// Waits until the disk has them, and puts the folder into its place.
+  Result<bool> Commit();
+
+ private:
+  UnfinishedFolder(std::filesystem::path folder, std::filesystem::path beside);
+  std::filesystem::path folder_;
+  std::filesystem::path beside_;  // empty: there is nothing to remove
+};
+
+}  // namespace tandem

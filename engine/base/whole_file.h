@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// A file that is there whole or not at all: it is written beside its place, as NAME.unfinished-N,
+/// and put there by Commit(). What was there before stays until then, and for good where the disk
+/// is full or the program ends.
+class WholeFile {
+ public:
+  /// `mode`: of the file, before the umask. A pipe or a device is written at once, for nothing can
+  /// be put in its place.
+  static Result<WholeFile> Create(const std::filesystem::path& file, unsigned mode = 0666);
+  WholeFile(WholeFile&& other) noexcept;
+  WholeFile& operator=(WholeFile&& other) noexcept;
+  /// Removes what was not committed.
+  ~WholeFile();
+
+  /// False: the disk takes no more. The first fault stays, and Commit() tells it.
+  bool Write(std::string_view bytes);
+  std::uint64_t written() const noexcept { return written_; }  // bytes
+  /// Waits until the disk has all, and puts it into its place.
+  std::optional<Error> Commit();
+
+ private:
+  WholeFile() = default;
+  bool Flush();
+
+  std::filesystem::path file_;
+  std::filesystem::path beside_;  // empty: it is written in place
+  int descriptor_ = -1;
+  int fault_ = 0;  // errno
+  std::uint64_t written_ = 0;
+  std::string waiting_;
+};
+
+/// The same at once.
+std::optional<Error> WriteWholeFile(const std::filesystem::path& file, std::string_view text,
+                                    unsigned mode = 0666);
+
+}  // namespace tandem

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "engine/geometry/raw_mesh.h"
+
+namespace tandem {
+
+/// A 3MF file whose parts lie in several models of the archive (3MF production extension), which
+/// the mesh library reads as empty: objects, their components, the build, each where its transforms
+/// put it. `part`: the name of an object, or Object_ID. Nothing: the file is not of that kind.
+std::optional<ReadAnswer> ReadSeveralModels(const std::filesystem::path& file,
+                                            const std::string& part);
+
+}  // namespace tandem

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/geometry/triangle_mesh.h"
+#include "engine/geometry/weld.h"
+
+namespace tandem {
+
+/// Appends the triangles of a polygon, whose corners are points by their numbers, all of which
+/// exist. It may be concave, and need not be quite flat; one that crosses itself is cut somehow,
+/// and nothing of it is left out. Fewer than three corners are no surface.
+void SplitPolygon(std::span<const FloatPoint> points, std::span<const std::uint32_t> corners,
+                  std::vector<TriangleMesh::Triangle>& triangles);
+
+}  // namespace tandem

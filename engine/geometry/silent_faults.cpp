@@ -1,0 +1,154 @@
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "engine/base/json_reader.h"
+#include "engine/base/regular_file.h"
+#include "engine/geometry/own_readers.h"
+#include "engine/geometry/xml_scanner.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::uintmax_t kLargestSearched = 1ULL << 30U;
+
+std::size_t WordsIn(std::string_view text) {
+  std::size_t words = 0;
+  bool in_word = false;
+  for (const char c : text) {
+    const bool space = c == ' ' || c == '\t' || c == '\r' || c == '\n';
+    if (!space && !in_word) ++words;
+    in_word = !space;
+  }
+  return words;
+}
+
+std::optional<std::uint64_t> NumberIn(const std::optional<std::string>& word) {
+  std::uint64_t number = 0;
+  if (!word) return std::nullopt;
+  const auto [end, error] = std::from_chars(word->data(), word->data() + word->size(), number);
+  if (error != std::errc() || end != word->data() + word->size()) return std::nullopt;
+  return number;
+}
+
+/// The arrays of a COLLADA file, which accessors take as long as these say that they are.
+class ColladaArrays {
+ public:
+  explicit ColladaArrays(std::string_view text) : xml_(text) {}
+
+  std::string Fault() {
+    for (auto piece = xml_.Next();; piece = xml_.Next()) {
+      if (piece == XmlScanner::Piece::kEnd || piece == XmlScanner::Piece::kFault) return {};
+      if (piece == XmlScanner::Piece::kText && in_array_) words_ += WordsIn(xml_.text());
+      if (piece == XmlScanner::Piece::kOpen) {
+        if (std::string fault = Open(); !fault.empty()) return fault;
+      }
+      if (piece == XmlScanner::Piece::kClose && xml_.name() == "float_array" && in_array_) {
+        if (std::string fault = Close(); !fault.empty()) return fault;
+      }
+    }
+  }
+
+ private:
+  std::string Open() {
+    if (xml_.name() == "float_array") {
+      id_ = xml_.Attribute("id").value_or("");
+      const auto count = NumberIn(xml_.Attribute("count"));
+      if (!count) return "its array '" + id_ + "' does not say how many numbers it has";
+      said_ = *count;
+      words_ = 0;
+      in_array_ = true;
+      if (xml_.empty()) return Close();
+    }
+    if (xml_.name() != "accessor") return {};
+    const std::string source = xml_.Attribute("source").value_or("");
+    const auto array = source.starts_with('#') ? lengths_.find(source.substr(1)) : lengths_.end();
+    const auto count = NumberIn(xml_.Attribute("count"));
+    const std::uint64_t stride = NumberIn(xml_.Attribute("stride")).value_or(1);
+    const std::uint64_t offset = NumberIn(xml_.Attribute("offset")).value_or(0);
+    if (array == lengths_.end() || !count) return {};
+    if (stride == 0 || offset > array->second || *count > (array->second - offset) / stride) {
+      return "takes " + std::to_string(*count) + " times " + std::to_string(stride) +
+             " numbers from its array '" + array->first + "' of " + std::to_string(array->second);
+    }
+    return {};
+  }
+
+  std::string Close() {
+    in_array_ = false;
+    lengths_[id_] = words_;
+    if (said_ == words_) return {};
+    return "its array '" + id_ + "' says that it has " + std::to_string(said_) +
+           " numbers, and has " + std::to_string(words_);
+  }
+
+  XmlScanner xml_;
+  std::map<std::string, std::uint64_t> lengths_;
+  std::string id_;
+  std::uint64_t said_ = 0;
+  std::uint64_t words_ = 0;
+  bool in_array_ = false;
+};
+
+/// The JSON of a glTF file, text or binary.
+std::string GltfText(const std::string& bytes) {
+  constexpr std::size_t kGlbHead = 20;  // of the file, and of its first chunk
+  if (!bytes.starts_with("glTF") || bytes.size() < kGlbHead) return bytes;
+  std::uint32_t length = 0;
+  std::memcpy(&length, bytes.data() + 12, sizeof length);
+  return bytes.substr(kGlbHead, length);
+}
+
+/// How many triangles the primitive has by its accessors' words.
+std::size_t TrianglesOf(const JsonNode& primitive, const std::vector<JsonNode>& accessors) {
+  constexpr int kTriangles = 4;
+  const int mode = primitive.Has("mode") ? primitive["mode"].WholeNumber(0, 6) : kTriangles;
+  if (mode < kTriangles) return 0;
+  const JsonNode index =
+      primitive.Has("indices") ? primitive["indices"] : primitive["attributes"]["POSITION"];
+  const auto accessor = index.Unsigned();
+  if (accessor >= accessors.size()) return 0;
+  const auto count = accessors[accessor]["count"].Unsigned(UINT32_MAX);
+  if (mode == kTriangles) return count / 3;
+  return count < 3 ? 0 : count - 2;
+}
+
+std::string GltfFault(const std::string& text, std::size_t triangles) {
+  const Result<JsonFile> json = JsonFile::Parse(text, "glTF");
+  if (!json || !json->root().Has("meshes") || !json->root().Has("accessors")) return {};
+  const std::vector<JsonNode> accessors = json->root()["accessors"].Items();
+  std::size_t said = 0;
+  for (const JsonNode& mesh : json->root()["meshes"].Items()) {
+    for (const JsonNode& primitive : mesh["primitives"].Items()) {
+      said += TrianglesOf(primitive, accessors);
+    }
+  }
+  if (json->fault() || triangles >= said) return {};
+  return std::to_string(said - triangles) + " of its " + std::to_string(said) +
+         " triangles cannot be had: they use vertices that there are not, or are packed";
+}
+
+}  // namespace
+
+std::string SilentFault(const std::filesystem::path& file, std::string_view text,
+                        std::size_t triangles) {
+  const std::string ending = EndingOf(file);
+  const bool gltf = ending == "gltf" || ending == "glb";
+  if (!gltf && ending != "dae") return {};
+  std::string whole;
+  if (text.empty()) {
+    Result<std::string> read = ReadWholeFile(file, kLargestSearched);
+    if (!read) return {};
+    whole = *std::move(read);
+    text = whole;
+  }
+  if (gltf) return GltfFault(GltfText(std::string(text)), triangles);
+  return ColladaArrays(text).Fault();
+}
+
+}  // namespace tandem

@@ -1,0 +1,228 @@
+#include "tests/fuzz/targets.h"
+
+#include <array>
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "app/cli/network_plan.h"
+#include "app/cli/poses_file.h"
+#include "app/picture/picture_file.h"
+#include "app/stability/series.h"
+#include "collab/lab/case_file.h"
+#include "collab/lab/results_file.h"
+#include "collab/lab/sweep_file.h"
+#include "collab/recording/recording.h"
+#include "collab/recording/replay.h"
+#include "engine/geometry/declared_unit.h"
+#include "engine/geometry/model_3mf.h"
+#include "engine/geometry/own_readers.h"
+#include "engine/geometry/raw_mesh.h"
+#include "engine/haptics/hand_script.h"
+#include "engine/voxel/voxmap_file.h"
+#include "engine/world/scene.h"
+#include "tests/fuzz/fed_file.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/shapes.h"
+#include "tests/support/test_world.h"
+
+namespace tandem {
+
+namespace {
+
+void FeedScene(std::string_view bytes) {
+  ExpectPlain(LoadScene(FedFile(bytes)));
+}
+
+void FeedHand(std::string_view bytes) {
+  const Result<HandScript> script = LoadHandScript(FedFile(bytes));
+  ExpectPlain(script);
+  if (!script) return;
+  for (const double t : {0.0, 0.5, 1e6, 1e300}) {
+    static_cast<void>(script->IntentAt(t));
+    static_cast<void>(script->IntendedTwistAt(t));
+    static_cast<void>(script->PushAt(t));
+  }
+}
+
+void FeedPlan(std::string_view bytes) {
+  const Result<NetworkPlan> plan = LoadNetworkPlan(FedFile(bytes));
+  ExpectPlain(plan);
+  if (plan) static_cast<void>(MostWaiting(*plan, 15));
+}
+
+void FeedCase(std::string_view bytes) {
+  ExpectPlain(LoadCase(FedFile(bytes)));
+}
+
+void FeedSweep(std::string_view bytes) {
+  const CaseCheck check = [](const std::string& text,
+                             const std::string& name) -> std::optional<Error> {
+    const Result<LabCase> parsed = ParseCase(text, name);
+    ExpectPlain(parsed);
+    if (!parsed) return parsed.error();
+    return std::nullopt;
+  };
+  ExpectPlain(LoadSweep(FedFile(bytes), check));
+}
+
+void FeedResults(std::string_view bytes) {
+  ExpectPlain(ReadResults(FedFile(bytes)));
+}
+void FeedPoses(std::string_view bytes) {
+  const std::filesystem::path file = FedFile(bytes);
+  ExpectPlain(ReadPosesFile(file, PosesOf::kPairs));
+  ExpectPlain(ReadPosesFile(file, PosesOf::kSceneBodies));
+}
+void FeedSeries(std::string_view bytes) {
+  ExpectPlain(ReadSeries(FedFile(bytes)));
+}
+void FeedPictures(std::string_view bytes) {
+  ExpectPlain(ReadPictures(FedFile(bytes)));
+}
+
+void FeedHeader(std::string_view bytes) {
+  const Result<RecordingHeader> header = ParseHeader(std::string(bytes));
+  ExpectPlain(header);
+  // what is believed can be written again, and is believed again
+  if (header) TANDEM_CHECK(ParseHeader(AsText(*header)).has_value());
+}
+
+void FeedRecording(std::string_view bytes) {
+  const std::filesystem::path file = FedFile(bytes);
+  Result<RecordingReader> reader = RecordingReader::Open(file);
+  ExpectPlain(reader);
+  if (!reader) return;
+  while (reader->Next()) {
+  }
+  for (const auto& [peer, name] : reader->names()) TANDEM_CHECK(IsPlainText(name));
+}
+
+const std::shared_ptr<const WorldModel>& TwoBoxes() {
+  static const auto model = [] {
+    const TriangleMesh plate =
+        Transformed(testing::Box(Vec3(0.1, 0.1, 0.01)), {Quat::Identity(), Vec3(0, 0, -0.03)});
+    auto made = std::make_shared<WorldModel>(
+        *testing::MakeWorldModel({{plate, true}, {testing::Box(Vec3(0.03, 0.02, 0.02))}}, 0.004));
+    made->scene.bodies[1].shared = true;
+    return std::shared_ptr<const WorldModel>(made);
+  }();
+  return model;
+}
+
+/// Frames, each behind its length in two bytes: what a peer does that heard them.
+void FeedFrames(std::string_view bytes) {
+  constexpr int kMostFrames = 40;
+  RecordingHeader header;
+  header.law = "p+dd";
+  header.peer.id = 1;
+  header.peer.held_object = 1;
+  std::unique_ptr<Replay> replay;
+  for (int i = 0; i < kMostFrames && bytes.size() > 2; ++i) {
+    std::uint16_t length = 0;
+    std::memcpy(&length, bytes.data(), sizeof length);
+    bytes.remove_prefix(2);
+    const std::string_view content = bytes.substr(0, length);
+    bytes.remove_prefix(content.size());
+    const std::optional<RecordedFrame> frame = DecodeFrame(content);
+    if (!frame) continue;
+    if (!replay) replay = *Replay::Create(header, TwoBoxes());
+    replay->Run(*frame);
+  }
+}
+
+void FeedVoxmap(std::string_view bytes) {
+  const Result<Voxmap> voxmap = MapVoxmap(FedFile(bytes));
+  ExpectPlain(voxmap);
+  if (voxmap) static_cast<void>(voxmap->Count().total());
+}
+
+void ExpectSound(const ReadAnswer& answer) {
+  for (const TriangleMesh::Triangle& t : answer.mesh.triangles) {
+    for (const std::uint32_t corner : t) TANDEM_CHECK(corner < answer.mesh.points.size());
+  }
+}
+
+void FeedOff(std::string_view bytes) {
+  ExpectSound(ReadOff(bytes));
+}
+void FeedPly(std::string_view bytes) {
+  if (const auto answer = ReadPly(bytes)) ExpectSound(*answer);
+}
+void FeedStl(std::string_view bytes) {
+  if (const auto answer = ReadBinaryStl(bytes)) ExpectSound(*answer);
+}
+
+/// The same under a name, whose ending says what it is.
+std::filesystem::path Named(const char* name, std::string_view bytes) {
+  static const ScratchFolder folder;
+  std::filesystem::path file = folder.path() / name;
+  const std::filesystem::path fed = FedFile(bytes);
+  if (!std::filesystem::is_symlink(file)) std::filesystem::create_symlink(fed, file);
+  return file;
+}
+
+void Feed3mf(std::string_view bytes) {
+  const std::filesystem::path file = Named("fed.3mf", bytes);
+  if (const auto answer = ReadSeveralModels(file, "")) ExpectSound(*answer);
+  static_cast<void>(ReadSeveralModels(file, "lid"));
+  static_cast<void>(DeclaredUnit(file));
+}
+
+void FeedTexts(std::string_view bytes) {
+  for (const char* name : {"fed.dae", "fed.obj", "fed.gltf", "fed.glb"}) {
+    const std::filesystem::path file = Named(name, bytes);
+    static_cast<void>(TextInstead(file));
+    static_cast<void>(SilentFault(file, {}, 3));
+  }
+}
+
+void FeedAnswer(std::string_view bytes) {
+  static_cast<void>(ParseAnswer(bytes));
+}
+
+constexpr std::array<FuzzTarget, 19> kTargets{{{"scene", FeedScene},
+                                               {"hand", FeedHand},
+                                               {"plan", FeedPlan},
+                                               {"case", FeedCase},
+                                               {"sweep", FeedSweep},
+                                               {"results", FeedResults},
+                                               {"poses", FeedPoses},
+                                               {"series", FeedSeries},
+                                               {"pictures", FeedPictures},
+                                               {"header", FeedHeader},
+                                               {"recording", FeedRecording},
+                                               {"frames", FeedFrames},
+                                               {"voxmap", FeedVoxmap},
+                                               {"off", FeedOff},
+                                               {"stl", FeedStl},
+                                               {"ply", FeedPly},
+                                               {"3mf", Feed3mf},
+                                               {"texts", FeedTexts},
+                                               {"answer", FeedAnswer}}};
+
+}  // namespace
+
+std::filesystem::path FedFile(std::string_view bytes) {
+  static const int descriptor = memfd_create("fed", MFD_CLOEXEC);
+  TANDEM_CHECK(descriptor >= 0 && ftruncate(descriptor, 0) == 0);
+  TANDEM_CHECK(pwrite(descriptor, bytes.data(), bytes.size(), 0) ==
+               static_cast<ssize_t>(bytes.size()));
+  return "/proc/self/fd/" + std::to_string(descriptor);
+}
+
+std::span<const FuzzTarget> FuzzTargets() {
+  return kTargets;
+}
+
+const FuzzTarget* FuzzTargetNamed(std::string_view name) {
+  for (const FuzzTarget& target : kTargets) {
+    if (target.name == name) return &target;
+  }
+  return nullptr;
+}
+
+}  // namespace tandem
