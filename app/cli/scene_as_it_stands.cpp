@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/base/json_text.h"
+
 namespace tandem {
 
 namespace {
@@ -51,7 +53,7 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
     json["bodies"].push_back(body);
   }
   std::ofstream out(file);
-  out << json.dump(2) << '\n';
+  out << JsonText(json, 2) << '\n';
   if (!out.flush()) return Error{file.string() + ": cannot be written"};
   return true;
 }

@@ -11,6 +11,7 @@
 #include "collab/coupling_limits.h"
 #include "collab/recording/frame_code.h"
 #include "collab/recording/recorder.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 namespace {
@@ -184,14 +185,14 @@ std::string AsText(const RecordingHeader& header) {
     const double most = header.device.*gain.value;
     if (std::isfinite(most)) json["device"][gain.name] = most;
   }
-  return json.dump();
+  return JsonText(json);
 }
 
 Result<RecordingHeader> ParseHeader(const std::string& text) {
   try {
     const ordered_json json = ordered_json::parse(text);
     if (json.at("protocol") != kProtocol) {
-      return Error{"recorded with protocol " + json.at("protocol").dump() + ", this program's is " +
+      return Error{"recorded with protocol " + JsonText(json.at("protocol")) + ", this program's is " +
                    std::to_string(kProtocol)};
     }
     RecordingHeader header;
