@@ -26,6 +26,12 @@ const char* NameOf(Drop reason) noexcept {
       return "bad_echo";
     case Drop::kRingFull:
       return "ring_full";
+    case Drop::kFlood:
+      return "flood";
+    case Drop::kManyKeys:
+      return "many_keys";
+    case Drop::kManyWriters:
+      return "many_writers";
     case Drop::kCount:
       break;
   }

@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// Why a sample of motion was dropped: no sound peer sends such. Late ones are among the replayed.
+/// Why a sample was dropped: no sound peer sends such. Late ones are among the replayed.
 enum class Drop : std::uint8_t {
   kNotFinite,   // NaN or infinite
   kHuge,        // beyond the wire's bounds
@@ -21,7 +21,10 @@ enum class Drop : std::uint8_t {
   kReplayed,    // not newer than what the sender said last
   kWrongEpoch,  // of another time than its sender's claim
   kBadEcho,     // echoes a stamp that we never sent
-  kRingFull,    // the haptic thread stood still
+  kRingFull,    // the haptic thread stood still, or its sender has its share of the room
+  kFlood,       // its writer sends more than any sound one: not heard for a while
+  kManyKeys,    // of more instances than its writer may have
+  kManyWriters,  // of more writers than its program, or all together, may have
   kCount
 };
 

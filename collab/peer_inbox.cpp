@@ -7,10 +7,10 @@ namespace tandem {
 
 namespace {
 
-PeerId SenderOf(const ObjectState& state) {
+PeerId AuthorOf(const ObjectState& state) {
   return state.peer;
 }
-PeerId SenderOf(const CouplingLinks& links) {
+PeerId AuthorOf(const CouplingLinks& links) {
   return links.from;
 }
 
@@ -40,7 +40,8 @@ void PeerInbox::Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
   TakeSwitches();
   std::array<std::int64_t, 2> due_ns{};
   const PeerId row = Planted(Fault::kOneDelayForAll) ? 1 : from;
-  const std::size_t copies = ConditionerOf(row, arrival_ns).Due(arrival_ns, due_ns);
+  Sender& sender = SenderOf(row, arrival_ns);
+  const std::size_t copies = sender.conditioner.Due(arrival_ns, due_ns);
   if (Planted(Fault::kStatesDropped) && from % 4 == 0 && std::is_same_v<T, ObjectState>) return;
   if (Planted(Fault::kLinksDropped) && arrival_ns % 4'000'000'000 > 1'000'000'000 &&
       std::is_same_v<T, CouplingLinks>) {
@@ -50,7 +51,7 @@ void PeerInbox::Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
     due_ns[0] += 100'000'000'000;
   }
   for (std::size_t copy = 0; copy < copies; ++copy) {
-    DueSample<T>* const room = ring.Room();
+    DueSample<T>* const room = HasShare(sender) ? ring.Room() : nullptr;
     if (room == nullptr) {
       drops_.Count(from, Drop::kRingFull);
       continue;
@@ -61,7 +62,16 @@ void PeerInbox::Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
   }
 }
 
-LinkConditioner& PeerInbox::ConditionerOf(PeerId from, std::int64_t arrival_ns) noexcept {
+bool PeerInbox::HasShare(Sender& sender) const noexcept {
+  const std::uint64_t collects = collects_.load(std::memory_order_relaxed);
+  if (sender.collects != collects) {
+    sender.collects = collects;
+    sender.brought = 0;
+  }
+  return sender.brought++ < kShare;
+}
+
+PeerInbox::Sender& PeerInbox::SenderOf(PeerId from, std::int64_t arrival_ns) noexcept {
   // where all places are taken, whoever has been silent longest gives way
   Sender* place = &senders_[0];
   for (Sender& sender : senders_) {
@@ -77,14 +87,14 @@ LinkConditioner& PeerInbox::ConditionerOf(PeerId from, std::int64_t arrival_ns) 
     place->conditioner = LinkConditioner(conditions_, from);
   }
   place->heard_ns = arrival_ns;
-  return place->conditioner;
+  return *place;
 }
 
 void PeerInbox::TakeSwitches() noexcept {
   LinkSwitch order;
   while (switches_.TryPop(order)) {
     if (order.from != 0) {
-      ConditionerOf(order.from, 0).Switch(order.conditions);
+      SenderOf(order.from, 0).conditioner.Switch(order.conditions);
       continue;
     }
     conditions_ = order.conditions;
@@ -95,6 +105,7 @@ void PeerInbox::TakeSwitches() noexcept {
 }
 
 void PeerInbox::Collect() noexcept {
+  collects_.store(collects_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   Move(arriving_states_, waiting_states_);
   Move(arriving_links_, waiting_links_);
 }
@@ -103,7 +114,7 @@ template <typename T>
 void PeerInbox::Move(SpscQueue<DueSample<T>>& ring, DueQueue<T>& waiting) noexcept {
   while (const DueSample<T>* next = ring.Front()) {
     if (!waiting.Push(next->due_ns, next->sample))
-      drops_.Count(SenderOf(next->sample), Drop::kRingFull);
+      drops_.Count(AuthorOf(next->sample), Drop::kRingFull);
     ring.Drop();
   }
 }

@@ -80,14 +80,19 @@ class PeerInbox : public Inbox {
  private:
   struct Sender {
     PeerId peer = 0;  // 0: a free place
+    std::uint64_t collects = 0;  // when `brought` began, by collects_
+    std::size_t brought = 0;     // samples since the haptic thread last collected
     std::int64_t heard_ns = 0;
     LinkConditioner conditioner{LinkConditions{}};
   };
 
   // until the haptic thread collects, once a millisecond
   static constexpr std::size_t kArriving = 4096;
+  // of that, what one sender may have, so that none takes the others' room
+  static constexpr std::size_t kShare = kArriving / 4;
 
-  LinkConditioner& ConditionerOf(PeerId from, std::int64_t arrival_ns) noexcept;
+  Sender& SenderOf(PeerId from, std::int64_t arrival_ns) noexcept;
+  bool HasShare(Sender& sender) const noexcept;
   void TakeSwitches() noexcept;
   template <typename T>
   void Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
@@ -98,6 +103,7 @@ class PeerInbox : public Inbox {
   LinkConditions conditions_;
   PeerDirectory* directory_;
   std::array<Sender, 2 * kMaxPeers> senders_;
+  std::atomic<std::uint64_t> collects_ = 0;
   SpscQueue<LinkSwitch> switches_{64};
   SpscQueue<DueSample<ObjectState>> arriving_states_;
   SpscQueue<DueSample<CouplingLinks>> arriving_links_;

@@ -21,8 +21,8 @@ class Inbox {
   virtual void OnPeerLost(PeerId peer) = 0;  // fell silent; may come back with OnPeerInfo
   virtual void OnEvent(const Event& event, std::int64_t arrival_ns) = 0;
   virtual void OnScene(const SceneManifest& manifest) = 0;
-  /// A sample of motion that no sound peer sends was dropped; `from`: whose it was as far as the
-  /// way it came tells, 0: nobody's. On the receive thread.
+  /// A sample that no sound peer sends was dropped; `from`: whose it was as far as the way it came
+  /// tells, 0: nobody's. On the thread that received it.
   virtual void OnDropped(PeerId /*from*/, Drop /*reason*/) {}
 };
 
@@ -42,6 +42,9 @@ class Transport {
   virtual void Publish(const SceneManifest& manifest) = 0;
   /// Says goodbye: the others get OnPeerLeft at once.
   virtual void Leave() = 0;
+  /// Says goodbye and no more, from any thread, whatever the others of this program are doing: what
+  /// is left to do when it is ended by force.
+  virtual void SayGoodbye() {}
 };
 
 }  // namespace tandem

@@ -23,6 +23,17 @@ std::string OtherProtocol(const PeerInfo& info) {
          std::to_string(kProtocol) + ": bring both to one version";
 }
 
+bool Viewer::IsOfAScene(ObjectId object) const {
+  const SceneManifest* const session = offers_.session();
+  const bool told = session != nullptr && !session->bodies.empty();
+  return object < (told ? session->bodies.size() : kMaxSceneBodies);
+}
+
+std::uint64_t Viewer::refused() const {
+  const std::lock_guard lock(mutex_);
+  return refused_;
+}
+
 ViewerPicture Viewer::Picture() const {
   const std::lock_guard lock(mutex_);
   const SceneManifest* const session = offers_.session();
@@ -58,6 +69,10 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   // frames of a peer with many bodies bring some of them each
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.count, kMaxViewBodies); ++i) {
     const ViewBody& body = frame.bodies[i];
+    if (!IsOfAScene(body.object)) {
+      ++refused_;
+      continue;
+    }
     const auto known = std::find_if(peer.bodies.begin(), peer.bodies.end(), [&](const ViewBody& b) {
       return b.object == body.object;
     });

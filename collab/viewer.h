@@ -81,6 +81,8 @@ class Viewer : public Inbox {
   /// Ages of view frames at arrival (sender's stamp against our clock, ms): meaningful on one host
   /// only.
   std::vector<float> SampleAgesMs() const;
+  /// Poses of bodies that the session's scene does not have; they are not kept.
+  std::uint64_t refused() const;
 
   void OnState(const ObjectState&, std::int64_t) override {}
   void OnLinks(const CouplingLinks&, std::int64_t) override {}
@@ -92,6 +94,8 @@ class Viewer : public Inbox {
   void OnScene(const SceneManifest& manifest) override;
 
  private:
+  /// Before a scene is known, whether one may have it.
+  bool IsOfAScene(ObjectId object) const;
   /// The peer's place; null: there are too many, all of them here.
   ViewedPeer* PlaceFor(PeerId peer);
   void NoteEnd(PeerId peer, ViewedPeer::Presence presence);
@@ -105,6 +109,7 @@ class Viewer : public Inbox {
   std::map<PeerId, ViewedPeer> peers_;
   std::set<PeerId> replaced_;  // whose places others took; frames of theirs are stragglers
   std::uint64_t samples_ = 0;
+  std::uint64_t refused_ = 0;
   std::int64_t first_sample_ns_ = 0;
   std::int64_t newest_sample_ns_ = 0;
   std::vector<float> ages_ms_;

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/base/json_text.h"
+
 namespace tandem {
 
 namespace {
@@ -52,14 +54,24 @@ std::string AsJson(const ViewerReport& report) {
   json["age_ms_p99"] = nullptr;
   if (report.age_ms_p99) json["age_ms_p99"] = *report.age_ms_p99;
   json["peers_seen"] = report.peers_seen;
-  return json.dump(2);
+  return JsonText(json, 2);
 }
 
 Result<bool> WriteReport(const ViewerReport& report, const std::filesystem::path& file) {
-  std::ofstream stream(file);
+  // a new file that takes the name when it is whole; a pipe has no other beside it
+  std::error_code not_there;
+  const bool beside = !std::filesystem::exists(file, not_there) ||
+                      std::filesystem::is_regular_file(file, not_there);
+  std::filesystem::path unfinished = file;
+  if (beside) unfinished += ".unfinished";
+  const Error fault{file.string() + ": cannot be written"};
+  std::ofstream stream(unfinished);
   stream << AsJson(report) << '\n';
-  if (!stream.flush()) return Error{file.string() + ": cannot be written"};
-  return true;
+  if (!stream.flush()) return fault;
+  stream.close();
+  if (beside) std::filesystem::rename(unfinished, file, not_there);
+  if (!not_there || !beside) return true;
+  return fault;
 }
 
 }  // namespace tandem

@@ -17,6 +17,7 @@ namespace tandem {
 void AddBenchMemory(CLI::App& bench, int& exit_code);
 void AddBenchDevice(CLI::App& bench, int& exit_code);
 void AddBenchFrame(CLI::App& bench, int& exit_code);
+void AddBenchHostile(CLI::App& bench, int& exit_code);
 void AddBenchPoints(CLI::App& bench, int& exit_code);
 void AddBenchProximity(CLI::App& bench, int& exit_code);
 void AddBenchVoxelize(CLI::App& bench, int& exit_code);

@@ -77,6 +77,7 @@ void AddBenchCommand(CLI::App& app, int& exit_code) {
   AddBenchMemory(*bench, exit_code);
   AddBenchDevice(*bench, exit_code);
   AddBenchFrame(*bench, exit_code);
+  AddBenchHostile(*bench, exit_code);
   AddBenchPoints(*bench, exit_code);
   AddBenchProximity(*bench, exit_code);
   AddBenchVoxelize(*bench, exit_code);

@@ -19,6 +19,7 @@
 #include "app/cli/timed_frames.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "engine/base/json_text.h"
 #include "engine/haptics/hand_script.h"
 #include "engine/realtime/periodic_thread.h"
 #include "engine/safety/force_guard.h"
@@ -229,7 +230,7 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
         {"asked_age_mean_us", InUs(times.asked_mean_ns)},
         {"asked_age_max_us", InUs(times.asked_max_ns)},
         {"device_missed", times.missed}};
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", JsonText(json, 2).c_str());
     return kExitOk;
   }
   std::printf("%ld ticks of a device process, %s, contact in %.0f %% of them\n",

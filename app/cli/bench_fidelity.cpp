@@ -11,6 +11,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -147,14 +148,14 @@ int RunFidelity(FidelityArguments arguments) {
   ordered_json out = Measure(ContactModel::kRefined, arguments, exit_code);
   out["plain"] = Measure(ContactModel::kPlain, arguments, exit_code);
   if (arguments.json) {
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
     return exit_code;
   }
   const ordered_json plain = out["plain"];
   out.erase("plain");
   for (const auto& [name, figures] : out.items()) {
-    std::printf("%-22s refined %s\n%-22s plain   %s\n", name.c_str(), figures.dump().c_str(), "",
-                plain[name].dump().c_str());
+    std::printf("%-22s refined %s\n%-22s plain   %s\n", name.c_str(), JsonText(figures).c_str(), "",
+                JsonText(plain[name]).c_str());
   }
   return exit_code;
 }

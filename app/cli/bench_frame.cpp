@@ -18,6 +18,7 @@
 #include "app/cli/timed_frames.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "engine/base/json_text.h"
 #include "engine/haptics/scripted_device.h"
 #include "engine/world/world.h"
 
@@ -243,7 +244,7 @@ int RunFrame(const FrameArguments& arguments) {
       out["free_cpu_p99_us"] = Us(free.cpu, 0.99);
       out["free_contacts"] = free.contacts / static_cast<double>(free.frames);
     }
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
     return kExitOk;
   }
   std::printf("%zu points against %zu voxels, %.0f contacts, %.0f tests a frame (capacity %.0f)\n",

@@ -9,6 +9,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -72,7 +73,7 @@ int RunMemoryBench(const MemoryArguments& arguments) {
                         {"bytes_per_band_voxel_refined", row.with_details()}});
     }
     const nlohmann::ordered_json out{{"bytes_per_band_voxel", worst}, {"scenes", scenes}};
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
     return kExitOk;
   }
   for (const Row& row : rows) {

@@ -7,11 +7,12 @@
 
 #include "app/cli/bench.h"
 #include "app/cli/child_processes.h"
-#include "app/cli/stop_signal.h"
+#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "collab/dds/round_trip.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -45,7 +46,7 @@ int Tell(const NetworkArguments& arguments, const RoundTrips& trips) {
                                          {"dds_lost", trips.dds_lost},
                                          {"bytes", RoundTrips::kDatagramBytes},
                                          {"scheduler", scheduler}};
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", JsonText(json, 2).c_str());
   } else {
     std::printf(
         "there and back, %zu bytes, %s: UDP %.1f us (p99 %.1f), DDS %.1f us (p99 %.1f), "

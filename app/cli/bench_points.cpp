@@ -12,6 +12,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "engine/base/json_text.h"
 #include "engine/contact/block_test.h"
 #include "engine/contact/scattered_test.h"
 
@@ -197,7 +198,7 @@ int RunPoints(const PointsArguments& arguments) {
                                      {"limit_ns", f.limit_ns},
                                      {"random_4t_ns", f.random_4t_ns},
                                      {"limit_4t_ns", f.limit_4t_ns}};
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
     return kExitOk;
   }
   std::printf("%zu points against %.2f GB of voxels, %s\n", f.points,

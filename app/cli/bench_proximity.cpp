@@ -10,6 +10,7 @@
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -143,7 +144,7 @@ int RunProximity(const ProximityArguments& arguments) {
                                      {"nearest_by_voxels", f.coarse.json()},
                                      {"nearest_by_triangles", f.refined.json()},
                                      {"searches_cut_short", f.unfinished}};
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
     return kExitOk;
   }
   std::printf("%d poses of %s, processor time of one thread, median and most\n", kPoses,

@@ -19,6 +19,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "collab/messages.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -304,7 +305,7 @@ int RunBenchSession(const SessionArguments& arguments) {
     json["load_before"] = load;
   }
   if (arguments.json) {
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", JsonText(json, 2).c_str());
   } else if (!arguments.viewers.empty()) {
     for (const ordered_json& row : json.at("sessions")) {
       std::printf(

@@ -10,6 +10,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "engine/base/json_text.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxelize.h"
 
@@ -83,7 +84,7 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
                                      {"vertex_voxels", counts.vertex},
                                      {"edge_voxels_unmerged", saved_of.edge},
                                      {"vertex_voxels_unmerged", saved_of.vertex}};
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
     return kExitOk;
   }
   std::printf("%s: %s, voxels of %g m, three fields, %s, median of %s\n", arguments.file.c_str(),

@@ -16,6 +16,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 namespace {
@@ -125,7 +126,7 @@ int RunWindowBench(const WindowBenchArguments& arguments) {
                             {"with_window", with.AsJson()},
                             {"without_window", without.AsJson()},
                             {"pictures_per_second", picture_hz}};
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", JsonText(json, 2).c_str());
     return kExitOk;
   }
   std::printf("a peer of 1 kHz, %s, and a window at it that draws %.0f pictures a second\n",

@@ -1,5 +1,6 @@
 #include "app/cli/child_processes.h"
 
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -8,6 +9,7 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <spawn.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -94,11 +96,55 @@ TemporaryFolder::TemporaryFolder() {
   std::string name = (std::filesystem::temp_directory_path() / "tandem-XXXXXX").string();
   TANDEM_CHECK(mkdtemp(name.data()) != nullptr);
   path_ = name;
+  StartGuardian();
+  removal_.emplace([path = path_] {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  });
 }
 
 TemporaryFolder::~TemporaryFolder() {
   std::error_code ignored;  // a folder left behind is no fault of the run
   std::filesystem::remove_all(path_, ignored);
+  removal_.reset();
+  if (lifeline_ >= 0) {
+    // a line: all is done here
+    const ssize_t told = write(lifeline_, "\n", 1);
+    static_cast<void>(told);
+    close(lifeline_);
+  }
+  if (guardian_ > 0) waitpid(guardian_, nullptr, 0);
+}
+
+// A process of its own session, which Ctrl-C does not reach. Programs that we started end within
+// seconds of us, and may write until then.
+void TemporaryFolder::StartGuardian() {
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) return;
+  const char* const script =
+      "trap '' HUP INT TERM; read -r line && exit 0; rm -rf -- \"$1\"; sleep 5; rm -rf -- \"$1\"";
+  const std::string path = path_.string();
+  std::array<char*, 6> argv{const_cast<char*>("sh"),   const_cast<char*>("-c"),
+                            const_cast<char*>(script), const_cast<char*>("sh"),
+                            const_cast<char*>(path.c_str()), nullptr};
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_adddup2(&files, ends[0], STDIN_FILENO);
+  for (const int fd : {STDOUT_FILENO, STDERR_FILENO}) {
+    posix_spawn_file_actions_addopen(&files, fd, "/dev/null", O_WRONLY, 0);
+  }
+  // a pipe of others that it kept open would seem to be in use
+  posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
+  if (posix_spawn(&guardian_, "/bin/sh", &files, &attributes, argv.data(), environ) != 0) {
+    guardian_ = -1;
+  }
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
+  close(ends[0]);
+  lifeline_ = ends[1];
 }
 
 }  // namespace tandem

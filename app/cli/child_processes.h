@@ -10,6 +10,7 @@
 #include <sys/types.h>
 
 #include "app/program_folders.h"
+#include "app/stop_signal.h"
 #include "engine/base/result.h"
 
 namespace tandem {
@@ -54,7 +55,8 @@ class HalfOfTheCores {
   cpu_set_t before_{};
 };
 
-/// A new folder of our own under the system's temporary one, removed with its content at the end.
+/// A new folder of our own under the system's temporary one, removed with its content however this
+/// program ends: a small process waits for that.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -64,7 +66,12 @@ class TemporaryFolder {
   const std::filesystem::path& path() const noexcept { return path_; }
 
  private:
+  void StartGuardian();
+
   std::filesystem::path path_;
+  pid_t guardian_ = -1;
+  int lifeline_ = -1;  // the guardian sees it closed when this program has ended
+  std::optional<AtForcedEnd> removal_;
 };
 
 }  // namespace tandem

@@ -20,6 +20,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "collab/coupling_law.h"
+#include "engine/base/json_text.h"
 #include "engine/haptics/hand_script.h"
 
 namespace tandem {
@@ -329,7 +330,7 @@ int RunDemo(DemoArguments& arguments) {
   if (!judged) return Fail(kExitFailed, judged.error().what);
   judged->json["start_gaps"] = AsJson(gaps);
   if (arguments.json) {
-    std::printf("%s\n", judged->json.dump(2).c_str());
+    std::printf("%s\n", JsonText(judged->json, 2).c_str());
   } else {
     Tell(judged->json);
   }

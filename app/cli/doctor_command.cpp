@@ -9,13 +9,14 @@
 #include "app/cli/commands.h"
 #include "app/cli/doctor_realtime.h"
 #include "app/cli/findings.h"
-#include "app/cli/stop_signal.h"
+#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/reach/reach_options.h"
 #include "collab/dds/domain.h"
 #include "collab/dds/reach.h"
 #include "collab/dds/socket_drops.h"
+#include "engine/base/json_text.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -202,7 +203,7 @@ int RunDoctor(const DoctorArguments& arguments) {
     for (const std::string& peer : arguments.reach.peers) CheckPath(peer, findings);
   }
   if (arguments.json) {
-    std::printf("%s\n", findings.json().dump(2).c_str());
+    std::printf("%s\n", JsonText(findings.json(), 2).c_str());
   } else {
     std::printf("%s", findings.text().c_str());
   }

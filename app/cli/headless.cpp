@@ -11,6 +11,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "collab/controller/controller.h"
+#include "engine/base/json_text.h"
 #include "engine/realtime/clock.h"
 #include "engine/safety/safety_state.h"
 
@@ -122,7 +123,7 @@ int ShowHeadless(const HandRequest& request, bool json) {
     const ControllerSnapshot now = controller->snapshot();
     if (now.frame == 0) return peer->Poll().value_or(kExitFailed);
     if (json) {
-      std::printf("%s\n", AsJson(now, request.control).dump(1).c_str());
+      std::printf("%s\n", JsonText(AsJson(now, request.control), 1).c_str());
     } else {
       PrintText(now);
     }

@@ -67,6 +67,9 @@ int Connect(const PeerArguments& arguments, Joining& joining) {
     return Fail(arguments.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
   }
   joining.transport = *std::move(joined);
+  joining.goodbye.emplace([&transport = *joining.transport] {
+    transport.SayGoodbye();
+  });
   joining.joined_ns = MonotonicNowNs();
   return kExitOk;
 }

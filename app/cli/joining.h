@@ -8,6 +8,7 @@
 #include "app/cli/device_space.h"
 #include "app/cli/peer_options.h"
 #include "app/cli/start_gaps.h"
+#include "app/stop_signal.h"
 #include "collab/early_inbox.h"
 #include "collab/peer_node.h"
 #include "collab/recording/recorder.h"
@@ -44,7 +45,8 @@ struct Joining {
   std::shared_ptr<DeviceSpace> space;     // of the device's process; null: it is in this one
   std::unique_ptr<PeerNode> node;
   GoalDevice* goal_device = nullptr;     // the node's; null: it has another kind
-  std::unique_ptr<Transport> transport;  // goes first
+  std::unique_ptr<Transport> transport;  // goes first but for what says goodbye by it
+  std::optional<AtForcedEnd> goodbye;    // while it loads, too
 };
 
 /// Comes as far as a node that hears the session and has said nothing but what it offers; or says

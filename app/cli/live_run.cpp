@@ -18,6 +18,7 @@
 #include "app/exit_codes.h"
 #include "collab/coupling_limits.h"
 #include "collab/lab/case_parts.h"
+#include "engine/base/json_text.h"
 #include "scenes/hand_file.h"
 
 namespace tandem {
@@ -77,7 +78,7 @@ std::optional<Error> WritePlan(const LabCase& test, std::size_t user, const fs::
     links.push_back({{"from", NameOfUser(other)}, {"steps", steps}});
   }
   return Write(file,
-               OrderedJson{{"seed", seed}, {"begins", "hand"}, {"links", links}}.dump(2) + "\n");
+               JsonText(OrderedJson{{"seed", seed}, {"begins", "hand"}, {"links", links}}, 2) + "\n");
 }
 
 std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,

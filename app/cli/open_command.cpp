@@ -14,7 +14,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/headless.h"
 #include "app/cli/scene_files.h"
-#include "app/cli/stop_signal.h"
+#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -97,6 +97,7 @@ int WatchWindow(pid_t window) {
       kill(window, SIGTERM);
       told = true;
     }
+    if (told) StillEnding();
     std::this_thread::sleep_for(kWatchPeriod);
   }
   return status;

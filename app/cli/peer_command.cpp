@@ -3,7 +3,6 @@
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -15,17 +14,22 @@
 #include "app/cli/joining.h"
 #include "app/cli/judged_frames.h"
 #include "app/cli/network_plan.h"
+#include "app/cli/news_limiter.h"
 #include "app/cli/peer_control.h"
 #include "app/cli/peer_orders.h"
 #include "app/cli/peer_report.h"
 #include "app/cli/peer_table_text.h"
-#include "app/cli/stop_signal.h"
+#include "app/cli/refusal_news.h"
+#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/cli/verdict.h"
 #include "app/cli/watch_command.h"
 #include "app/exit_codes.h"
 #include "app/output_file.h"
+#include "collab/dds/packet_filter.h"
 #include "collab/dds/socket_drops.h"
+#include "engine/base/json_text.h"
+#include "engine/base/whole_file.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/periodic_thread.h"
 #include "engine/world/capacity_follower.h"
@@ -47,9 +51,9 @@ void CountShapes(const Joining& joining, PeerReport& report) {
 
 int WriteReport(const PeerArguments& arguments, const PeerReport& report, const FrameStats& all,
                 const JudgedFrames& judged, const std::vector<TraceSample>& trace) {
-  std::ofstream stream(arguments.report);
-  stream << AsJson(report, all, judged).dump(2) << '\n';
-  if (!stream.flush()) return Fail(kExitFile, arguments.report + ": cannot be written");
+  const auto failed =
+      WriteWholeFile(arguments.report, JsonText(AsJson(report, all, judged), 2) + '\n');
+  if (failed) return Fail(kExitFile, failed->what);
   const Result<bool> written = WriteTrace(arguments.report + ".trace", trace);
   return written ? kExitOk : Fail(kExitFile, written.error().what);
 }
@@ -65,9 +69,11 @@ std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
 
 /// Returns what became of the bodies that the hand held: nothing if it held none or tells none.
 std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Joining& joining,
-                                        const HeldPoses& poses, const BodiesMet& met) {
+                                        const HeldPoses& poses, const BodiesMet& met,
+                                        double seconds) {
   if (arguments.brief) return {};
-  return Judge(*joining.model, poses, met, LastPlaces(joining.node->world()), arguments.no_contact);
+  return Judge(*joining.model, poses, met, LastPlaces(joining.node->world()), arguments.no_contact,
+               seconds);
 }
 
 std::string Seconds(double seconds) {
@@ -99,6 +105,14 @@ std::size_t ActiveIn(const PeerDirectory& directory) {
 bool StoppedAtDevice(const DeviceProcess& device) {
   const std::optional<DeviceTick> tick = device.Newest();
   return tick && static_cast<SafetyState>(tick->state) == SafetyState::kStopped;
+}
+
+std::vector<std::string> NamesOfPeers(const PeerDirectory& directory) {
+  std::vector<std::string> names;
+  for (const PeerDirectory::Entry& entry : directory.Entries()) {
+    names.push_back(directory.NameOf(entry.info.peer));
+  }
+  return names;
 }
 
 /// How the ticks of the device process went; nothing: there is none.
@@ -143,6 +157,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   std::atomic<bool> done{false};
   const auto frames = static_cast<std::int64_t>(arguments.seconds * 1000.0);
   std::int64_t frames_since_start = 0;
+  bool hand_moves = false;  // in the frame that the haptic thread is in
   std::optional<CapacityFollower> capacity;  // as given, or as frames turn out
   if (arguments.capacity == 0) {
     capacity.emplace(joining.capacity.tests, joining.capacity.look_price, kFrameBudget);
@@ -161,16 +176,11 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
        .name = "haptic"},
       [&](std::int64_t, std::int64_t now_ns) {
         kHapticThread.Enter();
-        const std::int64_t cpu_ns = MachineClock().ThreadCpuNs();
         if (capacity) node.peer().SetCapacity(capacity->tests());
         if (control != nullptr) control->BeforeFrame();
         node.HapticFrame(now_ns);
         if (control != nullptr) control->AfterFrame(now_ns);
-        const std::int64_t took_ns = MachineClock().ThreadCpuNs() - cpu_ns;
-        if (capacity) capacity->Count(node.peer().report(), 1e-9 * static_cast<double>(took_ns));
-        const bool hand_moves =
-            node.peer().started_ns() && (frames == 0 || frames_since_start < frames);
-        judged.Add(hand_moves, now_ns, MachineClock().NowNs(), took_ns);
+        hand_moves = node.peer().started_ns() && (frames == 0 || frames_since_start < frames);
         if (node.peer().started_ns()) {
           if (const RigidState* held = node.peer().held_state(); held != nullptr) {
             const int body = HeldBody(node);
@@ -184,7 +194,15 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
           if (++frames_since_start == frames) done.store(true, std::memory_order_release);
         }
         return true;
+      },
+      [&](std::int64_t start_ns, std::int64_t end_ns, std::int64_t cpu_ns) {
+        if (capacity) capacity->Count(node.peer().report(), 1e-9 * static_cast<double>(cpu_ns));
+        judged.Add(hand_moves, start_ns, end_ns, cpu_ns);
       });
+  // whatever this thread is in when a signal must end the program; the goodbye is Joining's
+  const AtForcedEnd no_more_force([&haptic] {
+    haptic.Stop();
+  });
   PeriodicThread sender({.origin_ns = origin_ns + kSenderPhaseNs, .priority = 20, .name = "sender"},
                         [&](std::int64_t, std::int64_t) {
                           kSenderThread.Enter();
@@ -213,6 +231,8 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   std::int64_t next_ns = opened_ns;
   std::int64_t done_ns = 0;
   OrderReader orders;
+  NewsLimiter news;  // of the others
+  RefusalNews refusals;
   PlannedNetwork network(joining.waiting);
   if (!arguments.network.empty()) network.Start(*std::move(plan), opened_ns);
   const NameFunction name = [&node](PeerId peer) {
@@ -233,11 +253,16 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   while (!stop_asked.load()) {
     const std::int64_t now_ns = MonotonicNowNs();
     node.ControlFrame(now_ns, transport);
-    for (const std::string& news : node.TakeNews(on_hand)) Say(news);
+    if (const std::vector<std::string> fresh = node.TakeNews(on_hand); !fresh.empty()) {
+      const std::vector<std::string> names = NamesOfPeers(node.directory());
+      for (const std::string& line : fresh) news.Add(AboutWhom(line, names), line);
+    }
+    for (const std::string& line : refusals.Look(node.inbox().drops(), name)) news.Add("", line);
+    for (const std::string& line : news.Due(now_ns)) Say(line);
     if (DeviceProcess* device = joining.device(); device != nullptr) {
-      if (const std::string news = device->News(); !news.empty()) {
-        Say(news);
-        if (control != nullptr) control->OnLine(news);
+      if (const std::string line = device->News(); !line.empty()) {
+        Say(line);
+        if (control != nullptr) control->OnLine(line);
       }
       // its button stops the hand, too
       const bool stopped = StoppedAtDevice(*device);
@@ -248,10 +273,10 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
     if (begun.load(std::memory_order_relaxed) && !std::exchange(hand_told, true)) {
       network.HandBegins(now_ns);
     }
-    for (const std::string& news : network.Apply(now_ns, node.directory(), node.inbox())) Say(news);
+    for (const std::string& line : network.Apply(now_ns, node.directory(), node.inbox())) Say(line);
     if (const PeerTable& now = node.peer().table().Read(); now.count > 0) table = now;
     if (joining.recorder) {
-      if (const std::string news = joining.recorder->News(); !news.empty()) Say(news);
+      if (const std::string line = joining.recorder->News(); !line.empty()) Say(line);
       for (const PeerDirectory::Entry& entry : node.directory().Entries()) {
         joining.recorder->Named(entry.info.peer, name(entry.info.peer));
       }
@@ -335,14 +360,17 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
     next_ns += kControlPeriodNs;
     MachineClock().SleepUntil(next_ns);
   }
+  for (const std::string& line : news.Rest()) Say(line);
   haptic.Stop();
   haptic.Join();
+  StillEnding();
   if (control != nullptr) control->End();
   sender.Stop();
   sender.Join();
   if (joining.device() != nullptr && exit_code != kJoinAgain) joining.device()->End();
   const std::uint64_t socket_dropped = PacketsDroppedAtSockets();
   node.Leave(MonotonicNowNs(), transport);
+  StillEnding();
   if (joining.recorder) {
     // what was recorded before all is done again is no part of the session
     if (exit_code == kJoinAgain && !begun.load()) joining.recorder->Discard();
@@ -355,10 +383,15 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
     }
     if (recorded) Say(arguments.record + ": " + Counted(*recorded, "frame") + " recorded");
   }
+  StillEnding();
   for (const std::string& line : Explain(node.peer().hand_figures().limits)) Say(line);
-  if (exit_code == kJoinAgain) return exit_code;
+  if (exit_code == kJoinAgain || (exit_code != kExitOk && arguments.report.empty())) {
+    return exit_code;
+  }
   while (held_poses.TryPop(pose)) poses.Add(pose);
-  const std::vector<BodyVerdict> verdicts = VerdictsOfPeer(arguments, joining, poses, met);
+  const std::vector<BodyVerdict> verdicts = VerdictsOfPeer(
+      arguments, joining, poses, met, stop_asked.load() ? kHurriedVerdictSeconds : kVerdictSeconds);
+  StillEnding();
   for (const BodyVerdict& verdict : verdicts) {
     if (exit_code == kExitOk) Say(Describe(verdict));
   }
@@ -387,6 +420,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   report.start_gaps = AsJson(joining.start_gaps);
   report.verdicts = AsJson(verdicts);
   report.socket_dropped = socket_dropped;
+  report.packets = PacketsJudged();
   const int written = WriteReport(arguments, report, haptic.stats(), judged, node.peer().trace());
   return exit_code != kExitOk ? exit_code : written;
 }

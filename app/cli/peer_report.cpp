@@ -27,6 +27,15 @@ nlohmann::ordered_json AsJson(const DropCounts& drops) {
   return json;
 }
 
+/// Of those that DDS did not get to see.
+nlohmann::ordered_json AsJson(const PacketCounts& packets) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (std::size_t i = 1; i < packets.size(); ++i) {
+    json[NameOf(static_cast<PacketDrop>(i))] = packets[i];
+  }
+  return json;
+}
+
 nlohmann::ordered_json AsJson(const std::optional<PassivityAccount>& port) {
   if (!port) return nullptr;
   return {{"control", port->control},
@@ -165,6 +174,7 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
             {"least_delivered", report.least_delivered},
             {"socket_dropped", report.socket_dropped}}},
           {"drops", AsJson(report.drops)},
+          {"packets_refused", AsJson(report.packets)},
           {"peers", report.peers},
           {"start_gaps", report.start_gaps},
           {"verdicts", report.verdicts}};

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/judged_frames.h"
+#include "collab/dds/packet_filter.h"
 #include "collab/delivery_count.h"
 #include "collab/drop_counts.h"
 #include "collab/peer.h"
@@ -50,6 +51,7 @@ struct PeerReport {
   nlohmann::ordered_json start_gaps = nlohmann::ordered_json::array();  // AsJson() of them
   nlohmann::ordered_json verdicts = nlohmann::ordered_json::array();
   std::uint64_t socket_dropped = 0;  // packets of any kind, since the receive thread was late
+  PacketCounts packets{};            // by what became of them before DDS
 };
 
 /// Of what came from all others.
@@ -63,7 +65,8 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 /// zeroed, expired, stops, passivity {control, balance_J, least_J, damped_ticks}}, of a device
 /// process device_times, guarded_share, crowded_frames, limits
 /// {travel_limited_share, over_capacity_share, contacts_full_share}; said {sent, wanted};
-/// heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, peers,
+/// heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, packets_refused by reason,
+/// peers,
 /// start_gaps, verdicts.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
                               const JudgedFrames& judged);

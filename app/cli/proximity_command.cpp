@@ -12,6 +12,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "engine/base/json_text.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -138,7 +139,7 @@ void PrintJson(const ProximityArguments& arguments, const SceneProximity& scene,
       {"voxelize_s", costs.voxelize_s},
       {"pose_ms", {{"median", costs.median_ms}, {"max", costs.most_ms}}},
       {"rows", rows}};
-  std::printf("%s\n", out.dump(2).c_str());
+  std::printf("%s\n", JsonText(out, 2).c_str());
 }
 
 std::string Words(const Vec3& v) {

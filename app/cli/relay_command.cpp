@@ -1,7 +1,6 @@
 #include <algorithm>
-#include <csignal>
+#include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 
 #include <unistd.h>
@@ -11,6 +10,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/reach/reach_options.h"
+#include "app/stop_signal.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/relay.h"
 #include "engine/realtime/clock.h"
@@ -31,13 +31,7 @@ struct RelayArguments {
 };
 
 int RunRelay(RelayArguments arguments) {
-  // before any thread starts, so that none of them takes the signals
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-
+  StopOnSignals();
   if (!arguments.reach.secure.empty() && arguments.audience.secure.empty()) {
     return Fail(kExitUsage,
                 "a secured session is shown to holders of keys only: --audience-secure, with keys "
@@ -66,6 +60,10 @@ int RunRelay(RelayArguments arguments) {
   if (!joined) {
     return Fail(arguments.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
   }
+  const AtForcedEnd goodbye([&joined, &relay] {
+    (*joined)->SayGoodbye();
+    (*relay)->SayGoodbyes();
+  });
   Say("relaying session " + arguments.session + "; viewers see it with: tandem watch --from-relay" +
       (audience.secure.empty() ? "" : " --secure KEYS") + " --session " + arguments.session);
   Say(SecurityOf(arguments.reach, arguments.session));
@@ -92,12 +90,13 @@ int RunRelay(RelayArguments arguments) {
       status_ns = now_ns;
     }
     turn_ns = std::max(turn_ns + kTurnNs, MonotonicNowNs());
-    const timespec turn{0, std::clamp<std::int64_t>(turn_ns - MonotonicNowNs(), 0, kTurnNs)};
-    if (sigtimedwait(&signals, nullptr, &turn) > 0) break;
+    const std::int64_t left_ns = std::clamp<std::int64_t>(turn_ns - MonotonicNowNs(), 0, kTurnNs);
+    if (StopAskedWithin(std::chrono::nanoseconds(left_ns))) break;
     now_ns = MonotonicNowNs();
   } while (arguments.seconds <= 0 ||
            static_cast<double>(now_ns - opened_ns) < 1e9 * arguments.seconds);
   (*joined)->Leave();
+  StillEnding();
   (*relay)->Leave();
   return kExitOk;
 }

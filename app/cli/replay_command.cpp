@@ -12,7 +12,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/start_gaps.h"
-#include "app/cli/stop_signal.h"
+#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/cli/verdict.h"
 #include "app/exit_codes.h"
@@ -23,6 +23,7 @@
 #include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"
 #include "collab/viewer.h"
+#include "engine/base/json_text.h"
 #include "engine/realtime/clock.h"
 #include "engine/world/scene_hash.h"
 
@@ -345,7 +346,7 @@ int RunReplay(const ReplayArguments& arguments) {
                       {"verdicts", AsJson(verdicts)},
                       {"hash_each_second", player.golden()}};
     if (!identical) json["first_different"] = *result.first_different;
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", JsonText(json, 2).c_str());
   }
   if (reader->damaged()) {
     return Fail(kExitFailed, arguments.file + ": damaged at frame " +

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/base/json_text.h"
 #include "engine/base/regular_file.h"
 #include "engine/base/whole_file.h"
 
@@ -53,8 +54,7 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
     }
     json["bodies"].push_back(body);
   }
-  const auto failed =
-      WriteWholeFile(file, json.dump(2, ' ', false, SceneJson::error_handler_t::replace) + '\n');
+  const auto failed = WriteWholeFile(file, JsonText(json, 2) + '\n');
   if (failed) return *failed;
   return true;
 }

@@ -15,6 +15,7 @@
 #include "collab/simulated/fault_schedule.h"
 #include "collab/simulated/light_scene.h"
 #include "collab/simulated/simulator.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -83,7 +84,7 @@ int RunSimulate(const SimulateArguments& arguments) {
                                      {"wall_s", wall.count()}, {"simulated_peer_s", peer_seconds},
                                      {"threads", threads},     {"digest", Hex(digest)},
                                      {"happened", tally},      {"found", found}};
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
     for (const auto& [what, times] : tally) {
       std::printf("%6llu %s\n", static_cast<unsigned long long>(times), what.c_str());

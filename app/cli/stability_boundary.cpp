@@ -19,6 +19,7 @@
 #include "collab/lab/bisection.h"
 #include "collab/lab/case_parts.h"
 #include "collab/lab/lab_scene.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -197,7 +198,7 @@ int RunStabilityBoundary(const BoundaryArguments& arguments) {
   }
   if (arguments.json) {
     std::printf("%s\n",
-                OrderedJson{{"pass", pass}, {"rows", claims}, {"boundary", json}}.dump(2).c_str());
+                JsonText(OrderedJson{{"pass", pass}, {"rows", claims}, {"boundary", json}}, 2).c_str());
   } else {
     Print(*rows);
   }

@@ -20,6 +20,7 @@
 #include "collab/lab/case_parts.h"
 #include "collab/lab/case_run.h"
 #include "collab/lab/metrics_table.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -126,7 +127,7 @@ int RunStabilityLive(const LiveArguments& arguments) {
         {"comparison", comparison},
         {"metrics_virtual", MetricsJson(simulated.metrics)},
         {"metrics_live", MetricsJson(real)}};
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
     std::printf("%-26s %12s %12s %8s\n", test.name.c_str(), "virtual", "live", "off");
     for (const ComparedFigure& figure : ComparedFigures()) {

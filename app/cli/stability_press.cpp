@@ -17,6 +17,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "collab/lab/press_run.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -167,7 +168,7 @@ int RunStabilityPress(PressArguments arguments) {
                               {"pass", shaking == 0}}}},
                            {"claim", claims},
                            {"type1", type1}};
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
     Print(rows, claims);
   }

@@ -19,6 +19,7 @@
 #include "collab/lab/metrics_table.h"
 #include "collab/lab/prediction.h"
 #include "collab/lab/series_file.h"
+#include "engine/base/json_text.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -155,7 +156,7 @@ int RunStabilityRun(const RunArguments& arguments) {
   }
   run.predicted = Predict(FittedTo(scene->inertia(), *test), scene->inertia());
   if (arguments.json) {
-    std::printf("%s\n", JsonOf(*test, run).dump(2).c_str());
+    std::printf("%s\n", JsonText(JsonOf(*test, run), 2).c_str());
   } else {
     Print(*test, run);
   }

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <string>
 
+#include "engine/realtime/line_writer.h"
+
 namespace tandem {
 
 /// "1 pose", "2 poses".
@@ -32,11 +34,12 @@ inline std::string& LastSaid() {
   return line;
 }
 
-/// A line for a person, on stderr: stdout is for what programs read.
+/// A line for a person, on stderr: stdout is for what programs read. Never waits for a terminal or
+/// a pipe.
 inline void Say(const std::string& line) {
   LastSaid() = line;
   const std::string who = Speaker().empty() ? "" : Speaker() + ": ";
-  std::fprintf(stderr, "tandem: %s%s\n", who.c_str(), line.c_str());
+  StandardError().WriteLine("tandem: " + who + line);
 }
 
 /// The same, and the exit code to end with.

@@ -13,7 +13,6 @@ namespace tandem {
 
 namespace {
 
-constexpr double kVerdictSeconds = 1.0;
 constexpr std::size_t kMostJudgedTriangles = 300'000;
 constexpr double kRounding = 0.01;  // voxels: nearer than that, surfaces meet
 
@@ -79,7 +78,7 @@ void HeldPoses::Add(const HeldPose& pose) {
 
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
                                const BodiesMet& met, const std::vector<LastPlace>& last,
-                               bool contact_off) {
+                               bool contact_off, double seconds) {
   std::vector<std::size_t> bodies;
   for (const HeldPose& pose : poses.kept()) {
     const auto body = static_cast<std::size_t>(pose.body);
@@ -112,7 +111,7 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
         if (model.body_index[i] == static_cast<int>(body)) Append(part, model.meshes_W[i]);
       }
       const double voxel = SampledVoxel(part, model.scene.voxel_size);
-      const PenetrationReport report = Penetration(model, body, series, voxel, kVerdictSeconds);
+      const PenetrationReport report = Penetration(model, body, series, voxel, seconds);
       verdict.poses_judged = report.poses_checked;
       verdict.deepest = report.max_penetration_voxels * voxel;
     }

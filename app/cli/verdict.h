@@ -77,13 +77,16 @@ class HeldPoses {
   std::size_t given_ = 0;
 };
 
+inline constexpr double kVerdictSeconds = 1.0;
+inline constexpr double kHurriedVerdictSeconds = 0.1;  // where a signal ends the program
+
 /// Judges the bodies that were in hand, in the order of their first poses, by exact geometry and
 /// against what is fixed. `last`: of all moving bodies. What touched nothing has gone into nothing,
-/// but with `contact_off`. Takes a second of search at the most; neither penetration nor gaps of
+/// but with `contact_off`. Takes `seconds` of search at the most; neither penetration nor gaps of
 /// scenes above 300,000 triangles are judged.
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
                                const BodiesMet& met, const std::vector<LastPlace>& last,
-                               bool contact_off);
+                               bool contact_off, double seconds = kVerdictSeconds);
 
 /// One line for a person: "peg stands 60.0 mm from its first place and is out; it never went into
 /// what is fixed". Who else had moved it does not matter.

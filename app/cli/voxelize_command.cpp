@@ -9,11 +9,12 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/mesh_unit.h"
-#include "app/cli/stop_signal.h"
+#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "engine/base/hash.h"
+#include "engine/base/json_text.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_diagnosis.h"
 #include "engine/geometry/mesh_file.h"
@@ -139,7 +140,7 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
                                      {"range_voxels", options.range},
                                      {"bits", options.bits},
                                      {"digest", Hex(digest.value())}};
-    std::printf("%s\n", out.dump(2).c_str());
+    std::printf("%s\n", JsonText(out, 2).c_str());
     return kExitOk;
   }
   const Vec3 size = BoundsOf(*mesh).size();

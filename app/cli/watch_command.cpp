@@ -1,10 +1,9 @@
 #include "app/cli/watch_command.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
-#include <ctime>
 #include <deque>
 #include <future>
 #include <map>
@@ -16,12 +15,14 @@
 
 #include <unistd.h>
 
+#include "app/cli/news_limiter.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/output_file.h"
 #include "app/reach/scene_search.h"
+#include "app/stop_signal.h"
 #include "collab/dds/announcements.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/relay.h"
@@ -40,6 +41,8 @@ using Presence = ViewedPeer::Presence;
 constexpr std::int64_t kTurnNs = 100'000'000;      // looks at what is new
 constexpr std::int64_t kBeatNs = 250'000'000;      // says that it is here
 constexpr std::int64_t kStatusNs = 1'000'000'000;  // says what it receives
+constexpr std::size_t kBodiesTold = 12;            // of each peer, in a line
+constexpr std::size_t kMostScenes = 16;
 
 std::string NameOf(const ViewedPeer& peer) {
   return peer.info.name.empty() ? "peer " + std::to_string(peer.info.peer) : peer.info.name;
@@ -104,24 +107,36 @@ class Reporter {
         security_(as_part ? std::string() : std::move(security)),
         as_part_(as_part) {}
 
-  void TellNews(const ViewerPicture& picture) {
+  void TellNews(const ViewerPicture& picture, std::int64_t now_ns) {
+    CollectNews(picture);
+    for (const std::string& line : news_.Due(now_ns)) Say(line);
+  }
+  void TellRest() {
+    for (const std::string& line : news_.Rest()) Say(line);
+  }
+
+  void CollectNews(const ViewerPicture& picture) {
     if (!picture.peers.empty() && !security_.empty()) Say(std::exchange(security_, {}));
-    if (picture.scene && told_scene_.insert(picture.scene->content_hash).second) {
+    // a session goes by one scene; who makes up more is told of no further
+    if (picture.scene && told_scene_.size() < kMostScenes &&
+        told_scene_.insert(picture.scene->content_hash).second) {
       TellScene(*picture.scene);
     }
-    if (const auto news = searches_.TakeNews()) Say(*news);
+    if (const auto found = searches_.TakeNews()) Note(*found);
+    ForgetGone(picture);
     for (const ViewedPeer& peer : picture.peers) {
       if (peer.info.name.empty() && peer.presence == Presence::kHere) continue;  // about to be told
       const auto [known, is_new] = told_.try_emplace(peer.info.peer, peer.presence);
       if (!is_new && known->second == peer.presence) continue;
       known->second = peer.presence;
-      const char* news = peer.presence == Presence::kHere ? peer.came_back ? " is back" : " joined"
+      const char* what = peer.presence == Presence::kHere ? peer.came_back ? " is back" : " joined"
                          : peer.presence == Presence::kLost ? " is lost"
                                                             : " left";
-      Say(NameOf(peer) + news + (peer.info.role == Role::kViewer ? " (viewer)" : ""));
+      const std::string name = NameOf(peer);
+      news_.Add(name, name + what + (peer.info.role == Role::kViewer ? " (viewer)" : ""));
       const std::string other = OtherProtocol(peer.info);
       if (!other.empty() && peer.presence == Presence::kHere) {
-        Say(NameOf(peer) + " " + other + "; what is told here may be wrong");
+        news_.Add("", name + " " + other + "; what is told here may be wrong");
       }
     }
   }
@@ -141,7 +156,8 @@ class Reporter {
       if (peer.presence != Presence::kHere || peer.info.role != Role::kActive) continue;
       line += "; " + NameOf(peer) + " " + std::to_string(std::lround(peer.delay_ms)) + " ms";
       ++active;
-      for (const ViewBody& body : peer.bodies) {
+      for (std::size_t i = 0; i < std::min(peer.bodies.size(), kBodiesTold); ++i) {
+        const ViewBody& body = peer.bodies[i];
         const bool named = picture.scene && body.object < picture.scene->bodies.size();
         line += ", " +
                 (named ? picture.scene->bodies[body.object].name
@@ -153,23 +169,39 @@ class Reporter {
         const std::string limits = AsText(LimitsIn(body.flags));
         if (!limits.empty()) line += " (" + limits + " of its frames)";
       }
+      if (peer.bodies.size() > kBodiesTold) {
+        line += ", and " + std::to_string(peer.bodies.size() - kBodiesTold) + " more";
+      }
     }
     Say(active > 0 ? line : "nobody who takes part is here");
   }
 
  private:
+  /// The picture keeps so many, and what is told of them is no more.
+  void ForgetGone(const ViewerPicture& picture) {
+    if (told_.size() <= 2 * Viewer::kMost) return;
+    std::erase_if(told_, [&picture](const auto& one) {
+      return std::ranges::none_of(picture.peers, [&one](const ViewedPeer& peer) {
+        return peer.info.peer == one.first;
+      });
+    });
+  }
+
+  void Note(const std::string& line) { news_.Add("", line); }
+
   void TellScene(const SceneManifest& scene) {
-    Say("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
+    Note("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
         scene.file);
-    Say("its force parameters: " + Describe(ParametersOf(scene)));
+    Note("its force parameters: " + Describe(ParametersOf(scene)));
     if (!own_) return searches_.Add(scene);
     const std::string difference = ContentDifference(own_->scene, own_->hash, scene);
-    Say(difference.empty() ? "it is the scene given with --scene"
+    Note(difference.empty() ? "it is the scene given with --scene"
                            : "it is NOT the scene given with --scene: " + difference);
   }
 
   std::optional<OwnScene> own_;
   SceneSearches searches_;
+  NewsLimiter news_;
   AnnouncedSession session_;
   std::string security_;
   bool as_part_;
@@ -177,12 +209,6 @@ class Reporter {
   std::set<std::uint64_t> told_scene_;
   std::uint64_t samples_told_ = 0;
 };
-
-/// Waits for SIGINT or SIGTERM, for one turn at most.
-bool SignalCame(const sigset_t& signals) {
-  const timespec turn{0, kTurnNs};
-  return sigtimedwait(&signals, nullptr, &turn) > 0;
-}
 
 }  // namespace
 
@@ -203,12 +229,7 @@ int WatchCommand(const WatchOptions& asked) {
     own.emplace(OwnScene{*std::move(scene), *std::move(hash)});
     RememberSceneFolder(own->scene.file);
   }
-  // before the transport's threads start, so that none of them takes the signals
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  StopOnSignals();
 
   Viewer viewer;
   DdsOptions dds;
@@ -222,6 +243,9 @@ int WatchCommand(const WatchOptions& asked) {
     return Fail(options.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
   }
   Transport& transport = **joined;
+  const AtForcedEnd goodbye([&transport] {
+    transport.SayGoodbye();
+  });
   Say("watching session " + options.session);
   std::unique_ptr<SessionsNearby> nearby;  // while nobody is heard: it takes a port of DDS
 
@@ -237,7 +261,7 @@ int WatchCommand(const WatchOptions& asked) {
   std::int64_t now_ns = joined_ns;
   do {
     const ViewerPicture picture = viewer.Picture();
-    reporter.TellNews(picture);
+    reporter.TellNews(picture, now_ns);
     if (now_ns - beat_ns >= kBeatNs) {
       if (picture.scene) info.scene_hash = picture.scene->content_hash;
       transport.Publish(info);
@@ -254,10 +278,12 @@ int WatchCommand(const WatchOptions& asked) {
                           nearby ? nearby->Heard() : std::vector<AnnouncedSession>{});
       status_ns = now_ns;
     }
-    if (SignalCame(signals)) break;
+    if (StopAskedWithin(std::chrono::nanoseconds(kTurnNs))) break;
     now_ns = MonotonicNowNs();
   } while (options.seconds <= 0 || static_cast<double>(now_ns - joined_ns) < 1e9 * options.seconds);
+  reporter.TellRest();
   transport.Leave();
+  StillEnding();
 
   const ViewerReport report =
       ReportOf(&viewer, getpid(), static_cast<double>(MonotonicNowNs() - joined_ns) * 1e-9);

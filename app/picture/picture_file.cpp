@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/base/json_reader.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -156,7 +157,7 @@ std::string JsonOf(const std::vector<Picture>& pictures) {
                    {"height", picture.height},
                    {"shapes", shapes}});
   }
-  return Json{{"pictures", all}}.dump() + '\n';
+  return JsonText(Json{{"pictures", all}}) + '\n';
 }
 
 Result<std::vector<Picture>> ReadPictures(const std::filesystem::path& file) {

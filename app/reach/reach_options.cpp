@@ -7,6 +7,7 @@
 #include "app/option_checks.h"
 #include "collab/dds/keys.h"
 #include "collab/dds/reach.h"
+#include "engine/base/clean_text.h"
 
 namespace tandem {
 
@@ -64,6 +65,7 @@ void ApplyReach(const ReachOptions& options, DdsOptions& dds) {
 }
 
 Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& name) {
+  name = CleanText(name);
   if (options.secure.empty()) {
     std::random_device random;
     PeerId id = 0;
@@ -80,7 +82,7 @@ Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& nam
                  (role == Role::kViewer ? "peer; looking on needs a viewer's"
                                         : "viewer; taking part needs a peer's")};
   }
-  name = keys->name;
+  name = CleanText(keys->name);
   return keys->peer;
 }
 

@@ -9,6 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/base/json_text.h"
+
 namespace tandem {
 
 namespace {
@@ -91,7 +93,7 @@ std::string LawText(const Json& law) {
 
 std::string KeyButSeed(Json test) {
   for (const char* key : {"name", "seed"}) test.erase(key);
-  return test.dump();
+  return JsonText(test);
 }
 
 std::string MapKey(Json test) {
@@ -102,7 +104,7 @@ std::string MapKey(Json test) {
     law["limits"].erase("constant_stiffness");
     if (law["limits"].empty()) law.erase("limits");
   }
-  return test.dump();
+  return JsonText(test);
 }
 
 }  // namespace

@@ -140,7 +140,7 @@ std::string JsonOf(const ReportData& data) {
   return OrderedJson{
              {"command", data.command}, {"version", data.version}, {"rows", JsonOf(data.AllRows())},
              {"sweeps", sweeps},        {"tables", tables},        {"series", series}}
-             .dump(1) +
+             .dump(1, ' ', false, OrderedJson::error_handler_t::replace) +
          '\n';
 }
 

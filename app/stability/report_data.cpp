@@ -12,6 +12,7 @@
 #include "app/stability/cell_facts.h"
 #include "engine/base/json_reader.h"
 #include "engine/base/regular_file.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 
@@ -41,7 +42,7 @@ void Add(const std::string& item, std::string& list) {
 std::string TextOf(const OrderedJson& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_number_integer()) return value.dump();
+  if (value.is_number_integer()) return JsonText(value);
   if (value.is_number()) return TableNumber(value.get<double>());
   if (value.is_null()) return "-";
   std::string text;

@@ -1,35 +1,26 @@
 #include "app/view/errands.h"
 
 #include <QCoreApplication>
-#include <array>
-#include <csignal>
-#include <cstdio>
+#include <atomic>
 #include <fstream>
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include "app/exit_codes.h"
+#include "app/stop_signal.h"
 #include "collab/viewer_report.h"
 #include "engine/realtime/clock.h"
+#include "engine/realtime/line_writer.h"
 
 namespace tandem {
 
 namespace {
 
 constexpr int kLookMs = 100;
+constexpr int kSignalLookMs = 50;
 constexpr double kPatience =
     30;  // s for scene and poses to come before a picture is taken all the same
 constexpr double kBeforeTheEnd = 1;  // s: the last moment for a picture
-
-std::array<int, 2> signal_pipe{-1, -1};
-
-// Only write() may be called here; the event loop does the rest.
-void OnSignal(int) {
-  const char byte = 1;
-  const ssize_t ignored = write(signal_pipe[1], &byte, 1);
-  static_cast<void>(ignored);
-}
 
 int Milliseconds(double seconds) {
   return static_cast<int>(1000 * seconds);
@@ -40,7 +31,7 @@ std::string OneLine(const QString& text) {
 }
 
 void Say(const std::string& line) {
-  std::fprintf(stderr, "tandem-view: %s\n", line.c_str());
+  StandardError().WriteLine("tandem-view: " + line);
 }
 
 }  // namespace
@@ -70,14 +61,14 @@ Errands::Errands(const ViewOptions& options, MainWindow& window, SessionModel& s
 }
 
 void Errands::CatchSignals() {
-  if (pipe2(signal_pipe.data(), O_CLOEXEC | O_NONBLOCK) != 0) return;
-  auto* notifier = new QSocketNotifier(signal_pipe[0], QSocketNotifier::Read, this);
-  connect(notifier, &QSocketNotifier::activated, this, [this, notifier] {
-    notifier->setEnabled(false);
+  const std::atomic<bool>& stop_asked = StopOnSignals();
+  auto* look = new QTimer(this);
+  connect(look, &QTimer::timeout, this, [this, look, &stop_asked] {
+    if (!stop_asked.load()) return;
+    look->stop();
     End(exit_code_);
   });
-  std::signal(SIGTERM, OnSignal);
-  std::signal(SIGINT, OnSignal);
+  look->start(kSignalLookMs);
 }
 
 void Errands::OnSessionChanged() {
@@ -158,6 +149,7 @@ Result<bool> Errands::WriteHandReport() const {
 
 int Errands::Finish() {
   session_.Leave();
+  StillEnding();
   if (options_.report.empty()) return exit_code_;
   if (options_.attach || options_.take_part || !options_.open.empty()) {
     const Result<bool> told = WriteHandReport();

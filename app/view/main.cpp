@@ -1,12 +1,12 @@
 #include <QApplication>
 #include <QSurfaceFormat>
 #include <algorithm>
-#include <cstdio>
 
 #include "app/exit_codes.h"
 #include "app/output_file.h"
 #include "app/reach/recent_scenes.h"
 #include "app/reach/scene_search.h"
+#include "app/stop_signal.h"
 #include "app/view/controller_process.h"
 #include "app/view/errands.h"
 #include "app/view/options.h"
@@ -16,6 +16,7 @@
 #include "collab/dds/announcements.h"
 #include "collab/dds/relay.h"
 #include "engine/geometry/mesh_file.h"
+#include "engine/realtime/line_writer.h"
 #include "engine/world/scene.h"
 
 namespace {
@@ -23,7 +24,7 @@ namespace {
 using namespace tandem;
 
 int Fail(int exit_code, const std::string& line) {
-  std::fprintf(stderr, "tandem-view: %s\n", line.c_str());
+  StandardError().WriteLine("tandem-view: " + line);
   return exit_code;
 }
 
@@ -92,6 +93,7 @@ void Begin(const ViewOptions& options, MainWindow& window, SessionModel& session
 
 int main(int argc, char** argv) {
   RunImportHelperIfAsked(argc, argv);
+  HandleSignals();
   int exit_code = kExitOk;
   const std::optional<ViewOptions> options = ReadOptions(argc, argv, exit_code);
   if (!options) return exit_code;

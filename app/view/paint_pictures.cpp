@@ -5,10 +5,10 @@
 #include <QImage>
 #include <QPainter>
 #include <cmath>
-#include <cstdio>
 
 #include "app/exit_codes.h"
 #include "app/picture/picture_file.h"
+#include "engine/realtime/line_writer.h"
 
 namespace tandem {
 
@@ -114,7 +114,7 @@ bool Paint(const Picture& picture, const std::filesystem::path& file) {
 }
 
 int Fail(const std::string& line) {
-  std::fprintf(stderr, "tandem-view: %s\n", line.c_str());
+  StandardError().WriteLine("tandem-view: " + line);
   return kExitFile;
 }
 

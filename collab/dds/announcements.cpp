@@ -15,18 +15,24 @@
 #include <unistd.h>
 
 #include "collab/dds/domain.h"
+#include "engine/base/clean_text.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
 namespace {
 
-// RTPS 2.5, sections 9.4 and 9.6; "domain tag" and "identity token" of the parameter lists
+// RTPS 2.5, sections 9.4 and 9.6; the parameters by their names there
 constexpr std::size_t kRtpsHeader = 20;
 constexpr std::uint8_t kData = 0x15;
+constexpr std::uint8_t kDataFragment = 0x16;
 constexpr std::uint8_t kLittleEndian = 0x01;
 constexpr std::uint8_t kInlineQos = 0x02;
 constexpr std::uint32_t kSpdpWriter = 0x000100C2;
+constexpr std::uint32_t kSedpWriters = 0x000003C2;
+constexpr std::uint32_t kSedpReaders = 0x000004C2;
 constexpr std::uint16_t kSentinel = 0x0001;
+constexpr std::uint16_t kLeaseDuration = 0x0002;
+constexpr std::uint16_t kParticipantId = 0x0050;
 constexpr std::uint16_t kDomainTag = 0x4014;
 constexpr std::uint16_t kIdentityToken = 0x1001;
 constexpr std::uint16_t kParametersLittle = 0x0003;
@@ -241,18 +247,25 @@ std::optional<std::string> SessionOfTag(const std::string& tag) {
       c = static_cast<char>(code);
       i += 2;
     }
-    const auto byte = static_cast<unsigned char>(c);
-    name += byte < 0x20 || byte == 0x7F ? '?' : c;
+    name += c;
   }
-  return name;
+  return CleanText(name);
 }
 
-std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packet) {
-  if (packet.size() < kRtpsHeader || std::memcmp(packet.data(), "RTPS", 4) != 0) {
-    return std::nullopt;
-  }
-  Announcement announcement;
-  std::copy_n(packet.data() + 8, announcement.program.size(), announcement.program.begin());
+namespace {
+
+/// One submessage of data: who wrote it, by the last four bytes of its id, and what.
+struct DataFound {
+  std::uint32_t writer = 0;
+  bool fragment = false;
+  std::span<const std::uint8_t> body;  // of a whole one
+};
+
+/// Calls use(data) for each submessage of data in a packet, until that returns true; false where the
+/// packet is none of DDS's or none of them did.
+template <typename Use>
+bool AnyData(std::span<const std::uint8_t> packet, Use use) {
+  if (packet.size() < kRtpsHeader || std::memcmp(packet.data(), "RTPS", 4) != 0) return false;
   std::span<const std::uint8_t> rest = packet.subspan(kRtpsHeader);
   while (rest.size() >= 4) {
     const std::uint8_t kind = rest[0];
@@ -260,25 +273,78 @@ std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packe
     const bool little = (flags & kLittleEndian) != 0;
     std::size_t size = ByteCursor(rest.subspan(2), little).Take(2);
     if (size == 0) size = rest.size() - 4;  // the last one may leave it out
-    if (size > rest.size() - 4) return std::nullopt;
+    if (size > rest.size() - 4) return false;
     const std::span<const std::uint8_t> body = rest.subspan(4, size);
     rest = rest.subspan(4 + size);
-    if (kind != kData) continue;
+    if (kind != kData && kind != kDataFragment) continue;
     ByteCursor data(body, little);
     data.Take(2);
     const std::uint32_t to_inline_qos = data.Take(2);
     data.Take(4);
-    const std::span<const std::uint8_t> writer = data.Bytes(4);
-    if (to_inline_qos < 8 || ByteCursor(writer, false).Take(4) != kSpdpWriter) continue;
-    data.Bytes(to_inline_qos - 8);
-    const auto ignore = [](std::uint16_t, std::span<const std::uint8_t>) {};
-    if ((flags & kInlineQos) != 0 && !ForEachParameter(data, ignore)) continue;
-    const std::optional<AnnouncedSession> session = ReadParticipant(data.rest());
-    if (!session) continue;
-    announcement.session = *session;
-    return announcement;
+    DataFound found{.writer = ByteCursor(data.Bytes(4), false).Take(4),
+                    .fragment = kind == kDataFragment,
+                    .body = {}};
+    if (!found.fragment) {
+      if (to_inline_qos < 8) continue;
+      data.Bytes(to_inline_qos - 8);
+      const auto ignore = [](std::uint16_t, std::span<const std::uint8_t>) {};
+      if ((flags & kInlineQos) != 0 && !ForEachParameter(data, ignore)) continue;
+      found.body = data.rest();
+    }
+    if (use(found)) return true;
   }
-  return std::nullopt;
+  return false;
+}
+
+/// Reads which program is announced, and how long it is to be remembered.
+void ReadTerms(std::span<const std::uint8_t> data, AnnouncedIn& announced) {
+  ByteCursor head(data, false);
+  const std::uint32_t encoding = head.Take(2);
+  head.Take(2);
+  if (encoding != kParametersLittle && encoding != kParametersBig) return;
+  const bool little = encoding == kParametersLittle;
+  ByteCursor list(head.rest(), little);
+  ForEachParameter(list, [&](std::uint16_t parameter, std::span<const std::uint8_t> value) {
+    if (parameter == kLeaseDuration && value.size() >= 8) {
+      ByteCursor number(value, little);
+      const double whole = number.Take(4);
+      announced.lease_s = std::max(announced.lease_s, whole + number.Take(4) / 4294967296.0);
+    }
+    if (parameter == kParticipantId && value.size() >= ProgramId{}.size()) {
+      const std::size_t place = announced.count++;
+      if (place >= AnnouncedIn::kMost) return;
+      std::copy_n(value.begin(), ProgramId{}.size(), announced.programs[place].begin());
+    }
+  });
+}
+
+}  // namespace
+
+std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packet) {
+  Announcement announcement;
+  const bool found = AnyData(packet, [&](const DataFound& data) {
+    if (data.writer != kSpdpWriter || data.fragment) return false;
+    const std::optional<AnnouncedSession> session = ReadParticipant(data.body);
+    if (session) announcement.session = *session;
+    return session.has_value();
+  });
+  if (!found) return std::nullopt;
+  std::copy_n(packet.data() + 8, announcement.program.size(), announcement.program.begin());
+  return announcement;
+}
+
+AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet) {
+  AnnouncedIn announced;
+  AnyData(packet, [&](const DataFound& data) {
+    if (data.writer == kSpdpWriter) {
+      // it is small: in pieces it comes from nobody sound
+      announced.in_pieces |= data.fragment;
+      ReadTerms(data.body, announced);
+    }
+    if (data.writer == kSedpWriters || data.writer == kSedpReaders) ++announced.endpoints;
+    return false;
+  });
+  return announced;
 }
 
 std::unique_ptr<SessionsNearby> ListenForSessions(const DdsOptions& options) {

@@ -27,6 +27,18 @@ struct Announcement {
 /// passed over.
 std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packet);
 
+/// What a packet makes DDS remember.
+struct AnnouncedIn {
+  static constexpr std::size_t kMost = 4;
+
+  std::array<ProgramId, kMost> programs{};  // as the announcements have them, not the packet
+  std::size_t count = 0;                    // of programs, also of those beyond the room
+  double lease_s = 0;     // for which they are to be remembered, the longest; 0: none is said
+  bool in_pieces = false;  // part of an announcement, which hides what it is
+  int endpoints = 0;       // readers and writers
+};
+AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet);
+
 /// The name of the session that has this tag; control characters are '?'. Nothing: it is not ours.
 std::optional<std::string> SessionOfTag(const std::string& tag);
 

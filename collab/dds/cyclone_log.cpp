@@ -2,17 +2,17 @@
 
 #include <array>
 #include <chrono>
-#include <cstdio>
 #include <mutex>
 #include <utility>
 #include <vector>
 
 #include "collab/dds/dds_api.h"
+#include "engine/realtime/line_writer.h"
 
 namespace tandem {
 namespace {
 
-constexpr int kLinesPerSecond = 9;  // and one that counts the rest
+constexpr int kLinesPerSecond = 3;  // and one that counts the rest
 
 // A piece of Cyclone's words, and ours. The first that fits counts.
 constexpr std::array<std::pair<const char*, const char*>, 12> kMeanings{{
@@ -31,7 +31,7 @@ constexpr std::array<std::pair<const char*, const char*>, 12> kMeanings{{
 }};
 constexpr std::size_t kMaxKept = 100;
 
-// Cyclone calls it from any of its threads.
+// Cyclone calls it from any of its threads, the receive thread too: nothing here waits.
 class CycloneLog {
  public:
   void Add(std::string line) {
@@ -57,14 +57,14 @@ class CycloneLog {
   void Print(const std::string& line) {
     const auto now = std::chrono::steady_clock::now();
     if (now - second_ >= std::chrono::seconds(1)) {
-      if (dropped_ > 0) std::fprintf(stderr, "dds: (%ld more messages)\n", dropped_);
+      if (dropped_ > 0) SayOfDds("(" + std::to_string(dropped_) + " more messages)");
       second_ = now;
       printed_ = 0;
       dropped_ = 0;
     }
     if (printed_ < kLinesPerSecond) {
       ++printed_;
-      std::fprintf(stderr, "dds: %s\n", InPlainWords(line).c_str());
+      SayOfDds(InPlainWords(line));
     } else {
       ++dropped_;
     }
@@ -101,7 +101,12 @@ std::string InPlainWords(const std::string& message) {
   return "the network layer says: " + message;
 }
 
+void SayOfDds(const std::string& line) {
+  StandardError().WriteLine("dds: " + line);
+}
+
 void TakeOverCycloneLog() {
+  StandardError();  // its thread is made here, not by one of Cyclone's
   dds_set_log_sink(&OnCycloneMessage, nullptr);
 }
 

@@ -4,10 +4,13 @@
 
 namespace tandem {
 
-/// From here on Cyclone's messages go to stderr one line each, at most ten a second, and the rest
+/// From here on Cyclone's messages go to stderr one line each, at most four a second, and the rest
 /// are counted: hostile packets make it write thousands. Once a process; again does nothing. Before
 /// the domain is made.
 void TakeOverCycloneLog();
+
+/// A line about DDS for a person. Does not wait for stderr.
+void SayOfDds(const std::string& line);
 
 /// One of Cyclone's messages with what it means for a person before it.
 std::string InPlainWords(const std::string& message);

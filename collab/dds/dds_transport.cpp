@@ -109,11 +109,15 @@ class DdsTransport final : public Transport {
 
   void Leave() override {
     if (participant_.get() <= 0) return;
+    SayGoodbye();
+    Close();
+  }
+  void SayGoodbye() override {
     tandem_PeerInfo self{};
     self.peer = options_.peer;
+    // of a writer that has gone both say so and do nothing
     dds_dispose(writers_.peer_info, &self);
     dds_wait_for_acks(writers_.peer_info, kGoodbyeWait);
-    Close();
   }
 
  private:
@@ -189,7 +193,12 @@ class DdsTransport final : public Transport {
     const dds_entity_t participant = participant_.get();
     const auto open = [&](dds_entity_t topic, Purpose purpose, const char* partition) {
       const Qos qos = MakeQos(purpose, partition);
-      return Note(dds_create_reader(participant, topic, qos.get(), nullptr), "a reader");
+      return Note(CreateGatedReader(participant, topic, qos.get(), nullptr,
+                                    LimitsOf(purpose, IsBehindRelay(options_)),
+                                    [this](dds_instance_handle_t, Drop reason) {
+                                      inbox_.OnDropped(0, reason);
+                                    }),
+                  "a reader");
     };
     if (options_.role == Role::kViewer) {
       const Qos qos = MakeQos(Purpose::kMotion, kEveryView);
@@ -209,10 +218,9 @@ class DdsTransport final : public Transport {
     const std::size_t unheard =
         std::max({states_.RefreshOwners(), linked_.RefreshOwners(), views_.RefreshOwners()});
     if (unheard == 0 || std::exchange(told_of_unheard_, true)) return;
-    std::fprintf(stderr,
-                 "dds: more than %zu programs send in this session: %zu that came last are not "
-                 "heard (--secure keeps strangers out)\n",
-                 WriterOwners::kMaxWriters, unheard);
+    SayOfDds("more than " + std::to_string(WriterOwners::kMaxWriters) +
+             " programs send in this session: " + std::to_string(unheard) +
+             " that came last are not heard (--secure keeps strangers out)");
   }
 
   // The control thread goes first: it uses the readers.
@@ -225,7 +233,7 @@ class DdsTransport final : public Transport {
 
   void Report() const {
     const auto say = [](std::uint64_t count, const char* what) {
-      if (count > 0) std::fprintf(stderr, "dds: %s: %lld\n", what, static_cast<long long>(count));
+      if (count > 0) SayOfDds(std::string(what) + ": " + std::to_string(count));
     };
     say(unsent_.load(), "messages that could not be sent");
   }

@@ -225,7 +225,7 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
          std::to_string(kSocketBuffer) + " B\"/></Internal>";
   if (real_time_receive) {
     xml += "<Threads><Thread Name=\"recv\"><Scheduling><Class>Realtime</Class><Priority>" +
-           std::to_string(kReceivePriority) + "</Priority></Scheduling></Thread></Threads>";
+           std::to_string(ReceivePriority()) + "</Priority></Scheduling></Thread></Threads>";
   }
   return xml + "</Domain>";
 }
@@ -235,9 +235,7 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
   // nothing of ours sets the environment
   if (const char* uri = std::getenv("CYCLONEDDS_URI");  // NOLINT(concurrency-mt-unsafe)
       uri != nullptr && *uri != '\0') {
-    std::fprintf(
-        stderr,
-        "CYCLONEDDS_URI is set; a session brings its own DDS configuration, so it is ignored\n");
+    SayOfDds("CYCLONEDDS_URI is set; a session brings its own DDS configuration, so it is ignored");
   }
   CycloneLogCapture log;
   const std::string xml = DomainXml(options, RealTimeIsPermitted());

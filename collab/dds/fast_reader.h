@@ -5,8 +5,11 @@
 #include <optional>
 
 #include "collab/dds/dds_api.h"
+#include "collab/dds/gated_reader.h"
 #include "collab/dds/partitions.h"
+#include "collab/dds/qos.h"
 #include "collab/dds/receive_thread.h"
+#include "collab/dds/relay.h"
 #include "collab/dds/wire.h"
 #include "collab/transport.h"
 
@@ -15,10 +18,10 @@ namespace tandem {
 /// This machine's monotonic clock.
 std::int64_t MonotonicNow_ns();
 
-/// Reads a topic of motion: takes each sample on the receive thread as it comes, refuses what is
-/// unsound or comes by another than its peer's partition, telling the inbox why, passes over what
-/// comes from oneself, and hands the rest to the inbox. Takes no lock of ours, allocates nothing,
-/// says nothing.
+/// Reads a topic of motion: takes each sample on the receive thread as it comes, refuses what is more
+/// than its writer may send, unsound, or by another than its peer's partition, telling the inbox why,
+/// passes over what comes from oneself, and hands the rest to the inbox. Takes no lock that others
+/// hold for long, allocates nothing, says nothing.
 template <typename Wire, typename Message>
 class FastReader {
  public:
@@ -31,7 +34,8 @@ class FastReader {
         deliver_(deliver),
         self_(options.peer),
         thread_(ReceiveThreadOf(options)),
-        on_match_(on_match) {
+        on_match_(on_match),
+        limits_(LimitsOf(Purpose::kMotion, IsBehindRelay(options))) {
     for (std::size_t i = 0; i < kBatch; ++i) pointers_[i] = &samples_[i];
   }
 
@@ -46,7 +50,12 @@ class FastReader {
         listener.get(), [](dds_entity_t, const dds_subscription_matched_status_t, void* self) {
           dds_set_guardcondition(static_cast<FastReader*>(self)->on_match_, true);
         });
-    reader_ = dds_create_reader(participant, topic, qos.get(), listener.get());
+    reader_ = CreateGatedReader(participant, topic, qos.get(), listener.get(), limits_,
+                                [this](dds_instance_handle_t writer, Drop reason) {
+                                  const PeerId owner = owners_.Find(writer);
+                                  inbox_.OnDropped(owner == WriterOwners::kNobody ? 0 : owner,
+                                                   reason);
+                                });
     return reader_;
   }
 
@@ -92,6 +101,7 @@ class FastReader {
   const PeerId self_;
   const char* const thread_;
   const dds_entity_t on_match_;
+  const WriterLimits limits_;
   dds_entity_t reader_ = 0;
   WriterOwners owners_;
 

@@ -1,5 +1,7 @@
 #include "collab/dds/qos.h"
 
+#include "collab/messages.h"
+
 namespace tandem {
 namespace {
 
@@ -15,7 +17,35 @@ void KeepForLatecomers(dds_qos_t* qos) {
                               DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
 }
 
+// Writers of a program on a topic: one of its own, and another while that goes.
+constexpr int kWritersOfOne = 4;
+constexpr int kWritersOfARelay = 4 * static_cast<int>(kMaxPeers);
+
 }  // namespace
+
+WriterLimits LimitsOf(Purpose purpose, bool behind_relay) {
+  const int of_one = behind_relay ? kWritersOfARelay : kWritersOfOne;
+  switch (purpose) {
+    case Purpose::kMotion:
+      // 1 kHz of what is in hand, and 5 Hz of kMaxClaims parked bodies; half a second of it at once
+      return {.per_second = 4000,
+              .at_once = 2000,
+              .keys = static_cast<int>(kMaxSceneBodies),
+              .of_one = of_one};
+    case Purpose::kPresence:
+      return {.per_second = 50, .at_once = 100, .keys = 1, .of_one = of_one};
+    case Purpose::kSubject:
+      // of a relay, one for each author
+      return {.per_second = 10,
+              .at_once = 100,
+              .keys = behind_relay ? kWritersOfARelay : kWritersOfOne,
+              .of_one = of_one};
+    case Purpose::kEvent:
+      break;
+  }
+  // all that a peer answers for may change hands at once, some times
+  return {.per_second = 100, .at_once = 8 * static_cast<int>(kMaxClaims), .keys = 1, .of_one = of_one};
+}
 
 Qos MakeQos(Purpose purpose, const std::string& partition) {
   Qos qos(dds_create_qos());

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "collab/dds/dds_api.h"
+#include "collab/dds/writer_gate.h"
 
 namespace tandem {
 
@@ -23,5 +24,8 @@ inline constexpr std::int64_t kLivelinessLeaseNs = 600'000'000;
 /// are never delivered. Writers do not dispose of their instances when deleted: a disposed instance
 /// is a goodbye, one without writers is a loss.
 Qos MakeQos(Purpose purpose, const std::string& partition);
+
+/// What the writers of such a topic may send. `behind_relay`: one program speaks for many peers.
+WriterLimits LimitsOf(Purpose purpose, bool behind_relay);
 
 }  // namespace tandem

@@ -24,6 +24,8 @@ namespace {
 
 constexpr const char* kDiscoveryGroup = "239.255.0.1";
 constexpr std::array<char, 8> kProbeMark{'t', 'd', '-', 'p', 'r', 'o', 'b', 'e'};
+// another than a probe's: an answer is answered by nobody
+constexpr std::array<char, 8> kAnswerMark{'t', 'd', '-', 'a', 'n', 's', 'w', 'r'};
 constexpr std::array<int, 5> kProbeSizes{64, 512, 1200, 1400, 1472};  // bytes of payload
 constexpr int kProbesOfASize = 3;
 constexpr int kProbeWaitMs = 400;
@@ -126,7 +128,7 @@ void ProbeOnce(const Socket& socket, int size, PathFacts& facts) {
     }
     Probe answer;
     std::memcpy(&answer, packet.data(), sizeof answer);
-    if (got != size || answer.mark != kProbeMark || answer.sent_ns != probe.sent_ns) continue;
+    if (got != size || answer.mark != kAnswerMark || answer.sent_ns != probe.sent_ns) continue;
     const double round_trip_ms = static_cast<double>(MonotonicNowNs() - answer.sent_ns) * 1e-6;
     facts.least_round_trip_ms =
         facts.answered == 0 ? round_trip_ms : std::min(facts.least_round_trip_ms, round_trip_ms);
@@ -247,21 +249,36 @@ ProbeAnswerer::~ProbeAnswerer() {
 }
 
 int ProbeAnswerer::Answer(int wait_ms) {
+  const std::int64_t until_ns = MonotonicNowNs() + std::int64_t{wait_ms} * 1'000'000;
   int answered = 0;
   std::array<std::byte, 2048> packet{};
-  while (Readable(socket_, answered == 0 ? wait_ms : 0)) {
+  // to its end whatever comes, and no further
+  for (std::int64_t now_ns = 0; (now_ns = MonotonicNowNs()) < until_ns;) {
+    if (!Readable(socket_, static_cast<int>((until_ns - now_ns) / 1'000'000) + 1)) break;
     sockaddr_in from{};
     socklen_t size = sizeof from;
     const ssize_t got = recvfrom(socket_, packet.data(), packet.size(), MSG_DONTWAIT,
                                  reinterpret_cast<sockaddr*>(&from), &size);
-    if (got < static_cast<ssize_t>(sizeof(Probe))) break;
-    // as large as what came, so that nobody can be flooded through us
+    if (got < static_cast<ssize_t>(sizeof(Probe))) continue;
     if (std::memcmp(packet.data(), kProbeMark.data(), kProbeMark.size()) != 0) continue;
-    sendto(socket_, packet.data(), static_cast<std::size_t>(got), 0,
+    // another answerer asks nobody
+    if (ntohs(from.sin_port) == port_ || !MayAnswer(now_ns)) continue;
+    // as large as what came, so that nobody can be flooded through us
+    std::memcpy(packet.data(), kAnswerMark.data(), kAnswerMark.size());
+    sendto(socket_, packet.data(), static_cast<std::size_t>(got), MSG_DONTWAIT,
            reinterpret_cast<const sockaddr*>(&from), size);
     ++answered;
   }
   return answered;
+}
+
+bool ProbeAnswerer::MayAnswer(std::int64_t now_ns) {
+  constexpr std::int64_t kSecondNs = 1'000'000'000;
+  if (now_ns - second_ns_ >= kSecondNs) {
+    second_ns_ = now_ns;
+    answered_in_second_ = 0;
+  }
+  return answered_in_second_++ < kMostAnswersPerSecond;
 }
 
 }  // namespace tandem

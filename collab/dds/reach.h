@@ -42,25 +42,32 @@ struct PathFacts {
   double least_round_trip_ms = 0;
 };
 
-/// Sends unfragmentable packets of growing size, several each, to an AnswerProbes() there.
+/// Sends unfragmentable packets of growing size, several each, to a ProbeAnswerer there.
 PathFacts ProbePath(const std::string& host, std::uint16_t port);
 
-/// Sends probes back where they came from, and nothing else.
+/// Answers probes where they came from, and nothing else: no answer of another, nothing from the
+/// port that answerers have, and not more than kMostAnswersPerSecond.
 class ProbeAnswerer {
  public:
+  static constexpr int kMostAnswersPerSecond = 200;
+
   /// Port 0: any. Errors: the port is taken.
   static Result<ProbeAnswerer> Open(std::uint16_t port);
   ProbeAnswerer(ProbeAnswerer&& other) noexcept;
   ProbeAnswerer& operator=(ProbeAnswerer&&) = delete;
   ~ProbeAnswerer();
   std::uint16_t port() const noexcept { return port_; }
-  /// Answers what comes within `wait_ms`; how many.
+  /// Answers what comes within `wait_ms`, and returns then; how many.
   int Answer(int wait_ms);
 
  private:
   ProbeAnswerer(int socket, std::uint16_t port) : socket_(socket), port_(port) {}
+  bool MayAnswer(std::int64_t now_ns);
+
   int socket_;
   std::uint16_t port_;
+  std::int64_t second_ns_ = 0;
+  int answered_in_second_ = 0;
 };
 
 }  // namespace tandem

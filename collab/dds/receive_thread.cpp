@@ -5,6 +5,8 @@
 #include <thread>
 
 #include <pthread.h>
+#include <sched.h>
+#include <unistd.h>
 
 namespace tandem {
 namespace {
@@ -14,13 +16,28 @@ using ThreadName = std::array<char, 16>;
 constexpr const char* kOfAll = "recv";
 constexpr const char* kOfData = "recvUC";
 
+// Of SCHED_FIFO, as the haptic thread's 30 (engine/realtime/periodic_thread.h).
+constexpr int kAboveHaptic = 40;
+constexpr int kBelowHaptic = 25;
+constexpr int kReceiveThreads = 2;
+
 bool BecomeRealTime() noexcept {
   sched_param parameters{};
-  parameters.sched_priority = kReceivePriority;
+  parameters.sched_priority = ReceivePriority();
   return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
 
 }  // namespace
+
+int ReceivePriority(int cores) noexcept {
+  return cores > kReceiveThreads ? kAboveHaptic : kBelowHaptic;
+}
+
+int ReceivePriority() noexcept {
+  cpu_set_t allowed;
+  if (sched_getaffinity(getpid(), sizeof allowed, &allowed) != 0) return kBelowHaptic;
+  return ReceivePriority(CPU_COUNT(&allowed));
+}
 
 const char* ReceiveThreadOf(const DdsOptions& options) noexcept {
   return options.interface == "lo" && options.external_address.empty() ? kOfData : kOfAll;

@@ -20,7 +20,11 @@ bool OnReceiveThread(const char* name) noexcept;
 /// Whether a thread of this process may be real-time as the receive thread is: found by trying.
 bool RealTimeIsPermitted();
 
-/// Above the haptic thread's: it is short, and carries what that waits for.
-inline constexpr int kReceivePriority = 40;
+/// The receive threads' priority. Where there is a core for each of them beside the haptic thread's
+/// they stand above that: they are short, and carry what it waits for. Else they stand below it, so
+/// that no flood of packets keeps it from its frames.
+int ReceivePriority() noexcept;
+/// The same for a machine of so many cores.
+int ReceivePriority(int cores) noexcept;
 
 }  // namespace tandem

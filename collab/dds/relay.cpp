@@ -1,9 +1,11 @@
 #include "collab/dds/relay.h"
 
+#include <algorithm>
 #include <atomic>
 #include <map>
 #include <mutex>
 #include <utility>
+#include <vector>
 
 #include "collab/dds/cyclone_log.h"
 #include "collab/dds/domain.h"
@@ -19,6 +21,10 @@ namespace tandem {
 void GoToRelay(DdsOptions& options) {
   options.session += kBehindRelay;
   ++options.domain;
+}
+
+bool IsBehindRelay(const DdsOptions& options) {
+  return options.session.ends_with(kBehindRelay);
 }
 
 namespace {
@@ -63,34 +69,43 @@ class DdsRelay final : public Relay {
     Relayed& peer = it == peers_.end() ? Add(info.peer) : it->second;
     tandem_PeerInfo wire{};
     if (ToWire(info, wire, claims_)) dds_write(peer.info.get(), &wire);
+    PassOnSceneOf(info.peer);
   }
 
   void OnPeerLeft(PeerId peer) override {
-    const std::scoped_lock lock(mutex_);
-    const auto it = peers_.find(peer);
-    if (it == peers_.end()) return;
-    SayGoodbye(peer, it->second);
-    peers_.erase(it);
+    const Relayed gone = TakeOut(peer);
+    if (gone.info.get() > 0) SayGoodbye(peer, gone.info.get());
   }
 
   // gone without a goodbye here as there
-  void OnPeerLost(PeerId peer) override {
-    const std::scoped_lock lock(mutex_);
-    peers_.erase(peer);
-  }
+  void OnPeerLost(PeerId peer) override { TakeOut(peer); }
 
+  // an offer counts when its author is here, whichever of the two is heard first
   void OnScene(const SceneManifest& manifest) override {
-    tandem_SceneManifest wire{};
     const std::scoped_lock lock(mutex_);
-    if (ToWire(manifest, wire, bodies_)) dds_write(scene_writer_, &wire);
+    const bool known = scenes_.contains(manifest.offered_by);
+    if (!known && scenes_.size() >= kMaxRelayed && !DropSceneOfNobody()) return;
+    scenes_[manifest.offered_by] = {.manifest = manifest};
+    PassOnSceneOf(manifest.offered_by);
   }
 
   void Leave() override {
+    SayGoodbyes();
     const std::scoped_lock lock(mutex_);
-    for (auto& [peer, relayed] : peers_) SayGoodbye(peer, relayed);
     peers_.clear();
     participant_.Delete();
     domain_.Delete();
+  }
+
+  void SayGoodbyes() override {
+    std::vector<std::pair<PeerId, dds_entity_t>> here;
+    {
+      const std::scoped_lock lock(mutex_);
+      for (const auto& [peer, relayed] : peers_) here.emplace_back(peer, relayed.info.get());
+    }
+    // all first, then one wait
+    for (const auto& [peer, writer] : here) Dispose(peer, writer);
+    for (const auto& [peer, writer] : here) dds_wait_for_acks(writer, kGoodbyeWait / 4);
   }
 
   std::uint64_t views_passed_on() const override { return views_passed_on_.load(); }
@@ -109,6 +124,10 @@ class DdsRelay final : public Relay {
     Entity info;
     Entity view;
   };
+  struct Offered {
+    SceneManifest manifest;
+    bool passed_on = false;
+  };
 
   dds_entity_t Writer(dds_entity_t topic, Purpose purpose, const std::string& partition) {
     const Qos qos = MakeQos(purpose, partition);
@@ -126,11 +145,52 @@ class DdsRelay final : public Relay {
     return relayed;
   }
 
-  static void SayGoodbye(PeerId peer, const Relayed& relayed) {
+  /// Takes the peer out, with what it offers; its writers are closed by the caller, who holds no lock
+  /// that a picture waits for.
+  Relayed TakeOut(PeerId peer) {
+    const std::scoped_lock lock(mutex_);
+    if (const auto scene = scenes_.find(peer); scene != scenes_.end()) {
+      if (scene->second.passed_on) {
+        tandem_SceneManifest key{};
+        key.offered_by = peer;
+        dds_dispose(scene_writer_, &key);
+        dds_unregister_instance(scene_writer_, &key);
+      }
+      scenes_.erase(scene);
+    }
+    const auto it = peers_.find(peer);
+    if (it == peers_.end()) return {};
+    Relayed gone = std::move(it->second);
+    peers_.erase(it);
+    return gone;
+  }
+
+  void PassOnSceneOf(PeerId peer) {
+    const auto scene = scenes_.find(peer);
+    if (scene == scenes_.end() || scene->second.passed_on || !peers_.contains(peer)) return;
+    tandem_SceneManifest wire{};
+    if (!ToWire(scene->second.manifest, wire, bodies_)) return;
+    scene->second.passed_on = dds_write(scene_writer_, &wire) == DDS_RETCODE_OK;
+  }
+
+  /// Forgets an offer whose author has never been here. False: there is none.
+  bool DropSceneOfNobody() {
+    const auto nobodys = std::ranges::find_if(scenes_, [this](const auto& one) {
+      return !peers_.contains(one.first);
+    });
+    if (nobodys == scenes_.end()) return false;
+    scenes_.erase(nobodys);
+    return true;
+  }
+
+  static void Dispose(PeerId peer, dds_entity_t writer) {
     tandem_PeerInfo key{};
     key.peer = peer;
-    dds_dispose(relayed.info.get(), &key);
-    dds_wait_for_acks(relayed.info.get(), kGoodbyeWait);
+    dds_dispose(writer, &key);
+  }
+  static void SayGoodbye(PeerId peer, dds_entity_t writer) {
+    Dispose(peer, writer);
+    dds_wait_for_acks(writer, kGoodbyeWait);
   }
 
   Entity domain_;
@@ -142,6 +202,7 @@ class DdsRelay final : public Relay {
 
   std::mutex mutex_;  // of all below
   std::map<PeerId, Relayed> peers_;
+  std::map<PeerId, Offered> scenes_;  // by author
   std::vector<tandem_Claim> claims_;
   std::vector<tandem_BodyDecl> bodies_;
 };

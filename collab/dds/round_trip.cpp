@@ -22,7 +22,6 @@
 namespace tandem {
 namespace {
 
-constexpr int kPacketPriority = kReceivePriority;  // for UDP's sake too
 constexpr int kAskerPriority = 30;
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr std::int64_t kAnswerNs = 20'000'000;  // an answer that takes longer is lost
@@ -272,7 +271,7 @@ Result<bool> EchoRoundTrips(const RoundTripOptions& options, std::uint16_t port,
   SetReceiveTimeout(echo, 100'000'000);
   Datagram packet{};
   send(echo, packet.data(), packet.size(), 0);
-  EnterRealtime(kPacketPriority);
+  EnterRealtime(ReceivePriority());  // for UDP's sake too
   while (!stop.load()) {
     const ssize_t size = recv(echo, packet.data(), packet.size(), 0);
     if (size > 0) send(echo, packet.data(), static_cast<std::size_t>(size), 0);

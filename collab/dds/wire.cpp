@@ -6,6 +6,7 @@
 #include <limits>
 #include <string_view>
 
+#include "engine/base/clean_text.h"
 #include "engine/world/scene.h"
 
 namespace tandem {
@@ -137,12 +138,7 @@ void PutText(std::string_view text, char (&out)[size]) {
 
 template <std::size_t size>
 std::string GetText(const char (&in)[size]) {
-  std::string text(in, strnlen(in, size));
-  const auto is_control = [](char c) {
-    return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
-  };
-  std::replace_if(text.begin(), text.end(), is_control, '?');
-  return text;
+  return CleanText(std::string_view(in, strnlen(in, size)));
 }
 
 // A sequence that lies in `room` and is only read: dds_write's samples are const.

@@ -126,7 +126,7 @@ std::string LineOf(const ResultsHeader& header) {
       {"sweep_hash", header.sweep_hash}, {"version", header.version},
       {"program", header.program},       {"cells", header.cells},
       {"shard", header.shard},           {"command", PlainLine(header.command, 4096)}}
-      .dump();
+      .dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 std::string LineOf(const CellRecord& record) {
@@ -154,7 +154,7 @@ std::string LineOf(const CellRecord& record) {
                      {"wall_s", outcome.wall_s},
                      {"cpu_s", outcome.cpu_s},
                      {"fault", fault}}
-      .dump();
+      .dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 Result<Results> ReadResults(const std::filesystem::path& file) {

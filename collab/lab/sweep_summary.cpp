@@ -164,7 +164,7 @@ std::string JsonOf(const SweepSummary& summary, double wall_s, unsigned jobs) {
       {"cpu_s", summary.cpu_s},
       {"free_pair_speed", summary.free_pair_speed},
       {"rows", rows}}
-      .dump(2);
+      .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 }  // namespace tandem

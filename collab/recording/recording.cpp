@@ -12,6 +12,7 @@
 #include "collab/recording/frame_code.h"
 #include "collab/recording/recorder.h"
 #include "engine/base/json_reader.h"
+#include "engine/base/json_text.h"
 
 namespace tandem {
 namespace {
@@ -191,7 +192,7 @@ std::string AsText(const RecordingHeader& header) {
     if (std::isfinite(most)) json["device"][gain.name] = most;
   }
   if (header.device_scale != 1) json["device_scale"] = header.device_scale;
-  return json.dump();
+  return JsonText(json);
 }
 
 Result<RecordingHeader> ParseHeader(const std::string& text) {

@@ -10,7 +10,8 @@
 namespace tandem {
 
 void RunPeriodically(std::int64_t period_ns, std::int64_t origin_ns, const PeriodicFrame& frame,
-                     const std::atomic<bool>& stop, LoopClock& clock, FrameStats& stats) noexcept {
+                     const std::atomic<bool>& stop, LoopClock& clock, FrameStats& stats,
+                     const FrameDone& done) noexcept {
   TANDEM_CHECK(period_ns > 0);
   const std::int64_t now = clock.NowNs();
   const std::int64_t passed = now > origin_ns ? (now - origin_ns) / period_ns : 0;
@@ -27,13 +28,14 @@ void RunPeriodically(std::int64_t period_ns, std::int64_t origin_ns, const Perio
 
     const std::int64_t skipped = end > deadline ? (end - deadline) / period_ns : 0;
     stats.Add(start - deadline, cpu_end - cpu_start, end - start, skipped);
+    if (done) done(start, end, cpu_end - cpu_start);
     if (!goes_on) return;
     deadline += (skipped + 1) * period_ns;
   }
 }
 
-PeriodicThread::PeriodicThread(const Options& options, PeriodicFrame frame)
-    : frame_(std::move(frame)) {
+PeriodicThread::PeriodicThread(const Options& options, PeriodicFrame frame, FrameDone done)
+    : frame_(std::move(frame)), done_(std::move(done)) {
   thread_ = std::thread([this, options] {
     if (options.name != nullptr) prctl(PR_SET_NAME, options.name);
     const bool kept = options.core < 0 || KeepToCore(options.core);
@@ -50,7 +52,7 @@ PeriodicThread::PeriodicThread(const Options& options, PeriodicFrame frame)
     entered_.count_down();
     LoopClock& clock = MachineClock();
     const std::int64_t origin_ns = options.origin_ns > 0 ? options.origin_ns : clock.NowNs();
-    RunPeriodically(options.period_ns, origin_ns, frame_, stop_, clock, stats_);
+    RunPeriodically(options.period_ns, origin_ns, frame_, stop_, clock, stats_, done_);
   });
   entered_.wait();
 }

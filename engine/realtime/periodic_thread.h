@@ -16,12 +16,19 @@ namespace tandem {
 /// False ends the loop. Must not throw.
 using PeriodicFrame = std::function<bool(std::int64_t frame, std::int64_t now_ns)>;
 
+/// What a frame took: it began at `start_ns` and ended at `end_ns`, and the thread computed for
+/// `cpu_ns` of that. Told after each, so that the frame need not ask again: the processor's time
+/// costs a system call. Must not throw.
+using FrameDone =
+    std::function<void(std::int64_t start_ns, std::int64_t end_ns, std::int64_t cpu_ns)>;
+
 /// Runs `frame` at the deadlines origin + k * period that are still to come, until it returns false
 /// or `stop` is set. Deadlines that pass before a frame has ended are skipped and counted, never
 /// caught up: the next frame starts at the first deadline still to come. The loop itself allocates
 /// nothing.
 void RunPeriodically(std::int64_t period_ns, std::int64_t origin_ns, const PeriodicFrame& frame,
-                     const std::atomic<bool>& stop, LoopClock& clock, FrameStats& stats) noexcept;
+                     const std::atomic<bool>& stop, LoopClock& clock, FrameStats& stats,
+                     const FrameDone& done = {}) noexcept;
 
 /// A thread that does so on the machine's clock, real-time where that is allowed.
 class PeriodicThread {
@@ -36,7 +43,7 @@ class PeriodicThread {
   };
 
   /// Returns once the thread runs and its status is known.
-  PeriodicThread(const Options& options, PeriodicFrame frame);
+  PeriodicThread(const Options& options, PeriodicFrame frame, FrameDone done = {});
   /// Stops and joins.
   ~PeriodicThread();
   PeriodicThread(const PeriodicThread&) = delete;
@@ -53,6 +60,7 @@ class PeriodicThread {
 
  private:
   PeriodicFrame frame_;
+  FrameDone done_;
   std::atomic<bool> stop_{false};
   RealtimeStatus realtime_;
   FrameStats stats_;

@@ -95,6 +95,28 @@ TEST(PeerInbox, AOneWayCutIsSwitchedWhileRunning) {
   EXPECT_EQ(inbox.states().size(), 2U);
 }
 
+TEST(PeerInbox, AFloodOfOneSenderTakesNoRoomOfTheOthers) {
+  PeerDirectory directory(7, 42);
+  PeerInbox inbox({}, directory);
+  ObjectState flood;
+  flood.peer = 1;
+  ObjectState other;
+  other.peer = 2;
+  std::uint64_t heard = 0;
+  for (std::int64_t frame = 1; frame <= 20; ++frame) {
+    for (int i = 0; i < 10'000; ++i) inbox.OnState(flood, frame * kMs);
+    inbox.OnState(other, frame * kMs);
+    inbox.Collect();
+    for (; inbox.states().Due(frame * kMs) != nullptr; inbox.states().Drop()) {
+      if (inbox.states().Due(frame * kMs)->peer == 2) ++heard;
+    }
+  }
+  EXPECT_EQ(heard, 20U);
+  const auto full = static_cast<std::size_t>(Drop::kRingFull);
+  EXPECT_GT(inbox.drops().Of(1)[full], 100'000U);
+  EXPECT_EQ(inbox.drops().Of(2)[full], 0U);
+}
+
 TEST(PeerInbox, CountsWhatItHasNoRoomFor) {
   PeerDirectory directory(7, 42);
   PeerInbox inbox({.delay_ms = 1000}, directory, 100);

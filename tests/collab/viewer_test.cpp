@@ -122,6 +122,19 @@ TEST(Viewer, BringsTogetherTheBodiesOfSeveralFrames) {
   EXPECT_EQ(picture.peers[0].bodies[1].X_W.p.x(), 0.5);
 }
 
+TEST(Viewer, BodiesThatNoSceneHasAreNotKept) {
+  Viewer viewer;
+  viewer.OnPeerInfo(InfoOf(4), 0);
+  ViewFrame frame = FrameOf(4, 0);
+  frame.count = kMaxViewBodies;
+  for (ObjectId first = 0; first < 100'000; first += kMaxViewBodies) {
+    for (ObjectId i = 0; i < kMaxViewBodies; ++i) frame.bodies[i].object = first + i;
+    viewer.OnView(frame, 1);
+  }
+  EXPECT_LE(viewer.Picture().peers.at(0).bodies.size(), kMaxSceneBodies);
+  EXPECT_GE(viewer.refused(), 100'000 - kMaxSceneBodies);
+}
+
 TEST(ViewerReport, CountsSamplesAndTellsTheirRateAndTheirAge) {
   Viewer viewer;
   viewer.OnPeerInfo(InfoOf(4), 0);

@@ -2,7 +2,10 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <netinet/in.h>
@@ -89,6 +92,108 @@ TEST(Reach, PacketsThatAFullSocketLosesAreCounted) {
   EXPECT_GT(kept, 0);
   EXPECT_LT(kept, kSent);
   EXPECT_EQ(dropped, static_cast<std::uint64_t>(kSent - kept));
+}
+
+/// A socket that sends what it likes.
+class OwnSocket {
+ public:
+  OwnSocket() : handle_(socket(AF_INET, SOCK_DGRAM, 0)) {
+    sockaddr_in own = To(0);
+    bind(handle_, reinterpret_cast<const sockaddr*>(&own), sizeof own);
+  }
+  ~OwnSocket() { close(handle_); }
+  OwnSocket(const OwnSocket&) = delete;
+  OwnSocket& operator=(const OwnSocket&) = delete;
+
+  void Send(const std::string& packet, std::uint16_t port) const {
+    const sockaddr_in to = To(port);
+    sendto(handle_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
+           sizeof to);
+  }
+  /// The packets that wait.
+  std::vector<std::string> Received() const {
+    std::vector<std::string> all;
+    std::array<char, 2048> got{};
+    for (ssize_t size = 0; (size = recv(handle_, got.data(), got.size(), MSG_DONTWAIT)) > 0;) {
+      all.emplace_back(got.data(), static_cast<std::size_t>(size));
+    }
+    return all;
+  }
+
+ private:
+  static sockaddr_in To(std::uint16_t port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(port);
+    return address;
+  }
+
+  int handle_;
+};
+
+// byte for byte what the product sends: a mark of eight letters, then eight bytes of time
+const std::string kForgedProbe = std::string("td-probe") + std::string(56, 'x');
+
+TEST(Reach, AnAnswerIsNoProbeSoThatTwoAnswerersDoNotAnswerOneAnother) {
+  Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(0);
+  ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
+  const OwnSocket asking;
+  asking.Send(kForgedProbe, answerer->port());
+  EXPECT_EQ(answerer->Answer(50), 1);
+  const std::vector<std::string> answers = asking.Received();
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_EQ(answers[0].size(), kForgedProbe.size());
+  // the answer itself, as if it came from another answerer
+  asking.Send(answers[0], answerer->port());
+  EXPECT_EQ(answerer->Answer(50), 0);
+  EXPECT_TRUE(asking.Received().empty());
+}
+
+TEST(Reach, AnAnswererNeverAnswersItsOwnPort) {
+  Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(0);
+  ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
+  // a raw socket writes the source's port itself
+  const int raw = socket(AF_INET, SOCK_RAW, IPPROTO_UDP);
+  if (raw < 0) GTEST_SKIP() << "raw sockets are refused here";
+  const std::uint16_t port = htons(answerer->port());
+  const auto length = static_cast<std::uint16_t>(8 + kForgedProbe.size());
+  const std::array<std::uint16_t, 4> header{port, port, htons(length), 0};
+  std::string packet(reinterpret_cast<const char*>(header.data()), sizeof header);
+  packet += kForgedProbe;
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(sendto(raw, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
+                   sizeof to),
+            static_cast<ssize_t>(packet.size()));
+  close(raw);
+  EXPECT_EQ(answerer->Answer(50), 0);
+}
+
+TEST(Reach, AFloodOfProbesIsAnsweredSoOftenAndEveryCallReturns) {
+  Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(0);
+  ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
+  const OwnSocket flood;
+  std::atomic<bool> stop{false};
+  std::atomic<long> sent{0};
+  std::thread flooding([&] {
+    while (!stop) {
+      flood.Send(kForgedProbe, answerer->port());
+      ++sent;
+    }
+  });
+  const auto began = std::chrono::steady_clock::now();
+  int answered = 0;
+  for (int i = 0; i < 5; ++i) answered += answerer->Answer(100);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+  stop = true;
+  flooding.join();
+  EXPECT_GT(sent, 2 * ProbeAnswerer::kMostAnswersPerSecond);
+  EXPECT_GT(answered, 0);
+  // in one second, or in the two that the calls are in
+  EXPECT_LE(answered, 2 * ProbeAnswerer::kMostAnswersPerSecond);
+  EXPECT_LT(took.count(), 2.0);
 }
 
 TEST(Reach, AMachineWithoutAnAnswererIsToldFromOneThatIsNotThere) {

@@ -1,0 +1,290 @@
+// Programs of the product end when they are told to, whatever they are in.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "app/cli/child_processes.h"
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using std::chrono::milliseconds;
+
+// a second, and what a machine that does other things takes to schedule it
+constexpr double kMostSeconds = 1.0;
+
+std::string SessionName() {
+  return "ends-" + std::to_string(std::random_device{}());
+}
+
+std::string TextOf(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+bool FileSays(const std::filesystem::path& file, const std::string& words, double seconds = 30) {
+  for (double waited = 0; waited < seconds; waited += 0.02) {
+    if (TextOf(file).find(words) != std::string::npos) return true;
+    std::this_thread::sleep_for(milliseconds(20));
+  }
+  return false;
+}
+
+/// A program with a stdout and stderr of the test's choice, and an environment with one more word.
+class Started {
+ public:
+  Started(std::vector<std::string> command, int out, const std::string& temporary = "") {
+    pid_ = fork();
+    if (pid_ != 0) return;
+    dup2(out, STDOUT_FILENO);
+    dup2(out, STDERR_FILENO);
+    if (!temporary.empty()) setenv("TMPDIR", temporary.c_str(), 1);
+    const int nothing = open("/dev/null", O_RDONLY);
+    dup2(nothing, STDIN_FILENO);
+    std::vector<char*> argv;
+    for (std::string& word : command) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  ~Started() {
+    if (ended_) return;
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  Started(const Started&) = delete;
+  Started& operator=(const Started&) = delete;
+
+  pid_t pid() const { return pid_; }
+  /// Sends the signal; how long it took to end, s; a large number: it did not.
+  double SecondsToEnd(int signal) {
+    const auto began = std::chrono::steady_clock::now();
+    kill(pid_, signal);
+    return SecondsToEndFrom(began);
+  }
+  double SecondsToEndFrom(std::chrono::steady_clock::time_point began) {
+    for (;;) {
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+      if (waitpid(pid_, &status_, WNOHANG) == pid_) {
+        ended_ = true;
+        return took.count();
+      }
+      if (took.count() > 20) return 1e9;
+      std::this_thread::sleep_for(milliseconds(2));
+    }
+  }
+  int status() const { return status_; }
+
+ private:
+  pid_t pid_ = -1;
+  bool ended_ = false;
+  int status_ = 0;
+};
+
+class File {
+ public:
+  explicit File(const std::filesystem::path& path)
+      : fd_(open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600)) {}
+  ~File() { close(fd_); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+/// A pipe that is full: whoever writes to it waits.
+class FullPipe {
+ public:
+  FullPipe() {
+    EXPECT_EQ(pipe2(ends_.data(), O_CLOEXEC), 0);
+    fcntl(ends_[1], F_SETPIPE_SZ, 4096);
+    fcntl(ends_[1], F_SETFL, O_NONBLOCK);
+    const std::array<char, 4096> bytes{};
+    while (write(ends_[1], bytes.data(), bytes.size()) > 0) {
+    }
+    fcntl(ends_[1], F_SETFL, 0);
+  }
+  ~FullPipe() {
+    CloseReader();
+    close(ends_[1]);
+  }
+  FullPipe(const FullPipe&) = delete;
+  FullPipe& operator=(const FullPipe&) = delete;
+  int writer() const { return ends_[1]; }
+  void CloseReader() {
+    if (ends_[0] >= 0) close(ends_[0]);
+    ends_[0] = -1;
+  }
+
+ private:
+  std::array<int, 2> ends_{-1, -1};
+};
+
+std::vector<std::string> PeerWords(const std::string& session,
+                                   const std::vector<std::string>& more = {}) {
+  const std::filesystem::path scenes = TANDEM_SCENES;
+  std::vector<std::string> words{TANDEM_PROGRAM,
+                                 "peer",
+                                 "--session",
+                                 session,
+                                 "--interface",
+                                 "lo",
+                                 "--scene",
+                                 (scenes / "peg_in_slot.json").string(),
+                                 "--hold",
+                                 "peg",
+                                 "--name",
+                                 "anna",
+                                 "--capacity",
+                                 "20000",
+                                 "--brief"};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+std::vector<std::string> WatchWords(const std::string& session) {
+  return {TANDEM_PROGRAM, "watch", "--session", session, "--interface", "lo", "--name", "vera"};
+}
+
+TEST(Ends, APeerWhoseStderrBlocksEndsWithinASecondWithAGoodbye) {
+  const TemporaryFolder folder;
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+    const std::string session = SessionName();
+    const File watched(folder.path() / std::to_string(signal));
+    Started vera(WatchWords(session), watched.get());
+    const FullPipe blocked;
+    Started anna(PeerWords(session), blocked.writer());
+    ASSERT_TRUE(FileSays(folder.path() / std::to_string(signal), "anna joined"));
+    EXPECT_LT(anna.SecondsToEnd(signal), kMostSeconds);
+    EXPECT_TRUE(FileSays(folder.path() / std::to_string(signal), "anna left", 3))
+        << TextOf(folder.path() / std::to_string(signal));
+    EXPECT_LT(vera.SecondsToEnd(SIGTERM), kMostSeconds);
+  }
+}
+
+TEST(Ends, APeerWhoseReaderGoesAwayGoesOnAndLeavesItsReport) {
+  const TemporaryFolder folder;
+  const std::string report = (folder.path() / "report").string();
+  FullPipe pipe;
+  pipe.CloseReader();
+  Started anna(PeerWords(SessionName(), {"--seconds", "1", "--report", report}), pipe.writer());
+  const auto began = std::chrono::steady_clock::now();
+  EXPECT_LT(anna.SecondsToEndFrom(began), 20);
+  ASSERT_TRUE(WIFEXITED(anna.status()));
+  EXPECT_EQ(WEXITSTATUS(anna.status()), 0);
+  std::ifstream stream(report);
+  EXPECT_TRUE(nlohmann::json::parse(stream, nullptr, false).is_object());
+}
+
+/// How often a program is told to end, at a moment drawn at random.
+int Times() {
+  const char* times = std::getenv("TANDEM_ENDS");
+  return times != nullptr ? std::atoi(times) : 12;
+}
+
+TEST(Ends, AtAnyMomentASignalEndsAPeerWithinASecond) {
+  const TemporaryFolder folder;
+  std::mt19937 random(18);
+  std::uniform_real_distribution<double> moment(0.0, 1.5);
+  std::vector<double> took;
+  for (int i = 0; i < Times(); ++i) {
+    const File said(folder.path() / "said");
+    const FullPipe blocked;
+    const std::string session = SessionName();
+    Started peer(PeerWords(session), i % 2 == 0 ? blocked.writer() : said.get());
+    std::this_thread::sleep_for(std::chrono::duration<double>(moment(random)));
+    took.push_back(peer.SecondsToEnd(i % 3 == 0 ? SIGINT : SIGTERM));
+    EXPECT_LT(took.back(), kMostSeconds) << i;
+  }
+  RecordProperty("slowest_ms", static_cast<int>(1000 * *std::ranges::max_element(took)));
+}
+
+TEST(Ends, ViewersAndRelaysEndToo) {
+  const FullPipe blocked;
+  const std::string session = SessionName();
+  Started watch(WatchWords(session), blocked.writer());
+  Started relay({TANDEM_PROGRAM, "relay", "--session", session, "--interface", "lo"},
+                blocked.writer());
+  std::this_thread::sleep_for(milliseconds(1500));
+  EXPECT_LT(watch.SecondsToEnd(SIGTERM), kMostSeconds);
+  EXPECT_LT(relay.SecondsToEnd(SIGTERM), kMostSeconds);
+}
+
+std::size_t FilesIn(const std::filesystem::path& folder) {
+  std::error_code gone;
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& one : std::filesystem::directory_iterator(folder, gone)) ++count;
+  return count;
+}
+
+TEST(Ends, ADemosTemporaryFolderGoesHoweverItEnds) {
+  for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
+    const TemporaryFolder folder;
+    const std::filesystem::path temporary = folder.path() / "tmp";
+    std::filesystem::create_directory(temporary);
+    const File said(folder.path() / "said");
+    Started demo({TANDEM_PROGRAM, "demo", "--headless", "--scene",
+                  (std::filesystem::path(TANDEM_SCENES) / "bracket_actuator.json").string()},
+                 said.get(), temporary.string());
+    for (double waited = 0; waited < 60 && FilesIn(temporary) == 0; waited += 0.02) {
+      std::this_thread::sleep_for(milliseconds(20));
+    }
+    ASSERT_GT(FilesIn(temporary), 0U) << TextOf(folder.path() / "said");
+    std::this_thread::sleep_for(milliseconds(300));
+    EXPECT_LT(demo.SecondsToEnd(signal), kMostSeconds);
+    // a small process removes what a killed program leaves, and its programs end by themselves
+    for (double waited = 0; waited < 10 && FilesIn(temporary) > 0; waited += 0.02) {
+      std::this_thread::sleep_for(milliseconds(20));
+    }
+    EXPECT_EQ(FilesIn(temporary), 0U) << "signal " << signal;
+  }
+}
+
+TEST(Ends, TheDoctorsAnswererEndsUnderAFloodOfProbes) {
+  const TemporaryFolder folder;
+  const File said(folder.path() / "said");
+  Started doctor({TANDEM_PROGRAM, "doctor", "--answer"}, said.get());
+  if (!FileSays(folder.path() / "said", "answering at UDP", 10)) {
+    GTEST_SKIP() << "another program has the port: " << TextOf(folder.path() / "said");
+  }
+  std::atomic<bool> stop{false};
+  std::thread flood([&stop] {
+    const int out = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    to.sin_port = htons(7399);
+    const std::string probe = "td-probe" + std::string(56, 'x');
+    while (!stop) {
+      sendto(out, probe.data(), probe.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    }
+    close(out);
+  });
+  std::this_thread::sleep_for(milliseconds(500));
+  EXPECT_LT(doctor.SecondsToEnd(SIGTERM), kMostSeconds);
+  stop = true;
+  flood.join();
+}
+
+}  // namespace
+}  // namespace tandem
