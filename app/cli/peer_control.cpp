@@ -58,7 +58,6 @@ PeerControl::PeerControl(std::unique_ptr<ControlPort> port, const PeerArguments&
     : port_(std::move(port)),
       session_(arguments.session),
       control_(arguments.control),
-      records_(!arguments.record.empty()),
       server_(*this, device_hand),
       goals_(std::make_shared<GoalDevice::Orders>()),
       space_(arguments.space),
@@ -398,9 +397,6 @@ std::optional<Answer> PeerControl::AddMesh(std::uint64_t job, const LoadMeshRequ
 }
 
 std::optional<Answer> PeerControl::AskForScene(std::uint64_t job, const std::string& file) {
-  if (records_) {
-    return Answer{false, "a recording is being made of this scene: end the controller first"};
-  }
   {
     const std::lock_guard lock(posted_mutex_);
     if (load_) return Answer{false, "another scene is being loaded"};

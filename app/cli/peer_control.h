@@ -97,7 +97,6 @@ class PeerControl : private ControlledPeer {
   std::unique_ptr<ControlPort> port_;
   const std::string session_;
   const std::string control_;
-  const bool records_;
   ControlServer server_;
   std::shared_ptr<GoalDevice::Orders> goals_;
   std::shared_ptr<DeviceSpace> space_;
