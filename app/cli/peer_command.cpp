@@ -242,6 +242,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
       for (const std::string& line : fresh) news.Add(AboutWhom(line, names), line);
     }
     for (const std::string& line : refusals.Look(node.inbox().drops(), name)) news.Add("", line);
+    for (const std::string& line : refusals.Look(PacketsJudged())) news.Add("", line);
     for (const std::string& line : news.Due(now_ns)) Say(line);
     if (joining.device) {
       if (const std::string line = joining.device->News(); !line.empty()) Say(line);

@@ -26,7 +26,7 @@ std::size_t EntriesOf(const std::filesystem::path& folder) {
 }
 
 TEST(WriteWhole, WritesAndReplacesAndLeavesNothingBeside) {
-  const testing::ScratchFolder folder;
+  const ScratchFolder folder;
   const std::filesystem::path file = folder.path() / "report";
   ASSERT_TRUE(WriteWhole(file, "one"));
   EXPECT_EQ(ContentOf(file), "one");
@@ -36,7 +36,7 @@ TEST(WriteWhole, WritesAndReplacesAndLeavesNothingBeside) {
 }
 
 TEST(WriteWhole, AFullDiskLeavesTheFileThatWasThere) {
-  const testing::ScratchFolder folder;
+  const ScratchFolder folder;
   const std::filesystem::path file = folder.path() / "report";
   ASSERT_TRUE(WriteWhole(file, "before"));
   // a file may not grow beyond this: what a disk without room does, in one process
@@ -55,7 +55,7 @@ TEST(WriteWhole, AFullDiskLeavesTheFileThatWasThere) {
 }
 
 TEST(WriteWhole, ALinkStaysALinkAndModesStay) {
-  const testing::ScratchFolder folder;
+  const ScratchFolder folder;
   const std::filesystem::path file = folder.path() / "report";
   const std::filesystem::path link = folder.path() / "link";
   ASSERT_TRUE(WriteWhole(file, "one"));
