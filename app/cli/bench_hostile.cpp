@@ -149,15 +149,15 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
   if (!AwaitPeer(*peer, folder.path())) {
     return Error{"the peer did not start: " + TextOf(folder.path() / "said")};
   }
+  // a loop without work on the same core, under the same flood, for as long
+  PeriodicThread empty({.core = shared, .name = "empty"}, [](std::int64_t, std::int64_t) {
+    return true;
+  });
   std::this_thread::sleep_for(std::chrono::duration<double>(kSettleSeconds));
 
   HostileRun run{.name = NameOf(attack)};
   const std::uint64_t lines_before = LinesWith(TextOf(folder.path() / "said"), "");
   const std::int64_t before = MemoryOf(peer->pid());
-  // a loop without work on the same core, under the same flood
-  PeriodicThread empty({.core = shared, .name = "empty"}, [](std::int64_t, std::int64_t) {
-    return true;
-  });
   std::optional<ChildProcess> attacker;
   {
     const OnCores others(cores.size() > 1 ? std::vector<int>(cores.begin() + 1, cores.end())
@@ -175,13 +175,13 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
     most = std::max(most, MemoryOf(peer->pid()));
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
+  peer->Signal(SIGTERM);
   empty.Stop();
   empty.Join();
   const std::string said = TextOf(folder.path() / "said");
   run.lines_per_s =
       static_cast<double>(LinesWith(said, "") - lines_before) / arguments.seconds;
   if (attacker->Poll() != kExitOk) return Error{"the attacker failed"};
-  peer->Signal(SIGTERM);
   const std::optional<int> code = peer->Wait(std::chrono::seconds(20));
   if (code != kExitOk) return Error{"the peer did not end as it should: " + said};
   std::ifstream stream(folder.path() / "report");

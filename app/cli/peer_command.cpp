@@ -258,6 +258,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
       for (const std::string& line : fresh) news.Add(AboutWhom(line, names), line);
     }
     for (const std::string& line : refusals.Look(node.inbox().drops(), name)) news.Add("", line);
+    for (const std::string& line : refusals.Look(PacketsJudged())) news.Add("", line);
     for (const std::string& line : news.Due(now_ns)) Say(line);
     if (DeviceProcess* device = joining.device(); device != nullptr) {
       if (const std::string line = device->News(); !line.empty()) {

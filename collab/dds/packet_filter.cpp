@@ -143,6 +143,8 @@ SharedFilter& Shared() {
 }
 
 PacketDrop JudgeShared(const msghdr& message, std::size_t size) noexcept {
+  // Cyclone wakes its own threads by a byte
+  if (size <= 1) return PacketDrop::kNone;
   if (message.msg_iovlen != 1 || message.msg_name == nullptr) return PacketDrop::kNone;
   sockaddr_in from{};
   if (message.msg_namelen < sizeof from) return PacketDrop::kNone;
@@ -174,7 +176,9 @@ PacketCounts PacketsJudged() noexcept {
 }  // namespace tandem
 
 extern "C" {
-// Cyclone's own, which finds this one before its own. A packet that is dropped is to it an empty one.
+// Cyclone's own, which finds this one before its own. For a packet that is dropped it hears that
+// nobody is there, as after an ICMP message: the only thing besides data that it passes over without
+// a line.
 dds_return_t ddsrt_recvmsg(ddsrt_socket_t socket, ddsrt_msghdr_t* message, int flags,
                            ssize_t* received) {
   static const auto cyclones =
@@ -184,6 +188,7 @@ dds_return_t ddsrt_recvmsg(ddsrt_socket_t socket, ddsrt_msghdr_t* message, int f
       tandem::JudgeShared(*message, static_cast<std::size_t>(*received)) !=
           tandem::PacketDrop::kNone) {
     *received = 0;
+    return DDS_RETCODE_NO_CONNECTION;
   }
   return code;
 }

@@ -31,6 +31,17 @@ TEST(RefusalNews, AFewAreAnAccident) {
   EXPECT_THAT(RefusalNews().Look(drops, NameOfVic), IsEmpty());
 }
 
+TEST(RefusalNews, FloodsOfPacketsAreToldOnceByTheirKind) {
+  RefusalNews news;
+  PacketCounts packets{};
+  packets[static_cast<std::size_t>(PacketDrop::kNone)] = 1'000'000;
+  packets[static_cast<std::size_t>(PacketDrop::kNewSender)] = RefusalNews::kLeastPackets - 1;
+  EXPECT_THAT(news.Look(packets), IsEmpty());
+  packets[static_cast<std::size_t>(PacketDrop::kNewSender)] = 100'000;
+  EXPECT_THAT(news.Look(packets), ElementsAre(HasSubstr("announces more programs")));
+  EXPECT_THAT(news.Look(packets), IsEmpty());
+}
+
 TEST(RefusalNews, InventedSendersFillNoMemory) {
   DropTable drops;
   RefusalNews news;
