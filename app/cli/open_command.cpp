@@ -111,6 +111,7 @@ int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bo
     if (window < 0) return Fail(kExitFailed, std::string("tandem-view: ") + std::strerror(errno));
     const int status = WatchWindow(window);
     if (WIFEXITED(status)) return WEXITSTATUS(status);
+    if (StopOnSignals().load()) return kExitOk;  // it was asked to end
     const std::string signal = std::to_string(WTERMSIG(status));
     if (!has_controller || windows > kMostNewWindows) {
       return Fail(kExitFailed, "the window was ended by signal " + signal +

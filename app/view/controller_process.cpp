@@ -14,13 +14,15 @@
 #include <unistd.h>
 
 #include "app/program_folders.h"
+#include "app/stop_signal.h"
 
 namespace tandem {
 
 namespace {
 
 constexpr std::chrono::milliseconds kEndStep{10};
-constexpr std::chrono::milliseconds kEndPatience{3000};  // for each signal
+constexpr std::chrono::milliseconds kEndPatience{3000};   // for each signal
+constexpr std::chrono::milliseconds kQuitPatience{5000};  // without one
 
 /// The last line of a file, without what the program calls itself.
 std::string LastLineOf(const std::filesystem::path& file) {
@@ -40,14 +42,13 @@ class StartedPeer : public ControllerProcess {
   ~StartedPeer() override {
     for (const int signal : {SIGTERM, SIGKILL}) {
       if (!Gone()) kill(pid_, signal);
-      for (auto waited = std::chrono::milliseconds(0); waited < kEndPatience && !Gone();
-           waited += kEndStep) {
-        std::this_thread::sleep_for(kEndStep);
-      }
+      WaitFor(kEndPatience);
     }
     std::error_code ignored;
     std::filesystem::remove(log_, ignored);
   }
+
+  void AwaitEnd() override { WaitFor(kQuitPatience); }
 
   std::optional<std::string> Ended() override {
     if (!Gone()) return std::nullopt;
@@ -64,6 +65,13 @@ class StartedPeer : public ControllerProcess {
   std::string LastLine() override { return LastLineOf(log_); }
 
  private:
+  void WaitFor(std::chrono::milliseconds patience) {
+    for (auto waited = std::chrono::milliseconds(0); waited < patience && !Gone();
+         waited += kEndStep) {
+      StillEnding();
+      std::this_thread::sleep_for(kEndStep);
+    }
+  }
   bool Gone() {
     if (!ended_) ended_ = waitpid(pid_, &status_, WNOHANG) == pid_;
     return ended_;

@@ -234,6 +234,10 @@ void TakeElement(const Element& element, PlyNumbers& numbers, std::vector<FloatP
 }  // namespace
 
 std::optional<ReadAnswer> ReadPly(std::string_view bytes) {
+  // the library looks for the head's end for ever
+  if (bytes.find("end_header") == std::string_view::npos) {
+    return RefusedPly("its head has no end: it is damaged or cut short");
+  }
   const std::optional<Head> head = ReadHead(bytes);
   if (!head) return std::nullopt;
   // strips of triangles and other ways to tell a surface are the library's

@@ -19,6 +19,8 @@ extern "C" {
 bool ddsi_typeid_is_hash(const ddsi_typeid* type);
 const ddsi_typeid* ddsi_typeinfo_minimal_typeid(const ddsi_typeinfo* info);
 const ddsi_typeid* ddsi_typeinfo_complete_typeid(const ddsi_typeinfo* info);
+struct dds_reader;
+dds_rhc* dds_rhc_default_new(dds_reader* reader, const ddsi_sertype* type);
 }
 
 namespace tandem::testing {
@@ -34,6 +36,7 @@ namespace {
   X(dds_create_qos)                      \
   X(dds_create_readcondition)            \
   X(dds_create_reader)                   \
+  X(dds_create_reader_rhc)               \
   X(dds_create_topic)                    \
   X(dds_create_waitset)                  \
   X(dds_create_writer)                   \
@@ -71,6 +74,8 @@ namespace {
   X(dds_wait_for_acks)                   \
   X(dds_waitset_attach)                  \
   X(dds_waitset_wait)                    \
+  X(dds_rhc_default_new)                 \
+  X(dds_unregister_instance)             \
   X(dds_write)                           \
   X(ddsi_typeid_is_hash)                 \
   X(ddsi_typeinfo_complete_typeid)       \

@@ -35,6 +35,8 @@ class ControllerProcess {
  public:
   /// Has it end, within a few seconds.
   virtual ~ControllerProcess() = default;
+  /// Gives it time to end by itself, once it was asked to: it may have a report to write.
+  virtual void AwaitEnd() {}
   /// How it ended, in a line for a person; nothing while it runs.
   virtual std::optional<std::string> Ended() = 0;
   /// The newest line that it has said; empty: none.

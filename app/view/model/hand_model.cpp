@@ -19,7 +19,10 @@ HandModel::HandModel(AttachFunction attach, LaunchFunction launch, QObject* pare
 }
 
 HandModel::~HandModel() {
-  if (link_ && own_) link_->Quit();
+  if (link_ && own_) {
+    link_->Quit();
+    if (process_) process_->AwaitEnd();
+  }
   if (attaching_.joinable()) attaching_.join();
   attach_result_.reset();
   link_.reset();
@@ -57,7 +60,10 @@ void HandModel::TakeUp(const std::string& control, const std::string& name, bool
 void HandModel::Leave() {
   poll_.stop();
   drop_attached_ = attaching_.joinable();
-  if (link_ && own_) link_->Quit();
+  if (link_ && own_) {
+    link_->Quit();
+    if (process_) process_->AwaitEnd();
+  }
   link_.reset();
   process_.reset();
   ForgetGoal();

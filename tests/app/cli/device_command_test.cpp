@@ -122,7 +122,8 @@ TEST_F(DeviceCommand, AnEmergencyStopIsSaidAndHoldsUntilItIsEnded) {
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   for (const double force : Forces(200)) EXPECT_EQ(force, 0);
   anna.Order("resume");
-  EXPECT_TRUE(anna.WaitFor("your device gives force again"));
+  EXPECT_TRUE(anna.WaitFor("a device's force comes back slowly"));
+  anna.Order("grab right");  // a stopped hand has let go
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   const std::vector<double> forces = Forces(400);
   EXPECT_GT(*std::max_element(forces.begin(), forces.end()), 0.1);

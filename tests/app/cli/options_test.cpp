@@ -166,7 +166,7 @@ TEST(Options, ZeroIsTakenWhereItMeansSomething) {
                                     "stability boundary --jobs",
                                     "stability report --series"};
   const std::set<std::string> not_here{"demo --seconds",           "bench network --seconds",
-                                       "bench session --seconds",  "bench window --seconds",
+                                       "bench session --seconds",  "bench window --seconds",  "bench hostile --seconds",
                                        "simulate --seconds",
                                        "simulate --seed",          "peer --threads",
                                        "replay --threads",         "bench frame --threads",

@@ -109,6 +109,8 @@ TEST_F(VoxelizeCommand, StopsWhenAskedAndLeavesNoFile) {
     ASSERT_FALSE(child->Poll()) << "it was done before it could be asked";
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // until it is at its voxels
+  ASSERT_FALSE(child->Poll()) << "it was done before it could be asked";
   child->Signal(SIGINT);
   EXPECT_EQ(child->Wait(std::chrono::seconds(30)), kExitFile);
   EXPECT_FALSE(std::filesystem::exists(file));

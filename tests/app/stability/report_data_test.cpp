@@ -63,7 +63,7 @@ TEST(ReportData, SaysWhichFileItCannotUse) {
   const ScratchFolder folder;
   ReportData data;
   EXPECT_THAT(AddFile(folder.Write("a.json", "[1, 2"), data)->what,
-              HasSubstr("a.json: holds neither"));
+              HasSubstr("a.json: line 1, column 6: syntax error"));
   EXPECT_THAT(AddFile(folder.Write("b.jsonl", "{}\n"), data)->what, HasSubstr("b.jsonl"));
   EXPECT_THAT(AddFile(folder.path() / "none.json", data)->what,
               HasSubstr("none.json: there is no such file"));

@@ -147,6 +147,29 @@ class Person : public ::testing::Test {
     }
     return std::nullopt;
   }
+  /// Presses on the actuator until it is held: the picture may still be on its way to its new size, or
+  /// the window may not have heard of its controller yet. Where it is held, or nothing.
+  std::optional<QPoint> TakeActuator(OpenWindow& window, const QRect& within) {
+    QElapsedTimer clock;
+    clock.start();
+    while (clock.elapsed() < kPatience) {
+      const auto top = ActuatorsTop(within);
+      if (!top) {
+        QThreadSleep();
+        continue;
+      }
+      mouse_.MoveTo(*top);
+      mouse_.Press();
+      const bool held = window.Until(
+          [](const ControllerSnapshot& now) {
+            return now.hand.state == SnapshotHand::State::kHolding;
+          },
+          500);
+      if (held) return top;
+      mouse_.Release();
+    }
+    return std::nullopt;
+  }
   void Keep(const char* name) {
     const QString folder = qEnvironmentVariable("TANDEM_KEEP_PICTURES");
     if (!folder.isEmpty()) mouse_.Screen().save(folder + "/" + name);
@@ -161,22 +184,10 @@ class Person : public ::testing::Test {
 TEST_F(Person, FeelsContactWithinFiveSecondsOfOpeningAScene) {
   OpenWindow window({"open", "bracket_actuator", "--name", "anna"});
   ASSERT_TRUE(window.started());
-  const auto top = WaitForActuator(picture_);
-  ASSERT_TRUE(top.has_value());
+  ASSERT_TRUE(WaitForActuator(picture_).has_value());
   ASSERT_TRUE(window.Attach()) << window.why();
-  mouse_.MoveTo(*top);
-  // the window may not have heard of its controller yet: one presses again
-  bool held = false;
-  while (!held && window.since_start_ms() < kPatience) {
-    mouse_.Press();
-    held = window.Until(
-        [](const ControllerSnapshot& now) {
-          return now.hand.state == SnapshotHand::State::kHolding;
-        },
-        200);
-    if (!held) mouse_.Release();
-  }
-  ASSERT_TRUE(held);
+  const auto top = TakeActuator(window, picture_);
+  ASSERT_TRUE(top.has_value());
   mouse_.DragTo(*top + QPoint(0, -60), 6, 5);
   ASSERT_TRUE(window.Until([](const ControllerSnapshot& now) {
     const auto& f = now.hand.force_N;
@@ -204,13 +215,8 @@ TEST_F(Person, DrawsTheActuatorOutOfItsBracketThroughContact) {
     mouse_.MoveTo({400, 200});
     mouse_.Key("1");  // from the front
     usleep(700'000);
-    const auto top = WaitForActuator(picture_);
+    const auto top = TakeActuator(window, picture_);
     ASSERT_TRUE(top.has_value());
-    mouse_.MoveTo(*top);
-    mouse_.Press();
-    ASSERT_TRUE(window.Until([](const ControllerSnapshot& now) {
-      return now.hand.state == SnapshotHand::State::kHolding;
-    }));
     // up against the web, then a quarter turn along it, half a degree a pixel
     mouse_.DragTo(*top + QPoint(0, -22), 1, 30);
     EXPECT_TRUE(window.Until([](const ControllerSnapshot& now) {
@@ -272,28 +278,12 @@ TEST_F(Person, TwoWindowsHoldTheSamePartAtATenthOfASecond) {
   const QRect lower(0, 560, 1000, 400);
   usleep(1'500'000);
   const auto take = [&](OpenWindow& window, const QRect& within, int by_y) {
-    QElapsedTimer clock;
-    clock.start();
-    bool held = false;
-    QPoint at;
-    // the picture may still be on its way to its new size: one presses again
-    while (!held && clock.elapsed() < kPatience) {
-      const auto top = WaitForActuator(within);
-      if (!top) return false;
-      at = *top;
-      mouse_.MoveTo(at);
-      mouse_.Press();
-      held = window.Until(
-          [](const ControllerSnapshot& now) {
-            return now.hand.state == SnapshotHand::State::kHolding;
-          },
-          1000);
-      if (!held) mouse_.Release();
-    }
-    mouse_.DragTo(at + QPoint(0, by_y), 2, 20);
+    const auto at = TakeActuator(window, within);
+    if (!at) return false;
+    mouse_.DragTo(*at + QPoint(0, by_y), 2, 20);
     mouse_.Release();  // the part stays in hand
     window.Detach();
-    return held;
+    return true;
   };
   ASSERT_TRUE(take(anna, upper, -6));
   ASSERT_TRUE(take(ben, lower, 4));

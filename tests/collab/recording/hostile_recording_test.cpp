@@ -73,7 +73,7 @@ TEST(HostileRecording, KindsThatDoNotExistAreNoFrame) {
   EXPECT_FALSE(IsTaken(FramePart::kEvent, event));
   Command command;
   EXPECT_TRUE(IsTaken(FramePart::kCommand, command));
-  command.kind = static_cast<Command::Kind>(8);
+  command.kind = static_cast<Command::Kind>(9);
   EXPECT_FALSE(IsTaken(FramePart::kCommand, command));
 }
 
