@@ -39,7 +39,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab/recording", {"collab"});
     may_see("collab/lab", {"collab/simulated", "collab/recording"});
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
-    may_see("app", {});                     // what all programs share
+    may_see("app", {"engine/realtime"});    // what all programs share
     may_see("app/device", {"app", "engine/haptics"});
     may_see("app/reach", {"app", "collab/dds"});
     may_see("app/picture", {"engine/base"});
