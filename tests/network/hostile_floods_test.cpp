@@ -172,9 +172,9 @@ TEST_F(HostileFloods, EndsOfInventedInstancesTakeNoMemoryAndHoldUpNobody) {
   EXPECT_LE(GrowthUnder("ends", anna), kMostGrowth);
   // the thread that hears them all goes on: another is seen to come
   Program ben = Program({TANDEM_PROGRAM, "watch", "--session", session_, "--interface", "lo",
-                         "--name", "ben", "--seconds", "3"},
+                         "--name", "ben", "--seconds", "12"},
                         In("ben"));
-  EXPECT_TRUE(anna.Says("ben (viewer) joined", 5)) << anna.said();
+  EXPECT_TRUE(anna.Says("ben (viewer) joined", 20)) << anna.said();
   EXPECT_EQ(ben.Wait(), 0);
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
