@@ -118,8 +118,14 @@ class HostileFloods : public ::testing::Test {
   /// Lets the attack run against a program that is there already; returns by how many bytes that
   /// grew at the most.
   std::int64_t GrowthUnder(const std::string& mode, Program& victim, const std::string& keys = "-") {
-    std::this_thread::sleep_for(std::chrono::seconds(2));  // all that starting takes is taken
-    const std::int64_t before = victim.Memory();
+    // all that starting takes is taken: for two seconds it has not grown any more
+    std::int64_t before = victim.Memory();
+    for (int quiet = 0, i = 0; quiet < 20 && i < 300; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      const std::int64_t now = victim.Memory();
+      quiet = now > before + 65'536 ? 0 : quiet + 1;
+      before = std::max(before, now);
+    }
     EXPECT_GT(before, 0);
     Program attacker = Attack(mode, keys);
     std::int64_t most = before;
