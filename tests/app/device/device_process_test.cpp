@@ -38,7 +38,7 @@ constexpr double kSlew = kClamp / MotorGuard::kSlewTicks;
 /// How often a controller is killed, and how often it is stopped.
 int Rounds() {
   const char* asked = std::getenv("TANDEM_DEVICE_KILLS");
-  return asked != nullptr ? std::atoi(asked) : 20;
+  return asked != nullptr ? std::atoi(asked) : 8;
 }
 
 void Sleep(double seconds) {
@@ -465,6 +465,7 @@ TEST(DeviceProcess, ADriverThatHangsWhileItOpensEndsWhenItIsToldTo) {
 
 // The vendor's thread goes on asking while the loop stands still in a read.
 TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
+  int judged = 0;
   for (const char* rate : {"500", "1000", "3000"}) {
     // after the ramp of a second, with time for a machine that is late
     const int hang_at = static_cast<int>(2.5 * std::min(1000.0, std::stod(rate)));
@@ -476,12 +477,18 @@ TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
     Sleep(0.1);
     EXPECT_EQ(own.motor.force(), 0) << rate;
     const std::vector<FakeRecord::Write> writes = own.motor.Since(0);
-    // the force was not cut at twenty: it fell from five on, by half a newton a millisecond
+    // It was not cut when it was 20 ms old: it had fallen by then, from 5 ms of age on, by half a newton a
+    // millisecond. Between two writes it may fall by no more, however late this machine makes the second.
     const auto last = std::find_if(writes.rbegin(), writes.rend(), [](const auto& write) {
       return Motor::ForceOf(write) > 0;
     });
     ASSERT_NE(last, writes.rend());
-    EXPECT_LT(Motor::ForceOf(*last), 2.0) << rate;
+    ASSERT_NE(last, writes.rbegin());
+    const double gap_ms = 1e-6 * static_cast<double>(std::prev(last)->ns - last->ns);
+    if (gap_ms * kMillisecond < MotorGuard::kMostGapNs) {
+      EXPECT_LT(Motor::ForceOf(*last), 3.0 / MotorGuard::kSlewTicks * gap_ms + 0.25) << rate;
+      ++judged;
+    }
     const DeviceTimes times = own.process->times();
     std::printf("a vendor's thread of %s Hz takes what is %.2f ms old in the mean, %.2f at most\n",
                 rate, 1e-6 * static_cast<double>(times.asked_mean_ns),
@@ -490,6 +497,7 @@ TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
     // by the phase of the two loops from nothing to a period
     EXPECT_LE(1e-9 * static_cast<double>(times.asked_mean_ns), 1.0 / std::stod(rate)) << rate;
   }
+  EXPECT_GE(judged, 1);
 }
 
 TEST(DeviceProcess, TellsWhatItsLoopWasGrantedAndHowOftenItTicks) {
