@@ -7,9 +7,10 @@
 namespace tandem {
 
 /// What the user asks for, other than by moving the device. kStop, kResume: an emergency stop of the
-/// hand, and its end. kScale: of a device that reaches the scene through a Workspace.
+/// hand, and its end. kScale: of a device that reaches the scene through a Workspace. kWithdraw:
+/// kRelease, and what was asked for is not taken any more though it is granted.
 struct Command {
-  enum class Kind : std::uint8_t { kGrab, kRelease, kGive, kHeal, kLayer, kDisplace, kStop, kResume, kScale };
+  enum class Kind : std::uint8_t { kGrab, kRelease, kGive, kHeal, kLayer, kDisplace, kStop, kResume, kScale, kWithdraw };
 
   Kind kind = Kind::kGrab;
   ObjectId object = kNoObject;

@@ -118,9 +118,18 @@ void Holdings::Ask(ObjectId object) noexcept {
   if (own_only_ && bodies_[static_cast<std::size_t>(found)].shared) return;
   if (stopped_) return Tell(HoldingNews::Kind::kStopped, static_cast<std::size_t>(found), 0);
   if (held_ >= 0) Release();
+  if (found == withdrawn_) withdrawn_ = -1;
   wanted_ = found;
   wanted_since_ns_ = now_ns_;
   asked_ns_ = 0;
+}
+
+void Holdings::Withdraw() noexcept {
+  if (wanted_ >= 0 && asked_ns_ != 0) {
+    withdrawn_ = wanted_;
+    withdrawn_ns_ = now_ns_;
+  }
+  wanted_ = -1;
 }
 
 void Holdings::Release() noexcept {
@@ -144,6 +153,7 @@ void Holdings::Release() noexcept {
 
 void Holdings::Stop() noexcept {
   stopped_ = true;
+  Withdraw();
   Release();
 }
 

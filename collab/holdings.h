@@ -69,6 +69,8 @@ class Holdings {
   /// Emergency stop: releases, and takes nothing in hand until Resume().
   void Stop() noexcept;
   void Resume() noexcept { stopped_ = false; }
+  /// What was asked for is not wanted any more, and not taken though its grant may be on its way.
+  void Withdraw() noexcept;
   void Give(PeerId to) noexcept;
   /// Asks the others who hold the body in our hand to be brought together with us.
   void Heal() noexcept;
@@ -175,6 +177,8 @@ class Holdings {
   bool stopped_ = false;
   std::int64_t wanted_since_ns_ = 0;
   std::int64_t asked_ns_ = 0;  // when last; 0: not yet
+  int withdrawn_ = -1;         // by Withdraw()
+  std::int64_t withdrawn_ns_ = 0;
   std::array<Asker, kMaxPeers> askers_{};
   std::int64_t now_ns_ = 0;  // of the last frame; 0: none yet
   std::int64_t listen_until_ns_ = 0;

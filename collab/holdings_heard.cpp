@@ -13,6 +13,7 @@ namespace {
 constexpr std::uint32_t kMostEpochs = 1000;  // that one claim may run ahead of what we know,
 constexpr std::int64_t kEpoch = 100 * kMs;   // and one more for each such time since we knew it
 constexpr std::int64_t kTellAgain = 2000 * kMs;
+constexpr std::int64_t kWithdrawn = 5000 * kMs;  // that a grant of it may be on its way
 
 }  // namespace
 
@@ -158,9 +159,11 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   body.told = event.to == self_ || event.kind == EventKind::kRelease;
   if (event.to != self_) return;
   const int b = static_cast<int>(index);
-  // one that is put into our hand unasked is taken if the hand is empty
-  const bool given =
-      event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0 && !stopped_ && !(own_only_ && body.shared);
+  // one that is put into our hand unasked is taken if the hand is empty; what was asked for and is
+  // not wanted any more is not unasked
+  const bool withdrawn = b == withdrawn_ && now_ns_ - withdrawn_ns_ < kWithdrawn;
+  const bool given = event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0 && !withdrawn &&
+                     !stopped_ && !(own_only_ && body.shared);
   if (wanted_ == b || given) TakeInHand(index);
 }
 

@@ -13,6 +13,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "collab/simulated/fault_schedule.h"
+#include "collab/simulated/hands/hands_simulator.h"
 #include "collab/simulated/light_scene.h"
 #include "collab/simulated/simulator.h"
 #include "engine/base/json_text.h"
@@ -27,13 +28,18 @@ struct SimulateArguments {
   std::uint64_t seed = 0;  // 0: many
   unsigned threads = 0;    // 0: as many as processors
   std::string scene;       // in place of seeds
-  double seconds = 1e9;    // of it, at the most
+  bool hands = false;      // sessions of hands that hosts move
+  double seconds = 0;      // of the scene at the most, or of a session of hands; 0: not given
   bool verbose = false;
   bool json = false;
 };
 
+constexpr double kHandsSeconds = 60;
+constexpr double kLeastHandsSeconds = 10;
+
 int RunScene(const SimulateArguments& arguments) {
-  const Result<nlohmann::ordered_json> figures = SimulateScene(arguments.scene, arguments.seconds);
+  const double seconds = arguments.seconds > 0 ? arguments.seconds : 1e9;
+  const Result<nlohmann::ordered_json> figures = SimulateScene(arguments.scene, seconds);
   if (!figures) return Fail(kExitFile, figures.error().what);
   if (arguments.json) {
     std::printf("%s\n", figures->dump(2).c_str());
@@ -44,8 +50,25 @@ int RunScene(const SimulateArguments& arguments) {
   return kExitOk;
 }
 
+/// How to run a seed alone once more.
+std::string HowToRepeat(const SimulateArguments& arguments, std::uint64_t seed) {
+  std::string how = "tandem simulate";
+  if (arguments.hands) how += " --hands";
+  how += " --seed " + std::to_string(seed);
+  char seconds[40];
+  std::snprintf(seconds, sizeof seconds, " --seconds %.17g", arguments.seconds);
+  if (arguments.hands && arguments.seconds > 0) how += seconds;
+  return how + " --verbose";
+}
+
 int RunSimulate(const SimulateArguments& arguments) {
   if (!arguments.scene.empty()) return RunScene(arguments);
+  if (arguments.seconds > 0 && !arguments.hands) {
+    return Fail(kExitUsage, "--seconds is for --scene or --hands");
+  }
+  if (arguments.hands && arguments.seconds > 0 && arguments.seconds < kLeastHandsSeconds) {
+    return Fail(kExitUsage, "--seconds: a session of hands takes at least 10 s");
+  }
   const bool one = arguments.seed != 0;
   const std::uint64_t first = one ? arguments.seed : arguments.first;
   const std::uint64_t count = one ? 1 : arguments.seeds;
@@ -54,7 +77,10 @@ int RunSimulate(const SimulateArguments& arguments) {
       std::min<std::uint64_t>(count, arguments.threads == 0 ? processors : arguments.threads));
   SeedLog log;
   if (one && !arguments.json) {
-    for (const std::string& line : Describe(DrawSchedule(first))) std::printf("%s\n", line.c_str());
+    for (const std::string& line : arguments.hands ? std::vector<std::string>{}
+                                                   : Describe(DrawSchedule(first))) {
+      std::printf("%s\n", line.c_str());
+    }
     if (arguments.verbose) {
       log = [](const std::string& line) {
         std::printf("%s\n", line.c_str());
@@ -62,26 +88,33 @@ int RunSimulate(const SimulateArguments& arguments) {
     }
   }
   const auto began = std::chrono::steady_clock::now();
+  const double seconds = arguments.seconds > 0 ? arguments.seconds : kHandsSeconds;
   const std::vector<SeedResult> results =
-      SimulateSeeds(first, count, threads, MakeLightScene(), log);
+      arguments.hands ? SimulateHandSeeds(first, count, threads, seconds, MakeLightScene(), log)
+                      : SimulateSeeds(first, count, threads, MakeLightScene(), log);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
 
   double peer_seconds = 0;
+  double session_seconds = 0;
   Tally tally;
   std::uint64_t broken = 0;
   std::uint64_t digest = 0;
   nlohmann::ordered_json found = nlohmann::ordered_json::array();
   for (const SeedResult& result : results) {
     peer_seconds += result.peer_seconds;
+    session_seconds += result.seconds;
     digest = digest * 0x100000001b3U ^ result.digest;
     for (const auto& [what, times] : result.tally) tally[what] += times;
     if (result.broken.empty()) continue;
     ++broken;
-    found.push_back({{"seed", result.seed}, {"broken", result.broken}});
+    found.push_back({{"seed", result.seed},
+                     {"broken", result.broken},
+                     {"repeat", HowToRepeat(arguments, result.seed)}});
   }
   if (arguments.json) {
     const nlohmann::ordered_json out{{"seeds", count},         {"broken", broken},
-                                     {"wall_s", wall.count()}, {"simulated_peer_s", peer_seconds},
+                                     {"wall_s", wall.count()}, {"simulated_s", session_seconds},
+                                     {"simulated_peer_s", peer_seconds},
                                      {"threads", threads},     {"digest", Hex(digest)},
                                      {"happened", tally},      {"found", found}};
     std::printf("%s\n", JsonText(out, 2).c_str());
@@ -93,10 +126,16 @@ int RunSimulate(const SimulateArguments& arguments) {
       for (const std::string& line : result.broken) {
         std::printf("seed %llu %s\n", static_cast<unsigned long long>(result.seed), line.c_str());
       }
+      if (!result.broken.empty()) {
+        std::printf("seed %llu: repeat it with '%s'\n",
+                    static_cast<unsigned long long>(result.seed),
+                    HowToRepeat(arguments, result.seed).c_str());
+      }
     }
-    std::printf("%s, %llu broken, %.1f s, %.0f peer-seconds simulated, digest %s\n",
+    std::printf("%s, %llu broken, %.1f s, %.0f s of sessions, %.0f peer-seconds simulated, "
+                "digest %s\n",
                 Counted(count, "seed").c_str(), static_cast<unsigned long long>(broken),
-                wall.count(), peer_seconds, Hex(digest).c_str());
+                wall.count(), session_seconds, peer_seconds, Hex(digest).c_str());
   }
   return broken == 0 ? kExitOk : kExitFailed;
 }
@@ -124,9 +163,14 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(WholeNumberFrom(1, kLargestSeed))
       ->excludes(one);
-  command->add_option("--seconds", arguments->seconds, "with --scene: no longer than that")
-      ->check(NumberAbove(0, 1e9))
-      ->needs(scene);
+  command
+      ->add_flag("--hands", arguments->hands,
+                 "hands that hosts drag through controllers, and a device, in place of scripts")
+      ->excludes(scene);
+  command
+      ->add_option("--seconds", arguments->seconds,
+                   "with --scene: no longer than that; with --hands: so long, default 60")
+      ->check(NumberAbove(0, 1e9));
   command->add_option("--threads", arguments->threads, "sessions at a time; default: processors")
       ->check(WholeNumberFrom(1, kMostThreads));
   command->add_flag("--verbose", arguments->verbose,

@@ -24,8 +24,10 @@ bool Replaces(const ControlRequest& request) {
          std::holds_alternative<LoadMeshRequest>(request);
 }
 
-bool AllFinite(const std::array<double, 3>& v) {
-  return std::ranges::all_of(v, [](double x) {
+/// Whether all three are numbers that a hand may mean: metres, newtons, rates.
+template <typename Three>
+bool AllSound(const Three& v) {
+  return std::all_of(v.begin(), v.end(), [](double x) {
     return std::isfinite(x) && std::abs(x) < 1e3;
   });
 }
@@ -163,7 +165,7 @@ std::optional<Answer> ControlServer::Do(HostId host, const GrabRequest& request,
   if (!why.empty()) return Answer{false, why};
   const Result<int> moving = MovingNamed(request.body);
   if (!moving) return Answer{false, moving.error().what};
-  if (request.grasp_W && !AllFinite(*request.grasp_W)) {
+  if (request.grasp_W && !AllSound(*request.grasp_W)) {
     return Answer{false, "the grasped point is no place"};
   }
   if (device_hand_ && request.grasp_W && facts_.held < 0) {
@@ -320,10 +322,8 @@ void ControlServer::OnGoal(HostId id, const HostGoal& goal, std::int64_t now_ns)
   const bool again = std::exchange(held_still_, false) && goal.seq == host->goal_seq &&
                      goal.kind == HostGoal::Kind::kPose;
   if (goal.kind == HostGoal::Kind::kBeat || goal.seq <= void_seq_ || !(newer || again)) return;
-  if (!goal.X_WG.p.allFinite() || std::abs(goal.X_WG.q.norm() - 1.0) > 1e-3 ||
-      !goal.linear.allFinite() || !goal.angular.allFinite()) {
-    return;
-  }
+  const bool turns = std::abs(goal.X_WG.q.norm() - 1.0) <= 1e-3;
+  if (!turns || !AllSound(goal.X_WG.p) || !AllSound(goal.linear) || !AllSound(goal.angular)) return;
   const auto input = goal.kind == HostGoal::Kind::kPose   ? GoalOrder::Input::kPose
                      : goal.kind == HostGoal::Kind::kRate ? GoalOrder::Input::kRate
                                                           : GoalOrder::Input::kPush;
@@ -365,7 +365,7 @@ void ControlServer::Stop() {
 
 void ControlServer::LetGo() {
   lets_go_ = facts_.held >= 0 || facts_.wanted >= 0;
-  peer_->Order({.kind = Command::Kind::kRelease});
+  peer_->Order({.kind = Command::Kind::kWithdraw});
 }
 
 void ControlServer::Resume() {

@@ -56,6 +56,7 @@ void HandTask::Take(int moving, const GrabRequest& request, const ControlScene& 
                     std::int64_t now_ns) {
   Begin(Step::kFreeing, now_ns);
   then_ = Step::kTaking;
+  order_.void_seq = order_.input_seq;
   moving_ = moving;
   object_ = scene.bodies[static_cast<std::size_t>(scene.BodyOfMoving(moving))].object;
   order_.at_centre = !request.grasp_W.has_value();
@@ -73,7 +74,7 @@ void HandTask::AskFor(int moving, const ControlScene& scene, std::int64_t now_ns
 void HandTask::LetGo(std::int64_t now_ns) {
   Begin(Step::kLeaving, now_ns);
   TellWay(GoalOrder::Way::kNone);
-  Order(Command::Kind::kRelease);
+  Order(Command::Kind::kWithdraw);
 }
 
 void HandTask::Give(PeerId to, std::int64_t now_ns) {
@@ -119,9 +120,9 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
     case Step::kNone:
       return;
     case Step::kFreeing:
-      if (facts.held >= 0) {
+      if (facts.held >= 0 || facts.wanted >= 0) {
         // asked for in each frame until it is so: a release that is not due does no harm
-        Order(Command::Kind::kRelease);
+        Order(Command::Kind::kWithdraw);
         if (waited_ns > kStepNs) End({false, "the hand does not let go of what it holds"});
         return;
       }
@@ -196,6 +197,7 @@ void HandTask::TakeNextWay(const SimulationFacts& facts, const ControlScene& sce
     End({all, all ? std::to_string(parts_) + " ways gone back" : "there is nothing to undo"});
     return;
   }
+  order_.void_seq = order_.input_seq;
   moving_ = facts.way_body;
   object_ = scene.bodies[static_cast<std::size_t>(scene.BodyOfMoving(moving_))].object;
   Aim(true, Step::kTaking, now_ns);

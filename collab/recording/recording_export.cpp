@@ -82,6 +82,8 @@ const char* Said(Command::Kind kind) {
       return "resume";
     case Command::Kind::kScale:
       return "scale of the device";
+    case Command::Kind::kWithdraw:
+      return "withdraw";
   }
   return "";
 }

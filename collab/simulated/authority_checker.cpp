@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::int64_t kSettle = 300'000'000;
 constexpr std::int64_t kBeat = 200'000'000;
+constexpr std::int64_t kNextInLine = 1'500'000'000;
 constexpr std::int64_t kPause = 505'000'000;   // its own clock may drift
 constexpr std::int64_t kListen = 295'000'000;  //
 
@@ -27,6 +28,11 @@ void AuthorityChecker::Look(SimulatedSession& session) {
   way_ns_ = session.network().LongestWay();
   const std::size_t before = ids_.size();
   for (std::size_t m = before; m < session.size(); ++m) ids_.push_back(session.id(m));
+  came_ns_.resize(session.size(), now_ns_);
+  gone_ns_.resize(session.size(), 0);
+  for (std::size_t m = 0; m < session.size(); ++m) {
+    if (!session.present(m) && gone_ns_[m] == 0) gone_ns_[m] = now_ns_;
+  }
   awake_ns_.resize(session.size(), now_ns_);
   halted_ns_.resize(session.size(), 0);
   silent_ns_.resize(session.size(), 0);
@@ -144,7 +150,9 @@ void AuthorityChecker::LookAtPart(SimulatedSession& session, Part& part) {
     part.greatest[b] = greatest;
     const std::int64_t lasts_ns = now_ns_ - part.agreed_ns[b];
     std::int64_t most_ns = 2 * way_ns_ + kSettle;
-    if (!here) most_ns += SimulatedNetwork::kLeaseNs + kBeat;
+    if (!here) {
+      most_ns += SimulatedNetwork::kLeaseNs + kBeat + kNextInLine * CameSince(part, greatest.peer);
+    }
     if (lasts_ns <= most_ns) continue;
     breakages_->Add(
         here ? "peers do not agree who answers for a body" : "nobody answers for a body", first,
@@ -159,6 +167,17 @@ AuthorityChecker::Part* AuthorityChecker::PartOf(PeerId peer) {
     }
   }
   return nullptr;
+}
+
+std::int64_t AuthorityChecker::CameSince(const Part& part, PeerId gone) const {
+  std::int64_t count = 0;
+  for (std::size_t g = 0; g < ids_.size(); ++g) {
+    if (ids_[g] != gone || gone_ns_[g] == 0) continue;
+    count += std::ranges::count_if(part.members, [&](std::size_t m) {
+      return came_ns_[m] >= gone_ns_[g];
+    });
+  }
+  return count;
 }
 
 void AuthorityChecker::OnState(PeerId from, const ObjectState& state) {

@@ -23,7 +23,8 @@ namespace tandem {
 ///   than another of them has before.
 /// - All name the same peer, at most two ways and 0.3 s after the newest claim was made.
 /// - That peer is one of them, at most a lease, a beat, 0.3 s and two ways after the one before
-///   went.
+///   went; 1.5 s more for each of them that came later than it went, for who never heard of it does
+///   not take over, and the next in line waits for that long.
 /// A way: the longest that control traffic has lately needed anywhere, re-sends included.
 class AuthorityChecker {
  public:
@@ -61,6 +62,8 @@ class AuthorityChecker {
   void LookAtPart(SimulatedSession& session, Part& part);
   void LookAtSaid();
   Part* PartOf(PeerId peer);
+  /// How many of a part came since that peer went.
+  std::int64_t CameSince(const Part& part, PeerId gone) const;
   static Known ClaimAt(SimulatedSession& session, std::size_t member, std::size_t body);
 
   const WorldModel* model_;
@@ -68,6 +71,8 @@ class AuthorityChecker {
   std::int64_t now_ns_ = 0;
   std::int64_t way_ns_ = 0;
   std::vector<PeerId> ids_;                // by member
+  std::vector<std::int64_t> came_ns_;      // by member
+  std::vector<std::int64_t> gone_ns_;      // by member: since when it is not here; 0: it is
   std::vector<std::int64_t> awake_ns_;     // by member: since when it runs
   std::vector<std::int64_t> halted_ns_;    // by member: since when it stands; 0: it runs
   std::vector<std::int64_t> silent_ns_;    // by member: until when it may say nothing

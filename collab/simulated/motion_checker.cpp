@@ -1,5 +1,7 @@
 #include "collab/simulated/motion_checker.h"
 
+#include <algorithm>
+
 #include "collab/simulated/box_gap.h"
 #include "collab/simulated/light_scene.h"
 
@@ -21,6 +23,7 @@ SolidBox BoxOf(const Pose& X_WB) {
 void MotionChecker::Look(SimulatedSession& session) {
   seen_.resize(session.size());
   held_.resize(session.size(), -1);
+  in_plate_.resize(session.size(), false);
   for (std::size_t m = 0; m < session.size(); ++m) {
     if (!session.present(m) || session.halted(m)) continue;
     const PeerId id = session.id(m);
@@ -40,7 +43,8 @@ void MotionChecker::Look(SimulatedSession& session) {
       const RigidState& state = world.state(b);
       const double moved = (state.X_WB.p - seen[b].X_WB.p).norm();
       const bool held = node.peer().held_state() == &state;
-      if (held && seen[b].known && moved > model_->scene.voxel_size) {
+      const double explained = fast_ ? 1.1 * kFrame * state.V_WB.v.norm() : 0.0;
+      if (held && seen[b].known && moved > std::max(model_->scene.voxel_size, explained)) {
         breakages_->Add("a body in hand jumps", id, Text("by %.2f mm", 1e3 * moved));
       }
     }
@@ -62,7 +66,10 @@ void MotionChecker::LookAtHeld(SimulatedSession& session, std::size_t member, st
   const World& world = session.node(member).world();
   const SolidBox in_hand = BoxOf(world.state(held).X_WB);
   const double deepest = kMostOverlap;
-  if (BoxGap(in_hand, LightScenePlate()) < -deepest) {
+  const double above = BoxGap(in_hand, LightScenePlate());
+  in_plate_[member] =
+      above < 0 && (in_plate_[member] || held_[member] != static_cast<int>(held));
+  if (above < -deepest && !in_plate_[member]) {
     breakages_->Add("what the hand holds is in the plate", id);
   }
   for (std::size_t b = 0; b < model_->bodies.size(); ++b) {

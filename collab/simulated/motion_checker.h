@@ -9,7 +9,8 @@ namespace tandem {
 
 /// What must hold of the bodies as each peer simulates them: finite; those in hand do not jump;
 /// nothing passes into what the hand holds, but for what was in it when it was taken: bodies in
-/// others' hands may overlap here, each as old as its way; a mirror within a voxel of it comes by
+/// others' hands may overlap here, each as old as its way, and a shared one that is on its way from
+/// one hand's instance to another's may be in the plate; a mirror within a voxel of it comes by
 /// at most its share of the travel limit. Of the light scene, whose moving bodies are boxes of 40
 /// mm.
 class MotionChecker {
@@ -18,8 +19,9 @@ class MotionChecker {
   // m a frame: a pair may near by half a voxel, of which a mirror that yields has half
   static constexpr double kMostMirrorTravel = 0.5e-3 * (1 + 1e-6);
 
-  MotionChecker(const WorldModel& model, Breakages& breakages)
-      : model_(&model), breakages_(&breakages) {}
+  /// `fast`: hands move bodies by more than a voxel a frame; what their velocity says is no jump.
+  MotionChecker(const WorldModel& model, Breakages& breakages, bool fast = false)
+      : model_(&model), breakages_(&breakages), fast_(fast) {}
 
   /// After every frame.
   void Look(SimulatedSession& session);
@@ -36,8 +38,10 @@ class MotionChecker {
 
   const WorldModel* model_;
   Breakages* breakages_;
+  bool fast_;
   std::vector<std::vector<Seen>> seen_;  // [member][body], a frame ago
   std::vector<int> held_;                // of each member: simulated in its hand a frame ago
+  std::vector<bool> in_plate_;           // of each member: what it took was in the plate, and is yet
 };
 
 }  // namespace tandem

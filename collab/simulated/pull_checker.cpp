@@ -18,7 +18,7 @@ void PullChecker::Look(SimulatedSession& session) {
       if (other.shared() == nullptr) continue;
       for (std::size_t i = 0; i < count; ++i) {
         const double loop_s = views[i].loop_age_s;
-        if (views[i].peer != session.id(o) || loop_s <= 0 || loop_s > kShortLoop) continue;
+        if (views[i].peer != session.id(o) || loop_s <= 0 || loop_s > short_loop_) continue;
         const Pose& X = peer.held_state()->X_WB;
         const Pose& Y = other.held_state()->X_WB;
         const Wrench& F = peer.report().links_B_W[i];
@@ -27,6 +27,7 @@ void PullChecker::Look(SimulatedSession& session) {
         Pull& pull = pulls_[{self, session.id(o)}];
         pull.together += kFrame * F.f.dot(way);
         pull.all += kFrame * F.f.norm() * way.norm();
+        if (turn.norm() > kMostTurn) continue;
         pull.turned += kFrame * F.tau.dot(turn);
         pull.all_turned += kFrame * F.tau.norm() * turn.norm();
       }

@@ -15,13 +15,21 @@ namespace tandem {
 /// of its own.
 class SessionChecker : public WireWatch {
  public:
+  /// What other hands than scripted ones may do, or are judged by.
+  struct Bounds {
+    bool fast = false;                            // as MotionChecker has it
+    double short_loop = PullChecker::kShortLoop;  // s
+  };
   SessionChecker(const FaultSchedule& schedule, const WorldModel& model, PeerId viewer)
+      : SessionChecker(schedule, model, viewer, Bounds()) {}
+  SessionChecker(const FaultSchedule& schedule, const WorldModel& model, PeerId viewer,
+                 const Bounds& bounds)
       : schedule_(&schedule),
         wire_(schedule, viewer, breakages_),
         authority_(model, breakages_),
-        motion_(model, breakages_),
+        motion_(model, breakages_, bounds.fast),
         energy_(model, breakages_),
-        pulls_(breakages_),
+        pulls_(breakages_, bounds.short_loop),
         hands_(schedule.peers.size(), breakages_),
         rest_(schedule, model, breakages_) {}
 
@@ -67,6 +75,8 @@ class SessionChecker : public WireWatch {
   void LookAtLinks(SimulatedSession& session) { rest_.LookAtLinks(session, wire_); }
 
   const Breakages& breakages() const noexcept { return breakages_; }
+  /// For checkers beside these.
+  Breakages& breakages() noexcept { return breakages_; }
   /// How many of a sort have been on the wire.
   std::uint64_t events(EventKind kind) const { return events_[static_cast<std::size_t>(kind)]; }
 

@@ -81,6 +81,7 @@ class Run {
       if (ms == end_ms && schedule_.law != "constant") {
         checker_.LookAtEnd(session_, member_, viewer_);
       }
+      result.seconds = 1e-3 * static_cast<double>(ms);
       if (ms == end_ms + kForgetMs) break;
       if (Planted(Fault::kViewerWrites) && ms == kQuietMs) viewer_link_->Publish(ViewFrame{});
       session_.Step();
@@ -351,21 +352,28 @@ SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldMod
   return Run(seed, model, log).Go();
 }
 
-std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
-                                      const std::shared_ptr<const WorldModel>& model,
-                                      const SeedLog& log) {
+std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
+                                 const std::function<SeedResult(std::uint64_t)>& simulate) {
   std::vector<SeedResult> results(count);
   std::atomic<std::uint64_t> next{0};
   std::vector<std::jthread> workers;  // joined also where one of them cannot be started
   for (unsigned t = 0; t < threads; ++t) {
     workers.emplace_back([&] {
       for (std::uint64_t i = next++; i < count; i = next++) {
-        results[i] = SimulateSeed(first + i, model, log);
+        results[i] = simulate(first + i);
       }
     });
   }
   for (std::jthread& worker : workers) worker.join();
   return results;
+}
+
+std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
+                                      const std::shared_ptr<const WorldModel>& model,
+                                      const SeedLog& log) {
+  return RunSeeds(first, count, threads, [&](std::uint64_t seed) {
+    return SimulateSeed(seed, model, log);
+  });
 }
 
 }  // namespace tandem

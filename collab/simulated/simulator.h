@@ -17,6 +17,7 @@ struct SeedResult {
   std::vector<std::string> broken;  // invariants that did not hold; none is as it should be
   std::uint64_t digest = 0;         // of all bodies at all peers, every frame
   double peer_seconds = 0;          // simulated, all peers together
+  double seconds = 0;               // simulated, of the session
   Tally tally;                      // of what happened
 };
 
@@ -28,8 +29,12 @@ using SeedLog = std::function<void(const std::string&)>;
 SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model,
                         const SeedLog& log = {});
 
-/// Seeds first, first + 1, … in that order, `threads` at a time, each on one. However many: the
-/// same results.
+/// What `simulate` makes of the seeds first, first + 1, … in that order, `threads` at a time, each on
+/// one. However many: the same results.
+std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
+                                 const std::function<SeedResult(std::uint64_t)>& simulate);
+
+/// That of SimulateSeed().
 std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
                                       const std::shared_ptr<const WorldModel>& model,
                                       const SeedLog& log = {});

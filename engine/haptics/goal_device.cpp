@@ -21,11 +21,15 @@ void GoalDevice::See(const PartInHand& part) noexcept {
   const GoalOrder& order = orders_->newest.Read();
   part_ = part;
   TakeOrder(order);
-  if (part_.attached && !was_attached_) {
-    const bool to_go_back = order.keeps_way && order.body == part_.wanted;
-    if (!to_go_back) way_.Begin(part_.wanted, part_.radius, part_.state.X_WB);
+  const int attached = part_.attached ? part_.wanted : -1;
+  if (attached >= 0 && attached != attached_) {
+    // of one order the first part alone: what comes later, put into the hand by another, is taken
+    const bool to_go_back = order.keeps_way && order.grasp_seq != attached_seq_ &&
+                            order.body == attached && way_.body() == attached;
+    if (!to_go_back) way_.Begin(attached, part_.radius, part_.state.X_WB);
+    attached_seq_ = order.grasp_seq;
   }
-  was_attached_ = part_.attached;
+  attached_ = attached;
   if (part_.attached) {
     way_.Note(part_.state.X_WB);
     way_.Advance(part_.state.X_WB);
@@ -39,7 +43,7 @@ void GoalDevice::See(const PartInHand& part) noexcept {
 }
 
 void GoalDevice::TakeOrder(const GoalOrder& order) noexcept {
-  ++input_frames_;
+  input_frames_ = std::min(input_frames_ + 1, kRateFrames);
   if (order.input_seq != input_seq_) {
     input_seq_ = order.input_seq;
     input_frames_ = 0;
@@ -49,8 +53,11 @@ void GoalDevice::TakeOrder(const GoalOrder& order) noexcept {
   }
   if (order.grasp_seq != grasp_seq_) {
     grasp_seq_ = order.grasp_seq;
-    placed_ = said_since_grasp_ = false;
+    placed_ = false;
     way_.Stop();
+    const bool since = order.input_seq != order.void_seq;
+    said_since_grasp_ = since && order.input == GoalOrder::Input::kPose;
+    if (!since) input_frames_ = kRateFrames;
   }
   if (order.way_seq == way_seq_) return;
   way_seq_ = order.way_seq;

@@ -36,6 +36,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab/controller", {"collab"});
     may_see("collab/dds", {"collab", "collab/controller"});
     may_see("collab/simulated", {"collab"});
+    may_see("collab/simulated/hands", {"collab/simulated", "collab/controller"});
     may_see("collab/recording", {"collab"});
     may_see("collab/lab", {"collab/simulated", "collab/recording"});
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
@@ -44,7 +45,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/reach", {"app", "collab/dds"});
     may_see("app/picture", {"engine/base"});
     may_see("app/stability", {"app", "app/picture", "collab/lab"});
-    may_see("app/cli", {"app", "app/reach", "app/stability", "collab/simulated", "collab/recording",
+    may_see("app/cli", {"app", "app/reach", "app/stability", "collab/simulated/hands", "collab/recording",
                         "collab/lab", "scenes"});
     may_see("app/view", {"app", "app/reach", "app/picture"});
     return map;

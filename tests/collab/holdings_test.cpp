@@ -36,6 +36,38 @@ TEST(Holdings, AGrabIsGrantedWithinARoundTrip) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
+TEST(Holdings, WhatIsNotWantedAnyMoreDoesNotComeIntoTheHandWhenItIsGranted) {
+  Company company({3, 5}, 100);
+  company.Run(10);
+  company[5].Ask(kOwn);
+  company.Run(50);
+  company[5].Withdraw();
+  company.Run(400);
+  EXPECT_EQ(company[5].held(), -1);
+  EXPECT_EQ(company.Authority(0), 5U) << "it was granted all the same";
+  company[5].Ask(kOwn);
+  company.Run(50);
+  EXPECT_EQ(company[5].held(), 0) << "and may be taken anew";
+}
+
+TEST(Holdings, AStoppedHandAnswersForWhatItIsGivenAndDoesNotHoldIt) {
+  Company company({3, 5}, 10);
+  company[5].Ask(kOwn);
+  company.Run(50);
+  ASSERT_EQ(company[5].held(), 0);
+  company[3].Stop();
+  company[5].Give(3);
+  company.Run(50);
+  EXPECT_EQ(company[3].held(), -1);
+  EXPECT_TRUE(company[3].Parks(0));
+  company[3].Resume();
+  company[5].Ask(kOwn);
+  company.Run(50);
+  company[5].Give(3);
+  company.Run(50);
+  EXPECT_EQ(company[3].held(), 0);
+}
+
 TEST(Holdings, WhatAnotherHoldsIsRefusedAndComesAfterTheRelease) {
   Company company({3, 5}, 10);
   company[5].Ask(kOwn);

@@ -36,6 +36,30 @@ TEST(SimulateCommand, ASeedIsToldSoThatOneCanFollow) {
   }
 }
 
+TEST(SimulateCommand, HandsAreAsRepeatableAndSayWhoDidWhat) {
+  const Said one = RunTandem("simulate --hands --seeds 2 --seconds 10 --threads 1 --json");
+  const Said two = RunTandem("simulate --hands --seeds 2 --seconds 10 --threads 2 --json");
+  ASSERT_EQ(one.exit_code, kExitOk) << one.out << one.err;
+  const auto a = nlohmann::json::parse(one.out);
+  EXPECT_EQ(a["broken"], 0);
+  EXPECT_GE(a["simulated_s"], 10.0);
+  EXPECT_GT(a["happened"]["requests"], 10);
+  EXPECT_EQ(a["digest"], nlohmann::json::parse(two.out)["digest"]);
+  const Said told = RunTandem("simulate --hands --seed 1 --seconds 10 --verbose");
+  for (const char* const line : {" comes", ": grab ", " answers host-", "is told: "}) {
+    EXPECT_NE(told.out.find(line), std::string::npos) << line;
+  }
+}
+
+TEST(SimulateCommand, TakesSecondsOfASceneOrOfHands) {
+  for (const char* const wrong : {"--seeds 2 --seconds 20", "--hands --seconds 9",
+                                  "--hands --scene ball_and_socket"}) {
+    const Said said = RunTandem(std::string("simulate ") + wrong);
+    EXPECT_EQ(said.exit_code, kExitUsage) << wrong;
+    EXPECT_FALSE(said.err.empty()) << wrong;
+  }
+}
+
 TEST(SimulateCommand, RefusesWhatIsNoSeed) {
   for (const char* const wrong : {"--seed -1", "--seed x", "--seeds 0", "--scene no_such_scene"}) {
     const Said said = RunTandem(std::string("simulate ") + wrong);

@@ -92,7 +92,7 @@ TEST_F(ControlServerTest, AGrabOfThePartInHandTakesItAnew) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg", .grasp_W = {{0.1, 0, 0}}}).ok);
   EXPECT_EQ(peer_.goal.grasp_seq, grasp + 1);
   EXPECT_FALSE(peer_.goal.at_centre);
-  EXPECT_EQ(peer_.Count(Command::Kind::kRelease), 1U);
+  EXPECT_EQ(peer_.Count(Command::Kind::kWithdraw), 1U);
 }
 
 TEST_F(ControlServerTest, GoalsCountFromTheHostWhoseHandItIs) {
@@ -145,6 +145,21 @@ TEST_F(ControlServerTest, AGoalFromBeforeTheGrabIsNotGoneTo) {
   EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.0) << "nor after a silence";
 }
 
+TEST_F(ControlServerTest, AGoalThatIsNoPlaceIsLeftOut) {
+  ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
+  std::uint32_t seq = 1;
+  server_.OnGoal(kWindow, GoalAt(0.2, seq), now_ns_);
+  // the last one's length is beyond the largest number: a hand that went there would stand
+  for (const double x : {std::nan(""), 2e3, 1e300}) {
+    server_.OnGoal(kWindow, GoalAt(x, ++seq), now_ns_);
+    HostGoal rate{.kind = HostGoal::Kind::kRate, .seq = ++seq};
+    rate.linear.z() = x;
+    server_.OnGoal(kWindow, rate, now_ns_);
+    EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.2) << x;
+    EXPECT_EQ(peer_.goal.input, GoalOrder::Input::kPose) << x;
+  }
+}
+
 TEST_F(ControlServerTest, AGoodbyeLetsGoAtOnce) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   server_.OnGoal(kWindow, {.kind = HostGoal::Kind::kGoodbye}, now_ns_);
@@ -163,7 +178,7 @@ TEST_F(ControlServerTest, TheHandOfADeviceDoesNotNoticeThatAHostIsGone) {
     server.Tick(t * kMs);
   }
   EXPECT_EQ(peer.facts.held, 0);
-  EXPECT_EQ(peer.Count(Command::Kind::kRelease), 0U);
+  EXPECT_EQ(peer.Count(Command::Kind::kWithdraw), 0U);
   EXPECT_EQ(server.rate_hz(), 0.0) << "the host is gone all the same";
 }
 

@@ -1,0 +1,325 @@
+#include "collab/simulated/hands/controller_site.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "collab/controller/fill_facts.h"
+#include "collab/simulated/hands/describe_request.h"
+#include "collab/simulated/hands/planted_hand_faults.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::uint64_t kSceneHash = 1;
+constexpr std::int64_t kSettleNs = 1'000'000'000;  // as `tandem peer` has it
+constexpr std::int64_t kIdleNs = 50'000'000;
+constexpr std::uint64_t kNewsFrames = 20;
+constexpr std::uint64_t kPeersFrames = 100;
+constexpr std::uint64_t kPlantedEvery = 5;  // answers
+
+NodeOptions OptionsOf(const ControllerSite::Options& of) {
+  NodeOptions options;
+  options.peer.id = of.id;
+  options.peer.settle_ns = kSettleNs;
+  options.name = of.name;
+  options.waiting = of.waiting;
+  return options;
+}
+
+}  // namespace
+
+ControllerSite::ControllerSite(SimulatedSession& session,
+                               const std::shared_ptr<const WorldModel>& model,
+                               const Options& options, Breakages& breakages)
+    : session_(&session),
+      model_(model),
+      options_(options),
+      breakages_(&breakages),
+      goals_(std::make_shared<GoalDevice::Orders>()),
+      server_(*this, options.device),
+      dice_(options.seed),
+      hand_(options.id, breakages),
+      hosts_(options.id, options.device, breakages),
+      ways_(options.id, breakages),
+      view_(options.id, *model, breakages) {
+  std::unique_ptr<Device> device;
+  if (options.device) {
+    rig_ = std::make_unique<DeviceRig>(options.seed + 1, options.id, breakages);
+    handle_ = rig_->MakeDevice();
+    auto space = std::make_unique<Workspace>(*handle_);
+    space_ = space.get();
+    device = std::move(space);
+  } else {
+    auto goal_device = std::make_unique<GoalDevice>(goals_);
+    device_ = goal_device.get();
+    device = std::move(goal_device);
+  }
+  member_ = session.Add(
+      std::make_unique<PeerNode>(model, std::move(device), kSceneHash, OptionsOf(options)),
+      options.id, options.clock);
+  ControlScene scene = ControlSceneOf(*model);
+  scene.number = 1;
+  scene.session = "simulated";
+  scene.self = options.id;
+  server_.OnScene(scene, LocalNow());
+}
+
+bool ControllerSite::at_rest() const {
+  const Holdings& holdings = node().peer().holdings();
+  const bool asked = std::ranges::any_of(coming_, [](const HostMessage& message) {
+    return !message.is_goal;
+  });
+  return holdings.held() < 0 && holdings.wanted() < 0 && !hosts_.waits() && !asked;
+}
+
+void ControllerSite::Log(const std::string& line) const {
+  if (!options_.log) return;
+  options_.log(Text("%7.3f s: ", 1e-9 * static_cast<double>(session_->now_ns()) - 1.0) +
+               options_.name + " " + line);
+}
+
+void ControllerSite::BeforeFrame() {
+  if (running() && device_ != nullptr) device_->See(SeePart(node(), *device_));
+}
+
+void ControllerSite::AfterFrame(const TrueHolders& holders) {
+  if (!running()) return;
+  PlantInFrame();
+  ++frame_;
+  LookOn();
+  if (frame_ % facts_period_ == 0) {
+    FillFacts(node(), device_, frame_, LocalNow(), facts_);
+    fresh_ = true;
+  }
+  if (frame_ % kNewsFrames == 0) {
+    const auto lines = node().TakeNews([this](const HoldingNews& news, const std::string& line) {
+      server_.OnNews(news, line);
+    });
+    for (const std::string& line : lines) Log("is told: " + line);
+  }
+  if (frame_ % kPeersFrames == 0) TellPeers();
+  Turn(holders);
+}
+
+void ControllerSite::TellPeers() {
+  std::vector<SnapshotPeer> peers;
+  for (const PeerDirectory::Entry& entry : node().directory().Entries()) {
+    SnapshotPeer& peer = peers.emplace_back();
+    peer.id = entry.info.peer;
+    peer.name = node().directory().NameOf(entry.info.peer);
+    peer.active = entry.info.role == Role::kActive;
+    peer.here = entry.presence == PeerDirectory::Presence::kHere;
+    peer.refused = entry.refused;
+  }
+  server_.OnPeers(std::move(peers));
+}
+
+void ControllerSite::Send(HostMessage message) {
+  if (message.is_goal && message.goal.kind != HostGoal::Kind::kGoodbye) {
+    // of those that wait the newest counts
+    std::erase_if(coming_, [&](const HostMessage& other) {
+      return other.is_goal && other.host == message.host &&
+             (halted_ns_ != 0 || other.due_ns >= message.due_ns) &&
+             other.goal.kind != HostGoal::Kind::kGoodbye;
+    });
+  }
+  coming_.push_back(std::move(message));
+}
+
+void ControllerSite::Attach(HostId host) {
+  mail_[host] = {};
+  view_.OnHost(host, session_->now_ns());
+}
+
+void ControllerSite::Detach(HostId host) {
+  mail_.erase(host);
+  view_.OnHostGone(host);
+}
+
+HostMail ControllerSite::TakeMail(HostId host) {
+  return std::exchange(mail_[host], {});
+}
+
+void ControllerSite::Type(bool stop) {
+  if (!running()) return;
+  stop ? server_.Stop() : server_.Resume();
+  hosts_.OnStop(stop, session_->now_ns());
+}
+
+void ControllerSite::Halt(bool halted) {
+  const std::int64_t now_ns = session_->now_ns();
+  if (halted == (halted_ns_ != 0)) return;
+  session_->Halt(member_, halted);
+  if (!halted) {
+    hosts_.OnWoken(now_ns - halted_ns_, now_ns);
+    view_.OnWoken(now_ns);
+  }
+  halted_ns_ = halted ? now_ns : 0;
+}
+
+void ControllerSite::Turn(const TrueHolders& holders) {
+  const std::int64_t now_ns = session_->now_ns();
+  for (const bool goals : {true, false}) {
+    // each sort in its order
+    for (std::size_t i = 0; i < coming_.size();) {
+      if (coming_[i].is_goal != goals || coming_[i].due_ns > now_ns) {
+        ++i;
+        continue;
+      }
+      HostMessage message = std::move(coming_[i]);
+      coming_.erase(coming_.begin() + static_cast<std::ptrdiff_t>(i));
+      Deliver(message);
+    }
+  }
+  for (std::size_t i = 0; i < jobs_.size();) {
+    if (jobs_[i].due_ns > now_ns) {
+      ++i;
+      continue;
+    }
+    const Job job = jobs_[i];
+    jobs_.erase(jobs_.begin() + static_cast<std::ptrdiff_t>(i));
+    server_.OnDone(job.number, job.ok ? Answer{true, ""} : Answer{false, "it cannot be done"});
+  }
+  if (std::exchange(fresh_, false)) server_.OnFacts(facts_, LocalNow());
+  if (!PlantedInHand(HandFault::kSilenceUnnoticed)) server_.Tick(LocalNow());
+  GiveAnswers();
+  for (const std::string& line : server_.TakeLines()) Log("says: " + line);
+  if (now_ns < next_snapshot_ns_) return;
+  const double rate_hz = server_.rate_hz();
+  const auto period_ns =
+      rate_hz > 0 ? static_cast<std::int64_t>(std::llround(1e9 / rate_hz)) : kIdleNs;
+  next_snapshot_ns_ = std::max(next_snapshot_ns_ + period_ns, now_ns);
+  facts_period_ = static_cast<std::uint32_t>(
+      std::clamp(1e-6 * static_cast<double>(period_ns), 1.0, rate_hz > 0 ? 10.0 : 50.0));
+  GiveSnapshot(holders);
+}
+
+void ControllerSite::Deliver(HostMessage& message) {
+  if (!message.is_goal) return DeliverRequest(message);
+  if (message.goal.kind == HostGoal::Kind::kGoodbye) Log("hears " + message.name + " say goodbye");
+  hosts_.OnGoal(message.host, message.goal, session_->now_ns());
+  if (PlantedInHand(HandFault::kGoalsLost) && message.goal.kind == HostGoal::Kind::kPose) {
+    message.goal.kind = HostGoal::Kind::kBeat;
+  }
+  if (PlantedInHand(HandFault::kForeignGoals) && server_.Snapshot().hand.host != 0) {
+    message.host = server_.Snapshot().hand.host;
+    message.goal.seq += 1'000'000;
+  }
+  server_.OnGoal(message.host, message.goal, LocalNow());
+}
+
+void ControllerSite::DeliverRequest(HostMessage& message) {
+  const HostId host = message.host;
+  if (const auto* back = std::get_if<RetraceRequest>(&message.request)) {
+    ways_.OnRequest(host, message.number, *back);
+  }
+  if (const auto* parameter = std::get_if<SetParameterRequest>(&message.request)) {
+    parameters_[{host, message.number}] = *parameter;
+  }
+  GiveAnswers();  // to what was asked before
+  Log("hears " + message.name + " ask, number " + std::to_string(message.number) + ": " +
+      DescribeRequest(message.request));
+  const bool typed_as_owner =
+      PlantedInHand(HandFault::kForeignRequests) && server_.Snapshot().hand.host != 0;
+  const std::uint64_t number = message.number + (typed_as_owner ? 1'000'000 : 0);
+  const HostId by = typed_as_owner ? server_.Snapshot().hand.host : host;
+  server_.OnRequest(by, message.name, number, message.request, LocalNow());
+  std::vector<HostAnswer> answers = server_.TakeAnswers();
+  for (HostAnswer& answer : answers) {
+    if (answer.host == by && answer.number == number) {
+      answer.host = host;
+      answer.number = message.number;
+    }
+  }
+  const bool refused = std::ranges::any_of(answers, [&](const HostAnswer& answer) {
+    return answer.host == host && answer.number == message.number && !answer.answer.ok;
+  });
+  const bool not_refused = !refused || PlantedInHand(HandFault::kTakenWhileStopped);
+  hosts_.OnRequest(host, message.number, message.request, !not_refused, session_->now_ns());
+  for (const HostAnswer& answer : answers) GiveAnswer(answer);
+}
+
+void ControllerSite::GiveAnswers() {
+  for (const HostAnswer& answer : server_.TakeAnswers()) GiveAnswer(answer);
+}
+
+void ControllerSite::GiveAnswer(const HostAnswer& answer) {
+  const std::int64_t now_ns = session_->now_ns();
+  const auto parameter = parameters_.find({answer.host, answer.number});
+  if (parameter != parameters_.end()) {
+    if (answer.answer.ok) hand_.Set(parameter->second.name, parameter->second.value, now_ns);
+    parameters_.erase(parameter);
+  }
+  Answer said = answer.answer;
+  Log("answers host-" + std::to_string(answer.host) + ", number " + std::to_string(answer.number) +
+      (said.ok ? ": yes " : ": no, ") + said.reason);
+  if (PlantedInHand(HandFault::kWayToNowhere)) said.ok = true;
+  ways_.OnAnswer(answer.host, answer.number, said);
+  const bool spoilt = ++answered_ % kPlantedEvery == 0;
+  if (PlantedInHand(HandFault::kNoAnswer) && spoilt) return;
+  hosts_.OnAnswer(answer.host, answer.number, said.ok, now_ns);
+  if (PlantedInHand(HandFault::kAnswerTwice) && spoilt) {
+    hosts_.OnAnswer(answer.host, answer.number, said.ok, now_ns);
+  }
+  if (PlantedInHand(HandFault::kAnswerUnasked)) {
+    hosts_.OnAnswer(answer.host, answer.number + 1'000'000, true, now_ns);
+  }
+  const auto mail = mail_.find(answer.host);
+  if (mail != mail_.end()) mail->second.answers.push_back({answer.host, answer.number, said});
+}
+
+void ControllerSite::GiveSnapshot(const TrueHolders& holders) {
+  auto snapshot = std::make_shared<ControllerSnapshot>(server_.Snapshot());
+  PlantInSnapshot(*snapshot);
+  if (PlantedInHand(HandFault::kNoSnapshots) && frame_ > 500) return;
+  std::vector<HostId> hosts;
+  for (auto& [host, mail] : mail_) {
+    hosts.push_back(host);
+    mail.snapshot = snapshot;
+  }
+  view_.OnSnapshot(hosts, *snapshot, holders, session_->now_ns());
+}
+
+void ControllerSite::LookOn() {
+  const std::int64_t now_ns = session_->now_ns();
+  const Holdings& holdings = node().peer().holdings();
+  const HandSight sight = See();
+  if (device_ != nullptr) hand_.Look(sight);
+  ways_.Look(sight, told_);
+  hosts_.Look(sight, ways_.way_m(), hand_.MostSpeed(now_ns));
+  std::vector<bool> parked;
+  for (std::size_t b = 0; b < model_->bodies.size(); ++b) parked.push_back(holdings.Parks(b));
+  view_.Look(frame_, node().world(), holdings.held(), parked, now_ns);
+}
+
+HandSight ControllerSite::See() const {
+  const Peer& peer = node().peer();
+  HandSight sight;
+  sight.now_ns = session_->now_ns();
+  sight.held = peer.holdings().held();
+  sight.wanted = peer.holdings().wanted();
+  sight.attached = sight.held >= 0 && peer.attached() && peer.held_state() != nullptr;
+  if (device_ != nullptr) {
+    sight.asked = device_->asked();
+    sight.handle = device_->handle().X_WA;
+  }
+  if (PlantedInHand(HandFault::kGoalWanders)) sight.asked.p.x() += 1e-6 * static_cast<double>(frame_);
+  if (PlantedInHand(HandFault::kHugeGoal) && frame_ > 3000) sight.asked.p.x() = 1e300;
+  if (sight.held < 0) return sight;
+  const auto held = static_cast<std::size_t>(sight.held);
+  std::array<PeerId, kMaxPeers> others{};
+  sight.alone = peer.holdings().Holders(held, others) == 0;
+  sight.led = peer.parting().leading();
+  sight.mass = model_->bodies[held].inertia.mass;
+  sight.body = node().world().state(held);
+  sight.X_WG = sight.body.X_WB * peer.grasp();
+  sight.pull_B_W = peer.report().hand_B_W;
+  if (PlantedInHand(HandFault::kTurnsAhead)) sight.handle.q = Quat(0.5, 0, 0, 0.866) * sight.handle.q;
+  if (PlantedInHand(HandFault::kHandPushes)) sight.pull_B_W.f.x() += 60;
+  return sight;
+}
+
+}  // namespace tandem

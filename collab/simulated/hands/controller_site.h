@@ -1,0 +1,147 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "collab/controller/control_server.h"
+#include "collab/simulated/hands/device_rig.h"
+#include "collab/simulated/hands/goal_hand_checker.h"
+#include "collab/simulated/hands/host_checker.h"
+#include "collab/simulated/hands/view_checker.h"
+#include "collab/simulated/hands/way_checker.h"
+#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/simulator.h"
+#include "engine/haptics/workspace.h"
+
+namespace tandem {
+
+/// What a host puts on the way to its controller.
+struct HostMessage {
+  std::int64_t due_ns = 0;  // true time
+  HostId host = 0;
+  std::string name;
+  bool is_goal = false;
+  HostGoal goal;
+  std::uint64_t number = 0;
+  ControlRequest request = ReleaseRequest{};
+};
+
+/// What a controller has for one host.
+struct HostMail {
+  std::vector<HostAnswer> answers;
+  std::shared_ptr<const ControllerSnapshot> snapshot;  // newest; null: none since it was looked at
+};
+
+/// A controller in virtual time: a peer of the simulated session, the hand that hosts or a device
+/// move, and the server of the hosts, fed as `tandem peer --control` feeds them: facts by the
+/// haptic thread as often as hosts want snapshots, requests reliably, of goals the newest. All that
+/// goes in and comes out is shown to the checkers.
+class ControllerSite : private ControlledPeer {
+ public:
+  struct Options {
+    PeerId id = 0;
+    std::string name;
+    PeerClock clock;
+    bool device = false;  // a device moves the hand
+    std::size_t waiting = 0;
+    std::uint64_t seed = 0;
+    SeedLog log;  // what hosts ask, what they are answered, what the user is told
+  };
+
+  ControllerSite(SimulatedSession& session, const std::shared_ptr<const WorldModel>& model,
+                 const Options& options, Breakages& breakages);
+
+  PeerId id() const { return options_.id; }
+  const std::string& name() const { return options_.name; }
+  std::size_t member() const { return member_; }
+  bool present() const { return session_->present(member_); }
+  bool running() const { return present() && !session_->halted(member_); }
+  PeerNode& node() const { return session_->node(member_); }
+  DeviceRig* rig() const { return rig_.get(); }
+  bool stopped() const { return server_.stopped(); }
+  bool quits() const { return quits_; }
+  /// Nothing in hand, nothing asked for, no answer due.
+  bool at_rest() const;
+
+  /// Before and after each frame of the session.
+  void BeforeFrame();
+  void AfterFrame(const TrueHolders& holders);
+
+  void Send(HostMessage message);
+  /// From now on that host hears what it is told; its mail, which is then empty.
+  void Attach(HostId host);
+  void Detach(HostId host);
+  HostMail TakeMail(HostId host);
+  void HostWoken(HostId host) { view_.OnWoken(host, session_->now_ns()); }
+
+  /// Somebody types 'stop' or 'resume' at the controller.
+  void Type(bool stop);
+  void Halt(bool halted);
+
+ private:
+  // ControlledPeer
+  bool Order(const Command& command) override;
+  void Tell(const GoalOrder& order) override;
+  void Begin(std::uint64_t job, const ControlRequest& request) override;
+  void StopDevice(bool stop) override;
+  bool ChangeWorkspace(const WorkspaceChange& change) override;
+  void Quit() override { quits_ = true; }
+
+  void TellPeers();
+  void Turn(const TrueHolders& holders);
+  void Deliver(HostMessage& message);
+  void DeliverRequest(HostMessage& message);
+  void GiveAnswers();
+  void GiveAnswer(const HostAnswer& answer);
+  void GiveSnapshot(const TrueHolders& holders);
+  void PlantInSnapshot(ControllerSnapshot& snapshot);
+  void PlantInFrame();
+  HandSight See() const;
+  void Log(const std::string& line) const;
+  void LookOn();
+  std::int64_t LocalNow() const { return session_->network().LocalNow(options_.id); }
+
+  SimulatedSession* session_;
+  std::shared_ptr<const WorldModel> model_;
+  Options options_;
+  Breakages* breakages_;
+  std::unique_ptr<DeviceRig> rig_;  // null: hosts move the hand
+  std::unique_ptr<Device> handle_;  // its end here, which the workspace maps into the scene
+  Workspace* space_ = nullptr;      // of the node
+  WorkspaceOrder space_order_;
+  std::shared_ptr<GoalDevice::Orders> goals_;
+  GoalDevice* device_ = nullptr;
+  std::size_t member_ = 0;
+  ControlServer server_;
+  GoalOrder told_;
+  SimulationFacts facts_;
+  bool fresh_ = false;
+  std::uint64_t frame_ = 0;
+  std::int64_t next_snapshot_ns_ = 0;
+  std::uint32_t facts_period_ = 50;
+  std::deque<HostMessage> coming_;
+  std::map<HostId, HostMail> mail_;
+  struct Job {
+    std::uint64_t number = 0;
+    std::int64_t due_ns = 0;
+    bool ok = true;
+  };
+  std::vector<Job> jobs_;
+  SeedDice dice_;
+  bool quits_ = false;
+  std::int64_t halted_ns_ = 0;  // since when; 0: it runs
+  std::map<std::pair<HostId, std::uint64_t>, SetParameterRequest> parameters_;
+  std::uint64_t answered_ = 0;
+  ControllerSnapshot first_;  // for a planted fault
+
+  GoalHandChecker hand_;
+  HostChecker hosts_;
+  WayChecker ways_;
+  ViewChecker view_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "collab/controller/requests.h"
+
+namespace tandem {
+
+/// For a person who follows a session: "grab shared".
+std::string DescribeRequest(const ControlRequest& request);
+
+}  // namespace tandem

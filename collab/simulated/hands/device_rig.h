@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "collab/simulated/hands/modelled_hand.h"
+#include "collab/simulated/hands/motor_checker.h"
+#include "engine/haptics/device_loop.h"
+#include "engine/haptics/process_device.h"
+
+namespace tandem {
+
+/// A device's process in virtual time: its loop, the last guard before the motor, the driver with a
+/// modelled hand, and what it shares with a controller. Each tick is shown to a checker.
+class DeviceRig {
+ public:
+  DeviceRig(std::uint64_t seed, PeerId id, Breakages& breakages);
+
+  /// The controller's end.
+  std::unique_ptr<Device> MakeDevice() { return std::make_unique<ProcessDevice>(*memory_); }
+
+  /// A tick that is due at `now_ns`. Where the loop waits for the controller's answer it calls
+  /// `answer`, once at the most, which may give one; says whether it did.
+  bool Tick(std::int64_t now_ns, const std::function<void()>& answer);
+
+  /// The process stands still until then, as by SIGSTOP, or the machine sleeps.
+  void Halt(std::int64_t until_ns, bool sleeps) {
+    halted_until_ns_ = until_ns;
+    slept_ = sleeps;
+  }
+  bool halted(std::int64_t now_ns) const { return now_ns < halted_until_ns_; }
+  /// Its parent is gone: it ends, with nothing at the motor.
+  void End() { ending_ = true; }
+  ModelledHand& hand() { return hand_; }
+  SafetyState state() const { return loop_->guard().state(); }
+
+ private:
+  class Clock : public LoopClock {
+   public:
+    std::int64_t NowNs() noexcept override { return now_ns; }
+    std::int64_t ThreadCpuNs() noexcept override { return now_ns; }
+    void SleepUntil(std::int64_t deadline_ns) noexcept override { now_ns = deadline_ns; }
+    std::int64_t now_ns = 0;
+  };
+  /// The driver as the loop has it: shows the checker what the motor gets.
+  class Driver : public Device {
+   public:
+    explicit Driver(DeviceRig& rig) : rig_(&rig) {}
+    void Start() noexcept override {}
+    Anchor Read() noexcept override { return rig_->hand_.Read(); }
+    void Render(const Wrench& F_D_W) noexcept override { rig_->Given(F_D_W); }
+    DeviceCapabilities capabilities() const noexcept override { return rig_->hand_.capabilities(); }
+    bool failed() const noexcept override { return rig_->hand_.failed(); }
+    bool stop_button() const noexcept override { return rig_->hand_.stop_button(); }
+
+   private:
+    DeviceRig* rig_;
+  };
+
+  void Wait(std::int64_t until_ns);
+  void Given(const Wrench& F_D_W);
+  /// What a planted fault makes of it.
+  Wrench Spoilt(const Wrench& F_D_W, const MotorTick& tick);
+
+  ModelledHand hand_;
+  Driver driver_{*this};
+  Clock clock_;
+  std::unique_ptr<DeviceMemory> memory_;
+  std::unique_ptr<DeviceLoop> loop_;
+  MotorChecker checker_;
+  const std::function<void()>* answer_ = nullptr;  // of this tick; null: it was called
+  std::int64_t halted_until_ns_ = 0;
+  bool slept_ = false;      // since the last tick
+  bool slept_now_ = false;  // of the present one
+  bool ending_ = false;
+  std::uint64_t ticks_ = 0;
+  Wrench kept_;  // for a planted fault
+};
+
+}  // namespace tandem

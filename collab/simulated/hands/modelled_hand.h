@@ -1,0 +1,53 @@
+#pragma once
+
+#include "collab/simulated/hands/seed_dice.h"
+#include "engine/haptics/device.h"
+
+namespace tandem {
+
+/// A person's hand on a device's handle, and the device's driver: a mass that a spring draws from
+/// one place to the next, by chance, now slowly, now faster than any hand that works, and that
+/// gives way to the motor. Things go wrong with the driver when they are told to.
+class ModelledHand : public Device {
+ public:
+  static constexpr DeviceLimits kPeak{.force = 7.0, .moment = 0.3};
+  static constexpr DeviceLimits kContinuous{.force = 1.8, .moment = 0.1};
+
+  explicit ModelledHand(std::uint64_t seed) : dice_(seed) {}
+
+  void Start() noexcept override {}
+  /// Moves on by a millisecond, then says where it is.
+  Anchor Read() noexcept override;
+  void Render(const Wrench& F_D_W) noexcept override { given_ = F_D_W; }
+  DeviceCapabilities capabilities() const noexcept override {
+    DeviceCapabilities can;
+    can.peak = kPeak;
+    can.continuous = kContinuous;
+    return can;
+  }
+  bool failed() const noexcept override { return fails; }
+  bool stop_button() const noexcept override { return pressed; }
+
+  /// The hand stays where it is from now on.
+  void Rest() noexcept { rests_ = true; }
+
+  bool fails = false;      // the driver is in trouble
+  bool nonsense = false;   // and says that it is nowhere
+  bool pressed = false;    // the button for an emergency stop
+  const Wrench& given() const noexcept { return given_; }
+  const Anchor& handle() const noexcept { return handle_; }
+
+ private:
+  void Aim() noexcept;
+
+  SeedDice dice_;
+  Wrench given_;
+  Anchor handle_;
+  Pose from_;
+  Pose to_;
+  double way_s_ = 1;   // that the present move takes
+  double gone_s_ = 1;  // of it
+  bool rests_ = false;
+};
+
+}  // namespace tandem

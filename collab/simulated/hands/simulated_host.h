@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "collab/simulated/fault_schedule.h"
+#include "collab/simulated/hands/controller_site.h"
+
+namespace tandem {
+
+/// A host application, moved by whims: it grabs, drags at 60 to 1000 Hz, pushes, goes back, stops
+/// everything, asks nonsense, says things twice, is stopped for a while, crashes or leaves. Of what
+/// is on its way to the controller goals may be lost, requests come 0 to 3 ms later.
+class SimulatedHost {
+ public:
+  SimulatedHost(HostId id, std::string name, ControllerSite& site, std::uint64_t seed,
+                Tally& tally);
+
+  /// A millisecond. `peers`: names of others.
+  void Frame(std::int64_t now_ns, const std::vector<std::string>& peers);
+  /// From now on it only sees to it that the hand is empty and no stop holds.
+  void TidyUp() { tidies_ = true; }
+  /// Crashed, or gone with a goodbye.
+  bool gone() const { return gone_; }
+  const ControllerSite& site() const { return *site_; }
+  HostId id() const { return id_; }
+
+ private:
+  enum class Drag : std::uint8_t { kNone, kJump, kGlide, kCircle, kRate, kPush, kNonsense };
+
+  void Ask(const ControlRequest& request);
+  void Say(HostGoal::Kind kind);
+  void SayGoal();
+  void ReadMail();
+  void Whim(const std::vector<std::string>& peers);
+  void GrabSomething();
+  void BeginDrag();
+  void SetSomething();
+  void AskNonsense();
+  void GoBack();
+  void FallSilent();
+  void Tidy();
+  std::string SomeBody();
+
+  HostId id_;
+  std::string name_;
+  ControllerSite* site_;
+  SeedDice dice_;
+  Tally* tally_;
+  std::int64_t now_ns_ = 0;
+  std::int64_t halted_until_ns_ = 0;
+  std::int64_t next_beat_ns_ = 0;
+  std::int64_t next_whim_ns_ = 0;
+  std::int64_t next_goal_ns_ = 0;
+  std::int64_t resume_ns_ = 0;  // when it means to end its emergency stop; 0: none
+  bool gone_ = false;
+  bool tidies_ = false;
+  std::uint64_t next_number_ = 1;
+  std::int64_t last_due_ns_ = 0;  // of its requests
+  HostGoal goal_;
+  Drag drag_ = Drag::kNone;
+  std::int64_t goal_period_ns_ = 0;
+  Vec3 target_ = Vec3::Zero();
+  Quat turn_ = Quat::Identity();
+  Vec3 begun_at_ = Vec3::Zero();
+  std::int64_t begun_ns_ = 0;
+  double glide_speed_ = 0.2;  // m/s
+  ControllerSnapshot seen_;   // newest
+};
+
+}  // namespace tandem

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "collab/controller/control_server.h"
+#include "collab/simulated/breakages.h"
+#include "engine/world/world.h"
+
+namespace tandem {
+
+/// Who holds what, in truth, and since when that has not changed anywhere.
+struct TrueHolders {
+  std::vector<std::vector<PeerId>> of;  // each moving body, rising
+  std::int64_t since_ns = 0;
+  /// For so long all know it.
+  std::int64_t known_after_ns = 0;
+};
+
+/// What hosts see, and what becomes of bodies that the hand lets go of.
+///
+/// - A host that is there gets a snapshot at least every 2 s, from its first word on, with every
+///   body, finite, where the simulation has it in that frame.
+/// - Who holds what is true in it, where that has not changed for as long as news need.
+/// - A body that was let go of stays where it is, while this peer answers for it and nobody holds
+///   it.
+class ViewChecker {
+ public:
+  ViewChecker(PeerId id, const WorldModel& model, Breakages& breakages)
+      : id_(id), model_(&model), breakages_(&breakages) {}
+
+  void OnHost(HostId host, std::int64_t now_ns) { seen_ns_.try_emplace(host, now_ns); }
+  void OnHostGone(HostId host) { seen_ns_.erase(host); }
+  void OnSnapshot(const std::vector<HostId>& hosts, const ControllerSnapshot& snapshot,
+                  const TrueHolders& holders, std::int64_t now_ns);
+  /// It, or a host, has stood still until now.
+  void OnWoken(std::int64_t now_ns);
+  void OnWoken(HostId host, std::int64_t now_ns) { seen_ns_[host] = now_ns; }
+
+  /// After every frame of that number. `parked`: of the moving bodies, those that this peer answers
+  /// for and that nobody holds.
+  void Look(std::uint64_t frame, const World& world, int held, const std::vector<bool>& parked,
+            std::int64_t now_ns);
+
+ private:
+  static constexpr std::size_t kKept = 128;  // frames
+  static constexpr std::int64_t kMostNs = 2'000'000'000;
+
+  void LookAtBodies(const ControllerSnapshot& snapshot);
+  void LookAtHolders(const ControllerSnapshot& snapshot, const TrueHolders& holders,
+                     std::int64_t now_ns);
+
+  PeerId id_;
+  const WorldModel* model_;
+  Breakages* breakages_;
+  std::map<HostId, std::int64_t> seen_ns_;  // of each host: its newest snapshot
+  struct Frame {
+    std::uint64_t number = 0;
+    std::vector<Pose> poses;
+    int held = -1;
+  };
+  std::array<Frame, kKept> frames_;
+  struct Left {
+    bool watched = false;
+    Pose X_WB;  // where it was let go of
+  };
+  std::vector<Left> left_;
+  int held_ = -1;
+};
+
+}  // namespace tandem
