@@ -20,6 +20,7 @@ using M = hn::Mask<Lanes>;
 constexpr auto kMargin = static_cast<float>(kSieveMargin);
 constexpr auto kClearance = static_cast<float>(kRefinedClearance) + kMargin;
 constexpr auto kLeastFacing = static_cast<float>(kFacing) - kMargin;
+constexpr auto kLeastAcross = static_cast<float>(kFacingAcross) - kMargin;
 
 struct V3 {
   V x, y, z;
@@ -271,8 +272,8 @@ bool LeansOn(const Block& block, std::size_t lane, const V3& voxel, const V3& p,
   pairs.along = Dot(pairs.away, pairs.t);
   pairs.other_along = Dot(pairs.away, pairs.other_t);
   const V other_half = hn::Load(d, &block.half[lane]);
-  const M near = hn::And(IsNear(block, voxel, lane),
-                         hn::Gt(Dot(pairs.n, pairs.nhat), hn::Set(d, kLeastFacing)));
+  const V facing = Dot(pairs.n, pairs.nhat);
+  const M near = hn::And(IsNear(block, voxel, lane), hn::Gt(facing, hn::Set(d, kLeastAcross)));
   // the places where they come closest lie on both pieces: |u| <= half, |v| <= other half
   const V u = hn::Sub(hn::Mul(pairs.cosine, pairs.other_along), pairs.along);
   const V v = hn::Sub(pairs.other_along, hn::Mul(pairs.cosine, pairs.along));
@@ -282,7 +283,8 @@ bool LeansOn(const Block& block, std::size_t lane, const V3& voxel, const V3& p,
   const M crossing =
       hn::And(hn::And(near, meet), hn::Gt(pairs.square_sine, hn::Set(d, kLeastSine * kLeastSine)));
   const M beside =
-      hn::And(hn::And(near, hn::Le(hn::Abs(pairs.other_along), hn::Add(other_half, margin))),
+      hn::And(hn::And(hn::And(near, hn::Gt(facing, hn::Set(d, kLeastFacing))),
+                      hn::Le(hn::Abs(pairs.other_along), hn::Add(other_half, margin))),
               hn::Lt(pairs.square_sine, hn::Set(d, kMostSine * kMostSine)));
   if (hn::AllFalse(d, hn::Or(crossing, beside))) return false;
   const Arc other_arc{hn::Load(d, &block.arc_tangent[lane]), hn::Load(d, &block.arc_cosine[lane]),

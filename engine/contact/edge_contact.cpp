@@ -126,6 +126,7 @@ struct Pieces {
   double along;        // away, along t
   double other_along;  // along t'
   double facing;       // cosine between the ways in which they push
+  double least_across;  // facing of edges that cross and push one another, at least
 };
 
 /// What one way of meeting says.
@@ -202,7 +203,7 @@ Way AcrossOne(const Pieces& pieces, const EdgeArc& other_arc, ClearRegionMaker* 
     if (way >= clear->reach()) clear = nullptr;
   }
   if (met.apart && clear == nullptr) return met;
-  met.pushes = pieces.facing > kFacing;
+  met.pushes = pieces.facing > pieces.least_across;
   if (!met.pushes && clear == nullptr) return met;
   met.normal = edge.tangent.cross(pieces.other_t).normalized();
   const double side = met.normal.dot(pieces.n + edge.nhat);
@@ -239,6 +240,10 @@ const auto kArcs = [] {
   arcs.back() = EdgeArc(kLooseArc);
   return arcs;
 }();
+
+bool IsLoose(const EdgeArc& arc) {
+  return arc.cosine == LooseArc().cosine;
+}
 
 }  // namespace
 
@@ -292,9 +297,10 @@ EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3&
                       sine,
                       away.dot(edge.tangent),
                       away.dot(other_t),
-                      n.dot(edge.nhat)};
+                      n.dot(edge.nhat),
+                      IsLoose(edge.arc) || IsLoose(other_arc) ? kFacing : kFacingAcross};
   // the far sides of thin walls do not push
-  if (clear != nullptr && pieces.facing < kFacing - clear->turn()) clear = nullptr;
+  if (clear != nullptr && pieces.facing < pieces.least_across - clear->turn()) clear = nullptr;
   // edges about to become parallel, or no longer, are clear if they are so either way
   const bool parallel = sine < kParallel;
   const bool may_change = clear != nullptr && std::abs(sine - kParallel) <= clear->turn();

@@ -12,6 +12,10 @@ inline constexpr double kRefinedClearance = 0.45;
 /// Cosine between the ways two features push, at least: below, they are on far sides of thin walls,
 /// or of parts that stand on one another.
 inline constexpr double kFacing = 0.2;
+/// The same of edges that cross, whose arcs are known. Those of two faces that lie on one another,
+/// turned by 45 degrees, have 0.15, of square edges; arcs say more than this, down to where square
+/// edges' pushes have faded out.
+inline constexpr double kFacingAcross = -0.3;
 
 /// Sine of the angle between two edges below which they are taken as parallel.
 inline constexpr double kParallel = 0.15;

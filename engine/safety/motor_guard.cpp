@@ -79,7 +79,7 @@ double MotorGuard::RampShare(std::int64_t now_ns) const noexcept {
 }
 
 bool MotorGuard::TooFast(const MotorInput& input) noexcept {
-  const double share = state_ == SafetyState::kTooFast ? kSlowAgain : 1.0;
+  const double share = fast_ ? kSlowAgain : 1.0;
   double speed = input.V_WD.v.norm();
   const Place& before = places_[place_];  // the oldest
   if (before.ns >= 0 && input.now_ns > before.ns) {
@@ -88,13 +88,14 @@ bool MotorGuard::TooFast(const MotorInput& input) noexcept {
   }
   places_[place_] = {input.now_ns, input.p_WD};
   place_ = (place_ + 1) % places_.size();
-  return speed > share * kMostSpeed || input.V_WD.w.norm() > share * kMostTurn;
+  fast_ = speed > share * kMostSpeed || input.V_WD.w.norm() > share * kMostTurn;
+  return fast_;
 }
 
 void MotorGuard::Judge(const MotorInput& input, const MotorOrder& order) noexcept {
   const std::int64_t age_ns = order.input_ns < 0 ? kZeroNs : input.now_ns - order.input_ns;
   const bool sound = Finite(input) && Finite(order) && !input.failed;
-  const bool fast = Finite(input) && TooFast(input);
+  const bool fast = Finite(input) ? TooFast(input) : fast_;
   const bool gap = last_ns_ >= 0 && input.now_ns - last_ns_ > kMostGapNs;
   const bool late = age_ns >= kDampingNs;
 
@@ -163,7 +164,9 @@ Wrench MotorGuard::Wanted(const MotorInput& input, const MotorOrder& order) cons
   if (state_ == SafetyState::kDamping) {
     if (input.now_ns - order.input_ns >= kFadeNs) return wanted;
     bool cut = false;
-    wanted.f = HeldWithin(-options_.damping * input.V_WD.v, kMostDampingShare * limits_.force, cut);
+    const double ramped = std::min(1.0, static_cast<double>(ramped_ns_) / kRampNs);
+    wanted.f = ramped * HeldWithin(-options_.damping * input.V_WD.v,
+                                   kMostDampingShare * limits_.force, cut);
     return wanted;
   }
   if (!GivesForce(state_)) return wanted;

@@ -91,6 +91,7 @@ class MotorGuard {
  private:
   /// The state of this tick; counts what ends a force.
   void Judge(const MotorInput& input, const MotorOrder& order) noexcept;
+  /// Whether the handle is too fast, or has been and is not slow again, whatever the state.
   bool TooFast(const MotorInput& input) noexcept;
   /// Enters a state without force, unless a graver one holds; counts it.
   void Latch(SafetyState state) noexcept;
@@ -103,6 +104,7 @@ class MotorGuard {
 
   Options options_;
   DeviceLimits limits_;
+  bool fast_ = false;
   MeanLimit mean_force_;
   MeanLimit mean_moment_;
   PassivityObserver passivity_;

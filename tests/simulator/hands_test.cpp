@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -22,10 +23,11 @@ TEST(HandsSimulator, ASeedGivesTheSameBitsEveryTimeAndOnAnyNumberOfThreads) {
 // 60 s of virtual time; TANDEM_HANDS_SECONDS=3600 for the long run, which `tandem simulate --hands`
 // does too.
 TEST(HandsSimulator, NoSeedBreaksAnInvariant) {
-  constexpr double kSession = 30;
+  constexpr double kSession = 30;      // that it may last
+  constexpr double kLeastSession = 24;  // and does: it ends when all have come to rest
   const char* const asked = std::getenv("TANDEM_HANDS_SECONDS");
   const double seconds = asked != nullptr ? std::strtod(asked, nullptr) : 60;
-  const auto count = static_cast<std::uint64_t>(seconds / kSession);
+  const auto count = static_cast<std::uint64_t>(std::ceil(seconds / kLeastSession));
   Tally tally;
   double simulated = 0;
   for (const SeedResult& result : SimulateHandSeeds(1, count, 2, kSession, MakeLightScene())) {
@@ -35,7 +37,7 @@ TEST(HandsSimulator, NoSeedBreaksAnInvariant) {
       ADD_FAILURE() << "seed " << result.seed << " " << what;
     }
   }
-  EXPECT_GE(simulated, 0.9 * seconds);
+  EXPECT_GE(simulated, seconds);
   for (const char* const what : {"grabs", "drags", "ways back", "requests done", "requests refused",
                                  "host pauses", "controller pauses"}) {
     EXPECT_GE(tally[what], 3U) << what;

@@ -315,6 +315,7 @@ HandSight ControllerSite::See() const {
   sight.led = peer.parting().leading();
   sight.mass = model_->bodies[held].inertia.mass;
   sight.body = node().world().state(held);
+  if (PlantedInHand(HandFault::kNoSpeed)) sight.body.V_WB.v *= 5;
   sight.X_WG = sight.body.X_WB * peer.grasp();
   sight.pull_B_W = peer.report().hand_B_W;
   if (PlantedInHand(HandFault::kTurnsAhead)) sight.handle.q = Quat(0.5, 0, 0, 0.866) * sight.handle.q;

@@ -22,7 +22,6 @@ void ControllerSite::Tell(const GoalOrder& order) {
   GoalOrder& out = goals_->newest.back();
   out = order;
   if (PlantedInHand(HandFault::kNoLead)) out.limits.force *= 10;
-  if (PlantedInHand(HandFault::kNoSpeed)) out.limits.speed = 3.5;
   goals_->newest.Publish();
 }
 
@@ -33,6 +32,7 @@ void ControllerSite::Begin(std::uint64_t job, const ControlRequest&) {
 
 void ControllerSite::StopDevice(bool stop) {
   using Kind = Command::Kind;
+  if (stop && PlantedInHand(HandFault::kStopUnheard)) return;
   node().peer().commands().TryPush({.kind = stop ? Kind::kStop : Kind::kResume});
 }
 

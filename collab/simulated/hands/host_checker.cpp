@@ -219,6 +219,8 @@ void HostChecker::LookAtGoal(const HandSight& sight) {
   for (const auto& [host, known] : hosts_) {
     if (own || host == owner_ || !known.said || !SamePlace(*known.said, asked)) continue;
     if (sight.now_ns - owner_ns_ < kLooksNs) continue;
+    // a way back ends where the part was taken, which another may have asked for too
+    if (sight.now_ns - back_ns_ < kLooksNs) continue;
     breakages_->Add("a hand follows a host that does not have it", id_,
                     "that is host " + std::to_string(host) + ", not " + std::to_string(owner_));
   }

@@ -22,7 +22,7 @@ enum class HandFault : std::uint8_t {
   kGoalsLost,          // poses do not reach the hand
   kHugeGoal,           // a goal that is no place gets through
   kNoLead,             // the force limit is ten times as large as was asked for
-  kNoSpeed,            // the goal may go at 3.5 m/s
+  kNoSpeed,            // a part goes five times as fast as it does
   kTurnsAhead,         // the handle is turned by a third of a turn
   kHandPushes,         // a wrench that no coupling gives
   kWayToNowhere,       // the answer to a way back is always ok

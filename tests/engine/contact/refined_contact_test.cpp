@@ -272,6 +272,30 @@ TEST(RefinedContact, CrossingEdgesMeetNearTheirCornersToo) {
   }
 }
 
+// Two cubes lie on one another, turned about the upright: no corner of one is over the other, so that their
+// edges bear them alone, eight of which cross. Found by simulated hands: at 45 degrees they bore nothing.
+TEST(RefinedContact, FacesThatAreTurnedOnOneAnotherLieOnTheirEdges) {
+  std::mt19937_64 random(17);
+  for (int trial = 0; trial < 6; ++trial) {
+    const Quat q = RandomRotation(random);
+    const TriangleMesh cube = Box(kS * Vec3(20, 20, 20));
+    Refined refined(Transformed(cube, {q, Vec3::Zero()}), cube, RandomRotation(random));
+    for (const double degrees : {12, 25, 38, 45, 52, 66, 78}) {
+      const Quat turned = q * RotationBy(Vec3(0, 0, degrees / kRadToDeg));
+      for (const double gap : {0.2, -0.2, -0.6}) {
+        const Vec3 beside(Uniform(random, -0.5, 0.5), Uniform(random, -0.5, 0.5), 20 + gap);
+        refined.ForceAt({turned, q * (kS * beside)});
+        double depth = 0;
+        for (const Contact& contact : refined.pair.contacts()) {
+          depth += contact.depth / kS * contact.nhat_V.dot(q * Vec3::UnitZ());
+        }
+        EXPECT_GT(depth, 0.75 * 8 * (kRefinedClearance - gap)) << degrees << ", gap " << gap;
+        EXPECT_LT(depth, 1.25 * 8 * (kRefinedClearance - gap)) << degrees << ", gap " << gap;
+      }
+    }
+  }
+}
+
 // Features are exact, so how many points carry a face changes nothing: what a body's corner, edge
 // and face press with, in voxels of the same map.
 TEST(RefinedContact, FinerPointsPushAsOnesOfAVoxelDo) {
