@@ -23,8 +23,9 @@ class EnergyChecker {
   static constexpr double kMostKept = 1.5;    // J, in the tanks, the springs and on the way
   static constexpr double kTolerance = 0.02;  // J, for work by the velocity at a frame's end
 
-  EnergyChecker(const WorldModel& model, Breakages& breakages)
-      : model_(&model), breakages_(&breakages) {}
+  /// `kept`: J, in place of kMostKept.
+  EnergyChecker(const WorldModel& model, Breakages& breakages, double kept = kMostKept)
+      : model_(&model), breakages_(&breakages), kept_(kept) {}
 
   /// After every frame.
   void Look(SimulatedSession& session);
@@ -39,6 +40,7 @@ class EnergyChecker {
 
   const WorldModel* model_;
   Breakages* breakages_;
+  double kept_;
   std::map<std::pair<PeerId, PeerId>, Link> links_;
   std::vector<std::vector<PeerId>> partners_;  // of each member, a frame ago
 };

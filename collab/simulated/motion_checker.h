@@ -16,8 +16,9 @@ namespace tandem {
 class MotionChecker {
  public:
   static constexpr double kMostOverlap = 4e-3;  // m, two voxels: as deep as layers reach
-  // m a frame: a pair may near by half a voxel, of which a mirror that yields has half
-  static constexpr double kMostMirrorTravel = 0.5e-3 * (1 + 1e-6);
+  // m a frame: a pair may near by half a voxel, of which a mirror that yields has half; of one that
+  // turns by 0.01 rad the arc is longer than the chord by a part in 100,000
+  static constexpr double kMostMirrorTravel = 0.5e-3 * (1 + 1e-5);
 
   /// `fast`: hands move bodies by more than a voxel a frame; what their velocity says is no jump.
   MotionChecker(const WorldModel& model, Breakages& breakages, bool fast = false)

@@ -19,6 +19,7 @@ class SessionChecker : public WireWatch {
   struct Bounds {
     bool fast = false;                            // as MotionChecker has it
     double short_loop = PullChecker::kShortLoop;  // s
+    double kept = EnergyChecker::kMostKept;       // J
   };
   SessionChecker(const FaultSchedule& schedule, const WorldModel& model, PeerId viewer)
       : SessionChecker(schedule, model, viewer, Bounds()) {}
@@ -28,7 +29,7 @@ class SessionChecker : public WireWatch {
         wire_(schedule, viewer, breakages_),
         authority_(model, breakages_),
         motion_(model, breakages_, bounds.fast),
-        energy_(model, breakages_),
+        energy_(model, breakages_, bounds.kept),
         pulls_(breakages_, bounds.short_loop),
         hands_(schedule.peers.size(), breakages_),
         rest_(schedule, model, breakages_) {}

@@ -20,7 +20,7 @@ constexpr double kStill = 1e-4;         // m
 constexpr double kStillStep = 1e-6;     // m a frame
 constexpr std::int64_t kHandsDigestFrames = 10;
 // instances that goals turn at 4 rad/s are elsewhere after a longer loop
-constexpr SessionChecker::Bounds kHandBounds{.fast = true, .short_loop = 0.02};
+constexpr SessionChecker::Bounds kHandBounds{.fast = true, .short_loop = 0.02, .kept = 10};
 constexpr std::int64_t kNewsNs = 3'000'000'000;
 
 }  // namespace

@@ -82,8 +82,9 @@ void ViewChecker::Look(std::uint64_t frame, const World& world, int held,
     kept.poses.push_back(X_WB);
     Left& left = left_[b];
     const bool let_go = held_ == static_cast<int>(b) && held != held_;
-    if (let_go) left = {.watched = true, .X_WB = X_WB};
+    if (let_go) left = {true, X_WB, now_ns + (model_->scene.bodies[model_->object[b]].shared ? kNewsNs : 0)};
     left.watched = left.watched && parked[b];
+    if (now_ns < left.from_ns) left.X_WB = X_WB;
     const double moved = (X_WB.p - left.X_WB.p).norm();
     if (left.watched && moved > 1e-9) {
       breakages_->Add("a body that was let go of moves", id_,

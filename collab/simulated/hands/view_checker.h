@@ -25,7 +25,7 @@ struct TrueHolders {
 ///   body, finite, where the simulation has it in that frame.
 /// - Who holds what is true in it, where that has not changed for as long as news need.
 /// - A body that was let go of stays where it is, while this peer answers for it and nobody holds
-///   it.
+///   it; a shared one from when it must have heard of those who let go of theirs meanwhile.
 class ViewChecker {
  public:
   ViewChecker(PeerId id, const WorldModel& model, Breakages& breakages)
@@ -47,6 +47,7 @@ class ViewChecker {
  private:
   static constexpr std::size_t kKept = 128;  // frames
   static constexpr std::int64_t kMostNs = 2'000'000'000;
+  static constexpr std::int64_t kNewsNs = 1'000'000'000;  // of who lets go
 
   void LookAtBodies(const ControllerSnapshot& snapshot);
   void LookAtHolders(const ControllerSnapshot& snapshot, const TrueHolders& holders,
@@ -65,6 +66,7 @@ class ViewChecker {
   struct Left {
     bool watched = false;
     Pose X_WB;  // where it was let go of
+    std::int64_t from_ns = 0;
   };
   std::vector<Left> left_;
   int held_ = -1;

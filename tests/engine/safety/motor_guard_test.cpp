@@ -355,6 +355,36 @@ TEST(MotorGuard, AHandFasterThanHandsAreGetsNothingUntilItIsSlowAgain) {
   rig.ExpectWithinLimits();
 }
 
+// Found by simulated hands: its orders cease while it is fast, and it is let in at 0.9 m/s.
+TEST(MotorGuard, AFastHandMustBeSlowAgainWhateverEndsItsForceMeanwhile) {
+  Rig rig;
+  rig.Begin();
+  rig.input.V_WD.v = Vec3(0, 0, 1.2);
+  rig.Ticks(7);
+  rig.Ticks(25, false);
+  ASSERT_EQ(rig.guard.state(), SafetyState::kExpired);
+  rig.input.V_WD.v = Vec3(0, 0, 0.8);
+  ++rig.order.ramps;
+  rig.Ticks(50);
+  EXPECT_TRUE(rig.Nothing());
+  rig.input.V_WD.v = Vec3(0, 0, 0.4);
+  rig.Ticks(500);
+  EXPECT_NEAR(rig.given.f.x(), 2.5, 0.02);
+}
+
+// Found by simulated hands: in a tenth of a second's ramp-in, late orders had all of the damping.
+TEST(MotorGuard, DampingOfALateOrderGrowsAsTheRampInDoes) {
+  Rig rig;
+  rig.order.F_D_W = {};
+  rig.input.V_WD.v = Vec3(0, 0.2, 0);
+  ++rig.order.ramps;
+  rig.Ticks(100);
+  double most = 0;
+  for (int age = 1; age <= 12; ++age) most = std::max(most, rig.Tick(false).f.norm());
+  EXPECT_GT(most, 0.09 * 0.4);
+  EXPECT_LT(most, 0.11 * 0.4);
+}
+
 // A driver that says that the handle rests, while it goes at 1.5 m/s.
 TEST(MotorGuard, ADriversOwnSpeedIsNotTrusted) {
   Rig rig;
