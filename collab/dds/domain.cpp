@@ -219,7 +219,10 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   if (!multicast) xml += PeersXml(options, loopback);
   // a socket keeps what comes while the receive thread does not get to run: of seven peers at 1 kHz
   // some 0.2 s; where the kernel allows less, it is less
-  xml += std::string("</Discovery><Internal><MultipleReceiveThreads>") +
+  // so long a writer that ends waits for readers that have not acknowledged all. One that was killed
+  // never does, and after a second, which is Cyclone's own, the program has been ended by force
+  xml += "</Discovery><Internal><WriterLingerDuration>300 ms</WriterLingerDuration>";
+  xml += std::string("<MultipleReceiveThreads>") +
          (HasTheSocketToItself(options) ? "true" : "false") +
          "</MultipleReceiveThreads><SocketReceiveBufferSize max=\"" +
          std::to_string(kSocketBuffer) + " B\"/></Internal>";

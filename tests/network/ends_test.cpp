@@ -196,6 +196,29 @@ TEST(Ends, APeerWhoseReaderGoesAwayGoesOnAndLeavesItsReport) {
   EXPECT_TRUE(nlohmann::json::parse(stream, nullptr, false).is_object());
 }
 
+// DDS waits a second by itself for readers that have not acknowledged all; one that was killed never does.
+TEST(Ends, APeerWhoseViewerWasJustKilledEndsWithItsReport) {
+  const TemporaryFolder folder;
+  for (const int after_ms : {0, 100, 400}) {
+    const std::string session = SessionName();
+    const std::string name = std::to_string(after_ms);
+    const std::string report = (folder.path() / ("report" + name)).string();
+    const File said(folder.path() / ("anna" + name));
+    const File watched(folder.path() / ("vera" + name));
+    Started anna(PeerWords(session, {"--report", report}), said.get());
+    Started vera(WatchWords(session), watched.get());
+    ASSERT_TRUE(FileSays(folder.path() / ("anna" + name), "vera (viewer) joined"))
+        << TextOf(folder.path() / ("anna" + name));
+    vera.SecondsToEnd(SIGKILL);
+    std::this_thread::sleep_for(milliseconds(after_ms));
+    EXPECT_LT(anna.SecondsToEnd(SIGTERM), kMostSeconds) << after_ms;
+    ASSERT_TRUE(WIFEXITED(anna.status())) << after_ms;
+    EXPECT_EQ(WEXITSTATUS(anna.status()), 0) << after_ms;
+    std::ifstream stream(report);
+    EXPECT_TRUE(nlohmann::json::parse(stream, nullptr, false).is_object()) << after_ms;
+  }
+}
+
 /// How often a program is told to end, at a moment drawn at random.
 int Times() {
   const char* times = std::getenv("TANDEM_ENDS");
