@@ -6,17 +6,29 @@
 
 namespace tandem {
 
-/// What the user asks for, other than by moving the device. kStop, kResume: an emergency stop of the
-/// hand, and its end. kScale: of a device that reaches the scene through a Workspace. kWithdraw:
-/// kRelease, and what was asked for is not taken any more though it is granted.
+/// What the user asks for, other than by moving the device. kStop, kResume: an emergency stop of
+/// the hand, and its end. kScale: of a device that reaches the scene through a Workspace.
+/// kWithdraw: kRelease, and what was asked for is not taken any more though it is granted.
 struct Command {
-  enum class Kind : std::uint8_t { kGrab, kRelease, kGive, kHeal, kLayer, kDisplace, kStop, kResume, kScale, kWithdraw };
+  enum class Kind : std::uint8_t {
+    kGrab,
+    kRelease,
+    kGive,
+    kHeal,
+    kLayer,
+    kDisplace,
+    kStop,
+    kResume,
+    kScale,
+    kWithdraw
+  };
 
   Kind kind = Kind::kGrab;
   ObjectId object = kNoObject;
   PeerId to = 0;           // kGive: whom to
   std::int32_t layer = 0;  // kLayer: the force layer of what is in hand
-  // kDisplace: of its points, along their inward normals; kScale: in the scene a metre of the handle
+  // kDisplace: of its points, along their inward normals; kScale: in the scene a metre of the
+  // handle
   double metres = 0;
 };
 

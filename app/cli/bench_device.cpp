@@ -109,11 +109,11 @@ class DeviceFrame {
     inputs_.bodies[0].drive = BodyDrive::kSimulated;
     inputs_.capacity = capacity.tests;
     inputs_.look_price = capacity.look_price;
-    inputs_.hand = {.body = 0,
-                    .X_BD = X_BD,
-                    .goal = {},
-                    .gains = BorneBy(device.capabilities(),
-                                     DefaultHandGains(world.model().bodies[0].inertia))};
+    inputs_.hand = {
+        .body = 0,
+        .X_BD = X_BD,
+        .goal = {},
+        .gains = BorneBy(device.capabilities(), DefaultHandGains(world.model().bodies[0].inertia))};
   }
   /// The step's report; `cpu_ns`, `wall_ns`: what it took without the link to the device.
   const StepReport& operator()(std::int64_t& cpu_ns, std::int64_t& wall_ns) {
@@ -145,33 +145,33 @@ void RunTicks(DeviceFrame& frame, DeviceProcess& process, Device& device, int ti
   EmptyWork noise;
   std::int64_t counted = 0;
   device.Start();
-  PeriodicThread thread(
-      {.period_ns = kTickNs,
-       .origin_ns = process.origin_ns(),
-       .priority = kFramePriority,
-       .core = core},
-      [&](std::int64_t number, std::int64_t) {
-        LoopClock& clock = MachineClock();
-        std::int64_t cpu_ns = 0;
-        std::int64_t wall_ns = 0;
-        const long faults = FaultsOfThread();
-        const StepReport& report = frame(cpu_ns, wall_ns);
-        const long new_faults = FaultsOfThread() - faults;
-        if (number < kWarmUp) return true;
-        figures.page_faults += new_faults;
-        figures.frame_cpu.Add(cpu_ns);
-        figures.frame_wall.Add(wall_ns);
-        figures.in_contact += report.contact_points > 0 ? 1 : 0;
-        // as long as a frame mostly is; the motor has its force meanwhile
-        if (counted % kSizeEveryTicks == 0 && counted > 0) {
-          noise.Size(static_cast<double>(figures.frame_cpu.Quantile(0.5)));
-        }
-        const std::int64_t begun_ns = clock.NowNs();
-        noise();
-        if (counted >= kSizeEveryTicks) figures.noise.Add(clock.NowNs() - begun_ns);
-        ++figures.frames;
-        return ++counted < ticks;
-      });
+  PeriodicThread thread({.period_ns = kTickNs,
+                         .origin_ns = process.origin_ns(),
+                         .priority = kFramePriority,
+                         .core = core},
+                        [&](std::int64_t number, std::int64_t) {
+                          LoopClock& clock = MachineClock();
+                          std::int64_t cpu_ns = 0;
+                          std::int64_t wall_ns = 0;
+                          const long faults = FaultsOfThread();
+                          const StepReport& report = frame(cpu_ns, wall_ns);
+                          const long new_faults = FaultsOfThread() - faults;
+                          if (number < kWarmUp) return true;
+                          figures.page_faults += new_faults;
+                          figures.frame_cpu.Add(cpu_ns);
+                          figures.frame_wall.Add(wall_ns);
+                          figures.in_contact += report.contact_points > 0 ? 1 : 0;
+                          // as long as a frame mostly is; the motor has its force meanwhile
+                          if (counted % kSizeEveryTicks == 0 && counted > 0) {
+                            noise.Size(static_cast<double>(figures.frame_cpu.Quantile(0.5)));
+                          }
+                          const std::int64_t begun_ns = clock.NowNs();
+                          noise();
+                          if (counted >= kSizeEveryTicks)
+                            figures.noise.Add(clock.NowNs() - begun_ns);
+                          ++figures.frames;
+                          return ++counted < ticks;
+                        });
   thread.Join();
   figures.missed += thread.stats().missed();
   figures.scheduler = thread.realtime().scheduler();
@@ -197,9 +197,10 @@ void Add(const DeviceTimes& round, DeviceTimes& all) {
 }
 
 /// A device process and its frames, with an empty loop of half as many ticks before and after.
-std::optional<Error> RunRound(const std::shared_ptr<const WorldModel>& model, const HandScript& script,
-                      const FrameCapacity& capacity, const std::string& driver, int ticks,
-                      const DeviceBenchArguments& arguments, DeviceFigures& figures) {
+std::optional<Error> RunRound(const std::shared_ptr<const WorldModel>& model,
+                              const HandScript& script, const FrameCapacity& capacity,
+                              const std::string& driver, int ticks,
+                              const DeviceBenchArguments& arguments, DeviceFigures& figures) {
   figures.empty_missed += EmptyMissed(ticks / 2, arguments.core);
   Result<std::unique_ptr<DeviceProcess>> process =
       DeviceProcess::Start({.driver = driver,
@@ -275,7 +276,8 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
     return kExitOk;
   }
   std::printf("%ld ticks of a device process in %d rounds, %s, contact in %.0f %% of them\n",
-              static_cast<long>(figures.frames), figures.rounds, figures.scheduler, 100 * contact_share);
+              static_cast<long>(figures.frames), figures.rounds, figures.scheduler,
+              100 * contact_share);
   std::printf("  input to motor  p50 %.1f us, p99 %.1f us, at most %.1f us, of the worst round\n",
               InUs(times.read_to_write_p50_ns), InUs(times.read_to_write_p99_ns),
               InUs(times.read_to_write_max_ns));
@@ -285,9 +287,10 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
     std::printf("  vendor's thread what it takes is %.1f us old in the mean, at most %.1f us\n",
                 InUs(times.asked_mean_ns), InUs(times.asked_max_ns));
   }
-  std::printf("  of that a frame p99 %.1f us (processor %.1f us); empty work of its length %.1f us\n",
-              InUs(figures.frame_wall.Quantile(0.99)), InUs(figures.frame_cpu.Quantile(0.99)),
-              InUs(figures.noise.Quantile(0.99)));
+  std::printf(
+      "  of that a frame p99 %.1f us (processor %.1f us); empty work of its length %.1f us\n",
+      InUs(figures.frame_wall.Quantile(0.99)), InUs(figures.frame_cpu.Quantile(0.99)),
+      InUs(figures.noise.Quantile(0.99)));
   std::printf("  deadlines       %llu missed, an empty loop %llu; the device %llu\n",
               static_cast<unsigned long long>(figures.missed),
               static_cast<unsigned long long>(figures.empty_missed),

@@ -100,7 +100,8 @@ std::string AnswerTo(const Command& order, const WorldModel& model) {
   if (order.kind == Command::Kind::kStop) {
     return "emergency stop: your hand lets go, and a device gives no force; 'resume' ends it";
   }
-  if (order.kind == Command::Kind::kResume) return "you may take bodies again; a device's force comes back slowly";
+  if (order.kind == Command::Kind::kResume)
+    return "you may take bodies again; a device's force comes back slowly";
   if (order.kind == Command::Kind::kDisplace) {
     std::snprintf(text, sizeof text,
                   "points of what your hand holds go %g mm %s, here alone: others have it "

@@ -77,8 +77,8 @@ int RunSimulate(const SimulateArguments& arguments) {
       std::min<std::uint64_t>(count, arguments.threads == 0 ? processors : arguments.threads));
   SeedLog log;
   if (one && !arguments.json) {
-    for (const std::string& line : arguments.hands ? std::vector<std::string>{}
-                                                   : Describe(DrawSchedule(first))) {
+    for (const std::string& line :
+         arguments.hands ? std::vector<std::string>{} : Describe(DrawSchedule(first))) {
       std::printf("%s\n", line.c_str());
     }
     if (arguments.verbose) {
@@ -112,11 +112,15 @@ int RunSimulate(const SimulateArguments& arguments) {
                      {"repeat", HowToRepeat(arguments, result.seed)}});
   }
   if (arguments.json) {
-    const nlohmann::ordered_json out{{"seeds", count},         {"broken", broken},
-                                     {"wall_s", wall.count()}, {"simulated_s", session_seconds},
+    const nlohmann::ordered_json out{{"seeds", count},
+                                     {"broken", broken},
+                                     {"wall_s", wall.count()},
+                                     {"simulated_s", session_seconds},
                                      {"simulated_peer_s", peer_seconds},
-                                     {"threads", threads},     {"digest", Hex(digest)},
-                                     {"happened", tally},      {"found", found}};
+                                     {"threads", threads},
+                                     {"digest", Hex(digest)},
+                                     {"happened", tally},
+                                     {"found", found}};
     std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
     for (const auto& [what, times] : tally) {
@@ -132,10 +136,11 @@ int RunSimulate(const SimulateArguments& arguments) {
                     HowToRepeat(arguments, result.seed).c_str());
       }
     }
-    std::printf("%s, %llu broken, %.1f s, %.0f s of sessions, %.0f peer-seconds simulated, "
-                "digest %s\n",
-                Counted(count, "seed").c_str(), static_cast<unsigned long long>(broken),
-                wall.count(), session_seconds, peer_seconds, Hex(digest).c_str());
+    std::printf(
+        "%s, %llu broken, %.1f s, %.0f s of sessions, %.0f peer-seconds simulated, "
+        "digest %s\n",
+        Counted(count, "seed").c_str(), static_cast<unsigned long long>(broken), wall.count(),
+        session_seconds, peer_seconds, Hex(digest).c_str());
   }
   return broken == 0 ? kExitOk : kExitFailed;
 }

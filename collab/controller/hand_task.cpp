@@ -210,10 +210,11 @@ void HandTask::OnBack(const SimulationFacts& facts, const ControlScene& scene,
   arrived_ = facts.way == WayBack::State::kArrived;
   keep_way_ = facts.way == WayBack::State::kStuck;
   const bool cut = facts.way == WayBack::State::kCut;
-  stopped_by_ = NameOf(scene) +
-                (keep_way_ ? " stopped on its way back: something holds it up"
-                 : cut     ? " came back as far as its way is known, which was too long to be kept whole"
-                           : " is not where its way ends: it has been moved since");
+  stopped_by_ =
+      NameOf(scene) +
+      (keep_way_ ? " stopped on its way back: something holds it up"
+       : cut     ? " came back as far as its way is known, which was too long to be kept whole"
+                 : " is not where its way ends: it has been moved since");
   if (to_ == RetraceRequest::To::kGrasp) {
     return End(arrived_ ? Answer{true, ""} : Answer{false, stopped_by_});
   }

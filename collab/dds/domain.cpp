@@ -217,8 +217,9 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   // Loopback is never cut, and would have each sent to every port.
   if (!loopback) xml += "<SPDPInterval>650 ms</SPDPInterval>";
   if (!multicast) xml += PeersXml(options, loopback);
-  // so long a writer that ends waits for readers that have not acknowledged all. One that was killed
-  // never does, and after a second, which is Cyclone's own, the program has been ended by force
+  // so long a writer that ends waits for readers that have not acknowledged all. One that was
+  // killed never does, and after a second, which is Cyclone's own, the program has been ended by
+  // force
   xml += "</Discovery><Internal><WriterLingerDuration>300 ms</WriterLingerDuration>";
   // a socket keeps what comes while the receive thread does not get to run: of seven peers at 1 kHz
   // some 0.2 s; where the kernel allows less, it is less

@@ -67,8 +67,7 @@ void MotionChecker::LookAtHeld(SimulatedSession& session, std::size_t member, st
   const SolidBox in_hand = BoxOf(world.state(held).X_WB);
   const double deepest = kMostOverlap;
   const double above = BoxGap(in_hand, LightScenePlate());
-  in_plate_[member] =
-      above < 0 && (in_plate_[member] || held_[member] != static_cast<int>(held));
+  in_plate_[member] = above < 0 && (in_plate_[member] || held_[member] != static_cast<int>(held));
   if (above < -deepest && !in_plate_[member]) {
     breakages_->Add("what the hand holds is in the plate", id);
   }

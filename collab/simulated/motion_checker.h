@@ -42,7 +42,7 @@ class MotionChecker {
   bool fast_;
   std::vector<std::vector<Seen>> seen_;  // [member][body], a frame ago
   std::vector<int> held_;                // of each member: simulated in its hand a frame ago
-  std::vector<bool> in_plate_;           // of each member: what it took was in the plate, and is yet
+  std::vector<bool> in_plate_;  // of each member: what it took was in the plate, and is yet
 };
 
 }  // namespace tandem

@@ -19,7 +19,8 @@ class PullChecker {
   // J s, for a judgement; of 2,271 links in 1,000 seeds one, of 0.0009 J s, pulls apart
   static constexpr double kEnough = 2e-3;
   static constexpr double kEnoughTurned = 0.2e-3;
-  static constexpr double kMostTurn = 2.5;  // rad between instances: near half a turn it has no side
+  static constexpr double kMostTurn =
+      2.5;  // rad between instances: near half a turn it has no side
   // of all; in those seeds the least of the links that are judged has 0.74, of moments 0.83
   static constexpr double kLeastTogether = 0.5;
 

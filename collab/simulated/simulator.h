@@ -29,8 +29,8 @@ using SeedLog = std::function<void(const std::string&)>;
 SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model,
                         const SeedLog& log = {});
 
-/// What `simulate` makes of the seeds first, first + 1, … in that order, `threads` at a time, each on
-/// one. However many: the same results.
+/// What `simulate` makes of the seeds first, first + 1, … in that order, `threads` at a time, each
+/// on one. However many: the same results.
 std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
                                  const std::function<SeedResult(std::uint64_t)>& simulate);
 

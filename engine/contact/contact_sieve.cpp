@@ -282,10 +282,9 @@ bool LeansOn(const Block& block, std::size_t lane, const V3& voxel, const V3& p,
               hn::Le(hn::Abs(v), hn::Mul(hn::Add(other_half, margin), pairs.square_sine)));
   const M crossing =
       hn::And(hn::And(near, meet), hn::Gt(pairs.square_sine, hn::Set(d, kLeastSine * kLeastSine)));
-  const M beside =
-      hn::And(hn::And(hn::And(near, hn::Gt(facing, hn::Set(d, kLeastFacing))),
-                      hn::Le(hn::Abs(pairs.other_along), hn::Add(other_half, margin))),
-              hn::Lt(pairs.square_sine, hn::Set(d, kMostSine * kMostSine)));
+  const M beside = hn::And(hn::And(hn::And(near, hn::Gt(facing, hn::Set(d, kLeastFacing))),
+                                   hn::Le(hn::Abs(pairs.other_along), hn::Add(other_half, margin))),
+                           hn::Lt(pairs.square_sine, hn::Set(d, kMostSine * kMostSine)));
   if (hn::AllFalse(d, hn::Or(crossing, beside))) return false;
   const Arc other_arc{hn::Load(d, &block.arc_tangent[lane]), hn::Load(d, &block.arc_cosine[lane]),
                       hn::Load(d, &block.arc_last[lane])};

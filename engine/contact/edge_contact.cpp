@@ -123,9 +123,9 @@ struct Pieces {
   double other_half;  // as well
   double cosine;      // between t and t'
   double sine;
-  double along;        // away, along t
-  double other_along;  // along t'
-  double facing;       // cosine between the ways in which they push
+  double along;         // away, along t
+  double other_along;   // along t'
+  double facing;        // cosine between the ways in which they push
   double least_across;  // facing of edges that cross and push one another, at least
 };
 

@@ -37,7 +37,8 @@ struct GoalOrder {
   bool at_centre = true;     // grasped at its centre of mass
   Vec3 p_WG = Vec3::Zero();  // else there
   bool keeps_way = false;    // no new stretch of way begins: it is taken to go back
-  std::uint32_t void_seq = 0;  // the newest input when it was asked for: not gone to, nor those before
+  std::uint32_t void_seq =
+      0;  // the newest input when it was asked for: not gone to, nor those before
 
   std::uint32_t way_seq = 0;
   Way way = Way::kNone;
@@ -114,7 +115,7 @@ class GoalDevice : public Device {
   bool limited_ = false;
   int attached_ = -1;               // grasped in the last frame
   std::uint32_t attached_seq_ = 0;  // the order that was the newest when it was
-  bool placed_ = false;  // the grasped point is known
+  bool placed_ = false;             // the grasped point is known
   Vec3 p_BG_ = Vec3::Zero();
   std::uint32_t input_seq_ = 0;
   std::uint32_t grasp_seq_ = 0;

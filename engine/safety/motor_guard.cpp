@@ -107,8 +107,8 @@ void MotorGuard::Judge(const MotorInput& input, const MotorOrder& order) noexcep
   resumes_ = order.resumes;
   if (pressed) {
     Latch(SafetyState::kStopped);
-  } else if (resumed && (state_ == SafetyState::kStopped ||
-                         (state_ == SafetyState::kFault && sound))) {
+  } else if (resumed &&
+             (state_ == SafetyState::kStopped || (state_ == SafetyState::kFault && sound))) {
     state_ = SafetyState::kOff;
   }
   // the motor has kept its force for too long to be let down gently
@@ -165,8 +165,8 @@ Wrench MotorGuard::Wanted(const MotorInput& input, const MotorOrder& order) cons
     if (input.now_ns - order.input_ns >= kFadeNs) return wanted;
     bool cut = false;
     const double ramped = std::min(1.0, static_cast<double>(ramped_ns_) / kRampNs);
-    wanted.f = ramped * HeldWithin(-options_.damping * input.V_WD.v,
-                                   kMostDampingShare * limits_.force, cut);
+    wanted.f = ramped *
+               HeldWithin(-options_.damping * input.V_WD.v, kMostDampingShare * limits_.force, cut);
     return wanted;
   }
   if (!GivesForce(state_)) return wanted;

@@ -41,26 +41,26 @@ struct MotorInput {
 /// nothing. Used by the thread that writes to the motor.
 class MotorGuard {
  public:
-  static constexpr std::int64_t kDampingNs = 5'000'000;    // old: damping only from here on
-  static constexpr std::int64_t kFadeNs = 12'000'000;      // older: not even that is asked for
-  static constexpr std::int64_t kZeroNs = 20'000'000;      // older: nothing, until a ramp-in
-  static constexpr std::int64_t kMostGapNs = 20'000'000;   // between two ticks of a loop that runs
-  static constexpr std::int64_t kShortRampNs = 100'000'000;   // after a few late orders
-  static constexpr std::int64_t kRampNs = 1'000'000'000;      // at the start, after all else
-  static constexpr double kMostSpeed = 1.0;                // m/s
-  static constexpr double kMostTurn = 20.0;                // rad/s
-  static constexpr double kSlowAgain = 0.5;                // share of either, below which it ends
+  static constexpr std::int64_t kDampingNs = 5'000'000;   // old: damping only from here on
+  static constexpr std::int64_t kFadeNs = 12'000'000;     // older: not even that is asked for
+  static constexpr std::int64_t kZeroNs = 20'000'000;     // older: nothing, until a ramp-in
+  static constexpr std::int64_t kMostGapNs = 20'000'000;  // between two ticks of a loop that runs
+  static constexpr std::int64_t kShortRampNs = 100'000'000;  // after a few late orders
+  static constexpr std::int64_t kRampNs = 1'000'000'000;     // at the start, after all else
+  static constexpr double kMostSpeed = 1.0;                  // m/s
+  static constexpr double kMostTurn = 20.0;                  // rad/s
+  static constexpr double kSlowAgain = 0.5;                  // share of either, below which it ends
   static constexpr double kSlewTicks = 6.0;  // of a millisecond, from nothing to the limit
   static constexpr std::int64_t kLeastPeriodNs = 1'000'000;
   static constexpr std::int64_t kMostPeriodNs = 4'000'000;
-  static constexpr double kDamping = 2.0;                  // N s/m, while nothing fresh comes
-  static constexpr double kMostDampingShare = 0.2;         // of the limit
+  static constexpr double kDamping = 2.0;           // N s/m, while nothing fresh comes
+  static constexpr double kMostDampingShare = 0.2;  // of the limit
 
   struct Options {
-    DeviceLimits limits;             // peak, as claimed; held to what a hand may get
-    DeviceLimits continuous;         // for ever, as claimed
-    double damping = kDamping;       // N s/m that the device bears
-    bool passivity_control = false;  // pays an active port's debt back by damping
+    DeviceLimits limits;                      // peak, as claimed; held to what a hand may get
+    DeviceLimits continuous;                  // for ever, as claimed
+    double damping = kDamping;                // N s/m that the device bears
+    bool passivity_control = false;           // pays an active port's debt back by damping
     std::int64_t period_ns = kLeastPeriodNs;  // of the ticks
   };
 
@@ -115,7 +115,7 @@ class MotorGuard {
   // of the ramp of a second, without what orders were late meanwhile; of the short one after that
   std::int64_t ramp_begin_ns_ = 0;
   std::int64_t short_begin_ns_ = 0;
-  std::int64_t ramped_ns_ = 0;   // how far the former had come when orders were late
+  std::int64_t ramped_ns_ = 0;  // how far the former had come when orders were late
   std::uint64_t damped_ = 0;
   std::uint32_t ramps_ = 0;  // as last seen
   std::uint32_t stops_ = 0;

@@ -45,8 +45,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/reach", {"app", "collab/dds"});
     may_see("app/picture", {"engine/base"});
     may_see("app/stability", {"app", "app/picture", "collab/lab"});
-    may_see("app/cli", {"app", "app/reach", "app/stability", "collab/simulated/hands", "collab/recording",
-                        "collab/lab", "scenes"});
+    may_see("app/cli", {"app", "app/reach", "app/stability", "collab/simulated/hands",
+                        "collab/recording", "collab/lab", "scenes"});
     may_see("app/view", {"app", "app/reach", "app/picture"});
     return map;
   }();
@@ -74,7 +74,9 @@ struct Reserved {
 
 const std::vector<Reserved>& ReservedWords() {
   static const auto* reserved = new std::vector<Reserved>{
-      {std::regex(R"(#\s*include\s*[<"](dds/|ddsc/|tandem(_control)?\.h))"), "includes DDS", {"collab/dds"}},
+      {std::regex(R"(#\s*include\s*[<"](dds/|ddsc/|tandem(_control)?\.h))"),
+       "includes DDS",
+       {"collab/dds"}},
       {std::regex(R"(#\s*include\s*<assimp/)"), "includes assimp", {"engine/geometry"}},
       {std::regex(R"(#\s*include\s*<Q(t|[A-Z]))"), "includes Qt", {"app/view"}},
       {std::regex(R"(#\s*include\s*<CLI/)"), "includes the command line's library", {"app"}},

@@ -71,7 +71,9 @@ TEST_F(ControlTest, AHostTakesAPartMovesItSavesTheSceneAndEndsTheController) {
   };
   // there and at rest: what is saved and what is seen afterwards are the same
   double before_mm = 0;
-  for (int i = 0; i < 100 && (std::abs(risen_mm() - 5.0) > 0.3 || std::abs(risen_mm() - before_mm) > 0.02); ++i) {
+  for (int i = 0;
+       i < 100 && (std::abs(risen_mm() - 5.0) > 0.3 || std::abs(risen_mm() - before_mm) > 0.02);
+       ++i) {
     before_mm = risen_mm();
     std::this_thread::sleep_for(milliseconds(100));
     host.Wait(milliseconds(20));

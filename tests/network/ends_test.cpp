@@ -24,8 +24,8 @@
 namespace tandem {
 namespace {
 
-using ::testing::HasSubstr;
 using std::chrono::milliseconds;
+using ::testing::HasSubstr;
 
 // a second, and what a machine that does other things takes to schedule it
 constexpr double kMostSeconds = 1.0;
@@ -143,21 +143,11 @@ class FullPipe {
 std::vector<std::string> PeerWords(const std::string& session,
                                    const std::vector<std::string>& more = {}) {
   const std::filesystem::path scenes = TANDEM_SCENES;
-  std::vector<std::string> words{TANDEM_PROGRAM,
-                                 "peer",
-                                 "--session",
-                                 session,
-                                 "--interface",
-                                 "lo",
-                                 "--scene",
-                                 (scenes / "peg_in_slot.json").string(),
-                                 "--hold",
-                                 "peg",
-                                 "--name",
-                                 "anna",
-                                 "--capacity",
-                                 "20000",
-                                 "--brief"};
+  std::vector<std::string> words{
+      TANDEM_PROGRAM, "peer",  "--session", session,
+      "--interface",  "lo",    "--scene",   (scenes / "peg_in_slot.json").string(),
+      "--hold",       "peg",   "--name",    "anna",
+      "--capacity",   "20000", "--brief"};
   words.insert(words.end(), more.begin(), more.end());
   return words;
 }
@@ -196,7 +186,8 @@ TEST(Ends, APeerWhoseReaderGoesAwayGoesOnAndLeavesItsReport) {
   EXPECT_TRUE(nlohmann::json::parse(stream, nullptr, false).is_object());
 }
 
-// DDS waits a second by itself for readers that have not acknowledged all; one that was killed never does.
+// DDS waits a second by itself for readers that have not acknowledged all; one that was killed
+// never does.
 TEST(Ends, APeerWhoseViewerWasJustKilledEndsWithItsReport) {
   const TemporaryFolder folder;
   for (const int after_ms : {0, 100, 400}) {
@@ -256,7 +247,8 @@ TEST(Ends, ViewersAndRelaysEndToo) {
 std::size_t FilesIn(const std::filesystem::path& folder) {
   std::error_code gone;
   std::size_t count = 0;
-  for ([[maybe_unused]] const auto& one : std::filesystem::directory_iterator(folder, gone)) ++count;
+  for ([[maybe_unused]] const auto& one : std::filesystem::directory_iterator(folder, gone))
+    ++count;
   return count;
 }
 

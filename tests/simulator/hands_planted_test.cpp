@@ -19,7 +19,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kSession = 20;          // s
+constexpr double kSession = 20;           // s
 constexpr std::uint64_t kMostSeeds = 40;  // that are looked at for a fault
 
 /// A fault and a sort of breakage that sessions with it are to show.
@@ -110,8 +110,8 @@ TEST_P(PlantedInHands, BreaksWhatItIsAbout) {
 }
 
 std::string NameOf(const ::testing::TestParamInfo<Expected>& tested) {
-  std::string name = "fault_" + std::to_string(static_cast<int>(tested.param.fault)) + "_" +
-                     tested.param.sort;
+  std::string name =
+      "fault_" + std::to_string(static_cast<int>(tested.param.fault)) + "_" + tested.param.sort;
   std::ranges::replace_if(
       name,
       [](char c) {

@@ -306,7 +306,8 @@ HandSight ControllerSite::See() const {
     sight.asked = device_->asked();
     sight.handle = device_->handle().X_WA;
   }
-  if (PlantedInHand(HandFault::kGoalWanders)) sight.asked.p.x() += 1e-6 * static_cast<double>(frame_);
+  if (PlantedInHand(HandFault::kGoalWanders))
+    sight.asked.p.x() += 1e-6 * static_cast<double>(frame_);
   if (PlantedInHand(HandFault::kHugeGoal) && frame_ > 3000) sight.asked.p.x() = 1e300;
   if (sight.held < 0) return sight;
   const auto held = static_cast<std::size_t>(sight.held);
@@ -318,7 +319,8 @@ HandSight ControllerSite::See() const {
   if (PlantedInHand(HandFault::kNoSpeed)) sight.body.V_WB.v *= 5;
   sight.X_WG = sight.body.X_WB * peer.grasp();
   sight.pull_B_W = peer.report().hand_B_W;
-  if (PlantedInHand(HandFault::kTurnsAhead)) sight.handle.q = Quat(0.5, 0, 0, 0.866) * sight.handle.q;
+  if (PlantedInHand(HandFault::kTurnsAhead))
+    sight.handle.q = Quat(0.5, 0, 0, 0.866) * sight.handle.q;
   if (PlantedInHand(HandFault::kHandPushes)) sight.pull_B_W.f.x() += 60;
   return sight;
 }

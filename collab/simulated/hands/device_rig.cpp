@@ -69,7 +69,8 @@ Wrench DeviceRig::Spoilt(const Wrench& F_D_W, const MotorTick& tick) {
   if (fresh) kept_ = {F_D_W.tau, F_D_W.f + Vec3(0, 0, 0.3)};
   const bool too_fast = tick.V_WD.v.norm() > MotorGuard::kMostSpeed;
   if (PlantedInHand(HandFault::kMotorTenfold)) return {10 * F_D_W.tau, 10 * F_D_W.f};
-  if (PlantedInHand(HandFault::kMotorJumps)) return ticks_ % 2 == 0 ? F_D_W : Wrench{-F_D_W.tau, -F_D_W.f};
+  if (PlantedInHand(HandFault::kMotorJumps))
+    return ticks_ % 2 == 0 ? F_D_W : Wrench{-F_D_W.tau, -F_D_W.f};
   if (PlantedInHand(HandFault::kMotorNoNumber) && ticks_ > 500) {
     return {F_D_W.tau, Vec3::Constant(std::numeric_limits<double>::quiet_NaN())};
   }
@@ -79,7 +80,8 @@ Wrench DeviceRig::Spoilt(const Wrench& F_D_W, const MotorTick& tick) {
   }
   if (PlantedInHand(HandFault::kMotorAfterStop) && state() == SafetyState::kStopped) return kept_;
   if (PlantedInHand(HandFault::kMotorAfterFault) && state() == SafetyState::kFault) return kept_;
-  if (PlantedInHand(HandFault::kMotorAtOnce) && tick.ramps == 0) return {Vec3(0, 0, 0), Vec3(0, 0, 0.3)};
+  if (PlantedInHand(HandFault::kMotorAtOnce) && tick.ramps == 0)
+    return {Vec3(0, 0, 0), Vec3(0, 0, 0.3)};
   if (PlantedInHand(HandFault::kMotorAtOnce) && !fresh) kept_ = {};
   if (PlantedInHand(HandFault::kMotorAtOnce) && fresh && state() != SafetyState::kOn) return kept_;
   if (PlantedInHand(HandFault::kMotorTooFast) && too_fast) return kept_;

@@ -10,8 +10,8 @@ namespace {
 constexpr std::int64_t kChangeNs = 100'000'000;
 constexpr double kCouplingStiffness = 800;  // N/m, of every hand's coupling
 constexpr double kCouplingDamping = 8;      // N s/m
-constexpr double kMostLead = 0.5;   // rad
-constexpr double kPushed = 0.5;     // m/s, by others' bodies: half a voxel a frame
+constexpr double kMostLead = 0.5;           // rad
+constexpr double kPushed = 0.5;             // m/s, by others' bodies: half a voxel a frame
 constexpr double kFrameS = 1e-3;
 
 }  // namespace
@@ -46,7 +46,8 @@ void GoalHandChecker::Look(const HandSight& sight) {
     breakages_->Add("a goal is turned too far ahead of its part", id_, Text("%.3f rad", turn));
   }
   const double pull = sight.pull_B_W.f.norm();
-  const double most = 2 * force + kCouplingDamping * (speed + at_grasp) + kCouplingStiffness * kFrameS * at_grasp;
+  const double most =
+      2 * force + kCouplingDamping * (speed + at_grasp) + kCouplingStiffness * kFrameS * at_grasp;
   if (pull > 1.02 * most + 0.1) {
     breakages_->Add("a hand pulls with more than its limit", id_,
                     Text("%.2f N in place of %.2f", pull, most));

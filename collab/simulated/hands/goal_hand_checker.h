@@ -25,8 +25,8 @@ struct HandSight {
 };
 
 /// How a hand may pull that hosts move (docs/decisions/0034-controller.md): its goal leads the part
-/// by no more than the spring may pull, the whole pull is bounded, and so is the speed that the part
-/// gets from it.
+/// by no more than the spring may pull, the whole pull is bounded, and so is the speed that the
+/// part gets from it.
 ///
 ///   |handle - G| <= F / 800 N/m,  0.5 rad      |pull| <= 2 F + 8 N s/m (goal's speed + that of G)
 ///   |v| <= goal's speed + F / sqrt(800 N/m m) + what others push, of a part in no other hand

@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::size_t kMostPeers = 24;  // that ever come
 constexpr std::size_t kMostHosts = 3;   // of a controller
-constexpr std::size_t kWaiting = 4000;  // samples under way: four peers, a quarter of a second, some twice
+constexpr std::size_t kWaiting =
+    4000;  // samples under way: four peers, a quarter of a second, some twice
 
 }  // namespace
 
@@ -148,7 +149,9 @@ void HandsRun::SwitchLink(std::size_t from, std::size_t to, const LinkConditions
 void HandsRun::Vanish(std::size_t s, bool kill) {
   ControllerSite& site = *sites_[s];
   site.Halt(false);
-  std::erase_if(pauses_, [s](const Pause& pause) { return pause.site == s; });
+  std::erase_if(pauses_, [s](const Pause& pause) {
+    return pause.site == s;
+  });
   if (kill) {
     session_.Kill(site.member());
   } else {
@@ -200,8 +203,10 @@ void HandsRun::EndTroubles() {
 void HandsRun::MoreHosts() {
   for (const auto& site : sites_) {
     if (!site->present()) continue;
-    const auto count = static_cast<std::size_t>(std::ranges::count_if(
-        hosts_, [&](const auto& host) { return &host->site() == site.get(); }));
+    const auto count =
+        static_cast<std::size_t>(std::ranges::count_if(hosts_, [&](const auto& host) {
+          return &host->site() == site.get();
+        }));
     if (count >= kMostHosts || !dice_.Chance(count == 0 ? 0.3 : 0.02)) continue;
     const HostId id = next_host_++;
     hosts_.push_back(std::make_unique<SimulatedHost>(id, "host-" + std::to_string(id), *site,

@@ -96,7 +96,9 @@ void HandsRun::Frame() {
     if (site->present()) names.push_back(site->name());
   }
   for (const auto& host : hosts_) host->Frame(now_ns(), names);
-  std::erase_if(hosts_, [](const auto& host) { return host->gone() || !host->site().present(); });
+  std::erase_if(hosts_, [](const auto& host) {
+    return host->gone() || !host->site().present();
+  });
   for (const auto& site : sites_) site->BeforeFrame();
   Step();
   SeeHolders();
@@ -166,8 +168,8 @@ bool HandsRun::AllAtRest() {
   }
   last_poses_ = std::move(poses);
   return still && std::ranges::all_of(sites_, [](const auto& site) {
-    return !site->present() || (site->at_rest() && !site->stopped());
-  });
+           return !site->present() || (site->at_rest() && !site->stopped());
+         });
 }
 
 void HandsRun::LookAtEnd() {

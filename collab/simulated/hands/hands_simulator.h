@@ -9,8 +9,8 @@
 namespace tandem {
 
 /// Runs the session of hands that a seed stands for, in virtual time: two or three controllers on a
-/// simulated network, each with hosts that drag, grab, go back, stop, crash and compete, one of them
-/// perhaps with a device's process and a person's hand; controllers are killed, stopped and
+/// simulated network, each with hosts that drag, grab, go back, stop, crash and compete, one of
+/// them perhaps with a device's process and a person's hand; controllers are killed, stopped and
 /// replaced. The same seed and length give the same bits. `seconds`: of the session, at least 10;
 /// the last eight are for coming to rest.
 SeedResult SimulateHands(std::uint64_t seed, double seconds,

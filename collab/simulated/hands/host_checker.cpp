@@ -55,7 +55,8 @@ void HostChecker::OnGoal(HostId host, const HostGoal& goal, std::int64_t now_ns)
   if (goal.kind == HostGoal::Kind::kGoodbye) return Lose(host, now_ns);
   Host& known = hosts_[host];
   // one that comes back after a silence may have its goal gone to again
-  if (now_ns - known.heard_ns > kQuietNs - kLooksNs && known.said) known.moved_ns = now_ns + kLooksNs;
+  if (now_ns - known.heard_ns > kQuietNs - kLooksNs && known.said)
+    known.moved_ns = now_ns + kLooksNs;
   known.heard_ns = now_ns;
   const bool newer = goal.seq > std::exchange(known.seq, std::max(known.seq, goal.seq));
   if (goal.kind == HostGoal::Kind::kBeat || !newer) return;
@@ -151,9 +152,9 @@ void HostChecker::LookAtAnswers(const HandSight& sight, double way_m) {
     const double most_s = waiting.most_s + (waiting.back ? way_m / kWayBackSpeed + 10 : 0);
     const double waits_s = 1e-9 * static_cast<double>(sight.now_ns - waiting.since_ns);
     if (waits_s <= most_s) continue;
-    breakages_->Add("a request has no answer", id_,
-                    Text("number %llu for %.2f s", static_cast<unsigned long long>(asked.second),
-                         waits_s));
+    breakages_->Add(
+        "a request has no answer", id_,
+        Text("number %llu for %.2f s", static_cast<unsigned long long>(asked.second), waits_s));
   }
 }
 

@@ -18,7 +18,8 @@ namespace tandem {
 /// - Each request has one answer, within a bounded time.
 /// - The hand is that of the host that was last allowed to take something: while it lives and holds
 ///   something, the others' grabs are refused, and the goal moves by its word alone.
-/// - A host that is silent for 0.15 s has its goal held where the hand is; 0.5 s after its last word
+/// - A host that is silent for 0.15 s has its goal held where the hand is; 0.5 s after its last
+/// word
 ///   the hand lets go.
 /// - During an emergency stop nothing is in hand and nothing is asked for.
 /// - A goal that is no place is not gone to; the newest one said since the part was asked for is.
@@ -56,7 +57,7 @@ class HostChecker {
     std::int64_t heard_ns = 0;
     std::uint32_t seq = 0;      // of its newest goal
     std::int64_t said_ns = 0;   // when
-    std::optional<Pose> said;    // its newest goal
+    std::optional<Pose> said;   // its newest goal
     std::int64_t moved_ns = 0;  // until when that may move the hand's goal; 0: it has said none
   };
 

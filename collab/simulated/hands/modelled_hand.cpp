@@ -8,11 +8,11 @@ namespace tandem {
 
 namespace {
 
-constexpr double kTick = 1e-3;          // s
-constexpr double kMass = 0.4;           // kg, of hand and handle
-constexpr double kArmStiffness = 400.0;    // N/m
-constexpr double kArmDamping = 18.0;       // N s/m, of the motion beside the intended one
-constexpr double kInertia = 1e-3;       // kg m^2
+constexpr double kTick = 1e-3;           // s
+constexpr double kMass = 0.4;            // kg, of hand and handle
+constexpr double kArmStiffness = 400.0;  // N/m
+constexpr double kArmDamping = 18.0;     // N s/m, of the motion beside the intended one
+constexpr double kInertia = 1e-3;        // kg m^2
 constexpr double kFarthest = 0.35;       // m, of a move
 constexpr double kWristStiffness = 4.0;  // N m/rad
 constexpr double kWristDamping = 0.1;    // N m s/rad
@@ -44,8 +44,8 @@ Anchor ModelledHand::Read() noexcept {
   Twist& V = handle_.V_WA;
   Pose& X = handle_.X_WA;
   const Vec3 f = kArmStiffness * (goal.p - X.p) + kArmDamping * (goal_v - V.v) + given_.f;
-  const Vec3 tau = kWristStiffness * RotationVector(goal.q * X.q.conjugate()) -
-                   kWristDamping * V.w + given_.tau;
+  const Vec3 tau =
+      kWristStiffness * RotationVector(goal.q * X.q.conjugate()) - kWristDamping * V.w + given_.tau;
   V.v += kTick / kMass * f;
   V.w += kTick / kInertia * tau;
   X.p += kTick * V.v;

@@ -31,9 +31,9 @@ class ModelledHand : public Device {
   /// The hand stays where it is from now on.
   void Rest() noexcept { rests_ = true; }
 
-  bool fails = false;      // the driver is in trouble
-  bool nonsense = false;   // and says that it is nowhere
-  bool pressed = false;    // the button for an emergency stop
+  bool fails = false;     // the driver is in trouble
+  bool nonsense = false;  // and says that it is nowhere
+  bool pressed = false;   // the button for an emergency stop
   const Wrench& given() const noexcept { return given_; }
   const Anchor& handle() const noexcept { return handle_; }
 

@@ -11,7 +11,7 @@ constexpr double kRounding = 1e-9;
 constexpr double kSlewTicks = 6;           // from the limit to nothing
 constexpr std::int64_t kLate = 5'000'000;  // ns
 constexpr std::int64_t kSilent = 20'000'000;
-constexpr double kLateDamping = 2;         // N s/m
+constexpr double kLateDamping = 2;     // N s/m
 constexpr double kDampingShare = 0.2;  // of the limit
 constexpr double kRamp = 1;            // s
 constexpr double kShortRamp = 0.1;     // s
@@ -64,7 +64,8 @@ void MotorChecker::Look(const MotorTick& tick) {
 
   LookAtSize(tick, silent);
   if (!begun_ && Beyond(tick.given, 0)) Break("a motor has force before anybody began", tick.given);
-  if (silent && Beyond(tick.given, 0)) Break("a motor has force that nobody stands for", tick.given);
+  if (silent && Beyond(tick.given, 0))
+    Break("a motor has force that nobody stands for", tick.given);
   if (late_.now) LookAtDamping(tick, age_ns);
   LookAtEnded(tick, stopped_, true, "a motor has force during a stop");
   LookAtEnded(tick, faulty_, true, "a motor has force in spite of a fault");
@@ -128,9 +129,9 @@ void MotorChecker::LookAtRamp(const MotorTick& tick, const Ended& ended, double 
   const double falling = std::max(0.0, 1 - ended.ticks / kSlewTicks);
   const double share = falling + floor + since_s / ramp_s;
   if (share < 1 && Beyond(tick.given, share)) {
-    breakages_->Add("a motor's force comes back faster than its ramp", id_,
-                    Text("%.3f N, %d ticks after ", tick.given.f.norm(), ended.ticks) +
-                        CauseOf(ended));
+    breakages_->Add(
+        "a motor's force comes back faster than its ramp", id_,
+        Text("%.3f N, %d ticks after ", tick.given.f.norm(), ended.ticks) + CauseOf(ended));
   }
 }
 

@@ -137,7 +137,9 @@ std::string SimulatedHost::SomeBody() {
 void SimulatedHost::GrabSomething() {
   GrabRequest grab{.body = SomeBody()};
   std::size_t body = 1;
-  while (body < seen_.bodies.size() && grab.body != (body == 1 ? "shared" : body == 2 ? "left" : "right")) {
+  while (body < seen_.bodies.size() && grab.body != (body == 1   ? "shared"
+                                                     : body == 2 ? "left"
+                                                                 : "right")) {
     ++body;
   }
   if (body < seen_.bodies.size() && dice_.Chance(0.7)) {

@@ -8,7 +8,9 @@ namespace tandem {
 namespace {
 
 bool IsFinite(const PlainPose& X) {
-  const auto finite = [](double x) { return std::isfinite(x); };
+  const auto finite = [](double x) {
+    return std::isfinite(x);
+  };
   return std::ranges::all_of(X.p_W, finite) && std::ranges::all_of(X.q_W, finite);
 }
 
@@ -82,7 +84,8 @@ void ViewChecker::Look(std::uint64_t frame, const World& world, int held,
     kept.poses.push_back(X_WB);
     Left& left = left_[b];
     const bool let_go = held_ == static_cast<int>(b) && held != held_;
-    if (let_go) left = {true, X_WB, now_ns + (model_->scene.bodies[model_->object[b]].shared ? kNewsNs : 0)};
+    if (let_go)
+      left = {true, X_WB, now_ns + (model_->scene.bodies[model_->object[b]].shared ? kNewsNs : 0)};
     left.watched = left.watched && parked[b];
     if (now_ns < left.from_ns) left.X_WB = X_WB;
     const double moved = (X_WB.p - left.X_WB.p).norm();

@@ -31,7 +31,9 @@ void WayChecker::OnAnswer(HostId host, std::uint64_t number, const Answer& answe
     taken_.pop_back();
   } else {
     for (std::size_t i = 0; i < taken_.size() && all_known_; ++i) {
-      const auto same = [&](const Taken& other) { return other.body == taken_[i].body; };
+      const auto same = [&](const Taken& other) {
+        return other.body == taken_[i].body;
+      };
       const auto first = std::find_if(taken_.begin(), taken_.end(), same);
       if (first - taken_.begin() == static_cast<std::ptrdiff_t>(i)) LookAtPlace(taken_[i]);
     }
@@ -45,8 +47,7 @@ void WayChecker::Look(const HandSight& sight, const GoalOrder& told) {
   if (held >= 0 && held == held_) {
     way_m_ += (sight.body.X_WB.p - held_at_[held].p).norm();
   } else if (held >= 0) {
-    const bool to_go_back =
-        told.keeps_way && told.body == held && told.grasp_seq != taken_seq_;
+    const bool to_go_back = told.keeps_way && told.body == held && told.grasp_seq != taken_seq_;
     if (!to_go_back) taken_.push_back({held, sight.body.X_WB, way_m_});
     taken_seq_ = told.grasp_seq;
   }

@@ -12,8 +12,9 @@ namespace tandem {
 
 /// Where parts are when a way back is over. A request to go back that is answered by ok has brought
 /// its part to within 10 mm of where the hand took it: the part in hand, the last one, or each that
-/// this hand has moved; as the hand had it last, for others may hold it too. From what was seen when parts were taken; ways of more than 12 m, which a
-/// controller need not remember, are not judged.
+/// this hand has moved; as the hand had it last, for others may hold it too. From what was seen
+/// when parts were taken; ways of more than 12 m, which a controller need not remember, are not
+/// judged.
 class WayChecker {
  public:
   static constexpr double kNear = 0.01;     // m

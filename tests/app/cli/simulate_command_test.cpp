@@ -52,8 +52,8 @@ TEST(SimulateCommand, HandsAreAsRepeatableAndSayWhoDidWhat) {
 }
 
 TEST(SimulateCommand, TakesSecondsOfASceneOrOfHands) {
-  for (const char* const wrong : {"--seeds 2 --seconds 20", "--hands --seconds 9",
-                                  "--hands --scene ball_and_socket"}) {
+  for (const char* const wrong :
+       {"--seeds 2 --seconds 20", "--hands --seconds 9", "--hands --scene ball_and_socket"}) {
     const Said said = RunTandem(std::string("simulate ") + wrong);
     EXPECT_EQ(said.exit_code, kExitUsage) << wrong;
     EXPECT_FALSE(said.err.empty()) << wrong;

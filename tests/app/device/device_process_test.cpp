@@ -1,5 +1,7 @@
 // The device process and a controller that dies or stands still: what the motor got, write by
 // write.
+#include "app/cli/device_process.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -22,7 +24,6 @@
 #include <unistd.h>
 
 #include "app/cli/child_processes.h"
-#include "app/cli/device_process.h"
 #include "app/device/fake_record.h"
 #include "engine/haptics/process_device.h"
 #include "engine/realtime/periodic_thread.h"
@@ -51,8 +52,8 @@ class Motor {
   explicit Motor(const std::filesystem::path& file) {
     const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     EXPECT_EQ(ftruncate(descriptor, sizeof(FakeRecord)), 0);
-    void* data = mmap(nullptr, sizeof(FakeRecord), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor,
-                      0);
+    void* data =
+        mmap(nullptr, sizeof(FakeRecord), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
     close(descriptor);
     EXPECT_NE(data, MAP_FAILED);
     record_ = static_cast<FakeRecord*>(data);
@@ -89,7 +90,9 @@ class Motor {
 class EmptyLoop {
  public:
   EmptyLoop()
-      : thread_({.priority = 40}, [](std::int64_t, std::int64_t) { return true; }) {}
+      : thread_({.priority = 40}, [](std::int64_t, std::int64_t) {
+          return true;
+        }) {}
   double WorstMs() {
     thread_.Stop();
     thread_.Join();
@@ -164,9 +167,10 @@ void ExpectInTime(const Fall& fall, double empty_ms) {
 }
 
 void Tell(const char* what, int rounds, const Worst& worst) {
-  std::printf("%s, %d times: force falls after %.2f ms at the most, is gone after %.2f ms; longest "
-              "gap of the device's loop %.2f ms; an empty loop's worst lateness %.2f ms\n",
-              what, rounds, worst.damping_ms, worst.zero_ms, worst.gap_ms, worst.empty_ms);
+  std::printf(
+      "%s, %d times: force falls after %.2f ms at the most, is gone after %.2f ms; longest "
+      "gap of the device's loop %.2f ms; an empty loop's worst lateness %.2f ms\n",
+      what, rounds, worst.damping_ms, worst.zero_ms, worst.gap_ms, worst.empty_ms);
   ::testing::Test::RecordProperty("damping_ms", std::to_string(worst.damping_ms));
   ::testing::Test::RecordProperty("zero_ms", std::to_string(worst.zero_ms));
 }
@@ -370,13 +374,13 @@ class RunningController : public OwnController {
  public:
   explicit RunningController(const std::string& options) : OwnController(options) {
     device->Start();
-    thread_ = std::make_unique<PeriodicThread>(
-        PeriodicThread::Options{.origin_ns = process->origin_ns()},
-        [this](std::int64_t, std::int64_t) {
-          device->Read();
-          device->Render(wanted);
-          return true;
-        });
+    thread_ =
+        std::make_unique<PeriodicThread>(PeriodicThread::Options{.origin_ns = process->origin_ns()},
+                                         [this](std::int64_t, std::int64_t) {
+                                           device->Read();
+                                           device->Render(wanted);
+                                           return true;
+                                         });
   }
   ~RunningController() { thread_.reset(); }
   bool WaitForEnd(double seconds) {
@@ -393,9 +397,9 @@ class RunningController : public OwnController {
 };
 
 TEST(DeviceProcess, NoSignalLeavesAForceAtTheMotor) {
-  for (const int signal : {SIGTERM, SIGHUP, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGIO,
-                           SIGXCPU, SIGXFSZ, SIGPWR, SIGSTKFLT, SIGRTMIN, SIGRTMAX, SIGSYS, SIGTRAP,
-                           SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
+  for (const int signal : {SIGTERM, SIGHUP,  SIGUSR1, SIGUSR2, SIGALRM,   SIGVTALRM, SIGPROF,
+                           SIGIO,   SIGXCPU, SIGXFSZ, SIGPWR,  SIGSTKFLT, SIGRTMIN,  SIGRTMAX,
+                           SIGSYS,  SIGTRAP, SIGSEGV, SIGBUS,  SIGFPE,    SIGILL,    SIGABRT}) {
     RunningController own("");
     ASSERT_TRUE(own.motor.WaitForForce(0.5));
     kill(own.process->pid(), signal);
@@ -452,10 +456,10 @@ TEST(DeviceProcess, ADriverThatHangsWhileItOpensEndsWhenItIsToldTo) {
   auto* memory = new (shared->data()) DeviceMemory;
   memory->version = DeviceMemory::kVersion;
   memory->home = AsNumbers(Pose{});
-  Result<ChildProcess> process = ChildProcess::Start(
-      {TANDEM_DEVICE, "--driver", "fake:open_hang_ms=1e6", "--memory",
-       std::to_string(shared->descriptor())},
-      shared->descriptor());
+  Result<ChildProcess> process =
+      ChildProcess::Start({TANDEM_DEVICE, "--driver", "fake:open_hang_ms=1e6", "--memory",
+                           std::to_string(shared->descriptor())},
+                          shared->descriptor());
   ASSERT_TRUE(process);
   Sleep(0.5);
   EXPECT_FALSE(process->Poll());
@@ -477,8 +481,9 @@ TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
     Sleep(0.1);
     EXPECT_EQ(own.motor.force(), 0) << rate;
     const std::vector<FakeRecord::Write> writes = own.motor.Since(0);
-    // It was not cut when it was 20 ms old: it had fallen by then, from 5 ms of age on, by half a newton a
-    // millisecond. Between two writes it may fall by no more, however late this machine makes the second.
+    // It was not cut when it was 20 ms old: it had fallen by then, from 5 ms of age on, by half a
+    // newton a millisecond. Between two writes it may fall by no more, however late this machine
+    // makes the second.
     const auto last = std::find_if(writes.rbegin(), writes.rend(), [](const auto& write) {
       return Motor::ForceOf(write) > 0;
     });
@@ -543,7 +548,8 @@ TEST(DeviceProcess, SaysWhyThereIsNoDevice) {
 }
 
 TEST(DeviceProcess, TheProgramAloneSaysWhatStartsIt) {
-  const std::string run = std::string(TANDEM_DEVICE) + " --driver none: --memory 0 </dev/null "
+  const std::string run = std::string(TANDEM_DEVICE) +
+                          " --driver none: --memory 0 </dev/null "
                           "2>/dev/null";
   EXPECT_EQ(WEXITSTATUS(std::system(run.c_str())), 6);
   const std::string bare = std::string(TANDEM_DEVICE) + " 2>/dev/null";

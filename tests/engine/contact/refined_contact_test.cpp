@@ -272,8 +272,9 @@ TEST(RefinedContact, CrossingEdgesMeetNearTheirCornersToo) {
   }
 }
 
-// Two cubes lie on one another, turned about the upright: no corner of one is over the other, so that their
-// edges bear them alone, eight of which cross. Found by simulated hands: at 45 degrees they bore nothing.
+// Two cubes lie on one another, turned about the upright: no corner of one is over the other, so
+// that their edges bear them alone, eight of which cross. Found by simulated hands: at 45 degrees
+// they bore nothing.
 TEST(RefinedContact, FacesThatAreTurnedOnOneAnotherLieOnTheirEdges) {
   std::mt19937_64 random(17);
   for (int trial = 0; trial < 6; ++trial) {

@@ -241,9 +241,9 @@ TEST(MotorGuard, OfTwoCausesTheGraverOneHolds) {
         return 1;
     }
   };
-  constexpr SafetyState kAll[]{SafetyState::kOff,       SafetyState::kExpired,
-                               SafetyState::kOverrun,   SafetyState::kSuspended,
-                               SafetyState::kFault,     SafetyState::kStopped};
+  constexpr SafetyState kAll[]{SafetyState::kOff,     SafetyState::kExpired,
+                               SafetyState::kOverrun, SafetyState::kSuspended,
+                               SafetyState::kFault,   SafetyState::kStopped};
   for (const SafetyState first : kAll) {
     for (const SafetyState second : kAll) {
       if (second == SafetyState::kOff) continue;  // nothing brings it about
