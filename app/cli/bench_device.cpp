@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -31,7 +32,6 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kTickNs = 1'000'000;
-constexpr int kSizeEveryTicks = 500;  // after which empty work is sized anew
 /// What else the machine does changes: empty loops and the device take turns of this length.
 constexpr int kRoundTicks = 30'000;
 
@@ -142,40 +142,46 @@ class DeviceFrame {
 
 void RunTicks(DeviceFrame& frame, DeviceProcess& process, Device& device, int ticks, int core,
               DeviceFigures& figures) {
-  EmptyWork noise;
   std::int64_t counted = 0;
+  std::int64_t next = 0;  // deadline
   device.Start();
   PeriodicThread thread({.period_ns = kTickNs,
                          .origin_ns = process.origin_ns(),
                          .priority = kFramePriority,
                          .core = core},
                         [&](std::int64_t number, std::int64_t) {
-                          LoopClock& clock = MachineClock();
+                          const std::int64_t skipped = number - std::exchange(next, number + 1);
                           std::int64_t cpu_ns = 0;
                           std::int64_t wall_ns = 0;
                           const long faults = FaultsOfThread();
                           const StepReport& report = frame(cpu_ns, wall_ns);
                           const long new_faults = FaultsOfThread() - faults;
                           if (number < kWarmUp) return true;
+                          figures.missed += static_cast<std::uint64_t>(skipped);
                           figures.page_faults += new_faults;
                           figures.frame_cpu.Add(cpu_ns);
                           figures.frame_wall.Add(wall_ns);
                           figures.in_contact += report.contact_points > 0 ? 1 : 0;
-                          // as long as a frame mostly is; the motor has its force meanwhile
-                          if (counted % kSizeEveryTicks == 0 && counted > 0) {
-                            noise.Size(static_cast<double>(figures.frame_cpu.Quantile(0.5)));
-                          }
-                          const std::int64_t begun_ns = clock.NowNs();
-                          noise();
-                          if (counted >= kSizeEveryTicks)
-                            figures.noise.Add(clock.NowNs() - begun_ns);
                           ++figures.frames;
                           return ++counted < ticks;
                         });
   thread.Join();
-  figures.missed += thread.stats().missed();
   figures.scheduler = thread.realtime().scheduler();
   if (!thread.realtime().warning.empty()) Say(thread.realtime().warning);
+}
+
+/// Ticks of empty work, as long as a frame mostly is: what they vary by is the machine's doing.
+void RunEmptyWork(int ticks, int core, DeviceFigures& figures) {
+  EmptyWork work;
+  work.Size(static_cast<double>(figures.frame_cpu.Quantile(0.5)));
+  PeriodicThread thread({.priority = kFramePriority, .core = core},
+                        [&](std::int64_t number, std::int64_t) {
+                          const std::int64_t begun_ns = MachineClock().NowNs();
+                          work();
+                          figures.noise.Add(MachineClock().NowNs() - begun_ns);
+                          return number + 1 < ticks;
+                        });
+  thread.Join();
 }
 
 double InUs(std::int64_t ns) {
@@ -196,7 +202,8 @@ void Add(const DeviceTimes& round, DeviceTimes& all) {
   all.asked_max_ns = std::max(all.asked_max_ns, round.asked_max_ns);
 }
 
-/// A device process and its frames, with an empty loop of half as many ticks before and after.
+/// A device process and its frames, with an empty loop of half as many ticks before and after, and
+/// a tenth as many of empty work.
 std::optional<Error> RunRound(const std::shared_ptr<const WorldModel>& model,
                               const HandScript& script, const FrameCapacity& capacity,
                               const std::string& driver, int ticks,
@@ -216,6 +223,7 @@ std::optional<Error> RunRound(const std::shared_ptr<const WorldModel>& model,
   Add((*process)->times(), figures.times);
   figures.device_scheduler = (*process)->scheduler();
   ++figures.rounds;
+  RunEmptyWork(ticks / 10, arguments.core, figures);
   figures.empty_missed += EmptyMissed(ticks - ticks / 2, arguments.core);
   return std::nullopt;
 }

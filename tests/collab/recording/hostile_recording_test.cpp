@@ -203,7 +203,7 @@ TEST(HostileRecording, AHeaderIsCheckedAsASceneIs) {
     ASSERT_FALSE(header) << key << " " << value;
     EXPECT_THAT(header.error().what, HasSubstr(std::string("its header: ") + key));
   }
-  for (const std::string text :
+  for (const std::string& text :
        {std::string(), std::string("null"), std::string("[]"), std::string(100'000, '['),
         R"({"protocol":)" + std::string(100'000, '[')}) {
     EXPECT_FALSE(ParseHeader(text));
