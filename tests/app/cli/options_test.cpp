@@ -222,7 +222,7 @@ TEST(Options, TheProgramsSayItInALine) {
            {"peer --seconds nan", "tandem: --seconds: a number from 0 to 604800 is wanted"},
            {"simulate --threads 100000 --seeds 2", "tandem: --threads: a whole number from 1 to"},
            {"simulate --seed 1 --seeds 3", "tandem: --seed excludes --seeds"},
-           {"simulate --seconds 3", "tandem: --seconds requires --scene"},
+           {"simulate --seconds 3", "tandem: --seconds is for --scene or --hands"},
            {"peer --seconds", "tandem: --seconds: a value is missing (tandem peer --help)"},
            {"peer --seconds=", "tandem: --seconds: a value is missing (tandem peer --help)"},
            {"peer --session ''", "tandem: --session: it is empty"},
