@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -143,21 +142,18 @@ class DeviceFrame {
 void RunTicks(DeviceFrame& frame, DeviceProcess& process, Device& device, int ticks, int core,
               DeviceFigures& figures) {
   std::int64_t counted = 0;
-  std::int64_t next = 0;  // deadline
   device.Start();
   PeriodicThread thread({.period_ns = kTickNs,
                          .origin_ns = process.origin_ns(),
                          .priority = kFramePriority,
                          .core = core},
                         [&](std::int64_t number, std::int64_t) {
-                          const std::int64_t skipped = number - std::exchange(next, number + 1);
                           std::int64_t cpu_ns = 0;
                           std::int64_t wall_ns = 0;
                           const long faults = FaultsOfThread();
                           const StepReport& report = frame(cpu_ns, wall_ns);
                           const long new_faults = FaultsOfThread() - faults;
                           if (number < kWarmUp) return true;
-                          figures.missed += static_cast<std::uint64_t>(skipped);
                           figures.page_faults += new_faults;
                           figures.frame_cpu.Add(cpu_ns);
                           figures.frame_wall.Add(wall_ns);
@@ -166,6 +162,7 @@ void RunTicks(DeviceFrame& frame, DeviceProcess& process, Device& device, int ti
                           return ++counted < ticks;
                         });
   thread.Join();
+  figures.missed += thread.stats().missed();
   figures.scheduler = thread.realtime().scheduler();
   if (!thread.realtime().warning.empty()) Say(thread.realtime().warning);
 }
