@@ -6,9 +6,8 @@
 
 namespace tandem {
 
-/// What the user asks for, other than by moving the device. kStop, kResume: an emergency stop of
-/// the hand, and its end. kScale: of a device that reaches the scene through a Workspace.
-/// kWithdraw: kRelease, and what was asked for is not taken any more though it is granted.
+/// What the user asks for, other than by moving the device. kStop and kResume begin and end an
+/// emergency stop of the hand. kScale is for a device that reaches the scene through a Workspace.
 struct Command {
   enum class Kind : std::uint8_t {
     kGrab,
@@ -19,8 +18,7 @@ struct Command {
     kDisplace,
     kStop,
     kResume,
-    kScale,
-    kWithdraw
+    kScale
   };
 
   Kind kind = Kind::kGrab;

@@ -117,22 +117,17 @@ void Holdings::Ask(ObjectId object) noexcept {
   if (found < 0 || found == held_) return;
   if (own_only_ && bodies_[static_cast<std::size_t>(found)].shared) return;
   if (stopped_) return Tell(HoldingNews::Kind::kStopped, static_cast<std::size_t>(found), 0);
-  if (held_ >= 0) Release();
-  if (found == withdrawn_) withdrawn_ = -1;
+  Release();
+  bodies_[static_cast<std::size_t>(found)].withdrawn_ns = 0;
   wanted_ = found;
   wanted_since_ns_ = now_ns_;
   asked_ns_ = 0;
 }
 
-void Holdings::Withdraw() noexcept {
-  if (wanted_ >= 0 && asked_ns_ != 0) {
-    withdrawn_ = wanted_;
-    withdrawn_ns_ = now_ns_;
-  }
-  wanted_ = -1;
-}
-
 void Holdings::Release() noexcept {
+  if (wanted_ >= 0 && asked_ns_ != 0) {
+    bodies_[static_cast<std::size_t>(wanted_)].withdrawn_ns = now_ns_;
+  }
   wanted_ = -1;
   if (held_ < 0) return;
   const auto index = static_cast<std::size_t>(held_);
@@ -153,7 +148,6 @@ void Holdings::Release() noexcept {
 
 void Holdings::Stop() noexcept {
   stopped_ = true;
-  Withdraw();
   Release();
 }
 

@@ -63,14 +63,13 @@ class Holdings {
   /// Whether a sample is one that the peer who sent it may send of that body.
   bool Accepts(const ObjectState& state) const noexcept;
 
-  /// The user's wishes. What the hand holds already is released first.
+  /// The user's wishes. What the hand holds already is released first. What it has asked for and
+  /// wants no more it does not take, though its grant may be on its way.
   void Ask(ObjectId object) noexcept;
   void Release() noexcept;
   /// Emergency stop: releases, and takes nothing in hand until Resume().
   void Stop() noexcept;
   void Resume() noexcept { stopped_ = false; }
-  /// What was asked for is not wanted any more, and not taken though its grant may be on its way.
-  void Withdraw() noexcept;
   void Give(PeerId to) noexcept;
   /// Asks the others who hold the body in our hand to be brought together with us.
   void Heal() noexcept;
@@ -125,6 +124,7 @@ class Holdings {
     EventKind handed_by = EventKind::kGrant;
     std::int64_t said_ns = 0;  // when last
     bool passed_on = false;    // since it was lost: who is before us in line may not know the claim
+    std::int64_t withdrawn_ns = 0;  // when we ceased to want what we had asked for; 0: never
   };
   struct Member {
     PeerId peer = 0;  // 0: a free place
@@ -177,8 +177,6 @@ class Holdings {
   bool stopped_ = false;
   std::int64_t wanted_since_ns_ = 0;
   std::int64_t asked_ns_ = 0;  // when last; 0: not yet
-  int withdrawn_ = -1;         // by Withdraw()
-  std::int64_t withdrawn_ns_ = 0;
   std::array<Asker, kMaxPeers> askers_{};
   std::int64_t now_ns_ = 0;  // of the last frame; 0: none yet
   std::int64_t listen_until_ns_ = 0;

@@ -161,7 +161,7 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   const int b = static_cast<int>(index);
   // one that is put into our hand unasked is taken if the hand is empty; what was asked for and is
   // not wanted any more is not unasked
-  const bool withdrawn = b == withdrawn_ && now_ns_ - withdrawn_ns_ < kWithdrawn;
+  const bool withdrawn = body.withdrawn_ns != 0 && now_ns_ - body.withdrawn_ns < kWithdrawn;
   const bool given = event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0 && !withdrawn &&
                      !stopped_ && !(own_only_ && body.shared);
   if (wanted_ == b || given) TakeInHand(index);

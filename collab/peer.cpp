@@ -258,10 +258,6 @@ void Peer::OnCommand(const Command& command) noexcept {
     case Command::Kind::kRelease:
       holdings_.Release();
       return;
-    case Command::Kind::kWithdraw:
-      holdings_.Withdraw();
-      holdings_.Release();
-      return;
     case Command::Kind::kGive:
       holdings_.Give(command.to);
       return;

@@ -31,7 +31,7 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kTickNs = 1'000'000;
-/// What else the machine does changes: empty loops and the device take turns of this length.
+/// The device and empty loops take turns of this length, since what else the machine does changes.
 constexpr int kRoundTicks = 30'000;
 
 struct DeviceBenchArguments {

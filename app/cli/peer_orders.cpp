@@ -127,7 +127,7 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   std::string peer;
   words >> verb >> body;
   std::getline(words >> std::ws, peer);
-  if (verb == "release" && body.empty()) return Command{Command::Kind::kWithdraw, kNoObject, 0};
+  if (verb == "release" && body.empty()) return Command{Command::Kind::kRelease, kNoObject, 0};
   if (verb == "stop" && body.empty()) return Command{Command::Kind::kStop, kNoObject, 0};
   if (verb == "resume" && body.empty()) return Command{Command::Kind::kResume, kNoObject, 0};
   if (verb == "heal" && body.empty()) return Command{Command::Kind::kHeal, kNoObject, 0};

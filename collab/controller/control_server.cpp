@@ -24,7 +24,7 @@ bool Replaces(const ControlRequest& request) {
          std::holds_alternative<LoadMeshRequest>(request);
 }
 
-/// Whether all three are numbers that a hand may mean: metres, newtons, rates.
+/// Returns whether a hand may mean all three numbers, whether metres, newtons or rates.
 template <typename Three>
 bool AllSound(const Three& v) {
   return std::all_of(v.begin(), v.end(), [](double x) {
@@ -365,7 +365,7 @@ void ControlServer::Stop() {
 
 void ControlServer::LetGo() {
   lets_go_ = facts_.held >= 0 || facts_.wanted >= 0;
-  peer_->Order({.kind = Command::Kind::kWithdraw});
+  peer_->Order({.kind = Command::Kind::kRelease});
 }
 
 void ControlServer::Resume() {

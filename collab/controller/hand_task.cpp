@@ -74,7 +74,7 @@ void HandTask::AskFor(int moving, const ControlScene& scene, std::int64_t now_ns
 void HandTask::LetGo(std::int64_t now_ns) {
   Begin(Step::kLeaving, now_ns);
   TellWay(GoalOrder::Way::kNone);
-  Order(Command::Kind::kWithdraw);
+  Order(Command::Kind::kRelease);
 }
 
 void HandTask::Give(PeerId to, std::int64_t now_ns) {
@@ -122,7 +122,7 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
     case Step::kFreeing:
       if (facts.held >= 0 || facts.wanted >= 0) {
         // asked for in each frame until it is so: a release that is not due does no harm
-        Order(Command::Kind::kWithdraw);
+        Order(Command::Kind::kRelease);
         if (waited_ns > kStepNs) End({false, "the hand does not let go of what it holds"});
         return;
       }

@@ -82,8 +82,6 @@ const char* Said(Command::Kind kind) {
       return "resume";
     case Command::Kind::kScale:
       return "scale of the device";
-    case Command::Kind::kWithdraw:
-      return "withdraw";
   }
   return "";
 }

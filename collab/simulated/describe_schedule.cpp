@@ -46,8 +46,6 @@ std::string Describe(const Command& command) {
       return "lets its device go on";
     case Command::Kind::kScale:
       return "scales its device by " + std::to_string(command.metres);
-    case Command::Kind::kWithdraw:
-      return "withdraws";
   }
   return {};
 }

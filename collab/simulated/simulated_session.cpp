@@ -48,6 +48,13 @@ void SimulatedSession::Kill(std::size_t peer) {
   members_[peer].transport.reset();
 }
 
+void SimulatedSession::Switch(PeerId from, PeerId to, int member, const LinkConditions& link,
+                              std::uint64_t seed) {
+  if (member >= 0) node(static_cast<std::size_t>(member)).inbox().Switch(from, link);
+  network_.link(from, to).Switch(
+      {.delay_ms = link.delay_ms, .jitter_ms = link.jitter_ms, .loss = link.loss, .seed = seed});
+}
+
 void SimulatedSession::Halt(std::size_t peer, bool halted) {
   members_[peer].halted = halted;
   network_.Halt(members_[peer].id, halted);

@@ -35,6 +35,9 @@ class SimulatedSession {
   void Leave(std::size_t peer);
   /// Vanishes as by kill -9: the others notice when its lease is over.
   void Kill(std::size_t peer);
+  /// What `from` sends to `to` comes by `link` from now on, by dice of `seed`. `member` is the
+  /// number of `to`, or -1 before it has come.
+  void Switch(PeerId from, PeerId to, int member, const LinkConditions& link, std::uint64_t seed);
   /// Stands still as by SIGSTOP, or goes on: then its own clock has jumped.
   void Halt(std::size_t peer, bool halted);
 

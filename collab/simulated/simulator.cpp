@@ -139,16 +139,8 @@ class Run {
   void SwitchLink(std::size_t from, std::size_t to, const LinkConditions& conditions) {
     links_[from][to] = conditions;
     checker_.LinkSwitched(from, to, conditions);
-    const PeerId id = schedule_.peers[from].id;
-    if (member_[to] >= 0) {
-      session_.node(static_cast<std::size_t>(member_[to])).inbox().Switch(id, links_[from][to]);
-    }
-    session_.network()
-        .link(id, schedule_.peers[to].id)
-        .Switch({.delay_ms = conditions.delay_ms,
-                 .jitter_ms = conditions.jitter_ms,
-                 .loss = conditions.loss,
-                 .seed = schedule_.seed});
+    session_.Switch(schedule_.peers[from].id, schedule_.peers[to].id, member_[to], conditions,
+                    schedule_.seed);
   }
 
   void CutLink(std::size_t from, std::size_t to, bool cut) {

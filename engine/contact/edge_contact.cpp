@@ -238,12 +238,9 @@ const auto kArcs = [] {
     arcs[i] = EdgeArc(SurfaceDetail::kAngleStep * static_cast<double>(i));
   }
   arcs.back() = EdgeArc(kLooseArc);
+  arcs.back().loose = true;
   return arcs;
 }();
-
-bool IsLoose(const EdgeArc& arc) {
-  return arc.cosine == LooseArc().cosine;
-}
 
 }  // namespace
 
@@ -298,7 +295,7 @@ EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3&
                       away.dot(edge.tangent),
                       away.dot(other_t),
                       n.dot(edge.nhat),
-                      IsLoose(edge.arc) || IsLoose(other_arc) ? kFacing : kFacingAcross};
+                      edge.arc.loose || other_arc.loose ? kFacing : kFacingAcross};
   // the far sides of thin walls do not push
   if (clear != nullptr && pieces.facing < pieces.least_across - clear->turn()) clear = nullptr;
   // edges about to become parallel, or no longer, are clear if they are so either way

@@ -30,8 +30,9 @@ inline constexpr double kSides = 0.2;
 struct EdgeArc {
   double cosine = 1;  // of half of it
   double sine = 0;
-  double last = 0;   // cosine at which nothing is left of a push
-  double scale = 0;  // 1 / (cosine - last)
+  double last = 0;     // cosine at which nothing is left of a push
+  double scale = 0;    // 1 / (cosine - last)
+  bool loose = false;  // only the edge's own normal is known, not those of its faces
 
   explicit EdgeArc(double half_angle = 0);
   /// From its cosine, without a turn through angles.

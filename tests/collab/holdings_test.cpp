@@ -41,13 +41,26 @@ TEST(Holdings, WhatIsNotWantedAnyMoreDoesNotComeIntoTheHandWhenItIsGranted) {
   company.Run(10);
   company[5].Ask(kOwn);
   company.Run(50);
-  company[5].Withdraw();
+  company[5].Release();
   company.Run(400);
   EXPECT_EQ(company[5].held(), -1);
   EXPECT_EQ(company.Authority(0), 5U) << "it was granted all the same";
   company[5].Ask(kOwn);
   company.Run(50);
   EXPECT_EQ(company[5].held(), 0) << "and may be taken anew";
+}
+
+TEST(Holdings, WishesThatOthersFollowedComeIntoTheHandNoMore) {
+  Company company({3, 5}, 100);
+  company.Run(10);
+  company[5].Ask(kOwn);
+  company.Run(20);
+  company[5].Ask(kShared);
+  company.Run(20);
+  company[5].Release();
+  company.Run(600);
+  EXPECT_EQ(company[5].held(), -1);
+  EXPECT_EQ(company.Authority(0), 5U) << "it was granted all the same";
 }
 
 TEST(Holdings, AStoppedHandAnswersForWhatItIsGivenAndDoesNotHoldIt) {

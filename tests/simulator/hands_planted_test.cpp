@@ -1,13 +1,8 @@
-#include <algorithm>
 #include <array>
-#include <cctype>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <ostream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -15,9 +10,14 @@
 #include "collab/simulated/hands/hands_simulator.h"
 #include "collab/simulated/hands/planted_hand_faults.h"
 #include "collab/simulated/light_scene.h"
+#include "tests/simulator/planted_sorts.h"
 
 namespace tandem {
 namespace {
+
+using testing::NameOfTest;
+using testing::SortOf;
+using testing::SortsIn;
 
 constexpr double kSession = 20;           // s
 constexpr std::uint64_t kMostSeeds = 40;  // that are looked at for a fault
@@ -71,12 +71,6 @@ constexpr std::array kExpected{
     Expected{HandFault::kMotorAtOnce, "a motor's force comes back faster than its ramp"},
     Expected{HandFault::kMotorTooFast, "a motor has force though the handle is too fast"}};
 
-/// Of "at 3.217 s: a goal is not held: peer 101, by 3 mm" the middle.
-std::string SortOf(const std::string& broken) {
-  const std::size_t first = broken.find("s: ") + 3;
-  return broken.substr(first, broken.find(": peer", first) - first);
-}
-
 std::set<std::string> BrokenBy(HandFault fault, std::uint64_t seed) {
   static const std::shared_ptr<const WorldModel> model = MakeLightScene();
   static std::map<std::pair<HandFault, std::uint64_t>, std::set<std::string>> known;
@@ -110,15 +104,7 @@ TEST_P(PlantedInHands, BreaksWhatItIsAbout) {
 }
 
 std::string NameOf(const ::testing::TestParamInfo<Expected>& tested) {
-  std::string name =
-      "fault_" + std::to_string(static_cast<int>(tested.param.fault)) + "_" + tested.param.sort;
-  std::ranges::replace_if(
-      name,
-      [](char c) {
-        return std::isalnum(static_cast<unsigned char>(c)) == 0;
-      },
-      '_');
-  return name;
+  return NameOfTest(static_cast<int>(tested.param.fault), tested.param.sort);
 }
 
 INSTANTIATE_TEST_SUITE_P(Faults, PlantedInHands, ::testing::ValuesIn(kExpected), NameOf);
@@ -132,19 +118,13 @@ TEST(PlantedHandFaults, AreAllExpectedToBreakSomething) {
 // A check that no fault is found by may as well be blind. The sorts are the sentences in the
 // checkers' source.
 TEST(PlantedHandFaults, ReachEverySortThatTheCheckersKnow) {
-  std::set<std::string> known;
   const std::regex sentence(R"re("((?:a|an|the|what|something) [a-z' ]+)")re");
-  for (const auto& file : std::filesystem::directory_iterator(TANDEM_SIMULATED_HANDS)) {
-    const bool looks = file.path().stem().string().find("checker") != std::string::npos ||
-                       file.path().filename() == "hands_simulator.cpp";
-    if (!looks || file.path().extension() != ".cpp") continue;
-    std::ostringstream text;
-    text << std::ifstream(file.path()).rdbuf();
-    const std::string source = text.str();
-    for (std::sregex_iterator at(source.begin(), source.end(), sentence), end; at != end; ++at) {
-      known.insert((*at)[1]);
-    }
-  }
+  const std::set<std::string> known =
+      SortsIn(TANDEM_SIMULATED_HANDS, sentence, [](const auto& file) {
+        const bool looks = file.stem().string().find("checker") != std::string::npos ||
+                           file.filename() == "hands_simulator.cpp";
+        return looks && file.extension() == ".cpp";
+      });
   std::set<std::string> found;
   for (const Expected& row : kExpected) found.insert(row.sort);
   EXPECT_EQ(known, found);

@@ -1,16 +1,11 @@
-#include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <ostream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,9 +16,14 @@
 #include "collab/simulated/fault_schedule.h"
 #include "collab/simulated/light_scene.h"
 #include "collab/simulated/simulator.h"
+#include "tests/simulator/planted_sorts.h"
 
 namespace tandem {
 namespace {
+
+using testing::NameOfTest;
+using testing::SortOf;
+using testing::SortsIn;
 
 /// A fault, a sort of breakage that a session with it is to show, and a seed that does: looked at
 /// first, for time. Where another build of the program has other bits and that seed shows nothing,
@@ -108,12 +108,6 @@ std::uint64_t MostSeeds() {
   return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 200;
 }
 
-/// Of "at 3.217 s: a claim goes back: peer 101, left" the middle.
-std::string SortOf(const std::string& broken) {
-  const std::size_t first = broken.find("s: ") + 3;
-  return broken.substr(first, broken.find(": peer", first) - first);
-}
-
 const std::shared_ptr<const WorldModel>& Model() {
   static const std::shared_ptr<const WorldModel> model = MakeLightScene();
   return model;
@@ -173,17 +167,8 @@ TEST_P(Planted, BreaksWhatItIsAbout) {
                 << "\"; others: " << ::testing::PrintToString(others);
 }
 
-/// "fault_9_one_who_is_gone_is_still_here".
 std::string NameOf(const ::testing::TestParamInfo<Expected>& tested) {
-  std::string name =
-      "fault_" + std::to_string(static_cast<int>(tested.param.fault)) + "_" + tested.param.sort;
-  std::ranges::replace_if(
-      name,
-      [](char c) {
-        return std::isalnum(static_cast<unsigned char>(c)) == 0;
-      },
-      '_');
-  return name;
+  return NameOfTest(static_cast<int>(tested.param.fault), tested.param.sort);
 }
 
 INSTANTIATE_TEST_SUITE_P(Faults, Planted, ::testing::ValuesIn(kExpected), NameOf);
@@ -194,28 +179,16 @@ TEST(PlantedFaults, AreAllExpectedToBreakSomething) {
   EXPECT_EQ(expected.size() + 1, static_cast<std::size_t>(Fault::kCount));
 }
 
-/// What the checkers can find, by their own source: the words of each Add().
-std::set<std::string> SortsInTheSource() {
-  std::set<std::string> sorts;
-  const std::regex add(R"re(Add\(\s*(?:\w+ \? )?"([^"]+)"(?:\s*:\s*"([^"]+)")?)re");
-  for (const auto& file : std::filesystem::directory_iterator(TANDEM_SIMULATED)) {
-    if (file.path().stem().string().find("checker") == std::string::npos) continue;
-    std::ostringstream text;
-    text << std::ifstream(file.path()).rdbuf();
-    const std::string source = text.str();
-    for (std::sregex_iterator at(source.begin(), source.end(), add), end; at != end; ++at) {
-      sorts.insert((*at)[1]);
-      if ((*at)[2].matched) sorts.insert((*at)[2]);
-    }
-  }
-  return sorts;
-}
-
 // A check that no fault is found by may as well be blind.
 TEST(PlantedFaults, ReachEverySortThatTheCheckersKnow) {
+  // the words of each Add()
+  const std::regex add(R"re(Add\(\s*(?:\w+ \? )?"([^"]+)"(?:\s*:\s*"([^"]+)")?)re");
+  const std::set<std::string> known = SortsIn(TANDEM_SIMULATED, add, [](const auto& file) {
+    return file.stem().string().find("checker") != std::string::npos;
+  });
   std::set<std::string> found;
   for (const Expected& row : kExpected) found.insert(row.sort);
-  EXPECT_EQ(SortsInTheSource(), found);
+  EXPECT_EQ(known, found);
 }
 
 }  // namespace

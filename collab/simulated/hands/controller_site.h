@@ -19,7 +19,7 @@
 
 namespace tandem {
 
-/// What a host puts on the way to its controller.
+/// A host sends it to its controller, which gets it at `due_ns`.
 struct HostMessage {
   std::int64_t due_ns = 0;  // true time
   HostId host = 0;
@@ -30,7 +30,7 @@ struct HostMessage {
   ControlRequest request = ReleaseRequest{};
 };
 
-/// What a controller has for one host.
+/// A host fetches from it the answers and the newest snapshot that its controller has sent.
 struct HostMail {
   std::vector<HostAnswer> answers;
   std::shared_ptr<const ControllerSnapshot> snapshot;  // newest; null: none since it was looked at

@@ -4,7 +4,7 @@
 #include "collab/simulated/hands/controller_site.h"
 #include "collab/simulated/hands/planted_hand_faults.h"
 
-// What the server has its peer do, and the faults that are planted there.
+// The server orders its peer about here. Faults are planted in these orders.
 
 namespace tandem {
 

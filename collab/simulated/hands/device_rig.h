@@ -60,7 +60,7 @@ class DeviceRig {
 
   void Wait(std::int64_t until_ns);
   void Given(const Wrench& F_D_W);
-  /// What a planted fault makes of it.
+  /// Returns the wrench as a planted fault changes it.
   Wrench Spoilt(const Wrench& F_D_W, const MotorTick& tick);
 
   ModelledHand hand_;

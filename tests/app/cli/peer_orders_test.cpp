@@ -63,7 +63,7 @@ TEST(PeerOrders, SayWhatToDoWithWhichBodyAndToWhom) {
   EXPECT_EQ(grab->object, 2U);
   const auto release = room.Order("  release ");
   ASSERT_TRUE(release);
-  EXPECT_EQ(release->kind, Command::Kind::kWithdraw);
+  EXPECT_EQ(release->kind, Command::Kind::kRelease);
   const auto give = room.Order("give own Anna Maria");
   ASSERT_TRUE(give);
   EXPECT_EQ(give->kind, Command::Kind::kGive);

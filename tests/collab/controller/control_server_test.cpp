@@ -92,7 +92,7 @@ TEST_F(ControlServerTest, AGrabOfThePartInHandTakesItAnew) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg", .grasp_W = {{0.1, 0, 0}}}).ok);
   EXPECT_EQ(peer_.goal.grasp_seq, grasp + 1);
   EXPECT_FALSE(peer_.goal.at_centre);
-  EXPECT_EQ(peer_.Count(Command::Kind::kWithdraw), 1U);
+  EXPECT_EQ(peer_.Count(Command::Kind::kRelease), 1U);
 }
 
 TEST_F(ControlServerTest, GoalsCountFromTheHostWhoseHandItIs) {
@@ -178,7 +178,7 @@ TEST_F(ControlServerTest, TheHandOfADeviceDoesNotNoticeThatAHostIsGone) {
     server.Tick(t * kMs);
   }
   EXPECT_EQ(peer.facts.held, 0);
-  EXPECT_EQ(peer.Count(Command::Kind::kWithdraw), 0U);
+  EXPECT_EQ(peer.Count(Command::Kind::kRelease), 0U);
   EXPECT_EQ(server.rate_hz(), 0.0) << "the host is gone all the same";
 }
 

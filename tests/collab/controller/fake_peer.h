@@ -37,8 +37,7 @@ class FakePeer : public ControlledPeer {
       facts.bodies[static_cast<std::size_t>(facts.held)].holder_count = 1;
       if (!goal.keeps_way) facts.way_body = facts.held;
     }
-    if (command.kind == Command::Kind::kRelease || command.kind == Command::Kind::kWithdraw ||
-        command.kind == Command::Kind::kGive) {
+    if (command.kind == Command::Kind::kRelease || command.kind == Command::Kind::kGive) {
       facts.held = -1;
       facts.attached = false;
     }
