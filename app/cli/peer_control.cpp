@@ -17,17 +17,17 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kIdleNs = 50'000'000;
-constexpr int kTurnsPerLook = 5;                      // of 20 ms: at who is there
+constexpr int kTurnsPerLook = 5;                     // of 20 ms: at who is there
 constexpr std::int64_t kPosesPeriodNs = 20'000'000;  // in which a saved scene may be old
 
 /// What a host is told of the voxels of a mesh.
-Answer VoxelsOf(const Scene& scene) {
-  const Result<std::shared_ptr<const WorldModel>> model = LoadWorld(scene);
+Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
+  const Result<std::shared_ptr<const WorldModel>> model = LoadWorld(scene, stop);
   if (!model) return {false, model.error().what};
   const BodyModel& body = (*model)->bodies.front();
   Result<Voxmap> map = Voxmap{};
   SurfaceDetails details;
-  if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, details)) {
+  if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, details, stop)) {
     return {false, fault->what};
   }
   return {true, std::to_string(map->Count().total()) + " voxels, " +
@@ -47,9 +47,9 @@ Result<std::unique_ptr<PeerControl>> PeerControl::Open(PeerArguments& arguments)
                          .secured = !arguments.reach.secure.empty()});
   if (!port) return port.error();
   const bool device_hand = !arguments.hand.empty() || HasDeviceProcess(arguments);
-  std::unique_ptr<PeerControl> control(
-      new PeerControl(*std::move(port), arguments, device_hand));
+  std::unique_ptr<PeerControl> control(new PeerControl(*std::move(port), arguments, device_hand));
   if (!device_hand) arguments.goals = control->goals_;
+  arguments.stop = control->stop_loading_.get_token();
   return control;
 }
 
@@ -70,6 +70,7 @@ PeerControl::PeerControl(std::unique_ptr<ControlPort> port, const PeerArguments&
 
 PeerControl::~PeerControl() {
   stop_ = true;
+  stop_loading_.request_stop();
   port_->Wake();
   thread_.join();
   {
@@ -475,7 +476,7 @@ Answer PeerControl::Voxelize(const VoxelizeRequest& request) {
   scene.bodies.front().name = "mesh";
   scene.bodies.front().mesh = request.file;
   scene.bodies.front().mass = 1;
-  return VoxelsOf(scene);
+  return VoxelsOf(scene, stop_loading_.get_token());
 }
 
 }  // namespace tandem

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <vector>
@@ -56,6 +57,7 @@ class PeerControl : private ControlledPeer {
   /// RevertLoad() has the one before, once, and the host is told why.
   void TakeLoad(PeerArguments& arguments);
   bool RevertLoad(PeerArguments& arguments, const std::string& why);
+  bool HasQuit() const { return quit_; }
 
  private:
   struct Load {
@@ -82,7 +84,10 @@ class PeerControl : private ControlledPeer {
   void Begin(std::uint64_t job, const ControlRequest& request) override;
   void StopDevice(bool stop) override;
   bool ChangeWorkspace(const WorkspaceChange& change) override { return space_->Change(change); }
-  void Quit() override { quit_ = true; }
+  void Quit() override {
+    quit_ = true;
+    stop_loading_.request_stop();
+  }
   // on the jobs' thread; nothing: the answer comes when the scene is there
   std::optional<Answer> AddMesh(std::uint64_t job, const LoadMeshRequest& mesh);
   std::optional<Answer> AskForScene(std::uint64_t job, const std::string& file);
@@ -105,6 +110,7 @@ class PeerControl : private ControlledPeer {
   bool device_stopped_ = false;
   bool stop_untold_ = false;  // the node has not heard of that yet
   std::atomic<bool> quit_{false};
+  std::stop_source stop_loading_;
   std::atomic<bool> stop_{false};
   std::uint64_t frame_ = 0;                      // the haptic thread's, over all scenes
   std::atomic<std::uint32_t> facts_period_{50};  // frames

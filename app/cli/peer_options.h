@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -27,6 +28,7 @@ struct PeerArguments {
   DeviceLimits device_most = kUsersDefault;  // of a device process: the user's setting
   WorkspaceOrder workspace;                  // that a device begins with
   std::shared_ptr<DeviceSpace> space;        // in which it does; null: not yet
+  std::stop_token stop;                      // asked for it, the peer loads no further
   bool passivity = false;                    // its process damps a port that is active
   int core = -1;                             // that the haptic thread keeps to; below 0: any
   int device_core = -1;                      // that the device process keeps to

@@ -47,7 +47,7 @@ std::vector<TriangleMesh> Wholes(const Scene& scene, const std::vector<TriangleM
 }
 
 Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const TriangleMesh& mesh_W,
-                           bool with_voxmap) {
+                           bool with_voxmap, const std::stop_token& stop) {
   const MassProperties mass = ComputeMassProperties(Transformed(mesh_W, body.X_WM.Inverse()));
   BodyModel model;
   model.name = body.name;
@@ -66,7 +66,7 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   if (!points) return At(body, WithScale(points.error(), body, mesh_W).what);
   model.points = std::move(*points);
   if (with_voxmap) {
-    if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, model.details)) {
+    if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, model.details, stop)) {
       return At(body, WithScale(*fault, body, mesh_W).what);
     }
     model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
@@ -91,12 +91,13 @@ std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
 }
 
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
-                             SurfaceDetails& details) {
+                             SurfaceDetails& details, const std::stop_token& stop) {
   const double flatness = FlatnessVoxels(scene.contact);
   const VoxelizeOptions options{.voxel_size = scene.voxel_size,
                                 .range = scene.range_voxels,
                                 .bits = BitsFor(scene.range_voxels),
-                                .flatness_voxels = flatness};
+                                .flatness_voxels = flatness,
+                                .stop = stop};
   if (auto fault = VoxelSizeFault(mesh_W, options)) {
     return fault;
   }
@@ -120,13 +121,16 @@ Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, co
                          .most_displacement = scene.voxel_size});
 }
 
-Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
+Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
+                                                    const std::stop_token& stop) {
   if (const std::string fault = LayerFault(scene.contact, scene.force_layer); !fault.empty()) {
     return Error{scene.file.string() + ": " + fault};
   }
   auto world = std::make_shared<WorldModel>();
   world->scene = scene;
+  const Error stopped{scene.file.string() + ": stopped while it was loaded"};
   for (const SceneBody& body : scene.bodies) {
+    if (stop.stop_requested()) return stopped;
     Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, {.scale = body.scale, .part = body.part});
     if (!mesh_M) return At(body, mesh_M.error().what);
     const MeshDiagnosis diagnosis = Diagnose(*mesh_M);
@@ -151,11 +155,12 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
   TriangleMesh fixture_W;
   world->body_index.assign(scene.bodies.size(), -1);
   for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
+    if (stop.stop_requested()) return stopped;
     const SceneBody& body = scene.bodies[i];
     if (body.fixed) {
       Append(fixture_W, world->meshes_W[i]);
     } else if (scene.WholeOf(i) == i) {
-      Result<BodyModel> model = LoadBody(scene, body, wholes_W[i], moving > 1);
+      Result<BodyModel> model = LoadBody(scene, body, wholes_W[i], moving > 1, stop);
       if (!model) return model.error();
       if (body.inward_shift_voxels != 0) {
         if (const auto gap = GapRemark(scene, *model, 0)) {
@@ -172,7 +177,8 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene) {
   }
   if (world->bodies.empty()) return Error{scene.file.string() + ": no body can move"};
   if (!fixture_W.triangles.empty()) {
-    if (const auto fault = MakeMap(scene, fixture_W, world->fixture, world->fixture_details)) {
+    if (const auto fault =
+            MakeMap(scene, fixture_W, world->fixture, world->fixture_details, stop)) {
       for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const SceneBody& body = scene.bodies[i];
         if (!body.fixed || !ScaleRemark(body, world->meshes_W[i])) continue;

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "engine/base/result.h"
@@ -59,12 +60,14 @@ std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
 /// A mesh as what others are tested against: its voxmap, and its details where the scene's contact
 /// model reads them.
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
-                             SurfaceDetails& details);
+                             SurfaceDetails& details, const std::stop_token& stop = {});
 /// A mesh as what is tested, in the frame that stands at X_WB; lengths in voxels of the scene.
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
                               double inward_shift_voxels, double spacing_voxels = 1);
 
-/// Imports, welds, weighs and voxelizes. Errors name the body and its file.
-Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene);
+/// Imports, welds, weighs and voxelizes. Errors name the body and its file. Asked to stop, it soon
+/// ends with an error.
+Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
+                                                    const std::stop_token& stop = {});
 
 }  // namespace tandem

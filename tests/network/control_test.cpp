@@ -173,6 +173,29 @@ TEST_F(ControlTest, AnswersLoadsThatMeetAndStopsWhileItLoads) {
   EXPECT_TRUE(host.Ask(GrabRequest{.body = "peg"}).ok);
 }
 
+// Voxels so small that they take long.
+TEST_F(ControlTest, EndsAtOnceWhileItVoxelizes) {
+  const std::string folder = std::string(TANDEM_SCENES) + "/";
+  const std::string fine = (folder_.path() / "fine.json").string();
+  std::ofstream(fine) << R"({"name": "fine", "voxel_m": 4e-5, "bodies": [
+      {"name": "block", "mesh": ")"
+                      << folder << R"(peg_in_slot_block.stl", "scale": 0.001, "fixed": true},
+      {"name": "peg", "mesh": ")"
+                      << folder << R"(peg_in_slot_peg.stl", "scale": 0.001, "mass_kg": 0.3}]})";
+  Start();
+  Controller host = Attach();
+  bool answered = false;
+  host.Send(LoadSceneRequest{fine}, [&](const Answer& answer) {
+    answered = true;
+    EXPECT_FALSE(answer.ok);
+  });
+  for (int i = 0; i < 10; ++i) host.Wait(milliseconds(100));
+  EXPECT_FALSE(answered) << "it is not slow, or cannot be";
+  host.Send(QuitRequest{}, [](const Answer&) {});
+  host.Wait(milliseconds(50));
+  EXPECT_EQ(controller_->Wait(std::chrono::seconds(3)), 0);
+}
+
 // More requests than wait, at once: each has its answer.
 TEST_F(ControlTest, AnswersEachOfManyRequests) {
   Start();
