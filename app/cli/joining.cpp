@@ -129,7 +129,7 @@ int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining&
 /// Loads the world for the scene as agreed on; the slow part.
 int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
   Result<std::shared_ptr<const WorldModel>> model = LoadWorld(joining.scene, arguments.stop);
-  if (arguments.stop.stop_requested()) return kExitFailed;  // on purpose: there is nothing to say
+  if (arguments.stop.stop_requested()) return kEndedWhileLoading;
   if (!model) return Fail(kExitFile, model.error().what);
   joining.model = *std::move(model);
   joining.helpers.reset();

@@ -52,6 +52,8 @@ struct Joining {
 /// Comes as far as a node that hears the session and has said nothing but what it offers; or says
 /// why not and gives the exit code.
 int Join(PeerArguments& arguments, Joining& joining);
+/// Join() returns it, beside exit codes, where PeerArguments::stop has ended it: nothing failed.
+inline constexpr int kEndedWhileLoading = -2;
 
 /// Whether others have offered the session other force parameters before us: then what we have
 /// loaded is of no use, unless we insist.

@@ -467,7 +467,7 @@ int RunPeer(PeerArguments& arguments) {
     // each scene that a host loads has a recording of its own
     if (HoldsBytes(arguments.record)) arguments.record = record + "." + std::to_string(run);
     exit_code = RunOnce(arguments, control.get());
-    if (control && control->HasQuit() && exit_code == kExitFailed) exit_code = kExitOk;
+    if (exit_code == kEndedWhileLoading) exit_code = kExitOk;
     // a scene that a host asked for and that cannot be: the one before it goes on
     const bool failed = exit_code != kJoinAgain && exit_code != kExitOk;
     if (failed && control && control->RevertLoad(arguments, LastSaid())) exit_code = kJoinAgain;

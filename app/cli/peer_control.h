@@ -57,7 +57,6 @@ class PeerControl : private ControlledPeer {
   /// RevertLoad() has the one before, once, and the host is told why.
   void TakeLoad(PeerArguments& arguments);
   bool RevertLoad(PeerArguments& arguments, const std::string& why);
-  bool HasQuit() const { return quit_; }
 
  private:
   struct Load {
