@@ -32,10 +32,69 @@ const char* NameOf(Drop reason) noexcept {
       return "many_keys";
     case Drop::kManyWriters:
       return "many_writers";
+    case Drop::kImpostor:
+      return "impostor";
+    case Drop::kTwin:
+      return "twin";
+    case Drop::kRevoked:
+      return "revoked";
+    case Drop::kStranger:
+      return "stranger";
+    case Drop::kNotOwner:
+      return "not_owner";
+    case Drop::kSeized:
+      return "seized";
+    case Drop::kEpochLeap:
+      return "epoch_leap";
+    case Drop::kAbsurdScene:
+      return "absurd_scene";
     case Drop::kCount:
       break;
   }
   return "";
+}
+
+const char* InWords(Drop reason) noexcept {
+  switch (reason) {
+    case Drop::kFlood:
+      return "sends more than any sound program, and is not heard for a second at a time";
+    case Drop::kManyKeys:
+      return "speaks of more bodies than there can be";
+    case Drop::kManyWriters:
+      return "sends by more ways than a program has";
+    case Drop::kImpostor:
+      return "speaks in another's name, or another in its name";
+    case Drop::kTwin:
+      return "is here twice: its keys are in use elsewhere, and the later one is not heard";
+    case Drop::kRevoked:
+      return "takes part with keys that have been revoked";
+    case Drop::kStranger:
+      return "gives orders without taking part";
+    case Drop::kNotOwner:
+      return "gives away or refuses what it does not answer for";
+    case Drop::kSeized:
+      return "claims what others have and have not given away";
+    case Drop::kEpochLeap:
+      return "claims bodies further ahead than anybody can have grabbed them";
+    case Drop::kAbsurdScene:
+      return "offers the session a scene that cannot be";
+    default:
+      return nullptr;
+  }
+}
+
+std::uint64_t TellFrom(Drop reason) noexcept {
+  switch (reason) {
+    case Drop::kFlood:
+    case Drop::kManyKeys:
+    case Drop::kManyWriters:
+      return 20;  // fewer are an accident: a program that starts, or ends
+    case Drop::kStranger:
+    case Drop::kNotOwner:
+      return 3;
+    default:
+      return 1;
+  }
 }
 
 std::uint64_t SumOf(const DropCounts& counts) noexcept {

@@ -76,6 +76,20 @@ void EarlyInbox::OnScene(const SceneManifest& manifest) {
   }
 }
 
+void EarlyInbox::OnSceneWithdrawn(PeerId peer) {
+  const std::lock_guard lock(mutex_);
+  if (Inbox* const next = next_.load()) {
+    next->OnSceneWithdrawn(peer);
+  } else {
+    offers_.OnWithdrawn(peer);
+  }
+}
+
+void EarlyInbox::OnTwin(const PeerInfo& info) {
+  twin_ = true;
+  if (Inbox* const next = next_.load()) next->OnTwin(info);
+}
+
 void EarlyInbox::Forget(PeerId peer) {
   here_.erase(peer);
   offers_.OnPresence(peer, false);

@@ -21,6 +21,8 @@ class EarlyInbox : public Inbox {
 
   /// The session's scene; nothing: nobody has offered any yet.
   std::optional<SceneManifest> SessionScene() const;
+  /// Whether another program uses our keys.
+  bool has_twin() const noexcept { return twin_; }
   /// Tells `inbox` all that is known, and from then on everything goes there. It must outlive the
   /// transport. Once.
   void HandOver(Inbox& inbox);
@@ -34,6 +36,8 @@ class EarlyInbox : public Inbox {
   void OnPeerLost(PeerId peer) override;
   void OnEvent(const Event& event, std::int64_t arrival_ns) override;
   void OnScene(const SceneManifest& manifest) override;
+  void OnSceneWithdrawn(PeerId peer) override;
+  void OnTwin(const PeerInfo& info) override;
 
  private:
   struct Heard {
@@ -44,6 +48,7 @@ class EarlyInbox : public Inbox {
   void Forget(PeerId peer);
 
   std::atomic<Inbox*> next_{nullptr};  // set under mutex_
+  std::atomic<bool> twin_{false};
   mutable std::mutex mutex_;
   std::map<PeerId, Heard> here_;
   SceneOffers offers_;

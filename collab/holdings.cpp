@@ -14,14 +14,15 @@ constexpr std::int64_t kAskAgain = 250 * kMs;
 constexpr std::int64_t kGiveUp = 5000 * kMs;
 constexpr std::int64_t kPause = 500 * kMs;      // of our own frames: we were stopped
 constexpr std::int64_t kListen = 300 * kMs;     // after a pause
-constexpr std::int64_t kLostWait = 300 * kMs;   // after the lease of a lost authority
 constexpr std::int64_t kDisowned = 5000 * kMs;  // an authority is here but does not claim its body
-constexpr std::int64_t kNextInLine = 1500 * kMs;  // when the lowest peer does not take over
+constexpr std::int64_t kReturned = 2500 * kMs;  // it is here and names us
+constexpr std::int64_t kNextInLine = 2500 * kMs;  // when the lowest peer does not take over
 
 }  // namespace
 
-Holdings::Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns, bool own_only)
-    : self_(self), settle_ns_(settle_ns), own_only_(own_only) {
+Holdings::Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns, bool own_only,
+                   DropTable* drops)
+    : self_(self), settle_ns_(settle_ns), own_only_(own_only), drops_(drops) {
   for (std::size_t b = 0; b < model.object.size(); ++b) {
     Body& body = bodies_.emplace_back();
     body.object = model.object[b];
@@ -140,9 +141,11 @@ void Holdings::Release() noexcept {
     HandOver(index, EventKind::kRelease, next);
   } else if (body.claim.peer == self_) {
     Say(EventKind::kRelease, index, body.claim.epoch, 0);
-  } else if (next == 0) {
+  } else if (next == 0 && !IsHere(body.claim.peer)) {
     // the last hand on a shared body whose authority is gone
-    body.claim = {body.claim.epoch + 1, self_};
+    NoteBefore(body, false);
+    body.claim = {Next(body.claim.epoch), self_};
+    body.ours_ns = now_ns_;
   }
 }
 
@@ -152,7 +155,7 @@ void Holdings::Stop() noexcept {
 }
 
 void Holdings::Give(PeerId to) noexcept {
-  if (held_ < 0 || to == self_) return;
+  if (held_ < 0 || to == self_ || listening()) return;
   const auto index = static_cast<std::size_t>(held_);
   const Member* member = Find(to);
   if (member == nullptr || !member->present || bodies_[index].claim.peer != self_) return;
@@ -178,19 +181,31 @@ void Holdings::TakeInHand(std::size_t index) noexcept {
   // beside others we say that we hold it under the same epoch: of them the lowest answers for it
   Body& body = bodies_[index];
   hold_epoch_ = body.claim.epoch;
-  if (body.shared && self_ < body.claim.peer) body.claim.peer = self_;
+  if (body.shared && self_ < body.claim.peer) {
+    NoteBefore(body, true);
+    body.claim.peer = self_;
+    body.ours_ns = now_ns_;
+  }
   Tell(HoldingNews::Kind::kInHand, index, 0);
 }
 
-void Holdings::Tick(std::int64_t now_ns, std::span<Event> out, std::size_t& count) noexcept {
+void Holdings::Begin(std::int64_t now_ns) noexcept {
   if (now_ns_ == 0) {
     listen_until_ns_ = now_ns + settle_ns_;
+    first_ns_ = now_ns;
+    for (Member& member : members_) member.known_ns = member.since_ns = now_ns;
   } else if (now_ns - now_ns_ > kPause && !Planted(Fault::kNoListening)) {
     listen_until_ns_ = std::max(listen_until_ns_, now_ns + kListen);
     // what others did not hear meanwhile is no reason to give up
     wanted_since_ns_ += now_ns - now_ns_;
+    paused_ns_ = now_ns;
   }
   now_ns_ = now_ns;
+}
+
+void Holdings::Tick(std::int64_t now_ns, std::span<Event> out, std::size_t& count) noexcept {
+  Begin(now_ns);
+  Settle();
   if (wanted_ >= 0) Pursue();
   if (!listening() && !Planted(Fault::kNoSuccession)) Succeed();
 
@@ -216,7 +231,10 @@ void Holdings::Pursue() noexcept {
   }
   const PeerId answers = authority(index);
   if (answers == self_) {
-    if (body.claim.peer == 0) body.claim = {1, self_};
+    if (body.claim.peer == 0) {
+      body.claim = {1, self_};
+      body.ours_ns = now_ns_;
+    }
     TakeInHand(index);
     return;
   }
@@ -228,6 +246,7 @@ void Holdings::Pursue() noexcept {
   if (asked_ns_ != 0 && now_ns_ - asked_ns_ < kAskAgain) return;
   if (asked_ns_ == 0) Tell(HoldingNews::Kind::kAsking, index, answers);
   asked_ns_ = now_ns_;
+  asked_ = answers;
   Say(EventKind::kAsk, index, body.claim.epoch, answers);
 }
 
@@ -258,6 +277,7 @@ void Holdings::Succeed() noexcept {
     std::int64_t turn = 0;
     for (const Member& other : members_) {
       if (other.peer == 0 || !other.present || other.peer == body.claim.peer) continue;
+      if (NamedBy(other, body.object) == self_) continue;  // it leaves it to us
       const bool holds = in_hands && HeldBy(b, other.peer);
       if (holds != ours && in_hands ? holds : other.peer < self_) ++turn;
       if (Planted(Fault::kAllSucceed)) turn = 0;
@@ -269,9 +289,18 @@ void Holdings::Succeed() noexcept {
       // who granted it may be gone too before those in line have heard of it
       Say(EventKind::kGrant, b, body.claim.epoch, body.claim.peer);
     }
-    const std::int64_t wait = (!gone ? kDisowned : left ? 0 : kLostWait) + turn * kNextInLine;
-    if (now_ns_ - body.orphaned_ns < wait) continue;
-    body.claim = {body.claim.epoch + 1, self_};
+    // one that says that it is ours has not heard, or not believed, that it was granted it
+    const bool ours_by_it = here && !body.handed && NamedBy(*member, body.object) == self_;
+    if (ours_by_it) turn = 0;
+    const std::int64_t in_turn = ours_by_it ? kReturned : !gone ? kDisowned : left ? 0 : kLostWait;
+    const std::int64_t wait = in_turn + turn * kNextInLine;
+    // another of those here claims it, and we shall go by that
+    const bool claimed = body.outdone_ns != 0;
+    if (now_ns_ - body.orphaned_ns < wait || claimed) continue;
+    NoteBefore(body, false);
+    body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
+    body.claim = {Next(body.last_epoch), self_};
+    body.ours_ns = now_ns_;
     body.orphaned_ns = 0;
     Tell(HoldingNews::Kind::kInherited, b, 0);
   }
@@ -288,6 +317,15 @@ std::uint32_t Holdings::Claims(std::array<Claim, kMaxClaims>& out) const noexcep
   if (held_ >= 0) add(static_cast<std::size_t>(held_));
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (held_ != static_cast<int>(b)) add(b);
+  }
+  return count;
+}
+
+std::uint32_t Holdings::Beliefs(std::array<Belief, kMaxClaims>& out) const noexcept {
+  std::uint32_t count = 0;
+  for (const Body& body : bodies_) {
+    if (body.claim.peer == 0 || body.claim.peer == self_ || count == kMaxClaims) continue;
+    out[count++] = {body.object, body.claim.peer, body.claim.epoch};
   }
   return count;
 }

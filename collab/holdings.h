@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "collab/drop_counts.h"
 #include "collab/membership.h"
 #include "engine/world/world_model.h"
 
@@ -49,13 +50,26 @@ struct HoldingNews {
 /// holder). A peer whose own clock jumped listens before it acts as an authority again. Among peers
 /// that hear one another there is so one authority; between parts of a torn network one in each,
 /// until they meet and the greater claim counts. docs/decisions/0016-authority.md
+///
+/// Not everybody keeps to this. So a claim on what another has counts only if that one is gone or
+/// says itself that it has given it away. Two who both have it, as they were apart, go by whom most
+/// of those here name. Grants and releases count from the authority alone, or in turn where it is
+/// gone, refusals from whom we asked, and epochs rise no faster than anybody can grab. Who was
+/// misled goes back. docs/decisions/0036-who-may-say-what.md
 class Holdings {
  public:
   /// Nobody takes a body by itself for `settle_ns` after the first frame: others may have been here
   /// long.
   /// `own_only`: takes no shared body in hand, for its force parameters are not the others'.
-  Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns = 0, bool own_only = false);
+  /// `drops`: where what is refused is counted; null: nowhere.
+  Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns = 0, bool own_only = false,
+           DropTable* drops = nullptr);
 
+  /// A frame begins: before what is heard in it, so that one who was stopped knows that it was.
+  /// Tick() does it where nobody else has.
+  void Begin(std::int64_t now_ns) noexcept;
+  /// What several tell at once is judged together: Settle() after the last of a frame.
+  void Settle() noexcept;
   void OnMembership(const MembershipChange& change) noexcept;
   void OnEvent(const Event& event) noexcept;
   /// Keeps the pose of a parked body; one that moves again has none. Of samples that are accepted.
@@ -102,24 +116,54 @@ class Holdings {
   const Pose* ParkedAt(std::size_t body) const noexcept;
   /// Whether what we hold and park may be said: not while we listen after a pause.
   bool listening() const noexcept { return now_ns_ < listen_until_ns_; }
+  /// Whether we came a moment ago, and have perhaps not heard everybody.
+  bool is_new() const noexcept { return now_ns_ - first_ns_ < kNew; }
 
   /// What we claim, for peer_info; the number of claims.
   std::uint32_t Claims(std::array<Claim, kMaxClaims>& out) const noexcept;
+  /// Whom we take for the authorities of what others answer for; how many.
+  std::uint32_t Beliefs(std::array<Belief, kMaxClaims>& out) const noexcept;
   bool TakeNews(HoldingNews& news) noexcept;
 
  private:
+  static constexpr std::int64_t kNew = 5'000'000'000;  // ns, over the longest ways
+  static constexpr std::int64_t kEpoch =
+      100'000'000;  // ns, in which each peer may raise one by one
+  static constexpr std::int64_t kLostWait = 300'000'000;  // ns, after the lease of a lost authority
+  static constexpr std::int64_t kMostEpochs = 1000;       // at first
+  // of a body that nobody is known to answer for: hours of grabs, and far from the last
+  static constexpr std::uint32_t kMostAtFirst = 100'000;
+  struct BodyClaim {
+    std::uint32_t epoch = 0;
+    PeerId peer = 0;  // 0: nobody has claimed it yet
+  };
+  struct Before {
+    PeerId peer = 0;
+    std::int64_t until_ns = 0;
+  };
   struct Body {
     ObjectId object = 0;
     bool shared = false;
-    struct {
-      std::uint32_t epoch = 0;
-      PeerId peer = 0;  // 0: nobody has claimed it yet
-    } claim;
-    std::int64_t noted_ns = 0;  // when that was heard of
-    Pose X_WB;                  // here
-    Pose parked;                // as told by its authority
+    BodyClaim claim;
+    std::int64_t first_epoch = 0;  // of the first claim that we believed
+    std::uint32_t last_epoch = 0;  // under which we had it
+    std::int64_t ours_ns = 0;      // since when we do
+    bool disputed = false;         // somebody claims it too, and is not believed (yet)
+    std::int64_t disputed_ns = 0;  // since when
+    std::int64_t tied_ns = 0;      // since when as many name another as name us
+    std::int64_t ahead_ns = 0;     // since when another is ahead of whom we believe
+    std::int64_t outdone_ns = 0;   // since when one is that claims less
+    bool unsure = false;           // we came anew when we believed it, and asked nobody
+    std::int64_t unsure_ns = 0;    // since when
+    /// Those in whose absence it came to the one that we believe, the first first; 0: no more.
+    std::array<PeerId, 4> in_absence_of{};
+    std::int64_t reasserted_ns = 0;  // when we last claimed it anew
+    std::array<Before, 3> before{};  // who had it last, the latest first
+    Pose X_WB;                       // here
+    Pose parked;                     // as told by its authority
     bool told = false;
     std::int64_t orphaned_ns = 0;  // since when its claimant does not answer for it; 0: it does
+    bool by_word = false;          // it is ours by another's word, and the grant is on its way
     bool handed = false;           // by us, to the claimant, in that way:
     EventKind handed_by = EventKind::kGrant;
     std::int64_t said_ns = 0;  // when last
@@ -132,6 +176,12 @@ class Holdings {
     bool left = false;
     std::uint32_t claim_count = 0;
     std::array<Claim, kMaxClaims> claims{};
+    std::uint32_t belief_count = 0;
+    std::array<Belief, kMaxClaims> beliefs{};
+    std::int64_t since_ns = 0;  // present without a break
+    std::int64_t known_ns = 0;  // since it was first heard of: epochs are earned
+    std::int64_t epochs = 0;    // that its claims and grants have been believed to go beyond
+    Claim refused{kNoObject, 0, false};  // counted last
   };
 
   /// A peer that asked for what our hand holds, as last told to the user.
@@ -142,12 +192,67 @@ class Holdings {
   };
 
   static bool Greater(std::uint32_t epoch, PeerId peer, const Body& than) noexcept;
+  static std::uint32_t Next(std::uint32_t epoch) noexcept {
+    return epoch < kLastEpoch ? epoch + 1 : epoch;
+  }
+  void Refuse(PeerId peer, Drop reason) noexcept {
+    if (drops_ != nullptr) drops_->Count(peer, reason);
+  }
   int BodyOf(ObjectId object) const noexcept;
   const Member* Find(PeerId peer) const noexcept;
   Member* PlaceFor(PeerId peer) noexcept;
   static const Claim* ClaimOf(const Member& member, ObjectId object) noexcept;
-  /// Takes note of a claim where it is the greater one.
-  void Note(std::size_t body, std::uint32_t epoch, PeerId peer, bool in_its_hand) noexcept;
+  bool IsHere(PeerId peer) const noexcept;
+  int CountHere() const noexcept;
+  /// Up to which what anybody says of a body may be believed.
+  std::int64_t MostEpoch(const Body& body) const noexcept;
+  /// Whether what `by` says may bring a body to that epoch now.
+  bool Affords(const Member& by, const Body& body, std::uint32_t epoch) const noexcept;
+  /// Takes note of a claim where it is the greater one and nobody disputes it.
+  void Note(std::size_t body, const Claim& claim, Member& by) noexcept;
+  /// Makes it the claim that counts, on the word of `by`.
+  void Believe(std::size_t body, const BodyClaim& claim, Member& by, bool in_its_hand) noexcept;
+  static const Belief* BeliefOf(const Member& member, ObjectId object) noexcept;
+  /// Whom a member takes for the authority of a body; 0: it knows of none.
+  static PeerId NamedBy(const Member& member, ObjectId object) noexcept;
+  PeerId VoteOf(const Member& member, ObjectId object) const noexcept;
+  bool HadItLately(const Body& body, PeerId peer) const noexcept;
+  /// Of who has it until now; `by_its_word`: that one has given it away, and is not just missed.
+  void NoteBefore(Body& body, bool by_its_word) noexcept;
+  /// How many of the others who are here take that peer for the authority.
+  int VotesFor(const Body& body, PeerId peer) const noexcept;
+  /// And how many whom we do, or who had it a moment ago, and not `rival`.
+  int VotesAgainst(const Body& body, PeerId rival) const noexcept;
+  /// One that claims more than whom we take for the authority.
+  struct Rival {
+    Member* member = nullptr;  // null: there is none
+    const Claim* claim = nullptr;
+    int votes = 0;
+  };
+  Rival GreatestRival(std::size_t body) noexcept;
+  /// The one that claims less and that most name.
+  Rival LesserRival(std::size_t body) noexcept;
+  PeerId GoneTo(const Body& body) const noexcept;
+  /// Whether the authority, or whom it says that it has gave it to, is that peer.
+  bool SaysGoneTo(const Body& body, PeerId peer) const noexcept;
+  /// That one, and those who were missed after it.
+  static void ForgetAbsent(Body& body, PeerId from) noexcept;
+  void LookForAbsent(Body& body) noexcept;
+  /// Whether one in whose absence we came to believe what we do is back and names that peer.
+  bool SaidByReturned(const Body& body, PeerId peer) const noexcept;
+  bool KeepsOurs(std::size_t body, const Rival& rival) noexcept;
+  bool IsAhead(const Body& body, const Rival& rival) const noexcept;
+  bool LeavesFor(std::size_t body, const Rival& rival) noexcept;
+  /// Whether a greater claim has misled us.
+  bool GoesBackTo(std::size_t body, const Rival& rival) noexcept;
+  void Follow(std::size_t body, const Rival& rival) noexcept;
+  void FollowItsWord(std::size_t body) noexcept;
+  void RiseToNamed(std::size_t body) noexcept;
+  void JudgeFirst(std::size_t body) noexcept;
+  void Judge(std::size_t body) noexcept;
+  void CountOnce(Member& member, const Claim& claim, Drop reason) noexcept;
+  /// Claims what we keep anew, above the claims that others may believe.
+  void Reassert(std::size_t body, std::uint32_t above) noexcept;
   /// The lowest present peer that is not us and, if asked, holds the body; 0: none.
   PeerId LowestOther(int holding_body) const noexcept;
   bool HeldByOther(std::size_t body) const noexcept;
@@ -161,6 +266,8 @@ class Holdings {
   /// it asks.
   void TellAsked(std::size_t body, PeerId from) noexcept;
   void OnGrant(std::size_t body, const Event& event) noexcept;
+  /// What was granted stands where the event says, and comes into our hand if that is to have it.
+  void TakeGiven(std::size_t body, const Event& event) noexcept;
   /// Goes on towards what the hand wants.
   void Pursue() noexcept;
   /// Takes over what has lost its authority, where it is our turn.
@@ -169,6 +276,7 @@ class Holdings {
   PeerId self_;
   std::int64_t settle_ns_;
   bool own_only_;
+  DropTable* drops_;
   std::vector<Body> bodies_;
   std::array<Member, kMaxPeers> members_{};
   int held_ = -1;
@@ -177,9 +285,13 @@ class Holdings {
   bool stopped_ = false;
   std::int64_t wanted_since_ns_ = 0;
   std::int64_t asked_ns_ = 0;  // when last; 0: not yet
+  PeerId asked_ = 0;           // whom
   std::array<Asker, kMaxPeers> askers_{};
   std::int64_t now_ns_ = 0;  // of the last frame; 0: none yet
   std::int64_t listen_until_ns_ = 0;
+  std::int64_t paused_ns_ = 0;   // when our last pause ended; 0: there was none
+  std::int64_t first_ns_ = 0;    // first frame
+  std::int64_t own_epochs_ = 0;  // by which we have raised our own claims in disputes
   std::uint32_t event_seq_ = 0;
   std::vector<Event> to_send_;  // ring of events that wait
   std::size_t send_first_ = 0;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "collab/holdings.h"
 #include "collab/planted_faults.h"
@@ -10,23 +11,77 @@ namespace tandem {
 
 namespace {
 
-constexpr std::uint32_t kMostEpochs = 1000;  // that one claim may run ahead of what we know,
-constexpr std::int64_t kEpoch = 100 * kMs;   // and one more for each such time since we knew it
+constexpr std::int64_t kMostBeyond = 100;  // epochs, and one more for each kEpoch
 constexpr std::int64_t kTellAgain = 2000 * kMs;
 constexpr std::int64_t kWithdrawn = 5000 * kMs;  // that a grant of it may be on its way
+constexpr std::int64_t kLastWords = 500 * kMs;
 
 }  // namespace
 
-void Holdings::Note(std::size_t index, std::uint32_t epoch, PeerId peer,
-                    bool in_its_hand) noexcept {
+bool Holdings::IsHere(PeerId peer) const noexcept {
+  const Member* member = peer == 0 ? nullptr : Find(peer);
+  return member != nullptr && member->present;
+}
+
+int Holdings::CountHere() const noexcept {
+  return static_cast<int>(std::ranges::count_if(members_, [](const Member& member) {
+    return member.peer != 0 && member.present;
+  }));
+}
+
+// As many as people trade in the time; by steps of its own each peer may go a little beyond.
+std::int64_t Holdings::MostEpoch(const Body& body) const noexcept {
+  return std::max(kMostEpochs, body.first_epoch) + (now_ns_ - first_ns_) / kEpoch;
+}
+
+bool Holdings::Affords(const Member& by, const Body& body, std::uint32_t epoch) const noexcept {
+  if (Planted(Fault::kLeapBelieved)) return true;
+  if (epoch == 0 || epoch > kLastEpoch) return false;
+  if (epoch <= MostEpoch(body)) return true;
+  if (body.claim.peer == 0) {
+    // one that is far along is known to others too
+    const int votes = VotesFor(body, by.peer);
+    return epoch <= kMostAtFirst && 2 * votes >= CountHere() && (votes > 1 || !is_new());
+  }
+  const std::int64_t from = std::max(MostEpoch(body), std::int64_t{body.claim.epoch});
+  return by.epochs + epoch - from <= kMostBeyond + (now_ns_ - by.known_ns) / kEpoch;
+}
+
+void Holdings::Note(std::size_t index, const Claim& claim, Member& by) noexcept {
   Body& body = bodies_[index];
-  if (!Greater(epoch, peer, body)) return;
-  // one that nobody can have come to by grabbing, in the time since, is a fault or an attack
-  const std::int64_t most = kMostEpochs + (now_ns_ - body.noted_ns) / kEpoch;
-  if (body.claim.peer != 0 && epoch - body.claim.epoch > most) return;
+  const PeerId owner = body.claim.peer;
+  if (claim.epoch == 0 || (owner == by.peer && claim.epoch <= body.claim.epoch)) return;
+  const bool beside =
+      body.shared && claim.held && claim.epoch == body.claim.epoch;  // it holds it too
+  const bool answers = NamedBy(by, claim.object) == by.peer;
+  if (beside && !answers) return;
+  const bool lowest = beside && Greater(claim.epoch, by.peer, body);  // of those who hold it
+  if (owner == 0 || (owner != by.peer && !lowest)) {
+    if (!body.disputed) body.disputed_ns = now_ns_;
+    body.disputed = true;  // judged when all is known that came with it
+    return;
+  }
+  if (!Affords(by, body, claim.epoch)) return Refuse(by.peer, Drop::kEpochLeap);
+  Believe(index, {claim.epoch, by.peer}, by, claim.held);
+}
+
+void Holdings::Believe(std::size_t index, const BodyClaim& claim, Member& by,
+                       bool in_its_hand) noexcept {
+  Body& body = bodies_[index];
+  const PeerId peer = claim.peer;
+  const std::int64_t from = std::max(MostEpoch(body), std::int64_t{body.claim.epoch});
+  if (body.claim.peer == 0) body.first_epoch = claim.epoch;
+  if (claim.epoch > from) by.epochs += claim.epoch - from;
   if (held_ == static_cast<int>(index) && body.claim.peer == self_) hold_epoch_ = body.claim.epoch;
-  body.claim = {epoch, peer};
-  body.noted_ns = now_ns_;
+  const PeerId owner = body.claim.peer;
+  if (peer != owner) NoteBefore(body, by.peer == owner || IsHere(owner));
+  ForgetAbsent(body, peer);
+  for (Before& before : body.before) {
+    if (before.peer == peer) before = {};  // it has it again
+  }
+  if (peer == self_ && body.claim.peer != self_) body.ours_ns = now_ns_;
+  body.claim = claim;
+  body.by_word = false;
   body.orphaned_ns = 0;
   body.handed = false;
   body.passed_on = false;
@@ -36,6 +91,37 @@ void Holdings::Note(std::size_t index, std::uint32_t epoch, PeerId peer,
   held_ = -1;
   Tell(HoldingNews::Kind::kTaken, index, peer);
   if (!in_its_hand) Ask(body.object);
+}
+
+void Holdings::NoteBefore(Body& body, bool by_its_word) noexcept {
+  body.tied_ns = 0;
+  body.ahead_ns = 0;
+  body.outdone_ns = 0;
+  const PeerId peer = body.claim.peer;
+  if (peer == 0) return;
+  if (peer == self_) body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
+  if (peer == self_ || by_its_word) {
+    std::ranges::rotate(body.before, body.before.end() - 1);
+    body.before[0] = {peer, now_ns_};
+    return;
+  }
+  const auto free = std::ranges::find(body.in_absence_of, PeerId{0});
+  const bool known = std::ranges::count(body.in_absence_of, peer) != 0;
+  if (!known && free != body.in_absence_of.end()) *free = peer;
+}
+
+void Holdings::Settle() noexcept {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    LookForAbsent(bodies_[b]);
+    FollowItsWord(b);
+    RiseToNamed(b);
+    if (!bodies_[b].disputed) {
+      bodies_[b].tied_ns = bodies_[b].ahead_ns = bodies_[b].outdone_ns = 0;
+      continue;
+    }
+    if (bodies_[b].claim.peer == 0) JudgeFirst(b);
+    if (bodies_[b].claim.peer != 0) Judge(b);
+  }
 }
 
 Holdings::Member* Holdings::PlaceFor(PeerId peer) noexcept {
@@ -54,6 +140,14 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   if (!change.present() && Find(change.peer) == nullptr) return;
   Member* member = PlaceFor(change.peer);
   if (member == nullptr) return;  // more than a session may have
+  if (member->peer != change.peer) {
+    *member = {};
+    member->known_ns = now_ns_;
+  }
+  // one that is started anew has been away, too
+  const bool is_new = !member->present || (change.kind != MembershipChange::Kind::kClaims &&
+                                           change.kind != MembershipChange::Kind::kBeliefs);
+  if (is_new) member->since_ns = now_ns_;  // or when it went
   member->peer = change.peer;
   member->present = change.present();
   member->left = change.kind == MembershipChange::Kind::kLeft;
@@ -66,18 +160,22 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   }
   member->claim_count = std::min<std::uint32_t>(change.claim_count, kMaxClaims);
   member->claims = change.claims;
+  member->belief_count = std::min<std::uint32_t>(change.belief_count, kMaxClaims);
+  member->beliefs = change.beliefs;
   for (std::uint32_t i = 0; i < member->claim_count; ++i) {
     const Claim& claim = member->claims[i];
     const int body = BodyOf(claim.object);
-    if (body >= 0 && claim.epoch > 0) {
-      Note(static_cast<std::size_t>(body), claim.epoch, change.peer, claim.held);
-    }
+    if (body >= 0) Note(static_cast<std::size_t>(body), claim, *member);
   }
 }
 
 void Holdings::OnEvent(const Event& event) noexcept {
   const int found = BodyOf(event.object);
   if (found < 0 || event.peer == self_ || event.peer == 0) return;
+  // what somebody says as it leaves is heard after that it has left
+  const Member* const by = Find(event.peer);
+  const bool just_left = by != nullptr && by->left && now_ns_ - by->since_ns < kLastWords;
+  if (!IsHere(event.peer) && !just_left) return Refuse(event.peer, Drop::kStranger);
   const auto index = static_cast<std::size_t>(found);
   Body& body = bodies_[index];
   switch (event.kind) {
@@ -89,6 +187,7 @@ void Holdings::OnEvent(const Event& event) noexcept {
       return;
     case EventKind::kRefuse:
       if (event.to != self_ || wanted_ != found) return;
+      if (event.peer != asked_) return Refuse(event.peer, Drop::kNotOwner);
       wanted_ = -1;
       Tell(HoldingNews::Kind::kRefused, index, event.peer);
       return;
@@ -99,6 +198,8 @@ void Holdings::OnEvent(const Event& event) noexcept {
       } else if (event.peer == body.claim.peer && event.epoch == body.claim.epoch) {
         body.parked = event.X_WB;
         body.told = true;
+      } else if (event.peer != body.claim.peer && IsHere(body.claim.peer)) {
+        Refuse(event.peer, Drop::kNotOwner);
       }
       return;
     case EventKind::kHeal:
@@ -136,7 +237,8 @@ void Holdings::TellAsked(std::size_t index, PeerId from) noexcept {
 
 void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {
   Body& body = bodies_[index];
-  body.claim = {body.claim.epoch + 1, to};
+  NoteBefore(body, true);
+  body.claim = {Next(body.claim.epoch), to};
   body.parked = body.X_WB;
   body.told = kind == EventKind::kRelease;
   body.orphaned_ns = 0;
@@ -151,9 +253,35 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   if (event.to == 0) return;
   Body& body = bodies_[index];
   const bool known = body.claim.epoch == event.epoch && body.claim.peer == event.to;
-  if (!known) Note(index, event.epoch, event.to, event.kind == EventKind::kGrant);
-  if (body.claim.peer != event.to || body.claim.epoch != event.epoch) return;
-  if (known) return;
+  if (known && event.to == self_ && std::exchange(body.by_word, false))
+    return TakeGiven(index, event);
+  if (known || !Greater(event.epoch, event.to, body)) return;
+  const PeerId owner = body.claim.peer;
+  // of those who hold it together each may, for it takes a while until all know who is the lowest
+  const Member* const from = Find(event.peer);
+  const Claim* const held = from == nullptr ? nullptr : ClaimOf(*from, body.object);
+  const bool beside =
+      body.shared && held != nullptr && held->held && held->epoch >= body.claim.epoch;
+  // where the authority is gone, the lowest has perhaps taken over already, and any may pass on
+  // what was granted to another that is gone
+  const bool lost = owner != self_ && !IsHere(owner);
+  const bool in_turn = event.peer == LowestOther(-1) ||
+                       (body.shared && event.peer == LowestOther(static_cast<int>(index)));
+  const bool passed_on = owner != 0 && event.to != self_ && !IsHere(event.to);
+  const bool gone = (lost && (in_turn || passed_on)) || Planted(Fault::kGrantBelieved);
+  // what the authority says may be heard before what it went through
+  const bool said = SaysGoneTo(body, event.peer);
+  if (event.to == event.peer || (!said && !gone && !beside)) {
+    return Refuse(event.peer, Drop::kNotOwner);
+  }
+  Member& by = *PlaceFor(event.peer);
+  if (!Affords(by, body, event.epoch)) return Refuse(event.peer, Drop::kEpochLeap);
+  Believe(index, {event.epoch, event.to}, by, event.kind == EventKind::kGrant);
+  TakeGiven(index, event);
+}
+
+void Holdings::TakeGiven(std::size_t index, const Event& event) noexcept {
+  Body& body = bodies_[index];
   // what is granted to another is about to move
   body.parked = event.X_WB;
   body.told = event.to == self_ || event.kind == EventKind::kRelease;

@@ -9,12 +9,15 @@ namespace tandem {
 
 /// What the haptic thread must know of another active peer, when it changes. Handed over by value.
 struct MembershipChange {
-  enum class Kind : std::uint8_t { kJoined, kLeft, kLost, kBack, kClaims };
+  /// kBeliefs: what it claims is as it was, so nothing is other about its bodies.
+  enum class Kind : std::uint8_t { kJoined, kLeft, kLost, kBack, kClaims, kBeliefs };
 
   Kind kind = Kind::kJoined;
   PeerId peer = 0;
   std::uint32_t claim_count = 0;  // all that it claims now
   std::array<Claim, kMaxClaims> claims{};
+  std::uint32_t belief_count = 0;  // whom it takes for the authorities of other bodies
+  std::array<Belief, kMaxClaims> beliefs{};
 
   bool present() const noexcept { return kind != Kind::kLeft && kind != Kind::kLost; }
   /// Whether the peer is here and has the body in hand.

@@ -17,7 +17,7 @@ namespace tandem {
 using PeerId = std::uint64_t;    // random, never 0
 using ObjectId = std::uint32_t;  // index into Scene::bodies
 
-inline constexpr std::uint32_t kProtocol = 4;
+inline constexpr std::uint32_t kProtocol = 5;
 inline constexpr std::size_t kMaxPeers = 16;   // active ones, oneself included
 inline constexpr std::size_t kMaxLinks = 8;    // couplings of one instance
 inline constexpr std::size_t kMaxClaims = 64;  // bodies that one peer answers for
@@ -131,7 +131,41 @@ struct Event {
   Pose X_WB;      // of a grant or a release: where the body is
 };
 
-/// Who takes part; topic peer_info, on change and again a few times a second (`beat`).
+/// No claim is beyond this: epochs never wrap, whoever counts on.
+inline constexpr std::uint32_t kLastEpoch = 0x7FFFFFFF;
+
+/// Whom its sender takes for the one who answers for a body, and since which epoch: of the one who
+/// had it before, a word; of others, a vote when two claim it.
+struct Belief {
+  ObjectId object = 0;
+  PeerId peer = 0;
+  std::uint32_t epoch = 0;
+
+  friend bool operator==(const Belief&, const Belief&) = default;
+};
+
+/// What bears on the forces of a peer beside the scene's force parameters; shown to the others,
+/// applied nowhere.
+struct ForceTerms {
+  std::string law;                // of couplings
+  std::string gains;              // limits of it that are not its own, "name=value …"
+  bool gate = true;               // links generate no energy
+  bool contact = true;            // bodies push one another
+  std::int32_t force_layer = -1;  // of what is in hand; -1: the scene's
+  double displacement = 0;        // m, of its points along their inward normals
+
+  friend bool operator==(const ForceTerms&, const ForceTerms&) = default;
+};
+
+/// "law p+dd, no contact", for a person.
+std::string Describe(const ForceTerms& terms);
+
+/// In what others' terms differ from ours, "law constant (here p+dd), no contact"; empty: in
+/// nothing.
+std::string TermsDifference(const ForceTerms& ours, const ForceTerms& theirs);
+
+/// Who takes part; topic peer_info, on change and again a few times a second (`beat`). Viewers have
+/// the topic viewer_info: they have a name and no more.
 struct PeerInfo {
   PeerId peer = 0;
   std::uint32_t protocol = kProtocol;
@@ -141,6 +175,11 @@ struct PeerInfo {
   std::uint64_t scene_hash = 0;   // of what the scene is made of
   std::uint64_t params_hash = 0;  // of its voxel size and force parameters
   std::vector<Claim> claims;      // bodies that the peer holds or answers for
+  /// Random, of this run of the program; the transport fills it in. 0: of an older protocol.
+  std::uint64_t incarnation = 0;
+  bool leaving = false;  // the transport's: a goodbye
+  ForceTerms terms;
+  std::vector<Belief> beliefs;  // of what others answer for
 };
 
 /// A body of the scene, for those who compare theirs with it.

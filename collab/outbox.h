@@ -21,6 +21,8 @@ struct Outbox {
 struct ClaimList {
   std::uint32_t count = 0;
   std::array<Claim, kMaxClaims> claims{};
+  std::uint32_t belief_count = 0;  // whom it takes for the authorities of the others
+  std::array<Belief, kMaxClaims> beliefs{};
 };
 
 }  // namespace tandem

@@ -49,7 +49,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       device_(&device),
       inbox_(&inbox),
       options_(options),
-      holdings_(options.id, world.model(), options.settle_ns, options.own_only),
+      holdings_(options.id, world.model(), options.settle_ns, options.own_only, &inbox.drops()),
       parting_(options.id, world.model()),
       remote_(world.model(), options.mirror),
       gate_(options.id, world.model().object, inbox.drops()),
@@ -171,11 +171,13 @@ Anchor Peer::ReadDevice() noexcept {
 
 void Peer::Receive(std::int64_t now_ns) noexcept {
   FrameTap* const tap = options_.tap;
+  holdings_.Begin(now_ns);
   MembershipChange change;
   while (inbox_->membership().TryPop(change)) {
     if (tap != nullptr) tap->Heard(change);
     OnMembership(change);
   }
+  holdings_.Settle();
   Event event;
   while (inbox_->events().TryPop(event)) {
     if (tap != nullptr) tap->Heard(event);
@@ -212,6 +214,7 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
 }
 
 void Peer::OnMembership(const MembershipChange& change) noexcept {
+  if (change.kind == MembershipChange::Kind::kBeliefs) return holdings_.OnMembership(change);
   gate_.OnMembership(change);
   holdings_.OnMembership(change);
   remote_.OnMembership(change);
@@ -308,6 +311,7 @@ void Peer::TickHoldings(std::int64_t now_ns) noexcept {
   while (parting_.TakeNews(news)) news_.TryPush(news);
   ClaimList& list = claims_.back();
   list.count = holdings_.Claims(list.claims);
+  list.belief_count = holdings_.Beliefs(list.beliefs);
   claims_.Publish();
 }
 

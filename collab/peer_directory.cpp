@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <set>
 #include <utility>
 
 #include "collab/planted_faults.h"
@@ -99,8 +98,10 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   Entry& entry = *place;
   const bool returned = !added && entry.presence != Presence::kHere;
   if (Planted(Fault::kReturnUnknown) && returned) return;
+  const bool is_new_run = !added && !returned && entry.info.incarnation != info.incarnation;
   const bool was_refused = !added && !entry.refused.empty();
   const bool claims_changed = entry.info.claims != info.claims;
+  const bool beliefs_changed = entry.info.beliefs != info.beliefs;
   if (added || entry.told_name != info.name) {
     entry.namesake = NumberOfNamesake(info);
     entry.told_name = info.name;
@@ -133,10 +134,16 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
     Say(entry.info.name + role + " is back");
   }
   TellUnequal(entry);
+  TellTerms(entry);
   using Kind = MembershipChange::Kind;
+  // what was heard of the run before is nothing to this one
+  if (is_new_run) Tell(entry, Kind::kLost);
   if (Planted(Fault::kLostReturn) && returned) return;
-  if (added || returned || taken_in || claims_changed) {
-    Tell(entry, added || taken_in ? Kind::kJoined : returned ? Kind::kBack : Kind::kClaims);
+  if (added || returned || taken_in || is_new_run || claims_changed) {
+    const bool is_back = returned || is_new_run;
+    Tell(entry, added || taken_in ? Kind::kJoined : is_back ? Kind::kBack : Kind::kClaims);
+  } else if (beliefs_changed) {
+    Tell(entry, Kind::kBeliefs);
   }
 }
 
@@ -146,6 +153,58 @@ void PeerDirectory::OnScene(const SceneManifest& manifest) {
   offers_.OnScene(manifest);
   const auto it = entries_.find(manifest.offered_by);
   if (it != entries_.end()) TellUnequal(it->second);
+}
+
+void PeerDirectory::OnSceneWithdrawn(PeerId peer) {
+  const std::lock_guard lock(mutex_);
+  offers_.OnWithdrawn(peer);
+}
+
+void PeerDirectory::OnTwin(const PeerInfo& info) {
+  const std::lock_guard lock(mutex_);
+  if (!twin_) Say("your keys are in use elsewhere too: " + info.name +
+                  " takes part a second time; the others hear whoever was here first");
+  twin_ = info;
+}
+
+bool PeerDirectory::TwinCameBefore(std::uint32_t beat) const {
+  const std::lock_guard lock(mutex_);
+  return twin_ && std::int64_t{twin_->beat} > std::int64_t{beat} + 1;
+}
+
+void PeerDirectory::SetOwnTerms(const ForceTerms& terms) {
+  const std::lock_guard lock(mutex_);
+  if (own_ == terms) return;
+  own_ = terms;
+  for (auto& [id, entry] : entries_) TellTerms(entry);
+}
+
+void PeerDirectory::TellTerms(Entry& entry) {
+  const bool counts = entry.info.role == Role::kActive && entry.refused.empty() &&
+                      entry.presence == Presence::kHere && !own_.law.empty();
+  if (!counts || entry.info.terms.law.empty()) return;
+  std::string difference = TermsDifference(own_, entry.info.terms);
+  if (difference == entry.terms_told) return;
+  entry.terms_told = std::move(difference);
+  Say(entry.info.name + (entry.terms_told.empty() ? " goes by the same force terms as you now"
+                                                  : " goes by other force terms: " +
+                                                        entry.terms_told));
+}
+
+void PeerDirectory::TellRefusals(const DropTable& drops) {
+  for (const auto& [peer, counts] : drops.Rows()) {
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const auto reason = static_cast<Drop>(i);
+      const char* const what = InWords(reason);
+      if (what == nullptr || counts[i] < TellFrom(reason)) continue;
+      if (refusals_told_.size() >= kMostRefusals || !refusals_told_.emplace(peer, reason).second) {
+        continue;
+      }
+      const std::string who = peer == self_ ? "somebody" : NameOf(peer);
+      const std::lock_guard lock(mutex_);
+      Say(who + " " + what + ": refused");
+    }
+  }
 }
 
 void PeerDirectory::TellUnequal(Entry& entry) {
@@ -180,6 +239,9 @@ void PeerDirectory::Tell(const Entry& entry, MembershipChange::Kind kind) {
   change.claim_count =
       static_cast<std::uint32_t>(std::min(entry.info.claims.size(), change.claims.size()));
   std::copy_n(entry.info.claims.begin(), change.claim_count, change.claims.begin());
+  change.belief_count =
+      static_cast<std::uint32_t>(std::min(entry.info.beliefs.size(), change.beliefs.size()));
+  std::copy_n(entry.info.beliefs.begin(), change.belief_count, change.beliefs.begin());
   if (Planted(Fault::kClaimsForgotten)) change.claim_count = 0;
   for (std::uint32_t i = 0; entry.unequal && i < change.claim_count; ++i) {
     const std::vector<ObjectId>& shared = terms_.shared;

@@ -3,9 +3,12 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "collab/drop_counts.h"
 #include "collab/membership.h"
 #include "collab/scene_agreement.h"
 #include "engine/realtime/spsc_queue.h"
@@ -30,6 +33,8 @@ class PeerDirectory {
   static constexpr std::size_t kMost = 128;
   /// Lines that may wait to be taken.
   static constexpr std::size_t kMostNews = 256;
+  /// Lines on what was refused, of all: invented peers may be many.
+  static constexpr std::size_t kMostRefusals = 64;
 
   enum class Presence : std::uint8_t { kHere, kLeft, kLost };
 
@@ -42,6 +47,7 @@ class PeerDirectory {
     bool unequal = false;   // goes by other force parameters
     std::uint64_t gone = 0;  // which departure it was; of those who are not here
     bool unequal_told = false;
+    std::string terms_told;  // how its force terms differ from ours, as last said
   };
 
   /// `name`: our own. Others of one name get numbers: "anna (2)".
@@ -51,6 +57,15 @@ class PeerDirectory {
   void OnPeerLeft(PeerId peer) { OnGone(peer, Presence::kLeft); }
   void OnPeerLost(PeerId peer) { OnGone(peer, Presence::kLost); }
   void OnScene(const SceneManifest& manifest);
+  void OnSceneWithdrawn(PeerId peer);
+  /// Our keys are in use by another program.
+  void OnTwin(const PeerInfo& info);
+  /// Our own force terms, which the others' are compared with; whenever they change.
+  void SetOwnTerms(const ForceTerms& terms);
+  /// Tells in words what was refused of whom, each once.
+  void TellRefusals(const DropTable& drops);
+  /// Whether the other program with our keys was here before us, as its beat tells beside ours.
+  bool TwinCameBefore(std::uint32_t beat) const;
 
   std::vector<Entry> Entries() const;
   /// How a person is told of a peer.
@@ -77,6 +92,7 @@ class PeerDirectory {
   void OnGone(PeerId peer, Presence presence);
   void Tell(const Entry& entry, MembershipChange::Kind kind);
   void TellUnequal(Entry& entry);
+  void TellTerms(Entry& entry);
   void Say(std::string line);
 
   PeerId self_;
@@ -87,6 +103,9 @@ class PeerDirectory {
   mutable std::mutex mutex_;
   std::map<PeerId, Entry> entries_;
   SceneOffers offers_;
+  ForceTerms own_;
+  std::optional<PeerInfo> twin_;
+  std::set<std::pair<PeerId, Drop>> refusals_told_;
   std::uint64_t departures_ = 0;
   bool crowd_told_ = false;
   std::vector<std::string> news_;

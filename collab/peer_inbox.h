@@ -53,6 +53,8 @@ class PeerInbox : public Inbox {
   }
   void OnEvent(const Event& event, std::int64_t arrival_ns) override;
   void OnScene(const SceneManifest& manifest) override { directory_->OnScene(manifest); }
+  void OnSceneWithdrawn(PeerId peer) override { directory_->OnSceneWithdrawn(peer); }
+  void OnTwin(const PeerInfo& info) override { directory_->OnTwin(info); }
   void OnDropped(PeerId from, Drop reason) override { drops_.Count(from, reason); }
 
   /// Other conditions for what comes from `from` (0: from everybody, now and later), from its next

@@ -55,7 +55,9 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
            .name = options.name,
            .scene_hash = scene_hash,
            .params_hash = HashOf(ParametersOf(model_->scene)),
-           .claims = {}};
+           .claims = {},
+           .terms = options.terms,
+           .beliefs = {}};
   manifest_ = options.manifest
                   ? *options.manifest
                   : ManifestOf(model_->scene, {.content = scene_hash, .bodies = {}}, 0);
@@ -113,6 +115,12 @@ void PeerNode::ControlFrame(std::int64_t now_ns, Transport& transport) {
   const bool changed =
       !std::equal(list.claims.begin(), end, info_.claims.begin(), info_.claims.end());
   if (changed) info_.claims.assign(list.claims.begin(), end);
+  info_.beliefs.assign(list.beliefs.begin(), list.beliefs.begin() + list.belief_count);
+  const PeerTable& table = peer_.table().Read();
+  info_.terms.force_layer = table.own_layer;
+  info_.terms.displacement = table.own_displacement_m;
+  directory_.SetOwnTerms(info_.terms);
+  directory_.TellRefusals(inbox_.drops());
   if (changed) next_info_ns_ = now_ns;
   if (TakeTurn(now_ns, kInfoPeriodNs, kControlEarlyNs, next_info_ns_)) {
     if (!Planted(Fault::kBeatStands) || info_.beat == 0) ++info_.beat;

@@ -25,6 +25,7 @@ struct NodeOptions {
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
   double publish_hz = 1000;                          // of states and links
   FrameHelpers* helpers = nullptr;                   // of the haptic thread; must outlive the node
+  ForceTerms terms;  // that are told; layer and displacement as they come. No law: none are
 };
 
 /// An active peer, whole but for its threads: each of the three frames below belongs to a thread of
@@ -62,6 +63,8 @@ class PeerNode {
   const SentStates& sent_states() const noexcept { return sent_states_; }
   /// Whether as many as a session takes were here before us; told by their beats (PeerDirectory).
   bool OneTooMany() const { return directory_.CameBefore(info_.beat) >= kMaxPeers; }
+  /// Whether another program uses our keys, and did before us.
+  bool IsTwin() const { return directory_.TwinCameBefore(info_.beat); }
   /// What we offer.
   const SceneManifest& manifest() const noexcept { return manifest_; }
 

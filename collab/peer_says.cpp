@@ -122,6 +122,8 @@ void Peer::FillTable(std::int64_t now_ns) noexcept {
   PeerTable& table = table_.back();
   table.time_ns = now_ns;
   table.own_limits = limits_.last();
+  table.own_layer = inputs_.clearance.force_layer;
+  table.own_displacement_m = inputs_.clearance.displacement;
   const std::span<const Echoes::Loop> loops = echoes_.loops();
   table.count = static_cast<std::uint32_t>(loops.size());
   std::array<LinkView, kMaxLinks> links;

@@ -34,6 +34,8 @@ struct PeerTable {
 
   std::int64_t time_ns = 0;
   FrameLimits own_limits;  // of our frames in the last second
+  int own_layer = -1;      // force layer of what our hand holds; -1: the scene's
+  double own_displacement_m = 0;
   std::uint32_t count = 0;
   std::array<PeerTableRow, kMaxPeers> rows{};
 };

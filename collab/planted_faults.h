@@ -35,7 +35,7 @@ enum class Fault : std::uint8_t {
   kStaleClaim,           // a smaller claim counts in place of a greater one
   kGrantKept,            // who grants a body goes on to answer for it
   kHandsKept,            // who hears of a greater claim keeps the body in hand
-  kLostRelease,          // hand-overs by letting go are not heard of
+  kLostRelease,          // hand-overs by letting go are not heard of, nor told of by words
   kAllSucceed,           // all take over at once what nobody answers for
   kNoListening,          // no silence after a pause
   kNoGuard,              // nothing between the simulation and the hand
@@ -59,6 +59,9 @@ enum class Fault : std::uint8_t {
   kReturnUnknown,        // the directory does not note a peer's return
   kViewerKeepsLost,      // a viewer does not note a peer's return
   kFeltTenfold,          // the device makes ten times of what it is given
+  kSeizureBelieved,      // a greater claim counts whoever has the body
+  kGrantBelieved,        // grants of those count who do not answer for the body
+  kLeapBelieved,         // claims count however far ahead they are
   kCount
 };
 

@@ -113,12 +113,37 @@ bool Precedes(const SceneManifest& a, const SceneManifest& b) {
   return a.revision != b.revision ? a.revision > b.revision : a.offered_by < b.offered_by;
 }
 
-bool SceneOffers::Precedes(const Offer& a, const Offer& b) {
-  return a.here != b.here ? a.here : tandem::Precedes(a.manifest, b.manifest);
+bool MayBeAdopted(const ForceParameters& session, const ForceParameters& ours) {
+  constexpr double kFactor = 4;
+  return session.voxel_size <= kFactor * ours.voxel_size &&
+         kFactor * session.voxel_size >= ours.voxel_size;
+}
+
+bool SceneOffers::Rank::operator<(const Rank& other) const {
+  if (here != other.here) return here;
+  if (revision != other.revision) return revision > other.revision;
+  if (followers != other.followers) return followers > other.followers;
+  return by < other.by;
+}
+
+SceneOffers::Rank SceneOffers::RankOf(const Offer& offer) const {
+  const SceneManifest& manifest = offer.manifest;
+  Rank rank{.here = offer.here, .by = manifest.offered_by};
+  const bool takes_part = present_.contains(manifest.offered_by);
+  rank.revision = takes_part ? manifest.revision
+                             : std::min(manifest.revision, SceneManifest::kSession);
+  if (rank.revision < SceneManifest::kUnderWay) return rank;
+  rank.followers = static_cast<std::size_t>(std::ranges::count_if(offers_, [&](const Offer& other) {
+    return other.here && present_.contains(other.manifest.offered_by) &&
+           other.manifest.revision >= SceneManifest::kUnderWay &&
+           other.manifest.content_hash == manifest.content_hash &&
+           ParametersOf(other.manifest) == ParametersOf(manifest);
+  }));
+  return rank;
 }
 
 void SceneOffers::OnScene(const SceneManifest& manifest) {
-  const auto known = std::find_if(offers_.begin(), offers_.end(), [&](const Offer& offer) {
+  const auto known = std::ranges::find_if(offers_, [&](const Offer& offer) {
     return offer.manifest.offered_by == manifest.offered_by;
   });
   if (known != offers_.end()) {
@@ -129,18 +154,41 @@ void SceneOffers::OnScene(const SceneManifest& manifest) {
     offers_.push_back({manifest, true});
     return;
   }
-  const auto last = std::max_element(offers_.begin(), offers_.end(), Precedes);
-  if (const Offer offer{manifest, true}; Precedes(offer, *last)) *last = offer;
+  const auto before = [this](const Offer& a, const Offer& b) {
+    return RankOf(a) < RankOf(b);
+  };
+  const auto last = std::max_element(offers_.begin(), offers_.end(), before);
+  if (const Offer offer{manifest, true}; RankOf(offer) < RankOf(*last)) *last = offer;
+}
+
+void SceneOffers::OnWithdrawn(PeerId peer) {
+  for (Offer& offer : offers_) {
+    if (offer.manifest.offered_by == peer) offer.here = false;
+  }
 }
 
 void SceneOffers::OnPresence(PeerId peer, bool here) {
+  constexpr std::size_t kMostPresent = 256;
+  if (!here) {
+    present_.erase(peer);
+  } else if (present_.size() < kMostPresent) {
+    present_.insert(peer);
+  }
   for (Offer& offer : offers_) {
     if (offer.manifest.offered_by == peer) offer.here = here;
   }
 }
 
+std::vector<SceneOffers::Offer>::const_iterator SceneOffers::First() const {
+  const auto before = [this](const Offer& a, const Offer& b) {
+    return RankOf(a) < RankOf(b);
+  };
+  const auto first = std::min_element(offers_.begin(), offers_.end(), before);
+  return first == offers_.end() || first->here || remembers_ ? first : offers_.end();
+}
+
 const SceneManifest* SceneOffers::session() const {
-  const auto first = std::min_element(offers_.begin(), offers_.end(), Precedes);
+  const auto first = First();
   return first == offers_.end() ? nullptr : &first->manifest;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,18 +37,27 @@ std::string ContentDifference(const Scene& scene, const SceneHash& hash,
 std::string PushWarning(const ForceParameters& ours, const ForceParameters& theirs, double mass,
                         const std::string& who);
 
-/// The manifests on offer, by who offers them, and which of them is the session's: of those whose
-/// offerers are here, the one of the highest revision, then that of the lowest id. Keeps at most
-/// kMost, so that forged ones cost nothing.
+/// Whether one may go by the session's voxels unasked: within a factor of four of one's own, so that
+/// nobody can make others load until their memory is full.
+bool MayBeAdopted(const ForceParameters& session, const ForceParameters& ours);
+
+/// The manifests on offer, by who offers them, and which of them is the session's. An offer counts
+/// while its author offers it and is not gone; as under way only if the author takes part. Of those
+/// under way the one that most of those here go by counts, then that of the lowest id; of the others
+/// that of the highest revision, then of the lowest id. Keeps at most kMost, so that forged ones
+/// cost nothing.
 class SceneOffers {
  public:
   static constexpr std::size_t kMost = 4 * kMaxPeers;
 
+  /// `remembers`: what those who have gone offered counts when nobody here offers anything.
+  explicit SceneOffers(bool remembers = false) : remembers_(remembers) {}
+
   void OnScene(const SceneManifest& manifest);
-  /// What one who has gone offered counts when nobody here offers anything.
+  void OnWithdrawn(PeerId peer);
   void OnPresence(PeerId peer, bool here);
 
-  /// Null: nothing has been offered.
+  /// Null: nothing is on offer.
   const SceneManifest* session() const;
   const SceneManifest* From(PeerId peer) const;
   std::vector<SceneManifest> All() const;
@@ -56,11 +66,22 @@ class SceneOffers {
  private:
   struct Offer {
     SceneManifest manifest;
-    bool here = true;
+    bool here = true;  // offered, by somebody who is not gone
   };
-  static bool Precedes(const Offer& a, const Offer& b);
+  struct Rank {
+    bool here = false;
+    std::uint32_t revision = 0;
+    std::size_t followers = 0;  // of what is under way
+    PeerId by = 0;
 
+    bool operator<(const Rank& other) const;  // counts before it
+  };
+  Rank RankOf(const Offer& offer) const;
+  std::vector<Offer>::const_iterator First() const;
+
+  bool remembers_;
   std::vector<Offer> offers_;
+  std::set<PeerId> present_;  // those who take part
 };
 
 }  // namespace tandem

@@ -21,8 +21,12 @@ class Inbox {
   virtual void OnPeerLost(PeerId peer) = 0;  // fell silent; may come back with OnPeerInfo
   virtual void OnEvent(const Event& event, std::int64_t arrival_ns) = 0;
   virtual void OnScene(const SceneManifest& manifest) = 0;
+  /// What a peer offered is not on offer any more: its writer has gone.
+  virtual void OnSceneWithdrawn(PeerId /*peer*/) {}
+  /// Our keys are in use by another program too, which says this; in secured sessions.
+  virtual void OnTwin(const PeerInfo& /*info*/) {}
   /// A sample that no sound peer sends was dropped; `from`: whose it was as far as the way it came
-  /// tells, 0: nobody's. On the thread that received it.
+  /// tells, 0: nobody's. Of motion on the receive thread, the rest on the control thread.
   virtual void OnDropped(PeerId /*from*/, Drop /*reason*/) {}
 };
 

@@ -121,6 +121,11 @@ void Viewer::OnScene(const SceneManifest& manifest) {
   offers_.OnScene(manifest);
 }
 
+void Viewer::OnSceneWithdrawn(PeerId peer) {
+  const std::lock_guard lock(mutex_);
+  offers_.OnWithdrawn(peer);
+}
+
 ViewedPeer* Viewer::PlaceFor(PeerId peer) {
   if (const auto known = peers_.find(peer); known != peers_.end()) return &known->second;
   if (peers_.size() >= kMost) {

@@ -92,6 +92,7 @@ class Viewer : public Inbox {
   void OnPeerLost(PeerId peer) override;
   void OnEvent(const Event&, std::int64_t) override {}
   void OnScene(const SceneManifest& manifest) override;
+  void OnSceneWithdrawn(PeerId peer) override;
 
  private:
   /// Before a scene is known, whether one may have it.
@@ -105,7 +106,7 @@ class Viewer : public Inbox {
   void TakePlacesOfNamesakes(ViewedPeer& peer);
 
   mutable std::mutex mutex_;
-  SceneOffers offers_;
+  SceneOffers offers_{true};
   std::map<PeerId, ViewedPeer> peers_;
   std::set<PeerId> replaced_;  // whose places others took; frames of theirs are stragglers
   std::uint64_t samples_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
@@ -20,10 +21,14 @@ namespace {
 
 // for the session's scene, before anything is loaded: those who are here answer in a tenth of it
 constexpr std::int64_t kListenNs = 400 * kMs;
+// where what is heard is another scene, before we refuse to join
+constexpr std::int64_t kListenToOthersNs = 2000 * kMs;
 // how long those who are in the session already may take to be discovered
 constexpr std::int64_t kSettleNs = 1000 * kMs;
 // of that, for claims to reach the haptic thread
 constexpr std::int64_t kLeastSettleNs = 100 * kMs;
+// for force parameters that somebody else offers meanwhile
+constexpr int kMostLoads = 3;
 
 /// Reads the scene file and what it is made of.
 int ReadScene(const PeerArguments& arguments, Joining& joining) {
@@ -109,6 +114,12 @@ int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining&
     return kExitOk;
   }
   if (arguments.insist) return Insist(arguments, theirs, joining);
+  if (!MayBeAdopted(theirs, ours) && !arguments.adopt_any) {
+    return Fail(kExitIncompatiblePeer,
+                "the session goes by " + Describe(theirs) + ", this scene by " + Describe(ours) +
+                    ": more than a factor of 4 apart, which takes much more memory or is much "
+                    "coarser: --adopt-any takes it all the same, --insist keeps yours");
+  }
   if (const std::string fault = LayerFault(theirs.contact, theirs.force_layer); !fault.empty()) {
     return Fail(kExitIncompatiblePeer, "the session goes by " + Describe(theirs) + ", but " +
                                            fault + ": bring its scene to that layer, or --insist");
@@ -188,6 +199,19 @@ int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& join
   return kExitOk;
 }
 
+/// The limits that are not the law's own, "stiffness=80 …".
+std::string GainsOf(const CouplingLimits& limits) {
+  std::string text;
+  for (const LimitName& limit : kLimitNames) {
+    const double value = limits.*limit.value;
+    if (value == CouplingLimits{}.*limit.value) continue;
+    char number[32];
+    std::snprintf(number, sizeof number, "%g", value);
+    text += (text.empty() ? "" : " ") + std::string(limit.name) + "=" + number;
+  }
+  return text;
+}
+
 /// The script that moves the hand, or that says where it grasps; empty: none.
 std::string ScriptOf(const PeerArguments& arguments) {
   for (const std::string driver : {"scripted:", "none:"}) {
@@ -231,6 +255,10 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
   options.peer.capacity = joining.capacity.tests;
   options.peer.look_price = joining.capacity.look_price;
   options.name = arguments.name;
+  options.terms = {.law = arguments.law,
+                   .gains = GainsOf(arguments.limits),
+                   .gate = arguments.gate,
+                   .contact = !arguments.no_contact};
   options.manifest = joining.manifest;
   options.conditions = arguments.conditions;
   options.waiting = joining.waiting;
@@ -280,6 +308,22 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
   return kExitOk;
 }
 
+/// The scene that most here go by. Whoever is heard first may be the only one that goes by another.
+std::optional<SceneManifest> ListenForScene(const Joining& joining) {
+  std::optional<SceneManifest> session;
+  std::int64_t first_ns = joining.joined_ns;
+  for (;;) {
+    const std::int64_t now_ns = MonotonicNowNs();
+    const std::optional<SceneManifest> before = std::exchange(session, joining.inbox.SessionScene());
+    if (session && !before) first_ns = now_ns;
+    const bool fits =
+        !session || (ContentDifference(joining.scene, joining.hash, *session).empty() &&
+                     MayBeAdopted(ParametersOf(*session), ParametersOf(joining.scene)));
+    if (now_ns - first_ns >= (fits ? kListenNs : kListenToOthersNs)) return session;
+    MachineClock().SleepUntil(now_ns + 10 * kMs);
+  }
+}
+
 }  // namespace
 
 bool Superseded(const Joining& joining) {
@@ -312,10 +356,11 @@ int Join(PeerArguments& arguments, Joining& joining) {
     return Fail(kExitUsage, WhyNotHeld(arguments.hold, joining.scene));
   }
   if (const int failed = Connect(arguments, joining); failed != kExitOk) return failed;
-  std::optional<SceneManifest> session = joining.inbox.SessionScene();
-  while (!session && MonotonicNowNs() - joining.joined_ns < kListenNs) {
-    MachineClock().SleepUntil(MonotonicNowNs() + 10 * kMs);
-    session = joining.inbox.SessionScene();
+  std::optional<SceneManifest> session = ListenForScene(joining);
+  if (joining.inbox.has_twin()) {
+    return Fail(kExitSecurity, arguments.reach.secure +
+                                   ": these keys are in use in this session already: end the other "
+                                   "program, or take keys of your own");
   }
   do {
     if (session) {
@@ -325,7 +370,7 @@ int Join(PeerArguments& arguments, Joining& joining) {
     joining.transport->Publish(joining.manifest);
     if (const int failed = LoadAgreed(arguments, joining); failed != kExitOk) return failed;
     session = joining.inbox.SessionScene();
-  } while (Superseded(joining));
+  } while (Superseded(joining) && ++joining.times_loaded <= kMostLoads);
   if (const int failed = MakeNode(arguments, joining); failed != kExitOk) return failed;
   if (!arguments.repeats) {
     for (const std::string& remark : joining.model->remarks) Say(remark);

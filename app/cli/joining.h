@@ -44,6 +44,7 @@ struct Joining {
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
   std::shared_ptr<DeviceSpace> space;     // of the device's process; null: it is in this one
   std::unique_ptr<PeerNode> node;
+  int times_loaded = 0;                  // for the session's force parameters
   GoalDevice* goal_device = nullptr;     // the node's; null: it has another kind
   std::unique_ptr<Transport> transport;  // goes first but for what says goodbye by it
   std::optional<AtForcedEnd> goodbye;    // while it loads, too
@@ -56,7 +57,8 @@ int Join(PeerArguments& arguments, Joining& joining);
 inline constexpr int kEndedWhileLoading = -2;
 
 /// Whether others have offered the session other force parameters before us: then what we have
-/// loaded is of no use, unless we insist.
+/// loaded is of no use, unless we insist. Loading anew is done a few times at the most, lest somebody
+/// who offers others for ever keeps us out.
 bool Superseded(const Joining& joining);
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -58,6 +59,29 @@ int MakeSession(const KeysArguments& arguments) {
   return kExitOk;
 }
 
+int Revoke(const KeysArguments& arguments) {
+  const Result<bool> done = RevokeMember(arguments.folder, arguments.out);
+  if (!done) return Fail(kExitSecurity, done.error().what);
+  Say(arguments.out + " is revoked: copy " + arguments.folder + "/revoked.p7s and " +
+      arguments.folder + "/identity.crl into the folder of every member that stays, who then start "
+      "anew; members made from now on have them");
+  return kExitOk;
+}
+
+/// What each sort of member may do, a line each.
+void TellRights() {
+  for (const char* line :
+       {"                                     peer     viewer   relay's audience side",
+        "be seen, under the name of its keys  yes      yes      as each peer it shows",
+        "hold bodies, answer for them         yes      no       no",
+        "offer a scene                        yes      no       as each peer it shows",
+        "see bodies move                      yes      yes      no",
+        "review notes, cameras (to come)      yes      yes      as each peer it shows",
+        "files of scenes (to come)            yes      reads    as each peer it shows"}) {
+    std::puts(line);
+  }
+}
+
 enum class Part { kPeer, kViewer, kRelay };
 
 int MakeMember(const KeysArguments& arguments, Part part) {
@@ -108,6 +132,17 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
       ->check(WholeNumberFrom(1, 36'500));
   session->callback([arguments, &exit_code] {
     exit_code = MakeSession(*arguments);
+  });
+
+  auto revoked = std::make_shared<KeysArguments>();
+  CLI::App* revoke = keys->add_subcommand("revoke", "Keep a member out from now on");
+  revoke->add_option("FOLDER", revoked->folder, "the session's folder")->required();
+  revoke->add_option("MEMBER", revoked->out, "the member's folder")->required();
+  revoke->callback([revoked, &exit_code] {
+    exit_code = Revoke(*revoked);
+  });
+  keys->add_subcommand("rights", "What keys of each sort let their owner do")->callback([] {
+    TellRights();
   });
 
   struct Member {

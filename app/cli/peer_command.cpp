@@ -92,6 +92,35 @@ std::string WhatThereIsToHold(const WorldModel& model) {
   return line;
 }
 
+/// By what force terms each peer here goes, a line each.
+std::vector<std::string> TermsOf(const PeerDirectory& directory) {
+  std::vector<std::string> lines;
+  for (const PeerDirectory::Entry& entry : directory.Entries()) {
+    const bool counts = entry.presence == PeerDirectory::Presence::kHere &&
+                        entry.info.role == Role::kActive && entry.refused.empty();
+    if (!counts || entry.info.terms.law.empty()) continue;
+    lines.push_back(entry.info.name + ": " + Describe(entry.info.terms) +
+                    (entry.terms_told.empty() ? "" : "; not as yours: " + entry.terms_told));
+  }
+  return lines;
+}
+
+nlohmann::ordered_json TermsAsJson(const PeerDirectory& directory) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (const PeerDirectory::Entry& entry : directory.Entries()) {
+    if (entry.info.role != Role::kActive) continue;
+    const ForceTerms& terms = entry.info.terms;
+    rows.push_back({{"name", entry.info.name},
+                    {"law", terms.law},
+                    {"gains", terms.gains},
+                    {"gate", terms.gate},
+                    {"contact", terms.contact},
+                    {"force_layer", terms.force_layer},
+                    {"displacement_mm", 1e3 * terms.displacement}});
+  }
+  return rows;
+}
+
 std::size_t ActiveIn(const PeerDirectory& directory) {
   const std::vector<PeerDirectory::Entry> entries = directory.Entries();
   return static_cast<std::size_t>(
@@ -134,7 +163,8 @@ std::string Clutch(const PeerArguments& arguments, bool pressed) {
   return pressed ? "the handle moves alone, until 'clutch off'" : "the handle leads again";
 }
 
-int RunOnce(PeerArguments& arguments, PeerControl* control) {
+/// `may_join_again`: whether other force parameters, offered at the same time, still count.
+int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again) {
   for (const char* ending : {"", ".trace"}) {
     if (arguments.report.empty()) continue;
     const std::string fault = WhyNotWritable(arguments.report + ending);
@@ -257,7 +287,6 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
       const std::vector<std::string> names = NamesOfPeers(node.directory());
       for (const std::string& line : fresh) news.Add(AboutWhom(line, names), line);
     }
-    for (const std::string& line : refusals.Look(node.inbox().drops(), name)) news.Add("", line);
     for (const std::string& line : refusals.Look(PacketsJudged())) news.Add("", line);
     for (const std::string& line : news.Due(now_ns)) Say(line);
     if (DeviceProcess* device = joining.device(); device != nullptr) {
@@ -298,6 +327,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
       }
       if (line == "peers") {
         for (const std::string& row : AsLines(node.peer().table().Read(), name)) Say(row);
+        for (const std::string& row : TermsOf(node.directory())) Say(row);
         continue;
       }
       if (line == "clutch" || line == "clutch off") {
@@ -332,7 +362,13 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
                                  "'tandem watch'");
       break;
     }
-    if (!begun.load(std::memory_order_relaxed) && Superseded(joining)) {
+    if (now_ns - opened_ns < kNewcomerNs && node.IsTwin()) {
+      exit_code = Fail(kExitSecurity, arguments.reach.secure +
+                                          ": these keys are in use in this session already: end "
+                                          "the other program, or take keys of your own");
+      break;
+    }
+    if (!begun.load(std::memory_order_relaxed) && may_join_again && Superseded(joining)) {
       Say("other force parameters were offered to the session at the same time: joining anew by "
           "those");
       exit_code = kJoinAgain;
@@ -418,6 +454,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control) {
   report.drops = node.inbox().drops().Total();
   AddDelivery(node.inbox().delivery(), report);
   report.peers = AsJson(table, name);
+  report.force_terms = TermsAsJson(node.directory());
   report.start_gaps = AsJson(joining.start_gaps);
   report.verdicts = AsJson(verdicts);
   report.socket_dropped = socket_dropped;
@@ -460,13 +497,15 @@ int RunPeer(PeerArguments& arguments) {
     if (!opened) return Fail(kExitNetwork, opened.error().what);
     control = *std::move(opened);
   }
+  constexpr int kMostJoins = 3;  // for force parameters that others offer meanwhile
   int exit_code = kJoinAgain;
   const std::string record = arguments.record;
-  for (int run = 1; exit_code == kJoinAgain; ++run) {
-    if (control) control->TakeLoad(arguments);
+  int joins = 0;
+  for (int run = 1; exit_code == kJoinAgain; ++run, ++joins) {
+    if (control && control->TakeLoad(arguments)) joins = 0;
     // each scene that a host loads has a recording of its own
     if (HoldsBytes(arguments.record)) arguments.record = record + "." + std::to_string(run);
-    exit_code = RunOnce(arguments, control.get());
+    exit_code = RunOnce(arguments, control.get(), joins < kMostJoins);
     if (exit_code == kEndedWhileLoading) exit_code = kExitOk;
     // a scene that a host asked for and that cannot be: the one before it goes on
     const bool failed = exit_code != kJoinAgain && exit_code != kExitOk;

@@ -422,13 +422,14 @@ std::optional<Answer> PeerControl::AskForScene(std::uint64_t job, const std::str
   return std::nullopt;
 }
 
-void PeerControl::TakeLoad(PeerArguments& arguments) {
+bool PeerControl::TakeLoad(PeerArguments& arguments) {
   const std::lock_guard lock(posted_mutex_);
-  if (!load_ || load_->begun) return;
+  if (!load_ || load_->begun) return false;
   load_->begun = true;
   load_->before = arguments.scene;
   arguments.scene = load_->file;
   arguments.hold.clear();  // it is of the scene before
+  return true;
 }
 
 bool PeerControl::RevertLoad(PeerArguments& arguments, const std::string& why) {

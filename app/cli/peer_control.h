@@ -53,9 +53,9 @@ class PeerControl : private ControlledPeer {
   void OnLine(const std::string& line);
   /// The same as the node's queue; for orders that are typed.
   bool Order(const Command& command) override;
-  /// Puts the scene that a host asked for into the arguments. Where that could not be joined,
+  /// Puts the scene that a host asked for into the arguments, if one did. Where that could not be joined,
   /// RevertLoad() has the one before, once, and the host is told why.
-  void TakeLoad(PeerArguments& arguments);
+  bool TakeLoad(PeerArguments& arguments);
   bool RevertLoad(PeerArguments& arguments, const std::string& why);
 
  private:

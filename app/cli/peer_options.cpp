@@ -153,6 +153,9 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   command.add_flag("--insist", arguments.insist,
                    "keep to the scene file's voxels and force parameters where the session has "
                    "others; shared bodies are then not held");
+  command.add_flag("--adopt-any", arguments.adopt_any,
+                   "take the session's voxels also where they are more than 4 times smaller or larger "
+                   "than the scene file's");
   AddHandOptions(command, arguments);
   AddControlOptions(command, arguments);
   AddLinkOptions(command, arguments);

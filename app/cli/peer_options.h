@@ -54,7 +54,8 @@ struct PeerArguments {
   std::string record;
   bool no_contact = false;
   bool require_rt = false;
-  bool insist = false;   // on the scene file's force parameters
+  bool insist = false;     // on the scene file's force parameters
+  bool adopt_any = false;  // the session's voxels, however far from the scene file's
   bool brief = false;    // says nothing of gaps at the start and of what became of bodies
   bool as_part = false;  // of a command that starts several: its lines begin with its name
   bool repeats = false;  // another part of it says what there is to say of scene and session

@@ -176,6 +176,7 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
           {"drops", AsJson(report.drops)},
           {"packets_refused", AsJson(report.packets)},
           {"peers", report.peers},
+          {"force_terms", report.force_terms},
           {"start_gaps", report.start_gaps},
           {"verdicts", report.verdicts}};
 }

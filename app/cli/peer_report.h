@@ -48,6 +48,7 @@ struct PeerReport {
   std::size_t peers_heard = 0;  // of whom at least one state came
   double least_delivered = 1;
   nlohmann::ordered_json peers = nlohmann::ordered_json::array();  // AsJson() of the last table
+  nlohmann::ordered_json force_terms = nlohmann::ordered_json::array();  // of each: law, gains …
   nlohmann::ordered_json start_gaps = nlohmann::ordered_json::array();  // AsJson() of them
   nlohmann::ordered_json verdicts = nlohmann::ordered_json::array();
   std::uint64_t socket_dropped = 0;  // packets of any kind, since the receive thread was late

@@ -3,20 +3,7 @@
 namespace tandem {
 namespace {
 
-// What a user is told of what is too much; null: it is another kind of fault.
-const char* WordsFor(Drop reason) {
-  switch (reason) {
-    case Drop::kFlood:
-      return "sends more than any sound program: it is not heard for a second at a time";
-    case Drop::kManyKeys:
-      return "speaks of more bodies than there can be: what is too much is refused";
-    case Drop::kManyWriters:
-      return "sends by more ways than a program has: what is too much is refused";
-    default:
-      return nullptr;
-  }
-}
-
+// What a user is told of what is too much; null: it is of no interest.
 const char* WordsFor(PacketDrop reason) {
   switch (reason) {
     case PacketDrop::kNewSender:
@@ -41,20 +28,6 @@ std::vector<std::string> RefusalNews::Look(const PacketCounts& packets) {
     const char* const words = WordsFor(reason);
     if (packets[i] < kLeastPackets || words == nullptr) continue;
     if (packets_told_.insert(reason).second) news.emplace_back(words);
-  }
-  return news;
-}
-
-std::vector<std::string> RefusalNews::Look(const DropTable& drops, const NameFunction& name) {
-  std::vector<std::string> news;
-  for (const auto& [peer, counts] : drops.Rows()) {
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-      const auto reason = static_cast<Drop>(i);
-      const char* const words = WordsFor(reason);
-      if (counts[i] < kLeast || words == nullptr || told_.size() >= kMostTold) continue;
-      if (!told_.emplace(peer, reason).second) continue;
-      news.push_back((peer == 0 ? "somebody" : name(peer)) + " " + words);
-    }
   }
   return news;
 }

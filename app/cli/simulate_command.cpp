@@ -30,6 +30,7 @@ struct SimulateArguments {
   std::string scene;       // in place of seeds
   bool hands = false;      // sessions of hands that hosts move
   double seconds = 0;      // of the scene at the most, or of a session of hands; 0: not given
+  bool hostile = false;  // beside the honest a member that keeps to no rule
   bool verbose = false;
   bool json = false;
 };
@@ -91,7 +92,7 @@ int RunSimulate(const SimulateArguments& arguments) {
   const double seconds = arguments.seconds > 0 ? arguments.seconds : kHandsSeconds;
   const std::vector<SeedResult> results =
       arguments.hands ? SimulateHandSeeds(first, count, threads, seconds, MakeLightScene(), log)
-                      : SimulateSeeds(first, count, threads, MakeLightScene(), log);
+                      : SimulateSeeds(first, count, threads, MakeLightScene(), log, arguments.hostile);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
 
   double peer_seconds = 0;
@@ -178,6 +179,11 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
       ->check(NumberAbove(0, 1e9));
   command->add_option("--threads", arguments->threads, "sessions at a time; default: processors")
       ->check(WholeNumberFrom(1, kMostThreads));
+  command
+      ->add_flag("--hostile", arguments->hostile,
+                 "with a member that forges, replays and shuffles claims, events and manifests")
+      ->excludes(scene)
+      ->excludes("--hands");
   command->add_flag("--verbose", arguments->verbose,
                     "with --seed: what happens and what each user is told, as it comes");
   command->add_flag("--json", arguments->json, "print one JSON object");

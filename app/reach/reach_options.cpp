@@ -88,7 +88,10 @@ Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& nam
 
 std::string SecurityOf(const ReachOptions& options, const std::string& session) {
   if (!options.secure.empty()) {
-    return "session " + session + " is secured: members only, signed and encrypted";
+    const Result<MemberKeys> keys = LoadMemberKeys(options.secure);
+    const std::string ending = keys ? ExpiryWarning(*keys) : std::string();
+    return "session " + session + " is secured: members only, signed and encrypted" +
+           (ending.empty() ? "" : "; " + ending);
   }
   return "session " + session +
          " is plain: whoever reaches this network can listen and take part (--secure)";

@@ -67,8 +67,8 @@ class Flooder {
     info.role = Role::kActive;
     info.name = name;
     tandem_PeerInfo wire{};
-    std::vector<tandem_Claim> claims;
-    return ToWire(info, wire, claims) && dds_write(infos_, &wire) == DDS_RETCODE_OK;
+    InfoRoom room;
+    return ToWire(info, wire, room) && dds_write(infos_, &wire) == DDS_RETCODE_OK;
   }
 
  private:

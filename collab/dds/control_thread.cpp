@@ -1,7 +1,9 @@
 #include "collab/dds/control_thread.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
+#include <vector>
 
 #include <pthread.h>
 
@@ -29,15 +31,35 @@ void TakeAll(dds_entity_t reader, Use use) {
   } while (taken == static_cast<dds_return_t>(kBatch));
 }
 
+std::vector<dds_instance_handle_t> MatchedWriters(dds_entity_t reader) {
+  std::vector<dds_instance_handle_t> writers(64);
+  dds_return_t found = 0;
+  for (;;) {
+    found = dds_get_matched_publications(reader, writers.data(), writers.size());
+    if (found < 0) return {};
+    if (static_cast<std::size_t>(found) <= writers.size()) break;
+    writers.resize(2 * static_cast<std::size_t>(found));
+  }
+  writers.resize(static_cast<std::size_t>(found));
+  std::ranges::sort(writers);
+  return writers;
+}
+
+// A crashed peer's keys are used again before anybody has noticed: that is no twin. One that is
+// told of has been heard beside the other for so long.
+constexpr std::int64_t kTwinNs = 1'500'000'000;
+// Writers whose facts are kept; of invented ones all are looked up anew.
+constexpr std::size_t kMostFacts = 1024;
+
 }  // namespace
 
-ControlThread::ControlThread(const Sources& sources, PeerId self, Inbox& inbox,
-                             std::function<void()> refresh_owners)
-    : sources_(sources),
+ControlThread::ControlThread(Sources sources, PeerId self, Inbox& inbox,
+                             std::function<void(const Seats&)> refresh_owners)
+    : sources_(std::move(sources)),
       self_(self),
       inbox_(inbox),
       refresh_owners_(std::move(refresh_owners)),
-      stop_(dds_create_guardcondition(sources.participant)),
+      stop_(dds_create_guardcondition(sources_.participant)),
       thread_([this] {
         Run();
       }) {}
@@ -50,7 +72,8 @@ ControlThread::~ControlThread() {
 void ControlThread::Run() {
   pthread_setname_np(pthread_self(), "dds-control");
   const Entity waitset(dds_create_waitset(sources_.participant));
-  for (const dds_entity_t reader : {sources_.peer_info, sources_.scene, sources_.event}) {
+  for (const dds_entity_t reader :
+       {sources_.peer_info, sources_.viewer_info, sources_.scene, sources_.event}) {
     if (reader == 0) continue;
     const dds_entity_t any = dds_create_readcondition(reader, DDS_ANY_STATE);
     dds_waitset_attach(waitset.get(), any, 0);
@@ -58,60 +81,171 @@ void ControlThread::Run() {
   dds_waitset_attach(waitset.get(), sources_.on_match, 0);
   dds_waitset_attach(waitset.get(), stop_, 0);
 
-  refresh_owners_();
+  refresh_owners_(seats_);
   for (;;) {
     dds_waitset_wait(waitset.get(), nullptr, 0, DDS_INFINITY);
     bool raised = false;
     if (dds_read_guardcondition(stop_, &raised) == DDS_RETCODE_OK && raised) return;
     // lowered before looking, so that a writer that comes meanwhile raises it again
-    if (dds_take_guardcondition(sources_.on_match, &raised) == DDS_RETCODE_OK && raised) {
-      refresh_owners_();
+    const bool changed =
+        dds_take_guardcondition(sources_.on_match, &raised) == DDS_RETCODE_OK && raised;
+    TakePresence<tandem_PeerInfo>(sources_.peer_info);
+    TakePresence<tandem_ViewerInfo>(sources_.viewer_info);
+    if (changed) {
+      if (sources_.event != 0) TakeEvents();
+      SayGoodbyes();
     }
-    TakePeerInfo();
+    EndPresence(changed);
+    if (changed || std::exchange(seats_changed_, false)) refresh_owners_(seats_);
     TakeScenes();
+    if (changed) EndScenes();
     if (sources_.event != 0) TakeEvents();
+    SayGoodbyes();
   }
 }
 
-void ControlThread::TakePeerInfo() {
-  PeerInfo info;
-  TakeAll<tandem_PeerInfo>(sources_.peer_info,
-                           [&](const tandem_PeerInfo& wire, const dds_sample_info_t& sample) {
-                             if (wire.peer == self_) return;
-                             if (sample.valid_data && FromWire(wire, info))
-                               Hear(info, sample.publication_handle);
-                             if (sample.instance_state != DDS_IST_ALIVE) NoteEnd(wire.peer, sample);
-                           });
+void ControlThread::SayGoodbyes() {
+  for (const PeerId peer : std::exchange(leaving_, {})) {
+    if (here_.erase(peer) == 0) continue;
+    seats_.erase(peer);
+    seats_changed_ = true;
+    inbox_.OnPeerLeft(peer);
+  }
 }
 
-void ControlThread::Hear(const PeerInfo& info, dds_instance_handle_t writer) {
-  const auto known = present_.find(info.peer);
-  const bool same_writer = known != present_.end() && known->second == writer;
-  if (!same_writer && OwnerOfWriter(sources_.peer_info, writer) != info.peer) return;
-  present_[info.peer] = writer;
+const WriterFacts& ControlThread::Facts(dds_entity_t reader, dds_instance_handle_t writer) {
+  if (const auto known = facts_.find(writer); known != facts_.end()) return known->second;
+  if (facts_.size() >= kMostFacts) facts_.clear();
+  static const WriterFacts kNone;
+  WriterFacts facts = FactsOfWriter(reader, writer);
+  if (facts.participant == 0) return kNone;  // gone: perhaps it comes back
+  return facts_[writer] = std::move(facts);
+}
+
+bool ControlThread::IsOwn(PeerId peer, const WriterFacts& facts) const {
+  if (peer == 0 || facts.owner.peer != peer) return false;
+  const auto seat = seats_.find(peer);
+  return seat == seats_.end() || seat->second == facts.participant;
+}
+
+template <typename Wire>
+void ControlThread::TakePresence(dds_entity_t reader) {
+  PeerInfo info;
+  TakeAll<Wire>(reader, [&](const Wire& wire, const dds_sample_info_t& sample) {
+    if (sample.valid_data && FromWire(wire, info)) Hear(info, reader, sample.publication_handle);
+  });
+}
+
+void ControlThread::Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handle_t writer) {
+  const WriterFacts facts = Facts(reader, writer);
+  if (facts.participant == 0) return;  // what is left of one that is gone
+  if (facts.owner.peer != info.peer) {
+    if (facts.owner.peer != self_) inbox_.OnDropped(facts.owner.peer, Drop::kImpostor);
+    return;
+  }
+  if (sources_.revoked.contains(info.peer)) {
+    inbox_.OnDropped(info.peer, Drop::kRevoked);
+    return;
+  }
+  if (sources_.secured) {
+    // the permissions of old keys say nothing of names
+    if (facts.owner.name.empty()) return inbox_.OnDropped(info.peer, Drop::kImpostor);
+    info.name = facts.owner.name;
+  }
+  const auto known = here_.find(info.peer);
+  if (info.peer == self_) {
+    // permissions let nobody without our keys speak as us; in a plain session anybody can
+    if (sources_.secured && !info.leaving) inbox_.OnTwin(info);
+    if (!sources_.secured) inbox_.OnDropped(self_, Drop::kImpostor);
+    return;
+  }
+  if (known != here_.end() && known->second.writer != writer) {
+    return HearTwin(info, known->second, writer);
+  }
+  if (info.leaving) {
+    // its last events are heard first
+    if (known != here_.end()) leaving_.insert(info.peer);
+    return;
+  }
+  if (known == here_.end()) {
+    if (sources_.quiet->Has(writer)) return;  // said before it fell silent
+    here_[info.peer] = {reader, writer, 0};
+    seats_[info.peer] = facts.participant;
+    seats_changed_ = true;
+  } else if (known->second.twin_ns != 0 && MonotonicNow_ns() - known->second.twin_ns > kTwinNs) {
+    known->second.twin_ns = 0;
+    inbox_.OnDropped(info.peer, sources_.secured ? Drop::kTwin : Drop::kImpostor);
+  }
   inbox_.OnPeerInfo(info, MonotonicNow_ns());
 }
 
-// Only a peer's own writer may say goodbye for it.
-void ControlThread::NoteEnd(PeerId peer, const dds_sample_info_t& end) {
-  const auto known = present_.find(peer);
-  if (known == present_.end()) return;
-  const bool disposed = end.instance_state == DDS_IST_NOT_ALIVE_DISPOSED;
-  if (disposed && known->second != end.publication_handle) return;
-  present_.erase(known);
-  if (disposed) {
-    inbox_.OnPeerLeft(peer);
-  } else {
+// What it says is lost; it says it again when the other's writer is gone.
+void ControlThread::HearTwin(const PeerInfo&, Here& here, dds_instance_handle_t) {
+  if (here.twin_ns == 0) here.twin_ns = MonotonicNow_ns();
+}
+
+void ControlThread::EndPresence(bool matches_changed) {
+  if (!matches_changed) return;
+  std::map<dds_entity_t, std::vector<dds_instance_handle_t>> matched;
+  for (const dds_entity_t reader : {sources_.peer_info, sources_.viewer_info}) {
+    matched[reader] = MatchedWriters(reader);
+  }
+  for (auto it = here_.begin(); it != here_.end();) {
+    const Here& here = it->second;
+    const bool is_matched = std::ranges::binary_search(matched[here.reader], here.writer);
+    if (is_matched && !sources_.quiet->Has(here.writer)) {
+      ++it;
+      continue;
+    }
+    if (!is_matched) sources_.quiet->Forget(here.writer);
+    const PeerId peer = it->first;
+    it = here_.erase(it);
+    seats_.erase(peer);
+    seats_changed_ = true;
     inbox_.OnPeerLost(peer);
   }
+  // handles are not used again in a process's life, so facts of those gone are of no use
+  if (facts_.size() > kMostFacts / 2) facts_.clear();
 }
 
 void ControlThread::TakeScenes() {
   SceneManifest manifest;
   TakeAll<tandem_SceneManifest>(
       sources_.scene, [&](const tandem_SceneManifest& wire, const dds_sample_info_t& sample) {
-        if (sample.valid_data && FromWire(wire, manifest)) inbox_.OnScene(manifest);
+        if (!sample.valid_data || wire.offered_by == self_) return;
+        const WriterFacts& facts = Facts(sources_.scene, sample.publication_handle);
+        if (facts.participant == 0 || facts.owner.peer == self_) return;
+        const auto known = offering_.find(wire.offered_by);
+        const bool first =
+            known == offering_.end() || known->second == sample.publication_handle;
+        if (!IsOwn(wire.offered_by, facts) || !first) {
+          return inbox_.OnDropped(facts.owner.peer, Drop::kImpostor);
+        }
+        if (sources_.revoked.contains(wire.offered_by)) {
+          return inbox_.OnDropped(wire.offered_by, Drop::kRevoked);
+        }
+        if (!FromWire(wire, manifest)) {
+          return inbox_.OnDropped(wire.offered_by, Drop::kAbsurdScene);
+        }
+        offering_[wire.offered_by] = sample.publication_handle;
+        inbox_.OnScene(manifest);
       });
+}
+
+void ControlThread::EndScenes() {
+  const std::vector<dds_instance_handle_t> matched = MatchedWriters(sources_.scene);
+  for (auto it = offering_.begin(); it != offering_.end();) {
+    const auto seat = seats_.find(it->first);
+    const auto facts = facts_.find(it->second);
+    const bool is_impostor = seat != seats_.end() && facts != facts_.end() &&
+                             facts->second.participant != seat->second;
+    if (!is_impostor && std::ranges::binary_search(matched, it->second)) {
+      ++it;
+      continue;
+    }
+    inbox_.OnSceneWithdrawn(it->first);
+    it = offering_.erase(it);
+  }
 }
 
 void ControlThread::TakeEvents() {
@@ -119,7 +253,12 @@ void ControlThread::TakeEvents() {
   TakeAll<tandem_Event>(
       sources_.event, [&](const tandem_Event& wire, const dds_sample_info_t& sample) {
         if (!sample.valid_data || wire.peer == self_ || !FromWire(wire, event)) return;
-        if (OwnerOfWriter(sources_.event, sample.publication_handle) != event.peer) return;
+        const WriterFacts& facts = Facts(sources_.event, sample.publication_handle);
+        if (facts.participant == 0 || facts.owner.peer == self_) return;
+        if (!IsOwn(event.peer, facts)) {
+          return inbox_.OnDropped(facts.owner.peer, Drop::kImpostor);
+        }
+        if (!here_.contains(event.peer)) return inbox_.OnDropped(event.peer, Drop::kStranger);
         inbox_.OnEvent(event, MonotonicNow_ns());
       });
 }

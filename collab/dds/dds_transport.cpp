@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdio>
 #include <optional>
+#include <random>
 #include <utility>
 
 #include "collab/dds/control_thread.h"
@@ -19,6 +20,15 @@ namespace {
 
 // How long a goodbye waits for those who hear it to say so.
 constexpr dds_duration_t kGoodbyeWait = DDS_MSECS(100);
+// Samples of presence that may wait for the control thread.
+constexpr int kPresenceDepth = 16;
+
+std::uint64_t NewIncarnation() {
+  std::random_device random;
+  std::uint64_t number = 0;
+  while (number == 0) number = static_cast<std::uint64_t>(random()) << 32U | random();
+  return number;
+}
 
 struct Topics {
   dds_entity_t state = 0;
@@ -26,6 +36,7 @@ struct Topics {
   dds_entity_t view = 0;
   dds_entity_t event = 0;
   dds_entity_t peer_info = 0;
+  dds_entity_t viewer_info = 0;
   dds_entity_t scene = 0;
 };
 
@@ -34,7 +45,7 @@ struct Writers {
   dds_entity_t linked = 0;
   dds_entity_t view = 0;
   dds_entity_t event = 0;
-  dds_entity_t peer_info = 0;
+  dds_entity_t presence = 0;  // of peer_info, or a viewer's of viewer_info
   dds_entity_t scene = 0;
 };
 
@@ -51,8 +62,10 @@ void HandView(Inbox& inbox, const ViewFrame& frame, std::int64_t arrival_ns) {
 
 class DdsTransport final : public Transport {
  public:
-  DdsTransport(const DdsOptions& options, Inbox& inbox, Entity domain, const dds_qos_t* qos)
+  DdsTransport(const DdsOptions& options, Inbox& inbox, Entity domain, const dds_qos_t* qos,
+               const MemberKeys& keys)
       : options_(options),
+        keys_(keys),
         inbox_(inbox),
         domain_(std::move(domain)),
         participant_(dds_create_participant(options.domain, qos, nullptr)),
@@ -70,10 +83,17 @@ class DdsTransport final : public Transport {
     RegisterObjects();
     OpenReaders();
     if (failed_.has_value()) return failed_;
-    control_.emplace(ControlThread::Sources{participant_.get(), peer_info_reader_, scene_reader_,
-                                            event_reader_, on_match_},
-                     options_.peer, inbox_, [this] {
-                       RefreshOwners();
+    control_.emplace(ControlThread::Sources{.participant = participant_.get(),
+                                            .peer_info = peer_info_reader_,
+                                            .viewer_info = viewer_info_reader_,
+                                            .scene = scene_reader_,
+                                            .event = event_reader_,
+                                            .on_match = on_match_,
+                                            .quiet = &quiet_,
+                                            .secured = !options_.secure.empty(),
+                                            .revoked = keys_.revoked},
+                     options_.peer, inbox_, [this](const Seats& seats) {
+                       RefreshOwners(seats);
                      });
     return std::nullopt;
   }
@@ -95,9 +115,10 @@ class DdsTransport final : public Transport {
     PublishFast<tandem_ViewFrame>(writers_.view, frame);
   }
   void Publish(const PeerInfo& info) override {
-    tandem_PeerInfo wire{};
-    CountUnless(ToWire(info, wire, claims_) &&
-                dds_write(writers_.peer_info, &wire) == DDS_RETCODE_OK);
+    if (said_goodbye_.load()) return;  // ended by force, while this thread has not seen it yet
+    PeerInfo said = info;
+    said.incarnation = incarnation_;
+    SayPresence(said);
   }
   void Publish(const Event& event) override { PublishFast<tandem_Event>(writers_.event, event); }
   void Publish(const SceneManifest& manifest) override {
@@ -112,15 +133,33 @@ class DdsTransport final : public Transport {
     SayGoodbye();
     Close();
   }
+  // By a sample, not by disposing: any writer of the topic can dispose of any instance. Nothing
+  // that other threads of this program have in hand is touched.
   void SayGoodbye() override {
-    tandem_PeerInfo self{};
-    self.peer = options_.peer;
+    if (said_goodbye_.exchange(true)) return;
+    if (options_.role == Role::kViewer) {
+      const auto last = GoodbyeOf<tandem_ViewerInfo>(options_.peer, incarnation_);
+      dds_write(writers_.presence, &last);
+    } else {
+      const auto last = GoodbyeOf<tandem_PeerInfo>(options_.peer, incarnation_);
+      dds_write(writers_.presence, &last);
+    }
     // of a writer that has gone both say so and do nothing
-    dds_dispose(writers_.peer_info, &self);
-    dds_wait_for_acks(writers_.peer_info, kGoodbyeWait);
+    dds_wait_for_acks(writers_.presence, kGoodbyeWait);
   }
 
  private:
+  void SayPresence(const PeerInfo& said) {
+    if (options_.role == Role::kViewer) {
+      tandem_ViewerInfo wire{};
+      ToWire(said, wire);
+      CountUnless(dds_write(writers_.presence, &wire) == DDS_RETCODE_OK);
+      return;
+    }
+    tandem_PeerInfo wire{};
+    CountUnless(ToWire(said, wire, info_room_) &&
+                dds_write(writers_.presence, &wire) == DDS_RETCODE_OK);
+  }
   template <typename Wire, typename Message>
   void PublishFast(dds_entity_t writer, const Message& message) {
     Wire wire;
@@ -145,6 +184,7 @@ class DdsTransport final : public Transport {
     };
     topics_.view = open(tandem_ViewFrame_desc, "view/1");
     topics_.peer_info = open(tandem_PeerInfo_desc, "peer_info");
+    topics_.viewer_info = open(tandem_ViewerInfo_desc, "viewer_info");
     topics_.scene = open(tandem_SceneManifest_desc, "scene");
     // a viewer's permissions do not let it have the others
     if (options_.role == Role::kViewer) return;
@@ -158,14 +198,18 @@ class DdsTransport final : public Transport {
       const Qos qos = MakeQos(purpose, partition);
       return Note(dds_create_writer(participant_.get(), topic, qos.get(), nullptr), "a writer");
     };
-    const std::string partition = PeerPartition(options_.peer);
-    writers_.peer_info = open(topics_.peer_info, Purpose::kPresence, partition);
-    if (options_.role == Role::kViewer) return;
+    const bool looks_on = options_.role == Role::kViewer;
+    const std::string partition =
+        looks_on ? ViewerPartition(options_.peer) : PeerPartition(options_.peer);
+    writers_.presence =
+        open(looks_on ? topics_.viewer_info : topics_.peer_info, Purpose::kPresence,
+             options_.secure.empty() ? partition : NamedPartition(partition, keys_.name));
+    if (looks_on) return;
     writers_.state = open(topics_.state, Purpose::kMotion, partition);
     writers_.linked = open(topics_.linked, Purpose::kMotion, partition);
     writers_.event = open(topics_.event, Purpose::kEvent, partition);
     writers_.view = open(topics_.view, Purpose::kMotion, ViewPartition(options_.peer));
-    writers_.scene = open(topics_.scene, Purpose::kSubject, kScenePartition);
+    writers_.scene = open(topics_.scene, Purpose::kSubject, ScenePartition(options_.peer));
   }
 
   // An instance that is not registered is made and dropped again at each write.
@@ -191,14 +235,17 @@ class DdsTransport final : public Transport {
 
   void OpenReaders() {
     const dds_entity_t participant = participant_.get();
-    const auto open = [&](dds_entity_t topic, Purpose purpose, const char* partition) {
-      const Qos qos = MakeQos(purpose, partition);
-      return Note(CreateGatedReader(participant, topic, qos.get(), nullptr,
+    const auto open_gated = [&](dds_entity_t topic, Purpose purpose, const Qos& qos,
+                                const dds_listener_t* listener) {
+      return Note(CreateGatedReader(participant, topic, qos.get(), listener,
                                     LimitsOf(purpose, IsBehindRelay(options_)),
                                     [this](dds_instance_handle_t, Drop reason) {
                                       inbox_.OnDropped(0, reason);
                                     }),
                   "a reader");
+    };
+    const auto open = [&](dds_entity_t topic, Purpose purpose, const char* partition) {
+      return open_gated(topic, purpose, MakeQos(purpose, partition), nullptr);
     };
     if (options_.role == Role::kViewer) {
       const Qos qos = MakeQos(Purpose::kMotion, kEveryView);
@@ -209,14 +256,22 @@ class DdsTransport final : public Transport {
       event_reader_ = open(topics_.event, Purpose::kEvent, kEveryPeer);
       Note(linked_.Open(participant, topics_.linked, qos), "the reader of link/2");
     }
-    peer_info_reader_ = open(topics_.peer_info, Purpose::kPresence, kEveryPeer);
-    scene_reader_ = open(topics_.scene, Purpose::kSubject, kScenePartition);
+    const Listener listener = quiet_.MakeListener(on_match_);
+    const auto open_presence = [&](dds_entity_t topic, const char* partition) {
+      const Qos qos = MakeQos(Purpose::kPresence, partition);
+      // whoever writes to another's instance must not push out what that one says
+      dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kPresenceDepth);
+      return open_gated(topic, Purpose::kPresence, qos, listener.get());
+    };
+    peer_info_reader_ = open_presence(topics_.peer_info, kEveryPeer);
+    viewer_info_reader_ = open_presence(topics_.viewer_info, kEveryViewer);
+    scene_reader_ = open(topics_.scene, Purpose::kSubject, kEveryScene);
   }
 
   // The control thread's; what it cannot keep is said once.
-  void RefreshOwners() {
-    const std::size_t unheard =
-        std::max({states_.RefreshOwners(), linked_.RefreshOwners(), views_.RefreshOwners()});
+  void RefreshOwners(const Seats& seats) {
+    const std::size_t unheard = std::max(
+        {states_.RefreshOwners(seats), linked_.RefreshOwners(seats), views_.RefreshOwners(seats)});
     if (unheard == 0 || std::exchange(told_of_unheard_, true)) return;
     SayOfDds("more than " + std::to_string(WriterOwners::kMaxWriters) +
              " programs send in this session: " + std::to_string(unheard) +
@@ -239,26 +294,31 @@ class DdsTransport final : public Transport {
   }
 
   const DdsOptions options_;
+  const MemberKeys keys_;  // of a secured session
+  const std::uint64_t incarnation_ = NewIncarnation();
   Inbox& inbox_;
   std::optional<Error> failed_;
   std::atomic<std::uint64_t> unsent_ = 0;
   // the sender thread's
   std::uint32_t states_sent_ = 0;
   LinkedState sending_;
+  std::atomic<bool> said_goodbye_ = false;
 
   Entity domain_;
   Entity participant_;
   const dds_entity_t on_match_;
+  QuietWriters quiet_;
   FastReader<tandem_ObjectState, ObjectState> states_;
   FastReader<tandem_LinkedState, LinkedState> linked_;
   FastReader<tandem_ViewFrame, ViewFrame> views_;
   Topics topics_;
   Writers writers_;
   dds_entity_t peer_info_reader_ = 0;
+  dds_entity_t viewer_info_reader_ = 0;
   dds_entity_t scene_reader_ = 0;
   dds_entity_t event_reader_ = 0;
-  std::vector<tandem_Claim> claims_;  // of the peer_info being sent
-  bool told_of_unheard_ = false;      // the control thread's
+  InfoRoom info_room_;            // of the peer_info being sent
+  bool told_of_unheard_ = false;  // the control thread's
   std::optional<ControlThread> control_;
 };
 
@@ -281,7 +341,8 @@ Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox&
   if (!domain) return domain.error();
 
   CycloneLogCapture log;
-  auto transport = std::make_unique<DdsTransport>(options, inbox, *std::move(domain), qos.get());
+  auto transport =
+      std::make_unique<DdsTransport>(options, inbox, *std::move(domain), qos.get(), keys);
   if (const std::optional<Error> error = transport->Open()) {
     const std::string said = log.Take();
     if (qos != nullptr) return Error{ExplainRefusal(error->what + " " + said, keys)};

@@ -39,9 +39,8 @@ struct PeerAddress {
 };
 Result<PeerAddress> ParsePeerAddress(const std::string& text);
 
-/// Joins a session. `inbox` must outlive the transport. An active peer reads state/1, link/2,
-/// event, peer_info and scene; a viewer reads view/1, peer_info and scene, and of pose topics
-/// nothing else. Errors (unknown interface, no free port, …) are said in words. Sets no clock,
+/// Joins a session. `inbox` must outlive the transport. All read peer_info, viewer_info and scene;
+/// an active peer also state/1, link/2 and event, a viewer view/1 and nothing else. Errors (unknown interface, no free port, …) are said in words. Sets no clock,
 /// starts Cyclone's own threads and one control thread. A process is in one session of a domain at
 /// a time. Leave() and destruction end all calls to the inbox, and so must not be called from
 /// within one.

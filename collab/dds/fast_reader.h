@@ -60,7 +60,9 @@ class FastReader {
   }
 
   /// Gives how many writers are not heard since there are too many.
-  std::size_t RefreshOwners() { return reader_ > 0 ? owners_.Refresh(reader_) : 0; }
+  std::size_t RefreshOwners(const Seats& seats) {
+    return reader_ > 0 ? owners_.Refresh(reader_, seats) : 0;
+  }
 
  private:
   static constexpr std::size_t kBatch = 16;

@@ -53,16 +53,117 @@ Result<bool> CopyInto(const fs::path& from, const fs::path& to) {
   return true;
 }
 
-Result<bool> MakeAuthority(const std::string& name, const Authority& out, int days) {
+// As `openssl ca` wants it.
+std::string TimeOf(std::time_t time) {
+  std::tm utc{};
+  gmtime_r(&time, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y%m%d%H%M%SZ", &utc);
+  return text.data();
+}
+
+// The books that `openssl ca` keeps of what it signs; for one signature each, or for a list.
+class Books {
+ public:
+  explicit Books(const fs::path& beside) : folder_(beside / "unfinished") {}
+  ~Books() {
+    std::error_code failed;
+    fs::remove_all(folder_, failed);
+  }
+  Books(const Books&) = delete;
+  Books& operator=(const Books&) = delete;
+
+  /// `entries`: of the index, of certificates signed before.
+  Result<bool> Open(const std::string& serial, const std::string& entries) {
+    std::error_code failed;
+    fs::remove_all(folder_, failed);
+    fs::create_directories(folder_, failed);
+    if (failed) return Error{folder_.string() + ": " + failed.message()};
+    const std::string at = folder_.string();
+    Result<bool> done = WriteText(folder_ / "index.txt", entries);
+    if (done) done = WriteText(folder_ / "serial", serial + "\n");
+    if (done) done = WriteText(folder_ / "crlnumber", "01\n");
+    if (!done) return done;
+    return WriteText(config(), "[ca]\ndefault_ca=d\n[d]\ndatabase=" + at + "/index.txt\nserial=" +
+                                   at + "/serial\ncrlnumber=" + at +
+                                   "/crlnumber\nnew_certs_dir=" + at +
+                                   "\ndefault_md=sha256\npolicy=p\nemail_in_dn=no\n"
+                                   "preserve=yes\nunique_subject=no\n[p]\n"
+                                   "organizationName=optional\norganizationalUnitName=optional\n"
+                                   "commonName=supplied\n[authority]\n"
+                                   "basicConstraints=critical,CA:TRUE\n"
+                                   "keyUsage=critical,keyCertSign,cRLSign,digitalSignature\n"
+                                   "subjectKeyIdentifier=hash\n[member]\n"
+                                   "basicConstraints=critical,CA:FALSE\n");
+  }
+  fs::path config() const { return folder_ / "ca.cnf"; }
+
+ private:
+  fs::path folder_;
+};
+
+std::string SerialOf(PeerId peer) {
+  std::array<char, 17> serial{};
+  std::snprintf(serial.data(), serial.size(), "%016llX", static_cast<unsigned long long>(peer));
+  return serial.data();
+}
+
+// Signs a request; valid from a day back, for clocks differ. Of an authority itself: by its own key.
+Result<bool> SignRequest(const fs::path& request, const Authority& authority, bool itself,
+                         PeerId serial, int days, const fs::path& out) {
+  Books books(out.parent_path());
+  if (Result<bool> opened = books.Open(SerialOf(serial), ""); !opened) return opened;
+  const std::time_t now = std::time(nullptr);
+  std::vector<std::string> arguments{
+      "ca", "-batch", "-notext", "-config", books.config().string(), "-in", request.string(), "-out",
+      out.string(), "-keyfile", authority.key.string(), "-startdate", TimeOf(now - kDaySeconds),
+      "-enddate", TimeOf(now + std::time_t{days} * kDaySeconds), "-extensions",
+      itself ? "authority" : "member"};
+  if (itself) {
+    arguments.emplace_back("-selfsign");
+  } else {
+    arguments.insert(arguments.end(), {"-cert", authority.certificate.string()});
+  }
+  const Result<std::string> is_signed = Openssl(std::move(arguments));
+  if (!is_signed) return is_signed.error();
+  return true;
+}
+
+// 64 random bits; the certificate binds them to the member.
+PeerId NewPeerId() {
+  std::random_device random;
+  PeerId id = 0;
+  while (id == 0) id = static_cast<PeerId>(random()) << 32U | random();
+  return id;
+}
+
+// A new private key and what is to be signed of it.
+Result<bool> MakeRequest(const std::string& subject, const fs::path& key, const fs::path& request) {
   const Result<std::string> made =
-      Openssl({"req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
-               "-nodes", "-sha256", "-days", std::to_string(days), "-subj", "/O=Tandem/CN=" + name,
-               "-keyout", out.key.string(), "-out", out.certificate.string()});
+      Openssl({"req", "-new", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+               "-sha256", "-subj", subject, "-keyout", key.string(), "-out", request.string()});
   if (!made) return made.error();
   return true;
 }
 
-// Why the two are one, or nothing.
+Result<bool> MakeAuthority(const std::string& name, const Authority& out, int days) {
+  const fs::path request = out.certificate.string() + ".csr";
+  Result<bool> done = MakeRequest("/O=Tandem/CN=" + name, out.key, request);
+  if (done) done = SignRequest(request, out, true, NewPeerId(), days, out.certificate);
+  std::error_code failed;
+  fs::remove(request, failed);
+  return done;
+}
+
+// Whether `certificate` is what its own key or, if `by` is another, that one's has signed.
+bool IsSignedBy(const fs::path& certificate, const fs::path& by) {
+  return Openssl({"verify", "-partial_chain", "-no_check_time", "-trusted", by.string(),
+                  certificate.string()})
+      .has_value();
+}
+
+// Why the two are one, or nothing. Nor may one of them have issued the other: then every
+// certificate of a member leads to both, and a member could sign permissions for itself.
 Result<bool> AreTwo(const fs::path& identity_ca, const fs::path& permissions_ca) {
   const Result<std::string> first = PublicKeyOf(identity_ca);
   if (!first) return Error{identity_ca.string() + ": " + first.error().what};
@@ -72,6 +173,18 @@ Result<bool> AreTwo(const fs::path& identity_ca, const fs::path& permissions_ca)
     return Error{
         "one authority for both identities and permissions is refused: any member could then "
         "sign permissions for itself"};
+  }
+  for (const fs::path& one : {identity_ca, permissions_ca}) {
+    const fs::path& other = one == identity_ca ? permissions_ca : identity_ca;
+    if (!IsSignedBy(one, one)) {
+      return Error{one.string() +
+                   ": an authority that another has issued is refused, since members' certificates "
+                   "could lead to that one: take one that has signed itself"};
+    }
+    if (IsSignedBy(one, other)) {
+      return Error{one.string() + ": issued by the other authority, which is refused: any member "
+                                  "could then sign permissions for itself"};
+    }
   }
   return true;
 }
@@ -90,33 +203,17 @@ Authority PermissionsAuthority(const fs::path& session) {
   return {session / "permissions_ca.pem", session / "permissions_ca.key"};
 }
 
-// 64 random bits; the certificate binds them to the member.
-PeerId NewPeerId() {
-  std::random_device random;
-  PeerId id = 0;
-  while (id == 0) id = static_cast<PeerId>(random()) << 32U | random();
-  return id;
-}
-
 Result<bool> MakeIdentity(const Authority& authority, const std::string& name, PeerId peer,
                           const fs::path& out, int days) {
   std::string subject = "/";
   subject += SubjectOf(name, peer);
   std::ranges::replace(subject, ',', '/');
   const fs::path request = out / "identity.csr";
-  Result<std::string> done =
-      Openssl({"req", "-new", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
-               "-sha256", "-subj", subject, "-keyout", (out / "identity.key").string(), "-out",
-               request.string()});
-  if (!done) return done.error();
-  std::array<char, 19> serial{};
-  std::snprintf(serial.data(), serial.size(), "0x%016llx", static_cast<unsigned long long>(peer));
-  done = Openssl({"x509", "-req", "-in", request.string(), "-CA", authority.certificate.string(),
-                  "-CAkey", authority.key.string(), "-set_serial", serial.data(), "-days",
-                  std::to_string(days), "-sha256", "-out", (out / "identity.pem").string()});
-  if (!done) return done.error();
-  fs::remove(request);
-  return true;
+  Result<bool> done = MakeRequest(subject, out / "identity.key", request);
+  if (done) done = SignRequest(request, authority, false, peer, days, out / "identity.pem");
+  std::error_code failed;
+  fs::remove(request, failed);
+  return done;
 }
 
 // A folder for one who is `part` in the session: "peer", "viewer" or "relay".
@@ -149,7 +246,12 @@ Result<PeerId> MakeKeys(
   if (done) {
     std::array<char, 17> id{};
     std::snprintf(id.data(), id.size(), "%016llx", static_cast<unsigned long long>(peer));
-    done = WriteText(out / "member.txt", name + " " + std::string(id.data()) + " " + part + "\n");
+    done = WriteText(out / "member.txt", name + " " + std::string(id.data()) + " " + part + " " +
+                                             std::to_string(kProtocol) + "\n");
+  }
+  // who is to be kept out already
+  for (const char* list : {"revoked.p7s", "identity.crl"}) {
+    if (done && fs::exists(session / list)) done = CopyInto(session / list, out / list);
   }
   if (done) done = made->Commit();
   if (!done) return done.error();
@@ -231,7 +333,152 @@ Result<bool> MakeControlKeys(const fs::path& folder) {
   return true;
 }
 
-Result<MemberKeys> LoadMemberKeys(const fs::path& folder) {
+namespace {
+
+constexpr std::time_t kWeek = 7 * kDaySeconds;
+
+// "2026-11-22 19:04:15Z" after a word that says which; 0: it is not there.
+std::time_t DateIn(const std::string& text, const std::string& word) {
+  const std::size_t at = text.find(word);
+  std::tm utc{};
+  if (at == std::string::npos ||
+      strptime(text.c_str() + at + word.size(), "%Y-%m-%d %H:%M:%S", &utc) == nullptr) {
+    return 0;
+  }
+  return timegm(&utc);
+}
+
+std::string DayAndTime(std::time_t time) {
+  std::tm utc{};
+  gmtime_r(&time, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc);
+  return text.data();
+}
+
+// Whether others can read the private key, or put another in its place.
+Result<bool> IsPrivate(const fs::path& folder) {
+  const fs::path key = folder / "identity.key";
+  struct stat status {};
+  if (stat(key.c_str(), &status) != 0 || (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    return Error{key.string() + ": others can read or change this private key: chmod 600 it, and "
+                                "make new keys if others may have read it"};
+  }
+  if (stat(folder.c_str(), &status) != 0 || (status.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
+    return Error{folder.string() + ": others can change what is in this folder: chmod 700 it"};
+  }
+  return true;
+}
+
+Result<bool> IsValidNow(MemberKeys& keys, std::time_t now) {
+  const fs::path certificate = keys.folder / "identity.pem";
+  const Result<std::string> dates = Openssl(
+      {"x509", "-in", certificate.string(), "-noout", "-startdate", "-enddate", "-dateopt",
+       "iso_8601"});
+  if (!dates) return Error{certificate.string() + ": " + dates.error().what};
+  const std::time_t not_before = DateIn(*dates, "notBefore=");
+  keys.not_after = DateIn(*dates, "notAfter=");
+  if (now < not_before) {
+    return Error{keys.folder.string() + ": these keys are not valid yet, but from " +
+                 DayAndTime(not_before) + " on; this machine's clock says " + DayAndTime(now) +
+                 ": set the clock"};
+  }
+  if (now >= keys.not_after) {
+    return Error{keys.folder.string() + ": these keys ended on " + DayAndTime(keys.not_after) +
+                 " (this machine's clock says " + DayAndTime(now) +
+                 "): make new ones with 'tandem keys'"};
+  }
+  return true;
+}
+
+// What the permissions authority has signed: an id a line.
+Result<std::set<PeerId>> ReadRevoked(const fs::path& folder) {
+  std::set<PeerId> revoked;
+  const fs::path list = folder / "revoked.p7s";
+  std::error_code failed;
+  if (!fs::exists(list, failed)) return revoked;
+  const Result<std::string> text =
+      Openssl({"smime", "-verify", "-text", "-in", list.string(), "-CAfile",
+               (folder / "permissions_ca.pem").string(), "-purpose", "any"});
+  if (!text) {
+    return Error{list.string() + ": is not signed by the permissions authority: get the session's"};
+  }
+  std::istringstream lines(*text);
+  for (std::string word; lines >> word;) {
+    PeerId peer = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), peer, 16);
+    const bool is_id = word.size() == 16 && error == std::errc() && end == word.data() + 16;
+    if (is_id) revoked.insert(peer);
+  }
+  return revoked;
+}
+
+// The list of certificates that are not valid any more, for the plug-ins.
+Result<bool> WriteCertificateList(const fs::path& session, const std::set<PeerId>& revoked) {
+  const std::time_t now = std::time(nullptr);
+  const std::string when = TimeOf(now - kDaySeconds).substr(2);
+  const std::string far = TimeOf(now + std::time_t{3650} * kDaySeconds).substr(2);
+  std::string entries;
+  for (const PeerId peer : revoked) {
+    entries += "R\t" + far + "\t" + when + "\t" + SerialOf(peer) + "\tunknown\t/CN=revoked\n";
+  }
+  const Authority authority = IdentityAuthority(session);
+  Books books(session);
+  if (Result<bool> opened = books.Open("01", entries); !opened) return opened;
+  const Result<std::string> made =
+      Openssl({"ca", "-gencrl", "-config", books.config().string(), "-keyfile",
+               authority.key.string(), "-cert", authority.certificate.string(), "-crldays", "3650",
+               "-out", (session / "identity.crl").string()});
+  if (!made) return made.error();
+  return true;
+}
+
+// The words of member.txt.
+Result<MemberKeys> ReadMember(const fs::path& folder) {
+  MemberKeys keys;
+  keys.folder = fs::absolute(folder);
+  constexpr std::uintmax_t kLargestMember = 4096;
+  const Result<std::string> member = ReadWholeFile(folder / "member.txt", kLargestMember);
+  if (!member) return member.error();
+  std::istringstream words(*member);
+  std::string id;
+  std::string role;
+  std::uint32_t protocol = 0;
+  words >> keys.name >> id >> role >> protocol;
+  const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), keys.peer, 16);
+  if (!IsMemberName(keys.name) || error != std::errc() || end != id.data() + id.size() ||
+      keys.peer == 0 || (role != "peer" && role != "viewer" && role != "relay")) {
+    return Error{(folder / "member.txt").string() + ": not as 'tandem keys' wrote it"};
+  }
+  if (protocol != kProtocol) {
+    return Error{folder.string() + ": these keys are for protocol " +
+                 (protocol == 0 ? "4 or before" : std::to_string(protocol)) +
+                 ", this program speaks " + std::to_string(kProtocol) +
+                 ": make the session's keys anew with 'tandem keys session'"};
+  }
+  keys.role = role == "peer" ? Role::kActive : Role::kViewer;
+  keys.relay = role == "relay";
+  return keys;
+}
+
+}  // namespace
+
+Result<bool> RevokeMember(const fs::path& session, const fs::path& member) {
+  const OwnerOnly owner_only;
+  const Result<MemberKeys> keys = ReadMember(member);
+  if (!keys) return keys.error();
+  Result<std::set<PeerId>> revoked = ReadRevoked(session);
+  if (!revoked) return revoked.error();
+  revoked->insert(keys->peer);
+  std::string text = "revoked\n";
+  for (const PeerId peer : *revoked) text += SerialOf(peer) + "\n";
+  Result<bool> done =
+      SignDocument(text, PermissionsAuthority(session), session / "revoked.p7s");
+  if (done) done = WriteCertificateList(session, *revoked);
+  return done;
+}
+
+Result<MemberKeys> LoadMemberKeys(const fs::path& folder, std::time_t now) {
   if (!fs::is_directory(folder)) {
     return Error{folder.string() +
                  ": no such folder; 'tandem keys peer' or 'tandem keys viewer' makes it"};
@@ -242,25 +489,29 @@ Result<MemberKeys> LoadMemberKeys(const fs::path& folder) {
                    " is missing; 'tandem keys peer' or 'tandem keys viewer' makes such a folder"};
     }
   }
-  MemberKeys keys;
-  keys.folder = fs::absolute(folder);
-  constexpr std::uintmax_t kLargestMember = 4096;
-  const Result<std::string> member = ReadWholeFile(folder / "member.txt", kLargestMember);
-  if (!member) return member.error();
-  std::istringstream words(*member);
-  std::string id;
-  std::string role;
-  words >> keys.name >> id >> role;
-  const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), keys.peer, 16);
-  if (!IsMemberName(keys.name) || error != std::errc() || end != id.data() + id.size() ||
-      keys.peer == 0 || (role != "peer" && role != "viewer" && role != "relay")) {
-    return Error{(folder / "member.txt").string() + ": not as 'tandem keys' wrote it"};
-  }
-  keys.role = role == "peer" ? Role::kActive : Role::kViewer;
-  keys.relay = role == "relay";
+  if (const Result<bool> is_private = IsPrivate(folder); !is_private) return is_private.error();
+  Result<MemberKeys> keys = ReadMember(folder);
+  if (!keys) return keys;
   const Result<bool> two = AreTwo(folder / "identity_ca.pem", folder / "permissions_ca.pem");
   if (!two) return two.error();
+  if (const Result<bool> valid = IsValidNow(*keys, now); !valid) return valid.error();
+  Result<std::set<PeerId>> revoked = ReadRevoked(folder);
+  if (!revoked) return revoked.error();
+  keys->revoked = *std::move(revoked);
+  if (keys->revoked.contains(keys->peer)) {
+    return Error{folder.string() + ": the keys of " + keys->name + " have been revoked"};
+  }
+  std::error_code failed;
+  if (fs::exists(keys->folder / "identity.crl", failed)) {
+    keys->revoked_certificates = keys->folder / "identity.crl";
+  }
   return keys;
+}
+
+std::string ExpiryWarning(const MemberKeys& keys, std::time_t now) {
+  if (keys.not_after == 0 || keys.not_after - now >= kWeek) return {};
+  return "the keys of " + keys.name + " end on " + DayAndTime(keys.not_after) +
+         ": make new ones with 'tandem keys'";
 }
 
 }  // namespace tandem

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <ctime>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -40,15 +42,29 @@ Result<PeerId> MakeRelayKeys(const std::filesystem::path& session, const std::st
 /// in it. The authorities' private keys are removed again: nobody gets keys later.
 Result<bool> MakeControlKeys(const std::filesystem::path& folder);
 
-/// A member's folder, checked: complete, two authorities, its own words well-formed.
+/// Adds a member to the list of those whose keys are not valid any more: the signed revoked.p7s and
+/// identity.crl in the session's folder. Who has them in its own folder does not let that member in
+/// and hears nothing of it, so all that stay must get both files. `member`: a member's folder.
+Result<bool> RevokeMember(const std::filesystem::path& session,
+                          const std::filesystem::path& member);
+
+/// A member's folder, checked: complete, its private key nobody else's to read, two authorities, of
+/// this protocol, valid now, its own words well-formed.
 struct MemberKeys {
   std::filesystem::path folder;  // absolute
   std::string name;
   PeerId peer = 0;
   Role role = Role::kActive;
-  bool relay = false;  // then it has no role
+  bool relay = false;             // then it has no role
+  std::time_t not_after = 0;      // of its certificate
+  std::set<PeerId> revoked;       // members whose keys are not valid any more
+  std::filesystem::path revoked_certificates;  // a list (CRL); empty: there is none
 };
-Result<MemberKeys> LoadMemberKeys(const std::filesystem::path& folder);
+Result<MemberKeys> LoadMemberKeys(const std::filesystem::path& folder,
+                                  std::time_t now = std::time(nullptr));
+
+/// What there is to say of keys that end within a week, in a line; empty: nothing.
+std::string ExpiryWarning(const MemberKeys& keys, std::time_t now = std::time(nullptr));
 
 /// Signs a document (S/MIME, as DDS Security wants it) with an authority's key.
 Result<bool> SignDocument(const std::string& text, const Authority& authority,

@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::string_view kPeerPrefix = "peer.";
 constexpr std::string_view kViewPrefix = "view.";
+constexpr std::string_view kScenePrefix = "scene.";
+constexpr std::string_view kViewerPrefix = "viewer.";
 constexpr std::size_t kIdDigits = 16;
 
 std::string Partition(std::string_view prefix, PeerId peer) {
@@ -27,31 +29,56 @@ std::string ViewPartition(PeerId peer) {
   return Partition(kViewPrefix, peer);
 }
 
-PeerId OwnerOfPartition(std::string_view partition) {
-  if (!partition.starts_with(kPeerPrefix) && !partition.starts_with(kViewPrefix)) return 0;
-  const std::string_view digits = partition.substr(kPeerPrefix.size());
-  PeerId peer = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), peer, 16);
-  const bool whole = error == std::errc() && end == digits.data() + digits.size();
-  return whole && digits.size() == kIdDigits ? peer : 0;
+std::string ScenePartition(PeerId peer) {
+  return Partition(kScenePrefix, peer);
+}
+std::string ViewerPartition(PeerId peer) {
+  return Partition(kViewerPrefix, peer);
+}
+std::string NamedPartition(const std::string& partition, const std::string& name) {
+  std::string named = partition + ".";
+  for (const char c : name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '.' || c == '_' || c == '-';
+    named += plain ? c : '_';
+  }
+  return named;
 }
 
-PeerId OwnerOfWriter(dds_entity_t reader, dds_instance_handle_t writer) {
+PartitionOwner OwnerOfPartition(std::string_view partition) {
+  for (const std::string_view prefix : {kPeerPrefix, kViewPrefix, kScenePrefix, kViewerPrefix}) {
+    if (!partition.starts_with(prefix)) continue;
+    const std::string_view rest = partition.substr(prefix.size());
+    const std::string_view digits = rest.substr(0, kIdDigits);
+    PartitionOwner owner;
+    const auto [end, error] =
+        std::from_chars(digits.data(), digits.data() + digits.size(), owner.peer, 16);
+    const bool whole = error == std::errc() && end == digits.data() + digits.size();
+    if (!whole || digits.size() != kIdDigits) return {};
+    if (rest.size() == kIdDigits) return owner;
+    if (rest[kIdDigits] != '.' || rest.size() == kIdDigits + 1) return {};
+    owner.name = rest.substr(kIdDigits + 1);
+    return owner;
+  }
+  return {};
+}
+
+WriterFacts FactsOfWriter(dds_entity_t reader, dds_instance_handle_t writer) {
   dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
-  if (endpoint == nullptr) return 0;
-  PeerId owner = 0;
+  if (endpoint == nullptr) return {};
+  WriterFacts facts{.owner = {}, .participant = endpoint->participant_instance_handle};
   std::uint32_t count = 0;
   char** partitions = nullptr;
   if (dds_qget_partition(endpoint->qos, &count, &partitions)) {
-    if (count == 1) owner = OwnerOfPartition(partitions[0]);
+    if (count == 1) facts.owner = OwnerOfPartition(partitions[0]);
     for (std::uint32_t i = 0; i < count; ++i) dds_free(partitions[i]);
     dds_free(partitions);
   }
   dds_builtintopic_free_endpoint(endpoint);
-  return owner;
+  return facts;
 }
 
-std::size_t WriterOwners::Refresh(dds_entity_t reader) {
+std::size_t WriterOwners::Refresh(dds_entity_t reader, const Seats& seats) {
   std::vector<dds_instance_handle_t> writers(kMaxWriters);
   dds_return_t found = 0;
   for (;;) {
@@ -68,17 +95,29 @@ std::size_t WriterOwners::Refresh(dds_entity_t reader) {
   }
   std::size_t without_place = 0;
   for (const dds_instance_handle_t writer : writers) {
-    if (Find(writer) != 0) continue;
-    const PeerId owner = OwnerOfWriter(reader, writer);
-    if (!Add(writer, owner != 0 ? owner : kNobody)) ++without_place;
+    if (Has(writer)) continue;
+    if (!Add(writer, FactsOfWriter(reader, writer))) ++without_place;
+  }
+  for (Slot& slot : slots_) {
+    const auto seat = seats.find(slot.facts.owner.peer);
+    const bool taken = seat != seats.end() && seat->second != slot.facts.participant;
+    const PeerId owner = taken ? 0 : slot.facts.owner.peer;
+    slot.owner.store(owner != 0 ? owner : kNobody);
   }
   return without_place;
 }
 
-bool WriterOwners::Add(dds_instance_handle_t writer, PeerId owner) {
+bool WriterOwners::Has(dds_instance_handle_t writer) const noexcept {
+  return std::ranges::any_of(slots_, [writer](const Slot& slot) {
+    return slot.writer.load() == writer;
+  });
+}
+
+bool WriterOwners::Add(dds_instance_handle_t writer, const WriterFacts& facts) {
   for (Slot& slot : slots_) {
     if (slot.writer.load() != 0) continue;
-    slot.owner.store(owner);
+    slot.facts = facts;
+    slot.owner.store(0);  // not known until the seats have told
     slot.writer.store(writer);
     return true;
   }

@@ -56,7 +56,7 @@ std::string GovernanceXml() {
          "<enable_join_access_control>true</enable_join_access_control>\n"
          "<discovery_protection_kind>ENCRYPT</discovery_protection_kind>\n"
          "<liveliness_protection_kind>SIGN</liveliness_protection_kind>\n"
-         "<rtps_protection_kind>SIGN</rtps_protection_kind>\n"
+         "<rtps_protection_kind>SIGN_WITH_ORIGIN_AUTHENTICATION</rtps_protection_kind>\n"
          "<topic_access_rules>\n<topic_rule>\n<topic_expression>*</topic_expression>\n"
          "<enable_discovery_protection>true</enable_discovery_protection>\n"
          "<enable_liveliness_protection>true</enable_liveliness_protection>\n"
@@ -71,26 +71,32 @@ std::string PermissionsXml(const std::string& name, PeerId peer, Role role, std:
                            std::time_t until) {
   std::string rules;
   if (role == Role::kViewer) {
-    rules += Allow("publish", {"peer_info"}, PeerPartition(peer)) + "\n";
-    rules += Allow("subscribe", {"peer_info"}, kEveryPeer) + "\n";
+    const std::string own = ViewerPartition(peer);
+    rules += Allow("publish", {"viewer_info"}, NamedPartition(own, name)) + "\n";
+    rules += Allow("publish", {"review/*"}, own) + "\n";
+    rules += Allow("subscribe", {"peer_info", "review/*", "file/*"}, kEveryPeer) + "\n";
   } else {
-    const std::vector<std::string> own{"state/1", "link/2", "event", "peer_info"};
-    rules += Allow("publish", own, PeerPartition(peer)) + "\n";
+    const std::string own = PeerPartition(peer);
+    const std::vector<std::string> moving{"state/1", "link/2", "event", "review/*", "file/*"};
+    rules += Allow("publish", {"peer_info"}, NamedPartition(own, name)) + "\n";
+    rules += Allow("publish", moving, own) + "\n";
     rules += Allow("publish", {"view/1"}, ViewPartition(peer)) + "\n";
-    rules += Allow("publish", {"scene"}, kScenePartition) + "\n";
-    rules += Allow("subscribe", own, kEveryPeer) + "\n";
+    rules += Allow("publish", {"scene"}, ScenePartition(peer)) + "\n";
+    rules += Allow("subscribe", moving, kEveryPeer) + "\n";
+    rules += Allow("subscribe", {"peer_info"}, kEveryPeer) + "\n";
   }
+  rules += Allow("subscribe", {"viewer_info", "review/*"}, kEveryViewer) + "\n";
   rules += Allow("subscribe", {"view/1"}, kEveryView) + "\n";
-  rules += Allow("subscribe", {"scene"}, kScenePartition) + "\n";
+  rules += Allow("subscribe", {"scene"}, kEveryScene) + "\n";
   return Grant(name, peer, from, until, rules);
 }
 
 std::string RelayPermissionsXml(const std::string& name, PeerId peer, std::time_t from,
                                 std::time_t until) {
   return Grant(name, peer, from, until,
-               Allow("publish", {"peer_info"}, kEveryPeer) + "\n" +
+               Allow("publish", {"peer_info", "review/*", "file/*"}, kEveryPeer) + "\n" +
                    Allow("publish", {"view/1"}, kEveryView) + "\n" +
-                   Allow("publish", {"scene"}, kScenePartition) + "\n");
+                   Allow("publish", {"scene"}, kEveryScene) + "\n");
 }
 
 std::string ControlPermissionsXml(const std::string& name, PeerId id, bool controller,

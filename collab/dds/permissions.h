@@ -13,13 +13,15 @@ namespace tandem {
 std::string SubjectOf(const std::string& name, PeerId peer);
 
 /// What all members of a secured session must keep to (DDS Security §9.4.1.2): nobody without a
-/// certificate, discovery encrypted, all packets signed, all samples encrypted with keys that only
-/// matched readers get.
+/// certificate, discovery encrypted, all packets signed so that each receiver knows which member
+/// sent them, all samples encrypted with keys that only matched readers get.
 std::string GovernanceXml();
 
 /// What one member may do (§9.4.1.3), and nothing else. A peer publishes in its own partitions
-/// peer.<id> and view.<id>, and offers scenes; a viewer publishes its peer_info, and of pose topics
-/// it reads view/1 only.
+/// peer.<id>, view.<id> and scene.<id>, and its presence in peer.<id>.<name>; a viewer publishes
+/// its presence in viewer.<id>.<name>, and of pose topics it reads view/1 only. Room is left for
+/// what comes, so that keys need not change: review/* (notes and cameras) is everybody's, file/*
+/// (files of scenes) the peers'. No program of this protocol reads them.
 std::string PermissionsXml(const std::string& name, PeerId peer, Role role, std::time_t from,
                            std::time_t until);
 

@@ -33,8 +33,10 @@ constexpr dds_duration_t kGoodbyeWait = DDS_MSECS(100);
 
 class DdsRelay final : public Relay {
  public:
-  DdsRelay(Entity domain, std::uint32_t number, const dds_qos_t* qos)
-      : domain_(std::move(domain)), participant_(dds_create_participant(number, qos, nullptr)) {}
+  DdsRelay(Entity domain, std::uint32_t number, const dds_qos_t* qos, bool secured)
+      : secured_(secured),
+        domain_(std::move(domain)),
+        participant_(dds_create_participant(number, qos, nullptr)) {}
 
   bool Open() {
     const auto topic = [this](const dds_topic_descriptor_t& type, const char* name) {
@@ -42,9 +44,9 @@ class DdsRelay final : public Relay {
     };
     view_topic_ = topic(tandem_ViewFrame_desc, "view/1");
     info_topic_ = topic(tandem_PeerInfo_desc, "peer_info");
-    const dds_entity_t scene_topic = topic(tandem_SceneManifest_desc, "scene");
-    scene_writer_ = Writer(scene_topic, Purpose::kSubject, kScenePartition);
-    return view_topic_ > 0 && info_topic_ > 0 && scene_writer_ > 0;
+    scene_topic_ = topic(tandem_SceneManifest_desc, "scene");
+    count_writer_ = Writer(scene_topic_, Purpose::kSubject, ScenePartition(0));
+    return view_topic_ > 0 && info_topic_ > 0 && count_writer_ > 0;
   }
 
   void OnState(const ObjectState&, std::int64_t) override {}
@@ -66,15 +68,17 @@ class DdsRelay final : public Relay {
     const std::scoped_lock lock(mutex_);
     const auto it = peers_.find(info.peer);
     if (it == peers_.end() && peers_.size() >= kMaxRelayed) return;
-    Relayed& peer = it == peers_.end() ? Add(info.peer) : it->second;
+    Relayed& peer = it == peers_.end() ? Add(info) : it->second;
+    peer.incarnation = info.incarnation;
     tandem_PeerInfo wire{};
-    if (ToWire(info, wire, claims_)) dds_write(peer.info.get(), &wire);
-    PassOnSceneOf(info.peer);
+    if (ToWire(info, wire, info_room_)) dds_write(peer.info.get(), &wire);
   }
 
   void OnPeerLeft(PeerId peer) override {
     const Relayed gone = TakeOut(peer);
-    if (gone.info.get() > 0) SayGoodbye(peer, gone.info.get());
+    if (gone.info.get() <= 0) return;
+    WriteGoodbye(peer, gone.info.get(), gone.incarnation);
+    dds_wait_for_acks(gone.info.get(), kGoodbyeWait);
   }
 
   // gone without a goodbye here as there
@@ -83,10 +87,20 @@ class DdsRelay final : public Relay {
   // an offer counts when its author is here, whichever of the two is heard first
   void OnScene(const SceneManifest& manifest) override {
     const std::scoped_lock lock(mutex_);
-    const bool known = scenes_.contains(manifest.offered_by);
+    const PeerId by = manifest.offered_by;
+    const bool known = scenes_.contains(by);
     if (!known && scenes_.size() >= kMaxRelayed && !DropSceneOfNobody()) return;
-    scenes_[manifest.offered_by] = {.manifest = manifest};
-    PassOnSceneOf(manifest.offered_by);
+    scenes_[by] = manifest;
+    if (const auto it = peers_.find(by); it != peers_.end()) SayScene(it->second, by);
+  }
+
+  // its writer goes, and another that has said nothing takes its place
+  void OnSceneWithdrawn(PeerId peer) override {
+    const std::scoped_lock lock(mutex_);
+    scenes_.erase(peer);
+    if (const auto it = peers_.find(peer); it != peers_.end()) {
+      it->second.scene = Entity(Writer(scene_topic_, Purpose::kSubject, ScenePartition(peer)));
+    }
   }
 
   void Leave() override {
@@ -98,21 +112,23 @@ class DdsRelay final : public Relay {
   }
 
   void SayGoodbyes() override {
-    std::vector<std::pair<PeerId, dds_entity_t>> here;
+    std::vector<dds_entity_t> writers;
     {
+      // all first, then one wait
       const std::scoped_lock lock(mutex_);
-      for (const auto& [peer, relayed] : peers_) here.emplace_back(peer, relayed.info.get());
+      for (const auto& [peer, relayed] : peers_) {
+        WriteGoodbye(peer, relayed.info.get(), relayed.incarnation);
+        writers.push_back(relayed.info.get());
+      }
     }
-    // all first, then one wait
-    for (const auto& [peer, writer] : here) Dispose(peer, writer);
-    for (const auto& [peer, writer] : here) dds_wait_for_acks(writer, kGoodbyeWait / 4);
+    for (const dds_entity_t writer : writers) dds_wait_for_acks(writer, kGoodbyeWait / 4);
   }
 
   std::uint64_t views_passed_on() const override { return views_passed_on_.load(); }
 
   std::size_t viewers() const override {
     dds_publication_matched_status_t matched{};
-    if (dds_get_publication_matched_status(scene_writer_, &matched) != DDS_RETCODE_OK) return 0;
+    if (dds_get_publication_matched_status(count_writer_, &matched) != DDS_RETCODE_OK) return 0;
     return matched.current_count;
   }
 
@@ -121,12 +137,10 @@ class DdsRelay final : public Relay {
   static constexpr std::size_t kMaxRelayed = 4 * kMaxPeers;
 
   struct Relayed {
+    std::uint64_t incarnation = 0;
     Entity info;
     Entity view;
-  };
-  struct Offered {
-    SceneManifest manifest;
-    bool passed_on = false;
+    Entity scene;
   };
 
   dds_entity_t Writer(dds_entity_t topic, Purpose purpose, const std::string& partition) {
@@ -134,30 +148,32 @@ class DdsRelay final : public Relay {
     return dds_create_writer(participant_.get(), topic, qos.get(), nullptr);
   }
 
-  Relayed& Add(PeerId peer) {
+  Relayed& Add(const PeerInfo& info) {
+    const PeerId peer = info.peer;
     Relayed& relayed = peers_[peer];
-    relayed.info = Entity(Writer(info_topic_, Purpose::kPresence, PeerPartition(peer)));
+    const std::string partition = PeerPartition(peer);
+    relayed.info = Entity(Writer(info_topic_, Purpose::kPresence,
+                                 secured_ ? NamedPartition(partition, info.name) : partition));
     relayed.view = Entity(Writer(view_topic_, Purpose::kMotion, ViewPartition(peer)));
     tandem_ViewFrame key{};
     key.peer = peer;
     dds_instance_handle_t instance = 0;
     dds_register_instance(relayed.view.get(), &instance, &key);
+    relayed.scene = Entity(Writer(scene_topic_, Purpose::kSubject, ScenePartition(peer)));
+    if (scenes_.contains(peer)) SayScene(relayed, peer);
     return relayed;
   }
 
-  /// Takes the peer out, with what it offers; its writers are closed by the caller, who holds no lock
-  /// that a picture waits for.
+  // Of somebody who has offered one.
+  void SayScene(const Relayed& relayed, PeerId peer) {
+    tandem_SceneManifest wire{};
+    if (ToWire(scenes_.at(peer), wire, bodies_)) dds_write(relayed.scene.get(), &wire);
+  }
+
+  /// Takes the peer out; its writers are closed by the caller, who holds no lock that a picture
+  /// waits for. What it offers is kept until that is withdrawn, for it may come back.
   Relayed TakeOut(PeerId peer) {
     const std::scoped_lock lock(mutex_);
-    if (const auto scene = scenes_.find(peer); scene != scenes_.end()) {
-      if (scene->second.passed_on) {
-        tandem_SceneManifest key{};
-        key.offered_by = peer;
-        dds_dispose(scene_writer_, &key);
-        dds_unregister_instance(scene_writer_, &key);
-      }
-      scenes_.erase(scene);
-    }
     const auto it = peers_.find(peer);
     if (it == peers_.end()) return {};
     Relayed gone = std::move(it->second);
@@ -165,15 +181,7 @@ class DdsRelay final : public Relay {
     return gone;
   }
 
-  void PassOnSceneOf(PeerId peer) {
-    const auto scene = scenes_.find(peer);
-    if (scene == scenes_.end() || scene->second.passed_on || !peers_.contains(peer)) return;
-    tandem_SceneManifest wire{};
-    if (!ToWire(scene->second.manifest, wire, bodies_)) return;
-    scene->second.passed_on = dds_write(scene_writer_, &wire) == DDS_RETCODE_OK;
-  }
-
-  /// Forgets an offer whose author has never been here. False: there is none.
+  /// Forgets an offer whose author is not here. False: there is none.
   bool DropSceneOfNobody() {
     const auto nobodys = std::ranges::find_if(scenes_, [this](const auto& one) {
       return !peers_.contains(one.first);
@@ -183,27 +191,24 @@ class DdsRelay final : public Relay {
     return true;
   }
 
-  static void Dispose(PeerId peer, dds_entity_t writer) {
-    tandem_PeerInfo key{};
-    key.peer = peer;
-    dds_dispose(writer, &key);
-  }
-  static void SayGoodbye(PeerId peer, dds_entity_t writer) {
-    Dispose(peer, writer);
-    dds_wait_for_acks(writer, kGoodbyeWait);
+  static void WriteGoodbye(PeerId peer, dds_entity_t writer, std::uint64_t incarnation) {
+    const auto last = GoodbyeOf<tandem_PeerInfo>(peer, incarnation);
+    dds_write(writer, &last);
   }
 
+  const bool secured_;
   Entity domain_;
   Entity participant_;
   dds_entity_t view_topic_ = 0;
   dds_entity_t info_topic_ = 0;
-  dds_entity_t scene_writer_ = 0;
+  dds_entity_t scene_topic_ = 0;
+  dds_entity_t count_writer_ = 0;  // says nothing: who listens to it looks on
   std::atomic<std::uint64_t> views_passed_on_ = 0;
 
   std::mutex mutex_;  // of all below
   std::map<PeerId, Relayed> peers_;
-  std::map<PeerId, Offered> scenes_;  // by author
-  std::vector<tandem_Claim> claims_;
+  std::map<PeerId, SceneManifest> scenes_;  // by author
+  InfoRoom info_room_;
   std::vector<tandem_BodyDecl> bodies_;
 };
 
@@ -228,7 +233,8 @@ Result<std::unique_ptr<Relay>> Relay::Open(const DdsOptions& viewers) {
   Result<Entity> domain = CreateDomain(viewers);
   if (!domain) return domain.error();
   CycloneLogCapture log;
-  auto relay = std::make_unique<DdsRelay>(*std::move(domain), viewers.domain, qos.get());
+  auto relay = std::make_unique<DdsRelay>(*std::move(domain), viewers.domain, qos.get(),
+                                          !viewers.secure.empty());
   if (!relay->Open()) {
     const std::string said = log.Take();
     if (qos != nullptr) return Error{ExplainRefusal(said, keys)};

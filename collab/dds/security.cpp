@@ -46,6 +46,10 @@ Result<Qos> SecureParticipantQos(const MemberKeys& keys) {
     const std::string value = "file:" + (keys.folder / file).string();
     dds_qset_prop(qos.get(), property, value.c_str());
   }
+  if (!keys.revoked_certificates.empty()) {
+    const std::string value = "file:" + keys.revoked_certificates.string();
+    dds_qset_prop(qos.get(), "org.eclipse.cyclonedds.sec.auth.crl", value.c_str());
+  }
   return qos;
 }
 
@@ -57,7 +61,10 @@ std::string ExplainRefusal(const std::string& said, const MemberKeys& keys) {
   if (has("PKCS7") || has("smime") || has("signature")) {
     return who + "its governance or permissions are not signed by its permissions authority";
   }
-  if (has("expired") || has("validity") || has("not yet valid")) {
+  if (has("not yet valid")) {
+    return who + "its certificate or permissions are not valid yet: set this machine's clock";
+  }
+  if (has("expired") || has("validity")) {
     return who + "its certificate or permissions have expired: make new ones with 'tandem keys'";
   }
   if (has("certificate") || has("Certificate")) {

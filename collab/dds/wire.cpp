@@ -269,8 +269,8 @@ bool FromWire(const tandem_Event& wire, Event& event) noexcept {
   return Get(wire.pose.p, event.X_WB.p) && Get(wire.pose.q, event.X_WB.q);
 }
 
-bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, std::vector<tandem_Claim>& room) {
-  if (info.claims.size() > kMaxClaims) return false;
+bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoRoom& room) {
+  if (info.claims.size() > kMaxClaims || info.beliefs.size() > kMaxClaims) return false;
   wire.peer = info.peer;
   wire.protocol = info.protocol;
   wire.beat = info.beat;
@@ -278,17 +278,33 @@ bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, std::vector<tandem_Clai
   PutText(info.name, wire.name);
   wire.scene_hash = info.scene_hash;
   wire.params_hash = info.params_hash;
-  room.clear();
+  room.claims.clear();
   for (const Claim& claim : info.claims) {
-    room.push_back({.object = claim.object, .epoch = claim.epoch, .held = claim.held});
+    room.claims.push_back({.object = claim.object, .epoch = claim.epoch, .held = claim.held});
   }
-  Lend(room, wire.claims);
+  Lend(room.claims, wire.claims);
+  wire.incarnation = info.incarnation;
+  wire.leaving = info.leaving;
+  PutText(info.terms.law, wire.law);
+  PutText(info.terms.gains, wire.gains);
+  wire.gate = info.terms.gate;
+  wire.contact = info.terms.contact;
+  wire.force_layer = info.terms.force_layer;
+  wire.displacement = info.terms.displacement;
+  room.beliefs.clear();
+  for (const Belief& belief : info.beliefs) {
+    room.beliefs.push_back({.object = belief.object, .peer = belief.peer, .epoch = belief.epoch});
+  }
+  Lend(room.beliefs, wire.beliefs);
   return true;
 }
 
 bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info) {
-  if (wire.peer == 0 || wire.claims._length > kMaxClaims) return false;
+  if (wire.peer == 0 || wire.claims._length > kMaxClaims || wire.beliefs._length > kMaxClaims) {
+    return false;
+  }
   if (wire.role != tandem_ACTIVE && wire.role != tandem_VIEWER) return false;
+  if (!std::isfinite(wire.displacement)) return false;
   info.peer = wire.peer;
   info.protocol = wire.protocol;
   info.beat = wire.beat;
@@ -296,11 +312,47 @@ bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info) {
   info.name = GetText(wire.name);
   info.scene_hash = wire.scene_hash;
   info.params_hash = wire.params_hash;
+  info.incarnation = wire.incarnation;
+  info.leaving = wire.leaving;
+  info.terms = {.law = GetText(wire.law),
+                .gains = GetText(wire.gains),
+                .gate = wire.gate,
+                .contact = wire.contact,
+                .force_layer = wire.force_layer,
+                .displacement = wire.displacement};
   info.claims.clear();
+  info.beliefs.clear();
+  if (info.role == Role::kViewer) return true;
   for (std::uint32_t i = 0; i < wire.claims._length; ++i) {
     const tandem_Claim& claim = wire.claims._buffer[i];
     info.claims.push_back({claim.object, claim.epoch, claim.held});
   }
+  for (std::uint32_t i = 0; i < wire.beliefs._length; ++i) {
+    const tandem_Belief& belief = wire.beliefs._buffer[i];
+    info.beliefs.push_back({belief.object, belief.peer, belief.epoch});
+  }
+  return true;
+}
+
+void ToWire(const PeerInfo& info, tandem_ViewerInfo& wire) {
+  wire.peer = info.peer;
+  wire.protocol = info.protocol;
+  wire.beat = info.beat;
+  wire.incarnation = info.incarnation;
+  wire.leaving = info.leaving;
+  PutText(info.name, wire.name);
+}
+
+bool FromWire(const tandem_ViewerInfo& wire, PeerInfo& info) {
+  if (wire.peer == 0) return false;
+  info = {};
+  info.peer = wire.peer;
+  info.protocol = wire.protocol;
+  info.beat = wire.beat;
+  info.role = Role::kViewer;
+  info.incarnation = wire.incarnation;
+  info.leaving = wire.leaving;
+  info.name = GetText(wire.name);
   return true;
 }
 
@@ -332,9 +384,10 @@ bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest) {
   const auto not_negative = [](double x) {
     return std::isfinite(x) && x >= 0;
   };
-  const bool sound = wire.offered_by != 0 && wire.bodies._length <= kMaxSceneBodies &&
-                     not_negative(wire.voxel_size) && wire.voxel_size > 0 &&
-                     not_negative(wire.contact_stiffness) && not_negative(wire.friction) &&
+  const bool sound = wire.offered_by != 0 && wire.revision <= SceneManifest::kUnderWay &&
+                     wire.bodies._length <= kMaxSceneBodies && not_negative(wire.voxel_size) &&
+                     wire.voxel_size > 0 && not_negative(wire.contact_stiffness) &&
+                     not_negative(wire.friction) &&
                      wire.contact_model <= static_cast<std::uint8_t>(ContactModel::kRefined) &&
                      wire.force_layer >= 0 && wire.force_layer <= WidestRange(8) - kWarningQueues;
   if (!sound) return false;

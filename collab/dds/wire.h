@@ -48,17 +48,39 @@ std::optional<Drop> FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noe
 void ToWire(const Event& event, tandem_Event& wire) noexcept;
 bool FromWire(const tandem_Event& wire, Event& event) noexcept;
 
+/// What the lists of a peer_info that is sent lie in.
+struct InfoRoom {
+  std::vector<tandem_Claim> claims;
+  std::vector<tandem_Belief> beliefs;
+};
+
 /// Names too long for the wire are cut before a character. False: more claims than the wire can
-/// say. The wire's list of claims lies in `room`, and lives as long.
-bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, std::vector<tandem_Claim>& room);
-/// Control characters in names become '?'.
+/// say. The wire's lists lie in `room`, and live as long.
+bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoRoom& room);
+/// Control characters in names become '?'. Whoever says that it looks on claims and believes
+/// nothing, whatever the sample says.
 bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info);
+
+/// Of a viewer: that, its name and its beat.
+void ToWire(const PeerInfo& info, tandem_ViewerInfo& wire);
+bool FromWire(const tandem_ViewerInfo& wire, PeerInfo& info);
+
+/// The last that a peer, or a viewer, says. It borrows nothing.
+template <typename Wire>
+Wire GoodbyeOf(PeerId peer, std::uint64_t incarnation) {
+  Wire wire{};
+  wire.peer = peer;
+  wire.protocol = kProtocol;
+  wire.incarnation = incarnation;
+  wire.leaving = true;
+  return wire;
+}
 
 /// A file name too long for the wire is left out: half of one is no hint. False: more bodies than
 /// the wire can say. Its list of bodies lies in `room`, and lives as long.
 bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire,
             std::vector<tandem_BodyDecl>& room);
-/// False also for force parameters that no scene file may have.
+/// False also for force parameters that no scene file may have, and for a revision that is none.
 bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest);
 
 }  // namespace tandem

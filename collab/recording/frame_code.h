@@ -87,6 +87,12 @@ void CodeFields(Code& code, T& change) {
     code(claim.epoch);
     code(claim.held);
   }
+  code(change.belief_count);
+  for (std::size_t i = 0; i < change.belief_count && i < change.beliefs.size(); ++i) {
+    code(change.beliefs[i].object);
+    code(change.beliefs[i].peer);
+    code(change.beliefs[i].epoch);
+  }
 }
 template <typename Code, MaybeConst<Event> T>
 void CodeFields(Code& code, T& event) {

@@ -80,8 +80,8 @@ bool IsSound(const Wrench& wrench) {
 }
 
 bool IsSound(const MembershipChange& change) {
-  return change.peer != 0 && change.kind <= MembershipChange::Kind::kClaims &&
-         change.claim_count <= kMaxClaims;
+  return change.peer != 0 && change.kind <= MembershipChange::Kind::kBeliefs &&
+         change.claim_count <= kMaxClaims && change.belief_count <= kMaxClaims;
 }
 bool IsSound(const Event& event) {
   return event.peer != 0 && event.kind <= EventKind::kHeal && IsSound(event.X_WB);

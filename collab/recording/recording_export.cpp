@@ -42,6 +42,8 @@ const char* Said(MembershipChange::Kind kind) {
       return "back";
     case MembershipChange::Kind::kClaims:
       return "claims";
+    case MembershipChange::Kind::kBeliefs:
+      return "takes others for the authorities of bodies, and claims";
   }
   return "";
 }

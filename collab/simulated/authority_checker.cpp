@@ -7,6 +7,7 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kSettle = 300'000'000;
+constexpr std::int64_t kMisled = 3'500'000'000;  // at the longest, by a hostile member
 constexpr std::int64_t kBeat = 200'000'000;
 constexpr std::int64_t kNextInLine = 1'500'000'000;
 constexpr std::int64_t kPause = 505'000'000;   // its own clock may drift
@@ -62,6 +63,7 @@ void AuthorityChecker::Look(SimulatedSession& session) {
     part.agreed_ns.assign(model_->bodies.size(), now_ns_);
     part.greatest.resize(model_->bodies.size());
     part.said.resize(model_->bodies.size());
+    part.said_ns.resize(model_->bodies.size());
   }
   parts_ = std::move(parts);
   LookAtSaid();
@@ -75,13 +77,24 @@ void AuthorityChecker::LookAtClaims(SimulatedSession& session) {
       const Known now = ClaimAt(session, m, b);
       // epoch 0 is no claim: the lowest of those who happen to be here
       if (now.epoch > 0 || known_[m][b].epoch > 0) {
-        if (known_[m][b].epoch > 0 && now < known_[m][b]) {
+        if (known_[m][b].epoch > 0 && now < known_[m][b] && !MayGoBack(session, m, b)) {
           breakages_->Add("a claim goes back", ids_[m], model_->bodies[b].name);
         }
         known_[m][b] = now;
       }
     }
   }
+}
+
+bool AuthorityChecker::MayGoBack(SimulatedSession& session, std::size_t member, std::size_t body) {
+  if (hostile_ != 0) return true;
+  // its claimant is gone, or does not go by it
+  const PeerId from = known_[member][body].peer;
+  for (std::size_t m = 0; m < session.size(); ++m) {
+    if (!session.present(m) || ids_[m] != from) continue;
+    return ClaimAt(session, m, body).peer != from;
+  }
+  return true;
 }
 
 std::vector<std::vector<std::size_t>> AuthorityChecker::SettledParts(
@@ -148,8 +161,9 @@ void AuthorityChecker::LookAtPart(SimulatedSession& session, Part& part) {
     }
     if ((agree && here) || !(part.greatest[b] == greatest)) part.agreed_ns[b] = now_ns_;
     part.greatest[b] = greatest;
+    if (hostile_ != 0 && greatest.peer == hostile_) continue;
     const std::int64_t lasts_ns = now_ns_ - part.agreed_ns[b];
-    std::int64_t most_ns = 2 * way_ns_ + kSettle;
+    std::int64_t most_ns = 2 * way_ns_ + kSettle + (hostile_ == 0 ? 0 : kMisled);
     if (!here) {
       most_ns += SimulatedNetwork::kLeaseNs + kBeat + kNextInLine * CameSince(part, greatest.peer);
     }
@@ -201,11 +215,15 @@ void AuthorityChecker::LookAtSaid() {
     Part* const part = PartOf(says.from);
     if (part == nullptr) continue;
     Known& greatest = part->said[says.body];
-    if (says.claim < greatest && says.claim.peer != greatest.peer) {
+    const std::int64_t most_ns = hostile_ == 0 ? 0 : 2 * way_ns_ + kSettle + kMisled;
+    const bool heard = hostile_ == 0 || now_ns_ - part->said_ns[says.body] > most_ns;
+    if (heard && says.claim < greatest && says.claim.peer != greatest.peer) {
       breakages_->Add("two say where a body is", says.from,
                       model_->bodies[says.body].name + " after " + std::to_string(greatest.peer));
     }
-    if (greatest < says.claim) greatest = says.claim;
+    if (!(greatest < says.claim)) continue;
+    if (greatest.peer != says.claim.peer) part->said_ns[says.body] = now_ns_;
+    greatest = says.claim;
   }
   said_.clear();
 }

@@ -12,7 +12,8 @@ namespace tandem {
 /// Who answers for every body, and in whose hand it is (docs/decisions/0016), judged from outside.
 ///
 /// At each peer, always: its knowledge of who answers for a body only ever goes to a greater claim,
-/// of the later epoch or, of one epoch, of the lower peer.
+/// of the later epoch or, of one epoch, of the lower peer; to a lesser one where the claimant of the
+/// greater is gone or does not go by it, and, beside a hostile member, at any time.
 ///
 /// A peer that has stood still for more than 0.5 s says of no body where it is for the next 0.3 s.
 ///
@@ -30,6 +31,8 @@ class AuthorityChecker {
  public:
   AuthorityChecker(const WorldModel& model, Breakages& breakages);
 
+  /// What it answers for, nobody else needs to.
+  void SetHostile(PeerId peer) { hostile_ = peer; }
   /// After every frame.
   void Look(SimulatedSession& session);
   void OnState(PeerId from, const ObjectState& state);
@@ -55,9 +58,11 @@ class AuthorityChecker {
     std::vector<std::int64_t> agreed_ns;  // per body: when last all was well, or the newest claim
     std::vector<Known> greatest;          // per body
     std::vector<Known> said;              // per body, on the wire, since it is settled
+    std::vector<std::int64_t> said_ns;    // since when
   };
 
   void LookAtClaims(SimulatedSession& session);
+  bool MayGoBack(SimulatedSession& session, std::size_t member, std::size_t body);
   std::vector<std::vector<std::size_t>> SettledParts(const SimulatedSession& session);
   void LookAtPart(SimulatedSession& session, Part& part);
   void LookAtSaid();
@@ -67,6 +72,7 @@ class AuthorityChecker {
   static Known ClaimAt(SimulatedSession& session, std::size_t member, std::size_t body);
 
   const WorldModel* model_;
+  PeerId hostile_ = 0;  // 0: there is none
   Breakages* breakages_;
   std::int64_t now_ns_ = 0;
   std::int64_t way_ns_ = 0;

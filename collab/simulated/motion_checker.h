@@ -24,6 +24,10 @@ class MotionChecker {
   MotionChecker(const WorldModel& model, Breakages& breakages, bool fast = false)
       : model_(&model), breakages_(&breakages), fast_(fast) {}
 
+  /// What it answers for goes wherever it says.
+  void SetHostile(PeerId peer) { hostile_ = peer; }
+  /// Grants and releases say where a body is.
+  void OnHostileEvent(const Event& event);
   /// After every frame.
   void Look(SimulatedSession& session);
 
@@ -31,17 +35,27 @@ class MotionChecker {
   struct Seen {
     bool known = false;
     bool near = false;     // to the body in hand, within a voxel: contact begins at half of it
-    bool excused = false;  // it overlapped what the hand took when it took it
+    bool excused = false;  // it overlapped what the hand took when it took it, or was put there
     Pose X_WB;
   };
 
+  struct Placed {            // by the hostile member
+    std::int64_t ns = 0;     // when last; 0: never
+    bool untouched = false;  // in no hand since
+  };
+
+  void SeePlaced(SimulatedSession& session);
+  bool IsPlaced(std::size_t body) const;
   void LookAtHeld(SimulatedSession& session, std::size_t member, std::size_t held);
 
   const WorldModel* model_;
   Breakages* breakages_;
   bool fast_;
+  PeerId hostile_ = 0;                   // 0: there is none
   std::vector<std::vector<Seen>> seen_;  // [member][body], a frame ago
-  std::vector<int> held_;                // of each member: simulated in its hand a frame ago
+  std::vector<Placed> placed_;           // of each body
+  std::int64_t now_ns_ = 0;
+  std::vector<int> held_;       // of each member: simulated in its hand a frame ago
   std::vector<bool> in_plate_;  // of each member: what it took was in the plate, and is yet
 };
 

@@ -3,6 +3,7 @@
 #include "collab/simulated/authority_checker.h"
 #include "collab/simulated/energy_checker.h"
 #include "collab/simulated/hand_checker.h"
+#include "collab/simulated/keep_checker.h"
 #include "collab/simulated/motion_checker.h"
 #include "collab/simulated/pull_checker.h"
 #include "collab/simulated/rest_checker.h"
@@ -28,20 +29,35 @@ class SessionChecker : public WireWatch {
       : schedule_(&schedule),
         wire_(schedule, viewer, breakages_),
         authority_(model, breakages_),
+        keep_(model, breakages_),
         motion_(model, breakages_, bounds.fast),
         energy_(model, breakages_, bounds.kept),
         pulls_(breakages_, bounds.short_loop),
         hands_(schedule.peers.size(), breakages_),
         rest_(schedule, model, breakages_) {}
 
+  /// Whose words are not looked at, but for what they do to the others.
+  void SetHostile(PeerId peer) {
+    hostile_ = peer;
+    wire_.SetHostile(peer);
+    authority_.SetHostile(peer);
+    keep_.SetHostile(peer);
+    motion_.SetHostile(peer);
+  }
+  void Wished(PeerId peer, std::int64_t now_ns) { keep_.Wished(peer, now_ns); }
+
   void OnState(PeerId from, const ObjectState& state) override {
+    if (from == hostile_) return;
     wire_.OnState(from, state);
     authority_.OnState(from, state);
   }
   void OnLinks(PeerId from, const CouplingLinks& links) override { wire_.OnLinks(from, links); }
   void OnView(PeerId from, const ViewFrame& view) override { wire_.OnView(from, view); }
-  void OnPeerInfo(PeerId from, const PeerInfo& info) override { wire_.OnPeerInfo(from, info); }
+  void OnPeerInfo(PeerId from, const PeerInfo& info) override {
+    if (from != hostile_) wire_.OnPeerInfo(from, info);
+  }
   void OnEvent(PeerId from, const Event& event) override {
+    if (from == hostile_) return motion_.OnHostileEvent(event);
     wire_.OnEvent(from, event);
     ++events_[static_cast<std::size_t>(event.kind)];
   }
@@ -60,6 +76,7 @@ class SessionChecker : public WireWatch {
   /// After it.
   void Look(SimulatedSession& session) {
     authority_.Look(session);
+    keep_.Look(session);
     motion_.Look(session);
     energy_.Look(session);
     pulls_.Look(session);
@@ -86,6 +103,8 @@ class SessionChecker : public WireWatch {
   Breakages breakages_;
   WireChecker wire_;
   AuthorityChecker authority_;
+  KeepChecker keep_;
+  PeerId hostile_ = 0;
   MotionChecker motion_;
   EnergyChecker energy_;
   PullChecker pulls_;

@@ -34,17 +34,21 @@ class SimulatedNetwork::Link : public Transport {
     const auto self = network_->members_.find(peer_);
     if (self == network_->members_.end()) return;
     if (network_->watch_ != nullptr) network_->watch_->OnPeerInfo(peer_, info);
+    // a transport lets nobody speak in another's name
+    if (info.peer != peer_) return;
     self->second.info = info;
-    network_->SendToAll(peer_, info);
+    self->second.info->incarnation = self->second.incarnation;
+    network_->SendToAll(peer_, *self->second.info);
   }
   void Publish(const Event& event) override {
     if (!network_->members_.contains(peer_)) return;
     if (network_->watch_ != nullptr) network_->watch_->OnEvent(peer_, event);
-    network_->SendToAll(peer_, event);
+    if (event.peer == peer_) network_->SendToAll(peer_, event);
   }
   void Publish(const SceneManifest& manifest) override {
     const auto self = network_->members_.find(peer_);
     if (self == network_->members_.end()) return;
+    if (manifest.offered_by != peer_) return;
     self->second.scene = manifest;
     network_->SendToAll(peer_, manifest);
   }

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 #include <thread>
 #include <utility>
 
 #include "collab/coupling_law.h"
 #include "collab/planted_faults.h"
+#include "collab/simulated/hostile_member.h"
 #include "collab/simulated/light_scene.h"
 #include "collab/simulated/session_checker.h"
 #include "collab/simulated/watched_hand.h"
@@ -18,6 +20,7 @@ namespace tandem {
 namespace {
 
 constexpr PeerId kViewerId = 7;
+constexpr PeerId kHostileId = 999'999;  // above all others: of the next in line it is the last
 constexpr std::uint64_t kSceneHash = 1;
 constexpr std::int64_t kDigestFrames = 10;
 constexpr std::int64_t kBeginNs = 1'000'000'000;  // true time of the first frame
@@ -30,7 +33,8 @@ constexpr std::int64_t kSettleNs = 1'000'000'000;  // as `tandem peer` has it
 
 class Run {
  public:
-  Run(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model, const SeedLog& log)
+  Run(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model, const SeedLog& log,
+      bool hostile)
       : schedule_(DrawSchedule(seed)),
         model_(model),
         log_(log),
@@ -42,6 +46,9 @@ class Run {
         links_(schedule_.links) {
     viewer_link_ = session_.network().Join(kViewerId, Role::kViewer, viewer_);
     session_.network().SetWatch(&checker_);
+    if (!hostile) return;
+    hostile_.emplace(session_.network(), kHostileId, seed, kSceneHash, *model);
+    checker_.SetHostile(kHostileId);
   }
   ~Run() { session_.network().SetWatch(nullptr); }
   Run(const Run&) = delete;
@@ -84,6 +91,7 @@ class Run {
       result.seconds = 1e-3 * static_cast<double>(ms);
       if (ms == end_ms + kForgetMs) break;
       if (Planted(Fault::kViewerWrites) && ms == kQuietMs) viewer_link_->Publish(ViewFrame{});
+      if (hostile_) ms < schedule_.faults_end_ms ? hostile_->Step() : hostile_->Leave();
       session_.Step();
       if (Planted(Fault::kBodyNotFinite) && ms == kQuietMs) LookAtNoNumber();
       SeeGrasps();
@@ -103,6 +111,16 @@ class Run {
     result.tally["refused"] = checker_.events(EventKind::kRefuse);
     result.tally["let go"] = checker_.events(EventKind::kRelease);
     result.tally["taken in hand"] = taken_;
+    if (hostile_) {
+      result.tally["hostile words"] = hostile_->said();
+      for (std::size_t m = 0; m < session_.size(); ++m) {
+        const DropCounts drops = session_.node(m).inbox().drops().Of(kHostileId);
+        for (std::size_t i = 0; i < drops.size(); ++i) {
+          if (drops[i] == 0) continue;
+          result.tally[std::string("refused: ") + NameOf(static_cast<Drop>(i))] += drops[i];
+        }
+      }
+    }
     return result;
   }
 
@@ -192,6 +210,7 @@ class Run {
       }
       case Kind::kCommand:
         session_.node(member).peer().commands().TryPush(fault.command);
+        checker_.Wished(id, session_.now_ns());
         return;
       default:
         return;
@@ -262,6 +281,7 @@ class Run {
     for (const std::size_t p : holders) {
       if (grasps_[p].as_agreed || (!any_agreed && p == holders.front())) continue;
       PeerOf(p).commands().TryPush({Command::Kind::kRelease, kNoObject, 0});
+      checker_.Wished(schedule_.peers[p].id, session_.now_ns());
       grasps_[p].again = true;
     }
   }
@@ -327,6 +347,7 @@ class Run {
   Viewer viewer_;
   SimulatedSession session_;
   std::unique_ptr<Transport> viewer_link_;
+  std::optional<HostileMember> hostile_;
   std::vector<int> member_;  // of the session, for each scheduled peer; -1: not yet there
   std::vector<const WatchedHand*> hands_;
   std::vector<Grasp> grasps_;
@@ -340,8 +361,8 @@ class Run {
 }  // namespace
 
 SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model,
-                        const SeedLog& log) {
-  return Run(seed, model, log).Go();
+                        const SeedLog& log, bool hostile) {
+  return Run(seed, model, log, hostile).Go();
 }
 
 std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
@@ -362,9 +383,9 @@ std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsig
 
 std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
                                       const std::shared_ptr<const WorldModel>& model,
-                                      const SeedLog& log) {
+                                      const SeedLog& log, bool hostile) {
   return RunSeeds(first, count, threads, [&](std::uint64_t seed) {
-    return SimulateSeed(seed, model, log);
+    return SimulateSeed(seed, model, log, hostile);
   });
 }
 

@@ -25,9 +25,10 @@ struct SeedResult {
 using SeedLog = std::function<void(const std::string&)>;
 
 /// Runs the session that a seed stands for: whole peers, one thread, virtual time. The same seed
-/// gives the same bits (of the same build of the program). `model`: of the light scene.
+/// gives the same bits (of the same build of the program). `model`: of the light scene. `hostile`:
+/// with a member that keeps to no rule (HostileMember), until the faults end.
 SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model,
-                        const SeedLog& log = {});
+                        const SeedLog& log = {}, bool hostile = false);
 
 /// What `simulate` makes of the seeds first, first + 1, … in that order, `threads` at a time, each
 /// on one. However many: the same results.
@@ -37,6 +38,6 @@ std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsig
 /// That of SimulateSeed().
 std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
                                       const std::shared_ptr<const WorldModel>& model,
-                                      const SeedLog& log = {});
+                                      const SeedLog& log = {}, bool hostile = false);
 
 }  // namespace tandem

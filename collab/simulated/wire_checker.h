@@ -27,6 +27,8 @@ class WireChecker : public WireWatch {
   void OnPeerInfo(PeerId from, const PeerInfo& info) override;
   void OnEvent(PeerId from, const Event& event) override;
 
+  /// Whose stamps are not looked at.
+  void SetHostile(PeerId peer) { hostile_ = peer; }
   /// Of what `from` sends to `to`, from now on.
   void LinkSwitched(std::size_t from, std::size_t to, const LinkConditions& link);
   /// What waits for its time at a peer whose clock is put forward comes so much sooner.
@@ -51,6 +53,7 @@ class WireChecker : public WireWatch {
 
   const FaultSchedule* schedule_;
   PeerId viewer_;
+  PeerId hostile_ = 0;
   Breakages* breakages_;
   std::map<PeerId, Writer> writers_;
   std::vector<std::vector<double>> least_delay_ms_;  // [from][to], of all time

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <set>
@@ -32,7 +33,7 @@ class Company {
   }
 
   void Add(PeerId id, bool own_only = false) {
-    peers_.emplace(id, Node{std::make_unique<Holdings>(id, model_, 0, own_only), {}, {}, true});
+    peers_.emplace(id, Node{std::make_unique<Holdings>(id, model_, 0, own_only), {}, true, false});
     for (auto& [other, node] : peers_) {
       if (other == id || !node.here) continue;
       Hear(other, Kind::kJoined, id);
@@ -103,10 +104,14 @@ class Company {
       link(other, id);
     }
   }
+  struct Told {
+    std::vector<Claim> claims;
+    std::vector<Belief> beliefs;
+    bool operator==(const Told&) const = default;
+  };
   struct Node {
     std::unique_ptr<Holdings> holdings;
-    std::array<Claim, kMaxClaims> claims{};
-    std::vector<Claim> told;
+    Told told;
     bool here = true;
     bool stopped = false;
   };
@@ -115,13 +120,15 @@ class Company {
     PeerId from, to;
     bool is_event;
     Event event;
-    std::vector<Claim> claims;
+    Told told;
   };
 
-  static MembershipChange Change(Kind kind, PeerId peer, const std::vector<Claim>& claims) {
+  static MembershipChange Change(Kind kind, PeerId peer, const Told& told) {
     MembershipChange change{.kind = kind, .peer = peer};
-    change.claim_count = static_cast<std::uint32_t>(claims.size());
-    std::copy(claims.begin(), claims.end(), change.claims.begin());
+    change.claim_count = static_cast<std::uint32_t>(told.claims.size());
+    std::ranges::copy(told.claims, change.claims.begin());
+    change.belief_count = static_cast<std::uint32_t>(told.beliefs.size());
+    std::ranges::copy(told.beliefs, change.beliefs.begin());
     return change;
   }
   void Hear(PeerId at, Kind kind, PeerId of) {
@@ -138,7 +145,7 @@ class Company {
       if (f.is_event) {
         node.holdings->OnEvent(f.event);
       } else {
-        node.holdings->OnMembership(Change(Kind::kClaims, f.from, f.claims));
+        node.holdings->OnMembership(Change(Kind::kClaims, f.from, f.told));
       }
     }
     for (auto& [id, node] : peers_) {
@@ -146,17 +153,22 @@ class Company {
       std::array<Event, 8> events;
       std::size_t count = 0;
       node.holdings->Tick(now_ms_ * 1'000'000, events, count);
-      const std::uint32_t claim_count = node.holdings->Claims(node.claims);
-      const std::vector<Claim> claims(node.claims.begin(), node.claims.begin() + claim_count);
+      std::array<Claim, kMaxClaims> claims{};
+      std::array<Belief, kMaxClaims> beliefs{};
+      const std::uint32_t claim_count = node.holdings->Claims(claims);
+      const std::uint32_t belief_count = node.holdings->Beliefs(beliefs);
+      const Told told{{claims.begin(), claims.begin() + claim_count},
+                      {beliefs.begin(), beliefs.begin() + belief_count}};
       for (auto& [other, unused] : peers_) {
         if (other == id) continue;
         for (std::size_t i = 0; i < count; ++i) {
           flying_.push_back({now_ms_ + delay_, id, other, true, events[i], {}});
         }
-        if (claims != node.told)
-          flying_.push_back({now_ms_ + delay_, id, other, false, {}, claims});
+        if (!(told == node.told)) {
+          flying_.push_back({now_ms_ + delay_, id, other, false, {}, told});
+        }
       }
-      node.told = claims;
+      node.told = told;
     }
     int say = 0;
     for (auto& [id, node] : peers_) {

@@ -11,6 +11,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 PeerInfo Anna() {
   PeerInfo info;
@@ -50,6 +51,16 @@ TEST(PeerDirectory, HandsChangesToTheHapticThread) {
   ASSERT_TRUE(directory.changes().TryPop(change));
   EXPECT_EQ(change.kind, MembershipChange::Kind::kClaims);
   EXPECT_EQ(change.claims[0].object, 5U);
+  // whom it takes for an authority is nothing new about what it holds
+  other_hand.beliefs = {{3, 9}};
+  directory.OnPeerInfo(other_hand);
+  ASSERT_TRUE(directory.changes().TryPop(change));
+  EXPECT_EQ(change.kind, MembershipChange::Kind::kBeliefs);
+  EXPECT_EQ(change.claims[0].object, 5U);
+  ASSERT_EQ(change.belief_count, 1U);
+  EXPECT_EQ(change.beliefs[0], (Belief{3, 9}));
+  directory.OnPeerInfo(other_hand);
+  EXPECT_FALSE(directory.changes().TryPop(change));
   directory.OnPeerLost(2);
   ASSERT_TRUE(directory.changes().TryPop(change));
   EXPECT_EQ(change.kind, MembershipChange::Kind::kLost);
@@ -171,6 +182,82 @@ TEST(PeerDirectory, IsNotItsOwnPeer) {
   PeerDirectory directory(2, 42);
   directory.OnPeerInfo(Anna());
   EXPECT_THAT(directory.Entries(), IsEmpty());
+}
+
+// Started again before anybody noticed that it was gone: what was heard of the run before is of
+// no account.
+TEST(PeerDirectory, ANewRunOfAProgramIsLostAndBack) {
+  PeerDirectory directory(1, 42);
+  PeerInfo info = Anna();
+  info.incarnation = 5;
+  directory.OnPeerInfo(info);
+  info.incarnation = 6;
+  directory.OnPeerInfo(info);
+  std::vector<MembershipChange::Kind> kinds;
+  for (MembershipChange change; directory.changes().TryPop(change);) kinds.push_back(change.kind);
+  using Kind = MembershipChange::Kind;
+  EXPECT_EQ(kinds, (std::vector<Kind>{Kind::kJoined, Kind::kLost, Kind::kBack}));
+}
+
+TEST(PeerDirectory, OtherForceTermsAreSaidWheneverTheyChange) {
+  PeerDirectory directory(1, 42);
+  directory.SetOwnTerms({.law = "p+dd", .gains = {}});
+  PeerInfo info = Anna();
+  info.terms = {.law = "constant", .gains = "stiffness=80", .contact = false};
+  directory.OnPeerInfo(info);
+  directory.OnPeerInfo(info);
+  std::vector<std::string> news = directory.TakeNews();
+  ASSERT_EQ(news.size(), 2U);
+  EXPECT_EQ(news[1], info.name + " goes by other force terms: law constant (here p+dd), "
+                     "stiffness=80 (here the law's own gains), no contact (here contact)");
+  directory.SetOwnTerms({.law = "p+dd", .gains = {}, .displacement = 0.5e-3});
+  news = directory.TakeNews();
+  ASSERT_EQ(news.size(), 1U);
+  EXPECT_NE(news[0].find("points displaced by 0 mm (here 0.5 mm)"), std::string::npos) << news[0];
+  info.terms = {.law = "p+dd", .gains = {}, .displacement = 0.5e-3};
+  directory.OnPeerInfo(info);
+  EXPECT_EQ(directory.TakeNews(),
+            std::vector<std::string>{info.name + " goes by the same force terms as you now"});
+}
+
+TEST(PeerDirectory, WhatIsRefusedIsToldOnceOfEach) {
+  PeerDirectory directory(1, 42);
+  directory.OnPeerInfo(Anna());
+  directory.TakeNews();
+  DropTable drops;
+  for (int i = 0; i < 1000; ++i) {
+    drops.Count(Anna().peer, Drop::kSeized);
+    drops.Count(Anna().peer, Drop::kWrongEpoch);  // a few of each hand-over: not told
+    directory.TellRefusals(drops);
+  }
+  EXPECT_EQ(directory.TakeNews(),
+            std::vector<std::string>{
+                Anna().name + " claims what others have and have not given away: refused"});
+}
+
+TEST(PeerDirectory, AFewSamplesTooManyAreAnAccident) {
+  PeerDirectory directory(1, 42);
+  DropTable drops;
+  for (std::uint64_t i = 1; i < TellFrom(Drop::kFlood); ++i) drops.Count(7, Drop::kFlood);
+  directory.TellRefusals(drops);
+  EXPECT_THAT(directory.TakeNews(), IsEmpty());
+  drops.Count(7, Drop::kFlood);
+  directory.TellRefusals(drops);
+  EXPECT_THAT(directory.TakeNews(), SizeIs(1));
+}
+
+TEST(PeerDirectory, RefusalsOfInventedPeersFillNoMemory) {
+  PeerDirectory directory(1, 42);
+  DropTable drops;
+  std::size_t lines = 0;
+  for (PeerId peer = 2; peer <= 1000; ++peer) {
+    for (int i = 0; i < 50; ++i) drops.Count(peer, Drop::kFlood);
+    drops.Count(peer, Drop::kSeized);
+    directory.TellRefusals(drops);
+    lines += directory.TakeNews().size();
+  }
+  EXPECT_GT(lines, 1U);
+  EXPECT_LE(lines, PeerDirectory::kMostRefusals);
 }
 
 }  // namespace

@@ -111,6 +111,40 @@ TEST(SceneOffers, AManifestOutlivesItsAuthorWithThoseWhoAdoptedIt) {
   EXPECT_EQ(offers.session()->offered_by, 1U);
 }
 
+TEST(SceneOffers, WhatNobodyOffersAnyMoreDoesNotCount) {
+  SceneOffers offers;
+  SceneOffers of_a_viewer(true);
+  for (SceneOffers* one : {&offers, &of_a_viewer}) {
+    one->OnScene(OfferOf(3, SceneManifest::kSession));
+    one->OnWithdrawn(3);
+  }
+  EXPECT_EQ(offers.session(), nullptr);
+  ASSERT_NE(of_a_viewer.session(), nullptr) << "a viewer goes on to show what was";
+}
+
+// One who takes no part, or has come alone, does not decide for those under way.
+TEST(SceneOffers, OfThoseUnderWayTheOneThatMostGoByCounts) {
+  SceneOffers offers;
+  SceneManifest forged = OfferOf(1, SceneManifest::kUnderWay);
+  forged.voxel_size = 3e-5;
+  offers.OnScene(forged);
+  for (const PeerId honest : {5, 6}) {
+    offers.OnPresence(honest, true);
+    offers.OnScene(OfferOf(honest, SceneManifest::kUnderWay));
+  }
+  EXPECT_EQ(offers.session()->offered_by, 5U) << "1 has no presence";
+  offers.OnPresence(1, true);
+  EXPECT_EQ(offers.session()->offered_by, 5U) << "two against one";
+}
+
+TEST(SceneAgreement, OnlyVoxelsWithinAFactorOfFourAreAdoptedUnasked) {
+  const ForceParameters ours{.voxel_size = 1e-3};
+  EXPECT_TRUE(MayBeAdopted({.voxel_size = 0.25e-3}, ours));
+  EXPECT_TRUE(MayBeAdopted({.voxel_size = 4e-3}, ours));
+  EXPECT_FALSE(MayBeAdopted({.voxel_size = 0.2e-3}, ours));
+  EXPECT_FALSE(MayBeAdopted({.voxel_size = 5e-3}, ours));
+}
+
 TEST(SceneOffers, TenThousandForgedOnesDoNotCrowdOutTheSessions) {
   SceneOffers offers;
   offers.OnScene(OfferOf(2, SceneManifest::kSession));

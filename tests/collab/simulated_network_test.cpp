@@ -66,6 +66,7 @@ using Lines = std::vector<std::string>;
 
 TEST_F(SimulatedNetworkTest, ALateComerGetsTheNewestOfWhatIsKept) {
   SceneManifest scene;
+  scene.offered_by = 1;
   scene.name = "s";
   one->Publish(scene);
   Beat(1);
@@ -110,6 +111,7 @@ TEST_F(SimulatedNetworkTest, ACutIsOneWayAndHoldsBackWhatIsReliable) {
   Beat(2);
   Beat(3);
   Event event;
+  event.peer = 1;
   event.seq = 7;
   one->Publish(event);
   ObjectState back;
@@ -130,6 +132,7 @@ TEST_F(SimulatedNetworkTest, ALongCutForgetsEvents) {
   Run(100);
   network.Cut(1, 2, true);
   Event event;
+  event.peer = 1;
   event.seq = 7;
   one->Publish(event);
   Run(3000);

@@ -8,18 +8,20 @@
 //   ends    ends of ever new instances, without data, on every topic
 //   flap    comes and goes
 //   name    is called by bytes that are no text
-//   scenes  manifests of ever new authors
+//   scenes  manifests of ever new authors, some of them by writers in those authors' partitions
 //   views   pictures with ever new bodies
+//   lookers presence of ever new viewers
+//   packets announcements of ever new programs, by a plain socket
 // It says "joined" when it can write, is just there for 1.5 s, and says "sent N" at the end.
 #include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <string>
-#include <vector>
 
 #include <dds/dds.h>
 #undef restrict
 
+#include "collab/dds/attack.h"
 #include "collab/dds/cyclone_log.h"
 #include "collab/dds/domain.h"
 #include "collab/dds/keys.h"
@@ -40,15 +42,22 @@ int Refused(const std::string& why) {
 
 class Attacker {
  public:
-  Attacker(dds_entity_t participant, PeerId id) : participant_(participant), id_(id) {
+  /// `name` is the keys', or empty in a plain session.
+  Attacker(dds_entity_t participant, PeerId id, const std::string& name)
+      : participant_(participant), id_(id) {
+    const std::string own = PeerPartition(id);
     states_ = Writer(tandem_ObjectState_desc, "state/1", Purpose::kMotion, PeerPartition(id));
     linked_ = Writer(tandem_LinkedState_desc, "link/2", Purpose::kMotion, PeerPartition(id));
     views_ = Writer(tandem_ViewFrame_desc, "view/1", Purpose::kMotion, ViewPartition(id));
-    infos_ = Writer(tandem_PeerInfo_desc, "peer_info", Purpose::kPresence, PeerPartition(id));
+    infos_ = Writer(tandem_PeerInfo_desc, "peer_info", Purpose::kPresence,
+                    name.empty() ? own : NamedPartition(own, name));
     events_ = Writer(tandem_Event_desc, "event", Purpose::kEvent, PeerPartition(id));
-    scenes_ = Writer(tandem_SceneManifest_desc, "scene", Purpose::kSubject, kScenePartition);
+    scenes_ = Writer(tandem_SceneManifest_desc, "scene", Purpose::kSubject, ScenePartition(id));
+    const std::string looks_on = ViewerPartition(id);
+    lookers_ = Writer(tandem_ViewerInfo_desc, "viewer_info", Purpose::kPresence,
+                      name.empty() ? looks_on : NamedPartition(looks_on, name));
   }
-  bool CanSpeak() const { return infos_ > 0; }
+  bool CanSpeak() const { return infos_ > 0 || lookers_ > 0; }
 
   void Presence(const std::string& name) {
     tandem_PeerInfo info{};
@@ -62,7 +71,9 @@ class Attacker {
   void Goodbye() {
     tandem_PeerInfo info{};
     info.peer = id_;
-    dds_dispose(infos_, &info);
+    info.protocol = kProtocol;
+    info.leaving = true;
+    dds_write(infos_, &info);
   }
   void State(std::uint32_t object) {
     tandem_ObjectState state{};
@@ -97,6 +108,21 @@ class Attacker {
     std::strncpy(scene.name, "made up", sizeof scene.name - 1);
     scene.voxel_size = 0.001;
     dds_write(scenes_, &scene);
+    constexpr std::uint64_t kEvery = 50;  // a writer takes long to make
+    if (author % kEvery != 0) return;
+    dds_write(Writer(tandem_SceneManifest_desc, "scene", Purpose::kSubject, ScenePartition(author)),
+              &scene);
+  }
+  void Looker(PeerId peer) {
+    tandem_ViewerInfo info{};
+    info.peer = peer;
+    info.protocol = kProtocol;
+    info.beat = ++beat_;
+    std::snprintf(info.name, sizeof info.name, "looker-%llu",
+                  static_cast<unsigned long long>(peer));
+    dds_write(lookers_, &info);
+    // or this program grows itself
+    dds_unregister_instance(lookers_, &info);
   }
   void View(std::uint32_t first) {
     tandem_ViewFrame view{};
@@ -120,7 +146,8 @@ class Attacker {
 
   const dds_entity_t participant_;
   const PeerId id_;
-  dds_entity_t states_ = 0, linked_ = 0, views_ = 0, infos_ = 0, events_ = 0, scenes_ = 0;
+  dds_entity_t states_ = 0, linked_ = 0, views_ = 0, infos_ = 0, events_ = 0, scenes_ = 0,
+               lookers_ = 0;
   std::uint32_t seq_ = 0;
   std::uint32_t beat_ = 0;
 };
@@ -133,6 +160,7 @@ int main(int argc, char** argv) {
   TakeOverCycloneLog();
   Qos participant_qos;
   PeerId id = std::stoull(argv[3]);
+  std::string key_name;
   if (std::string(argv[2]) != "-") {
     const Result<MemberKeys> keys = LoadMemberKeys(argv[2]);
     if (!keys) return Refused(keys.error().what);
@@ -140,15 +168,23 @@ int main(int argc, char** argv) {
     if (!qos) return Refused(qos.error().what);
     participant_qos = *std::move(qos);
     id = keys->peer;
+    key_name = keys->name;
   }
   DdsOptions options;
   options.session = argv[1];
   options.interface = "lo";
+  if (mode == "packets") {
+    options.peer = id;
+    const Result<std::uint64_t> sent = Flood(tandem::Attack::kPackets, options, std::stod(argv[5]));
+    if (!sent) return Refused(sent.error().what);
+    std::printf("sent %llu\n", static_cast<unsigned long long>(*sent));
+    return 0;
+  }
   const Result<Entity> domain = CreateDomain(options);
   if (!domain) return Refused(domain.error().what);
   const Entity participant(dds_create_participant(options.domain, participant_qos.get(), nullptr));
   if (participant.get() < 0) return Refused("no participant");
-  Attacker attacker(participant.get(), id);
+  Attacker attacker(participant.get(), id, key_name);
   if (!attacker.CanSpeak()) return Refused("no writer");
   std::puts("joined");
   std::fflush(stdout);
@@ -182,9 +218,11 @@ int main(int argc, char** argv) {
     if (mode == "ends") attacker.End(number);
     if (mode == "scenes") attacker.Scene(1000 + number);
     if (mode == "views") attacker.View(kMaxViewBodies * number);
+    if (mode == "lookers") attacker.Looker(1000 + number);
     if (mode == "name") dds_sleepfor(DDS_MSECS(10));
     // reliable writers wait for no one here, but leave the receivers some time
-    if (mode == "scenes" || mode == "ends" || mode == "views") dds_sleepfor(DDS_USECS(100));
+    if (mode == "scenes" || mode == "ends" || mode == "views" || mode == "lookers")
+      dds_sleepfor(DDS_USECS(100));
   }
   std::printf("sent %ld\n", sent);
   return 0;

@@ -163,7 +163,7 @@ Result<SeenPeer> CutPeers::Replayed(std::size_t i, std::int64_t until_ns) const 
       RunAll(*reader, **replay, [&](std::int64_t, const RecordedFrame& recorded) {
         if (recorded.now_ns >= until_ns) return false;
         for (const MembershipChange& change : recorded.changes) {
-          if (change.kind == MembershipChange::Kind::kClaims) continue;
+          if (change.kind >= MembershipChange::Kind::kClaims) continue;  // or beliefs
           seen.changes.push_back({recorded.now_ns, change.peer, change.kind});
         }
         if (seen.began_ns == 0) seen.began_ns = peer.started_ns().value_or(0);

@@ -52,6 +52,7 @@ namespace {
   X(dds_get_subscription_matched_status) \
   X(dds_lookup_participant)              \
   X(dds_lset_data_available)             \
+  X(dds_lset_liveliness_changed)         \
   X(dds_lset_subscription_matched)       \
   X(dds_qget_partition)                  \
   X(dds_qset_durability)                 \

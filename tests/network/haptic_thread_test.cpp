@@ -85,7 +85,7 @@ TEST(HapticThread, OfAPeerOverDdsAllocatesNothingAndCallsNoDds) {
   EXPECT_EQ(calls.inside, one);  // as before
   EXPECT_GT(calls.outside.at("dds_write"), kFrames);
   EXPECT_THAT(calls.outside, IsSupersetOf({Key("dds_take"), Key("dds_waitset_wait"),
-                                           Key("dds_dispose"), Key("dds_create_writer")}));
+                                           Key("dds_wait_for_acks"), Key("dds_create_writer")}));
 }
 
 }  // namespace

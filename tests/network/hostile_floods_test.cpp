@@ -15,67 +15,18 @@
 
 #include "app/cli/child_processes.h"
 #include "collab/dds/keys.h"
+#include "tests/network/said_program.h"
 
 namespace tandem {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::LinesOf;
 using ::testing::Not;
+using testing::Program;
 
 constexpr std::int64_t kMostGrowth = 16 * 1024 * 1024;  // bytes
 constexpr double kFloodSeconds = 4;
-
-std::string TextOf(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
-std::vector<std::string> LinesOf(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
-/// A program that runs beside the test, with what it says in a file.
-class Program {
- public:
-  Program(std::vector<std::string> command, std::filesystem::path said) : said_(std::move(said)) {
-    std::vector<std::string> all{"/bin/sh", "-c",
-                                 R"(f="$1"; shift; exec "$@" >>"$f" 2>&1 </dev/null)", "sh",
-                                 said_.string()};
-    all.insert(all.end(), command.begin(), command.end());
-    Result<ChildProcess> started = ChildProcess::Start(all);
-    EXPECT_TRUE(started);
-    process_.emplace(*std::move(started));
-  }
-
-  std::string said() const { return TextOf(said_); }
-  bool Says(const std::string& words, double seconds = 30) {
-    for (double waited = 0; waited < seconds; waited += 0.02) {
-      if (said().find(words) != std::string::npos) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    return false;
-  }
-  /// Bytes in memory now.
-  std::int64_t Memory() const {
-    std::ifstream status("/proc/" + std::to_string(process_->pid()) + "/status");
-    for (std::string line; std::getline(status, line);) {
-      if (line.rfind("VmRSS:", 0) == 0) return 1024 * std::stoll(line.substr(6));
-    }
-    return 0;
-  }
-  std::optional<int> Wait(double seconds = 20) {
-    return process_->Wait(std::chrono::milliseconds(static_cast<long>(1000 * seconds)));
-  }
-  ChildProcess& process() { return *process_; }
-
- private:
-  std::filesystem::path said_;
-  std::optional<ChildProcess> process_;
-};
 
 /// A session with one peer of the product, that holds a body.
 class HostileFloods : public ::testing::Test {
@@ -129,10 +80,12 @@ class HostileFloods : public ::testing::Test {
     }
     EXPECT_GT(before, 0);
     Program attacker = Attack(mode, keys);
-    EXPECT_TRUE(attacker.Says("joined"));
-    for (int i = 0; i < 12; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-      before = std::max(before, victim.Memory());
+    if (mode != "packets") {
+      EXPECT_TRUE(attacker.Says("joined"));
+      for (int i = 0; i < 12; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        before = std::max(before, victim.Memory());
+      }
     }
     std::int64_t most = before;
     while (!attacker.process().Poll()) {
@@ -176,6 +129,49 @@ TEST_F(HostileFloods, AMembersInventedBodiesTakeNoMoreThanAStrangers) {
   EXPECT_EQ(anna.Wait(), 0);
   const nlohmann::json drops = Report().at("drops");
   EXPECT_GT(drops.at("flood").get<long>() + drops.at("many_keys").get<long>(), 1000);
+}
+
+TEST_F(HostileFloods, InventedViewersOfAViewersKeysTakeNoMemory) {
+  const std::filesystem::path keys = In("keys");
+  ASSERT_TRUE(MakeSessionKeys(keys));
+  ASSERT_TRUE(MakeMemberKeys(keys, "anna", Role::kActive, In("keys-anna")));
+  ASSERT_TRUE(MakeMemberKeys(keys, "vic", Role::kViewer, In("keys-vic")));
+  Program anna = Peer({"--secure", In("keys-anna").string()});
+  ASSERT_TRUE(anna.Says("is in session"));
+  EXPECT_LE(GrowthUnder("lookers", anna, In("keys-vic").string()), kMostGrowth);
+  EXPECT_GT(sent_, 2000);
+  EXPECT_THAT(anna.said(), Not(HasSubstr("looker-")));
+  anna.process().Signal(SIGTERM);
+  EXPECT_EQ(anna.Wait(), 0);
+  const nlohmann::json drops = Report().at("drops");
+  EXPECT_GT(drops.at("flood").get<long>() + drops.at("many_keys").get<long>(), 1000);
+}
+
+TEST_F(HostileFloods, AnnouncementsOfInventedProgramsAreDroppedBeforeDdsAndToldOnce) {
+  Program anna = Peer();
+  ASSERT_TRUE(anna.Says("is in session"));
+  EXPECT_LE(GrowthUnder("packets", anna), kMostGrowth);
+  EXPECT_GT(sent_, 20'000);
+  anna.process().Signal(SIGTERM);
+  EXPECT_EQ(anna.Wait(), 0);
+  EXPECT_GT(Report().at("packets_refused").at("new_sender").get<long>(), 1000);
+  int told = 0;
+  for (const std::string& line : LinesOf(anna.said())) {
+    told += line.find("announces more programs than there can be") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_EQ(told, 1) << anna.said();
+}
+
+TEST_F(HostileFloods, AStrangersAnnouncementsTakeNoMemoryOfASecuredSession) {
+  const std::filesystem::path keys = In("keys");
+  ASSERT_TRUE(MakeSessionKeys(keys));
+  ASSERT_TRUE(MakeMemberKeys(keys, "anna", Role::kActive, In("keys-anna")));
+  Program anna = Peer({"--secure", In("keys-anna").string()});
+  ASSERT_TRUE(anna.Says("is in session"));
+  EXPECT_LE(GrowthUnder("packets", anna), kMostGrowth);
+  anna.process().Signal(SIGTERM);
+  EXPECT_EQ(anna.Wait(), 0);
+  EXPECT_GT(Report().at("packets_refused").at("new_sender").get<long>(), 1000);
 }
 
 TEST_F(HostileFloods, EndsOfInventedInstancesTakeNoMemoryAndHoldUpNobody) {

@@ -23,17 +23,20 @@ using testing::RealPeers;
 constexpr std::uint32_t kDomain = 42;
 constexpr PeerId kHostile = 0x99;
 
-/// Writers of motion of a participant beside that of the program's own peer, which is known to the
-/// session: whatever it writes in that peer's partition comes as that peer's.
+/// Further writers of motion of the participant of the program's own peer, which is known to the
+/// session: whatever they write in that peer's partition comes as that peer's.
 class HostileWriters {
  public:
-  HostileWriters() : participant_(dds_create_participant(kDomain, nullptr, nullptr)) {
+  HostileWriters() {
+    EXPECT_EQ(dds_lookup_participant(kDomain, &participant_, 1), 1);
     states_ = Writer(tandem_ObjectState_desc, "state/1", {PeerPartition(kHostile)});
     linked_ = Writer(tandem_LinkedState_desc, "link/2", {PeerPartition(kHostile)});
     twofold_ = Writer(tandem_ObjectState_desc, "state/1",
                       {PeerPartition(kHostile), PeerPartition(kHostile + 1)});
   }
-  ~HostileWriters() { dds_delete(participant_); }
+  ~HostileWriters() {
+    for (const dds_entity_t writer : {states_, linked_, twofold_}) dds_delete(writer);
+  }
   HostileWriters(const HostileWriters&) = delete;
   HostileWriters& operator=(const HostileWriters&) = delete;
 
@@ -80,7 +83,7 @@ class HostileWriters {
     return state;
   }
 
-  dds_entity_t participant_;
+  dds_entity_t participant_ = 0;
   dds_entity_t states_ = 0;
   dds_entity_t linked_ = 0;
   dds_entity_t twofold_ = 0;

@@ -54,5 +54,19 @@ TEST(Simulator, NoSeedBreaksAnInvariant) {
   }
 }
 
+// One member forges and replays claims, events, states and manifests: the honest keep what they
+// hold, and among themselves all holds that holds without it.
+TEST(Simulator, NoSeedBreaksAnInvariantBesideAHostileMember) {
+  const char* const asked = std::getenv("TANDEM_SIMULATOR_SEEDS");
+  const std::uint64_t seeds = asked != nullptr ? std::strtoull(asked, nullptr, 10) : 60;
+  std::uint64_t said = 0;
+  for (const SeedResult& result : SimulateSeeds(1, seeds, 2, MakeLightScene(), {}, true)) {
+    for (const std::string& what : result.broken)
+      ADD_FAILURE() << "seed " << result.seed << " " << what;
+    said += result.tally.at("hostile words");
+  }
+  EXPECT_GT(said, 100 * seeds);
+}
+
 }  // namespace
 }  // namespace tandem

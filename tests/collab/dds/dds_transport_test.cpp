@@ -57,8 +57,8 @@ TEST(DdsTransport, ActivePeersHearOneAnother) {
   EXPECT_EQ(h.infos.at(kThere).name, "Ada");
   EXPECT_THAT(h.infos.at(kThere).claims,
               ::testing::ElementsAre(Claim{7, 2, true}, Claim{9, 3, false}));
-  EXPECT_EQ(h.scenes.front().content_hash, SampleScene().content_hash);
-  EXPECT_EQ(h.scenes.front().file, SampleScene().file);
+  EXPECT_EQ(h.scenes.front().content_hash, SampleScene(kThere).content_hash);
+  EXPECT_EQ(h.scenes.front().file, SampleScene(kThere).file);
   EXPECT_TRUE(h.views.empty());
 
   const std::string id = std::to_string(kHere);
@@ -175,7 +175,8 @@ TEST(DdsTransport, AViewerSubscribesToNoneOfTheFastTopics) {
     for (auto [i, end] = topics.equal_range(it->first); i != end; ++i) of_one.insert(i->second);
     if (of_one.contains("view/1")) {
       ++viewers;
-      EXPECT_THAT(of_one, ::testing::UnorderedElementsAre("view/1", "peer_info", "scene"));
+      EXPECT_THAT(of_one, ::testing::UnorderedElementsAre("view/1", "peer_info", "viewer_info",
+                                                          "scene"));
     } else if (of_one.contains("state/1")) {
       ++active_peers;
     }

@@ -102,9 +102,9 @@ PeerInfo SampleInfo(PeerId peer, Role role, std::uint32_t beat) {
   return info;
 }
 
-SceneManifest SampleScene() {
+SceneManifest SampleScene(PeerId peer) {
   SceneManifest manifest;
-  manifest.offered_by = 5;
+  manifest.offered_by = peer;
   manifest.content_hash = 42;
   manifest.name = "bracket";
   manifest.file = "/tmp/bracket.json";
@@ -179,6 +179,18 @@ void Recorder::OnScene(const SceneManifest& manifest) {
   changed_.notify_all();
 }
 
+void Recorder::OnTwin(const PeerInfo& info) {
+  const std::scoped_lock lock(mutex_);
+  tell("twin", info.peer);
+  ++heard_.twins;
+  changed_.notify_all();
+}
+void Recorder::OnDropped(PeerId from, Drop reason) {
+  const std::scoped_lock lock(mutex_);
+  ++heard_.dropped[{from, reason}];
+  changed_.notify_all();
+}
+
 LivePeer::LivePeer(std::unique_ptr<Transport> transport, DdsOptions options, PeerId claimed)
     : transport_(std::move(transport)),
       options_(std::move(options)),
@@ -200,7 +212,7 @@ void LivePeer::Leave() {
 
 void LivePeer::Run() {
   const bool active = options_.role == Role::kActive;
-  if (active) transport_->Publish(SampleScene());
+  if (active) transport_->Publish(SampleScene(options_.peer));
   auto next = steady_clock::now();
   for (std::uint32_t tick = 0; !stop_; ++tick) {
     if (tick % 200 == 0) transport_->Publish(SampleInfo(options_.peer, options_.role, tick / 200));

@@ -32,6 +32,8 @@ class Recorder : public Inbox {
     std::vector<SceneManifest> scenes;
     std::vector<Event> events;
     std::map<PeerId, int> info_count, left, lost;
+    std::map<std::pair<PeerId, Drop>, int> dropped;
+    int twins = 0;
   };
 
   /// Called with a word and an id at the first of each kind from each peer, and at each leave, loss
@@ -51,6 +53,8 @@ class Recorder : public Inbox {
   void OnPeerLost(PeerId peer) override;
   void OnEvent(const Event& event, std::int64_t arrival_ns) override;
   void OnScene(const SceneManifest& manifest) override;
+  void OnTwin(const PeerInfo& info) override;
+  void OnDropped(PeerId from, Drop reason) override;
 
   /// Arrival less the sender's stamp: of peers on this machine, whose clock is ours.
   std::vector<std::int64_t> state_ages_ns;
@@ -86,6 +90,6 @@ ObjectState SampleState(PeerId peer, std::uint32_t seq);
 CouplingLinks SampleLinks(PeerId peer, std::uint32_t seq);
 ViewFrame SampleView(PeerId peer, std::uint32_t seq);
 PeerInfo SampleInfo(PeerId peer, Role role, std::uint32_t beat);
-SceneManifest SampleScene();
+SceneManifest SampleScene(PeerId peer);
 
 }  // namespace tandem::testing

@@ -78,15 +78,26 @@ TEST_F(WriterOwnersTest, AFloodOfNewcomersMutesNobodyWhoIsKnown) {
 TEST(Partitions, NameTheirOwner) {
   EXPECT_EQ(PeerPartition(0xABC), "peer.0000000000000abc");
   EXPECT_EQ(ViewPartition(~PeerId{0}), "view.ffffffffffffffff");
-  EXPECT_EQ(OwnerOfPartition(PeerPartition(0xABC)), PeerId{0xABC});
-  EXPECT_EQ(OwnerOfPartition(ViewPartition(~PeerId{0})), ~PeerId{0});
+  EXPECT_EQ(OwnerOfPartition(PeerPartition(0xABC)).peer, PeerId{0xABC});
+  EXPECT_EQ(OwnerOfPartition(ViewPartition(~PeerId{0})).peer, ~PeerId{0});
+  EXPECT_EQ(OwnerOfPartition(ScenePartition(0xABC)).peer, PeerId{0xABC});
+  EXPECT_EQ(OwnerOfPartition(ViewerPartition(0xABC)).peer, PeerId{0xABC});
+}
+
+TEST(Partitions, OfMembersHaveTheirNames) {
+  const std::string partition = NamedPartition(PeerPartition(0xABC), "anna.of_b-1");
+  EXPECT_EQ(partition, "peer.0000000000000abc.anna.of_b-1");
+  EXPECT_EQ(OwnerOfPartition(partition), (PartitionOwner{0xABC, "anna.of_b-1"}));
+  EXPECT_EQ(OwnerOfPartition(PeerPartition(0xABC)).name, "");
+  EXPECT_EQ(OwnerOfPartition(NamedPartition(PeerPartition(0xABC), "a *?")).name, "a___");
 }
 
 TEST(Partitions, OthersHaveNoOwner) {
   for (const char* name :
        {"", "peer.", "peer.*", "scene", "peer.abc", "peer.00000000000000000abc",
-        "peer.-000000000000abc", "peer.0000000000000abg", "eye.00000000000000ab"}) {
-    EXPECT_EQ(OwnerOfPartition(name), PeerId{0}) << name;
+        "peer.-000000000000abc", "peer.0000000000000abg", "eye.00000000000000ab",
+        "peer.0000000000000abc.", "peer.0000000000000abc-anna", "scene."}) {
+    EXPECT_EQ(OwnerOfPartition(name), PartitionOwner{}) << name;
   }
 }
 

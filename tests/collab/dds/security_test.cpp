@@ -40,7 +40,7 @@ struct Keys {
   // A copy of a member's folder, to be tampered with.
   fs::path Copy(const fs::path& folder, const std::string& name) const {
     const fs::path copy = scratch.path() / name;
-    fs::copy(folder, copy);
+    fs::copy(folder, copy, fs::copy_options::recursive);
     return copy;
   }
 
@@ -89,6 +89,19 @@ class Security : public ::testing::Test {
     return heard_.WaitFor(
         [peer](const Recorder::Heard& h) {
           return h.states.contains(peer);
+        },
+        kLongEnough);
+  }
+  // An attacker with the keys of that member.
+  ChildPeer Attacker(const std::string& member, const std::string& plugin, const std::string& mode,
+                     PeerId id, PeerId victim) {
+    return ChildPeer({TANDEM_DDS_ATTACKER, session_, (keys_->ours() / member).string(), plugin, mode,
+                      std::to_string(id), member, std::to_string(victim)});
+  }
+  bool HearsInfoOf(PeerId peer) {
+    return heard_.WaitFor(
+        [peer](const Recorder::Heard& h) {
+          return h.infos.contains(peer);
         },
         kLongEnough);
   }
@@ -203,43 +216,79 @@ TEST_F(Security, AViewersKeysDoNotLetItTakePart) {
   EXPECT_THAT(joined.error().what, HasSubstr("the permissions of vic do not allow"));
 }
 
-TEST(Keys, OneAuthorityForBothIsRefused) {
-  const ScratchFolder scratch;
-  ASSERT_TRUE(MakeSessionKeys(scratch.path() / "a"));
-  const Authority one{scratch.path() / "a" / "identity_ca.pem",
-                      scratch.path() / "a" / "identity_ca.key"};
-  const Result<bool> made = MakeSessionKeys(scratch.path() / "b", one, one);
-  ASSERT_FALSE(made.has_value());
-  EXPECT_THAT(made.error().what, HasSubstr("one authority for both"));
-  EXPECT_FALSE(fs::exists(scratch.path() / "b"));
-
-  // neither by a trick with files, when members are made …
-  const fs::path session = scratch.path() / "a";
-  Replace(session / "permissions_ca.pem", session / "identity_ca.pem");
-  Replace(session / "permissions_ca.key", session / "identity_ca.key");
-  EXPECT_FALSE(MakeMemberKeys(session, "eve", Role::kActive, scratch.path() / "eve"));
+TEST_F(Security, AMemberHasTheNameOfItsKeys) {
+  EXPECT_EQ(heard_.Now().infos.at(keys_->ben).name, "ben") << "it says that it is Ada";
 }
 
-TEST(Keys, AMembersFolderHasNoAuthoritysKeyAndIsReadableByItsOwnerOnly) {
-  const ScratchFolder scratch;
-  ASSERT_TRUE(MakeSessionKeys(scratch.path() / "s"));
-  const fs::path out = scratch.path() / "anna";
-  const Result<PeerId> peer = MakeMemberKeys(scratch.path() / "s", "anna", Role::kActive, out);
-  ASSERT_TRUE(peer.has_value()) << peer.error().what;
-  EXPECT_FALSE(fs::exists(out / "identity_ca.key"));
-  EXPECT_FALSE(fs::exists(out / "permissions_ca.key"));
-  for (const fs::directory_entry& file : fs::directory_iterator(out)) {
-    const fs::perms others = fs::perms::group_all | fs::perms::others_all;
-    EXPECT_EQ(file.status().permissions() & others, fs::perms::none) << file.path();
-  }
-  const Result<MemberKeys> keys = LoadMemberKeys(out);
-  ASSERT_TRUE(keys.has_value()) << keys.error().what;
-  EXPECT_EQ(keys->peer, *peer);
-  EXPECT_EQ(keys->name, "anna");
-  EXPECT_FALSE(MakeMemberKeys(scratch.path() / "s", "anna", Role::kActive, out))
-      << "keys are overwritten";
-  fs::remove(out / "governance.p7s");
-  EXPECT_THAT(LoadMemberKeys(out).error().what, HasSubstr("governance.p7s is missing"));
+TEST_F(Security, AViewerCannotTakePart) {
+  ChildPeer honest = Attacker("vic", "-", "claim", keys_->vic, keys_->ben);
+  EXPECT_TRUE(honest.Says("refused"));
+  ChildPeer lax = Attacker("vic", TANDEM_LAX_ACCESS_CONTROL, "claim", keys_->vic, keys_->ben);
+  EXPECT_TRUE(lax.Says("attacking"));
+  EXPECT_FALSE(HearsInfoOf(keys_->vic));
+}
+
+TEST_F(Security, AViewerWithForgedSamplesIsAViewerOfItsOwnName) {
+  ChildPeer vic = Attacker("vic", "-", "look_on", keys_->vic, keys_->ben);
+  EXPECT_TRUE(vic.Says("attacking"));
+  ASSERT_TRUE(HearsInfoOf(keys_->vic));
+  const PeerInfo info = heard_.Now().infos.at(keys_->vic);
+  EXPECT_EQ(info.role, Role::kViewer);
+  EXPECT_TRUE(info.claims.empty());
+  EXPECT_EQ(info.name, "vic") << "it says that it is mallory";
+}
+
+TEST_F(Security, NeitherAViewerNorAMemberMakesAnotherLeave) {
+  ChildPeer vic = Attacker("vic", TANDEM_LAX_ACCESS_CONTROL, "look_on_as_victim", keys_->vic,
+                           keys_->ben);
+  ChildPeer carl = Attacker("carl", TANDEM_LAX_ACCESS_CONTROL, "dispose", keys_->carl, keys_->ben);
+  EXPECT_TRUE(vic.Says("attacking"));
+  EXPECT_TRUE(carl.Says("attacking"));
+  const PeerId ben = keys_->ben;
+  EXPECT_FALSE(heard_.WaitFor(
+      [ben](const Recorder::Heard& h) {
+        return h.left.contains(ben) || h.lost.contains(ben);
+      },
+      kLongEnough));
+  EXPECT_TRUE(heard_.Now().dropped.contains({keys_->carl, Drop::kImpostor}));
+}
+
+TEST_F(Security, AMembersGrantsAndOffersAreItsOwn) {
+  ChildPeer carl = Attacker("carl", TANDEM_LAX_ACCESS_CONTROL, "offer_as_first", keys_->carl,
+                            keys_->ben);
+  const PeerId id = keys_->carl;
+  EXPECT_TRUE(heard_.WaitFor([id](const Recorder::Heard& h) {
+    return h.dropped.contains({id, Drop::kImpostor});
+  }));
+  for (const SceneManifest& manifest : heard_.Now().scenes) EXPECT_NE(manifest.offered_by, 1U);
+}
+
+// Ben's keys a second time: the first goes on, the second is not heard, both are told.
+TEST_F(Security, TheSameKeysTwiceAreNoticed) {
+  ChildPeer second(session_, keys_->ben, {.secure = (keys_->ours() / "ben").string()});
+  EXPECT_TRUE(second.Says("twin " + std::to_string(keys_->ben)));
+  EXPECT_TRUE(ben_.Says("twin " + std::to_string(keys_->ben)));
+  const PeerId ben = keys_->ben;
+  EXPECT_TRUE(heard_.WaitFor([ben](const Recorder::Heard& h) {
+    return h.dropped.contains({ben, Drop::kTwin});
+  }));
+  EXPECT_FALSE(heard_.Now().left.contains(ben));
+  EXPECT_FALSE(heard_.Now().lost.contains(ben));
+}
+
+TEST_F(Security, ARevokedMemberIsNotLetIn) {
+  const fs::path session = keys_->Copy(keys_->ours(), "with_list");
+  ASSERT_TRUE(RevokeMember(session, session / "carl").has_value());
+  const fs::path dave = keys_->scratch.path() / "dave";
+  const Result<PeerId> made = MakeMemberKeys(session, "dave", Role::kActive, dave);
+  ASSERT_TRUE(made.has_value()) << made.error().what;
+  // Dave has the list: he hears Ben and Anna, and nothing of Carl
+  ChildPeer daves(session_, *made, {.secure = dave.string()});
+  ChildPeer carl(session_, keys_->carl, {.secure = (keys_->ours() / "carl").string()});
+  ASSERT_TRUE(HearsInfoOf(keys_->carl)) << "without the list he is a member";
+  EXPECT_TRUE(daves.Says("state " + std::to_string(keys_->ben)));
+  EXPECT_FALSE(daves.Says("info " + std::to_string(keys_->carl), kLongEnough));
+  EXPECT_FALSE(carl.Says("info " + std::to_string(*made), kLongEnough));
 }
 
 }  // namespace

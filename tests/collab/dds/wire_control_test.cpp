@@ -14,21 +14,68 @@ using testing::kInfinity;
 using testing::kNan;
 
 TEST(Wire, PeerInfoComesBackAsItWas) {
-  const PeerInfo info{3,        kProtocol, 9,  Role::kViewer,
-                      "Żaneta", 77,        78, {{1, 2, true}, {5, 0, false}}};
+  const PeerInfo info{.peer = 3,
+                      .protocol = kProtocol,
+                      .beat = 9,
+                      .role = Role::kActive,
+                      .name = "Żaneta",
+                      .scene_hash = 77,
+                      .params_hash = 78,
+                      .claims = {{1, 2, true}, {5, 0, false}},
+                      .incarnation = 79,
+                      .leaving = true,
+                      .terms = {.law = "constant",
+                                .gains = "stiffness=80",
+                                .gate = false,
+                                .contact = false,
+                                .force_layer = 3,
+                                .displacement = 0.5e-3},
+                      .beliefs = {{7, 12}}};
   tandem_PeerInfo wire{};
-  std::vector<tandem_Claim> room;
+  InfoRoom room;
   ASSERT_TRUE(ToWire(info, wire, room));
   PeerInfo back;
   ASSERT_TRUE(FromWire(wire, back));
   EXPECT_EQ(back.peer, 3U);
   EXPECT_EQ(back.protocol, kProtocol);
   EXPECT_EQ(back.beat, 9U);
-  EXPECT_EQ(back.role, Role::kViewer);
+  EXPECT_EQ(back.role, Role::kActive);
   EXPECT_EQ(back.name, "Żaneta");
   EXPECT_EQ(back.scene_hash, 77U);
   EXPECT_EQ(back.params_hash, 78U);
   EXPECT_EQ(back.claims, info.claims);
+  EXPECT_EQ(back.incarnation, 79U);
+  EXPECT_TRUE(back.leaving);
+  EXPECT_EQ(back.terms, info.terms);
+  EXPECT_EQ(back.beliefs, info.beliefs);
+}
+
+TEST(Wire, WhoLooksOnClaimsNothingWhateverItSays) {
+  PeerInfo info;
+  info.peer = 3;
+  info.role = Role::kViewer;
+  info.claims = {{1, 2, true}};
+  info.beliefs = {{1, 3}};
+  tandem_PeerInfo wire{};
+  InfoRoom room;
+  ASSERT_TRUE(ToWire(info, wire, room));
+  PeerInfo back;
+  ASSERT_TRUE(FromWire(wire, back));
+  EXPECT_EQ(back.role, Role::kViewer);
+  EXPECT_TRUE(back.claims.empty());
+  EXPECT_TRUE(back.beliefs.empty());
+
+  tandem_ViewerInfo viewer{};
+  info.name = "vic";
+  info.beat = 8;
+  info.incarnation = 5;
+  ToWire(info, viewer);
+  ASSERT_TRUE(FromWire(viewer, back));
+  EXPECT_EQ(back.role, Role::kViewer);
+  EXPECT_EQ(back.name, "vic");
+  EXPECT_EQ(back.beat, 8U);
+  EXPECT_EQ(back.incarnation, 5U);
+  EXPECT_TRUE(back.claims.empty());
 }
 
 TEST(Wire, LongNamesAreCutBetweenCharacters) {
@@ -37,7 +84,7 @@ TEST(Wire, LongNamesAreCutBetweenCharacters) {
   info.name =
       std::string(63, 'a') + "Ż";  // 65 bytes; 64 fit, and would hold half of the last letter
   tandem_PeerInfo wire{};
-  std::vector<tandem_Claim> room;
+  InfoRoom room;
   ASSERT_TRUE(ToWire(info, wire, room));
   EXPECT_EQ(std::string(wire.name), std::string(63, 'a'));
 }
@@ -47,7 +94,7 @@ TEST(Wire, NamesCannotSteerATerminal) {
   info.peer = 1;
   info.name = "a\x1b[2Jb\n";
   tandem_PeerInfo wire{};
-  std::vector<tandem_Claim> room;
+  InfoRoom room;
   ASSERT_TRUE(ToWire(info, wire, room));
   PeerInfo back;
   ASSERT_TRUE(FromWire(wire, back));
@@ -59,7 +106,7 @@ TEST(Wire, PeerInfoBeyondTheBoundIsNotSentNorTaken) {
   info.peer = 1;
   info.claims.resize(65);
   tandem_PeerInfo wire{};
-  std::vector<tandem_Claim> room;
+  InfoRoom room;
   EXPECT_FALSE(ToWire(info, wire, room));
   info.claims.resize(64);
   ASSERT_TRUE(ToWire(info, wire, room));

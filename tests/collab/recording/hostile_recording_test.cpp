@@ -56,15 +56,20 @@ ObjectState StateOf() {
 TEST(HostileRecording, CountsBeyondTheirArraysAreNoFrame) {
   EXPECT_TRUE(IsTaken(FramePart::kMembership, ChangeOf(kMaxClaims)));
   EXPECT_TRUE(IsTaken(FramePart::kLinks, LinksOf(kMaxLinks)));
+  MembershipChange believes = ChangeOf(0);
+  believes.belief_count = kMaxClaims;
+  EXPECT_TRUE(IsTaken(FramePart::kMembership, believes));
   for (const std::uint32_t count : {65U, 200'000U, 0xFFFFFFFFU}) {
     EXPECT_FALSE(IsTaken(FramePart::kMembership, ChangeOf(count)));
+    believes.belief_count = count;
+    EXPECT_FALSE(IsTaken(FramePart::kMembership, believes));
     EXPECT_FALSE(IsTaken(FramePart::kLinks, LinksOf(count)));
   }
 }
 
 TEST(HostileRecording, KindsThatDoNotExistAreNoFrame) {
   MembershipChange change = ChangeOf(0);
-  change.kind = static_cast<MembershipChange::Kind>(5);
+  change.kind = static_cast<MembershipChange::Kind>(6);
   EXPECT_FALSE(IsTaken(FramePart::kMembership, change));
   Event event;
   event.peer = 7;

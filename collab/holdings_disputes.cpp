@@ -1,0 +1,341 @@
+#include <algorithm>
+
+#include "collab/holdings.h"
+#include "collab/planted_faults.h"
+#include "engine/base/units.h"
+
+// Whose claim counts where several claim one body. docs/decisions/0036-who-may-say-what.md
+
+namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kReassertAgain = 1000 * kMs;
+constexpr std::int64_t kAllTold = 5000 * kMs;     // over the longest ways
+constexpr std::int64_t kAfterPause = 5000 * kMs;  // what was missed meanwhile is known
+constexpr std::int64_t kAhead = 200 * kMs;        // in which an authority may yield by itself
+constexpr std::int64_t kHearsay = 1000 * kMs;     // until a newcomer has heard the others, too
+constexpr std::int64_t kTied = 200 * kMs;         // until the higher of two equals yields
+constexpr std::int64_t kSilent = 3000 * kMs;      // of an authority that says nothing of its body
+// until we go by a lesser claim, whose claimant did not raise it
+constexpr std::int64_t kOutdone = 3000 * kMs;
+constexpr std::int64_t kMostAhead = 50;  // epochs beyond what others may believe of all
+
+}  // namespace
+
+const Belief* Holdings::BeliefOf(const Member& member, ObjectId object) noexcept {
+  const auto end = member.beliefs.begin() + member.belief_count;
+  const auto found = std::find_if(member.beliefs.begin(), end, [&](const Belief& belief) {
+    return belief.object == object;
+  });
+  return found == end ? nullptr : &*found;
+}
+
+PeerId Holdings::NamedBy(const Member& member, ObjectId object) noexcept {
+  // who holds it beside others says whom it takes for the authority, too
+  if (const Belief* belief = BeliefOf(member, object)) return belief->peer;
+  return ClaimOf(member, object) != nullptr ? member.peer : 0;
+}
+
+bool Holdings::HadItLately(const Body& body, PeerId peer) const noexcept {
+  return std::ranges::any_of(body.before, [&](const Before& before) {
+    return before.peer == peer && now_ns_ - before.until_ns < kAllTold;
+  });
+}
+
+// Whom it names, where that is a vote: who came a moment ago has it from hearsay.
+PeerId Holdings::VoteOf(const Member& member, ObjectId object) const noexcept {
+  if (member.peer == 0 || !member.present) return 0;
+  const PeerId named = NamedBy(member, object);
+  return named == member.peer || now_ns_ - member.known_ns > kHearsay ? named : 0;
+}
+
+int Holdings::VotesFor(const Body& body, PeerId peer) const noexcept {
+  return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
+    return VoteOf(member, body.object) == peer;
+  }));
+}
+
+int Holdings::VotesAgainst(const Body& body, PeerId rival) const noexcept {
+  int votes = 0;
+  for (const Member& member : members_) {
+    const PeerId named = VoteOf(member, body.object);
+    if (named == 0 || named == rival) continue;
+    // who names one that had it a moment ago has not heard yet
+    votes += named == body.claim.peer || (named != member.peer && HadItLately(body, named)) ? 1 : 0;
+  }
+  return votes;
+}
+
+// Whom the authority says that it has gone to, by as many hands as it may have gone through.
+PeerId Holdings::GoneTo(const Body& body) const noexcept {
+  PeerId at = body.claim.peer;
+  for (int hands = 0; hands < 4; ++hands) {
+    const Member* member = Find(at);
+    if (member == nullptr || !member->present) return at;
+    const PeerId named = NamedBy(*member, body.object);
+    if (named == 0 || named == at) return at;
+    at = named;
+  }
+  return at;
+}
+
+bool Holdings::SaysGoneTo(const Body& body, PeerId peer) const noexcept {
+  PeerId at = body.claim.peer;
+  for (int hands = 0; hands < 4; ++hands) {
+    if (at == peer) return true;
+    const Member* member = Find(at);
+    if (member == nullptr || !member->present) return false;
+    at = NamedBy(*member, body.object);
+    if (at == 0) return false;
+  }
+  return at == peer;
+}
+
+void Holdings::ForgetAbsent(Body& body, PeerId from) noexcept {
+  const auto first = std::ranges::find(body.in_absence_of, from);
+  if (from != 0) std::fill(first, body.in_absence_of.end(), PeerId{0});
+}
+
+// Of those in whose absence we came to believe what we do, some may be back, or gone for good.
+void Holdings::LookForAbsent(Body& body) noexcept {
+  for (const PeerId peer : body.in_absence_of) {
+    const Member* const member = peer == 0 ? nullptr : Find(peer);
+    if (member == nullptr || !member->present) continue;
+    if (NamedBy(*member, body.object) == body.claim.peer) return ForgetAbsent(body, peer);
+  }
+  if (body.unsure && !body.disputed && now_ns_ - body.unsure_ns > kAllTold) body.unsure = false;
+}
+
+bool Holdings::SaidByReturned(const Body& body, PeerId peer) const noexcept {
+  return std::ranges::any_of(body.in_absence_of, [&](PeerId absent) {
+    const Member* const member = absent == 0 ? nullptr : Find(absent);
+    return member != nullptr && member->present && NamedBy(*member, body.object) == peer;
+  });
+}
+
+// The one who has a body says where it has gone, of which we may not have heard otherwise.
+void Holdings::FollowItsWord(std::size_t index) noexcept {
+  if (Planted(Fault::kLostRelease)) return;
+  Body& body = bodies_[index];
+  for (int hands = 0; hands < 4; ++hands) {
+    const Member* const owner = body.claim.peer == self_ ? nullptr : Find(body.claim.peer);
+    if (owner == nullptr || !owner->present) return;
+    // what it claims may have been heard before we believed it
+    const Claim* const own = ClaimOf(*owner, body.object);
+    if (own != nullptr && own->epoch > body.claim.epoch &&
+        NamedBy(*owner, body.object) == owner->peer && Affords(*owner, body, own->epoch)) {
+      Believe(index, {own->epoch, owner->peer}, *PlaceFor(owner->peer), own->held);
+    }
+    const Belief* const said = BeliefOf(*owner, body.object);
+    if (said == nullptr || said->peer == 0 || said->peer == owner->peer) return;
+    if (!Greater(said->epoch, said->peer, body) || !Affords(*owner, body, said->epoch)) return;
+    const bool ours = said->peer == self_;
+    Believe(index, {said->epoch, said->peer}, *PlaceFor(owner->peer), false);
+    body.by_word = ours;
+  }
+}
+
+// Others believe more than we claim, of us or of one that is gone or goes by us itself: they have
+// it from a part of the session that is no more, or from one that may not say so. We count on from
+// there.
+void Holdings::RiseToNamed(std::size_t index) noexcept {
+  Body& body = bodies_[index];
+  if (body.claim.peer != self_ || listening()) return;
+  std::uint32_t above = 0;
+  for (const Member& member : members_) {
+    if (member.peer == 0 || !member.present) continue;
+    const Belief* const said = BeliefOf(member, body.object);
+    if (said == nullptr || said->epoch > MostEpoch(body)) continue;
+    if (said->peer == self_) {
+      body.claim.epoch = std::max(body.claim.epoch, said->epoch);
+    } else if (const Member* named = Find(said->peer);
+               named == nullptr || !named->present || NamedBy(*named, body.object) == self_) {
+      above = std::max(above, said->epoch);
+    }
+  }
+  if (above >= body.claim.epoch) Reassert(index, above);
+}
+
+// Of those who claim what we know nobody of, the one that most of those here name; else the least,
+// for from there one can go on.
+void Holdings::JudgeFirst(std::size_t index) noexcept {
+  Body& body = bodies_[index];
+  const PeerId lowest = authority(index);
+  Member* best = nullptr;
+  const Claim* claim = nullptr;
+  int most = 0;
+  for (Member& member : members_) {
+    const Claim* own = member.peer != 0 && member.present ? ClaimOf(member, body.object) : nullptr;
+    if (own == nullptr || own->epoch == 0) continue;
+    if (!Affords(member, body, own->epoch)) {
+      CountOnce(member, *own, Drop::kEpochLeap);
+      continue;
+    }
+    const int votes = VotesFor(body, member.peer);
+    const bool less = best == nullptr || own->epoch < claim->epoch ||
+                      (own->epoch == claim->epoch && member.peer > best->peer);
+    if (best != nullptr && (votes < most || (votes == most && !less))) continue;
+    best = &member;
+    claim = own;
+    most = votes;
+  }
+  if (best == nullptr) {
+    body.disputed = false;
+    return;
+  }
+  Believe(index, {claim->epoch, best->peer}, *best, claim->held);
+  body.unsure = true;
+  body.unsure_ns = now_ns_;
+  // who answers for what nobody has claimed has not said yet that it was given away
+  if (lowest != best->peer && lowest != self_) body.in_absence_of[0] = lowest;
+}
+
+Holdings::Rival Holdings::GreatestRival(std::size_t index) noexcept {
+  Body& body = bodies_[index];
+  Rival best;
+  for (Member& member : members_) {
+    if (member.peer == 0 || !member.present || member.peer == body.claim.peer) continue;
+    const Claim* own = ClaimOf(member, body.object);
+    if (own == nullptr || own->epoch == 0 || !Greater(own->epoch, member.peer, body)) continue;
+    // one that holds it beside others names whom it takes for the authority
+    if (NamedBy(member, body.object) != member.peer) continue;
+    body.disputed = true;
+    if (!Affords(member, body, own->epoch)) {
+      CountOnce(member, *own, Drop::kEpochLeap);
+      continue;
+    }
+    const int votes = VotesFor(body, member.peer);
+    const bool greater = best.member == nullptr || own->epoch > best.claim->epoch ||
+                         (own->epoch == best.claim->epoch && member.peer < best.member->peer);
+    if (best.member != nullptr && (votes < best.votes || (votes == best.votes && !greater))) {
+      continue;
+    }
+    best = {&member, own, votes};
+  }
+  return best;
+}
+
+Holdings::Rival Holdings::LesserRival(std::size_t index) noexcept {
+  Body& body = bodies_[index];
+  Rival best;
+  for (Member& member : members_) {
+    if (member.peer == 0 || !member.present || member.peer == body.claim.peer) continue;
+    const Claim* own = ClaimOf(member, body.object);
+    if (own == nullptr || own->epoch == 0 || Greater(own->epoch, member.peer, body)) continue;
+    if (NamedBy(member, body.object) != member.peer) continue;
+    body.disputed = true;
+    const int votes = VotesFor(body, member.peer);
+    if (best.member == nullptr || votes > best.votes) best = {&member, own, votes};
+  }
+  return best;
+}
+
+bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
+  Body& body = bodies_[index];
+  if (Planted(Fault::kSeizureBelieved)) return false;
+  const Member& other = *rival.member;
+  const bool was_away = other.since_ns >= body.ours_ns;
+  // nor has one given it away to have it again
+  if (!was_away && HadItLately(body, other.peer)) return true;
+  // while we were stopped others may have taken what we had: we do not name ourselves
+  const bool was_stopped = body.ours_ns <= paused_ns_ && now_ns_ - paused_ns_ < kAfterPause;
+  const int votes = (was_stopped ? 0 : 1) + VotesAgainst(body, other.peer);
+  if (votes != rival.votes) {
+    body.tied_ns = 0;
+    return votes > rival.votes;
+  }
+  if (was_stopped) return false;
+  if (HadItLately(body, other.peer)) return true;
+  if (body.in_absence_of[0] != 0 || body.unsure) return false;
+  if (!was_away || other.peer > self_) return true;
+  if (body.tied_ns == 0) body.tied_ns = now_ns_;
+  return now_ns_ - body.tied_ns < kTied;
+}
+
+// Whether we leave one that is here and claims its body, for one that claims it too.
+bool Holdings::IsAhead(const Body& body, const Rival& rival) const noexcept {
+  if (GoneTo(body) == rival.member->peer) return true;  // by the word of the one we believe
+  const int votes = VotesAgainst(body, rival.member->peer);
+  if (rival.votes != votes) return rival.votes > votes;
+  return SaidByReturned(body, rival.member->peer);
+}
+
+bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
+  Body& body = bodies_[index];
+  if (Planted(Fault::kSeizureBelieved)) return true;
+  const Member* const owner = Find(body.claim.peer);
+  if (owner == nullptr || !owner->present) return true;
+  const PeerId at = GoneTo(body);
+  if (at == rival.member->peer) return true;
+  // it says nothing of its body, or one that it named does not
+  const bool silent = at != body.claim.peer || ClaimOf(*owner, body.object) == nullptr;
+  if (silent) return body.orphaned_ns != 0 && now_ns_ - body.orphaned_ns > kSilent;
+  if (!IsAhead(body, rival)) {
+    body.ahead_ns = 0;
+    return false;
+  }
+  if (body.ahead_ns == 0) body.ahead_ns = now_ns_;
+  return now_ns_ - body.ahead_ns >= kAhead;
+}
+
+// What its claimant did not raise above the claim that misled us.
+bool Holdings::GoesBackTo(std::size_t index, const Rival& rival) noexcept {
+  Body& body = bodies_[index];
+  const bool is_here = IsHere(body.claim.peer);
+  if (body.claim.peer == self_ || HadItLately(body, rival.member->peer) ||
+      (is_here && !IsAhead(body, rival))) {
+    body.outdone_ns = 0;
+    return false;
+  }
+  if (body.outdone_ns == 0) body.outdone_ns = now_ns_;
+  // one that is gone may have been heard until then
+  const Member* const owner = Find(body.claim.peer);
+  const std::int64_t gone_ns = is_here || owner == nullptr ? 0 : owner->since_ns;
+  return now_ns_ - std::max(body.outdone_ns, gone_ns) >= kOutdone;
+}
+
+void Holdings::Judge(std::size_t index) noexcept {
+  Body& body = bodies_[index];
+  body.disputed = false;
+  const Rival rival = GreatestRival(index);
+  const Rival lesser = LesserRival(index);
+  if (lesser.member == nullptr) body.outdone_ns = 0;
+  if (rival.member == nullptr) body.ahead_ns = 0;
+  if (lesser.member != nullptr && GoesBackTo(index, lesser)) return Follow(index, lesser);
+  if (rival.member == nullptr) return;
+  const bool ours = body.claim.peer == self_;
+  if (ours ? !KeepsOurs(index, rival) : LeavesFor(index, rival)) return Follow(index, rival);
+  // what a third one has may have been given away, and only be told of later
+  if (ours || now_ns_ - body.disputed_ns > kAllTold) {
+    CountOnce(*rival.member, *rival.claim, Drop::kSeized);
+  }
+  // one that is about to yield does not claim anew
+  if (ours && body.tied_ns == 0) Reassert(index, rival.claim->epoch);
+}
+
+void Holdings::Follow(std::size_t index, const Rival& rival) noexcept {
+  const BodyClaim claim{rival.claim->epoch, rival.member->peer};
+  Believe(index, claim, *rival.member, rival.claim->held);
+}
+
+void Holdings::CountOnce(Member& member, const Claim& claim, Drop reason) noexcept {
+  if (member.refused == claim) return;
+  member.refused = claim;
+  Refuse(member.peer, reason);
+}
+
+void Holdings::Reassert(std::size_t index, std::uint32_t above) noexcept {
+  Body& body = bodies_[index];
+  if (listening() || above < body.claim.epoch) return;
+  if (body.reasserted_ns != 0 && now_ns_ - body.reasserted_ns < kReassertAgain) return;
+  // the others would not believe more
+  const std::int64_t from = std::max(MostEpoch(body), std::int64_t{body.claim.epoch});
+  const std::int64_t most = from + kMostAhead + (now_ns_ - first_ns_) / (2 * kEpoch) - own_epochs_;
+  if (above >= most) return;
+  own_epochs_ += std::max<std::int64_t>(0, std::int64_t{above} + 1 - from);
+  body.reasserted_ns = now_ns_;
+  body.claim.epoch = above + 1;
+}
+
+}  // namespace tandem

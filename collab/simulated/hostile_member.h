@@ -1,0 +1,66 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "collab/simulated/simulated_network.h"
+#include "engine/world/world_model.h"
+
+namespace tandem {
+
+/// A member of a simulated session that has the keys and keeps to none of the rules: it forges
+/// claims, events, states and manifests, replays what it hears and comes and goes, all drawn from
+/// a seed. What it cannot do is speak in another's name: transports see to that. It says of no
+/// shared body that it holds it, for whoever does is coupled with, by design.
+class HostileMember : private Inbox {
+ public:
+  /// The scene by whose hash it is taken in; its id is above those of the honest.
+  HostileMember(SimulatedNetwork& network, PeerId id, std::uint64_t seed, std::uint64_t scene_hash,
+                const WorldModel& model);
+
+  PeerId id() const noexcept { return id_; }
+  /// One millisecond.
+  void Step();
+  /// Goes for good.
+  void Leave();
+  /// How much it has said.
+  std::uint64_t said() const noexcept { return said_; }
+
+ private:
+  void OnState(const ObjectState& state, std::int64_t) override { state_ = state; }
+  void OnLinks(const CouplingLinks&, std::int64_t) override {}
+  void OnView(const ViewFrame&, std::int64_t) override {}
+  void OnPeerInfo(const PeerInfo& info, std::int64_t) override;
+  void OnPeerLeft(PeerId peer) override { heard_.erase(peer); }
+  void OnPeerLost(PeerId) override {}
+  void OnEvent(const Event& event, std::int64_t) override;
+  void OnScene(const SceneManifest&) override {}
+
+  std::uint32_t Draw(std::uint32_t count) { return static_cast<std::uint32_t>(random_() % count); }
+  ObjectId DrawObject();
+  std::uint32_t DrawEpoch(ObjectId object);
+  PeerId DrawPeer();
+  void SayClaims();
+  void SayEvent();
+  void SayState();
+  void SayScene();
+
+  SimulatedNetwork* network_;
+  PeerId id_;
+  std::mt19937_64 random_;
+  std::uint64_t scene_hash_;
+  const WorldModel* model_;
+  std::unique_ptr<Transport> transport_;  // null: away
+  bool gone_ = false;
+  PeerInfo info_;
+  std::map<PeerId, PeerInfo> heard_;
+  std::map<ObjectId, std::uint32_t> epochs_;  // the greatest that were heard of
+  std::vector<Event> events_;                 // heard last, to be replayed
+  ObjectState state_;                         // likewise
+  std::uint32_t seq_ = 0;
+  std::uint64_t said_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,151 @@
+#include "collab/dds/keys.h"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+
+#include "collab/dds/openssl.h"
+#include "tests/support/scratch_folder.h"
+
+namespace tandem::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr std::time_t kDay = 86'400;
+
+void Replace(const fs::path& file, const fs::path& by) {
+  fs::copy_file(by, file, fs::copy_options::overwrite_existing);
+}
+
+/// A session with a member anna.
+class MemberFolder : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(MakeSessionKeys(session()).has_value());
+    const Result<PeerId> made = MakeMemberKeys(session(), "anna", Role::kActive, anna(), 30);
+    ASSERT_TRUE(made.has_value()) << made.error().what;
+  }
+  fs::path session() const { return scratch_.path() / "s"; }
+  fs::path anna() const { return session() / "anna"; }
+  std::string WhyNot(std::time_t now = std::time(nullptr)) const {
+    const Result<MemberKeys> keys = LoadMemberKeys(anna(), now);
+    return keys ? "" : keys.error().what;
+  }
+
+  ScratchFolder scratch_;
+};
+
+TEST(Keys, OneAuthorityForBothIsRefused) {
+  const ScratchFolder scratch;
+  ASSERT_TRUE(MakeSessionKeys(scratch.path() / "a"));
+  const Authority one{scratch.path() / "a" / "identity_ca.pem",
+                      scratch.path() / "a" / "identity_ca.key"};
+  const Result<bool> made = MakeSessionKeys(scratch.path() / "b", one, one);
+  ASSERT_FALSE(made.has_value());
+  EXPECT_THAT(made.error().what, HasSubstr("one authority for both"));
+  EXPECT_FALSE(fs::exists(scratch.path() / "b"));
+
+  // neither by a trick with files, when members are made …
+  const fs::path session = scratch.path() / "a";
+  Replace(session / "permissions_ca.pem", session / "identity_ca.pem");
+  Replace(session / "permissions_ca.key", session / "identity_ca.key");
+  EXPECT_FALSE(MakeMemberKeys(session, "eve", Role::kActive, scratch.path() / "eve"));
+}
+
+TEST(Keys, AMembersFolderHasNoAuthoritysKeyAndIsReadableByItsOwnerOnly) {
+  const ScratchFolder scratch;
+  ASSERT_TRUE(MakeSessionKeys(scratch.path() / "s"));
+  const fs::path out = scratch.path() / "anna";
+  const Result<PeerId> peer = MakeMemberKeys(scratch.path() / "s", "anna", Role::kActive, out);
+  ASSERT_TRUE(peer.has_value()) << peer.error().what;
+  EXPECT_FALSE(fs::exists(out / "identity_ca.key"));
+  EXPECT_FALSE(fs::exists(out / "permissions_ca.key"));
+  for (const fs::directory_entry& file : fs::directory_iterator(out)) {
+    const fs::perms others = fs::perms::group_all | fs::perms::others_all;
+    EXPECT_EQ(file.status().permissions() & others, fs::perms::none) << file.path();
+  }
+  const Result<MemberKeys> keys = LoadMemberKeys(out);
+  ASSERT_TRUE(keys.has_value()) << keys.error().what;
+  EXPECT_EQ(keys->peer, *peer);
+  EXPECT_EQ(keys->name, "anna");
+  EXPECT_FALSE(MakeMemberKeys(scratch.path() / "s", "anna", Role::kActive, out))
+      << "keys are overwritten";
+  fs::remove(out / "governance.p7s");
+  EXPECT_THAT(LoadMemberKeys(out).error().what, HasSubstr("governance.p7s is missing"));
+}
+
+// Authorities that sign what is theirs alone: one that has issued the other could be reached from
+// every member's certificate.
+TEST(Keys, AnAuthorityThatIssuedTheOtherIsRefused) {
+  const ScratchFolder scratch;
+  const fs::path at = scratch.path();
+  ASSERT_TRUE(MakeSessionKeys(at / "root"));
+  const Authority root{at / "root" / "identity_ca.pem", at / "root" / "identity_ca.key"};
+  // an authority of identities below it
+  std::ofstream(at / "ca.ext") << "basicConstraints=critical,CA:TRUE\n";
+  ASSERT_TRUE(Openssl({"req", "-new", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
+                       "-nodes", "-subj", "/O=Corp/CN=below", "-keyout",
+                       (at / "below.key").string(), "-out", (at / "below.csr").string()}));
+  ASSERT_TRUE(Openssl({"x509", "-req", "-in", (at / "below.csr").string(), "-CA",
+                       root.certificate.string(), "-CAkey", root.key.string(), "-CAcreateserial",
+                       "-extfile", (at / "ca.ext").string(), "-out", (at / "below.pem").string()}));
+  const Authority below{at / "below.pem", at / "below.key"};
+  const Result<bool> made = MakeSessionKeys(at / "session", below, root);
+  ASSERT_FALSE(made.has_value());
+  EXPECT_THAT(made.error().what, HasSubstr("issued"));
+  EXPECT_FALSE(MakeSessionKeys(at / "session", root, below).has_value());
+}
+
+TEST_F(MemberFolder, IsTakenAsItWasMade) {
+  EXPECT_EQ(WhyNot(), "");
+}
+
+TEST_F(MemberFolder, WithAPrivateKeyThatOthersReadIsRefused) {
+  fs::permissions(anna() / "identity.key", fs::perms::group_read, fs::perm_options::add);
+  EXPECT_THAT(WhyNot(), HasSubstr("others can read or change this private key"));
+}
+
+TEST_F(MemberFolder, ThatOthersMayWriteToIsRefused) {
+  fs::permissions(anna(), fs::perms::others_write, fs::perm_options::add);
+  EXPECT_THAT(WhyNot(), HasSubstr("others can change what is in this folder"));
+}
+
+TEST_F(MemberFolder, IsValidFromADayBackForClocksDiffer) {
+  const std::time_t now = std::time(nullptr);
+  EXPECT_EQ(WhyNot(now - kDay + 60), "");
+  EXPECT_THAT(WhyNot(now - kDay - 60), HasSubstr("not valid yet"));
+  EXPECT_THAT(WhyNot(now - kDay - 60), HasSubstr("set the clock"));
+  EXPECT_THAT(WhyNot(now + 31 * kDay), HasSubstr("these keys ended on"));
+}
+
+TEST_F(MemberFolder, SaysAWeekAheadThatItEnds) {
+  const std::time_t now = std::time(nullptr);
+  const Result<MemberKeys> keys = LoadMemberKeys(anna());
+  ASSERT_TRUE(keys.has_value()) << keys.error().what;
+  EXPECT_EQ(ExpiryWarning(*keys, now + 22 * kDay), "");
+  EXPECT_THAT(ExpiryWarning(*keys, now + 24 * kDay), HasSubstr("the keys of anna end on"));
+}
+
+TEST_F(MemberFolder, OfAnOlderProtocolIsRefusedInWords) {
+  const Result<MemberKeys> keys = LoadMemberKeys(anna());
+  ASSERT_TRUE(keys.has_value()) << keys.error().what;
+  std::ofstream(anna() / "member.txt") << "anna 0123456789abcdef peer\n";
+  EXPECT_THAT(WhyNot(), HasSubstr("these keys are for protocol 4 or before"));
+}
+
+TEST_F(MemberFolder, OfARevokedMemberIsRefused) {
+  const Result<bool> done = RevokeMember(session(), anna());
+  ASSERT_TRUE(done.has_value()) << done.error().what;
+  Replace(anna() / "revoked.p7s", session() / "revoked.p7s");
+  EXPECT_THAT(WhyNot(), HasSubstr("the keys of anna have been revoked"));
+}
+
+TEST_F(MemberFolder, WithAListThatNobodySignedIsRefused) {
+  std::ofstream(anna() / "revoked.p7s") << "revoked\n";
+  EXPECT_THAT(WhyNot(), HasSubstr("is not signed by the permissions authority"));
+}
+
+}  // namespace
+}  // namespace tandem::testing
