@@ -238,7 +238,9 @@ TEST_F(Window, KeepsABodyInThePictureThatComesOut) {
   ASSERT_TRUE(move_to(farther));
   EXPECT_FALSE(in_picture(p_WBall_ + farther));
   follow->trigger();
-  EXPECT_TRUE(in_picture(p_WBall_ + farther));
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return in_picture(p_WBall_ + farther);
+  }));
   // what flies off is let go
   const double distance = view().camera().distance();
   ASSERT_TRUE(move_to(Vec3(0, -1e4, 0)));
