@@ -206,6 +206,8 @@ class Holdings {
   int CountHere() const noexcept;
   /// Up to which what anybody says of a body may be believed.
   std::int64_t MostEpoch(const Body& body) const noexcept;
+  /// What may be earned in the time since then, as whoever came last knows it.
+  std::int64_t EpochsSince(std::int64_t since_ns) const noexcept;
   /// Whether what `by` says may bring a body to that epoch now.
   bool Affords(const Member& by, const Body& body, std::uint32_t epoch) const noexcept;
   /// Takes note of a claim where it is the greater one and nobody disputes it.
@@ -289,9 +291,10 @@ class Holdings {
   std::array<Asker, kMaxPeers> askers_{};
   std::int64_t now_ns_ = 0;  // of the last frame; 0: none yet
   std::int64_t listen_until_ns_ = 0;
-  std::int64_t paused_ns_ = 0;   // when our last pause ended; 0: there was none
-  std::int64_t first_ns_ = 0;    // first frame
-  std::int64_t own_epochs_ = 0;  // by which we have raised our own claims in disputes
+  std::int64_t paused_ns_ = 0;       // when our last pause ended; 0: there was none
+  std::int64_t first_ns_ = 0;        // first frame
+  std::int64_t last_joined_ns_ = 0;  // when the last one came that we had not known
+  std::int64_t own_epochs_ = 0;      // by which we have raised our own claims in disputes
   std::uint32_t event_seq_ = 0;
   std::vector<Event> to_send_;  // ring of events that wait
   std::size_t send_first_ = 0;

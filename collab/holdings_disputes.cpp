@@ -165,9 +165,11 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
   Member* best = nullptr;
   const Claim* claim = nullptr;
   int most = 0;
+  body.disputed = false;
   for (Member& member : members_) {
     const Claim* own = member.peer != 0 && member.present ? ClaimOf(member, body.object) : nullptr;
     if (own == nullptr || own->epoch == 0) continue;
+    body.disputed = true;  // what is beyond belief now may be believed later
     if (!Affords(member, body, own->epoch)) {
       CountOnce(member, *own, Drop::kEpochLeap);
       continue;
@@ -180,10 +182,7 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
     claim = own;
     most = votes;
   }
-  if (best == nullptr) {
-    body.disputed = false;
-    return;
-  }
+  if (best == nullptr) return;
   Believe(index, {claim->epoch, best->peer}, *best, claim->held);
   body.unsure = true;
   body.unsure_ns = now_ns_;
@@ -226,7 +225,11 @@ Holdings::Rival Holdings::LesserRival(std::size_t index) noexcept {
     if (NamedBy(member, body.object) != member.peer) continue;
     body.disputed = true;
     const int votes = VotesFor(body, member.peer);
-    if (best.member == nullptr || votes > best.votes) best = {&member, own, votes};
+    const bool greater = best.member == nullptr || own->epoch > best.claim->epoch ||
+                         (own->epoch == best.claim->epoch && member.peer < best.member->peer);
+    if (best.member == nullptr || votes > best.votes || (votes == best.votes && greater)) {
+      best = {&member, own, votes};
+    }
   }
   return best;
 }
@@ -331,7 +334,7 @@ void Holdings::Reassert(std::size_t index, std::uint32_t above) noexcept {
   if (body.reasserted_ns != 0 && now_ns_ - body.reasserted_ns < kReassertAgain) return;
   // the others would not believe more
   const std::int64_t from = std::max(MostEpoch(body), std::int64_t{body.claim.epoch});
-  const std::int64_t most = from + kMostAhead + (now_ns_ - first_ns_) / (2 * kEpoch) - own_epochs_;
+  const std::int64_t most = from + kMostAhead + EpochsSince(first_ns_) / 2 - own_epochs_;
   if (above >= most) return;
   own_epochs_ += std::max<std::int64_t>(0, std::int64_t{above} + 1 - from);
   body.reasserted_ns = now_ns_;

@@ -29,9 +29,14 @@ int Holdings::CountHere() const noexcept {
   }));
 }
 
-// As many as people trade in the time; by steps of its own each peer may go a little beyond.
+// As many as people trade in the time that the youngest here knows of, so that what one believes
+// all do; by steps of its own each peer may go a little beyond.
 std::int64_t Holdings::MostEpoch(const Body& body) const noexcept {
-  return std::max(kMostEpochs, body.first_epoch) + (now_ns_ - first_ns_) / kEpoch;
+  return std::max(kMostEpochs, body.first_epoch) + EpochsSince(first_ns_);
+}
+
+std::int64_t Holdings::EpochsSince(std::int64_t since_ns) const noexcept {
+  return (now_ns_ - std::max(since_ns, last_joined_ns_)) / kEpoch;
 }
 
 bool Holdings::Affords(const Member& by, const Body& body, std::uint32_t epoch) const noexcept {
@@ -44,7 +49,7 @@ bool Holdings::Affords(const Member& by, const Body& body, std::uint32_t epoch) 
     return epoch <= kMostAtFirst && 2 * votes >= CountHere() && (votes > 1 || !is_new());
   }
   const std::int64_t from = std::max(MostEpoch(body), std::int64_t{body.claim.epoch});
-  return by.epochs + epoch - from <= kMostBeyond + (now_ns_ - by.known_ns) / kEpoch;
+  return by.epochs + epoch - from <= kMostBeyond + EpochsSince(by.known_ns);
 }
 
 void Holdings::Note(std::size_t index, const Claim& claim, Member& by) noexcept {
@@ -140,9 +145,16 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   if (!change.present() && Find(change.peer) == nullptr) return;
   Member* member = PlaceFor(change.peer);
   if (member == nullptr) return;  // more than a session may have
-  if (member->peer != change.peer) {
+  const bool is_unknown = member->peer != change.peer;
+  if (is_unknown) {
     *member = {};
     member->known_ns = now_ns_;
+  }
+  if (is_unknown || change.kind == MembershipChange::Kind::kJoined) {
+    // it knows nothing of what the others have earned, so that all count anew
+    last_joined_ns_ = now_ns_;
+    own_epochs_ = 0;
+    for (Member& other : members_) other.epochs = 0;
   }
   // one that is started anew has been away, too
   const bool is_new = !member->present || (change.kind != MembershipChange::Kind::kClaims &&
@@ -257,11 +269,12 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
     return TakeGiven(index, event);
   if (known || !Greater(event.epoch, event.to, body)) return;
   const PeerId owner = body.claim.peer;
-  // of those who hold it together each may, for it takes a while until all know who is the lowest
+  // of those who hold it together each may leave it to another of them as it lets go, for it takes
+  // a while until all know who is the lowest
   const Member* const from = Find(event.peer);
   const Claim* const held = from == nullptr ? nullptr : ClaimOf(*from, body.object);
-  const bool beside =
-      body.shared && held != nullptr && held->held && held->epoch >= body.claim.epoch;
+  const bool beside = body.shared && event.kind == EventKind::kRelease && held != nullptr &&
+                      held->held && held->epoch >= body.claim.epoch && HeldBy(index, event.to);
   // where the authority is gone, the lowest has perhaps taken over already, and any may pass on
   // what was granted to another that is gone
   const bool lost = owner != self_ && !IsHere(owner);

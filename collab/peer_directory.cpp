@@ -98,7 +98,8 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   Entry& entry = *place;
   const bool returned = !added && entry.presence != Presence::kHere;
   if (Planted(Fault::kReturnUnknown) && returned) return;
-  const bool is_new_run = !added && !returned && entry.info.incarnation != info.incarnation;
+  const bool is_other_run = !added && entry.info.incarnation != info.incarnation;
+  const bool is_new_run = is_other_run && !returned;
   const bool was_refused = !added && !entry.refused.empty();
   const bool claims_changed = entry.info.claims != info.claims;
   const bool beliefs_changed = entry.info.beliefs != info.beliefs;
@@ -112,7 +113,7 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   entry.presence = Presence::kHere;
   offers_.OnPresence(info.peer, true);
   entry.refused = WhyRefused(info);
-  const bool newly = added || returned || was_refused;
+  const bool newly = added || returned || was_refused || !entry.felt;
   if (newly && entry.refused.empty() && IsFullFor(info)) {
     entry.refused = std::to_string(kMaxPeers) + " active peers are here, the most there can be";
   }
@@ -136,12 +137,15 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   TellUnequal(entry);
   TellTerms(entry);
   using Kind = MembershipChange::Kind;
+  // who took part and does not any more, though it is here, is gone for the hand
+  const bool begins = Counts(entry) && !entry.felt;
+  const bool ends = entry.felt && !Counts(entry);
   // what was heard of the run before is nothing to this one
-  if (is_new_run) Tell(entry, Kind::kLost);
-  if (Planted(Fault::kLostReturn) && returned) return;
-  if (added || returned || taken_in || is_new_run || claims_changed) {
-    const bool is_back = returned || is_new_run;
-    Tell(entry, added || taken_in ? Kind::kJoined : is_back ? Kind::kBack : Kind::kClaims);
+  if (is_new_run || ends) Tell(entry, Kind::kLost);
+  if (Planted(Fault::kLostReturn) && begins && !added) return;
+  if (begins || is_new_run || claims_changed) {
+    const bool is_new = added || taken_in || is_other_run;
+    Tell(entry, is_new ? Kind::kJoined : begins ? Kind::kBack : Kind::kClaims);
   } else if (beliefs_changed) {
     Tell(entry, Kind::kBeliefs);
   }
@@ -162,8 +166,9 @@ void PeerDirectory::OnSceneWithdrawn(PeerId peer) {
 
 void PeerDirectory::OnTwin(const PeerInfo& info) {
   const std::lock_guard lock(mutex_);
-  if (!twin_) Say("your keys are in use elsewhere too: " + info.name +
-                  " takes part a second time; the others hear whoever was here first");
+  if (!twin_)
+    Say("your keys are in use elsewhere too: " + info.name +
+        " takes part a second time; the others hear whoever was here first");
   twin_ = info;
 }
 
@@ -186,9 +191,9 @@ void PeerDirectory::TellTerms(Entry& entry) {
   std::string difference = TermsDifference(own_, entry.info.terms);
   if (difference == entry.terms_told) return;
   entry.terms_told = std::move(difference);
-  Say(entry.info.name + (entry.terms_told.empty() ? " goes by the same force terms as you now"
-                                                  : " goes by other force terms: " +
-                                                        entry.terms_told));
+  Say(entry.info.name + (entry.terms_told.empty()
+                             ? " goes by the same force terms as you now"
+                             : " goes by other force terms: " + entry.terms_told));
 }
 
 void PeerDirectory::TellRefusals(const DropTable& drops) {
@@ -231,8 +236,15 @@ void PeerDirectory::OnGone(PeerId peer, Presence presence) {
   }
 }
 
-void PeerDirectory::Tell(const Entry& entry, MembershipChange::Kind kind) {
-  if (entry.info.role != Role::kActive || !entry.refused.empty()) return;
+bool PeerDirectory::Counts(const Entry& entry) {
+  return entry.info.role == Role::kActive && entry.refused.empty();
+}
+
+void PeerDirectory::Tell(Entry& entry, MembershipChange::Kind kind) {
+  const bool is_gone =
+      kind == MembershipChange::Kind::kLeft || kind == MembershipChange::Kind::kLost;
+  if (is_gone ? !entry.felt : !Counts(entry)) return;
+  entry.felt = !is_gone;
   MembershipChange change;
   change.kind = kind;
   change.peer = entry.info.peer;

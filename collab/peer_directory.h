@@ -45,6 +45,7 @@ class PeerDirectory {
     int namesake = 1;       // which of those with its name it is
     std::string refused;    // why it is not taken in: other protocol or scene, no place; else empty
     bool unequal = false;   // goes by other force parameters
+    bool felt = false;      // the haptic thread has been told that it is here
     std::uint64_t gone = 0;  // which departure it was; of those who are not here
     bool unequal_told = false;
     std::string terms_told;  // how its force terms differ from ours, as last said
@@ -90,7 +91,10 @@ class PeerDirectory {
   std::string WhyRefused(const PeerInfo& info) const;
   bool IsFullFor(const PeerInfo& info) const;
   void OnGone(PeerId peer, Presence presence);
-  void Tell(const Entry& entry, MembershipChange::Kind kind);
+  /// Whether it takes part as far as the hand is concerned.
+  static bool Counts(const Entry& entry);
+  /// Tells the haptic thread, as far as that knows or is to know the peer.
+  void Tell(Entry& entry, MembershipChange::Kind kind);
   void TellUnequal(Entry& entry);
   void TellTerms(Entry& entry);
   void Say(std::string line);

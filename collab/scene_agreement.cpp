@@ -130,8 +130,8 @@ SceneOffers::Rank SceneOffers::RankOf(const Offer& offer) const {
   const SceneManifest& manifest = offer.manifest;
   Rank rank{.here = offer.here, .by = manifest.offered_by};
   const bool takes_part = present_.contains(manifest.offered_by);
-  rank.revision = takes_part ? manifest.revision
-                             : std::min(manifest.revision, SceneManifest::kSession);
+  rank.revision =
+      takes_part ? manifest.revision : std::min(manifest.revision, SceneManifest::kSession);
   if (rank.revision < SceneManifest::kUnderWay) return rank;
   rank.followers = static_cast<std::size_t>(std::ranges::count_if(offers_, [&](const Offer& other) {
     return other.here && present_.contains(other.manifest.offered_by) &&
@@ -162,6 +162,11 @@ void SceneOffers::OnScene(const SceneManifest& manifest) {
 }
 
 void SceneOffers::OnWithdrawn(PeerId peer) {
+  if (!remembers_) {
+    std::erase_if(offers_, [peer](const Offer& offer) {
+      return offer.manifest.offered_by == peer;
+    });
+  }
   for (Offer& offer : offers_) {
     if (offer.manifest.offered_by == peer) offer.here = false;
   }
@@ -194,7 +199,9 @@ const SceneManifest* SceneOffers::session() const {
 
 std::vector<SceneManifest> SceneOffers::All() const {
   std::vector<SceneManifest> all;
-  for (const Offer& offer : offers_) all.push_back(offer.manifest);
+  for (const Offer& offer : offers_) {
+    if (offer.here) all.push_back(offer.manifest);
+  }
   return all;
 }
 

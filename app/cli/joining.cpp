@@ -41,6 +41,8 @@ int ReadScene(const PeerArguments& arguments, Joining& joining) {
   if (!hash) return Fail(kExitFile, hash.error().what);
   RememberSceneFolder(scene->file);
   joining.scene = *std::move(scene);
+  joining.own = ParametersOf(joining.scene);
+  joining.adopt_any = arguments.adopt_any;
   joining.hash = *std::move(hash);
   joining.manifest = ManifestOf(joining.scene, joining.hash, joining.id);
   return kExitOk;
@@ -101,6 +103,11 @@ void OfferOn(const SceneManifest& session, Joining& joining) {
   joining.manifest.revision = std::max(session.revision, SceneManifest::kSession);
 }
 
+/// By what the scene file says, however often others were adopted since.
+bool MayAdopt(const ForceParameters& theirs, const Joining& joining) {
+  return joining.adopt_any || MayBeAdopted(theirs, joining.own);
+}
+
 /// Compares what we have with the session's scene and adopts its force parameters, or insists.
 int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining& joining) {
   const std::string difference = ContentDifference(joining.scene, joining.hash, session);
@@ -114,9 +121,10 @@ int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining&
     return kExitOk;
   }
   if (arguments.insist) return Insist(arguments, theirs, joining);
-  if (!MayBeAdopted(theirs, ours) && !arguments.adopt_any) {
+  if (!MayAdopt(theirs, joining)) {
     return Fail(kExitIncompatiblePeer,
-                "the session goes by " + Describe(theirs) + ", this scene by " + Describe(ours) +
+                "the session goes by " + Describe(theirs) + ", this scene by " +
+                    Describe(joining.own) +
                     ": more than a factor of 4 apart, which takes much more memory or is much "
                     "coarser: --adopt-any takes it all the same, --insist keeps yours");
   }
@@ -309,17 +317,19 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
 }
 
 /// The scene that most here go by. Whoever is heard first may be the only one that goes by another.
-std::optional<SceneManifest> ListenForScene(const Joining& joining) {
-  std::optional<SceneManifest> session;
-  std::int64_t first_ns = joining.joined_ns;
+std::optional<SceneManifest> ListenForScene(const PeerArguments& arguments,
+                                            const Joining& joining) {
+  std::optional<std::int64_t> first_ns;  // when anything was heard
   for (;;) {
     const std::int64_t now_ns = MonotonicNowNs();
-    const std::optional<SceneManifest> before = std::exchange(session, joining.inbox.SessionScene());
-    if (session && !before) first_ns = now_ns;
+    const std::optional<SceneManifest> session = joining.inbox.SessionScene();
+    if (session && !first_ns) first_ns = now_ns;
     const bool fits =
         !session || (ContentDifference(joining.scene, joining.hash, *session).empty() &&
-                     MayBeAdopted(ParametersOf(*session), ParametersOf(joining.scene)));
-    if (now_ns - first_ns >= (fits ? kListenNs : kListenToOthersNs)) return session;
+                     (arguments.insist || MayAdopt(ParametersOf(*session), joining)));
+    const std::int64_t from_ns = first_ns.value_or(joining.joined_ns);
+    const bool is_over = now_ns - from_ns >= (fits ? kListenNs : kListenToOthersNs);
+    if (is_over || arguments.stop.stop_requested()) return session;
     MachineClock().SleepUntil(now_ns + 10 * kMs);
   }
 }
@@ -333,7 +343,8 @@ bool Superseded(const Joining& joining) {
   // the node's own is under way after a while
   const SceneManifest& ours = joining.node ? joining.node->manifest() : joining.manifest;
   return session && session->content_hash == joining.hash.content && Precedes(*session, ours) &&
-         !(ParametersOf(*session) == ParametersOf(joining.scene));
+         !(ParametersOf(*session) == ParametersOf(joining.scene)) &&
+         MayAdopt(ParametersOf(*session), joining);
 }
 
 int Join(PeerArguments& arguments, Joining& joining) {
@@ -356,7 +367,8 @@ int Join(PeerArguments& arguments, Joining& joining) {
     return Fail(kExitUsage, WhyNotHeld(arguments.hold, joining.scene));
   }
   if (const int failed = Connect(arguments, joining); failed != kExitOk) return failed;
-  std::optional<SceneManifest> session = ListenForScene(joining);
+  std::optional<SceneManifest> session = ListenForScene(arguments, joining);
+  if (arguments.stop.stop_requested()) return kEndedWhileLoading;
   if (joining.inbox.has_twin()) {
     return Fail(kExitSecurity, arguments.reach.secure +
                                    ": these keys are in use in this session already: end the other "

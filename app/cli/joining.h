@@ -33,7 +33,9 @@ struct Joining {
   std::int64_t joined_ns = 0;
   EarlyInbox inbox;
   Scene scene;                             // with the force parameters that it will be simulated by
-  SceneHash hash;                          // of it
+  ForceParameters own;                     // the scene file's
+  bool adopt_any = false;                  // the session's, however far they are from ours
+  SceneHash hash;                          // of the scene
   SceneManifest manifest;                  // what we offer
   std::optional<ForceParameters> unequal;  // the session's, where we insist on others
   std::shared_ptr<const WorldModel> model;

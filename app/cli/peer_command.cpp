@@ -176,6 +176,9 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   Joining joining;
   joining.waiting = RoomFor(*plan, arguments.conditions);
   if (const int failed = Join(arguments, joining); failed != kExitOk) return failed;
+  // before there is a haptic thread: it looks at keys by other programs
+  const std::string security =
+      arguments.repeats ? "" : SecurityOf(arguments.reach, arguments.session);
   PeerNode& node = *joining.node;
   Transport& transport = *joining.transport;
   if (control != nullptr) control->Begin(arguments, joining);
@@ -250,7 +253,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   }
   Say((Speaker().empty() ? arguments.name + " is in session " : "in session ") + arguments.session +
       " (" + realtime.scheduler() + ")");
-  if (!arguments.repeats) Say(SecurityOf(arguments.reach, arguments.session));
+  if (!arguments.repeats) Say(security);
   if (arguments.hold.empty()) Say(WhatThereIsToHold(*joining.model));
 
   kControlThread.Enter();

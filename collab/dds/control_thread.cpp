@@ -95,8 +95,11 @@ void ControlThread::Run() {
       if (sources_.event != 0) TakeEvents();
       SayGoodbyes();
     }
-    EndPresence(changed);
-    if (changed || std::exchange(seats_changed_, false)) refresh_owners_(seats_);
+    if (changed) EndPresence();
+    if (std::exchange(seats_changed_, false) || changed) {
+      refresh_owners_(seats_);
+      EndScenes();  // an impostor's, before its author's is taken
+    }
     TakeScenes();
     if (changed) EndScenes();
     if (sources_.event != 0) TakeEvents();
@@ -160,7 +163,9 @@ void ControlThread::Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handl
     return;
   }
   if (known != here_.end() && known->second.writer != writer) {
-    return HearTwin(info, known->second, writer);
+    // what it says is lost; it says it again when the other's writer is gone
+    if (known->second.twin_ns == 0) known->second.twin_ns = MonotonicNow_ns();
+    return;
   }
   if (info.leaving) {
     // its last events are heard first
@@ -179,13 +184,7 @@ void ControlThread::Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handl
   inbox_.OnPeerInfo(info, MonotonicNow_ns());
 }
 
-// What it says is lost; it says it again when the other's writer is gone.
-void ControlThread::HearTwin(const PeerInfo&, Here& here, dds_instance_handle_t) {
-  if (here.twin_ns == 0) here.twin_ns = MonotonicNow_ns();
-}
-
-void ControlThread::EndPresence(bool matches_changed) {
-  if (!matches_changed) return;
+void ControlThread::EndPresence() {
   std::map<dds_entity_t, std::vector<dds_instance_handle_t>> matched;
   for (const dds_entity_t reader : {sources_.peer_info, sources_.viewer_info}) {
     matched[reader] = MatchedWriters(reader);
@@ -216,8 +215,7 @@ void ControlThread::TakeScenes() {
         const WriterFacts& facts = Facts(sources_.scene, sample.publication_handle);
         if (facts.participant == 0 || facts.owner.peer == self_) return;
         const auto known = offering_.find(wire.offered_by);
-        const bool first =
-            known == offering_.end() || known->second == sample.publication_handle;
+        const bool first = known == offering_.end() || known->second == sample.publication_handle;
         if (!IsOwn(wire.offered_by, facts) || !first) {
           return inbox_.OnDropped(facts.owner.peer, Drop::kImpostor);
         }
@@ -237,8 +235,8 @@ void ControlThread::EndScenes() {
   for (auto it = offering_.begin(); it != offering_.end();) {
     const auto seat = seats_.find(it->first);
     const auto facts = facts_.find(it->second);
-    const bool is_impostor = seat != seats_.end() && facts != facts_.end() &&
-                             facts->second.participant != seat->second;
+    const bool is_impostor =
+        seat != seats_.end() && facts != facts_.end() && facts->second.participant != seat->second;
     if (!is_impostor && std::ranges::binary_search(matched, it->second)) {
       ++it;
       continue;

@@ -26,8 +26,8 @@ class ControlThread {
     dds_entity_t peer_info = 0;  // readers
     dds_entity_t viewer_info = 0;
     dds_entity_t scene = 0;
-    dds_entity_t event = 0;     // 0: a viewer has none
-    dds_entity_t on_match = 0;  // guard condition: writers have come or gone, or fallen silent
+    dds_entity_t event = 0;         // 0: a viewer has none
+    dds_entity_t on_match = 0;      // guard condition: writers have come or gone, or fallen silent
     QuietWriters* quiet = nullptr;  // of peer_info and viewer_info
     bool secured = false;           // partitions have names, which are the members'
     std::set<PeerId> revoked;       // whose keys are not valid any more
@@ -55,9 +55,8 @@ class ControlThread {
   void TakeScenes();
   void TakeEvents();
   void Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handle_t writer);
-  void HearTwin(const PeerInfo& info, Here& here, dds_instance_handle_t writer);
   /// Ends the presence of those whose writers are gone or silent.
-  void EndPresence(bool matches_changed);
+  void EndPresence();
   void EndScenes();
   void SayGoodbyes();
   const WriterFacts& Facts(dds_entity_t reader, dds_instance_handle_t writer);

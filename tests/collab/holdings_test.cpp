@@ -583,6 +583,68 @@ TEST(Holdings, WhomAllTheOthersNameTakesOverWithoutWaitingForTheLowest) {
   EXPECT_EQ(high.authority(0), 9U);
 }
 
+// Who has been here for long could believe more than who has just come, and would count on from
+// there out of the newcomer's sight.
+TEST(Holdings, WhoIsHereForLongBelievesNoMoreThanWhoCameLast) {
+  Holdings old(5, TwoBodies());
+  Holdings young(3, TwoBodies());
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  std::int64_t now_ns = 1'000'000'000;
+  old.Tick(now_ns, out, count);
+  old.Ask(kOwn);
+  for (int i = 0; i < 2000; ++i) old.Tick(now_ns += 400'000'000, out, count);
+  ASSERT_EQ(old.held(), 0);
+  young.Tick(now_ns, out, count);
+  old.OnMembership({.kind = Kind::kJoined, .peer = 3});
+  const auto hear_old = [&](Kind kind) {
+    MembershipChange change{.kind = kind, .peer = 5};
+    change.claim_count = old.Claims(change.claims);
+    young.OnMembership(change);
+    young.Tick(now_ns, out, count);
+  };
+  hear_old(Kind::kJoined);
+  for (const std::uint32_t epoch : {900U, 3000U, 7000U}) {
+    old.OnMembership(Forged(epoch));
+    for (int i = 0; i < 5; ++i) old.Tick(now_ns += 400'000'000, out, count);
+    hear_old(Kind::kClaims);
+    EXPECT_EQ(young.authority(0), 5U) << epoch;
+    EXPECT_EQ(young.epoch(0), old.epoch(0)) << epoch;
+  }
+  EXPECT_LT(old.epoch(0), 1000U);
+}
+
+// One that says it holds a body beside others could give it away, and put it into a third one's
+// hand.
+TEST(Holdings, ASharedBodyIsLeftToThoseWhoHoldItAlone) {
+  Company company({3, 5, 9}, 0);
+  company[3].Ask(kShared);
+  company.Run(10);
+  company[5].Ask(kShared);
+  company.Run(10);
+  ASSERT_EQ(company.Authority(1), 3U);
+  const std::uint32_t epoch = company[3].epoch(1);
+  MembershipChange forged{.kind = Kind::kJoined, .peer = 77, .claim_count = 1};
+  forged.claims[0] = {kShared, epoch, true};
+  Event grant{.peer = 77,
+              .seq = 1,
+              .kind = EventKind::kGrant,
+              .object = kShared,
+              .epoch = epoch + 1,
+              .to = 9,
+              .X_WB = {}};
+  Event release = grant;
+  release.kind = EventKind::kRelease;
+  for (const PeerId peer : {3U, 5U, 9U}) {
+    company[peer].OnMembership(forged);
+    company[peer].OnEvent(grant);
+    company[peer].OnEvent(release);
+  }
+  company.Run(50);
+  EXPECT_EQ(company.Authority(1), 3U);
+  EXPECT_EQ(company[9].held(), -1);
+}
+
 // Ten grabs a second are as many as people do: after an hour apart 36,000 more are believed.
 TEST(Holdings, WhatWasTradedDuringALongCutIsBelieved) {
   Holdings cut_off(3, TwoBodies());

@@ -186,7 +186,7 @@ TEST(PeerDirectory, IsNotItsOwnPeer) {
 
 // Started again before anybody noticed that it was gone: what was heard of the run before is of
 // no account.
-TEST(PeerDirectory, ANewRunOfAProgramIsLostAndBack) {
+TEST(PeerDirectory, ANewRunOfAProgramIsLostAndJoins) {
   PeerDirectory directory(1, 42);
   PeerInfo info = Anna();
   info.incarnation = 5;
@@ -196,7 +196,32 @@ TEST(PeerDirectory, ANewRunOfAProgramIsLostAndBack) {
   std::vector<MembershipChange::Kind> kinds;
   for (MembershipChange change; directory.changes().TryPop(change);) kinds.push_back(change.kind);
   using Kind = MembershipChange::Kind;
-  EXPECT_EQ(kinds, (std::vector<Kind>{Kind::kJoined, Kind::kLost, Kind::kBack}));
+  EXPECT_EQ(kinds, (std::vector<Kind>{Kind::kJoined, Kind::kLost, Kind::kJoined}));
+}
+
+// Its bodies would stay its own for ever, for the hand would never hear that it has gone.
+TEST(PeerDirectory, WhoCeasesToTakePartIsGoneForTheHand) {
+  using Kind = MembershipChange::Kind;
+  PeerDirectory directory(1, 42);
+  std::vector<Kind> told;
+  const auto hear = [&](const PeerInfo& info) {
+    directory.OnPeerInfo(info);
+    MembershipChange change;
+    while (directory.changes().TryPop(change)) told.push_back(change.kind);
+  };
+  hear(Anna());
+  PeerInfo looks_on = Anna();
+  looks_on.role = Role::kViewer;
+  hear(looks_on);
+  hear(looks_on);
+  hear(Anna());
+  PeerInfo elsewhere = Anna();
+  elsewhere.scene_hash = 43;
+  hear(elsewhere);
+  directory.OnPeerLeft(2);
+  MembershipChange change;
+  EXPECT_FALSE(directory.changes().TryPop(change));
+  EXPECT_THAT(told, ElementsAre(Kind::kJoined, Kind::kLost, Kind::kBack, Kind::kLost));
 }
 
 TEST(PeerDirectory, OtherForceTermsAreSaidWheneverTheyChange) {
@@ -208,8 +233,9 @@ TEST(PeerDirectory, OtherForceTermsAreSaidWheneverTheyChange) {
   directory.OnPeerInfo(info);
   std::vector<std::string> news = directory.TakeNews();
   ASSERT_EQ(news.size(), 2U);
-  EXPECT_EQ(news[1], info.name + " goes by other force terms: law constant (here p+dd), "
-                     "stiffness=80 (here the law's own gains), no contact (here contact)");
+  EXPECT_EQ(news[1], info.name +
+                         " goes by other force terms: law constant (here p+dd), "
+                         "stiffness=80 (here the law's own gains), no contact (here contact)");
   directory.SetOwnTerms({.law = "p+dd", .gains = {}, .displacement = 0.5e-3});
   news = directory.TakeNews();
   ASSERT_EQ(news.size(), 1U);
@@ -231,8 +257,8 @@ TEST(PeerDirectory, WhatIsRefusedIsToldOnceOfEach) {
     directory.TellRefusals(drops);
   }
   EXPECT_EQ(directory.TakeNews(),
-            std::vector<std::string>{
-                Anna().name + " claims what others have and have not given away: refused"});
+            std::vector<std::string>{Anna().name +
+                                     " claims what others have and have not given away: refused"});
 }
 
 TEST(PeerDirectory, AFewSamplesTooManyAreAnAccident) {

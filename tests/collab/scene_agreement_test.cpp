@@ -123,6 +123,16 @@ TEST(SceneOffers, WhatNobodyOffersAnyMoreDoesNotCount) {
 }
 
 // One who takes no part, or has come alone, does not decide for those under way.
+TEST(SceneOffers, WhatIsWithdrawnDoesNotComeBackWithItsAuthor) {
+  SceneOffers offers;
+  offers.OnPresence(3, true);
+  offers.OnScene(OfferOf(3, 1));
+  offers.OnWithdrawn(3);
+  offers.OnPresence(3, true);
+  EXPECT_EQ(offers.session(), nullptr);
+  EXPECT_TRUE(offers.All().empty());
+}
+
 TEST(SceneOffers, OfThoseUnderWayTheOneThatMostGoByCounts) {
   SceneOffers offers;
   SceneManifest forged = OfferOf(1, SceneManifest::kUnderWay);
