@@ -225,15 +225,14 @@ class Holdings {
   int VotesFor(const Body& body, PeerId peer) const noexcept;
   /// And how many whom we do, or who had it a moment ago, and not `rival`.
   int VotesAgainst(const Body& body, PeerId rival) const noexcept;
-  /// One that claims more than whom we take for the authority.
+  /// Another than whom we take for the authority claims the body.
   struct Rival {
     Member* member = nullptr;  // null: there is none
     const Claim* claim = nullptr;
     int votes = 0;
   };
-  Rival GreatestRival(std::size_t body) noexcept;
-  /// The one that claims less and that most name.
-  Rival LesserRival(std::size_t body) noexcept;
+  /// Of those who claim more, or less, than whom we take for the authority, the one that most name.
+  Rival RivalOf(std::size_t body, bool claims_more) noexcept;
   PeerId GoneTo(const Body& body) const noexcept;
   /// Whether the authority, or whom it says that it has gave it to, is that peer.
   bool SaysGoneTo(const Body& body, PeerId peer) const noexcept;

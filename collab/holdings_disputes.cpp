@@ -190,40 +190,21 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
   if (lowest != best->peer && lowest != self_) body.in_absence_of[0] = lowest;
 }
 
-Holdings::Rival Holdings::GreatestRival(std::size_t index) noexcept {
+Holdings::Rival Holdings::RivalOf(std::size_t index, bool claims_more) noexcept {
   Body& body = bodies_[index];
   Rival best;
   for (Member& member : members_) {
     if (member.peer == 0 || !member.present || member.peer == body.claim.peer) continue;
     const Claim* own = ClaimOf(member, body.object);
-    if (own == nullptr || own->epoch == 0 || !Greater(own->epoch, member.peer, body)) continue;
+    if (own == nullptr || own->epoch == 0) continue;
+    if (Greater(own->epoch, member.peer, body) != claims_more) continue;
     // one that holds it beside others names whom it takes for the authority
     if (NamedBy(member, body.object) != member.peer) continue;
     body.disputed = true;
-    if (!Affords(member, body, own->epoch)) {
+    if (claims_more && !Affords(member, body, own->epoch)) {
       CountOnce(member, *own, Drop::kEpochLeap);
       continue;
     }
-    const int votes = VotesFor(body, member.peer);
-    const bool greater = best.member == nullptr || own->epoch > best.claim->epoch ||
-                         (own->epoch == best.claim->epoch && member.peer < best.member->peer);
-    if (best.member != nullptr && (votes < best.votes || (votes == best.votes && !greater))) {
-      continue;
-    }
-    best = {&member, own, votes};
-  }
-  return best;
-}
-
-Holdings::Rival Holdings::LesserRival(std::size_t index) noexcept {
-  Body& body = bodies_[index];
-  Rival best;
-  for (Member& member : members_) {
-    if (member.peer == 0 || !member.present || member.peer == body.claim.peer) continue;
-    const Claim* own = ClaimOf(member, body.object);
-    if (own == nullptr || own->epoch == 0 || Greater(own->epoch, member.peer, body)) continue;
-    if (NamedBy(member, body.object) != member.peer) continue;
-    body.disputed = true;
     const int votes = VotesFor(body, member.peer);
     const bool greater = best.member == nullptr || own->epoch > best.claim->epoch ||
                          (own->epoch == best.claim->epoch && member.peer < best.member->peer);
@@ -301,8 +282,8 @@ bool Holdings::GoesBackTo(std::size_t index, const Rival& rival) noexcept {
 void Holdings::Judge(std::size_t index) noexcept {
   Body& body = bodies_[index];
   body.disputed = false;
-  const Rival rival = GreatestRival(index);
-  const Rival lesser = LesserRival(index);
+  const Rival rival = RivalOf(index, true);
+  const Rival lesser = RivalOf(index, false);
   if (lesser.member == nullptr) body.outdone_ns = 0;
   if (rival.member == nullptr) body.ahead_ns = 0;
   if (lesser.member != nullptr && GoesBackTo(index, lesser)) return Follow(index, lesser);

@@ -68,7 +68,7 @@ int Revoke(const KeysArguments& arguments) {
   return kExitOk;
 }
 
-/// What each sort of member may do, a line each.
+/// Tells in a table what each sort of member may do.
 void TellRights() {
   for (const char* line :
        {"                                     peer     viewer   relay's audience side",

@@ -3,7 +3,7 @@
 namespace tandem {
 namespace {
 
-// What a user is told of what is too much; null: it is of no interest.
+// The user is told so of packets that were too many; null where it is of no interest.
 const char* WordsFor(PacketDrop reason) {
   switch (reason) {
     case PacketDrop::kNewSender:

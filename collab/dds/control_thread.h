@@ -60,7 +60,7 @@ class ControlThread {
   void EndScenes();
   void SayGoodbyes();
   const WriterFacts& Facts(dds_entity_t reader, dds_instance_handle_t writer);
-  /// Whether that writer may speak as the peer, as far as partition and seat tell.
+  /// Tells by partition and seat whether that writer may speak as the peer.
   bool IsOwn(PeerId peer, const WriterFacts& facts) const;
 
   const Sources sources_;

@@ -155,7 +155,7 @@ Result<bool> MakeAuthority(const std::string& name, const Authority& out, int da
   return done;
 }
 
-// Whether `certificate` is what its own key or, if `by` is another, that one's has signed.
+// Tells whether the key of `by` has signed `certificate`; both may be one.
 bool IsSignedBy(const fs::path& certificate, const fs::path& by) {
   return Openssl({"verify", "-partial_chain", "-no_check_time", "-trusted", by.string(),
                   certificate.string()})
@@ -356,7 +356,7 @@ std::string DayAndTime(std::time_t time) {
   return text.data();
 }
 
-// Whether others can read the private key, or put another in its place.
+// Tells whether nobody else can read the private key or put another in its place.
 Result<bool> IsPrivate(const fs::path& folder) {
   const fs::path key = folder / "identity.key";
   struct stat status {};
@@ -391,7 +391,7 @@ Result<bool> IsValidNow(MemberKeys& keys, std::time_t now) {
   return true;
 }
 
-// What the permissions authority has signed: an id a line.
+// Reads the ids, one a line, that the permissions authority has signed as revoked.
 Result<std::set<PeerId>> ReadRevoked(const fs::path& folder) {
   std::set<PeerId> revoked;
   const fs::path list = folder / "revoked.p7s";
