@@ -145,7 +145,7 @@ void Holdings::Release() noexcept {
     // the last hand on a shared body whose authority is gone
     NoteBefore(body, false);
     body.claim = {Next(body.claim.epoch), self_};
-    body.ours_ns = now_ns_;
+    body.claimed_ns = now_ns_;
   }
 }
 
@@ -184,7 +184,7 @@ void Holdings::TakeInHand(std::size_t index) noexcept {
   if (body.shared && self_ < body.claim.peer) {
     NoteBefore(body, true);
     body.claim.peer = self_;
-    body.ours_ns = now_ns_;
+    body.claimed_ns = now_ns_;
   }
   Tell(HoldingNews::Kind::kInHand, index, 0);
 }
@@ -233,7 +233,7 @@ void Holdings::Pursue() noexcept {
   if (answers == self_) {
     if (body.claim.peer == 0) {
       body.claim = {1, self_};
-      body.ours_ns = now_ns_;
+      body.claimed_ns = now_ns_;
     }
     TakeInHand(index);
     return;
@@ -277,7 +277,9 @@ void Holdings::Succeed() noexcept {
     std::int64_t turn = 0;
     for (const Member& other : members_) {
       if (other.peer == 0 || !other.present || other.peer == body.claim.peer) continue;
-      if (NamedBy(other, body.object) == self_) continue;  // it leaves it to us
+      const PeerId named = NamedBy(other, body.object);
+      if (named == self_) continue;                                  // it leaves it to us
+      if (named == 0 && other.since_ns > body.claimed_ns) continue;  // it never heard of the claim
       const bool holds = in_hands && HeldBy(b, other.peer);
       if (holds != ours && in_hands ? holds : other.peer < self_) ++turn;
       if (Planted(Fault::kAllSucceed)) turn = 0;
@@ -300,7 +302,7 @@ void Holdings::Succeed() noexcept {
     NoteBefore(body, false);
     body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
     body.claim = {Next(body.last_epoch), self_};
-    body.ours_ns = now_ns_;
+    body.claimed_ns = now_ns_;
     body.orphaned_ns = 0;
     Tell(HoldingNews::Kind::kInherited, b, 0);
   }

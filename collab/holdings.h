@@ -145,16 +145,17 @@ class Holdings {
     ObjectId object = 0;
     bool shared = false;
     BodyClaim claim;
-    std::int64_t first_epoch = 0;  // of the first claim that we believed
-    std::uint32_t last_epoch = 0;  // under which we had it
-    std::int64_t ours_ns = 0;      // since when we do
-    bool disputed = false;         // somebody claims it too, and is not believed (yet)
-    std::int64_t disputed_ns = 0;  // since when
-    std::int64_t tied_ns = 0;      // since when as many name another as name us
-    std::int64_t ahead_ns = 0;     // since when another is ahead of whom we believe
-    std::int64_t outdone_ns = 0;   // since when one is that claims less
-    bool unsure = false;           // we came anew when we believed it, and asked nobody
-    std::int64_t unsure_ns = 0;    // since when
+    std::int64_t first_epoch = 0;         // of the first claim that we believed
+    std::uint32_t last_epoch = 0;         // under which we had it
+    std::int64_t claimed_ns = 0;          // since when its claimant has it, as known here
+    bool disputed = false;                // somebody claims it too, and is not believed (yet)
+    std::int64_t disputed_ns = 0;         // since when
+    std::int64_t tied_ns = 0;             // since when as many name another as name us
+    std::int64_t ahead_ns = 0;            // since when another is ahead of whom we believe
+    std::int64_t outdone_ns = 0;          // since when one is that claims less
+    std::int64_t tied_with_named_ns = 0;  // since when others name a lower one under our epoch
+    bool unsure = false;                  // we came anew when we believed it, and asked nobody
+    std::int64_t unsure_ns = 0;           // since when
     /// Those in whose absence it came to the one that we believe, the first first; 0: no more.
     std::array<PeerId, 4> in_absence_of{};
     std::int64_t reasserted_ns = 0;  // when we last claimed it anew
@@ -210,6 +211,8 @@ class Holdings {
   std::int64_t EpochsSince(std::int64_t since_ns) const noexcept;
   /// Whether what `by` says may bring a body to that epoch now.
   bool Affords(const Member& by, const Body& body, std::uint32_t epoch) const noexcept;
+  /// Whether its claimant holds a shared body beside the one that answers for it.
+  static bool HoldsBeside(const Body& body, const Claim& claim) noexcept;
   /// Takes note of a claim where it is the greater one and nobody disputes it.
   void Note(std::size_t body, const Claim& claim, Member& by) noexcept;
   /// Makes it the claim that counts, on the word of `by`.

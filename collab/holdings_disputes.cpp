@@ -141,8 +141,12 @@ void Holdings::FollowItsWord(std::size_t index) noexcept {
 // there.
 void Holdings::RiseToNamed(std::size_t index) noexcept {
   Body& body = bodies_[index];
-  if (body.claim.peer != self_ || listening()) return;
+  if (body.claim.peer != self_ || listening()) {
+    body.tied_with_named_ns = 0;
+    return;
+  }
   std::uint32_t above = 0;
+  bool is_another_lower = false;
   for (const Member& member : members_) {
     if (member.peer == 0 || !member.present) continue;
     const Belief* const said = BeliefOf(member, body.object);
@@ -152,9 +156,16 @@ void Holdings::RiseToNamed(std::size_t index) noexcept {
     } else if (const Member* named = Find(said->peer);
                named == nullptr || !named->present || NamedBy(*named, body.object) == self_) {
       above = std::max(above, said->epoch);
+      is_another_lower |= said->epoch == body.claim.epoch && said->peer < self_;
     }
   }
-  if (above >= body.claim.epoch) Reassert(index, above);
+  // one that took a shared body in hand beside us answers for it, and others may have heard of that
+  // before us
+  const bool may_say_so = body.shared && is_another_lower && above == body.claim.epoch;
+  if (!may_say_so) body.tied_with_named_ns = 0;
+  if (above < body.claim.epoch) return;
+  if (may_say_so && body.tied_with_named_ns == 0) body.tied_with_named_ns = now_ns_;
+  if (!may_say_so || now_ns_ - body.tied_with_named_ns >= kAhead) Reassert(index, above);
 }
 
 // Of those who claim what we know nobody of, the one that most of those here name; else the least,
@@ -219,11 +230,11 @@ bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   Body& body = bodies_[index];
   if (Planted(Fault::kSeizureBelieved)) return false;
   const Member& other = *rival.member;
-  const bool was_away = other.since_ns >= body.ours_ns;
+  const bool was_away = other.since_ns >= body.claimed_ns;
   // nor has one given it away to have it again
   if (!was_away && HadItLately(body, other.peer)) return true;
   // while we were stopped others may have taken what we had: we do not name ourselves
-  const bool was_stopped = body.ours_ns <= paused_ns_ && now_ns_ - paused_ns_ < kAfterPause;
+  const bool was_stopped = body.claimed_ns <= paused_ns_ && now_ns_ - paused_ns_ < kAfterPause;
   const int votes = (was_stopped ? 0 : 1) + VotesAgainst(body, other.peer);
   if (votes != rival.votes) {
     body.tied_ns = 0;
@@ -288,6 +299,8 @@ void Holdings::Judge(std::size_t index) noexcept {
   if (rival.member == nullptr) body.ahead_ns = 0;
   if (lesser.member != nullptr && GoesBackTo(index, lesser)) return Follow(index, lesser);
   if (rival.member == nullptr) return;
+  // of those who hold it together the lowest answers, also where it was heard before the others
+  if (HoldsBeside(body, *rival.claim)) return Follow(index, rival);
   const bool ours = body.claim.peer == self_;
   if (ours ? !KeepsOurs(index, rival) : LeavesFor(index, rival)) return Follow(index, rival);
   // what a third one has may have been given away, and only be told of later

@@ -52,12 +52,15 @@ bool Holdings::Affords(const Member& by, const Body& body, std::uint32_t epoch) 
   return by.epochs + epoch - from <= kMostBeyond + EpochsSince(by.known_ns);
 }
 
+bool Holdings::HoldsBeside(const Body& body, const Claim& claim) noexcept {
+  return body.shared && claim.held && claim.epoch == body.claim.epoch;
+}
+
 void Holdings::Note(std::size_t index, const Claim& claim, Member& by) noexcept {
   Body& body = bodies_[index];
   const PeerId owner = body.claim.peer;
   if (claim.epoch == 0 || (owner == by.peer && claim.epoch <= body.claim.epoch)) return;
-  const bool beside =
-      body.shared && claim.held && claim.epoch == body.claim.epoch;  // it holds it too
+  const bool beside = HoldsBeside(body, claim);
   const bool answers = NamedBy(by, claim.object) == by.peer;
   if (beside && !answers) return;
   const bool lowest = beside && Greater(claim.epoch, by.peer, body);  // of those who hold it
@@ -84,7 +87,7 @@ void Holdings::Believe(std::size_t index, const BodyClaim& claim, Member& by,
   for (Before& before : body.before) {
     if (before.peer == peer) before = {};  // it has it again
   }
-  if (peer == self_ && body.claim.peer != self_) body.ours_ns = now_ns_;
+  if (peer != owner) body.claimed_ns = now_ns_;
   body.claim = claim;
   body.by_word = false;
   body.orphaned_ns = 0;
@@ -251,6 +254,7 @@ void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {
   Body& body = bodies_[index];
   NoteBefore(body, true);
   body.claim = {Next(body.claim.epoch), to};
+  body.claimed_ns = now_ns_;
   body.parked = body.X_WB;
   body.told = kind == EventKind::kRelease;
   body.orphaned_ns = 0;
@@ -269,6 +273,12 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
     return TakeGiven(index, event);
   if (known || !Greater(event.epoch, event.to, body)) return;
   const PeerId owner = body.claim.peer;
+  const bool ours = owner == self_ && held_ == static_cast<int>(index) && body.shared;
+  if (ours && event.to == self_ && event.kind == EventKind::kRelease) {
+    // it took beside us what we hold, and let go of it again before we heard of that
+    if (event.epoch <= MostEpoch(body)) body.claim.epoch = event.epoch;
+    return;
+  }
   // of those who hold it together each may leave it to another of them as it lets go, for it takes
   // a while until all know who is the lowest
   const Member* const from = Find(event.peer);

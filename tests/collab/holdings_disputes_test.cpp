@@ -1,0 +1,453 @@
+#include <gtest/gtest.h>
+
+#include "collab/holdings.h"
+#include "tests/collab/company.h"
+
+namespace tandem {
+namespace {
+
+using testing::Company;
+using testing::kOwn;
+using testing::kShared;
+using testing::TwoBodies;
+using Kind = MembershipChange::Kind;
+
+TEST(HoldingsDisputes, PartsOfATornSessionAgreeWhenTheyMeet) {
+  Company company({3, 5, 9}, 5);
+  company[9].Ask(kOwn);
+  company.Run(4000);  // known for long enough to be more than the other part
+  company.Sever(9);
+  company.Run(400);
+  EXPECT_EQ(company[9].authority(0), 9U);
+  EXPECT_EQ(company[5].authority(0), 3U);
+  company[5].Ask(kOwn);
+  company.Run(50);
+  EXPECT_EQ(company.Holders(0), (std::vector<PeerId>{5, 9})) << "each part goes on by itself";
+  company.Rejoin(9);
+  company.Run(50);
+  EXPECT_EQ(company.Holders(0), std::vector<PeerId>{5});
+  EXPECT_EQ(company.Authority(0), 5U);
+}
+
+TEST(HoldingsDisputes, OnlyTheAuthoritysSamplesCount) {
+  Company company({3, 5, 9}, 0);
+  company[5].Ask(kOwn);
+  company.Run(20);
+  ObjectState state;
+  state.peer = 5;
+  state.object = kOwn;
+  state.epoch = 1;
+  EXPECT_TRUE(company[9].Accepts(state));
+  state.epoch = 2;
+  EXPECT_FALSE(company[9].Accepts(state));
+  state.epoch = 1;
+  state.peer = 3;
+  EXPECT_FALSE(company[9].Accepts(state));
+}
+
+// Someone who has forged, or a counter that was corrupted, does not mute the true holder for ever.
+TEST(HoldingsDisputes, AClaimFarAheadIsNotBelieved) {
+  Company company({3, 5}, 0);
+  company[5].Ask(kOwn);
+  company.Run(20);
+  MembershipChange forged{.kind = Kind::kJoined, .peer = 7, .claim_count = 1};
+  forged.claims[0] = {kOwn, 0xFFFFFFFF, true};
+  company[3].OnMembership(forged);
+  EXPECT_EQ(company[3].authority(0), 5U);
+}
+
+/// Mallory, who comes with the claim that it holds kOwn under this epoch.
+MembershipChange Forged(std::uint32_t epoch, Kind kind = Kind::kJoined) {
+  MembershipChange forged{.kind = kind, .peer = 77, .claim_count = 1};
+  forged.claims[0] = {kOwn, epoch, true};
+  return forged;
+}
+
+TEST(HoldingsDisputes, AGreaterClaimOnWhatAnotherHoldsIsNotBelieved) {
+  Company company({3, 5, 9}, 0);
+  company[5].Ask(kOwn);
+  company.Run(300);
+  for (std::uint32_t epoch = 2; epoch < 2000; ++epoch) {
+    for (const PeerId peer : {3U, 5U, 9U}) {
+      company[peer].OnMembership(Forged(epoch, epoch == 2 ? Kind::kJoined : Kind::kClaims));
+    }
+    company.Run(1);
+  }
+  EXPECT_EQ(company.Holders(0), std::vector<PeerId>{5});
+  EXPECT_EQ(company.Authority(0), 5U);
+}
+
+// The last is believed by nobody, and what nobody has claimed does not come to it either: counting
+// on from there would wrap.
+TEST(HoldingsDisputes, AFirstClaimAtTheLastEpochIsNotBelieved) {
+  Company company({3, 5}, 0);
+  company.Run(10);
+  for (const PeerId peer : {3U, 5U}) company[peer].OnMembership(Forged(0xFFFFFFFF));
+  company.Run(10);
+  for (const PeerId peer : {3U, 5U}) {
+    company[peer].OnMembership({.kind = Kind::kLeft, .peer = 77});
+  }
+  company.Run(10);
+  company[5].Ask(kOwn);
+  company.Run(50);
+  company[3].Ask(kOwn);
+  company.Run(50);
+  EXPECT_EQ(company.Holders(0), std::vector<PeerId>{5});
+  EXPECT_EQ(company.Authority(0), 5U);
+  EXPECT_LT(company[3].epoch(0), 100U);
+  EXPECT_EQ(company.doubles(), 0);
+}
+
+// By steps that are each allowed nobody comes far either: ten a second of everybody, and a
+// thousand; of its own a hundred more, and ten a second.
+TEST(HoldingsDisputes, EpochsRiseNoFasterThanAnybodyCanGrab) {
+  const WorldModel model = TwoBodies();
+  DropTable drops;
+  Holdings three(3, model, 0, false, &drops);
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  std::int64_t now_ns = 1'000'000'000;
+  three.Tick(now_ns, out, count);
+  three.OnMembership(Forged(1));
+  for (int i = 0; i < 10'000; ++i) {
+    three.Tick(now_ns += 1'000'000, out, count);
+    three.OnMembership(Forged(three.epoch(0) + 900, Kind::kClaims));
+  }
+  EXPECT_LE(three.epoch(0), 1U + 1000 + 100 + 2 * 10 * 10);
+  EXPECT_GT(drops.Of(77)[static_cast<std::size_t>(Drop::kEpochLeap)], 1000U);
+}
+
+TEST(HoldingsDisputes, GrantsAndRefusalsCountFromTheAuthorityAlone) {
+  Company company({3, 5, 9}, 0);
+  company[5].Ask(kOwn);
+  company.Run(300);
+  Event forged{
+      .peer = 77, .kind = EventKind::kGrant, .object = kOwn, .epoch = 2, .to = 3, .X_WB = {}};
+  for (const EventKind kind : {EventKind::kGrant, EventKind::kRelease}) {
+    forged.kind = kind;
+    for (const PeerId from : {77U, 9U}) {  // one who is not here, and a member
+      forged.peer = from;
+      for (const PeerId peer : {3U, 5U}) company[peer].OnEvent(forged);
+    }
+    company.Run(10);
+    EXPECT_EQ(company.Holders(0), std::vector<PeerId>{5});
+    EXPECT_EQ(company.Authority(0), 5U);
+  }
+  company[3].Ask(kOwn);
+  company.Run(1);
+  company[3].OnEvent({.peer = 9, .kind = EventKind::kRefuse, .object = kOwn, .to = 3, .X_WB = {}});
+  EXPECT_EQ(company[3].wanted(), 0) << "5 was asked, not 9";
+}
+
+// Ben alone was cut off, and has what Anna went on to hold: most of those here say that it is hers.
+TEST(HoldingsDisputes, AfterACutThoseWhoAreMoreKeepWhatTheyHold) {
+  Company company({3, 5, 9}, 5);
+  company[5].Ask(kOwn);
+  company.Run(100);
+  ASSERT_EQ(company[5].held(), 0);
+  company.Sever(9);
+  company.Run(3000);
+  company[9].Ask(kOwn);
+  company.Run(3000);
+  ASSERT_EQ(company.Holders(0), (std::vector<PeerId>{5, 9}));
+  company.Rejoin(9);
+  company.Run(100);
+  EXPECT_EQ(company.Holders(0), std::vector<PeerId>{5});
+  EXPECT_EQ(company.Authority(0), 5U);
+}
+
+// Nobody but the authority raises its claim, and what one that is gone had is granted in turn.
+TEST(HoldingsDisputes, GrantsOfOthersCountWhereTheAuthorityIsGoneAndOnlyInTurn) {
+  Company company({3, 5, 9}, 0);
+  company[5].Ask(kOwn);
+  company.Run(300);
+  for (const PeerId peer : {3U, 5U, 9U}) {
+    company[peer].OnMembership({.kind = Kind::kJoined, .peer = 77});
+  }
+  Event forged{.peer = 77, .kind = EventKind::kGrant, .object = kOwn, .epoch = 40, .X_WB = {}};
+  for (const PeerId to : {3U, 5U, 9U}) {
+    forged.to = to;
+    for (const PeerId peer : {3U, 5U, 9U}) company[peer].OnEvent(forged);
+    company.Run(10);
+  }
+  EXPECT_EQ(company[9].epoch(0), 1U);
+  EXPECT_EQ(company.Authority(0), 5U);
+  company.Kill(5);
+  forged.to = 9;
+  for (const PeerId peer : {3U, 9U}) company[peer].OnEvent(forged);
+  company.Run(400);
+  EXPECT_EQ(company.Authority(0), 3U) << "the lowest that is left";
+  EXPECT_EQ(company[9].epoch(0), 2U);
+}
+
+// A newcomer hears the liar first, who says that it is far along; then all the others. What they
+// name is no hearsay once it has known them for a while.
+TEST(HoldingsDisputes, WhoWasMisledGoesBackToWhomTheOthersName) {
+  Holdings late(9, TwoBodies());
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  std::int64_t now_ns = 1'000'000'000;
+  late.Tick(now_ns, out, count);
+  late.OnMembership(Forged(900));
+  late.Tick(now_ns += 1'000'000, out, count);
+  ASSERT_EQ(late.authority(0), 77U);
+  MembershipChange honest{.kind = Kind::kJoined, .peer = 5, .claim_count = 1};
+  honest.claims[0] = {kOwn, 3, true};
+  late.OnMembership(honest);
+  MembershipChange other{.kind = Kind::kJoined, .peer = 3, .belief_count = 1};
+  other.beliefs[0] = {kOwn, 5};
+  late.OnMembership(other);
+  for (int ms = 0; ms < 7000; ++ms) late.Tick(now_ns += 1'000'000, out, count);
+  EXPECT_EQ(late.authority(0), 5U);
+  EXPECT_EQ(late.epoch(0), 3U);
+}
+
+// Who was handed a body a moment ago is named by nobody yet: names of whom it has it from are old
+// news, and no votes for a third.
+TEST(HoldingsDisputes, WhatWasGrantedAMomentAgoIsNotTakenByAGreaterClaim) {
+  Company company({3, 5, 9}, 50);
+  company[5].Ask(kOwn);
+  company.Run(6000);
+  company[5].Give(9);
+  company.Run(52);
+  ASSERT_EQ(company[9].held(), 0);
+  for (const PeerId peer : {3U, 5U, 9U}) company[peer].OnMembership(Forged(40));
+  company.Run(300);
+  EXPECT_EQ(company.Holders(0), std::vector<PeerId>{9});
+  EXPECT_EQ(company.Authority(0), 9U);
+}
+
+// Who wakes up has missed things, but not what most of the others say that it has.
+TEST(HoldingsDisputes, WhoWasStoppedKeepsWhatTheOthersNameItFor) {
+  Company company({3, 5, 9}, 0);
+  company[9].Ask(kOwn);
+  company.Run(2000);
+  ASSERT_EQ(company.Holders(0), std::vector<PeerId>{9});
+  company.Stop(9, true);
+  company.Run(600);
+  for (const PeerId peer : {3U, 5U, 9U}) company[peer].OnMembership(Forged(40));
+  company.Stop(9, false);
+  company.Run(300);
+  EXPECT_EQ(company.Holders(0), std::vector<PeerId>{9});
+  EXPECT_EQ(company.Authority(0), 9U);
+}
+
+// Those who named the giver have not heard yet, and what it claims is no longer its own.
+TEST(HoldingsDisputes, WhatWasGivenIsNotTakenBackByAGreaterClaimOfTheGiver) {
+  Company company({3, 5, 77}, 50);
+  company[77].Ask(kOwn);
+  company.Run(6000);
+  company[77].Give(5);
+  company.Run(52);
+  ASSERT_EQ(company[5].held(), 0);
+  company[5].OnMembership(Forged(40, Kind::kClaims));
+  company.Run(1);
+  EXPECT_EQ(company[5].held(), 0);
+}
+
+// Two have it by the same epoch, and the one of the higher id yields after a while: until then it
+// does not claim above the other, or each would answer the other for ever.
+TEST(HoldingsDisputes, WhoIsAboutToYieldDoesNotClaimAnew) {
+  Company company({3, 9}, 5);
+  company.Sever(9);
+  company.Run(2000);
+  company[3].Ask(kOwn);
+  company[9].Ask(kOwn);
+  company.Run(3000);
+  ASSERT_EQ(company.Holders(0), (std::vector<PeerId>{3, 9}));
+  const std::uint32_t before = company[3].epoch(0);
+  company.Rejoin(9);
+  company.Run(300);
+  EXPECT_EQ(company.Holders(0), std::vector<PeerId>{3});
+  EXPECT_LE(company[3].epoch(0), before + 2);
+}
+
+// The one that answers goes, and all who stay have heard already to whom it had given the body.
+TEST(HoldingsDisputes, WhomAllTheOthersNameTakesOverWithoutWaitingForTheLowest) {
+  Holdings high(9, TwoBodies());
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  std::int64_t now_ns = 1'000'000'000;
+  high.Tick(now_ns, out, count);
+  high.OnMembership(Forged(4));
+  high.Tick(now_ns += 1'000'000, out, count);
+  ASSERT_EQ(high.authority(0), 77U);
+  MembershipChange low{.kind = Kind::kJoined, .peer = 3, .belief_count = 1};
+  low.beliefs[0] = {kOwn, 9, 3};
+  high.OnMembership(low);
+  high.OnMembership({.kind = Kind::kLeft, .peer = 77});
+  for (int ms = 0; ms < 10; ++ms) high.Tick(now_ns += 1'000'000, out, count);
+  EXPECT_EQ(high.authority(0), 9U);
+}
+
+// Who has been here for long could believe more than who has just come, and would count on from
+// there out of the newcomer's sight.
+TEST(HoldingsDisputes, WhoIsHereForLongBelievesNoMoreThanWhoCameLast) {
+  Holdings old(5, TwoBodies());
+  Holdings young(3, TwoBodies());
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  std::int64_t now_ns = 1'000'000'000;
+  old.Tick(now_ns, out, count);
+  old.Ask(kOwn);
+  for (int i = 0; i < 2000; ++i) old.Tick(now_ns += 400'000'000, out, count);
+  ASSERT_EQ(old.held(), 0);
+  young.Tick(now_ns, out, count);
+  old.OnMembership({.kind = Kind::kJoined, .peer = 3});
+  const auto hear_old = [&](Kind kind) {
+    MembershipChange change{.kind = kind, .peer = 5};
+    change.claim_count = old.Claims(change.claims);
+    young.OnMembership(change);
+    young.Tick(now_ns, out, count);
+  };
+  hear_old(Kind::kJoined);
+  for (const std::uint32_t epoch : {900U, 3000U, 7000U}) {
+    old.OnMembership(Forged(epoch));
+    for (int i = 0; i < 5; ++i) old.Tick(now_ns += 400'000'000, out, count);
+    hear_old(Kind::kClaims);
+    EXPECT_EQ(young.authority(0), 5U) << epoch;
+    EXPECT_EQ(young.epoch(0), old.epoch(0)) << epoch;
+  }
+  EXPECT_LT(old.epoch(0), 1000U);
+}
+
+// One that says it holds a body beside others could give it away, and put it into a third one's
+// hand.
+TEST(HoldingsDisputes, ASharedBodyIsLeftToThoseWhoHoldItAlone) {
+  Company company({3, 5, 9}, 0);
+  company[3].Ask(kShared);
+  company.Run(10);
+  company[5].Ask(kShared);
+  company.Run(10);
+  ASSERT_EQ(company.Authority(1), 3U);
+  const std::uint32_t epoch = company[3].epoch(1);
+  MembershipChange forged{.kind = Kind::kJoined, .peer = 77, .claim_count = 1};
+  forged.claims[0] = {kShared, epoch, true};
+  Event grant{.peer = 77,
+              .seq = 1,
+              .kind = EventKind::kGrant,
+              .object = kShared,
+              .epoch = epoch + 1,
+              .to = 9,
+              .X_WB = {}};
+  Event release = grant;
+  release.kind = EventKind::kRelease;
+  for (const PeerId peer : {3U, 5U, 9U}) {
+    company[peer].OnMembership(forged);
+    company[peer].OnEvent(grant);
+    company[peer].OnEvent(release);
+  }
+  company.Run(50);
+  EXPECT_EQ(company.Authority(1), 3U);
+  EXPECT_EQ(company[9].held(), -1);
+}
+
+// Ten grabs a second are as many as people do: after an hour apart 36,000 more are believed.
+TEST(HoldingsDisputes, WhatWasTradedDuringALongCutIsBelieved) {
+  Holdings cut_off(3, TwoBodies());
+  MembershipChange change{.kind = Kind::kJoined, .peer = 5, .claim_count = 1};
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  cut_off.Tick(1'000'000'000, out, count);
+  change.claims[0] = {kOwn, 1, true};
+  cut_off.OnMembership(change);
+  cut_off.Settle();
+  cut_off.OnMembership({.kind = Kind::kLost, .peer = 5});
+  cut_off.Tick(3'601'000'000'000, out, count);
+  change.kind = Kind::kBack;
+  change.claims[0].epoch = 36'000;
+  cut_off.OnMembership(change);
+  EXPECT_EQ(cut_off.epoch(0), 36'000U);
+  EXPECT_EQ(cut_off.authority(0), 5U);
+}
+
+/// What 9 and `peer` hold together, by what that one says: a claim, or that `owner` answers for it.
+MembershipChange Beside(PeerId peer, std::uint32_t epoch, bool held, PeerId owner,
+                        Kind kind = Kind::kClaims) {
+  MembershipChange said{.kind = kind, .peer = peer};
+  if (held) said.claims[said.claim_count++] = {kShared, epoch, true};
+  if (owner != 0) said.beliefs[said.belief_count++] = {kShared, owner, epoch};
+  return said;
+}
+
+// It answered for the body, too, and under an epoch of its own handed it back: all others have
+// heard of that one.
+TEST(HoldingsDisputes, WhatIsLeftToItsHolderByOneWhoHeldItForAMomentIsCountedOn) {
+  Holdings nine(9, TwoBodies());
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  std::int64_t now_ns = 1'000'000'000;
+  nine.Tick(now_ns, out, count);
+  nine.OnMembership(Beside(3, 1, false, 0, Kind::kJoined));
+  Event event{
+      .peer = 3, .kind = EventKind::kGrant, .object = kShared, .epoch = 1, .to = 9, .X_WB = {}};
+  nine.OnEvent(event);
+  nine.Tick(now_ns += 1'000'000, out, count);
+  ASSERT_EQ(nine.held(), 1);
+  event.kind = EventKind::kRelease;
+  event.epoch = 2;
+  nine.OnEvent(event);
+  EXPECT_EQ(nine.epoch(1), 2U);
+  EXPECT_EQ(nine.held(), 1);
+  event.epoch = 2000;
+  nine.OnEvent(event);
+  EXPECT_EQ(nine.epoch(1), 2U) << "no farther than anybody can grab";
+}
+
+// Of those who hold it under one epoch the lowest answers. Another may have heard of that before
+// us.
+TEST(HoldingsDisputes, WhoIsSaidToAnswerForASharedBodyMaySaySoItself) {
+  Holdings nine(9, TwoBodies());
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  std::int64_t now_ns = 1'000'000'000;
+  const auto run = [&](int frames) {
+    for (int i = 0; i < frames; ++i) nine.Tick(now_ns += 1'000'000, out, count);
+  };
+  run(1);
+  for (const PeerId peer : {3, 5}) nine.OnMembership(Beside(peer, 1, false, 0, Kind::kJoined));
+  nine.OnEvent(
+      {.peer = 3, .kind = EventKind::kGrant, .object = kShared, .epoch = 1, .to = 9, .X_WB = {}});
+  nine.Ask(kShared);
+  run(2000);
+  ASSERT_EQ(nine.held(), 1);
+  for (const PeerId peer : {3, 5}) nine.OnMembership(Beside(peer, 1, false, 9));
+  run(10);
+  nine.OnMembership(Beside(5, 1, false, 3));
+  run(100);
+  EXPECT_EQ(nine.epoch(1), 1U);
+  EXPECT_EQ(nine.authority(1), 9U);
+  nine.OnMembership(Beside(3, 1, true, 0));
+  run(1);
+  EXPECT_EQ(nine.epoch(1), 1U);
+  EXPECT_EQ(nine.authority(1), 3U);
+}
+
+TEST(HoldingsDisputes, ASharedBodyThatComesToUsIsTheLowestHoldersThoughWeHeardOfItBefore) {
+  Holdings nine(9, TwoBodies());
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  std::int64_t now_ns = 1'000'000'000;
+  const auto run = [&](int frames) {
+    for (int i = 0; i < frames; ++i) nine.Tick(now_ns += 1'000'000, out, count);
+  };
+  run(1);
+  nine.OnMembership(Beside(3, 7, false, 5, Kind::kJoined));
+  nine.OnMembership(Beside(5, 7, true, 0, Kind::kJoined));
+  nine.Ask(kShared);
+  run(6000);
+  ASSERT_EQ(nine.held(), 1);
+  ASSERT_EQ(nine.authority(1), 5U);
+  // 5 has left it to us, and 3 took it beside us
+  nine.OnMembership(Beside(3, 8, true, 0));
+  run(1);
+  nine.OnEvent(
+      {.peer = 5, .kind = EventKind::kRelease, .object = kShared, .epoch = 8, .to = 9, .X_WB = {}});
+  run(1);
+  EXPECT_EQ(nine.authority(1), 3U);
+  EXPECT_EQ(nine.epoch(1), 8U);
+  EXPECT_EQ(nine.held(), 1);
+}
+
+}  // namespace
+}  // namespace tandem
