@@ -25,6 +25,7 @@ Holdings::Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns,
     : self_(self), settle_ns_(settle_ns), own_only_(own_only), drops_(drops) {
   for (std::size_t b = 0; b < model.object.size(); ++b) {
     Body& body = bodies_.emplace_back();
+    body.index = b;
     body.object = model.object[b];
     body.shared = model.scene.bodies[body.object].shared;
     body.X_WB = model.bodies[b].X_WB0;
@@ -46,18 +47,15 @@ const Holdings::Member* Holdings::Find(PeerId peer) const noexcept {
   return nullptr;
 }
 
-const Claim* Holdings::ClaimOf(const Member& member, ObjectId object) noexcept {
-  for (std::uint32_t i = 0; i < member.claim_count; ++i) {
-    if (member.claims[i].object == object) return &member.claims[i];
-  }
-  return nullptr;
+const Claim* Holdings::ClaimOf(const Member& member, std::size_t body) noexcept {
+  return body < kMaxClaims && member.claims[body] ? &*member.claims[body] : nullptr;
 }
 
 bool Holdings::HeldBy(std::size_t body, PeerId peer) const noexcept {
   if (peer == self_) return held_ == static_cast<int>(body);
   const Member* member = Find(peer);
   if (member == nullptr || !member->present) return false;
-  const Claim* claim = ClaimOf(*member, bodies_[body].object);
+  const Claim* claim = ClaimOf(*member, body);
   return claim != nullptr && claim->held;
 }
 
@@ -257,7 +255,7 @@ void Holdings::Succeed() noexcept {
     const Member* member = Find(body.claim.peer);
     const bool here = member != nullptr && member->present;
     if (here) {
-      const Claim* claim = ClaimOf(*member, body.object);
+      const Claim* claim = ClaimOf(*member, body.index);
       if (claim != nullptr && claim->epoch >= body.claim.epoch) {
         body.orphaned_ns = 0;
         body.handed = false;
@@ -277,7 +275,7 @@ void Holdings::Succeed() noexcept {
     std::int64_t turn = 0;
     for (const Member& other : members_) {
       if (other.peer == 0 || !other.present || other.peer == body.claim.peer) continue;
-      const PeerId named = NamedBy(other, body.object);
+      const PeerId named = NamedBy(other, body.index);
       if (named == self_) continue;                                  // it leaves it to us
       if (named == 0 && other.since_ns > body.claimed_ns) continue;  // it never heard of the claim
       const bool holds = in_hands && HeldBy(b, other.peer);
@@ -292,7 +290,7 @@ void Holdings::Succeed() noexcept {
       Say(EventKind::kGrant, b, body.claim.epoch, body.claim.peer);
     }
     // one that says that it is ours has not heard, or not believed, that it was granted it
-    const bool ours_by_it = here && !body.handed && NamedBy(*member, body.object) == self_;
+    const bool ours_by_it = here && !body.handed && NamedBy(*member, body.index) == self_;
     if (ours_by_it) turn = 0;
     const std::int64_t in_turn = ours_by_it ? kReturned : !gone ? kDisowned : left ? 0 : kLostWait;
     const std::int64_t wait = in_turn + turn * kNextInLine;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -142,6 +143,7 @@ class Holdings {
     std::int64_t until_ns = 0;
   };
   struct Body {
+    std::size_t index = 0;  // in bodies_
     ObjectId object = 0;
     bool shared = false;
     BodyClaim claim;
@@ -175,11 +177,9 @@ class Holdings {
     PeerId peer = 0;  // 0: a free place
     bool present = false;
     bool left = false;
-    std::uint32_t claim_count = 0;
-    std::array<Claim, kMaxClaims> claims{};
-    std::uint32_t belief_count = 0;
-    std::array<Belief, kMaxClaims> beliefs{};
-    std::int64_t since_ns = 0;  // present without a break
+    std::array<std::optional<Claim>, kMaxClaims> claims;    // by body
+    std::array<std::optional<Belief>, kMaxClaims> beliefs;  // by body
+    std::int64_t since_ns = 0;                              // present without a break
     std::int64_t known_ns = 0;  // since it was first heard of: epochs are earned
     std::int64_t epochs = 0;    // that its claims and grants have been believed to go beyond
     Claim refused{kNoObject, 0, false};  // counted last
@@ -202,7 +202,9 @@ class Holdings {
   int BodyOf(ObjectId object) const noexcept;
   const Member* Find(PeerId peer) const noexcept;
   Member* PlaceFor(PeerId peer) noexcept;
-  static const Claim* ClaimOf(const Member& member, ObjectId object) noexcept;
+  static const Claim* ClaimOf(const Member& member, std::size_t body) noexcept;
+  /// Keeps what a member claims and whom it names, by body.
+  void Keep(const MembershipChange& change, Member& member) const noexcept;
   bool IsHere(PeerId peer) const noexcept;
   int CountHere() const noexcept;
   /// Up to which what anybody says of a body may be believed.
@@ -217,10 +219,10 @@ class Holdings {
   void Note(std::size_t body, const Claim& claim, Member& by) noexcept;
   /// Makes it the claim that counts, on the word of `by`.
   void Believe(std::size_t body, const BodyClaim& claim, Member& by, bool in_its_hand) noexcept;
-  static const Belief* BeliefOf(const Member& member, ObjectId object) noexcept;
+  static const Belief* BeliefOf(const Member& member, std::size_t body) noexcept;
   /// Whom a member takes for the authority of a body; 0: it knows of none.
-  static PeerId NamedBy(const Member& member, ObjectId object) noexcept;
-  PeerId VoteOf(const Member& member, ObjectId object) const noexcept;
+  static PeerId NamedBy(const Member& member, std::size_t body) noexcept;
+  PeerId VoteOf(const Member& member, std::size_t body) const noexcept;
   bool HadItLately(const Body& body, PeerId peer) const noexcept;
   /// Of who has it until now; `by_its_word`: that one has given it away, and is not just missed.
   void NoteBefore(Body& body, bool by_its_word) noexcept;

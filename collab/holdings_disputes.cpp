@@ -23,18 +23,14 @@ constexpr std::int64_t kMostAhead = 50;  // epochs beyond what others may believ
 
 }  // namespace
 
-const Belief* Holdings::BeliefOf(const Member& member, ObjectId object) noexcept {
-  const auto end = member.beliefs.begin() + member.belief_count;
-  const auto found = std::find_if(member.beliefs.begin(), end, [&](const Belief& belief) {
-    return belief.object == object;
-  });
-  return found == end ? nullptr : &*found;
+const Belief* Holdings::BeliefOf(const Member& member, std::size_t body) noexcept {
+  return body < kMaxClaims && member.beliefs[body] ? &*member.beliefs[body] : nullptr;
 }
 
-PeerId Holdings::NamedBy(const Member& member, ObjectId object) noexcept {
+PeerId Holdings::NamedBy(const Member& member, std::size_t body) noexcept {
   // who holds it beside others says whom it takes for the authority, too
-  if (const Belief* belief = BeliefOf(member, object)) return belief->peer;
-  return ClaimOf(member, object) != nullptr ? member.peer : 0;
+  if (const Belief* belief = BeliefOf(member, body)) return belief->peer;
+  return ClaimOf(member, body) != nullptr ? member.peer : 0;
 }
 
 bool Holdings::HadItLately(const Body& body, PeerId peer) const noexcept {
@@ -44,22 +40,22 @@ bool Holdings::HadItLately(const Body& body, PeerId peer) const noexcept {
 }
 
 // Whom it names, where that is a vote: who came a moment ago has it from hearsay.
-PeerId Holdings::VoteOf(const Member& member, ObjectId object) const noexcept {
+PeerId Holdings::VoteOf(const Member& member, std::size_t body) const noexcept {
   if (member.peer == 0 || !member.present) return 0;
-  const PeerId named = NamedBy(member, object);
+  const PeerId named = NamedBy(member, body);
   return named == member.peer || now_ns_ - member.known_ns > kHearsay ? named : 0;
 }
 
 int Holdings::VotesFor(const Body& body, PeerId peer) const noexcept {
   return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
-    return VoteOf(member, body.object) == peer;
+    return VoteOf(member, body.index) == peer;
   }));
 }
 
 int Holdings::VotesAgainst(const Body& body, PeerId rival) const noexcept {
   int votes = 0;
   for (const Member& member : members_) {
-    const PeerId named = VoteOf(member, body.object);
+    const PeerId named = VoteOf(member, body.index);
     if (named == 0 || named == rival) continue;
     // who names one that had it a moment ago has not heard yet
     votes += named == body.claim.peer || (named != member.peer && HadItLately(body, named)) ? 1 : 0;
@@ -73,7 +69,7 @@ PeerId Holdings::GoneTo(const Body& body) const noexcept {
   for (int hands = 0; hands < 4; ++hands) {
     const Member* member = Find(at);
     if (member == nullptr || !member->present) return at;
-    const PeerId named = NamedBy(*member, body.object);
+    const PeerId named = NamedBy(*member, body.index);
     if (named == 0 || named == at) return at;
     at = named;
   }
@@ -86,7 +82,7 @@ bool Holdings::SaysGoneTo(const Body& body, PeerId peer) const noexcept {
     if (at == peer) return true;
     const Member* member = Find(at);
     if (member == nullptr || !member->present) return false;
-    at = NamedBy(*member, body.object);
+    at = NamedBy(*member, body.index);
     if (at == 0) return false;
   }
   return at == peer;
@@ -102,7 +98,7 @@ void Holdings::LookForAbsent(Body& body) noexcept {
   for (const PeerId peer : body.in_absence_of) {
     const Member* const member = peer == 0 ? nullptr : Find(peer);
     if (member == nullptr || !member->present) continue;
-    if (NamedBy(*member, body.object) == body.claim.peer) return ForgetAbsent(body, peer);
+    if (NamedBy(*member, body.index) == body.claim.peer) return ForgetAbsent(body, peer);
   }
   if (body.unsure && !body.disputed && now_ns_ - body.unsure_ns > kAllTold) body.unsure = false;
 }
@@ -110,7 +106,7 @@ void Holdings::LookForAbsent(Body& body) noexcept {
 bool Holdings::SaidByReturned(const Body& body, PeerId peer) const noexcept {
   return std::ranges::any_of(body.in_absence_of, [&](PeerId absent) {
     const Member* const member = absent == 0 ? nullptr : Find(absent);
-    return member != nullptr && member->present && NamedBy(*member, body.object) == peer;
+    return member != nullptr && member->present && NamedBy(*member, body.index) == peer;
   });
 }
 
@@ -122,12 +118,12 @@ void Holdings::FollowItsWord(std::size_t index) noexcept {
     const Member* const owner = body.claim.peer == self_ ? nullptr : Find(body.claim.peer);
     if (owner == nullptr || !owner->present) return;
     // what it claims may have been heard before we believed it
-    const Claim* const own = ClaimOf(*owner, body.object);
+    const Claim* const own = ClaimOf(*owner, body.index);
     if (own != nullptr && own->epoch > body.claim.epoch &&
-        NamedBy(*owner, body.object) == owner->peer && Affords(*owner, body, own->epoch)) {
+        NamedBy(*owner, body.index) == owner->peer && Affords(*owner, body, own->epoch)) {
       Believe(index, {own->epoch, owner->peer}, *PlaceFor(owner->peer), own->held);
     }
-    const Belief* const said = BeliefOf(*owner, body.object);
+    const Belief* const said = BeliefOf(*owner, body.index);
     if (said == nullptr || said->peer == 0 || said->peer == owner->peer) return;
     if (!Greater(said->epoch, said->peer, body) || !Affords(*owner, body, said->epoch)) return;
     const bool ours = said->peer == self_;
@@ -149,12 +145,12 @@ void Holdings::RiseToNamed(std::size_t index) noexcept {
   bool is_another_lower = false;
   for (const Member& member : members_) {
     if (member.peer == 0 || !member.present) continue;
-    const Belief* const said = BeliefOf(member, body.object);
+    const Belief* const said = BeliefOf(member, body.index);
     if (said == nullptr || said->epoch > MostEpoch(body)) continue;
     if (said->peer == self_) {
       body.claim.epoch = std::max(body.claim.epoch, said->epoch);
     } else if (const Member* named = Find(said->peer);
-               named == nullptr || !named->present || NamedBy(*named, body.object) == self_) {
+               named == nullptr || !named->present || NamedBy(*named, body.index) == self_) {
       above = std::max(above, said->epoch);
       is_another_lower |= said->epoch == body.claim.epoch && said->peer < self_;
     }
@@ -178,7 +174,7 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
   int most = 0;
   body.disputed = false;
   for (Member& member : members_) {
-    const Claim* own = member.peer != 0 && member.present ? ClaimOf(member, body.object) : nullptr;
+    const Claim* own = member.peer != 0 && member.present ? ClaimOf(member, body.index) : nullptr;
     if (own == nullptr || own->epoch == 0) continue;
     body.disputed = true;  // what is beyond belief now may be believed later
     if (!Affords(member, body, own->epoch)) {
@@ -206,11 +202,11 @@ Holdings::Rival Holdings::RivalOf(std::size_t index, bool claims_more) noexcept 
   Rival best;
   for (Member& member : members_) {
     if (member.peer == 0 || !member.present || member.peer == body.claim.peer) continue;
-    const Claim* own = ClaimOf(member, body.object);
+    const Claim* own = ClaimOf(member, body.index);
     if (own == nullptr || own->epoch == 0) continue;
     if (Greater(own->epoch, member.peer, body) != claims_more) continue;
     // one that holds it beside others names whom it takes for the authority
-    if (NamedBy(member, body.object) != member.peer) continue;
+    if (NamedBy(member, body.index) != member.peer) continue;
     body.disputed = true;
     if (claims_more && !Affords(member, body, own->epoch)) {
       CountOnce(member, *own, Drop::kEpochLeap);
@@ -264,7 +260,7 @@ bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
   const PeerId at = GoneTo(body);
   if (at == rival.member->peer) return true;
   // it says nothing of its body, or one that it named does not
-  const bool silent = at != body.claim.peer || ClaimOf(*owner, body.object) == nullptr;
+  const bool silent = at != body.claim.peer || ClaimOf(*owner, body.index) == nullptr;
   if (silent) return body.orphaned_ns != 0 && now_ns_ - body.orphaned_ns > kSilent;
   if (!IsAhead(body, rival)) {
     body.ahead_ns = 0;

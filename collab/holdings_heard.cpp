@@ -61,7 +61,7 @@ void Holdings::Note(std::size_t index, const Claim& claim, Member& by) noexcept 
   const PeerId owner = body.claim.peer;
   if (claim.epoch == 0 || (owner == by.peer && claim.epoch <= body.claim.epoch)) return;
   const bool beside = HoldsBeside(body, claim);
-  const bool answers = NamedBy(by, claim.object) == by.peer;
+  const bool answers = NamedBy(by, index) == by.peer;
   if (beside && !answers) return;
   const bool lowest = beside && Greater(claim.epoch, by.peer, body);  // of those who hold it
   if (owner == 0 || (owner != by.peer && !lowest)) {
@@ -173,15 +173,25 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
     }
     return;
   }
-  member->claim_count = std::min<std::uint32_t>(change.claim_count, kMaxClaims);
-  member->claims = change.claims;
-  member->belief_count = std::min<std::uint32_t>(change.belief_count, kMaxClaims);
-  member->beliefs = change.beliefs;
-  for (std::uint32_t i = 0; i < member->claim_count; ++i) {
-    const Claim& claim = member->claims[i];
-    const int body = BodyOf(claim.object);
-    if (body >= 0) Note(static_cast<std::size_t>(body), claim, *member);
+  Keep(change, *member);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (const Claim* const claim = ClaimOf(*member, b)) Note(b, *claim, *member);
   }
+}
+
+// By body, since in a dispute all are looked up of everybody. Of two of one body the first counts.
+void Holdings::Keep(const MembershipChange& change, Member& member) const noexcept {
+  const auto keep = [this](const auto& said, std::size_t count, auto& kept) {
+    std::ranges::fill(kept, std::nullopt);
+    for (std::size_t i = 0; i < std::min(count, said.size()); ++i) {
+      const int body = BodyOf(said[i].object);
+      if (body < 0 || body >= static_cast<int>(kept.size())) continue;
+      auto& place = kept[static_cast<std::size_t>(body)];
+      if (!place) place = said[i];
+    }
+  };
+  keep(change.claims, change.claim_count, member.claims);
+  keep(change.beliefs, change.belief_count, member.beliefs);
 }
 
 void Holdings::OnEvent(const Event& event) noexcept {
@@ -282,7 +292,7 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   // of those who hold it together each may leave it to another of them as it lets go, for it takes
   // a while until all know who is the lowest
   const Member* const from = Find(event.peer);
-  const Claim* const held = from == nullptr ? nullptr : ClaimOf(*from, body.object);
+  const Claim* const held = from == nullptr ? nullptr : ClaimOf(*from, body.index);
   const bool beside = body.shared && event.kind == EventKind::kRelease && held != nullptr &&
                       held->held && held->epoch >= body.claim.epoch && HeldBy(index, event.to);
   // where the authority is gone, the lowest has perhaps taken over already, and any may pass on
