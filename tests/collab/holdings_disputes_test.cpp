@@ -361,7 +361,14 @@ TEST(HoldingsDisputes, WhatWasTradedDuringALongCutIsBelieved) {
   EXPECT_EQ(cut_off.authority(0), 5U);
 }
 
-/// What 9 and `peer` hold together, by what that one says: a claim, or that `owner` answers for it.
+/// Frames of 1 ms in which nothing is heard; what it says is thrown away.
+void RunAlone(Holdings& holdings, std::int64_t& now_ns, int frames) {
+  std::array<Event, 8> out;
+  std::size_t count = 0;
+  for (int i = 0; i < frames; ++i) holdings.Tick(now_ns += 1'000'000, out, count);
+}
+
+/// `peer` says of the shared body that it holds it, or that `owner` answers for it.
 MembershipChange Beside(PeerId peer, std::uint32_t epoch, bool held, PeerId owner,
                         Kind kind = Kind::kClaims) {
   MembershipChange said{.kind = kind, .peer = peer};
@@ -394,15 +401,13 @@ TEST(HoldingsDisputes, WhatIsLeftToItsHolderByOneWhoHeldItForAMomentIsCountedOn)
   EXPECT_EQ(nine.epoch(1), 2U) << "no farther than anybody can grab";
 }
 
-// Of those who hold it under one epoch the lowest answers. Another may have heard of that before
-// us.
+// The lowest of those who hold it under one epoch answers, and another may have heard of that
+// before we do.
 TEST(HoldingsDisputes, WhoIsSaidToAnswerForASharedBodyMaySaySoItself) {
   Holdings nine(9, TwoBodies());
-  std::array<Event, 8> out;
-  std::size_t count = 0;
   std::int64_t now_ns = 1'000'000'000;
   const auto run = [&](int frames) {
-    for (int i = 0; i < frames; ++i) nine.Tick(now_ns += 1'000'000, out, count);
+    RunAlone(nine, now_ns, frames);
   };
   run(1);
   for (const PeerId peer : {3, 5}) nine.OnMembership(Beside(peer, 1, false, 0, Kind::kJoined));
@@ -425,11 +430,9 @@ TEST(HoldingsDisputes, WhoIsSaidToAnswerForASharedBodyMaySaySoItself) {
 
 TEST(HoldingsDisputes, ASharedBodyThatComesToUsIsTheLowestHoldersThoughWeHeardOfItBefore) {
   Holdings nine(9, TwoBodies());
-  std::array<Event, 8> out;
-  std::size_t count = 0;
   std::int64_t now_ns = 1'000'000'000;
   const auto run = [&](int frames) {
-    for (int i = 0; i < frames; ++i) nine.Tick(now_ns += 1'000'000, out, count);
+    RunAlone(nine, now_ns, frames);
   };
   run(1);
   nine.OnMembership(Beside(3, 7, false, 5, Kind::kJoined));
