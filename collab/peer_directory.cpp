@@ -74,7 +74,7 @@ PeerDirectory::Entry* PeerDirectory::PlaceFor(PeerId peer, bool& added) {
   if (entries_.size() >= kMost) {
     auto longest = entries_.end();
     for (auto it = entries_.begin(); it != entries_.end(); ++it) {
-      if (it->second.presence == Presence::kHere) continue;
+      if (it->second.presence == Presence::kHere || it->second.owed_end) continue;
       if (longest == entries_.end() || it->second.gone < longest->second.gone) longest = it;
     }
     if (longest == entries_.end()) {
@@ -245,6 +245,33 @@ void PeerDirectory::Tell(Entry& entry, MembershipChange::Kind kind) {
       kind == MembershipChange::Kind::kLeft || kind == MembershipChange::Kind::kLost;
   if (is_gone ? !entry.felt : !Counts(entry)) return;
   entry.felt = !is_gone;
+  if (is_gone) {
+    entry.owed_here.reset();
+    if (entry.reached) entry.owed_end = kind;
+  } else {
+    // what is new about all of it is more than what is new about its claims
+    entry.owed_here = std::min(entry.owed_here.value_or(kind), kind);
+  }
+  HandOver(entry);
+}
+
+void PeerDirectory::HandOver(Entry& entry) {
+  if (entry.owed_end && Push(entry, *entry.owed_end)) {
+    entry.owed_end.reset();
+    entry.reached = false;
+  }
+  if (!entry.owed_end && entry.owed_here && Push(entry, *entry.owed_here)) {
+    entry.owed_here.reset();
+    entry.reached = true;
+  }
+}
+
+void PeerDirectory::TellOwed() {
+  const std::lock_guard lock(mutex_);
+  for (auto& [id, entry] : entries_) HandOver(entry);
+}
+
+bool PeerDirectory::Push(const Entry& entry, MembershipChange::Kind kind) {
   MembershipChange change;
   change.kind = kind;
   change.peer = entry.info.peer;
@@ -260,9 +287,7 @@ void PeerDirectory::Tell(Entry& entry, MembershipChange::Kind kind) {
     Claim& claim = change.claims[i];
     if (std::find(shared.begin(), shared.end(), claim.object) != shared.end()) claim.held = false;
   }
-  if (!changes_.TryPush(change)) {
-    Say(entry.info.name + ": the membership queue is full; its change is not felt");
-  }
+  return changes_.TryPush(change);
 }
 
 void PeerDirectory::Say(std::string line) {

@@ -45,7 +45,10 @@ class PeerDirectory {
     int namesake = 1;       // which of those with its name it is
     std::string refused;    // why it is not taken in: other protocol or scene, no place; else empty
     bool unequal = false;   // goes by other force parameters
-    bool felt = false;      // the haptic thread has been told that it is here
+    bool felt = false;      // the haptic thread has been told that it is here, or is to be told
+    bool reached = false;   // that has come through; what has not, for want of room in the queue:
+    std::optional<MembershipChange::Kind> owed_end;
+    std::optional<MembershipChange::Kind> owed_here;  // after that
     std::uint64_t gone = 0;  // which departure it was; of those who are not here
     bool unequal_told = false;
     std::string terms_told;  // how its force terms differ from ours, as last said
@@ -63,6 +66,8 @@ class PeerDirectory {
   void OnTwin(const PeerInfo& info);
   /// Our own force terms, which the others' are compared with; whenever they change.
   void SetOwnTerms(const ForceTerms& terms);
+  /// Tells the haptic thread what found no room in its queue, as far as there is some now.
+  void TellOwed();
   /// Tells in words what was refused of whom, each once.
   void TellRefusals(const DropTable& drops);
   /// Whether the other program with our keys was here before us, as its beat tells beside ours.
@@ -95,6 +100,8 @@ class PeerDirectory {
   static bool Counts(const Entry& entry);
   /// Tells the haptic thread, as far as that knows or is to know the peer.
   void Tell(Entry& entry, MembershipChange::Kind kind);
+  void HandOver(Entry& entry);
+  bool Push(const Entry& entry, MembershipChange::Kind kind);
   void TellUnequal(Entry& entry);
   void TellTerms(Entry& entry);
   void Say(std::string line);

@@ -120,6 +120,7 @@ void PeerNode::ControlFrame(std::int64_t now_ns, Transport& transport) {
   info_.terms.force_layer = table.own_layer;
   info_.terms.displacement = table.own_displacement_m;
   directory_.SetOwnTerms(info_.terms);
+  directory_.TellOwed();
   directory_.TellRefusals(inbox_.drops());
   if (changed) next_info_ns_ = now_ns;
   if (TakeTurn(now_ns, kInfoPeriodNs, kControlEarlyNs, next_info_ns_)) {

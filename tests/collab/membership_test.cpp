@@ -66,6 +66,62 @@ TEST(PeerDirectory, HandsChangesToTheHapticThread) {
   EXPECT_EQ(change.kind, MembershipChange::Kind::kLost);
 }
 
+/// Makes the queue to a haptic thread that stands run full; the last change is one of claims.
+void FillQueue(PeerDirectory& directory) {
+  PeerInfo anna = Anna();
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    anna.claims[0].epoch = 4 + i;
+    directory.OnPeerInfo(anna);
+  }
+}
+
+/// What waits in the queue.
+std::vector<MembershipChange> Drain(PeerDirectory& directory) {
+  std::vector<MembershipChange> changes;
+  for (MembershipChange change; directory.changes().TryPop(change);) changes.push_back(change);
+  return changes;
+}
+
+TEST(PeerDirectory, TellsALeaveThatFoundNoRoomAsSoonAsThereIsSome) {
+  PeerDirectory directory(1, 42);
+  FillQueue(directory);
+  directory.OnPeerLeft(2);
+  directory.TellOwed();
+  for (const MembershipChange& change : Drain(directory)) EXPECT_TRUE(change.present());
+  directory.TellOwed();
+  const std::vector<MembershipChange> owed = Drain(directory);
+  ASSERT_THAT(owed, SizeIs(1));
+  EXPECT_EQ(owed[0].kind, MembershipChange::Kind::kLeft);
+  directory.TellOwed();
+  EXPECT_THAT(Drain(directory), IsEmpty());
+}
+
+TEST(PeerDirectory, TellsTheNewestClaimsThatFoundNoRoom) {
+  PeerDirectory directory(1, 42);
+  FillQueue(directory);
+  Drain(directory);
+  directory.TellOwed();
+  const std::vector<MembershipChange> owed = Drain(directory);
+  ASSERT_THAT(owed, SizeIs(1));
+  EXPECT_EQ(owed[0].kind, MembershipChange::Kind::kClaims);
+  EXPECT_EQ(owed[0].claims[0].epoch, 1003U);
+}
+
+TEST(PeerDirectory, TellsOneThatLeftAndCameAgainWithoutRoomAsGoneAndThenHere) {
+  PeerDirectory directory(1, 42);
+  FillQueue(directory);
+  directory.OnPeerLeft(2);
+  PeerInfo again = Anna();
+  again.incarnation = 9;
+  directory.OnPeerInfo(again);
+  Drain(directory);
+  directory.TellOwed();
+  const std::vector<MembershipChange> owed = Drain(directory);
+  ASSERT_THAT(owed, SizeIs(2));
+  EXPECT_EQ(owed[0].kind, MembershipChange::Kind::kLeft);
+  EXPECT_EQ(owed[1].kind, MembershipChange::Kind::kJoined);
+}
+
 TEST(PeerDirectory, KeepsViewersFromTheHapticThread) {
   PeerDirectory directory(1, 42);
   PeerInfo viewer = Anna();
