@@ -10,9 +10,11 @@
 #include <sstream>
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "collab/dds/openssl.h"
 #include "collab/dds/permissions.h"
+#include "collab/dds/signing.h"
 #include "collab/dds/unfinished_folder.h"
 #include "engine/base/regular_file.h"
 
@@ -22,110 +24,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxName = 64;
-constexpr int kDaySeconds = 86400;
 constexpr std::array kMemberFiles{"identity_ca.pem", "permissions_ca.pem", "governance.p7s",
                                   "identity.pem",    "identity.key",       "permissions.p7s",
                                   "member.txt"};
-
-// Private keys are for their owner alone, from their first byte on.
-class OwnerOnly {
- public:
-  OwnerOnly() : before_(umask(0077)) {}
-  ~OwnerOnly() { umask(before_); }
-  OwnerOnly(const OwnerOnly&) = delete;
-  OwnerOnly& operator=(const OwnerOnly&) = delete;
-
- private:
-  mode_t before_;
-};
-
-Result<bool> WriteText(const fs::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  if (!stream.flush()) return Error{file.string() + ": cannot be written"};
-  return true;
-}
 
 Result<bool> CopyInto(const fs::path& from, const fs::path& to) {
   std::error_code failed;
   fs::copy_file(from, to, failed);
   if (failed) return Error{from.string() + ": " + failed.message()};
-  return true;
-}
-
-// As `openssl ca` wants it.
-std::string TimeOf(std::time_t time) {
-  std::tm utc{};
-  gmtime_r(&time, &utc);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y%m%d%H%M%SZ", &utc);
-  return text.data();
-}
-
-// The books that `openssl ca` keeps of what it signs; for one signature each, or for a list.
-class Books {
- public:
-  explicit Books(const fs::path& beside) : folder_(beside / "unfinished") {}
-  ~Books() {
-    std::error_code failed;
-    fs::remove_all(folder_, failed);
-  }
-  Books(const Books&) = delete;
-  Books& operator=(const Books&) = delete;
-
-  /// `entries`: of the index, of certificates signed before.
-  Result<bool> Open(const std::string& serial, const std::string& entries) {
-    std::error_code failed;
-    fs::remove_all(folder_, failed);
-    fs::create_directories(folder_, failed);
-    if (failed) return Error{folder_.string() + ": " + failed.message()};
-    const std::string at = folder_.string();
-    Result<bool> done = WriteText(folder_ / "index.txt", entries);
-    if (done) done = WriteText(folder_ / "serial", serial + "\n");
-    if (done) done = WriteText(folder_ / "crlnumber", "01\n");
-    if (!done) return done;
-    return WriteText(config(), "[ca]\ndefault_ca=d\n[d]\ndatabase=" + at + "/index.txt\nserial=" +
-                                   at + "/serial\ncrlnumber=" + at +
-                                   "/crlnumber\nnew_certs_dir=" + at +
-                                   "\ndefault_md=sha256\npolicy=p\nemail_in_dn=no\n"
-                                   "preserve=yes\nunique_subject=no\n[p]\n"
-                                   "organizationName=optional\norganizationalUnitName=optional\n"
-                                   "commonName=supplied\n[authority]\n"
-                                   "basicConstraints=critical,CA:TRUE\n"
-                                   "keyUsage=critical,keyCertSign,cRLSign,digitalSignature\n"
-                                   "subjectKeyIdentifier=hash\n[member]\n"
-                                   "basicConstraints=critical,CA:FALSE\n");
-  }
-  fs::path config() const { return folder_ / "ca.cnf"; }
-
- private:
-  fs::path folder_;
-};
-
-std::string SerialOf(PeerId peer) {
-  std::array<char, 17> serial{};
-  std::snprintf(serial.data(), serial.size(), "%016llX", static_cast<unsigned long long>(peer));
-  return serial.data();
-}
-
-// Signs a request; valid from a day back, for clocks differ. Of an authority itself: by its own key.
-Result<bool> SignRequest(const fs::path& request, const Authority& authority, bool itself,
-                         PeerId serial, int days, const fs::path& out) {
-  Books books(out.parent_path());
-  if (Result<bool> opened = books.Open(SerialOf(serial), ""); !opened) return opened;
-  const std::time_t now = std::time(nullptr);
-  std::vector<std::string> arguments{
-      "ca", "-batch", "-notext", "-config", books.config().string(), "-in", request.string(), "-out",
-      out.string(), "-keyfile", authority.key.string(), "-startdate", TimeOf(now - kDaySeconds),
-      "-enddate", TimeOf(now + std::time_t{days} * kDaySeconds), "-extensions",
-      itself ? "authority" : "member"};
-  if (itself) {
-    arguments.emplace_back("-selfsign");
-  } else {
-    arguments.insert(arguments.end(), {"-cert", authority.certificate.string()});
-  }
-  const Result<std::string> is_signed = Openssl(std::move(arguments));
-  if (!is_signed) return is_signed.error();
   return true;
 }
 
@@ -135,15 +41,6 @@ PeerId NewPeerId() {
   PeerId id = 0;
   while (id == 0) id = static_cast<PeerId>(random()) << 32U | random();
   return id;
-}
-
-// A new private key and what is to be signed of it.
-Result<bool> MakeRequest(const std::string& subject, const fs::path& key, const fs::path& request) {
-  const Result<std::string> made =
-      Openssl({"req", "-new", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
-               "-sha256", "-subj", subject, "-keyout", key.string(), "-out", request.string()});
-  if (!made) return made.error();
-  return true;
 }
 
 Result<bool> MakeAuthority(const std::string& name, const Authority& out, int days) {
@@ -182,8 +79,9 @@ Result<bool> AreTwo(const fs::path& identity_ca, const fs::path& permissions_ca)
                    "could lead to that one: take one that has signed itself"};
     }
     if (IsSignedBy(one, other)) {
-      return Error{one.string() + ": issued by the other authority, which is refused: any member "
-                                  "could then sign permissions for itself"};
+      return Error{one.string() +
+                   ": issued by the other authority, which is refused: any member "
+                   "could then sign permissions for itself"};
     }
   }
   return true;
@@ -265,18 +163,6 @@ bool IsMemberName(const std::string& name) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
            c == '_' || c == '-';
   });
-}
-
-Result<bool> SignDocument(const std::string& text, const Authority& authority,
-                          const fs::path& out) {
-  const fs::path plain = out.string() + ".xml";
-  if (const Result<bool> written = WriteText(plain, text); !written) return written;
-  const Result<std::string> is_signed =
-      Openssl({"smime", "-sign", "-in", plain.string(), "-text", "-out", out.string(), "-signer",
-               authority.certificate.string(), "-inkey", authority.key.string()});
-  fs::remove(plain);
-  if (!is_signed) return is_signed.error();
-  return true;
 }
 
 Result<bool> MakeSessionKeys(const fs::path& folder, const Authority& identity,
@@ -361,8 +247,9 @@ Result<bool> IsPrivate(const fs::path& folder) {
   const fs::path key = folder / "identity.key";
   struct stat status {};
   if (stat(key.c_str(), &status) != 0 || (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    return Error{key.string() + ": others can read or change this private key: chmod 600 it, and "
-                                "make new keys if others may have read it"};
+    return Error{key.string() +
+                 ": others can read or change this private key: chmod 600 it, and "
+                 "make new keys if others may have read it"};
   }
   if (stat(folder.c_str(), &status) != 0 || (status.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
     return Error{folder.string() + ": others can change what is in this folder: chmod 700 it"};
@@ -372,9 +259,8 @@ Result<bool> IsPrivate(const fs::path& folder) {
 
 Result<bool> IsValidNow(MemberKeys& keys, std::time_t now) {
   const fs::path certificate = keys.folder / "identity.pem";
-  const Result<std::string> dates = Openssl(
-      {"x509", "-in", certificate.string(), "-noout", "-startdate", "-enddate", "-dateopt",
-       "iso_8601"});
+  const Result<std::string> dates = Openssl({"x509", "-in", certificate.string(), "-noout",
+                                             "-startdate", "-enddate", "-dateopt", "iso_8601"});
   if (!dates) return Error{certificate.string() + ": " + dates.error().what};
   const std::time_t not_before = DateIn(*dates, "notBefore=");
   keys.not_after = DateIn(*dates, "notAfter=");
@@ -411,26 +297,6 @@ Result<std::set<PeerId>> ReadRevoked(const fs::path& folder) {
     if (is_id) revoked.insert(peer);
   }
   return revoked;
-}
-
-// The list of certificates that are not valid any more, for the plug-ins.
-Result<bool> WriteCertificateList(const fs::path& session, const std::set<PeerId>& revoked) {
-  const std::time_t now = std::time(nullptr);
-  const std::string when = TimeOf(now - kDaySeconds).substr(2);
-  const std::string far = TimeOf(now + std::time_t{3650} * kDaySeconds).substr(2);
-  std::string entries;
-  for (const PeerId peer : revoked) {
-    entries += "R\t" + far + "\t" + when + "\t" + SerialOf(peer) + "\tunknown\t/CN=revoked\n";
-  }
-  const Authority authority = IdentityAuthority(session);
-  Books books(session);
-  if (Result<bool> opened = books.Open("01", entries); !opened) return opened;
-  const Result<std::string> made =
-      Openssl({"ca", "-gencrl", "-config", books.config().string(), "-keyfile",
-               authority.key.string(), "-cert", authority.certificate.string(), "-crldays", "3650",
-               "-out", (session / "identity.crl").string()});
-  if (!made) return made.error();
-  return true;
 }
 
 // The words of member.txt.
@@ -472,9 +338,22 @@ Result<bool> RevokeMember(const fs::path& session, const fs::path& member) {
   revoked->insert(keys->peer);
   std::string text = "revoked\n";
   for (const PeerId peer : *revoked) text += SerialOf(peer) + "\n";
-  Result<bool> done =
-      SignDocument(text, PermissionsAuthority(session), session / "revoked.p7s");
-  if (done) done = WriteCertificateList(session, *revoked);
+  // neither list is put into its place before both are made; after a crash between the two a second
+  // run makes both again
+  const fs::path unfinished = session / ("revocation.unfinished-" + std::to_string(getpid()));
+  const fs::path members = unfinished / "revoked.p7s";
+  const fs::path certificates = unfinished / "identity.crl";
+  std::error_code failed;
+  fs::create_directory(unfinished, failed);
+  if (failed) return Error{unfinished.string() + ": " + failed.message()};
+  Result<bool> done = SignDocument(text, PermissionsAuthority(session), members);
+  if (done) done = WriteCertificateList(IdentityAuthority(session), *revoked, certificates);
+  for (const fs::path& made : {members, certificates}) {
+    if (!done) break;
+    fs::rename(made, session / made.filename(), failed);
+    if (failed) done = Error{made.string() + ": " + failed.message()};
+  }
+  fs::remove_all(unfinished, failed);
   return done;
 }
 

@@ -6,16 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "collab/dds/signing.h"
 #include "collab/messages.h"
 #include "engine/base/result.h"
 
 namespace tandem {
-
-/// An authority: a certificate and its private key, PEM files.
-struct Authority {
-  std::filesystem::path certificate;
-  std::filesystem::path key;
-};
 
 /// Makes a session's folder: two authorities of its own and the signed governance. Given ones take
 /// the place of new ones (an empty path: none given). One for both is refused: a member could then
@@ -55,9 +50,9 @@ struct MemberKeys {
   std::string name;
   PeerId peer = 0;
   Role role = Role::kActive;
-  bool relay = false;             // then it has no role
-  std::time_t not_after = 0;      // of its certificate
-  std::set<PeerId> revoked;       // members whose keys are not valid any more
+  bool relay = false;                          // then it has no role
+  std::time_t not_after = 0;                   // of its certificate
+  std::set<PeerId> revoked;                    // members whose keys are not valid any more
   std::filesystem::path revoked_certificates;  // a list (CRL); empty: there is none
 };
 Result<MemberKeys> LoadMemberKeys(const std::filesystem::path& folder,
@@ -65,9 +60,5 @@ Result<MemberKeys> LoadMemberKeys(const std::filesystem::path& folder,
 
 /// What there is to say of keys that end within a week, in a line; empty: nothing.
 std::string ExpiryWarning(const MemberKeys& keys, std::time_t now = std::time(nullptr));
-
-/// Signs a document (S/MIME, as DDS Security wants it) with an authority's key.
-Result<bool> SignDocument(const std::string& text, const Authority& authority,
-                          const std::filesystem::path& out);
 
 }  // namespace tandem

@@ -1,6 +1,7 @@
 #include "collab/dds/keys.h"
 
 #include <fstream>
+#include <sstream>
 
 #include <gmock/gmock.h>
 
@@ -17,6 +18,12 @@ constexpr std::time_t kDay = 86'400;
 
 void Replace(const fs::path& file, const fs::path& by) {
   fs::copy_file(by, file, fs::copy_options::overwrite_existing);
+}
+
+std::string TextOf(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
 }
 
 /// A session with a member anna.
@@ -140,6 +147,24 @@ TEST_F(MemberFolder, OfARevokedMemberIsRefused) {
   ASSERT_TRUE(done.has_value()) << done.error().what;
   Replace(anna() / "revoked.p7s", session() / "revoked.p7s");
   EXPECT_THAT(WhyNot(), HasSubstr("the keys of anna have been revoked"));
+}
+
+TEST_F(MemberFolder, IsKeptByBothListsWhereARevocationFailsHalfway) {
+  ASSERT_TRUE(RevokeMember(session(), anna()));
+  const std::string before = TextOf(session() / "revoked.p7s");
+  const std::string certificates = TextOf(session() / "identity.crl");
+  ASSERT_TRUE(MakeMemberKeys(session(), "ben", Role::kActive, session() / "ben"));
+  // the members' list can be signed, that of certificates cannot
+  fs::rename(session() / "identity_ca.key", session() / "away.key");
+  EXPECT_FALSE(RevokeMember(session(), session() / "ben"));
+  EXPECT_EQ(TextOf(session() / "revoked.p7s"), before);
+  EXPECT_EQ(TextOf(session() / "identity.crl"), certificates);
+  for (const fs::directory_entry& left : fs::directory_iterator(session())) {
+    EXPECT_EQ(left.path().string().find("unfinished"), std::string::npos) << left.path();
+  }
+  fs::rename(session() / "away.key", session() / "identity_ca.key");
+  EXPECT_TRUE(RevokeMember(session(), session() / "ben"));
+  EXPECT_NE(TextOf(session() / "revoked.p7s"), before);
 }
 
 TEST_F(MemberFolder, WithAListThatNobodySignedIsRefused) {
