@@ -48,6 +48,8 @@ std::vector<dds_instance_handle_t> MatchedWriters(dds_entity_t reader) {
 // A crashed peer's keys are used again before anybody has noticed: that is no twin. One that is
 // told of has been heard beside the other for so long.
 constexpr std::int64_t kTwinNs = 1'500'000'000;
+// Manifests of writers that may not speak for their authors yet.
+constexpr std::size_t kMostWaitingScenes = 2 * kMaxPeers;
 // Writers whose facts are kept; of invented ones all are looked up anew.
 constexpr std::size_t kMostFacts = 1024;
 
@@ -102,6 +104,7 @@ void ControlThread::Run() {
     }
     TakeScenes();
     if (changed) EndScenes();
+    HearWaitingScenes();
     if (sources_.event != 0) TakeEvents();
     SayGoodbyes();
   }
@@ -209,25 +212,54 @@ void ControlThread::EndPresence() {
 
 void ControlThread::TakeScenes() {
   SceneManifest manifest;
-  TakeAll<tandem_SceneManifest>(
-      sources_.scene, [&](const tandem_SceneManifest& wire, const dds_sample_info_t& sample) {
-        if (!sample.valid_data || wire.offered_by == self_) return;
-        const WriterFacts& facts = Facts(sources_.scene, sample.publication_handle);
-        if (facts.participant == 0 || facts.owner.peer == self_) return;
-        const auto known = offering_.find(wire.offered_by);
-        const bool first = known == offering_.end() || known->second == sample.publication_handle;
-        if (!IsOwn(wire.offered_by, facts) || !first) {
-          return inbox_.OnDropped(facts.owner.peer, Drop::kImpostor);
-        }
-        if (sources_.revoked.contains(wire.offered_by)) {
-          return inbox_.OnDropped(wire.offered_by, Drop::kRevoked);
-        }
-        if (!FromWire(wire, manifest)) {
-          return inbox_.OnDropped(wire.offered_by, Drop::kAbsurdScene);
-        }
-        offering_[wire.offered_by] = sample.publication_handle;
-        inbox_.OnScene(manifest);
-      });
+  TakeAll<tandem_SceneManifest>(sources_.scene, [&](const tandem_SceneManifest& wire,
+                                                    const dds_sample_info_t& sample) {
+    if (!sample.valid_data || wire.offered_by == self_) return;
+    const WriterFacts& facts = Facts(sources_.scene, sample.publication_handle);
+    if (facts.participant == 0 || facts.owner.peer == self_) return;
+    if (facts.owner.peer != wire.offered_by) {
+      return inbox_.OnDropped(facts.owner.peer, Drop::kImpostor);
+    }
+    if (sources_.revoked.contains(wire.offered_by)) {
+      return inbox_.OnDropped(wire.offered_by, Drop::kRevoked);
+    }
+    if (!FromWire(wire, manifest)) {
+      return inbox_.OnDropped(wire.offered_by, Drop::kAbsurdScene);
+    }
+    const dds_instance_handle_t writer = sample.publication_handle;
+    if (HearScene(manifest, writer)) {
+      waiting_scenes_.erase(writer);
+    } else if (waiting_scenes_.contains(writer) || waiting_scenes_.size() < kMostWaitingScenes) {
+      waiting_scenes_[writer] = {manifest, MonotonicNow_ns()};
+    }
+  });
+}
+
+bool ControlThread::HearScene(const SceneManifest& manifest, dds_instance_handle_t writer) {
+  const PeerId author = manifest.offered_by;
+  const auto known = offering_.find(author);
+  const bool other_offers = known != offering_.end() && known->second != writer;
+  if (other_offers || !IsOwn(author, Facts(sources_.scene, writer))) return false;
+  offering_[author] = writer;
+  inbox_.OnScene(manifest);
+  return true;
+}
+
+void ControlThread::HearWaitingScenes() {
+  if (waiting_scenes_.empty()) return;
+  const std::vector<dds_instance_handle_t> matched = MatchedWriters(sources_.scene);
+  for (auto it = waiting_scenes_.begin(); it != waiting_scenes_.end();) {
+    auto& [writer, scene] = *it;
+    if (!std::ranges::binary_search(matched, writer) || HearScene(scene.manifest, writer)) {
+      it = waiting_scenes_.erase(it);
+      continue;
+    }
+    if (!scene.told && MonotonicNow_ns() - scene.since_ns > kTwinNs) {
+      scene.told = true;
+      inbox_.OnDropped(scene.manifest.offered_by, Drop::kImpostor);
+    }
+    ++it;
+  }
 }
 
 void ControlThread::EndScenes() {

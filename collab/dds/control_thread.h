@@ -48,11 +48,22 @@ class ControlThread {
     dds_instance_handle_t writer = 0;
     std::int64_t twin_ns = 0;  // since when another speaks as it too; 0: none does
   };
+  /// A manifest is said once. A program that is started anew, before its run that crashed has been
+  /// given up, says it while that run has the seat.
+  struct WaitingScene {
+    SceneManifest manifest;
+    std::int64_t since_ns = 0;
+    bool told = false;  // as an impostor's, after a while
+  };
 
   void Run();
   template <typename Wire>
   void TakePresence(dds_entity_t reader);
   void TakeScenes();
+  /// Offers of those who may speak as their peers by now.
+  void HearWaitingScenes();
+  /// Whether it was heard; not, while another has the seat of its author.
+  bool HearScene(const SceneManifest& manifest, dds_instance_handle_t writer);
   void TakeEvents();
   void Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handle_t writer);
   /// Ends the presence of those whose writers are gone or silent.
@@ -70,6 +81,7 @@ class ControlThread {
   const dds_entity_t stop_;
   std::map<PeerId, Here> here_;
   std::map<PeerId, dds_instance_handle_t> offering_;  // writers of manifests that were heard
+  std::map<dds_instance_handle_t, WaitingScene> waiting_scenes_;  // by writer
   std::map<dds_instance_handle_t, WriterFacts> facts_;
   std::set<PeerId> leaving_;  // have said goodbye
   Seats seats_;

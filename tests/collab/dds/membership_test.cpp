@@ -85,6 +85,22 @@ TEST_F(Membership, AKilledPeerIsLostWithinOneSecondAndComesBackWhenStartedAgain)
   }));
 }
 
+// What the session is about is said once, while its crashed run has not been given up yet.
+TEST_F(Membership, WhatAKilledPeerOffersWhenStartedAgainAtOnceIsHeard) {
+  ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
+    return !h.scenes.empty();
+  }));
+  const std::size_t offered = heard_.Now().scenes.size();
+  there_->Signal(SIGKILL);
+  there_ = std::make_unique<ChildPeer>(session_, kThere);
+  EXPECT_TRUE(heard_.WaitFor(
+      [&](const Recorder::Heard& h) {
+        return h.scenes.size() > offered;
+      },
+      milliseconds(5000)));
+  EXPECT_FALSE(heard_.Now().dropped.contains({kThere, Drop::kImpostor})) << "it is none";
+}
+
 // Shorter than the participant's lease (2 s): only its writers were given up, and its next beat
 // brings it back.
 TEST_F(Membership, AHaltedPeerIsLostAndComesBack) {
