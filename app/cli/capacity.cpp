@@ -60,8 +60,9 @@ FrameCapacity MeasureCapacity(const WorldModel& world, double seconds, FrameHelp
   for (const BodyModel& body : world.bodies) {
     if (largest == nullptr || body.points.size() > largest->points.size()) largest = &body;
   }
+  if (largest == nullptr || largest->points.size() == 0) return {};
   const Voxmap& voxmap = world.has_fixture ? world.fixture : world.bodies[0].voxmap;
-  if (largest == nullptr || voxmap.empty() || largest->points.size() == 0) return {};
+  if (voxmap.empty()) return {};
   const PointBlocks blocks(largest->points);
   const Pose X_VS = Pose{Quat::Identity(), voxmap.p_WVo()}.Inverse() * largest->X_WB0;
   const VoxelTransform transform(X_VS, voxmap.voxel_size(), 0);
