@@ -38,7 +38,8 @@ void Echoes::OnMembership(const MembershipChange& change) noexcept {
 }
 
 void Echoes::OnState(const ObjectState& state) noexcept {
-  if ((state.flags & kStateParked) != 0) return;  // five a second say nothing of the delay
+  // five a second say nothing of the delay, and who holds nothing hears no echoes
+  if ((state.flags & (kStateParked | kStateLoose)) != 0) return;
   Other* other = Find(state.peer);
   if (other == nullptr) return;
   other->sample_ns = std::max(other->sample_ns, state.sample_ns);

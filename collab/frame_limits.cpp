@@ -15,7 +15,8 @@ constexpr std::uint32_t kFirstBit = 9;
 constexpr std::uint32_t kBitsEach = 7;
 constexpr std::uint32_t kMostPercent = 100;
 static_assert((kStateParked >> kFirstBit) == 0 && (ViewBody::kTrapped >> kFirstBit) == 0);
-static_assert(kFirstBit + kBitsEach * kBits.size() <= 32 && kMostPercent >> kBitsEach == 0);
+constexpr std::uint32_t kLastBit = kFirstBit + kBitsEach * kBits.size();
+static_assert(kLastBit <= 32 && kStateLoose >> kLastBit != 0 && kMostPercent >> kBitsEach == 0);
 
 std::array<double, 3> Shares(const FrameLimits& limits) {
   return {limits.travel_limited, limits.over_capacity, limits.contacts_full};

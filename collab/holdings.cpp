@@ -11,6 +11,7 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kAskAgain = 250 * kMs;
+constexpr std::int64_t kNextTouch = 20 * kMs;  // of any body: more would be taken for a flood
 constexpr std::int64_t kGiveUp = 5000 * kMs;
 constexpr std::int64_t kPause = 500 * kMs;      // of our own frames: we were stopped
 constexpr std::int64_t kListen = 300 * kMs;     // after a pause
@@ -28,6 +29,7 @@ Holdings::Holdings(PeerId self, const WorldModel& model, std::int64_t settle_ns,
     body.index = b;
     body.object = model.object[b];
     body.shared = model.scene.bodies[body.object].shared;
+    body.free = model.scene.bodies[body.object].free;
     body.X_WB = model.bodies[b].X_WB0;
   }
   to_send_.resize(2 * bodies_.size() + 16);
@@ -107,6 +109,7 @@ bool Holdings::Accepts(const ObjectState& state) const noexcept {
   if (found < 0) return false;
   const Body& body = bodies_[static_cast<std::size_t>(found)];
   const bool answers = body.claim.peer == state.peer && body.claim.epoch == state.epoch;
+  if ((state.flags & kStateLoose) != 0) return answers && body.free;
   if (!body.shared || (state.flags & kStateParked) != 0) return answers;
   return HeldBy(static_cast<std::size_t>(found), state.peer);
 }
@@ -145,6 +148,18 @@ void Holdings::Release() noexcept {
     body.claim = {Next(body.claim.epoch), self_};
     body.claimed_ns = now_ns_;
   }
+}
+
+void Holdings::Touch(std::size_t index) noexcept {
+  Body& body = bodies_[index];
+  if (!body.free) return;
+  body.touched_ns = now_ns_;
+  const PeerId answers = authority(index);
+  if (answers == self_ || listening() || HeldByOther(index)) return;
+  if (body.touch_said_ns != 0 && now_ns_ - body.touch_said_ns < kAskAgain) return;
+  if (touch_said_ns_ != 0 && now_ns_ - touch_said_ns_ < kNextTouch) return;
+  body.touch_said_ns = touch_said_ns_ = now_ns_;
+  Say(EventKind::kTouch, index, body.claim.epoch, answers);
 }
 
 void Holdings::Stop() noexcept {
@@ -251,6 +266,11 @@ void Holdings::Pursue() noexcept {
 void Holdings::Succeed() noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
+    if (body.claim.peer == 0 && body.free && !body.disputed && authority(b) == self_) {
+      // somebody has to move it
+      body.claim = {1, self_};
+      body.claimed_ns = now_ns_;
+    }
     if (body.claim.peer == 0 || body.claim.peer == self_) continue;
     const Member* member = Find(body.claim.peer);
     const bool here = member != nullptr && member->present;

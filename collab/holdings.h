@@ -46,7 +46,8 @@ struct HoldingNews {
 /// Every body has one authority, the peer of the greatest claim: of the later epoch, then of the
 /// lower id; without any claim, the lowest active peer. The authority alone says where the body is,
 /// but for a shared one in several hands, of which every holder says its own instance. To take a
-/// body one asks its authority, who grants it (epoch + 1) and gives it up in that same frame. When
+/// body one asks its authority, who grants it (epoch + 1) and gives it up in that same frame. A
+/// free body, which its authority simulates, is left in the same way to whose hand pushes it. When
 /// an authority goes, the lowest peer left takes its bodies (of a shared one in hands, the lowest
 /// holder). A peer whose own clock jumped listens before it acts as an authority again. Among peers
 /// that hear one another there is so one authority; between parts of a torn network one in each,
@@ -91,6 +92,9 @@ class Holdings {
 
   /// Where each moving body is, as simulated here; first in each frame.
   void SeeAt(std::size_t body, const Pose& X_WB) noexcept { bodies_[body].X_WB = X_WB; }
+  /// The body in our hand pushed this free one in the last frame. Its authority is told so, and may
+  /// leave it to us. After Begin().
+  void Touch(std::size_t body) noexcept;
   /// Time-outs, succession, asking again. Events to send go to `out`, those that find no room there
   /// wait for the next frame.
   void Tick(std::int64_t now_ns, std::span<Event> out, std::size_t& count) noexcept;
@@ -110,7 +114,7 @@ class Holdings {
   bool HeldBy(std::size_t body, PeerId peer) const noexcept;
   /// The other peers that hold a body; how many.
   std::size_t Holders(std::size_t body, std::array<PeerId, kMaxPeers>& out) const noexcept;
-  /// Whether it is ours to say where the body stands.
+  /// Whether it is ours to say where the body stands, and to simulate it if it is free.
   bool Parks(std::size_t body) const noexcept;
   /// Where another peer has put the body down or handed it to us, and nobody has moved it since;
   /// null: it stands where it is here.
@@ -146,6 +150,7 @@ class Holdings {
     std::size_t index = 0;  // in bodies_
     ObjectId object = 0;
     bool shared = false;
+    bool free = false;
     BodyClaim claim;
     std::int64_t first_epoch = 0;         // of the first claim that we believed
     std::uint32_t last_epoch = 0;         // under which we had it
@@ -171,7 +176,9 @@ class Holdings {
     EventKind handed_by = EventKind::kGrant;
     std::int64_t said_ns = 0;  // when last
     bool passed_on = false;    // since it was lost: who is before us in line may not know the claim
-    std::int64_t withdrawn_ns = 0;  // when we ceased to want what we had asked for; 0: never
+    std::int64_t withdrawn_ns = 0;   // when we ceased to want what we had asked for; 0: never
+    std::int64_t touched_ns = 0;     // when what we hold last pushed it; 0: never
+    std::int64_t touch_said_ns = 0;  // when its authority was last told so
   };
   struct Member {
     PeerId peer = 0;  // 0: a free place
@@ -268,6 +275,8 @@ class Holdings {
   void Say(EventKind kind, std::size_t body, std::uint32_t epoch, PeerId to) noexcept;
   void Tell(HoldingNews::Kind kind, std::size_t body, PeerId peer) noexcept;
   void OnAsk(std::size_t body, PeerId from) noexcept;
+  /// Leaves a free body to whose part pushes it, unless ours does.
+  void OnTouch(std::size_t body, PeerId from) noexcept;
   /// Tells the user who asks for what our hand holds: of each peer once in a while, however often
   /// it asks.
   void TellAsked(std::size_t body, PeerId from) noexcept;
@@ -290,8 +299,9 @@ class Holdings {
   int wanted_ = -1;
   bool stopped_ = false;
   std::int64_t wanted_since_ns_ = 0;
-  std::int64_t asked_ns_ = 0;  // when last; 0: not yet
-  PeerId asked_ = 0;           // whom
+  std::int64_t asked_ns_ = 0;       // when last; 0: not yet
+  PeerId asked_ = 0;                // whom
+  std::int64_t touch_said_ns_ = 0;  // when last, of any body
   std::array<Asker, kMaxPeers> askers_{};
   std::int64_t now_ns_ = 0;  // of the last frame; 0: none yet
   std::int64_t listen_until_ns_ = 0;

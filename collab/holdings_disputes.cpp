@@ -300,7 +300,9 @@ void Holdings::Judge(std::size_t index) noexcept {
   const bool ours = body.claim.peer == self_;
   if (ours ? !KeepsOurs(index, rival) : LeavesFor(index, rival)) return Follow(index, rival);
   // what a third one has may have been given away, and only be told of later
-  if (ours || now_ns_ - body.disputed_ns > kAllTold) {
+  // two who came apart from one another both claim what nobody had, and neither takes it away
+  const bool both_first = body.free && rival.claim->epoch == 1 && !rival.claim->held;
+  if (!both_first && (ours || now_ns_ - body.disputed_ns > kAllTold)) {
     CountOnce(*rival.member, *rival.claim, Drop::kSeized);
   }
   // one that is about to yield does not claim anew

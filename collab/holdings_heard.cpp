@@ -15,6 +15,8 @@ constexpr std::int64_t kMostBeyond = 100;  // epochs, and one more for each kEpo
 constexpr std::int64_t kTellAgain = 2000 * kMs;
 constexpr std::int64_t kWithdrawn = 5000 * kMs;  // that a grant of it may be on its way
 constexpr std::int64_t kLastWords = 500 * kMs;
+constexpr std::int64_t kTouching =
+    250 * kMs;  // since the last frame of a touch, or a change of hands
 
 }  // namespace
 
@@ -207,6 +209,9 @@ void Holdings::OnEvent(const Event& event) noexcept {
     case EventKind::kAsk:
       if (event.to == self_) OnAsk(index, event.peer);
       return;
+    case EventKind::kTouch:
+      if (event.to == self_) OnTouch(index, event.peer);
+      return;
     case EventKind::kGrant:
       OnGrant(index, event);
       return;
@@ -247,6 +252,20 @@ void Holdings::OnAsk(std::size_t index, PeerId from) noexcept {
     return;
   }
   HandOver(index, EventKind::kGrant, from);
+}
+
+void Holdings::OnTouch(std::size_t index, PeerId from) noexcept {
+  const Body& body = bodies_[index];
+  if (!body.free || !IsHere(from)) return;
+  if (body.claim.peer == from) {
+    // that we left it to the one that touches it has not reached that one
+    Say(EventKind::kRelease, index, body.claim.epoch, from);
+    return;
+  }
+  const bool touched = body.touched_ns != 0 && now_ns_ - body.touched_ns < kTouching;
+  // who has just got it keeps it for a while, or two that both push it would pass it on and on
+  if (!Parks(index) || listening() || touched || now_ns_ - body.claimed_ns < kTouching) return;
+  HandOver(index, EventKind::kRelease, from);
 }
 
 void Holdings::TellAsked(std::size_t index, PeerId from) noexcept {
@@ -317,7 +336,7 @@ void Holdings::TakeGiven(std::size_t index, const Event& event) noexcept {
   Body& body = bodies_[index];
   // what is granted to another is about to move
   body.parked = event.X_WB;
-  body.told = event.to == self_ || event.kind == EventKind::kRelease;
+  body.told = event.to == self_ ? !body.free : event.kind == EventKind::kRelease;
   if (event.to != self_) return;
   const int b = static_cast<int>(index);
   // one that is put into our hand unasked is taken if the hand is empty; what was asked for and is

@@ -20,13 +20,14 @@ struct MembershipChange {
   std::array<Belief, kMaxClaims> beliefs{};
 
   bool present() const noexcept { return kind != Kind::kLeft && kind != Kind::kLost; }
-  /// Whether the peer is here and has the body in hand.
-  bool Holds(ObjectId object) const noexcept {
+  /// Its claim on a body that it has in hand; null: it is not here, or has it not.
+  const Claim* HeldClaim(ObjectId object) const noexcept {
     for (std::uint32_t i = 0; present() && i < claim_count; ++i) {
-      if (claims[i].object == object && claims[i].held) return true;
+      if (claims[i].object == object && claims[i].held) return &claims[i];
     }
-    return false;
+    return nullptr;
   }
+  bool Holds(ObjectId object) const noexcept { return HeldClaim(object) != nullptr; }
 };
 
 }  // namespace tandem

@@ -28,13 +28,14 @@ inline constexpr std::size_t kMaxViewBodies = 24;
 enum class Role : std::uint8_t { kActive, kViewer };
 
 /// Bits of ObjectState::flags beside those of StepReport, which are the low byte, and those of
-/// FrameLimits, which are above.
+/// FrameLimits, which are the 21 from 0x200 on.
 enum StateFlag : std::uint32_t {
-  kStateParked = 0x100  // nobody has it in hand: where it stands, 5 times a second
+  kStateParked = 0x100,     // nobody has it in hand: where it stands, 5 times a second
+  kStateLoose = 0x40000000  // a free body that nobody has in hand: it moves, at its authority
 };
 
 /// An instance of a body as one peer simulates it, up to 1 kHz; topic state/1, or link/2 where
-/// links go with it.
+/// links go with it. Of the loose bodies of a peer one goes out in each frame, in turn.
 struct ObjectState {
   PeerId peer = 0;
   ObjectId object = 0;
@@ -118,7 +119,14 @@ struct Claim {
   friend bool operator==(const Claim&, const Claim&) = default;
 };
 
-enum class EventKind : std::uint8_t { kAsk, kGrant, kRefuse, kRelease, kHeal };
+enum class EventKind : std::uint8_t {
+  kAsk,
+  kGrant,
+  kRefuse,
+  kRelease,
+  kHeal,
+  kTouch  // what the sender holds pushes that free body: the sender wants to answer for it
+};
 
 /// What one peer says to another about a body, once; topic event, all of them in order.
 struct Event {

@@ -14,6 +14,8 @@ struct Outbox {
   ObjectState state;
   bool shared = false;  // links go with the state
   CouplingLinks links;
+  bool is_loose = false;  // one of the loose bodies of the peer, the next in turn, is to be sent
+  ObjectState loose;
   ViewFrame view;
 };
 

@@ -22,6 +22,7 @@ constexpr double kNearAngle = 0.01;    // rad
 constexpr double kNearingStep = 1e-3;  // m a frame, of a body that comes to the hand
 constexpr double kNearingTurn = 0.02;  // rad a frame
 constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
+constexpr double kOutOfScene = 20;  // m from its first place: a loose body falls no farther
 
 /// Does nothing in the product. The tests of the session simulator do not build the engine again,
 /// so they plant its faults from here.
@@ -61,6 +62,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
   inputs_.capacity = options.capacity;
   inputs_.look_price = options.look_price;
   next_parked_ns_.resize(model.bodies.size());
+  free_.resize(model.bodies.size());
   handle_.X_WA.p.setConstant(std::numeric_limits<double>::quiet_NaN());
   trace_.reserve(options.trace_frames);
   if (options.held_object < 0) return;
@@ -92,6 +94,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   if (tap != nullptr) tap->Begin(now_ns, inputs_.capacity);
   SeeBodies();
   Receive(now_ns);
+  SeeTouches();
   TickHoldings(now_ns);
   TakeAndLetGo();
   if (shared_) CoupleTheRest();
@@ -102,6 +105,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   echoes_.Measure(now_ns, held_ >= 0);
   remote_.Reckon(echoes_.loops());
   remote_.Prepare(held_, inputs_);
+  PrepareLoose();
   PrepareParked();
   remote_.GiveWay(*world_, echoes_.loops(), inputs_);
   PlantInWorld(seq_, held_, inputs_, *world_);
@@ -141,6 +145,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   if (guard_.broken()) report_.hand_B_W = {};  // nor does what it keeps from the hand
 
   FillOutbox(now_ns, out);
+  SayLoose(now_ns, out);
   SayParked(now_ns);
   if (seq_ % PeerTable::kPeriod == 0) FillTable(now_ns);
   Record(now_ns);
@@ -230,7 +235,7 @@ void Peer::OnMembership(const MembershipChange& change) noexcept {
 void Peer::OnState(const ObjectState& state) noexcept {
   if (!holdings_.Accepts(state)) return;
   holdings_.OnState(state);
-  if ((state.flags & kStateParked) != 0) return;
+  if ((state.flags & (kStateParked | kStateLoose)) != 0) return remote_.OnState(state);
   NoteLimits(state);
   if (shared_) shared_->OnState(state);
   remote_.OnState(state);
@@ -301,6 +306,15 @@ void Peer::SeeBodies() noexcept {
   }
 }
 
+void Peer::SeeTouches() noexcept {
+  for (std::size_t pair = 0; attached_ && pair < world_->pair_count(); ++pair) {
+    const int shell = world_->shell_of(pair);
+    const int map = world_->voxmap_of(pair);
+    if (!world_->pushes(pair) || map < 0 || (shell != held_ && map != held_)) continue;
+    holdings_.Touch(static_cast<std::size_t>(shell == held_ ? map : shell));
+  }
+}
+
 void Peer::TickHoldings(std::int64_t now_ns) noexcept {
   std::array<Event, 8> events;
   std::size_t count = 0;
@@ -358,7 +372,9 @@ void Peer::CoupleTheRest() noexcept {
 void Peer::Attach(const Anchor& goal) noexcept {
   const auto body = static_cast<std::size_t>(held_);
   const Pose& X_WB = held_state()->X_WB;
-  const Pose* told = shared_ ? nullptr : holdings_.ParkedAt(body);
+  // a free body comes as it is caught, and all others follow
+  const bool free = world_->model().scene.bodies[world_->model().object[body]].free;
+  const Pose* told = shared_ || free ? nullptr : holdings_.ParkedAt(body);
   if (told != nullptr && nearing_frames_ < kNearingFrames) {
     const bool near =
         (told->p - X_WB.p).norm() < kNear && told->q.angularDistance(X_WB.q) < kNearAngle;
@@ -407,6 +423,32 @@ void Peer::Render() noexcept {
   if (guard_.broken() == broken) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
   news_.TryPush({HoldingNews::Kind::kForceStopped, object, 0});
+}
+
+bool Peer::IsSimulatedLoose(std::size_t body) const noexcept {
+  const WorldModel& model = world_->model();
+  if (!model.scene.bodies[model.object[body]].free || static_cast<int>(body) == held_) return false;
+  const Vec3 fell = world_->state(body).X_WB.p - model.bodies[body].X_WB0.p;
+  return holdings_.Parks(body) && !holdings_.listening() && fell.norm() < kOutOfScene;
+}
+
+void Peer::PrepareLoose() noexcept {
+  const WorldModel& model = world_->model();
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    if (!model.scene.bodies[model.object[b]].free) continue;
+    const bool loose = IsSimulatedLoose(b);
+    const bool ours = loose || static_cast<int>(b) == held_;
+    if (loose) {
+      remote_.TakeOver(b, inputs_);
+    } else {
+      free_[b].moved_ns = 0;
+    }
+    const PeerId answers = holdings_.authority(b);
+    if (free_[b].ours && !ours && answers != options_.id) {
+      remote_.HandOn(b, answers, world_->state(b), inputs_);
+    }
+    free_[b].ours = ours;
+  }
 }
 
 void Peer::PrepareParked() noexcept {

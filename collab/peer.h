@@ -132,6 +132,8 @@ class Peer {
   void OnEvent(const Event& event) noexcept;
   void OnCommand(const Command& command) noexcept;
   void SeeBodies() noexcept;
+  /// Tells the holdings which free bodies our part pushed in the last frame.
+  void SeeTouches() noexcept;
   /// Time-outs of the holdings; what they have to say goes into the queues.
   void TickHoldings(std::int64_t now_ns) noexcept;
   /// Makes the hand hold what the holdings say, once it is where it is known to be.
@@ -150,9 +152,17 @@ class Peer {
   void CoupleTheRest() noexcept;
   /// Gives the device what the body received, as far as the guard lets it through.
   void Render() noexcept;
-  /// Bodies that nobody holds stand where their authority says.
+  /// Whether a free body moves here now, since we answer for it and nobody has it in hand. Not one
+  /// that has fallen out of the scene, nor while we listen after a pause.
+  bool IsSimulatedLoose(std::size_t body) const noexcept;
+  void PrepareLoose() noexcept;
+  /// Bodies that nobody moves stand where their authority says.
   void PrepareParked() noexcept;
   void SayParked(std::int64_t now_ns) noexcept;
+  /// The next of the loose bodies here.
+  void SayLoose(std::int64_t now_ns, Outbox& out) noexcept;
+  /// Whether it is simulated here in nobody's hand and has moved lately.
+  bool IsLoose(std::size_t body, std::int64_t now_ns) const noexcept;
   void FillView(std::int64_t now_ns, ViewFrame& view) const noexcept;
   /// What we know of the others, for those who look.
   void FillTable(std::int64_t now_ns) noexcept;
@@ -196,6 +206,12 @@ class Peer {
   TripleBuffer<ClaimList> claims_;
   TripleBuffer<PeerTable> table_;
   std::vector<std::int64_t> next_parked_ns_;  // per moving body
+  struct FreeBody {
+    bool ours = false;          // in the last frame, in our hand or loose
+    std::int64_t moved_ns = 0;  // when it last moved, loose here; 0: it does not
+  };
+  std::vector<FreeBody> free_;  // per moving body, free or not
+  std::size_t next_loose_ = 0;
   std::uint32_t seq_ = 0;
   std::optional<std::int64_t> started_ns_;
   std::vector<TraceSample> trace_;

@@ -255,11 +255,14 @@ void PeerDirectory::Tell(Entry& entry, MembershipChange::Kind kind) {
   HandOver(entry);
 }
 
+void PeerDirectory::HandOverEnd(Entry& entry) {
+  if (!entry.owed_end || !Push(entry, *entry.owed_end)) return;
+  entry.owed_end.reset();
+  entry.reached = false;
+}
+
 void PeerDirectory::HandOver(Entry& entry) {
-  if (entry.owed_end && Push(entry, *entry.owed_end)) {
-    entry.owed_end.reset();
-    entry.reached = false;
-  }
+  HandOverEnd(entry);
   if (!entry.owed_end && entry.owed_here && Push(entry, *entry.owed_here)) {
     entry.owed_here.reset();
     entry.reached = true;
@@ -268,6 +271,8 @@ void PeerDirectory::HandOver(Entry& entry) {
 
 void PeerDirectory::TellOwed() {
   const std::lock_guard lock(mutex_);
+  // who has gone makes room for who has come
+  for (auto& [id, entry] : entries_) HandOverEnd(entry);
   for (auto& [id, entry] : entries_) HandOver(entry);
 }
 

@@ -46,9 +46,10 @@ class PeerDirectory {
     std::string refused;    // why it is not taken in: other protocol or scene, no place; else empty
     bool unequal = false;   // goes by other force parameters
     bool felt = false;      // the haptic thread has been told that it is here, or is to be told
-    bool reached = false;   // that has come through; what has not, for want of room in the queue:
+    bool reached = false;   // the haptic thread has got a change by which the peer is here
+    // changes that wait for room in the queue to the haptic thread; the end goes first
     std::optional<MembershipChange::Kind> owed_end;
-    std::optional<MembershipChange::Kind> owed_here;  // after that
+    std::optional<MembershipChange::Kind> owed_here;
     std::uint64_t gone = 0;  // which departure it was; of those who are not here
     bool unequal_told = false;
     std::string terms_told;  // how its force terms differ from ours, as last said
@@ -100,6 +101,7 @@ class PeerDirectory {
   static bool Counts(const Entry& entry);
   /// Tells the haptic thread, as far as that knows or is to know the peer.
   void Tell(Entry& entry, MembershipChange::Kind kind);
+  void HandOverEnd(Entry& entry);
   void HandOver(Entry& entry);
   bool Push(const Entry& entry, MembershipChange::Kind kind);
   void TellUnequal(Entry& entry);

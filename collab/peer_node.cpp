@@ -47,7 +47,8 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
       device_(std::move(device)),
       directory_(options.peer.id, scene_hash, options.name, TermsOf(*model_)),
       inbox_(options.conditions, directory_, options.waiting),
-      peer_(world_, *device_, inbox_, options.peer) {
+      peer_(world_, *device_, inbox_, options.peer),
+      next_loose_ns_(model_->scene.bodies.size()) {
   info_ = {.peer = options.peer.id,
            .protocol = kProtocol,
            .beat = 0,
@@ -83,14 +84,18 @@ bool PeerNode::SendFrame(std::int64_t now_ns, Transport& transport) {
   seen_seq_ = out.seq;
   // turns by the frames' own time: when they are looked at wavers within their millisecond
   const std::int64_t frame_ns = out.view.sample_ns;
-  if (out.holds &&
-      TakeTurn(frame_ns, std::llround(1e9 / options_.publish_hz), kFrameEarlyNs, next_state_ns_)) {
-    sent_states_.Add(now_ns, std::llround(1e9 / options_.publish_hz));
+  const std::int64_t state_period_ns = std::llround(1e9 / options_.publish_hz);
+  if (out.holds && TakeTurn(frame_ns, state_period_ns, kFrameEarlyNs, next_state_ns_)) {
+    sent_states_.Add(now_ns, state_period_ns);
     if (out.shared) {
       transport.Publish(out.state, out.links);
     } else {
       transport.Publish(out.state);
     }
+  }
+  if (out.is_loose &&
+      TakeTurn(frame_ns, state_period_ns, kFrameEarlyNs, next_loose_ns_[out.loose.object])) {
+    transport.Publish(out.loose);
   }
   if (out.view.count > 0 && TakeTurn(frame_ns, kViewPeriodNs, kFrameEarlyNs, next_view_ns_)) {
     transport.Publish(out.view);

@@ -85,6 +85,7 @@ class PeerNode {
   std::uint32_t seen_seq_ = 0;
   SentStates sent_states_;
   std::int64_t next_state_ns_ = 0;
+  std::vector<std::int64_t> next_loose_ns_;  // by object
   std::int64_t next_view_ns_ = 0;
 
   // the control thread's

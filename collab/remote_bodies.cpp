@@ -13,7 +13,13 @@ namespace tandem {
 RemoteBodies::RemoteBodies(const WorldModel& model, MirrorModel mirror) : mirror_(mirror) {
   for (const std::uint32_t object : model.object) {
     bodies_.push_back(
-        {.object = object, .free = model.scene.bodies[object].free, .blend = {}, .instances = {}});
+        {.object = object,
+         .free = model.scene.bodies[object].free,
+         .eased = model.scene.bodies[object].free && !model.scene.bodies[object].shared,
+         .blend = {},
+         .instances = {},
+         .loose = {},
+         .told_V_WB = {}});
   }
 }
 
@@ -26,18 +32,21 @@ RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
 }
 
 void RemoteBodies::OnMembership(const MembershipChange& change) noexcept {
-  auto place = std::find(present_.begin(), present_.end(), change.peer);
-  if (place == present_.end()) place = std::find(present_.begin(), present_.end(), PeerId{0});
-  if (place != present_.end()) *place = change.present() ? change.peer : 0;
+  const bool goes_on = change.kind == MembershipChange::Kind::kClaims;
   for (Body& body : bodies_) {
-    const bool holds = change.Holds(body.object);
+    // who comes anew counts its states anew
+    if (!goes_on && body.loose.peer == change.peer) body.loose.peer = 0;
+    const Claim* const claim = change.HeldClaim(body.object);
     Instance* instance = Find(body, change.peer);
-    if (instance == nullptr && holds) instance = Find(body, 0);
+    if (instance == nullptr && claim != nullptr) instance = Find(body, 0);
     if (instance == nullptr) continue;
+    // one that goes on to hold it is where it was said to be
+    if (goes_on && claim != nullptr && instance->holds && instance->epoch == claim->epoch) continue;
     *instance = Instance{};
-    if (holds) {
+    if (claim != nullptr) {
       instance->peer = change.peer;
       instance->holds = true;
+      instance->epoch = claim->epoch;
     }
   }
 }
@@ -46,12 +55,30 @@ void RemoteBodies::OnState(const ObjectState& state) noexcept {
   for (Body& body : bodies_) {
     if (body.object != state.object) continue;
     Instance* instance = Find(body, state.peer);
+    const auto note = [&] {
+      body.told_V_WB = state.V_WB;
+      body.told_frames = 0;
+    };
+    if ((state.flags & kStateParked) != 0) {
+      body.loose = {};
+      return note();
+    }
+    if ((state.flags & kStateLoose) != 0) {
+      // whoever held it has let go, even if its claim has not said so yet
+      if (instance != nullptr) instance->heard = false;
+      const bool same = body.loose.heard && body.loose.peer == state.peer;
+      if (same && !IsNewer(state, body.loose.state)) return;
+      body.loose = {.peer = state.peer, .heard = true, .state = state, .X_WB = state.X_WB};
+      return note();
+    }
     if (instance == nullptr || !instance->holds) return;
     if (Planted(Fault::kMirrorFrozen) && instance->heard) return;
     if (!instance->heard || IsNewer(state, instance->state)) {
       instance->state = state;
       instance->X_WB = state.X_WB;
       instance->heard = true;
+      body.loose = {};
+      note();
     }
     return;
   }
@@ -71,24 +98,29 @@ double RemoteBodies::LagOf(PeerId peer) const noexcept {
     for (const Instance& instance : body.instances) {
       if (instance.heard && instance.peer == peer) lag = std::max(lag, body.lag);
     }
+    if (body.loose.heard && body.loose.peer == peer) lag = std::max(lag, body.lag);
   }
   return lag;
 }
 
+Pose RemoteBodies::Ahead(const ObjectState& state, double loop_age_s) noexcept {
+  const double ahead = std::min(0.5 * loop_age_s, kFarthestAhead_s);
+  const auto& [w, v] = state.V_WB;
+  const Vec3 way = ahead * v;
+  const double share = std::min(1.0, kFarthestAhead_m / std::max(way.norm(), 1e-9));
+  return {RotationBy(ahead * w) * state.X_WB.q, state.X_WB.p + share * way};
+}
+
 void RemoteBodies::Reckon(std::span<const Echoes::Loop> loops) noexcept {
   if (mirror_ != MirrorModel::kDeadReckoned) return;
+  const auto reckon = [&loops](Instance& instance) {
+    if (!instance.heard) return;
+    const auto loop = std::ranges::find(loops, instance.peer, &Echoes::Loop::peer);
+    instance.X_WB = Ahead(instance.state, loop == loops.end() ? 0.0 : loop->age_s);
+  };
   for (Body& body : bodies_) {
-    for (Instance& instance : body.instances) {
-      if (!instance.heard) continue;
-      const auto loop = std::ranges::find(loops, instance.peer, &Echoes::Loop::peer);
-      const double age = loop == loops.end() ? 0.0 : 0.5 * loop->age_s;
-      const double ahead = std::min(age, kFarthestAhead_s);
-      const auto& [w, v] = instance.state.V_WB;
-      const Vec3 way = ahead * v;
-      const double share = std::min(1.0, kFarthestAhead_m / std::max(way.norm(), 1e-9));
-      instance.X_WB.p = instance.state.X_WB.p + share * way;
-      instance.X_WB.q = RotationBy(ahead * w) * instance.state.X_WB.q;
-    }
+    std::ranges::for_each(body.instances, reckon);
+    reckon(body.loose);
   }
 }
 
@@ -137,34 +169,59 @@ void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
 }
 
 void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
-  const bool alone = std::all_of(present_.begin(), present_.end(), [](PeerId peer) {
-    return peer == 0;
-  });
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     StepInputs::BodyInput& input = inputs.bodies[b];
     input.parted = false;
+    ++bodies_[b].told_frames;
     if (static_cast<int>(b) == held) {
-      input.drive = BodyDrive::kSimulated;
+      TakeOver(b, inputs);
       continue;
     }
-    const bool followed = std::any_of(bodies_[b].instances.begin(), bodies_[b].instances.end(),
-                                      [](const Instance& instance) {
-                                        return instance.heard;
-                                      });
-    const BodyDrive unheld = alone && bodies_[b].free ? BodyDrive::kSimulated : BodyDrive::kParked;
-    input.drive = followed ? BodyDrive::kMirrored : unheld;
-    if (followed) Place(bodies_[b], input);
+    const bool in_hand = std::any_of(bodies_[b].instances.begin(), bodies_[b].instances.end(),
+                                     [](const Instance& instance) {
+                                       return instance.heard;
+                                     });
+    const bool followed = in_hand || bodies_[b].loose.heard;
+    input.drive = followed ? BodyDrive::kMirrored : BodyDrive::kParked;
+    if (in_hand) {
+      Place(bodies_[b], input);
+    } else if (followed) {
+      input.mirror_WB = bodies_[b].loose.X_WB;
+    }
     if (followed && Planted(Fault::kMirrorNotTurned)) input.mirror_WB.q = Quat::Identity();
   }
 }
 
+void RemoteBodies::TakeOver(std::size_t body, StepInputs& inputs) noexcept {
+  StepInputs::BodyInput& input = inputs.bodies[body];
+  const bool goes_on = bodies_[body].free && bodies_[body].told_frames <= kGoesOn;
+  input.drive = BodyDrive::kSimulated;
+  input.begin_V_WB = goes_on ? bodies_[body].told_V_WB : Twist{};
+  bodies_[body].loose = {};
+}
+
+void RemoteBodies::HandOn(std::size_t body, PeerId peer, const RigidState& state,
+                          StepInputs& inputs) noexcept {
+  Body& mirror = bodies_[body];
+  if (inputs.bodies[body].drive != BodyDrive::kParked) return;  // it has been heard of there
+  mirror.loose = {.peer = peer, .heard = true, .state = {}, .X_WB = state.X_WB};
+  mirror.loose.state.X_WB = state.X_WB;
+  mirror.told_V_WB = state.V_WB;
+  mirror.told_frames = 0;
+  inputs.bodies[body].drive = BodyDrive::kMirrored;
+  inputs.bodies[body].mirror_WB = state.X_WB;
+}
+
 double RemoteBodies::WorstLoop(const Body& body, std::span<const Echoes::Loop> loops) noexcept {
   double worst = -1;
-  for (const Instance& instance : body.instances) {
-    if (!instance.holds) continue;
+  const auto look = [&](const Instance& instance, double unknown_s) {
     const auto loop = std::ranges::find(loops, instance.peer, &Echoes::Loop::peer);
-    worst = std::max(worst, loop == loops.end() ? 0.0 : loop->peak_s);
+    worst = std::max(worst, loop == loops.end() ? unknown_s : loop->peak_s);
+  };
+  for (const Instance& instance : body.instances) {
+    if (instance.holds) look(instance, 0);
   }
+  if (body.loose.heard) look(body.loose, kUnknownLoop_s);
   return worst;
 }
 
@@ -179,6 +236,16 @@ void RemoteBodies::GoHome(Body& body, bool pushed, const RigidState& state,
   const double frames = std::max(body.lag / kHomeStep, turn / kHomeTurn);
   body.eases = body.eases && frames > 1;
   if (body.eases) input.mirror_WB = Between(state.X_WB, home_WB, 1.0 / frames);
+}
+
+void RemoteBodies::Ease(const Body& body, const RigidState& state,
+                        StepInputs::BodyInput& input) noexcept {
+  if (!body.eased || input.drive != BodyDrive::kMirrored) return;
+  const bool goes_on = body.told_frames <= kGoesOn;
+  const Vec3 v = goes_on ? body.told_V_WB.v : Vec3::Zero();
+  const Vec3 w = goes_on ? body.told_V_WB.w : Vec3::Zero();
+  const Pose on{RotationBy(kFrame * w) * state.X_WB.q, state.X_WB.p + kFrame * v};
+  input.mirror_WB = Between(on, input.mirror_WB, kFrame / kEase_s);
 }
 
 bool RemoteBodies::Yields(ContactBlend& blend, bool pushed, double te_s, const RigidState& state,
@@ -208,16 +275,22 @@ void RemoteBodies::GiveWay(const World& world, std::span<const Echoes::Loop> loo
     const double te_s = DesignDelay(std::max(worst_loop, 0.0));
     if (worst_loop < 0 && input.drive != BodyDrive::kSimulated) {
       GoHome(body, world.Pushed(b), world.state(b), input);
+      if (!body.eases) Ease(body, world.state(b), input);
       mirror_lag_ = std::max(mirror_lag_, body.lag);
       continue;
     }
     body.eases = false;
+    if (input.drive == BodyDrive::kSimulated) {
+      body.told_V_WB = world.state(b).V_WB;
+      body.told_frames = 0;
+    }
     if (input.drive != BodyDrive::kMirrored) {
       body.blend = ContactBlend{};
     } else if (Yields(body.blend, gives_way && world.Pushed(b), te_s, world.state(b),
                       input.mirror_WB, inertia, body.lag, input.pull)) {
       input.drive = BodyDrive::kYielding;
     }
+    Ease(body, world.state(b), input);
     input.second_drive = BodyDrive::kMirrored;
     if (!input.parted) {
       body.second_blend = ContactBlend{};

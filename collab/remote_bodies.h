@@ -21,10 +21,10 @@ enum class MirrorModel : std::uint8_t {
   kDeadReckoned,  // like a rock where it would be by now, as it moved then; for the lab
 };
 
-/// Bodies that others hold and we do not (paper §6.1, type-1): each has a mirror here that follows
-/// the newest received pose. How fast it may follow is the world's to say: by at most its share of
-/// the travel limit, never in a jump. Used by the haptic thread alone; nothing allocates after
-/// construction.
+/// Bodies that others move and we do not (paper §6.1, type-1), since they hold them or answer for
+/// them as they fall: each has a mirror here that follows the newest received pose. How fast it may
+/// follow is the world's to say: by at most its share of the travel limit, never in a jump. Used by
+/// the haptic thread alone; nothing allocates after construction.
 class RemoteBodies {
  public:
   static constexpr double kPart = 0.04;  // m
@@ -33,10 +33,15 @@ class RemoteBodies {
   static constexpr double kFarthestAhead_m = 0.03;
   static constexpr double kHomeStep = 5e-5;  // m a frame
   static constexpr double kHomeTurn = 1e-3;  // rad a frame
+  static constexpr double kEase_s = 0.05;    // of a free body's mirror: its lag fades so
+  static constexpr int kGoesOn = 100;        // frames without news for which it goes on as told
+  /// Of a loose body's authority, whose hand is empty so that nothing is known of its loop.
+  static constexpr double kUnknownLoop_s = 0.2;
 
   explicit RemoteBodies(const WorldModel& model, MirrorModel mirror = MirrorModel::kBlend);
 
   void OnMembership(const MembershipChange& change) noexcept;
+  /// Of what is in somebody's hand, of loose bodies, and of parked ones, that move no more.
   void OnState(const ObjectState& state) noexcept;
   /// Others from whom at least one state has come.
   std::size_t heard() const noexcept;
@@ -45,14 +50,21 @@ class RemoteBodies {
   /// before Prepare(). Other models stay with what was received.
   void Reckon(std::span<const Echoes::Loop> loops) noexcept;
 
-  /// Says of every body but `held` (index into the moving bodies, or -1) who moves it. A free body
-  /// that nobody holds is simulated here while no other active peer is in the session; with others
-  /// it stands, since nobody's motion of it would be everybody's.
+  /// Says of every body but `held` (index into the moving bodies, or -1) who moves it.
   ///
   /// A shared body in several hands is met as one thing, the mean of its instances, until two of
   /// them are kPart from one another: from then as both, each the mean of those nearest to it,
   /// until they are within kMeet again.
   void Prepare(int held, StepInputs& inputs) noexcept;
+  /// The body is simulated here in this frame. A free one that was not before goes on as its peer
+  /// last said. After Prepare().
+  void TakeOver(std::size_t body, StepInputs& inputs) noexcept;
+  /// A free body that was simulated here until now is `peer`'s: its mirror goes on from there.
+  /// After Prepare().
+  void HandOn(std::size_t body, PeerId peer, const RigidState& state, StepInputs& inputs) noexcept;
+  /// The mirror of a free body goes on as it was told to move, and its lag fades: so it neither
+  /// stops nor jumps where another peer takes it over.
+  ///
   /// Lets mirrors that are pushed give way (ContactBlend) as the worst loop wants that we have to
   /// those who hold the body, where they are of that model; after Prepare(). What nobody holds
   /// answers to no push: it stands where it was put, and one that is pushed or gave way comes there
@@ -68,6 +80,7 @@ class RemoteBodies {
   struct Instance {
     PeerId peer = 0;  // 0: a free place
     bool holds = false;
+    std::uint32_t epoch = 0;  // of its claim, while it holds
     bool heard = false;
     ObjectState state;  // received
     Pose X_WB;          // where the instance is taken to be
@@ -75,31 +88,39 @@ class RemoteBodies {
   struct Body {
     ObjectId object = 0;
     bool free = false;
+    bool eased = false;  // free, and never in several hands
     bool parted = false;
     bool eases = false;  // goes home at kHomeStep
     double lag = 0;      // m
     ContactBlend blend{};
     ContactBlend second_blend{};
     std::array<Instance, kMaxPeers> instances{};
+    Instance loose;       // while it is in nobody's hand: at the peer that answers for it
+    Twist told_V_WB;      // of a free body, newest
+    int told_frames = 0;  // since then
   };
 
   /// Where the body's instances are: in one place, or in two.
   static void Place(Body& body, StepInputs::BodyInput& input) noexcept;
-  /// The worst loop to those who hold it, s; less than 0: nobody does.
+  /// The worst loop to those who move it, s; less than 0: nobody does.
   static double WorstLoop(const Body& body, std::span<const Echoes::Loop> loops) noexcept;
   /// Of a body that nobody holds: less of its way, where it might jolt a hand.
   static void GoHome(Body& body, bool pushed, const RigidState& state,
                      StepInputs::BodyInput& input) noexcept;
+  /// The next pose of a free body's mirror, in place of the one that it was told to be at.
+  static void Ease(const Body& body, const RigidState& state,
+                   StepInputs::BodyInput& input) noexcept;
   /// Of one instance: whether it yields, and how it is pulled then.
   static bool Yields(ContactBlend& blend, bool pushed, double te_s, const RigidState& state,
                      const Pose& target_WB, const Inertia& inertia, double& most_lag,
                      CouplingGains& pull) noexcept;
   static Instance* Find(Body& body, PeerId peer) noexcept;
+  /// Where an instance would be by now, of a loop of that age.
+  static Pose Ahead(const ObjectState& state, double loop_age_s) noexcept;
 
   MirrorModel mirror_;
   std::vector<Body> bodies_;
   double mirror_lag_ = 0;
-  std::array<PeerId, kMaxPeers> present_{};  // other active peers; 0: a free place
 };
 
 }  // namespace tandem

@@ -27,7 +27,8 @@ WriterLimits LimitsOf(Purpose purpose, bool behind_relay) {
   const int of_one = behind_relay ? kWritersOfARelay : kWritersOfOne;
   switch (purpose) {
     case Purpose::kMotion:
-      // 1 kHz of what is in hand, and 5 Hz of kMaxClaims parked bodies; half a second of it at once
+      // 1 kHz of what is in hand, 1 kHz of loose bodies and 5 Hz of kMaxClaims parked ones; half a
+      // second of it at once
       return {.per_second = 4000,
               .at_once = 2000,
               .keys = static_cast<int>(kMaxSceneBodies),

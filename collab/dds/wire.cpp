@@ -257,9 +257,9 @@ void ToWire(const Event& event, tandem_Event& wire) noexcept {
 }
 
 bool FromWire(const tandem_Event& wire, Event& event) noexcept {
-  static_assert(static_cast<int>(EventKind::kHeal) == static_cast<int>(tandem_HEAL));
+  static_assert(static_cast<int>(EventKind::kTouch) == static_cast<int>(tandem_TOUCH));
   const auto kind = static_cast<std::uint32_t>(wire.kind);
-  if (wire.peer == 0 || kind > static_cast<std::uint32_t>(tandem_HEAL)) return false;
+  if (wire.peer == 0 || kind > static_cast<std::uint32_t>(tandem_TOUCH)) return false;
   event.peer = wire.peer;
   event.seq = wire.seq;
   event.kind = static_cast<EventKind>(kind);

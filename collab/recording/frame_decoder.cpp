@@ -84,7 +84,7 @@ bool IsSound(const MembershipChange& change) {
          change.claim_count <= kMaxClaims && change.belief_count <= kMaxClaims;
 }
 bool IsSound(const Event& event) {
-  return event.peer != 0 && event.kind <= EventKind::kHeal && IsSound(event.X_WB);
+  return event.peer != 0 && event.kind <= EventKind::kTouch && IsSound(event.X_WB);
 }
 bool IsSound(const Command& command) {
   return command.kind <= Command::Kind::kScale && std::isfinite(command.metres);

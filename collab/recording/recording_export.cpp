@@ -60,6 +60,8 @@ const char* Said(EventKind kind) {
       return "releases";
     case EventKind::kHeal:
       return "heals";
+    case EventKind::kTouch:
+      return "touches";
   }
   return "";
 }

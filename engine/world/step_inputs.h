@@ -27,6 +27,7 @@ struct StepInputs {
   struct BodyInput {
     BodyDrive drive = BodyDrive::kParked;
     Pose mirror_WB;       // where a mirrored or yielding body is to go
+    Twist begin_V_WB;     // of one that is mirrored no more, as it begins to be simulated
     CouplingGains pull;   // of a yielding body: springs to that pose, dampers against the ground
     bool parted = false;  // others' instances of a shared body are in two places:
     BodyDrive second_drive = BodyDrive::kMirrored;  // of the other one of them, or yielding

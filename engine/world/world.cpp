@@ -180,7 +180,7 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
   contact_load_ = {};
   for (Body& body : bodies_) body.load = {};
   for (Pair& pair : pairs_) pair.pushes = false;
-  BeginAtRest(in);
+  BeginSimulated(in);
   GoToClearance(in);
   if (contact_on_) Collide(in);
   ShareTravel(in);
@@ -190,11 +190,11 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
   return report_;
 }
 
-void World::BeginAtRest(const StepInputs& in) noexcept {
+void World::BeginSimulated(const StepInputs& in) noexcept {
   for (std::size_t b = 0; b < in.bodies.size(); ++b) {
     const BodyDrive before = std::exchange(bodies_[b].drive, in.bodies[b].drive);
     if (before == BodyDrive::kMirrored && bodies_[b].drive == BodyDrive::kSimulated) {
-      bodies_[b].state.V_WB = {};
+      bodies_[b].state.V_WB = in.bodies[b].begin_V_WB;
     }
   }
 }

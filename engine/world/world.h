@@ -39,6 +39,8 @@ class World {
   /// The bodies of a pair; a voxmap of -1 is the fixture's.
   int shell_of(std::size_t pair) const noexcept { return pairs_[pair].shell; }
   int voxmap_of(std::size_t pair) const noexcept { return pairs_[pair].map; }
+  /// Whether the bodies of a pair pushed each other in the last frame.
+  bool pushes(std::size_t pair) const noexcept { return pairs_[pair].pushes; }
   /// Whether a body that moves here and another moving one pushed each other in the last frame.
   bool Pushed(std::size_t body) const noexcept;
   /// Whether contact pushed a body in the last frame, whatever it met.
@@ -80,9 +82,9 @@ class World {
   BodyDrive DriveOf(const StepInputs& in, std::size_t body) const noexcept;
   /// Whether forces move it here; of a body's number, or -1 for the fixture.
   bool IsSimulated(const StepInputs& in, int body) const noexcept;
-  /// What was moved from outside has no momentum of its own: it may have come a long way in a
-  /// frame.
-  void BeginAtRest(const StepInputs& in) noexcept;
+  /// What was moved from outside has no momentum of its own, for it may have come a long way in a
+  /// frame: it has what the inputs say.
+  void BeginSimulated(const StepInputs& in) noexcept;
   void ShareTravel(const StepInputs& in) noexcept;
   /// Whether a pair can push anything in this frame.
   bool Tested(const Pair& pair, const StepInputs& in) const noexcept;

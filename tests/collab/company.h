@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "collab/holdings.h"
@@ -28,7 +29,8 @@ class Company {
  public:
   using Kind = MembershipChange::Kind;
 
-  explicit Company(const std::vector<PeerId>& ids, int delay = 0) : delay_(delay) {
+  explicit Company(const std::vector<PeerId>& ids, int delay = 0, WorldModel model = TwoBodies())
+      : model_(std::move(model)), delay_(delay) {
     for (const PeerId id : ids) Add(id);
   }
 
@@ -178,7 +180,7 @@ class Company {
     doubles_ += say > 1 ? 1 : 0;
   }
 
-  const WorldModel model_ = TwoBodies();
+  const WorldModel model_;
   int delay_;
   std::int64_t now_ms_ = 0;
   std::map<PeerId, Node> peers_;

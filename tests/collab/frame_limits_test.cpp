@@ -29,7 +29,7 @@ TEST(FrameLimits, TravelInFlagsToAPercent) {
   const FrameLimits limits{.travel_limited = 1, .over_capacity = 0.374, .contacts_full = 1e-3};
   const std::uint32_t flags = AsFlags(limits);
   const std::uint32_t state = StepReport::kTravelLimited | StepReport::kOverCapacity |
-                              StepReport::kContactsFull | kStateParked;
+                              StepReport::kContactsFull | kStateParked | kStateLoose;
   const std::uint32_t view = ViewBody::kHeld | ViewBody::kInContact | ViewBody::kTrapped;
   EXPECT_EQ(flags & (state | view), 0U);
   const FrameLimits told{.travel_limited = 1, .over_capacity = 0.37, .contacts_full = 0.01};

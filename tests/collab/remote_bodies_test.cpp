@@ -1,5 +1,7 @@
 #include "collab/remote_bodies.h"
 
+#include <optional>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/shapes.h"
@@ -8,33 +10,111 @@
 namespace tandem {
 namespace {
 
-// A free body that nobody holds moves while we are alone, and stands while anybody else is there,
-// holding something or not.
-TEST(RemoteBodies, AFreeBodyIsSimulatedOnlyWhileNoOtherPeerIsThere) {
-  const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
-  WorldModel model = *testing::MakeWorldModel({{box}, {box}, {box}}, 0.001);
-  model.scene.bodies[1].free = true;
-  using Kind = MembershipChange::Kind;
-  RemoteBodies remote(model);
-  StepInputs inputs = testing::FreeInputs(model);
-  const auto drives = [&] {
-    remote.Prepare(0, inputs);
-    return std::vector<BodyDrive>{inputs.bodies[0].drive, inputs.bodies[1].drive,
-                                  inputs.bodies[2].drive};
+ObjectState StateOf(PeerId peer, std::uint32_t seq, double x, std::uint32_t flags) {
+  ObjectState state;
+  state.peer = peer;
+  state.epoch = 1;
+  state.seq = seq;
+  state.flags = flags;
+  state.X_WB.p.x() = x;
+  return state;
+}
+
+/// Peer 7, with the first body in its hand.
+MembershipChange Holder() {
+  MembershipChange change;
+  change.peer = 7;
+  change.claim_count = 1;
+  change.claims[0] = {.object = 0, .epoch = 1, .held = true};
+  return change;
+}
+
+class LooseBody : public ::testing::Test {
+ protected:
+  LooseBody() {
+    const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
+    const auto made = std::make_shared<WorldModel>(*testing::MakeWorldModel({{box}}, 0.001));
+    made->scene.bodies[0].free = true;
+    model_ = made;
+    remote_.emplace(*model_);
+    world_.emplace(model_);
+    inputs_ = testing::FreeInputs(*model_);
+  }
+  const StepInputs::BodyInput& Prepared() {
+    remote_->Prepare(-1, inputs_);
+    return inputs_.bodies[0];
+  }
+  /// A whole frame; where the mirror is then.
+  double Frame() {
+    remote_->Prepare(-1, inputs_);
+    remote_->GiveWay(*world_, {}, inputs_);
+    world_->Step(inputs_);
+    return world_->state(0).X_WB.p.x();
+  }
+
+  std::shared_ptr<const WorldModel> model_;
+  std::optional<RemoteBodies> remote_;
+  std::optional<World> world_;
+  StepInputs inputs_;
+};
+
+TEST_F(LooseBody, IsFollowedWhereItsPeerSaysUntilItIsSaidToStand) {
+  EXPECT_EQ(Prepared().drive, BodyDrive::kParked);
+  remote_->OnState(StateOf(7, 2, 0.2, kStateLoose));
+  EXPECT_EQ(Prepared().drive, BodyDrive::kMirrored);
+  EXPECT_EQ(Prepared().mirror_WB.p.x(), 0.2);
+  remote_->OnState(StateOf(7, 1, 0.1, kStateLoose));
+  EXPECT_EQ(Prepared().mirror_WB.p.x(), 0.2) << "that one was older";
+  remote_->OnState(StateOf(9, 1, 0.3, kStateLoose));
+  EXPECT_EQ(Prepared().mirror_WB.p.x(), 0.3) << "another answers for it";
+  remote_->OnState(StateOf(9, 2, 0.3, kStateParked));
+  EXPECT_EQ(Prepared().drive, BodyDrive::kParked);
+}
+
+// The claim of a hand that lets go is heard later than what it threw is seen.
+TEST_F(LooseBody, IsFollowedThoughItsPeerIsStillSaidToHoldIt) {
+  remote_->OnMembership(Holder());
+  remote_->OnState(StateOf(7, 1, 0.1, 0));
+  EXPECT_EQ(Prepared().mirror_WB.p.x(), 0.1);
+  remote_->OnState(StateOf(7, 2, 0.2, kStateLoose));
+  EXPECT_EQ(Prepared().mirror_WB.p.x(), 0.2);
+  remote_->OnState(StateOf(7, 3, 0.3, 0));
+  EXPECT_EQ(Prepared().mirror_WB.p.x(), 0.3) << "it has it again";
+}
+
+TEST_F(LooseBody, BeginsAsItWasToldToMoveWhereItIsTakenOver) {
+  ObjectState state = StateOf(7, 1, 0.1, kStateLoose);
+  state.V_WB.v.x() = 0.4;
+  remote_->OnState(state);
+  Prepared();
+  remote_->TakeOver(0, inputs_);
+  EXPECT_EQ(inputs_.bodies[0].drive, BodyDrive::kSimulated);
+  EXPECT_EQ(inputs_.bodies[0].begin_V_WB.v.x(), 0.4);
+  EXPECT_EQ(Prepared().drive, BodyDrive::kParked) << "what was told before is forgotten";
+}
+
+// 1 m/s at peer 7; peer 9 goes on with it 20 mm from there and 40 ms later.
+TEST_F(LooseBody, NeitherStopsNorJumpsWhereAnotherTakesItOver) {
+  double last = 0;
+  const auto run = [&](PeerId peer, double from, int frames) {
+    for (int i = 1; i <= frames; ++i) {
+      if (peer != 0) {
+        ObjectState state =
+            StateOf(peer, static_cast<std::uint32_t>(i), from + 1e-3 * i, kStateLoose);
+        state.V_WB.v.x() = 1;
+        remote_->OnState(state);
+      }
+      const double now = Frame();
+      EXPECT_GT(now - last, 0.2e-3) << peer << " " << i;
+      EXPECT_LT(now - last, 2e-3) << peer << " " << i;
+      last = now;
+    }
   };
-  const std::vector<BodyDrive> alone{BodyDrive::kSimulated, BodyDrive::kSimulated,
-                                     BodyDrive::kParked};
-  const std::vector<BodyDrive> in_company{BodyDrive::kSimulated, BodyDrive::kParked,
-                                          BodyDrive::kParked};
-  EXPECT_EQ(drives(), alone);
-  remote.OnMembership({.kind = Kind::kJoined, .peer = 7});
-  remote.OnMembership({.kind = Kind::kClaims, .peer = 7});  // it took something else
-  remote.OnMembership({.kind = Kind::kJoined, .peer = 9});
-  EXPECT_EQ(drives(), in_company);
-  remote.OnMembership({.kind = Kind::kLeft, .peer = 7});
-  EXPECT_EQ(drives(), in_company);
-  remote.OnMembership({.kind = Kind::kLost, .peer = 9});
-  EXPECT_EQ(drives(), alone);
+  run(7, 0, 100);
+  EXPECT_NEAR(last, 0.1, 1e-6);
+  run(0, 0, 40);
+  run(9, 0.16, 400);
+  EXPECT_NEAR(last, 0.56, 1e-4);
 }
 
 // Mean while near, two when far, and the distance to become one again is smaller.

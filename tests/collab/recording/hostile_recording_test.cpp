@@ -74,7 +74,7 @@ TEST(HostileRecording, KindsThatDoNotExistAreNoFrame) {
   Event event;
   event.peer = 7;
   EXPECT_TRUE(IsTaken(FramePart::kEvent, event));
-  event.kind = static_cast<EventKind>(5);
+  event.kind = static_cast<EventKind>(6);
   EXPECT_FALSE(IsTaken(FramePart::kEvent, event));
   Command command;
   EXPECT_TRUE(IsTaken(FramePart::kCommand, command));

@@ -67,6 +67,26 @@ TEST(World, WhatWasMirroredBeginsAtRest) {
   EXPECT_GT(world.state(0).V_WB.v.x(), 0.01);
 }
 
+// Of a body that somebody throws the speed is told: who takes it over lets it fly on.
+TEST(World, WhatWasMirroredBeginsAsItsInputsSay) {
+  kHapticThread.Enter();
+  const auto model = MakeWorldModel({{Box(Vec3(0.02, 0.02, 0.02))}}, 0.002);
+  World world(model);
+  StepInputs inputs = FreeInputs(*model);
+  inputs.bodies[0].drive = BodyDrive::kMirrored;
+  inputs.bodies[0].mirror_WB = model->bodies[0].X_WB0;
+  world.Step(inputs);
+  inputs.bodies[0].drive = BodyDrive::kSimulated;
+  inputs.bodies[0].begin_V_WB = {Vec3(0, 0, 1), Vec3(0.5, 0, 0)};
+  world.Step(inputs);
+  EXPECT_NEAR(world.state(0).V_WB.v.x(), 0.5, 1e-9);
+  EXPECT_NEAR(world.state(0).V_WB.w.z(), 1.0, 1e-9);
+  // from then on it is its own
+  inputs.bodies[0].begin_V_WB = {};
+  world.Step(inputs);
+  EXPECT_NEAR(world.state(0).V_WB.v.x(), 0.5, 1e-9);
+}
+
 // A mirror that can meet nothing here follows its pose at once, as its own peer moves it.
 TEST(World, AMirrorAloneFollowsItsPoseAtFreeSpeed) {
   kHapticThread.Enter();
