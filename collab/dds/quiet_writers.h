@@ -1,7 +1,7 @@
 #pragma once
 
+#include <map>
 #include <mutex>
-#include <set>
 
 #include "collab/dds/dds_api.h"
 
@@ -9,6 +9,10 @@ namespace tandem {
 
 /// Matched writers that have been silent for their lease. Told by a reader's listener, asked by the
 /// control thread.
+///
+/// Cyclone tells from one thread that a silence begins and from another that it ends, and either
+/// may come first: where a program was stopped, both are due at once when it goes on. So each
+/// writer's begins and ends are counted, and their order says nothing.
 class QuietWriters {
  public:
   /// Makes a listener for a reader; `on_change` is a guard condition that it raises, also when
@@ -29,12 +33,13 @@ class QuietWriters {
 
   bool Has(dds_instance_handle_t writer) const {
     const std::lock_guard lock(mutex_);
-    return quiet_.contains(writer);
+    const auto found = silences_.find(writer);
+    return found != silences_.end() && found->second > 0;
   }
   /// Forgets one that is gone.
   void Forget(dds_instance_handle_t writer) {
     const std::lock_guard lock(mutex_);
-    quiet_.erase(writer);
+    silences_.erase(writer);
   }
 
  private:
@@ -44,18 +49,28 @@ class QuietWriters {
   void Note(const dds_liveliness_changed_status_t& status) {
     {
       const std::lock_guard lock(mutex_);
+      const dds_instance_handle_t writer = status.last_publication_handle;
       if (status.not_alive_count_change > 0) {
-        if (quiet_.size() >= kMost) quiet_.erase(quiet_.begin());
-        quiet_.insert(status.last_publication_handle);
-      } else {
-        quiet_.erase(status.last_publication_handle);
+        Count(writer, 1);
+      } else if (status.not_alive_count_change < 0 && status.alive_count_change > 0) {
+        Count(writer, -1);
+      } else if (status.alive_count_change <= 0) {
+        silences_.erase(writer);  // the writer has gone
       }
     }
     dds_set_guardcondition(on_change_, true);
   }
 
+  void Count(dds_instance_handle_t writer, int change) {
+    if (silences_.size() >= kMost && !silences_.contains(writer))
+      silences_.erase(silences_.begin());
+    int& silences = silences_[writer];
+    silences += change;
+    if (silences == 0) silences_.erase(writer);
+  }
+
   mutable std::mutex mutex_;
-  std::set<dds_instance_handle_t> quiet_;
+  std::map<dds_instance_handle_t, int> silences_;  // begun and not ended; below 0: ended before
   dds_entity_t on_change_ = 0;
 };
 
