@@ -1,8 +1,8 @@
 // A program that does what no sound one does, for the tests; it has the product's message types and
 // none of its checks:
-//   attacker SESSION KEYS ID MODE SECONDS
-// KEYS is a member's folder or "-". It speaks as ID (the keys' id in a secured session), by the
-// modes:
+//   attacker SESSION KEYS ID MODE SECONDS [INTERFACE]
+// KEYS is a member's folder or "-". It speaks as ID (the keys' id in a secured session), over the
+// interface (else over loopback), by the modes:
 //   flood   states of one body, as fast as can be
 //   keys    states of ever new bodies
 //   ends    ends of ever new instances, without data, on every topic
@@ -172,7 +172,7 @@ int main(int argc, char** argv) {
   }
   DdsOptions options;
   options.session = argv[1];
-  options.interface = "lo";
+  options.interface = argc > 6 ? argv[6] : "lo";
   if (mode == "packets") {
     options.peer = id;
     const Result<std::uint64_t> sent = Flood(tandem::Attack::kPackets, options, std::stod(argv[5]));
@@ -191,9 +191,13 @@ int main(int argc, char** argv) {
   const std::string own_name = mode == "name" ? "b\xff\xc2\x9b\xe2\x80\xae"
                                                 "d"
                                               : "vic";
+  const auto be_here = [&] {
+    // one that floods as a viewer is no peer
+    if (mode != "lookers") attacker.Presence(own_name);
+  };
   // what a member costs that is just here is no flood's
   for (int i = 0; i < 15; ++i) {
-    attacker.Presence(own_name);
+    be_here();
     dds_sleepfor(DDS_MSECS(100));
   }
 
@@ -210,7 +214,7 @@ int main(int argc, char** argv) {
       continue;
     }
     if (Clock::now() - beat > std::chrono::milliseconds(200)) {
-      attacker.Presence(own_name);
+      be_here();
       beat = Clock::now();
     }
     if (mode == "flood") attacker.State(0);

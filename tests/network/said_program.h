@@ -29,13 +29,15 @@ inline std::vector<std::string> LinesOf(const std::string& text) {
   return lines;
 }
 
-/// A program that runs beside the test, with what it says in a file.
+/// A program that runs beside the test, with what it says in a file and its input from another.
 class Program {
  public:
-  Program(std::vector<std::string> command, std::filesystem::path said) : said_(std::move(said)) {
-    std::vector<std::string> all{"/bin/sh", "-c",
-                                 R"(f="$1"; shift; exec "$@" >>"$f" 2>&1 </dev/null)", "sh",
-                                 said_.string()};
+  Program(const std::vector<std::string>& command, std::filesystem::path said,
+          const std::filesystem::path& input = "/dev/null")
+      : said_(std::move(said)) {
+    std::vector<std::string> all{
+        "/bin/sh", "-c",           R"(f="$1"; i="$2"; shift 2; exec "$@" >>"$f" 2>&1 <"$i")",
+        "sh",      said_.string(), input.string()};
     all.insert(all.end(), command.begin(), command.end());
     Result<ChildProcess> started = ChildProcess::Start(all);
     EXPECT_TRUE(started);
