@@ -75,6 +75,16 @@ void JudgePeer(const SoakLife& life, const json& report, const SoakBounds& bound
   }
 }
 
+/// Some twenty of the life's footprints, evenly spread.
+ordered_json CourseInTime(const std::vector<Footprint>& footprints) {
+  constexpr std::size_t kShown = 20;
+  ordered_json course = ordered_json::array();
+  for (std::size_t i = 0; i < footprints.size(); i += footprints.size() / kShown + 1) {
+    course.push_back(footprints[i].memory);
+  }
+  return course;
+}
+
 std::string Text(double value, const char* unit) {
   std::array<char, 48> text{};
   std::snprintf(text.data(), text.size(), "%.3f %s", value, unit);
@@ -172,6 +182,7 @@ ordered_json AsJson(const SoakLife& life, const SoakBounds& bounds) {
                      {"files", course->settled_files},
                      {"files_at_the_end", course->last_files}};
   }
+  row["course_bytes"] = CourseInTime(life.footprints);
   if (life.killed) return row;
   row["exit_code"] = life.exit_code.value_or(-1);
   row["disk_full"] = life.disk_full;

@@ -42,8 +42,7 @@ using testing::SoakSession;
 constexpr double kTogetherWithin = 10;  // s, after a fault's end, a new program's start among them
 constexpr double kBeginWithin = 60;     // s
 constexpr double kLastChance = 60;  // s, after which a session that is not together ends the run
-constexpr double kLongRun = 1200;   // s
-constexpr std::int64_t kMiB = 1 << 20;
+constexpr double kLongRun = 600;    // s
 
 std::string FromEnvironment(const char* value, const char* otherwise) {
   return value != nullptr ? value : otherwise;
