@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "collab/dds/cyclone_log.h"
+#include "collab/dds/cyclone_threads.h"
 #include "collab/dds/receive_thread.h"
 #include "collab/dds/socket_drops.h"
 #include "engine/base/markup.h"
@@ -241,6 +242,7 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
       uri != nullptr && *uri != '\0') {
     SayOfDds("CYCLONEDDS_URI is set; a session brings its own DDS configuration, so it is ignored");
   }
+  GiveCycloneSmallStacks();
   CycloneLogCapture log;
   const std::string xml = DomainXml(options, RealTimeIsPermitted());
   const dds_entity_t domain = dds_create_domain(options.domain, xml.c_str());

@@ -1,0 +1,34 @@
+#include "collab/dds/cyclone_threads.h"
+
+#include <atomic>
+
+#include <dds/ddsrt/threads.h>
+#include <dlfcn.h>
+
+namespace tandem {
+namespace {
+
+std::atomic<bool> has_small_stacks{false};
+
+}  // namespace
+
+void GiveCycloneSmallStacks() noexcept {
+  has_small_stacks.store(true, std::memory_order_relaxed);
+}
+
+}  // namespace tandem
+
+extern "C" {
+// Cyclone's own, which finds this one before its own.
+dds_return_t ddsrt_thread_create(ddsrt_thread_t* thread, const char* name,
+                                 const ddsrt_threadattr_t* attributes,
+                                 ddsrt_thread_routine_t routine, void* argument) {
+  static const auto cyclones =
+      reinterpret_cast<decltype(&ddsrt_thread_create)>(dlsym(RTLD_NEXT, "ddsrt_thread_create"));
+  ddsrt_threadattr_t own = *attributes;
+  if (own.stackSize == 0 && tandem::has_small_stacks.load(std::memory_order_relaxed)) {
+    own.stackSize = tandem::kCycloneStackBytes;
+  }
+  return cyclones(thread, name, &own, routine, argument);
+}
+}

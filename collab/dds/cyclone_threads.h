@@ -1,0 +1,14 @@
+#pragma once
+
+namespace tandem {
+
+/// Gives each thread that Cyclone makes from here on a stack of kCycloneStackBytes. A peer locks
+/// its memory, so that a stack of ordinary size counts with all of its 8 MB, and Cyclone makes one
+/// thread more when the first member of a secured session comes. Cyclone's configuration takes a
+/// stack's size for some of its threads only. Any thread calls this; it holds for all domains of
+/// the process.
+void GiveCycloneSmallStacks() noexcept;
+
+inline constexpr unsigned kCycloneStackBytes = 1024 * 1024;
+
+}  // namespace tandem
