@@ -28,6 +28,7 @@
 #include "app/output_file.h"
 #include "collab/dds/packet_filter.h"
 #include "collab/dds/socket_drops.h"
+#include "collab/dds/waiting_instances.h"
 #include "engine/base/json_text.h"
 #include "engine/base/whole_file.h"
 #include "engine/realtime/clock.h"
@@ -455,6 +456,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
                     .own_states = node.sent_states()};
   CountShapes(joining, report);
   report.drops = node.inbox().drops().Total();
+  report.drops[static_cast<std::size_t>(Drop::kManyKeys)] += InstancesRefused();
   AddDelivery(node.inbox().delivery(), report);
   report.peers = AsJson(table, name);
   report.force_terms = TermsAsJson(node.directory());

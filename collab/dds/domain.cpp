@@ -18,6 +18,7 @@
 #include "collab/dds/cyclone_threads.h"
 #include "collab/dds/receive_thread.h"
 #include "collab/dds/socket_drops.h"
+#include "collab/dds/waiting_instances.h"
 #include "engine/base/markup.h"
 
 extern "C" {
@@ -242,6 +243,7 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
       uri != nullptr && *uri != '\0') {
     SayOfDds("CYCLONEDDS_URI is set; a session brings its own DDS configuration, so it is ignored");
   }
+  BoundWaitingInstances();
   GiveCycloneSmallStacks();
   CycloneLogCapture log;
   const std::string xml = DomainXml(options, RealTimeIsPermitted());

@@ -20,6 +20,9 @@ bool ddsi_typeid_is_hash(const ddsi_typeid* type);
 const ddsi_typeid* ddsi_typeinfo_minimal_typeid(const ddsi_typeinfo* info);
 const ddsi_typeid* ddsi_typeinfo_complete_typeid(const ddsi_typeinfo* info);
 struct dds_reader;
+struct ddsi_tkmap;
+struct ddsi_tkmap_instance;
+ddsi_tkmap_instance* ddsi_tkmap_find(ddsi_tkmap* map, ddsi_serdata* sample, bool create);
 dds_rhc* dds_rhc_default_new(dds_reader* reader, const ddsi_sertype* type);
 }
 
@@ -78,6 +81,7 @@ namespace {
   X(dds_rhc_default_new)                 \
   X(dds_unregister_instance)             \
   X(dds_write)                           \
+  X(ddsi_tkmap_find)                     \
   X(ddsi_typeid_is_hash)                 \
   X(ddsi_typeinfo_complete_typeid)       \
   X(ddsi_typeinfo_minimal_typeid)

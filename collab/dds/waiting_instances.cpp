@@ -1,0 +1,77 @@
+#include "collab/dds/waiting_instances.h"
+
+#include <array>
+#include <atomic>
+#include <limits>
+#include <string_view>
+
+#include <dds/ddsi/ddsi_tkmap.h>
+#include <dlfcn.h>
+#include <pthread.h>
+
+extern "C" {
+// of Cyclone's own headers, which C++ does not take
+struct gcreq;
+struct gcreq_queue;
+using gcreq_cb_t = void (*)(gcreq*);
+gcreq* gcreq_new(gcreq_queue* queue, gcreq_cb_t callback);
+void gcreq_free(gcreq* request);
+}
+
+namespace tandem {
+namespace {
+
+std::atomic<std::int64_t> waiting_requests{0};  // for "gc", of any kind
+std::atomic<std::int64_t> most_waiting{std::numeric_limits<std::int64_t>::max()};
+std::atomic<std::uint64_t> instances_refused{0};
+
+// Cyclone has "recv", and "recvUC" and "recvMC" beside it. On them alone it goes on without an
+// instance: it takes the sample for one that it cannot read.
+bool OnSomeReceiveThread() noexcept {
+  static thread_local const bool receives = [] {
+    std::array<char, 16> name{};
+    pthread_getname_np(pthread_self(), name.data(), name.size());
+    return std::string_view(name.data()).starts_with("recv");
+  }();
+  return receives;
+}
+
+}  // namespace
+
+void BoundWaitingInstances() noexcept {
+  most_waiting.store(kMostWaitingInstances, std::memory_order_relaxed);
+}
+
+std::uint64_t InstancesRefused() noexcept {
+  return instances_refused.load(std::memory_order_relaxed);
+}
+
+}  // namespace tandem
+
+extern "C" {
+// Cyclone's own, which finds these before its own.
+gcreq* gcreq_new(gcreq_queue* queue, gcreq_cb_t callback) {
+  static const auto cyclones =
+      reinterpret_cast<decltype(&gcreq_new)>(dlsym(RTLD_NEXT, "gcreq_new"));
+  tandem::waiting_requests.fetch_add(1, std::memory_order_relaxed);
+  return cyclones(queue, callback);
+}
+
+void gcreq_free(gcreq* request) {
+  static const auto cyclones =
+      reinterpret_cast<decltype(&gcreq_free)>(dlsym(RTLD_NEXT, "gcreq_free"));
+  tandem::waiting_requests.fetch_sub(1, std::memory_order_relaxed);
+  cyclones(request);
+}
+
+ddsi_tkmap_instance* ddsi_tkmap_lookup_instance_ref(ddsi_tkmap* map, ddsi_serdata* sample) {
+  const bool full = tandem::waiting_requests.load(std::memory_order_relaxed) >=
+                    tandem::most_waiting.load(std::memory_order_relaxed);
+  if (!full || !tandem::OnSomeReceiveThread()) return ddsi_tkmap_find(map, sample, true);
+  ddsi_tkmap_instance* const known = ddsi_tkmap_find(map, sample, false);
+  if (known == nullptr) {
+    tandem::instances_refused.fetch_add(1, std::memory_order_relaxed);
+  }
+  return known;
+}
+}
