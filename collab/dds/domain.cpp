@@ -42,6 +42,8 @@ namespace tandem {
 namespace {
 
 constexpr const char* kLoopback = "lo";
+// Bytes. A controller's snapshot has 0.25 MB at the most, all else is smaller (idl).
+constexpr int kLargestSample = 512 * 1024;
 
 bool IsPlain(char c) {  // in any locale
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
@@ -228,7 +230,10 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   xml += std::string("<MultipleReceiveThreads>") +
          (HasTheSocketToItself(options) ? "true" : "false") +
          "</MultipleReceiveThreads><SocketReceiveBufferSize max=\"" +
-         std::to_string(kSocketBuffer) + " B\"/></Internal>";
+         std::to_string(kSocketBuffer) + " B\"/>";
+  // pieces of a sample are kept until it is whole
+  xml += "<MaxSampleSize>" + std::to_string(kLargestSample) +
+         " B</MaxSampleSize><DefragReliableMaxSamples>4</DefragReliableMaxSamples></Internal>";
   if (real_time_receive) {
     xml += "<Threads><Thread Name=\"recv\"><Scheduling><Class>Realtime</Class><Priority>" +
            std::to_string(ReceivePriority()) + "</Priority></Scheduling></Thread></Threads>";
