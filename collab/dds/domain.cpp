@@ -231,9 +231,11 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
          (HasTheSocketToItself(options) ? "true" : "false") +
          "</MultipleReceiveThreads><SocketReceiveBufferSize max=\"" +
          std::to_string(kSocketBuffer) + " B\"/>";
-  // pieces of a sample are kept until it is whole
+  // a sample that waits for one before it keeps the whole receive buffer that it came to; pieces of a
+  // sample are kept until it is whole
   xml += "<MaxSampleSize>" + std::to_string(kLargestSample) +
          " B</MaxSampleSize><DefragReliableMaxSamples>4</DefragReliableMaxSamples></Internal>";
+  xml += "<Sizing><ReceiveBufferSize>256 KiB</ReceiveBufferSize></Sizing>";
   if (real_time_receive) {
     xml += "<Threads><Thread Name=\"recv\"><Scheduling><Class>Realtime</Class><Priority>" +
            std::to_string(ReceivePriority()) + "</Priority></Scheduling></Thread></Threads>";
