@@ -19,6 +19,7 @@ namespace {
 constexpr std::int64_t kIdleNs = 50'000'000;
 constexpr int kTurnsPerLook = 5;                     // of 20 ms: at who is there
 constexpr std::int64_t kPosesPeriodNs = 20'000'000;  // in which a saved scene may be old
+constexpr std::uint64_t kFloodFrom = 200;            // refused samples; fewer are an accident
 
 /// What a host is told of the voxels of a mesh.
 Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
@@ -239,6 +240,10 @@ PeerControl::Wish PeerControl::Turn(PeerTable& table) {
     lines.swap(lines_);
   }
   for (const std::string& line : lines) tandem::Say(line);
+  if (!flood_told_ && port_->refused() >= kFloodFrom) {
+    flood_told_ = true;
+    tandem::Say("a program of this machine floods the controller: what is too much is refused");
+  }
   TellStop();
   if (turns_++ % kTurnsPerLook == 0) {
     Post([peers = Peers(table)](ControlServer& server) {

@@ -108,6 +108,7 @@ class PeerControl : private ControlledPeer {
   std::mutex stop_mutex_;
   bool device_stopped_ = false;
   bool stop_untold_ = false;  // the node has not heard of that yet
+  bool flood_told_ = false;   // the control thread's
   std::atomic<bool> quit_{false};
   std::stop_source stop_loading_;
   std::atomic<bool> stop_{false};

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdlib>
 #include <optional>
+#include <utility>
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -113,7 +114,30 @@ Result<fs::path> ControlFolder() {
   return folder;
 }
 
-dds_entity_t ControlReader(dds_entity_t participant, ControlTopic topic) {
+WriterLimits LimitsOf(ControlTopic topic) {
+  constexpr int kOneHost = 1;
+  // a controller answers every host that comes, and has another id in each session that it joins
+  constexpr int kOfAController = 4096;
+  // one, and for a moment the one before it
+  constexpr int kWritersOfOne = 4;
+  switch (topic) {
+    case ControlTopic::kRequest:
+      // a host that asks again at each answer makes some thousands a second
+      return {.per_second = 5000, .at_once = 5000, .keys = kOneHost, .of_one = kWritersOfOne};
+    case ControlTopic::kGoal:
+      // 1 kHz at the most, and half a second of it at once
+      return {.per_second = 4000, .at_once = 2000, .keys = kOneHost, .of_one = kWritersOfOne};
+    case ControlTopic::kScene:
+      return {.per_second = 10, .at_once = 100, .keys = kOfAController, .of_one = kWritersOfOne};
+    case ControlTopic::kSnapshot:
+      return {.per_second = 4000, .at_once = 2000, .keys = kOfAController, .of_one = kWritersOfOne};
+    case ControlTopic::kAnswer:
+      break;
+  }
+  return {.per_second = 20'000, .at_once = 20'000, .keys = kOfAController, .of_one = kWritersOfOne};
+}
+
+dds_entity_t ControlReader(dds_entity_t participant, ControlTopic topic, OnRefused on_refused) {
   const TopicFacts& facts = FactsOf(topic);
   const dds_entity_t made = TopicOf(participant, facts);
   if (made < 0) return made;
@@ -121,7 +145,8 @@ dds_entity_t ControlReader(dds_entity_t participant, ControlTopic topic) {
   // of goals and snapshots what waits is the newest of each sender; of goals also those before it,
   // since a goodbye is the last of them
   if (topic == ControlTopic::kGoal) dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 8);
-  return dds_create_reader(participant, made, qos.get(), nullptr);
+  return CreateGatedReader(participant, made, qos.get(), nullptr, LimitsOf(topic),
+                           std::move(on_refused));
 }
 
 dds_entity_t ControlWriter(dds_entity_t participant, ControlTopic topic) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "collab/dds/dds_api.h"
+#include "collab/dds/gated_reader.h"
 #include "engine/base/result.h"
 
 namespace tandem {
@@ -25,9 +26,14 @@ Result<std::filesystem::path> ControlFolder();
 
 enum class ControlTopic : std::uint8_t { kRequest, kAnswer, kGoal, kScene, kSnapshot };
 
-/// A reader or a writer of a topic, in the partition of whoever says it. Negative: why there is
-/// none.
-dds_entity_t ControlReader(dds_entity_t participant, ControlTopic topic);
+/// The samples that a writer of such a topic may send to a reader.
+WriterLimits LimitsOf(ControlTopic topic);
+
+/// Makes a reader of a topic, in the partition of the program that writes it. A WriterGate stands
+/// before the reader, as it does in a session: any program of the machine may write to it.
+/// Negative: Cyclone's code of what went wrong.
+dds_entity_t ControlReader(dds_entity_t participant, ControlTopic topic, OnRefused on_refused);
+/// Makes a writer of a topic, in this program's partition. Negative: as above.
 dds_entity_t ControlWriter(dds_entity_t participant, ControlTopic topic);
 
 }  // namespace tandem

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <filesystem>
 #include <random>
 #include <utility>
@@ -106,8 +107,11 @@ class DdsControlPort final : public ControlPort {
 
   bool Open() {
     const dds_entity_t participant = domain_.participant.get();
-    requests_ = ControlReader(participant, ControlTopic::kRequest);
-    goals_ = ControlReader(participant, ControlTopic::kGoal);
+    const auto count = [this](dds_instance_handle_t, Drop) {
+      refused_.fetch_add(1, std::memory_order_relaxed);
+    };
+    requests_ = ControlReader(participant, ControlTopic::kRequest, count);
+    goals_ = ControlReader(participant, ControlTopic::kGoal, count);
     answers_ = ControlWriter(participant, ControlTopic::kAnswer);
     scenes_ = ControlWriter(participant, ControlTopic::kScene);
     snapshots_ = ControlWriter(participant, ControlTopic::kSnapshot);
@@ -165,9 +169,13 @@ class DdsControlPort final : public ControlPort {
     ToWire(snapshot, snapshot.self, wire, room_);
     dds_write(snapshots_, &wire);
   }
+  std::uint64_t refused() const noexcept override {
+    return refused_.load(std::memory_order_relaxed);
+  }
 
  private:
   NameLock lock_;
+  std::atomic<std::uint64_t> refused_ = 0;
   ControlDomain domain_;
   std::uint64_t id_ = 0;
   dds_entity_t requests_ = 0;

@@ -33,6 +33,8 @@ class ControlPort {
   virtual void Say(const HostAnswer& answer) = 0;
   virtual void Say(const ControlScene& scene, bool loading) = 0;
   virtual void Say(const ControllerSnapshot& snapshot) = 0;
+  /// Counts the samples of hosts that the gates have refused. Any thread calls it.
+  virtual std::uint64_t refused() const noexcept = 0;
 };
 
 }  // namespace tandem

@@ -138,9 +138,10 @@ bool Controller::Link::Open() {
   const dds_entity_t participant = domain_.participant.get();
   requests_ = ControlWriter(participant, ControlTopic::kRequest);
   goals_ = ControlWriter(participant, ControlTopic::kGoal);
-  answers_reader_ = ControlReader(participant, ControlTopic::kAnswer);
-  scenes_ = ControlReader(participant, ControlTopic::kScene);
-  snapshots_ = ControlReader(participant, ControlTopic::kSnapshot);
+  const auto ignore = [](dds_instance_handle_t, Drop) {};
+  answers_reader_ = ControlReader(participant, ControlTopic::kAnswer, ignore);
+  scenes_ = ControlReader(participant, ControlTopic::kScene, ignore);
+  snapshots_ = ControlReader(participant, ControlTopic::kSnapshot, ignore);
   wake_ = dds_create_guardcondition(participant);
   waitset_ = dds_create_waitset(participant);
   for (const dds_entity_t entity : {requests_, goals_, answers_reader_, scenes_, snapshots_}) {
