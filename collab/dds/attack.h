@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "collab/dds/dds_transport.h"
 #include "engine/base/result.h"
@@ -20,9 +19,16 @@ enum class Attack : std::uint8_t {
 const char* NameOf(Attack attack) noexcept;  // "states" …
 Result<Attack> AttackNamed(const std::string& name);
 
-/// Floods for so long. Returns how many samples or packets were sent. The kinds by DDS join the
+/// How long a flood lasts, and how dense it is.
+struct FloodPlan {
+  double seconds = 0;
+  std::uint64_t most = 0;  // samples or packets after which it ends earlier; 0: no such number
+  double per_second = 0;   // samples or packets; 0: as many as can be
+};
+
+/// Floods as planned. Returns how many samples or packets were sent. The kinds by DDS join the
 /// session as a program of its own that keeps to none of the product's checks; the last sends to
-/// the loopback's ports of the options' domain, those of the first few programs.
-Result<std::uint64_t> Flood(Attack attack, const DdsOptions& options, double seconds);
+/// the loopback's ports of the options' domain, those of the first few programs that are there.
+Result<std::uint64_t> Flood(Attack attack, const DdsOptions& options, const FloodPlan& plan);
 
 }  // namespace tandem

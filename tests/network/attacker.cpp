@@ -175,7 +175,7 @@ int main(int argc, char** argv) {
   options.interface = argc > 6 ? argv[6] : "lo";
   if (mode == "packets") {
     options.peer = id;
-    const Result<std::uint64_t> sent = Flood(tandem::Attack::kPackets, options, std::stod(argv[5]));
+    const Result<std::uint64_t> sent = Flood(tandem::Attack::kPackets, options, {.seconds = std::stod(argv[5])});
     if (!sent) return Refused(sent.error().what);
     std::printf("sent %llu\n", static_cast<unsigned long long>(*sent));
     return 0;

@@ -72,6 +72,7 @@ namespace {
   X(dds_return_loan)                     \
   X(dds_set_guardcondition)              \
   X(dds_set_log_sink)                    \
+  X(dds_sleepfor)                        \
   X(dds_strretcode)                      \
   X(dds_take)                            \
   X(dds_take_guardcondition)             \
