@@ -1,27 +1,37 @@
 // A program that does what no sound one does, for the tests; it has the product's message types and
 // none of its checks:
-//   attacker SESSION KEYS ID MODE SECONDS [INTERFACE]
+//   attacker SESSION KEYS ID MODE SECONDS [MOST [INTERFACE]]
 // KEYS is a member's folder or "-". It speaks as ID (the keys' id in a secured session), over the
 // interface (else over loopback), by the modes:
 //   flood   states of one body, as fast as can be
 //   keys    states of ever new bodies
+//   names   presence under ever new names, as a peer and as a viewer
 //   ends    ends of ever new instances, without data, on every topic
 //   flap    comes and goes
 //   name    is called by bytes that are no text
 //   scenes  manifests of ever new authors, some of them by writers in those authors' partitions
 //   views   pictures with ever new bodies
 //   lookers presence of ever new viewers
+//   pieces  pieces of one sample that is said to be of a gigabyte, by a plain socket
 //   packets announcements of ever new programs, by a plain socket
-// It says "joined" when it can write, is just there for 1.5 s, and says "sent N" at the end.
+//   hosts   requests and goals of ever new hosts, to the controller SESSION
+// It says "joined" when it can write, and is a quiet member until it gets SIGUSR1. Then it floods
+// for so many seconds, or until it has sent MOST, and says "sent N".
+#include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <string>
 
+#include <arpa/inet.h>
 #include <dds/dds.h>
+#include <sys/socket.h>
 #undef restrict
 
 #include "collab/dds/attack.h"
+#include "collab/dds/control_domain.h"
+#include "collab/dds/control_wire.h"
 #include "collab/dds/cyclone_log.h"
 #include "collab/dds/domain.h"
 #include "collab/dds/keys.h"
@@ -35,9 +45,63 @@ namespace {
 using namespace tandem;
 using Clock = std::chrono::steady_clock;
 
+constexpr std::uint32_t kControlDomain = 43;  // that --control takes
+
+constexpr double kPatienceSeconds = 120;  // for the signal to begin
+
+std::atomic<bool> begun{false};
+
 int Refused(const std::string& why) {
   std::printf("refused: %s\n", why.c_str());
   return 1;
+}
+
+int Sent(std::uint64_t count) {
+  std::printf("sent %llu\n", static_cast<unsigned long long>(count));
+  return 0;
+}
+
+/// Says "joined" and calls meanwhile(), ten times a second, until the signal to begin comes.
+template <typename Meanwhile>
+void AwaitSignal(Meanwhile meanwhile) {
+  std::signal(SIGUSR1, [](int) {
+    begun = true;
+  });
+  std::puts("joined");
+  std::fflush(stdout);
+  const auto until = Clock::now() + std::chrono::duration<double>(kPatienceSeconds);
+  while (!begun && Clock::now() < until) {
+    meanwhile();
+    dds_sleepfor(DDS_MSECS(100));
+  }
+}
+
+/// Requests and goals of ever new hosts, by one writer of each.
+int FloodController(const std::string& name, const FloodPlan& plan) {
+  const Result<ControlDomain> control = EnterControlDomain(name, kControlDomain, {});
+  if (!control) return Refused(control.error().what);
+  const dds_entity_t requests = ControlWriter(control->participant.get(), ControlTopic::kRequest);
+  const dds_entity_t goals = ControlWriter(control->participant.get(), ControlTopic::kGoal);
+  if (requests <= 0 || goals <= 0) return Refused("no writer");
+  AwaitSignal([] {});
+  const auto end = Clock::now() + std::chrono::duration<double>(plan.seconds);
+  std::uint64_t sent = 0;
+  for (; Clock::now() < end && (plan.most == 0 || sent < plan.most); ++sent) {
+    tandem_control_Request request{};
+    request.host = 1000 + sent;
+    request.number = 1;
+    request.version = kControlVersion;
+    request.kind = tandem_control_SNAPSHOT_RATE;
+    request.value = 60;
+    dds_write(requests, &request);
+    tandem_control_Goal goal{};
+    goal.host = 1000 + sent;
+    dds_write(goals, &goal);
+    // or this program grows itself
+    dds_unregister_instance(requests, &request);
+    dds_unregister_instance(goals, &goal);
+  }
+  return Sent(sent);
 }
 
 class Attacker {
@@ -124,6 +188,48 @@ class Attacker {
     // or this program grows itself
     dds_unregister_instance(lookers_, &info);
   }
+  void Names(std::uint32_t number) {
+    Presence("vic-" + std::to_string(number));
+    tandem_ViewerInfo info{};
+    info.peer = id_;
+    info.protocol = kProtocol;
+    info.beat = ++beat_;
+    std::snprintf(info.name, sizeof info.name, "looker-%u", number);
+    dds_write(lookers_, &info);
+  }
+  /// A piece of a state that is never whole (RTPS 2.5, section 9.4.5.5), in this program's name.
+  void Piece(std::uint32_t number, std::uint32_t domain) const {
+    constexpr std::uint16_t kPieceBytes = 60'000;
+    constexpr std::uint32_t kSampleBytes = 1U << 30U;
+    dds_guid_t guid{};
+    if (dds_get_guid(states_, &guid) != DDS_RETCODE_OK) return;
+    std::string packet{"RTPS\x02\x05\x01\x10", 8};
+    const auto put = [&packet](std::uint32_t value, int bytes) {
+      for (int i = 0; i < bytes; ++i) packet += static_cast<char>(value >> (8 * i));
+    };
+    const auto* const id = reinterpret_cast<const char*>(guid.v);
+    packet.append(id, 12);
+    put(0x16, 1);  // DATA_FRAG
+    put(1, 1);     // little endian
+    put(32 + kPieceBytes, 2);
+    put(0, 2);
+    put(28, 2);  // from here to the data
+    put(0, 4);   // every reader
+    packet.append(id + 12, 4);
+    put(0, 4);  // the sample's number, the high half first
+    put(1'000'000, 4);
+    put(1 + number % (kSampleBytes / kPieceBytes), 4);
+    put(1, 2);
+    put(kPieceBytes, 2);
+    put(kSampleBytes, 4);
+    packet.append(kPieceBytes, '\0');
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    to.sin_port = htons(static_cast<std::uint16_t>(DiscoveryPort(domain, 0) + 1));  // of data
+    sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
+           sizeof to);
+  }
   void View(std::uint32_t first) {
     tandem_ViewFrame view{};
     view.peer = id_;
@@ -146,6 +252,7 @@ class Attacker {
 
   const dds_entity_t participant_;
   const PeerId id_;
+  const int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);  // for what DDS does not send
   dds_entity_t states_ = 0, linked_ = 0, views_ = 0, infos_ = 0, events_ = 0, scenes_ = 0,
                lookers_ = 0;
   std::uint32_t seq_ = 0;
@@ -157,6 +264,8 @@ class Attacker {
 int main(int argc, char** argv) {
   if (argc < 6) return 2;
   const std::string mode = argv[4];
+  const FloodPlan plan{
+      .seconds = std::stod(argv[5]), .most = argc > 6 ? std::stoull(argv[6]) : 0, .per_second = 0};
   TakeOverCycloneLog();
   Qos participant_qos;
   PeerId id = std::stoull(argv[3]);
@@ -170,15 +279,15 @@ int main(int argc, char** argv) {
     id = keys->peer;
     key_name = keys->name;
   }
+  if (mode == "hosts") return FloodController(argv[1], plan);
   DdsOptions options;
   options.session = argv[1];
-  options.interface = argc > 6 ? argv[6] : "lo";
+  options.interface = argc > 7 ? argv[7] : "lo";
   if (mode == "packets") {
     options.peer = id;
-    const Result<std::uint64_t> sent = Flood(tandem::Attack::kPackets, options, {.seconds = std::stod(argv[5])});
-    if (!sent) return Refused(sent.error().what);
-    std::printf("sent %llu\n", static_cast<unsigned long long>(*sent));
-    return 0;
+    AwaitSignal([] {});
+    const Result<std::uint64_t> sent = Flood(tandem::Attack::kPackets, options, plan);
+    return sent ? Sent(*sent) : Refused(sent.error().what);
   }
   const Result<Entity> domain = CreateDomain(options);
   if (!domain) return Refused(domain.error().what);
@@ -186,8 +295,6 @@ int main(int argc, char** argv) {
   if (participant.get() < 0) return Refused("no participant");
   Attacker attacker(participant.get(), id, key_name);
   if (!attacker.CanSpeak()) return Refused("no writer");
-  std::puts("joined");
-  std::fflush(stdout);
   const std::string own_name = mode == "name" ? "b\xff\xc2\x9b\xe2\x80\xae"
                                                 "d"
                                               : "vic";
@@ -196,15 +303,12 @@ int main(int argc, char** argv) {
     if (mode != "lookers") attacker.Presence(own_name);
   };
   // what a member costs that is just here is no flood's
-  for (int i = 0; i < 15; ++i) {
-    be_here();
-    dds_sleepfor(DDS_MSECS(100));
-  }
+  AwaitSignal(be_here);
 
-  const auto end = Clock::now() + std::chrono::duration<double>(std::stod(argv[5]));
+  const auto end = Clock::now() + std::chrono::duration<double>(plan.seconds);
   auto beat = Clock::now();
-  long sent = 0;
-  for (; Clock::now() < end; ++sent) {
+  std::uint64_t sent = 0;
+  for (; Clock::now() < end && (plan.most == 0 || sent < plan.most); ++sent) {
     const auto number = static_cast<std::uint32_t>(sent);
     if (mode == "flap") {
       attacker.Presence(own_name);
@@ -219,15 +323,17 @@ int main(int argc, char** argv) {
     }
     if (mode == "flood") attacker.State(0);
     if (mode == "keys") attacker.State(number);
+    if (mode == "names") attacker.Names(number);
     if (mode == "ends") attacker.End(number);
     if (mode == "scenes") attacker.Scene(1000 + number);
     if (mode == "views") attacker.View(kMaxViewBodies * number);
     if (mode == "lookers") attacker.Looker(1000 + number);
+    if (mode == "pieces") attacker.Piece(number, options.domain);
     if (mode == "name") dds_sleepfor(DDS_MSECS(10));
     // reliable writers wait for no one here, but leave the receivers some time
-    if (mode == "scenes" || mode == "ends" || mode == "views" || mode == "lookers")
-      dds_sleepfor(DDS_USECS(100));
+    const bool is_slow = mode == "scenes" || mode == "ends" || mode == "views" ||
+                         mode == "lookers" || mode == "pieces";
+    if (is_slow && plan.most == 0) dds_sleepfor(DDS_USECS(100));
   }
-  std::printf("sent %ld\n", sent);
-  return 0;
+  return Sent(sent);
 }

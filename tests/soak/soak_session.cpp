@@ -1,5 +1,6 @@
 #include "tests/soak/soak_session.h"
 
+#include <csignal>
 #include <algorithm>
 #include <random>
 #include <sstream>
@@ -242,8 +243,10 @@ void SoakSession::Flood(const SoakFault& fault) {
   const std::filesystem::path said = folder_.path() / ("flood-" + std::to_string(++floods_));
   Program attacker(
       hub_->At(SoakPlaces::kAttacker, {TANDEM_ATTACKER, session_, "-", kAttackerId, fault.flood,
-                                       std::to_string(fault.lasts_s), TapHub::kInterface}),
+                                       std::to_string(fault.lasts_s), "0", TapHub::kInterface}),
       said);
+  EXPECT_TRUE(attacker.Says("joined")) << attacker.said();
+  attacker.process().Signal(SIGUSR1);
   while (!attacker.process().Poll()) Tick();
   EXPECT_NE(attacker.said().find("sent "), std::string::npos) << attacker.said();
 }
