@@ -1,7 +1,7 @@
 #include "tests/soak/soak_session.h"
 
-#include <csignal>
 #include <algorithm>
+#include <csignal>
 #include <random>
 #include <sstream>
 #include <thread>
