@@ -63,11 +63,13 @@ struct BodyVerdict {
 };
 
 /// The poses of a run that are kept to be judged at its end. Beyond kMost of them every second one
-/// is left out, and so on: what is kept is spread evenly over the run.
+/// is left out, and so on: what is kept is spread evenly over the run. All memory is taken at
+/// construction.
 class HeldPoses {
  public:
   static constexpr std::size_t kMost = 60'000;
 
+  HeldPoses() { kept_.reserve(kMost); }
   void Add(const HeldPose& pose);
   const std::vector<HeldPose>& kept() const noexcept { return kept_; }
 
