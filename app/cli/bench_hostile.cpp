@@ -184,6 +184,8 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
     most = std::max(most, MemoryOf(peer->pid()));
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
+  const std::uint64_t lines = LinesWith(TextOf(folder.path() / "said"), "") - lines_before;
+  run.lines_per_s = static_cast<double>(lines) / arguments.seconds;
   while (run.memory_back_s < kBackSeconds) {
     run.memory_kept_bytes = MemoryOf(peer->pid()) - before;
     if (run.memory_kept_bytes <= kKept) break;
@@ -194,8 +196,6 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
   empty.Stop();
   empty.Join();
   const std::string said = TextOf(folder.path() / "said");
-  run.lines_per_s = static_cast<double>(LinesWith(said, "") - lines_before) /
-                    (arguments.seconds + run.memory_back_s);
   if (attacker->Poll() != kExitOk) return Error{"the attacker failed"};
   const std::optional<int> code = peer->Wait(std::chrono::seconds(20));
   if (code != kExitOk) return Error{"the peer did not end as it should: " + said};

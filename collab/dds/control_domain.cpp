@@ -122,8 +122,9 @@ WriterLimits LimitsOf(ControlTopic topic) {
   constexpr int kWritersOfOne = 4;
   switch (topic) {
     case ControlTopic::kRequest:
-      // a host that asks again at each answer makes some thousands a second
-      return {.per_second = 5000, .at_once = 5000, .keys = kOneHost, .of_one = kWritersOfOne};
+      // a host that asks again at each answer makes some thousands a second, and none may be lost: an
+      // emergency stop is a request, too
+      return {.per_second = 50'000, .at_once = 50'000, .keys = kOneHost, .of_one = kWritersOfOne};
     case ControlTopic::kGoal:
       // 1 kHz at the most, and half a second of it at once
       return {.per_second = 4000, .at_once = 2000, .keys = kOneHost, .of_one = kWritersOfOne};

@@ -2,7 +2,8 @@
 
 namespace tandem {
 
-/// Gives each thread that Cyclone makes from here on a stack of kCycloneStackBytes. A peer locks
+/// Gives each thread that Cyclone makes from here on, but those that read what others send, a stack
+/// of kCycloneStackBytes. A peer locks
 /// its memory, so that a stack of ordinary size counts with all of its 8 MB, and Cyclone makes one
 /// thread more when the first member of a secured session comes. Cyclone's configuration takes a
 /// stack's size for some of its threads only. Any thread calls this; it holds for all domains of

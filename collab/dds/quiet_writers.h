@@ -54,9 +54,10 @@ class QuietWriters {
         Count(writer, 1);
       } else if (status.not_alive_count_change < 0 && status.alive_count_change > 0) {
         Count(writer, -1);
-      } else if (status.alive_count_change <= 0) {
+      } else if (status.alive_count_change < 0 || status.not_alive_count_change < 0) {
         silences_.erase(writer);  // the writer has gone
       }
+      // with no change at all a begin and an end were told as one
     }
     dds_set_guardcondition(on_change_, true);
   }

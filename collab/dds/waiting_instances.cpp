@@ -5,6 +5,8 @@
 #include <limits>
 #include <string_view>
 
+#include <dds/ddsi/ddsi_serdata.h>
+#include <dds/ddsi/ddsi_sertype.h>
 #include <dds/ddsi/ddsi_tkmap.h>
 #include <dlfcn.h>
 #include <pthread.h>
@@ -22,7 +24,7 @@ namespace tandem {
 namespace {
 
 std::atomic<std::int64_t> waiting_requests{0};  // for "gc", of any kind
-std::atomic<std::int64_t> most_waiting{std::numeric_limits<std::int64_t>::max()};
+std::atomic<bool> is_bounded{false};
 std::atomic<std::uint64_t> instances_refused{0};
 
 // Cyclone has "recv", and "recvUC" and "recvMC" beside it. On them alone it goes on without an
@@ -36,10 +38,19 @@ bool OnSomeReceiveThread() noexcept {
   return receives;
 }
 
+// How many may wait when a sample of that type brings a new key.
+std::int64_t MostWaiting(const ddsi_serdata* sample) noexcept {
+  const std::string_view type = sample->type->type_name;
+  if (type.starts_with("tandem_control::")) return std::numeric_limits<std::int64_t>::max();
+  const bool is_motion =
+      type == "tandem::ObjectState" || type == "tandem::LinkedState" || type == "tandem::ViewFrame";
+  return is_motion ? kMostWaitingInstances : kMostWaitingOfAll;
+}
+
 }  // namespace
 
 void BoundWaitingInstances() noexcept {
-  most_waiting.store(kMostWaitingInstances, std::memory_order_relaxed);
+  is_bounded.store(true, std::memory_order_relaxed);
 }
 
 std::uint64_t InstancesRefused() noexcept {
@@ -65,8 +76,10 @@ void gcreq_free(gcreq* request) {
 }
 
 ddsi_tkmap_instance* ddsi_tkmap_lookup_instance_ref(ddsi_tkmap* map, ddsi_serdata* sample) {
-  const bool full = tandem::waiting_requests.load(std::memory_order_relaxed) >=
-                    tandem::most_waiting.load(std::memory_order_relaxed);
+  const std::int64_t waiting = tandem::waiting_requests.load(std::memory_order_relaxed);
+  const bool full = waiting >= tandem::kMostWaitingInstances &&
+                    tandem::is_bounded.load(std::memory_order_relaxed) &&
+                    waiting >= tandem::MostWaiting(sample);
   if (!full || !tandem::OnSomeReceiveThread()) return ddsi_tkmap_find(map, sample, true);
   ddsi_tkmap_instance* const known = ddsi_tkmap_find(map, sample, false);
   if (known == nullptr) {

@@ -10,12 +10,16 @@ namespace tandem {
 /// priority. A flood of invented keys makes instances faster than it frees them whenever it waits
 /// for a core.
 ///
-/// From here on the receive threads make no instance while kMostWaiting requests wait for "gc".
-/// They drop a sample with a new key and count it. Samples of known keys pass. Any thread calls
-/// this; the bound holds for all domains of the process.
+/// From here on the receive threads make no instance for a state or a picture while
+/// kMostWaitingInstances requests wait for "gc", and none for another sample of a session while
+/// kMostWaitingOfAll do. They drop a sample with a new key and count it. Samples of known keys
+/// pass, and those of a controller's hosts. Presence, events and scenes are reliable: what is
+/// dropped of them is not sent again. So the flood of states, which needs no answer, leaves room
+/// for them. Any thread calls this; the bound holds for all domains of the process.
 void BoundWaitingInstances() noexcept;
 
 inline constexpr std::int64_t kMostWaitingInstances = 1024;  // some 0.8 kB each
+inline constexpr std::int64_t kMostWaitingOfAll = 8 * kMostWaitingInstances;
 
 /// Counts the samples that the bound has dropped. Any thread calls it.
 std::uint64_t InstancesRefused() noexcept;

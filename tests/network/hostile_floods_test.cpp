@@ -102,7 +102,7 @@ class HostileFloods : public ::testing::Test {
     }
     const std::int64_t before = MemoryAtRest(victim);
     EXPECT_GT(before, 0);
-    lines_before_ = LinesOf(victim.said()).size();
+    const std::size_t lines_before = LinesOf(victim.said()).size();
     const auto begun = std::chrono::steady_clock::now();
     std::optional<StoppedThread> stopped;
     if (!stopped_thread_.empty()) {
@@ -116,6 +116,8 @@ class HostileFloods : public ::testing::Test {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     stopped.reset();
+    seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    lines_ = LinesOf(victim.said()).size() - lines_before;
     EXPECT_THAT(attacker.said(), HasSubstr("sent "));
     sent_ = std::stol(attacker.said().substr(attacker.said().find("sent ") + 5));
     if (FullSizeOf(mode) > 0) {
@@ -126,7 +128,6 @@ class HostileFloods : public ::testing::Test {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
       growth.kept = std::min(growth.kept, victim.Memory() - before);
     }
-    seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
     RecordProperty("sent", static_cast<int>(sent_));
     RecordProperty("growth_kb", static_cast<int>(growth.most / 1024));
     RecordProperty("kept_kb", static_cast<int>(growth.kept / 1024));
@@ -141,8 +142,8 @@ class HostileFloods : public ::testing::Test {
   const std::string session_;
   std::string stopped_thread_;  // of the victim, during the flood; empty: none
   long sent_ = 0;
-  double seconds_ = 0;            // from the flood's beginning until its memory was given back
-  std::size_t lines_before_ = 0;  // that the victim had said before the flood
+  double seconds_ = 0;     // of the flood
+  std::size_t lines_ = 0;  // that the victim said meanwhile
 
  private:
   /// All that starting and meeting take is taken: for a second the memory has not grown any more.
@@ -222,7 +223,7 @@ TEST_F(HostileFloods, InventedNamesTakeNoMemoryAndFewLines) {
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("names", anna));
   EXPECT_GT(sent_, 5000);
-  EXPECT_LE(static_cast<double>(LinesOf(anna.said()).size() - lines_before_), 10 * (seconds_ + 1));
+  EXPECT_LE(static_cast<double>(lines_), 10 * (seconds_ + 1));
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
   EXPECT_GT(Report().at("drops").at("flood").get<long>(), 1000);
@@ -307,9 +308,8 @@ TEST_F(HostileFloods, WhoComesAndGoesIsToldOfOnceASecond) {
   Program anna = Peer();
   ASSERT_TRUE(anna.Says("is in session"));
   GrowthUnder("flap", anna);
-  const std::size_t during = LinesOf(anna.said()).size() - lines_before_;
-  EXPECT_GT(during, 0U);
-  EXPECT_LE(static_cast<double>(during), 2 * (seconds_ + 2));
+  EXPECT_GT(lines_, 0U);
+  EXPECT_LE(static_cast<double>(lines_), 2 * (seconds_ + 2));
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
 }

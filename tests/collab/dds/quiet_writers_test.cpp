@@ -50,6 +50,18 @@ TEST_F(QuietWritersTold, AnEndThatIsToldBeforeTheSilencesBeginIsItsEnd) {
   EXPECT_TRUE(quiet_.Has(kAnna)) << "the next silence counts";
 }
 
+TEST_F(QuietWritersTold, ABeginAndAnEndThatAreToldAsOneChangeNothing) {
+  Comes(kAnna);
+  FallsSilent(kAnna);
+  Tell(kAnna, 0, 0);
+  EXPECT_TRUE(quiet_.Has(kAnna));
+  SpeaksAgain(kAnna);
+  SpeaksAgain(kAnna);
+  Tell(kAnna, 0, 0);
+  FallsSilent(kAnna);
+  EXPECT_FALSE(quiet_.Has(kAnna)) << "the end was told before, and still counts";
+}
+
 TEST_F(QuietWritersTold, AWriterThatHasGoneIsForgotten) {
   FallsSilent(kAnna);
   Goes(kAnna);
