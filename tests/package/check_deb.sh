@@ -44,8 +44,12 @@ as_tester tandem demo --headless --json >"$work/demo.json" 2>"$work/demo.log" ||
 tail -3 "$work/demo.log"
 as_tester tandem keys session KEYS >/dev/null
 as_tester tandem keys viewer KEYS vic >/dev/null
-as_tester tandem watch --session S --secure KEYS/vic --seconds 2 >"$work/watch.log" 2>&1 &&
-  grep 'is secured' "$work/watch.log" || fail "no secured session"
+as_tester tandem keys peer KEYS anna >/dev/null
+as_tester tandem peer --session S --scene peg_in_slot --hold peg --secure KEYS/anna --seconds 10 >"$work/peer.log" 2>&1 &
+peer=$!
+as_tester tandem watch --session S --secure KEYS/vic --seconds 8 >"$work/watch.log" 2>&1 &&
+  grep 'is secured' "$work/watch.log" || fail "no secured session: $(cat "$work/watch.log" "$work/peer.log")"
+wait "$peer" || fail "the secured peer: $(cat "$work/peer.log")"
 
 say "the window"
 apt-get -qq -y install --no-install-recommends xvfb xauth >"$work/xvfb.log" 2>&1 || fail "xvfb"
