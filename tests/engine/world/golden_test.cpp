@@ -1,5 +1,5 @@
 // The same bits from the same inputs, by each instruction set that the kernels are compiled for, on
-// one, two and four threads, by each compiler.
+// one, two and four threads.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
