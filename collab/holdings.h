@@ -114,7 +114,7 @@ class Holdings {
   bool HeldBy(std::size_t body, PeerId peer) const noexcept;
   /// The other peers that hold a body; how many.
   std::size_t Holders(std::size_t body, std::array<PeerId, kMaxPeers>& out) const noexcept;
-  /// Whether it is ours to say where the body stands, and to simulate it if it is free.
+  /// Tells whether this peer says where the body stands, and simulates it if it is free.
   bool Parks(std::size_t body) const noexcept;
   /// Where another peer has put the body down or handed it to us, and nobody has moved it since;
   /// null: it stands where it is here.
@@ -220,7 +220,7 @@ class Holdings {
   std::int64_t EpochsSince(std::int64_t since_ns) const noexcept;
   /// Whether what `by` says may bring a body to that epoch now.
   bool Affords(const Member& by, const Body& body, std::uint32_t epoch) const noexcept;
-  /// Whether its claimant holds a shared body beside the one that answers for it.
+  /// Tells whether the claimant holds a shared body beside the one that answers for it.
   static bool HoldsBeside(const Body& body, const Claim& claim) noexcept;
   /// Takes note of a claim where it is the greater one and nobody disputes it.
   void Note(std::size_t body, const Claim& claim, Member& by) noexcept;

@@ -22,7 +22,6 @@ constexpr double kNearAngle = 0.01;    // rad
 constexpr double kNearingStep = 1e-3;  // m a frame, of a body that comes to the hand
 constexpr double kNearingTurn = 0.02;  // rad a frame
 constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
-constexpr double kOutOfScene = 20;  // m from its first place: a loose body falls no farther
 
 /// Does nothing in the product. The tests of the session simulator do not build the engine again,
 /// so they plant its faults from here.
@@ -306,15 +305,6 @@ void Peer::SeeBodies() noexcept {
   }
 }
 
-void Peer::SeeTouches() noexcept {
-  for (std::size_t pair = 0; attached_ && pair < world_->pair_count(); ++pair) {
-    const int shell = world_->shell_of(pair);
-    const int map = world_->voxmap_of(pair);
-    if (!world_->pushes(pair) || map < 0 || (shell != held_ && map != held_)) continue;
-    holdings_.Touch(static_cast<std::size_t>(shell == held_ ? map : shell));
-  }
-}
-
 void Peer::TickHoldings(std::int64_t now_ns) noexcept {
   std::array<Event, 8> events;
   std::size_t count = 0;
@@ -423,32 +413,6 @@ void Peer::Render() noexcept {
   if (guard_.broken() == broken) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
   news_.TryPush({HoldingNews::Kind::kForceStopped, object, 0});
-}
-
-bool Peer::IsSimulatedLoose(std::size_t body) const noexcept {
-  const WorldModel& model = world_->model();
-  if (!model.scene.bodies[model.object[body]].free || static_cast<int>(body) == held_) return false;
-  const Vec3 fell = world_->state(body).X_WB.p - model.bodies[body].X_WB0.p;
-  return holdings_.Parks(body) && !holdings_.listening() && fell.norm() < kOutOfScene;
-}
-
-void Peer::PrepareLoose() noexcept {
-  const WorldModel& model = world_->model();
-  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
-    if (!model.scene.bodies[model.object[b]].free) continue;
-    const bool loose = IsSimulatedLoose(b);
-    const bool ours = loose || static_cast<int>(b) == held_;
-    if (loose) {
-      remote_.TakeOver(b, inputs_);
-    } else {
-      free_[b].moved_ns = 0;
-    }
-    const PeerId answers = holdings_.authority(b);
-    if (free_[b].ours && !ours && answers != options_.id) {
-      remote_.HandOn(b, answers, world_->state(b), inputs_);
-    }
-    free_[b].ours = ours;
-  }
 }
 
 void Peer::PrepareParked() noexcept {

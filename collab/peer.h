@@ -152,8 +152,8 @@ class Peer {
   void CoupleTheRest() noexcept;
   /// Gives the device what the body received, as far as the guard lets it through.
   void Render() noexcept;
-  /// Whether a free body moves here now, since we answer for it and nobody has it in hand. Not one
-  /// that has fallen out of the scene, nor while we listen after a pause.
+  /// Tells whether this peer simulates a free body in this frame: it answers for the body, and nobody
+  /// has it in hand. A body that fell out of the scene stands, and all do while the peer listens.
   bool IsSimulatedLoose(std::size_t body) const noexcept;
   void PrepareLoose() noexcept;
   /// Bodies that nobody moves stand where their authority says.
@@ -161,7 +161,7 @@ class Peer {
   void SayParked(std::int64_t now_ns) noexcept;
   /// The next of the loose bodies here.
   void SayLoose(std::int64_t now_ns, Outbox& out) noexcept;
-  /// Whether it is simulated here in nobody's hand and has moved lately.
+  /// Tells whether a body that this peer simulates in nobody's hand has moved lately.
   bool IsLoose(std::size_t body, std::int64_t now_ns) const noexcept;
   void FillView(std::int64_t now_ns, ViewFrame& view) const noexcept;
   /// What we know of the others, for those who look.

@@ -11,8 +11,6 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kParkedPeriodNs = 200'000'000;
-constexpr std::int64_t kRestNs = 200'000'000;     // without motion, until a loose body stands
-constexpr double kRestSpeed = 1e-3;               // m/s, of any of its points
 constexpr std::int64_t kViewTurnNs = 16'666'667;  // between two pictures, at 60 Hz
 constexpr double kFastestShown = 10.0;            // m/s of a picture
 
@@ -94,37 +92,6 @@ void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {
   std::size_t number = 0;
   for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
     if (stands(b) && (number++ + standing - first) % standing < room) add(b, 0, Vec3::Zero());
-  }
-}
-
-bool Peer::IsLoose(std::size_t body, std::int64_t now_ns) const noexcept {
-  return free_[body].moved_ns != 0 && now_ns - free_[body].moved_ns < kRestNs;
-}
-
-void Peer::SayLoose(std::int64_t now_ns, Outbox& out) noexcept {
-  out.is_loose = false;
-  const std::size_t count = inputs_.bodies.size();
-  for (std::size_t b = 0; b < count; ++b) {
-    if (!free_[b].ours || static_cast<int>(b) == held_) continue;
-    const auto& [w, v] = world_->state(b).V_WB;
-    const double speed = v.norm() + w.norm() * world_->model().bodies[b].points.radius;
-    if (speed > kRestSpeed) free_[b].moved_ns = now_ns;
-  }
-  for (std::size_t i = 0; i < count && !out.is_loose; ++i) {
-    const std::size_t b = (next_loose_ + i) % count;
-    if (!IsLoose(b, now_ns)) continue;
-    next_loose_ = b + 1;
-    const RigidState& state = world_->state(b);
-    out.is_loose = true;
-    out.loose = {.peer = options_.id,
-                 .object = world_->model().object[b],
-                 .epoch = holdings_.epoch(b),
-                 .seq = seq_,
-                 .flags = kStateLoose,
-                 .sample_ns = now_ns,
-                 .X_WB = state.X_WB,
-                 .V_WB = state.V_WB,
-                 .contact_B_W = {}};
   }
 }
 

@@ -35,13 +35,13 @@ class RemoteBodies {
   static constexpr double kHomeTurn = 1e-3;  // rad a frame
   static constexpr double kEase_s = 0.05;    // of a free body's mirror: its lag fades so
   static constexpr int kGoesOn = 100;        // frames without news for which it goes on as told
-  /// Of a loose body's authority, whose hand is empty so that nothing is known of its loop.
+  /// This loop is assumed where the authority of a loose body holds nothing, for none is measured.
   static constexpr double kUnknownLoop_s = 0.2;
 
   explicit RemoteBodies(const WorldModel& model, MirrorModel mirror = MirrorModel::kBlend);
 
   void OnMembership(const MembershipChange& change) noexcept;
-  /// Of what is in somebody's hand, of loose bodies, and of parked ones, that move no more.
+  /// Takes states of held, of loose and of parked bodies; the last end what was told of loose ones.
   void OnState(const ObjectState& state) noexcept;
   /// Others from whom at least one state has come.
   std::size_t heard() const noexcept;

@@ -62,7 +62,7 @@ class ControlThread {
   void TakeScenes();
   /// Offers of those who may speak as their peers by now.
   void HearWaitingScenes();
-  /// Whether it was heard; not, while another has the seat of its author.
+  /// Hands a manifest on. False: another has the seat of its author, or offers in its name.
   bool HearScene(const SceneManifest& manifest, dds_instance_handle_t writer);
   void TakeEvents();
   void Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handle_t writer);

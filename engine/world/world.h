@@ -39,7 +39,7 @@ class World {
   /// The bodies of a pair; a voxmap of -1 is the fixture's.
   int shell_of(std::size_t pair) const noexcept { return pairs_[pair].shell; }
   int voxmap_of(std::size_t pair) const noexcept { return pairs_[pair].map; }
-  /// Whether the bodies of a pair pushed each other in the last frame.
+  /// Tells whether the bodies of a pair pushed each other in the last frame.
   bool pushes(std::size_t pair) const noexcept { return pairs_[pair].pushes; }
   /// Whether a body that moves here and another moving one pushed each other in the last frame.
   bool Pushed(std::size_t body) const noexcept;

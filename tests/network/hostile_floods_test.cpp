@@ -72,6 +72,14 @@ class HostileFloods : public ::testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return Program(words, In("anna"));
   }
+  /// The peer of a secured session, with keys for an attacker of that name beside it.
+  Program SecuredPeer(const std::string& attacker, Role role) const {
+    const std::filesystem::path keys = In("keys");
+    EXPECT_TRUE(MakeSessionKeys(keys));
+    EXPECT_TRUE(MakeMemberKeys(keys, "anna", Role::kActive, In("keys-anna")));
+    EXPECT_TRUE(MakeMemberKeys(keys, attacker, role, In("keys-" + attacker)));
+    return Peer({"--secure", In("keys-anna").string()});
+  }
   Program Attack(const std::string& mode, const std::string& keys = "-",
                  double seconds = kFloodSeconds) const {
     const long size = FullSizeOf(mode);
@@ -188,11 +196,7 @@ TEST_F(HostileFloods, InventedBodiesTakeNoMemoryWhileNothingIsFreed) {
 }
 
 TEST_F(HostileFloods, AMembersInventedBodiesTakeNoMoreThanAStrangers) {
-  const std::filesystem::path keys = In("keys");
-  ASSERT_TRUE(MakeSessionKeys(keys));
-  ASSERT_TRUE(MakeMemberKeys(keys, "anna", Role::kActive, In("keys-anna")));
-  ASSERT_TRUE(MakeMemberKeys(keys, "ben", Role::kActive, In("keys-ben")));
-  Program anna = Peer({"--secure", In("keys-anna").string()});
+  Program anna = SecuredPeer("ben", Role::kActive);
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("keys", anna, "ben", In("keys-ben").string()));
   EXPECT_GT(sent_, 5'000);
@@ -203,11 +207,7 @@ TEST_F(HostileFloods, AMembersInventedBodiesTakeNoMoreThanAStrangers) {
 }
 
 TEST_F(HostileFloods, InventedViewersOfAViewersKeysTakeNoMemory) {
-  const std::filesystem::path keys = In("keys");
-  ASSERT_TRUE(MakeSessionKeys(keys));
-  ASSERT_TRUE(MakeMemberKeys(keys, "anna", Role::kActive, In("keys-anna")));
-  ASSERT_TRUE(MakeMemberKeys(keys, "vic", Role::kViewer, In("keys-vic")));
-  Program anna = Peer({"--secure", In("keys-anna").string()});
+  Program anna = SecuredPeer("vic", Role::kViewer);
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("lookers", anna, "", In("keys-vic").string()));
   EXPECT_GT(sent_, 2000);
@@ -230,11 +230,7 @@ TEST_F(HostileFloods, InventedNamesTakeNoMemoryAndFewLines) {
 }
 
 TEST_F(HostileFloods, AMembersInventedNamesTakeNoMemoryAndAreNotShown) {
-  const std::filesystem::path keys = In("keys");
-  ASSERT_TRUE(MakeSessionKeys(keys));
-  ASSERT_TRUE(MakeMemberKeys(keys, "anna", Role::kActive, In("keys-anna")));
-  ASSERT_TRUE(MakeMemberKeys(keys, "ben", Role::kActive, In("keys-ben")));
-  Program anna = Peer({"--secure", In("keys-anna").string()});
+  Program anna = SecuredPeer("ben", Role::kActive);
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("names", anna, "ben", In("keys-ben").string()));
   EXPECT_GT(sent_, 2000);
