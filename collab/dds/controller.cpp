@@ -49,6 +49,9 @@ class Controller::Link {
   bool Open();
   /// Waits for a tenth of a second at the most until the controller has been heard.
   bool Meet();
+  /// Repeats a first request, by which the controller knows this host's name, until it is answered
+  /// or that time has come. While a controller is flooded it may drop what an unknown host sends.
+  void Introduce(std::int64_t until_ns);
   /// What is wrong with the one that was heard.
   std::optional<Error> VersionFault() const;
 
@@ -82,11 +85,6 @@ class Controller::Link {
       wire.bodies._buffer = bodies.data();
     }
   };
-  struct Waiting {
-    OnAnswer on_answer;
-    std::int64_t sent_ns = 0;
-  };
-
   bool Fresh() const { return fresh_ || !answers_.empty(); }
   bool Heard() const { return heard_ns_ != 0 && MonotonicNow_ns() - heard_ns_ < kGoneNs; }
   void Run();
@@ -108,7 +106,7 @@ class Controller::Link {
 
   // the host's thread
   std::uint64_t next_number_ = 1;
-  std::map<std::uint64_t, Waiting> waiting_;
+  std::map<std::uint64_t, OnAnswer> waiting_;  // for an answer, by number
   std::function<void(const ControllerSnapshot&)> on_snapshot_;
   ControllerSnapshot snapshot_;
   std::int64_t gone_since_ns_ = 0;
@@ -184,6 +182,26 @@ bool Controller::Link::Meet() {
     something_.wait_for(lock, std::chrono::milliseconds(5));
   }
   return false;
+}
+
+void Controller::Link::Introduce(std::int64_t until_ns) {
+  constexpr std::int64_t kAgainNs = 250'000'000;
+  tandem_control_Request wire{};
+  wire.host = id_;
+  wire.number = next_number_++;
+  if (host_name_.size() < sizeof wire.host_name) host_name_.copy(wire.host_name, host_name_.size());
+  ToWire(SnapshotRateRequest{}, wire);
+  waiting_[wire.number] = {};
+  std::int64_t next_ns = 0;
+  for (std::int64_t now_ns = MonotonicNow_ns(); waiting_.contains(wire.number) && now_ns < until_ns;
+       now_ns = MonotonicNow_ns()) {
+    if (now_ns >= next_ns) {
+      dds_write(requests_, &wire);
+      next_ns = now_ns + kAgainNs;
+    }
+    WaitForSomething(std::chrono::milliseconds(20));
+    Poll();
+  }
 }
 
 std::optional<Error> Controller::Link::VersionFault() const {
@@ -291,11 +309,11 @@ void Controller::Link::Send(const ControlRequest& request, OnAnswer on_answer) {
   const bool stop = std::holds_alternative<EmergencyStopRequest>(request);
   const bool room = stop || waiting_.size() < kMostWaiting;
   if (whole && room && dds_write(requests_, &wire) == DDS_RETCODE_OK) {
-    waiting_[wire.number] = {std::move(on_answer), MonotonicNow_ns()};
+    waiting_[wire.number] = std::move(on_answer);
     return;
   }
   const std::lock_guard lock(mutex_);
-  waiting_[wire.number] = {std::move(on_answer), MonotonicNow_ns()};
+  waiting_[wire.number] = std::move(on_answer);
   answers_.push_back(
       {id_,
        wire.number,
@@ -337,7 +355,7 @@ void Controller::Link::AnswerForTheGone() {
   }
   if (!replaced && (gone_since_ns_ == 0 || now_ns - gone_since_ns_ < kGoneNs)) return;
   std::vector<OnAnswer> orphans;
-  for (auto& [number, waiting] : waiting_) orphans.push_back(std::move(waiting.on_answer));
+  for (auto& [number, on_answer] : waiting_) orphans.push_back(std::move(on_answer));
   waiting_.clear();
   for (const OnAnswer& answer : orphans) {
     if (answer) answer({false, "the controller " + name_ + " is gone"});
@@ -357,7 +375,7 @@ bool Controller::Link::Poll() {
   for (const HostAnswer& answer : answers) {
     const auto waiting = waiting_.find(answer.number);
     if (waiting == waiting_.end()) continue;
-    const OnAnswer call = std::move(waiting->second.on_answer);
+    const OnAnswer call = std::move(waiting->second);
     waiting_.erase(waiting);
     if (call) call(answer.answer);
   }
@@ -402,9 +420,7 @@ Result<Controller> Controller::Attach(const std::string& name, const Options& op
     // a controller that is only starting has its keys later
     do {
       if (link->Meet()) {
-        // the controller knows this host's name from its first request
-        link->Send(SnapshotRateRequest{}, {});
-        link->Poll();
+        link->Introduce(until_ns);
         return Controller(std::move(link));
       }
       if (std::optional<Error> fault = link->VersionFault()) return *fault;

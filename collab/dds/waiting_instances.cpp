@@ -2,7 +2,6 @@
 
 #include <array>
 #include <atomic>
-#include <limits>
 #include <string_view>
 
 #include <dds/ddsi/ddsi_serdata.h>
@@ -41,10 +40,9 @@ bool OnSomeReceiveThread() noexcept {
 // How many may wait when a sample of that type brings a new key.
 std::int64_t MostWaiting(const ddsi_serdata* sample) noexcept {
   const std::string_view type = sample->type->type_name;
-  if (type.starts_with("tandem_control::")) return std::numeric_limits<std::int64_t>::max();
-  const bool is_motion =
-      type == "tandem::ObjectState" || type == "tandem::LinkedState" || type == "tandem::ViewFrame";
-  return is_motion ? kMostWaitingInstances : kMostWaitingOfAll;
+  const bool comes_again = type == "tandem::ObjectState" || type == "tandem::LinkedState" ||
+                           type == "tandem::ViewFrame" || type.starts_with("tandem_control::");
+  return comes_again ? kMostWaitingInstances : kMostWaitingOfAll;
 }
 
 }  // namespace

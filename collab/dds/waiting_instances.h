@@ -10,12 +10,13 @@ namespace tandem {
 /// priority. A flood of invented keys makes instances faster than it frees them whenever it waits
 /// for a core.
 ///
-/// From here on the receive threads make no instance for a state or a picture while
-/// kMostWaitingInstances requests wait for "gc", and none for another sample of a session while
-/// kMostWaitingOfAll do. They drop a sample with a new key and count it. Samples of known keys
-/// pass, and those of a controller's hosts. Presence, events and scenes are reliable: what is
-/// dropped of them is not sent again. So the flood of states, which needs no answer, leaves room
-/// for them. Any thread calls this; the bound holds for all domains of the process.
+/// From here on the receive threads make no instance for a state, a picture or a sample of a
+/// controller's domain while kMostWaitingInstances requests wait for "gc", and none for another
+/// sample of a session while kMostWaitingOfAll do. They drop a sample with a new key and count it.
+/// Samples of known keys pass. Presence, events and scenes are reliable: what is dropped of them
+/// is not sent again. So a flood of what is sent again leaves room for them. A host repeats its
+/// first request until it is answered. Any thread calls this; the bound holds for all domains of
+/// the process.
 void BoundWaitingInstances() noexcept;
 
 inline constexpr std::int64_t kMostWaitingInstances = 1024;  // some 0.8 kB each

@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "app/cli/child_processes.h"
+#include "collab/controller/controller.h"
 #include "collab/dds/keys.h"
 #include "tests/network/said_program.h"
 #include "tests/network/stopped_thread.h"
@@ -254,6 +255,35 @@ TEST_F(HostileFloods, InventedHostsFillNoController) {
   ExpectLittle(GrowthUnder("hosts", anna, ""));
   EXPECT_GT(sent_, 5000);
   EXPECT_THAT(anna.said(), HasSubstr("floods the controller"));
+  anna.process().Signal(SIGTERM);
+  EXPECT_EQ(anna.Wait(), 0);
+}
+
+TEST_F(HostileFloods, InventedHostsFillNoControllerWhileNothingIsFreed) {
+  Program anna = Peer({"--control", session_});
+  ASSERT_TRUE(anna.Says("is in session"));
+  stopped_thread_ = "gc";
+  ExpectLittle(GrowthUnder("hosts", anna, ""));
+  EXPECT_GT(sent_, 5000);
+  anna.process().Signal(SIGTERM);
+  EXPECT_EQ(anna.Wait(), 0);
+  EXPECT_GT(Report().at("drops").at("many_keys").get<long>(), 1000);
+}
+
+TEST_F(HostileFloods, AHostAttachesWhileInventedOnesCome) {
+  Program anna = Peer({"--control", session_});
+  ASSERT_TRUE(anna.Says("is in session"));
+  Program attacker = Attack("hosts");
+  ASSERT_TRUE(attacker.Says("joined")) << attacker.said();
+  attacker.process().Signal(SIGUSR1);
+  ASSERT_TRUE(anna.Says("floods the controller")) << anna.said();
+  Controller::Options options;
+  options.timeout_s = 10;
+  Result<Controller> host = Controller::Attach(session_, options);
+  ASSERT_TRUE(host) << host.error().what;
+  EXPECT_FALSE(attacker.process().Poll()) << "the flood had ended";
+  EXPECT_TRUE(host->Ask(SnapshotRateRequest{}).ok);
+  EXPECT_EQ(attacker.Wait(), 0);
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
 }
