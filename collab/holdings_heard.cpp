@@ -111,7 +111,7 @@ void Holdings::NoteBefore(Body& body, bool by_its_word) noexcept {
   if (peer == 0) return;
   if (peer == self_) body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
   if (peer == self_ || by_its_word) {
-    std::ranges::rotate(body.before, body.before.end() - 1);
+    std::rotate(body.before.begin(), body.before.end() - 1, body.before.end());
     body.before[0] = {peer, now_ns_};
     return;
   }
