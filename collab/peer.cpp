@@ -63,7 +63,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
   next_parked_ns_.resize(model.bodies.size());
   free_.resize(model.bodies.size());
   handle_.X_WA.p.setConstant(std::numeric_limits<double>::quiet_NaN());
-  trace_.reserve(options.trace_frames);
+  trace_.resize(options.trace_frames);
   if (options.held_object < 0) return;
   const auto object = static_cast<std::size_t>(options.held_object);
   TANDEM_CHECK(object < model.body_index.size() && model.body_index[object] >= 0);
@@ -454,14 +454,16 @@ void Peer::Record(std::int64_t now_ns) noexcept {
   hand_figures_.peak_force = std::max(hand_figures_.peak_force, force);
   hand_limits_.Count(report_.flags);
   hand_figures_.limits = hand_limits_.all();
-  if (trace_.size() >= options_.trace_frames) return;
+  const std::size_t frame = traced_.load(std::memory_order_relaxed);
+  if (frame >= trace_.size()) return;
   const RigidState& state = *held_state();
-  trace_.push_back({.time_ns = now_ns,
-                    .X_WB = state.X_WB,
-                    .V_WB = state.V_WB,
-                    .hand_force = static_cast<float>(force),
-                    .contact_points = report_.contact_points,
-                    .loaded = report_.loaded_points > 0});
+  trace_[frame] = {.time_ns = now_ns,
+                   .X_WB = state.X_WB,
+                   .V_WB = state.V_WB,
+                   .hand_force = static_cast<float>(force),
+                   .contact_points = report_.contact_points,
+                   .loaded = report_.loaded_points > 0};
+  traced_.store(frame + 1, std::memory_order_release);
 }
 
 std::uint64_t Peer::StateHash() const noexcept {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <atomic>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "collab/command.h"
@@ -82,7 +84,10 @@ class Peer {
 
   /// Whether the hand has begun, and when (ns).
   std::optional<std::int64_t> started_ns() const noexcept { return started_ns_; }
-  const std::vector<TraceSample>& trace() const noexcept { return trace_; }
+  /// What is traced so far. Any thread may read it while this one goes on.
+  std::span<const TraceSample> trace() const noexcept {
+    return {trace_.data(), traced_.load(std::memory_order_acquire)};
+  }
   const HandFigures& hand_figures() const noexcept { return hand_figures_; }
   /// Half the loop age, mean since the loop closed, s.
   double mean_delay_s() const noexcept { return shared_ ? shared_->mean_delay_s() : last_delay_s_; }
@@ -214,7 +219,8 @@ class Peer {
   std::size_t next_loose_ = 0;
   std::uint32_t seq_ = 0;
   std::optional<std::int64_t> started_ns_;
-  std::vector<TraceSample> trace_;
+  std::vector<TraceSample> trace_;  // all there is room for
+  std::atomic<std::size_t> traced_ = 0;
   HandFigures hand_figures_;
 };
 

@@ -11,6 +11,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/demo_judgement.h"
 #include "app/cli/peer_report.h"
+#include "app/cli/trace_file.h"
 #include "app/cli/peer_words.h"
 #include "app/cli/proximity_bodies.h"
 #include "app/cli/scene_files.h"

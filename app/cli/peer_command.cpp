@@ -22,6 +22,7 @@
 #include "app/cli/refusal_news.h"
 #include "app/stop_signal.h"
 #include "app/cli/talk.h"
+#include "app/cli/trace_file.h"
 #include "app/cli/verdict.h"
 #include "app/cli/watch_command.h"
 #include "app/exit_codes.h"
@@ -51,11 +52,11 @@ void CountShapes(const Joining& joining, PeerReport& report) {
 }
 
 int WriteReport(const PeerArguments& arguments, const PeerReport& report, const FrameStats& all,
-                const JudgedFrames& judged, const std::vector<TraceSample>& trace) {
+                const JudgedFrames& judged, TraceFile& trace) {
   const auto failed =
       WriteWholeFile(arguments.report, JsonText(AsJson(report, all, judged), 2) + '\n');
   if (failed) return Fail(kExitFile, failed->what);
-  const Result<bool> written = WriteTrace(arguments.report + ".trace", trace);
+  const Result<bool> written = trace.Close();
   return written ? kExitOk : Fail(kExitFile, written.error().what);
 }
 
@@ -257,6 +258,12 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   if (!arguments.repeats) Say(security);
   if (arguments.hold.empty()) Say(WhatThereIsToHold(*joining.model));
 
+  std::optional<TraceFile> trace;
+  if (!arguments.report.empty()) {
+    trace.emplace(arguments.report + ".trace", [&node] {
+      return node.peer().trace();
+    });
+  }
   kControlThread.Enter();
   constexpr std::int64_t kControlPeriodNs = 20'000'000;
   constexpr std::int64_t kWaitingNs = 2'000'000'000;
@@ -464,7 +471,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   report.verdicts = AsJson(verdicts);
   report.socket_dropped = socket_dropped;
   report.packets = PacketsJudged();
-  const int written = WriteReport(arguments, report, haptic.stats(), judged, node.peer().trace());
+  const int written = WriteReport(arguments, report, haptic.stats(), judged, *trace);
   return exit_code != kExitOk ? exit_code : written;
 }
 

@@ -78,44 +78,6 @@ nlohmann::ordered_json TimesAsJson(const PeerReport& report) {
   return json;
 }
 
-// time since the first frame apart, for a double does not hold all ns of a long uptime
-using TraceRow = std::array<double, kTraceColumns>;
-
-TraceRow AsRow(const TraceSample& sample) {
-  const Vec3& p = sample.X_WB.p;
-  const Quat& q = sample.X_WB.q;
-  const Twist& V = sample.V_WB;
-  return {1e-9 * static_cast<double>(sample.time_ns / 1'000'000'000 * 1'000'000'000),
-          1e-9 * static_cast<double>(sample.time_ns % 1'000'000'000),
-          p.x(),
-          p.y(),
-          p.z(),
-          q.x(),
-          q.y(),
-          q.z(),
-          q.w(),
-          V.w.x(),
-          V.w.y(),
-          V.w.z(),
-          V.v.x(),
-          V.v.y(),
-          V.v.z(),
-          static_cast<double>(sample.hand_force),
-          sample.contact_points + (sample.loaded ? 0.5 : 0.0)};
-}
-
-TraceSample FromRow(const TraceRow& row) {
-  TraceSample sample;
-  sample.time_ns = std::llround(row[0]) * 1'000'000'000 + std::llround(1e9 * row[1]);
-  sample.X_WB.p = Vec3(row[2], row[3], row[4]);
-  sample.X_WB.q = Quat(row[8], row[5], row[6], row[7]);
-  sample.V_WB = {Vec3(row[9], row[10], row[11]), Vec3(row[12], row[13], row[14])};
-  sample.hand_force = static_cast<float>(row[15]);
-  sample.contact_points = static_cast<int>(row[16]);
-  sample.loaded = row[16] - sample.contact_points > 0.25;
-  return sample;
-}
-
 }  // namespace
 
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
@@ -179,28 +141,6 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
           {"force_terms", report.force_terms},
           {"start_gaps", report.start_gaps},
           {"verdicts", report.verdicts}};
-}
-
-Result<bool> WriteTrace(const std::filesystem::path& file, const std::vector<TraceSample>& trace) {
-  std::ofstream stream(file, std::ios::binary);
-  for (const TraceSample& sample : trace) {
-    const TraceRow row = AsRow(sample);
-    stream.write(reinterpret_cast<const char*>(row.data()), sizeof row);
-  }
-  stream.flush();
-  if (!stream) return Error{file.string() + ": cannot be written"};
-  return true;
-}
-
-Result<std::vector<TraceSample>> ReadTrace(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return Error{file.string() + ": cannot be read"};
-  std::vector<TraceSample> trace;
-  TraceRow row{};
-  while (stream.read(reinterpret_cast<char*>(row.data()), sizeof row))
-    trace.push_back(FromRow(row));
-  if (stream.gcount() != 0) return Error{file.string() + ": ends within a frame"};
-  return trace;
 }
 
 }  // namespace tandem

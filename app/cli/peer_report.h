@@ -72,9 +72,4 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
                               const JudgedFrames& judged);
 
-/// The trace as a file of doubles, 17 a frame: see kTraceColumns.
-inline constexpr std::size_t kTraceColumns = 17;
-Result<bool> WriteTrace(const std::filesystem::path& file, const std::vector<TraceSample>& trace);
-Result<std::vector<TraceSample>> ReadTrace(const std::filesystem::path& file);
-
 }  // namespace tandem

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <span>
 
-#include "app/cli/peer_report.h"
+#include "app/cli/trace_file.h"
 #include "app/exit_codes.h"
 #include "engine/safety/device_limits.h"
 

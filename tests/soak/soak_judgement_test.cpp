@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/cli/peer_report.h"
+#include "app/cli/trace_file.h"
 #include "tests/support/scratch_folder.h"
 
 // A life of a sound peer, and faults that are planted in it: each must be found.
@@ -47,7 +47,10 @@ class SoakJudgement : public ::testing::Test {
 
   std::vector<std::string> Faults() {
     folder_.Write("report", report_.dump());
-    EXPECT_TRUE(WriteTrace(life_.report.string() + ".trace", trace_));
+    TraceFile file(life_.report.string() + ".trace", [this] {
+      return std::span<const TraceSample>(trace_);
+    });
+    EXPECT_TRUE(file.Close());
     return FaultsOf(life_, kMinute);
   }
 

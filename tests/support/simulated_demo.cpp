@@ -68,7 +68,8 @@ Result<SimulatedDemo> RunSimulatedDemo(const std::string& name,
   };
   for (std::size_t frame = 0; frame < frames + 5000 && !all_recorded(); ++frame) session.Step();
   for (std::size_t h = 0; h < scene->hands.size(); ++h) {
-    demo.traces.push_back(session.node(h).peer().trace());
+    const std::span<const TraceSample> trace = session.node(h).peer().trace();
+    demo.traces.emplace_back(trace.begin(), trace.end());
     demo.mean_delay_s.push_back(session.node(h).peer().mean_delay_s());
   }
   return demo;

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/child_processes.h"
-#include "app/cli/peer_report.h"
+#include "app/cli/trace_file.h"
 #include "app/exit_codes.h"
 #include "collab/dds/dds_transport.h"
 #include "collab/early_inbox.h"

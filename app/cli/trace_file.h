@@ -1,0 +1,56 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "collab/peer.h"
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// The columns of a trace, a file of doubles: s and ns of the frame's time, p_WB (m), q_WB
+/// (x, y, z, w), the angular (rad/s) and linear (m/s) velocity in W, the hand's force (N), the
+/// number of contact points and 0.5 if contact pushes.
+inline constexpr std::size_t kTraceColumns = 17;
+
+/// Writes a peer's trace while it grows, on a thread of its own: after a long run there is little
+/// left to write, so the program ends in time.
+class TraceFile {
+ public:
+  /// The frames that are traced so far. Called on this object's thread.
+  using Traced = std::function<std::span<const TraceSample>()>;
+
+  TraceFile(std::filesystem::path file, Traced traced);
+  /// Writes what is left.
+  ~TraceFile();
+  TraceFile(const TraceFile&) = delete;
+  TraceFile& operator=(const TraceFile&) = delete;
+
+  /// Writes what is left. Error: some of the trace could not be written. Called once.
+  Result<bool> Close();
+
+ private:
+  void Run();
+  void WriteNew();
+
+  const std::filesystem::path file_;
+  const Traced traced_;
+  std::ofstream stream_;
+  std::size_t written_ = 0;  // frames
+  std::mutex mutex_;
+  std::condition_variable closed_;
+  bool is_closed_ = false;
+  std::thread thread_;
+};
+
+/// Reads what TraceFile wrote. Errors: the file cannot be read, or ends within a frame.
+Result<std::vector<TraceSample>> ReadTrace(const std::filesystem::path& file);
+
+}  // namespace tandem
