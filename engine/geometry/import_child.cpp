@@ -24,14 +24,7 @@
 #include <unistd.h>
 
 #include "engine/base/check.h"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // g++
-#define TANDEM_SANITIZED
-#elif defined(__has_feature)  // clang
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define TANDEM_SANITIZED
-#endif
-#endif
+#include "engine/base/sanitized.h"
 
 namespace tandem {
 namespace {
@@ -225,16 +218,16 @@ void ConfineTo(const ImportLimits& limits) {
   limit(RLIMIT_CPU, seconds, seconds + 1);
   limit(RLIMIT_CORE, 0, 0);
   rlim_t memory = limits.memory_bytes;
-#ifdef TANDEM_SANITIZED
-  unsigned long long pages = 0;
-  if (std::FILE* statm = std::fopen("/proc/self/statm", "re")) {
-    if (std::fscanf(statm, "%llu", &pages) != 1) pages = 0;
-    std::fclose(statm);
+  if (kIsSanitized) {
+    unsigned long long pages = 0;
+    if (std::FILE* statm = std::fopen("/proc/self/statm", "re")) {
+      if (std::fscanf(statm, "%llu", &pages) != 1) pages = 0;
+      std::fclose(statm);
+    }
+    memory += pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+  } else {
+    prctl(PR_SET_DUMPABLE, 0);  // no core either where cores go into a program
   }
-  memory += pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
-#else
-  prctl(PR_SET_DUMPABLE, 0);  // no core either where cores go into a program
-#endif
   limit(RLIMIT_AS, memory, memory);
 }
 

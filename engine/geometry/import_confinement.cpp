@@ -16,13 +16,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // g++
-#define TANDEM_UNCONFINED
-#elif defined(__has_feature)  // clang
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define TANDEM_UNCONFINED
-#endif
-#endif
+#include "engine/base/sanitized.h"
 
 #if defined(__x86_64__)
 #define TANDEM_ARCHITECTURE AUDIT_ARCH_X86_64
@@ -202,14 +196,11 @@ bool ConfineCalls() {
 }  // namespace
 
 void ConfineToFile(const std::filesystem::path& file) {
-#ifdef TANDEM_UNCONFINED
-  static_cast<void>(file);
-#else
+  if (kIsSanitized) return;
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return;
   ConfineFiles(file);
   // without the filter at least no network, where this may be asked for
   if (!ConfineCalls()) unshare(CLONE_NEWUSER | CLONE_NEWNET);
-#endif
 }
 
 }  // namespace tandem

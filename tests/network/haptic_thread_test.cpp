@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
 
+#include "engine/base/sanitized.h"
 #include "tests/network/dds_calls.h"
 #include "tests/network/own_peer.h"
 #include "tests/network/real_peers.h"
@@ -21,16 +22,8 @@ using ::testing::IsSupersetOf;
 using ::testing::Key;
 using testing::RealPeers;
 
-bool UnderSanitizer() {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  return true;
-#else
-  return false;
-#endif
-}
-
 TEST(HapticThread, OfARealPeerOnlySleepsAndReadsItsProcessorTime) {
-  if (UnderSanitizer()) GTEST_SKIP() << "a sanitizer makes system calls of its own";
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer makes system calls of its own";
   RealPeers peers({.seconds = 3});
   const std::optional<pid_t> haptic = testing::AwaitThread(peers.peer(0).pid(), "haptic");
   ASSERT_TRUE(haptic);

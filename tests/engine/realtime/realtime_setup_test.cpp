@@ -13,6 +13,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "engine/base/sanitized.h"
+
 namespace tandem {
 namespace {
 
@@ -21,11 +23,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 // Sanitizers answer mlockall() themselves: with success, and nothing is locked.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kLocksForReal = false;
-#else
-constexpr bool kLocksForReal = true;
-#endif
+constexpr bool kLocksForReal = !kIsSanitized;
 
 // "VmLck:      4096 kB" of this process.
 long LockedKilobytes() {
