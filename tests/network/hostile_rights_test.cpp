@@ -30,8 +30,8 @@ using ::testing::Not;
 
 constexpr PeerId kLooker = 44;
 constexpr PeerId kMallory = 0x999;
-// 1,500 attacks, or 60 that an honest peer's pace hides.
-constexpr milliseconds kAttack{1500};
+// 1,200 attacks, or 48 that an honest peer's pace hides; a peer is lost after a second.
+constexpr milliseconds kAttack{1200};
 
 /// Anna holds the ball and Ben the socket, in two processes of the product; a viewer looks on from
 /// here.
