@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "engine/base/clean_text.h"
+#include "engine/contact/friction.h"
 #include "engine/world/scene.h"
 
 namespace tandem {
@@ -387,7 +388,7 @@ bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest) {
   const bool sound = wire.offered_by != 0 && wire.revision <= SceneManifest::kUnderWay &&
                      wire.bodies._length <= kMaxSceneBodies && not_negative(wire.voxel_size) &&
                      wire.voxel_size > 0 && not_negative(wire.contact_stiffness) &&
-                     not_negative(wire.friction) &&
+                     not_negative(wire.friction) && wire.friction <= kMostFriction &&
                      wire.contact_model <= static_cast<std::uint8_t>(ContactModel::kRefined) &&
                      wire.force_layer >= 0 && wire.force_layer <= WidestRange(8) - kWarningQueues;
   if (!sound) return false;

@@ -13,6 +13,7 @@
 #include "collab/recording/recorder.h"
 #include "engine/base/json_reader.h"
 #include "engine/base/json_text.h"
+#include "engine/contact/friction.h"
 
 namespace tandem {
 namespace {
@@ -99,7 +100,7 @@ ForceParameters ParametersIn(const JsonNode& root) {
       !fault.empty()) {
     root["force_layer"].Fault(fault);
   }
-  parameters.friction = root["friction"].NumberFrom(0);
+  parameters.friction = root["friction"].NumberBetween(0, kMostFriction);
   return parameters;
 }
 

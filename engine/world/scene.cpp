@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/base/json_reader.h"
+#include "engine/contact/friction.h"
 
 namespace tandem {
 namespace {
@@ -220,7 +221,7 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
     const std::string fault = LayerFault(scene.contact, scene.force_layer);
     if (!fault.empty()) root["force_layer"].Fault(fault);
   }
-  if (root.Has("friction")) scene.friction = root["friction"].NumberFrom(0);
+  if (root.Has("friction")) scene.friction = root["friction"].NumberBetween(0, kMostFriction);
   if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
   if (scene.gravity_W.cwiseAbs().maxCoeff() > kMostGravity) {
     root["gravity_m_s2"].Expected("three numbers from -1000 to 1000");

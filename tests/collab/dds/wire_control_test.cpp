@@ -207,6 +207,13 @@ TEST(Wire, AManifestThatNoSoundPeerSendsIsRefused) {
     ASSERT_TRUE(ToWire(manifest, wire, room));
     EXPECT_FALSE(FromWire(wire, out)) << size;
   }
+  for (const double friction : {-0.1, 1e300, kNan}) {
+    SceneManifest manifest = Bracket();
+    manifest.friction = friction;
+    tandem_SceneManifest wire{};
+    ASSERT_TRUE(ToWire(manifest, wire, room));
+    EXPECT_FALSE(FromWire(wire, out)) << friction;
+  }
   for (const auto& [layer, model] : {std::pair{-1, 1}, {1000, 1}, {1, 2}}) {
     SceneManifest manifest = Bracket();
     manifest.force_layer = layer;

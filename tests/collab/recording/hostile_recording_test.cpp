@@ -182,6 +182,7 @@ TEST(HostileRecording, AHeaderIsCheckedAsASceneIs) {
                                                               {"voxel_size", nullptr},
                                                               {"contact_model", 2},
                                                               {"friction", -1},
+                                                              {"friction", 1e300},
                                                               {"friction", "much"},
                                                               {"held_object", -2},
                                                               {"grasp", {0, 0, 0, 0, 0, 0, 0}},

@@ -317,7 +317,8 @@ TEST_F(SceneFile, ErrorsNameWhatIsWrongWithGravityFrictionOrAPair) {
   };
   EXPECT_EQ(error("\"gravity_m_s2\": 9.81"),
             "gravity_m_s2: expected three numbers [x, y, z], got 9.81");
-  EXPECT_EQ(error("\"friction\": -0.1"), "friction: expected a number of 0 or more, got -0.1");
+  EXPECT_EQ(error("\"friction\": -0.1"), "friction: expected a number from 0 to 100, got -0.1");
+  EXPECT_EQ(error("\"friction\": 1e300"), "friction: expected a number from 0 to 100, got 1e+300");
   EXPECT_EQ(error(R"("pairs": [{"pointshell": "ring", "voxmap": "block"}])"),
             "pairs[0].voxmap: expected the name of a body that moves, got \"block\"");
   EXPECT_EQ(error(R"("pairs": [{"pointshell": "nut", "voxmap": "peg"}])"),
