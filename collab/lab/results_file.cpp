@@ -51,8 +51,13 @@ Metrics MetricsOf(const JsonNode& node) {
           const JsonNode value = node[field.name];
           if constexpr (std::is_same_v<Value, bool>) {
             metrics.*member = value.TrueOrFalse();
+          } else if constexpr (std::is_same_v<Value, int>) {
+            metrics.*member = value.WholeNumber(0, std::numeric_limits<int>::max());
+          } else if constexpr (std::is_integral_v<Value>) {
+            metrics.*member =
+                static_cast<Value>(value.Unsigned(std::numeric_limits<std::int64_t>::max()));
           } else {
-            metrics.*member = static_cast<Value>(NumberOrNone(value));
+            metrics.*member = NumberOrNone(value);
           }
         },
         field.member);

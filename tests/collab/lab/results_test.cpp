@@ -128,6 +128,27 @@ TEST(Results, AreNotMixedWithThoseOfAnotherSweepShardOrBuild) {
   EXPECT_FALSE(ResultsLog::Open(file, HeaderFor(sweep)));
 }
 
+// a count that no integer holds was converted all the same: found under a sanitizer
+TEST(Results, WithCountsThatAreNoWholeNumbersAreRefused) {
+  const ScratchFolder folder;
+  const auto file = folder.path() / "cells.jsonl";
+  RunRest(SmallSweep(folder), {}, file, 1);
+  const std::string whole = ContentOf(file);
+  ASSERT_TRUE(ReadResults(file));
+  for (const char* count : {"\"windows\":", "\"trapped_frames\":"}) {
+    for (const char* value : {"1e30", "-1", "0.5", "null", "4294967296e9"}) {
+      std::string text = whole;
+      const std::size_t at = text.find(count) + std::string(count).size();
+      ASSERT_LT(at, text.size()) << count;
+      text.replace(at, text.find_first_of(",}", at) - at, value);
+      std::ofstream(file, std::ios::binary) << text;
+      const Result<Results> read = ReadResults(file);
+      ASSERT_FALSE(read) << count << value;
+      EXPECT_THAT(read.error().what, ::testing::HasSubstr("expected a whole number")) << value;
+    }
+  }
+}
+
 TEST(Results, OfAllShardsComeToThoseOfOneRun) {
   const ScratchFolder folder;
   const Sweep sweep = SmallSweep(folder);
