@@ -1,10 +1,15 @@
-#include "collab/dds/cyclone_threads.h"
-
+#include <algorithm>
 #include <atomic>
+#include <ctime>
 #include <string_view>
 
+#include <dds/ddsrt/sync.h>
 #include <dds/ddsrt/threads.h>
+#include <dds/ddsrt/time.h>
 #include <dlfcn.h>
+#include <pthread.h>
+
+#include "collab/dds/cyclone_threads.h"
 
 namespace tandem {
 namespace {
@@ -26,7 +31,7 @@ void GiveCycloneSmallStacks() noexcept {
 }  // namespace tandem
 
 extern "C" {
-// Cyclone's own, which finds this one before its own.
+// Cyclone finds these before its own.
 dds_return_t ddsrt_thread_create(ddsrt_thread_t* thread, const char* name,
                                  const ddsrt_threadattr_t* attributes,
                                  ddsrt_thread_routine_t routine, void* argument) {
@@ -38,5 +43,22 @@ dds_return_t ddsrt_thread_create(ddsrt_thread_t* thread, const char* name,
     own.stackSize = tandem::kCycloneStackBytes;
   }
   return cyclones(thread, name, &own, routine, argument);
+}
+
+// They return whether the condition was signalled.
+bool ddsrt_cond_waitfor(ddsrt_cond_t* condition, ddsrt_mutex_t* mutex, dds_duration_t duration) {
+  constexpr dds_duration_t kLongest = DDS_SECS(1'000'000'000);  // 30 years, far from overflow
+  timespec until{};
+  clock_gettime(CLOCK_MONOTONIC, &until);
+  const dds_duration_t ns = until.tv_nsec + std::clamp<dds_duration_t>(duration, 0, kLongest);
+  until.tv_sec += ns / DDS_NSECS_IN_SEC;
+  until.tv_nsec = ns % DDS_NSECS_IN_SEC;
+  return pthread_cond_clockwait(&condition->cond, &mutex->mutex, CLOCK_MONOTONIC, &until) == 0;
+}
+
+bool ddsrt_cond_waituntil(ddsrt_cond_t* condition, ddsrt_mutex_t* mutex, dds_time_t time) {
+  if (time != DDS_NEVER) return ddsrt_cond_waitfor(condition, mutex, time - dds_time());
+  ddsrt_cond_wait(condition, mutex);
+  return true;
 }
 }
