@@ -8,13 +8,23 @@ namespace tandem {
 void RestChecker::Look(SimulatedSession& session, const std::vector<int>& member,
                        const HandChecker& hands, const Viewer& viewer) {
   std::vector<std::size_t> present;
+  // a contact on one instance of a body loads the hands on all instances
+  const std::size_t bodies = session.node(0).world().model().bodies.size();
+  std::vector<double> contacts(bodies, 0.0);
+  for (std::size_t m = 0; m < session.size(); ++m) {
+    const Peer& peer = session.node(m).peer();
+    const int held = session.present(m) ? peer.holdings().held() : -1;
+    if (held < 0) continue;
+    contacts[static_cast<std::size_t>(held)] += peer.report().contact_B_W.f.norm();
+  }
   for (std::size_t p = 0; p < member.size(); ++p) {
     if (member[p] < 0 || !session.present(static_cast<std::size_t>(member[p]))) continue;
     const auto m = static_cast<std::size_t>(member[p]);
     present.push_back(m);
     // a contact may push for ever
     const double force = hands.given(p).f.norm();
-    const double contact = session.node(m).peer().report().contact_B_W.f.norm();
+    const int held = session.node(m).peer().holdings().held();
+    const double contact = held < 0 ? 0 : contacts[static_cast<std::size_t>(held)];
     if (force > kMostForce + contact) {
       breakages_->Add("a hand is pulled though all is quiet", session.id(m), Text("%.2f N", force));
     }
