@@ -146,6 +146,7 @@ void Holdings::Release() noexcept {
     // the last hand on a shared body whose authority is gone
     NoteBefore(body, false);
     body.claim = {Next(body.claim.epoch), self_};
+    body.began_epoch = body.claim.epoch;
     body.claimed_ns = now_ns_;
   }
 }
@@ -246,10 +247,13 @@ void Holdings::Pursue() noexcept {
   if (answers == self_) {
     if (body.claim.peer == 0) {
       body.claim = {1, self_};
+      body.began_epoch = 1;
       body.claimed_ns = now_ns_;
     }
-    TakeInHand(index);
-    return;
+    if (!IsInAnothersHand(index)) return TakeInHand(index);
+    if (now_ns_ - wanted_since_ns_ <= kGiveUp) return;
+    wanted_ = -1;
+    return Tell(HoldingNews::Kind::kNoAnswer, index, answers);
   }
   if (now_ns_ - wanted_since_ns_ > kGiveUp) {
     wanted_ = -1;
@@ -269,6 +273,7 @@ void Holdings::Succeed() noexcept {
     if (body.claim.peer == 0 && body.free && !body.disputed && authority(b) == self_) {
       // somebody has to move it
       body.claim = {1, self_};
+      body.began_epoch = 1;
       body.claimed_ns = now_ns_;
     }
     if (body.claim.peer == 0 || body.claim.peer == self_) continue;
@@ -320,6 +325,7 @@ void Holdings::Succeed() noexcept {
     NoteBefore(body, false);
     body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
     body.claim = {Next(body.last_epoch), self_};
+    body.began_epoch = body.claim.epoch;
     body.claimed_ns = now_ns_;
     body.orphaned_ns = 0;
     Tell(HoldingNews::Kind::kInherited, b, 0);

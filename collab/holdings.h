@@ -152,11 +152,13 @@ class Holdings {
     bool shared = false;
     bool free = false;
     BodyClaim claim;
+    std::uint32_t began_epoch = 0;        // under which its claimant came to have it
     std::int64_t first_epoch = 0;         // of the first claim that we believed
     std::uint32_t last_epoch = 0;         // under which we had it
     std::int64_t claimed_ns = 0;          // since when its claimant has it, as known here
     bool disputed = false;                // somebody claims it too, and is not believed (yet)
     std::int64_t disputed_ns = 0;         // since when
+    bool undecided = false;               // ours, and votes against that are older than our claim
     std::int64_t tied_ns = 0;             // since when as many name another as name us
     std::int64_t ahead_ns = 0;            // since when another is ahead of whom we believe
     std::int64_t outdone_ns = 0;          // since when one is that claims less
@@ -230,11 +232,19 @@ class Holdings {
   /// Whom a member takes for the authority of a body; 0: it knows of none.
   static PeerId NamedBy(const Member& member, std::size_t body) noexcept;
   PeerId VoteOf(const Member& member, std::size_t body) const noexcept;
+  /// Whether a member names this peer under an epoch from before the body came to its claimant.
+  bool IsStale(const Member& member, const Body& body, PeerId named) const noexcept;
+  /// Whether we believe what we do neither as a newcomer nor because somebody was gone.
+  bool IsSure(const Body& body) const noexcept;
   bool HadItLately(const Body& body, PeerId peer) const noexcept;
   /// Of who has it until now; `by_its_word`: that one has given it away, and is not just missed.
   void NoteBefore(Body& body, bool by_its_word) noexcept;
   /// How many of the others who are here take that peer for the authority.
   int VotesFor(const Body& body, PeerId peer) const noexcept;
+  /// Whether a newcomer names that peer, whose name is no vote yet.
+  bool IsHearsay(const Body& body, PeerId peer) const noexcept;
+  /// How many of them do so from before the body came to its claimant.
+  int StaleFor(const Body& body, PeerId peer) const noexcept;
   /// And how many whom we do, or who had it a moment ago, and not `rival`.
   int VotesAgainst(const Body& body, PeerId rival) const noexcept;
   /// Another than whom we take for the authority claims the body.
@@ -245,7 +255,7 @@ class Holdings {
   };
   /// Of those who claim more, or less, than whom we take for the authority, the one that most name.
   Rival RivalOf(std::size_t body, bool claims_more) noexcept;
-  PeerId GoneTo(const Body& body) const noexcept;
+  PeerId GoneTo(const Body& body, bool by_any_word = false) const noexcept;
   /// Whether the authority, or whom it says that it has gave it to, is that peer.
   bool SaysGoneTo(const Body& body, PeerId peer) const noexcept;
   /// That one, and those who were missed after it.
@@ -255,6 +265,8 @@ class Holdings {
   bool SaidByReturned(const Body& body, PeerId peer) const noexcept;
   bool KeepsOurs(std::size_t body, const Rival& rival) noexcept;
   bool IsAhead(const Body& body, const Rival& rival) const noexcept;
+  /// Whether another has in hand what we are about to take, and as many name it as name us.
+  bool IsInAnothersHand(std::size_t body) const noexcept;
   bool LeavesFor(std::size_t body, const Rival& rival) noexcept;
   /// Whether a greater claim has misled us.
   bool GoesBackTo(std::size_t body, const Rival& rival) noexcept;

@@ -19,7 +19,8 @@ constexpr std::int64_t kTied = 200 * kMs;         // until the higher of two equ
 constexpr std::int64_t kSilent = 3000 * kMs;      // of an authority that says nothing of its body
 // until we go by a lesser claim, whose claimant did not raise it
 constexpr std::int64_t kOutdone = 3000 * kMs;
-constexpr std::int64_t kMostAhead = 50;  // epochs beyond what others may believe of all
+constexpr std::int64_t kTakenOver = 300 * kMs;  // until the next in line has a lost peer's body
+constexpr std::int64_t kMostAhead = 50;         // epochs beyond what others may believe of all
 
 }  // namespace
 
@@ -46,6 +47,16 @@ PeerId Holdings::VoteOf(const Member& member, std::size_t body) const noexcept {
   return named == member.peer || now_ns_ - member.known_ns > kHearsay ? named : 0;
 }
 
+bool Holdings::IsStale(const Member& member, const Body& body, PeerId named) const noexcept {
+  const Belief* const belief = BeliefOf(member, body.index);
+  return belief != nullptr && named != member.peer && belief->epoch < body.began_epoch &&
+         now_ns_ - body.claimed_ns < kAllTold;
+}
+
+bool Holdings::IsSure(const Body& body) const noexcept {
+  return !body.unsure && body.in_absence_of[0] == 0 && !is_new();
+}
+
 int Holdings::VotesFor(const Body& body, PeerId peer) const noexcept {
   return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
     return VoteOf(member, body.index) == peer;
@@ -63,29 +74,36 @@ int Holdings::VotesAgainst(const Body& body, PeerId rival) const noexcept {
   return votes;
 }
 
-// Whom the authority says that it has gone to, by as many hands as it may have gone through.
-PeerId Holdings::GoneTo(const Body& body) const noexcept {
-  PeerId at = body.claim.peer;
+// Whom the authority says that it has gone to, by as many hands as it may have gone through. A peer
+// that names another under an epoch that is not above has not heard yet that it has the body; its
+// word counts only if `by_any_word`.
+PeerId Holdings::GoneTo(const Body& body, bool by_any_word) const noexcept {
+  BodyClaim at = body.claim;
   for (int hands = 0; hands < 4; ++hands) {
-    const Member* member = Find(at);
-    if (member == nullptr || !member->present) return at;
-    const PeerId named = NamedBy(*member, body.index);
-    if (named == 0 || named == at) return at;
-    at = named;
+    const Member* member = Find(at.peer);
+    if (member == nullptr || !member->present) return at.peer;
+    const Belief* const said = BeliefOf(*member, body.index);
+    if (said == nullptr || said->peer == 0 || said->peer == at.peer) return at.peer;
+    const bool is_above =
+        said->epoch > at.epoch || (said->epoch == at.epoch && said->peer < at.peer);
+    if (!is_above && !by_any_word) return at.peer;
+    at = {said->epoch, said->peer};
   }
-  return at;
+  return at.peer;
 }
 
 bool Holdings::SaysGoneTo(const Body& body, PeerId peer) const noexcept {
-  PeerId at = body.claim.peer;
+  BodyClaim at = body.claim;
   for (int hands = 0; hands < 4; ++hands) {
-    if (at == peer) return true;
-    const Member* member = Find(at);
+    if (at.peer == peer) return true;
+    const Member* member = Find(at.peer);
     if (member == nullptr || !member->present) return false;
-    at = NamedBy(*member, body.index);
-    if (at == 0) return false;
+    const Belief* const said = BeliefOf(*member, body.index);
+    if (said == nullptr || said->peer == 0) return false;
+    if (said->epoch < at.epoch || (said->epoch == at.epoch && said->peer > at.peer)) return false;
+    at = {said->epoch, said->peer};
   }
-  return at == peer;
+  return at.peer == peer;
 }
 
 void Holdings::ForgetAbsent(Body& body, PeerId from) noexcept {
@@ -100,7 +118,7 @@ void Holdings::LookForAbsent(Body& body) noexcept {
     if (member == nullptr || !member->present) continue;
     if (NamedBy(*member, body.index) == body.claim.peer) return ForgetAbsent(body, peer);
   }
-  if (body.unsure && !body.disputed && now_ns_ - body.unsure_ns > kAllTold) body.unsure = false;
+  if (body.unsure && now_ns_ - body.unsure_ns > kAllTold) body.unsure = false;
 }
 
 bool Holdings::SaidByReturned(const Body& body, PeerId peer) const noexcept {
@@ -197,6 +215,21 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
   if (lowest != best->peer && lowest != self_) body.in_absence_of[0] = lowest;
 }
 
+// Whether a newcomer names it, whose name is no vote yet.
+bool Holdings::IsHearsay(const Body& body, PeerId peer) const noexcept {
+  return std::ranges::any_of(members_, [&](const Member& member) {
+    return member.peer != 0 && member.present && NamedBy(member, body.index) == peer &&
+           VoteOf(member, body.index) != peer;
+  });
+}
+
+// How many votes for it are older than what we know of the body.
+int Holdings::StaleFor(const Body& body, PeerId peer) const noexcept {
+  return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
+    return VoteOf(member, body.index) == peer && IsStale(member, body, peer);
+  }));
+}
+
 Holdings::Rival Holdings::RivalOf(std::size_t index, bool claims_more) noexcept {
   Body& body = bodies_[index];
   Rival best;
@@ -229,25 +262,50 @@ bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   const bool was_away = other.since_ns >= body.claimed_ns;
   // nor has one given it away to have it again
   if (!was_away && HadItLately(body, other.peer)) return true;
-  // while we were stopped others may have taken what we had: we do not name ourselves
-  const bool was_stopped = body.claimed_ns <= paused_ns_ && now_ns_ - paused_ns_ < kAfterPause;
+  // while we were stopped others may have taken what we had: we name ourselves only if another does
+  const bool is_named = VotesFor(body, self_) > 0;
+  const bool was_stopped =
+      !is_named && body.claimed_ns <= paused_ns_ && now_ns_ - paused_ns_ < kAfterPause;
   const int votes = (was_stopped ? 0 : 1) + VotesAgainst(body, other.peer);
-  if (votes != rival.votes) {
+  const bool in_hand = !body.shared && held_ == static_cast<int>(index);
+  // votes that are older than our claim take nothing out of a hand
+  const bool in_doubt = body.in_absence_of[0] != 0 && rival.claim->held;
+  const int stale = in_hand && !in_doubt ? StaleFor(body, other.peer) : 0;
+  body.undecided = stale > 0 && votes <= rival.votes;
+  if (votes != rival.votes - stale) {
     body.tied_ns = 0;
-    return votes > rival.votes;
+    return votes > rival.votes - 2 * stale;
   }
+  if (body.undecided) return true;
   if (was_stopped) return false;
   if (HadItLately(body, other.peer)) return true;
+  // the hand keeps it, unless a newcomer is still to be heard
+  if (!body.shared && in_hand != rival.claim->held && !IsHearsay(body, other.peer)) return in_hand;
   if (body.in_absence_of[0] != 0 || body.unsure) return false;
   if (!was_away || other.peer > self_) return true;
   if (body.tied_ns == 0) body.tied_ns = now_ns_;
   return now_ns_ - body.tied_ns < kTied;
 }
 
+bool Holdings::IsInAnothersHand(std::size_t index) const noexcept {
+  const Body& body = bodies_[index];
+  if (body.shared) return false;
+  const bool sure = IsSure(body);
+  const int ours = VotesFor(body, self_) + (sure ? 1 : 0);
+  return std::ranges::any_of(members_, [&](const Member& member) {
+    if (member.peer == 0 || !HeldBy(index, member.peer)) return false;
+    if (NamedBy(member, index) != member.peer) return false;
+    const int votes = VotesFor(body, member.peer);
+    return sure ? votes > ours : votes >= ours;
+  });
+}
+
 // Whether we leave one that is here and claims its body, for one that claims it too.
 bool Holdings::IsAhead(const Body& body, const Rival& rival) const noexcept {
-  if (GoneTo(body) == rival.member->peer) return true;  // by the word of the one we believe
-  const int votes = VotesAgainst(body, rival.member->peer);
+  const bool is_less = !Greater(rival.claim->epoch, rival.member->peer, body);
+  // by the word of the one we believe
+  if (GoneTo(body, is_less) == rival.member->peer) return true;
+  const int votes = VotesAgainst(body, rival.member->peer) + (IsSure(body) ? 1 : 0);
   if (rival.votes != votes) return rival.votes > votes;
   return SaidByReturned(body, rival.member->peer);
 }
@@ -256,7 +314,15 @@ bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
   Body& body = bodies_[index];
   if (Planted(Fault::kSeizureBelieved)) return true;
   const Member* const owner = Find(body.claim.peer);
-  if (owner == nullptr || !owner->present) return true;
+  if (owner == nullptr) return true;
+  if (!owner->present) {
+    if (owner->left) return true;
+    // it came to have the body after we lost it, so others hear it still
+    const bool is_heard = body.claimed_ns > owner->since_ns;
+    if (now_ns_ - owner->since_ns > kSilent) return true;
+    if (is_heard) return rival.votes > VotesAgainst(body, rival.member->peer);
+    return now_ns_ - owner->since_ns > kTakenOver;
+  }
   const PeerId at = GoneTo(body);
   if (at == rival.member->peer) return true;
   // it says nothing of its body, or one that it named does not
@@ -289,11 +355,22 @@ bool Holdings::GoesBackTo(std::size_t index, const Rival& rival) noexcept {
 void Holdings::Judge(std::size_t index) noexcept {
   Body& body = bodies_[index];
   body.disputed = false;
+  body.undecided = false;
   const Rival rival = RivalOf(index, true);
   const Rival lesser = RivalOf(index, false);
   if (lesser.member == nullptr) body.outdone_ns = 0;
   if (rival.member == nullptr) body.ahead_ns = 0;
   if (lesser.member != nullptr && GoesBackTo(index, lesser)) return Follow(index, lesser);
+  // the one in whose absence we took the body is back, and more go by its claim than by ours, above
+  // it as ours is: to wait until it claims above ours takes two ways more
+  const auto is_outnamed = [&] {
+    const PeerId peer = lesser.member->peer;
+    if (body.claim.peer != self_ || body.shared || listening()) return false;
+    if (lesser.claim->epoch < body.began_epoch || HadItLately(body, peer)) return false;
+    if (!SaidByReturned(body, peer)) return false;
+    return lesser.votes - StaleFor(body, peer) > 1 + VotesAgainst(body, peer);
+  };
+  if (lesser.member != nullptr && is_outnamed()) return Follow(index, lesser);
   if (rival.member == nullptr) return;
   // of those who hold it together the lowest answers, also where it was heard before the others
   if (HoldsBeside(body, *rival.claim)) return Follow(index, rival);
@@ -305,8 +382,8 @@ void Holdings::Judge(std::size_t index) noexcept {
   if (!both_first && (ours || now_ns_ - body.disputed_ns > kAllTold)) {
     CountOnce(*rival.member, *rival.claim, Drop::kSeized);
   }
-  // one that is about to yield does not claim anew
-  if (ours && body.tied_ns == 0) Reassert(index, rival.claim->epoch);
+  // a peer that is about to yield, or waits for votes, does not claim anew
+  if (ours && body.tied_ns == 0 && !body.undecided) Reassert(index, rival.claim->epoch);
 }
 
 void Holdings::Follow(std::size_t index, const Rival& rival) noexcept {

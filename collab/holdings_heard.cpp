@@ -89,8 +89,15 @@ void Holdings::Believe(std::size_t index, const BodyClaim& claim, Member& by,
   for (Before& before : body.before) {
     if (before.peer == peer) before = {};  // it has it again
   }
-  if (peer != owner) body.claimed_ns = now_ns_;
+  if (peer != owner) {
+    body.claimed_ns = now_ns_;
+    body.began_epoch = claim.epoch;
+  }
   body.claim = claim;
+  // a peer that gets a body again counts on from the epoch under which it had it
+  if (peer == self_ && peer != owner && claim.epoch <= body.last_epoch) {
+    body.claim.epoch = Next(body.last_epoch);
+  }
   body.by_word = false;
   body.orphaned_ns = 0;
   body.handed = false;
@@ -110,7 +117,9 @@ void Holdings::NoteBefore(Body& body, bool by_its_word) noexcept {
   const PeerId peer = body.claim.peer;
   if (peer == 0) return;
   if (peer == self_) body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
-  if (peer == self_ || by_its_word) {
+  // a peer that leaves gives up what it has
+  const Member* const member = Find(peer);
+  if (peer == self_ || by_its_word || (member != nullptr && member->left)) {
     std::rotate(body.before.begin(), body.before.end() - 1, body.before.end());
     body.before[0] = {peer, now_ns_};
     return;
@@ -283,7 +292,9 @@ void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {
   Body& body = bodies_[index];
   NoteBefore(body, true);
   body.claim = {Next(body.claim.epoch), to};
+  body.began_epoch = body.claim.epoch;
   body.claimed_ns = now_ns_;
+  body.unsure = false;
   body.parked = body.X_WB;
   body.told = kind == EventKind::kRelease;
   body.orphaned_ns = 0;
@@ -344,7 +355,13 @@ void Holdings::TakeGiven(std::size_t index, const Event& event) noexcept {
   const bool withdrawn = body.withdrawn_ns != 0 && now_ns_ - body.withdrawn_ns < kWithdrawn;
   const bool given = event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0 && !withdrawn &&
                      !stopped_ && !(own_only_ && body.shared);
-  if (wanted_ == b || given) TakeInHand(index);
+  if (wanted_ != b && !given) return;
+  if (IsInAnothersHand(index)) {
+    wanted_ = b;
+    wanted_since_ns_ = now_ns_;
+    return;
+  }
+  TakeInHand(index);
 }
 
 void Holdings::OnState(const ObjectState& state) noexcept {

@@ -1,0 +1,214 @@
+#include <gtest/gtest.h>
+
+#include "collab/holdings.h"
+#include "tests/collab/company.h"
+
+// What a member that lies, or has not heard yet, may not bring about: docs/decisions/0036.
+
+namespace tandem {
+namespace {
+
+using testing::Company;
+using testing::kOwn;
+using testing::TwoBodies;
+using Kind = MembershipChange::Kind;
+
+constexpr PeerId kLiar = 77;
+
+/// A peer that hears what a test says of the others; frames of 1 ms.
+class Listener {
+ public:
+  explicit Listener(PeerId id) : holdings_(id, TwoBodies()) { Run(1); }
+  Holdings& holdings() { return holdings_; }
+  void Run(int frames) {
+    std::array<Event, 8> out;
+    std::size_t count = 0;
+    for (int i = 0; i < frames; ++i) holdings_.Tick(now_ns_ += 1'000'000, out, count);
+  }
+  /// `peer` says that it has kOwn, or whom it names.
+  void HearClaim(PeerId peer, std::uint32_t epoch, bool held, Kind kind = Kind::kClaims) {
+    MembershipChange change{.kind = kind, .peer = peer, .claim_count = 1};
+    change.claims[0] = {kOwn, epoch, held};
+    holdings_.OnMembership(change);
+  }
+  void HearName(PeerId peer, PeerId named, std::uint32_t epoch, Kind kind = Kind::kClaims) {
+    MembershipChange change{.kind = kind, .peer = peer, .belief_count = 1};
+    change.beliefs[0] = {kOwn, named, epoch};
+    holdings_.OnMembership(change);
+  }
+  void HearGone(PeerId peer, Kind kind) { holdings_.OnMembership({.kind = kind, .peer = peer}); }
+  void HearGrant(PeerId from, PeerId to, std::uint32_t epoch) {
+    holdings_.OnEvent({.peer = from,
+                       .kind = EventKind::kGrant,
+                       .object = kOwn,
+                       .epoch = epoch,
+                       .to = to,
+                       .X_WB = {}});
+  }
+
+ private:
+  Holdings holdings_;
+  std::int64_t now_ns_ = 1'000'000'000;
+};
+
+// The peer that is granted a body says for a while that the granter has it. That is no word by
+// which the granter gets it back.
+TEST(HoldingsMisled, AnOlderWordOfTheNewOwnerDoesNotReturnTheBodyToTheGranter) {
+  Listener three(3);
+  three.HearClaim(kLiar, 1, false, Kind::kJoined);
+  three.HearName(5, kLiar, 1, Kind::kJoined);
+  three.Run(6000);
+  three.HearName(kLiar, 5, 2);
+  three.Run(1);
+  ASSERT_EQ(three.holdings().authority(0), 5U);
+  three.HearClaim(kLiar, 4, false);
+  three.Run(10);
+  EXPECT_EQ(three.holdings().authority(0), 5U);
+  EXPECT_EQ(three.holdings().epoch(0), 2U);
+}
+
+// As many name the one as the other, and both peers know who has the body in hand.
+TEST(HoldingsMisled, OfTwoThatAsManyNameTheOneWithTheBodyInHandKeepsIt) {
+  Listener nine(9);
+  nine.holdings().Ask(kOwn);
+  nine.Run(10);
+  ASSERT_EQ(nine.holdings().held(), 0);
+  nine.HearClaim(5, 3, false, Kind::kJoined);
+  nine.Run(1000);
+  EXPECT_EQ(nine.holdings().held(), 0);
+  Listener three(3);
+  three.holdings().Ask(kOwn);
+  three.Run(10);
+  three.holdings().Release();
+  three.HearClaim(5, 3, true, Kind::kJoined);
+  three.Run(10);
+  EXPECT_EQ(three.holdings().authority(0), 5U);
+}
+
+TEST(HoldingsMisled, AStoppedPeerNamesItselfWhereAnotherNamesIt) {
+  Company company({5, 9}, 0);
+  company[9].Ask(kOwn);
+  company.Run(2000);
+  ASSERT_EQ(company.Holders(0), std::vector<PeerId>{9});
+  company.Stop(9, true);
+  company.Run(600);
+  MembershipChange forged{.kind = Kind::kJoined, .peer = kLiar, .claim_count = 1};
+  forged.claims[0] = {kOwn, 40, true};
+  for (const PeerId peer : {5U, 9U}) company[peer].OnMembership(forged);
+  company.Stop(9, false);
+  company.Run(300);
+  EXPECT_EQ(company.Holders(0), std::vector<PeerId>{9});
+  EXPECT_EQ(company.Authority(0), 9U);
+}
+
+// A newcomer is told by the liar that the body is its own, while a hand holds it.
+TEST(HoldingsMisled, ANewcomerDoesNotTakeInHandWhatAnotherHasInHand) {
+  Listener nine(9);
+  nine.HearClaim(kLiar, 5, false, Kind::kJoined);
+  nine.Run(1);
+  ASSERT_EQ(nine.holdings().authority(0), kLiar);
+  nine.HearClaim(5, 3, true, Kind::kJoined);
+  nine.holdings().Ask(kOwn);
+  nine.Run(1);
+  nine.HearGrant(kLiar, 9, 6);
+  nine.Run(100);
+  EXPECT_EQ(nine.holdings().held(), -1);
+  nine.HearGone(5, Kind::kLeft);
+  nine.Run(1);
+  EXPECT_EQ(nine.holdings().held(), 0) << "nobody holds it any more";
+}
+
+TEST(HoldingsMisled, APeerThatLeftHasGivenUpWhatItHad) {
+  Listener three(3);
+  three.HearClaim(kLiar, 4, false, Kind::kJoined);
+  three.HearName(5, kLiar, 4, Kind::kJoined);
+  three.Run(6000);
+  three.HearGone(kLiar, Kind::kLeft);
+  three.holdings().Ask(kOwn);
+  three.Run(2);
+  ASSERT_EQ(three.holdings().held(), 0);
+  three.HearClaim(kLiar, 7, true, Kind::kBack);
+  three.Run(20);
+  EXPECT_EQ(three.holdings().held(), 0) << "5 names the liar since it has not heard yet";
+}
+
+// 5 took the body over and granted it. 9 has not heard of either.
+TEST(HoldingsMisled, NamesFromBeforeABodyCameToAHandDoNotTakeItAway) {
+  Listener three(3);
+  three.HearClaim(kLiar, 4, false, Kind::kJoined);
+  three.HearName(5, kLiar, 4, Kind::kJoined);
+  three.HearName(9, kLiar, 4, Kind::kJoined);
+  three.Run(6000);
+  three.HearGone(kLiar, Kind::kLost);
+  three.Run(100);
+  three.HearClaim(5, 5, false);
+  three.Run(300);
+  ASSERT_EQ(three.holdings().authority(0), 5U);
+  three.holdings().Ask(kOwn);
+  three.Run(1);
+  three.HearGrant(5, 3, 6);
+  three.Run(1);
+  ASSERT_EQ(three.holdings().held(), 0);
+  three.HearClaim(kLiar, 7, false, Kind::kBack);
+  three.Run(50);
+  EXPECT_EQ(three.holdings().held(), 0);
+  three.HearName(5, 3, 6);
+  three.HearName(9, 3, 6);
+  three.Run(6000);
+  EXPECT_EQ(three.holdings().held(), 0);
+}
+
+// The owner is cut off from this peer, and whoever has the body from it is still to be heard.
+TEST(HoldingsMisled, ALostOwnersBodyIsNoClaimantsAtOnce) {
+  Listener three(3);
+  three.HearClaim(5, 1, true, Kind::kJoined);
+  three.HearName(9, 5, 1, Kind::kJoined);
+  three.HearGone(kLiar, Kind::kJoined);
+  three.Run(6000);
+  three.HearGone(5, Kind::kLost);
+  three.HearClaim(kLiar, 6, false);
+  three.Run(100);
+  EXPECT_EQ(three.holdings().authority(0), 5U);
+  three.Run(300);
+  EXPECT_EQ(three.holdings().authority(0), kLiar);
+}
+
+// One honest peer was misled, so that two name the liar. This one knows the owner's claim itself.
+TEST(HoldingsMisled, APeerThatIsSureCountsItselfBeforeItLeavesAnOwnerThatIsHere) {
+  Listener three(3);
+  three.HearClaim(5, 1, true, Kind::kJoined);
+  three.HearName(9, 5, 1, Kind::kJoined);
+  three.HearGone(kLiar, Kind::kJoined);
+  three.Run(6000);
+  three.HearClaim(kLiar, 6, false);
+  three.HearName(9, kLiar, 6);
+  three.Run(1000);
+  EXPECT_EQ(three.holdings().authority(0), 5U);
+}
+
+// 3 took the body over while 5 was away, and claimed above 5 while 7 went by 3 still. Now 7 goes by
+// 5. Under its own name 3 never counts back.
+TEST(HoldingsMisled, AnOwnerYieldsToALesserClaimThatMoreNameAndCountsOnWhenItGetsTheBodyAgain) {
+  Listener three(3);
+  three.HearClaim(5, 1, false, Kind::kJoined);
+  three.HearName(7, 5, 1, Kind::kJoined);
+  three.Run(6000);
+  three.HearGone(5, Kind::kLost);
+  three.Run(400);
+  ASSERT_EQ(three.holdings().authority(0), 3U);
+  three.HearName(7, 3, 2);
+  three.HearClaim(5, 3, false, Kind::kBack);
+  three.Run(10);
+  ASSERT_EQ(three.holdings().authority(0), 3U);
+  ASSERT_EQ(three.holdings().epoch(0), 4U);
+  three.HearName(7, 5, 3);
+  three.Run(1);
+  EXPECT_EQ(three.holdings().authority(0), 5U);
+  three.HearGrant(5, 3, 4);
+  three.Run(1);
+  EXPECT_EQ(three.holdings().authority(0), 3U);
+  EXPECT_EQ(three.holdings().epoch(0), 5U);
+}
+
+}  // namespace
+}  // namespace tandem
