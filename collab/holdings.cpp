@@ -301,7 +301,9 @@ void Holdings::Succeed() noexcept {
     for (const Member& other : members_) {
       if (other.peer == 0 || !other.present || other.peer == body.claim.peer) continue;
       const PeerId named = NamedBy(other, body.index);
-      if (named == self_) continue;                                  // it leaves it to us
+      // it leaves it to us, unless it has not heard yet that we gave it away
+      const bool has_not_heard = HadItLately(body, self_) && IsStale(other, body, self_);
+      if (named == self_ && !has_not_heard) continue;
       if (named == 0 && other.since_ns > body.claimed_ns) continue;  // it never heard of the claim
       const bool holds = in_hands && HeldBy(b, other.peer);
       if (holds != ours && in_hands ? holds : other.peer < self_) ++turn;

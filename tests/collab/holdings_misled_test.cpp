@@ -210,5 +210,29 @@ TEST(HoldingsMisled, AnOwnerYieldsToALesserClaimThatMoreNameAndCountsOnWhenItGet
   EXPECT_EQ(three.holdings().epoch(0), 5U);
 }
 
+// 9 gave the body to 3, which left before it had it. 7 has not heard of the gift and is the next in
+// line.
+TEST(HoldingsMisled, ANameFromBeforeAGiftDoesNotLeaveTheBodyToTheGiver) {
+  Listener nine(9);
+  nine.HearClaim(3, 1, false, Kind::kJoined);
+  nine.HearName(7, 3, 1, Kind::kJoined);
+  nine.Run(6000);
+  nine.holdings().Ask(kOwn);
+  nine.Run(1);
+  nine.HearGrant(3, 9, 2);
+  nine.HearName(3, 9, 2);
+  nine.HearName(7, 9, 2);
+  nine.Run(1);
+  ASSERT_EQ(nine.holdings().held(), 0);
+  nine.holdings().Give(3);
+  nine.Run(1);
+  nine.HearGone(3, Kind::kLeft);
+  nine.Run(1000);
+  EXPECT_EQ(nine.holdings().authority(0), 3U);
+  nine.HearClaim(7, 4, false);
+  nine.Run(1);
+  EXPECT_EQ(nine.holdings().authority(0), 7U);
+}
+
 }  // namespace
 }  // namespace tandem
