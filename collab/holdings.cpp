@@ -194,8 +194,9 @@ void Holdings::TakeInHand(std::size_t index) noexcept {
   wanted_ = -1;
   // beside others we say that we hold it under the same epoch: of them the lowest answers for it
   Body& body = bodies_[index];
-  hold_epoch_ = body.claim.epoch;
-  if (body.shared && self_ < body.claim.peer) {
+  // unless we have said a later one: ours never go back
+  hold_epoch_ = std::max(body.claim.epoch, body.last_epoch);
+  if (body.shared && self_ < body.claim.peer && hold_epoch_ == body.claim.epoch) {
     NoteBefore(body, true);
     body.claim.peer = self_;
     body.claimed_ns = now_ns_;

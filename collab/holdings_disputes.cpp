@@ -365,7 +365,7 @@ void Holdings::Judge(std::size_t index) noexcept {
   // it as ours is: to wait until it claims above ours takes two ways more
   const auto is_outnamed = [&] {
     const PeerId peer = lesser.member->peer;
-    if (body.claim.peer != self_ || body.shared || listening()) return false;
+    if (body.claim.peer != self_ || listening()) return false;
     if (lesser.claim->epoch < body.began_epoch || HadItLately(body, peer)) return false;
     if (!SaidByReturned(body, peer)) return false;
     return lesser.votes - StaleFor(body, peer) > 1 + VotesAgainst(body, peer);

@@ -10,6 +10,7 @@ namespace {
 
 using testing::Company;
 using testing::kOwn;
+using testing::kShared;
 using testing::TwoBodies;
 using Kind = MembershipChange::Kind;
 
@@ -18,29 +19,32 @@ constexpr PeerId kLiar = 77;
 /// A peer that hears what a test says of the others; frames of 1 ms.
 class Listener {
  public:
-  explicit Listener(PeerId id) : holdings_(id, TwoBodies()) { Run(1); }
+  explicit Listener(PeerId id, ObjectId object = kOwn)
+      : holdings_(id, TwoBodies()), object_(object) {
+    Run(1);
+  }
   Holdings& holdings() { return holdings_; }
   void Run(int frames) {
     std::array<Event, 8> out;
     std::size_t count = 0;
     for (int i = 0; i < frames; ++i) holdings_.Tick(now_ns_ += 1'000'000, out, count);
   }
-  /// `peer` says that it has kOwn, or whom it names.
+  /// `peer` says that it has the body, or whom it names.
   void HearClaim(PeerId peer, std::uint32_t epoch, bool held, Kind kind = Kind::kClaims) {
     MembershipChange change{.kind = kind, .peer = peer, .claim_count = 1};
-    change.claims[0] = {kOwn, epoch, held};
+    change.claims[0] = {object_, epoch, held};
     holdings_.OnMembership(change);
   }
   void HearName(PeerId peer, PeerId named, std::uint32_t epoch, Kind kind = Kind::kClaims) {
     MembershipChange change{.kind = kind, .peer = peer, .belief_count = 1};
-    change.beliefs[0] = {kOwn, named, epoch};
+    change.beliefs[0] = {object_, named, epoch};
     holdings_.OnMembership(change);
   }
   void HearGone(PeerId peer, Kind kind) { holdings_.OnMembership({.kind = kind, .peer = peer}); }
   void HearGrant(PeerId from, PeerId to, std::uint32_t epoch) {
     holdings_.OnEvent({.peer = from,
                        .kind = EventKind::kGrant,
-                       .object = kOwn,
+                       .object = object_,
                        .epoch = epoch,
                        .to = to,
                        .X_WB = {}});
@@ -48,6 +52,7 @@ class Listener {
 
  private:
   Holdings holdings_;
+  ObjectId object_;
   std::int64_t now_ns_ = 1'000'000'000;
 };
 
@@ -232,6 +237,30 @@ TEST(HoldingsMisled, ANameFromBeforeAGiftDoesNotLeaveTheBodyToTheGiver) {
   nine.HearClaim(7, 4, false);
   nine.Run(1);
   EXPECT_EQ(nine.holdings().authority(0), 7U);
+}
+
+// As for a body of one hand: to wait for a claim above ours would take two ways more.
+TEST(HoldingsMisled, AnOwnerYieldsASharedBodyToALesserClaimThatMoreName) {
+  Listener three(3, kShared);
+  three.HearClaim(5, 1, false, Kind::kJoined);
+  three.HearName(7, 5, 1, Kind::kJoined);
+  three.Run(6000);
+  three.HearGone(5, Kind::kLost);
+  three.Run(400);
+  ASSERT_EQ(three.holdings().authority(1), 3U);
+  three.HearName(7, 3, 2);
+  three.HearClaim(5, 3, false, Kind::kBack);
+  three.Run(10);
+  ASSERT_EQ(three.holdings().epoch(1), 4U);
+  three.HearName(7, 5, 3);
+  three.Run(1);
+  EXPECT_EQ(three.holdings().authority(1), 5U);
+  three.HearClaim(5, 3, true);
+  three.holdings().Ask(kShared);
+  three.Run(1);
+  ASSERT_EQ(three.holdings().held(), 1);
+  EXPECT_EQ(three.holdings().own_epoch(1), 4U) << "what it says never goes back";
+  EXPECT_EQ(three.holdings().authority(1), 5U);
 }
 
 }  // namespace
