@@ -58,7 +58,6 @@ bool ddsrt_cond_waitfor(ddsrt_cond_t* condition, ddsrt_mutex_t* mutex, dds_durat
 
 bool ddsrt_cond_waituntil(ddsrt_cond_t* condition, ddsrt_mutex_t* mutex, dds_time_t time) {
   if (time != DDS_NEVER) return ddsrt_cond_waitfor(condition, mutex, time - dds_time());
-  ddsrt_cond_wait(condition, mutex);
-  return true;
+  return pthread_cond_wait(&condition->cond, &mutex->mutex) == 0;
 }
 }

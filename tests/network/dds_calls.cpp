@@ -76,6 +76,7 @@ namespace {
   X(dds_strretcode)                      \
   X(dds_take)                            \
   X(dds_take_guardcondition)             \
+  X(dds_time)                            \
   X(dds_wait_for_acks)                   \
   X(dds_waitset_attach)                  \
   X(dds_waitset_wait)                    \
