@@ -49,6 +49,8 @@ class Controller::Link {
   bool Open();
   /// Waits for a tenth of a second at the most until the controller has been heard.
   bool Meet();
+  /// Returns a request with the next number and this host's name, to be filled.
+  tandem_control_Request NextRequest();
   /// Repeats a first request, by which the controller knows this host's name, until it is answered
   /// or that time has come. While a controller is flooded it may drop what an unknown host sends.
   void Introduce(std::int64_t until_ns);
@@ -184,12 +186,17 @@ bool Controller::Link::Meet() {
   return false;
 }
 
-void Controller::Link::Introduce(std::int64_t until_ns) {
-  constexpr std::int64_t kAgainNs = 250'000'000;
+tandem_control_Request Controller::Link::NextRequest() {
   tandem_control_Request wire{};
   wire.host = id_;
   wire.number = next_number_++;
   if (host_name_.size() < sizeof wire.host_name) host_name_.copy(wire.host_name, host_name_.size());
+  return wire;
+}
+
+void Controller::Link::Introduce(std::int64_t until_ns) {
+  constexpr std::int64_t kAgainNs = 250'000'000;
+  tandem_control_Request wire = NextRequest();
   ToWire(SnapshotRateRequest{}, wire);
   waiting_[wire.number] = {};
   std::int64_t next_ns = 0;
@@ -295,16 +302,13 @@ void Controller::Link::Receive() {
 }
 
 void Controller::Link::Send(const ControlRequest& request, OnAnswer on_answer) {
-  tandem_control_Request wire{};
-  wire.host = id_;
-  wire.number = next_number_++;
+  tandem_control_Request wire = NextRequest();
   if (const auto* rate = std::get_if<SnapshotRateRequest>(&request);
       rate != nullptr && rate->rate_hz >= 1 && rate->rate_hz <= ControlServer::kMostRate) {
     const std::lock_guard lock(mutex_);
     rate_hz_ = rate->rate_hz;
     next_snapshot_ns_ = 0;
   }
-  if (host_name_.size() < sizeof wire.host_name) host_name_.copy(wire.host_name, host_name_.size());
   const bool whole = ToWire(request, wire);
   const bool stop = std::holds_alternative<EmergencyStopRequest>(request);
   const bool room = stop || waiting_.size() < kMostWaiting;
