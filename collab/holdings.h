@@ -232,18 +232,18 @@ class Holdings {
   /// Whom a member takes for the authority of a body; 0: it knows of none.
   static PeerId NamedBy(const Member& member, std::size_t body) noexcept;
   PeerId VoteOf(const Member& member, std::size_t body) const noexcept;
-  /// Whether a member names this peer under an epoch from before the body came to its claimant.
+  /// Returns whether a member names `named` under an epoch from before its claimant had the body.
   bool IsStale(const Member& member, const Body& body, PeerId named) const noexcept;
-  /// Whether we believe what we do neither as a newcomer nor because somebody was gone.
+  /// Returns whether we believe what we do neither as a newcomer nor because somebody was gone.
   bool IsSure(const Body& body) const noexcept;
   bool HadItLately(const Body& body, PeerId peer) const noexcept;
   /// Of who has it until now; `by_its_word`: that one has given it away, and is not just missed.
   void NoteBefore(Body& body, bool by_its_word) noexcept;
   /// How many of the others who are here take that peer for the authority.
   int VotesFor(const Body& body, PeerId peer) const noexcept;
-  /// Whether a newcomer names that peer, whose name is no vote yet.
+  /// Returns whether a newcomer, whose name is no vote yet, names that peer.
   bool IsHearsay(const Body& body, PeerId peer) const noexcept;
-  /// How many of them do so from before the body came to its claimant.
+  /// Returns how many of them do so under an epoch from before its claimant had the body.
   int StaleFor(const Body& body, PeerId peer) const noexcept;
   /// And how many whom we do, or who had it a moment ago, and not `rival`.
   int VotesAgainst(const Body& body, PeerId rival) const noexcept;
@@ -265,7 +265,7 @@ class Holdings {
   bool SaidByReturned(const Body& body, PeerId peer) const noexcept;
   bool KeepsOurs(std::size_t body, const Rival& rival) noexcept;
   bool IsAhead(const Body& body, const Rival& rival) const noexcept;
-  /// Whether another has in hand what we are about to take, and as many name it as name us.
+  /// Returns whether another holds what we are about to take, and as many name it as name us.
   bool IsInAnothersHand(std::size_t body) const noexcept;
   bool LeavesFor(std::size_t body, const Rival& rival) noexcept;
   /// Whether a greater claim has misled us.

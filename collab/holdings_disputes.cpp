@@ -215,7 +215,6 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
   if (lowest != best->peer && lowest != self_) body.in_absence_of[0] = lowest;
 }
 
-// Whether a newcomer names it, whose name is no vote yet.
 bool Holdings::IsHearsay(const Body& body, PeerId peer) const noexcept {
   return std::ranges::any_of(members_, [&](const Member& member) {
     return member.peer != 0 && member.present && NamedBy(member, body.index) == peer &&
@@ -223,7 +222,6 @@ bool Holdings::IsHearsay(const Body& body, PeerId peer) const noexcept {
   });
 }
 
-// How many votes for it are older than what we know of the body.
 int Holdings::StaleFor(const Body& body, PeerId peer) const noexcept {
   return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
     return VoteOf(member, body.index) == peer && IsStale(member, body, peer);

@@ -84,7 +84,7 @@ class Peer {
 
   /// Whether the hand has begun, and when (ns).
   std::optional<std::int64_t> started_ns() const noexcept { return started_ns_; }
-  /// What is traced so far. Any thread may read it while this one goes on.
+  /// Returns what is traced so far. Any thread may read it while the haptic thread goes on.
   std::span<const TraceSample> trace() const noexcept {
     return {trace_.data(), traced_.load(std::memory_order_acquire)};
   }

@@ -3,7 +3,7 @@
 #include "collab/holdings.h"
 #include "tests/collab/company.h"
 
-// What a member that lies, or has not heard yet, may not bring about: docs/decisions/0036.
+// A member that lies, or has not heard yet, takes nothing from others: docs/decisions/0036.
 
 namespace tandem {
 namespace {
