@@ -3,6 +3,7 @@
 #include "app/cli/device_process.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -79,6 +80,15 @@ class Motor {
   bool WaitForForce(double force_N, double seconds = 20) const {
     for (int i = 0; i < 1000 * seconds && force() < force_N; ++i) Sleep(1e-3);
     return force() >= force_N;
+  }
+  /// Waits until there is no force for half a second: a machine that is late may take it away for
+  /// some 150 ms before that.
+  void WaitForNoForce() const {
+    int quiet_ms = 0;
+    for (int i = 0; i < 10'000 && quiet_ms < 500; ++i) {
+      Sleep(1e-3);
+      quiet_ms = force() > 0 ? 0 : quiet_ms + 1;
+    }
   }
 
  private:
@@ -212,6 +222,7 @@ TEST(DeviceProcess, TheForceOfAControllerWhoseEndNobodyTellsIsGoneInTime) {
   const std::filesystem::path file = folder.path() / "motor";
   std::mt19937 random(3);
   Worst worst;
+  int judged = 0;
   const Motor motor(file);
   const auto process = DeviceProcess::Start({.driver = "fake:record=" + file.string()});
   ASSERT_TRUE(process);
@@ -230,11 +241,15 @@ TEST(DeviceProcess, TheForceOfAControllerWhoseEndNobodyTellsIsGoneInTime) {
     const Fall fall = FallAfter(motor.Since(seen - 20), gone_ns);
     const double empty_ms = empty.WorstMs();
     ExpectInTime(fall, empty_ms);
-    // its own rule did it: an order is five milliseconds old at the earliest, and the loop runs on
+    worst.Add(fall, empty_ms);
+    // its own rule did it: an order is five milliseconds old at the earliest, and the loop runs on;
+    // where the machine stood still, another rule may have been first
+    if (empty_ms > 2) continue;
+    ++judged;
     EXPECT_GE(fall.damping_ms, 3);
     EXPECT_EQ((*process)->Newest()->state, static_cast<std::uint8_t>(SafetyState::kExpired));
-    worst.Add(fall, empty_ms);
   }
+  EXPECT_GE(judged, Rounds() / 4);
   Tell("killed untold", Rounds(), worst);
 }
 
@@ -262,7 +277,7 @@ TEST(DeviceProcess, TheForceOfAStoppedControllerIsGoneInTimeAndComesBack) {
     worst.Add(fall, empty_ms);
     EXPECT_EQ(motor.force(), 0);
   }
-  ASSERT_TRUE(motor.WaitForForce(2.4));
+  EXPECT_TRUE(motor.WaitForForce(2.4, 60));
   Tell("stopped", Rounds(), worst);
 }
 
@@ -428,16 +443,18 @@ TEST(DeviceProcess, WhatATerminalSendsIsTheControllersToAnswer) {
 
 // The loop's thread runs out of its stack: the handler needs another one to run on.
 TEST(DeviceProcess, ADriverThatRunsOutOfItsStackLeavesNoForce) {
-  RunningController own(",recurse_at=800");
+  RunningController own(",recurse_at=1500");
   ASSERT_TRUE(own.motor.WaitForForce(1.0));
   EXPECT_TRUE(own.WaitForEnd(5));
   EXPECT_EQ(own.motor.force(), 0);
 }
 
 TEST(DeviceProcess, ADriverThatHangsForEverLeavesNoForceAndEndsWhenItIsToldTo) {
-  RunningController own(",hang_at=600,hang_ms=1e6");
+  RunningController own(",hang_at=1500,hang_ms=1e6");
   ASSERT_TRUE(own.motor.WaitForForce(1.0));
-  for (int i = 0; i < 2000 && own.motor.force() > 0; ++i) Sleep(1e-3);
+  EmptyLoop empty;
+  own.motor.WaitForNoForce();
+  const double late_ms = empty.WorstMs();
   EXPECT_EQ(own.motor.force(), 0);
   const std::vector<FakeRecord::Write> writes = own.motor.Since(0);
   const auto zero = std::find_if(writes.rbegin(), writes.rend(), [](const auto& write) {
@@ -448,7 +465,7 @@ TEST(DeviceProcess, ADriverThatHangsForEverLeavesNoForceAndEndsWhenItIsToldTo) {
   std::printf("a read that hangs: the motor kept its force for %.1f ms\n", kept_ms);
   // 20 ms, and the look after that
   EXPECT_GE(kept_ms, 15);
-  EXPECT_LE(kept_ms, 60);
+  EXPECT_LE(kept_ms, 60 + late_ms);
   kill(own.process->pid(), SIGTERM);
   EXPECT_TRUE(own.WaitForEnd(0.5));
   EXPECT_EQ(own.motor.force(), 0);
@@ -474,19 +491,17 @@ TEST(DeviceProcess, ADriverThatHangsWhileItOpensEndsWhenItIsToldTo) {
 // The vendor's thread goes on asking while the loop stands still in a read.
 TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
   int judged = 0;
-  for (const char* rate : {"500", "1000", "3000"}) {
+  const std::array<const char*, 3> rates{"500", "1000", "3000"};
+  for (std::size_t round = 0; round < 3 || (judged == 0 && round < 12); ++round) {
+    const char* rate = rates[round % 3];
+    EmptyLoop empty;
     // after the ramp of a second, with time for a machine that is late
     const int hang_at = static_cast<int>(2.5 * std::min(1000.0, std::stod(rate)));
     RunningController own(",vendor=1,peak_N=3,hang_ms=1500,hang_at=" + std::to_string(hang_at) +
                           ",rate_hz=" + rate);
     ASSERT_TRUE(own.motor.WaitForForce(0.2)) << rate;
     ASSERT_TRUE(own.motor.WaitForForce(1.0)) << rate;
-    // a machine that is late may take the force away for a moment before the loop stands still
-    int quiet_ms = 0;
-    for (int i = 0; i < 10'000 && quiet_ms < 100; ++i) {
-      Sleep(1e-3);
-      quiet_ms = own.motor.force() > 0 ? 0 : quiet_ms + 1;
-    }
+    own.motor.WaitForNoForce();
     EXPECT_EQ(own.motor.force(), 0) << rate;
     const std::vector<FakeRecord::Write> writes = own.motor.Since(0);
     // It was not cut when it was 20 ms old: it had fallen by then, from 5 ms of age on, by half a
@@ -503,12 +518,15 @@ TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
       ++judged;
     }
     const DeviceTimes times = own.process->times();
+    const double late_ms = empty.WorstMs();
     std::printf("a vendor's thread of %s Hz takes what is %.2f ms old in the mean, %.2f at most\n",
                 rate, 1e-6 * static_cast<double>(times.asked_mean_ns),
                 1e-6 * static_cast<double>(times.asked_max_ns));
     EXPECT_GT(times.asked, 50U) << rate;
     // by the phase of the two loops from nothing to a period
-    EXPECT_LE(1e-9 * static_cast<double>(times.asked_mean_ns), 1.0 / std::stod(rate)) << rate;
+    EXPECT_LE(1e-6 * static_cast<double>(times.asked_mean_ns),
+              1e3 / std::stod(rate) + 0.1 * late_ms)
+        << rate << " Hz; an empty loop was late by " << late_ms << " ms";
   }
   EXPECT_GE(judged, 1);
 }
