@@ -25,16 +25,19 @@ configure_and_build() { # PRESET [TARGET...]
 }
 
 # Programs write what sanitizers find to a file each, so that it is seen whatever a test does with a program's output. A handler of
-# signals has a stack of its own, which the address sanitizer must not replace by its own.
+# signals has a stack of its own, which the address sanitizer must not replace by its own. Peers that a sanitizer slows down may take
+# all processors for themselves with real-time priority: they get none, so that others of a session are served too.
 with_sanitizer() { # PRESET LABELS
   local reports=$logs/$1-reports
   configure_and_build "$1" || return 1
   rm -rf "$reports"
   mkdir -p "$reports"
+  local ordinary=()
+  [ "$(id -u)" != 0 ] || ordinary=(setpriv --bounding-set=-sys_nice --inh-caps=-sys_nice --)
   local common="log_path=$reports/report:exitcode=77"
   ASAN_OPTIONS="$common:detect_leaks=0:use_sigaltstack=0" UBSAN_OPTIONS="$common:print_stacktrace=1" \
     TSAN_OPTIONS="$common:suppressions=$PWD/tests/tsan.suppressions:second_deadlock_stack=1" \
-    ctest --test-dir "build/$1" --output-on-failure --timeout 900 -j 4 -L "$2"
+    "${ordinary[@]}" ctest --test-dir "build/$1" --output-on-failure --timeout 900 -j 4 -L "$2"
   local status=$?
   echo "reports of sanitizers: $(find "$reports" -type f | wc -l)"
   [ $status -eq 0 ] && [ -z "$(ls "$reports")" ]
