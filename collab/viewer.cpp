@@ -8,8 +8,6 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kMaxAges = 1U << 20U;  // an hour of four peers at 60 Hz, 4 MB
-
 bool AreNamesakes(const ViewedPeer& a, const ViewedPeer& b) {
   return a.info.peer != b.info.peer && !a.info.name.empty() && a.info.name == b.info.name &&
          a.info.role == b.info.role;
@@ -46,9 +44,9 @@ ViewerPicture Viewer::Picture() const {
   return picture;
 }
 
-std::vector<float> Viewer::SampleAgesMs() const {
+FrameAges Viewer::Ages() const {
   const std::lock_guard lock(mutex_);
-  return ages_ms_;
+  return ages_;
 }
 
 void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
@@ -84,9 +82,11 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   }
   if (samples_++ == 0) first_sample_ns_ = arrival_ns;
   newest_sample_ns_ = arrival_ns;
-  if (ages_ms_.size() < kMaxAges) {
-    ages_ms_.push_back(
-        static_cast<float>(static_cast<double>(arrival_ns - frame.sample_ns) * 1e-6));
+  // a sender can write any number there
+  if (frame.sample_ns > arrival_ns || frame.sample_ns < arrival_ns - FrameAges::kMost_ns) {
+    ages_.others = true;
+  } else {
+    ages_.of_this_machine.Add(arrival_ns - frame.sample_ns);
   }
 }
 

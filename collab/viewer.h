@@ -12,6 +12,7 @@
 
 #include "collab/scene_agreement.h"
 #include "collab/transport.h"
+#include "engine/realtime/histogram.h"
 
 namespace tandem {
 
@@ -69,6 +70,15 @@ struct ViewerPicture {
   PeerId self = 0;  // of whoever looks on, where that is a peer, too
 };
 
+/// How old view frames were as they came: their sender's stamp against this machine's clock. Only
+/// clocks of one machine have something in common.
+struct FrameAges {
+  static constexpr std::int64_t kMost_ns = 60'000'000'000;  // that a network within a machine has
+
+  Histogram of_this_machine;
+  bool others = false;  // whether a stamp was another machine's
+};
+
 /// A passive onlooker's side of a session: keeps what is heard, answers what to show. Needs no
 /// window; says nothing of poses to anybody. Calls may come from the transport's threads and from
 /// the reader's at once.
@@ -78,9 +88,7 @@ class Viewer : public Inbox {
   static constexpr std::size_t kMost = 128;
 
   ViewerPicture Picture() const;
-  /// Ages of view frames at arrival (sender's stamp against our clock, ms): meaningful on one host
-  /// only.
-  std::vector<float> SampleAgesMs() const;
+  FrameAges Ages() const;
   /// Poses of bodies that the session's scene does not have; they are not kept.
   std::uint64_t refused() const;
 
@@ -113,7 +121,7 @@ class Viewer : public Inbox {
   std::uint64_t refused_ = 0;
   std::int64_t first_sample_ns_ = 0;
   std::int64_t newest_sample_ns_ = 0;
-  std::vector<float> ages_ms_;
+  FrameAges ages_;
 };
 
 }  // namespace tandem

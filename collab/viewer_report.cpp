@@ -11,18 +11,10 @@ namespace tandem {
 
 namespace {
 
-// Ages that no network on one host has: the stamps are then another machine's.
-constexpr float kLeastAgeMs = 0.0F;
-constexpr float kGreatestAgeMs = 60'000.0F;
-
-std::optional<double> AgeP99(std::vector<float> ages_ms) {
-  if (ages_ms.empty()) return std::nullopt;
-  const auto [least, greatest] = std::minmax_element(ages_ms.begin(), ages_ms.end());
-  if (*least < kLeastAgeMs || *greatest > kGreatestAgeMs) return std::nullopt;
-  // the least age that at least 99 % do not exceed
-  const auto rank = static_cast<std::ptrdiff_t>((99 * ages_ms.size() + 99) / 100 - 1);
-  std::nth_element(ages_ms.begin(), ages_ms.begin() + rank, ages_ms.end());
-  return static_cast<double>(ages_ms[static_cast<std::size_t>(rank)]);
+/// The least age that at least 99 % do not exceed, within 1/64 of it.
+std::optional<double> P99Ms(const FrameAges& ages) {
+  if (ages.others || ages.of_this_machine.count() == 0) return std::nullopt;
+  return 1e-6 * static_cast<double>(ages.of_this_machine.Quantile(0.99));
 }
 
 }  // namespace
@@ -37,7 +29,7 @@ ViewerReport ReportOf(const Viewer* viewer, int pid, double seconds) {
   const double span_s =
       static_cast<double>(picture.newest_sample_ns - picture.first_sample_ns) * 1e-9;
   if (span_s > 0) report.samples_per_s = static_cast<double>(picture.samples - 1) / span_s;
-  report.age_ms_p99 = AgeP99(viewer->SampleAgesMs());
+  report.age_ms_p99 = P99Ms(viewer->Ages());
   report.peers_seen = static_cast<std::size_t>(
       std::count_if(picture.peers.begin(), picture.peers.end(), [](const ViewedPeer& peer) {
         return peer.info.role == Role::kActive;
