@@ -168,6 +168,7 @@ class Holdings {
     /// Those in whose absence it came to the one that we believe, the first first; 0: no more.
     std::array<PeerId, 4> in_absence_of{};
     std::int64_t reasserted_ns = 0;  // when we last claimed it anew
+    std::int64_t risen_ns = 0;       // when others' words last raised our epoch
     std::array<Before, 3> before{};  // who had it last, the latest first
     Pose X_WB;                       // here
     Pose parked;                     // as told by its authority
@@ -191,6 +192,7 @@ class Holdings {
     std::int64_t since_ns = 0;                              // present without a break
     std::int64_t known_ns = 0;  // since it was first heard of: epochs are earned
     std::int64_t epochs = 0;    // that its claims and grants have been believed to go beyond
+    std::int64_t answered_ns = 0;  // until when our answers to it have used up their share
     Claim refused{kNoObject, 0, false};  // counted last
   };
 
@@ -272,6 +274,7 @@ class Holdings {
   bool GoesBackTo(std::size_t body, const Rival& rival) noexcept;
   void Follow(std::size_t body, const Rival& rival) noexcept;
   void FollowItsWord(std::size_t body) noexcept;
+  void RiseTo(Body& body, std::uint32_t epoch) noexcept;
   void RiseToNamed(std::size_t body) noexcept;
   void JudgeFirst(std::size_t body) noexcept;
   void Judge(std::size_t body) noexcept;
@@ -286,6 +289,7 @@ class Holdings {
   void HandOver(std::size_t body, EventKind kind, PeerId to) noexcept;
   void Say(EventKind kind, std::size_t body, std::uint32_t epoch, PeerId to) noexcept;
   void Tell(HoldingNews::Kind kind, std::size_t body, PeerId peer) noexcept;
+  bool MayAnswer(PeerId from) noexcept;
   void OnAsk(std::size_t body, PeerId from) noexcept;
   /// Leaves a free body to whose part pushes it, unless ours does.
   void OnTouch(std::size_t body, PeerId from) noexcept;

@@ -150,6 +150,15 @@ void Holdings::FollowItsWord(std::size_t index) noexcept {
   }
 }
 
+// Until the others have heard of our new epoch they refuse our states, so whoever would have us rise
+// all the time is heeded once in a while.
+void Holdings::RiseTo(Body& body, std::uint32_t epoch) noexcept {
+  if (epoch <= body.claim.epoch) return;
+  if (body.risen_ns != 0 && now_ns_ - body.risen_ns < kReassertAgain) return;
+  body.risen_ns = now_ns_;
+  body.claim.epoch = epoch;
+}
+
 // Others believe more than we claim, of us or of one that is gone or goes by us itself: they have
 // it from a part of the session that is no more, or from one that may not say so. We count on from
 // there.
@@ -159,16 +168,24 @@ void Holdings::RiseToNamed(std::size_t index) noexcept {
     body.tied_with_named_ns = 0;
     return;
   }
+  const auto said_by = [&](const Member& member) -> const Belief* {
+    const bool is_here = member.peer != 0 && member.present;
+    const Belief* const said = is_here ? BeliefOf(member, body.index) : nullptr;
+    return said != nullptr && said->epoch <= MostEpoch(body) ? said : nullptr;
+  };
+  std::uint32_t ours = 0;
+  for (const Member& member : members_) {
+    const Belief* const said = said_by(member);
+    if (said != nullptr && said->peer == self_) ours = std::max(ours, said->epoch);
+  }
+  RiseTo(body, ours);
   std::uint32_t above = 0;
   bool is_another_lower = false;
   for (const Member& member : members_) {
-    if (member.peer == 0 || !member.present) continue;
-    const Belief* const said = BeliefOf(member, body.index);
-    if (said == nullptr || said->epoch > MostEpoch(body)) continue;
-    if (said->peer == self_) {
-      body.claim.epoch = std::max(body.claim.epoch, said->epoch);
-    } else if (const Member* named = Find(said->peer);
-               named == nullptr || !named->present || NamedBy(*named, body.index) == self_) {
+    const Belief* const said = said_by(member);
+    if (said == nullptr || said->peer == self_) continue;
+    const Member* const named = Find(said->peer);
+    if (named == nullptr || !named->present || NamedBy(*named, body.index) == self_) {
       above = std::max(above, said->epoch);
       is_another_lower |= said->epoch == body.claim.epoch && said->peer < self_;
     }

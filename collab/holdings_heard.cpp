@@ -15,6 +15,8 @@ constexpr std::int64_t kMostBeyond = 100;  // epochs, and one more for each kEpo
 constexpr std::int64_t kTellAgain = 2000 * kMs;
 constexpr std::int64_t kWithdrawn = 5000 * kMs;  // that a grant of it may be on its way
 constexpr std::int64_t kLastWords = 500 * kMs;
+constexpr std::int64_t kAnswer = 50 * kMs;  // to one peer, and kAnswersAtOnce before that
+constexpr int kAnswersAtOnce = 8;
 constexpr std::int64_t kTouching =
     250 * kMs;  // since the last frame of a touch, or a change of hands
 
@@ -165,10 +167,13 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
     member->known_ns = now_ns_;
   }
   if (is_unknown || change.kind == MembershipChange::Kind::kJoined) {
-    // it knows nothing of what the others have earned, so that all count anew
+    // It knows nothing of what the others have earned, so that all count anew. What one took beyond
+    // that stays taken, or whoever comes again and again would be believed anything.
+    own_epochs_ = std::max<std::int64_t>(0, own_epochs_ - EpochsSince(first_ns_) / 2);
+    for (Member& other : members_) {
+      other.epochs = std::max<std::int64_t>(0, other.epochs - EpochsSince(other.known_ns));
+    }
     last_joined_ns_ = now_ns_;
-    own_epochs_ = 0;
-    for (Member& other : members_) other.epochs = 0;
   }
   // one that is started anew has been away, too
   const bool is_new = !member->present || (change.kind != MembershipChange::Kind::kClaims &&
@@ -246,14 +251,27 @@ void Holdings::OnEvent(const Event& event) noexcept {
   }
 }
 
+// Whoever asks without end gets few answers: they would fill what this peer may say.
+bool Holdings::MayAnswer(PeerId from) noexcept {
+  Member& asker = *PlaceFor(from);
+  asker.answered_ns = std::max(asker.answered_ns, now_ns_);
+  if (asker.answered_ns - now_ns_ > kAnswersAtOnce * kAnswer) {
+    Refuse(from, Drop::kFlood);
+    return false;
+  }
+  asker.answered_ns += kAnswer;
+  return true;
+}
+
 void Holdings::OnAsk(std::size_t index, PeerId from) noexcept {
   const Body& body = bodies_[index];
-  if (body.claim.peer == from) {
+  const bool its_own = body.claim.peer == from;
+  if ((!its_own && (authority(index) != self_ || listening())) || !MayAnswer(from)) return;
+  if (its_own) {
     // our grant of it has not reached the asker
     Say(EventKind::kGrant, index, body.claim.epoch, from);
     return;
   }
-  if (authority(index) != self_ || listening()) return;
   if (body.shared && (held_ == static_cast<int>(index) || HeldByOther(index))) return;
   if (held_ == static_cast<int>(index) && !Planted(Fault::kHeldGranted)) {
     Say(EventKind::kRefuse, index, body.claim.epoch, from);
@@ -268,7 +286,7 @@ void Holdings::OnTouch(std::size_t index, PeerId from) noexcept {
   if (!body.free || !IsHere(from)) return;
   if (body.claim.peer == from) {
     // that we left it to the one that touches it has not reached that one
-    Say(EventKind::kRelease, index, body.claim.epoch, from);
+    if (MayAnswer(from)) Say(EventKind::kRelease, index, body.claim.epoch, from);
     return;
   }
   const bool touched = body.touched_ns != 0 && now_ns_ - body.touched_ns < kTouching;
@@ -309,14 +327,17 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   if (event.to == 0) return;
   Body& body = bodies_[index];
   const bool known = body.claim.epoch == event.epoch && body.claim.peer == event.to;
-  if (known && event.to == self_ && std::exchange(body.by_word, false))
+  // only whoever gave it says where it is, unless that one is gone
+  const bool by_giver = body.before[0].peer == event.peer || !IsHere(body.before[0].peer);
+  if (known && event.to == self_ && by_giver && std::exchange(body.by_word, false)) {
     return TakeGiven(index, event);
+  }
   if (known || !Greater(event.epoch, event.to, body)) return;
   const PeerId owner = body.claim.peer;
   const bool ours = owner == self_ && held_ == static_cast<int>(index) && body.shared;
   if (ours && event.to == self_ && event.kind == EventKind::kRelease) {
     // it took beside us what we hold, and let go of it again before we heard of that
-    if (event.epoch <= MostEpoch(body)) body.claim.epoch = event.epoch;
+    if (event.epoch <= MostEpoch(body)) RiseTo(body, event.epoch);
     return;
   }
   // of those who hold it together each may leave it to another of them as it lets go, for it takes

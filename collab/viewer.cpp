@@ -100,6 +100,7 @@ void Viewer::OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) {
   const bool renamed = peer.info.name != info.name;
   if (peer.presence != ViewedPeer::Presence::kHere) peer.came_back = true;
   peer.info = info;
+  peer.introduced = true;
   if (!Planted(Fault::kViewerKeepsLost) || peer.presence != ViewedPeer::Presence::kLost) {
     peer.presence = ViewedPeer::Presence::kHere;
   }
@@ -130,7 +131,7 @@ ViewedPeer* Viewer::PlaceFor(PeerId peer) {
   if (const auto known = peers_.find(peer); known != peers_.end()) return &known->second;
   if (peers_.size() >= kMost) {
     const auto gone = std::find_if(peers_.begin(), peers_.end(), [](const auto& entry) {
-      return entry.second.presence != ViewedPeer::Presence::kHere;
+      return entry.second.presence != ViewedPeer::Presence::kHere || !entry.second.introduced;
     });
     if (gone == peers_.end()) return nullptr;
     peers_.erase(gone);

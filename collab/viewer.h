@@ -38,6 +38,7 @@ struct ViewedPeer {
 
   PeerInfo info;
   Presence presence = Presence::kHere;
+  bool introduced = false;  // whether it has said that it is here; frames alone may be anybody's
   PeerId first_id = 0;     // id of the first program under this name and role; 0: its own
   bool came_back = false;  // whether it took the place of such a program that was gone
   std::int64_t first_heard_ns = 0;
@@ -84,7 +85,8 @@ struct FrameAges {
 /// the reader's at once.
 class Viewer : public Inbox {
  public:
-  /// Peers that are kept; then those gone make room, and when all are here no more are taken.
+  /// Peers that are kept; then those make room that are gone or have never said that they are here,
+  /// and when all are here no more are taken.
   static constexpr std::size_t kMost = 128;
 
   ViewerPicture Picture() const;

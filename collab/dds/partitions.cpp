@@ -93,10 +93,8 @@ std::size_t WriterOwners::Refresh(dds_entity_t reader, const Seats& seats) {
   for (Slot& slot : slots_) {
     if (!std::ranges::binary_search(writers, slot.writer.load())) slot.writer.store(0);
   }
-  std::size_t without_place = 0;
   for (const dds_instance_handle_t writer : writers) {
-    if (Has(writer)) continue;
-    if (!Add(writer, FactsOfWriter(reader, writer))) ++without_place;
+    if (!Has(writer)) Add(writer, FactsOfWriter(reader, writer), seats);
   }
   for (Slot& slot : slots_) {
     const auto seat = seats.find(slot.facts.owner.peer);
@@ -104,7 +102,10 @@ std::size_t WriterOwners::Refresh(dds_entity_t reader, const Seats& seats) {
     const PeerId owner = taken ? 0 : slot.facts.owner.peer;
     slot.owner.store(owner != 0 ? owner : kNobody);
   }
-  return without_place;
+  const auto heard = std::ranges::count_if(slots_, [](const Slot& slot) {
+    return slot.writer.load() != 0;
+  });
+  return writers.size() - static_cast<std::size_t>(heard);
 }
 
 bool WriterOwners::Has(dds_instance_handle_t writer) const noexcept {
@@ -113,15 +114,30 @@ bool WriterOwners::Has(dds_instance_handle_t writer) const noexcept {
   });
 }
 
-bool WriterOwners::Add(dds_instance_handle_t writer, const WriterFacts& facts) {
+void WriterOwners::Add(dds_instance_handle_t writer, const WriterFacts& facts,
+                       const Seats& seats) {
+  const auto is_seated = [&seats](const WriterFacts& of) {
+    const auto seat = seats.find(of.owner.peer);
+    return seat != seats.end() && seat->second == of.participant;
+  };
+  const bool seated = is_seated(facts);
+  Slot* place = nullptr;
+  std::size_t of_one = 0;
   for (Slot& slot : slots_) {
-    if (slot.writer.load() != 0) continue;
-    slot.facts = facts;
-    slot.owner.store(0);  // not known until the seats have told
-    slot.writer.store(writer);
-    return true;
+    if (slot.writer.load() == 0) {
+      if (place == nullptr || place->writer.load() != 0) place = &slot;
+      continue;
+    }
+    const bool of_program = slot.facts.participant == facts.participant;
+    if (slot.facts.owner.peer == facts.owner.peer && (of_program || !seated)) ++of_one;
+    // whoever has said that it is here comes before whoever has not
+    if (place == nullptr && seated && !is_seated(slot.facts)) place = &slot;
   }
-  return false;
+  if (place == nullptr || of_one >= kMaxOfOne) return;
+  place->writer.store(0);
+  place->facts = facts;
+  place->owner.store(0);  // not known until the seats have told
+  place->writer.store(writer);
 }
 
 PeerId WriterOwners::Find(dds_instance_handle_t writer) const noexcept {

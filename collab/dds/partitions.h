@@ -58,6 +58,7 @@ class WriterOwners {
 
   /// The writers of a crashed peer stay until its lease ends, beside those of its successor.
   static constexpr std::size_t kMaxWriters = 16 * kMaxPeers;
+  static constexpr std::size_t kMaxOfOne = 4;  // in one peer's partition
 
   /// Gives how many found no place: they are not heard. Writers in a partition whose peer has
   /// another participant's seat are nobody's.
@@ -73,7 +74,8 @@ class WriterOwners {
   };
 
   bool Has(dds_instance_handle_t writer) const noexcept;
-  bool Add(dds_instance_handle_t writer, const WriterFacts& facts);
+  /// Gives it a place, unless there is none or its peer has its share.
+  void Add(dds_instance_handle_t writer, const WriterFacts& facts, const Seats& seats);
 
   std::array<Slot, kMaxWriters> slots_;
 };

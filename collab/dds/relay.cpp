@@ -96,9 +96,11 @@ class DdsRelay final : public Relay {
 
   // its writer goes, and another that has said nothing takes its place
   void OnSceneWithdrawn(PeerId peer) override {
+    Entity old;  // it goes when the lock is gone: it waits for viewers that do not answer
     const std::scoped_lock lock(mutex_);
     scenes_.erase(peer);
     if (const auto it = peers_.find(peer); it != peers_.end()) {
+      std::swap(old, it->second.scene);
       it->second.scene = Entity(Writer(scene_topic_, Purpose::kSubject, ScenePartition(peer)));
     }
   }

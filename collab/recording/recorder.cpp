@@ -151,9 +151,11 @@ std::string Recorder::News() {
 
 void Recorder::Named(PeerId peer, const std::string& name) {
   const std::scoped_lock lock(mutex_);
-  std::string& known = names_[peer];
-  if (known == name) return;
-  known = name;
+  if (names_.size() >= kMostNames && !names_.contains(peer)) return;
+  Names& known = names_[peer];
+  if (known.newest == name || known.count == kMostNamesOfOne) return;
+  known.newest = name;
+  ++known.count;
   unnoted_.emplace_back(peer, name);
 }
 

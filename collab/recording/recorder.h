@@ -58,6 +58,14 @@ class Recorder final : public FrameTap {
   void Discard();
 
  private:
+  // Peers of invented ids and names may come without end: what is beyond stays nameless.
+  static constexpr std::size_t kMostNames = 4096;
+  static constexpr int kMostNamesOfOne = 16;
+  struct Names {
+    std::string newest;
+    int count = 0;
+  };
+
   /// `bytes`: that are in the file.
   Recorder(std::filesystem::path file, int descriptor, std::uint64_t bytes);
   void Run();
@@ -77,7 +85,7 @@ class Recorder final : public FrameTap {
   std::mutex mutex_;
   std::condition_variable stopping_;
   bool stop_ = false;
-  std::map<PeerId, std::string> names_;                  // as they were given; by mutex_
+  std::map<PeerId, Names> names_;                        // as they were given; by mutex_
   std::vector<std::pair<PeerId, std::string>> unnoted_;  // of them, those to be written down
   std::vector<std::byte> taken_;                         // the writing thread's
   std::vector<std::byte> out_;

@@ -27,8 +27,13 @@ class Listener {
   void Run(int frames) {
     std::array<Event, 8> out;
     std::size_t count = 0;
-    for (int i = 0; i < frames; ++i) holdings_.Tick(now_ns_ += 1'000'000, out, count);
+    for (int i = 0; i < frames; ++i) {
+      holdings_.Tick(now_ns_ += 1'000'000, out, count);
+      said_ += count;
+    }
   }
+  /// The events that it has said.
+  std::size_t said() const { return said_; }
   /// `peer` says that it has the body, or whom it names.
   void HearClaim(PeerId peer, std::uint32_t epoch, bool held, Kind kind = Kind::kClaims) {
     MembershipChange change{.kind = kind, .peer = peer, .claim_count = 1};
@@ -42,19 +47,98 @@ class Listener {
   }
   void HearGone(PeerId peer, Kind kind) { holdings_.OnMembership({.kind = kind, .peer = peer}); }
   void HearGrant(PeerId from, PeerId to, std::uint32_t epoch) {
-    holdings_.OnEvent({.peer = from,
-                       .kind = EventKind::kGrant,
-                       .object = object_,
-                       .epoch = epoch,
-                       .to = to,
-                       .X_WB = {}});
+    Hear(EventKind::kGrant, from, to, epoch);
+  }
+  /// `x`: where the body is said to be.
+  void Hear(EventKind kind, PeerId from, PeerId to, std::uint32_t epoch, double x = 0) {
+    Event event{
+        .peer = from, .kind = kind, .object = object_, .epoch = epoch, .to = to, .X_WB = {}};
+    event.X_WB.p.x() = x;
+    holdings_.OnEvent(event);
   }
 
  private:
   Holdings holdings_;
   ObjectId object_;
+  std::size_t said_ = 0;
   std::int64_t now_ns_ = 1'000'000'000;
 };
+
+// Whom each newcomer lets begin anew with what it may take at once, would be believed anything: by
+// its own comings, too.
+TEST(HoldingsMisled, WhoComesAgainAndAgainIsBelievedNoMoreThanWhoStays) {
+  Listener three(3);
+  three.HearClaim(kLiar, 1, false, Kind::kJoined);
+  three.Run(6000);
+  ASSERT_EQ(three.holdings().authority(0), kLiar);
+  constexpr int kComings = 1000;
+  for (int i = 0; i < kComings; ++i) {
+    three.HearGone(kLiar, Kind::kLost);
+    three.HearClaim(kLiar, three.holdings().epoch(0) + 90, false, Kind::kJoined);
+    three.Run(20);
+  }
+  constexpr int kSeconds = kComings / 50;
+  EXPECT_LE(three.holdings().epoch(0), 1U + 1000 + 100 + 2 * 10 * (kSeconds + 6));
+}
+
+// Its answers would be more than others hear of one peer, and its own words would be lost.
+TEST(HoldingsMisled, AFloodOfAsksGetsFewAnswers) {
+  Listener nine(9);
+  nine.holdings().Ask(kOwn);
+  nine.Run(10);
+  ASSERT_EQ(nine.holdings().held(), 0);
+  nine.HearName(kLiar, 9, 1, Kind::kJoined);
+  const std::size_t before = nine.said();
+  for (int i = 0; i < 1000; ++i) {
+    nine.Hear(EventKind::kAsk, kLiar, 9, 1);
+    nine.Run(1);
+  }
+  EXPECT_GE(nine.said() - before, 10U);
+  EXPECT_LE(nine.said() - before, 30U);
+  EXPECT_EQ(nine.holdings().held(), 0);
+}
+
+// Until the others have heard of a new epoch they drop the states that bear it.
+TEST(HoldingsMisled, TheEpochOfASharedBodyInHandIsNotRaisedAllTheTime) {
+  for (const bool by_release : {true, false}) {
+    Listener three(3, kShared);
+    three.holdings().Ask(kShared);
+    three.Run(10);
+    ASSERT_EQ(three.holdings().held(), 1);
+    const std::uint32_t first = three.holdings().epoch(1);
+    three.HearName(kLiar, 3, first, Kind::kJoined);
+    three.Run(100);
+    for (int i = 0; i < 500; ++i) {
+      const std::uint32_t above = three.holdings().epoch(1) + 1;
+      if (by_release) {
+        three.Hear(EventKind::kRelease, kLiar, 3, above);
+      } else {
+        three.HearName(kLiar, 3, above);
+      }
+      three.Run(1);
+    }
+    EXPECT_LE(three.holdings().epoch(1), first + 2) << by_release;
+    EXPECT_EQ(three.holdings().held(), 1);
+  }
+}
+
+// The grant of the one who gave it is still under way.
+TEST(HoldingsMisled, OnlyWhoGaveABodySaysWhereItIs) {
+  Listener five(5);
+  five.HearClaim(3, 1, false, Kind::kJoined);
+  five.HearName(kLiar, 3, 1, Kind::kJoined);
+  five.Run(6000);
+  five.HearName(3, 5, 2);
+  five.Run(1);
+  ASSERT_EQ(five.holdings().authority(0), 5U);
+  five.Hear(EventKind::kRelease, kLiar, 5, 2, 1.0);
+  const Pose* const told = five.holdings().ParkedAt(0);
+  EXPECT_TRUE(told == nullptr || told->p.x() != 1.0);
+  five.Hear(EventKind::kRelease, 3, 5, 2, 0.25);
+  const Pose* const given = five.holdings().ParkedAt(0);
+  ASSERT_NE(given, nullptr);
+  EXPECT_EQ(given->p.x(), 0.25);
+}
 
 // The peer that is granted a body says for a while that the granter has it. That is no word by
 // which the granter gets it back.

@@ -160,6 +160,18 @@ TEST(ViewerReport, CountsSamplesAndTellsTheirRateAndTheirAge) {
   EXPECT_EQ(json.at("age_ms_p99").get<double>(), *report.age_ms_p99);
 }
 
+TEST(Viewer, TakesInWhoComesHoweverManySendFramesAndNeverSayThatTheyAreHere) {
+  Viewer viewer;
+  viewer.OnPeerInfo(InfoOf(4), 0);
+  for (PeerId peer = 1000; peer < 1000 + 2 * Viewer::kMost; ++peer) viewer.OnView(FrameOf(peer, 0), 1);
+  viewer.OnPeerInfo(InfoOf(999), 2);
+  std::vector<PeerId> introduced;
+  for (const ViewedPeer& peer : viewer.Picture().peers) {
+    if (peer.introduced) introduced.push_back(peer.info.peer);
+  }
+  EXPECT_EQ(introduced, (std::vector<PeerId>{4, 999}));
+}
+
 TEST(ViewerReport, GivesNoAgeWhateverStampsASenderInvents) {
   for (const std::int64_t stamp : {std::numeric_limits<std::int64_t>::min(),
                                    std::numeric_limits<std::int64_t>::max(), -1'000'000 * kMs}) {

@@ -75,6 +75,26 @@ TEST_F(WriterOwnersTest, AFloodOfNewcomersMutesNobodyWhoIsKnown) {
   EXPECT_EQ(owners.Find(HandleOf(199)), 1299U);
 }
 
+TEST_F(WriterOwnersTest, OnePeerTakesOnlyItsOwnPlaces) {
+  for (std::size_t i = 0; i < WriterOwners::kMaxWriters; ++i) AddWriters(7, 1);
+  AddWriters(8, 1);
+  WriterOwners owners;
+  EXPECT_EQ(owners.Refresh(reader_), WriterOwners::kMaxWriters - WriterOwners::kMaxOfOne);
+  EXPECT_EQ(owners.Find(HandleOf(WriterOwners::kMaxWriters)), 8U);
+}
+
+TEST_F(WriterOwnersTest, WhoSaysThatItIsHereTakesThePlaceOfWhoDoesNot) {
+  AddWriters(1000, WriterOwners::kMaxWriters);
+  WriterOwners owners;
+  EXPECT_EQ(owners.Refresh(reader_), 0U);
+  AddWriters(8, 1);
+  EXPECT_EQ(owners.Refresh(reader_), 1U);
+  const dds_instance_handle_t participant =
+      FactsOfWriter(reader_, HandleOf(WriterOwners::kMaxWriters)).participant;
+  EXPECT_EQ(owners.Refresh(reader_, {{8, participant}}), 1U);
+  EXPECT_EQ(owners.Find(HandleOf(WriterOwners::kMaxWriters)), 8U);
+}
+
 TEST(Partitions, NameTheirOwner) {
   EXPECT_EQ(PeerPartition(0xABC), "peer.0000000000000abc");
   EXPECT_EQ(ViewPartition(~PeerId{0}), "view.ffffffffffffffff");
