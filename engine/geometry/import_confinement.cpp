@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <vector>
 
 #include <fcntl.h>
@@ -104,7 +105,6 @@ constexpr std::array kHarmless{
     SYS_sched_yield,
     SYS_sched_getaffinity,
     SYS_getdents64,
-    SYS_fcntl,
     SYS_getuid,
     SYS_geteuid,
 #ifdef SYS_faccessat2
@@ -129,10 +129,7 @@ class Filter {
  public:
   void Load(std::uint32_t offset) { Add(BPF_LD | BPF_W | BPF_ABS, 0, 0, offset); }
   void Answer(std::uint32_t answer) { Add(BPF_RET | BPF_K, 0, 0, answer); }
-  void AllowCall(long call) {
-    Add(BPF_JMP | BPF_JEQ | BPF_K, 0, 1, static_cast<std::uint32_t>(call));
-    Answer(SECCOMP_RET_ALLOW);
-  }
+  void AllowCall(long call) { AllowValue(static_cast<std::uint32_t>(call)); }
   /// The call, where none of these bits is in that argument.
   void AllowWithout(long call, int argument, std::uint32_t bits) {
     Add(BPF_JMP | BPF_JEQ | BPF_K, 0, 4, static_cast<std::uint32_t>(call));
@@ -141,12 +138,12 @@ class Filter {
     Answer(SECCOMP_RET_ALLOW);
     Answer(SECCOMP_RET_ERRNO | EPERM);
   }
-  /// The call, where that argument is this.
-  void AllowWhere(long call, int argument, std::uint32_t value) {
-    Add(BPF_JMP | BPF_JEQ | BPF_K, 0, 4, static_cast<std::uint32_t>(call));
+  /// The call, where that argument is one of these.
+  void AllowWhere(long call, int argument, std::initializer_list<std::uint32_t> values) {
+    const int rest = static_cast<int>(2 + 2 * values.size());
+    Add(BPF_JMP | BPF_JEQ | BPF_K, 0, rest, static_cast<std::uint32_t>(call));
     Load(LowHalf(argument));
-    Add(BPF_JMP | BPF_JEQ | BPF_K, 0, 1, value);
-    Answer(SECCOMP_RET_ALLOW);
+    for (const std::uint32_t value : values) AllowValue(value);
     Answer(SECCOMP_RET_ERRNO | EPERM);
   }
   void RefuseOtherArchitectures() {
@@ -160,6 +157,11 @@ class Filter {
   }
 
  private:
+  /// Where what was loaded is this.
+  void AllowValue(std::uint32_t value) {
+    Add(BPF_JMP | BPF_JEQ | BPF_K, 0, 1, value);
+    Answer(SECCOMP_RET_ALLOW);
+  }
   void Add(int code, int if_true, int if_false, std::uint32_t value) {
     code_.push_back({static_cast<std::uint16_t>(code), static_cast<std::uint8_t>(if_true),
                      static_cast<std::uint8_t>(if_false), value});
@@ -180,7 +182,9 @@ bool ConfineCalls() {
 #endif
   filter.AllowWithout(SYS_mmap, 2, PROT_EXEC);
   filter.AllowWithout(SYS_mprotect, 2, PROT_EXEC);
-  filter.AllowWhere(SYS_tgkill, 0, static_cast<std::uint32_t>(getpid()));  // abort()
+  // flags of a descriptor; its owner, signal, lease and locks reach other processes
+  filter.AllowWhere(SYS_fcntl, 1, {F_GETFL, F_GETFD, F_SETFD});
+  filter.AllowWhere(SYS_tgkill, 0, {static_cast<std::uint32_t>(getpid())});  // abort()
   filter.Answer(SECCOMP_RET_ERRNO | EPERM);
   return filter.Install();
 }

@@ -1,9 +1,12 @@
 #include "engine/geometry/import_confinement.h"
 
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -121,6 +124,65 @@ TEST_F(ImportConfinement, TakesNetworkProgramsAndOtherProcesses) {
     return mmap(nullptr, 4096, PROT_READ | PROT_WRITE | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1,
                 0) != MAP_FAILED;
   }));
+}
+
+// A pipe tells of what it holds by a signal of the writer's choice, to a process of its choice.
+TEST_F(ImportConfinement, TakesSignalsByThePipeOfTheAnswer) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe2(ends.data(), O_CLOEXEC), 0);
+  const int mesh = open(file_.c_str(), O_RDONLY | O_CLOEXEC);
+  ASSERT_GE(mesh, 0);
+  const int flags = fcntl(ends[1], F_GETFL);
+  const f_owner_ex owner{F_OWNER_PID, getpid()};
+  struct flock lock {};
+  lock.l_type = F_RDLCK;
+  const std::vector<std::pair<std::string, std::function<int()>>> attempts{
+      {"F_SETOWN",
+       [&] {
+         return fcntl(ends[1], F_SETOWN, owner.pid);
+       }},
+      {"F_SETOWN_EX",
+       [&] {
+         return fcntl(ends[1], F_SETOWN_EX, &owner);
+       }},
+      {"F_SETSIG",
+       [&] {
+         return fcntl(ends[1], F_SETSIG, SIGURG);
+       }},
+      {"F_SETFL",
+       [&] {
+         return fcntl(ends[1], F_SETFL, flags | O_ASYNC);
+       }},
+      {"F_SETLEASE",
+       [&] {
+         return fcntl(mesh, F_SETLEASE, F_RDLCK);
+       }},
+      {"F_NOTIFY",
+       [&] {
+         return fcntl(mesh, F_NOTIFY, DN_MODIFY);
+       }},
+      {"F_SETLK", [&] {
+         return fcntl(mesh, F_SETLK, &lock);
+       }}};
+  for (const auto& [command, attempt] : attempts) {
+    EXPECT_TRUE(Succeeds(file_, [&] {
+      return attempt() == -1 && errno == EPERM;
+    })) << command;
+  }
+  // going through a folder asks for the flags of its descriptor
+  EXPECT_TRUE(Succeeds(file_, [&] {
+    return fcntl(ends[1], F_GETFL) == flags;
+  }));
+  EXPECT_TRUE(Succeeds(file_, [&] {
+    std::error_code error;
+    std::size_t entries = 0;
+    for (fs::directory_iterator at(inside_.path(), error); !error && at != fs::end(at);
+         at.increment(error)) {
+      ++entries;
+    }
+    return entries == 2;
+  }));
+  for (const int descriptor : {ends[0], ends[1], mesh}) close(descriptor);
 }
 
 // What ends the reading process must still be able to.
