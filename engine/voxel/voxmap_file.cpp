@@ -36,6 +36,11 @@ std::optional<Error> FaultOf(const ImageBytes& image, const std::string& name) {
   for (const std::uint32_t size : h.size) {
     if (size == 0 || size > (1U << 20U)) return damaged;
   }
+  // places within the image and counts up to kMost, so that no sum wraps round
+  for (const std::uint64_t place :
+       {h.index_offset, h.records_offset, h.quarters_offset, h.planes_offset}) {
+    if (place > h.bytes) return damaged;
+  }
   const std::uint64_t cells = std::uint64_t{h.size[0]} * h.size[1] * h.size[2];
   const std::uint64_t quarter_bytes = kVoxelsPerQuarter / 8 * h.bits;
   if (h.record_count < 2 || h.plane_count < 2 || h.record_count > kMost || h.plane_count > kMost ||

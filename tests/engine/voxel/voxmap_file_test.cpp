@@ -79,5 +79,27 @@ TEST(VoxmapFile, RefusesFilesThatAreNoWholeVoxmap) {
   ExpectRefused(other, "damaged");
 }
 
+// Sums of such places wrap round to small ones, which the image would have.
+TEST(VoxmapFile, RefusesPlacesBeforeItsBeginningAndBehindItsEnd) {
+  const Result<Voxmap> made = Voxelize(testing::Sphere(0.5, 3), {.voxel_size = 0.02});
+  ASSERT_TRUE(made);
+  const std::filesystem::path file = FileFor("places.voxmap");
+  ASSERT_FALSE(SaveVoxmap(*made, file));
+  const std::vector<char> whole = BytesOf(file);
+  const auto with = [&](std::size_t field, std::uint64_t place) {
+    std::vector<char> other = whole;
+    std::memcpy(&other[field], &place, sizeof place);
+    return other;
+  };
+  ExpectRefused(with(offsetof(VoxmapHeader, records_offset), -std::uint64_t{1024}), "damaged");
+  const std::uint64_t behind = (whole.size() / 64 + 1) * 64;
+  for (const std::size_t field :
+       {offsetof(VoxmapHeader, index_offset), offsetof(VoxmapHeader, records_offset),
+        offsetof(VoxmapHeader, quarters_offset), offsetof(VoxmapHeader, planes_offset)}) {
+    ExpectRefused(with(field, behind), "damaged");
+    ExpectRefused(with(field, -std::uint64_t{64}), "damaged");
+  }
+}
+
 }  // namespace
 }  // namespace tandem
