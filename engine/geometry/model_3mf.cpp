@@ -1,7 +1,7 @@
 #include "engine/geometry/model_3mf.h"
 
+#include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/base/spatial.h"
+#include "engine/geometry/number_word.h"
 #include "engine/geometry/xml_scanner.h"
 #include "engine/geometry/zip_archive.h"
 
@@ -45,11 +46,8 @@ struct Model {
 template <typename T>
 bool IsNumber(const std::optional<std::string>& word, T& number) {
   if (!word) return false;
-  const char* begin = word->data();
-  const char* const end = begin + word->size();
-  while (begin != end && (*begin == ' ' || *begin == '+')) ++begin;
-  const auto [stop, error] = std::from_chars(begin, end, number);
-  return error == std::errc() && stop == end;
+  const std::size_t begin = std::min(word->find_first_not_of(' '), word->size());
+  return TakesNumber(std::string_view(*word).substr(begin), number);
 }
 
 /// Twelve numbers: three rows that the axes become, and the place of the origin.

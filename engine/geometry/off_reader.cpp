@@ -1,11 +1,11 @@
 #include <bit>
-#include <charconv>
 #include <cstdint>
 #include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "engine/geometry/number_word.h"
 #include "engine/geometry/own_readers.h"
 #include "engine/geometry/polygon_split.h"
 
@@ -65,15 +65,6 @@ class OffText {
  private:
   std::string_view rest_;
 };
-
-template <typename T>
-bool TakesNumber(std::string_view word, T& number) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  // a number that no float holds is as good as infinite: the mesh is refused for that later
-  return end == word.data() + word.size() &&
-         (error == std::errc() || error == std::errc::result_out_of_range) && !word.empty();
-}
 
 /// A face's numbers on this line, and what may stand behind them.
 std::string TakeFace(OffText& text, std::uint32_t points, std::vector<std::uint32_t>& corners) {

@@ -21,8 +21,8 @@ std::optional<ReadAnswer> ReadOurselves(const std::filesystem::path& file, const
 std::optional<std::string> TextInstead(const std::filesystem::path& file);
 
 /// What is wrong with a file that the library reads without a word, leaving out or inventing
-/// something: a COLLADA array of fewer numbers than it says, a glTF triangle of vertices that there
-/// are not. Empty: nothing. `triangles`: as many as the library found.
+/// something: a COLLADA array of fewer numbers than it says, a number of more digits than the
+/// library holds, a glTF triangle of vertices that there are not. Empty: nothing. `triangles`: as many as the library found.
 std::string SilentFault(const std::filesystem::path& file, std::string_view text,
                         std::size_t triangles);
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -12,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/geometry/number_word.h"
 #include "engine/geometry/own_readers.h"
 #include "engine/geometry/polygon_split.h"
 
@@ -181,13 +181,10 @@ class PlyNumbers {
     const std::size_t begin = std::min(rest_.find_first_not_of(" \t\r\n"), rest_.size());
     rest_.remove_prefix(begin);
     const std::size_t end = std::min(rest_.find_first_of(" \t\r\n"), rest_.size());
-    std::string_view word = rest_.substr(0, end);
+    const std::string_view word = rest_.substr(0, end);
     rest_.remove_prefix(end);
-    if (word.starts_with('+')) word.remove_prefix(1);
     double number = 0;
-    const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    sound_ = sound_ && !word.empty() && stop == word.data() + word.size() &&
-             error != std::errc::invalid_argument;
+    sound_ = TakesNumber(word, number) && sound_;
     return number;
   }
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstdint>
 #include <cstring>
@@ -36,6 +38,45 @@ std::optional<std::uint64_t> NumberIn(const std::optional<std::string>& word) {
   return number;
 }
 
+// The library takes the digits before a point as one integer of 64 bits, whatever their number.
+constexpr std::size_t kTooManyDigits = 20;
+const char* const kTooManyDigitsWords = "has a number of 20 digits and more before its point";
+
+bool HasTooManyDigits(std::string_view text) {
+  std::size_t digits = 0;
+  bool behind_point = false;
+  for (const char c : text) {
+    const bool digit = c >= '0' && c <= '9';
+    digits = digit ? digits + 1 : 0;
+    if (digits >= kTooManyDigits && !behind_point) return true;
+    if (!digit) behind_point = c == '.';
+  }
+  return false;
+}
+
+/// By its beginning: numbers of a binary STL have zeros there, its count has.
+bool IsBinary(const std::filesystem::path& file) {
+  const Result<RegularFile> opened = RegularFile::Open(file);
+  std::array<char, 1024> head{};
+  if (!opened) return false;
+  const std::size_t size = opened->Read(0, head);
+  return std::string_view(head.data(), size).find('\0') != std::string_view::npos;
+}
+
+/// Of OBJ or text STL: in lines of numbers. Names and remarks may have what they like.
+std::string LinesFault(std::string_view text, bool obj) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+    const bool numbers =
+        obj ? line.starts_with('v') : !line.starts_with("solid") && !line.starts_with("endsolid");
+    if (numbers && HasTooManyDigits(line)) return kTooManyDigitsWords;
+  }
+  return {};
+}
+
 /// The arrays of a COLLADA file, which accessors take as long as these say that they are.
 class ColladaArrays {
  public:
@@ -45,6 +86,10 @@ class ColladaArrays {
     for (auto piece = xml_.Next();; piece = xml_.Next()) {
       if (piece == XmlScanner::Piece::kEnd || piece == XmlScanner::Piece::kFault) return {};
       if (piece == XmlScanner::Piece::kText && in_array_) words_ += WordsIn(xml_.text());
+      if (piece == XmlScanner::Piece::kText && HoldsNumbers(xml_.name()) &&
+          HasTooManyDigits(xml_.text())) {
+        return kTooManyDigitsWords;
+      }
       if (piece == XmlScanner::Piece::kOpen) {
         if (std::string fault = Open(); !fault.empty()) return fault;
       }
@@ -55,6 +100,12 @@ class ColladaArrays {
   }
 
  private:
+  static bool HoldsNumbers(std::string_view element) {
+    constexpr std::array<std::string_view, 7> kElements{
+        "float_array", "matrix", "translate", "rotate", "scale", "lookat", "skew"};
+    return std::ranges::count(kElements, element) > 0;
+  }
+
   std::string Open() {
     if (xml_.name() == "float_array") {
       id_ = xml_.Attribute("id").value_or("");
@@ -139,7 +190,9 @@ std::string SilentFault(const std::filesystem::path& file, std::string_view text
                         std::size_t triangles) {
   const std::string ending = EndingOf(file);
   const bool gltf = ending == "gltf" || ending == "glb";
-  if (!gltf && ending != "dae") return {};
+  const bool lines = ending == "obj" || ending == "stl";
+  if (!gltf && !lines && ending != "dae") return {};
+  if (ending == "stl" && IsBinary(file)) return {};
   std::string whole;
   if (text.empty()) {
     Result<std::string> read = ReadWholeFile(file, kLargestSearched);
@@ -148,6 +201,7 @@ std::string SilentFault(const std::filesystem::path& file, std::string_view text
     text = whole;
   }
   if (gltf) return GltfFault(GltfText(std::string(text)), triangles);
+  if (lines) return LinesFault(text, ending == "obj");
   return ColladaArrays(text).Fault();
 }
 

@@ -23,6 +23,12 @@ using testing::TempFolder;
 using testing::ThreeMfBox;
 using testing::Zip;
 
+std::string With(std::string text, const std::string& old, const std::string& words) {
+  const std::size_t at = text.find(old);
+  EXPECT_NE(at, std::string::npos) << old;
+  return at == std::string::npos ? text : text.replace(at, old.size(), words);
+}
+
 class MisreadFiles : public ::testing::Test {
  protected:
   Result<TriangleMesh> Read(const std::string& name, const std::string& content,
@@ -249,6 +255,67 @@ TEST_F(MisreadFiles, ObjIsReadInUtf16BehindAMarkAndWithLongLines) {
     broken += line + "\n";
   }
   ExpectVolume(1, "broken.obj", broken);
+}
+
+// ---- Numbers that do not fit ----
+
+const std::string kInfinite = "1 of its 8 vertices are infinite";
+
+TEST_F(MisreadFiles, OffAndPlyNumbersBeyondAFloatAreInfinite) {
+  for (const std::string number : {"1e50", "-1e50", "1e400", "1e99999999999999999999", "1e+39",
+                                   "1000000000000000000000000000000000000000000000000000"}) {
+    ExpectRefused(kInfinite, "huge.off", With(testing::kOffCube, "1 1 1\n4", number + " 1 1\n4"));
+    ExpectRefused(kInfinite, "huge.ply", With(testing::kPlyCube, "1 1 1\n4", number + " 1 1\n4"));
+  }
+}
+
+TEST_F(MisreadFiles, OffAndPlyNumbersTooSmallForAFloatAreZero) {
+  for (const std::string number : {"1e-60", "-1e-400", "0.001e-99999999999999999999",
+                                   "0.00000000000000000000000000000000000000000000000000000001"}) {
+    ExpectVolume(1, "small.off", With(testing::kOffCube, "\n0 0 0\n", "\n0 " + number + " 0\n"));
+    ExpectVolume(1, "small.ply", With(testing::kPlyCube, "\n0 0 0\n", "\n0 " + number + " 0\n"));
+  }
+}
+
+TEST_F(MisreadFiles, OffAndPlyCornersBeyondAnIntegerAreRefused) {
+  // 2^32 + 7, the last vertex if only 32 bits of it counted
+  ExpectRefused("has a face without all its corners", "corner.off",
+                With(testing::kOffCube, "4 4 5 7 6", "4 4 5 4294967303 6"));
+  ExpectRefused("has fewer faces than it says", "corner.off",
+                With(testing::kOffCube, "4 4 5 7 6", "99999999999999999999 4 5 7 6"));
+  ExpectRefused("of its face is not whole", "corner.ply",
+                With(testing::kPlyCube, "4 4 5 7 6", "4 4 5 4294967303 6"));
+  ExpectRefused("of its face is not whole", "corner.ply",
+                With(testing::kPlyCube, "4 4 5 7 6", "4 4 5 1e400 6"));
+}
+
+const std::string kManyDigits = "99999999999999999999999";
+
+TEST_F(MisreadFiles, NumbersOfMoreDigitsThanTheLibraryHoldsAreRefused) {
+  const std::string why = "has a number of 20 digits and more before its point";
+  ExpectRefused(why, "digits.obj",
+                With(testing::kObjCube, "v 1 1 1", "v 1 -" + kManyDigits + " 1"));
+  ExpectRefused(why, "digits.obj",
+                With(testing::kObjCube, "v 1 1 1", "v\t" + kManyDigits + ".5 1 1"));
+  ExpectRefused(why, "digits.stl", With(testing::kAsciiStl, "1 1 0", kManyDigits + " 1 0"));
+  ExpectRefused(why, "digits.dae", With(DaeTetrahedron(), "0 0 1</", "0 0 " + kManyDigits + "</"));
+  ExpectRefused(why, "digits.dae",
+                With(DaeTetrahedron(), "<instance_geometry",
+                     "<translate>0 0 " + kManyDigits + "</translate><instance_geometry"));
+}
+
+TEST_F(MisreadFiles, ManyDigitsBehindAPointOrInANameAreRead) {
+  const std::string zero = "0.00000000000000000000000000";
+  ExpectVolume(1, "digits.obj",
+               "# " + kManyDigits + "\no part_" + kManyDigits + "\n" +
+                   With(testing::kObjCube, "v 0 0 0", "v " + zero + " 0 0"));
+  ExpectVolume(1.0 / 6, "digits.dae",
+               With(With(DaeTetrahedron(), "name=\"g\"", "name=\"" + kManyDigits + "\""), ">0 0 0 ",
+                    ">0 0 " + zero + " "));
+  const Result<TriangleMesh> named =
+      Read("digits.stl", With(With(testing::kAsciiStl, "solid t", "solid " + kManyDigits),
+                              "vertex 0 0 0", "vertex 0 0 " + zero));
+  ASSERT_TRUE(named) << named.error().what;
 }
 
 // ---- glTF ----

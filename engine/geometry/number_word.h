@@ -1,0 +1,48 @@
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <concepts>
+#include <cstdint>
+#include <limits>
+#include <string_view>
+#include <system_error>
+
+namespace tandem {
+
+/// Of a number without sign that is too large or too small for its type: whether it is too large.
+inline bool IsBeyondTheLargest(std::string_view word) {
+  const std::size_t e = std::min(word.find_first_of("eE"), word.size());
+  const std::string_view digits = word.substr(0, e);
+  const auto first = static_cast<std::int64_t>(digits.find_first_of("123456789"));
+  const auto point = static_cast<std::int64_t>(std::min(digits.find('.'), digits.size()));
+  std::string_view power = word.substr(std::min(e + 1, word.size()));
+  if (power.starts_with('+')) power.remove_prefix(1);
+  std::int64_t exponent = 0;
+  const auto [end, error] = std::from_chars(power.data(), power.data() + power.size(), exponent);
+  if (error == std::errc::result_out_of_range) return !power.starts_with('-');
+  return exponent > first - point;
+}
+
+/// The number that all of `word` is, with a sign of either kind. A whole number that the type does
+/// not hold is none. A real one beyond the largest is infinite, as meshes are refused for that
+/// later; one below the smallest is 0.
+template <typename T>
+bool TakesNumber(std::string_view word, T& number) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (word.empty() || end != word.data() + word.size()) return false;
+  if constexpr (std::floating_point<T>) {
+    if (error == std::errc::result_out_of_range) {
+      const bool negative = word.starts_with('-');
+      number = IsBeyondTheLargest(word.substr(negative ? 1 : 0))
+                   ? std::numeric_limits<T>::infinity()
+                   : T{0};
+      if (negative) number = -number;
+      return true;
+    }
+  }
+  return error == std::errc();
+}
+
+}  // namespace tandem
