@@ -22,7 +22,8 @@ constexpr double kDefaultUnit = 1e-3;   // m; the format's, where the model says
 std::string HeadOfModel(const std::filesystem::path& file) {
   const std::optional<ZipArchive> archive = ZipArchive::Open(file);
   if (!archive) return {};
-  return archive->Read(archive->Model(), kHead).value_or(std::string());
+  Result<std::string> head = archive->Read(archive->Model(), kHead);
+  return head ? *std::move(head) : std::string();
 }
 
 /// Goes through the beginning of an XML file.

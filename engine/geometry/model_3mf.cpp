@@ -171,9 +171,9 @@ class Assembly {
   const Model* ModelAt(const std::string& path) {
     const auto known = models_.find(path);
     if (known != models_.end()) return &known->second;
-    const auto text = archive_.Read(path, kLargestModel);
+    const Result<std::string> text = archive_.Read(path, kLargestModel);
     if (!text) {
-      Fault("its model " + path + " is missing");
+      Fault("its model " + path + " " + text.error().what);
       return nullptr;
     }
     Model& model = models_[path];
@@ -258,9 +258,15 @@ std::optional<ReadAnswer> ReadSeveralModels(const std::filesystem::path& file,
   const std::optional<ZipArchive> archive = ZipArchive::Open(file);
   if (!archive) return std::nullopt;
   const std::string root = archive->Model();
-  const std::optional<std::string> text = archive->Read(root, kLargestModel);
+  if (root.empty()) return std::nullopt;
+  const Result<std::string> text = archive->Read(root, kLargestModel);
+  // the library takes what it can unpack of a damaged one
+  if (!text) {
+    return ReadAnswer{
+        ReadAnswer::Kind::kRefused, "3MF: its model " + root + " " + text.error().what, {}, 0};
+  }
   // an attribute that is called so is the extension's, whatever its prefix
-  if (!text || text->find(":path") == std::string::npos) return std::nullopt;
+  if (text->find(":path") == std::string::npos) return std::nullopt;
   return Assembly(*archive, part).Read(root);
 }
 

@@ -5,6 +5,8 @@
 
 #include <zlib.h>
 
+#include "engine/geometry/xml_scanner.h"
+
 namespace tandem {
 
 namespace {
@@ -72,13 +74,31 @@ std::optional<ZipArchive> ZipArchive::Open(const std::filesystem::path& file) {
     const std::size_t length = NumberAt(directory, at + 28, 2);
     if (at + 46 + length > directory.size()) break;
     archive.entries_.push_back({directory.substr(at + 46, length), NumberAt(directory, at + 10, 2),
-                                NumberAt(directory, at + 20, 4), NumberAt(directory, at + 42, 4)});
+                                NumberAt(directory, at + 16, 4), NumberAt(directory, at + 20, 4),
+                                NumberAt(directory, at + 24, 4), NumberAt(directory, at + 42, 4)});
     at += 46 + length + NumberAt(directory, at + 30, 2) + NumberAt(directory, at + 32, 2);
   }
   return archive;
 }
 
+std::string ZipArchive::StartOfRelations() const {
+  constexpr std::size_t kMostRelations = 1 << 20;
+  const Result<std::string> relations = Read("_rels/.rels", kMostRelations);
+  if (!relations) return {};
+  XmlScanner xml(*relations);
+  for (auto piece = xml.Next();; piece = xml.Next()) {
+    if (piece == XmlScanner::Piece::kEnd || piece == XmlScanner::Piece::kFault) return {};
+    if (piece != XmlScanner::Piece::kOpen || xml.name() != "Relationship") continue;
+    if (!xml.Attribute("Type").value_or("").ends_with("/3dmodel")) continue;
+    std::string target = xml.Attribute("Target").value_or("");
+    if (target.starts_with('/')) target.erase(0, 1);
+    return target;
+  }
+}
+
 std::string ZipArchive::Model() const {
+  const std::string start = StartOfRelations();
+  if (std::ranges::count(entries_, start, &Entry::name) > 0) return start;
   std::string model;
   for (const Entry& entry : entries_) {
     if (entry.name == "3D/3dmodel.model") return entry.name;
@@ -87,17 +107,28 @@ std::string ZipArchive::Model() const {
   return model;
 }
 
-std::optional<std::string> ZipArchive::Read(std::string_view name, std::size_t most) const {
+Result<std::string> ZipArchive::Read(std::string_view name, std::size_t most) const {
   const auto entry = std::ranges::find(entries_, name, &Entry::name);
-  if (entry == entries_.end()) return std::nullopt;
+  if (entry == entries_.end()) return Error{"is missing"};
+  if (entry->method != 0 && entry->method != 8) {
+    return Error{"is packed in a way that is not known"};
+  }
   constexpr std::size_t kLocal = 30;
   const std::string local = Bytes(entry->header, kLocal);
   const std::uint64_t begin =
       std::uint64_t{entry->header} + kLocal + NumberAt(local, 26, 2) + NumberAt(local, 28, 2);
-  if (entry->method == 0) return Bytes(begin, std::min<std::size_t>(entry->packed, most));
-  if (entry->method != 8) return std::nullopt;
   // the beginning of what is packed unpacks to more than as many bytes, or is all
-  return Inflated(Bytes(begin, std::min<std::size_t>(entry->packed, most + 1024)), most);
+  std::string content =
+      entry->method == 0
+          ? Bytes(begin, std::min<std::size_t>(entry->packed, most))
+          : Inflated(Bytes(begin, std::min<std::size_t>(entry->packed, most + 1024)), most);
+  constexpr std::uint32_t kElsewhere = 0xffffffff;  // a size of 64 bits, behind the name
+  if (entry->size > most && (entry->size != kElsewhere || content.size() >= most)) return content;
+  const uLong sum = crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size());
+  if ((entry->size != kElsewhere && content.size() != entry->size) || sum != entry->sum) {
+    return Error{"is damaged: its bytes are not those that were packed"};
+  }
+  return content;
 }
 
 }  // namespace tandem

@@ -24,6 +24,7 @@
 #include "engine/haptics/hand_script.h"
 #include "engine/voxel/voxmap_file.h"
 #include "engine/world/scene.h"
+#include "tests/engine/geometry/mesh_file_samples.h"
 #include "tests/fuzz/fed_file.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shapes.h"
@@ -165,11 +166,17 @@ std::filesystem::path Named(const char* name, std::string_view bytes) {
   return file;
 }
 
-void Feed3mf(std::string_view bytes) {
+void FeedArchive(std::string_view bytes) {
   const std::filesystem::path file = Named("fed.3mf", bytes);
   if (const auto answer = ReadSeveralModels(file, "")) ExpectSound(*answer);
   static_cast<void>(ReadSeveralModels(file, "lid"));
   static_cast<void>(DeclaredUnit(file));
+}
+
+/// As an archive, and as the model in one whose sums are right.
+void Feed3mf(std::string_view bytes) {
+  FeedArchive(bytes);
+  FeedArchive(testing::Zip({{"3D/3dmodel.model", std::string(bytes)}}));
 }
 
 void FeedTexts(std::string_view bytes) {

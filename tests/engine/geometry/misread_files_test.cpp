@@ -408,6 +408,51 @@ TEST_F(MisreadFiles, A3mfFileOfSeveralModelsThatIsWrongIsRefusedInWords) {
   ExpectRefused("3D/none.model is missing", "none.3mf", Zip({{"3D/3dmodel.model", missing}}));
 }
 
+// ---- 3MF archives ----
+
+// A box of 2 x 2 x 3 whose width is 7 by one changed byte; the archive says what its bytes add up
+// to.
+TEST_F(MisreadFiles, A3mfFileWhoseBytesAreNotThoseThatWerePackedIsRefused) {
+  ExpectRefused("its model 3D/3dmodel.model is damaged", "flip.3mf",
+                With(testing::ThreeMf("unit=\"millimeter\""), "x=\"2\" y=\"2\" z=\"3\"",
+                     "x=\"7\" y=\"2\" z=\"3\""));
+  ExpectRefused("its model 3D/parts/box.model is damaged", "flip.3mf",
+                With(SeveralModels(), "x=\"1\" y=\"2\" z=\"3\"", "x=\"7\" y=\"2\" z=\"3\""));
+}
+
+TEST_F(MisreadFiles, A3mfFileOfWhichOnlyTheBeginningIsLeftIsRefused) {
+  std::string cut = SeveralModels();
+  const std::size_t entry = cut.find("PK\x01\x02");
+  ASSERT_NE(entry, std::string::npos);
+  // it ends where its last triangle would begin
+  const std::size_t size = cut.rfind("<triangle ", cut.find("</triangles>")) - cut.find("<?xml");
+  cut.replace(entry + 20, 4, testing::Bytes(size, 4));
+  ExpectRefused("its model 3D/parts/box.model is damaged", "cut.3mf", cut);
+}
+
+TEST_F(MisreadFiles, A3mfFilesUnitIsThatOfTheModelItBeginsWith) {
+  const std::string core = "http://schemas.microsoft.com/3dmanufacturing/";
+  const auto model = [&](const std::string& unit, int size) {
+    return "<?xml version=\"1.0\"?><model unit=\"" + unit + "\" xmlns=\"" + core +
+           "core/2015/02\"><resources><object id=\"1\" type=\"model\">" +
+           ThreeMfBox(size, size, size) +
+           "</object></resources><build><item objectid=\"1\"/></build></model>";
+  };
+  const std::string relations =
+      "<?xml version=\"1.0\"?><Relationships "
+      "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
+      "<Relationship Target=\"/picture.png\" Id=\"r1\" Type=\"" +
+      core +
+      "thumbnail\"/>"
+      "<Relationship Target=\"/3D/part.model\" Id=\"r0\" Type=\"" +
+      core + "2013/01/3dmodel\"/></Relationships>";
+  ExpectVolume(0.0254 * 0.0254 * 0.0254, "start.3mf",
+               Zip({{"_rels/.rels", relations},
+                    {"3D/other.model", model("millimeter", 5)},
+                    {"3D/part.model", model("inch", 1)}}),
+               {.scale = std::nullopt});
+}
+
 // ---- Polygons ----
 
 double AreaOf(const std::vector<FloatPoint>& points,
