@@ -22,7 +22,8 @@ std::optional<std::string> TextInstead(const std::filesystem::path& file);
 
 /// What is wrong with a file that the library reads without a word, leaving out or inventing
 /// something: a COLLADA array of fewer numbers than it says, a number of more digits than the
-/// library holds, a glTF triangle of vertices that there are not. Empty: nothing. `triangles`: as many as the library found.
+/// library holds, a glTF triangle of vertices that there are not, glTF extensions and places that
+/// the library takes for others. Empty: nothing. `triangles`: as many as the library found.
 std::string SilentFault(const std::filesystem::path& file, std::string_view text,
                         std::size_t triangles);
 

@@ -169,17 +169,56 @@ std::size_t TrianglesOf(const JsonNode& primitive, const std::vector<JsonNode>& 
   return count < 3 ? 0 : count - 2;
 }
 
+/// Whether the library reads it, or it bears on what surfaces look like only.
+bool IsReadOrOfLooks(std::string_view extension) {
+  constexpr std::array<std::string_view, 4> kLooks{"KHR_materials_", "KHR_texture_", "EXT_texture_",
+                                                   "MSFT_texture_"};
+  // the library refuses in words what is packed so, where it was built without that
+  return extension == "KHR_draco_mesh_compression" || extension == "KHR_lights_punctual" ||
+         std::ranges::any_of(kLooks, [&](std::string_view begin) {
+           return extension.starts_with(begin);
+         });
+}
+
+/// The library reads floats of places whatever they are said to be.
+bool HasOtherPlaces(const JsonNode& primitive, const std::vector<JsonNode>& accessors) {
+  constexpr std::uint64_t kFloat = 5126;
+  if (!primitive["attributes"].Has("POSITION")) return false;
+  const auto accessor = primitive["attributes"]["POSITION"].Unsigned();
+  if (accessor >= accessors.size()) return false;
+  const JsonNode& places = accessors[accessor];
+  return !places.Has("componentType") || !places.Has("type") ||
+         places["componentType"].Unsigned() != kFloat || places["type"].PlainText(16) != "VEC3";
+}
+
 std::string GltfFault(const std::string& text, std::size_t triangles) {
+  const std::string unread = "what it needs cannot be read: the file is damaged";
+  constexpr std::string_view kNeeds = "extensionsRequired";
   const Result<JsonFile> json = JsonFile::Parse(text, "glTF");
-  if (!json || !json->root().Has("meshes") || !json->root().Has("accessors")) return {};
-  const std::vector<JsonNode> accessors = json->root()["accessors"].Items();
+  if (!json) return text.find(kNeeds) == std::string::npos ? "" : unread;
+  const JsonNode root = json->root();
+  if (root.Has(kNeeds)) {
+    for (const JsonNode& extension : root[kNeeds].Items()) {
+      const std::string name = extension.PlainText(80);
+      if (!json->fault() && !IsReadOrOfLooks(name)) {
+        return "it needs " + name + ", which is not read: export it without";
+      }
+    }
+    if (json->fault()) return unread;
+  }
+  if (!root.Has("meshes") || !root.Has("accessors")) return {};
+  const std::vector<JsonNode> accessors = root["accessors"].Items();
   std::size_t said = 0;
-  for (const JsonNode& mesh : json->root()["meshes"].Items()) {
+  bool other = false;
+  for (const JsonNode& mesh : root["meshes"].Items()) {
     for (const JsonNode& primitive : mesh["primitives"].Items()) {
       said += TrianglesOf(primitive, accessors);
+      other = other || HasOtherPlaces(primitive, accessors);
     }
   }
-  if (json->fault() || triangles >= said) return {};
+  if (json->fault()) return root.Has(kNeeds) ? unread : "";
+  if (other) return "the places of its vertices are not three floats each: export it so";
+  if (triangles >= said) return {};
   return std::to_string(said - triangles) + " of its " + std::to_string(said) +
          " triangles cannot be had: they use vertices that there are not, or are packed";
 }

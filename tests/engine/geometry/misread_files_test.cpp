@@ -321,7 +321,8 @@ TEST_F(MisreadFiles, ManyDigitsBehindAPointOrInANameAreRead) {
 // ---- glTF ----
 
 /// One triangle, or a tetrahedron, in the smallest file there can be; `index`: of a corner.
-std::string Glb(bool whole, std::uint16_t index = 0) {
+std::string Glb(bool whole, std::uint16_t index = 0, const std::string& old = "{",
+                const std::string& instead = "{") {
   const std::vector<std::uint16_t> corners =
       whole ? std::vector<std::uint16_t>{0, 2, 1, 0, 1, 3, 1, 2, 3, index, 3, 2}
             : std::vector<std::uint16_t>{0, 1, 2};
@@ -342,6 +343,7 @@ std::string Glb(bool whole, std::uint16_t index = 0) {
       R"(},{"buffer":0,"byteOffset":)" + std::to_string(points) + R"(,"byteLength":)" +
       std::to_string(2 * corners.size()) + R"(}],"buffers":[{"byteLength":)" +
       std::to_string(data.size()) + "}]}";
+  json = With(json, old, instead);
   while (json.size() % 4 != 0) json += ' ';
   const auto number = [](std::size_t n) {
     return testing::Bytes(n, 4);
@@ -359,6 +361,29 @@ TEST_F(MisreadFiles, SmallGlbIsRead) {
 
 TEST_F(MisreadFiles, GltfWithATriangleOfNoVerticesIsRefused) {
   ExpectRefused("1 of its 4 triangles cannot be had", "index.glb", Glb(true, 9));
+}
+
+TEST_F(MisreadFiles, GltfThatNeedsWhatIsNotReadIsRefused) {
+  const auto needs = [](const std::string& names) {
+    return Glb(true, 0, "{", "{\"extensionsRequired\":[" + names + "],");
+  };
+  ExpectVolume(1.0 / 6, "needs.glb", needs(""));
+  ExpectVolume(1.0 / 6, "needs.glb", needs(R"("KHR_materials_unlit","KHR_texture_transform")"));
+  for (const char* name : {"KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_"}) {
+    ExpectRefused("it needs " + std::string(name) + ", which is not read: export it without",
+                  "needs.glb", needs(R"("KHR_materials_ior",")" + std::string(name) + "\""));
+  }
+  // not all that the library takes for JSON is
+  ExpectRefused("what it needs cannot be read", "twice.glb",
+                needs(R"("KHR_mesh_quantization"],"extensionsRequired":[)"));
+  ExpectRefused("what it needs cannot be read", "number.glb", needs("7"));
+}
+
+TEST_F(MisreadFiles, GltfPlacesThatAreNotThreeFloatsAreRefused) {
+  ExpectRefused("the places of its vertices are not three floats each", "short.glb",
+                Glb(true, 0, "5126", "5122"));
+  ExpectRefused("the places of its vertices are not three floats each", "plane.glb",
+                Glb(true, 0, "VEC3", "VEC2"));
 }
 
 // ---- 3MF of several models ----
