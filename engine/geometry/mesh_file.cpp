@@ -22,6 +22,7 @@
 #include <assimp/scene.h>
 #include <unistd.h>
 
+#include "engine/base/regular_file.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/import_child.h"
 #include "engine/geometry/import_confinement.h"
@@ -210,17 +211,17 @@ ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
 
 // ---- In the program: what came of it, in words or welded. ----
 
-/// Without line breaks and of a length for a person, wherever it comes from.
+/// As plain text, without line breaks and of a length for a person, wherever it comes from.
 std::string OneLine(std::string_view words) {
   constexpr std::size_t kLongestWords = 300;
   std::string line;
-  for (const char c : words.substr(0, kLongestWords)) {
+  for (const char c : words) {
     const bool blank = static_cast<unsigned char>(c) <= ' ' || c == 0x7f;
     if (!blank) line += c;
     if (blank && !line.empty() && line.back() != ' ') line += ' ';
   }
   while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
-  return words.size() > kLongestWords ? line + " ..." : line;
+  return PlainLine(line, kLongestWords);
 }
 
 std::string Number(double x) {

@@ -9,6 +9,7 @@
 
 #include <gmock/gmock.h>
 
+#include "engine/base/regular_file.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/geometry/own_readers.h"
@@ -476,6 +477,35 @@ TEST_F(MisreadFiles, A3mfFilesUnitIsThatOfTheModelItBeginsWith) {
                     {"3D/other.model", model("millimeter", 5)},
                     {"3D/part.model", model("inch", 1)}}),
                {.scale = std::nullopt});
+}
+
+// ---- Words of a file in what is said of it ----
+
+TEST_F(MisreadFiles, WhatIsSaidOfAFileIsPlainText) {
+  // a sequence for terminals, a mark that turns the direction, half a character of UTF-16, no UTF-8
+  for (const std::string name : {"\xC2\x9B"
+                                 "31mred",
+                                 "\xE2\x80\xAE"
+                                 "dil",
+                                 "\xED\xA0\x80", "\xFF\xFE"}) {
+    const ImportOptions lid{.part = "lid"};
+    for (const Result<TriangleMesh>& mesh :
+         {Read("names.obj", "o " + name + "\n" + testing::kObjCube, lid),
+          Read("names.3mf",
+               Zip({{"3D/3dmodel.model", Model("<resources><object id=\"1\" name=\"" + name +
+                                               "\">" + ThreeMfBox(1, 1, 1) +
+                                               "</object></resources><build><item objectid=\"1\" "
+                                               "p:path=\"/3D/3dmodel.model\"/></build>")}}),
+               lid),
+          Read("names.off", name + "OFF\n" + kOffPrism)}) {
+      ASSERT_FALSE(mesh);
+      EXPECT_TRUE(IsPlainText(mesh.error().what)) << mesh.error().what;
+    }
+  }
+  // the twentieth byte is within a character
+  const Result<TriangleMesh> half = Read("half.off", "abcdefghijklmnopqrs\xC3\xA4\n");
+  ASSERT_FALSE(half);
+  EXPECT_TRUE(IsPlainText(half.error().what)) << half.error().what;
 }
 
 // ---- Polygons ----
