@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "collab/dds/openssl.h"
+#include "collab/dds/signing.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem::testing {
@@ -170,6 +171,27 @@ TEST_F(MemberFolder, IsKeptByBothListsWhereARevocationFailsHalfway) {
 TEST_F(MemberFolder, WithAListThatNobodySignedIsRefused) {
   std::ofstream(anna() / "revoked.p7s") << "revoked\n";
   EXPECT_THAT(WhyNot(), HasSubstr("is not signed by the permissions authority"));
+}
+
+// A corporate authority may have issued certificates to others, each of which would lead to it.
+TEST_F(MemberFolder, WithAListThatAnotherSignedWhomTheAuthorityIssuedIsRefused) {
+  const fs::path at = scratch_.path();
+  const Authority authority{session() / "permissions_ca.pem", session() / "permissions_ca.key"};
+  const Authority other{at / "other.pem", at / "other.key"};
+  ASSERT_TRUE(MakeRequest("/O=Corp/CN=other", other.key, at / "other.csr"));
+  ASSERT_TRUE(SignRequest(at / "other.csr", authority, false, 7, 30, other.certificate));
+  ASSERT_TRUE(SignDocument("revoked\n0123456789ABCDEF\n", other, anna() / "revoked.p7s"));
+  EXPECT_THAT(WhyNot(), HasSubstr("is not signed by the permissions authority"));
+  ASSERT_TRUE(SignDocument("revoked\n0123456789ABCDEF\n", authority, anna() / "revoked.p7s"));
+  EXPECT_EQ(WhyNot(), "");
+  const Result<MemberKeys> keys = LoadMemberKeys(anna());
+  ASSERT_TRUE(keys.has_value());
+  EXPECT_EQ(keys->revoked, std::set<PeerId>{0x0123456789ABCDEF});
+}
+
+TEST_F(MemberFolder, WithAnotherDocumentOfTheAuthorityInPlaceOfTheListIsRefused) {
+  Replace(anna() / "revoked.p7s", anna() / "permissions.p7s");
+  EXPECT_THAT(WhyNot(), HasSubstr("revoked.p7s: is no list of revoked members"));
 }
 
 }  // namespace
