@@ -25,6 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxName = 64;
+constexpr std::uintmax_t kLargestList = 1 << 20;  // bytes
 constexpr std::array kMemberFiles{"identity_ca.pem", "permissions_ca.pem", "governance.p7s",
                                   "identity.pem",    "identity.key",       "permissions.p7s",
                                   "member.txt"};
@@ -278,13 +279,24 @@ Result<bool> IsValidNow(MemberKeys& keys, std::time_t now) {
   return true;
 }
 
+// Tells whether the folder has the list. The list is read once, because a pipe or a device under
+// its name would block openssl and DDS for ever.
+Result<bool> HasList(const fs::path& list) {
+  std::error_code failed;
+  if (fs::symlink_status(list, failed).type() == fs::file_type::not_found) return false;
+  const Result<std::string> read = ReadWholeFile(list, kLargestList);
+  if (!read) return read.error();
+  return true;
+}
+
 // Reads the ids, one a line, that the permissions authority has signed as revoked. The authority
 // signs with its own key: neither the system's authorities nor a certificate that it issued count.
 Result<std::set<PeerId>> ReadRevoked(const fs::path& folder) {
   std::set<PeerId> revoked;
   const fs::path list = folder / "revoked.p7s";
-  std::error_code failed;
-  if (!fs::exists(list, failed)) return revoked;
+  const Result<bool> there = HasList(list);
+  if (!there) return there.error();
+  if (!*there) return revoked;
   const std::string authority = (folder / "permissions_ca.pem").string();
   const Result<std::string> text = Openssl(
       {"smime", "-verify", "-text", "-in", list.string(), "-CAfile", authority, "-no-CApath",
@@ -389,10 +401,9 @@ Result<MemberKeys> LoadMemberKeys(const fs::path& folder, std::time_t now) {
   if (keys->revoked.contains(keys->peer)) {
     return Error{folder.string() + ": the keys of " + keys->name + " have been revoked"};
   }
-  std::error_code failed;
-  if (fs::exists(keys->folder / "identity.crl", failed)) {
-    keys->revoked_certificates = keys->folder / "identity.crl";
-  }
+  const Result<bool> certificates = HasList(keys->folder / "identity.crl");
+  if (!certificates) return certificates.error();
+  if (*certificates) keys->revoked_certificates = keys->folder / "identity.crl";
   return keys;
 }
 

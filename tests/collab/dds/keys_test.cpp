@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include "collab/dds/openssl.h"
 #include "collab/dds/signing.h"
@@ -192,6 +193,15 @@ TEST_F(MemberFolder, WithAListThatAnotherSignedWhomTheAuthorityIssuedIsRefused) 
 TEST_F(MemberFolder, WithAnotherDocumentOfTheAuthorityInPlaceOfTheListIsRefused) {
   Replace(anna() / "revoked.p7s", anna() / "permissions.p7s");
   EXPECT_THAT(WhyNot(), HasSubstr("revoked.p7s: is no list of revoked members"));
+}
+
+TEST_F(MemberFolder, WithAPipeInPlaceOfAListIsRefusedAtOnce) {
+  for (const char* list : {"identity.crl", "revoked.p7s"}) {
+    const fs::path pipe = anna() / list;
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_THAT(WhyNot(), HasSubstr("it is not a regular file"));
+    fs::remove(pipe);
+  }
 }
 
 }  // namespace
