@@ -6,9 +6,11 @@
 #include <ctime>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <random>
 #include <sstream>
 #include <string_view>
+#include <vector>
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -48,7 +50,10 @@ PeerId NewPeerId() {
 Result<bool> MakeAuthority(const std::string& name, const Authority& out, int days) {
   const fs::path request = out.certificate.string() + ".csr";
   Result<bool> done = MakeRequest("/O=Tandem/CN=" + name, out.key, request);
-  if (done) done = SignRequest(request, out, true, NewPeerId(), days, out.certificate);
+  if (done) {
+    const std::time_t until = std::time(nullptr) + std::time_t{days} * kDaySeconds;
+    done = SignRequest(request, out, true, NewPeerId(), until, out.certificate);
+  }
   std::error_code failed;
   fs::remove(request, failed);
   return done;
@@ -103,20 +108,59 @@ Authority PermissionsAuthority(const fs::path& session) {
   return {session / "permissions_ca.pem", session / "permissions_ca.key"};
 }
 
+// "2026-11-22 19:04:15Z" after a word that says which; 0: it is not there.
+std::time_t DateIn(const std::string& text, const std::string& word) {
+  const std::size_t at = text.find(word);
+  std::tm utc{};
+  if (at == std::string::npos ||
+      strptime(text.c_str() + at + word.size(), "%Y-%m-%d %H:%M:%S", &utc) == nullptr) {
+    return 0;
+  }
+  return timegm(&utc);
+}
+
+std::string DayAndTime(std::time_t time) {
+  std::tm utc{};
+  gmtime_r(&time, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc);
+  return text.data();
+}
+
+// When keys are valid.
+struct KeyTimes {
+  std::time_t from = 0;
+  std::time_t until = 0;
+};
+
+// When all of these certificates are valid.
+Result<KeyTimes> SharedTimes(const std::vector<fs::path>& certificates) {
+  KeyTimes shared{0, std::numeric_limits<std::time_t>::max()};
+  for (const fs::path& certificate : certificates) {
+    const Result<std::string> dates = Openssl({"x509", "-in", certificate.string(), "-noout",
+                                               "-startdate", "-enddate", "-dateopt", "iso_8601"});
+    if (!dates) return Error{certificate.string() + ": " + dates.error().what};
+    shared.from = std::max(shared.from, DateIn(*dates, "notBefore="));
+    shared.until = std::min(shared.until, DateIn(*dates, "notAfter="));
+  }
+  return shared;
+}
+
 Result<bool> MakeIdentity(const Authority& authority, const std::string& name, PeerId peer,
-                          const fs::path& out, int days) {
+                          const fs::path& out, std::time_t until) {
   std::string subject = "/";
   subject += SubjectOf(name, peer);
   std::ranges::replace(subject, ',', '/');
   const fs::path request = out / "identity.csr";
   Result<bool> done = MakeRequest(subject, out / "identity.key", request);
-  if (done) done = SignRequest(request, authority, false, peer, days, out / "identity.pem");
+  if (done) done = SignRequest(request, authority, false, peer, until, out / "identity.pem");
   std::error_code failed;
   fs::remove(request, failed);
   return done;
 }
 
-// A folder for one who is `part` in the session: "peer", "viewer" or "relay".
+// A folder for one who is `part` in the session: "peer", "viewer" or "relay". Its keys end with the
+// session's authorities at the latest.
 Result<PeerId> MakeKeys(
     const fs::path& session, const std::string& name, const std::string& part,
     const fs::path& folder, int days,
@@ -129,16 +173,23 @@ Result<PeerId> MakeKeys(
   const Authority permissions = PermissionsAuthority(session);
   Result<bool> done = AreTwo(identity.certificate, permissions.certificate);
   if (!done) return done.error();
+  const Result<KeyTimes> authorities = SharedTimes({identity.certificate, permissions.certificate});
+  if (!authorities) return authorities.error();
+  const std::time_t now = std::time(nullptr);
+  if (now >= authorities->until) {
+    return Error{session.string() + ": the session's authorities ended on " +
+                 DayAndTime(authorities->until) +
+                 ": make a new session with 'tandem keys session'"};
+  }
+  const std::time_t until = std::min(now + std::time_t{days} * kDaySeconds, authorities->until);
   Result<UnfinishedFolder> made = UnfinishedFolder::Make(folder);
   if (!made) return made.error();
   const fs::path& out = made->path();
   const PeerId peer = NewPeerId();
-  if (done) done = MakeIdentity(identity, name, peer, out, days);
-  const std::time_t now = std::time(nullptr);
+  if (done) done = MakeIdentity(identity, name, peer, out, until);
   if (done) {  // a day back: clocks differ
-    done =
-        SignDocument(permissions_of(peer, now - kDaySeconds, now + std::time_t{days} * kDaySeconds),
-                     permissions, out / "permissions.p7s");
+    done = SignDocument(permissions_of(peer, now - kDaySeconds, until), permissions,
+                        out / "permissions.p7s");
   }
   for (const char* shared : {"identity_ca.pem", "permissions_ca.pem", "governance.p7s"}) {
     if (done) done = CopyInto(session / shared, out / shared);
@@ -225,25 +276,6 @@ namespace {
 
 constexpr std::time_t kWeek = 7 * kDaySeconds;
 
-// "2026-11-22 19:04:15Z" after a word that says which; 0: it is not there.
-std::time_t DateIn(const std::string& text, const std::string& word) {
-  const std::size_t at = text.find(word);
-  std::tm utc{};
-  if (at == std::string::npos ||
-      strptime(text.c_str() + at + word.size(), "%Y-%m-%d %H:%M:%S", &utc) == nullptr) {
-    return 0;
-  }
-  return timegm(&utc);
-}
-
-std::string DayAndTime(std::time_t time) {
-  std::tm utc{};
-  gmtime_r(&time, &utc);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc);
-  return text.data();
-}
-
 // Tells whether nobody else can read the private key or put another in its place.
 Result<bool> IsPrivate(const fs::path& folder) {
   const fs::path key = folder / "identity.key";
@@ -260,15 +292,14 @@ Result<bool> IsPrivate(const fs::path& folder) {
 }
 
 Result<bool> IsValidNow(MemberKeys& keys, std::time_t now) {
-  const fs::path certificate = keys.folder / "identity.pem";
-  const Result<std::string> dates = Openssl({"x509", "-in", certificate.string(), "-noout",
-                                             "-startdate", "-enddate", "-dateopt", "iso_8601"});
-  if (!dates) return Error{certificate.string() + ": " + dates.error().what};
-  const std::time_t not_before = DateIn(*dates, "notBefore=");
-  keys.not_after = DateIn(*dates, "notAfter=");
-  if (now < not_before) {
+  const Result<KeyTimes> times =
+      SharedTimes({keys.folder / "identity.pem", keys.folder / "identity_ca.pem",
+                   keys.folder / "permissions_ca.pem"});
+  if (!times) return times.error();
+  keys.not_after = times->until;
+  if (now < times->from) {
     return Error{keys.folder.string() + ": these keys are not valid yet, but from " +
-                 DayAndTime(not_before) + " on; this machine's clock says " + DayAndTime(now) +
+                 DayAndTime(times->from) + " on; this machine's clock says " + DayAndTime(now) +
                  ": set the clock"};
   }
   if (now >= keys.not_after) {

@@ -23,7 +23,8 @@ bool IsMemberName(const std::string& name);
 
 /// Makes a member's folder `out`, with all that it needs to join and nothing else: certificate and
 /// private key, both authorities' certificates, governance, its permissions, its name and id.
-/// `name` is letters, digits, '.', '_' and '-'.
+/// `name` is letters, digits, '.', '_' and '-'. The keys end with the session's authorities at the
+/// latest.
 Result<PeerId> MakeMemberKeys(const std::filesystem::path& session, const std::string& name,
                               Role role, const std::filesystem::path& out, int days = 365);
 
@@ -51,7 +52,7 @@ struct MemberKeys {
   PeerId peer = 0;
   Role role = Role::kActive;
   bool relay = false;                          // then it has no role
-  std::time_t not_after = 0;                   // of its certificate
+  std::time_t not_after = 0;                   // of the first certificate that ends
   std::set<PeerId> revoked;                    // members whose keys are not valid any more
   std::filesystem::path revoked_certificates;  // a list (CRL); empty: there is none
 };

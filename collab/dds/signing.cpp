@@ -87,7 +87,7 @@ Result<bool> MakeRequest(const std::string& subject, const fs::path& key, const 
 }
 
 Result<bool> SignRequest(const fs::path& request, const Authority& authority, bool itself,
-                         PeerId serial, int days, const fs::path& out) {
+                         PeerId serial, std::time_t until, const fs::path& out) {
   Books books(out.parent_path());
   if (Result<bool> opened = books.Open(SerialOf(serial), ""); !opened) return opened;
   const std::time_t now = std::time(nullptr);
@@ -105,7 +105,7 @@ Result<bool> SignRequest(const fs::path& request, const Authority& authority, bo
                                      "-startdate",
                                      TimeOf(now - kDaySeconds),
                                      "-enddate",
-                                     TimeOf(now + std::time_t{days} * kDaySeconds),
+                                     TimeOf(until),
                                      "-extensions",
                                      itself ? "authority" : "member"};
   if (itself) {
@@ -143,7 +143,8 @@ Result<bool> WriteCertificateList(const Authority& authority, const std::set<Pee
   if (Result<bool> opened = books.Open("01", entries); !opened) return opened;
   const Result<std::string> made = Openssl(
       {"ca", "-gencrl", "-config", books.config().string(), "-keyfile", authority.key.string(),
-       "-cert", authority.certificate.string(), "-crldays", "3650", "-out", out.string()});
+       "-cert", authority.certificate.string(), "-crl_lastupdate", TimeOf(now - kDaySeconds),
+       "-crl_nextupdate", TimeOf(now + std::time_t{3650} * kDaySeconds), "-out", out.string()});
   if (!made) return made.error();
   return true;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <ctime>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -41,16 +42,18 @@ std::string SerialOf(PeerId peer);
 Result<bool> MakeRequest(const std::string& subject, const std::filesystem::path& key,
                          const std::filesystem::path& request);
 
-/// Signs a request; valid from a day back, for clocks differ. Of an authority `itself`: by its own
-/// key.
+/// Signs a request; valid from a day back, for clocks differ, to `until`. Of an authority `itself`:
+/// by its own key.
 Result<bool> SignRequest(const std::filesystem::path& request, const Authority& authority,
-                         bool itself, PeerId serial, int days, const std::filesystem::path& out);
+                         bool itself, PeerId serial, std::time_t until,
+                         const std::filesystem::path& out);
 
 /// Signs a document (S/MIME, as DDS Security wants it) with an authority's key.
 Result<bool> SignDocument(const std::string& text, const Authority& authority,
                           const std::filesystem::path& out);
 
-/// The list (CRL) of certificates that are not valid any more, for the plug-ins.
+/// The list (CRL) of certificates that are not valid any more, for the plug-ins. It is valid from a
+/// day back, for clocks differ.
 Result<bool> WriteCertificateList(const Authority& authority, const std::set<PeerId>& revoked,
                                   const std::filesystem::path& out);
 

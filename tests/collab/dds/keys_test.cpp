@@ -180,7 +180,8 @@ TEST_F(MemberFolder, WithAListThatAnotherSignedWhomTheAuthorityIssuedIsRefused) 
   const Authority authority{session() / "permissions_ca.pem", session() / "permissions_ca.key"};
   const Authority other{at / "other.pem", at / "other.key"};
   ASSERT_TRUE(MakeRequest("/O=Corp/CN=other", other.key, at / "other.csr"));
-  ASSERT_TRUE(SignRequest(at / "other.csr", authority, false, 7, 30, other.certificate));
+  ASSERT_TRUE(SignRequest(at / "other.csr", authority, false, 7, std::time(nullptr) + 30 * kDay,
+                          other.certificate));
   ASSERT_TRUE(SignDocument("revoked\n0123456789ABCDEF\n", other, anna() / "revoked.p7s"));
   EXPECT_THAT(WhyNot(), HasSubstr("is not signed by the permissions authority"));
   ASSERT_TRUE(SignDocument("revoked\n0123456789ABCDEF\n", authority, anna() / "revoked.p7s"));
@@ -202,6 +203,56 @@ TEST_F(MemberFolder, WithAPipeInPlaceOfAListIsRefusedAtOnce) {
     EXPECT_THAT(WhyNot(), HasSubstr("it is not a regular file"));
     fs::remove(pipe);
   }
+}
+
+TEST_F(MemberFolder, HasAListOfCertificatesFromADayBackForClocksDiffer) {
+  ASSERT_TRUE(RevokeMember(session(), anna()));
+  const Result<std::string> said =
+      Openssl({"crl", "-in", (session() / "identity.crl").string(), "-noout", "-lastupdate",
+               "-nextupdate", "-dateopt", "iso_8601"});
+  ASSERT_TRUE(said.has_value()) << said.error().what;
+  const auto day = [&said](const std::string& word) {
+    std::tm utc{};
+    const std::size_t at = said->find(word);
+    EXPECT_NE(at, std::string::npos) << *said;
+    EXPECT_NE(strptime(said->c_str() + at + word.size(), "%Y-%m-%d %H:%M:%S", &utc), nullptr);
+    return timegm(&utc);
+  };
+  // a minute for a slow machine
+  const std::time_t now = std::time(nullptr);
+  EXPECT_LE(day("lastUpdate="), now - kDay);
+  EXPECT_GE(day("lastUpdate="), now - kDay - 60);
+  EXPECT_NEAR(static_cast<double>(day("nextUpdate=")), static_cast<double>(now + 3650 * kDay), 60);
+}
+
+TEST(Keys, EndWithTheSessionsAuthorities) {
+  const ScratchFolder scratch;
+  const fs::path session = scratch.path() / "s";
+  const fs::path anna = session / "anna";
+  ASSERT_TRUE(MakeSessionKeys(session, {}, {}, 3));
+  ASSERT_TRUE(MakeMemberKeys(session, "anna", Role::kActive, anna, 365));
+  const std::time_t now = std::time(nullptr);
+  const auto expect_end = [&] {
+    const Result<MemberKeys> keys = LoadMemberKeys(anna, now);
+    ASSERT_TRUE(keys.has_value()) << keys.error().what;
+    EXPECT_THAT(ExpiryWarning(*keys, now), HasSubstr("the keys of anna end on"));
+    const Result<MemberKeys> later = LoadMemberKeys(anna, now + 4 * kDay);
+    ASSERT_FALSE(later.has_value());
+    EXPECT_THAT(later.error().what, HasSubstr("these keys ended on"));
+  };
+  expect_end();
+  // a member's certificate is not valid for longer than its authority
+  const Result<std::string> certificate =
+      Openssl({"x509", "-in", (anna / "identity.pem").string(), "-noout", "-checkend", "345600"});
+  EXPECT_FALSE(certificate.has_value()) << "valid in four days";
+
+  // nor do keys count for longer whose certificate says so
+  const Authority authority{session / "identity_ca.pem", session / "identity_ca.key"};
+  ASSERT_TRUE(MakeRequest("/CN=anna", anna / "identity.key", anna / "identity.csr"));
+  ASSERT_TRUE(SignRequest(anna / "identity.csr", authority, false, 7, now + 365 * kDay,
+                          anna / "identity.pem"));
+  fs::permissions(anna / "identity.key", fs::perms::owner_read | fs::perms::owner_write);
+  expect_end();
 }
 
 }  // namespace
