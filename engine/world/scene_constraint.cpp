@@ -16,8 +16,10 @@ using Turn = Constraint::Turn;
 
 Vec3 ReadDirection(const JsonNode& node) {
   const Vec3 direction = node.Vector();
-  if (direction.norm() > 0) return direction;
-  node.Expected("a direction [x, y, z] of a length above 0");
+  // beyond, the square of the length is no number, or none above 0
+  const double length = direction.stableNorm();
+  if (length >= 1e-9 && length <= 1e9) return direction;
+  node.Expected("a direction [x, y, z] of a length from 1e-9 to 1e9");
   return Vec3::UnitZ();
 }
 

@@ -296,8 +296,13 @@ TEST_F(SceneFile, ErrorsNameWhatIsWrongWithAConstraint) {
             "bodies[2].constraint.hing: unknown key; did you mean hinge?");
   EXPECT_EQ(
       ErrorOf(R"("constraint": {"hinge": {"p_W": [0, 0, 0], "axis_W": [0, 0, 0]}})"),
-      "bodies[2].constraint.hinge.axis_W: expected a direction [x, y, z] of a length above 0, "
-      "got [0,0,0]");
+      "bodies[2].constraint.hinge.axis_W: expected a direction [x, y, z] of a length from 1e-9 to "
+      "1e9, got [0,0,0]");
+  // a length whose square is too large for a number
+  EXPECT_EQ(
+      ErrorOf(R"("constraint": {"hinge": {"p_W": [0, 0, 0], "axis_W": [1e200, 0, 0]}})"),
+      "bodies[2].constraint.hinge.axis_W: expected a direction [x, y, z] of a length from 1e-9 to "
+      "1e9, got [1e+200,0,0]");
   EXPECT_EQ(ErrorOf(R"("constraint": {"hinge": {"axis_W": [0, 0, 1]}})"),
             "bodies[2].constraint.hinge.p_W: expected three numbers [x, y, z], got nothing");
   EXPECT_EQ(ErrorOf(R"("constraint": {"plane": {"normal_W": [0, 0, 1], "turn": "yes"}})"),
