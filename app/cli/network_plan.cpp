@@ -12,6 +12,8 @@ namespace {
 constexpr const char* kOrder = "network";
 constexpr std::size_t kMostLinksInPlan = 64;
 constexpr std::size_t kMostSteps = 10'000;  // of a link
+constexpr double kShortestSwing = 1e-3;     // s
+constexpr double kLongestSwing = 1e6;       // s
 
 double Within(const JsonNode& node, const char* key, double most, double otherwise) {
   if (!node.Has(key)) return otherwise;
@@ -34,7 +36,9 @@ NetworkPlan::Step ReadStep(const JsonNode& node, std::uint64_t seed) {
   c.delay_ms = Within(node, "delay_ms", 2000, c.delay_ms);
   c.jitter_ms = Within(node, "jitter_ms", 1000, c.jitter_ms);
   c.swing_ms = Within(node, "swing_ms", 1000, c.swing_ms);
-  if (node.Has("swing_period_s")) c.swing_period_s = node["swing_period_s"].NumberAbove(0);
+  if (node.Has("swing_period_s")) {
+    c.swing_period_s = node["swing_period_s"].NumberBetween(kShortestSwing, kLongestSwing);
+  }
   c.loss = Within(node, "loss", 1, c.loss);
   c.burst_enter = Within(node, "burst_enter", 1, c.burst_enter);
   c.burst_leave = Within(node, "burst_leave", 1, c.burst_leave);

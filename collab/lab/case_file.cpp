@@ -34,6 +34,11 @@ constexpr std::array<std::pair<std::string_view, double CouplingLimits::*>, 7> k
 constexpr int kMostUsers = 8;
 constexpr std::size_t kMostSteps = 10'000;  // of a schedule
 constexpr double kLongestHand = 3600;       // s
+constexpr double kLeastHandMass = 1e-6;     // kg
+constexpr double kMostHandMass = 1e4;       // kg
+constexpr double kMostGain = 1e7;           // N/m, N s/m
+constexpr double kShortestSwing = 1e-3;     // s
+constexpr double kLongestSwing = 1e6;       // s
 constexpr double kLongestDelay = 1.2;  // s one way: beyond, links are cut whatever the law
 
 double Within(const JsonNode& node, std::string_view key, double least, double most,
@@ -75,9 +80,12 @@ LabHand ReadHand(const JsonNode& node, const std::filesystem::path& folder) {
   if (node.Has("file")) return ReadHandFile(node, folder);
   node.AllowKeys({"mass_kg", "damping_Ns_m", "stiffness_N_m"});
   LabHand hand{"own", {}, {}};
-  hand.impedance.mass = node["mass_kg"].NumberAbove(0);
-  hand.impedance.damping = node.Has("damping_Ns_m") ? node["damping_Ns_m"].NumberFrom(0) : 0.0;
-  hand.impedance.stiffness = node.Has("stiffness_N_m") ? node["stiffness_N_m"].NumberFrom(0) : 0.0;
+  const auto gain = [&node](std::string_view key) {
+    return node.Has(key) ? node[key].NumberBetween(0, kMostGain) : 0.0;
+  };
+  hand.impedance.mass = node["mass_kg"].NumberBetween(kLeastHandMass, kMostHandMass);
+  hand.impedance.damping = gain("damping_Ns_m");
+  hand.impedance.stiffness = gain("stiffness_N_m");
   return hand;
 }
 
@@ -100,7 +108,7 @@ LabLaw ReadLaw(const JsonNode& node) {
                       kLimits[4].first, kLimits[5].first, kLimits[6].first});
     for (const auto& limit : kLimits) {
       if (!limits.Has(limit.first)) continue;
-      law.limits.*limit.second = limits[limit.first].NumberFrom(0);
+      law.limits.*limit.second = limits[limit.first].NumberBetween(0, kMostGain);
       if (const std::string why = WhyUnused(limit.first, law.name); !why.empty()) {
         limits[limit.first].Fault(why);
       }
@@ -124,7 +132,9 @@ LinkConditions ReadWay(const JsonNode& node) {
   way.delay_ms = Within(node, "delay_ms", 0, 1000, way.delay_ms);
   way.jitter_ms = Within(node, "jitter_ms", 0, 1000, way.jitter_ms);
   way.swing_ms = Within(node, "swing_ms", 0, 1000, way.swing_ms);
-  if (node.Has("swing_period_s")) way.swing_period_s = node["swing_period_s"].NumberAbove(0);
+  if (node.Has("swing_period_s")) {
+    way.swing_period_s = node["swing_period_s"].NumberBetween(kShortestSwing, kLongestSwing);
+  }
   way.loss = Within(node, "loss", 0, 1, way.loss);
   way.burst_enter = Within(node, "burst_enter", 0, 1, way.burst_enter);
   way.burst_leave = Within(node, "burst_leave", 0, 1, way.burst_leave);

@@ -67,13 +67,13 @@ double CrossingFrequency(double delay_s, double damping, double mass) {
 }
 
 /// The least x in (low, high] for which `holds` is false, known to be true at `low`; by steps of 1
-/// %, then by bisection. Infinite when it holds to `high`.
+/// %, then by bisection. Infinite when it holds to `high`, and where a bound is no number.
 template <class Holds>
 double LeastFailing(double low, double high, const Holds& holds) {
   double good = low;
   double bad = low;
   while (true) {
-    if (good >= high) return kInfinity;
+    if (!(good < high)) return kInfinity;
     bad = std::min(1.01 * good, high);
     if (!holds(bad)) break;
     good = bad;

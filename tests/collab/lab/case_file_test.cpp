@@ -165,5 +165,20 @@ TEST(CaseParts, ALawsRatioIsOfItsStiffnessAlone) {
   EXPECT_DOUBLE_EQ(scaled->GroundDamping(at, 0.5 * k), whole->GroundDamping(at, k));
 }
 
+TEST(CaseFile, NumbersBeyondEveryHandAndNetworkAreRefused) {
+  const auto hand = [](const std::string& text) {
+    return ErrorOf(R"({"hands": [{)" + text + "}]}");
+  };
+  EXPECT_THAT(hand(R"("mass_kg": 1e308, "damping_Ns_m": 1e308, "stiffness_N_m": 1e308)"),
+              HasSubstr("hands[0].mass_kg: expected a number from 1e-06 to 10000, got 1e+308"));
+  EXPECT_THAT(hand(R"("mass_kg": 1e-300)"), HasSubstr("hands[0].mass_kg: expected a number from"));
+  EXPECT_THAT(hand(R"("mass_kg": 1, "damping_Ns_m": 1e308)"),
+              HasSubstr("hands[0].damping_Ns_m: expected a number from 0 to 1e+07"));
+  EXPECT_THAT(hand(R"("mass_kg": 1, "stiffness_N_m": 1e308)"),
+              HasSubstr("hands[0].stiffness_N_m: expected a number from 0 to 1e+07"));
+  EXPECT_THAT(ErrorOf(R"({"network": {"swing_period_s": 1e-300}})"),
+              HasSubstr("network.swing_period_s: expected a number from 0.001 to 1e+06"));
+}
+
 }  // namespace
 }  // namespace tandem

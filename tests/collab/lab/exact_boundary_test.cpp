@@ -1,6 +1,7 @@
 #include "collab/lab/exact_boundary.h"
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -181,6 +182,16 @@ TEST(ExactBoundary, TheLinearLawIsAsSoftAsRecorded) {
     EXPECT_LE(k0, 1.005 * row.k0) << row.damping << " " << row.hand << " " << row.relative;
     EXPECT_GE(k0, row.k0 / 1.055) << row.damping << " " << row.hand << " " << row.relative;
   }
+}
+
+// The stiffness that any delay leaves stable is no number there.
+TEST(ExactBoundary, EndsForNumbersThatOverflow) {
+  LumpedCoupling model;
+  model.delay_s = 0.1;
+  model.mass = 1e308;
+  model.damping = 1e308;
+  model.hand_stiffness = 1e308;
+  EXPECT_EQ(CriticalStiffness(model, 1e5), std::numeric_limits<double>::infinity());
 }
 
 }  // namespace
