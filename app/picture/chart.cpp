@@ -51,7 +51,11 @@ std::vector<Tick> LinearTicks(const Axis& axis, int most) {
     }
   }
   std::vector<Tick> ticks;
-  for (double i = std::ceil(axis.from / step - 1e-9); i * step <= axis.to + 1e-9 * step; ++i) {
+  // counted, since far from zero one more may be the same number
+  const double first = std::ceil(axis.from / step - 1e-9);
+  for (int tick = 0; tick <= std::max(1, most) + 1; ++tick) {
+    const double i = first + tick;
+    if (!(i * step <= axis.to + 1e-9 * step)) break;
     const double value = i == 0 ? 0.0 : i * step;
     ticks.push_back({value, ShortNumber(value)});
   }
@@ -93,6 +97,8 @@ double Axis::Share(double value) const {
 }
 
 std::vector<Tick> TicksOf(const Axis& axis, int most) {
+  const bool has_length = axis.to > axis.from && std::isfinite(axis.to - axis.from);
+  if (!has_length || (axis.logarithmic && !(axis.from > 0))) return {};
   return axis.logarithmic ? LogTicks(axis, most) : LinearTicks(axis, most);
 }
 

@@ -24,7 +24,8 @@ struct Tick {
   std::string text;  // empty: a small tick
 };
 
-/// At round values, at most about `most` with text: 1, 2 and 5 of each decade, or fewer.
+/// At round values, at most about `most` with text: 1, 2 and 5 of each decade, or fewer. None on an
+/// axis without a finite length above 0, nor on a logarithmic one that does not begin above 0.
 std::vector<Tick> TicksOf(const Axis& axis, int most);
 
 /// Plots into a box of a picture.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <set>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -19,6 +21,10 @@ namespace tandem {
 namespace {
 
 using OrderedJson = nlohmann::ordered_json;
+
+constexpr std::size_t kMostColumns = 100;  // of a table
+constexpr std::size_t kMostRows = 10'000;
+constexpr double kLongestBoundaryDelay = 1e6;  // s
 
 constexpr std::array<std::pair<std::string_view, const char*>, 5> kTitles{
     {{"boundary", "Measured boundary beside the exact one"},
@@ -69,16 +75,27 @@ bool IsClaim(const OrderedJson& row) {
          row.contains("pass") && row["pass"].is_boolean();
 }
 
+// The first rows and columns: a table has a cell for each pair of them, whatever its file has.
 ReportTable TableOf(const std::string& title, const std::string& note, const OrderedJson& rows) {
   ReportTable table{title, note, {}, {}};
+  std::set<std::string> columns;
   for (const OrderedJson& row : rows) {
     for (const auto& item : row.items()) {
-      if (std::ranges::find(table.columns, item.key()) == table.columns.end()) {
+      if (columns.insert(item.key()).second && table.columns.size() < kMostColumns) {
         table.columns.push_back(item.key());
       }
     }
   }
+  std::string left_out;
+  if (columns.size() > kMostColumns) {
+    Add("columns " + std::to_string(columns.size() - kMostColumns), left_out);
+  }
+  if (rows.size() > kMostRows) {
+    Add("rows " + std::to_string(rows.size() - kMostRows), left_out);
+  }
+  if (!left_out.empty()) Add("left out here: " + left_out, table.note);
   for (const OrderedJson& row : rows) {
+    if (table.rows.size() == kMostRows) break;
     std::vector<std::string>& texts = table.rows.emplace_back();
     for (const std::string& column : table.columns) {
       texts.push_back(row.contains(column) ? TextOf(row[column]) : "");
@@ -96,8 +113,10 @@ bool IsBoundary(const OrderedJson& row) {
   const auto number = [&row](const char* key) {
     return row.contains(key) && row[key].is_number();
   };
-  return number("delay_s") && number("predicted_N_m") && row.contains("hand") &&
-         row["hand"].is_string();
+  // the picture's axis of delays is logarithmic
+  const double delay_s = number("delay_s") ? row["delay_s"].get<double>() : 0;
+  return delay_s > 0 && delay_s < kLongestBoundaryDelay && number("predicted_N_m") &&
+         row.contains("hand") && row["hand"].is_string();
 }
 
 /// What `tandem stability boundary` found: a table in words, and a picture.

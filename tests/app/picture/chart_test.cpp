@@ -86,5 +86,19 @@ TEST(Chart, LeavesOutWhatLogarithmsCannotShow) {
   EXPECT_EQ(curves[0].points.size(), 2U);
 }
 
+TEST(Chart, HasNoTicksOnALogarithmicAxisThatHasNoLength) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(TicksOf({"x", 0, 10, true}, 8).empty());
+  EXPECT_TRUE(TicksOf({"x", -1, 10, true}, 8).empty());
+  EXPECT_TRUE(TicksOf({"x", 10, 10, true}, 8).empty());
+  EXPECT_TRUE(TicksOf({"x", 1, kInfinity, true}, 8).empty());
+  EXPECT_TRUE(TicksOf({"x", kNaN, 10, true}, 8).empty());
+}
+
+// At 1e17 a step of 10 is less than what the next number in double differs by.
+TEST(Chart, EndsItsLinearTicksFarFromZero) {
+  EXPECT_LE(TicksOf({"x", 1e17, 1e17 + 64, false}, 8).size(), 10U);
+}
+
 }  // namespace
 }  // namespace tandem

@@ -125,5 +125,34 @@ TEST(ReportData, ShowsABoundaryInWordsAndAsAPicture) {
                                  "measured 104 N/m, exact 100 N/m"));
 }
 
+// A logarithmic axis has no place for a delay of 0.
+TEST(ReportData, TakesABoundaryWithoutDelayAsATableAlone) {
+  for (const char* delay : {"0", "-0.1"}) {
+    const ScratchFolder folder;
+    ReportData data;
+    ASSERT_FALSE(
+        AddFile(folder.Write("b.json", std::string(R"({"boundary": [{"hand": "off", )") +
+                                           R"("predicted_N_m": 100, "delay_s": )" + delay + "}]}"),
+                data));
+    EXPECT_EQ(data.pictures.size(), 0U) << delay;
+    ASSERT_EQ(data.tables.size(), 1U);
+    EXPECT_EQ(data.searches, 0U);
+  }
+}
+
+TEST(ReportData, KeepsTheFirstRowsAndColumnsOfATableThatNobodyReads) {
+  std::string rows;
+  for (int i = 0; i < 10'002; ++i) {
+    rows += (i == 0 ? "" : ", ") + std::string(R"({"a)") + std::to_string(i % 103) + R"(": 1})";
+  }
+  const ScratchFolder folder;
+  ReportData data;
+  ASSERT_FALSE(AddFile(folder.Write("wide.json", R"({"rows": [)" + rows + "]}"), data));
+  ASSERT_EQ(data.tables.size(), 1U);
+  EXPECT_EQ(data.tables[0].columns.size(), 100U);
+  EXPECT_EQ(data.tables[0].rows.size(), 10'000U);
+  EXPECT_EQ(data.tables[0].note, "left out here: columns 3, rows 2");
+}
+
 }  // namespace
 }  // namespace tandem
