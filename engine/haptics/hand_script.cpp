@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <string>
 
 #include "engine/base/check.h"
 #include "engine/base/json_reader.h"
@@ -11,6 +12,15 @@ namespace tandem {
 namespace {
 
 constexpr double kLatest = 1e6;              // s
+constexpr double kShortestSpan = 1e-6;       // s, between two waypoints
+constexpr double kShortestPush = 1e-3;       // s
+constexpr double kFarthest = 1e3;            // m, along each axis
+constexpr double kMostPush = 1e4;            // N and N m, along each axis
+constexpr double kLeastHandMass = 1e-6;      // kg
+constexpr double kMostHandMass = 1e4;        // kg
+constexpr double kLeastInertia = 1e-12;      // kg m^2
+constexpr double kMostInertia = 1e4;         // kg m^2
+constexpr double kMostHandGain = 1e7;        // N/m, N s/m; of turns N m/rad, N m s/rad
 constexpr std::size_t kMostPushes = 10'000;  // each is looked at in each frame
 
 // How far along a segment a minimum-jerk movement is, and how fast, at u in [0, 1] of its time.
@@ -24,21 +34,37 @@ Progress MinimumJerk(double u) {
   return {u * u * u * (10.0 + u * (-15.0 + 6.0 * u)), 30.0 * u * u * rest * rest};
 }
 
+Vec3 ReadVectorWithin(const JsonNode& node, double most) {
+  const Vec3 v = node.Vector();
+  if (v.cwiseAbs().maxCoeff() <= most) return v;
+  const std::string limit = std::to_string(static_cast<int>(most));
+  node.Expected("numbers from -" + limit + " to " + limit);
+  return Vec3::Zero();
+}
+
 HandImpedance ReadImpedance(const JsonNode& node) {
   node.AllowKeys({"mass_kg", "damping_Ns_m", "stiffness_N_m", "rotation"});
   HandImpedance hand;
-  if (node.Has("mass_kg")) hand.mass = node["mass_kg"].NumberAbove(0);
-  if (node.Has("damping_Ns_m")) hand.damping = node["damping_Ns_m"].NumberFrom(0);
-  if (node.Has("stiffness_N_m")) hand.stiffness = node["stiffness_N_m"].NumberFrom(0);
+  if (node.Has("mass_kg")) {
+    hand.mass = node["mass_kg"].NumberBetween(kLeastHandMass, kMostHandMass);
+  }
+  if (node.Has("damping_Ns_m")) {
+    hand.damping = node["damping_Ns_m"].NumberBetween(0, kMostHandGain);
+  }
+  if (node.Has("stiffness_N_m")) {
+    hand.stiffness = node["stiffness_N_m"].NumberBetween(0, kMostHandGain);
+  }
   if (!node.Has("rotation")) return hand;
   const JsonNode rotation = node["rotation"];
   rotation.AllowKeys({"inertia_kg_m2", "damping_Nms_rad", "stiffness_Nm_rad"});
-  if (rotation.Has("inertia_kg_m2")) hand.inertia = rotation["inertia_kg_m2"].NumberAbove(0);
+  if (rotation.Has("inertia_kg_m2")) {
+    hand.inertia = rotation["inertia_kg_m2"].NumberBetween(kLeastInertia, kMostInertia);
+  }
   if (rotation.Has("damping_Nms_rad")) {
-    hand.rotation_damping = rotation["damping_Nms_rad"].NumberFrom(0);
+    hand.rotation_damping = rotation["damping_Nms_rad"].NumberBetween(0, kMostHandGain);
   }
   if (rotation.Has("stiffness_Nm_rad")) {
-    hand.rotation_stiffness = rotation["stiffness_Nm_rad"].NumberFrom(0);
+    hand.rotation_stiffness = rotation["stiffness_Nm_rad"].NumberBetween(0, kMostHandGain);
   }
   return hand;
 }
@@ -46,7 +72,7 @@ HandImpedance ReadImpedance(const JsonNode& node) {
 Pose ReadGrasp(const JsonNode& node) {
   node.AllowKeys({"p_B", "q_xyzw"});
   Pose X_BD;
-  if (node.Has("p_B")) X_BD.p = node["p_B"].Vector();
+  if (node.Has("p_B")) X_BD.p = ReadVectorWithin(node["p_B"], kFarthest);
   if (node.Has("q_xyzw")) X_BD.q = node["q_xyzw"].Rotation();
   return X_BD;
 }
@@ -54,7 +80,7 @@ Pose ReadGrasp(const JsonNode& node) {
 Waypoint ReadWaypoint(const JsonNode& node, const std::vector<Waypoint>& before) {
   node.AllowKeys({"t_s", "p_W", "q_xyzw"});
   Waypoint waypoint;
-  waypoint.p_W = node["p_W"].Vector();
+  waypoint.p_W = ReadVectorWithin(node["p_W"], kFarthest);
   if (node.Has("q_xyzw")) waypoint.q_W = node["q_xyzw"].Rotation();
   if (before.empty()) {
     waypoint.t = node["t_s"].Number();
@@ -66,6 +92,9 @@ Waypoint ReadWaypoint(const JsonNode& node, const std::vector<Waypoint>& before)
   } else {
     waypoint.t = node["t_s"].NumberAbove(before.back().t);
     if (waypoint.t > kLatest) node["t_s"].Expected("a time within eleven days");
+    if (!(waypoint.t - before.back().t >= kShortestSpan)) {
+      node["t_s"].Expected("a time at least 1e-06 s after the waypoint before");
+    }
   }
   return waypoint;
 }
@@ -74,10 +103,9 @@ Push ReadPush(const JsonNode& node) {
   node.AllowKeys({"t_s", "for_s", "f_W", "tau_W"});
   Push push;
   push.t = node["t_s"].NumberBetween(0, kLatest);
-  push.lasts = node["for_s"].NumberAbove(0);
-  if (push.lasts > kLatest) node["for_s"].Expected("a time within eleven days");
-  if (node.Has("f_W")) push.F_D_W.f = node["f_W"].Vector();
-  if (node.Has("tau_W")) push.F_D_W.tau = node["tau_W"].Vector();
+  push.lasts = node["for_s"].NumberBetween(kShortestPush, kLatest);
+  if (node.Has("f_W")) push.F_D_W.f = ReadVectorWithin(node["f_W"], kMostPush);
+  if (node.Has("tau_W")) push.F_D_W.tau = ReadVectorWithin(node["tau_W"], kMostPush);
   return push;
 }
 

@@ -73,7 +73,7 @@ TEST(HandScript, AddsUpThePushesOfATime) {
 
 TEST(HandFile, ErrorsNameThePlaceAndWhatWasExpected) {
   EXPECT_EQ(ErrorAfter("\"for_s\": 2", "\"for_s\": 0"),
-            "pushes[1].for_s: expected a number above 0, got 0");
+            "pushes[1].for_s: expected a number from 0.001 to 1e+06, got 0");
   EXPECT_EQ(ErrorAfter("\"t_s\": 3", "\"t_s\": 2"),
             "waypoints[2].t_s: expected a number above 2, got 2");
   EXPECT_EQ(ErrorAfter("\"t_s\": 0", "\"t_s\": 0.5"),
@@ -84,9 +84,9 @@ TEST(HandFile, ErrorsNameThePlaceAndWhatWasExpected) {
             "waypoints[0].q_xyzw: expected [0, 0, 0, 1], as the body stands at first, got "
             "[0,0,1,0]");
   EXPECT_EQ(ErrorAfter("\"mass_kg\": 0.8", "\"mass_kg\": 0"),
-            "hand.mass_kg: expected a number above 0, got 0");
+            "hand.mass_kg: expected a number from 1e-06 to 10000, got 0");
   EXPECT_EQ(ErrorAfter("\"damping_Nms_rad\": 0.03", "\"damping_Nms_rad\": -0.03"),
-            "hand.rotation.damping_Nms_rad: expected a number of 0 or more, got -0.03");
+            "hand.rotation.damping_Nms_rad: expected a number from 0 to 1e+07, got -0.03");
   EXPECT_EQ(ErrorAfter("\"stiffness_Nm_rad\"", "\"stiffness_N_m\""),
             "hand.rotation.stiffness_N_m: unknown key; did you mean stiffness_Nm_rad?");
   EXPECT_EQ(ErrorAfter("\"waypoints\"", "\"way_points\""),
@@ -157,6 +157,25 @@ TEST(HandScript, TurnsTheShortWayRound) {
   for (Waypoint& waypoint : script.waypoints) waypoint.q_W.coeffs() *= -1.0;
   script.waypoints[1].q_W.coeffs() *= -1.0;
   EXPECT_NEAR(RotationVector(script.IntentAt(2.5).q_W).z(), M_PI / 4, 1e-9);
+}
+
+TEST(HandFile, NumbersBeyondEveryHandAreRefused) {
+  EXPECT_EQ(ErrorAfter(R"("mass_kg": 0.8)", R"("mass_kg": 1e308)"),
+            "hand.mass_kg: expected a number from 1e-06 to 10000, got 1e+308");
+  EXPECT_EQ(ErrorAfter(R"("damping_Ns_m": 12)", R"("damping_Ns_m": 1e308)"),
+            "hand.damping_Ns_m: expected a number from 0 to 1e+07, got 1e+308");
+  EXPECT_EQ(ErrorAfter(R"("inertia_kg_m2": 0.002)", R"("inertia_kg_m2": 1e308)"),
+            "hand.rotation.inertia_kg_m2: expected a number from 1e-12 to 10000, got 1e+308");
+  EXPECT_EQ(ErrorAfter(R"("p_B": [0, 0, 0.05])", R"("p_B": [0, 0, 1e300])"),
+            "grasp_B.p_B: expected numbers from -1000 to 1000, got [0,0,1e+300]");
+  EXPECT_EQ(ErrorAfter(R"("p_W": [0.04, 0, 0])", R"("p_W": [1001, 0, 0])"),
+            "waypoints[1].p_W: expected numbers from -1000 to 1000, got [1001,0,0]");
+  EXPECT_EQ(ErrorAfter(R"("f_W": [5, 0, 0])", R"("f_W": [0, -1e200, 0])"),
+            "pushes[0].f_W: expected numbers from -10000 to 10000, got [0,-1e+200,0]");
+  EXPECT_EQ(ErrorAfter(R"("tau_W": [0, 0, 0.1])", R"("tau_W": [0, 0, 1e200])"),
+            "pushes[1].tau_W: expected numbers from -10000 to 10000, got [0,0,1e+200]");
+  EXPECT_EQ(ErrorAfter(R"("for_s": 0.05)", R"("for_s": 1e-300)"),
+            "pushes[0].for_s: expected a number from 0.001 to 1e+06, got 1e-300");
 }
 
 }  // namespace
