@@ -12,7 +12,11 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kLongestLine = 1 << 16;  // bytes
+constexpr std::size_t kLongestCell = 256;      // bytes, of text
 constexpr std::size_t kMostPoses = 1'000'000;  // of some 150 bytes in memory each
+constexpr double kMostOfCell = 1e9;            // either way: places in the file's unit, degrees
+constexpr double kLeastAxis = 1e-9;
+constexpr double kMostAxis = 1e9;
 
 std::vector<std::string> CellsOf(std::string line) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -65,6 +69,15 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
       return Error{at + "expected " + std::to_string(names.size()) + " cells, got " +
                    std::to_string(cells.size())};
     }
+    for (const char* column : {"fixed", "moving", "kind"}) {
+      const auto named = place.find(column);
+      if (named == place.end()) continue;
+      const std::string& cell = cells[named->second];
+      if (cell.size() > kLongestCell || !IsPlainText(cell)) {
+        return Error{at + column + ": expected plain text of at most " +
+                     std::to_string(kLongestCell) + " bytes, got \"" + PlainLine(cell, 60) + "\""};
+      }
+    }
     std::array<double, 7> values{};
     for (std::size_t k = 0; k < values.size(); ++k) {
       const std::string& cell = cells[place[kColumns[k + 2]]];
@@ -73,10 +86,18 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
         return Error{at + kColumns[k + 2] + ": expected a number, got \"" + PlainLine(cell, 60) +
                      "\""};
       }
+      const bool of_axis = k >= 3 && k < 6;  // its length is looked at below
+      if (!of_axis && std::abs(values[k]) > kMostOfCell) {
+        return Error{at + kColumns[k + 2] + ": expected a number from -1e9 to 1e9, got \"" +
+                     PlainLine(cell, 60) + "\""};
+      }
     }
     const Vec3 axis(values[3], values[4], values[5]);
     const double angle = values[6] * M_PI / 180.0;
-    if (axis.norm() < 1e-12 && angle != 0) return Error{at + "the axis of a turn must not be 0"};
+    const double length = axis.stableNorm();
+    if (angle != 0 && !(length >= kLeastAxis && length <= kMostAxis)) {
+      return Error{at + "the axis of a turn must have a length from 1e-9 to 1e9"};
+    }
     const Vec3 turn = angle == 0 ? Vec3(Vec3::Zero()) : Vec3(angle * axis.normalized());
     poses.push_back({.row = poses.size(),
                      .fixed = of == PosesOf::kPairs ? cells[place["fixed"]] : std::string(),
