@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "collab/controller/plain.h"
+#include "engine/base/clean_text.h"
 
 namespace tandem {
 
@@ -120,14 +121,7 @@ struct SetRequest {
 }  // namespace
 
 std::string TextFromWire(const char* text) {
-  std::string read = text;
-  std::ranges::replace_if(
-      read,
-      [](char c) {
-        return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
-      },
-      '?');
-  return read;
+  return CleanText(text);
 }
 
 bool ToWire(const ControlRequest& request, tandem_control_Request& wire) {

@@ -124,5 +124,11 @@ TEST(ControlWire, NamesOfASnapshotAreThoseOfItsScene) {
   EXPECT_FALSE(FromWire(wire, scene_wire, read)) << "the names of that scene have not come yet";
 }
 
+TEST(ControlWire, TextHasNothingThatATerminalActsOn) {
+  // a control of C1, a mark of direction, a byte that is no UTF-8
+  EXPECT_EQ(TextFromWire("\xC2\x9B" "31m\xE2\x80\xAE\xff"), "?31m??");
+  EXPECT_EQ(TextFromWire("m\xC3\xBCller\n"), "m\xC3\xBCller?");
+}
+
 }  // namespace
 }  // namespace tandem
