@@ -1,11 +1,11 @@
 #include "collab/viewer_report.h"
 
 #include <algorithm>
-#include <fstream>
 
 #include <nlohmann/json.hpp>
 
 #include "engine/base/json_text.h"
+#include "engine/base/whole_file.h"
 
 namespace tandem {
 
@@ -50,20 +50,8 @@ std::string AsJson(const ViewerReport& report) {
 }
 
 Result<bool> WriteReport(const ViewerReport& report, const std::filesystem::path& file) {
-  // a new file that takes the name when it is whole; a pipe has no other beside it
-  std::error_code not_there;
-  const bool beside = !std::filesystem::exists(file, not_there) ||
-                      std::filesystem::is_regular_file(file, not_there);
-  std::filesystem::path unfinished = file;
-  if (beside) unfinished += ".unfinished";
-  const Error fault{file.string() + ": cannot be written"};
-  std::ofstream stream(unfinished);
-  stream << AsJson(report) << '\n';
-  if (!stream.flush()) return fault;
-  stream.close();
-  if (beside) std::filesystem::rename(unfinished, file, not_there);
-  if (!not_there || !beside) return true;
-  return fault;
+  if (const auto fault = WriteWholeFile(file, AsJson(report) + "\n")) return *fault;
+  return true;
 }
 
 }  // namespace tandem

@@ -2,13 +2,14 @@
 
 #include <QCoreApplication>
 #include <atomic>
-#include <fstream>
+#include <sstream>
 
 #include <unistd.h>
 
 #include "app/exit_codes.h"
 #include "app/stop_signal.h"
 #include "collab/viewer_report.h"
+#include "engine/base/whole_file.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/line_writer.h"
 
@@ -138,12 +139,11 @@ void Errands::End(int exit_code) {
 }
 
 Result<bool> Errands::WriteHandReport() const {
-  std::ofstream stream(options_.report);
+  std::ostringstream text;
   const std::uint64_t pictures = window_.view() != nullptr ? window_.view()->frames_drawn() : 0;
-  stream << "{\n  \"pid\": " << getpid() << ",\n  \"pictures\": " << pictures
-         << ",\n  \"snapshots\": " << window_.desk()->snapshots() << "\n}\n";
-  stream.close();
-  if (!stream) return Error{options_.report + ": cannot be written"};
+  text << "{\n  \"pid\": " << getpid() << ",\n  \"pictures\": " << pictures
+       << ",\n  \"snapshots\": " << window_.desk()->snapshots() << "\n}\n";
+  if (const auto fault = WriteWholeFile(options_.report, text.str())) return *fault;
   return true;
 }
 

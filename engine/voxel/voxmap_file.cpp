@@ -4,8 +4,11 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <string>
+#include <string_view>
+#include <system_error>
+
+#include "engine/base/whole_file.h"
 
 namespace tandem {
 
@@ -79,25 +82,21 @@ std::optional<Error> FaultOf(const ImageBytes& image, const std::string& name) {
 
 std::optional<Error> SaveVoxmap(const Voxmap& voxmap, const std::filesystem::path& file) {
   if (voxmap.empty()) return Error{file.string() + ": there is no map to save"};
-  std::filesystem::path unfinished = file;
-  unfinished += ".unfinished";
   std::error_code code;
-  {
-    std::ofstream out(unfinished, std::ios::binary | std::ios::trunc);
-    out.write(reinterpret_cast<const char*>(&voxmap.header()),
-              static_cast<std::streamsize>(voxmap.header().bytes));
-    out.close();
-    if (!out) {
-      std::filesystem::remove(unfinished, code);
-      return Error{file.string() + ": cannot be written; is there room, and may you?"};
-    }
+  const std::filesystem::file_status there = std::filesystem::status(file, code);
+  if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
+    return Error{file.string() + ": is not a regular file: name another"};
   }
-  std::filesystem::rename(unfinished, file, code);
-  if (code) {
-    std::filesystem::remove(unfinished, code);
-    return Error{file.string() + ": cannot be put there"};
+  Result<WholeFile> out = WholeFile::Create(file);
+  if (!out) return out.error();
+  // in pieces, since each is copied
+  constexpr std::size_t kPiece = 1 << 20;
+  const std::string_view image(reinterpret_cast<const char*>(&voxmap.header()),
+                               voxmap.header().bytes);
+  for (std::size_t at = 0; at < image.size(); at += kPiece) {
+    if (!out->Write(image.substr(at, kPiece))) break;
   }
-  return std::nullopt;
+  return out->Commit();
 }
 
 Result<Voxmap> MapVoxmap(const std::filesystem::path& file) {

@@ -8,6 +8,7 @@
 #include "collab/viewer_report.h"
 #include "engine/base/units.h"
 #include "tests/support/allocation_counter.h"
+#include "tests/support/scratch_folder.h"
 
 namespace tandem {
 namespace {
@@ -213,6 +214,17 @@ TEST(ViewerReport, NamesTheFileThatCannotBeWritten) {
   const Result<bool> written = WriteReport({}, "/nowhere/report.json");
   ASSERT_FALSE(written);
   EXPECT_NE(written.error().what.find("/nowhere/report.json"), std::string::npos);
+}
+
+TEST(ViewerReport, FollowsNoLinkThatSomebodyLaidBesideItsPlace) {
+  const ScratchFolder scratch;
+  const std::filesystem::path victim = scratch.Write("victim", "precious");
+  const std::filesystem::path file = scratch.path() / "report.json";
+  std::filesystem::create_symlink(victim, scratch.path() / "report.json.unfinished");
+  ASSERT_TRUE(WriteReport({}, file));
+  EXPECT_EQ(std::filesystem::file_size(victim), 8U);
+  EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(file)));
+  EXPECT_GT(std::filesystem::file_size(file), 8U);
 }
 
 }  // namespace

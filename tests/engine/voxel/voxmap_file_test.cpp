@@ -6,8 +6,10 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "engine/voxel/voxelize.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/support/shapes.h"
 
 namespace tandem {
@@ -99,6 +101,31 @@ TEST(VoxmapFile, RefusesPlacesBeforeItsBeginningAndBehindItsEnd) {
     ExpectRefused(with(field, behind), "damaged");
     ExpectRefused(with(field, -std::uint64_t{64}), "damaged");
   }
+}
+
+TEST(VoxmapFile, FollowsNoLinkThatSomebodyLaidBesideItsPlace) {
+  const Result<Voxmap> made = Voxelize(testing::Sphere(0.5, 3), {.voxel_size = 0.02});
+  ASSERT_TRUE(made);
+  const ScratchFolder scratch;
+  const std::filesystem::path victim = scratch.Write("victim", "precious");
+  const std::filesystem::path file = scratch.path() / "out.voxmap";
+  std::filesystem::create_symlink(victim, scratch.path() / "out.voxmap.unfinished");
+  ASSERT_FALSE(SaveVoxmap(*made, file));
+  EXPECT_EQ(std::filesystem::file_size(victim), 8U);
+  EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(file)));
+  EXPECT_EQ(MapVoxmap(file)->Digest(), made->Digest());
+}
+
+TEST(VoxmapFile, RefusesToReplaceWhatIsNoFile) {
+  const Result<Voxmap> made = Voxelize(testing::Sphere(0.5, 3), {.voxel_size = 0.02});
+  ASSERT_TRUE(made);
+  const ScratchFolder scratch;
+  const std::filesystem::path pipe = scratch.path() / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const std::optional<Error> fault = SaveVoxmap(*made, pipe);
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->what, pipe.string() + ": is not a regular file: name another");
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
 }  // namespace
