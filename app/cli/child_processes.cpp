@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -14,7 +15,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "engine/base/check.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "engine/base/regular_file.h"
 
 namespace tandem {
 
@@ -93,8 +96,20 @@ HalfOfTheCores::~HalfOfTheCores() {
 }
 
 TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "tandem-XXXXXX").string();
-  TANDEM_CHECK(mkdtemp(name.data()) != nullptr);
+  std::error_code failed;
+  const std::filesystem::path parent = std::filesystem::temp_directory_path(failed);
+  std::string name = (parent / "tandem-XXXXXX").string();
+  if (!failed && mkdtemp(name.data()) == nullptr) {
+    failed = {errno, std::generic_category()};
+  }
+  if (failed) {
+    const char* const given = std::getenv("TMPDIR");
+    const std::string where = !parent.empty() ? parent.string() : given != nullptr ? given : "/tmp";
+    // nothing can go on without it, wherever the caller is
+    std::exit(Fail(kExitFile, PlainLine(where) + ": no temporary folder can be made there: " +
+                                  failed.message() +
+                                  ": let TMPDIR name a folder that you may write to"));
+  }
   path_ = name;
   StartGuardian();
   removal_.emplace([path = path_] {

@@ -56,7 +56,8 @@ class HalfOfTheCores {
 };
 
 /// A new folder of our own under the system's temporary one, removed with its content however this
-/// program ends: a small process waits for that.
+/// program ends: a small process waits for that. Where none can be made, the program says so in a
+/// line and ends with kExitFile.
 class TemporaryFolder {
  public:
   TemporaryFolder();

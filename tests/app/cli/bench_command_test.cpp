@@ -201,5 +201,14 @@ TEST(BenchCommand, FidelityMeasuresWhatThereIs) {
   EXPECT_NE(said.err.find("first-force"), std::string::npos) << said.err;
 }
 
+TEST(BenchCommand, WithoutATemporaryFolderIsRefusedInALine) {
+  // a folder in which nobody can make one, and none
+  for (const std::string folder : {"/proc", "/nowhere"}) {
+    const Said said =
+        RunTandem("bench session --peers 2 --seconds 1", "TMPDIR=" + folder + " timeout 60 ");
+    testing::ExpectRefused(said, kExitFile, "no temporary folder can be made there");
+  }
+}
+
 }  // namespace
 }  // namespace tandem
