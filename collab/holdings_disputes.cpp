@@ -150,11 +150,12 @@ void Holdings::FollowItsWord(std::size_t index) noexcept {
   }
 }
 
-// Until the others have heard of our new epoch they refuse our states, so whoever would have us rise
-// all the time is heeded once in a while.
+// Until the others have heard of our new epoch they refuse our states. So whoever would have us rise
+// all the time is heeded once in a while, with a shared body in our hand: nobody else can take that.
 void Holdings::RiseTo(Body& body, std::uint32_t epoch) noexcept {
   if (epoch <= body.claim.epoch) return;
-  if (body.risen_ns != 0 && now_ns_ - body.risen_ns < kReassertAgain) return;
+  const bool coupled = body.shared && held_ == static_cast<int>(body.index);
+  if (coupled && body.risen_ns != 0 && now_ns_ - body.risen_ns < kReassertAgain) return;
   body.risen_ns = now_ns_;
   body.claim.epoch = epoch;
 }
