@@ -327,11 +327,8 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   if (event.to == 0) return;
   Body& body = bodies_[index];
   const bool known = body.claim.epoch == event.epoch && body.claim.peer == event.to;
-  // only whoever gave it says where it is, unless that one is gone
-  const bool by_giver = body.before[0].peer == event.peer || !IsHere(body.before[0].peer);
-  if (known && event.to == self_ && by_giver && std::exchange(body.by_word, false)) {
+  if (known && event.to == self_ && std::exchange(body.by_word, false))
     return TakeGiven(index, event);
-  }
   if (known || !Greater(event.epoch, event.to, body)) return;
   const PeerId owner = body.claim.peer;
   const bool ours = owner == self_ && held_ == static_cast<int>(index) && body.shared;

@@ -49,12 +49,9 @@ class Listener {
   void HearGrant(PeerId from, PeerId to, std::uint32_t epoch) {
     Hear(EventKind::kGrant, from, to, epoch);
   }
-  /// `x`: where the body is said to be.
-  void Hear(EventKind kind, PeerId from, PeerId to, std::uint32_t epoch, double x = 0) {
-    Event event{
-        .peer = from, .kind = kind, .object = object_, .epoch = epoch, .to = to, .X_WB = {}};
-    event.X_WB.p.x() = x;
-    holdings_.OnEvent(event);
+  void Hear(EventKind kind, PeerId from, PeerId to, std::uint32_t epoch) {
+    holdings_.OnEvent(
+        {.peer = from, .kind = kind, .object = object_, .epoch = epoch, .to = to, .X_WB = {}});
   }
 
  private:
@@ -120,24 +117,6 @@ TEST(HoldingsMisled, TheEpochOfASharedBodyInHandIsNotRaisedAllTheTime) {
     EXPECT_LE(three.holdings().epoch(1), first + 2) << by_release;
     EXPECT_EQ(three.holdings().held(), 1);
   }
-}
-
-// The grant of the one who gave it is still under way.
-TEST(HoldingsMisled, OnlyWhoGaveABodySaysWhereItIs) {
-  Listener five(5);
-  five.HearClaim(3, 1, false, Kind::kJoined);
-  five.HearName(kLiar, 3, 1, Kind::kJoined);
-  five.Run(6000);
-  five.HearName(3, 5, 2);
-  five.Run(1);
-  ASSERT_EQ(five.holdings().authority(0), 5U);
-  five.Hear(EventKind::kRelease, kLiar, 5, 2, 1.0);
-  const Pose* const told = five.holdings().ParkedAt(0);
-  EXPECT_TRUE(told == nullptr || told->p.x() != 1.0);
-  five.Hear(EventKind::kRelease, 3, 5, 2, 0.25);
-  const Pose* const given = five.holdings().ParkedAt(0);
-  ASSERT_NE(given, nullptr);
-  EXPECT_EQ(given->p.x(), 0.25);
 }
 
 // The peer that is granted a body says for a while that the granter has it. That is no word by
