@@ -10,7 +10,8 @@
 
 namespace tandem {
 
-/// Of a number without sign that is too large or too small for its type: whether it is too large.
+/// Returns whether a number without sign that its type does not hold is too large for it; otherwise it
+/// is too small.
 inline bool IsBeyondTheLargest(std::string_view word) {
   const std::size_t e = std::min(word.find_first_of("eE"), word.size());
   const std::string_view digits = word.substr(0, e);

@@ -63,7 +63,8 @@ bool IsBinary(const std::filesystem::path& file) {
   return std::string_view(head.data(), size).find('\0') != std::string_view::npos;
 }
 
-/// Of OBJ or text STL: in lines of numbers. Names and remarks may have what they like.
+/// Returns what is wrong with the lines of numbers of an OBJ or a text STL file. Names and remarks may
+/// have as many digits as they like.
 std::string LinesFault(std::string_view text, bool obj) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
@@ -169,7 +170,7 @@ std::size_t TrianglesOf(const JsonNode& primitive, const std::vector<JsonNode>& 
   return count < 3 ? 0 : count - 2;
 }
 
-/// Whether the library reads it, or it bears on what surfaces look like only.
+/// Returns whether the library reads the extension, or it bears only on what surfaces look like.
 bool IsReadOrOfLooks(std::string_view extension) {
   constexpr std::array<std::string_view, 4> kLooks{"KHR_materials_", "KHR_texture_", "EXT_texture_",
                                                    "MSFT_texture_"};
