@@ -10,8 +10,8 @@
 
 namespace tandem {
 
-/// Returns whether a number without sign that its type does not hold is too large for it; otherwise it
-/// is too small.
+/// Returns whether a number without sign that its type does not hold is too large for it; otherwise
+/// it is too small.
 inline bool IsBeyondTheLargest(std::string_view word) {
   const std::size_t e = std::min(word.find_first_of("eE"), word.size());
   const std::string_view digits = word.substr(0, e);

@@ -63,8 +63,8 @@ bool IsBinary(const std::filesystem::path& file) {
   return std::string_view(head.data(), size).find('\0') != std::string_view::npos;
 }
 
-/// Returns what is wrong with the lines of numbers of an OBJ or a text STL file. Names and remarks may
-/// have as many digits as they like.
+/// Returns what is wrong with the lines of numbers of an OBJ or a text STL file. Names and remarks
+/// may have as many digits as they like.
 std::string LinesFault(std::string_view text, bool obj) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
