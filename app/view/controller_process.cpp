@@ -1,15 +1,17 @@
 #include "app/view/controller_process.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
+#include <sstream>
 #include <thread>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -24,9 +26,17 @@ constexpr std::chrono::milliseconds kEndStep{10};
 constexpr std::chrono::milliseconds kEndPatience{3000};   // for each signal
 constexpr std::chrono::milliseconds kQuitPatience{5000};  // without one
 
-/// The last line of a file, without what the program calls itself.
-std::string LastLineOf(const std::filesystem::path& file) {
-  std::ifstream stream(file);
+/// Returns the last line of a file, without what the program calls itself. The child that writes
+/// the file shares its position, which stays where it is.
+std::string LastLineOf(int file) {
+  constexpr off_t kMost = 4096;  // bytes at the end, more than any line of ours has
+  struct stat of_file {};
+  if (fstat(file, &of_file) != 0) return {};
+  std::string end(static_cast<std::size_t>(std::min(of_file.st_size, kMost)), '\0');
+  const off_t begin = of_file.st_size - static_cast<off_t>(end.size());
+  const ssize_t read = pread(file, end.data(), end.size(), begin);
+  end.resize(static_cast<std::size_t>(std::max<ssize_t>(read, 0)));
+  std::istringstream stream(end);
   std::string last;
   for (std::string line; std::getline(stream, line);) {
     if (!line.empty()) last = line;
@@ -37,15 +47,15 @@ std::string LastLineOf(const std::filesystem::path& file) {
 
 class StartedPeer : public ControllerProcess {
  public:
-  StartedPeer(pid_t pid, std::filesystem::path log) : pid_(pid), log_(std::move(log)) {}
+  /// `log` is closed with this.
+  StartedPeer(pid_t pid, int log) : pid_(pid), log_(log) {}
 
   ~StartedPeer() override {
     for (const int signal : {SIGTERM, SIGKILL}) {
       if (!Gone()) kill(pid_, signal);
       WaitFor(kEndPatience);
     }
-    std::error_code ignored;
-    std::filesystem::remove(log_, ignored);
+    close(log_);
   }
 
   void AwaitEnd() override { WaitFor(kQuitPatience); }
@@ -78,10 +88,29 @@ class StartedPeer : public ControllerProcess {
   }
 
   pid_t pid_;
-  std::filesystem::path log_;
+  int log_;
   bool ended_ = false;
   int status_ = 0;
 };
+
+/// Opens a file without a name, of which nothing is left however the programs end that have it
+/// open.
+Result<int> OpenNameless() {
+  std::error_code failed;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(failed);
+  if (failed) {
+    return Error{"no temporary file can be made: " + failed.message() +
+                 ": let TMPDIR name a folder that you may write to"};
+  }
+  std::string name = (folder / "tandem-controller-XXXXXX").string();
+  const int file = mkostemp(name.data(), O_CLOEXEC | O_APPEND);
+  if (file < 0) {
+    return Error{name + ": " + std::strerror(errno) +
+                 ": let TMPDIR name a folder that you may write to"};
+  }
+  unlink(name.c_str());
+  return file;
+}
 
 }  // namespace
 
@@ -91,25 +120,26 @@ Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& r
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  std::string log = (std::filesystem::temp_directory_path() / "tandem-controller-XXXXXX").string();
-  const int output = mkostemp(log.data(), O_CLOEXEC);
-  if (output < 0) return Error{log + ": " + std::strerror(errno)};
+  const Result<int> output = OpenNameless();
+  if (!output) return output.error();
   const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
   const pid_t pid = fork();
   if (pid == 0) {
     // only what is safe between fork and exec
     setsid();
     dup2(nothing, STDIN_FILENO);
-    dup2(output, STDOUT_FILENO);
-    dup2(output, STDERR_FILENO);
+    dup2(output.value(), STDOUT_FILENO);
+    dup2(output.value(), STDERR_FILENO);
     execv(argv[0], argv.data());
     _exit(127);
   }
   const int fault = errno;
-  close(output);
   close(nothing);
-  if (pid < 0) return Error{words[0] + ": cannot be started: " + std::strerror(fault)};
-  return std::unique_ptr<ControllerProcess>(std::make_unique<StartedPeer>(pid, log));
+  if (pid < 0) {
+    close(output.value());
+    return Error{words[0] + ": cannot be started: " + std::strerror(fault)};
+  }
+  return std::unique_ptr<ControllerProcess>(std::make_unique<StartedPeer>(pid, output.value()));
 }
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
 #include <QCoreApplication>
+#include <QDir>
 #include <QElapsedTimer>
 #include <QFile>
 #include <QProcess>
@@ -148,8 +149,8 @@ class Person : public ::testing::Test {
     }
     return std::nullopt;
   }
-  /// Presses on the actuator until it is held: the picture may still be on its way to its new size, or
-  /// the window may not have heard of its controller yet. Where it is held, or nothing.
+  /// Presses on the actuator until it is held: the picture may still be on its way to its new size,
+  /// or the window may not have heard of its controller yet. Where it is held, or nothing.
   std::optional<QPoint> TakeActuator(OpenWindow& window, const QRect& within) {
     QElapsedTimer clock;
     clock.start();
@@ -241,7 +242,8 @@ TEST_F(Person, DrawsTheActuatorOutOfItsBracketThroughContact) {
     usleep(500'000);
     Keep("out.png");
     mouse_.Release();
-    // a signal would leave its controller a second or three, too few for a verdict on a busy machine
+    // a signal would leave its controller a second or three, too few for a verdict on a busy
+    // machine
     EXPECT_TRUE(window.AskControllerToQuit());
     for (int i = 0; i < 3000 && !QFile::exists(report); ++i) usleep(10'000);
     window.Close();
@@ -256,6 +258,20 @@ TEST_F(Person, DrawsTheActuatorOutOfItsBracketThroughContact) {
   EXPECT_TRUE(verdict.at("met").get<bool>());
   EXPECT_GT(verdict.at("poses_judged").get<int>(), 100);
   EXPECT_LE(verdict.at("deepest_mm").get<double>(), 0.5);  // half a voxel of 1 mm
+}
+
+TEST_F(Person, AKilledWindowLeavesNothingInTheTemporaryFolder) {
+  const QByteArray before = qgetenv("TMPDIR");
+  qputenv("TMPDIR", folder_.path().toUtf8());
+  OpenWindow window({"open", "bracket_actuator", "--name", "anna"});
+  before.isNull() ? qunsetenv("TMPDIR") : qputenv("TMPDIR", before);
+  ASSERT_TRUE(window.started());
+  ASSERT_TRUE(window.Attach()) << window.why();
+  window.process().kill();
+  ASSERT_TRUE(window.process().waitForFinished(15'000));
+  // a folder of Qt's own is no fault of ours
+  EXPECT_EQ(QDir(folder_.path()).entryList({"tandem*"}).join(' ').toStdString(), "");
+  EXPECT_TRUE(window.AskControllerToQuit());  // it goes on without its window
 }
 
 TEST_F(Person, TwoWindowsHoldTheSamePartAtATenthOfASecond) {
