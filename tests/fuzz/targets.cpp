@@ -1,9 +1,13 @@
 #include "tests/fuzz/targets.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -12,6 +16,7 @@
 #include "app/cli/poses_file.h"
 #include "app/picture/picture_file.h"
 #include "app/stability/series.h"
+#include "collab/dds/keys.h"
 #include "collab/lab/case_file.h"
 #include "collab/lab/results_file.h"
 #include "collab/lab/sweep_file.h"
@@ -33,6 +38,11 @@
 namespace tandem {
 
 namespace {
+
+std::string BytesOf(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
 
 void FeedScene(std::string_view bytes) {
   ExpectPlain(LoadScene(FedFile(bytes)));
@@ -191,7 +201,43 @@ void FeedAnswer(std::string_view bytes) {
   static_cast<void>(ParseAnswer(bytes));
 }
 
-constexpr std::array<FuzzTarget, 19> kTargets{{{"scene", FeedScene},
+constexpr std::array kChanged{"member.txt",         "identity.pem", "identity_ca.pem",
+                              "permissions_ca.pem", "revoked.p7s",  "identity.crl"};
+
+/// A member's keys, with one file of them changed: which one in the first byte, where in two, how
+/// many bytes go in one, what comes there in the rest.
+void FeedKeys(std::string_view bytes) {
+  constexpr std::size_t kChange = 4;
+  if (bytes.size() < kChange) return;
+  struct Made {
+    Made() {
+      const std::filesystem::path session = scratch.path() / "session";
+      const std::filesystem::path gone = scratch.path() / "gone";
+      TANDEM_CHECK(MakeSessionKeys(session).has_value());
+      TANDEM_CHECK(MakeMemberKeys(session, "gone", Role::kActive, gone).has_value());
+      TANDEM_CHECK(RevokeMember(session, gone).has_value());
+      TANDEM_CHECK(MakeMemberKeys(session, "anna", Role::kActive, folder).has_value());
+      for (const char* name : kChanged) files.push_back(BytesOf(folder / name));
+    }
+    ScratchFolder scratch;
+    std::filesystem::path folder = scratch.path() / "anna";
+    std::vector<std::string> files;
+  };
+  static const Made made;
+  const auto byte = [&](std::size_t i) {
+    return static_cast<unsigned char>(bytes[i]);
+  };
+  const std::size_t which = byte(0) % kChanged.size();
+  std::string changed = made.files[which];
+  const std::size_t at = std::min<std::size_t>(byte(1) + 256U * byte(2), changed.size());
+  changed.replace(at, byte(3), bytes.substr(kChange));
+  const std::filesystem::path file = made.folder / kChanged[which];
+  std::ofstream(file, std::ios::binary) << changed;
+  ExpectPlain(LoadMemberKeys(made.folder));
+  std::ofstream(file, std::ios::binary) << made.files[which];
+}
+
+constexpr std::array<FuzzTarget, 20> kTargets{{{"scene", FeedScene},
                                                {"hand", FeedHand},
                                                {"plan", FeedPlan},
                                                {"case", FeedCase},
@@ -209,7 +255,8 @@ constexpr std::array<FuzzTarget, 19> kTargets{{{"scene", FeedScene},
                                                {"ply", FeedPly},
                                                {"3mf", Feed3mf},
                                                {"texts", FeedTexts},
-                                               {"answer", FeedAnswer}}};
+                                               {"answer", FeedAnswer},
+                                               {"keys", FeedKeys}}};
 
 }  // namespace
 
