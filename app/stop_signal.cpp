@@ -31,8 +31,15 @@ std::atomic<std::int64_t> newest_step_ns{0};
 static_assert(std::atomic<int>::is_always_lock_free);  // a signal handler writes it
 int signal_came = -1;                                  // eventfd
 
-std::mutex stop_mutex;
-std::condition_variable stop_changed;
+struct StopNews {
+  std::mutex mutex;
+  std::condition_variable changed;
+};
+// never destroyed: the thread of signals outlives main()
+StopNews& News() {
+  static auto& news = *new StopNews;
+  return news;
+}
 
 struct ForcedEnds {
   std::mutex mutex;
@@ -68,10 +75,10 @@ void AwaitItsOwnEnd() {
   const std::int64_t asked_ns = MonotonicNowNs();
   newest_step_ns.store(asked_ns);
   {
-    const std::scoped_lock lock(stop_mutex);
+    const std::scoped_lock lock(News().mutex);
     stop_asked.store(true);
   }
-  stop_changed.notify_all();
+  News().changed.notify_all();
   for (;;) {
     const std::int64_t until_ns =
         std::min(newest_step_ns.load() + kEndingPatience.count() * kMsNs,
@@ -139,8 +146,8 @@ const std::atomic<bool>& StopOnSignals() {
 }
 
 bool StopAskedWithin(std::chrono::nanoseconds time) {
-  std::unique_lock lock(stop_mutex);
-  return stop_changed.wait_for(lock, time, [] {
+  std::unique_lock lock(News().mutex);
+  return News().changed.wait_for(lock, time, [] {
     return stop_asked.load();
   });
 }

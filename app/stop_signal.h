@@ -4,6 +4,8 @@
 #include <chrono>
 #include <functional>
 
+#include "engine/base/sanitized.h"
+
 namespace tandem {
 
 /// Takes over SIGINT, SIGTERM and SIGHUP, for a program that must end whatever it is doing: a thread
@@ -16,8 +18,9 @@ namespace tandem {
 /// A reader of ours that goes away ends nothing: SIGPIPE has no effect. Once, first thing in main().
 void HandleSignals();
 
-inline constexpr std::chrono::milliseconds kEndingPatience{600};
-inline constexpr std::chrono::milliseconds kLongestEnding{3000};
+// a sanitizer makes the end slower, too
+inline constexpr std::chrono::milliseconds kEndingPatience{kIsSanitized ? 6000 : 600};
+inline constexpr std::chrono::milliseconds kLongestEnding{kIsSanitized ? 30'000 : 3000};
 
 /// Says that this program ends by itself on a signal, which sets the flag that is returned. Calls
 /// HandleSignals() where nobody has.
