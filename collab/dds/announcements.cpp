@@ -23,20 +23,31 @@ namespace {
 
 // RTPS 2.5, sections 9.4 and 9.6; the parameters by their names there
 constexpr std::size_t kRtpsHeader = 20;
+constexpr std::size_t kProgramAt = 8;  // of the program that sends
+constexpr std::uint8_t kPad = 0x01;
+constexpr std::uint8_t kInfoTimestamp = 0x09;
 constexpr std::uint8_t kData = 0x15;
 constexpr std::uint8_t kDataFragment = 0x16;
 constexpr std::uint8_t kLittleEndian = 0x01;
 constexpr std::uint8_t kInlineQos = 0x02;
+constexpr std::uint32_t kToInlineQos = 16;  // from the field that says so
 constexpr std::uint32_t kSpdpWriter = 0x000100C2;
+constexpr std::uint32_t kSecureSpdpWriter = 0xFF0101C2;
+constexpr std::uint32_t kSedpTopics = 0x000002C2;
 constexpr std::uint32_t kSedpWriters = 0x000003C2;
 constexpr std::uint32_t kSedpReaders = 0x000004C2;
 constexpr std::uint16_t kSentinel = 0x0001;
 constexpr std::uint16_t kLeaseDuration = 0x0002;
 constexpr std::uint16_t kParticipantId = 0x0050;
+constexpr std::uint16_t kBuiltinEndpoints = 0x0058;
+constexpr std::uint16_t kStatusInfo = 0x0071;
 constexpr std::uint16_t kDomainTag = 0x4014;
 constexpr std::uint16_t kIdentityToken = 0x1001;
 constexpr std::uint16_t kParametersLittle = 0x0003;
 constexpr std::uint16_t kParametersBig = 0x0002;
+
+// announcers of the participant, of its writers and of its readers
+constexpr std::uint32_t kAnnouncers = 0x15;
 
 constexpr const char* kGroup = "239.255.0.1";
 constexpr int kMostPackets = 256;  // at once
@@ -257,12 +268,32 @@ namespace {
 /// One submessage of data: who wrote it, by the last four bytes of its id, and what.
 struct DataFound {
   std::uint32_t writer = 0;
-  bool fragment = false;
+  bool whole = false;                  // no piece, and laid out as everybody lays it out
+  bool goodbye = false;                // says the end of what it is about
   std::span<const std::uint8_t> body;  // of a whole one
 };
 
-/// Calls use(data) for each submessage of data in a packet, until that returns true; false where the
-/// packet is none of DDS's or none of them did.
+/// Reads what stands between the writer's id and the body, and the body.
+void ReadBody(ByteCursor data, bool inline_qos, DataFound& found) {
+  data.Bytes(8);  // sequence number
+  int statuses = 0;
+  found.whole = true;
+  if (inline_qos) {
+    found.whole =
+        ForEachParameter(data, [&](std::uint16_t parameter, std::span<const std::uint8_t> value) {
+          if (parameter != kStatusInfo) return;
+          const bool ended = value.size() >= 4 && (value[3] & 3U) != 0;
+          found.goodbye = ended && (statuses == 0 || found.goodbye);
+          ++statuses;
+        });
+  }
+  found.whole = found.whole && data.good();
+  found.body = data.rest();
+}
+
+/// Calls use(data) for each submessage of data in a packet, until that returns true; false where
+/// the packet is none of DDS's or none of them did. It goes through a packet as Cyclone does, and
+/// ends where Cyclone does.
 template <typename Use>
 bool AnyData(std::span<const std::uint8_t> packet, Use use) {
   if (packet.size() < kRtpsHeader || std::memcmp(packet.data(), "RTPS", 4) != 0) return false;
@@ -272,7 +303,8 @@ bool AnyData(std::span<const std::uint8_t> packet, Use use) {
     const std::uint8_t flags = rest[1];
     const bool little = (flags & kLittleEndian) != 0;
     std::size_t size = ByteCursor(rest.subspan(2), little).Take(2);
-    if (size == 0) size = rest.size() - 4;  // the last one may leave it out
+    // the last one may leave its size out; these two may be empty
+    if (size == 0 && kind != kPad && kind != kInfoTimestamp) size = rest.size() - 4;
     if (size > rest.size() - 4) return false;
     const std::span<const std::uint8_t> body = rest.subspan(4, size);
     rest = rest.subspan(4 + size);
@@ -281,41 +313,48 @@ bool AnyData(std::span<const std::uint8_t> packet, Use use) {
     data.Take(2);
     const std::uint32_t to_inline_qos = data.Take(2);
     data.Take(4);
-    DataFound found{.writer = ByteCursor(data.Bytes(4), false).Take(4),
-                    .fragment = kind == kDataFragment,
-                    .body = {}};
-    if (!found.fragment) {
-      if (to_inline_qos < 8) continue;
-      data.Bytes(to_inline_qos - 8);
-      const auto ignore = [](std::uint16_t, std::span<const std::uint8_t>) {};
-      if ((flags & kInlineQos) != 0 && !ForEachParameter(data, ignore)) continue;
-      found.body = data.rest();
+    DataFound found;
+    found.writer = ByteCursor(data.Bytes(4), false).Take(4);
+    if (kind == kData && to_inline_qos == kToInlineQos) {
+      ReadBody(data, (flags & kInlineQos) != 0, found);
     }
     if (use(found)) return true;
   }
   return false;
 }
 
-/// Reads which program is announced, and how long it is to be remembered.
-void ReadTerms(std::span<const std::uint8_t> data, AnnouncedIn& announced) {
-  ByteCursor head(data, false);
+/// Reads an announcement of the program that `program` identifies. Returns whether it is sound; how
+/// long the program is to be remembered goes to `lease_s`.
+bool IsSound(const DataFound& data, std::span<const std::uint8_t> program, double& lease_s) {
+  if (!data.whole) return false;
+  ByteCursor head(data.body, false);
   const std::uint32_t encoding = head.Take(2);
   head.Take(2);
-  if (encoding != kParametersLittle && encoding != kParametersBig) return;
+  if (encoding != kParametersLittle && encoding != kParametersBig) return false;
   const bool little = encoding == kParametersLittle;
   ByteCursor list(head.rest(), little);
-  ForEachParameter(list, [&](std::uint16_t parameter, std::span<const std::uint8_t> value) {
-    if (parameter == kLeaseDuration && value.size() >= 8) {
-      ByteCursor number(value, little);
-      const double whole = number.Take(4);
-      announced.lease_s = std::max(announced.lease_s, whole + number.Take(4) / 4294967296.0);
-    }
-    if (parameter == kParticipantId && value.size() >= ProgramId{}.size()) {
-      const std::size_t place = announced.count++;
-      if (place >= AnnouncedIn::kMost) return;
-      std::copy_n(value.begin(), ProgramId{}.size(), announced.programs[place].begin());
-    }
-  });
+  bool own = false;
+  bool leased = false;
+  bool announces = false;
+  bool sound = true;
+  const bool whole =
+      ForEachParameter(list, [&](std::uint16_t parameter, std::span<const std::uint8_t> value) {
+        ByteCursor number(value, little);
+        if (parameter == kParticipantId) {
+          own = value.size() >= program.size() &&
+                std::ranges::equal(value.first(program.size()), program);
+          sound = sound && own;
+        } else if (parameter == kLeaseDuration) {
+          const double seconds = number.Take(4);
+          lease_s = std::max(lease_s, seconds + number.Take(4) / 4294967296.0);
+          leased = true;
+          sound = sound && number.good();
+        } else if (parameter == kBuiltinEndpoints) {
+          announces = (number.Take(4) & kAnnouncers) == kAnnouncers;
+          sound = sound && announces;
+        }
+      });
+  return whole && sound && own && (data.goodbye || (leased && announces));
 }
 
 }  // namespace
@@ -323,25 +362,33 @@ void ReadTerms(std::span<const std::uint8_t> data, AnnouncedIn& announced) {
 std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packet) {
   Announcement announcement;
   const bool found = AnyData(packet, [&](const DataFound& data) {
-    if (data.writer != kSpdpWriter || data.fragment) return false;
+    if (data.writer != kSpdpWriter || !data.whole) return false;
     const std::optional<AnnouncedSession> session = ReadParticipant(data.body);
     if (session) announcement.session = *session;
     return session.has_value();
   });
   if (!found) return std::nullopt;
-  std::copy_n(packet.data() + 8, announcement.program.size(), announcement.program.begin());
+  std::copy_n(packet.data() + kProgramAt, announcement.program.size(), announcement.program.begin());
   return announcement;
 }
 
 AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet) {
   AnnouncedIn announced;
   AnyData(packet, [&](const DataFound& data) {
-    if (data.writer == kSpdpWriter) {
-      // it is small: in pieces it comes from nobody sound
-      announced.in_pieces |= data.fragment;
-      ReadTerms(data.body, announced);
+    switch (data.writer) {
+      case kSpdpWriter:
+      case kSecureSpdpWriter:
+        announced.unsound |=
+            !IsSound(data, packet.subspan(kProgramAt, ProgramId{}.size()), announced.lease_s);
+        break;
+      case kSedpTopics:
+      case kSedpWriters:
+      case kSedpReaders:
+        ++announced.endpoints;
+        break;
+      default:
+        break;
     }
-    if (data.writer == kSedpWriters || data.writer == kSedpReaders) ++announced.endpoints;
     return false;
   });
   return announced;

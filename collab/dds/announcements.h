@@ -29,14 +29,12 @@ std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packe
 
 /// What a packet makes DDS remember.
 struct AnnouncedIn {
-  static constexpr std::size_t kMost = 4;
-
-  std::array<ProgramId, kMost> programs{};  // as the announcements have them, not the packet
-  std::size_t count = 0;                    // of programs, also of those beyond the room
-  double lease_s = 0;     // for which they are to be remembered, the longest; 0: none is said
-  bool in_pieces = false;  // part of an announcement, which hides what it is
-  int endpoints = 0;       // readers and writers
+  bool unsound = false;  // announces a program as none of ours announces itself
+  double lease_s = 0;    // for which the program is to be remembered, the longest; 0: none is said
+  int endpoints = 0;     // readers, writers and topics
 };
+/// A program announces itself alone, whole, with a lease and with the writers that announce its
+/// endpoints. Cyclone would remember one without either of the two for longer than its lease.
 AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet);
 
 /// The name of the session that has this tag; control characters are '?'. Nothing: it is not ours.

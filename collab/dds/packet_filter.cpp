@@ -60,16 +60,7 @@ PacketDrop PacketFilter::Judge(std::span<const std::uint8_t> packet, std::uint32
     return PacketDrop::kNotRtps;
   }
   const AnnouncedIn announced = WhatIsAnnounced(packet);
-  if (announced.in_pieces || announced.count > AnnouncedIn::kMost ||
-      announced.lease_s > kLongestLease) {
-    return PacketDrop::kForged;
-  }
-  // DDS remembers the program that is announced, whoever sends the packet
-  for (std::size_t i = 0; i < announced.count; ++i) {
-    Sender* const program = SenderOf(announced.programs[i], address, now_ns);
-    if (program == nullptr) return PacketDrop::kNewSender;
-    program->heard_ns = now_ns;
-  }
+  if (announced.unsound || announced.lease_s > kLongestLease) return PacketDrop::kForged;
   Sender* const sender = SenderOf(packet.subspan(kIdAt, kIdBytes), address, now_ns);
   if (sender == nullptr) return PacketDrop::kNewSender;
   sender->heard_ns = now_ns;
@@ -85,29 +76,47 @@ PacketDrop PacketFilter::Judge(std::span<const std::uint8_t> packet, std::uint32
   return PacketDrop::kNone;
 }
 
+bool PacketFilter::IsHere(const Sender& sender, std::int64_t now_ns) noexcept {
+  return sender.heard_ns != 0 && now_ns - sender.heard_ns < kForgetNs;
+}
+
+int PacketFilter::SendersOf(std::uint32_t address, std::int64_t now_ns) const noexcept {
+  return static_cast<int>(std::ranges::count_if(senders_, [&](const Sender& one) {
+    return one.address == address && IsHere(one, now_ns);
+  }));
+}
+
 PacketFilter::Sender* PacketFilter::SenderOf(std::span<const std::uint8_t> id,
-                                             std::uint32_t address,
-                                             std::int64_t now_ns) noexcept {
+                                             std::uint32_t address, std::int64_t now_ns) noexcept {
   std::uint64_t hash = seed_ ^ address;
   for (const std::uint8_t byte : id) hash = (hash ^ byte) * 0x9E3779B97F4A7C15U;
-  Sender* const set = &senders_[((hash >> 40U) % kSets) * kWays];
-  Sender* free = nullptr;
-  for (Sender* one = set; one != set + kWays; ++one) {
-    const bool here = one->heard_ns != 0 && now_ns - one->heard_ns < kForgetNs;
-    if (!here) {
-      free = free == nullptr ? one : free;
-    } else if (one->address == address && std::ranges::equal(one->id, id)) {
-      return one;
+  const std::span<Sender> set(&senders_[((hash >> 40U) % kSets) * kWays], kWays);
+  Sender* place = nullptr;
+  for (Sender& one : set) {
+    if (!IsHere(one, now_ns)) {
+      place = place == nullptr ? &one : place;
+    } else if (one.address == address && std::ranges::equal(one.id, id)) {
+      return &one;
     }
   }
-  if (free == nullptr || !PaceOf(address, now_ns).Lets(now_ns, kNewPerSecond, kNewAtOnce)) {
-    return nullptr;
+  if (!PaceOf(address, now_ns).Lets(now_ns, kNewPerSecond, kNewAtOnce)) return nullptr;
+  const int own = SendersOf(address, now_ns);
+  if (own >= kOfAddress) return nullptr;
+  if (place == nullptr) {
+    int most = own + 1;  // so that the new one does not give way in its turn
+    for (Sender& one : set) {
+      const int of_one = SendersOf(one.address, now_ns);
+      if (of_one <= most) continue;
+      most = of_one;
+      place = &one;
+    }
+    if (place == nullptr) return nullptr;
   }
-  *free = Sender{};
-  free->address = address;
-  free->heard_ns = now_ns;
-  std::ranges::copy(id, free->id.begin());
-  return free;
+  *place = Sender{};
+  place->address = address;
+  place->heard_ns = now_ns;
+  std::ranges::copy(id, place->id.begin());
+  return place;
 }
 
 PacketFilter::Pace& PacketFilter::PaceOf(std::uint32_t address, std::int64_t now_ns) noexcept {
@@ -177,8 +186,8 @@ PacketCounts PacketsJudged() noexcept {
 
 extern "C" {
 // Cyclone's own, which finds this one before its own. For a packet that is dropped it hears that
-// nobody is there, as after an ICMP message: the only thing besides data that it passes over without
-// a line.
+// nobody is there, as after an ICMP message: the only thing besides data that it passes over
+// without a line.
 dds_return_t ddsrt_recvmsg(ddsrt_socket_t socket, ddsrt_msghdr_t* message, int flags,
                            ssize_t* received) {
   static const auto cyclones =
