@@ -29,6 +29,7 @@ void Parting::Begin(int body) noexcept {
   trapped_ = false;
   apart_ = false;
   asked_ = false;
+  asked_by_another_ = false;
   told_ = {};
   given_up_ = 0;
   apart_since_ns_ = 0;
@@ -97,8 +98,16 @@ void Parting::Look(std::int64_t now_ns, const RigidState& own, SharedBody& share
   Heal(now_ns, lowest);
 }
 
+bool Parting::MayCome(std::int64_t now_ns) noexcept {
+  paid_ns_ = std::max(paid_ns_, now_ns);
+  if (paid_ns_ - now_ns > kComesAgainNs) return false;
+  paid_ns_ += kComesAgainNs;
+  return true;
+}
+
 void Parting::Heal(std::int64_t now_ns, PeerId lowest) noexcept {
-  const bool asked = std::exchange(asked_, false);
+  const bool by_user = std::exchange(asked_, false);
+  const bool asked = std::exchange(asked_by_another_, false) || by_user;
   if (phase_ == Phase::kLettingGo || phase_ == Phase::kLeading) return;
   if (retrace_.state() == Retrace::State::kSearching) return Seek(lowest);
   if (lowest == self_ || !detector_.trapped(lowest)) {
@@ -111,6 +120,7 @@ void Parting::Heal(std::int64_t now_ns, PeerId lowest) noexcept {
   }
   const bool waited = apart_since_ns_ != 0 && now_ns - apart_since_ns_ >= kPatienceNs;
   if (!asked && (!waited || given_up_ == lowest)) return;
+  if (!by_user && !MayCome(now_ns)) return;
   retrace_.Start(history_, lowest, body().points.radius);
   Seek(lowest);
 }

@@ -16,12 +16,14 @@ namespace tandem {
 /// with kMostForce at the most, and after kPatienceNs, or at once when a user asks, one of the two
 /// comes back to the other (Retrace). That is everyone who is parted from the holder of the lowest
 /// id, who stays: so all of any number meet on one side. Meanwhile the hand is let go of, softly,
-/// and afterwards takes the body where it then is. Used by the haptic thread alone; nothing
-/// allocates after construction.
+/// and afterwards takes the body where it then is. Another holder could have it taken out of our
+/// hand so all the time: unless our own user asks, it comes along twice and once more every
+/// kComesAgainNs. Used by the haptic thread alone; nothing allocates after construction.
 class Parting {
  public:
   static constexpr double kMostForce = 3.0;  // N
   static constexpr std::int64_t kPatienceNs = 2'000'000'000;
+  static constexpr std::int64_t kComesAgainNs = 30'000'000'000;
   static constexpr double kLetGo = 0.2;  // s
   static constexpr double kTakeUp = 0.5;
 
@@ -29,8 +31,10 @@ class Parting {
 
   /// A shared body is in hand now (into the moving bodies), or none is (-1).
   void Begin(int body) noexcept;
-  /// A user wants to be brought together again, this one or another holder.
+  /// Our user wants to be brought together again.
   void Ask() noexcept { asked_ = true; }
+  /// Another holder wants it.
+  void AskForAnother() noexcept { asked_by_another_ = true; }
   /// First in a frame: where the instances are; caps the links.
   void Look(std::int64_t now_ns, const RigidState& own, SharedBody& shared) noexcept;
   /// Then, with the hand as it would pull: lets it pull less, or draws the body along in its place.
@@ -51,6 +55,8 @@ class Parting {
 
   void Keep(const RigidState& own, const std::array<InstanceView, kMaxLinks>& others,
             std::size_t count) noexcept;
+  /// Tells whether the body may come along once more without our user's word, and counts it.
+  bool MayCome(std::int64_t now_ns) noexcept;
   /// Starts, or goes on with, the way to `lowest`.
   void Heal(std::int64_t now_ns, PeerId lowest) noexcept;
   /// A frame of the search for the way to `lowest`; lets go of the body when it is found.
@@ -68,9 +74,12 @@ class Parting {
   bool trapped_ = false;
   bool apart_ = false;
   bool asked_ = false;
+  bool asked_by_another_ = false;
   std::array<PeerId, kMaxLinks> told_{};  // of whom it was told that we are apart; 0: a free place
   PeerId given_up_ = 0;                   // the way to that one failed: only asked for again
-  std::int64_t apart_since_ns_ = 0;       // trapped against the lowest; 0: not
+  std::int64_t paid_ns_ =
+      0;  // when the body has paid off how often it came without our user's word
+  std::int64_t apart_since_ns_ = 0;  // trapped against the lowest; 0: not
   Phase phase_ = Phase::kInHand;
   double hand_share_ = 1;  // of its pull
   std::array<HoldingNews, 8> news_{};

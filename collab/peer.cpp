@@ -254,7 +254,7 @@ void Peer::OnEvent(const Event& event) noexcept {
   if (event.kind != EventKind::kHeal || !shared_) return;
   const auto body = static_cast<std::size_t>(held_);
   const bool ours = event.object == world_->model().object[body];
-  if (ours && holdings_.HeldBy(body, event.peer)) parting_.Ask();
+  if (ours && holdings_.HeldBy(body, event.peer)) parting_.AskForAnother();
 }
 
 void Peer::OnCommand(const Command& command) noexcept {

@@ -24,19 +24,15 @@ std::shared_ptr<const WorldModel> WallAndCube() {
   return model;
 }
 
-// While the hand lets go of it the body moves on: what then leads it begins where it is, and does
-// not tear it back to where it was when the way was found.
-TEST(Parting, LeadsAMovingBodyFromWhereItIsOnceItIsLetGoOf) {
-  const auto model = WallAndCube();
-  Parting parting(2, *model);
-  parting.Begin(0);
-  SharedBody shared(2, 1, model->bodies[0].inertia, {});
-  shared.Join(kAnna);
-  RigidState own;
-  Pose X_BD;
-  StepInputs::Hand hand;
-  std::uint32_t seq = 0;
-  const auto frame = [&](double aside, double down, double ours_further) {
+/// Anna and another peer hold the cube, on two sides of the wall if they like.
+class PartingTest : public ::testing::Test {
+ protected:
+  PartingTest() {
+    parting.Begin(0);
+    shared.Join(kAnna);
+  }
+  /// Both are `aside` of the wall's plane, and `down` from above its edge.
+  void Frame(double aside, double down, double ours_further) {
     ObjectState theirs;
     theirs.peer = kAnna;
     theirs.object = 1;
@@ -48,18 +44,56 @@ TEST(Parting, LeadsAMovingBodyFromWhereItIsOnceItIsLetGoOf) {
     hand = {};
     hand.gains.stiffness = 1;
     parting.Lead(own, own.X_WB, X_BD, hand);
-  };
-  for (int i = 0; i < 500; ++i) frame(0, 0, 0);
-  for (int i = 0; i < 500; ++i) frame(1e-4 * i, 0, 0);
-  for (int i = 0; i < 500; ++i) frame(0.05, 2e-4 * i, 0);
+  }
+  void GoApart() {
+    for (int i = 0; i < 500; ++i) Frame(0, 0, 0);
+    for (int i = 0; i < 500; ++i) Frame(1e-4 * i, 0, 0);
+    for (int i = 0; i < 500; ++i) Frame(0.05, 2e-4 * i, 0);
+  }
+
+  const std::shared_ptr<const WorldModel> model = WallAndCube();
+  Parting parting{2, *model};
+  SharedBody shared{2, 1, model->bodies[0].inertia, {}};
+  RigidState own;
+  Pose X_BD;
+  StepInputs::Hand hand;
+  std::uint32_t seq = 0;
+};
+
+// While the hand lets go of it the body moves on: what then leads it begins where it is, and does
+// not tear it back to where it was when the way was found.
+TEST_F(PartingTest, LeadsAMovingBodyFromWhereItIsOnceItIsLetGoOf) {
+  GoApart();
   ASSERT_TRUE(parting.apart());
   parting.Ask();
   int moving = 0;  // frames, at 0.5 m/s
-  while (!parting.leading() && moving < 1000) frame(0.05, 0.1, 5e-4 * ++moving);
+  while (!parting.leading() && moving < 1000) Frame(0.05, 0.1, 5e-4 * ++moving);
   ASSERT_TRUE(parting.leading());
   EXPECT_GT(moving, 190);
   const Vec3 lift = -model->bodies[0].inertia.mass / hand.gains.stiffness * model->scene.gravity_W;
   EXPECT_LT((hand.goal.X_WA.p - lift - own.X_WB.p).norm(), 1e-6);
+}
+
+// Anna is where she likes to be said to be, and asks all the time: the body does not leave our hand
+// at each of her words.
+TEST_F(PartingTest, ComesAlongForAnotherTwiceAndOnceMoreEveryHalfAMinute) {
+  int led = 0;
+  const auto stay_apart = [&](bool by_user) {
+    const bool before = parting.leading();
+    by_user ? parting.Ask() : parting.AskForAnother();
+    Frame(0.05, 0.1, 0);
+    if (!before && parting.leading()) ++led;
+  };
+  GoApart();
+  for (int i = 0; i < 100'000; ++i) {
+    stay_apart(false);
+    if (parting.leading() && i % 1000 == 999) GoApart();  // as if it had come
+  }
+  EXPECT_GE(led, 2);
+  EXPECT_LE(led, 2 + static_cast<int>(seq / 30'000));  // a frame has a millisecond
+  led = 0;
+  for (int i = 0; i < 10'000 && led == 0; ++i) stay_apart(true);
+  EXPECT_EQ(led, 1) << "our own user may always ask";
 }
 
 }  // namespace
