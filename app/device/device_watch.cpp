@@ -26,6 +26,7 @@ std::atomic<bool> in_tick{false};
 std::atomic<pid_t> loop_thread{0};
 std::atomic<std::int64_t> ticked_ns{0};
 std::atomic<Device*> motor{nullptr};
+std::atomic<bool> at_motor{false};  // the watch may be using it
 
 using SignalStack = std::array<char, 65536>;
 SignalStack main_stack, watch_stack, loop_stack;  // a thread may have run out of its own
@@ -119,6 +120,7 @@ void DeviceWatch::Look(pid_t controller, int priority) noexcept {
   HearSignals();
   while (!over_.load()) {
     if (getppid() != controller) End(0);
+    at_motor.store(true);
     if (Device* driver = motor.load()) {
       // a loop that stands still has left its last force at the motor
       if (MonotonicNowNs() - ticked_ns.load() > kStandsNs) {
@@ -126,6 +128,7 @@ void DeviceWatch::Look(pid_t controller, int priority) noexcept {
         if (ending_now.load()) _exit(kExitDevice);
       }
     }
+    at_motor.store(false);
     MachineClock().SleepUntil(MonotonicNowNs() + kLookNs);
   }
 }
@@ -138,6 +141,12 @@ void DeviceWatch::Guard(Device& driver) noexcept {
 
 void DeviceWatch::Forget() noexcept {
   motor.store(nullptr);
+  // what follows may destroy the driver
+  const std::int64_t until_ns = MonotonicNowNs() + kForgetNs;
+  while (at_motor.load()) {
+    if (MonotonicNowNs() > until_ns) _exit(kExitDevice);  // it hangs in the driver
+    MachineClock().SleepUntil(MonotonicNowNs() + kLookNs / 10);
+  }
 }
 
 void DeviceWatch::EnterLoop() noexcept {

@@ -26,6 +26,7 @@ class DeviceWatch {
  public:
   static constexpr std::int64_t kLookNs = 5'000'000;     // between two looks
   static constexpr std::int64_t kStandsNs = 20'000'000;  // of a loop without a tick
+  static constexpr std::int64_t kForgetNs = 300'000'000;
 
   /// Begins, before a driver is opened. `priority`: above the loop's, for it hardly works.
   DeviceWatch(pid_t controller, int priority);
@@ -35,6 +36,8 @@ class DeviceWatch {
 
   /// The driver has opened, and its ticks begin. It outlives the watch's next Forget().
   void Guard(Device& driver) noexcept;
+  /// The watch uses the driver no more. Ends the process where the driver holds the watch up for
+  /// longer than kForgetNs.
   void Forget() noexcept;
 
   /// First thing in the thread that ticks: it may run out of its own stack, and it hears signals

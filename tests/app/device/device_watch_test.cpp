@@ -1,0 +1,60 @@
+#include "app/device/device_watch.h"
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "app/exit_codes.h"
+
+namespace tandem {
+namespace {
+
+/// Its driver takes long to stop the motors.
+class SlowToStop : public Device {
+ public:
+  explicit SlowToStop(std::chrono::milliseconds takes) : takes_(takes) {}
+  void Start() noexcept override {}
+  Anchor Read() noexcept override { return {}; }
+  void Render(const Wrench&) noexcept override {}
+  void Stop() noexcept override {
+    stopping.store(true);
+    std::this_thread::sleep_for(takes_);
+    stopping.store(false);
+  }
+
+  std::atomic<bool> stopping{false};
+
+ private:
+  const std::chrono::milliseconds takes_;
+};
+
+/// A loop that stands still has its motor stopped; meanwhile the program ends. Exit code 0: nobody
+/// was in the driver any more. The watch takes over a process's signals, so each has one of its
+/// own.
+[[noreturn]] void EndWhileTheWatchStops(std::chrono::milliseconds takes) {
+  SlowToStop device(takes);
+  DeviceWatch watch(getppid(), 0);
+  watch.Guard(device);
+  while (!device.stopping.load()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  watch.Forget();
+  _exit(device.stopping.load() ? 1 : 0);
+}
+
+// The driver was destroyed under it.
+TEST(DeviceWatchDeathTest, HasLeftTheDriverWhenItForgetsIt) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(EndWhileTheWatchStops(std::chrono::milliseconds(100)), ::testing::ExitedWithCode(0),
+              "");
+}
+
+TEST(DeviceWatchDeathTest, EndsTheProcessWhereTheDriverKeepsItForEver) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(EndWhileTheWatchStops(std::chrono::hours(1)), ::testing::ExitedWithCode(kExitDevice),
+              "");
+}
+
+}  // namespace
+}  // namespace tandem
