@@ -16,7 +16,7 @@ namespace tandem {
 /// shared body that it holds it, for whoever does is coupled with, by design.
 class HostileMember : private Inbox {
  public:
-  /// The scene by whose hash it is taken in; its id is above those of the honest.
+  /// `scene_hash`: of the scene by which it is taken in.
   HostileMember(SimulatedNetwork& network, PeerId id, std::uint64_t seed, std::uint64_t scene_hash,
                 const WorldModel& model);
 

@@ -20,7 +20,8 @@ namespace tandem {
 namespace {
 
 constexpr PeerId kViewerId = 7;
-constexpr PeerId kHostileId = 999'999;  // above all others: of the next in line it is the last
+constexpr PeerId kHighHostileId = 999'999;  // above all honest ids: last in line, and loses ties
+constexpr PeerId kLowHostileId = 9;         // below all honest ids: first in line, and wins ties
 constexpr std::uint64_t kSceneHash = 1;
 constexpr std::int64_t kDigestFrames = 10;
 constexpr std::int64_t kBeginNs = 1'000'000'000;  // true time of the first frame
@@ -30,6 +31,11 @@ constexpr std::int64_t kGraspMs = 500;       // and a round trip: until the last
 constexpr std::int64_t kLongestMs = 30'000;  // until the hands are at home
 constexpr double kConstantStiffness = 2000;  // N/m, of the law that knows of no delay
 constexpr std::int64_t kSettleNs = 1'000'000'000;  // as `tandem peer` has it
+
+/// Odd seeds draw a hostile member of the lowest id.
+PeerId HostileIdOf(std::uint64_t seed) {
+  return seed % 2 == 0 ? kHighHostileId : kLowHostileId;
+}
 
 class Run {
  public:
@@ -47,8 +53,9 @@ class Run {
     viewer_link_ = session_.network().Join(kViewerId, Role::kViewer, viewer_);
     session_.network().SetWatch(&checker_);
     if (!hostile) return;
-    hostile_.emplace(session_.network(), kHostileId, seed, kSceneHash, *model);
-    checker_.SetHostile(kHostileId);
+    const PeerId id = HostileIdOf(seed);
+    hostile_.emplace(session_.network(), id, seed, kSceneHash, *model);
+    checker_.SetHostile(id);
   }
   ~Run() { session_.network().SetWatch(nullptr); }
   Run(const Run&) = delete;
@@ -114,7 +121,7 @@ class Run {
     if (hostile_) {
       result.tally["hostile words"] = hostile_->said();
       for (std::size_t m = 0; m < session_.size(); ++m) {
-        const DropCounts drops = session_.node(m).inbox().drops().Of(kHostileId);
+        const DropCounts drops = session_.node(m).inbox().drops().Of(hostile_->id());
         for (std::size_t i = 0; i < drops.size(); ++i) {
           if (drops[i] == 0) continue;
           result.tally[std::string("refused: ") + NameOf(static_cast<Drop>(i))] += drops[i];
