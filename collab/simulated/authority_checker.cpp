@@ -61,6 +61,7 @@ void AuthorityChecker::Look(SimulatedSession& session) {
     Part& part = parts.emplace_back();
     part.members = std::move(members);
     part.agreed_ns.assign(model_->bodies.size(), now_ns_);
+    part.one_ns.assign(model_->bodies.size(), now_ns_);
     part.greatest.resize(model_->bodies.size());
     part.said.resize(model_->bodies.size());
     part.said_ns.resize(model_->bodies.size());
@@ -142,11 +143,13 @@ void AuthorityChecker::LookAtPart(SimulatedSession& session, Part& part) {
     int hands = 0;
     Known greatest;
     bool agree = true;
+    bool one = true;
     bool here = true;
     for (const std::size_t m : part.members) {
       hands += session.node(m).peer().holdings().held() == static_cast<int>(b) ? 1 : 0;
       const Known claim = ClaimAt(session, m, b);
       if (greatest.peer != 0) agree = agree && claim == greatest;
+      if (greatest.peer != 0) one = one && claim.peer == greatest.peer;
       if (greatest.peer == 0 || greatest < claim) greatest = claim;
       const bool is_here =
           std::any_of(part.members.begin(), part.members.end(), [&](std::size_t o) {
@@ -161,6 +164,7 @@ void AuthorityChecker::LookAtPart(SimulatedSession& session, Part& part) {
     }
     if ((agree && here) || !(part.greatest[b] == greatest)) part.agreed_ns[b] = now_ns_;
     part.greatest[b] = greatest;
+    if (one) part.one_ns[b] = now_ns_;
     if (hostile_ != 0 && greatest.peer == hostile_) continue;
     const std::int64_t lasts_ns = now_ns_ - part.agreed_ns[b];
     std::int64_t most_ns = 2 * way_ns_ + kSettle + (hostile_ == 0 ? 0 : kMisled);
@@ -228,7 +232,16 @@ void AuthorityChecker::LookAtSaid() {
   said_.clear();
 }
 
-void AuthorityChecker::LookAtEnd(SimulatedSession& session) {
+void AuthorityChecker::LookAtEnd(SimulatedSession& session, std::int64_t quiet_ns) {
+  const std::int64_t most_ns = 2 * way_ns_ + kSettle + (hostile_ == 0 ? 0 : kMisled);
+  for (const Part& part : parts_) {
+    for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
+      const std::int64_t lasts_ns = now_ns_ - std::max(part.one_ns[b], quiet_ns);
+      if (part.one_ns[b] == now_ns_ || lasts_ns <= most_ns) continue;
+      breakages_->Add("peers claim a body above one another", ids_[part.members.front()],
+                      model_->bodies[b].name);
+    }
+  }
   for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
     for (std::size_t m = 0; m < session.size(); ++m) {
       if (!session.present(m)) continue;

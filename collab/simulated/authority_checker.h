@@ -36,8 +36,10 @@ class AuthorityChecker {
   /// After every frame.
   void Look(SimulatedSession& session);
   void OnState(PeerId from, const ObjectState& state);
-  /// When all is quiet: every body is answered for by one peer that is here, whoever is asked.
-  void LookAtEnd(SimulatedSession& session);
+  /// When all is quiet, since `quiet_ns`: every body is answered for by a peer that is here, whoever
+  /// is asked; and by the same one, but for what may have begun then and not be settled yet. Peers
+  /// that claim a body above one another for ever make new claims for ever.
+  void LookAtEnd(SimulatedSession& session, std::int64_t quiet_ns);
 
  private:
   struct Known {  // claim, as a peer knows it or says it
@@ -56,6 +58,7 @@ class AuthorityChecker {
   struct Part {  // a settled part of the network
     std::vector<std::size_t> members;
     std::vector<std::int64_t> agreed_ns;  // per body: when last all was well, or the newest claim
+    std::vector<std::int64_t> one_ns;     // per body: when last all named the same peer
     std::vector<Known> greatest;          // per body
     std::vector<Known> said;              // per body, on the wire, since it is settled
     std::vector<std::int64_t> said_ns;    // since when

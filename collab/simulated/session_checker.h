@@ -84,7 +84,8 @@ class SessionChecker : public WireWatch {
   /// When the faults are over, the hands rest and time enough has passed. `member`: of the session,
   /// for each scheduled peer; -1: it never came.
   void LookAtEnd(SimulatedSession& session, const std::vector<int>& member, const Viewer& viewer) {
-    authority_.LookAtEnd(session);
+    constexpr std::int64_t kBeginNs = 1'000'000'000;  // true time of the first frame
+    authority_.LookAtEnd(session, kBeginNs + 1'000'000 * schedule_->faults_end_ms);
     pulls_.LookAtEnd();
     rest_.Look(session, member, hands_, viewer);
   }
