@@ -108,7 +108,8 @@ bool Holdings::Accepts(const ObjectState& state) const noexcept {
   const int found = BodyOf(state.object);
   if (found < 0) return false;
   const Body& body = bodies_[static_cast<std::size_t>(found)];
-  const bool answers = body.claim.peer == state.peer && body.claim.epoch == state.epoch;
+  const bool answers =
+      body.claim.peer == state.peer && body.claim.epoch == state.epoch && !body.forsaken;
   if ((state.flags & kStateLoose) != 0) return answers && body.free;
   if (!body.shared || (state.flags & kStateParked) != 0) return answers;
   return HeldBy(static_cast<std::size_t>(found), state.peer);
@@ -142,12 +143,13 @@ void Holdings::Release() noexcept {
     HandOver(index, EventKind::kRelease, next);
   } else if (body.claim.peer == self_) {
     Say(EventKind::kRelease, index, body.claim.epoch, 0);
-  } else if (next == 0 && !IsHere(body.claim.peer)) {
+  } else if (next == 0 && (!IsHere(body.claim.peer) || body.forsaken)) {
     // the last hand on a shared body whose authority is gone
-    NoteBefore(body, false);
+    NoteBefore(body, body.forsaken);
     body.claim = {Next(body.claim.epoch), self_};
     body.began_epoch = body.claim.epoch;
     body.claimed_ns = now_ns_;
+    body.forsaken = false;
   }
 }
 
@@ -200,6 +202,7 @@ void Holdings::TakeInHand(std::size_t index) noexcept {
     NoteBefore(body, true);
     body.claim.peer = self_;
     body.claimed_ns = now_ns_;
+    body.forsaken = false;
   }
   Tell(HoldingNews::Kind::kInHand, index, 0);
 }
@@ -279,7 +282,7 @@ void Holdings::Succeed() noexcept {
     }
     if (body.claim.peer == 0 || body.claim.peer == self_) continue;
     const Member* member = Find(body.claim.peer);
-    const bool here = member != nullptr && member->present;
+    const bool here = member != nullptr && member->present && !body.forsaken;
     if (here) {
       const Claim* claim = ClaimOf(*member, body.index);
       if (claim != nullptr && claim->epoch >= body.claim.epoch) {
@@ -325,12 +328,13 @@ void Holdings::Succeed() noexcept {
     // another of those here claims it, and we shall go by that
     const bool claimed = body.outdone_ns != 0;
     if (now_ns_ - body.orphaned_ns < wait || claimed) continue;
-    NoteBefore(body, false);
+    NoteBefore(body, body.forsaken);
     body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
     body.claim = {Next(body.last_epoch), self_};
     body.began_epoch = body.claim.epoch;
     body.claimed_ns = now_ns_;
     body.orphaned_ns = 0;
+    body.forsaken = false;
     Tell(HoldingNews::Kind::kInherited, b, 0);
   }
 }

@@ -174,6 +174,7 @@ class Holdings {
     Pose parked;                     // as told by its authority
     bool told = false;
     std::int64_t orphaned_ns = 0;  // since when its claimant does not answer for it; 0: it does
+    bool forsaken = false;         // its claimant's run that had it is over, and another is here
     bool by_word = false;          // it is ours by another's word, and the grant is on its way
     bool handed = false;           // by us, to the claimant, in that way:
     EventKind handed_by = EventKind::kGrant;
@@ -187,6 +188,7 @@ class Holdings {
     PeerId peer = 0;  // 0: a free place
     bool present = false;
     bool left = false;
+    bool anew = false;  // another run of it was here before this one, or it had left
     std::array<std::optional<Claim>, kMaxClaims> claims;    // by body
     std::array<std::optional<Belief>, kMaxClaims> beliefs;  // by body
     std::int64_t since_ns = 0;                              // present without a break
@@ -214,6 +216,8 @@ class Holdings {
   const Member* Find(PeerId peer) const noexcept;
   Member* PlaceFor(PeerId peer) noexcept;
   static const Claim* ClaimOf(const Member& member, std::size_t body) noexcept;
+  /// Another run of it is here, which has nothing of what the one before had.
+  void BeginAnew(Member& member) noexcept;
   /// Keeps what a member claims and whom it names, by body.
   void Keep(const MembershipChange& change, Member& member) const noexcept;
   bool IsHere(PeerId peer) const noexcept;

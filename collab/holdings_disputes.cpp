@@ -93,6 +93,7 @@ PeerId Holdings::GoneTo(const Body& body, bool by_any_word) const noexcept {
 }
 
 bool Holdings::SaysGoneTo(const Body& body, PeerId peer) const noexcept {
+  if (body.forsaken) return false;
   BodyClaim at = body.claim;
   for (int hands = 0; hands < 4; ++hands) {
     if (at.peer == peer) return true;
@@ -134,7 +135,7 @@ void Holdings::FollowItsWord(std::size_t index) noexcept {
   Body& body = bodies_[index];
   for (int hands = 0; hands < 4; ++hands) {
     const Member* const owner = body.claim.peer == self_ ? nullptr : Find(body.claim.peer);
-    if (owner == nullptr || !owner->present) return;
+    if (owner == nullptr || !owner->present || body.forsaken) return;
     // what it claims may have been heard before we believed it
     const Claim* const own = ClaimOf(*owner, body.index);
     if (own != nullptr && own->epoch > body.claim.epoch &&
@@ -276,8 +277,8 @@ bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   if (Planted(Fault::kSeizureBelieved)) return false;
   const Member& other = *rival.member;
   const bool was_away = other.since_ns >= body.claimed_ns;
-  // nor has one given it away to have it again
-  if (!was_away && HadItLately(body, other.peer)) return true;
+  // nor has one given it away to have it again, and another run of it brings nothing back
+  if ((!was_away || other.anew) && HadItLately(body, other.peer)) return true;
   // while we were stopped others may have taken what we had: we name ourselves only if another does
   const bool is_named = VotesFor(body, self_) > 0;
   const bool was_stopped =
@@ -330,7 +331,7 @@ bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
   Body& body = bodies_[index];
   if (Planted(Fault::kSeizureBelieved)) return true;
   const Member* const owner = Find(body.claim.peer);
-  if (owner == nullptr) return true;
+  if (owner == nullptr || body.forsaken) return true;
   if (!owner->present) {
     if (owner->left) return true;
     // it came to have the body after we lost it, so others hear it still
@@ -355,7 +356,7 @@ bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
 // What its claimant did not raise above the claim that misled us.
 bool Holdings::GoesBackTo(std::size_t index, const Rival& rival) noexcept {
   Body& body = bodies_[index];
-  const bool is_here = IsHere(body.claim.peer);
+  const bool is_here = IsHere(body.claim.peer) && !body.forsaken;
   if (body.claim.peer == self_ || HadItLately(body, rival.member->peer) ||
       (is_here && !IsAhead(body, rival))) {
     body.outdone_ns = 0;

@@ -64,6 +64,7 @@ void Holdings::Note(std::size_t index, const Claim& claim, Member& by) noexcept 
   Body& body = bodies_[index];
   const PeerId owner = body.claim.peer;
   if (claim.epoch == 0 || (owner == by.peer && claim.epoch <= body.claim.epoch)) return;
+  if (owner == by.peer && body.forsaken) return;
   const bool beside = HoldsBeside(body, claim);
   const bool answers = NamedBy(by, index) == by.peer;
   if (beside && !answers) return;
@@ -96,6 +97,7 @@ void Holdings::Believe(std::size_t index, const BodyClaim& claim, Member& by,
     body.began_epoch = claim.epoch;
   }
   body.claim = claim;
+  body.forsaken = false;
   // a peer that gets a body again counts on from the epoch under which it had it
   if (peer == self_ && peer != owner && claim.epoch <= body.last_epoch) {
     body.claim.epoch = Next(body.last_epoch);
@@ -162,6 +164,8 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   Member* member = PlaceFor(change.peer);
   if (member == nullptr) return;  // more than a session may have
   const bool is_unknown = member->peer != change.peer;
+  const bool is_anew = !is_unknown && change.present() &&
+                       (change.kind == MembershipChange::Kind::kJoined || member->left);
   if (is_unknown) {
     *member = {};
     member->known_ns = now_ns_;
@@ -178,7 +182,10 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   // one that is started anew has been away, too
   const bool is_new = !member->present || (change.kind != MembershipChange::Kind::kClaims &&
                                            change.kind != MembershipChange::Kind::kBeliefs);
-  if (is_new) member->since_ns = now_ns_;  // or when it went
+  if (is_new) {
+    member->since_ns = now_ns_;  // or when it went
+    member->anew = is_anew;
+  }
   member->peer = change.peer;
   member->present = change.present();
   member->left = change.kind == MembershipChange::Kind::kLeft;
@@ -189,9 +196,24 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
     }
     return;
   }
+  if (is_anew) BeginAnew(*member);
   Keep(change, *member);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (const Claim* const claim = ClaimOf(*member, b)) Note(b, *claim, *member);
+  }
+}
+
+// What it had is as if it had given it away: it does not come back with it, as one that was cut off
+// may, and its word on it is nobody's.
+void Holdings::BeginAnew(Member& member) noexcept {
+  for (Body& body : bodies_) {
+    if (body.claim.peer == member.peer) body.forsaken = true;
+    const auto absent = std::ranges::find(body.in_absence_of, member.peer);
+    if (absent == body.in_absence_of.end()) continue;
+    std::shift_left(absent, body.in_absence_of.end(), 1);
+    body.in_absence_of.back() = 0;
+    std::rotate(body.before.begin(), body.before.end() - 1, body.before.end());
+    body.before[0] = {member.peer, now_ns_};
   }
 }
 
@@ -345,7 +367,7 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
                       held->held && held->epoch >= body.claim.epoch && HeldBy(index, event.to);
   // where the authority is gone, the lowest has perhaps taken over already, and any may pass on
   // what was granted to another that is gone
-  const bool lost = owner != self_ && !IsHere(owner);
+  const bool lost = owner != self_ && (!IsHere(owner) || body.forsaken);
   const bool in_turn = event.peer == LowestOther(-1) ||
                        (body.shared && event.peer == LowestOther(static_cast<int>(index)));
   const bool passed_on = owner != 0 && event.to != self_ && !IsHere(event.to);

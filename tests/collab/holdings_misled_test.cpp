@@ -326,5 +326,61 @@ TEST(HoldingsMisled, AnOwnerYieldsASharedBodyToALesserClaimThatMoreName) {
   EXPECT_EQ(three.holdings().authority(1), 5U);
 }
 
+// 5 took the body over while the liar was lost, and this peer hears of that only when the liar is
+// here again (hostile seed 720).
+TEST(HoldingsMisled, AnotherRunOfAnOwnerHasNothingToGiveAway) {
+  for (const Kind gone : {Kind::kLost, Kind::kLeft}) {
+    Listener nine(9);
+    nine.HearClaim(kLiar, 1, false, Kind::kJoined);
+    nine.HearName(5, kLiar, 1, Kind::kJoined);
+    nine.Run(6000);
+    nine.HearGone(kLiar, gone);
+    nine.Run(100);
+    nine.HearName(kLiar, kLiar, 1, Kind::kJoined);
+    nine.Run(1);
+    nine.HearClaim(kLiar, 2, false);
+    nine.HearGrant(kLiar, 9, 2);
+    nine.HearName(kLiar, 9, 3);
+    nine.Run(10);
+    EXPECT_EQ(nine.holdings().authority(0), kLiar);
+    EXPECT_EQ(nine.holdings().held(), -1);
+    nine.HearClaim(5, 2, false);
+    nine.Run(1);
+    EXPECT_EQ(nine.holdings().authority(0), 5U);
+    nine.HearClaim(kLiar, 4, true);
+    nine.Run(1000);
+    EXPECT_EQ(nine.holdings().authority(0), 5U);
+  }
+}
+
+TEST(HoldingsMisled, TheBodyOfOneThatStartedAnewIsTakenOver) {
+  Listener three(3);
+  three.HearClaim(5, 1, true, Kind::kJoined);
+  three.Run(6000);
+  three.HearGone(5, Kind::kLost);
+  three.HearGone(5, Kind::kJoined);
+  three.Run(290);
+  EXPECT_EQ(three.holdings().authority(0), 5U);
+  three.Run(20);
+  EXPECT_EQ(three.holdings().authority(0), 3U);
+}
+
+// The liar gave the body to 3 and started anew; 5 and 9 have not heard of the gift (hostile seeds 718
+// and 905).
+TEST(HoldingsMisled, AnotherRunOfOneThatGaveABodyAwayDoesNotTakeItByNamesFromBefore) {
+  Listener three(3);
+  three.HearClaim(kLiar, 4, false, Kind::kJoined);
+  three.HearName(5, kLiar, 4, Kind::kJoined);
+  three.HearName(9, kLiar, 4, Kind::kJoined);
+  three.Run(6000);
+  three.Hear(EventKind::kRelease, kLiar, 3, 5);
+  three.Run(500);
+  ASSERT_EQ(three.holdings().authority(0), 3U);
+  three.HearGone(kLiar, Kind::kLost);
+  three.HearClaim(kLiar, 7, false, Kind::kJoined);
+  three.Run(2000);
+  EXPECT_EQ(three.holdings().authority(0), 3U);
+}
+
 }  // namespace
 }  // namespace tandem
