@@ -150,6 +150,7 @@ void Holdings::Release() noexcept {
     body.began_epoch = body.claim.epoch;
     body.claimed_ns = now_ns_;
     body.forsaken = false;
+    body.by_word = false;
   }
 }
 
@@ -335,6 +336,8 @@ void Holdings::Succeed() noexcept {
     body.claimed_ns = now_ns_;
     body.orphaned_ns = 0;
     body.forsaken = false;
+    body.by_word = false;
+    body.handed = false;
     Tell(HoldingNews::Kind::kInherited, b, 0);
   }
 }

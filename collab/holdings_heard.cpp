@@ -338,6 +338,7 @@ void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {
   body.parked = body.X_WB;
   body.told = kind == EventKind::kRelease;
   body.orphaned_ns = 0;
+  body.by_word = false;
   body.handed = true;
   body.handed_by = kind;
   body.said_ns = now_ns_;
@@ -349,8 +350,9 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   if (event.to == 0) return;
   Body& body = bodies_[index];
   const bool known = body.claim.epoch == event.epoch && body.claim.peer == event.to;
-  if (known && event.to == self_ && std::exchange(body.by_word, false))
-    return TakeGiven(index, event);
+  // the grant by which it came to us, and not one under an epoch that we have risen to since
+  const bool awaited = known && event.to == self_ && event.epoch == body.began_epoch;
+  if (awaited && std::exchange(body.by_word, false)) return TakeGiven(index, event);
   if (known || !Greater(event.epoch, event.to, body)) return;
   const PeerId owner = body.claim.peer;
   const bool ours = owner == self_ && held_ == static_cast<int>(index) && body.shared;

@@ -382,5 +382,46 @@ TEST(HoldingsMisled, AnotherRunOfOneThatGaveABodyAwayDoesNotTakeItByNamesFromBef
   EXPECT_EQ(three.holdings().authority(0), 3U);
 }
 
+// It had the body by the liar's word once, gave it away, and took it over as 5 was lost (hostile seed
+// 114).
+TEST(HoldingsMisled, AGrantFromBeforeDoesNotPutAwayWhatAPeerTookOver) {
+  for (const EventKind kind : {EventKind::kGrant, EventKind::kRelease}) {
+    Listener three(3);
+    three.HearClaim(kLiar, 1, false, Kind::kJoined);
+    three.HearName(5, kLiar, 1, Kind::kJoined);
+    three.Run(6000);
+    three.HearName(kLiar, 3, 2);
+    three.Run(1);
+    ASSERT_EQ(three.holdings().authority(0), 3U);
+    three.Hear(EventKind::kAsk, 5, 3, 2);
+    three.HearClaim(5, 3, false);
+    three.Run(1);
+    ASSERT_EQ(three.holdings().authority(0), 5U);
+    three.HearGone(5, Kind::kLost);
+    three.Run(400);
+    ASSERT_EQ(three.holdings().authority(0), 3U);
+    three.Hear(kind, kLiar, 3, three.holdings().epoch(0));
+    three.Run(1);
+    EXPECT_EQ(three.holdings().ParkedAt(0), nullptr);
+    EXPECT_EQ(three.holdings().held(), -1);
+  }
+}
+
+// The epoch that the liar has this peer rise to is not that of a grant that is on its way.
+TEST(HoldingsMisled, AGrantUnderAnEpochThatThePeerRoseToIsNotTheOneItWaitsFor) {
+  Listener three(3);
+  three.HearClaim(kLiar, 1, false, Kind::kJoined);
+  three.Run(6000);
+  three.HearName(kLiar, 3, 2);
+  three.Run(1);
+  three.HearName(kLiar, 3, 9);
+  three.Run(1);
+  ASSERT_EQ(three.holdings().epoch(0), 9U);
+  three.Hear(EventKind::kRelease, kLiar, 3, 9);
+  EXPECT_EQ(three.holdings().ParkedAt(0), nullptr);
+  three.Hear(EventKind::kRelease, kLiar, 3, 2);
+  EXPECT_EQ(three.holdings().ParkedAt(0), nullptr) << "as it has been: it is where it is here";
+}
+
 }  // namespace
 }  // namespace tandem
