@@ -42,6 +42,12 @@ bool AllFinite(const Wrench& F) {
   return F.f.allFinite() && F.tau.allFinite();
 }
 
+std::vector<bool> SharedOf(const WorldModel& model) {
+  std::vector<bool> shared;
+  for (const ObjectId object : model.object) shared.push_back(model.scene.bodies[object].shared);
+  return shared;
+}
+
 }  // namespace
 
 Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& options)
@@ -52,7 +58,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       holdings_(options.id, world.model(), options.settle_ns, options.own_only, &inbox.drops()),
       parting_(options.id, world.model()),
       remote_(world.model(), options.mirror),
-      gate_(options.id, world.model().object, inbox.drops()),
+      gate_(options.id, world.model().object, inbox.drops(), SharedOf(world.model())),
       device_can_(device.capabilities()),
       guard_(device_can_.peak),
       echoes_(options.id) {

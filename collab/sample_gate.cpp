@@ -1,13 +1,20 @@
 #include "collab/sample_gate.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "collab/newer.h"
 
 namespace tandem {
 
-SampleGate::SampleGate(PeerId self, const std::vector<std::uint32_t>& objects, DropTable& drops)
-    : self_(self), objects_(objects), drops_(&drops) {
+namespace {
+constexpr std::uint32_t kMostOn = 8192;  // numbers, from a state to the one that counts on from it
+}  // namespace
+
+SampleGate::SampleGate(PeerId self, const std::vector<std::uint32_t>& objects, DropTable& drops,
+                       std::vector<bool> shared)
+    : self_(self), objects_(objects), shared_(std::move(shared)), drops_(&drops) {
+  shared_.resize(objects.size());
   for (Sender& sender : senders_) sender.instances.resize(objects.size() + 1);
 }
 
@@ -45,11 +52,23 @@ void SampleGate::OnMembership(const MembershipChange& change) noexcept {
     for (std::uint32_t c = 0; c < change.claim_count; ++c) {
       if (change.claims[c].object == objects_[i]) claim = &change.claims[c];
     }
-    const bool goes_on = claim != nullptr && instance.claimed && instance.epoch == claim->epoch;
+    // also where its states were ahead, and its claim comes after them
+    const bool goes_on = claim != nullptr && instance.claimed && claim->epoch >= instance.epoch &&
+                         claim->epoch <= std::max(instance.epoch, instance.ahead);
     instance.heard = instance.heard && goes_on;
     instance.claimed = claim != nullptr;
+    instance.coupled = claim != nullptr && claim->held && shared_[i];
     instance.epoch = claim != nullptr ? claim->epoch : 0;
+    if (!goes_on || instance.ahead <= instance.epoch || !instance.coupled) instance.ahead = 0;
   }
+}
+
+// From the state before, whose number it follows: so one that is forged, far ahead, mutes nobody.
+bool SampleGate::CountsOn(const Instance& instance, const ObjectState& state) noexcept {
+  const bool moves = (state.flags & (kStateParked | kStateLoose)) == 0;
+  const std::uint32_t newest = std::max(instance.epoch, instance.ahead);
+  return instance.coupled && instance.heard && moves && state.epoch >= newest &&
+         IsAfter(state.seq, instance.seq) && state.seq - instance.seq <= kMostOn;
 }
 
 bool SampleGate::Admit(const ObjectState& state) noexcept {
@@ -57,12 +76,14 @@ bool SampleGate::Admit(const ObjectState& state) noexcept {
   if (state.peer == 0 || sender == nullptr || state.object == kNoObject) return true;
   Instance* instance = InstanceOf(*sender, state.object);
   if (instance == nullptr || !instance->claimed) return Drops(state.peer, Drop::kWrongOwner);
-  if (state.epoch != instance->epoch) return Drops(state.peer, Drop::kWrongEpoch);
+  const bool ahead = state.epoch != instance->epoch && CountsOn(*instance, state);
+  if (state.epoch != instance->epoch && !ahead) return Drops(state.peer, Drop::kWrongEpoch);
   if (instance->heard && !IsAfter(state.seq, instance->seq)) {
     return Drops(state.peer, Drop::kReplayed);
   }
   instance->heard = true;
   instance->seq = state.seq;
+  if (ahead) instance->ahead = state.epoch;
   return true;
 }
 

@@ -13,12 +13,15 @@ namespace tandem {
 
 /// Lets through what others may say of bodies and loops, and counts the rest: a state counts only
 /// under its sender's present claim on the body, and each only once; an echo only if it is a stamp
-/// of ours. What comes from those who are not here passes uncounted, for nobody takes it. Used by
+/// of ours. Who holds a shared body may count on while its claim is on the way, for claims take
+/// longer than states, and a partner that is not heard meanwhile would pull at where it was. What
+/// comes from those who are not here passes uncounted, for nobody takes it. Used by
 /// the haptic thread alone; nothing allocates after construction.
 class SampleGate {
  public:
-  /// `objects`: the bodies that move.
-  SampleGate(PeerId self, const std::vector<std::uint32_t>& objects, DropTable& drops);
+  /// `objects`: the bodies that move; `shared`: which of them several may hold. Empty: none.
+  SampleGate(PeerId self, const std::vector<std::uint32_t>& objects, DropTable& drops,
+             std::vector<bool> shared = {});
 
   void OnMembership(const MembershipChange& change) noexcept;
   /// A stamp that goes out with this frame's states and links; they only grow.
@@ -30,7 +33,9 @@ class SampleGate {
  private:
   struct Instance {
     bool claimed = false;
+    bool coupled = false;     // shared, and in its sender's hand
     std::uint32_t epoch = 0;  // of the claim
+    std::uint32_t ahead = 0;  // of the newest state, where that is beyond the claim's; 0: it is not
     bool heard = false;
     std::uint32_t seq = 0;  // of the newest state under it
     bool linked = false;
@@ -44,9 +49,11 @@ class SampleGate {
   Sender* Find(PeerId peer) noexcept;
   Instance* InstanceOf(Sender& sender, ObjectId object) noexcept;  // null: no body that moves
   bool Drops(PeerId peer, Drop reason) noexcept;                   // false, for returning
+  static bool CountsOn(const Instance& instance, const ObjectState& state) noexcept;
 
   PeerId self_;
   std::vector<std::uint32_t> objects_;
+  std::vector<bool> shared_;
   DropTable* drops_;
   std::array<Sender, kMaxPeers> senders_;
   StampRing<8192> sent_;  // at 1 kHz longer than any loop that is used

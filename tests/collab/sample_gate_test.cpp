@@ -139,6 +139,36 @@ TEST_F(SampleGateTest, WhoComesBackIsTakenFromWhereItGoesOn) {
   EXPECT_EQ(SumOf(drops.Total()), 0U);
 }
 
+// A holder claims anew what it keeps, and its claim takes longer than its states (hostile seed 773).
+TEST_F(SampleGateTest, WhoHoldsASharedBodyMayCountOnBeforeItsClaimIsHeard) {
+  SampleGate both(kSelf, {4, kPeg}, drops, {false, true});
+  const auto tell = [&](MembershipChange::Kind kind, std::uint32_t epoch, bool held) {
+    MembershipChange change{.kind = kind, .peer = kStranger, .claim_count = 1};
+    change.claims[0] = {.object = kPeg, .epoch = epoch, .held = held};
+    both.OnMembership(change);
+  };
+  const auto admits = [&](std::uint32_t seq, std::uint32_t epoch) {
+    ObjectState state = State(seq);
+    state.epoch = epoch;
+    return both.Admit(state);
+  };
+  using Kind = MembershipChange::Kind;
+  tell(Kind::kJoined, kEpoch, true);
+  EXPECT_FALSE(admits(1, kEpoch + 2)) << "there is nothing yet that it could count on from";
+  EXPECT_TRUE(admits(1, kEpoch));
+  EXPECT_FALSE(admits(1'000'000, kEpoch + 2)) << "it does not follow";
+  EXPECT_TRUE(admits(2, kEpoch + 2));
+  EXPECT_FALSE(admits(2, kEpoch + 2));
+  EXPECT_FALSE(admits(3, kEpoch - 1));
+  EXPECT_FALSE(admits(3, kEpoch + 1)) << "epochs do not go back";
+  tell(Kind::kClaims, kEpoch + 2, true);
+  EXPECT_FALSE(admits(2, kEpoch + 2)) << "it was taken before the claim came";
+  EXPECT_TRUE(admits(3, kEpoch + 2));
+  tell(Kind::kClaims, kEpoch + 3, false);
+  EXPECT_TRUE(admits(4, kEpoch + 3));
+  EXPECT_FALSE(admits(5, kEpoch + 4)) << "it is in nobody's hand";
+}
+
 TEST_F(SampleGateTest, AllocatesNothing) {
   const testing::AllocationCounter allocations;
   Tell(MembershipChange::Kind::kClaims, kEpoch + 1);
