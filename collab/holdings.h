@@ -163,6 +163,8 @@ class Holdings {
     std::int64_t ahead_ns = 0;            // since when another is ahead of whom we believe
     std::int64_t outdone_ns = 0;          // since when one is that claims less
     std::int64_t tied_with_named_ns = 0;  // since when others name a lower one under our epoch
+    bool even = false;                    // as many name a lower one that was never away as name us
+    int contests = 0;                     // how often we have claimed it above that one since
     bool unsure = false;                  // we came anew when we believed it, and asked nobody
     std::int64_t unsure_ns = 0;           // since when
     /// Those in whose absence it came to the one that we believe, the first first; 0: no more.
@@ -283,8 +285,8 @@ class Holdings {
   void JudgeFirst(std::size_t body) noexcept;
   void Judge(std::size_t body) noexcept;
   void CountOnce(Member& member, const Claim& claim, Drop reason) noexcept;
-  /// Claims what we keep anew, above the claims that others may believe.
-  void Reassert(std::size_t body, std::uint32_t above) noexcept;
+  /// Claims what we keep anew, above the claims that others may believe; whether it did.
+  bool Reassert(std::size_t body, std::uint32_t above) noexcept;
   /// The lowest present peer that is not us and, if asked, holds the body; 0: none.
   PeerId LowestOther(int holding_body) const noexcept;
   bool HeldByOther(std::size_t body) const noexcept;

@@ -19,6 +19,7 @@ constexpr std::int64_t kTied = 200 * kMs;         // until the higher of two equ
 constexpr std::int64_t kSilent = 3000 * kMs;      // of an authority that says nothing of its body
 // until we go by a lesser claim, whose claimant did not raise it
 constexpr std::int64_t kOutdone = 3000 * kMs;
+constexpr int kMostContests = 2;  // claims above an equal one, until the higher of two yields
 constexpr std::int64_t kTakenOver = 300 * kMs;  // until the next in line has a lost peer's body
 constexpr std::int64_t kMostAhead = 50;         // epochs beyond what others may believe of all
 
@@ -291,6 +292,7 @@ bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   body.undecided = stale > 0 && votes <= rival.votes;
   if (votes != rival.votes - stale) {
     body.tied_ns = 0;
+    body.contests = 0;
     return votes > rival.votes - 2 * stale;
   }
   if (body.undecided) return true;
@@ -299,7 +301,12 @@ bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   // the hand keeps it, unless a newcomer is still to be heard
   if (!body.shared && in_hand != rival.claim->held && !IsHearsay(body, other.peer)) return in_hand;
   if (body.in_absence_of[0] != 0 || body.unsure) return false;
-  if (!was_away || other.peer > self_) return true;
+  if (other.peer > self_) return true;
+  if (!was_away) {
+    // each has it by a word that the other did not hear, and who gave it is gone
+    body.even = true;
+    return in_hand || body.contests < kMostContests;
+  }
   if (body.tied_ns == 0) body.tied_ns = now_ns_;
   return now_ns_ - body.tied_ns < kTied;
 }
@@ -373,6 +380,7 @@ void Holdings::Judge(std::size_t index) noexcept {
   Body& body = bodies_[index];
   body.disputed = false;
   body.undecided = false;
+  body.even = false;
   const Rival rival = RivalOf(index, true);
   const Rival lesser = RivalOf(index, false);
   if (lesser.member == nullptr) body.outdone_ns = 0;
@@ -400,7 +408,8 @@ void Holdings::Judge(std::size_t index) noexcept {
     CountOnce(*rival.member, *rival.claim, Drop::kSeized);
   }
   // a peer that is about to yield, or waits for votes, does not claim anew
-  if (ours && body.tied_ns == 0 && !body.undecided) Reassert(index, rival.claim->epoch);
+  if (!ours || body.tied_ns != 0 || body.undecided) return;
+  if (Reassert(index, rival.claim->epoch) && body.even) ++body.contests;
 }
 
 void Holdings::Follow(std::size_t index, const Rival& rival) noexcept {
@@ -414,17 +423,18 @@ void Holdings::CountOnce(Member& member, const Claim& claim, Drop reason) noexce
   Refuse(member.peer, reason);
 }
 
-void Holdings::Reassert(std::size_t index, std::uint32_t above) noexcept {
+bool Holdings::Reassert(std::size_t index, std::uint32_t above) noexcept {
   Body& body = bodies_[index];
-  if (listening() || above < body.claim.epoch) return;
-  if (body.reasserted_ns != 0 && now_ns_ - body.reasserted_ns < kReassertAgain) return;
+  if (listening() || above < body.claim.epoch) return false;
+  if (body.reasserted_ns != 0 && now_ns_ - body.reasserted_ns < kReassertAgain) return false;
   // the others would not believe more
   const std::int64_t from = std::max(MostEpoch(body), std::int64_t{body.claim.epoch});
   const std::int64_t most = from + kMostAhead + EpochsSince(first_ns_) / 2 - own_epochs_;
-  if (above >= most) return;
+  if (above >= most) return false;
   own_epochs_ += std::max<std::int64_t>(0, std::int64_t{above} + 1 - from);
   body.reasserted_ns = now_ns_;
   body.claim.epoch = above + 1;
+  return true;
 }
 
 }  // namespace tandem

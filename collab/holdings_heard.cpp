@@ -118,6 +118,7 @@ void Holdings::NoteBefore(Body& body, bool by_its_word) noexcept {
   body.tied_ns = 0;
   body.ahead_ns = 0;
   body.outdone_ns = 0;
+  body.contests = 0;
   const PeerId peer = body.claim.peer;
   if (peer == 0) return;
   if (peer == self_) body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
@@ -140,6 +141,7 @@ void Holdings::Settle() noexcept {
     RiseToNamed(b);
     if (!bodies_[b].disputed) {
       bodies_[b].tied_ns = bodies_[b].ahead_ns = bodies_[b].outdone_ns = 0;
+      bodies_[b].contests = 0;
       continue;
     }
     if (bodies_[b].claim.peer == 0) JudgeFirst(b);

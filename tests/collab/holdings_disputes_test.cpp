@@ -311,6 +311,27 @@ TEST(HoldingsDisputes, WhoIsHereForLongBelievesNoMoreThanWhoCameLast) {
   EXPECT_LT(old.epoch(0), 1000U);
 }
 
+// The owner gave it to each by a word that the other did not hear, and is gone.
+TEST(HoldingsDisputes, OfTwoThatWereNeverApartTheLowerKeepsWhatLies) {
+  Company company({3, 5}, 100);
+  for (const PeerId peer : {3U, 5U}) company[peer].OnMembership(Forged(1));
+  company.Run(6000);
+  ASSERT_EQ(company.Authority(0), 77U);
+  for (const PeerId peer : {3U, 5U}) {
+    MembershipChange word{.kind = Kind::kClaims, .peer = 77, .belief_count = 1};
+    word.beliefs[0] = {kOwn, peer, static_cast<std::uint32_t>(peer)};
+    company[peer].OnMembership(word);
+  }
+  company.Run(1);
+  ASSERT_EQ(company[3].authority(0), 3U);
+  ASSERT_EQ(company[5].authority(0), 5U);
+  for (const PeerId peer : {3U, 5U}) {
+    company[peer].OnMembership({.kind = Kind::kLost, .peer = 77});
+  }
+  company.Run(6000);
+  EXPECT_EQ(company.Authority(0), 3U);
+}
+
 // One that says it holds a body beside others could give it away, and put it into a third one's
 // hand.
 TEST(HoldingsDisputes, ASharedBodyIsLeftToThoseWhoHoldItAlone) {
