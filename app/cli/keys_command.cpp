@@ -23,6 +23,7 @@ struct KeysArguments {
   std::vector<std::string> identity_authority;  // certificate, key
   std::vector<std::string> permissions_authority;
   int days = 365;
+  bool audience = false;  // the session is that of a relay's viewers
 };
 
 Authority AuthorityOf(const std::vector<std::string>& files) {
@@ -52,10 +53,12 @@ int MakeSession(const KeysArguments& arguments) {
   if (!fault.empty()) return Fail(kExitFile, fault);
   const Result<bool> made =
       MakeSessionKeys(arguments.folder, AuthorityOf(arguments.identity_authority),
-                      AuthorityOf(arguments.permissions_authority), arguments.days);
+                      AuthorityOf(arguments.permissions_authority), arguments.days,
+                      arguments.audience ? SessionKind::kAudience : SessionKind::kMembers);
   if (!made) return Fail(kExitSecurity, made.error().what);
   Say(arguments.folder + " holds the session's two authorities: keep its .key files to yourself");
-  Say("next: tandem keys peer " + arguments.folder + " NAME");
+  Say(std::string("next: tandem keys ") + (arguments.audience ? "relay " : "peer ") +
+      arguments.folder + " NAME");
   return kExitOk;
 }
 
@@ -72,6 +75,7 @@ int Revoke(const KeysArguments& arguments) {
 void TellRights() {
   for (const char* line :
        {"                                     peer     viewer   relay's audience side",
+        "made in the folder of                session  either   audience",
         "be seen, under the name of its keys  yes      yes      as each peer it shows",
         "hold bodies, answer for them         yes      no       no",
         "offer a scene                        yes      no       as each peer it shows",
@@ -130,6 +134,9 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
       ->expected(2);
   session->add_option("--days", arguments->days, "how long they are valid")
       ->check(WholeNumberFrom(1, 36'500));
+  session->add_flag("--audience", arguments->audience,
+                    "the session of those who look on behind a relay, with authorities that are "
+                    "not the session's own");
   session->callback([arguments, &exit_code] {
     exit_code = MakeSession(*arguments);
   });
@@ -157,7 +164,11 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
                "Keys of a relay, for the session of those who look on behind it"}}) {
     auto asked = std::make_shared<KeysArguments>();
     CLI::App* command = keys->add_subcommand(member.name, member.what);
-    command->add_option("FOLDER", asked->folder, "the session's folder")->required();
+    command
+        ->add_option("FOLDER", asked->folder,
+                     member.part == Part::kRelay ? "folder made by 'tandem keys session --audience'"
+                                                 : "the session's folder")
+        ->required();
     command->add_option("NAME", asked->name, "how others see them")
         ->required()
         ->check(CLI::Validator(

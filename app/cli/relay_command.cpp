@@ -12,6 +12,7 @@
 #include "app/reach/reach_options.h"
 #include "app/stop_signal.h"
 #include "collab/dds/dds_transport.h"
+#include "collab/dds/keys.h"
 #include "collab/dds/relay.h"
 #include "engine/realtime/clock.h"
 
@@ -50,6 +51,10 @@ int RunRelay(RelayArguments arguments) {
   const Result<std::unique_ptr<Relay>> relay = Relay::Open(viewers);
   if (!relay) {
     return Fail(audience.secure.empty() ? kExitNetwork : kExitSecurity, relay.error().what);
+  }
+  if (!arguments.reach.secure.empty()) {
+    const Result<bool> two = AreOfTwoSessions(arguments.reach.secure, arguments.audience.secure);
+    if (!two) return Fail(kExitSecurity, two.error().what);
   }
   DdsOptions upstream;
   upstream.session = arguments.session;
@@ -117,9 +122,10 @@ void AddRelayCommand(CLI::App& app, int& exit_code) {
       ->add_option("--audience-port", arguments->audience.port,
                    "UDP port for viewers beyond the local network, and the next one")
       ->check(WholeNumberFrom(1024, 65534));
-  command->add_option("--audience-secure", arguments->audience.secure,
-                      "folder made by 'tandem keys relay' in a session of the viewers' own: nobody "
-                      "without its keys looks on");
+  command->add_option(
+      "--audience-secure", arguments->audience.secure,
+      "folder made by 'tandem keys relay' in a session of the viewers' own ('tandem keys session "
+      "--audience'): nobody without its keys looks on");
   command->add_option("--seconds", arguments->seconds, "leave after this; 0: on a signal")
       ->check(NumberFrom(0, kLongestRun));
   command->callback([arguments, &exit_code] {

@@ -27,7 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxName = 64;
-constexpr std::uintmax_t kLargestList = 1 << 20;  // bytes
+constexpr std::uintmax_t kLargestList = 1 << 20;       // bytes
+constexpr const char* kAudienceMark = "audience.txt";  // in a session's folder: it is an audience's
 constexpr std::array kMemberFiles{"identity_ca.pem", "permissions_ca.pem", "governance.p7s",
                                   "identity.pem",    "identity.key",       "permissions.p7s",
                                   "member.txt"};
@@ -219,7 +220,7 @@ bool IsMemberName(const std::string& name) {
 }
 
 Result<bool> MakeSessionKeys(const fs::path& folder, const Authority& identity,
-                             const Authority& permissions, int days) {
+                             const Authority& permissions, int days, SessionKind kind) {
   const OwnerOnly owner_only;
   // before anything is made
   if (!identity.certificate.empty() && !permissions.certificate.empty()) {
@@ -236,11 +237,20 @@ Result<bool> MakeSessionKeys(const fs::path& folder, const Authority& identity,
   if (done) {
     done = SignDocument(GovernanceXml(), PermissionsAuthority(out), out / "governance.p7s");
   }
+  if (done && kind == SessionKind::kAudience) {
+    done = WriteText(out / kAudienceMark,
+                     "The session of those who look on behind a relay: nobody takes part in it.\n");
+  }
   return done ? made->Commit() : done;
 }
 
 Result<PeerId> MakeMemberKeys(const fs::path& session, const std::string& name, Role role,
                               const fs::path& out, int days) {
+  if (role == Role::kActive && fs::exists(session / kAudienceMark)) {
+    return Error{session.string() +
+                 ": these are the keys of those who look on behind a relay, where nobody takes "
+                 "part: name the session's own folder"};
+  }
   return MakeKeys(session, name, role == Role::kViewer ? "viewer" : "peer", out, days,
                   [&](PeerId peer, std::time_t from, std::time_t until) {
                     return PermissionsXml(name, peer, role, from, until);
@@ -249,6 +259,12 @@ Result<PeerId> MakeMemberKeys(const fs::path& session, const std::string& name, 
 
 Result<PeerId> MakeRelayKeys(const fs::path& session, const std::string& name, const fs::path& out,
                              int days) {
+  if (!fs::exists(session / kAudienceMark)) {
+    return Error{session.string() +
+                 ": with a relay's keys of this session one could speak as each of its members: "
+                 "make those who look on a session of their own, 'tandem keys session FOLDER "
+                 "--audience', and name that folder"};
+  }
   return MakeKeys(session, name, "relay", out, days,
                   [&](PeerId peer, std::time_t from, std::time_t until) {
                     return RelayPermissionsXml(name, peer, from, until);
@@ -436,6 +452,17 @@ Result<MemberKeys> LoadMemberKeys(const fs::path& folder, std::time_t now) {
   if (!certificates) return certificates.error();
   if (*certificates) keys->revoked_certificates = keys->folder / "identity.crl";
   return keys;
+}
+
+Result<bool> AreOfTwoSessions(const fs::path& member, const fs::path& relay) {
+  const Result<std::string> one = PublicKeyOf(member / "identity_ca.pem");
+  if (!one) return Error{member.string() + ": " + one.error().what};
+  const Result<std::string> other = PublicKeyOf(relay / "identity_ca.pem");
+  if (!other) return Error{relay.string() + ": " + other.error().what};
+  if (*one != *other) return true;
+  return Error{relay.string() + ": of the same authority as " + member.string() +
+               ": make the relay's keys in a session with authorities of its own, 'tandem keys "
+               "session FOLDER --audience'"};
 }
 
 std::string ExpiryWarning(const MemberKeys& keys, std::time_t now) {

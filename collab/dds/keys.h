@@ -12,11 +12,16 @@
 
 namespace tandem {
 
+/// Says whose session it is: of those who take part, or of those who look on behind a relay.
+enum class SessionKind : std::uint8_t { kMembers, kAudience };
+
 /// Makes a session's folder: two authorities of its own and the signed governance. Given ones take
 /// the place of new ones (an empty path: none given). One for both is refused: a member could then
-/// sign permissions with its own certificate (CVE-2023-24011).
+/// sign permissions with its own certificate (CVE-2023-24011). A file in the folder says that the
+/// session is an audience's.
 Result<bool> MakeSessionKeys(const std::filesystem::path& folder, const Authority& identity = {},
-                             const Authority& permissions = {}, int days = 3650);
+                             const Authority& permissions = {}, int days = 3650,
+                             SessionKind kind = SessionKind::kMembers);
 
 /// Whether a member may be called so: letters, digits, '.', '_' and '-', not too many.
 bool IsMemberName(const std::string& name);
@@ -24,12 +29,13 @@ bool IsMemberName(const std::string& name);
 /// Makes a member's folder `out`, with all that it needs to join and nothing else: certificate and
 /// private key, both authorities' certificates, governance, its permissions, its name and id.
 /// `name` is letters, digits, '.', '_' and '-'. The keys end with the session's authorities at the
-/// latest.
+/// latest. In an audience's session nobody takes part: keys of a peer are refused there.
 Result<PeerId> MakeMemberKeys(const std::filesystem::path& session, const std::string& name,
                               Role role, const std::filesystem::path& out, int days = 365);
 
 /// The same for a relay (tandem relay) in the session of those who look on behind it: it may speak
-/// there as each peer that it shows.
+/// there as each peer that it shows. In the members' own session such keys would let their owner
+/// speak as every member, so they are refused there.
 Result<PeerId> MakeRelayKeys(const std::filesystem::path& session, const std::string& name,
                              const std::filesystem::path& out, int days = 365);
 
@@ -58,6 +64,11 @@ struct MemberKeys {
 };
 Result<MemberKeys> LoadMemberKeys(const std::filesystem::path& folder,
                                   std::time_t now = std::time(nullptr));
+
+/// Returns an error where one identity authority has signed both: the keys of a relay in a session
+/// (`member`) and among those who look on behind it (`relay`). Folders of members.
+Result<bool> AreOfTwoSessions(const std::filesystem::path& member,
+                              const std::filesystem::path& relay);
 
 /// What there is to say of keys that end within a week, in a line; empty: nothing.
 std::string ExpiryWarning(const MemberKeys& keys, std::time_t now = std::time(nullptr));

@@ -48,8 +48,8 @@ class SecuredSession : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<ScratchFolder>();
-    for (const char* arguments : {"session in", "peer in anna", "viewer in hall", "session out",
-                                  "relay out hall", "viewer out vic"}) {
+    for (const char* arguments : {"session in", "peer in anna", "viewer in hall",
+                                  "session out --audience", "relay out hall", "viewer out vic"}) {
       std::string line = "keys ";
       for (const std::string& word : Words(arguments)) {
         line += (word == "in" || word == "out" ? (folder_->path() / word).string() : word) + " ";
@@ -136,6 +136,28 @@ TEST_F(SecuredSession, KeysAreNeitherOverwrittenNorMadeOfOneAuthority) {
   ExpectUsage("keys", "subcommand");
   ExpectUsage("keys viewer " + Keys("in"), "NAME");
   ExpectUsage("keys session " + Keys("new") + " --days -1", "--days");
+}
+
+// With such keys of the members' own authorities one could speak as each of them.
+TEST_F(SecuredSession, ARelaysKeysAreMadeInTheAudiencesSessionAlone) {
+  ExpectRefused("keys relay " + Keys("in") + " eve", kExitSecurity,
+                "'tandem keys session FOLDER --audience'");
+  EXPECT_FALSE(std::filesystem::exists(Keys("in/eve")));
+  ExpectRefused("keys peer " + Keys("out") + " eve", kExitSecurity, "nobody takes part");
+  EXPECT_FALSE(std::filesystem::exists(Keys("out/eve")));
+  // nor does the mark help whose authorities are the members'
+  const auto authority = [](const char* of) {
+    const std::string file = Keys("in/") + of + "_ca";
+    return " --" + std::string(of) + "-authority " + file + ".pem " + file + ".key";
+  };
+  const Said session = RunTandem("keys session " + Keys("one") + " --audience" +
+                                 authority("identity") + authority("permissions"));
+  ASSERT_EQ(session.exit_code, 0) << session.err;
+  const Said hall = RunTandem("keys relay " + Keys("one") + " hall");
+  ASSERT_EQ(hall.exit_code, 0) << hall.err;
+  ExpectRefused("relay --secure " + Keys("in/hall") + " --audience-secure " + Keys("one/hall") +
+                    " --interface lo --session " + RandomName(),
+                kExitSecurity, "of the same authority as");
 }
 
 TEST(Watch, SaysInALineWhatKeepsItOut) {
