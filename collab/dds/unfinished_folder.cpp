@@ -19,16 +19,16 @@ std::string Reason(int fault) {
   return std::generic_category().message(fault);
 }
 
-/// Waits until the disk has a file, or a folder's list of files; errno otherwise.
-int Sync(const fs::path& path, int kind) {
+}  // namespace
+
+int SyncToDisk(const fs::path& path, bool is_folder) {
+  const int kind = is_folder ? O_DIRECTORY : 0;
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | kind);
   if (descriptor < 0) return errno;
   const int fault = fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;
   close(descriptor);
   return fault;
 }
-
-}  // namespace
 
 UnfinishedFolder::UnfinishedFolder(fs::path folder, fs::path beside)
     : folder_(std::move(folder)), beside_(std::move(beside)) {}
@@ -61,15 +61,15 @@ Result<bool> UnfinishedFolder::Commit() {
   int fault = 0;
   std::error_code failed;
   for (const fs::directory_entry& entry : fs::directory_iterator(beside_, failed)) {
-    if (fault == 0) fault = Sync(entry.path(), 0);
+    if (fault == 0) fault = SyncToDisk(entry.path(), false);
   }
   if (failed) fault = failed.value();
-  if (fault == 0) fault = Sync(beside_, O_DIRECTORY);
+  if (fault == 0) fault = SyncToDisk(beside_, true);
   // an empty folder gives way, one with something in it does not
   if (fault == 0 && rename(beside_.c_str(), folder_.c_str()) != 0) fault = errno;
   if (fault != 0) return Error{folder_.string() + ": cannot be written: " + Reason(fault)};
   beside_.clear();
-  static_cast<void>(Sync(folder_.parent_path(), O_DIRECTORY));
+  static_cast<void>(SyncToDisk(folder_.parent_path(), true));
   return true;
 }
 

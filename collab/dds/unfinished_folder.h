@@ -6,6 +6,10 @@
 
 namespace tandem {
 
+/// Waits until the disk has a file, or with `is_folder` a folder's list of files. Returns 0, else
+/// errno.
+int SyncToDisk(const std::filesystem::path& path, bool is_folder);
+
 /// A folder that is there whole or not at all: it is filled beside its place, as NAME.unfinished-N,
 /// for its owner alone, and put there by Commit().
 class UnfinishedFolder {

@@ -145,10 +145,84 @@ TEST_F(MemberFolder, OfAnOlderProtocolIsRefusedInWords) {
 }
 
 TEST_F(MemberFolder, OfARevokedMemberIsRefused) {
-  const Result<bool> done = RevokeMember(session(), anna());
+  const Result<RevokedMember> done = RevokeMember(session(), anna());
   ASSERT_TRUE(done.has_value()) << done.error().what;
   Replace(anna() / "revoked.p7s", session() / "revoked.p7s");
   EXPECT_THAT(WhyNot(), HasSubstr("the keys of anna have been revoked"));
+}
+
+// What else is in the folder anybody may have written who had it.
+TEST_F(MemberFolder, IsRevokedByItsCertificateAndNotByItsWords) {
+  const fs::path ben = session() / "ben";
+  const Result<PeerId> id = MakeMemberKeys(session(), "ben", Role::kActive, ben);
+  ASSERT_TRUE(id.has_value()) << id.error().what;
+  Replace(ben / "member.txt", anna() / "member.txt");
+  const Result<RevokedMember> done = RevokeMember(session(), ben);
+  ASSERT_TRUE(done.has_value()) << done.error().what;
+  EXPECT_EQ(done->name, "ben");
+  EXPECT_EQ(done->peer, *id);
+  Replace(anna() / "revoked.p7s", session() / "revoked.p7s");
+  EXPECT_EQ(WhyNot(), "");
+  const Result<MemberKeys> keys = LoadMemberKeys(anna());
+  ASSERT_TRUE(keys.has_value());
+  EXPECT_EQ(keys->revoked, std::set<PeerId>{*id});
+}
+
+TEST_F(MemberFolder, WhoseCertificateIsOfAnotherAuthorityRevokesNobody) {
+  const fs::path other = scratch_.path() / "other";
+  ASSERT_TRUE(MakeSessionKeys(other));
+  ASSERT_TRUE(MakeMemberKeys(other, "anna", Role::kActive, other / "anna"));
+  const Result<RevokedMember> done = RevokeMember(session(), other / "anna");
+  ASSERT_FALSE(done.has_value());
+  EXPECT_THAT(done.error().what, HasSubstr("has not signed it"));
+  // nor is the authority itself a member
+  Replace(anna() / "identity.pem", session() / "identity_ca.pem");
+  EXPECT_FALSE(RevokeMember(session(), anna()));
+  EXPECT_FALSE(fs::exists(session() / "revoked.p7s"));
+}
+
+TEST_F(MemberFolder, ThatIsGoneIsRevokedByTheMembersName) {
+  const Result<MemberKeys> keys = LoadMemberKeys(anna());
+  ASSERT_TRUE(keys.has_value());
+  const fs::path away = scratch_.path() / "away";
+  fs::rename(anna(), away);
+  EXPECT_THAT(RevokeMember(session(), "ben").error().what, HasSubstr("nobody of that name"));
+  EXPECT_THAT(RevokeMember(session(), anna()).error().what, HasSubstr("no such folder"));
+  const Result<RevokedMember> done = RevokeMember(session(), "anna");
+  ASSERT_TRUE(done.has_value()) << done.error().what;
+  EXPECT_EQ(done->peer, keys->peer);
+  Replace(away / "revoked.p7s", session() / "revoked.p7s");
+  EXPECT_THAT(LoadMemberKeys(away).error().what, HasSubstr("the keys of anna have been revoked"));
+}
+
+TEST_F(MemberFolder, OfANameThatSeveralHaveIsRevokedByTheId) {
+  const Result<PeerId> second =
+      MakeMemberKeys(session(), "anna", Role::kViewer, scratch_.path() / "second");
+  ASSERT_TRUE(second.has_value()) << second.error().what;
+  const Result<RevokedMember> both = RevokeMember(session(), "anna");
+  ASSERT_FALSE(both.has_value());
+  EXPECT_THAT(both.error().what, HasSubstr("2 of that name have keys"));
+  EXPECT_THAT(both.error().what, HasSubstr(SerialOf(*second)));
+  Result<RevokedMember> done = RevokeMember(session(), SerialOf(*second));
+  ASSERT_TRUE(done.has_value()) << done.error().what;
+  EXPECT_EQ(done->peer, *second);
+  // one is left
+  done = RevokeMember(session(), "anna");
+  ASSERT_TRUE(done.has_value()) << done.error().what;
+  EXPECT_NE(done->peer, *second);
+}
+
+TEST_F(MemberFolder, IsInTheSessionsListThoughALineOfItWasCutOff) {
+  const fs::path list = session() / "members.txt";
+  const std::string before = TextOf(list);
+  EXPECT_EQ(before, "anna " + SerialOf(LoadMemberKeys(anna())->peer) + " peer\n");
+  std::ofstream(list, std::ios::app) << "carl 0123";
+  const Result<PeerId> ben =
+      MakeMemberKeys(session(), "ben", Role::kViewer, scratch_.path() / "ben");
+  ASSERT_TRUE(ben.has_value()) << ben.error().what;
+  EXPECT_EQ(TextOf(list), before + "carl 0123\nben " + SerialOf(*ben) + " viewer\n");
+  EXPECT_TRUE(RevokeMember(session(), "ben"));
+  EXPECT_FALSE(RevokeMember(session(), "carl"));
 }
 
 TEST_F(MemberFolder, IsKeptByBothListsWhereARevocationFailsHalfway) {
