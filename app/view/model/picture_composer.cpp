@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <set>
 
 namespace tandem {
@@ -19,15 +20,64 @@ const ViewBody* BodyOf(const ViewedPeer& peer, std::size_t body) {
   return nullptr;
 }
 
-/// Whose instance stands for the body: the first that is here, else the one heard last.
-const ViewedPeer* OwnerOf(const std::vector<ViewedPeer>& peers, std::size_t body) {
-  const ViewedPeer* owner = nullptr;
+/// The peers whose instances stand for the bodies, by body; null: nobody has sent it.
+using Owners = std::vector<const ViewedPeer*>;
+
+/// Tells how many of those who are here take a peer for the one who answers for a body, each of
+/// them once, by body and peer.
+std::map<std::pair<ObjectId, PeerId>, int> NamedForBodies(const std::vector<ViewedPeer>& peers) {
+  std::map<std::pair<ObjectId, PeerId>, int> named;
   for (const ViewedPeer& peer : peers) {
-    if (BodyOf(peer, body) == nullptr) continue;
-    if (peer.presence == Presence::kHere) return &peer;
-    if (owner == nullptr || peer.heard_ns > owner->heard_ns) owner = &peer;
+    if (peer.presence != Presence::kHere) continue;
+    std::set<ObjectId> said;
+    for (const Belief& belief : peer.info.beliefs) {
+      const bool first = said.insert(belief.object).second;
+      if (first && belief.peer != peer.info.peer) ++named[{belief.object, belief.peer}];
+    }
   }
-  return owner;
+  return named;
+}
+
+/// Whose instance stands for each body. Of those here who claim it: the one that most others name,
+/// of these the one with the greatest claim. Where nobody does: the first that is here, else the
+/// one heard last.
+Owners OwnersOf(const std::vector<ViewedPeer>& peers, std::size_t bodies) {
+  Owners owners(bodies, nullptr);
+  const std::map<std::pair<ObjectId, PeerId>, int> named = NamedForBodies(peers);
+  struct Best {
+    int votes = -1;
+    std::uint32_t epoch = 0;
+  };
+  std::vector<Best> best(bodies);
+  for (const ViewedPeer& peer : peers) {
+    if (peer.presence != Presence::kHere) continue;
+    for (const Claim& claim : peer.info.claims) {
+      if (claim.object >= bodies || BodyOf(peer, claim.object) == nullptr) continue;
+      const auto votes = named.find({claim.object, peer.info.peer});
+      const Best its{votes == named.end() ? 0 : votes->second, claim.epoch};
+      Best& most = best[claim.object];
+      const ViewedPeer*& owner = owners[claim.object];
+      const bool equal = its.votes == most.votes && its.epoch == most.epoch;
+      const bool more = its.votes > most.votes ||
+                        (its.votes == most.votes && its.epoch > most.epoch) ||
+                        (equal && peer.info.peer < owner->info.peer);
+      if (!more) continue;
+      most = its;
+      owner = &peer;
+    }
+  }
+  for (std::size_t body = 0; body < bodies; ++body) {
+    if (owners[body] != nullptr) continue;
+    for (const ViewedPeer& peer : peers) {
+      if (BodyOf(peer, body) == nullptr) continue;
+      const ViewedPeer* const before = owners[body];
+      if (before == nullptr || peer.heard_ns > before->heard_ns) owners[body] = &peer;
+      if (peer.presence != Presence::kHere) continue;
+      owners[body] = &peer;
+      break;
+    }
+  }
+  return owners;
 }
 
 }  // namespace
@@ -41,13 +91,13 @@ bool IsTrapped(const ViewedPeer& peer) {
 namespace {
 
 /// How a peer's instance of a body is drawn, where another who is here has one, too.
-std::string DrawnAs(const std::vector<ViewedPeer>& peers, const ViewedPeer& peer,
-                    std::size_t body) {
+std::string DrawnAs(const std::vector<ViewedPeer>& peers, const ViewedPeer& peer, std::size_t body,
+                    const Owners& owners) {
   const bool alone = std::none_of(peers.begin(), peers.end(), [&](const ViewedPeer& other) {
     return &other != &peer && other.presence == Presence::kHere && BodyOf(other, body) != nullptr;
   });
   if (alone) return {};
-  return OwnerOf(peers, body) == &peer ? " \u00b7 solid" : " \u00b7 ghost";
+  return owners[body] == &peer ? " \u00b7 solid" : " \u00b7 ghost";
 }
 
 std::string LabelText(const ViewedPeer& peer, const std::string& drawn_as) {
@@ -134,10 +184,11 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
       shown[{peer.info.peer, body.object}] = Shown(peer, body, bodies, now_s);
     }
   }
+  const Owners owners = OwnersOf(picture.peers, bodies.size());
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     BodyInstance solid{body, {}, bodies[body].colour, 1.0F};
     const std::size_t whole = bodies[body].part_of.value_or(body);
-    const ViewedPeer* owner = bodies[body].fixed ? nullptr : OwnerOf(picture.peers, whole);
+    const ViewedPeer* owner = bodies[body].fixed ? nullptr : owners[whole];
     if (owner != nullptr) solid.X_W = shown.at({owner->info.peer, whole});
     list.solids.push_back(solid);
     list.told.push_back(owner != nullptr ? BodyOf(*owner, whole)->X_W : Pose{});
@@ -153,7 +204,7 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
           ((body.flags & ViewBody::kHeld) != 0 && (named->flags & ViewBody::kHeld) == 0)) {
         named = &body;
       }
-      if (OwnerOf(picture.peers, body.object) == &peer) continue;
+      if (owners[body.object] == &peer) continue;
       for (std::size_t part = 0; part < bodies.size(); ++part) {
         if (bodies[part].part_of.value_or(part) != body.object) continue;
         const Pose& X_W = shown.at({peer.info.peer, body.object});
@@ -164,7 +215,7 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
     const bool own = peer.info.peer == picture.self && picture.self != 0;
     if (named != nullptr && !(own && (named->flags & ViewBody::kHeld) == 0)) {
       const Pose& X_W = shown.at({peer.info.peer, named->object});
-      const std::string drawn_as = DrawnAs(picture.peers, peer, named->object);
+      const std::string drawn_as = DrawnAs(picture.peers, peer, named->object, owners);
       list.labels.push_back({LabelText(peer, drawn_as), colour, named->object, X_W, opacity});
     }
   }

@@ -49,13 +49,14 @@ struct BodyLook {
   Vec3 middle_W = Vec3::Zero();                       // where it stands at first
 };
 
-/// Decides what is drawn of a session: of each moving body the instance of the first active peer
-/// (lowest id) that is here, solid; the other peers' instances as ghosts in the peers' colours.
-/// Where a body has ghosts, the names say which instance is solid and which are ghosts. A
-/// peer that left or fell silent fades; a body that nobody moves any more stays where it was last
-/// seen, one that nobody ever sent where it stands at first. A part goes where the body goes that
-/// it is merged with, in its own colour. What a hand moves freely is drawn a little ahead
-/// (DeadReckoning); what is in contact, as it was told.
+/// Decides what is drawn of a session: of each moving body the instance of the peer that answers
+/// for it, solid; the other peers' instances as ghosts in the peers' colours. Where several here
+/// claim a body, the claim counts that most others go by, then the greatest; where nobody does, the
+/// solid one is that of the first peer (lowest id) that is here. Where a body has ghosts, the names
+/// say which instance is solid and which are ghosts. A peer that left or fell silent fades; a body
+/// that nobody moves any more stays where it was last seen, one that nobody ever sent where it
+/// stands at first. A part goes where the body goes that it is merged with, in its own colour. What
+/// a hand moves freely is drawn a little ahead (DeadReckoning); what is in contact, as it was told.
 class PictureComposer {
  public:
   static constexpr double kFadeSeconds = 1.5;

@@ -57,6 +57,49 @@ TEST_F(Composed, TheFirstActivePeersInstanceIsSolidAndTheOthersAreGhostsInTheirC
   EXPECT_EQ(list.labels[1].text, "Ben \u00b7 ghost");
 }
 
+// Anybody may send a picture of any body, and a low id costs nothing.
+TEST_F(Composed, TheInstanceOfThePeerThatClaimsABodyIsSolidWhateverOthersSend) {
+  picture_.peers = {PeerAt(2, "Mallory", -kX), PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  picture_.peers[2].info.claims = {{1, 5, false}};
+  DrawList list = At(0);
+  EXPECT_EQ(list.solids[1].X_W.p.x(), 2 * kX);
+  EXPECT_EQ(list.told[1].p.x(), 2 * kX) << "distances are measured elsewhere";
+  EXPECT_EQ(list.ghosts.size(), 2U);
+  EXPECT_EQ(list.labels[0].text, "Mallory \u00b7 ghost");
+  EXPECT_EQ(list.labels[2].text, "Ben \u00b7 solid");
+  // of two claims the later counts, of one epoch the lower id's
+  picture_.peers[1].info.claims = {{1, 6, true}};
+  EXPECT_EQ(At(1).solids[1].X_W.p.x(), kX);
+  picture_.peers[2].info.claims = {{1, 6, true}};
+  EXPECT_EQ(At(2).solids[1].X_W.p.x(), kX);
+  picture_.peers[2].info.claims = {{1, 7, true}};
+  EXPECT_EQ(At(3).solids[1].X_W.p.x(), 2 * kX);
+  // no claim on another body counts, nor that of a peer that is gone, nor one without a picture
+  picture_.peers[0].info.claims = {{0, 9, true}, {7, 9, true}};
+  EXPECT_EQ(At(4).solids[1].X_W.p.x(), 2 * kX);
+  picture_.peers[2].presence = Presence::kLost;
+  EXPECT_EQ(At(5).solids[1].X_W.p.x(), kX);
+  picture_.peers[1].bodies.clear();
+  EXPECT_EQ(At(6).solids[1].X_W.p.x(), -kX);
+}
+
+// An epoch costs nothing either: what the others go by decides first.
+TEST_F(Composed, AClaimThatTheOthersDoNotGoByIsNotSolid) {
+  picture_.peers = {PeerAt(2, "Mallory", -kX), PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
+  picture_.peers[0].info.claims = {{1, 0xFFFFFFFF, true}};
+  picture_.peers[1].info.claims = {{1, 6, true}};
+  picture_.peers[2].info.beliefs = {{1, 3, 6}};
+  EXPECT_EQ(At(0).solids[1].X_W.p.x(), kX);
+  // a word for oneself is none, and each counts once
+  picture_.peers[0].info.beliefs = {{1, 2, 9}, {1, 2, 9}, {1, 2, 9}};
+  EXPECT_EQ(At(1).solids[1].X_W.p.x(), kX);
+  ViewedPeer vera = PeerAt(9, "Vera", 3 * kX);
+  vera.bodies.clear();
+  vera.info.beliefs = {{1, 3, 6}, {1, 2, 9}, {1, 2, 9}};
+  picture_.peers.push_back(vera);
+  EXPECT_EQ(At(2).solids[1].X_W.p.x(), kX);
+}
+
 TEST_F(Composed, WhoMovesABodyAloneIsNeitherSolidNorGhost) {
   picture_.peers = {PeerAt(3, "Anna", kX, 103.7)};
   EXPECT_EQ(At(0).labels[0].text, "Anna \u00b7 104 ms");
