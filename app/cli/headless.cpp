@@ -106,6 +106,7 @@ int ShowHeadless(const HandRequest& request, bool json) {
   Controller::Options options;
   options.host = "tandem-open";
   options.timeout_s = kAttachTry;
+  options.secured = !request.secure.empty();
   std::string why;
   while (MonotonicNowNs() - begun_ns < kControllerPatienceNs) {
     // what it says is on stderr already

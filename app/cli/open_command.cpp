@@ -103,9 +103,18 @@ int WatchWindow(pid_t window) {
   return status;
 }
 
+/// Returns the words, each with a space before it.
+std::string Joined(const std::vector<std::string>& words) {
+  std::string joined;
+  for (const std::string& word : words) joined += " " + word;
+  return joined;
+}
+
 /// Shows the window. Where that crashes, the controller goes on, and a new window takes it up.
 int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bool has_controller) {
   std::vector<std::string> now = words;
+  std::vector<std::string> take_up{"--attach", "--own", "--control", hand.control};
+  if (!hand.secure.empty()) take_up.insert(take_up.end(), {"--secure", hand.secure});
   for (int windows = 1;; ++windows) {
     const pid_t window = StartWindow(now);
     if (window < 0) return Fail(kExitFailed, std::string("tandem-view: ") + std::strerror(errno));
@@ -116,14 +125,13 @@ int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bo
     if (!has_controller || windows > kMostNewWindows) {
       return Fail(kExitFailed, "the window was ended by signal " + signal +
                                    (has_controller ? "; its controller " + hand.control +
-                                                         " goes on: tandem-view --attach --own "
-                                                         "--control " +
-                                                         hand.control
+                                                         " goes on: tandem-view" + Joined(take_up)
                                                    : ""));
     }
     Say("the window was ended by signal " + signal + "; its controller goes on, and a new window " +
         "takes it up");
-    now = {"--attach", "--own", "--control", hand.control, "--name", hand.name};
+    now = take_up;
+    now.insert(now.end(), {"--name", hand.name});
   }
 }
 

@@ -6,7 +6,7 @@ namespace tandem {
 namespace {
 
 constexpr double kQuitSeconds = 1;
-constexpr double kAttachSeconds = 0.5;  // a try, of which there are many
+constexpr double kAttachSeconds = 0.5;     // a try, of which there are many
 
 class AttachedController : public ControllerLink {
  public:
@@ -27,10 +27,11 @@ class AttachedController : public ControllerLink {
 
 }  // namespace
 
-Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name) {
+Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name, bool secured) {
   Controller::Options options;
   options.host = "tandem-view";
   options.timeout_s = kAttachSeconds;
+  options.secured = secured;
   Result<Controller> controller = Controller::Attach(name, options);
   if (!controller) return controller.error();
   return std::unique_ptr<ControllerLink>(

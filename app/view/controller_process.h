@@ -9,7 +9,7 @@ namespace tandem {
 /// says goes to a file without a name, for a pipe would break with this program.
 Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& request);
 
-/// Finds a controller by tandem::Controller.
-Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name);
+/// Finds a controller by tandem::Controller. `secured`: it has keys, and no other one will do.
+Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name, bool secured);
 
 }  // namespace tandem

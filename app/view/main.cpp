@@ -80,7 +80,8 @@ SceneSearchResult FindHere(const SceneManifest& manifest) {
 void Begin(const ViewOptions& options, MainWindow& window, SessionModel& session,
            SceneModel& scene) {
   if (options.attach) {
-    window.desk()->hand().TakeUp(options.hand.control, options.hand.name, options.own);
+    window.desk()->hand().TakeUp(options.hand.control, options.hand.name, options.own,
+                                 options.hand.secure);
   } else if (!options.open.empty() || options.take_part) {
     window.desk()->TakePart(options.hand);
   } else {

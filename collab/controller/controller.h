@@ -31,6 +31,7 @@ class Controller {
     double timeout_s = 2;       // to find the controller
     std::string keys;           // folder of the host's keys; empty: where the controller of that
                                 // name has put them, if it is secured
+    bool secured = false;       // the controller has keys: waits for them, and never speaks plainly
   };
 
   /// Finds the controller of that name on this machine. Errors: there is none, it speaks another

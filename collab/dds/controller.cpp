@@ -29,6 +29,7 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kBeatNs = 50'000'000;
+constexpr std::chrono::milliseconds kKeysStep{10};  // between two looks for keys
 constexpr std::int64_t kGoneNs = 500'000'000;     // without a snapshot
 constexpr std::int64_t kLeastGoalNs = 1'000'000;  // between two goals
 constexpr std::size_t kMostWaiting = 32;          // requests without an answer, so that none is lost
@@ -417,6 +418,15 @@ Result<Controller> Controller::Attach(const std::string& name, const Options& op
       MonotonicNow_ns() + static_cast<std::int64_t>(1e9 * options.timeout_s);
   for (;;) {
     const HostKeys keys = FindHostKeys(folder);
+    // any user of the machine may speak plainly under that name
+    if (options.secured && keys.folder.empty()) {
+      if (MonotonicNow_ns() > until_ns) {
+        return Error{"no controller '" + name + "' with keys on this machine: 'tandem peer " +
+                     "--control " + name + " --secure KEYS …' starts one"};
+      }
+      std::this_thread::sleep_for(kKeysStep);
+      continue;
+    }
     Result<ControlDomain> domain = EnterControlDomain(name, options.domain, keys.folder);
     if (!domain) return domain.error();
     auto link = std::make_unique<Link>(name, options, *std::move(domain));

@@ -260,11 +260,31 @@ TEST_F(ControlTest, OfASecuredSessionOnlyThoseWithItsKeysAreHosts) {
   ASSERT_EQ(stat(keys.c_str(), &facts), 0);
   EXPECT_EQ(facts.st_mode & 0077, 0U) << "for their owner alone";
   EXPECT_FALSE(std::filesystem::exists(keys / "identity_ca.key")) << "nobody gets keys later";
+  {
+    Controller::Options options;
+    options.timeout_s = 30;
+    options.secured = true;
+    const Result<Controller> host = Controller::Attach(name_, options);
+    EXPECT_TRUE(host) << host.error().what;
+  }
   // another user does not see the folder, and finds nobody
   std::filesystem::rename(keys, folder_.path() / "hidden");
   Controller::Options options;
   options.timeout_s = 3;
   EXPECT_FALSE(Controller::Attach(name_, options));
+}
+
+// Any user of the machine may run a plain controller under the name of a secured one that starts.
+TEST_F(ControlTest, WhoWantsASecuredControllerAttachesToNoPlainOne) {
+  Start();
+  Attach();
+  Controller::Options options;
+  options.timeout_s = 1;
+  options.secured = true;
+  const Result<Controller> host = Controller::Attach(name_, options);
+  ASSERT_FALSE(host);
+  EXPECT_NE(host.error().what.find("no controller '" + name_ + "' with keys"), std::string::npos)
+      << host.error().what;
 }
 
 }  // namespace

@@ -26,9 +26,10 @@ class ControllerLink {
   virtual bool Poll() = 0;
 };
 
-/// Finds the controller of a name; waits for no longer than a second.
+/// Finds the controller of a name; waits for no longer than a second. `secured`: it has keys, and
+/// no other one will do.
 using AttachFunction =
-    std::function<Result<std::unique_ptr<ControllerLink>>(const std::string& name)>;
+    std::function<Result<std::unique_ptr<ControllerLink>>(const std::string& name, bool secured)>;
 
 /// A controller that this program has started. It goes on when this program crashes.
 class ControllerProcess {

@@ -44,11 +44,13 @@ void HandModel::Start(const HandRequest& request) {
   TryToAttach();
 }
 
-void HandModel::TakeUp(const std::string& control, const std::string& name, bool own) {
+void HandModel::TakeUp(const std::string& control, const std::string& name, bool own,
+                       const std::string& secure) {
   Leave();
   request_ = {};
   request_.control = control;
   request_.name = name;
+  request_.secure = secure;
   own_ = own;
   since_start_.start();
   SetState(State::kStarting,
@@ -75,8 +77,8 @@ void HandModel::Leave() {
 void HandModel::TryToAttach() {
   if (attaching_.joinable()) return;
   drop_attached_ = false;
-  attaching_ = std::thread([this, name = request_.control] {
-    attach_result_.emplace(attach_(name));
+  attaching_ = std::thread([this, name = request_.control, secured = !request_.secure.empty()] {
+    attach_result_.emplace(attach_(name, secured));
     QMetaObject::invokeMethod(this, &HandModel::OnAttachEnded, Qt::QueuedConnection);
   });
 }

@@ -29,8 +29,10 @@ class HandModel : public QObject {
   /// Starts a controller, in place of the one before. One of that name that runs is taken up.
   void Start(const HandRequest& request);
   /// Takes up a controller that runs already. `own`: an earlier window of this user has started it,
-  /// and it ends with this one.
-  void TakeUp(const std::string& control, const std::string& name, bool own = false);
+  /// and it ends with this one. `secure`: the folder of keys that it has for its session; empty:
+  /// none.
+  void TakeUp(const std::string& control, const std::string& name, bool own = false,
+              const std::string& secure = {});
   /// Leaves the session; ends the controller, if it is this user's own.
   void Leave();
 

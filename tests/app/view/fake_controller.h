@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <string>
 #include <utility>
@@ -21,7 +22,8 @@ struct FakeController {
   bool heard = true;      // else the controller is silent
   bool reachable = true;  // else nobody can attach
   double wall_x = 1e9;    // of the grasped point
-  std::string ended;      // when not empty, the process has ended with these words
+  std::atomic<bool> wanted_secured = false;  // by who attached last
+  std::string ended;  // when not empty, the process has ended with these words
   std::vector<HandRequest> launched;
   int processes = 0;  // that run
   Pose X_GB;          // of what is in hand, displacement as seen from the grasp frame
@@ -40,7 +42,8 @@ struct FakeController {
   }
 
   AttachFunction Attach() {
-    return [this](const std::string&) -> Result<std::unique_ptr<ControllerLink>> {
+    return [this](const std::string&, bool secured) -> Result<std::unique_ptr<ControllerLink>> {
+      wanted_secured = secured;
       if (!reachable) return Error{"no controller of that name is heard"};
       return std::unique_ptr<ControllerLink>(std::make_unique<Link>(*this));
     };
