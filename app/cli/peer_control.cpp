@@ -81,8 +81,6 @@ PeerControl::~PeerControl() {
   job_came_.notify_all();
   jobs_thread_.join();
   meter_.reset();  // it posts here
-  std::error_code ignored;
-  for (const std::filesystem::path& file : made_) std::filesystem::remove(file, ignored);
 }
 
 void PeerControl::RunJobs() {
@@ -388,8 +386,11 @@ std::optional<Answer> PeerControl::AddMesh(std::uint64_t job, const LoadMeshRequ
   }
   const Result<std::filesystem::path> folder = ControlFolder();
   if (!folder) return Answer{false, folder.error().what};
-  const std::filesystem::path scene =
-      *folder / (control_ + "-with-" + std::to_string(job) + ".json");
+  const std::filesystem::path scenes = *folder / ScenesFolderOf(control_);
+  std::error_code failed;
+  std::filesystem::create_directory(scenes, failed);
+  if (failed) return Answer{false, scenes.string() + ": " + failed.message()};
+  const std::filesystem::path scene = scenes / ("with-" + std::to_string(job) + ".json");
   const Answer written = Write(scene,
                                AddedBody{.name = mesh.body,
                                          .mesh = file,
@@ -398,7 +399,6 @@ std::optional<Answer> PeerControl::AddMesh(std::uint64_t job, const LoadMeshRequ
                                          .mass_kg = mesh.mass_kg},
                                true);
   if (!written.ok) return written;
-  made_.push_back(scene);
   return AskForScene(job, scene);
 }
 

@@ -126,7 +126,6 @@ class PeerControl : private ControlledPeer {
   std::condition_variable job_came_;
   std::shared_ptr<DistanceMeter> meter_;     // null: nobody has asked for distances
   const WorldModel* measures_of_ = nullptr;  // of that scene
-  std::vector<std::filesystem::path> made_;  // scene files of ours; the jobs' thread's
   std::vector<Pose> poses_;                  // of the moving bodies, not long ago
   const WorldModel* poses_of_ = nullptr;
   std::int64_t poses_ns_ = 0;

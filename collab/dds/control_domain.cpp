@@ -114,6 +114,10 @@ Result<fs::path> ControlFolder() {
   return folder;
 }
 
+std::string ScenesFolderOf(const std::string& controller) {
+  return controller + ".scenes";
+}
+
 WriterLimits LimitsOf(ControlTopic topic) {
   constexpr int kOneHost = 1;
   // a controller answers every host that comes, and has another id in each session that it joins

@@ -24,6 +24,10 @@ Result<ControlDomain> EnterControlDomain(const std::string& name, std::uint32_t 
 /// $XDG_RUNTIME_DIR, else /tmp. Made if it is not there. Errors: it is not ours alone.
 Result<std::filesystem::path> ControlFolder();
 
+/// The folder, in ControlFolder(), for the scenes that a controller of that name makes. It goes
+/// with the controller, or with the next one that starts on this machine. The controller makes it.
+std::string ScenesFolderOf(const std::string& controller);
+
 enum class ControlTopic : std::uint8_t { kRequest, kAnswer, kGoal, kScene, kSnapshot };
 
 /// The samples that a writer of such a topic may send to a reader.

@@ -21,7 +21,7 @@ namespace tandem {
 namespace {
 
 /// The name of a controller that runs: a locked file, which the kernel unlocks at its end, however
-/// that comes. With it go the keys that it has made for its hosts.
+/// that comes. With it go the keys that it has made for its hosts, and its scenes.
 class NameLock {
  public:
   NameLock(NameLock&& other) noexcept
@@ -31,6 +31,7 @@ class NameLock {
     if (file_ < 0) return;
     std::error_code ignored;
     std::filesystem::remove_all(keys(), ignored);
+    std::filesystem::remove_all(scenes(), ignored);
     std::filesystem::remove(path_, ignored);  // while it is locked: nobody takes it meanwhile
     close(file_);
   }
@@ -65,6 +66,9 @@ class NameLock {
 
   std::filesystem::path keys() const {
     return std::filesystem::path(path_).replace_extension(".keys");
+  }
+  std::filesystem::path scenes() const {
+    return path_.parent_path() / ScenesFolderOf(path_.stem().string());
   }
 
  private:

@@ -9,6 +9,7 @@
 #include "app/cli/child_processes.h"
 #include "collab/controller/controller.h"
 #include "collab/dds/keys.h"
+#include "tests/support/obj_text.h"
 
 // A host in this program and a controller as a process of its own, over DDS.
 
@@ -16,6 +17,15 @@ namespace tandem {
 namespace {
 
 using std::chrono::milliseconds;
+
+/// Names what is in a folder, for a message.
+std::string NamesIn(const std::filesystem::path& folder) {
+  std::string names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    names += entry.path().filename().string() + " ";
+  }
+  return names;
+}
 
 class ControlTest : public ::testing::Test {
  protected:
@@ -216,16 +226,29 @@ TEST_F(ControlTest, AnswersEachOfManyRequests) {
 
 TEST_F(ControlTest, LeavesNoFileBehindNorThoseOfOthersThatWereKilled) {
   Start();
-  Attach();
+  {
+    // a scene of the controller's own, as it stands with one body more
+    Controller host = Attach();
+    const std::string mesh = (folder_.path() / "cube.obj").string();
+    std::ofstream(mesh) << testing::BoxObjText(0.01, 0.01, 0.01);
+    Answer loaded = host.Ask(LoadMeshRequest{.file = mesh, .body = "cube"});
+    // it may not have seen where its bodies are yet
+    for (int i = 0; i < 200 && loaded.reason == "the scene is being loaded"; ++i) {
+      host.Wait(milliseconds(50));
+      loaded = host.Ask(LoadMeshRequest{.file = mesh, .body = "cube"});
+    }
+    ASSERT_TRUE(loaded.ok) << loaded.reason;
+  }
   controller_->Signal(SIGKILL);
   controller_->Wait(std::chrono::seconds(20));
   const std::filesystem::path folder = folder_.path() / "tandem";
   EXPECT_TRUE(std::filesystem::exists(folder / (name_ + ".lock")));
+  EXPECT_GT(std::ranges::distance(std::filesystem::directory_iterator(folder)), 1);
   name_ += "-next";
   Start();
   EXPECT_TRUE(Attach().Ask(QuitRequest{}).ok);
   EXPECT_EQ(controller_->Wait(std::chrono::seconds(20)), 0);
-  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  EXPECT_TRUE(std::filesystem::is_empty(folder)) << NamesIn(folder);
 }
 
 TEST_F(ControlTest, ANameIsTakenOnce) {
