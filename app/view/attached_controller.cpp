@@ -1,3 +1,4 @@
+#include "app/stop_signal.h"
 #include "app/view/controller_process.h"
 #include "collab/controller/controller.h"
 
@@ -6,6 +7,7 @@ namespace tandem {
 namespace {
 
 constexpr double kQuitSeconds = 1;
+constexpr double kHastyQuitSeconds = 0.1;  // where a signal ends this program
 constexpr double kAttachSeconds = 0.5;     // a try, of which there are many
 
 class AttachedController : public ControllerLink {
@@ -18,7 +20,10 @@ class AttachedController : public ControllerLink {
   }
   void SetGoal(const PlainPose& X_WG) override { controller_.SetGoal(X_WG); }
   const ControllerSnapshot& snapshot() const override { return controller_.snapshot(); }
-  void Quit() override { controller_.Ask(QuitRequest{}, kQuitSeconds); }
+  void Quit() override {
+    const bool hasty = StopAskedWithin(std::chrono::nanoseconds(0));
+    controller_.Ask(QuitRequest{}, hasty ? kHastyQuitSeconds : kQuitSeconds);
+  }
   bool Poll() override { return controller_.Poll(); }
 
  private:

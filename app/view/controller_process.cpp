@@ -25,6 +25,12 @@ namespace {
 constexpr std::chrono::milliseconds kEndStep{10};
 constexpr std::chrono::milliseconds kEndPatience{3000};   // for each signal
 constexpr std::chrono::milliseconds kQuitPatience{5000};  // without one
+// where a signal ends this program, which must not take longer than a second
+constexpr std::chrono::milliseconds kHastyPatience{500};
+
+bool IsEndedBySignal() {
+  return StopAskedWithin(std::chrono::nanoseconds(0));
+}
 
 /// Returns the last line of a file, without what the program calls itself. The child that writes
 /// the file shares its position, which stays where it is.
@@ -51,14 +57,17 @@ class StartedPeer : public ControllerProcess {
   StartedPeer(pid_t pid, int log) : pid_(pid), log_(log) {}
 
   ~StartedPeer() override {
-    for (const int signal : {SIGTERM, SIGKILL}) {
-      if (!Gone()) kill(pid_, signal);
-      WaitFor(kEndPatience);
+    if (!Gone()) kill(pid_, SIGTERM);
+    WaitFor(kEndPatience, kHastyPatience);
+    // in haste one that runs is left to its own end, which is as near; one that is stopped has none
+    if (!Gone() && (!IsEndedBySignal() || IsStopped())) {
+      kill(pid_, SIGKILL);
+      WaitFor(kEndPatience, kHastyPatience);
     }
     close(log_);
   }
 
-  void AwaitEnd() override { WaitFor(kQuitPatience); }
+  void AwaitEnd() override { WaitFor(kQuitPatience, std::chrono::milliseconds(0)); }
 
   std::optional<std::string> Ended() override {
     if (!Gone()) return std::nullopt;
@@ -75,12 +84,21 @@ class StartedPeer : public ControllerProcess {
   std::string LastLine() override { return LastLineOf(log_); }
 
  private:
-  void WaitFor(std::chrono::milliseconds patience) {
-    for (auto waited = std::chrono::milliseconds(0); waited < patience && !Gone();
-         waited += kEndStep) {
+  /// Waits for its end. `hasty`: the patience where a signal ends this program.
+  void WaitFor(std::chrono::milliseconds patience, std::chrono::milliseconds hasty) {
+    const auto begun = std::chrono::steady_clock::now();
+    while (!Gone()) {
+      const auto waited = std::chrono::steady_clock::now() - begun;
+      if (waited >= (IsEndedBySignal() ? hasty : patience)) return;
       StillEnding();
       std::this_thread::sleep_for(kEndStep);
     }
+  }
+  /// Whether somebody has stopped it, as by SIGSTOP: it hears no signal then but SIGKILL.
+  bool IsStopped() {
+    siginfo_t facts{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &facts, WSTOPPED | WNOHANG | WNOWAIT) == 0 &&
+           facts.si_pid == pid_;
   }
   bool Gone() {
     if (!ended_) ended_ = waitpid(pid_, &status_, WNOHANG) == pid_;

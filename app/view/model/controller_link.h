@@ -34,7 +34,8 @@ using AttachFunction =
 /// A controller that this program has started. It goes on when this program crashes.
 class ControllerProcess {
  public:
-  /// Has it end, within a few seconds.
+  /// Has it end, within a few seconds; where a signal ends this program, within half a second, or
+  /// in the controller's own time.
   virtual ~ControllerProcess() = default;
   /// Gives it time to end by itself, once it was asked to: it may have a report to write.
   virtual void AwaitEnd() {}

@@ -23,10 +23,10 @@ HandModel::~HandModel() {
     link_->Quit();
     if (process_) process_->AwaitEnd();
   }
+  process_.reset();  // takes its time while what is being attached gives up
   if (attaching_.joinable()) attaching_.join();
   attach_result_.reset();
   link_.reset();
-  process_.reset();
 }
 
 void HandModel::Start(const HandRequest& request) {

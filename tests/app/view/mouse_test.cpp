@@ -5,7 +5,11 @@
 #include <QProcess>
 #include <QTemporaryDir>
 #include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -272,6 +276,39 @@ TEST_F(Person, AKilledWindowLeavesNothingInTheTemporaryFolder) {
   // a folder of Qt's own is no fault of ours
   EXPECT_EQ(QDir(folder_.path()).entryList({"tandem*"}).join(' ').toStdString(), "");
   EXPECT_TRUE(window.AskControllerToQuit());  // it goes on without its window
+}
+
+/// The process that runs with these words in a row among its arguments; 0: there is none.
+pid_t ProcessWith(const std::string& words) {
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ostringstream line;
+    line << std::ifstream(entry.path() / "cmdline").rdbuf();
+    if (line.str().find(words) != std::string::npos) return static_cast<pid_t>(std::stol(name));
+  }
+  return 0;
+}
+
+// A stopped process hears no request and no signal but SIGKILL.
+TEST_F(Person, ASignalEndsAWindowAndItsControllerThoughThatIsStopped) {
+  OpenWindow window({"open", "bracket_actuator", "--name", "anna"});
+  ASSERT_TRUE(window.started());
+  ASSERT_TRUE(window.Attach()) << window.why();
+  window.Detach();
+  using namespace std::string_literals;
+  const std::string words = "\0peer\0--control\0"s + window.control() + "\0"s;
+  const pid_t controller = ProcessWith(words);
+  ASSERT_GT(controller, 0);
+  ASSERT_EQ(kill(controller, SIGSTOP), 0);
+  usleep(700'000);  // the window has missed it
+  window.process().terminate();
+  EXPECT_TRUE(window.process().waitForFinished(15'000));
+  QElapsedTimer clock;
+  clock.start();
+  while (ProcessWith(words) != 0 && clock.elapsed() < 5000) QThreadSleep();
+  EXPECT_EQ(ProcessWith(words), 0) << "the controller is left behind";
+  kill(controller, SIGKILL);
 }
 
 TEST_F(Person, TwoWindowsHoldTheSamePartAtATenthOfASecond) {
