@@ -1,3 +1,4 @@
+#include <csignal>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -19,7 +20,7 @@ using ::testing::HasSubstr;
 // Members meet within a quarter of a second; one who has not been let in after this is not.
 constexpr std::chrono::milliseconds kLongEnough{1500};
 
-// Keys of one session with three peers and a viewer, and of another session.
+// Keys of one session with four peers and a viewer, and of another session.
 struct Keys {
   Keys() {
     EXPECT_TRUE(MakeSessionKeys(ours()).has_value());
@@ -32,6 +33,7 @@ struct Keys {
     anna = member(ours(), "anna", Role::kActive);
     ben = member(ours(), "ben", Role::kActive);
     carl = member(ours(), "carl", Role::kActive);
+    dave = member(ours(), "dave", Role::kActive);
     vic = member(ours(), "vic", Role::kViewer);
     rogue = member(theirs(), "anna", Role::kActive);
   }
@@ -45,7 +47,7 @@ struct Keys {
   }
 
   ScratchFolder scratch;
-  PeerId anna = 0, ben = 0, carl = 0, vic = 0, rogue = 0;
+  PeerId anna = 0, ben = 0, carl = 0, dave = 0, vic = 0, rogue = 0;
 };
 
 void Replace(const fs::path& file, const fs::path& by) {
@@ -253,6 +255,25 @@ TEST_F(Security, NeitherAViewerNorAMemberMakesAnotherLeave) {
   EXPECT_TRUE(heard_.Now().dropped.contains({keys_->carl, Drop::kImpostor}));
 }
 
+TEST_F(Security, NeitherAViewerNorAMemberKeepsADeadPeerAlive) {
+  const PeerId dave = keys_->dave;
+  ChildPeer victim(session_, dave, {.secure = (keys_->ours() / "dave").string()});
+  ASSERT_TRUE(HearsInfoOf(dave));
+  ChildPeer vic =
+      Attacker("vic", TANDEM_LAX_ACCESS_CONTROL, "look_on_as_victim", keys_->vic, dave);
+  ChildPeer carl = Attacker("carl", TANDEM_LAX_ACCESS_CONTROL, "dispose", keys_->carl, dave);
+  EXPECT_TRUE(vic.Says("attacking"));
+  EXPECT_TRUE(carl.Says("attacking"));
+  const PeerId member = keys_->carl;
+  EXPECT_TRUE(heard_.WaitFor([member](const Recorder::Heard& h) {
+    return h.dropped.contains({member, Drop::kImpostor});
+  }));
+  victim.Signal(SIGKILL);
+  EXPECT_TRUE(heard_.WaitFor([dave](const Recorder::Heard& h) {
+    return h.lost.contains(dave);
+  }));
+}
+
 TEST_F(Security, AMembersGrantsAndOffersAreItsOwn) {
   ChildPeer carl = Attacker("carl", TANDEM_LAX_ACCESS_CONTROL, "offer_as_first", keys_->carl,
                             keys_->ben);
@@ -274,6 +295,23 @@ TEST_F(Security, TheSameKeysTwiceAreNoticed) {
   }));
   EXPECT_FALSE(heard_.Now().left.contains(ben));
   EXPECT_FALSE(heard_.Now().lost.contains(ben));
+}
+
+TEST_F(Security, AViewersKeysTwiceAreNoticed) {
+  const auto look_on = [this] {
+    return std::make_unique<ChildPeer>(
+        session_, keys_->vic,
+        ChildPeer::Options{.role = Role::kViewer, .secure = (keys_->ours() / "vic").string()});
+  };
+  const auto first = look_on();
+  ASSERT_TRUE(HearsInfoOf(keys_->vic));
+  const auto second = look_on();
+  const PeerId vic = keys_->vic;
+  EXPECT_TRUE(heard_.WaitFor([vic](const Recorder::Heard& h) {
+    return h.dropped.contains({vic, Drop::kTwin});
+  }));
+  EXPECT_FALSE(heard_.Now().left.contains(vic));
+  EXPECT_FALSE(heard_.Now().lost.contains(vic));
 }
 
 TEST_F(Security, ARevokedMemberIsNotLetIn) {
