@@ -264,20 +264,6 @@ TEST_F(Person, DrawsTheActuatorOutOfItsBracketThroughContact) {
   EXPECT_LE(verdict.at("deepest_mm").get<double>(), 0.5);  // half a voxel of 1 mm
 }
 
-TEST_F(Person, AKilledWindowLeavesNothingInTheTemporaryFolder) {
-  const QByteArray before = qgetenv("TMPDIR");
-  qputenv("TMPDIR", folder_.path().toUtf8());
-  OpenWindow window({"open", "bracket_actuator", "--name", "anna"});
-  before.isNull() ? qunsetenv("TMPDIR") : qputenv("TMPDIR", before);
-  ASSERT_TRUE(window.started());
-  ASSERT_TRUE(window.Attach()) << window.why();
-  window.process().kill();
-  ASSERT_TRUE(window.process().waitForFinished(15'000));
-  // a folder of Qt's own is no fault of ours
-  EXPECT_EQ(QDir(folder_.path()).entryList({"tandem*"}).join(' ').toStdString(), "");
-  EXPECT_TRUE(window.AskControllerToQuit());  // it goes on without its window
-}
-
 /// The process that runs with these words in a row among its arguments; 0: there is none.
 pid_t ProcessWith(const std::string& words) {
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
@@ -288,6 +274,26 @@ pid_t ProcessWith(const std::string& words) {
     if (line.str().find(words) != std::string::npos) return static_cast<pid_t>(std::stol(name));
   }
   return 0;
+}
+
+TEST_F(Person, AKilledWindowLeavesNothingInTheTemporaryFolder) {
+  const QByteArray before = qgetenv("TMPDIR");
+  qputenv("TMPDIR", folder_.path().toUtf8());
+  OpenWindow window({"open", "bracket_actuator", "--name", "anna"});
+  before.isNull() ? qunsetenv("TMPDIR") : qputenv("TMPDIR", before);
+  ASSERT_TRUE(window.started());
+  ASSERT_TRUE(window.Attach()) << window.why();
+  using namespace std::string_literals;
+  const pid_t view = ProcessWith("bracket_actuator.json\0--control\0"s + window.control() + "\0"s);
+  ASSERT_GT(view, 0);
+  // who watches the window would start another one
+  window.process().kill();
+  ASSERT_TRUE(window.process().waitForFinished(15'000));
+  ASSERT_EQ(kill(view, SIGKILL), 0);
+  ASSERT_TRUE(WindowsAre(0));
+  // a folder of Qt's own is no fault of ours
+  EXPECT_EQ(QDir(folder_.path()).entryList({"tandem*"}).join(' ').toStdString(), "");
+  EXPECT_TRUE(window.AskControllerToQuit());  // it goes on without its window
 }
 
 // A stopped process hears no request and no signal but SIGKILL.
