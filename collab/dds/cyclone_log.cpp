@@ -3,10 +3,12 @@
 #include <array>
 #include <chrono>
 #include <mutex>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "collab/dds/dds_api.h"
+#include "engine/base/regular_file.h"
 #include "engine/realtime/line_writer.h"
 
 namespace tandem {
@@ -30,6 +32,7 @@ constexpr std::array<std::pair<const char*, const char*>, 12> kMeanings{{
     {"deserialization", "a message that this version cannot read was dropped"},
 }};
 constexpr std::size_t kMaxKept = 100;
+constexpr std::size_t kLongestMessage = 400;  // bytes
 
 // Cyclone calls it from any of its threads, the receive thread too: nothing here waits.
 class CycloneLog {
@@ -85,9 +88,10 @@ CycloneLog& Log() {
 }
 
 void OnCycloneMessage(void* /*unused*/, const dds_log_data_t* data) {
-  std::string line = data->message;
-  while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) line.pop_back();
-  if (!line.empty()) Log().Add(std::move(line));
+  std::string_view message = data->message;
+  while (message.ends_with('\n') || message.ends_with(' ')) message.remove_suffix(1);
+  // it may have a name in it that a stranger chose
+  if (!message.empty()) Log().Add(PlainLine(message, kLongestMessage));
 }
 
 }  // namespace
