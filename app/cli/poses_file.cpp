@@ -1,5 +1,6 @@
 #include "app/cli/poses_file.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -33,6 +34,10 @@ std::vector<std::string> CellsOf(std::string line) {
 constexpr std::array<const char*, 9> kColumns{"fixed", "moving", "tx", "ty",       "tz",
                                               "ax",    "ay",     "az", "angle_deg"};
 
+bool IsColumn(const std::string& name) {
+  return name == "kind" || std::ranges::count(kColumns, name) > 0;
+}
+
 }  // namespace
 
 Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, PosesOf of) {
@@ -45,7 +50,12 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
   if (!lines.Next(line)) return lines.too_long() ? too_long : Error{file.string() + ": is empty"};
   std::map<std::string, std::size_t> place;
   const std::vector<std::string> names = CellsOf(line);
-  for (std::size_t i = 0; i < names.size(); ++i) place[names[i]] = i;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!place.emplace(names[i], i).second && IsColumn(names[i])) {
+      return Error{file.string() + ":1: has the column " + names[i] +
+                   " twice: leave one of them out"};
+    }
+  }
   for (std::size_t k = of == PosesOf::kPairs ? 0 : 1; k < kColumns.size(); ++k) {
     const char* column = kColumns[k];
     if (!place.contains(column)) {

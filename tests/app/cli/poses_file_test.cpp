@@ -37,6 +37,22 @@ TEST(PosesFile, IsReadInFull) {
   EXPECT_NEAR(RotationVector(poses->at(0).X_WM.q).z(), 0.5 * M_PI, 1e-12);
 }
 
+TEST(PosesFile, AColumnThatIsGivenTwiceIsRefused) {
+  const ScratchFolder folder;
+  const auto error = [&](const std::string& header) {
+    const auto file = folder.Write("p.csv", header + "\na,b,k,1,2,3,0,0,2,90,9\n");
+    const Result<std::vector<FilePose>> poses = ReadPosesFile(file);
+    return poses ? "" : poses.error().what.substr(file.string().size());
+  };
+  EXPECT_EQ(error("fixed,moving,kind,tx,ty,tz,ax,ay,az,angle_deg,tx"),
+            ":1: has the column tx twice: leave one of them out");
+  EXPECT_EQ(error("fixed,moving,kind,tx,ty,tz,ax,ay,az,angle_deg,kind"),
+            ":1: has the column kind twice: leave one of them out");
+  EXPECT_EQ(error("fixed,moving,kind,tx,ty,tz,ax,ay,az,angle_deg,"), "");
+  const std::string without_names = "fixed,moving,,tx,ty,tz,ax,ay,az,angle_deg,";
+  EXPECT_EQ(error(without_names), "") << "nobody reads columns without a name";
+}
+
 TEST(PosesFile, TextThatATerminalWouldActOnIsRefusedWithItsPlace) {
   EXPECT_EQ(ErrorOfPoses("a,b\x1b[31m,k,0,0,0,0,0,1,0"),
             ":2: moving: expected plain text of at most 256 bytes, got \"b?[31m\"");
