@@ -17,6 +17,19 @@ SceneJson PoseJson(const Pose& X) {
   return {{"p_W", {X.p.x(), X.p.y(), X.p.z()}}, {"q_xyzw", {X.q.x(), X.q.y(), X.q.z(), X.q.w()}}};
 }
 
+/// The absolute path of a file as a scene names it. Notes the first one that no scene can name in
+/// `unnamed`, for JSON holds UTF-8 alone.
+std::string NameOf(const fs::path& file, std::optional<Error>& unnamed) {
+  std::error_code not_there;
+  const fs::path absolute = fs::absolute(file, not_there);
+  if (!unnamed && !IsPlainText(absolute.native())) {
+    unnamed = Error{PlainLine(absolute.native()) +
+                    ": a scene cannot name this file, whose path is no plain text in UTF-8: "
+                    "rename the folder or the file"};
+  }
+  return absolute.string();
+}
+
 }  // namespace
 
 Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& displaced,
@@ -34,18 +47,19 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
       json["bodies"].size() != scene.bodies.size()) {
     return Error{scene.file.string() + " is not any more what was loaded"};
   }
+  std::optional<Error> unnamed;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     SceneJson& body = json["bodies"][i];
-    body["mesh"] = fs::absolute(scene.bodies[i].mesh, not_there).string();
+    body["mesh"] = NameOf(scene.bodies[i].mesh, unnamed);
     const Pose X_WM = displaced[i] * scene.bodies[i].X_WM;
     body["pose"] = PoseJson({X_WM.q.normalized(), X_WM.p});
   }
   for (std::size_t i = 0; i < scene.hands.size(); ++i) {
-    json["hands"][i]["file"] = fs::absolute(scene.hands[i].file, not_there).string();
+    json["hands"][i]["file"] = NameOf(scene.hands[i].file, unnamed);
   }
   if (added) {
     SceneJson body{{"name", added->name.empty() ? added->mesh.stem().string() : added->name},
-                   {"mesh", added->mesh.string()}};
+                   {"mesh", NameOf(added->mesh, unnamed)}};
     if (added->fixed) {
       body["fixed"] = true;
     } else {
@@ -54,6 +68,7 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
     }
     json["bodies"].push_back(body);
   }
+  if (unnamed) return *unnamed;
   const auto failed = WriteWholeFile(file, JsonText(json, 2) + '\n');
   if (failed) return *failed;
   return true;
