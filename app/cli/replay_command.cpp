@@ -22,6 +22,7 @@
 #include "collab/recording/poses_export.h"
 #include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"
+#include "collab/scene_agreement.h"
 #include "collab/viewer.h"
 #include "engine/base/json_text.h"
 #include "engine/realtime/clock.h"
@@ -45,6 +46,7 @@ struct ReplayArguments {
   ReachOptions reach;
   double speed = 0;  // times real time; 0: as fast as it goes
   int threads = 1;
+  bool adopt_any = false;  // the recorded voxels, however far from the scene file's
   bool json = false;
 };
 
@@ -140,14 +142,25 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& ar
       searched += (searched.empty() ? "" : ", ") + folder.string();
     }
     what_to_do = " (no file with its content is in " + searched + "; --scene says where it is now)";
+    // a stranger may have named any path
+    if (!found && !MayBeSceneFile(file)) {
+      return Error{file + ": is no scene file of 4 MB at most that ends in .json" + what_to_do};
+    }
   }
   Result<Scene> scene = LoadScene(file);
   if (!scene) return Error{scene.error().what + what_to_do};
+  const ForceParameters own = ParametersOf(*scene);
   Adopt(header.parameters, *scene);
   const Result<SceneHash> hash = HashScene(*scene);
   if (!hash) return hash.error();
   if (hash->content != header.scene_hash) {
     return Error{file + ": is not the scene that was recorded; it has changed since" + what_to_do};
+  }
+  if (!arguments.adopt_any && !MayBeAdopted(header.parameters, own)) {
+    return Error{arguments.file + ": was recorded by " + Describe(header.parameters) +
+                 ", its scene goes by " + Describe(own) +
+                 ": more than a factor of 4 apart, which takes much more memory or is much "
+                 "coarser: --adopt-any takes it all the same"};
   }
   if (!arguments.scene.empty()) RememberSceneFolder(file);
   return LoadWorld(*scene);
@@ -383,6 +396,9 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
                       "write there, for other programs: to FILE.csv the poses of all moving "
                       "bodies every 10 ms, as 'tandem proximity --poses' reads them; to any other "
                       "file poses, twists and forces as MCAP");
+  command->add_flag("--adopt-any", arguments->adopt_any,
+                    "take the recorded voxel size also where it differs from the scene file's by "
+                    "more than a factor of 4");
   AddReachOptions(*command, arguments->reach);
   command->add_flag("--json", arguments->json, "print the result on stdout");
   command->callback([arguments, &exit_code] {

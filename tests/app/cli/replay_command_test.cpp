@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdlib>
+#include <functional>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -186,6 +187,52 @@ TEST_F(ReplayCommand, SaysWhereItLookedForASceneThatIsGone) {
   EXPECT_THAT(replayed.err, HasSubstr(scene + ": "));
   EXPECT_THAT(replayed.err, HasSubstr("no file with its content is in "));
   EXPECT_THAT(replayed.err, HasSubstr("--scene says where it is now"));
+}
+
+/// The bytes of a recording with other words in its header.
+std::string WithOtherHeader(const std::string& file,
+                            const std::function<void(nlohmann::ordered_json&)>& change) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  constexpr std::size_t kLine = 19;  // "tandem-recording 2\n"
+  std::uint32_t length = 0;
+  std::memcpy(&length, &bytes[kLine], sizeof length);
+  auto header = nlohmann::ordered_json::parse(bytes.substr(kLine + 4, length));
+  change(header);
+  const std::string text = header.dump();
+  const auto new_length = static_cast<std::uint32_t>(text.size());
+  std::memcpy(&bytes[kLine], &new_length, sizeof new_length);
+  return bytes.replace(kLine + 4, length, text);
+}
+
+// A stranger's recording could have voxels that fill the memory.
+TEST_F(ReplayCommand, VoxelsFarFromTheScenesAreTakenOnlyWhereTheUserSaysSo) {
+  const auto changed = [](double factor) {
+    std::ofstream(File("voxels"), std::ios::binary)
+        << WithOtherHeader(File("run"), [&](nlohmann::ordered_json& header) {
+             header["voxel_size"] = factor * header["voxel_size"].get<double>();
+           });
+    return File("voxels");
+  };
+  ExpectRefused(changed(0.2), kExitFile, "more than a factor of 4 apart");
+  ExpectRefused(changed(1e-6), kExitFile, "--adopt-any takes it all the same");
+  const std::string coarse = changed(5);
+  ExpectRefused(coarse, kExitFile, "more than a factor of 4 apart");
+  const Said taken = RunTandem("replay --adopt-any " + coarse, "timeout 60 ");
+  EXPECT_THAT(taken.err, HasSubstr("as recorded by version"));
+}
+
+// A stranger's recording could name any file of the user's.
+TEST_F(ReplayCommand, OpensNothingButASceneFileThatARecordingNames) {
+  std::ofstream(File("secret.txt")) << "secret";
+  std::ofstream(File("named"), std::ios::binary)
+      << WithOtherHeader(File("run"), [](nlohmann::ordered_json& header) {
+           header["scene"] = File("secret.txt");
+           header["scene_hash"] = 1;
+         });
+  ExpectRefused(File("named"), kExitFile,
+                "secret.txt: is no scene file of 4 MB at most that ends in .json (no file with its "
+                "content is in ");
 }
 
 // They would take it for one of them, who answers for bodies and is deaf.
