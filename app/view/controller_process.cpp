@@ -1,22 +1,19 @@
 #include "app/view/controller_process.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <sstream>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "app/program_folders.h"
 #include "app/stop_signal.h"
+#include "app/view/model/controller_log.h"
 
 namespace tandem {
 
@@ -32,29 +29,9 @@ bool IsEndedBySignal() {
   return StopAskedWithin(std::chrono::nanoseconds(0));
 }
 
-/// Returns the last line of a file, without what the program calls itself. The child that writes
-/// the file shares its position, which stays where it is.
-std::string LastLineOf(int file) {
-  constexpr off_t kMost = 4096;  // bytes at the end, more than any line of ours has
-  struct stat of_file {};
-  if (fstat(file, &of_file) != 0) return {};
-  std::string end(static_cast<std::size_t>(std::min(of_file.st_size, kMost)), '\0');
-  const off_t begin = of_file.st_size - static_cast<off_t>(end.size());
-  const ssize_t read = pread(file, end.data(), end.size(), begin);
-  end.resize(static_cast<std::size_t>(std::max<ssize_t>(read, 0)));
-  std::istringstream stream(end);
-  std::string last;
-  for (std::string line; std::getline(stream, line);) {
-    if (!line.empty()) last = line;
-  }
-  constexpr std::string_view kProgram = "tandem: ";
-  return last.rfind(kProgram, 0) == 0 ? last.substr(kProgram.size()) : last;
-}
-
 class StartedPeer : public ControllerProcess {
  public:
-  /// `log` is closed with this.
-  StartedPeer(pid_t pid, int log) : pid_(pid), log_(log) {}
+  StartedPeer(pid_t pid, ControllerLog log) : pid_(pid), log_(std::move(log)) {}
 
   ~StartedPeer() override {
     if (!Gone()) kill(pid_, SIGTERM);
@@ -64,12 +41,12 @@ class StartedPeer : public ControllerProcess {
       kill(pid_, SIGKILL);
       WaitFor(kEndPatience, kHastyPatience);
     }
-    close(log_);
   }
 
   void AwaitEnd() override { WaitFor(kQuitPatience, std::chrono::milliseconds(0)); }
 
   std::optional<std::string> Ended() override {
+    log_.Bound();
     if (!Gone()) return std::nullopt;
     if (WIFSIGNALED(status_)) {
       return "the controller was ended by signal " + std::to_string(WTERMSIG(status_)) +
@@ -81,7 +58,7 @@ class StartedPeer : public ControllerProcess {
     return line.empty() ? code : code + ": " + line;
   }
 
-  std::string LastLine() override { return LastLineOf(log_); }
+  std::string LastLine() override { return log_.LastLine(); }
 
  private:
   /// Waits for its end. `hasty`: the patience where a signal ends this program.
@@ -106,29 +83,10 @@ class StartedPeer : public ControllerProcess {
   }
 
   pid_t pid_;
-  int log_;
+  ControllerLog log_;
   bool ended_ = false;
   int status_ = 0;
 };
-
-/// Opens a file without a name, of which nothing is left however the programs end that have it
-/// open.
-Result<int> OpenNameless() {
-  std::error_code failed;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(failed);
-  if (failed) {
-    return Error{"no temporary file can be made: " + failed.message() +
-                 ": let TMPDIR name a folder that you may write to"};
-  }
-  std::string name = (folder / "tandem-controller-XXXXXX").string();
-  const int file = mkostemp(name.data(), O_CLOEXEC | O_APPEND);
-  if (file < 0) {
-    return Error{name + ": " + std::strerror(errno) +
-                 ": let TMPDIR name a folder that you may write to"};
-  }
-  unlink(name.c_str());
-  return file;
-}
 
 }  // namespace
 
@@ -138,7 +96,7 @@ Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& r
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  const Result<int> output = OpenNameless();
+  Result<ControllerLog> output = ControllerLog::Open();
   if (!output) return output.error();
   const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
   const pid_t pid = fork();
@@ -146,18 +104,15 @@ Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& r
     // only what is safe between fork and exec
     setsid();
     dup2(nothing, STDIN_FILENO);
-    dup2(output.value(), STDOUT_FILENO);
-    dup2(output.value(), STDERR_FILENO);
+    dup2(output->descriptor(), STDOUT_FILENO);
+    dup2(output->descriptor(), STDERR_FILENO);
     execv(argv[0], argv.data());
     _exit(127);
   }
   const int fault = errno;
   close(nothing);
-  if (pid < 0) {
-    close(output.value());
-    return Error{words[0] + ": cannot be started: " + std::strerror(fault)};
-  }
-  return std::unique_ptr<ControllerProcess>(std::make_unique<StartedPeer>(pid, output.value()));
+  if (pid < 0) return Error{words[0] + ": cannot be started: " + std::strerror(fault)};
+  return std::unique_ptr<ControllerProcess>(std::make_unique<StartedPeer>(pid, *std::move(output)));
 }
 
 }  // namespace tandem
