@@ -1,10 +1,37 @@
+#include <cerrno>
+#include <cstdio>
+#include <string>
+#include <system_error>
+
 #include <CLI/CLI.hpp>
+#include <poll.h>
+#include <unistd.h>
 
 #include "app/cli/commands.h"
+#include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/stop_signal.h"
 #include "engine/geometry/mesh_file.h"
+
+namespace tandem {
+namespace {
+
+/// Returns the code to end with once all that was printed is written: a script must not take a part
+/// of a result for the whole.
+int EndOfOutput(int exit_code) {
+  errno = 0;
+  const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  if (written || exit_code != kExitOk) return exit_code;
+  const std::string reason = errno == 0 ? "" : ": " + std::generic_category().message(errno);
+  pollfd reader{STDOUT_FILENO, POLLOUT, 0};
+  // a reader that has had enough need not hear of it
+  if (poll(&reader, 1, 0) == 1 && (reader.revents & (POLLERR | POLLHUP)) != 0) return kExitFile;
+  return Fail(kExitFile, "stdout: not all could be written" + reason);
+}
+
+}  // namespace
+}  // namespace tandem
 
 int main(int argc, char** argv) {
   tandem::RunImportHelperIfAsked(argc, argv);
@@ -15,6 +42,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", TANDEM_VERSION);
   int exit_code = tandem::kExitOk;
   tandem::AddCommands(app, exit_code);
-  if (const std::optional<int> ended = tandem::ParseOrExplain(app, argc, argv)) return *ended;
-  return exit_code;
+  if (const std::optional<int> ended = tandem::ParseOrExplain(app, argc, argv)) {
+    return tandem::EndOfOutput(*ended);
+  }
+  return tandem::EndOfOutput(exit_code);
 }

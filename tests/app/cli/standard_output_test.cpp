@@ -1,0 +1,43 @@
+// What `tandem` ends with where nobody gets what it prints.
+
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include "app/exit_codes.h"
+#include "tests/app/cli/program_run.h"
+
+namespace tandem {
+namespace {
+
+using testing::ExpectRefused;
+using testing::RunTandem;
+using testing::Said;
+
+TEST(StandardOutput, OnAFullDiskIsAnErrorInALine) {
+  for (const std::string command :
+       {"simulate --first 3 --seeds 1 --json", "keys rights", "--version", "peer --help"}) {
+    ASSERT_EQ(RunTandem(command).exit_code, kExitOk) << command;
+    ExpectRefused(RunTandem(command + " >/dev/full"), kExitFile,
+                  "tandem: stdout: not all could be written");
+  }
+}
+
+TEST(StandardOutput, WhoseReaderHasGoneIsAnErrorWithoutALine) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  close(ends[0]);
+  ASSERT_LT(ends[1], 10) << "a shell takes one digit";
+  const Said said = RunTandem("keys rights >&" + std::to_string(ends[1]));
+  close(ends[1]);
+  EXPECT_EQ(said.exit_code, kExitFile);
+  EXPECT_EQ(said.err, "");
+}
+
+TEST(StandardOutput, ThatIsClosedIsOfNoConcernWhereNothingIsPrinted) {
+  const ScratchFolder scratch;
+  const std::string keys = (scratch.path() / "keys").string();
+  EXPECT_EQ(RunTandem("keys session " + keys + " >&-").exit_code, kExitOk);
+}
+
+}  // namespace
+}  // namespace tandem
