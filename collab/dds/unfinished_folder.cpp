@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "engine/base/unfinished.h"
+
 namespace tandem {
 
 namespace {
@@ -32,29 +34,45 @@ int SyncToDisk(const fs::path& path, bool is_folder) {
 
 UnfinishedFolder::UnfinishedFolder(fs::path folder, fs::path beside)
     : folder_(std::move(folder)), beside_(std::move(beside)) {}
+}  // namespace
+
+UnfinishedFolder::UnfinishedFolder(fs::path folder, fs::path beside, int lock)
+    : folder_(std::move(folder)), beside_(std::move(beside)), lock_(lock) {}
 
 UnfinishedFolder::UnfinishedFolder(UnfinishedFolder&& other) noexcept
-    : folder_(std::move(other.folder_)), beside_(std::exchange(other.beside_, {})) {}
+    : folder_(std::move(other.folder_)),
+      beside_(std::exchange(other.beside_, {})),
+      lock_(std::exchange(other.lock_, -1)) {}
 
 UnfinishedFolder::~UnfinishedFolder() {
   std::error_code ignored;
   if (!beside_.empty()) fs::remove_all(beside_, ignored);
+  if (lock_ >= 0) close(lock_);
 }
 
 Result<UnfinishedFolder> UnfinishedFolder::Make(const fs::path& folder) {
   std::error_code failed;
+  fs::path place = fs::absolute(folder).lexically_normal();
+  if (!place.has_filename()) place = place.parent_path();  // FOLDER/
+  RemoveRemainders(place);
   if (fs::exists(folder, failed) && !fs::is_empty(folder, failed)) {
     return Error{folder.string() + " exists already: keys are never overwritten"};
   }
-  fs::path place = fs::absolute(folder).lexically_normal();
-  if (!place.has_filename()) place = place.parent_path();  // FOLDER/
   fs::create_directories(place.parent_path(), failed);
   if (failed) return Error{folder.string() + ": " + failed.message()};
-  const fs::path beside = place.string() + ".unfinished-" + std::to_string(getpid());
-  if (mkdir(beside.c_str(), 0700) != 0) {
-    return Error{folder.string() + ": cannot be made: " + Reason(errno)};
+  constexpr int kTries = 100;
+  int fault = EEXIST;
+  for (int i = 0; i < kTries && fault == EEXIST; ++i) {
+    const fs::path beside = UnfinishedName(place);
+    fault = mkdir(beside.c_str(), 0700) == 0 ? 0 : errno;
+    if (fault != 0) continue;
+    const int lock = open(beside.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_DIRECTORY);
+    if (lock >= 0 && HoldUnfinished(lock)) return UnfinishedFolder(place, beside, lock);
+    fault = lock < 0 && errno != ENOENT ? errno : EEXIST;
+    if (lock >= 0) close(lock);
+    if (fault != EEXIST) rmdir(beside.c_str());
   }
-  return UnfinishedFolder(place, beside);
+  return Error{folder.string() + ": cannot be made: " + Reason(fault)};
 }
 
 Result<bool> UnfinishedFolder::Commit() {

@@ -12,6 +12,9 @@ int SyncToDisk(const std::filesystem::path& path, bool is_folder);
 
 /// A folder that is there whole or not at all: it is filled beside its place, as NAME.unfinished-N,
 /// for its owner alone, and put there by Commit().
+/// A folder that is there whole or not at all: it is filled beside its place, as
+/// NAME.unfinished-PID-N, for its owner alone, and put there by Commit(). What a program that was
+/// killed left beside NAME goes when NAME is made the next time.
 class UnfinishedFolder {
  public:
   /// Errors: something is in the folder already, or it cannot be made.
@@ -27,9 +30,10 @@ class UnfinishedFolder {
   Result<bool> Commit();
 
  private:
-  UnfinishedFolder(std::filesystem::path folder, std::filesystem::path beside);
+  UnfinishedFolder(std::filesystem::path folder, std::filesystem::path beside, int lock);
   std::filesystem::path folder_;
   std::filesystem::path beside_;  // empty: there is nothing to remove
+  int lock_ = -1;                 // descriptor of beside_
 };
 
 }  // namespace tandem

@@ -1,6 +1,5 @@
 #include "engine/base/whole_file.h"
 
-#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
@@ -9,6 +8,8 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "engine/base/unfinished.h"
 
 namespace tandem {
 
@@ -38,15 +39,18 @@ Result<WholeFile> WholeFile::Create(const std::filesystem::path& file, unsigned 
   std::error_code failed;
   const std::filesystem::path end = std::filesystem::canonical(file, failed);
   if (there && !failed) made.file_ = end;
-  static std::atomic<unsigned> count{0};
+  RemoveRemainders(made.file_);
   constexpr int kTries = 100;
   for (int i = 0; i < kTries && made.descriptor_ < 0; ++i) {
-    made.beside_ = made.file_;
-    made.beside_ += ".unfinished-" + std::to_string(getpid()) + "-" + std::to_string(count++);
+    made.beside_ = UnfinishedName(made.file_);
     made.descriptor_ =
         open(made.beside_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW,
              there ? status.st_mode & 0777U : mode);
     if (made.descriptor_ < 0 && errno != EEXIST) break;
+    if (made.descriptor_ >= 0 && !HoldUnfinished(made.descriptor_)) {
+      close(std::exchange(made.descriptor_, -1));
+      errno = EEXIST;
+    }
   }
   if (made.descriptor_ < 0) {
     const int fault = errno;
@@ -97,10 +101,13 @@ std::optional<Error> WholeFile::Commit() {
   Flush();
   // a pipe cannot be synchronized, and need not be
   if (fault_ == 0 && !beside_.empty() && fsync(descriptor_) != 0) fault_ = errno;
+  // its lock is held until it is in its place
+  const int held = fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   if (close(std::exchange(descriptor_, -1)) != 0 && fault_ == 0) fault_ = errno;
   if (fault_ == 0 && !beside_.empty() && rename(beside_.c_str(), file_.c_str()) != 0) {
     fault_ = errno;
   }
+  if (held >= 0) close(held);
   if (fault_ != 0) return NotWritten(file_, fault_);
   beside_.clear();
   return std::nullopt;

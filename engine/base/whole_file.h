@@ -10,9 +10,10 @@
 
 namespace tandem {
 
-/// A file that is there whole or not at all: it is written beside its place, as NAME.unfinished-N,
-/// and put there by Commit(). What was there before stays until then, and for good where the disk
-/// is full or the program ends.
+/// A file that is there whole or not at all: it is written beside its place, as
+/// NAME.unfinished-PID-N, and put there by Commit(). What was there before stays until then, and
+/// for good where the disk is full or the program ends. What a program that was killed left beside
+/// NAME goes when NAME is made the next time.
 class WholeFile {
  public:
   /// `mode`: of the file, before the umask. A pipe or a device is written at once, for nothing can

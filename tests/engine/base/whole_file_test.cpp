@@ -10,6 +10,8 @@
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "tests/support/scratch_folder.h"
 
@@ -71,6 +73,53 @@ TEST(WholeFile, LeavesNothingWhenItIsGivenUp) {
   const ScratchFolder scratch;
   { static_cast<void>(WholeFile::Create(scratch.path() / "out")->Write("half")); }
   EXPECT_EQ(FilesIn(scratch.path()), 0);
+}
+
+/// A process that has ended, and whose number is free.
+pid_t GoneProcess() {
+  const pid_t pid = fork();
+  if (pid == 0) _exit(0);
+  waitpid(pid, nullptr, 0);
+  return pid;
+}
+
+TEST(WholeFile, RemovesWhatAKilledProgramLeftOfTheSameFile) {
+  const ScratchFolder scratch;
+  const fs::path file = scratch.path() / "out";
+  const pid_t killed = fork();
+  if (killed == 0) {
+    WholeFile out = *WholeFile::Create(file);
+    out.Write(std::string(100'000, 'x'));
+    kill(getpid(), SIGKILL);
+  }
+  waitpid(killed, nullptr, 0);
+  ASSERT_EQ(FilesIn(scratch.path()), 1) << "the unfinished file";
+  EXPECT_FALSE(WriteWholeFile(scratch.path() / "other", "x").has_value());
+  EXPECT_EQ(FilesIn(scratch.path()), 2) << "it is not of that file";
+  EXPECT_FALSE(WriteWholeFile(file, "whole").has_value());
+  EXPECT_EQ(FilesIn(scratch.path()), 2);
+  EXPECT_EQ(TextOf(file), "whole");
+}
+
+TEST(WholeFile, LeavesWhatIsStillWrittenAndWhatIsNoRemainder) {
+  const ScratchFolder scratch;
+  const fs::path file = scratch.path() / "out";
+  WholeFile here = *WholeFile::Create(file);
+  here.Write("here");
+  const std::string gone = std::to_string(GoneProcess());
+  // of a process that is there, but holds no lock
+  scratch.Write("out.unfinished-" + std::to_string(getppid()) + "-0", "x");
+  // others' files, by their names
+  for (const std::string& words : {gone + "-0.txt", gone + "-", "-" + gone, gone + "x"}) {
+    scratch.Write("out.unfinished-" + words, "x");
+  }
+  fs::create_symlink(file, scratch.path() / ("out.unfinished-" + gone + "-1"));
+  ASSERT_EQ(FilesIn(scratch.path()), 7);
+  EXPECT_FALSE(WriteWholeFile(file, "whole").has_value());
+  EXPECT_EQ(FilesIn(scratch.path()), 8);
+  EXPECT_FALSE(here.Commit().has_value());
+  EXPECT_EQ(TextOf(file), "here");
+  EXPECT_EQ(FilesIn(scratch.path()), 7);
 }
 
 TEST(WholeFile, WritesThroughALinkAndIntoADevice) {
