@@ -65,6 +65,35 @@ bool TakePlacing(const std::optional<std::string>& text, Placing& X) {
   return true;
 }
 
+/// Returns what is wrong with the extensions that an opened <model> requires; empty: nothing. A
+/// model may hold triangles and require that slices, beams or encrypted parts are read in their
+/// place.
+std::string ExtensionFault(const XmlScanner& model) {
+  // what is read, and what bears on looks or on names only
+  constexpr std::array<std::string_view, 4> kTaken{"core/2015/02", "production/2015/06",
+                                                   "material/2015/02", "trianglesets/2021/07"};
+  constexpr std::string_view kBegin = "http://schemas.microsoft.com/3dmanufacturing/";
+  std::istringstream prefixes(model.AttributeAsWritten("requiredextensions").value_or(""));
+  for (std::string prefix; prefixes >> prefix;) {
+    const std::string space = model.AttributeAsWritten("xmlns:" + prefix).value_or(prefix);
+    const bool taken =
+        space.starts_with(kBegin) &&
+        std::ranges::count(kTaken, std::string_view(space).substr(kBegin.size())) > 0;
+    if (!taken) return "needs the extension " + space + ", which is not read: export it without";
+  }
+  return {};
+}
+
+/// The same of a model's text. What is no XML is left to its reader.
+std::string ExtensionFault(std::string_view text) {
+  XmlScanner xml(text);
+  for (auto piece = xml.Next(); piece != XmlScanner::Piece::kEnd; piece = xml.Next()) {
+    if (piece == XmlScanner::Piece::kFault) return {};
+    if (piece == XmlScanner::Piece::kOpen) return ExtensionFault(xml);
+  }
+  return {};
+}
+
 /// One model's XML; what is wrong with it.
 class ModelReader {
  public:
@@ -83,7 +112,10 @@ class ModelReader {
  private:
   std::string Open(Model& model) {
     const std::string_view name = xml_.name();
-    if (name == "model") model.unit = xml_.Attribute("unit").value_or("millimeter");
+    if (name == "model") {
+      model.unit = xml_.Attribute("unit").value_or("millimeter");
+      if (std::string fault = ExtensionFault(xml_); !fault.empty()) return fault;
+    }
     if (name == "object") {
       const auto id = xml_.Attribute("id");
       if (!id) return "has an object without a number";
@@ -264,6 +296,9 @@ std::optional<ReadAnswer> ReadSeveralModels(const std::filesystem::path& file,
   if (!text) {
     return ReadAnswer{
         ReadAnswer::Kind::kRefused, "3MF: its model " + root + " " + text.error().what, {}, 0};
+  }
+  if (const std::string fault = ExtensionFault(*text); !fault.empty()) {
+    return ReadAnswer{ReadAnswer::Kind::kRefused, "3MF: its model " + root + " " + fault, {}, 0};
   }
   // an attribute that is called so is the extension's, whatever its prefix
   if (text->find(":path") == std::string::npos) return std::nullopt;

@@ -11,6 +11,7 @@ namespace tandem {
 /// A 3MF file whose parts lie in several models of the archive (3MF production extension), which
 /// the mesh library reads as empty: objects, their components, the build, each where its transforms
 /// put it. `part`: the name of an object, or Object_ID. Nothing: the file is not of that kind.
+/// Refuses any 3MF file that is damaged, or that requires an extension which is not read.
 std::optional<ReadAnswer> ReadSeveralModels(const std::filesystem::path& file,
                                             const std::string& part);
 

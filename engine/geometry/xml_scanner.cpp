@@ -121,12 +121,19 @@ bool XmlScanner::ReadAttributes(std::string_view tag) {
     if (open == std::string_view::npos || (tag[open] != '"' && tag[open] != '\'')) return false;
     const std::size_t close = tag.find(tag[open], open + 1);
     if (close == std::string_view::npos) return false;
-    attributes_.emplace_back(LocalName(name), tag.substr(open + 1, close - open - 1));
+    attributes_.emplace_back(name, tag.substr(open + 1, close - open - 1));
     tag.remove_prefix(close + 1);
   }
 }
 
 std::optional<std::string> XmlScanner::Attribute(std::string_view name) const {
+  const auto found = std::ranges::find(attributes_, name, [](const auto& one) {
+    return LocalName(one.first);
+  });
+  return found == attributes_.end() ? std::nullopt : std::optional(WithEntities(found->second));
+}
+
+std::optional<std::string> XmlScanner::AttributeAsWritten(std::string_view name) const {
   const auto found = std::ranges::find(attributes_, name, [](const auto& one) {
     return one.first;
   });

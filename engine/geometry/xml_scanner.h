@@ -24,6 +24,8 @@ class XmlScanner {
   std::string_view name() const noexcept { return name_; }
   /// Of an element that was opened: its attribute of that name, without a prefix.
   std::optional<std::string> Attribute(std::string_view name) const;
+  /// The same of an attribute by its name as it stands there, with its prefix.
+  std::optional<std::string> AttributeAsWritten(std::string_view name) const;
   /// Of a text, as it stands there.
   std::string_view text() const noexcept { return text_; }
   /// Whether the element that was opened has nothing in it: `<a/>`. No kClose follows.

@@ -389,12 +389,12 @@ TEST_F(MisreadFiles, GltfPlacesThatAreNotThreeFloatsAreRefused) {
 
 // ---- 3MF of several models ----
 
-std::string Model(const std::string& inside, const std::string& unit = "millimeter") {
+std::string Model(const std::string& inside, const std::string& unit = "millimeter",
+                  const std::string& needs = "p", const std::string& spaces = "") {
   return "<?xml version=\"1.0\"?><model unit=\"" + unit +
          "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" "
-         "xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" "
-         "requiredextensions=\"p\">" +
-         inside + "</model>";
+         "xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" " +
+         spaces + " requiredextensions=\"" + needs + "\">" + inside + "</model>";
 }
 
 /// A box of 1 x 2 x 3 in a model of its own, put twice into the first model's object, once
@@ -432,6 +432,43 @@ TEST_F(MisreadFiles, A3mfFileOfSeveralModelsThatIsWrongIsRefusedInWords) {
   const std::string missing =
       Model("<resources/><build><item objectid=\"1\" p:path=\"/3D/none.model\"/></build>");
   ExpectRefused("3D/none.model is missing", "none.3mf", Zip({{"3D/3dmodel.model", missing}}));
+}
+
+// Of the triangles in it only a sketch may be left, or other things count in their place. Both
+// files hold 14: boxes of 1, 1 and 12, or one of 1 x 2 x 7.
+TEST_F(MisreadFiles, A3mfFileThatNeedsWhatIsNotReadIsRefused) {
+  const std::string begin = "http://schemas.microsoft.com/3dmanufacturing/";
+  const auto needs = [&](const std::string& prefixes, const std::string& space, bool several) {
+    const std::string x = "xmlns:x=\"" + begin + space + "\"";
+    if (!several) {
+      return testing::ThreeMf(x + " xmlns:p=\"" + begin +
+                              "production/2015/06\" requiredextensions=\"" + prefixes + "\"");
+    }
+    return Zip({{"3D/3dmodel.model",
+                 Model("<resources><object id=\"1\" type=\"model\">" + ThreeMfBox(1, 2, 7) +
+                           "</object></resources><build><item objectid=\"1\" "
+                           "p:path=\"/3D/3dmodel.model\"/></build>",
+                       "millimeter", prefixes, x)}});
+  };
+  for (const bool several : {false, true}) {
+    ExpectVolume(14, "needs.3mf", needs("", "beamlattice/2017/02", several));
+    ExpectVolume(14, "needs.3mf", needs("p x", "material/2015/02", several));
+    ExpectVolume(14, "needs.3mf", needs("x p", "trianglesets/2021/07", several));
+    for (const char* space : {"slice/2015/07", "beamlattice/2017/02", "securecontent/2019/04",
+                              "booleanoperations/2023/07", "volumetric/2022/01"}) {
+      ExpectRefused(
+          "needs the extension " + begin + space + ", which is not read: export it without",
+          "needs.3mf", needs("p x", space, several));
+    }
+    ExpectRefused("needs the extension y, which is not read", "needs.3mf",
+                  needs("y", "material/2015/02", several));
+  }
+  const std::string part =
+      Zip({{"3D/part.model", Model("<resources/><build/>", "millimeter", "x",
+                                   "xmlns:x=\"" + begin + "slice/2015/07\"")},
+           {"3D/3dmodel.model",
+            Model("<resources/><build><item objectid=\"1\" p:path=\"/3D/part.model\"/></build>")}});
+  ExpectRefused("its model 3D/part.model needs the extension", "part.3mf", part);
 }
 
 // ---- 3MF archives ----
