@@ -1,26 +1,29 @@
 #include "engine/world/scene_hash.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
 #include "engine/base/hash.h"
 #include "engine/base/regular_file.h"
 #include "engine/geometry/declared_unit.h"
+#include "engine/geometry/gltf_buffers.h"
 #include "engine/world/force_parameters.h"
 
 namespace tandem {
 
 namespace {
 
-constexpr std::uintmax_t kLargestMesh = 4ULL << 30U;  // bytes: reading one has 2 GB of memory
+constexpr std::uintmax_t kLargestMesh = 4ULL << 30U;  // bytes, with buffers: reading one has 2 GB
 constexpr double kUnitOfFile = -1;                    // no scale that a body may have
 
-Result<std::uint64_t> HashFile(const std::filesystem::path& file) {
+/// Takes the bytes that are read from `budget`.
+Result<std::uint64_t> HashFile(const std::filesystem::path& file, std::uintmax_t& budget) {
   const Result<RegularFile> opened = RegularFile::Open(file);
   if (!opened) return opened.error();
   // what has no size is empty, or something that the system writes without end
   const std::uintmax_t told = opened->size();
-  if (told > kLargestMesh) return Error{file.string() + ": is larger than any mesh that is read"};
+  if (told > budget) return Error{file.string() + ": is larger than any mesh that is read"};
   Hash64 hash;
   std::uint64_t size = 0;
   std::array<char, 65536> block{};
@@ -31,6 +34,26 @@ Result<std::uint64_t> HashFile(const std::filesystem::path& file) {
     size += got;
   }
   hash.Add(size);
+  budget -= std::min<std::uintmax_t>(budget, size);
+  return hash.value();
+}
+
+/// Of all files that a mesh is read from.
+Result<std::uint64_t> HashMesh(const std::filesystem::path& file) {
+  std::uintmax_t budget = kLargestMesh;
+  const Result<std::uint64_t> own = HashFile(file, budget);
+  if (!own) return own;
+  const Result<std::vector<std::filesystem::path>> buffers = GltfBuffers(file);
+  if (!buffers) return buffers.error();
+  // a mesh of one file keeps the hash that recordings and earlier versions know it by
+  if (buffers->empty()) return own;
+  Hash64 hash;
+  hash.Add(*own);
+  for (const std::filesystem::path& buffer : *buffers) {
+    const Result<std::uint64_t> more = HashFile(buffer, budget);
+    if (!more) return more;
+    hash.Add(*more);
+  }
   return hash.value();
 }
 
@@ -76,7 +99,7 @@ Result<SceneHash> HashScene(const Scene& scene) {
     Add(hash, scene.BodyNamed(pair.voxmap));
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const Result<std::uint64_t> mesh = HashFile(scene.bodies[i].mesh);
+    const Result<std::uint64_t> mesh = HashMesh(scene.bodies[i].mesh);
     if (!mesh) return mesh.error();
     const SceneHash::Body body{.values = HashValues(scene, i), .mesh = *mesh};
     result.bodies.push_back(body);

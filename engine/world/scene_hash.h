@@ -13,7 +13,7 @@ namespace tandem {
 struct SceneHash {
   struct Body {
     std::uint64_t values = 0;  // scale, placement, mass, sharing, constraint, …
-    std::uint64_t mesh = 0;    // the bytes of its mesh file
+    std::uint64_t mesh = 0;    // the bytes of its mesh file, and of a glTF file's buffers
 
     friend bool operator==(const Body&, const Body&) = default;
   };
@@ -23,7 +23,7 @@ struct SceneHash {
   std::vector<Body> bodies;      // in the scene's order
 };
 
-/// Reads the mesh files' bytes, of regular files to 4 GB. The error names the file.
+/// Reads the bytes of regular files, up to 4 GB for a mesh. The error names the file.
 Result<SceneHash> HashScene(const Scene& scene);
 
 }  // namespace tandem

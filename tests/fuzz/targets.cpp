@@ -23,6 +23,7 @@
 #include "collab/recording/recording.h"
 #include "collab/recording/replay.h"
 #include "engine/geometry/declared_unit.h"
+#include "engine/geometry/gltf_buffers.h"
 #include "engine/geometry/model_3mf.h"
 #include "engine/geometry/own_readers.h"
 #include "engine/geometry/raw_mesh.h"
@@ -194,6 +195,7 @@ void FeedTexts(std::string_view bytes) {
     const std::filesystem::path file = Named(name, bytes);
     static_cast<void>(TextInstead(file));
     static_cast<void>(SilentFault(file, {}, 3));
+    static_cast<void>(GltfBuffers(file));
   }
 }
 

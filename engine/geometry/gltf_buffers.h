@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// Returns the files beside a glTF file that hold its numbers, as its `buffers` name them, each
+/// once. It is known by its content, as the mesh library knows it. Any other file has none. The
+/// error is one line: a buffer lies outside of the mesh's folder, there are too many, or the file
+/// cannot be read.
+Result<std::vector<std::filesystem::path>> GltfBuffers(const std::filesystem::path& file);
+
+}  // namespace tandem
