@@ -32,10 +32,6 @@ int SyncToDisk(const fs::path& path, bool is_folder) {
   return fault;
 }
 
-UnfinishedFolder::UnfinishedFolder(fs::path folder, fs::path beside)
-    : folder_(std::move(folder)), beside_(std::move(beside)) {}
-}  // namespace
-
 UnfinishedFolder::UnfinishedFolder(fs::path folder, fs::path beside, int lock)
     : folder_(std::move(folder)), beside_(std::move(beside)), lock_(lock) {}
 

@@ -10,8 +10,6 @@ namespace tandem {
 /// errno.
 int SyncToDisk(const std::filesystem::path& path, bool is_folder);
 
-/// A folder that is there whole or not at all: it is filled beside its place, as NAME.unfinished-N,
-/// for its owner alone, and put there by Commit().
 /// A folder that is there whole or not at all: it is filled beside its place, as
 /// NAME.unfinished-PID-N, for its owner alone, and put there by Commit(). What a program that was
 /// killed left beside NAME goes when NAME is made the next time.
