@@ -177,6 +177,8 @@ class Holdings {
     bool told = false;
     std::int64_t orphaned_ns = 0;  // since when its claimant does not answer for it; 0: it does
     bool forsaken = false;         // its claimant's run that had it is over, and another is here
+    bool by_another = false;       // what its claimant claims we have from another
+    std::int64_t less_ns = 0;      // since when that one claims less itself
     bool by_word = false;          // it is ours by another's word, and the grant is on its way
     bool handed = false;           // by us, to the claimant, in that way:
     EventKind handed_by = EventKind::kGrant;
@@ -228,6 +230,8 @@ class Holdings {
   std::int64_t MostEpoch(const Body& body) const noexcept;
   /// What may be earned in the time since then, as whoever came last knows it.
   std::int64_t EpochsSince(std::int64_t since_ns) const noexcept;
+  /// How many of those here name that peer under an epoch that is not far below that one.
+  int VotesNear(const Body& body, const Member& peer, std::uint32_t epoch) const noexcept;
   /// Whether what `by` says may bring a body to that epoch now.
   bool Affords(const Member& by, const Body& body, std::uint32_t epoch) const noexcept;
   /// Tells whether the claimant holds a shared body beside the one that answers for it.
@@ -280,6 +284,8 @@ class Holdings {
   bool GoesBackTo(std::size_t body, const Rival& rival) noexcept;
   void Follow(std::size_t body, const Rival& rival) noexcept;
   void FollowItsWord(std::size_t body) noexcept;
+  /// Whom we believe of another's word claims less itself, and does not raise it.
+  void GoBackToItsOwn(std::size_t body) noexcept;
   void RiseTo(Body& body, std::uint32_t epoch) noexcept;
   void RiseToNamed(std::size_t body) noexcept;
   void JudgeFirst(std::size_t body) noexcept;

@@ -152,6 +152,25 @@ void Holdings::FollowItsWord(std::size_t index) noexcept {
   }
 }
 
+// It refuses to count on from what another said of it, so nobody goes by that but whom that one
+// misled: to take the body over from there would only go on with it.
+void Holdings::GoBackToItsOwn(std::size_t index) noexcept {
+  Body& body = bodies_[index];
+  const bool here = body.claim.peer != self_ && IsHere(body.claim.peer) && !body.forsaken;
+  const Member* const owner = here && body.by_another ? Find(body.claim.peer) : nullptr;
+  const Claim* const own = owner == nullptr ? nullptr : ClaimOf(*owner, index);
+  if (own == nullptr || own->epoch == 0 || own->epoch >= body.claim.epoch ||
+      NamedBy(*owner, index) != owner->peer) {
+    body.less_ns = 0;
+    return;
+  }
+  if (body.less_ns == 0) body.less_ns = now_ns_;
+  if (now_ns_ - body.less_ns < kOutdone || listening()) return;
+  body.less_ns = 0;
+  body.began_epoch = std::min(body.began_epoch, own->epoch);
+  Believe(index, {own->epoch, owner->peer}, *PlaceFor(owner->peer), own->held);
+}
+
 // Until the others have heard of our new epoch they refuse our states. So whoever would have us rise
 // all the time is heeded once in a while, with a shared body in our hand: nobody else can take that.
 void Holdings::RiseTo(Body& body, std::uint32_t epoch) noexcept {

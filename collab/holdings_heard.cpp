@@ -43,13 +43,22 @@ std::int64_t Holdings::EpochsSince(std::int64_t since_ns) const noexcept {
   return (now_ns_ - std::max(since_ns, last_joined_ns_)) / kEpoch;
 }
 
+int Holdings::VotesNear(const Body& body, const Member& peer, std::uint32_t epoch) const noexcept {
+  const std::int64_t least = epoch - kMostBeyond - EpochsSince(peer.known_ns);
+  return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
+    if (VoteOf(member, body.index) != peer.peer) return false;
+    const Belief* const said = BeliefOf(member, body.index);
+    return (said != nullptr ? said->epoch : ClaimOf(member, body.index)->epoch) >= least;
+  }));
+}
+
 bool Holdings::Affords(const Member& by, const Body& body, std::uint32_t epoch) const noexcept {
   if (Planted(Fault::kLeapBelieved)) return true;
   if (epoch == 0 || epoch > kLastEpoch) return false;
   if (epoch <= MostEpoch(body)) return true;
   if (body.claim.peer == 0) {
-    // one that is far along is known to others too
-    const int votes = VotesFor(body, by.peer);
+    // one that is far along is known to others too, and as far along
+    const int votes = VotesNear(body, by, epoch);
     return epoch <= kMostAtFirst && 2 * votes >= CountHere() && (votes > 1 || !is_new());
   }
   const std::int64_t from = std::max(MostEpoch(body), std::int64_t{body.claim.epoch});
@@ -97,6 +106,7 @@ void Holdings::Believe(std::size_t index, const BodyClaim& claim, Member& by,
     body.began_epoch = claim.epoch;
   }
   body.claim = claim;
+  body.by_another = by.peer != peer;
   body.forsaken = false;
   // a peer that gets a body again counts on from the epoch under which it had it
   if (peer == self_ && peer != owner && claim.epoch <= body.last_epoch) {
@@ -118,6 +128,7 @@ void Holdings::NoteBefore(Body& body, bool by_its_word) noexcept {
   body.tied_ns = 0;
   body.ahead_ns = 0;
   body.outdone_ns = 0;
+  body.less_ns = 0;
   body.contests = 0;
   const PeerId peer = body.claim.peer;
   if (peer == 0) return;
@@ -138,6 +149,7 @@ void Holdings::Settle() noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     LookForAbsent(bodies_[b]);
     FollowItsWord(b);
+    GoBackToItsOwn(b);
     RiseToNamed(b);
     if (!bodies_[b].disputed) {
       bodies_[b].tied_ns = bodies_[b].ahead_ns = bodies_[b].outdone_ns = 0;
@@ -340,6 +352,7 @@ void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {
   body.parked = body.X_WB;
   body.told = kind == EventKind::kRelease;
   body.orphaned_ns = 0;
+  body.by_another = false;
   body.by_word = false;
   body.handed = true;
   body.handed_by = kind;

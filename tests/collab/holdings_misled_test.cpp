@@ -423,5 +423,49 @@ TEST(HoldingsMisled, AGrantUnderAnEpochThatThePeerRoseToIsNotTheOneItWaitsFor) {
   EXPECT_EQ(three.holdings().ParkedAt(0), nullptr) << "as it has been: it is where it is here";
 }
 
+// Two name the liar, as they were misled under an epoch that anybody may claim (hostile seed 619).
+TEST(HoldingsMisled, AFirstEpochIsNotBelievedByNamesUnderAFarLesserOne) {
+  for (const bool by_grant : {false, true}) {
+    constexpr PeerId kLowest = 2;
+    Listener nine(9);
+    nine.HearName(3, kLowest, 900, Kind::kJoined);
+    nine.HearName(5, kLowest, 900, Kind::kJoined);
+    nine.Run(1100);
+    if (by_grant) {
+      nine.HearName(kLowest, 0, 0, Kind::kJoined);
+      nine.HearGrant(kLowest, 9, 5000);
+    } else {
+      nine.HearClaim(kLowest, 5000, false, Kind::kJoined);
+    }
+    nine.Run(10);
+    EXPECT_EQ(nine.holdings().epoch(0), 0U) << by_grant;
+    nine.HearName(3, kLowest, 4999);
+    nine.HearName(5, kLowest, 4950);
+    if (by_grant) nine.HearGrant(kLowest, 9, 5000);
+    nine.Run(1);
+    EXPECT_EQ(nine.holdings().epoch(0), 5000U) << by_grant << ": in a session of long ago";
+    EXPECT_EQ(nine.holdings().authority(0), by_grant ? 9U : kLowest);
+  }
+}
+
+// The liar says that 5 has it under an epoch that 5 does not go by. To take it over from there
+// would be a claim that the others go by as little (hostile seed 619).
+TEST(HoldingsMisled, WhoSaysThatItHasLessThanWasSaidOfItIsGoneBy) {
+  Listener nine(9);
+  nine.HearClaim(kLiar, 1, false, Kind::kJoined);
+  nine.Run(6000);
+  nine.HearName(kLiar, 5, 900);
+  nine.HearClaim(5, 3, false, Kind::kJoined);
+  nine.Run(2900);
+  EXPECT_EQ(nine.holdings().authority(0), 5U);
+  EXPECT_EQ(nine.holdings().epoch(0), 900U) << "it may raise its claim yet";
+  nine.Run(200);
+  EXPECT_EQ(nine.holdings().epoch(0), 3U);
+  nine.HearClaim(5, 4, false);
+  nine.Run(10000);
+  EXPECT_EQ(nine.holdings().authority(0), 5U);
+  EXPECT_EQ(nine.holdings().epoch(0), 4U);
+}
+
 }  // namespace
 }  // namespace tandem
