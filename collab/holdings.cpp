@@ -195,6 +195,9 @@ void Holdings::Leave() noexcept {
 void Holdings::TakeInHand(std::size_t index) noexcept {
   held_ = static_cast<int>(index);
   wanted_ = -1;
+  for (Member& member : members_) {
+    member.held_before = member.peer != 0 && HeldBy(index, member.peer) ? held_ : -1;
+  }
   // beside others we say that we hold it under the same epoch: of them the lowest answers for it
   Body& body = bodies_[index];
   // unless we have said a later one: ours never go back

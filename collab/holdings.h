@@ -195,6 +195,7 @@ class Holdings {
     bool anew = false;  // another run of it was here before this one, or it had left
     std::array<std::optional<Claim>, kMaxClaims> claims;    // by body
     std::array<std::optional<Belief>, kMaxClaims> beliefs;  // by body
+    int held_before = -1;  // what it said that it held as we took it in hand, and says so since
     std::int64_t since_ns = 0;                              // present without a break
     std::int64_t known_ns = 0;  // since it was first heard of: epochs are earned
     std::int64_t epochs = 0;    // that its claims and grants have been believed to go beyond

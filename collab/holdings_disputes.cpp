@@ -320,8 +320,12 @@ bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   // the hand keeps it, unless a newcomer is still to be heard
   if (!body.shared && in_hand != rival.claim->held && !IsHearsay(body, other.peer)) return in_hand;
   if (body.in_absence_of[0] != 0 || body.unsure) return false;
-  if (other.peer > self_) return true;
-  if (!was_away) {
+  // nor does one keep what it took in hand while another that others name had it in hand: their
+  // names are only heard now
+  const bool came_later = in_hand && rival.claim->held && rival.votes > 1 &&
+                          other.held_before == static_cast<int>(index);
+  if (other.peer > self_ && !came_later) return true;
+  if (!was_away && !came_later) {
     // each has it by a word that the other did not hear, and who gave it is gone
     body.even = true;
     return in_hand || body.contests < kMostContests;

@@ -198,6 +198,7 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
                                            change.kind != MembershipChange::Kind::kBeliefs);
   if (is_new) {
     member->since_ns = now_ns_;  // or when it went
+    member->held_before = -1;
     member->anew = is_anew;
   }
   member->peer = change.peer;
@@ -212,6 +213,10 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   }
   if (is_anew) BeginAnew(*member);
   Keep(change, *member);
+  const int before = member->held_before;
+  if (before >= 0 && !HeldBy(static_cast<std::size_t>(before), member->peer)) {
+    member->held_before = -1;
+  }
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (const Claim* const claim = ClaimOf(*member, b)) Note(b, *claim, *member);
   }

@@ -467,5 +467,40 @@ TEST(HoldingsMisled, WhoSaysThatItHasLessThanWasSaidOfItIsGoneBy) {
   EXPECT_EQ(nine.holdings().epoch(0), 4U);
 }
 
+// The liar gave it to each of two, and one had it in hand as the other took it. Of those who name
+// them the other hears only then, and neither was ever away (hostile seed 388).
+TEST(HoldingsMisled, OfTwoHandsTheLaterOneYieldsWhereAsManyNameTheOther) {
+  enum class Case { kLater, kEarlier, kNamedByNobody, kLetGoMeanwhile };
+  for (const PeerId self : {3U, 8U}) {
+    for (const Case now :
+         {Case::kLater, Case::kEarlier, Case::kNamedByNobody, Case::kLetGoMeanwhile}) {
+      Listener peer(self);
+      peer.HearClaim(kLiar, 1, false, Kind::kJoined);
+      peer.HearName(7, kLiar, 1, Kind::kJoined);
+      peer.HearName(9, kLiar, 1, Kind::kJoined);
+      peer.HearName(5, kLiar, 1, Kind::kJoined);
+      peer.Run(6000);
+      if (now != Case::kEarlier) peer.HearClaim(5, 4, true);
+      peer.holdings().Ask(kOwn);
+      peer.Run(1);
+      peer.HearGrant(kLiar, self, 5);
+      peer.Run(1);
+      ASSERT_EQ(peer.holdings().held(), 0);
+      peer.HearGone(kLiar, Kind::kLeft);
+      if (now == Case::kLetGoMeanwhile) peer.HearClaim(5, 4, false);
+      const bool is_named = now != Case::kNamedByNobody;
+      peer.HearName(7, is_named ? self : 0, 5);
+      peer.HearName(9, is_named ? 5 : 0, 6);
+      peer.HearClaim(5, 6, true);
+      peer.Run(100);
+      EXPECT_EQ(peer.holdings().held(), 0) << "the other may yield";
+      peer.Run(2900);
+      EXPECT_EQ(peer.holdings().held(), now == Case::kLater ? -1 : 0)
+          << self << ' ' << static_cast<int>(now);
+      EXPECT_EQ(peer.holdings().authority(0), now == Case::kLater ? 5U : self);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tandem
