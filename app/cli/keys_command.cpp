@@ -65,9 +65,10 @@ int MakeSession(const KeysArguments& arguments) {
 int Revoke(const KeysArguments& arguments) {
   const Result<RevokedMember> done = RevokeMember(arguments.folder, arguments.out);
   if (!done) return Fail(kExitSecurity, done.error().what);
-  Say(done->name + " (" + Hex(done->peer) + ") is revoked: copy " + arguments.folder + "/revoked.p7s and " +
-      arguments.folder + "/identity.crl into the folder of every member that stays, who then start "
-      "anew; members made from now on have them");
+  Say(done->name + " (" + Hex(done->peer) + ") is revoked: copy " + arguments.folder +
+      "/revoked.p7s and " + arguments.folder +
+      "/identity.crl into the folder of every member that stays, who then start anew; members made "
+      "from now on have them");
   return kExitOk;
 }
 
@@ -144,7 +145,10 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
   auto revoked = std::make_shared<KeysArguments>();
   CLI::App* revoke = keys->add_subcommand("revoke", "Keep a member out from now on");
   revoke->add_option("FOLDER", revoked->folder, "the session's folder")->required();
-  revoke->add_option("MEMBER", revoked->out, "the member's folder, or the name or id in FOLDER/members.txt")->required();
+  revoke
+      ->add_option("MEMBER", revoked->out,
+                   "the member's folder, or the name or id in FOLDER/members.txt")
+      ->required();
   revoke->callback([revoked, &exit_code] {
     exit_code = Revoke(*revoked);
   });

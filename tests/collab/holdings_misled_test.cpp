@@ -365,8 +365,8 @@ TEST(HoldingsMisled, TheBodyOfOneThatStartedAnewIsTakenOver) {
   EXPECT_EQ(three.holdings().authority(0), 3U);
 }
 
-// The liar gave the body to 3 and started anew; 5 and 9 have not heard of the gift (hostile seeds 718
-// and 905).
+// The liar gave the body to 3 and started anew; 5 and 9 have not heard of the gift (hostile seeds
+// 718 and 905).
 TEST(HoldingsMisled, AnotherRunOfOneThatGaveABodyAwayDoesNotTakeItByNamesFromBefore) {
   Listener three(3);
   three.HearClaim(kLiar, 4, false, Kind::kJoined);
@@ -382,8 +382,8 @@ TEST(HoldingsMisled, AnotherRunOfOneThatGaveABodyAwayDoesNotTakeItByNamesFromBef
   EXPECT_EQ(three.holdings().authority(0), 3U);
 }
 
-// It had the body by the liar's word once, gave it away, and took it over as 5 was lost (hostile seed
-// 114).
+// It had the body by the liar's word once, gave it away, and took it over as 5 was lost (hostile
+// seed 114).
 TEST(HoldingsMisled, AGrantFromBeforeDoesNotPutAwayWhatAPeerTookOver) {
   for (const EventKind kind : {EventKind::kGrant, EventKind::kRelease}) {
     Listener three(3);
