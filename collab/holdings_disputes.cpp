@@ -295,6 +295,7 @@ Holdings::Rival Holdings::RivalOf(std::size_t index, bool claims_more) noexcept 
 bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   Body& body = bodies_[index];
   if (Planted(Fault::kSeizureBelieved)) return false;
+  if (Planted(Fault::kNeverYields)) return true;
   const Member& other = *rival.member;
   const bool was_away = other.since_ns >= body.claimed_ns;
   // nor has one given it away to have it again, and another run of it brings nothing back

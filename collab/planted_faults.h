@@ -62,6 +62,7 @@ enum class Fault : std::uint8_t {
   kSeizureBelieved,      // a greater claim counts whoever has the body
   kGrantBelieved,        // grants of those count who do not answer for the body
   kLeapBelieved,         // claims count however far ahead they are
+  kNeverYields,          // who has a body keeps it, whoever else has it
   kCount
 };
 

@@ -103,6 +103,7 @@ constexpr std::array kExpected{
     Expected{Fault::kReturnUnknown, "one who is here is missed"},
     Expected{Fault::kReturnUnknown, kMissing},
     Expected{Fault::kViewerKeepsLost, "the viewer misses one", 5},
+    Expected{Fault::kNeverYields, "peers claim a body above one another"},
     // beside a member that keeps to no rule
     Expected{Fault::kSeizureBelieved, "a hand loses a body to a hostile member", 1, "", true},
     Expected{Fault::kGrantBelieved, "a hand loses what it holds", 1, "", true},
