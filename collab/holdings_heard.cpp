@@ -222,8 +222,8 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   }
 }
 
-// What it had is as if it had given it away: it does not come back with it, as one that was cut off
-// may, and its word on it is nobody's.
+// It counts as having given away what it had: it does not come back with that, as one that was cut
+// off may, and its word on it is nobody's.
 void Holdings::BeginAnew(Member& member) noexcept {
   for (Body& body : bodies_) {
     if (body.claim.peer == member.peer) body.forsaken = true;

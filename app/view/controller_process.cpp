@@ -71,7 +71,7 @@ class StartedPeer : public ControllerProcess {
       std::this_thread::sleep_for(kEndStep);
     }
   }
-  /// Whether somebody has stopped it, as by SIGSTOP: it hears no signal then but SIGKILL.
+  /// Returns whether somebody has stopped it, as by SIGSTOP: it hears no signal then but SIGKILL.
   bool IsStopped() {
     siginfo_t facts{};
     return waitid(P_PID, static_cast<id_t>(pid_), &facts, WSTOPPED | WNOHANG | WNOWAIT) == 0 &&

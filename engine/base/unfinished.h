@@ -5,7 +5,7 @@
 
 namespace tandem {
 
-/// What is written beside its place until it is whole, a file or a folder, is called
+/// A file or a folder that is written beside its place until it is whole is called
 /// PLACE.unfinished-PID-N. The program that writes it holds a lock on it, so that another one can
 /// tell what is written from what is left of a program that was killed.
 

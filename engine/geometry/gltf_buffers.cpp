@@ -24,7 +24,7 @@ constexpr std::size_t kMostBuffers = 256;
 constexpr std::size_t kGlbTop = 20;  // bytes of the file's head and its first chunk's
 constexpr std::size_t kTop = 4096;   // bytes, of which some are not blank
 
-/// The JSON of a glTF file, text or binary; empty: it is another file.
+/// Returns the JSON of a glTF file, text or binary; empty: it is another file.
 Result<std::string> JsonOf(const fs::path& file) {
   const Result<RegularFile> opened = RegularFile::Open(file);
   if (!opened) return opened.error();
@@ -49,7 +49,7 @@ Result<std::string> JsonOf(const fs::path& file) {
   return ReadWholeFile(file, kLargestText);
 }
 
-/// Whether the library takes the numbers from the name itself.
+/// Returns whether the library takes the numbers from the name itself.
 bool HoldsNumbers(std::string_view uri) {
   return uri.starts_with("data:") && uri.find(',') != std::string_view::npos;
 }

@@ -38,7 +38,7 @@ Result<std::uint64_t> HashFile(const std::filesystem::path& file, std::uintmax_t
   return hash.value();
 }
 
-/// Of all files that a mesh is read from.
+/// Returns the hash of all files that a mesh is read from.
 Result<std::uint64_t> HashMesh(const std::filesystem::path& file) {
   std::uintmax_t budget = kLargestMesh;
   const Result<std::uint64_t> own = HashFile(file, budget);

@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// What a controller says, in a file without a name: nothing is left of it however the programs end
-/// that have it open. A controller adds to its end.
+/// It keeps what a controller says in a file without a name: nothing is left of that however the
+/// programs end that have it open. A controller adds to its end.
 class ControllerLog {
  public:
   static Result<ControllerLog> Open();

@@ -38,9 +38,9 @@ std::map<std::pair<ObjectId, PeerId>, int> NamedForBodies(const std::vector<View
   return named;
 }
 
-/// Whose instance stands for each body. Of those here who claim it: the one that most others name,
-/// of these the one with the greatest claim. Where nobody does: the first that is here, else the
-/// one heard last.
+/// Returns whose instance stands for each body. Of those here who claim it that is the one that
+/// most others name, of these the one with the greatest claim. Where nobody does, it is the first
+/// that is here, else the one heard last.
 Owners OwnersOf(const std::vector<ViewedPeer>& peers, std::size_t bodies) {
   Owners owners(bodies, nullptr);
   const std::map<std::pair<ObjectId, PeerId>, int> named = NamedForBodies(peers);

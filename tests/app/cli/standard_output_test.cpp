@@ -1,4 +1,4 @@
-// What `tandem` ends with where nobody gets what it prints.
+// `tandem` does not end with code 0 where nobody gets what it prints.
 
 #include <gmock/gmock.h>
 #include <unistd.h>
