@@ -12,6 +12,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "collab/dds/keys.h"
+#include "collab/dds/revocation.h"
 
 namespace tandem {
 namespace {

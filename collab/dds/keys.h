@@ -44,20 +44,6 @@ Result<PeerId> MakeRelayKeys(const std::filesystem::path& session, const std::st
 /// in it. The authorities' private keys are removed again: nobody gets keys later.
 Result<bool> MakeControlKeys(const std::filesystem::path& folder);
 
-/// A member whose keys are not valid any more.
-struct RevokedMember {
-  std::string name;
-  PeerId peer = 0;
-};
-
-/// Adds a member to the list of those whose keys are not valid any more: the signed revoked.p7s and
-/// identity.crl in the session's folder. Who has them in its own folder does not let that member in
-/// and hears nothing of it, so all that stay must get both files. `member`: a member's folder, or
-/// where there is none of that name, a name or an id from the session's list of its members
-/// (members.txt). Errors: another authority has signed that folder's certificate, nobody of that
-/// name has keys, several have.
-Result<RevokedMember> RevokeMember(const std::filesystem::path& session, const std::string& member);
-
 /// A member's folder, checked: complete, its private key nobody else's to read, two authorities, of
 /// this protocol, valid now, its own words well-formed.
 struct MemberKeys {

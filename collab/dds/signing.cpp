@@ -72,6 +72,14 @@ Result<bool> WriteText(const fs::path& file, const std::string& text) {
   return true;
 }
 
+Authority IdentityAuthority(const fs::path& session) {
+  return {session / "identity_ca.pem", session / "identity_ca.key"};
+}
+
+Authority PermissionsAuthority(const fs::path& session) {
+  return {session / "permissions_ca.pem", session / "permissions_ca.key"};
+}
+
 std::string SerialOf(PeerId peer) {
   std::array<char, 17> serial{};
   std::snprintf(serial.data(), serial.size(), "%016llX", static_cast<unsigned long long>(peer));
@@ -116,6 +124,12 @@ Result<bool> SignRequest(const fs::path& request, const Authority& authority, bo
   const Result<std::string> is_signed = Openssl(std::move(arguments));
   if (!is_signed) return is_signed.error();
   return true;
+}
+
+bool IsSignedBy(const fs::path& certificate, const fs::path& by) {
+  return Openssl({"verify", "-partial_chain", "-no_check_time", "-trusted", by.string(),
+                  certificate.string()})
+      .has_value();
 }
 
 Result<bool> SignDocument(const std::string& text, const Authority& authority,

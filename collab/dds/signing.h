@@ -18,6 +18,10 @@ struct Authority {
   std::filesystem::path key;
 };
 
+/// Where a session's folder has its two authorities.
+Authority IdentityAuthority(const std::filesystem::path& session);
+Authority PermissionsAuthority(const std::filesystem::path& session);
+
 inline constexpr int kDaySeconds = 86400;
 
 /// Private keys are for their owner alone, from their first byte on.
@@ -47,6 +51,9 @@ Result<bool> MakeRequest(const std::string& subject, const std::filesystem::path
 Result<bool> SignRequest(const std::filesystem::path& request, const Authority& authority,
                          bool itself, PeerId serial, std::time_t until,
                          const std::filesystem::path& out);
+
+/// Tells whether the key of `by` has signed `certificate`; both may be one.
+bool IsSignedBy(const std::filesystem::path& certificate, const std::filesystem::path& by);
 
 /// Signs a document (S/MIME, as DDS Security wants it) with an authority's key.
 Result<bool> SignDocument(const std::string& text, const Authority& authority,

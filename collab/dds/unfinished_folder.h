@@ -12,7 +12,8 @@ int SyncToDisk(const std::filesystem::path& path, bool is_folder);
 
 /// A folder that is there whole or not at all: it is filled beside its place, as
 /// NAME.unfinished-PID-N, for its owner alone, and put there by Commit(). What a program that was
-/// killed left beside NAME goes when NAME is made the next time.
+/// killed left beside NAME goes when NAME is made the next time. Without Commit() it is a place for
+/// files that go elsewhere as a whole.
 class UnfinishedFolder {
  public:
   /// Errors: something is in the folder already, or it cannot be made.

@@ -17,6 +17,7 @@
 #include "app/picture/picture_file.h"
 #include "app/stability/series.h"
 #include "collab/dds/keys.h"
+#include "collab/dds/revocation.h"
 #include "collab/lab/case_file.h"
 #include "collab/lab/results_file.h"
 #include "collab/lab/sweep_file.h"

@@ -7,6 +7,7 @@
 #include "collab/dds/keys.h"
 #include "collab/dds/partitions.h"
 #include "collab/dds/permissions.h"
+#include "collab/dds/revocation.h"
 #include "tests/collab/dds/child_peer.h"
 #include "tests/collab/dds/live_peer.h"
 #include "tests/support/scratch_folder.h"
