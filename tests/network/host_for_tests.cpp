@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <string>
 
 #include "collab/controller/controller.h"
 
@@ -35,7 +37,10 @@ int main(int argc, char** argv) {
     host->SetGoal(goal);
     host->Wait(std::chrono::milliseconds(10));
   }
-  std::ofstream(argv[4]) << took.count() << ' ' << bodies << ' ' << host->snapshot().peers.size()
-                         << std::endl;
+  // whoever waits for the file finds it whole
+  const std::string unfinished = std::string(argv[4]) + ".unfinished";
+  std::ofstream(unfinished) << took.count() << ' ' << bodies << ' '
+                            << host->snapshot().peers.size() << std::endl;
+  std::filesystem::rename(unfinished, argv[4]);
   for (;;) host->Wait(std::chrono::milliseconds(100));
 }
