@@ -14,9 +14,9 @@
 
 namespace tandem {
 
-/// Runs the event loop until `done` holds; false when it does not within ten seconds.
-inline bool ProcessEventsUntil(const std::function<bool()>& done) {
-  const QDeadlineTimer deadline(10'000);
+/// Runs the event loop until `done` holds. Returns false when it does not in time.
+inline bool ProcessEventsUntil(const std::function<bool()>& done, int patience_ms = 10'000) {
+  const QDeadlineTimer deadline(patience_ms);
   while (!done()) {
     if (deadline.hasExpired()) return false;
     QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents | QEventLoop::AllEvents, 20);

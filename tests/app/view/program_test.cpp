@@ -1,4 +1,5 @@
 #include <QCoreApplication>
+#include <QDeadlineTimer>
 #include <QFile>
 #include <QImage>
 #include <QProcess>
@@ -143,7 +144,7 @@ TEST_F(Program, FindsTheSessionsSceneWhereItLiesOnThisMachine) {
     });
   };
   // nowhere: it says so, and where it looked
-  EXPECT_EQ(Run(arguments + QStringList{"--seconds", "6"}, here_), 0) << said_;
+  EXPECT_EQ(Run(arguments + QStringList{"--seconds", "12"}, here_), 0) << said_;
   EXPECT_THAT(said_, ::testing::HasSubstr("The scene is missing"));
   EXPECT_LT(green(), 150);
   // in the current folder
@@ -169,7 +170,7 @@ TEST_F(Program, SaysOfAPictureThatItsSceneIsAnotherOrCannotBeLoaded) {
   EXPECT_THAT(said_, ::testing::HasSubstr("This is not the scene that the session runs"));
   Write(In("broken.json"), R"({"name": "broken", "voxel_m": 0.001, "bodies": [
       {"name": "part", "mesh": "gone.obj", "mass_kg": 0.2}]})");
-  EXPECT_EQ(Run({"--scene", In("broken.json"), "--screenshot", In("broken.png"), "--seconds", "4"},
+  EXPECT_EQ(Run({"--scene", In("broken.json"), "--screenshot", In("broken.png"), "--seconds", "30"},
                 here_),
             3);
   EXPECT_THAT(said_, ::testing::HasSubstr("gone.obj"));
@@ -223,9 +224,11 @@ TEST_F(Program, LeavesWithAGoodbyeAndReportsWhenItIsTerminated) {
   };
   QProcess view;
   view.start(TANDEM_VIEW, JoinArguments() + QStringList{"--report", In("report.json")});
-  ASSERT_TRUE(ProcessEventsUntil([&] {
-    return dora_is(ViewedPeer::Presence::kHere);
-  }));
+  ASSERT_TRUE(ProcessEventsUntil(
+      [&] {
+        return dora_is(ViewedPeer::Presence::kHere);
+      },
+      kPatienceMs));
   const qint64 pid = view.processId();
   view.terminate();
   ASSERT_TRUE(view.waitForFinished(kPatienceMs));
@@ -337,28 +340,41 @@ TEST_F(Program, LooksOnAtASecuredSessionByItsKeys) {
   ASSERT_TRUE(MakeSessionKeys(keys));
   const Result<PeerId> anna = MakeMemberKeys(keys, "anna", Role::kActive, keys / "anna");
   ASSERT_TRUE(anna && MakeMemberKeys(keys, "vera", Role::kViewer, keys / "vera"));
-  Viewer unused;
+  Viewer heard;
   DdsOptions options;
   options.session = session_.toStdString();
   options.peer = *anna;
   options.interface = "lo";
   options.secure = (keys / "anna").string();
-  const Result<std::unique_ptr<Transport>> joined = JoinOverDds(options, unused);
+  const Result<std::unique_ptr<Transport>> joined = JoinOverDds(options, heard);
   ASSERT_TRUE(joined) << joined.error().what;
   QProcess view;
   view.start(TANDEM_VIEW,
-             {"--session", session_, "--interface", "lo", "--seconds", "4", "--report",
-              In("report.json"), "--secure", QString::fromStdString((keys / "vera").string())});
+             {"--session", session_, "--interface", "lo", "--report", In("report.json"), "--secure",
+              QString::fromStdString((keys / "vera").string())});
   ViewFrame frame;
   frame.peer = *anna;
   PeerInfo info;
   info.peer = *anna;
   info.name = "anna";
-  while (!view.waitForFinished(20)) {
-    ++info.beat;
-    (*joined)->Publish(info);
-    (*joined)->Publish(frame);
-  }
+  const auto publish_for = [&](int patience_ms, const auto& until) {
+    const QDeadlineTimer deadline(patience_ms);
+    while (!deadline.hasExpired() && !until() && !view.waitForFinished(20)) {
+      ++info.beat;
+      (*joined)->Publish(info);
+      (*joined)->Publish(frame);
+    }
+    return until();
+  };
+  // each has heard the other once both have shaken hands
+  ASSERT_TRUE(publish_for(kPatienceMs, [&] {
+    return !heard.Picture().peers.empty();
+  })) << view.readAllStandardError().toStdString();
+  publish_for(3000, [] {
+    return false;
+  });
+  view.terminate();
+  ASSERT_TRUE(view.waitForFinished(kPatienceMs));
   EXPECT_EQ(view.exitCode(), 0) << view.readAllStandardError().toStdString();
   EXPECT_EQ(Report().at("peers_seen"), 1);
   EXPECT_GT(Report().at("samples").get<int>(), 10);
