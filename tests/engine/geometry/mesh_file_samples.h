@@ -57,7 +57,7 @@ inline const std::string kAsciiStl =
 
 inline std::string Bytes(std::uint64_t number, int count) {
   std::string bytes;
-  for (int i = 0; i < count; ++i) bytes += static_cast<char>(number >> (8 * i));
+  for (int i = 0; i < count; ++i, number >>= 8U) bytes += static_cast<char>(number);
   return bytes;
 }
 
