@@ -1,13 +1,15 @@
 // A program that does what no sound one does, for the tests; it has the product's message types and
 // none of its checks:
-//   attacker SESSION KEYS ID MODE SECONDS [MOST [INTERFACE]]
+//   attacker SESSION KEYS ID MODES SECONDS [MOST [INTERFACE [ACCESS-PLUGIN]]]
 // KEYS is a member's folder or "-". It speaks as ID (the keys' id in a secured session), over the
-// interface (else over loopback), by the modes:
+// interface (else over loopback). With an access-control plug-in of its own it makes writers that
+// its permissions do not name. MODES are one or more of these, with a plus between two:
 //   flood   states of one body, as fast as can be
 //   keys    states of ever new bodies
 //   names   presence under ever new names, as a peer and as a viewer
 //   ends    ends of ever new instances, without data, on every topic
-//   flap    comes and goes
+//   events  sound events of all kinds but grants, as a peer that is taken in
+//   flap    comes and goes, as a peer and as a viewer
 //   name    is called by bytes that are no text
 //   scenes  manifests of ever new authors, some of them by writers in those authors' partitions
 //   views   pictures with ever new bodies
@@ -16,13 +18,19 @@
 //   packets announcements of ever new programs, by a plain socket
 //   hosts   requests and goals of ever new hosts, to the controller SESSION
 // It says "joined" when it can write, and is a quiet member until it gets SIGUSR1. Then it floods
-// for so many seconds, or until it has sent MOST, and says "sent N".
+// for so many seconds, or until it has sent MOST, and says "sent N". It does so for each mode; with
+// a viewer's keys it is here as a viewer.
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <functional>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include <arpa/inet.h>
 #include <dds/dds.h>
@@ -58,22 +66,28 @@ int Refused(const std::string& why) {
 
 int Sent(std::uint64_t count) {
   std::printf("sent %llu\n", static_cast<unsigned long long>(count));
+  std::fflush(stdout);
   return 0;
 }
 
-/// Says "joined" and calls meanwhile(), ten times a second, until the signal to begin comes.
-template <typename Meanwhile>
-void AwaitSignal(Meanwhile meanwhile) {
+/// Says "joined". From here on a signal begins a flood.
+void SayJoined() {
   std::signal(SIGUSR1, [](int) {
     begun = true;
   });
   std::puts("joined");
   std::fflush(stdout);
+}
+
+/// Calls meanwhile(), ten times a second, until the signal to begin comes.
+template <typename Meanwhile>
+void AwaitSignal(Meanwhile meanwhile) {
   const auto until = Clock::now() + std::chrono::duration<double>(kPatienceSeconds);
   while (!begun && Clock::now() < until) {
     meanwhile();
     dds_sleepfor(DDS_MSECS(100));
   }
+  begun = false;
 }
 
 /// Requests and goals of ever new hosts, by one writer of each.
@@ -83,6 +97,7 @@ int FloodController(const std::string& name, const FloodPlan& plan) {
   const dds_entity_t requests = ControlWriter(control->participant.get(), ControlTopic::kRequest);
   const dds_entity_t goals = ControlWriter(control->participant.get(), ControlTopic::kGoal);
   if (requests <= 0 || goals <= 0) return Refused("no writer");
+  SayJoined();
   AwaitSignal([] {});
   const auto end = Clock::now() + std::chrono::duration<double>(plan.seconds);
   std::uint64_t sent = 0;
@@ -108,7 +123,7 @@ class Attacker {
  public:
   /// `name` is the keys', or empty in a plain session.
   Attacker(dds_entity_t participant, PeerId id, const std::string& name)
-      : participant_(participant), id_(id) {
+      : participant_(participant), id_(id), is_member_(!name.empty()) {
     const std::string own = PeerPartition(id);
     states_ = Writer(tandem_ObjectState_desc, "state/1", Purpose::kMotion, PeerPartition(id));
     linked_ = Writer(tandem_LinkedState_desc, "link/2", Purpose::kMotion, PeerPartition(id));
@@ -121,6 +136,7 @@ class Attacker {
     lookers_ = Writer(tandem_ViewerInfo_desc, "viewer_info", Purpose::kPresence,
                       name.empty() ? looks_on : NamedPartition(looks_on, name));
   }
+  bool IsMember() const { return is_member_; }
   bool CanSpeak() const { return infos_ > 0 || lookers_ > 0; }
 
   void Presence(const std::string& name) {
@@ -129,8 +145,18 @@ class Attacker {
     info.protocol = kProtocol;
     info.beat = ++beat_;
     info.role = tandem_ACTIVE;
+    info.scene_hash = scene_hash_;
+    info.params_hash = params_hash_;
     std::strncpy(info.name, name.c_str(), sizeof info.name - 1);
     dds_write(infos_, &info);
+  }
+  void LookOn(const std::string& name) {
+    tandem_ViewerInfo info{};
+    info.peer = id_;
+    info.protocol = kProtocol;
+    info.beat = ++beat_;
+    std::strncpy(info.name, name.c_str(), sizeof info.name - 1);
+    dds_write(lookers_, &info);
   }
   void Goodbye() {
     tandem_PeerInfo info{};
@@ -138,6 +164,46 @@ class Attacker {
     info.protocol = kProtocol;
     info.leaving = true;
     dds_write(infos_, &info);
+    tandem_ViewerInfo looker{};
+    looker.peer = id_;
+    looker.protocol = kProtocol;
+    looker.leaving = true;
+    dds_write(lookers_, &looker);
+  }
+  /// Hears of another peer what the session's scene is: whoever has it is taken in.
+  void Learn() {
+    const Qos qos = MakeQos(Purpose::kPresence, kEveryPeer);
+    const Entity topic(
+        dds_create_topic(participant_, &tandem_PeerInfo_desc, "peer_info", nullptr, nullptr));
+    const Entity reader(dds_create_reader(participant_, topic.get(), qos.get(), nullptr));
+    for (int i = 0; i < 500 && scene_hash_ == 0; ++i) {
+      void* sample = nullptr;
+      dds_sample_info_t facts{};
+      while (dds_take(reader.get(), &sample, &facts, 1, 1) == 1) {
+        const auto& info = *static_cast<const tandem_PeerInfo*>(sample);
+        if (facts.valid_data && info.scene_hash != 0) {
+          scene_hash_ = info.scene_hash;
+          params_hash_ = info.params_hash;
+          victim_ = info.peer;
+        }
+        dds_return_loan(reader.get(), &sample, 1);
+        sample = nullptr;
+      }
+      dds_sleepfor(DDS_MSECS(10));
+    }
+  }
+  void Event(std::uint32_t number) {
+    constexpr std::array kKinds{tandem_ASK, tandem_REFUSE, tandem_RELEASE, tandem_HEAL,
+                                tandem_TOUCH};
+    tandem_Event event{};
+    event.peer = id_;
+    event.seq = number + 1;
+    event.kind = kKinds[number % kKinds.size()];
+    event.object = number / kKinds.size() % 4;
+    event.epoch = 1;
+    event.to = victim_;
+    event.pose.q[3] = 1;
+    dds_write(events_, &event);
   }
   void State(std::uint32_t object) {
     tandem_ObjectState state{};
@@ -164,6 +230,18 @@ class Attacker {
     tandem_SceneManifest scene{};
     scene.offered_by = number + 1000;
     dds_dispose(scenes_, &scene);
+    tandem_ViewerInfo looker{};
+    looker.peer = number + 1000;
+    dds_dispose(lookers_, &looker);
+    dds_unregister_instance(lookers_, &looker);
+    tandem_ViewFrame view{};
+    view.peer = number + 1000;
+    dds_dispose(views_, &view);
+    dds_unregister_instance(views_, &view);
+    tandem_LinkedState linked{};
+    linked.peer = number + 1000;
+    dds_dispose(linked_, &linked);
+    dds_unregister_instance(linked_, &linked);
   }
   void Scene(std::uint64_t author) {
     tandem_SceneManifest scene{};
@@ -190,12 +268,7 @@ class Attacker {
   }
   void Names(std::uint32_t number) {
     Presence("vic-" + std::to_string(number));
-    tandem_ViewerInfo info{};
-    info.peer = id_;
-    info.protocol = kProtocol;
-    info.beat = ++beat_;
-    std::snprintf(info.name, sizeof info.name, "looker-%u", number);
-    dds_write(lookers_, &info);
+    LookOn("looker-" + std::to_string(number));
   }
   /// A piece of a state that is never whole (RTPS 2.5, section 9.4.5.5), in this program's name.
   void Piece(std::uint32_t number, std::uint32_t domain) const {
@@ -252,66 +325,32 @@ class Attacker {
 
   const dds_entity_t participant_;
   const PeerId id_;
+  const bool is_member_;
   const int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);  // for what DDS does not send
   dds_entity_t states_ = 0, linked_ = 0, views_ = 0, infos_ = 0, events_ = 0, scenes_ = 0,
                lookers_ = 0;
   std::uint32_t seq_ = 0;
   std::uint32_t beat_ = 0;
+  PeerId victim_ = 0;
+  std::uint64_t scene_hash_ = 0;
+  std::uint64_t params_hash_ = 0;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  if (argc < 6) return 2;
-  const std::string mode = argv[4];
-  const FloodPlan plan{
-      .seconds = std::stod(argv[5]), .most = argc > 6 ? std::stoull(argv[6]) : 0, .per_second = 0};
-  TakeOverCycloneLog();
-  Qos participant_qos;
-  PeerId id = std::stoull(argv[3]);
-  std::string key_name;
-  if (std::string(argv[2]) != "-") {
-    const Result<MemberKeys> keys = LoadMemberKeys(argv[2]);
-    if (!keys) return Refused(keys.error().what);
-    Result<Qos> qos = SecureParticipantQos(*keys);
-    if (!qos) return Refused(qos.error().what);
-    participant_qos = *std::move(qos);
-    id = keys->peer;
-    key_name = keys->name;
-  }
-  if (mode == "hosts") return FloodController(argv[1], plan);
-  DdsOptions options;
-  options.session = argv[1];
-  options.interface = argc > 7 ? argv[7] : "lo";
-  if (mode == "packets") {
-    options.peer = id;
-    AwaitSignal([] {});
-    const Result<std::uint64_t> sent = Flood(tandem::Attack::kPackets, options, plan);
-    return sent ? Sent(*sent) : Refused(sent.error().what);
-  }
-  const Result<Entity> domain = CreateDomain(options);
-  if (!domain) return Refused(domain.error().what);
-  const Entity participant(dds_create_participant(options.domain, participant_qos.get(), nullptr));
-  if (participant.get() < 0) return Refused("no participant");
-  Attacker attacker(participant.get(), id, key_name);
-  if (!attacker.CanSpeak()) return Refused("no writer");
-  const std::string own_name = mode == "name" ? "b\xff\xc2\x9b\xe2\x80\xae"
-                                                "d"
-                                              : "vic";
-  const auto be_here = [&] {
-    // one that floods as a viewer is no peer
-    if (mode != "lookers") attacker.Presence(own_name);
-  };
-  // what a member costs that is just here is no flood's
-  AwaitSignal(be_here);
-
+/// Floods by one mode. `be_here` says that the attacker is here. Returns how much it sent.
+std::uint64_t FloodBy(const std::string& mode, const FloodPlan& plan, std::uint32_t domain,
+                      Attacker& attacker, const std::function<void()>& be_here) {
+  // reliable writers wait for no one here, but leave the receivers some time; a member's are slow
+  // by themselves, since they encrypt what they send
+  const bool is_slow =
+      !attacker.IsMember() && (mode == "scenes" || mode == "ends" || mode == "views" ||
+                               mode == "lookers" || mode == "pieces");
   const auto end = Clock::now() + std::chrono::duration<double>(plan.seconds);
   auto beat = Clock::now();
   std::uint64_t sent = 0;
   for (; Clock::now() < end && (plan.most == 0 || sent < plan.most); ++sent) {
     const auto number = static_cast<std::uint32_t>(sent);
     if (mode == "flap") {
-      attacker.Presence(own_name);
+      be_here();
       dds_sleepfor(DDS_USECS(200));
       attacker.Goodbye();
       dds_sleepfor(DDS_USECS(200));
@@ -325,15 +364,82 @@ int main(int argc, char** argv) {
     if (mode == "keys") attacker.State(number);
     if (mode == "names") attacker.Names(number);
     if (mode == "ends") attacker.End(number);
+    if (mode == "events") attacker.Event(number);
     if (mode == "scenes") attacker.Scene(1000 + number);
     if (mode == "views") attacker.View(kMaxViewBodies * number);
     if (mode == "lookers") attacker.Looker(1000 + number);
-    if (mode == "pieces") attacker.Piece(number, options.domain);
+    if (mode == "pieces") attacker.Piece(number, domain);
     if (mode == "name") dds_sleepfor(DDS_MSECS(10));
-    // reliable writers wait for no one here, but leave the receivers some time
-    const bool is_slow = mode == "scenes" || mode == "ends" || mode == "views" ||
-                         mode == "lookers" || mode == "pieces";
     if (is_slow && plan.most == 0) dds_sleepfor(DDS_USECS(100));
   }
-  return Sent(sent);
+  return sent;
+}
+
+std::vector<std::string> ModesIn(const std::string& text) {
+  std::vector<std::string> modes;
+  std::istringstream stream(text);
+  for (std::string mode; std::getline(stream, mode, '+');) modes.push_back(mode);
+  return modes;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 6) return 2;
+  const std::vector<std::string> modes = ModesIn(argv[4]);
+  const auto is_asked = [&modes](const char* mode) {
+    return std::ranges::find(modes, mode) != modes.end();
+  };
+  const FloodPlan plan{
+      .seconds = std::stod(argv[5]), .most = argc > 6 ? std::stoull(argv[6]) : 0, .per_second = 0};
+  TakeOverCycloneLog();
+  Qos participant_qos;
+  PeerId id = std::stoull(argv[3]);
+  std::string key_name;
+  bool looks_on = false;
+  if (std::string(argv[2]) != "-") {
+    const Result<MemberKeys> keys = LoadMemberKeys(argv[2]);
+    if (!keys) return Refused(keys.error().what);
+    Result<Qos> qos = SecureParticipantQos(*keys);
+    if (!qos) return Refused(qos.error().what);
+    participant_qos = *std::move(qos);
+    if (argc > 8) dds_qset_prop(participant_qos.get(), "dds.sec.access.library.path", argv[8]);
+    id = keys->peer;
+    key_name = keys->name;
+    looks_on = keys->role == Role::kViewer;
+  }
+  if (is_asked("hosts")) return FloodController(argv[1], plan);
+  DdsOptions options;
+  options.session = argv[1];
+  options.interface = argc > 7 ? argv[7] : "lo";
+  if (is_asked("packets")) {
+    options.peer = id;
+    SayJoined();
+    AwaitSignal([] {});
+    const Result<std::uint64_t> sent = Flood(tandem::Attack::kPackets, options, plan);
+    return sent ? Sent(*sent) : Refused(sent.error().what);
+  }
+  const Result<Entity> domain = CreateDomain(options);
+  if (!domain) return Refused(domain.error().what);
+  const Entity participant(dds_create_participant(options.domain, participant_qos.get(), nullptr));
+  if (participant.get() < 0) return Refused("no participant");
+  Attacker attacker(participant.get(), id, key_name);
+  if (!attacker.CanSpeak()) return Refused("no writer");
+  if (is_asked("events")) attacker.Learn();
+  const std::string own_name = is_asked("name") ? "b\xff\xc2\x9b\xe2\x80\xae"
+                                                  "d"
+                                                : "vic";
+  const auto be_here = [&] {
+    if (looks_on) attacker.LookOn(own_name);
+    // one that floods as a viewer is no peer
+    if (!is_asked("lookers")) attacker.Presence(own_name);
+  };
+
+  SayJoined();
+  for (const std::string& mode : modes) {
+    // what a member costs that is just here is no flood's
+    AwaitSignal(be_here);
+    Sent(FloodBy(mode, plan, options.domain, attacker, be_here));
+  }
+  return 0;
 }

@@ -13,29 +13,32 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sched.h>
 #include <unistd.h>
 
 #include "app/cli/child_processes.h"
 #include "collab/controller/controller.h"
 #include "collab/dds/keys.h"
+#include "tests/network/flood_growth.h"
 #include "tests/network/said_program.h"
 #include "tests/network/stopped_thread.h"
+#include "tests/network/syscall_count.h"
 
 namespace tandem {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::kGivenBackSeconds;
+using testing::kMostGrowth;
+using testing::kMostKept;
 using testing::LinesOf;
+using testing::MemoryAtRest;
 using ::testing::Not;
 using testing::Program;
 using testing::StoppedThread;
 
-constexpr std::int64_t kMostGrowth = 16 * 1024 * 1024;  // bytes
-constexpr std::int64_t kMostKept = 2 * 1024 * 1024;     // bytes, a minute after a flood
-constexpr double kGivenBackSeconds = 60;
 constexpr double kFloodSeconds = 3;
-constexpr double kFullSeconds = 600;   // of a flood of a given size, at the most
-constexpr double kSettleSeconds = 30;  // for a program's memory to stand still
+constexpr double kFullSeconds = 600;  // of a flood of a given size, at the most
 
 /// Returns how much a flood of that mode sends where TANDEM_FLOODS asks for full size; 0: it goes
 /// by the clock.
@@ -43,6 +46,14 @@ long FullSizeOf(const std::string& mode) {
   if (std::getenv("TANDEM_FLOODS") == nullptr) return 0;  // NOLINT(concurrency-mt-unsafe)
   if (mode == "keys" || mode == "names" || mode == "lookers") return 1'000'000;
   return mode == "packets" ? 100'000 : 0;
+}
+
+/// Returns the real-time priority of a program's thread; 0: it is not a real-time thread.
+int PriorityOf(Program& program, const std::string& thread) {
+  const std::optional<pid_t> id = testing::AwaitThread(program.process().pid(), thread);
+  sched_param parameters{};
+  if (!id || sched_getparam(*id, &parameters) != 0) return -1;
+  return parameters.sched_priority;
 }
 
 /// A session with one peer of the product, that holds a body.
@@ -153,22 +164,6 @@ class HostileFloods : public ::testing::Test {
   long sent_ = 0;
   double seconds_ = 0;     // of the flood
   std::size_t lines_ = 0;  // that the victim said meanwhile
-
- private:
-  /// All that starting and meeting take is taken: for a second the memory has not grown any more.
-  static std::int64_t MemoryAtRest(const Program& program) {
-    constexpr double kStep = 0.1;
-    constexpr int kQuiet = 10;  // steps
-    std::int64_t most = program.Memory();
-    int quiet = 0;
-    for (double waited = 0; quiet < kQuiet && waited < kSettleSeconds; waited += kStep) {
-      std::this_thread::sleep_for(std::chrono::duration<double>(kStep));
-      const std::int64_t now = program.Memory();
-      quiet = now > most + 65'536 ? 0 : quiet + 1;
-      most = std::max(most, now);
-    }
-    return most;
-  }
 };
 
 TEST_F(HostileFloods, StatesOfInventedBodiesTakeNoMemoryAreCountedAndTold) {
@@ -217,6 +212,37 @@ TEST_F(HostileFloods, InventedViewersOfAViewersKeysTakeNoMemory) {
   EXPECT_EQ(anna.Wait(), 0);
   const nlohmann::json drops = Report().at("drops");
   EXPECT_GT(drops.at("flood").get<long>() + drops.at("many_keys").get<long>(), 1000);
+}
+
+// Where there is one core for all of a peer's threads, those that receive stand below the hand's.
+TEST_F(HostileFloods, StatesOfAStrangerLeaveAHandOnOneCoreItsFrames) {
+  cpu_set_t all;
+  ASSERT_EQ(sched_getaffinity(0, sizeof all, &all), 0);
+  int last = 0;
+  for (int core = 0; core < CPU_SETSIZE; ++core) last = CPU_ISSET(core, &all) ? core : last;
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(last, &one);
+  ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+  Program anna = Peer();
+  ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
+  Program attacker = Attack("flood", "-", 1.5);
+  ASSERT_TRUE(attacker.Says("joined")) << attacker.said();
+  ASSERT_TRUE(anna.Says("you hold peg")) << anna.said();
+  if (PriorityOf(anna, "haptic") == 0) GTEST_SKIP() << "real-time threads are refused here";
+  for (const char* receives : {"recv", "recvUC"}) {
+    EXPECT_LT(PriorityOf(anna, receives), PriorityOf(anna, "haptic")) << receives;
+  }
+  attacker.process().Signal(SIGUSR1);
+  EXPECT_EQ(attacker.Wait(), 0);
+  anna.process().Signal(SIGTERM);
+  EXPECT_EQ(anna.Wait(), 0);
+  const nlohmann::json report = Report();
+  const auto sent = std::stol(attacker.said().substr(attacker.said().find("sent ") + 5));
+  EXPECT_GT(sent, 20'000);
+  EXPECT_GT(report.at("drops").at("flood").get<long>(), sent / 4);
+  EXPECT_LE(report.at("judged_missed").get<double>(),
+            0.05 * report.at("judged_frames").get<double>());
 }
 
 TEST_F(HostileFloods, InventedNamesTakeNoMemoryAndFewLines) {
