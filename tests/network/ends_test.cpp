@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -170,6 +171,23 @@ TEST(Ends, APeerWhoseStderrBlocksEndsWithinASecondWithAGoodbye) {
         << TextOf(folder.path() / std::to_string(signal));
     EXPECT_LT(vera.SecondsToEnd(SIGTERM), kMostSeconds);
   }
+}
+
+// Opened for writing, a pipe without a reader waits for one.
+TEST(Ends, APeerWhoseReportNobodyReadsEndsWithinASecondWithAGoodbye) {
+  const TemporaryFolder folder;
+  const std::filesystem::path report = folder.path() / "report";
+  ASSERT_EQ(mkfifo(report.c_str(), 0600), 0);
+  const std::string session = SessionName();
+  const File watched(folder.path() / "watched");
+  const File said(folder.path() / "said");
+  Started vera(WatchWords(session), watched.get());
+  Started anna(PeerWords(session, {"--report", report.string()}), said.get());
+  ASSERT_TRUE(FileSays(folder.path() / "watched", "anna joined")) << TextOf(folder.path() / "said");
+  EXPECT_LT(anna.SecondsToEnd(SIGTERM), kMostSeconds) << TextOf(folder.path() / "said");
+  EXPECT_TRUE(FileSays(folder.path() / "watched", "anna left", 3))
+      << TextOf(folder.path() / "watched");
+  EXPECT_LT(vera.SecondsToEnd(SIGTERM), kMostSeconds);
 }
 
 TEST(Ends, APeerWhoseReaderGoesAwayGoesOnAndLeavesItsReport) {
