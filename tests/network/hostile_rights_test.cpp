@@ -1,8 +1,10 @@
 // What a program of the tests' own (tests/collab/dds/attacker.cpp) can do to users of the product
 // who have a part in hand: as an outsider of a plain session, and with a viewer's and a member's
 // keys in a secured one.
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -16,6 +18,8 @@
 
 #include "app/exit_codes.h"
 #include "collab/dds/keys.h"
+#include "collab/dds/permissions.h"
+#include "collab/dds/signing.h"
 #include "tests/collab/dds/child_peer.h"
 #include "tests/collab/dds/live_peer.h"
 #include "tests/network/said_program.h"
@@ -37,11 +41,11 @@ constexpr milliseconds kAttack{1200};
 /// here.
 class HostileRights : public ::testing::Test {
  protected:
-  void TearDown() override {
-    for (auto& [name, program] : programs_) {
-      program->process().Signal(SIGTERM);
-      EXPECT_EQ(program->Wait(), 0) << program->said();
-    }
+  void TearDown() override { EndAll(); }
+  void EndAll() {
+    for (auto& [name, program] : programs_) program->process().Signal(SIGTERM);
+    for (auto& [name, program] : programs_) EXPECT_EQ(program->Wait(), 0) << program->said();
+    programs_.clear();
   }
 
   void BeginPlain() { Begin(LoopbackOptions(session_, kLooker, Role::kViewer)); }
@@ -53,9 +57,7 @@ class HostileRights : public ::testing::Test {
                                                                 {"carl", Role::kActive},
                                                                 {"vic", Role::kViewer},
                                                                 {"wes", Role::kViewer}}) {
-      const Result<PeerId> made = MakeMemberKeys(In("keys"), name, role, In("keys-" + name));
-      ASSERT_TRUE(made) << made.error().what;
-      ids_[name] = *made;
+      MakeKeys(name, role);
     }
     secured_ = true;
     DdsOptions options = LoopbackOptions(session_, ids_.at("wes"), Role::kViewer);
@@ -63,11 +65,33 @@ class HostileRights : public ::testing::Test {
     Begin(options);
   }
 
-  ChildPeer Attacker(const std::string& mode, const std::string& keys) const {
+  void MakeKeys(const std::string& name, Role role) {
+    const Result<PeerId> made = MakeMemberKeys(In("keys"), name, role, In("keys-" + name));
+    ASSERT_TRUE(made) << made.error().what;
+    ids_[name] = *made;
+  }
+  /// Keys that are as good as others until then.
+  void MakeKeysUntil(const std::string& name, std::time_t until) {
+    MakeKeys(name, Role::kActive);
+    const std::filesystem::path folder = In("keys-" + name);
+    const PeerId id = ids_.at(name);
+    std::string subject = "/" + SubjectOf(name, id);
+    std::ranges::replace(subject, ',', '/');
+    ASSERT_TRUE(MakeRequest(subject, folder / "identity.key", folder / "request"));
+    ASSERT_TRUE(SignRequest(folder / "request", IdentityAuthority(In("keys")), false, id, until,
+                            folder / "identity.pem"));
+    constexpr std::time_t kDay = 86'400;  // s
+    const std::string may = PermissionsXml(name, id, Role::kActive, until - kDay, until);
+    ASSERT_TRUE(SignDocument(may, PermissionsAuthority(In("keys")), folder / "permissions.p7s"));
+  }
+
+  /// `outsider`: the id of one without keys.
+  ChildPeer Attacker(const std::string& mode, const std::string& keys,
+                     PeerId outsider = kMallory) const {
     const bool plain = keys == "-";
     return ChildPeer({TANDEM_DDS_ATTACKER, session_, plain ? "-" : In("keys-" + keys).string(),
                       plain ? "-" : TANDEM_LAX_ACCESS_CONTROL, mode,
-                      std::to_string(plain ? kMallory : ids_.at(keys)), keys,
+                      std::to_string(plain ? outsider : ids_.at(keys)), keys,
                       std::to_string(ids_.at("anna"))});
   }
   /// Attacks whoever holds the ball, with those keys and no check of the attacker's own ("-":
@@ -100,8 +124,8 @@ class HostileRights : public ::testing::Test {
   void AttackByAllMeans(const std::string& keys) {
     for (const char* mode :
          {"claim", "claim_slowly", "claim_next_slowly", "claim_as_victim_slowly", "sit_down_slowly",
-          "dispose", "dispose_slowly", "grant", "grant_here_slowly", "grant_as_victim",
-          "look_on_as_victim", "offer_as_first", "offer_absurd", "state_as_victim"}) {
+          "end", "end_slowly", "grant", "grant_here_slowly", "grant_as_victim", "look_on_as_victim",
+          "offer_as_first", "offer_absurd", "state_as_victim"}) {
       Attack(mode, keys);
       if (HasFailure()) return;
     }
@@ -115,12 +139,12 @@ class HostileRights : public ::testing::Test {
     }
     return told;
   }
-  nlohmann::json DropsOf(const std::string& name) {
+  nlohmann::json ReportOf(const std::string& name) {
     programs_.at(name)->process().Signal(SIGTERM);
     EXPECT_EQ(programs_.at(name)->Wait(), 0);
     programs_.erase(name);
     std::ifstream stream(In(name + ".report"));
-    return nlohmann::json::parse(stream, nullptr, false).at("drops");
+    return nlohmann::json::parse(stream, nullptr, false);
   }
 
   std::unique_ptr<Program> Peer(const std::string& name,
@@ -144,7 +168,25 @@ class HostileRights : public ::testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return std::make_unique<Program>(words, In(name));
   }
+  /// Joins, holds nothing and leaves. Returns what that peer said.
+  std::string Joins(const std::string& name) const {
+    const std::unique_ptr<Program> peer = Peer(name, {});
+    EXPECT_TRUE(peer->Says("is in session")) << peer->said();
+    peer->process().Signal(SIGTERM);
+    EXPECT_EQ(peer->Wait(), 0) << peer->said();
+    return peer->said();
+  }
   std::filesystem::path In(const std::string& file) const { return folder_.path() / file; }
+
+  /// That what the program said so far is text, without a control character or a change of
+  /// direction.
+  void ExpectReadable(const std::string& name) const {
+    const std::string said = programs_.at(name)->said();
+    EXPECT_NO_THROW(static_cast<void>(nlohmann::json(said).dump())) << "no UTF-8";
+    for (const char* bad : {"\x1b", "\xc2\x9b", "\xe2\x80\xae"}) {
+      EXPECT_THAT(said, Not(HasSubstr(bad)));
+    }
+  }
 
   void ExpectNobodyLetGo(const std::string& mode) {
     const Recorder::Heard now = heard_.Now();
@@ -162,7 +204,6 @@ class HostileRights : public ::testing::Test {
     }
   }
 
- private:
   void Begin(const DdsOptions& looks_on) {
     auto joined = JoinOverDds(looks_on, heard_);
     ASSERT_TRUE(joined.has_value()) << joined.error().what;
@@ -201,9 +242,41 @@ class HostileRights : public ::testing::Test {
   std::map<std::string, std::unique_ptr<Program>> programs_;
 };
 
-TEST_F(HostileRights, AnOutsiderOfAPlainSessionTakesNothingOutOfAHand) {
+TEST_F(HostileRights, OutsidersOfAPlainSessionTakeNothingAndKeepNobodyOutByOffers) {
   BeginPlain();
-  AttackByAllMeans("-");
+  {
+    ChildPeer tells_badly = Attacker("say_badly_slowly", "-", kMallory + 1);
+    ASSERT_TRUE(tells_badly.Says("attacking"));
+    AttackByAllMeans("-");
+  }
+  ExpectReadable("anna");
+
+  // offers that change all the time, by programs that come first by their ids, and peers without
+  // an end, of which one program is heard as four
+  ChildPeer others = Attacker("offer_others_slowly", "-", 1);
+  ChildPeer friction = Attacker("offer_friction_slowly", "-", 2);
+  ChildPeer crowd = Attacker("crowd_slowly", "-", 1000);
+  for (ChildPeer* attacker : {&others, &friction, &crowd}) {
+    ASSERT_TRUE(attacker->Says("attacking"));
+  }
+  ASSERT_TRUE(programs_.at("anna")->Says("shown as mallory (6)")) << programs_.at("anna")->said();
+  EXPECT_THAT(Joins("dave"), Not(HasSubstr("which is adopted")));
+  EXPECT_TRUE(programs_.at("anna")->Says("dave joined")) << programs_.at("anna")->said();
+
+  // more of them take all places, and none of those who have one
+  ChildPeer second = Attacker("crowd_slowly", "-", 2000);
+  ChildPeer third = Attacker("crowd_slowly", "-", 3000);
+  ASSERT_TRUE(programs_.at("anna")->Says("mallory (15)")) << programs_.at("anna")->said();
+  const std::unique_ptr<Program> carl = Peer("carl", {});
+  EXPECT_EQ(carl->Wait(40), kExitNetwork) << carl->said();
+  EXPECT_THAT(carl->said(), HasSubstr("active peers, the most there can be: look on with"));
+  ExpectNobodyLetGo("crowd");
+
+  // alone with one
+  for (ChildPeer* attacker : {&others, &crowd, &second, &third}) attacker->Command("end");
+  EndAll();
+  const std::string said = Joins("eve");
+  EXPECT_THAT(said, HasSubstr("which is adopted"));
 }
 
 TEST_F(HostileRights, AViewerTakesNothingOutOfAHand) {
@@ -215,14 +288,42 @@ TEST_F(HostileRights, AViewerTakesNothingOutOfAHand) {
 
 TEST_F(HostileRights, AMemberTakesNothingOutOfAHandAndIsToldOfOnce) {
   BeginSecured();
+  // keys that end meanwhile, of one that goes on to attack and of one that does not
+  const std::time_t until = std::time(nullptr) + 10;
+  MakeKeysUntil("dora", until);
+  MakeKeysUntil("emil", until);
+  ChildPeer dora = Attacker("say_badly_slowly", "dora");
+  ASSERT_TRUE(dora.Says("attacking"));
+  const std::unique_ptr<Program> emil = Peer("emil", {});
+  ASSERT_TRUE(programs_.at("anna")->Says("emil joined")) << emil->said();
+  ASSERT_TRUE(programs_.at("anna")->Says("dora goes by other")) << programs_.at("anna")->said();
+
   AttackByAllMeans("carl");
   EXPECT_EQ(Told("anna", "carl claims what others have and have not given away: refused"), 1)
       << programs_.at("anna")->said();
   EXPECT_EQ(Told("anna", "carl claims bodies further ahead"), 1) << programs_.at("anna")->said();
   EXPECT_EQ(Told("anna", "carl speaks in another's name"), 1) << programs_.at("anna")->said();
-  const nlohmann::json drops = DropsOf("anna");
+
+  EXPECT_GT(std::time(nullptr), until + 2);
+  for (const char* name : {"anna", "ben"}) {
+    const std::string said = programs_.at(name)->said();
+    EXPECT_THAT(said, AllOf(HasSubstr("dora is lost"), HasSubstr("emil is lost")));
+    EXPECT_THAT(said, AllOf(Not(HasSubstr("dora is back")), Not(HasSubstr("emil is back"))));
+    EXPECT_THAT(emil->said(), HasSubstr(std::string(name) + " is lost"));
+  }
+  emil->process().Signal(SIGTERM);
+  EXPECT_TRUE(emil->Wait()) << emil->said();
+  const std::unique_ptr<Program> again = Peer("emil", {});
+  EXPECT_EQ(again->Wait(), kExitSecurity) << again->said();
+  EXPECT_THAT(again->said(), HasSubstr("these keys ended on"));
+
+  ExpectReadable("anna");
+  const nlohmann::json report = ReportOf("anna");
   for (const char* reason : {"seized", "epoch_leap", "impostor", "not_owner", "absurd_scene"}) {
-    EXPECT_GT(drops.at(reason).get<int>(), 0) << reason;
+    EXPECT_GT(report.at("drops").at(reason).get<int>(), 0) << reason;
+  }
+  for (const nlohmann::json& terms : report.at("force_terms")) {
+    EXPECT_TRUE(terms.at("displacement_mm").is_number()) << terms;
   }
 }
 
