@@ -305,7 +305,8 @@ bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info) {
     return false;
   }
   if (wire.role != tandem_ACTIVE && wire.role != tandem_VIEWER) return false;
-  if (!std::isfinite(wire.displacement)) return false;
+  // false of what is no number
+  if (!(std::abs(wire.displacement) <= kWireBounds.position)) return false;
   info.peer = wire.peer;
   info.protocol = wire.protocol;
   info.beat = wire.beat;

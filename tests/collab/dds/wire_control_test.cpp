@@ -101,6 +101,21 @@ TEST(Wire, NamesCannotSteerATerminal) {
   EXPECT_EQ(back.name, "a?[2Jb?");
 }
 
+TEST(Wire, ADisplacementThatIsNoNumberOrBeyondMeasureIsRefused) {
+  PeerInfo info;
+  info.peer = 3;
+  tandem_PeerInfo wire{};
+  InfoRoom room;
+  ASSERT_TRUE(ToWire(info, wire, room));
+  PeerInfo back;
+  for (const double bad : {kNan, kInfinity, 1e308, -1e308}) {
+    wire.displacement = bad;
+    EXPECT_FALSE(FromWire(wire, back)) << bad;
+  }
+  wire.displacement = -0.5e-3;
+  EXPECT_TRUE(FromWire(wire, back));
+}
+
 TEST(Wire, PeerInfoBeyondTheBoundIsNotSentNorTaken) {
   PeerInfo info;
   info.peer = 1;
