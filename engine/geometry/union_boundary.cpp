@@ -101,7 +101,8 @@ class CutTriangle {
   }
 
   // The pieces that the segments cut it into, bounding the union or not.
-  void AddBoundary(const WindingNumber& winding, std::vector<Facet>& facets) const {
+  void AddBoundary(const std::function<bool(const Vec3&)>& solid, bool sheets,
+                   std::vector<Facet>& facets) const {
     std::vector<Polygon> pieces{{InPlane(a_), InPlane(b_), InPlane(c_)}};
     for (const Segment& segment : segments_) {
       const std::size_t count = pieces.size();
@@ -116,16 +117,18 @@ class CutTriangle {
       if (piece.size() < 3) continue;
       const Vec2 sum = std::accumulate(piece.begin(), piece.end(), Vec2(Vec2::Zero()));
       const Vec3 centre = InSpace(sum / static_cast<double>(piece.size()));
-      const bool solid_in_front = winding.At(centre + 2 * tolerance_ * nhat_) >= 0.5;
-      const bool solid_behind = winding.At(centre - 2 * tolerance_ * nhat_) >= 0.5;
-      if (solid_in_front == solid_behind) continue;
-      const Vec3 nhat = solid_behind ? nhat_ : Vec3(-nhat_);
+      const bool solid_in_front = solid(centre + 2 * tolerance_ * nhat_);
+      const bool solid_behind = solid(centre - 2 * tolerance_ * nhat_);
+      const bool sheet = sheets && !solid_in_front && !solid_behind;
+      if (solid_in_front == solid_behind && !sheet) continue;
+      const Vec3 nhat = solid_in_front ? Vec3(-nhat_) : nhat_;
       if (pieces.size() == 1) {
-        facets.push_back({a_, b_, c_, nhat});
+        facets.push_back({a_, b_, c_, nhat, sheet});
         continue;
       }
       for (std::size_t k = 2; k < piece.size(); ++k) {
-        facets.push_back({InSpace(piece[0]), InSpace(piece[k - 1]), InSpace(piece[k]), nhat});
+        facets.push_back(
+            {InSpace(piece[0]), InSpace(piece[k - 1]), InSpace(piece[k]), nhat, sheet});
       }
     }
   }
@@ -164,6 +167,52 @@ std::vector<std::uint32_t> BodyOfVertex(const TriangleMesh& mesh) {
   }
   for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = root(i);
   return parent;
+}
+
+/// The pieces of the mesh's triangles with the union on one side, and with `sheets` those with free
+/// space on both.
+std::vector<Facet> PiecesOf(const TriangleMesh& mesh, const std::function<bool(const Vec3&)>& solid,
+                            bool sheets) {
+  const double tolerance = CoincidenceTolerance(mesh);
+  std::vector<Bounds> boxes(mesh.triangles.size());
+  for (std::size_t t = 0; t < boxes.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      boxes[t].Add(mesh.corner(t, k) - Vec3::Constant(tolerance));
+      boxes[t].Add(mesh.corner(t, k) + Vec3::Constant(tolerance));
+    }
+  }
+  const BoxTree tree = BuildBoxTree(boxes, 4);
+  const auto corners = [&](std::size_t t) {
+    return std::array<Vec3, 3>{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+  };
+  std::vector<std::vector<Facet>> facets_of(boxes.size());
+  tbb::parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t t) {
+    CutTriangle cut(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), tolerance);
+    if (cut.flat()) return;
+    std::vector<std::uint32_t> open{0};
+    while (!open.empty()) {
+      const std::uint32_t i = open.back();
+      open.pop_back();
+      const BoxTree::Node& node = tree.nodes[i];
+      if (!node.box.Overlaps(boxes[t])) continue;
+      if (!node.leaf()) {
+        open.push_back(node.right);
+        open.push_back(i + 1);
+        continue;
+      }
+      for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
+        const std::uint32_t other = tree.order[k];
+        if (!boxes[other].Overlaps(boxes[t])) continue;
+        if (SharedCorners(mesh.triangles[t], mesh.triangles[other]) >= 2) continue;
+        cut.Meet(corners(other));
+      }
+    }
+    cut.AddBoundary(solid, sheets, facets_of[t]);
+  });
+  std::vector<Facet> facets;
+  for (const std::vector<Facet>& some : facets_of)
+    facets.insert(facets.end(), some.begin(), some.end());
+  return facets;
 }
 
 }  // namespace
@@ -220,46 +269,15 @@ TriangleMesh WithBodiesTurnedOut(const TriangleMesh& mesh) {
 }
 
 std::vector<Facet> UnionBoundary(const TriangleMesh& mesh, const WindingNumber& winding) {
-  const double tolerance = CoincidenceTolerance(mesh);
-  std::vector<Bounds> boxes(mesh.triangles.size());
-  for (std::size_t t = 0; t < boxes.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      boxes[t].Add(mesh.corner(t, k) - Vec3::Constant(tolerance));
-      boxes[t].Add(mesh.corner(t, k) + Vec3::Constant(tolerance));
-    }
-  }
-  const BoxTree tree = BuildBoxTree(boxes, 4);
-  const auto corners = [&](std::size_t t) {
-    return std::array<Vec3, 3>{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+  const auto solid = [&winding](const Vec3& p) {
+    return winding.At(p) >= 0.5;
   };
-  std::vector<std::vector<Facet>> facets_of(boxes.size());
-  tbb::parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t t) {
-    CutTriangle cut(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), tolerance);
-    if (cut.flat()) return;
-    std::vector<std::uint32_t> open{0};
-    while (!open.empty()) {
-      const std::uint32_t i = open.back();
-      open.pop_back();
-      const BoxTree::Node& node = tree.nodes[i];
-      if (!node.box.Overlaps(boxes[t])) continue;
-      if (!node.leaf()) {
-        open.push_back(node.right);
-        open.push_back(i + 1);
-        continue;
-      }
-      for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
-        const std::uint32_t other = tree.order[k];
-        if (!boxes[other].Overlaps(boxes[t])) continue;
-        if (SharedCorners(mesh.triangles[t], mesh.triangles[other]) >= 2) continue;
-        cut.Meet(corners(other));
-      }
-    }
-    cut.AddBoundary(winding, facets_of[t]);
-  });
-  std::vector<Facet> facets;
-  for (const std::vector<Facet>& some : facets_of)
-    facets.insert(facets.end(), some.begin(), some.end());
-  return facets;
+  return PiecesOf(mesh, solid, false);
+}
+
+std::vector<Facet> UnionBoundaryAndSheets(const TriangleMesh& mesh,
+                                          const std::function<bool(const Vec3&)>& solid) {
+  return PiecesOf(mesh, solid, true);
 }
 
 }  // namespace tandem

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "engine/geometry/triangle_mesh.h"
@@ -10,7 +11,8 @@ namespace tandem {
 /// A flat piece of the surface that bounds a union of bodies.
 struct Facet {
   Vec3 a, b, c;
-  Vec3 nhat;  // out of the union
+  Vec3 nhat;           // out of the union
+  bool sheet = false;  // the union is on neither side
 };
 
 /// Lengths below this (m) do not count in geometry of that size: faces of two bodies that are
@@ -26,5 +28,10 @@ TriangleMesh WithBodiesTurnedOut(const TriangleMesh& mesh);
 /// and is left out; a triangle that others cross is cut along them first, so that each piece is
 /// wholly the one or the other. Sheets that enclose nothing have no such pieces.
 std::vector<Facet> UnionBoundary(const TriangleMesh& mesh, const WindingNumber& winding);
+
+/// The same of the union that `solid` tells, which several threads ask at once; and the pieces with
+/// free space on both sides, as sheets.
+std::vector<Facet> UnionBoundaryAndSheets(const TriangleMesh& mesh,
+                                          const std::function<bool(const Vec3&)>& solid);
 
 }  // namespace tandem
