@@ -28,6 +28,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/dynamics", {"engine/base"});
     may_see("engine/geometry", {"engine/base"});
     may_see("engine/voxel", {"engine/geometry"});
+    may_see("engine/field", {"engine/voxel"});
     may_see("engine/contact", {"engine/realtime", "engine/voxel"});
     may_see("engine/world", {"engine/realtime", "engine/dynamics", "engine/contact"});
     may_see("engine/safety", {"engine/base"});
@@ -45,8 +46,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/reach", {"app", "collab/dds"});
     may_see("app/picture", {"engine/base"});
     may_see("app/stability", {"app", "app/picture", "collab/lab"});
-    may_see("app/cli", {"app", "app/reach", "app/stability", "collab/simulated/hands",
-                        "collab/recording", "collab/lab", "scenes"});
+    may_see("app/cli", {"app", "app/reach", "engine/field", "app/stability",
+                        "collab/simulated/hands", "collab/recording", "collab/lab", "scenes"});
     may_see("app/view", {"app", "app/reach", "app/picture"});
     return map;
   }();

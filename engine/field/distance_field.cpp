@@ -1,0 +1,280 @@
+#include "engine/field/distance_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "engine/base/bits.h"
+#include "engine/base/hash.h"
+#include "engine/geometry/closest_on_triangle.h"
+
+namespace tandem {
+
+namespace {
+
+/// Places nearer to a face than this have its normal for a gradient, voxels.
+constexpr double kOnFace = 1e-4;
+
+std::size_t InBrick(std::int32_t cell) {
+  return static_cast<std::size_t>(cell & (kBrickCells - 1));
+}
+
+double Between(double low, double high, double share) {
+  return low + share * (high - low);
+}
+
+/// Interpolates between four values on a square, the second axis slower.
+double OnSquare(const std::array<double, 4>& values, double along, double across) {
+  return Between(Between(values[0], values[1], along), Between(values[2], values[3], along),
+                 across);
+}
+
+/// Interpolates between eight values on a cube, x fastest.
+double InCube(const std::array<double, 8>& values, const Vec3& from) {
+  return Between(OnSquare({values[0], values[1], values[2], values[3]}, from.x(), from.y()),
+                 OnSquare({values[4], values[5], values[6], values[7]}, from.x(), from.y()),
+                 from.z());
+}
+
+std::int32_t Axis(const GridIndex& index, std::size_t axis) {
+  return axis == 0 ? index.x : (axis == 1 ? index.y : index.z);
+}
+
+GridIndex Shifted(GridIndex index, std::size_t axis, std::int32_t by) {
+  (axis == 0 ? index.x : (axis == 1 ? index.y : index.z)) += by;
+  return index;
+}
+
+}  // namespace
+
+DistanceField::Cell DistanceField::CellOf(const Vec3& place_L) {
+  const Vec3 floor(std::floor(place_L.x()), std::floor(place_L.y()), std::floor(place_L.z()));
+  return {{static_cast<std::int32_t>(floor.x()), static_cast<std::int32_t>(floor.y()),
+           static_cast<std::int32_t>(floor.z())},
+          place_L - floor};
+}
+
+std::int32_t DistanceField::EntryOf(const GridIndex& cell) const noexcept {
+  const GridIndex hyperbrick = cell >> 5;
+  const std::int32_t entry = hyperbricks_[static_cast<std::size_t>(
+      hyperbrick.x + size_.x * (hyperbrick.y + size_.y * hyperbrick.z))];
+  if (entry < 0) return entry;
+  const auto table = static_cast<std::size_t>(entry);
+  const std::int32_t in_table = tables_[table * kBricksPerHyperbrick + CellInBlock(cell >> 2)];
+  return in_table < 0 ? in_table : static_cast<std::int32_t>(first_bricks_[table]) + in_table;
+}
+
+std::int32_t DistanceField::BoundEntry(double least, bool inside) {
+  const double most = kMostBoundSteps;
+  const auto steps = static_cast<std::int32_t>(std::clamp(least / kBoundStep, 0.0, most));
+  return ~(2 * steps + (inside ? 1 : 0));
+}
+
+FieldReading DistanceField::OfBound(std::int32_t entry) {
+  const double least = kBoundStep * (~entry >> 1);
+  return {.value = (~entry & 1) != 0 ? -least : least, .near = false};
+}
+
+FieldReading DistanceField::Outside(const Vec3& place_L) const {
+  const Vec3 beyond = (faces_L_.min - place_L).cwiseMax(place_L - faces_L_.max).cwiseMax(0.0);
+  return {.value = beyond.norm(), .near = false};
+}
+
+FieldReading DistanceField::At(const Vec3& place_V) const {
+  return Look(place_V, false).reading;
+}
+
+FieldGradient DistanceField::WithGradient(const Vec3& place_V) const {
+  return Look(place_V, true);
+}
+
+FieldGradient DistanceField::Look(const Vec3& place_V, bool with_gradient) const {
+  const Vec3 place_L = place_V - Vec3::Constant(0.5);
+  const Vec3 size_L = kHyperbrickCells * Vec3(size_.x, size_.y, size_.z);
+  // written so that a place that is no number lies outside too
+  if (!((place_L.array() >= 0).all() && (place_L.array() < size_L.array()).all())) {
+    return {.reading = Outside(place_L)};
+  }
+  const Cell cell = CellOf(place_L);
+  const std::int32_t entry = EntryOf(cell.cell);
+  if (entry < 0) return {.reading = OfBound(entry)};
+  const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
+  const std::uint8_t* steps = &steps_[brick.steps];
+  std::array<double, 8> nodes;
+  for (std::size_t i = 0; i < 8; ++i) {
+    nodes[i] = NodeValue(brick, steps, InBrick(cell.cell.x) + (i & 1),
+                         InBrick(cell.cell.y) + (i >> 1 & 1), InBrick(cell.cell.z) + (i >> 2));
+  }
+  FieldGradient look{.reading = {.value = InCube(nodes, cell.from), .near = true}};
+  const std::optional<List> list = ListOf(brick, cell.cell);
+  if (!list && std::abs(look.reading.value) > kMostNear) {
+    look.reading = {.value = std::copysign(kMostNear - outer_error_bound_, look.reading.value),
+                    .near = false};
+    return look;
+  }
+  if (with_gradient) look.gradient = GradientAt(brick, cell, place_L);
+  if (!list) return look;
+  std::array<double, 8> shares;
+  for (std::size_t i = 0; i < 8; ++i) shares[i] = list->shares >> i & 1;
+  const double share = InCube(shares, cell.from);
+  const FieldGradient exact = OfList(*list, place_L);
+  look.reading.value = Between(look.reading.value, exact.reading.value, share);
+  look.gradient += share * (exact.gradient - look.gradient);
+  return look;
+}
+
+Vec3 DistanceField::GradientAt(const FieldBrick& brick, const Cell& cell,
+                               const Vec3& place_L) const {
+  const std::uint8_t* steps = &steps_[brick.steps];
+  Vec3 gradient;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t u = (axis + 1) % 3;
+    const std::size_t v = (axis + 2) % 3;
+    const auto a = static_cast<Eigen::Index>(axis);
+    // the two distances whose middles the place lies between meet at the nearest node
+    const auto nearest = static_cast<std::int32_t>(std::floor(place_L[a] + 0.5));
+    const double share = place_L[a] - nearest + 0.5;
+    const std::int32_t brick_begin = Axis(cell.cell, axis) & ~(kBrickCells - 1);
+    std::array<double, 4> slopes;
+    for (std::size_t i = 0; i < 4; ++i) {
+      GridIndex node = Shifted(Shifted(cell.cell, u, i & 1), v, static_cast<std::int32_t>(i >> 1));
+      const std::array<std::size_t, 3> in_brick{
+          static_cast<std::size_t>(node.x - (cell.cell.x & ~(kBrickCells - 1))),
+          static_cast<std::size_t>(node.y - (cell.cell.y & ~(kBrickCells - 1))),
+          static_cast<std::size_t>(node.z - (cell.cell.z & ~(kBrickCells - 1)))};
+      node = Shifted(node, axis, nearest - Axis(node, axis));
+      const auto value = [&](std::int32_t by) -> std::optional<double> {
+        const std::int32_t along = nearest + by - brick_begin;
+        if (along < 0 || along > kBrickCells) {
+          return NodeBeyond(Shifted(node, axis, by), cell.cell);
+        }
+        std::array<std::size_t, 3> at = in_brick;
+        at[axis] = static_cast<std::size_t>(along);
+        return NodeValue(brick, steps, at[0], at[1], at[2]);
+      };
+      const double middle = *value(0);
+      const std::optional<double> before = value(-1);
+      const std::optional<double> after = value(1);
+      // one side of the outermost node is enough where the band ends
+      const double below = before ? middle - *before : *after - middle;
+      const double above = after ? *after - middle : middle - *before;
+      slopes[i] = Between(below, above, share);
+    }
+    gradient[a] = OnSquare(slopes, cell.from[static_cast<Eigen::Index>(u)],
+                           cell.from[static_cast<Eigen::Index>(v)]);
+  }
+  return gradient;
+}
+
+std::optional<double> DistanceField::NodeBeyond(const GridIndex& node,
+                                                const GridIndex& cell) const {
+  // along the two other axes the node may be the last of the cell's own row of bricks
+  GridIndex in = node;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool ahead = Axis(node, axis) == (Axis(cell, axis) & ~(kBrickCells - 1)) + kBrickCells;
+    if (ahead) in = Shifted(in, axis, -1);
+  }
+  if (in.x < 0 || in.y < 0 || in.z < 0 || in.x >= kHyperbrickCells * size_.x ||
+      in.y >= kHyperbrickCells * size_.y || in.z >= kHyperbrickCells * size_.z) {
+    return std::nullopt;
+  }
+  const std::int32_t entry = EntryOf(in);
+  if (entry < 0) return std::nullopt;
+  const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
+  return NodeValue(brick, &steps_[brick.steps],
+                   InBrick(in.x) + static_cast<std::size_t>(node.x - in.x),
+                   InBrick(in.y) + static_cast<std::size_t>(node.y - in.y),
+                   InBrick(in.z) + static_cast<std::size_t>(node.z - in.z));
+}
+
+std::optional<DistanceField::List> DistanceField::ListOf(const FieldBrick& brick,
+                                                         const GridIndex& cell) const {
+  if ((brick.flags & FieldBrick::kHasLists) == 0) return std::nullopt;
+  const std::uint8_t* end = &steps_[brick.steps - sizeof(FieldLists)];
+  FieldLists lists;
+  std::memcpy(&lists, end, sizeof lists);
+  const std::size_t bit = InBrick(cell.x) + 4 * InBrick(cell.y) + 16 * InBrick(cell.z);
+  if ((lists.cells >> bit & 1U) == 0) return std::nullopt;
+  const std::size_t before = CountBits(lists.cells & ((std::uint64_t{1} << bit) - 1));
+  const std::uint8_t* list = end - (before + 1) * lists.ListBytes();
+  return List{&list_faces_[lists.first_face], list + 2, lists.ListBytes() - 2, list[0], list[1]};
+}
+
+FieldGradient DistanceField::OfList(const List& list, const Vec3& place_L) const {
+  constexpr double kTie = 1e-4;
+  double nearest = std::numeric_limits<double>::infinity();
+  double turned = -1;
+  bool inside = false;
+  Vec3 away = Vec3::Zero();
+  const auto measure = [&](std::uint32_t entry) {
+    const bool sheet = (entry & kSheet) != 0;
+    const Face& face = faces_[entry & ~kSheet];
+    const Vec3 a = face[0].cast<double>();
+    const Vec3 b = face[1].cast<double>();
+    const Vec3 c = face[2].cast<double>();
+    const Vec3 from = place_L - ClosestOnTriangle(a, b, c, place_L).point;
+    const double distance = from.norm();
+    if (distance > nearest + kTie) return;
+    const Vec3 nhat = (b - a).cross(c - a).normalized();
+    const double height = nhat.dot(from);
+    if (distance < nearest - kTie || std::abs(height) > turned) {
+      turned = std::abs(height);
+      inside = !sheet && height < 0;
+      const double sense = !sheet || height >= 0 ? 1.0 : -1.0;
+      away = distance > kOnFace ? Vec3(from / (inside ? -distance : distance)) : Vec3(sense * nhat);
+    }
+    nearest = std::min(nearest, distance);
+  };
+  for (std::size_t byte = 0; byte < list.member_bytes; ++byte) {
+    for (std::uint32_t bits = list.members[byte]; bits != 0; bits &= bits - 1) {
+      measure(list.faces[8 * byte + CountBits((bits & -bits) - 1)]);
+    }
+  }
+  return {.reading = {.value = inside ? -nearest : nearest, .near = true}, .gradient = away};
+}
+
+DistanceField::Sizes DistanceField::Count() const {
+  Sizes sizes;
+  sizes.bricks = bricks_.size();
+  for (const FieldBrick& brick : bricks_) {
+    if (brick.bits == 0) ++sizes.flat_bricks;
+    if ((brick.flags & FieldBrick::kHasLists) == 0) continue;
+    FieldLists lists;
+    std::memcpy(&lists, &steps_[brick.steps - sizeof lists], sizeof lists);
+    const std::size_t cells = CountBits(lists.cells);
+    sizes.listed_cells += cells;
+    sizes.list_bytes += sizeof lists + cells * lists.ListBytes();
+  }
+  sizes.list_faces = list_faces_.size();
+  sizes.faces = faces_.size();
+  sizes.table_bytes = (hyperbricks_.size() + first_bricks_.size()) * sizeof(std::int32_t) +
+                      tables_.size() * sizeof(std::int16_t);
+  sizes.brick_bytes = bricks_.size() * sizeof(FieldBrick) + steps_.size() - sizes.list_bytes;
+  sizes.list_bytes += list_faces_.size() * sizeof(std::uint32_t) + faces_.size() * sizeof(Face);
+  return sizes;
+}
+
+std::uint64_t DistanceField::Digest() const {
+  Hash64 hash;
+  hash.Add(voxel_size_);
+  hash.Add(band_);
+  hash.Add(error_bound_);
+  hash.Add(outer_error_bound_);
+  hash.Add(origin_.x);
+  hash.Add(origin_.y);
+  hash.Add(origin_.z);
+  const auto add = [&hash](const auto& all) {
+    hash.AddBytes(all.data(), all.size() * sizeof(*all.data()));
+  };
+  add(hyperbricks_);
+  add(first_bricks_);
+  add(tables_);
+  add(bricks_);
+  add(steps_);
+  add(list_faces_);
+  add(faces_);
+  return hash.value();
+}
+
+}  // namespace tandem

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "engine/base/spatial.h"
+#include "engine/field/field_brick.h"
+#include "engine/voxel/voxel.h"
+
+namespace tandem {
+
+/// What a field says of a place.
+struct FieldReading {
+  /// The signed distance from the surface, voxels, negative in the solid; or, where not `near`, a
+  /// bound that no surface is nearer than, with the sign of the place.
+  double value = 0;
+  bool near = false;
+};
+struct FieldGradient {
+  FieldReading reading;
+  /// Of the value, away from the solid; about a unit vector where `near`, otherwise zero.
+  Vec3 gradient = Vec3::Zero();
+};
+
+/// Places as lanes, voxels from a whole place of V.
+struct PlaceSpans {
+  const float* x;
+  const float* y;
+  const float* z;
+};
+
+/// A body's signed Euclidean distance in voxels, in a narrow band round its surface; read-only once
+/// built. Frame V: axes of W at the time it was built, origin at the lowest corner of the box, a
+/// whole number of hyperchunks from W's origin. Places are in voxels.
+///
+/// Nodes are the centres of voxels. Between them the value is interpolated along x, y and z, and so
+/// is the gradient between the middles of the nodes' distances, so both are continuous:
+///
+///     value at     o-----o-----o-----o      gradient along the line at    --x-----x-----x--
+///
+/// Where that errs (sharp edges, notches, thin walls, sheets) a cell keeps a list of the faces that
+/// are nearest in it. The distance from these is exact. It fades into the field over the next cell,
+/// because a node has a share: 1 if one of its eight cells errs, otherwise 0, interpolated too.
+///
+/// Table of tables: hyperbricks of 32^3 cells, bricks of 4^3 cells, or a bound for either as a
+/// whole.
+class DistanceField {
+ public:
+  /// The greatest value that a reading has with `near`.
+  static constexpr double kMostNear = 1.75;
+
+  bool empty() const noexcept { return bricks_.empty(); }
+  double voxel_size() const noexcept { return voxel_size_; }
+  GridIndex origin() const noexcept { return origin_; }
+  Vec3 p_WVo() const noexcept { return voxel_size_ * Vec3(origin_.x, origin_.y, origin_.z); }
+
+  /// Every place nearer to the surface than this (voxels) is `near`, and is read to within
+  /// `error_bound`.
+  double band() const noexcept { return band_; }
+  /// The greatest error of a reading within the band, voxels: measured in each cell when the field
+  /// was built.
+  double error_bound() const noexcept { return error_bound_; }
+  /// The same of what is `near` beyond the band, where no cell has a list.
+  double outer_error_bound() const noexcept { return outer_error_bound_; }
+
+  FieldReading At(const Vec3& place_V) const;
+  FieldGradient WithGradient(const Vec3& place_V) const;
+
+  /// Of a reading of many: a bound; interpolated; interpolated, and At() tells it by faces.
+  enum Kind : std::int32_t { kBound = 0, kNear = 1, kListed = 2 };
+  /// The values of many places: single precision, with no share of faces. Places are counted from
+  /// `base`, at most 2,048 voxels. `count` is a multiple of 16. The same bits on every processor.
+  void Values(const GridIndex& base, const PlaceSpans& places, std::size_t count, float* values,
+              std::int32_t* kinds) const;
+
+  struct Sizes {
+    std::size_t bricks = 0;
+    std::size_t flat_bricks = 0;
+    std::size_t listed_cells = 0;
+    std::size_t list_faces = 0;  // entries of the lists of all bricks
+    std::size_t faces = 0;       // that lists name
+    std::size_t table_bytes = 0;
+    std::size_t brick_bytes = 0;
+    std::size_t list_bytes = 0;  // lists and faces
+    std::size_t bytes() const { return table_bytes + brick_bytes + list_bytes; }
+  };
+  Sizes Count() const;
+  /// A hash of all that is stored.
+  std::uint64_t Digest() const;
+
+ private:
+  friend class FieldBuilder;
+
+  static constexpr int kHyperbrickCells = 32;
+  static constexpr std::size_t kBricksPerHyperbrick = 512;
+  /// Of a bound in a table, voxels.
+  static constexpr double kBoundStep = 0.125;
+  static constexpr std::int32_t kMostBoundSteps = 16'000;  // of a brick
+
+  /// The faces that tell a cell.
+  struct List {
+    const std::uint32_t* faces = nullptr;   // of the brick, of list_faces_
+    const std::uint8_t* members = nullptr;  // a bit for each of the brick's faces
+    std::size_t member_bytes = 0;
+    std::uint8_t shares = 0;  // bit i: the share of the cell's corner i is 1, x fastest
+    std::uint8_t error = 0;   // of the interpolated value in the band, at least, in kListErrorStep
+  };
+  using Face = std::array<Vec3f, 3>;  // corners in L
+  static constexpr double kListErrorStep = 1.0 / 255;
+  /// Of an entry of list_faces_: a sheet, which has free space on both sides.
+  static constexpr std::uint32_t kSheet = 1U << 31U;
+  struct Cell {
+    GridIndex cell;  // in the lattice
+    Vec3 from;       // its lowest node
+  };
+
+  static Cell CellOf(const Vec3& place_L);
+  /// A brick's number, or a bound as BoundEntry() makes it.
+  std::int32_t EntryOf(const GridIndex& cell) const noexcept;
+  static std::int32_t BoundEntry(double least, bool inside);
+  static FieldReading OfBound(std::int32_t entry);
+  FieldReading Outside(const Vec3& place_L) const;
+  /// The value at the node next to a brick's border, on the far side; nothing if no brick has it.
+  std::optional<double> NodeBeyond(const GridIndex& node, const GridIndex& cell) const;
+  std::optional<List> ListOf(const FieldBrick& brick, const GridIndex& cell) const;
+  FieldGradient OfList(const List& list, const Vec3& place_L) const;
+  FieldGradient Look(const Vec3& place_V, bool with_gradient) const;
+  Vec3 GradientAt(const FieldBrick& brick, const Cell& cell, const Vec3& place_L) const;
+
+  double voxel_size_ = 0;
+  double band_ = 0;
+  double error_bound_ = 0;
+  double outer_error_bound_ = 0;
+  GridIndex origin_;                         // voxels from W's origin
+  GridIndex size_;                           // hyperbricks
+  Bounds faces_L_;                           // the box of all faces
+  std::vector<std::int32_t> hyperbricks_;    // by hyperbrick: number of its table, or a bound
+  std::vector<std::uint32_t> first_bricks_;  // by table
+  /// kBricksPerHyperbrick each: a brick's number from its table's first, or a bound.
+  std::vector<std::int16_t> tables_;
+  std::vector<FieldBrick> bricks_;
+  std::vector<std::uint8_t> steps_;
+  std::vector<std::uint32_t> list_faces_;  // by brick: numbers of faces_, or more with kSheet
+  std::vector<Face> faces_;
+};
+
+/// What the kernel of DistanceField::Values() reads.
+struct FieldView {
+  static constexpr std::int32_t kNear = DistanceField::kNear;
+  static constexpr std::int32_t kListed = DistanceField::kListed;
+  static constexpr float kBoundStep = 0.125F;
+  const std::int32_t* hyperbricks = nullptr;
+  const std::int32_t* first_bricks = nullptr;
+  const std::int16_t* tables = nullptr;
+  const std::int32_t* bricks = nullptr;  // four words each
+  const std::uint8_t* steps = nullptr;
+  GridIndex cells;
+  std::int32_t hyperbricks_x = 0, hyperbricks_y = 0;
+  std::array<float, 3> box_min{}, box_max{};  // of all faces, in L
+  float most_near = 0;
+  float beyond_near = 0;  // a bound for what is farther than most_near
+};
+
+}  // namespace tandem

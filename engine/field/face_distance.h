@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/base/spatial.h"
+
+namespace tandem {
+
+/// A flat piece of the surface that bounds a union of bodies. Lengths in voxels, places in the
+/// field's lattice L, whose whole numbers are centres of voxels.
+struct FieldFace {
+  std::array<Vec3, 3> corners_L;  // counter-clockwise seen from outside
+  Vec3 nhat = Vec3::Zero();       // unit normal, out of the solid
+  bool sheet = false;             // free space on both sides
+  double width = 0;               // the least height of the triangle
+};
+
+/// Places near one another, in voxels from an origin, as lanes. `count` is a multiple of 16.
+struct PlaceLanes {
+  static constexpr std::size_t kMost = 256;
+  alignas(64) std::array<float, kMost> x{}, y{}, z{};
+  std::size_t count = 0;
+};
+
+/// The nodes of a lattice with `side` nodes a side, `spacing` voxels apart, x fastest; filled up
+/// with its last node.
+PlaceLanes LatticeLanes(std::size_t side, double first, double spacing);
+
+struct NearestLanes;
+
+/// A bit for each of 64 lanes whose value is at most its bound and `margin` more.
+std::uint64_t LanesWithin(const float* values, const float* bounds, float margin);
+
+/// A face as seen from places near an origin, in single precision. Whatever is large is subtracted
+/// in double precision first, so a distance below 16 voxels is right to 1e-5 voxels.
+class NearFace {
+ public:
+  /// The places to come are within 8 voxels of `origin_L`.
+  NearFace(const FieldFace& face, const Vec3& origin_L);
+
+  /// The distance of each place from the face, voxels, and its height over the face's plane. The
+  /// height is the absolute one over a sheet; null: not wanted. The same bits on every processor.
+  void Measure(const PlaceLanes& places, float* distances, float* heights) const;
+  /// Adds the face to those that `nearest` knows. Whether that changed any distance or height.
+  bool MeasureInto(const PlaceLanes& places, NearestLanes& nearest) const;
+
+  /// What the kernel reads.
+  struct View {
+    struct Edge {
+      std::array<float, 3> inward;  // unit vector in the face's plane
+      float inward_offset;
+      std::array<float, 3> start;  // the point of the edge's line that is closest to the origin
+      std::array<float, 3> along;  // unit vector
+      float from, to;              // the edge's ends, from `start`
+    };
+    std::array<float, 3> nhat;
+    float offset;
+    std::array<Edge, 3> edges;
+    bool sheet;
+  };
+
+ private:
+  View view_;
+};
+
+/// The signed distance that faces leave of places, negative in the solid: the distance of the
+/// nearest face, and the side of that one of the equally near faces which turns most to the place.
+/// At an edge or a corner no other face tells the side.
+struct NearestLanes {
+  /// Faces whose distances differ by no more are equally near, voxels.
+  static constexpr float kTie = 1e-4F;
+  alignas(64) std::array<float, PlaceLanes::kMost> distance;
+  alignas(64) std::array<float, PlaceLanes::kMost> height;
+
+  NearestLanes();
+  float Signed(std::size_t lane) const noexcept {
+    return height[lane] < 0 ? -distance[lane] : distance[lane];
+  }
+};
+
+}  // namespace tandem

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tandem {
+
+/// A brick of 4 x 4 x 4 cells of the field has 5 x 5 x 5 nodes: those of its upper faces are its
+/// neighbours' too, so that a place is looked up in one brick alone.
+inline constexpr int kBrickCells = 4;
+inline constexpr std::size_t kBrickSide = 5;
+inline constexpr std::size_t kBrickNodes = kBrickSide * kBrickSide * kBrickSide;
+inline constexpr std::size_t NodeInBrick(std::size_t x, std::size_t y, std::size_t z) {
+  return x + kBrickSide * (y + kBrickSide * z);
+}
+
+/// A brick's values at its nodes: a plane, and steps about it of as many bits as they need, none in
+/// a flat brick. The steps of all nodes follow one another, x fastest, from the lowest bit on.
+struct FieldBrick {
+  static constexpr float kStep = 1.0F / 1024;  // voxels
+  static constexpr float kSlope = 1.0F / 16384;
+  /// A step and its neighbour along x are read as one word of 32 bits, from a whole byte on.
+  static constexpr std::uint8_t kMostBits = 12;
+  /// Of a brick with lists: FieldLists.
+  static constexpr std::uint8_t kHasLists = 1;
+  /// Of a brick whose steps are twice as large: some node is over two voxels off its plane.
+  static constexpr std::uint8_t kLargeSteps = 2;
+
+  float mean = 0;                        // plane's value at the brick's lowest node, voxels
+  std::array<std::int16_t, 3> slopes{};  // of the plane along x, y, z, in units of kSlope
+  std::uint8_t bits = 0;                 // of a step
+  std::uint8_t flags = 0;
+  std::uint32_t steps = 0;  // place of the first step, bytes from the pool's begin
+
+  float Step() const noexcept { return (flags & kLargeSteps) != 0 ? 2 * kStep : kStep; }
+  float Plane(float x, float y, float z) const noexcept {
+    return mean + kSlope * (static_cast<float>(slopes[0]) * x + static_cast<float>(slopes[1]) * y +
+                            static_cast<float>(slopes[2]) * z);
+  }
+};
+static_assert(sizeof(FieldBrick) == 16);
+
+/// Which cells of a brick have lists of faces. It stands before the brick's steps, and before it
+/// stand the lists, the lowest cell's last: for each cell the shares of its corners, its error, and
+/// a bit for each of the brick's faces that is in its list.
+struct FieldLists {
+  std::uint64_t cells = 0;       // bit x + 4 y + 16 z
+  std::uint32_t first_face = 0;  // of the field's list_faces
+  std::uint16_t faces = 0;       // of the brick
+  std::uint16_t unused = 0;
+
+  /// Bytes of one list.
+  std::size_t ListBytes() const noexcept { return 2 + (std::size_t{faces} + 7) / 8; }
+};
+static_assert(sizeof(FieldLists) == 16);
+
+/// A brick with its own steps, none where it is flat.
+struct PackedBrick {
+  FieldBrick brick;
+  std::vector<std::uint8_t> steps;
+};
+
+/// The plane of least squares through the values (voxels, by NodeInBrick) and the steps about it.
+/// A node is kept to within half a step where it is within four voxels of the plane.
+PackedBrick PackBrick(std::span<const float, kBrickNodes> values);
+
+/// The value at a node, voxels. `steps` are the brick's own, and three bytes more.
+float NodeValue(const FieldBrick& brick, const std::uint8_t* steps, std::size_t x, std::size_t y,
+                std::size_t z);
+
+}  // namespace tandem

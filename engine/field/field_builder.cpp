@@ -1,0 +1,453 @@
+#include "engine/field/field_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <tbb/parallel_for.h>
+
+#include "engine/field/brick_faces.h"
+#include "engine/field/field_faces.h"
+#include "engine/geometry/closest_on_triangle.h"
+#include "engine/geometry/tree_pair.h"
+#include "engine/voxel/inside_rows.h"
+#include "engine/voxel/voxelize.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr double kHalfVoxelDiagonal = 0.8661;
+/// From a brick's centre to its corners, voxels.
+constexpr double kHalfBrickDiagonal = 3.4642;
+constexpr std::int32_t kNoBrick = -1;
+
+Vec3 PlaceOf(const GridIndex& index) {
+  return {static_cast<double>(index.x), static_cast<double>(index.y), static_cast<double>(index.z)};
+}
+
+double DistanceFrom(const FieldFace& face, const Vec3& place_L) {
+  const auto& [a, b, c] = face.corners_L;
+  return (ClosestOnTriangle(a, b, c, place_L).point - place_L).norm();
+}
+
+Bounds BoundsOfFace(const FieldFace& face) {
+  Bounds box;
+  for (const Vec3& corner : face.corners_L) box.Add(corner);
+  return box;
+}
+
+/// Visits the cells of a grid, `cell` lattice steps wide, whose centres may be nearer to a face
+/// than `reach`; the grid has `size` cells from `first` on (in cells).
+template <typename Visit>
+void VisitCellsNear(const FieldFace& face, double cell, double reach, const GridIndex& first,
+                    const GridIndex& size, const Visit& visit) {
+  const Bounds box = BoundsOfFace(face);
+  std::array<std::int32_t, 3> low;
+  std::array<std::int32_t, 3> high;
+  const std::array<std::int32_t, 3> begin{first.x, first.y, first.z};
+  const std::array<std::int32_t, 3> count{size.x, size.y, size.z};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    low[a] = std::max(begin[a],
+                      static_cast<std::int32_t>(std::floor((box.min[axis] - reach) / cell - 0.5)));
+    high[a] = std::min(begin[a] + count[a] - 1,
+                       static_cast<std::int32_t>(std::ceil((box.max[axis] + reach) / cell - 0.5)));
+  }
+  for (std::int32_t z = low[2]; z <= high[2]; ++z) {
+    for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+      for (std::int32_t x = low[0]; x <= high[0]; ++x) {
+        const Vec3 centre = cell * (Vec3(x, y, z) + Vec3::Constant(0.5));
+        const double distance = DistanceFrom(face, centre);
+        if (distance <= reach) visit(GridIndex{x, y, z}, distance);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+/// Fills a field: hyperbricks each by itself, first their bricks, then the lists of cells, whose
+/// neighbours may lie in other hyperbricks; then everything into one.
+class FieldBuilder {
+ public:
+  FieldBuilder(const TriangleMesh& mesh_W, const MeshFacing& facing, const FieldOptions& options)
+      : options_(options),
+        surface_(mesh_W, Features{}, options.voxel_size, facing, 1),
+        inside_(surface_, mesh_W, facing, options.voxel_size),
+        open_(!facing.open.empty()) {
+    const HyperchunkBox& box = surface_.box();
+    field_.voxel_size_ = options.voxel_size;
+    field_.band_ = options.band;
+    field_.origin_ = box.first * kHyperchunkSide;
+    field_.size_ = box.size * (kHyperchunkSide / DistanceField::kHyperbrickCells);
+    all_ = FindFieldFaces(mesh_W, facing, options.voxel_size, field_.origin_);
+    std::vector<Bounds> boxes;
+    for (const FieldFace& face : all_) {
+      boxes.push_back(BoundsOfFace(face));
+      field_.faces_L_.Add(boxes.back().min);
+      field_.faces_L_.Add(boxes.back().max);
+    }
+    tree_ = BuildBoxTree(boxes, 4);
+    hyperbricks_.resize(static_cast<std::size_t>(field_.size_.x) *
+                        static_cast<std::size_t>(field_.size_.y) *
+                        static_cast<std::size_t>(field_.size_.z));
+  }
+
+  std::optional<DistanceField> Build() {
+    FindFacesOfHyperbricks();
+    tbb::parallel_for(std::size_t{0}, hyperbricks_.size(), [this](std::size_t i) {
+      if (!options_.stop.stop_requested()) FillHyperbrick(i);
+    });
+    tbb::parallel_for(std::size_t{0}, hyperbricks_.size(), [this](std::size_t i) {
+      if (!options_.stop.stop_requested()) ListCells(i);
+    });
+    if (options_.stop.stop_requested()) return std::nullopt;
+    Assemble();
+    return std::move(field_);
+  }
+
+ private:
+  /// Cells that have a list, in rising order.
+  struct CellLists {
+    std::uint64_t cells = 0;
+    std::vector<std::uint8_t> shares;
+    std::vector<std::uint8_t> errors;
+    std::vector<std::vector<std::uint32_t>> faces;
+  };
+  struct Brick {
+    std::size_t place = 0;  // in its hyperbrick, as CellInBlock
+    std::vector<std::uint32_t> near;
+    PackedBrick packed;
+    std::uint64_t erring = 0;
+    std::array<float, kCellsPerBrick> errors{};
+    CellLists lists;
+  };
+  struct Hyperbrick {
+    std::vector<std::uint32_t> near;  // faces
+    std::vector<Brick> bricks;
+    /// By place: number of a brick, or a bound's entry. Empty where `bound` holds throughout.
+    std::vector<std::int32_t> entries;
+    std::int32_t bound = 0;
+    double within_band = 0;
+    double beyond = 0;
+  };
+
+  GridIndex HyperbrickAt(std::size_t number) const {
+    const auto n = static_cast<std::int32_t>(number);
+    return {n % field_.size_.x, n / field_.size_.x % field_.size_.y,
+            n / field_.size_.x / field_.size_.y};
+  }
+  std::size_t NumberOf(const GridIndex& hyperbrick) const {
+    return static_cast<std::size_t>(
+        hyperbrick.x + field_.size_.x * (hyperbrick.y + field_.size_.y * hyperbrick.z));
+  }
+  bool Holds(const GridIndex& hyperbrick) const {
+    return hyperbrick.x >= 0 && hyperbrick.y >= 0 && hyperbrick.z >= 0 &&
+           hyperbrick.x < field_.size_.x && hyperbrick.y < field_.size_.y &&
+           hyperbrick.z < field_.size_.z;
+  }
+
+  /// Whether the centre of a voxel of V is in the solid, by the rows of crossings. Where a body is
+  /// open they leave out voxels that the surface passes through.
+  bool Solid(const GridIndex& voxel_V) const {
+    const HyperchunkBox& box = surface_.box();
+    const GridIndex hyperchunk = (voxel_V >> 6) + box.first;
+    if (!box.Holds(hyperchunk)) return false;
+    const std::size_t cell = box.CellOf(hyperchunk);
+    const std::uint64_t* rows = inside_.RowsOf(cell);
+    if (rows == nullptr) return inside_.Solid(cell);
+    const auto row = static_cast<std::size_t>((voxel_V.y & 63) + 64 * (voxel_V.z & 63));
+    return (rows[row] >> (voxel_V.x & 63) & 1U) != 0;
+  }
+
+  double Nearest(const Vec3& place_L) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    VisitNearLeaves(tree_, place_L, nearest, [&](const BoxTree::Node& leaf) {
+      for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
+        nearest = std::min(nearest, DistanceFrom(all_[tree_.order[i]], place_L));
+      }
+      return nearest * nearest;
+    });
+    return nearest;
+  }
+
+  void FindFacesOfHyperbricks() {
+    constexpr double kSide = DistanceField::kHyperbrickCells;
+    const double reach = BrickFaces::kReach + 0.5 * kSide * std::sqrt(3.0);
+    for (std::uint32_t face = 0; face < all_.size(); ++face) {
+      VisitCellsNear(all_[face], kSide, reach, {0, 0, 0}, field_.size_,
+                     [&](const GridIndex& hyperbrick, double) {
+                       hyperbricks_[NumberOf(hyperbrick)].near.push_back(face);
+                     });
+    }
+  }
+
+  void FillHyperbrick(std::size_t number) {
+    Hyperbrick& hyperbrick = hyperbricks_[number];
+    const GridIndex first = HyperbrickAt(number) * DistanceField::kHyperbrickCells;
+    hyperbrick.entries.assign(DistanceField::kBricksPerHyperbrick, kNoBrick);
+    MakeBricks(hyperbrick, first);
+    if (BoundCube(hyperbrick, {0, 0, 0}, DistanceField::kHyperbrickCells, first)) {
+      hyperbrick.bound = hyperbrick.entries.front();
+      hyperbrick.entries.clear();
+    }
+  }
+
+  void MakeBricks(Hyperbrick& hyperbrick, const GridIndex& first) {
+    std::vector<std::vector<std::uint32_t>> near(DistanceField::kBricksPerHyperbrick);
+    std::vector<double> least(DistanceField::kBricksPerHyperbrick,
+                              std::numeric_limits<double>::infinity());
+    for (const std::uint32_t face : hyperbrick.near) {
+      VisitCellsNear(all_[face], kBrickCells, BrickFaces::kReach + kHalfBrickDiagonal, first >> 2,
+                     {8, 8, 8}, [&](const GridIndex& brick, double distance) {
+                       const std::size_t place = CellInBlock(brick);
+                       near[place].push_back(face);
+                       least[place] = std::min(least[place], distance);
+                     });
+    }
+    const double kept = options_.band + kHalfVoxelDiagonal;  // how near a node must be
+    for (std::size_t place = 0; place < near.size(); ++place) {
+      if (least[place] > kept + kHalfBrickDiagonal) continue;
+      const GridIndex lowest = first + BlockCell(place) * kBrickCells;
+      BrickFaces faces(lowest, all_, near[place]);
+      if (faces.LookAtNodes() > kept) continue;
+      faces.LookAtCells();
+      Brick brick;
+      brick.place = place;
+      brick.packed = PackBrick(faces.Values(SolidNodes(lowest, faces)));
+      const BrickFaces::Errors errors =
+          faces.Measure(Unpacked(brick.packed), options_.band, DistanceField::kMostNear, open_);
+      brick.erring = errors.erring;
+      brick.errors = errors.cells;
+      hyperbrick.within_band = std::max(hyperbrick.within_band, errors.within_band);
+      hyperbrick.beyond = std::max(hyperbrick.beyond, errors.beyond);
+      hyperbrick.entries[place] = static_cast<std::int32_t>(hyperbrick.bricks.size());
+      brick.near = std::move(near[place]);
+      hyperbrick.bricks.push_back(std::move(brick));
+    }
+  }
+
+  std::array<bool, kBrickNodes> SolidNodes(const GridIndex& lowest, const BrickFaces& faces) const {
+    std::array<bool, kBrickNodes> solid;
+    for (std::int32_t z = 0; z <= kBrickCells; ++z) {
+      for (std::int32_t y = 0; y <= kBrickCells; ++y) {
+        for (std::int32_t x = 0; x <= kBrickCells; ++x) {
+          const std::size_t node =
+              NodeInBrick(static_cast<std::size_t>(x), static_cast<std::size_t>(y),
+                          static_cast<std::size_t>(z));
+          const bool by_faces = open_ && faces.DistanceOf(node) < 2 * kHalfVoxelDiagonal;
+          solid[node] = by_faces ? faces.SolidAt(node) : Solid(lowest + GridIndex{x, y, z});
+        }
+      }
+    }
+    return solid;
+  }
+
+  static std::array<float, kBrickNodes> Unpacked(const PackedBrick& packed) {
+    std::vector<std::uint8_t> steps = packed.steps;
+    steps.resize(steps.size() + 3);
+    std::array<float, kBrickNodes> values;
+    for (std::size_t node = 0; node < kBrickNodes; ++node) {
+      values[node] = NodeValue(packed.brick, steps.data(), node % kBrickSide,
+                               node / kBrickSide % kBrickSide, node / kBrickSide / kBrickSide);
+    }
+    return values;
+  }
+
+  /// Gives the places without a brick in a cube of a hyperbrick (in cells from the hyperbrick's
+  /// first) a bound: one for all where that is at least a third of their distance. Whether it is
+  /// one bound.
+  bool BoundCube(Hyperbrick& hyperbrick, const GridIndex& from, int side,
+                 const GridIndex& first) const {
+    const GridIndex middle{side / 2, side / 2, side / 2};
+    const auto radius = 0.5 * side * std::sqrt(3.0);
+    const GridIndex centre = first + from + middle;
+    const std::size_t place = CellInBlock(from >> 2);
+    if (side == kBrickCells && hyperbrick.entries[place] != kNoBrick) return false;
+    const double distance = Nearest(PlaceOf(centre));
+    const double least = distance - radius;
+    if (side > kBrickCells && least < radius) {
+      for (int i = 0; i < 8; ++i) {
+        const GridIndex step{i & 1, i >> 1 & 1, i >> 2};
+        BoundCube(hyperbrick, from + step * (side / 2), side / 2, first);
+      }
+      return false;
+    }
+    // of a brick that is not kept, the nodes and with them all places are beyond the band
+    const std::int32_t entry =
+        DistanceField::BoundEntry(std::max(least, options_.band), Solid(centre));
+    const std::int32_t bricks = side / kBrickCells;
+    for (std::int32_t z = 0; z < bricks; ++z) {
+      for (std::int32_t y = 0; y < bricks; ++y) {
+        for (std::int32_t x = 0; x < bricks; ++x) {
+          hyperbrick.entries[CellInBlock((from >> 2) + GridIndex{x, y, z})] = entry;
+        }
+      }
+    }
+    return side == DistanceField::kHyperbrickCells;
+  }
+
+  /// The brick at a place counted in bricks from V's origin; null if there is none.
+  const Brick* BrickAt(const GridIndex& brick) const {
+    const GridIndex at = brick >> 3;
+    if (!Holds(at)) return nullptr;
+    const Hyperbrick& hyperbrick = hyperbricks_[NumberOf(at)];
+    if (hyperbrick.entries.empty()) return nullptr;
+    const std::int32_t entry = hyperbrick.entries[CellInBlock(brick)];
+    return entry < 0 ? nullptr : &hyperbrick.bricks[static_cast<std::size_t>(entry)];
+  }
+
+  /// Which of a brick's nodes have a cell round them that errs.
+  std::array<bool, kBrickNodes> NodesThatErr(const GridIndex& brick) const {
+    std::array<bool, kBrickNodes> err{};
+    for (std::int32_t i = 0; i < 27; ++i) {
+      const GridIndex aside{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+      const Brick* other = BrickAt(brick + aside);
+      if (other == nullptr || other->erring == 0) continue;
+      for (std::int32_t cell = 0; cell < 64; ++cell) {
+        if ((other->erring >> cell & 1U) == 0) continue;
+        for (std::int32_t corner = 0; corner < 8; ++corner) {
+          const GridIndex node = aside * kBrickCells +
+                                 GridIndex{cell & 3, cell >> 2 & 3, cell >> 4} +
+                                 GridIndex{corner & 1, corner >> 1 & 1, corner >> 2};
+          const auto within = [](std::int32_t n) {
+            return n >= 0 && n <= kBrickCells;
+          };
+          if (!within(node.x) || !within(node.y) || !within(node.z)) continue;
+          err[NodeInBrick(static_cast<std::size_t>(node.x), static_cast<std::size_t>(node.y),
+                          static_cast<std::size_t>(node.z))] = true;
+        }
+      }
+    }
+    return err;
+  }
+
+  void ListCells(std::size_t number) {
+    Hyperbrick& hyperbrick = hyperbricks_[number];
+    const GridIndex first_brick = HyperbrickAt(number) * 8;
+    for (Brick& brick : hyperbrick.bricks) {
+      const GridIndex at = first_brick + BlockCell(brick.place);
+      const std::array<bool, kBrickNodes> err = NodesThatErr(at);
+      if (std::none_of(err.begin(), err.end(), [](bool e) {
+            return e;
+          }))
+        continue;
+      BrickFaces faces(at * kBrickCells, all_, brick.near);
+      faces.LookAtCells();
+      for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
+        std::uint8_t shares = 0;
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+          const std::size_t node =
+              NodeInBrick((cell & 3) + (corner & 1), (cell >> 2 & 3) + (corner >> 1 & 1),
+                          (cell >> 4) + (corner >> 2));
+          if (err[node]) shares = static_cast<std::uint8_t>(shares | 1U << corner);
+        }
+        if (shares == 0 || !faces.ComesWithin(cell, options_.band)) continue;
+        std::vector<std::uint32_t> list = faces.ListOf(cell, options_.band);
+        if (list.empty()) continue;
+        brick.lists.cells |= std::uint64_t{1} << cell;
+        brick.lists.shares.push_back(shares);
+        const double steps = std::ceil(brick.errors[cell] / DistanceField::kListErrorStep);
+        brick.lists.errors.push_back(static_cast<std::uint8_t>(std::min(255.0, steps)));
+        brick.lists.faces.push_back(std::move(list));
+      }
+    }
+  }
+
+  void Assemble() {
+    field_.error_bound_ = kLeastBound;
+    std::vector<std::uint32_t> kept(all_.size(), ~0U);
+    for (Hyperbrick& hyperbrick : hyperbricks_) {
+      field_.error_bound_ = std::max(field_.error_bound_, hyperbrick.within_band);
+      field_.outer_error_bound_ = std::max(field_.outer_error_bound_, hyperbrick.beyond);
+      if (hyperbrick.entries.empty()) {
+        field_.hyperbricks_.push_back(hyperbrick.bound);
+        continue;
+      }
+      field_.hyperbricks_.push_back(static_cast<std::int32_t>(field_.first_bricks_.size()));
+      field_.first_bricks_.push_back(static_cast<std::uint32_t>(field_.bricks_.size()));
+      for (const std::int32_t entry : hyperbrick.entries) {
+        field_.tables_.push_back(static_cast<std::int16_t>(entry));
+      }
+      for (Brick& brick : hyperbrick.bricks) Add(brick, kept);
+      hyperbrick = {};
+    }
+    // the kernel reads four bytes at each pair of nodes and at each entry
+    field_.steps_.resize(field_.steps_.size() + 4);
+    field_.tables_.resize(field_.tables_.size() + 1);
+  }
+
+  void Add(Brick& brick, std::vector<std::uint32_t>& kept) {
+    FieldBrick stored = brick.packed.brick;
+    if (brick.lists.cells != 0) {
+      stored.flags |= FieldBrick::kHasLists;
+      AddLists(brick.lists, kept);
+    }
+    stored.steps = static_cast<std::uint32_t>(field_.steps_.size());
+    field_.steps_.insert(field_.steps_.end(), brick.packed.steps.begin(), brick.packed.steps.end());
+    field_.bricks_.push_back(stored);
+  }
+
+  void AddLists(const CellLists& cells, std::vector<std::uint32_t>& kept) {
+    std::vector<std::uint32_t> faces;  // of the brick
+    for (const std::vector<std::uint32_t>& list : cells.faces) {
+      faces.insert(faces.end(), list.begin(), list.end());
+    }
+    std::sort(faces.begin(), faces.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+    const FieldLists lists{cells.cells, static_cast<std::uint32_t>(field_.list_faces_.size()),
+                           static_cast<std::uint16_t>(faces.size())};
+    for (const std::uint32_t face : faces) {
+      const std::uint32_t sheet = all_[face].sheet ? DistanceField::kSheet : 0U;
+      field_.list_faces_.push_back(Keep(face, kept) | sheet);
+    }
+    for (std::size_t k = cells.faces.size(); k-- > 0;) {
+      std::vector<std::uint8_t> list(lists.ListBytes());
+      list[0] = cells.shares[k];
+      list[1] = cells.errors[k];
+      for (const std::uint32_t face : cells.faces[k]) {
+        const auto at = static_cast<std::size_t>(
+            std::lower_bound(faces.begin(), faces.end(), face) - faces.begin());
+        list[2 + at / 8] = static_cast<std::uint8_t>(list[2 + at / 8] | 1U << at % 8);
+      }
+      field_.steps_.insert(field_.steps_.end(), list.begin(), list.end());
+    }
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(&lists);
+    field_.steps_.insert(field_.steps_.end(), bytes, bytes + sizeof lists);
+  }
+
+  std::uint32_t Keep(std::uint32_t face, std::vector<std::uint32_t>& kept) {
+    if (kept[face] == ~0U) {
+      kept[face] = static_cast<std::uint32_t>(field_.faces_.size());
+      DistanceField::Face stored;
+      for (std::size_t k = 0; k < 3; ++k) {
+        stored[k] = all_[face].corners_L[k].cast<float>();
+      }
+      field_.faces_.push_back(stored);
+    }
+    return kept[face];
+  }
+
+  const FieldOptions& options_;
+  SurfaceBricks surface_;
+  InsideRows inside_;
+  bool open_;
+  std::vector<FieldFace> all_;
+  BoxTree tree_;
+  std::vector<Hyperbrick> hyperbricks_;
+  DistanceField field_;
+};
+
+Result<DistanceField> BuildField(const TriangleMesh& mesh_W, const FieldOptions& options) {
+  const VoxelizeOptions size{.voxel_size = options.voxel_size,
+                             .max_memory_bytes = options.max_memory_bytes};
+  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, size)) return *fault;
+  const MeshSides sides(mesh_W);
+  const MeshFacing facing = FindFacing(mesh_W, sides);
+  std::optional<DistanceField> field = FieldBuilder(mesh_W, facing, options).Build();
+  if (!field) return Error{"the field was stopped"};
+  return std::move(*field);
+}
+
+}  // namespace tandem

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+#include <stop_token>
+
+#include "engine/base/result.h"
+#include "engine/field/distance_field.h"
+#include "engine/geometry/triangle_mesh.h"
+
+namespace tandem {
+
+struct FieldOptions {
+  double voxel_size = 0.001;  // m
+  double band = 0.65;         // in which readings are within the error bound, voxels; 0.1 to 1
+  std::size_t max_memory_bytes = std::size_t{8} << 30U;
+  /// Asked to stop, the builder soon ends with an error.
+  std::stop_token stop = {};
+};
+
+/// Builds the distance field of a mesh where it stands in W, with the union of its bodies as the
+/// solid. In parallel; the same bits for any number of threads. Refused in one line, as Voxelize()
+/// refuses: no triangles, a voxel size that is not above 0, a need beyond max_memory_bytes.
+Result<DistanceField> BuildField(const TriangleMesh& mesh_W, const FieldOptions& options);
+
+}  // namespace tandem

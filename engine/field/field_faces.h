@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/field/face_distance.h"
+#include "engine/geometry/mesh_facing.h"
+#include "engine/geometry/triangle_mesh.h"
+#include "engine/voxel/voxel.h"
+
+namespace tandem {
+
+/// The faces that a field measures distance from: what bounds the union of a mesh's bodies, and
+/// open sheets that enclose nothing. A face of one body inside another is left out. Where bodies
+/// cross, faces are cut along one another.
+///
+/// Solid is what the voxelizer holds to be inside: where closed bodies go round a place more often
+/// outward than inward, or open ones have a winding number above kInside. `origin` is that of V,
+/// voxels.
+std::vector<FieldFace> FindFieldFaces(const TriangleMesh& mesh_W, const MeshFacing& facing,
+                                      double voxel_size, const GridIndex& origin);
+
+}  // namespace tandem

@@ -1,0 +1,249 @@
+#include "engine/field/distance_field.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "engine/field/field_values.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace tandem::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using F = hn::CappedTag<float, 16>;
+using I = hn::RebindToSigned<F>;
+using Floats = hn::Vec<F>;
+using Ints = hn::Vec<I>;
+
+struct Axes {
+  Floats x, y, z;
+};
+struct IntAxes {
+  Ints x, y, z;
+};
+
+HWY_INLINE Floats Between(Floats low, Floats high, Floats share) {
+  return hn::Add(low, hn::Mul(share, hn::Sub(high, low)));
+}
+
+/// The low `bits` of each lane as a signed number.
+template <int kBits>
+HWY_INLINE Ints SignedLow(Ints lanes) {
+  return hn::ShiftRight<32 - kBits>(hn::ShiftLeft<32 - kBits>(lanes));
+}
+
+/// What a table's bound says: DistanceField::BoundEntry().
+HWY_INLINE Floats OfBounds(Ints entries) {
+  const F f;
+  const I i;
+  const Ints code = hn::Not(entries);
+  const Floats least =
+      hn::Mul(hn::Set(f, FieldView::kBoundStep), hn::ConvertTo(f, hn::ShiftRight<1>(code)));
+  const auto inside = hn::Ne(hn::And(code, hn::Set(i, 1)), hn::Zero(i));
+  return hn::IfThenElse(hn::RebindMask(f, inside), hn::Neg(least), least);
+}
+
+/// Outside all tables: the distance from the box of all faces, less what single precision may add.
+HWY_INLINE Floats OfBox(const FieldView& field, const Axes& place_L) {
+  const F f;
+  const auto beyond = [&](Floats place, float least, float most) {
+    return hn::Max(hn::Zero(f),
+                   hn::Max(hn::Sub(hn::Set(f, least), place), hn::Sub(place, hn::Set(f, most))));
+  };
+  const Floats x = beyond(place_L.x, field.box_min[0], field.box_max[0]);
+  const Floats y = beyond(place_L.y, field.box_min[1], field.box_max[1]);
+  const Floats z = beyond(place_L.z, field.box_min[2], field.box_max[2]);
+  const Floats squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+  const Floats distance = hn::Mul(hn::Set(f, 0.999F), hn::Sqrt(squared));
+  return hn::Max(hn::Zero(f), hn::Sub(distance, hn::Set(f, 0.01F)));
+}
+
+struct Brick {
+  Floats mean;
+  IntAxes slopes;
+  Ints bits, flags, steps;
+};
+
+HWY_INLINE Brick BrickOf(const FieldView& field, Ints number) {
+  const F f;
+  const I i;
+  const Ints word = hn::ShiftLeft<2>(number);
+  const auto at = [&](int k) {
+    return hn::GatherIndex(i, field.bricks, hn::Add(word, hn::Set(i, k)));
+  };
+  const Ints slopes = at(1);
+  const Ints last = at(2);
+  return {hn::BitCast(f, at(0)),
+          {SignedLow<16>(slopes), hn::ShiftRight<16>(slopes), SignedLow<16>(last)},
+          hn::And(hn::ShiftRight<16>(last), hn::Set(i, 0xff)),
+          hn::And(hn::ShiftRight<24>(last), hn::Set(i, 0xff)),
+          at(3)};
+}
+
+/// The steps of a node and its neighbour along x, interpolated.
+HWY_INLINE Floats StepBetween(const FieldView& field, const Brick& brick, Ints node, Floats share) {
+  const F f;
+  const I i;
+  const Ints bit = hn::Mul(node, brick.bits);
+  const Ints byte = hn::Add(brick.steps, hn::ShiftRight<3>(bit));
+  const Ints word = hn::GatherOffset(i, reinterpret_cast<const std::int32_t*>(field.steps), byte);
+  const Ints unused = hn::Sub(hn::Set(i, 32), brick.bits);
+  const Ints skipped = hn::And(bit, hn::Set(i, 7));
+  const Ints low = hn::Shr(hn::Shl(word, hn::Sub(unused, skipped)), unused);
+  const Ints high = hn::Shr(hn::Shl(word, hn::Sub(hn::Sub(unused, skipped), brick.bits)), unused);
+  return Between(hn::ConvertTo(f, low), hn::ConvertTo(f, high), share);
+}
+
+/// Which lanes' cells have a list.
+HWY_INLINE hn::Mask<I> Listed(const FieldView& field, const Brick& brick, const IntAxes& in_brick) {
+  const I i;
+  const Ints bit =
+      hn::Add(in_brick.x, hn::Add(hn::ShiftLeft<2>(in_brick.y), hn::ShiftLeft<4>(in_brick.z)));
+  const auto has_lists =
+      hn::Ne(hn::And(brick.flags, hn::Set(i, FieldBrick::kHasLists)), hn::Zero(i));
+  if (hn::AllFalse(i, has_lists)) return has_lists;
+  // a brick with lists has their cells before its steps; others read the pool's begin
+  const Ints word = hn::Add(brick.steps, hn::Sub(hn::ShiftLeft<2>(hn::ShiftRight<5>(bit)),
+                                                 hn::Set(i, sizeof(FieldLists))));
+  const Ints at = hn::IfThenElseZero(has_lists, word);
+  const Ints cells = hn::GatherOffset(i, reinterpret_cast<const std::int32_t*>(field.steps), at);
+  const hn::RebindToUnsigned<I> u;
+  const auto shifted =
+      hn::Shr(hn::BitCast(u, cells), hn::And(hn::BitCast(u, bit), hn::Set(u, 31U)));
+  const Ints one = hn::And(hn::BitCast(i, shifted), hn::Set(i, 1));
+  return hn::And(has_lists, hn::Ne(one, hn::Zero(i)));
+}
+
+void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& places,
+            std::size_t count, float* values, std::int32_t* kinds) {
+  const F f;
+  const I i;
+  const Ints below_zero = hn::Set(i, -1);
+  for (std::size_t k = 0; k < count; k += hn::Lanes(f)) {
+    // from V to L
+    const Floats half = hn::Set(f, 0.5F);
+    const Axes place{hn::Sub(hn::LoadU(f, places.x + k), half),
+                     hn::Sub(hn::LoadU(f, places.y + k), half),
+                     hn::Sub(hn::LoadU(f, places.z + k), half)};
+    const Axes floor{hn::Floor(place.x), hn::Floor(place.y), hn::Floor(place.z)};
+    const Axes from{hn::Sub(place.x, floor.x), hn::Sub(place.y, floor.y),
+                    hn::Sub(place.z, floor.z)};
+    IntAxes cell{hn::Add(hn::ConvertTo(i, floor.x), hn::Set(i, base.x)),
+                 hn::Add(hn::ConvertTo(i, floor.y), hn::Set(i, base.y)),
+                 hn::Add(hn::ConvertTo(i, floor.z), hn::Set(i, base.z))};
+    const auto holds = [&](Ints at, std::int32_t size) {
+      return hn::And(hn::Gt(at, below_zero), hn::Lt(at, hn::Set(i, size)));
+    };
+    const auto inside =
+        hn::And(holds(cell.x, field.cells.x),
+                hn::And(holds(cell.y, field.cells.y), holds(cell.z, field.cells.z)));
+    cell = {hn::IfThenElseZero(inside, cell.x), hn::IfThenElseZero(inside, cell.y),
+            hn::IfThenElseZero(inside, cell.z)};
+    const Ints hyperbrick = hn::Add(
+        hn::ShiftRight<5>(cell.x),
+        hn::Mul(hn::Set(i, field.hyperbricks_x),
+                hn::Add(hn::ShiftRight<5>(cell.y),
+                        hn::Mul(hn::Set(i, field.hyperbricks_y), hn::ShiftRight<5>(cell.z)))));
+    Ints entry = hn::GatherIndex(i, field.hyperbricks, hyperbrick);
+    const auto has_table = hn::Gt(entry, below_zero);
+    const Ints seven = hn::Set(i, 7);
+    const Ints in_table =
+        hn::Add(hn::And(hn::ShiftRight<2>(cell.x), seven),
+                hn::Add(hn::ShiftLeft<3>(hn::And(hn::ShiftRight<2>(cell.y), seven)),
+                        hn::ShiftLeft<6>(hn::And(hn::ShiftRight<2>(cell.z), seven))));
+    if (!hn::AllFalse(i, has_table)) {
+      const Ints table = hn::IfThenElseZero(has_table, entry);
+      const Ints at = hn::ShiftLeft<1>(hn::Add(hn::ShiftLeft<9>(table), in_table));
+      // four bytes, of which two are the entry
+      const Ints told = SignedLow<16>(
+          hn::GatherOffset(i, reinterpret_cast<const std::int32_t*>(field.tables), at));
+      const Ints number = hn::Add(told, hn::GatherIndex(i, field.first_bricks, table));
+      entry =
+          hn::IfThenElse(has_table, hn::IfThenElse(hn::Gt(told, below_zero), number, told), entry);
+    }
+    Floats value = OfBounds(entry);
+    auto near = hn::And(inside, hn::Gt(entry, below_zero));
+    auto listed = hn::And(near, hn::Not(near));
+    if (!hn::AllFalse(i, near)) {
+      const Brick brick = BrickOf(field, hn::IfThenElseZero(near, entry));
+      const Ints three = hn::Set(i, 3);
+      const IntAxes in_brick{hn::And(cell.x, three), hn::And(cell.y, three),
+                             hn::And(cell.z, three)};
+      const Ints node = hn::Add(in_brick.x, hn::Add(hn::Mul(in_brick.y, hn::Set(i, 5)),
+                                                    hn::Mul(in_brick.z, hn::Set(i, 25))));
+      const auto step_at = [&](int beyond) {
+        return StepBetween(field, brick, hn::Add(node, hn::Set(i, beyond)), from.x);
+      };
+      const Floats low = Between(step_at(0), step_at(5), from.y);
+      const Floats high = Between(step_at(25), step_at(30), from.y);
+      const auto large =
+          hn::Ne(hn::And(brick.flags, hn::Set(i, FieldBrick::kLargeSteps)), hn::Zero(i));
+      const Floats step =
+          hn::IfThenElse(hn::RebindMask(f, large), hn::Set(f, 2 * FieldBrick::kStep),
+                         hn::Set(f, FieldBrick::kStep));
+      // the steps of a flat brick are none
+      const auto flat = hn::RebindMask(f, hn::Eq(brick.bits, hn::Zero(i)));
+      const auto slope = [&](Ints slopes, Ints at, Floats share) {
+        return hn::Mul(hn::ConvertTo(f, slopes), hn::Add(hn::ConvertTo(f, at), share));
+      };
+      const Floats plane = hn::Add(hn::Add(slope(brick.slopes.x, in_brick.x, from.x),
+                                           slope(brick.slopes.y, in_brick.y, from.y)),
+                                   slope(brick.slopes.z, in_brick.z, from.z));
+      const Floats told =
+          hn::Add(hn::Add(brick.mean, hn::Mul(hn::Set(f, FieldBrick::kSlope), plane)),
+                  hn::IfThenZeroElse(flat, hn::Mul(step, Between(low, high, from.z))));
+      listed = hn::And(near, Listed(field, brick, in_brick));
+      const auto beyond =
+          hn::AndNot(listed, hn::RebindMask(i, hn::Gt(hn::Abs(told), hn::Set(f, field.most_near))));
+      const Floats bound = hn::CopySign(hn::Set(f, field.beyond_near), told);
+      value = hn::IfThenElse(hn::RebindMask(f, near),
+                             hn::IfThenElse(hn::RebindMask(f, beyond), bound, told), value);
+      near = hn::AndNot(beyond, near);
+    }
+    if (!hn::AllTrue(i, inside)) {
+      const Axes place_L{hn::Add(place.x, hn::Set(f, static_cast<float>(base.x))),
+                         hn::Add(place.y, hn::Set(f, static_cast<float>(base.y))),
+                         hn::Add(place.z, hn::Set(f, static_cast<float>(base.z)))};
+      value = hn::IfThenElse(hn::RebindMask(f, inside), value, OfBox(field, place_L));
+    }
+    hn::StoreU(value, f, values + k);
+    const Ints kind = hn::IfThenElse(listed, hn::Set(i, FieldView::kListed),
+                                     hn::IfThenElseZero(near, hn::Set(i, FieldView::kNear)));
+    hn::StoreU(kind, i, kinds + k);
+  }
+}
+
+}  // namespace
+}  // namespace tandem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tandem {
+
+namespace {
+HWY_EXPORT(LookUp);
+}  // namespace
+
+void DistanceField::Values(const GridIndex& base, const PlaceSpans& places, std::size_t count,
+                           float* values, std::int32_t* kinds) const {
+  FieldView view;
+  view.hyperbricks = hyperbricks_.data();
+  view.first_bricks = reinterpret_cast<const std::int32_t*>(first_bricks_.data());
+  view.tables = tables_.data();
+  view.bricks = reinterpret_cast<const std::int32_t*>(bricks_.data());
+  view.steps = steps_.data();
+  view.cells = size_ * kHyperbrickCells;
+  view.hyperbricks_x = size_.x;
+  view.hyperbricks_y = size_.y;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    view.box_min[axis] = static_cast<float>(faces_L_.min[static_cast<Eigen::Index>(axis)]);
+    view.box_max[axis] = static_cast<float>(faces_L_.max[static_cast<Eigen::Index>(axis)]);
+  }
+  view.most_near = static_cast<float>(kMostNear);
+  view.beyond_near = static_cast<float>(kMostNear - outer_error_bound_);
+  HWY_DYNAMIC_DISPATCH(LookUp)(view, base, places, count, values, kinds);
+}
+
+}  // namespace tandem
+#endif
