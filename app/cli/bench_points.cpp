@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/bench.h"
+#include "app/cli/field_bench.h"
 #include "app/cli/memory_limit.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -186,6 +187,8 @@ int RunPoints(const PointsArguments& arguments) {
   if (!world) return Fail(kExitFile, world.error().what);
   if (!(*world)->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
   const PointsFigures f = Measure(**world, arguments.rounds);
+  const Result<FieldFigures> field = MeasureField(**world, 0, arguments.rounds);
+  if (!field) return Fail(kExitFile, field.error().what);
   if (arguments.json) {
     const nlohmann::ordered_json out{{"scene", arguments.scene.scene},
                                      {"voxel_m", (*world)->scene.voxel_size},
@@ -197,7 +200,16 @@ int RunPoints(const PointsArguments& arguments) {
                                      {"random_ns", f.random_ns},
                                      {"limit_ns", f.limit_ns},
                                      {"random_4t_ns", f.random_4t_ns},
-                                     {"limit_4t_ns", f.limit_4t_ns}};
+                                     {"limit_4t_ns", f.limit_4t_ns},
+                                     {"field_ns", field->field_ns},
+                                     {"field_with_gradient_ns", field->field_with_gradient_ns},
+                                     {"error_voxels",
+                                      {{"p50", field->error_voxels.p50},
+                                       {"p99", field->error_voxels.p99},
+                                       {"max", field->error_voxels.max}}},
+                                     {"field_bytes_per_band_voxel", field->bytes_per_band_voxel},
+                                     {"field_build_cpu_s", field->build_cpu_s},
+                                     {"field_voxelize_cpu_s", field->voxelize_cpu_s}};
     std::printf("%s\n", JsonText(out, 2).c_str());
     return kExitOk;
   }
@@ -209,6 +221,12 @@ int RunPoints(const PointsArguments& arguments) {
               f.random_ns, 100 * f.limit_ns / f.random_ns, f.limit_ns);
   std::printf("  on %d threads %6.2f ns a point, %.0f %% of the speed of random lines (%.2f ns)\n",
               kThreads, f.random_4t_ns, 100 * f.limit_4t_ns / f.random_4t_ns, f.limit_4t_ns);
+  std::printf("  distance     %6.2f ns a value, %.1f times the transform; with gradient %.2f ns\n",
+              field->field_ns, field->field_ns / f.transform_ns, field->field_with_gradient_ns);
+  std::printf("  its error    %.4f, %.4f, %.4f voxels (p50, p99, most)\n", field->error_voxels.p50,
+              field->error_voxels.p99, field->error_voxels.max);
+  std::printf("  its field    %.3f bytes a band voxel; %.3f s to build, marks %.3f s\n",
+              field->bytes_per_band_voxel, field->build_cpu_s, field->voxelize_cpu_s);
   return kExitOk;
 }
 

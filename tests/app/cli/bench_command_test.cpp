@@ -43,7 +43,9 @@ const std::string kPeg = std::string(TANDEM_SCENES) + "/peg_in_slot_peg.stl";
 TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
   const json told = Bench("points --scene peg_in_slot --voxel 0.004 --rounds 1");
   ExpectNumbers(told, {"/transform_ns", "/coherent_ns", "/random_ns", "/limit_ns", "/random_4t_ns",
-                       "/limit_4t_ns", "/map_bytes", "/points"});
+                       "/limit_4t_ns", "/map_bytes", "/points", "/field_ns",
+                       "/field_with_gradient_ns", "/error_voxels/p50", "/error_voxels/p99",
+                       "/error_voxels/max", "/field_bytes_per_band_voxel"});
   EXPECT_TRUE(told["isa"].is_string());
   EXPECT_GT(told["points"], 0);
 }
