@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "collab/drop_counts.h"
 #include "collab/messages.h"
@@ -49,6 +50,9 @@ class Transport {
   /// Says goodbye and no more, from any thread, whatever the others of this program are doing: what
   /// is left to do when it is ended by force.
   virtual void SayGoodbye() {}
+  /// Says that the keys end now, in a line for a person; empty: they do not, or there are none. The
+  /// program must leave then: a moment later DDS takes the session from under it.
+  virtual std::string KeysEnd() const { return {}; }
 };
 
 }  // namespace tandem

@@ -379,6 +379,10 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
                                           "the other program, or take keys of your own");
       break;
     }
+    if (const std::string ended = transport.KeysEnd(); !ended.empty()) {
+      exit_code = Fail(kExitSecurity, ended);
+      break;
+    }
     if (!begun.load(std::memory_order_relaxed) && may_join_again && Superseded(joining)) {
       Say("other force parameters were offered to the session at the same time: joining anew by "
           "those");

@@ -82,6 +82,7 @@ int RunRelay(RelayArguments arguments) {
   std::int64_t turn_ns = opened_ns;  // turns do not drift by what they take
   std::int64_t status_ns = opened_ns;
   std::uint64_t told = 0;
+  int exit_code = kExitOk;
   do {
     (*joined)->Publish(info);
     ++info.beat;
@@ -96,6 +97,10 @@ int RunRelay(RelayArguments arguments) {
     }
     turn_ns = std::max(turn_ns + kTurnNs, MonotonicNowNs());
     const std::int64_t left_ns = std::clamp<std::int64_t>(turn_ns - MonotonicNowNs(), 0, kTurnNs);
+    if (const std::string ended = (*joined)->KeysEnd(); !ended.empty()) {
+      exit_code = Fail(kExitSecurity, ended);
+      break;
+    }
     if (StopAskedWithin(std::chrono::nanoseconds(left_ns))) break;
     now_ns = MonotonicNowNs();
   } while (arguments.seconds <= 0 ||
@@ -103,7 +108,7 @@ int RunRelay(RelayArguments arguments) {
   (*joined)->Leave();
   StillEnding();
   (*relay)->Leave();
-  return kExitOk;
+  return exit_code;
 }
 
 }  // namespace

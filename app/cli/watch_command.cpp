@@ -259,6 +259,7 @@ int WatchCommand(const WatchOptions& asked) {
   std::int64_t beat_ns = joined_ns - kBeatNs;
   std::int64_t status_ns = joined_ns;
   std::int64_t now_ns = joined_ns;
+  int exit_code = kExitOk;
   do {
     const ViewerPicture picture = viewer.Picture();
     reporter.TellNews(picture, now_ns);
@@ -278,6 +279,10 @@ int WatchCommand(const WatchOptions& asked) {
                           nearby ? nearby->Heard() : std::vector<AnnouncedSession>{});
       status_ns = now_ns;
     }
+    if (const std::string ended = transport.KeysEnd(); !ended.empty()) {
+      exit_code = Fail(kExitSecurity, ended);
+      break;
+    }
     if (StopAskedWithin(std::chrono::nanoseconds(kTurnNs))) break;
     now_ns = MonotonicNowNs();
   } while (options.seconds <= 0 || static_cast<double>(now_ns - joined_ns) < 1e9 * options.seconds);
@@ -288,9 +293,9 @@ int WatchCommand(const WatchOptions& asked) {
   const ViewerReport report =
       ReportOf(&viewer, getpid(), static_cast<double>(MonotonicNowNs() - joined_ns) * 1e-9);
   if (options.json) std::printf("%s\n", AsJson(report).c_str());
-  if (options.report.empty()) return kExitOk;
+  if (options.report.empty()) return exit_code;
   const Result<bool> written = WriteReport(report, options.report);
-  return written ? kExitOk : Fail(kExitFile, written.error().what);
+  return written ? exit_code : Fail(kExitFile, written.error().what);
 }
 
 void AddWatchCommand(CLI::App& app, int& exit_code) {

@@ -45,7 +45,7 @@ class Program {
   }
 
   std::string said() const { return TextOf(said_); }
-  bool Says(const std::string& words, double seconds = 30) {
+  bool Says(const std::string& words, double seconds = 30) const {
     for (double waited = 0; waited < seconds; waited += 0.02) {
       if (said().find(words) != std::string::npos) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
