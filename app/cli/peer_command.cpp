@@ -167,9 +167,9 @@ std::string Clutch(const PeerArguments& arguments, bool pressed) {
 
 /// `may_join_again`: whether other force parameters, offered at the same time, still count.
 int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again) {
-  for (const char* ending : {"", ".trace"}) {
-    if (arguments.report.empty()) continue;
-    const std::string fault = WhyNotWritable(arguments.report + ending);
+  if (!arguments.report.empty()) {
+    std::string fault = WhyNotWritable(arguments.report);
+    if (fault.empty()) fault = WhyNoTrace(arguments.report + ".trace");
     if (!fault.empty()) return Fail(kExitFile, fault);
   }
   Result<NetworkPlan> plan = NetworkPlan{};

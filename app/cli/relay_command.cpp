@@ -97,7 +97,9 @@ int RunRelay(RelayArguments arguments) {
     }
     turn_ns = std::max(turn_ns + kTurnNs, MonotonicNowNs());
     const std::int64_t left_ns = std::clamp<std::int64_t>(turn_ns - MonotonicNowNs(), 0, kTurnNs);
-    if (const std::string ended = (*joined)->KeysEnd(); !ended.empty()) {
+    std::string ended = (*joined)->KeysEnd();
+    if (ended.empty()) ended = (*relay)->KeysEnd();
+    if (!ended.empty()) {
       exit_code = Fail(kExitSecurity, ended);
       break;
     }

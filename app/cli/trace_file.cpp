@@ -8,6 +8,8 @@
 
 #include <pthread.h>
 
+#include "app/output_file.h"
+
 namespace tandem {
 
 namespace {
@@ -51,6 +53,14 @@ TraceSample FromRow(const TraceRow& row) {
 }
 
 }  // namespace
+
+std::string WhyNoTrace(const std::filesystem::path& file) {
+  std::error_code not_there;
+  if (std::filesystem::is_fifo(file, not_there)) {
+    return file.string() + ": is a pipe: a trace is written into a file";
+  }
+  return WhyNotWritable(file);
+}
 
 TraceFile::TraceFile(std::filesystem::path file, Traced traced)
     : file_(std::move(file)),

@@ -7,6 +7,7 @@
 #include <functional>
 #include <mutex>
 #include <span>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -19,6 +20,10 @@ namespace tandem {
 /// (x, y, z, w), the angular (rad/s) and linear (m/s) velocity in W, the hand's force (N), the
 /// number of contact points and 0.5 if contact pushes.
 inline constexpr std::size_t kTraceColumns = 17;
+
+/// Why a trace could not be written into this file, in one line; empty: it can. It is opened while
+/// the run begins, and a pipe that nobody reads would be waited for.
+std::string WhyNoTrace(const std::filesystem::path& file);
 
 /// Writes a peer's trace while it grows, on a thread of its own: after a long run there is little
 /// left to write, so the program ends in time.

@@ -138,7 +138,10 @@ template <typename Wire>
 void ControlThread::TakePresence(dds_entity_t reader) {
   PeerInfo info;
   TakeAll<Wire>(reader, [&](const Wire& wire, const dds_sample_info_t& sample) {
-    if (sample.valid_data && FromWire(wire, info)) Hear(info, reader, sample.publication_handle);
+    if (!sample.valid_data) return;
+    if (FromWire(wire, info)) return Hear(info, reader, sample.publication_handle);
+    const PeerId speaker = Facts(reader, sample.publication_handle).owner.peer;
+    if (speaker != 0 && speaker != self_) inbox_.OnDropped(speaker, Drop::kHuge);
   });
 }
 

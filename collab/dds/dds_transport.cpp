@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
-#include <ctime>
 #include <optional>
-#include <string>
 #include <random>
+#include <string>
 #include <utility>
 
 #include "collab/dds/control_thread.h"
@@ -149,14 +148,7 @@ class DdsTransport final : public Transport {
     // of a writer that has gone both say so and do nothing
     dds_wait_for_acks(writers_.presence, kGoodbyeWait);
   }
-  // Cyclone 0.10 deletes the entities of a participant whose keys end, and may never free the
-  // readers: whoever leaves after that waits for ever.
-  std::string KeysEnd() const override {
-    constexpr std::time_t kLeaveBefore = 2;  // s
-    if (keys_.not_after == 0 || std::time(nullptr) + kLeaveBefore < keys_.not_after) return {};
-    return "the keys of " + keys_.name +
-           " have ended, and with them your part in the session: make new ones with 'tandem keys'";
-  }
+  std::string KeysEnd() const override { return EndOfKeys(keys_); }
 
  private:
   void SayPresence(const PeerInfo& said) {

@@ -380,6 +380,13 @@ Result<bool> AreOfTwoSessions(const fs::path& member, const fs::path& relay) {
                "session FOLDER --audience'"};
 }
 
+std::string EndOfKeys(const MemberKeys& keys, std::time_t now) {
+  constexpr std::time_t kLeaveBefore = 2;  // s
+  if (keys.not_after == 0 || now + kLeaveBefore < keys.not_after) return {};
+  return "the keys of " + keys.name +
+         " have ended, and with them your part in the session: make new ones with 'tandem keys'";
+}
+
 std::string ExpiryWarning(const MemberKeys& keys, std::time_t now) {
   if (keys.not_after == 0 || keys.not_after - now >= kWeek) return {};
   return "the keys of " + keys.name + " end on " + DayAndTime(keys.not_after) +

@@ -64,6 +64,11 @@ Result<MemberKeys> LoadMemberKeys(const std::filesystem::path& folder,
 Result<bool> AreOfTwoSessions(const std::filesystem::path& member,
                               const std::filesystem::path& relay);
 
+/// What there is to say of keys that end within two seconds, in a line; empty: nothing. Whoever is
+/// in a session must leave it then: Cyclone 0.10 deletes the entities of a participant whose keys
+/// end and may never free its readers, so whoever leaves after that waits for ever.
+std::string EndOfKeys(const MemberKeys& keys, std::time_t now = std::time(nullptr));
+
 /// What there is to say of keys that end within a week, in a line; empty: nothing.
 std::string ExpiryWarning(const MemberKeys& keys, std::time_t now = std::time(nullptr));
 

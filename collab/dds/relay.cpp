@@ -33,8 +33,8 @@ constexpr dds_duration_t kGoodbyeWait = DDS_MSECS(100);
 
 class DdsRelay final : public Relay {
  public:
-  DdsRelay(Entity domain, std::uint32_t number, const dds_qos_t* qos, bool secured)
-      : secured_(secured),
+  DdsRelay(Entity domain, std::uint32_t number, const dds_qos_t* qos, MemberKeys keys)
+      : keys_(std::move(keys)),
         domain_(std::move(domain)),
         participant_(dds_create_participant(number, qos, nullptr)) {}
 
@@ -113,6 +113,8 @@ class DdsRelay final : public Relay {
     domain_.Delete();
   }
 
+  std::string KeysEnd() const override { return EndOfKeys(keys_); }
+
   void SayGoodbyes() override {
     std::vector<dds_entity_t> writers;
     {
@@ -154,8 +156,9 @@ class DdsRelay final : public Relay {
     const PeerId peer = info.peer;
     Relayed& relayed = peers_[peer];
     const std::string partition = PeerPartition(peer);
-    relayed.info = Entity(Writer(info_topic_, Purpose::kPresence,
-                                 secured_ ? NamedPartition(partition, info.name) : partition));
+    relayed.info =
+        Entity(Writer(info_topic_, Purpose::kPresence,
+                      keys_.peer != 0 ? NamedPartition(partition, info.name) : partition));
     relayed.view = Entity(Writer(view_topic_, Purpose::kMotion, ViewPartition(peer)));
     tandem_ViewFrame key{};
     key.peer = peer;
@@ -198,7 +201,7 @@ class DdsRelay final : public Relay {
     dds_write(writer, &last);
   }
 
-  const bool secured_;
+  const MemberKeys keys_;  // of nobody in a plain session
   Entity domain_;
   Entity participant_;
   dds_entity_t view_topic_ = 0;
@@ -235,8 +238,7 @@ Result<std::unique_ptr<Relay>> Relay::Open(const DdsOptions& viewers) {
   Result<Entity> domain = CreateDomain(viewers);
   if (!domain) return domain.error();
   CycloneLogCapture log;
-  auto relay = std::make_unique<DdsRelay>(*std::move(domain), viewers.domain, qos.get(),
-                                          !viewers.secure.empty());
+  auto relay = std::make_unique<DdsRelay>(*std::move(domain), viewers.domain, qos.get(), keys);
   if (!relay->Open()) {
     const std::string said = log.Take();
     if (qos != nullptr) return Error{ExplainRefusal(said, keys)};

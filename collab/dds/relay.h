@@ -33,6 +33,8 @@ class Relay : public Inbox {
   virtual void Leave() = 0;
   /// The same and no more, from any thread: what is left to do when the program is ended by force.
   virtual void SayGoodbyes() = 0;
+  /// Says that its keys end now, as Transport::KeysEnd() does.
+  virtual std::string KeysEnd() const = 0;
   virtual std::uint64_t views_passed_on() const = 0;
   /// Viewers that read them now.
   virtual std::size_t viewers() const = 0;

@@ -59,6 +59,7 @@ void SessionModel::OnJoinEnded() {
   }
   transport_ = *std::move(result);
   PublishPresence();
+  if (transport_ == nullptr) return;  // its keys have ended
   beat_timer_.start();
   since_joined_.start();
   if (listen_) nearby_ = listen_(request_);
@@ -66,7 +67,7 @@ void SessionModel::OnJoinEnded() {
 }
 
 void SessionModel::ListenForCompany() {
-  if (heard_) return;
+  if (heard_ || transport_ == nullptr) return;
   heard_ = !viewer_->Picture().peers.empty();
   if (heard_) {
     nearby_.reset();
@@ -85,6 +86,10 @@ void SessionModel::ListenForCompany() {
 }
 
 void SessionModel::PublishPresence() {
+  if (const std::string ended = transport_->KeysEnd(); !ended.empty()) {
+    LeaveBecause(QString::fromStdString(ended));
+    return;
+  }
   PeerInfo info;
   info.peer = peer_;
   info.beat = beat_++;
@@ -96,12 +101,15 @@ void SessionModel::PublishPresence() {
 }
 
 void SessionModel::Leave() {
-  if (state_ != State::kJoined) return;
+  if (state_ == State::kJoined) LeaveBecause({});
+}
+
+void SessionModel::LeaveBecause(const QString& reason) {
   beat_timer_.stop();
   nearby_.reset();
   transport_->Leave();
   transport_.reset();
-  SetState(State::kLeft);
+  SetState(State::kLeft, reason);
 }
 
 ViewerPicture SessionModel::Picture() const {

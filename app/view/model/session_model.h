@@ -78,6 +78,8 @@ class SessionModel : public QObject {
 
  private:
   void SetState(State state, const QString& error = {});
+  /// `reason`: why, if nobody asked for it.
+  void LeaveBecause(const QString& reason);
   void OnJoinEnded();
   void PublishPresence();
   void ListenForCompany();

@@ -267,7 +267,7 @@ void MainWindow::OnSessionChanged() {
   if (state == SessionModel::State::kJoined) {
     text = tr("Joined \u201c%1\u201d").arg(QString::fromStdString(session_.request().session));
     if (!session_.heard()) text += tr("; nobody heard");
-  } else if (state == SessionModel::State::kFailed) {
+  } else if (!session_.error().isEmpty()) {
     text += ": " + session_.error();
   }
   status_session_->setText(text);

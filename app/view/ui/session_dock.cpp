@@ -164,7 +164,7 @@ void SessionDock::ShowSession() {
   join_->setEnabled(free && !session_->text().trimmed().isEmpty());
   leave_->setEnabled(state == SessionModel::State::kJoined);
   QString text = Describe(state);
-  if (state == SessionModel::State::kFailed) text += ": " + session_model_.error();
+  if (!session_model_.error().isEmpty()) text += ": " + session_model_.error();
   if (state == SessionModel::State::kJoined && !session_model_.heard()) {
     text += QStringLiteral("; ") + session_model_.nobody_heard();
   } else if (state == SessionModel::State::kJoined) {

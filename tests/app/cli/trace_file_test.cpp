@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "app/cli/child_processes.h"
 
@@ -84,6 +85,15 @@ TEST(TraceFile, ADiskThatIsFullIsAnErrorAtTheEnd) {
   const Result<bool> closed = file.Close();
   ASSERT_FALSE(closed);
   EXPECT_THAT(closed.error().what, HasSubstr("/dev/full: cannot be written"));
+}
+
+// opening it would wait for a reader, and a peer would not begin
+TEST(TraceFile, IsNoPipe) {
+  const TemporaryFolder folder;
+  const std::filesystem::path pipe = folder.path() / "report.trace";
+  EXPECT_EQ(WhyNoTrace(pipe), "");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(WhyNoTrace(pipe), HasSubstr("is a pipe"));
 }
 
 TEST(TraceFile, ThatEndsWithinAFrameIsAnError) {

@@ -32,6 +32,7 @@ struct FakeSession {
   JoinRequest request;
   PeerId peer = 0;
   std::vector<PeerInfo> said;
+  std::string keys_end;  // what there is to say of keys that have ended
   int left = 0;
   int destroyed = 0;
 
@@ -78,6 +79,7 @@ struct FakeSession {
     void Publish(const Event&) override { FAIL() << "a viewer says nothing of bodies"; }
     void Publish(const SceneManifest&) override { FAIL() << "a viewer offers no scene"; }
     void Leave() override { ++session.left; }
+    std::string KeysEnd() const override { return session.keys_end; }
     FakeSession& session;
   };
 };

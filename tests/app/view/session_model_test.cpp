@@ -88,6 +88,29 @@ TEST(SessionModel, LeavesWithAGoodbyeKeepsTheLastPictureAndCanJoinAgain) {
   EXPECT_TRUE(session.Picture().peers.empty());
 }
 
+TEST(SessionModel, LeavesWhenItsKeysEndAndSaysSo) {
+  FakeSession fake;
+  SessionModel session(fake.Join());
+  session.Join({"s", "Dora", 42, ""});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == SessionModel::State::kJoined;
+  }));
+  EXPECT_EQ(fake.left, 0);
+  fake.keys_end = "the keys of Dora have ended";
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == SessionModel::State::kLeft;
+  }));
+  EXPECT_EQ(fake.left, 1);
+  EXPECT_EQ(session.error(), "the keys of Dora have ended");
+
+  // nor is it in a session whose keys end as it joins
+  session.Join({"s", "Dora", 42, ""});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == SessionModel::State::kLeft;
+  }));
+  EXPECT_EQ(fake.left, 2);
+}
+
 /// Other sessions, as a test has them.
 struct FakeNearby : SessionsNearby {
   explicit FakeNearby(const std::vector<AnnouncedSession>& s) : sessions(s) {}

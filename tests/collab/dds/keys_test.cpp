@@ -106,6 +106,14 @@ TEST_F(MemberFolder, SaysAWeekAheadThatItEnds) {
   EXPECT_THAT(ExpiryWarning(*keys, now + 24 * kDay), HasSubstr("the keys of anna end on"));
 }
 
+TEST_F(MemberFolder, SaysThatItEndsTwoSecondsBefore) {
+  const Result<MemberKeys> keys = LoadMemberKeys(anna());
+  ASSERT_TRUE(keys.has_value()) << keys.error().what;
+  EXPECT_EQ(EndOfKeys(*keys, keys->not_after - 3), "");
+  EXPECT_THAT(EndOfKeys(*keys, keys->not_after - 2), HasSubstr("the keys of anna have ended"));
+  EXPECT_EQ(EndOfKeys(MemberKeys{}, keys->not_after), "") << "a plain session has no keys";
+}
+
 TEST_F(MemberFolder, OfAnOlderProtocolIsRefusedInWords) {
   const Result<MemberKeys> keys = LoadMemberKeys(anna());
   ASSERT_TRUE(keys.has_value()) << keys.error().what;

@@ -118,7 +118,7 @@ TEST(DistanceField, IsWithinItsErrorBoundInItsBand) {
   for (const Shape& shape : Shapes()) {
     const DistanceField field = FieldOf(shape.mesh);
     EXPECT_LE(field.error_bound(), 0.02) << shape.name;
-    VisitPlaces(shape, field, 1.0, 4000, [&](const Vec3& place, double exact) {
+    VisitPlaces(shape, field, 1.0, 1500, [&](const Vec3& place, double exact) {
       const FieldReading reading = field.At(place);
       if (std::abs(exact) >= field.band()) return;
       ASSERT_TRUE(reading.near) << shape.name;
@@ -131,7 +131,7 @@ TEST(DistanceField, IsWithinItsErrorBoundInItsBand) {
 TEST(DistanceField, HasTheRightSideAndNoBoundAboveTheTruth) {
   for (const Shape& shape : Shapes()) {
     const DistanceField field = FieldOf(shape.mesh);
-    VisitPlaces(shape, field, 40, 3000, [&](const Vec3& place, double exact) {
+    VisitPlaces(shape, field, 40, 1000, [&](const Vec3& place, double exact) {
       const FieldReading reading = field.At(place);
       // nearer than the bound an error may change the sign
       if (std::abs(exact) > field.error_bound() && reading.value != 0) {
@@ -151,7 +151,7 @@ TEST(DistanceField, ValuesOfManyPlacesAreThoseOfEach) {
     const DistanceField field = FieldOf(shape.mesh);
     std::vector<Vec3> places;
     for (const double reach : {1.5, 40.0, 400.0}) {
-      VisitPlaces(shape, field, reach, 1600, [&](const Vec3& place, double) {
+      VisitPlaces(shape, field, reach, 480, [&](const Vec3& place, double) {
         places.push_back(place);
       });
     }
@@ -216,7 +216,7 @@ TEST(DistanceField, ValueGoesOnAcrossCellsAndBricks) {
   for (const Shape& shape : Shapes()) {
     const DistanceField field = FieldOf(shape.mesh);
     std::mt19937_64 random(3);
-    VisitPlaces(shape, field, 0.5, 1500, [&](const Vec3& place, double) {
+    VisitPlaces(shape, field, 0.5, 800, [&](const Vec3& place, double) {
       Vec3 border = place;
       const auto axis = static_cast<Eigen::Index>(random() % 3);
       border[axis] = std::floor(place[axis]) + 0.5;  // nodes are centres of voxels
