@@ -25,11 +25,14 @@ struct VoxelTransform {
                                   std::size_t lane) const noexcept;
 };
 
-/// The voxel a place in voxels lies in.
+/// The voxel a place in voxels lies in; one beyond all maps if no integer holds it.
 inline GridIndex VoxelAt(const std::array<float, 3>& p) noexcept {
   const auto down = [](float x) {
-    const auto i = static_cast<std::int32_t>(x);
-    return i - (x < static_cast<float>(i) ? 1 : 0);
+    constexpr float kBeyond = 1 << 30;
+    // false of what is no number
+    const float held = x >= -kBeyond ? std::min(x, kBeyond) : -kBeyond;
+    const auto i = static_cast<std::int32_t>(held);
+    return i - (held < static_cast<float>(i) ? 1 : 0);
   };
   return {down(p[0]), down(p[1]), down(p[2])};
 }

@@ -1,6 +1,7 @@
 #include "engine/contact/block_test.h"
 
 #include <algorithm>
+#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -230,6 +231,19 @@ TEST(VoxelTransform, ErrsByNoMoreThanItsBoundHoweverLargeTheMap) {
     }
     EXPECT_LT(worst, PlaceError(extent + reach)) << extent;
   }
+}
+
+// a conversion of such a place to an integer is undefined
+TEST(VoxelAt, IsBeyondAllMapsWhereNoIntegerHoldsThePlace) {
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  const GridIndex beyond = VoxelAt({1e30F, -1e30F, none});
+  EXPECT_EQ(beyond.x, 1 << 30);
+  EXPECT_EQ(beyond.y, -(1 << 30));
+  EXPECT_EQ(beyond.z, -(1 << 30));
+  const GridIndex near = VoxelAt({2.5F, -2.5F, -3.0F});
+  EXPECT_EQ(near.x, 2);
+  EXPECT_EQ(near.y, -3);
+  EXPECT_EQ(near.z, -3);
 }
 
 TEST_F(BlockTest, AnEmptyListReadsNothing) {
