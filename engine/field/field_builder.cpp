@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include <tbb/parallel_for.h>
@@ -94,7 +95,7 @@ class FieldBuilder {
                         static_cast<std::size_t>(field_.size_.z));
   }
 
-  std::optional<DistanceField> Build() {
+  Result<DistanceField> Build() {
     FindFacesOfHyperbricks();
     tbb::parallel_for(std::size_t{0}, hyperbricks_.size(), [this](std::size_t i) {
       if (!options_.stop.stop_requested()) FillHyperbrick(i);
@@ -102,8 +103,12 @@ class FieldBuilder {
     tbb::parallel_for(std::size_t{0}, hyperbricks_.size(), [this](std::size_t i) {
       if (!options_.stop.stop_requested()) ListCells(i);
     });
-    if (options_.stop.stop_requested()) return std::nullopt;
+    if (options_.stop.stop_requested()) return Error{"the field was stopped"};
     Assemble();
+    // the kernel counts bytes in 32 bits
+    if (field_.steps_.size() > std::numeric_limits<std::int32_t>::max()) {
+      return Error{"the steps of the field would need more than 2 GiB; take larger voxels"};
+    }
     return std::move(field_);
   }
 
@@ -445,9 +450,7 @@ Result<DistanceField> BuildField(const TriangleMesh& mesh_W, const FieldOptions&
   if (std::optional<Error> fault = VoxelSizeFault(mesh_W, size)) return *fault;
   const MeshSides sides(mesh_W);
   const MeshFacing facing = FindFacing(mesh_W, sides);
-  std::optional<DistanceField> field = FieldBuilder(mesh_W, facing, options).Build();
-  if (!field) return Error{"the field was stopped"};
-  return std::move(*field);
+  return FieldBuilder(mesh_W, facing, options).Build();
 }
 
 }  // namespace tandem

@@ -19,7 +19,8 @@ struct FieldOptions {
 
 /// Builds the distance field of a mesh where it stands in W, with the union of its bodies as the
 /// solid. In parallel; the same bits for any number of threads. Refused in one line, as Voxelize()
-/// refuses: no triangles, a voxel size that is not above 0, a need beyond max_memory_bytes.
+/// refuses: no triangles, a voxel size that is not above 0, a need beyond max_memory_bytes; also if
+/// the steps would need more than 2 GiB.
 Result<DistanceField> BuildField(const TriangleMesh& mesh_W, const FieldOptions& options);
 
 }  // namespace tandem
