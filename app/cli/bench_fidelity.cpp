@@ -52,13 +52,13 @@ ordered_json With(ordered_json out, const FrameLengths& frames) {
 }
 
 /// Least, mean and largest over the three bodies, and each body's own.
-ordered_json FirstForce(ContactModel model, const FidelityArguments& arguments) {
+ordered_json FirstForce(const MeasuredContact& contact, const FidelityArguments& arguments) {
   if (!arguments.Asks("first-force")) return nullptr;
   constexpr std::array<const char*, 3> kNames{"sphere", "box", "cylinder"};
   Spread all;
   ordered_json bodies;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
-    const Spread spread = MeasureFirstForce(model, static_cast<Approaching>(i), arguments.tilts,
+    const Spread spread = MeasureFirstForce(contact, static_cast<Approaching>(i), arguments.tilts,
                                             arguments.approaches);
     all.min = i == 0 ? spread.min : std::min(all.min, spread.min);
     all.max = i == 0 ? spread.max : std::max(all.max, spread.max);
@@ -70,15 +70,16 @@ ordered_json FirstForce(ContactModel model, const FidelityArguments& arguments) 
   return out;
 }
 
-ordered_json Nut(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
+ordered_json Nut(const MeasuredContact& contact, const FidelityArguments& arguments,
+                 int& exit_code) {
   if (arguments.models.empty() || !arguments.Asks("nut")) return nullptr;
-  const Result<NutFigures> nut = MeasureNut(model, arguments.models, arguments.nut_voxel);
+  const Result<NutFigures> nut = MeasureNut(contact, arguments.models, arguments.nut_voxel);
   if (!nut) {
     exit_code = Fail(kExitFile, nut.error().what);
     return nullptr;
   }
   return With({{"voxel_mm", 1e3 * nut->voxel},
-               {"force_layer", DefaultForceLayer(model)},
+               {"force_layer", DefaultForceLayer(contact.model)},
                {"turned_deg", nut->turned * 57.29577951308232},
                {"helix_error_mm", nut->helix_error_mm},
                {"push_mm", nut->push_mm},
@@ -86,25 +87,27 @@ ordered_json Nut(ContactModel model, const FidelityArguments& arguments, int& ex
               nut->frames);
 }
 
-ordered_json Pegs(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
+ordered_json Pegs(const MeasuredContact& contact, const FidelityArguments& arguments,
+                  int& exit_code) {
   if (arguments.models.empty() || !arguments.Asks("pegs")) return nullptr;
   const Result<PegFigures> pegs =
-      MeasurePegs(model, arguments.models, arguments.peg_voxel, arguments.peg_seeds);
+      MeasurePegs(contact, arguments.models, arguments.peg_voxel, arguments.peg_seeds);
   if (!pegs) {
     exit_code = Fail(kExitFile, pegs.error().what);
     return nullptr;
   }
   return With({{"voxel_mm", 1e3 * pegs->voxel},
-               {"force_layer", DefaultForceLayer(model)},
+               {"force_layer", DefaultForceLayer(contact.model)},
                {"trials", pegs->trials},
                {"inserted_share", pegs->inserted_share},
                {"buzz", pegs->buzz}},
               pegs->frames);
 }
 
-ordered_json Ball(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
+ordered_json Ball(const MeasuredContact& contact, const FidelityArguments& arguments,
+                  int& exit_code) {
   if (!arguments.Asks("ball")) return nullptr;
-  const Result<BallFigures> ball = MeasureBall(model, SceneFile("ball_and_socket"));
+  const Result<BallFigures> ball = MeasureBall(contact, SceneFile("ball_and_socket"));
   if (!ball) {
     exit_code = Fail(kExitFile, ball.error().what);
     return nullptr;
@@ -118,23 +121,24 @@ ordered_json Ball(ContactModel model, const FidelityArguments& arguments, int& e
 }
 
 /// What is not asked for is null; what cannot be measured too, and said, and in the exit code.
-ordered_json Measure(ContactModel model, const FidelityArguments& arguments, int& exit_code) {
+ordered_json Measure(const MeasuredContact& contact, const FidelityArguments& arguments,
+                     int& exit_code) {
   ordered_json direction;
   ordered_json ripple;
   ordered_json ripple_max;
   if (arguments.Asks("pressed")) {
-    const PressedFigures pressed = MeasurePressed(model, arguments.tilts);
+    const PressedFigures pressed = MeasurePressed(contact, arguments.tilts);
     direction = {{"mean", pressed.direction_error_mean}, {"max", pressed.direction_error_max}};
     ripple = pressed.ripple;
     ripple_max = pressed.ripple_max;
   }
-  return {{"first_force_gap_voxels", FirstForce(model, arguments)},
+  return {{"first_force_gap_voxels", FirstForce(contact, arguments)},
           {"direction_error_deg", direction},
           {"sliding_ripple", ripple},
           {"sliding_ripple_max", ripple_max},
-          {"nut", Nut(model, arguments, exit_code)},
-          {"pegs", Pegs(model, arguments, exit_code)},
-          {"ball", Ball(model, arguments, exit_code)}};
+          {"nut", Nut(contact, arguments, exit_code)},
+          {"pegs", Pegs(contact, arguments, exit_code)},
+          {"ball", Ball(contact, arguments, exit_code)}};
 }
 
 int RunFidelity(FidelityArguments arguments) {
@@ -145,17 +149,21 @@ int RunFidelity(FidelityArguments arguments) {
     Say("no nut and no pegs: give the folder of models/factory with --models or TANDEM_MODELS");
   }
   int exit_code = kExitOk;
-  ordered_json out = Measure(ContactModel::kRefined, arguments, exit_code);
-  out["plain"] = Measure(ContactModel::kPlain, arguments, exit_code);
+  ordered_json out = Measure({}, arguments, exit_code);
+  out["plain"] = Measure({.model = ContactModel::kPlain}, arguments, exit_code);
+  out["field"] = Measure({.by_field = true}, arguments, exit_code);
   if (arguments.json) {
     std::printf("%s\n", JsonText(out, 2).c_str());
     return exit_code;
   }
   const ordered_json plain = out["plain"];
+  const ordered_json field = out["field"];
   out.erase("plain");
+  out.erase("field");
   for (const auto& [name, figures] : out.items()) {
-    std::printf("%-22s refined %s\n%-22s plain   %s\n", name.c_str(), JsonText(figures).c_str(), "",
-                JsonText(plain[name]).c_str());
+    std::printf("%-22s refined %s\n%-22s plain   %s\n%-22s field   %s\n", name.c_str(),
+                JsonText(figures).c_str(), "", JsonText(plain[name]).c_str(), "",
+                JsonText(field[name]).c_str());
   }
   return exit_code;
 }

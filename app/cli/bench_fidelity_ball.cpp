@@ -14,20 +14,23 @@ namespace {
 /// A turn at the travel floor.
 constexpr int kMostFrames = 12'000;
 
-Result<std::shared_ptr<const WorldModel>> LoadBall(Scene scene, ContactModel model, double voxel) {
-  scene.contact = model;
+Result<std::shared_ptr<const WorldModel>> LoadBall(Scene scene, const MeasuredContact& contact,
+                                                   double voxel) {
+  scene.contact = contact.model;
+  scene.by_field = contact.by_field;
   scene.voxel_size = voxel;
-  scene.force_layer =
-      model == ContactModel::kRefined ? DefaultForceLayer(model) : 0;  // the paper's
+  scene.force_layer = contact.model == ContactModel::kRefined ? DefaultForceLayer(contact.model)
+                                                              : 0;  // the paper's
   return LoadWorld(scene);
 }
 
 }  // namespace
 
-Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path& scene_file) {
+Result<BallFigures> MeasureBall(const MeasuredContact& contact,
+                                const std::filesystem::path& scene_file) {
   const Result<Scene> scene = LoadScene(scene_file);
   if (!scene) return scene.error();
-  const auto loaded = LoadBall(*scene, model, 0.00035);
+  const auto loaded = LoadBall(*scene, contact, 0.00035);
   if (!loaded) return loaded.error();
   const WorldModel& joint = **loaded;
   const auto ball = static_cast<std::size_t>(
@@ -82,7 +85,7 @@ Result<BallFigures> MeasureBall(ContactModel model, const std::filesystem::path&
   figures.turn_1khz_s = kFrame * (frames + static_cast<double>(times.stats.missed()));
   figures.contacts_mean = contacts / frames;
 
-  const auto fine = LoadBall(*scene, model, 0.00015);
+  const auto fine = LoadBall(*scene, contact, 0.00015);
   if (!fine) return fine.error();
   figures.points_015 = (*fine)->bodies[ball].points.size();
   return figures;

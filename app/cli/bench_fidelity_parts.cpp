@@ -15,13 +15,14 @@ namespace {
 constexpr double kCapacity = 1e9;  // fidelity is asked for here, not speed
 
 /// A part of models/factory before another that is fixed, in metres.
-Scene Factory(ContactModel model, const std::filesystem::path& models, double voxel,
+Scene Factory(const MeasuredContact& contact, const std::filesystem::path& models, double voxel,
               const std::string& fixed, const std::string& moving, const Vec3& at, double mass) {
   Scene scene;
   scene.file = models;
   scene.voxel_size = voxel;
-  scene.contact = model;
-  scene.force_layer = DefaultForceLayer(model);
+  scene.contact = contact.model;
+  scene.by_field = contact.by_field;
+  scene.force_layer = DefaultForceLayer(contact.model);
   scene.bodies.resize(2);
   scene.bodies[0].name = fixed;
   scene.bodies[0].mesh = models / "factory" / (fixed + ".obj");
@@ -171,12 +172,12 @@ TimedFrame TimedStep(World& world, const StepInputs& inputs, TimesOfFrames& time
   return {report, cpu_ns};
 }
 
-Result<NutFigures> MeasureNut(ContactModel model, const std::filesystem::path& models,
+Result<NutFigures> MeasureNut(const MeasuredContact& contact, const std::filesystem::path& models,
                               double voxel) {
   constexpr double kPitch = 0.002;  // m
   constexpr int kTurnFrames = 4000;
   const auto loaded =
-      LoadWorld(Factory(model, models, voxel, "factory_bolt_m16_loose",
+      LoadWorld(Factory(contact, models, voxel, "factory_bolt_m16_loose",
                         "factory_nut_m16_loose_subdiv_3x", Vec3(0, 0, 0.006), 0.03));
   if (!loaded) return loaded.error();
   NutFigures figures;
@@ -220,7 +221,7 @@ Result<NutFigures> MeasureNut(ContactModel model, const std::filesystem::path& m
   return figures;
 }
 
-Result<PegFigures> MeasurePegs(ContactModel model, const std::filesystem::path& models,
+Result<PegFigures> MeasurePegs(const MeasuredContact& contact, const std::filesystem::path& models,
                                double voxel, int seeds) {
   constexpr std::array<Peg, 3> kPegs{
       {{"factory_round_hole_16mm_subdiv_3x", "factory_round_peg_16mm_loose", 0.08},
@@ -233,7 +234,7 @@ Result<PegFigures> MeasurePegs(ContactModel model, const std::filesystem::path& 
   int inserted = 0;
   TimesOfFrames times;
   for (std::size_t p = 0; p < kPegs.size(); ++p) {
-    const auto loaded = LoadWorld(Factory(model, models, voxel, kPegs[p].hole, kPegs[p].peg,
+    const auto loaded = LoadWorld(Factory(contact, models, voxel, kPegs[p].hole, kPegs[p].peg,
                                           Vec3(0, 0, kStart), kPegs[p].mass));
     if (!loaded) return loaded.error();
     for (int seed = static_cast<int>(p); seed < seeds; seed += static_cast<int>(kPegs.size())) {

@@ -39,18 +39,31 @@ TriangleMesh MeshOf(Approaching body) {
   return {};
 }
 
+BodySurface SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB) {
+  Scene scene;
+  scene.voxel_size = kVoxel;
+  Result<BodySurface> made = MakeSurface(scene, mesh_W, X_WB);
+  TANDEM_CHECK(made.has_value());
+  return std::move(*made);
+}
+
 /// A plate whose upper face is a tilted plane, as a voxmap body.
 struct TiltedPlate {
-  TiltedPlate(ContactModel model, std::mt19937_64& random) : q(RandomRotation(random)) {
+  TiltedPlate(const MeasuredContact& contact, std::mt19937_64& random) : q(RandomRotation(random)) {
     normal = q * Vec3::UnitZ();
     for (int i = 0; i < 3; ++i) place[i] = Uniform(random, 0, kVoxel);
     const TriangleMesh mesh_W =
         Transformed(Box(kVoxel * Vec3(-90, -90, -14), kVoxel * Vec3(90, 90, 0)), {q, place});
-    const double flatness = FlatnessVoxels(model);
+    if (contact.by_field) {
+      surface = SurfaceOf(mesh_W, Pose{});
+      surface.radius = 0;
+      return;
+    }
+    const double flatness = FlatnessVoxels(contact.model);
     Result<Voxmap> made = Voxelize(mesh_W, {.voxel_size = kVoxel, .flatness_voxels = flatness});
     TANDEM_CHECK(made.has_value());
     voxmap = std::move(*made);
-    if (model == ContactModel::kRefined) details = SurfaceDetails(mesh_W, flatness, voxmap);
+    if (contact.model == ContactModel::kRefined) details = SurfaceDetails(mesh_W, flatness, voxmap);
   }
 
   Quat q;
@@ -58,26 +71,35 @@ struct TiltedPlate {
   Vec3 place;  // on the face, m
   Voxmap voxmap;
   SurfaceDetails details;
+  BodySurface surface;  // in place of both, by_field
 };
 
 /// A body over a plate, its points made at a random attitude to the grid.
 struct Pressing {
-  Pressing(ContactModel model, Approaching body, const TiltedPlate& on, std::mt19937_64& random)
+  Pressing(const MeasuredContact& contact, Approaching body, const TiltedPlate& on,
+           std::mt19937_64& random)
       : plate(on), mesh_B(MeshOf(body)) {
     const Pose X_WB{RandomRotation(random), Vec3::Zero()};
+    const ContactGains gains{1.0 / kVoxel, 0};
+    if (contact.by_field) {
+      surface = SurfaceOf(Transformed(mesh_B, X_WB), X_WB);
+      pair = std::make_unique<FieldPair>(surface, plate.surface, FieldPair::Options{}, gains);
+      return;
+    }
     Result<Pointshell> made =
         MakePointshell(Transformed(mesh_B, X_WB), X_WB,
                        {.spacing = kVoxel,
-                        .place = model == ContactModel::kRefined ? PointPlace::kOnFeature
-                                                                 : PointPlace::kVoxelCentre,
-                        .flatness_voxels = FlatnessVoxels(model)});
+                        .place = contact.model == ContactModel::kRefined ? PointPlace::kOnFeature
+                                                                         : PointPlace::kVoxelCentre,
+                        .flatness_voxels = FlatnessVoxels(contact.model)});
     TANDEM_CHECK(made.has_value());
     shell = std::move(*made);
-    pair.emplace(shell, plate.voxmap, Pose{Quat::Identity(), plate.voxmap.p_WVo()}, 0.0,
-                 PairOptions{.force_layer = DefaultForceLayer(model),
-                             .details = plate.details.empty() ? nullptr : &plate.details,
-                             .schedule = {}},
-                 ContactGains{1.0 / kVoxel, 0});
+    pair = std::make_unique<ContactPair>(
+        shell, plate.voxmap, Pose{Quat::Identity(), plate.voxmap.p_WVo()}, 0.0,
+        PairOptions{.force_layer = DefaultForceLayer(contact.model),
+                    .details = plate.details.empty() ? nullptr : &plate.details,
+                    .schedule = {}},
+        gains);
   }
 
   /// The lowest vertex above the face, m, of the body at that attitude with its origin on it.
@@ -107,7 +129,8 @@ struct Pressing {
   const TiltedPlate& plate;
   TriangleMesh mesh_B;
   Pointshell shell;
-  std::optional<ContactPair> pair;
+  BodySurface surface;  // in its place, by_field
+  std::unique_ptr<BodyPair> pair;
 };
 
 /// An attitude in which the body rests on the plate: the box on a face, the cylinder on an end.
@@ -118,14 +141,15 @@ Quat RestingAttitude(const TiltedPlate& plate, Approaching body, std::mt19937_64
 
 }  // namespace
 
-Spread MeasureFirstForce(ContactModel model, Approaching body, int tilts, int approaches) {
+Spread MeasureFirstForce(const MeasuredContact& contact, Approaching body, int tilts,
+                         int approaches) {
   constexpr double kStep = 0.02;  // voxels
   std::mt19937_64 random(11 + static_cast<std::uint64_t>(body));
   Spread gaps{std::numeric_limits<double>::max(), 0, -std::numeric_limits<double>::max()};
   int done = 0;
   for (int tilt = 0; tilt < tilts; ++tilt) {
-    const TiltedPlate plate(model, random);
-    Pressing pressing(model, body, plate, random);
+    const TiltedPlate plate(contact, random);
+    Pressing pressing(contact, body, plate, random);
     for (; done < approaches * (tilt + 1) / tilts; ++done) {
       const Quat q_WB = RandomRotation(random);
       const Vec3 side(Uniform(random, -40, 40), Uniform(random, -40, 40), 0);
@@ -143,7 +167,7 @@ Spread MeasureFirstForce(ContactModel model, Approaching body, int tilts, int ap
   return gaps;
 }
 
-PressedFigures MeasurePressed(ContactModel model, int tilts) {
+PressedFigures MeasurePressed(const MeasuredContact& contact, int tilts) {
   constexpr int kSamples = 1000;      // of a slide
   constexpr double kSlide = 100;      // voxels
   constexpr double kMeanDepth = 0.5;  // voxels
@@ -151,9 +175,9 @@ PressedFigures MeasurePressed(ContactModel model, int tilts) {
   PressedFigures figures;
   double ripple_squares = 0;
   for (int tilt = 0; tilt < tilts; ++tilt) {
-    const TiltedPlate plate(model, random);
+    const TiltedPlate plate(contact, random);
     const auto body = static_cast<Approaching>(tilt % 3);
-    Pressing pressing(model, body, plate, random);
+    Pressing pressing(contact, body, plate, random);
     const Quat q_WB = RestingAttitude(plate, body, random);
     const double heading = Uniform(random, 0, 2 * std::numbers::pi);
     const Vec3 way = plate.q * Vec3(std::cos(heading), std::sin(heading), 0);

@@ -108,8 +108,8 @@ nlohmann::ordered_json BackToBack(const std::shared_ptr<const WorldModel>& model
 
 /// A place within the fixture's box with nothing near, for the body's centre of mass.
 std::optional<Pose> FreePlace(const World& world) {
-  AllPoints all(world.pair(0));
-  const Voxmap& voxmap = world.pair(0).voxmap();
+  AllPoints all(world.point_pair(0));
+  const Voxmap& voxmap = world.point_pair(0).voxmap();
   const Vec3 margin = Vec3::Constant(kHyperchunkSide * voxmap.voxel_size());
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> share(0, 1);
@@ -166,7 +166,7 @@ int RunFrame(const FrameArguments& arguments) {
   FrameFigures figures;
   RunFrames(world, std::ref(hand), working.X_BD, capacity, budget_s, arguments.frames,
             arguments.check_every, helpers, figures);
-  const TestPrices prices = MeasureTestPrices(world.pair(0));
+  const TestPrices prices = MeasureTestPrices(world.point_pair(0));
   const nlohmann::ordered_json back_to_back =
       BackToBack(model, schedule, working, capacity, arguments);
 

@@ -66,7 +66,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
   StepInputs inputs = InputsOf(world, X_BD, capacity);
   std::optional<CapacityFollower> follower;
   if (budget_s > 0) follower.emplace(capacity.tests, capacity.look_price, budget_s);
-  AllPoints all(world.pair(0));
+  AllPoints all(world.point_pair(0));
   EmptyWork noise;
   LoopClock& clock = MachineClock();
   StepReport report;

@@ -21,7 +21,7 @@ void AddContacts(const World& world, int held, SimulationFacts& facts) noexcept 
   for (std::size_t number = 0; number < world.pair_count(); ++number) {
     const bool is_shell = world.shell_of(number) == held;
     if (!is_shell && world.voxmap_of(number) != held) continue;
-    const ContactPair& pair = world.pair(number);
+    const BodyPair& pair = world.pair(number);
     const int map = world.voxmap_of(number);
     const Pose X_WV =
         map < 0 ? Pose{Quat::Identity(), model.fixture.p_WVo()} : PoseOfMap(world, map);
@@ -43,7 +43,7 @@ void AddContacts(const World& world, int held, SimulationFacts& facts) noexcept 
       *place = {.p_W = X_WV * contact.p_V,
                 .n_W = is_shell ? n_W : Vec3(-n_W),
                 .depth = contact.depth,
-                .force = ContactForce(stiffness, contact.depth, pair.voxmap().voxel_size())};
+                .force = ContactForce(stiffness, contact.depth, pair.voxel_size())};
     }
   }
 }

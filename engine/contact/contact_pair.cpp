@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "engine/base/check.h"
-#include "engine/contact/friction.h"
+#include "engine/contact/contact_forces.h"
 #include "engine/contact/refined_contacts.h"
 
 namespace tandem {
@@ -25,46 +25,11 @@ constexpr double kAskShare = 0.04;
 constexpr double kPlainShare = 0.08;
 constexpr double kPushShare = 0.1;
 
-/// Vectors and matrices about a point, turned from V to W.
-Load Turned(const Load& load_V, const Mat3& R_WV) {
-  Mat6 R = Mat6::Zero();
-  R.topLeftCorner<3, 3>() = R_WV;
-  R.bottomRightCorner<3, 3>() = R_WV;
-  return {R * load_V.force, R * load_V.stiffness * R.transpose(),
-          R * load_V.damping * R.transpose()};
-}
-
 /// Asks for the lines that a candidate's place and normal lie in.
 void Fetch(const PointBlocks& blocks, const Candidate& candidate) {
   const PointBlocks::Lanes& p = blocks.positions()[candidate.block];
   const PointBlocks::Lanes& n = blocks.normals()[candidate.block];
   for (const auto* line : {&p.x, &p.y, &p.z, &n.x, &n.y, &n.z}) __builtin_prefetch(line);
-}
-
-/// m += k v v^T, of a symmetric matrix of which only the lower triangle is kept.
-void AddLower(const Vec6& v, double k, Mat6& m) {
-  for (Eigen::Index column = 0; column < 6; ++column) {
-    const double kv = k * v[column];
-    for (Eigen::Index row = column; row < 6; ++row) m(row, column) += kv * v[row];
-  }
-}
-
-void MirrorLower(Mat6& m) {
-  m.triangularView<Eigen::StrictlyUpper>() = m.transpose();
-}
-
-/// Brings forces, moments first, from about a point to about another, from which it lies at `r`.
-Mat6 AboutAnotherPoint(const Vec3& r) {
-  Mat6 T = Mat6::Identity();
-  T.topRightCorner<3, 3>() << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
-  return T;
-}
-
-CrossLoad Turned(const CrossLoad& cross_V, const Mat3& R_WV) {
-  Mat6 R = Mat6::Zero();
-  R.topLeftCorner<3, 3>() = R_WV;
-  R.bottomRightCorner<3, 3>() = R_WV;
-  return {R * cross_V.stiffness * R.transpose(), R * cross_V.damping * R.transpose()};
 }
 
 }  // namespace
@@ -83,9 +48,9 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       shared_from_(options.schedule.shared_from / kBlocks),
       blocks_(std::make_unique<const PointBlocks>(shell)),
       schedule_(MakeSchedule(*blocks_, voxmap, options.force_layer, options.schedule)),
-      clearance_{static_cast<double>(options.force_layer), 0.0},
       candidates_(std::min(shell.size(), kMostCandidates)),
       look_counts_(helpers_ != nullptr ? static_cast<std::size_t>(helpers_->threads()) : 1) {
+  clearance_ = {static_cast<double>(options.force_layer), 0.0};
   if (options.details != nullptr) {
     TANDEM_CHECK(options.force_layer >= LeastForceLayer(ContactModel::kRefined));
     const double least_radius = map_radius > 0 ? std::min(shell.radius, map_radius) : shell.radius;
@@ -102,28 +67,8 @@ ContactPair::ContactPair(ContactPair&&) noexcept = default;
 ContactPair& ContactPair::operator=(ContactPair&&) noexcept = default;
 ContactPair::~ContactPair() = default;
 
-double ContactPair::TravelSince(const Pose& shell_WB, const Pose& map_WB) noexcept {
-  double travel = std::numeric_limits<double>::infinity();
-  if (placed_) {
-    const auto of = [](const Pose& from, const Pose& to, double radius) {
-      return TravelOf(to.p - from.p, RotationVector(to.q * from.q.conjugate()).norm(), radius);
-    };
-    const double shell_radius = shell_->radius + std::abs(schedule_->displacement());
-    travel = of(shell_WB_, shell_WB, shell_radius) + of(map_WB_, map_WB, map_radius_);
-    // bodies that move together come no nearer: as seen from V the shell's points go no farther
-    const auto seen = [this](const Pose& shell, const Pose& map) {
-      return (map * X_BV_).Inverse() * shell;
-    };
-    travel = std::min(travel, of(seen(shell_WB_, map_WB_), seen(shell_WB, map_WB), shell_radius));
-  }
-  placed_ = true;
-  shell_WB_ = shell_WB;
-  map_WB_ = map_WB;
-  return travel;
-}
-
 void ContactPair::CountTurns(const Quat& q_VS) noexcept {
-  if (placed_) turned_ += RotationVector(q_VS * q_VS_.conjugate()).norm();
+  if (q_VS_) turned_ += RotationVector(q_VS * q_VS_->conjugate()).norm();
   q_VS_ = q_VS;
 }
 
@@ -190,58 +135,12 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
                             const BodyMotion& map_body, const Pose& X_WV, PairReport& report,
                             Load& on_shell, Load& on_map) noexcept {
   if (contact_count_ == 0) return;
-  const Quat q_VW = X_WV.q.conjugate();
-  const Vec3 p_VS = X_VS.p;                            // shell body's centre of mass
-  const Vec3 p_VM = X_WV.Inverse() * map_body.X_WB.p;  // voxmap body's
-  const Vec3 w_shell = q_VW * shell_body.V_WB.w;
-  const Vec3 v_shell = q_VW * shell_body.V_WB.v;
-  const Vec3 w_map = q_VW * map_body.V_WB.w;
-  const Vec3 v_map = q_VW * map_body.V_WB.v;
-  Load shell_V;
-  for (std::size_t i = 0; i < contact_count_; ++i) {
-    const Vec3& p = contacts_[i].p_V;
-    const Vec3& n = contacts_[i].nhat_V;
-    const double depth = contacts_[i].depth;
-    ++report.loaded_points;
-    const Vec3 r_shell = p - p_VS;
-    const Vec3 slip = v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(p - p_VM);
-    const double approach = -n.dot(slip);
-    // contact pushes and never pulls, however fast the point leaves
-    const double stiffness = ContactStiffness(gains_.stiffness, depth, voxmap_->voxel_size());
-    const double pressed = ContactForce(gains_.stiffness, depth, voxmap_->voxel_size());
-    // refined contacts begin exactly, so their damping can grow with depth: a touch does not jerk
-    const double share = refined_ != nullptr
-                             ? std::min(1.0, depth / (kFullDampingDepth * voxmap_->voxel_size()))
-                             : 1.0;
-    const double force = std::max(0.0, pressed + share * gains_.damping * approach);
-    const double damping = force > 0 ? share * gains_.damping : 0.0;
-    Vec6 along;  // the generalized direction of a unit force on the point
-    along << r_shell.cross(n), n;
-    shell_V.force += force * along;
-    AddLower(along, stiffness, shell_V.stiffness);
-    AddLower(along, damping, shell_V.damping);
-    if (gains_.friction == 0) continue;
-    // damping that stops an approach is no pressure yet: a graze would stick
-    const double normal_force = std::min(pressed, force);
-    const Vec3 sliding = slip + approach * n;
-    const double drag = FrictionDamping(gains_.friction, normal_force, sliding.norm());
-    const Eigen::Matrix<double, 6, 3> across = AlongTangent(r_shell, n);
-    shell_V.force -= drag * across * sliding;
-    shell_V.damping.triangularView<Eigen::Lower>() += drag * across * across.transpose();
-  }
-  if (report.loaded_points == 0) return;
-  MirrorLower(shell_V.stiffness);
-  MirrorLower(shell_V.damping);
-  // the same forces on the map's body, about its own centre of mass
-  const Mat6 T = AboutAnotherPoint(p_VS - p_VM);
-  const Load map_V{-T * shell_V.force, T * shell_V.stiffness * T.transpose(),
-                   T * shell_V.damping * T.transpose()};
-  const Mat3 R_WV = X_WV.q.toRotationMatrix();
-  on_shell += Turned(shell_V, R_WV);
-  on_map += Turned(map_V, R_WV);
-  if (!both_move_) return;
-  cross_ =
-      Turned(CrossLoad{shell_V.stiffness * T.transpose(), shell_V.damping * T.transpose()}, R_WV);
+  report.loaded_points = static_cast<int>(contact_count_);
+  const ForceRule rule{gains_, voxmap_->voxel_size(),
+                       refined_ != nullptr ? kFullDampingDepth : 0.0};
+  const CrossLoad cross =
+      AddContactForces(contacts(), {X_VS, X_WV, shell_body, map_body}, rule, on_shell, on_map);
+  if (both_move_) cross_ = cross;
 }
 
 PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
@@ -250,7 +149,9 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   const Pose X_WV = map_body.X_WB * X_BV_;
   const Pose X_VS = X_WV.Inverse() * shell_body.X_WB;
   CountTurns(X_VS.q);
-  const double travel = TravelSince(shell_body.X_WB, map_body.X_WB);
+  const double travel =
+      travel_.Since(shell_body.X_WB, shell_->radius + std::abs(schedule_->displacement()),
+                    map_body.X_WB, map_radius_, X_BV_);
   waiting_ += travel;
   // what was far enough is nearer by no more than the travel
   const double enough = kEnoughVoxels * voxmap_->voxel_size();
@@ -319,6 +220,11 @@ void ContactPair::CountLooks(PairReport& report) noexcept {
                      ask * static_cast<double>(candidate_count_) + kSiftShare * sum.sifted +
                      sum.looks;
   looks_ = report.look_work - sum.regions;
+}
+
+ClearanceBounds ContactPair::clearance_bounds() const noexcept {
+  const ContactModel model = refined_ != nullptr ? ContactModel::kRefined : ContactModel::kPlain;
+  return ClearanceBounds::Of(model, voxmap_->range(), voxmap_->voxel_size());
 }
 
 TestLoad ContactPair::load() const noexcept {

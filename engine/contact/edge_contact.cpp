@@ -272,14 +272,17 @@ const EdgeArc& ArcOf(const SurfaceDetail& detail) noexcept {
   return kArcs[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
 }
 
-EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q, bool ends,
-                 const EdgeArc& other_arc, ClearRegionMaker* clear, double way) noexcept {
+namespace {
+
+EdgeMeeting MeetOne(const ShellEdge& edge, const OtherEdge& other, double reach,
+                    ClearRegionMaker* clear, double way) noexcept {
   if (clear != nullptr && way >= clear->reach()) clear = nullptr;
-  const bool two_sided = detail.half_length == SurfaceDetail::kTwoSided;
-  const Vec3 other_t = UnpackDirection(detail.tangent);
-  const Vec3 n = FacingNormal(detail, edge.nhat);
-  // of a thin sheet's edge only that it passes through the voxel is known
-  const double other_end = two_sided ? 0.5 : detail.half_length / 128.0;
+  const Vec3& q = other.q;
+  const Vec3& other_t = other.tangent;
+  const Vec3& n = other.nhat;
+  const EdgeArc& other_arc = other.arc;
+  const bool ends = other.ends;
+  const double other_end = other.half;
   const Vec3 away = edge.p - q;
   const double cosine = edge.tangent.dot(other_t);
   const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
@@ -321,11 +324,28 @@ EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3&
   }
   if (!edge.ends || met.u > 0) share *= ShareOfPiece(edge.half - std::abs(met.u));
   if (!ends || met.v > 0) share *= ShareOfPiece(other_end - std::abs(met.v));
-  meeting.depth = std::max(0.0, (kRefinedClearance - met.gap) * share);
+  meeting.depth = std::max(0.0, (reach - met.gap) * share);
   meeting.normal = met.normal;
   meeting.place =
       parallel ? edge.p : Vec3(0.5 * (edge.p + met.u * edge.tangent + q + met.v * other_t));
   return meeting;
+}
+
+}  // namespace
+
+EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) noexcept {
+  return MeetOne(edge, other, reach, nullptr, 0);
+}
+
+EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q, bool ends,
+                 const EdgeArc& other_arc, ClearRegionMaker* clear, double way) noexcept {
+  const bool two_sided = detail.half_length == SurfaceDetail::kTwoSided;
+  // of a thin sheet's edge only that it passes through the voxel is known
+  const double half = two_sided ? 0.5 : detail.half_length / 128.0;
+  return MeetOne(
+      edge,
+      {q, UnpackDirection(detail.tangent), FacingNormal(detail, edge.nhat), half, other_arc, ends},
+      kRefinedClearance, clear, way);
 }
 
 }  // namespace tandem

@@ -64,6 +64,19 @@ struct EdgeMeeting {
   Vec3 place = Vec3::Zero();  // voxels of V
 };
 
+/// A piece of the other body's edge, voxels.
+struct OtherEdge {
+  Vec3 q;
+  Vec3 tangent;
+  Vec3 nhat;  // outward, on the side that the shell's edge faces
+  double half;
+  EdgeArc arc;
+  bool ends = false;
+};
+
+/// How they push each other from `reach` on.
+EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) noexcept;
+
 /// `detail` is a piece of the map's edge at `q`, in voxels of V, `ends` as of ShellEdge; `arc` is
 /// its arc. Towards a vertex that an edge ends at, its push fades out. `clear`, if any, is told
 /// when they can push; not before the point has gone by `way`.

@@ -30,13 +30,6 @@ double OnSquare(const std::array<double, 4>& values, double along, double across
                  across);
 }
 
-/// Interpolates between eight values on a cube, x fastest.
-double InCube(const std::array<double, 8>& values, const Vec3& from) {
-  return Between(OnSquare({values[0], values[1], values[2], values[3]}, from.x(), from.y()),
-                 OnSquare({values[4], values[5], values[6], values[7]}, from.x(), from.y()),
-                 from.z());
-}
-
 std::int32_t Axis(const GridIndex& index, std::size_t axis) {
   return axis == 0 ? index.x : (axis == 1 ? index.y : index.z);
 }
@@ -47,6 +40,23 @@ GridIndex Shifted(GridIndex index, std::size_t axis, std::int32_t by) {
 }
 
 }  // namespace
+
+/// Interpolates between eight values on a cube, x fastest.
+double DistanceField::InCube(const std::array<double, 8>& values, const Vec3& from) {
+  return Between(OnSquare({values[0], values[1], values[2], values[3]}, from.x(), from.y()),
+                 OnSquare({values[4], values[5], values[6], values[7]}, from.x(), from.y()),
+                 from.z());
+}
+
+double DistanceField::Interpolated(const FieldBrick& brick, const Cell& cell) const {
+  const std::uint8_t* steps = &steps_[brick.steps];
+  std::array<double, 8> nodes;
+  for (std::size_t i = 0; i < 8; ++i) {
+    nodes[i] = NodeValue(brick, steps, InBrick(cell.cell.x) + (i & 1),
+                         InBrick(cell.cell.y) + (i >> 1 & 1), InBrick(cell.cell.z) + (i >> 2));
+  }
+  return InCube(nodes, cell.from);
+}
 
 DistanceField::Cell DistanceField::CellOf(const Vec3& place_L) {
   const Vec3 floor(std::floor(place_L.x()), std::floor(place_L.y()), std::floor(place_L.z()));
@@ -100,13 +110,7 @@ FieldGradient DistanceField::Look(const Vec3& place_V, bool with_gradient) const
   const std::int32_t entry = EntryOf(cell.cell);
   if (entry < 0) return {.reading = OfBound(entry)};
   const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
-  const std::uint8_t* steps = &steps_[brick.steps];
-  std::array<double, 8> nodes;
-  for (std::size_t i = 0; i < 8; ++i) {
-    nodes[i] = NodeValue(brick, steps, InBrick(cell.cell.x) + (i & 1),
-                         InBrick(cell.cell.y) + (i >> 1 & 1), InBrick(cell.cell.z) + (i >> 2));
-  }
-  FieldGradient look{.reading = {.value = InCube(nodes, cell.from), .near = true}};
+  FieldGradient look{.reading = {.value = Interpolated(brick, cell), .near = true}};
   const std::optional<List> list = ListOf(brick, cell.cell);
   if (!list && std::abs(look.reading.value) > kMostNear) {
     look.reading = {.value = std::copysign(kMostNear - outer_error_bound_, look.reading.value),

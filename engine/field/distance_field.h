@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/base/spatial.h"
@@ -30,6 +31,25 @@ struct PlaceSpans {
   const float* y;
   const float* z;
 };
+
+/// Places that are looked up together, in another frame F from a middle of theirs, voxels.
+inline constexpr std::size_t kBlockPlaces = 16;
+struct PlacedBlock {
+  PlaceSpans places_F;
+  GridIndex base;                    // a whole place of V, at most 2,048 voxels from them
+  std::array<float, 3> from_base{};  // of their middle, in V
+};
+
+/// One way in which a point near a surface is pushed off it.
+struct FieldPush {
+  double distance = 0;         // voxels, negative in the solid
+  Vec3 away_V = Vec3::Zero();  // unit
+  double share = 0;            // 0 to 1: how much of the push counts
+  bool sheet = false;          // off an open sheet, which pushes to either side
+};
+
+/// What DistanceField's kernels read.
+struct FieldView;
 
 /// A body's signed Euclidean distance in voxels, in a narrow band round its surface; read-only once
 /// built. Frame V: axes of W at the time it was built, origin at the lowest corner of the box, a
@@ -73,7 +93,21 @@ class DistanceField {
   /// The values of many places: single precision, with no share of faces. Places are counted from
   /// `base`, at most 2,048 voxels. `count` is a multiple of 16. The same bits on every processor.
   void Values(const GridIndex& base, const PlaceSpans& places, std::size_t count, float* values,
-              std::int32_t* kinds) const;
+              std::int32_t* kinds) const noexcept;
+  /// The same of blocks of kBlockPlaces; R_VF by rows.
+  void BlockValues(const std::array<float, 9>& R_VF, std::span<const PlacedBlock> blocks,
+                   float* values, std::int32_t* kinds) const noexcept;
+
+  /// Of a place that Values() calls kListed, and what it read there: the distance, if it is below
+  /// `reach`, otherwise a bound that is not below `reach` and that no surface is nearer than.
+  double Distance(const Vec3& place_V, double value, double reach) const noexcept;
+  /// How a point at a place is pushed off surfaces nearer than `reach`, at most `band`: one push,
+  /// or one for each of the faces of a notch. Gives how many. Continuous as the place moves.
+  static constexpr std::size_t kMostPushes = 4;
+  std::size_t Pushes(const Vec3& place_V, double reach,
+                     std::array<FieldPush, kMostPushes>& pushes) const noexcept;
+  /// The greatest error of what is kListed, as Values() tells it, voxels.
+  double list_error_bound() const noexcept { return list_error_bound_; }
 
   struct Sizes {
     std::size_t bricks = 0;
@@ -125,14 +159,21 @@ class DistanceField {
   /// The value at the node next to a brick's border, on the far side; nothing if no brick has it.
   std::optional<double> NodeBeyond(const GridIndex& node, const GridIndex& cell) const;
   std::optional<List> ListOf(const FieldBrick& brick, const GridIndex& cell) const;
+  struct FacesNear;
+  /// Of a list: the nearest, and all that are nearer than `reach`.
+  FacesNear FacesWithin(const List& list, const Vec3& place_L, double reach) const;
+  static double InCube(const std::array<double, 8>& values, const Vec3& from);
+  double Interpolated(const FieldBrick& brick, const Cell& cell) const;
   FieldGradient OfList(const List& list, const Vec3& place_L) const;
   FieldGradient Look(const Vec3& place_V, bool with_gradient) const;
+  FieldView View() const noexcept;
   Vec3 GradientAt(const FieldBrick& brick, const Cell& cell, const Vec3& place_L) const;
 
   double voxel_size_ = 0;
   double band_ = 0;
   double error_bound_ = 0;
   double outer_error_bound_ = 0;
+  double list_error_bound_ = 0;
   GridIndex origin_;                         // voxels from W's origin
   GridIndex size_;                           // hyperbricks
   Bounds faces_L_;                           // the box of all faces
@@ -146,7 +187,6 @@ class DistanceField {
   std::vector<Face> faces_;
 };
 
-/// What the kernel of DistanceField::Values() reads.
 struct FieldView {
   static constexpr std::int32_t kNear = DistanceField::kNear;
   static constexpr std::int32_t kListed = DistanceField::kListed;

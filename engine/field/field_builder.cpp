@@ -136,6 +136,7 @@ class FieldBuilder {
     std::int32_t bound = 0;
     double within_band = 0;
     double beyond = 0;
+    float of_lists = 0;
   };
 
   GridIndex HyperbrickAt(std::size_t number) const {
@@ -355,6 +356,7 @@ class FieldBuilder {
         brick.lists.shares.push_back(shares);
         const double steps = std::ceil(brick.errors[cell] / DistanceField::kListErrorStep);
         brick.lists.errors.push_back(static_cast<std::uint8_t>(std::min(255.0, steps)));
+        hyperbrick.of_lists = std::max(hyperbrick.of_lists, brick.errors[cell]);
         brick.lists.faces.push_back(std::move(list));
       }
     }
@@ -366,6 +368,7 @@ class FieldBuilder {
     for (Hyperbrick& hyperbrick : hyperbricks_) {
       field_.error_bound_ = std::max(field_.error_bound_, hyperbrick.within_band);
       field_.outer_error_bound_ = std::max(field_.outer_error_bound_, hyperbrick.beyond);
+      field_.list_error_bound_ = std::max<double>(field_.list_error_bound_, hyperbrick.of_lists);
       if (hyperbrick.entries.empty()) {
         field_.hyperbricks_.push_back(hyperbrick.bound);
         continue;

@@ -115,102 +115,136 @@ HWY_INLINE hn::Mask<I> Listed(const FieldView& field, const Brick& brick, const 
   return hn::And(has_lists, hn::Ne(one, hn::Zero(i)));
 }
 
+struct Reading {
+  Floats value;
+  Ints kind;
+};
+
+/// `place_V` from `base`.
+HWY_INLINE Reading Read(const FieldView& field, const GridIndex& base, const Axes& place_V) {
+  const F f;
+  const I i;
+  const Ints below_zero = hn::Set(i, -1);
+  // from V to L
+  const Floats half = hn::Set(f, 0.5F);
+  const Axes place{hn::Sub(place_V.x, half), hn::Sub(place_V.y, half), hn::Sub(place_V.z, half)};
+  const Axes floor{hn::Floor(place.x), hn::Floor(place.y), hn::Floor(place.z)};
+  const Axes from{hn::Sub(place.x, floor.x), hn::Sub(place.y, floor.y), hn::Sub(place.z, floor.z)};
+  IntAxes cell{hn::Add(hn::ConvertTo(i, floor.x), hn::Set(i, base.x)),
+               hn::Add(hn::ConvertTo(i, floor.y), hn::Set(i, base.y)),
+               hn::Add(hn::ConvertTo(i, floor.z), hn::Set(i, base.z))};
+  const auto holds = [&](Ints at, std::int32_t size) {
+    return hn::And(hn::Gt(at, below_zero), hn::Lt(at, hn::Set(i, size)));
+  };
+  const auto inside = hn::And(holds(cell.x, field.cells.x),
+                              hn::And(holds(cell.y, field.cells.y), holds(cell.z, field.cells.z)));
+  cell = {hn::IfThenElseZero(inside, cell.x), hn::IfThenElseZero(inside, cell.y),
+          hn::IfThenElseZero(inside, cell.z)};
+  const Ints hyperbrick = hn::Add(
+      hn::ShiftRight<5>(cell.x),
+      hn::Mul(hn::Set(i, field.hyperbricks_x),
+              hn::Add(hn::ShiftRight<5>(cell.y),
+                      hn::Mul(hn::Set(i, field.hyperbricks_y), hn::ShiftRight<5>(cell.z)))));
+  Ints entry = hn::GatherIndex(i, field.hyperbricks, hyperbrick);
+  const auto has_table = hn::Gt(entry, below_zero);
+  const Ints seven = hn::Set(i, 7);
+  const Ints in_table =
+      hn::Add(hn::And(hn::ShiftRight<2>(cell.x), seven),
+              hn::Add(hn::ShiftLeft<3>(hn::And(hn::ShiftRight<2>(cell.y), seven)),
+                      hn::ShiftLeft<6>(hn::And(hn::ShiftRight<2>(cell.z), seven))));
+  if (!hn::AllFalse(i, has_table)) {
+    const Ints table = hn::IfThenElseZero(has_table, entry);
+    const Ints at = hn::ShiftLeft<1>(hn::Add(hn::ShiftLeft<9>(table), in_table));
+    // four bytes, of which two are the entry
+    const Ints told =
+        SignedLow<16>(hn::GatherOffset(i, reinterpret_cast<const std::int32_t*>(field.tables), at));
+    const Ints number = hn::Add(told, hn::GatherIndex(i, field.first_bricks, table));
+    entry =
+        hn::IfThenElse(has_table, hn::IfThenElse(hn::Gt(told, below_zero), number, told), entry);
+  }
+  Floats value = OfBounds(entry);
+  auto near = hn::And(inside, hn::Gt(entry, below_zero));
+  auto listed = hn::And(near, hn::Not(near));
+  if (!hn::AllFalse(i, near)) {
+    const Brick brick = BrickOf(field, hn::IfThenElseZero(near, entry));
+    const Ints three = hn::Set(i, 3);
+    const IntAxes in_brick{hn::And(cell.x, three), hn::And(cell.y, three), hn::And(cell.z, three)};
+    const Ints node = hn::Add(in_brick.x, hn::Add(hn::Mul(in_brick.y, hn::Set(i, 5)),
+                                                  hn::Mul(in_brick.z, hn::Set(i, 25))));
+    const auto step_at = [&](int beyond) {
+      return StepBetween(field, brick, hn::Add(node, hn::Set(i, beyond)), from.x);
+    };
+    const Floats low = Between(step_at(0), step_at(5), from.y);
+    const Floats high = Between(step_at(25), step_at(30), from.y);
+    const auto large =
+        hn::Ne(hn::And(brick.flags, hn::Set(i, FieldBrick::kLargeSteps)), hn::Zero(i));
+    const Floats step = hn::IfThenElse(hn::RebindMask(f, large), hn::Set(f, 2 * FieldBrick::kStep),
+                                       hn::Set(f, FieldBrick::kStep));
+    // the steps of a flat brick are none
+    const auto flat = hn::RebindMask(f, hn::Eq(brick.bits, hn::Zero(i)));
+    const auto slope = [&](Ints slopes, Ints at, Floats share) {
+      return hn::Mul(hn::ConvertTo(f, slopes), hn::Add(hn::ConvertTo(f, at), share));
+    };
+    const Floats plane = hn::Add(hn::Add(slope(brick.slopes.x, in_brick.x, from.x),
+                                         slope(brick.slopes.y, in_brick.y, from.y)),
+                                 slope(brick.slopes.z, in_brick.z, from.z));
+    const Floats told =
+        hn::Add(hn::Add(brick.mean, hn::Mul(hn::Set(f, FieldBrick::kSlope), plane)),
+                hn::IfThenZeroElse(flat, hn::Mul(step, Between(low, high, from.z))));
+    listed = hn::And(near, Listed(field, brick, in_brick));
+    const auto beyond =
+        hn::AndNot(listed, hn::RebindMask(i, hn::Gt(hn::Abs(told), hn::Set(f, field.most_near))));
+    const Floats bound = hn::CopySign(hn::Set(f, field.beyond_near), told);
+    value = hn::IfThenElse(hn::RebindMask(f, near),
+                           hn::IfThenElse(hn::RebindMask(f, beyond), bound, told), value);
+    near = hn::AndNot(beyond, near);
+  }
+  if (!hn::AllTrue(i, inside)) {
+    const Axes place_L{hn::Add(place.x, hn::Set(f, static_cast<float>(base.x))),
+                       hn::Add(place.y, hn::Set(f, static_cast<float>(base.y))),
+                       hn::Add(place.z, hn::Set(f, static_cast<float>(base.z)))};
+    value = hn::IfThenElse(hn::RebindMask(f, inside), value, OfBox(field, place_L));
+  }
+  const Ints kind = hn::IfThenElse(listed, hn::Set(i, FieldView::kListed),
+                                   hn::IfThenElseZero(near, hn::Set(i, FieldView::kNear)));
+  return {value, kind};
+}
+
 void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& places,
             std::size_t count, float* values, std::int32_t* kinds) {
   const F f;
   const I i;
-  const Ints below_zero = hn::Set(i, -1);
   for (std::size_t k = 0; k < count; k += hn::Lanes(f)) {
-    // from V to L
-    const Floats half = hn::Set(f, 0.5F);
-    const Axes place{hn::Sub(hn::LoadU(f, places.x + k), half),
-                     hn::Sub(hn::LoadU(f, places.y + k), half),
-                     hn::Sub(hn::LoadU(f, places.z + k), half)};
-    const Axes floor{hn::Floor(place.x), hn::Floor(place.y), hn::Floor(place.z)};
-    const Axes from{hn::Sub(place.x, floor.x), hn::Sub(place.y, floor.y),
-                    hn::Sub(place.z, floor.z)};
-    IntAxes cell{hn::Add(hn::ConvertTo(i, floor.x), hn::Set(i, base.x)),
-                 hn::Add(hn::ConvertTo(i, floor.y), hn::Set(i, base.y)),
-                 hn::Add(hn::ConvertTo(i, floor.z), hn::Set(i, base.z))};
-    const auto holds = [&](Ints at, std::int32_t size) {
-      return hn::And(hn::Gt(at, below_zero), hn::Lt(at, hn::Set(i, size)));
-    };
-    const auto inside =
-        hn::And(holds(cell.x, field.cells.x),
-                hn::And(holds(cell.y, field.cells.y), holds(cell.z, field.cells.z)));
-    cell = {hn::IfThenElseZero(inside, cell.x), hn::IfThenElseZero(inside, cell.y),
-            hn::IfThenElseZero(inside, cell.z)};
-    const Ints hyperbrick = hn::Add(
-        hn::ShiftRight<5>(cell.x),
-        hn::Mul(hn::Set(i, field.hyperbricks_x),
-                hn::Add(hn::ShiftRight<5>(cell.y),
-                        hn::Mul(hn::Set(i, field.hyperbricks_y), hn::ShiftRight<5>(cell.z)))));
-    Ints entry = hn::GatherIndex(i, field.hyperbricks, hyperbrick);
-    const auto has_table = hn::Gt(entry, below_zero);
-    const Ints seven = hn::Set(i, 7);
-    const Ints in_table =
-        hn::Add(hn::And(hn::ShiftRight<2>(cell.x), seven),
-                hn::Add(hn::ShiftLeft<3>(hn::And(hn::ShiftRight<2>(cell.y), seven)),
-                        hn::ShiftLeft<6>(hn::And(hn::ShiftRight<2>(cell.z), seven))));
-    if (!hn::AllFalse(i, has_table)) {
-      const Ints table = hn::IfThenElseZero(has_table, entry);
-      const Ints at = hn::ShiftLeft<1>(hn::Add(hn::ShiftLeft<9>(table), in_table));
-      // four bytes, of which two are the entry
-      const Ints told = SignedLow<16>(
-          hn::GatherOffset(i, reinterpret_cast<const std::int32_t*>(field.tables), at));
-      const Ints number = hn::Add(told, hn::GatherIndex(i, field.first_bricks, table));
-      entry =
-          hn::IfThenElse(has_table, hn::IfThenElse(hn::Gt(told, below_zero), number, told), entry);
-    }
-    Floats value = OfBounds(entry);
-    auto near = hn::And(inside, hn::Gt(entry, below_zero));
-    auto listed = hn::And(near, hn::Not(near));
-    if (!hn::AllFalse(i, near)) {
-      const Brick brick = BrickOf(field, hn::IfThenElseZero(near, entry));
-      const Ints three = hn::Set(i, 3);
-      const IntAxes in_brick{hn::And(cell.x, three), hn::And(cell.y, three),
-                             hn::And(cell.z, three)};
-      const Ints node = hn::Add(in_brick.x, hn::Add(hn::Mul(in_brick.y, hn::Set(i, 5)),
-                                                    hn::Mul(in_brick.z, hn::Set(i, 25))));
-      const auto step_at = [&](int beyond) {
-        return StepBetween(field, brick, hn::Add(node, hn::Set(i, beyond)), from.x);
+    const Axes place{hn::LoadU(f, places.x + k), hn::LoadU(f, places.y + k),
+                     hn::LoadU(f, places.z + k)};
+    const Reading reading = Read(field, base, place);
+    hn::StoreU(reading.value, f, values + k);
+    hn::StoreU(reading.kind, i, kinds + k);
+  }
+}
+
+void LookUpBlocks(const FieldView& field, const std::array<float, 9>& R_VF,
+                  const PlacedBlock* blocks, std::size_t count, float* values,
+                  std::int32_t* kinds) {
+  const F f;
+  const I i;
+  for (std::size_t b = 0; b < count; ++b) {
+    const PlacedBlock& block = blocks[b];
+    for (std::size_t k = 0; k < kBlockPlaces; k += hn::Lanes(f)) {
+      const Floats x = hn::LoadU(f, block.places_F.x + k);
+      const Floats y = hn::LoadU(f, block.places_F.y + k);
+      const Floats z = hn::LoadU(f, block.places_F.z + k);
+      const auto along = [&](std::size_t axis) {
+        const auto turned = [&](Floats value, std::size_t column) {
+          return hn::Mul(hn::Set(f, R_VF[3 * axis + column]), value);
+        };
+        return hn::Add(hn::Set(f, block.from_base[axis]),
+                       hn::Add(hn::Add(turned(x, 0), turned(y, 1)), turned(z, 2)));
       };
-      const Floats low = Between(step_at(0), step_at(5), from.y);
-      const Floats high = Between(step_at(25), step_at(30), from.y);
-      const auto large =
-          hn::Ne(hn::And(brick.flags, hn::Set(i, FieldBrick::kLargeSteps)), hn::Zero(i));
-      const Floats step =
-          hn::IfThenElse(hn::RebindMask(f, large), hn::Set(f, 2 * FieldBrick::kStep),
-                         hn::Set(f, FieldBrick::kStep));
-      // the steps of a flat brick are none
-      const auto flat = hn::RebindMask(f, hn::Eq(brick.bits, hn::Zero(i)));
-      const auto slope = [&](Ints slopes, Ints at, Floats share) {
-        return hn::Mul(hn::ConvertTo(f, slopes), hn::Add(hn::ConvertTo(f, at), share));
-      };
-      const Floats plane = hn::Add(hn::Add(slope(brick.slopes.x, in_brick.x, from.x),
-                                           slope(brick.slopes.y, in_brick.y, from.y)),
-                                   slope(brick.slopes.z, in_brick.z, from.z));
-      const Floats told =
-          hn::Add(hn::Add(brick.mean, hn::Mul(hn::Set(f, FieldBrick::kSlope), plane)),
-                  hn::IfThenZeroElse(flat, hn::Mul(step, Between(low, high, from.z))));
-      listed = hn::And(near, Listed(field, brick, in_brick));
-      const auto beyond =
-          hn::AndNot(listed, hn::RebindMask(i, hn::Gt(hn::Abs(told), hn::Set(f, field.most_near))));
-      const Floats bound = hn::CopySign(hn::Set(f, field.beyond_near), told);
-      value = hn::IfThenElse(hn::RebindMask(f, near),
-                             hn::IfThenElse(hn::RebindMask(f, beyond), bound, told), value);
-      near = hn::AndNot(beyond, near);
+      const Reading reading = Read(field, block.base, {along(0), along(1), along(2)});
+      hn::StoreU(reading.value, f, values + kBlockPlaces * b + k);
+      hn::StoreU(reading.kind, i, kinds + kBlockPlaces * b + k);
     }
-    if (!hn::AllTrue(i, inside)) {
-      const Axes place_L{hn::Add(place.x, hn::Set(f, static_cast<float>(base.x))),
-                         hn::Add(place.y, hn::Set(f, static_cast<float>(base.y))),
-                         hn::Add(place.z, hn::Set(f, static_cast<float>(base.z)))};
-      value = hn::IfThenElse(hn::RebindMask(f, inside), value, OfBox(field, place_L));
-    }
-    hn::StoreU(value, f, values + k);
-    const Ints kind = hn::IfThenElse(listed, hn::Set(i, FieldView::kListed),
-                                     hn::IfThenElseZero(near, hn::Set(i, FieldView::kNear)));
-    hn::StoreU(kind, i, kinds + k);
   }
 }
 
@@ -223,10 +257,10 @@ namespace tandem {
 
 namespace {
 HWY_EXPORT(LookUp);
+HWY_EXPORT(LookUpBlocks);
 }  // namespace
 
-void DistanceField::Values(const GridIndex& base, const PlaceSpans& places, std::size_t count,
-                           float* values, std::int32_t* kinds) const {
+FieldView DistanceField::View() const noexcept {
   FieldView view;
   view.hyperbricks = hyperbricks_.data();
   view.first_bricks = reinterpret_cast<const std::int32_t*>(first_bricks_.data());
@@ -242,7 +276,18 @@ void DistanceField::Values(const GridIndex& base, const PlaceSpans& places, std:
   }
   view.most_near = static_cast<float>(kMostNear);
   view.beyond_near = static_cast<float>(kMostNear - outer_error_bound_);
-  HWY_DYNAMIC_DISPATCH(LookUp)(view, base, places, count, values, kinds);
+  return view;
+}
+
+void DistanceField::Values(const GridIndex& base, const PlaceSpans& places, std::size_t count,
+                           float* values, std::int32_t* kinds) const noexcept {
+  HWY_DYNAMIC_DISPATCH(LookUp)(View(), base, places, count, values, kinds);
+}
+
+void DistanceField::BlockValues(const std::array<float, 9>& R_VF,
+                                std::span<const PlacedBlock> blocks, float* values,
+                                std::int32_t* kinds) const noexcept {
+  HWY_DYNAMIC_DISPATCH(LookUpBlocks)(View(), R_VF, blocks.data(), blocks.size(), values, kinds);
 }
 
 }  // namespace tandem

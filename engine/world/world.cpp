@@ -87,16 +87,20 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
     if (!model_->has_fixture) return;
     const BodyModel& shell = bodies[bodies_[body].shape];
     const Pose X_WV{Quat::Identity(), model_->fixture.p_WVo()};
-    pairs_.push_back({{shell.points,
-                       model_->fixture,
-                       X_WV,
-                       0,
-                       {.force_layer = model_->scene.force_layer,
-                        .details = DetailsOf(model_->fixture_details),
-                        .schedule = schedule},
-                       GainsFor(shell.inertia.mass)},
-                      static_cast<int>(body),
-                      -1});
+    const ContactGains gains = GainsFor(shell.inertia.mass);
+    std::unique_ptr<BodyPair> pair;
+    if (model_->scene.by_field) {
+      pair = std::make_unique<FieldPair>(shell.surface, model_->fixture_surface,
+                                         FieldPair::Options{.schedule = schedule}, gains);
+    } else {
+      pair =
+          std::make_unique<ContactPair>(shell.points, model_->fixture, X_WV, 0,
+                                        PairOptions{.force_layer = model_->scene.force_layer,
+                                                    .details = DetailsOf(model_->fixture_details),
+                                                    .schedule = schedule},
+                                        gains);
+    }
+    pairs_.push_back({std::move(pair), static_cast<int>(body), -1});
   };
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     bodies_[b].state.X_WB = bodies[b].X_WB0;
@@ -118,6 +122,12 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
   }
 }
 
+const ContactPair& World::point_pair(std::size_t number) const {
+  const auto* pair = dynamic_cast<const ContactPair*>(pairs_[number].contact.get());
+  TANDEM_CHECK(pair != nullptr);
+  return *pair;
+}
+
 ContactGains World::GainsFor(double mass) const {
   ContactGains gains = DefaultContactGains(model_->scene.voxel_size, mass, kFrame);
   gains.friction = model_->scene.friction;
@@ -130,17 +140,22 @@ void World::AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedul
   const std::size_t map = is_shell ? b : a;
   const BodyModel& shell_model = model_->bodies[bodies_[shell].shape];
   const BodyModel& map_model = model_->bodies[bodies_[map].shape];
-  pairs_.push_back({{shell_model.points,
-                     map_model.voxmap,
-                     map_model.X_BV,
-                     RadiusOf(map_model),
-                     {.force_layer = model_->scene.force_layer,
-                      .details = DetailsOf(map_model.details),
-                      .both_move = true,
-                      .schedule = schedule},
-                     GainsFor(std::max(shell_model.inertia.mass, map_model.inertia.mass))},
-                    static_cast<int>(shell),
-                    static_cast<int>(map)});
+  const ContactGains gains = GainsFor(std::max(shell_model.inertia.mass, map_model.inertia.mass));
+  std::unique_ptr<BodyPair> pair;
+  if (model_->scene.by_field) {
+    pair = std::make_unique<FieldPair>(shell_model.surface, map_model.surface,
+                                       FieldPair::Options{.both_move = true, .schedule = schedule},
+                                       gains);
+  } else {
+    pair = std::make_unique<ContactPair>(shell_model.points, map_model.voxmap, map_model.X_BV,
+                                         RadiusOf(map_model),
+                                         PairOptions{.force_layer = model_->scene.force_layer,
+                                                     .details = DetailsOf(map_model.details),
+                                                     .both_move = true,
+                                                     .schedule = schedule},
+                                         gains);
+  }
+  pairs_.push_back({std::move(pair), static_cast<int>(shell), static_cast<int>(map)});
 }
 
 BodyDrive World::DriveOf(const StepInputs& in, std::size_t body) const noexcept {
@@ -199,11 +214,6 @@ void World::BeginSimulated(const StepInputs& in) noexcept {
   }
 }
 
-ClearanceBounds World::Bounds(const ContactPair& pair) const noexcept {
-  return ClearanceBounds::Of(model_->scene.contact, pair.voxmap().range(),
-                             model_->scene.voxel_size);
-}
-
 void World::GoToClearance(const StepInputs& in) noexcept {
   const Clearance scenes{static_cast<double>(model_->scene.force_layer), 0.0};
   for (Body& body : bodies_) body.displaced = 0;
@@ -213,22 +223,23 @@ void World::GoToClearance(const StepInputs& in) noexcept {
         in.hand.body >= 0 && (pair.shell == in.hand.body || pair.map == in.hand.body);
     if (in_hand) {
       const bool ordered = in.clearance.force_layer != StepInputs::HandClearance::kSceneLayer;
-      goal = Bounds(pair.contact).Within(in.clearance.force_layer, in.clearance.displacement);
+      goal = pair.contact->clearance_bounds().Within(in.clearance.force_layer,
+                                                     in.clearance.displacement);
       if (!ordered) goal.layers = scenes.layers;
     }
-    if (pair.contact.clearance() != goal) {
-      pair.contact.SetClearance(
-          Nearer(pair.contact.clearance(), goal, kFrame, model_->scene.voxel_size));
+    if (pair.contact->clearance() != goal) {
+      pair.contact->SetClearance(
+          Nearer(pair.contact->clearance(), goal, kFrame, model_->scene.voxel_size));
     }
     double& displaced = bodies_[static_cast<std::size_t>(pair.shell)].displaced;
-    displaced = std::max(displaced, std::abs(pair.contact.clearance().displacement));
+    displaced = std::max(displaced, std::abs(pair.contact->clearance().displacement));
   }
 }
 
 void World::ShareTravel(const StepInputs& in) noexcept {
   TestLoad load;
   for (const Pair& pair : pairs_) {
-    if (Tested(pair, in)) load += pair.contact.load();
+    if (Tested(pair, in)) load += pair.contact->load();
   }
   load.bound = std::numeric_limits<double>::infinity();
   const double voxel = model_->scene.voxel_size;
@@ -239,8 +250,8 @@ void World::ShareTravel(const StepInputs& in) noexcept {
     // what nobody tests now is told of all travel when it is tested again
     if (contact_on_ && !Tested(pair, in)) continue;
     const double travel =
-        contact_on_ ? std::min(affordable, pair.contact.load().bound) : 0.5 * voxel;
-    pair.contact.LimitTravel(travel);
+        contact_on_ ? std::min(affordable, pair.contact->load().bound) : 0.5 * voxel;
+    pair.contact->LimitTravel(travel);
     Body& shell = bodies_[static_cast<std::size_t>(pair.shell)];
     if (pair.map < 0) {
       shell.max_travel = std::min(shell.max_travel, travel);
@@ -270,11 +281,11 @@ void World::Collide(const StepInputs& in) noexcept {
     const BodyMotion shell_motion{shell.state.X_WB, shell.state.V_WB};
     PairReport found;
     if (pair.map < 0) {
-      found = pair.contact.Collide(shell_motion, fixture, shell.load, on_fixture);
+      found = pair.contact->Collide(shell_motion, fixture, shell.load, on_fixture);
     } else {
       Body& map = bodies_[static_cast<std::size_t>(pair.map)];
-      found = pair.contact.Collide(shell_motion, {map.state.X_WB, map.state.V_WB}, shell.load,
-                                   map.load);
+      found = pair.contact->Collide(shell_motion, {map.state.X_WB, map.state.V_WB}, shell.load,
+                                    map.load);
     }
     pair.pushes = found.loaded_points > 0;
     report_.tests += found.tests;
@@ -325,7 +336,7 @@ void World::SolveTogether(const StepInputs& in) noexcept {
           model.constraint ? AllowedBasis(*model.constraint, state.X_WB) : Mat6::Identity();
       together_.AddBody(b, EquationsOf(model, state, bodies_[b].load), state.V_WB, basis);
     }
-    together_.Couple(shell, map, pair.contact.cross(), kFrame);
+    together_.Couple(shell, map, pair.contact->cross(), kFrame);
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     bodies_[b].together = begun && together_.has(b);
@@ -340,7 +351,7 @@ void World::SolveTogether(const StepInputs& in) noexcept {
     const auto other = static_cast<std::size_t>(is_shell ? pair.map : pair.shell);
     const Vec6 before = Stacked(bodies_[other].state.V_WB);
     const Vec6 after = Stacked(together_.twist(other));
-    const CrossLoad& cross = pair.contact.cross();
+    const CrossLoad& cross = pair.contact->cross();
     if (is_shell) {
       contact_of_others_ += cross.damping * (after - before) + kFrame * cross.stiffness * after;
     } else {

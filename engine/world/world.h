@@ -26,8 +26,10 @@ class World {
   const RigidState& state(std::size_t body) const noexcept { return bodies_[body].state; }
   /// Puts a body somewhere, at rest: before the first frame, or for tests.
   void Place(std::size_t body, const Pose& X_WB);
-  /// A pair as of the last frame: its contacts, its schedule.
-  const ContactPair& pair(std::size_t number) const noexcept { return pairs_[number].contact; }
+  /// A pair as of the last frame.
+  const BodyPair& pair(std::size_t number) const noexcept { return *pairs_[number].contact; }
+  /// The same of a scene that is not by_field, which is checked: with its schedule.
+  const ContactPair& point_pair(std::size_t number) const;
   std::size_t pair_count() const noexcept { return first_pairs_; }
   /// Where others' second instance of a shared body is here (paper §6.1, mixed types): the body
   /// itself while there is only one.
@@ -67,7 +69,7 @@ class World {
     int second = -1;        // its second instance, of a shared body
   };
   struct Pair {
-    ContactPair contact;
+    std::unique_ptr<BodyPair> contact;
     int shell;            // body of the pointshell
     int map;              // body of the voxmap; -1: the fixture
     bool pushes = false;  // in this frame
@@ -76,7 +78,6 @@ class World {
   /// A pair of bodies that both move, by number.
   void AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedule);
   ContactGains GainsFor(double mass) const;
-  ClearanceBounds Bounds(const ContactPair& pair) const noexcept;
   /// Brings each pair's clearance nearer to what it shall be.
   void GoToClearance(const StepInputs& in) noexcept;
   BodyDrive DriveOf(const StepInputs& in, std::size_t body) const noexcept;

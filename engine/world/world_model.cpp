@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "engine/field/field_builder.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_file.h"
@@ -65,6 +66,12 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
       MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels, body.point_spacing_voxels);
   if (!points) return At(body, WithScale(points.error(), body, mesh_W).what);
   model.points = std::move(*points);
+  if (scene.by_field) {
+    Result<BodySurface> surface =
+        MakeSurface(scene, mesh_W, model.X_WB0, body.point_spacing_voxels, stop);
+    if (!surface) return At(body, WithScale(surface.error(), body, mesh_W).what);
+    model.surface = std::move(*surface);
+  }
   if (with_voxmap) {
     if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, model.details, stop)) {
       return At(body, WithScale(*fault, body, mesh_W).what);
@@ -106,8 +113,26 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
   Result<Voxmap> made = Voxelize(mesh_W, sides, features, options);
   if (!made) return made.error();
   voxmap = std::move(*made);
-  if (scene.contact == ContactModel::kRefined) details = SurfaceDetails(mesh_W, features, voxmap);
+  if (scene.contact == ContactModel::kRefined && !scene.by_field)
+    details = SurfaceDetails(mesh_W, features, voxmap);
   return std::nullopt;
+}
+
+Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
+                                double spacing_voxels, const std::stop_token& stop) {
+  Result<DistanceField> field = BuildField(mesh_W, {.voxel_size = scene.voxel_size, .stop = stop});
+  if (!field) return field.error();
+  const Result<Pointshell> points = MakePoints(scene, mesh_W, X_WB, 0, spacing_voxels);
+  if (!points) return points.error();
+  BodySurface surface;
+  const Pose X_WV{Quat::Identity(), field->p_WVo()};
+  surface.X_BV = X_WB.Inverse() * X_WV;
+  surface.field = std::move(*field);
+  surface.features = BodyFeatures(*points, X_WV.Inverse() * X_WB, scene.voxel_size);
+  for (const Vec3& vertex_W : mesh_W.vertices) {
+    surface.radius = std::max(surface.radius, (vertex_W - X_WB.p).norm());
+  }
+  return surface;
 }
 
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
@@ -185,6 +210,12 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
         return At(body, WithScale(*fault, body, world->meshes_W[i]).what);
       }
       return Error{scene.file.string() + ": the fixed bodies: " + fault->what};
+    }
+    if (scene.by_field) {
+      Result<BodySurface> surface = MakeSurface(scene, fixture_W, Pose{}, 1, stop);
+      if (!surface) return Error{scene.file.string() + ": " + surface.error().what};
+      world->fixture_surface = std::move(*surface);
+      world->fixture_surface.radius = 0;  // it never moves
     }
     world->has_fixture = true;
   }

@@ -7,6 +7,7 @@
 
 #include "engine/base/result.h"
 #include "engine/contact/contact_pair.h"
+#include "engine/contact/field_pair.h"
 #include "engine/dynamics/constraint.h"
 #include "engine/dynamics/rigid_body.h"
 #include "engine/geometry/mesh_diagnosis.h"
@@ -29,6 +30,7 @@ struct BodyModel {
   Voxmap voxmap;           // empty unless another moving body may meet it
   SurfaceDetails details;  // of the voxmap, for the refined contact model
   Pose X_BV;
+  BodySurface surface;  // where the scene is by_field
 };
 
 /// A scene with its meshes loaded and voxelized: read-only, shared by whoever simulates or judges
@@ -41,6 +43,7 @@ struct WorldModel {
   std::vector<std::uint32_t> object;   // per moving body: its number in the scene
   Voxmap fixture;                      // all fixed bodies merged; empty when there are none
   SurfaceDetails fixture_details;
+  BodySurface fixture_surface;  // where the scene is by_field
   bool has_fixture = false;
   std::vector<std::string> remarks;  // of the meshes, for a person: open edges, …
 
@@ -61,6 +64,9 @@ std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
 /// model reads them.
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
                              SurfaceDetails& details, const std::stop_token& stop = {});
+/// A mesh as refined contact by distance fields meets it, in the frame that stands at X_WB.
+Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
+                                double spacing_voxels = 1, const std::stop_token& stop = {});
 /// A mesh as what is tested, in the frame that stands at X_WB; lengths in voxels of the scene.
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
                               double inward_shift_voxels, double spacing_voxels = 1);

@@ -206,7 +206,7 @@ TEST(Clearance, NoPointInContactIsMissedWhileItChangesNorIsMemoryAskedFor) {
       touching += pressed.world.Step(pressed.inputs).contact_points > 0 ? 1 : 0;
       allocations += counter.count();
       for (std::size_t p = 0; p < 2; ++p) {
-        const ContactPair& pair = pressed.world.pair(p);
+        const ContactPair& pair = pressed.world.point_pair(p);
         if (pair.load().bound > 0.5 * kVoxel) continue;  // far: nothing is tested
         untested += UntestedPoints(pair.blocks(), pair.voxmap(), pair.schedule());
       }

@@ -127,7 +127,7 @@ TEST(World, TestsEveryPointInContactWhileTheVoxmapsBodyTurns) {
       }
       inputs.hand = HandTo(*model, 1, {RandomRotation(random), side});
       touching += world.Step(inputs).contact_points > 0 ? 1 : 0;
-      const ContactPair& pair = world.pair(0);
+      const ContactPair& pair = world.point_pair(0);
       untested += UntestedPoints(pair.blocks(), pair.voxmap(), pair.schedule());
     }
     EXPECT_EQ(untested, 0U);

@@ -1,0 +1,170 @@
+#include "engine/contact/body_features.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace tandem {
+
+namespace {
+
+/// Voxels: the widest that a block's points lie apart along an axis.
+constexpr double kBlockSide = 8;
+constexpr int kChunkBits = 5;  // chunks lie in cubes of 32 voxels
+constexpr std::size_t kMostBlocks = 64;
+/// As FeatureNormals::edge_cosines: an edge whose faces turn by less than 20 degrees is met by its
+/// distance alone.
+constexpr float kSharpEdge = 0.985F;
+
+GridIndex VoxelOf(const Vec3& place) {
+  return {static_cast<std::int32_t>(std::floor(place.x())),
+          static_cast<std::int32_t>(std::floor(place.y())),
+          static_cast<std::int32_t>(std::floor(place.z()))};
+}
+
+struct FoundFeature {
+  Vec3 place;
+  Vec3 inward;
+  double half_length = 0;
+  std::uint32_t edge = BodyFeatures::kNoEdge;
+  std::uint64_t order = 0;
+};
+
+}  // namespace
+
+BodyFeatures::BodyFeatures(const Pointshell& shell, const Pose& X_VB, double voxel_size) {
+  const Mat3 R_VB = X_VB.q.toRotationMatrix();
+  std::vector<FoundFeature> found;
+  std::size_t next_edge = 0;
+  for (std::size_t i = 0; i < shell.size(); ++i) {
+    const Label label = shell.label(i);
+    if (label == Label::kSurface) continue;
+    FoundFeature feature{(X_VB * shell.point(i)) / voxel_size, R_VB * shell.normal(i)};
+    feature.order = MortonCode(VoxelOf(feature.place));
+    if (label == Label::kEdge) {
+      const Pointshell::Edge& edge = shell.edges[next_edge++];
+      if (edge.cosine < 0) continue;  // nothing leans on a notch
+      feature.half_length = edge.half_length / voxel_size;
+      if (edge.cosine < kSharpEdge) {
+        feature.edge = static_cast<std::uint32_t>(edges_.size());
+        edges_.push_back({.middle = feature.place,
+                          .tangent = (R_VB * edge.tangent.cast<double>()).cast<float>(),
+                          .outward = (-feature.inward).cast<float>(),
+                          .half_length = static_cast<float>(feature.half_length),
+                          .cosine = edge.cosine,
+                          .ends = edge.ends});
+        longest_half_ = std::max(longest_half_, feature.half_length);
+      }
+    }
+    found.push_back(feature);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const FoundFeature& a, const FoundFeature& b) {
+    return a.order < b.order;
+  });
+  point_count_ = found.size();
+  for (std::size_t begin = 0; begin < found.size();) {
+    Bounds box;
+    std::size_t end = begin;
+    for (; end < found.size() && end < begin + kLanes; ++end) {
+      if (found[end].order >> (3 * kChunkBits) != found[begin].order >> (3 * kChunkBits)) break;
+      Bounds wider = box;
+      wider.Add(found[end].place);
+      if (wider.size().maxCoeff() > kBlockSide) break;
+      box = wider;
+    }
+    Block block;
+    block.middle = VoxelOf(box.centre() + Vec3::Constant(0.5));
+    const Vec3 middle(block.middle.x, block.middle.y, block.middle.z);
+    Lanes lanes;
+    double radius = 0;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const bool own = begin + lane < end;
+      const FoundFeature& feature = found[own ? begin + lane : begin];
+      const Vec3f from = (feature.place - middle).cast<float>();
+      lanes.x[lane] = from.x();
+      lanes.y[lane] = from.y();
+      lanes.z[lane] = from.z();
+      points_.push_back({feature.inward.cast<float>(), feature.edge});
+      if (!own) continue;
+      block.lanes = static_cast<std::uint16_t>(block.lanes | 1U << lane);
+      const bool sharp = feature.edge != kNoEdge;
+      if (sharp) block.sharp = static_cast<std::uint16_t>(block.sharp | 1U << lane);
+      radius =
+          std::max(radius, (feature.place - middle).norm() + (sharp ? feature.half_length : 0));
+    }
+    block.radius = static_cast<float>(radius * (1 + 1e-6));
+    const bool joins =
+        !chunks_.empty() && chunks_.back().count < kMostBlocks &&
+        found[begin].order >> (3 * kChunkBits) == found[begin - 1].order >> (3 * kChunkBits);
+    if (!joins) chunks_.push_back({.first = static_cast<std::uint32_t>(blocks_.size())});
+    ++chunks_.back().count;
+    block.chunk = static_cast<std::uint32_t>(chunks_.size() - 1);
+    blocks_.push_back(block);
+    lanes_.push_back(lanes);
+    begin = end;
+  }
+  for (Chunk& chunk : chunks_) {
+    const std::span<const Block> blocks(&blocks_[chunk.first], chunk.count);
+    Bounds box;
+    const auto middle_of = [](const Block& block) {
+      return Vec3(block.middle.x, block.middle.y, block.middle.z);
+    };
+    for (const Block& block : blocks) {
+      box.Add(middle_of(block) - Vec3::Constant(block.radius));
+      box.Add(middle_of(block) + Vec3::Constant(block.radius));
+    }
+    chunk.middle = box.centre();
+    for (const Block& block : blocks) {
+      chunk.radius =
+          std::max(chunk.radius, (middle_of(block) - chunk.middle).norm() + block.radius);
+    }
+  }
+  IndexEdges();
+}
+
+GridIndex BodyFeatures::CellAt(const Vec3& place_V) noexcept {
+  return VoxelOf(place_V) >> kCellBits;
+}
+
+void BodyFeatures::IndexEdges() {
+  edges_by_cell_.resize(edges_.size());
+  std::vector<std::uint64_t> cells(edges_.size());
+  for (std::uint32_t e = 0; e < edges_.size(); ++e) {
+    edges_by_cell_[e] = e;
+    cells[e] = MortonCode(CellAt(edges_[e].middle));
+  }
+  std::stable_sort(edges_by_cell_.begin(), edges_by_cell_.end(),
+                   [&cells](std::uint32_t a, std::uint32_t b) {
+                     return cells[a] < cells[b];
+                   });
+  slots_.assign(std::bit_ceil(2 * edges_.size() + 1), {});
+  for (std::uint32_t begin = 0; begin < edges_.size();) {
+    const std::uint64_t cell = cells[edges_by_cell_[begin]];
+    std::uint32_t end = begin;
+    while (end < edges_.size() && cells[edges_by_cell_[end]] == cell) ++end;
+    std::size_t at = cell * 0x9e3779b97f4a7c15ULL >> 20U & (slots_.size() - 1);
+    while (slots_[at].count != 0) at = (at + 1) & (slots_.size() - 1);
+    slots_[at] = {cell, begin, end - begin};
+    begin = end;
+  }
+}
+
+std::span<const std::uint32_t> BodyFeatures::EdgesOf(const GridIndex& cell) const noexcept {
+  if (slots_.empty()) return {};
+  const std::uint64_t code = MortonCode(cell);
+  std::size_t at = code * 0x9e3779b97f4a7c15ULL >> 20U & (slots_.size() - 1);
+  for (; slots_[at].count != 0; at = (at + 1) & (slots_.size() - 1)) {
+    if (slots_[at].cell == code) {
+      return std::span(edges_by_cell_).subspan(slots_[at].first, slots_[at].count);
+    }
+  }
+  return {};
+}
+
+std::size_t BodyFeatures::bytes() const noexcept {
+  return blocks_.size() * (sizeof(Block) + sizeof(Lanes)) + points_.size() * sizeof(Point) +
+         chunks_.size() * sizeof(Chunk) + edges_.size() * (sizeof(Edge) + sizeof(std::uint32_t)) +
+         slots_.size() * sizeof(Slot);
+}
+
+}  // namespace tandem

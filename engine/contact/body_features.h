@@ -1,0 +1,119 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/base/spatial.h"
+#include "engine/voxel/pointshell.h"
+#include "engine/voxel/voxel.h"
+
+namespace tandem {
+
+/// The features of a body's surface: a point at each vertex, and one in each voxel that a convex
+/// edge passes through, with the part of the edge there. In the frame V of the body's distance
+/// field, in voxels; read-only once built.
+///
+/// Points are packed 16 to a block by their place, blocks into chunks, so that what comes near
+/// together is looked at together.
+class BodyFeatures {
+ public:
+  static constexpr std::size_t kLanes = 16;
+  /// The points of a block, from its middle. Lanes past its count repeat its first point.
+  struct alignas(64) Lanes {
+    std::array<float, kLanes> x;
+    std::array<float, kLanes> y;
+    std::array<float, kLanes> z;
+  };
+  struct Block {
+    GridIndex middle;
+    float radius = 0;  // of a ball round the middle that holds the block's points and edge parts
+    std::uint32_t chunk = 0;
+    std::uint16_t lanes = 0;  // bit i: lane i is a point of its own
+    std::uint16_t sharp = 0;  // and of these, the ones with an edge that other edges may cross
+  };
+  /// The blocks [first, first + count).
+  struct Chunk {
+    Vec3 middle = Vec3::Zero();
+    double radius = 0;
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+  };
+  static constexpr std::uint32_t kNoEdge = ~0U;
+  struct Point {
+    Vec3f inward = Vec3f::Zero();  // unit, into the body
+    std::uint32_t edge = kNoEdge;  // its number, of an edge that other edges may cross
+  };
+  /// The part of a sharp edge in a voxel.
+  struct Edge {
+    Vec3 middle = Vec3::Zero();
+    Vec3f tangent = Vec3f::Zero();
+    Vec3f outward = Vec3f::Zero();
+    float half_length = 0;
+    /// Of half the angle between its faces' normals; 0: an open rim, or more than two faces.
+    float cosine = 0;
+    bool ends = false;  // at a vertex, which the tangent points away from
+  };
+
+  BodyFeatures() = default;
+  /// Of a shell with its points on features. `X_VB` in metres.
+  BodyFeatures(const Pointshell& shell, const Pose& X_VB, double voxel_size);
+
+  bool empty() const noexcept { return blocks_.empty(); }
+  const std::vector<Block>& blocks() const noexcept { return blocks_; }
+  const std::vector<Chunk>& chunks() const noexcept { return chunks_; }
+  const Lanes& lanes(std::size_t block) const noexcept { return lanes_[block]; }
+  const Point& point(std::size_t block, std::size_t lane) const noexcept {
+    return points_[kLanes * block + lane];
+  }
+  Vec3 place(std::size_t block, std::size_t lane) const noexcept {
+    const GridIndex& middle = blocks_[block].middle;
+    const Lanes& lanes = lanes_[block];
+    return Vec3(middle.x, middle.y, middle.z) + Vec3(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
+  }
+  std::size_t point_count() const noexcept { return point_count_; }
+  const Edge& edge(std::size_t number) const noexcept { return edges_[number]; }
+  /// The greatest half length of a sharp edge's part.
+  double longest_half() const noexcept { return longest_half_; }
+  std::size_t bytes() const noexcept;
+
+  /// Calls visit(edge) for all sharp edge parts whose middles may lie within `reach` of a place,
+  /// in an order that depends on nothing else.
+  template <class Visit>
+  void VisitEdgesNear(const Vec3& place_V, double reach, const Visit& visit) const noexcept {
+    const GridIndex low = CellAt(place_V - Vec3::Constant(reach));
+    const GridIndex high = CellAt(place_V + Vec3::Constant(reach));
+    for (std::int32_t z = low.z; z <= high.z; ++z) {
+      for (std::int32_t y = low.y; y <= high.y; ++y) {
+        for (std::int32_t x = low.x; x <= high.x; ++x) {
+          for (const std::uint32_t edge : EdgesOf({x, y, z})) visit(edges_[edge]);
+        }
+      }
+    }
+  }
+
+ private:
+  static constexpr int kCellBits = 2;  // edges are found by cubes of 4 voxels
+  static GridIndex CellAt(const Vec3& place_V) noexcept;
+  std::span<const std::uint32_t> EdgesOf(const GridIndex& cell) const noexcept;
+  void IndexEdges();
+
+  std::vector<Block> blocks_;
+  std::vector<Lanes> lanes_;
+  std::vector<Point> points_;
+  std::vector<Chunk> chunks_;
+  std::size_t point_count_ = 0;
+  std::vector<Edge> edges_;
+  double longest_half_ = 0;
+  /// By a hash of the cell: its place among all, and where its edges stand.
+  struct Slot {
+    std::uint64_t cell = ~std::uint64_t{0};
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+  };
+  std::vector<Slot> slots_;  // a power of two
+  std::vector<std::uint32_t> edges_by_cell_;
+};
+
+}  // namespace tandem

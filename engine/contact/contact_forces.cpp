@@ -1,0 +1,100 @@
+#include "engine/contact/contact_forces.h"
+
+#include <algorithm>
+
+#include "engine/contact/friction.h"
+
+namespace tandem {
+
+namespace {
+
+/// Vectors and matrices about a point, turned from V to W.
+Load Turned(const Load& load_V, const Mat3& R_WV) {
+  Mat6 R = Mat6::Zero();
+  R.topLeftCorner<3, 3>() = R_WV;
+  R.bottomRightCorner<3, 3>() = R_WV;
+  return {R * load_V.force, R * load_V.stiffness * R.transpose(),
+          R * load_V.damping * R.transpose()};
+}
+
+/// m += k v v^T, of a symmetric matrix of which only the lower triangle is kept.
+void AddLower(const Vec6& v, double k, Mat6& m) {
+  for (Eigen::Index column = 0; column < 6; ++column) {
+    const double kv = k * v[column];
+    for (Eigen::Index row = column; row < 6; ++row) m(row, column) += kv * v[row];
+  }
+}
+
+void MirrorLower(Mat6& m) {
+  m.triangularView<Eigen::StrictlyUpper>() = m.transpose();
+}
+
+/// Brings forces, moments first, from about a point to about another, from which it lies at `r`.
+Mat6 AboutAnotherPoint(const Vec3& r) {
+  Mat6 T = Mat6::Identity();
+  T.topRightCorner<3, 3>() << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+  return T;
+}
+
+CrossLoad Turned(const CrossLoad& cross_V, const Mat3& R_WV) {
+  Mat6 R = Mat6::Zero();
+  R.topLeftCorner<3, 3>() = R_WV;
+  R.bottomRightCorner<3, 3>() = R_WV;
+  return {R * cross_V.stiffness * R.transpose(), R * cross_V.damping * R.transpose()};
+}
+
+}  // namespace
+
+CrossLoad AddContactForces(std::span<const Contact> contacts, const PairPlaces& at,
+                           const ForceRule& rule, Load& on_shell, Load& on_map) noexcept {
+  if (contacts.empty()) return {};
+  const Quat q_VW = at.X_WV.q.conjugate();
+  const Vec3 p_VS = at.X_VS.p;                               // shell body's centre of mass
+  const Vec3 p_VM = at.X_WV.Inverse() * at.map_body.X_WB.p;  // voxmap body's
+  const Vec3 w_shell = q_VW * at.shell_body.V_WB.w;
+  const Vec3 v_shell = q_VW * at.shell_body.V_WB.v;
+  const Vec3 w_map = q_VW * at.map_body.V_WB.w;
+  const Vec3 v_map = q_VW * at.map_body.V_WB.v;
+  Load shell_V;
+  for (const Contact& contact : contacts) {
+    const Vec3& p = contact.p_V;
+    const Vec3& n = contact.nhat_V;
+    const double depth = contact.depth;
+    const Vec3 r_shell = p - p_VS;
+    const Vec3 slip = v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(p - p_VM);
+    const double approach = -n.dot(slip);
+    // contact pushes and never pulls, however fast the point leaves
+    const double stiffness = ContactStiffness(rule.gains.stiffness, depth, rule.voxel_size);
+    const double pressed = ContactForce(rule.gains.stiffness, depth, rule.voxel_size);
+    const double full = rule.full_damping_depth * rule.voxel_size;
+    const double share = full > 0 ? std::min(1.0, depth / full) : 1.0;
+    const double force = std::max(0.0, pressed + share * rule.gains.damping * approach);
+    const double damping = force > 0 ? share * rule.gains.damping : 0.0;
+    Vec6 along;  // the generalized direction of a unit force on the point
+    along << r_shell.cross(n), n;
+    shell_V.force += force * along;
+    AddLower(along, stiffness, shell_V.stiffness);
+    AddLower(along, damping, shell_V.damping);
+    if (rule.gains.friction == 0) continue;
+    // damping that stops an approach is no pressure yet: a graze would stick
+    const double normal_force = std::min(pressed, force);
+    const Vec3 sliding = slip + approach * n;
+    const double drag = FrictionDamping(rule.gains.friction, normal_force, sliding.norm());
+    const Eigen::Matrix<double, 6, 3> across = AlongTangent(r_shell, n);
+    shell_V.force -= drag * across * sliding;
+    shell_V.damping.triangularView<Eigen::Lower>() += drag * across * across.transpose();
+  }
+  MirrorLower(shell_V.stiffness);
+  MirrorLower(shell_V.damping);
+  // the same forces on the map's body, about its own centre of mass
+  const Mat6 T = AboutAnotherPoint(p_VS - p_VM);
+  const Load map_V{-T * shell_V.force, T * shell_V.stiffness * T.transpose(),
+                   T * shell_V.damping * T.transpose()};
+  const Mat3 R_WV = at.X_WV.q.toRotationMatrix();
+  on_shell += Turned(shell_V, R_WV);
+  on_map += Turned(map_V, R_WV);
+  return Turned(CrossLoad{shell_V.stiffness * T.transpose(), shell_V.damping * T.transpose()},
+                R_WV);
+}
+
+}  // namespace tandem

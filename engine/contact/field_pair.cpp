@@ -1,0 +1,226 @@
+#include "engine/contact/field_pair.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "engine/base/check.h"
+#include "engine/contact/edge_contact.h"
+
+namespace tandem {
+
+namespace {
+
+/// Voxels of depth from which a contact damps in full.
+constexpr double kFullDampingDepth = 0.25;
+/// Voxels of depth from which a contact counts in full among those that share their stiffness.
+constexpr double kFullShareDepth = 0.25;
+/// As many contacts in full are as stiff as they can be together.
+constexpr double kStiffest = 100;
+/// Voxels: force never begins nearer than this to the surface.
+constexpr double kLeastReach = 0.02;
+/// Cosine between a point's inward normal and the way off a sheet over which a push fades out.
+constexpr double kSheetFade = 0.2;
+constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
+
+}  // namespace
+
+FieldPair::FieldPair(const BodySurface& shell, const BodySurface& map, const Options& options,
+                     const ContactGains& gains)
+    : shell_(&shell),
+      map_(&map),
+      s_(map.field.voxel_size()),
+      both_move_(options.both_move),
+      gains_(gains),
+      reach_(kRefinedClearance),
+      of_shell_(shell.features, map.field, options.schedule),
+      of_map_(map.features, shell.field, options.schedule),
+      contacts_(std::min(kMostContacts,
+                         1024 + 2 * (shell.features.point_count() + map.features.point_count()))) {
+  TANDEM_CHECK(shell.field.voxel_size() == map.field.voxel_size());
+  clearance_ = {static_cast<double>(DefaultForceLayer(ContactModel::kRefined)), 0.0};
+}
+
+FieldPair::Places FieldPair::PlacesOf(const BodyMotion& shell_body,
+                                      const BodyMotion& map_body) const noexcept {
+  Places places;
+  const Pose X_WV = map_body.X_WB * map_->X_BV;
+  const Pose X_VW = X_WV.Inverse();
+  places.pair = {X_VW * shell_body.X_WB, X_WV, shell_body, map_body};
+  places.shell_in_map = places.pair.X_VS * shell_->X_BV;
+  places.shell_in_map.p /= s_;
+  places.map_in_shell = places.shell_in_map.Inverse();
+  return places;
+}
+
+PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
+                              Load& on_shell, Load& on_map) noexcept {
+  const Places places = PlacesOf(shell_body, map_body);
+  const double metres =
+      travel_.Since(shell_body.X_WB, shell_->radius, map_body.X_WB, map_->radius, map_->X_BV);
+  const double travel = metres / s_ * (1 + 1e-9);
+  of_shell_.Test(places.shell_in_map, travel, reach_);
+  of_map_.Test(places.map_in_shell, travel, reach_);
+  FindContacts(places);
+  AddForces(places, on_shell, on_map);
+  PairReport report;
+  report.tests = of_shell_.counts();
+  report.tests += of_map_.counts();
+  report.contact_points = static_cast<int>(contact_count_);
+  report.loaded_points = static_cast<int>(contact_count_);
+  report.looks = static_cast<int>(contact_count_);
+  report.look_work = static_cast<double>(contact_count_);
+  report.over_capacity = over_capacity_;
+  return report;
+}
+
+void FieldPair::Add(const Vec3& p_V, const Vec3& nhat_V, double depth) noexcept {
+  if (!(depth > 0)) return;
+  if (contact_count_ == contacts_.size()) {
+    over_capacity_ = true;
+    return;
+  }
+  contacts_[contact_count_++] = {s_ * p_V, nhat_V, s_ * depth};
+}
+
+void FieldPair::FindContacts(const Places& places) noexcept {
+  contact_count_ = 0;
+  over_capacity_ = false;
+  MeetField(of_shell_, *shell_, *map_, places.shell_in_map, true, places.shell_in_map);
+  MeetField(of_map_, *map_, *shell_, places.map_in_shell, false, places.shell_in_map);
+  MeetEdges(places.shell_in_map);
+}
+
+void FieldPair::MeetField(const FieldSchedule& schedule, const BodySurface& own,
+                          const BodySurface& other, const Pose& X_VF, bool to_map,
+                          const Pose& shell_in_map) noexcept {
+  const Mat3 R_VF = X_VF.q.toRotationMatrix();
+  const Mat3 R_MS = shell_in_map.q.toRotationMatrix();
+  std::array<FieldPush, DistanceField::kMostPushes> pushes;
+  for (const FieldSchedule::NearBlock& near : schedule.near()) {
+    for (unsigned rest = near.touching; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      const Vec3 place_F = own.features.place(near.block, lane);
+      const Vec3 place_V = R_VF * place_F + X_VF.p;
+      const Vec3 inward = R_VF * own.features.point(near.block, lane).inward.cast<double>();
+      std::size_t count = other.field.Pushes(place_V, reach_, pushes);
+      if (count == 0 && other.field.At(place_V).value < 0) {
+        // deeper than the field tells the way out: along the point's own
+        pushes[count++] = {-DistanceField::kMostNear, inward, 1.0, false};
+      }
+      for (std::size_t i = 0; i < count; ++i) {
+        FieldPush push = pushes[i];
+        if (push.sheet) {
+          const double facing = push.away_V.dot(inward);
+          push.share *= std::min(1.0, std::abs(facing) / kSheetFade);
+          if (facing < 0) {
+            push.distance = -push.distance;
+            push.away_V = -push.away_V;
+          }
+        }
+        const double depth = (reach_ - push.distance) * push.share;
+        if (to_map) {
+          Add(place_V, push.away_V, depth);
+        } else {
+          Add(shell_in_map * place_V, -(R_MS * push.away_V), depth);
+        }
+      }
+    }
+  }
+}
+
+void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
+  const Mat3 R = shell_in_map.q.toRotationMatrix();
+  const BodyFeatures& features = shell_->features;
+  const auto arc_of = [](float cosine) {
+    return cosine > 0 ? EdgeArc::OfCosine(cosine) : LooseArc();
+  };
+  for (const FieldSchedule::NearBlock& near : of_shell_.near()) {
+    for (unsigned rest = near.crossing; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      const BodyFeatures::Edge& edge = features.edge(features.point(near.block, lane).edge);
+      const Vec3 p = shell_in_map * edge.middle;
+      const double far = reach_ + edge.half_length + map_->features.longest_half();
+      ShellEdge own;
+      bool made = false;
+      map_->features.VisitEdgesNear(p, far, [&](const BodyFeatures::Edge& other) {
+        const double apart = reach_ + edge.half_length + other.half_length;
+        if ((other.middle - p).squaredNorm() > apart * apart) return;
+        if (!made) {
+          own = {p,
+                 R * edge.tangent.cast<double>(),
+                 -(R * edge.outward.cast<double>()),
+                 edge.half_length,
+                 arc_of(edge.cosine),
+                 edge.ends,
+                 0.5};
+          made = true;
+        }
+        Vec3 nhat = other.outward.cast<double>();
+        if (other.cosine == 0 && nhat.dot(own.nhat) < 0) nhat = -nhat;
+        const EdgeMeeting meeting = Meet(own,
+                                         {other.middle, other.tangent.cast<double>(), nhat,
+                                          other.half_length, arc_of(other.cosine), other.ends},
+                                         reach_);
+        if (meeting.depth > 0) Add(meeting.place, meeting.normal, meeting.depth);
+      });
+    }
+  }
+}
+
+void FieldPair::AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept {
+  if (contact_count_ == 0) return;
+  double area = 0;  // as contacts in full
+  for (const Contact& contact : contacts()) {
+    area += std::min(1.0, contact.depth / (kFullShareDepth * s_));
+  }
+  ForceRule rule{gains_, s_, kFullDampingDepth};
+  const double share = std::min(1.0, kStiffest / area);
+  rule.gains.stiffness *= share;
+  rule.gains.damping *= share;
+  const CrossLoad cross = AddContactForces(contacts(), places.pair, rule, on_shell, on_map);
+  if (both_move_) cross_ = cross;
+}
+
+TestLoad FieldPair::load() const noexcept {
+  TestLoad load;
+  load.mandatory = of_shell_.owed() + of_map_.owed();
+  load.per_metre = (of_shell_.owed_per_voxel() + of_map_.owed_per_voxel()) / s_;
+  load.looks = static_cast<double>(contact_count_);
+  load.bound = s_ * std::max(0.5, std::min(of_shell_.free_way(), of_map_.free_way()));
+  return load;
+}
+
+void FieldPair::LimitTravel(double /*metres*/) noexcept {}
+
+void FieldPair::SetClearance(const Clearance& clearance) noexcept {
+  clearance_ = clearance;
+  const double wanted = kRefinedClearance + clearance.layers -
+                        DefaultForceLayer(ContactModel::kRefined) - clearance.displacement / s_;
+  reach_ = std::clamp(wanted, kLeastReach, std::min(shell_->field.band(), map_->field.band()));
+}
+
+ClearanceBounds FieldPair::clearance_bounds() const noexcept {
+  const int layer = DefaultForceLayer(ContactModel::kRefined);
+  return {layer, layer, s_};
+}
+
+PoseReading FieldPair::Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {
+  const Places places = PlacesOf(shell_body, map_body);
+  const double nearest = std::min(of_shell_.Read(places.shell_in_map, reach_),
+                                  of_map_.Read(places.map_in_shell, reach_));
+  FindContacts(places);
+  PoseReading reading;
+  reading.contact_points = static_cast<int>(contact_count_);
+  for (const FieldSchedule* schedule : {&of_shell_, &of_map_}) {
+    for (const FieldSchedule::NearBlock& near : schedule->near()) {
+      reading.touching_points += std::popcount(near.touching);
+    }
+  }
+  reading.nearest_voxels = static_cast<int>(std::max(0.0, std::floor(nearest)));
+  Load on_map;
+  AddForces(places, reading.on_shell, on_map);
+  return reading;
+}
+
+}  // namespace tandem

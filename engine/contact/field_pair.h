@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "engine/contact/body_features.h"
+#include "engine/contact/body_pair.h"
+#include "engine/contact/contact_forces.h"
+#include "engine/contact/field_schedule.h"
+#include "engine/contact/pair_travel.h"
+#include "engine/contact/tangent_plane.h"
+#include "engine/field/distance_field.h"
+
+namespace tandem {
+
+/// A body as refined contact meets it.
+struct BodySurface {
+  DistanceField field;
+  BodyFeatures features;  // in the field's frame V
+  Pose X_BV;
+  double radius = 0;  // largest distance of its surface from its frame's origin, m; 0: never moves
+};
+
+/// Two bodies by their exact surfaces (decision 0041): the features of each are looked up in the
+/// other's distance field, and sharp edges that cross are met in closed form. Force begins at
+/// kRefinedClearance from the surface, or where the clearance says.
+class FieldPair final : public BodyPair {
+ public:
+  struct Options {
+    bool both_move = false;  // then cross() is kept
+    ScheduleOptions schedule{};
+  };
+  /// Both surfaces must be of the same voxel size, and outlive the pair.
+  FieldPair(const BodySurface& shell, const BodySurface& map, const Options& options,
+            const ContactGains& gains);
+
+  PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body, Load& on_shell,
+                     Load& on_map) noexcept override;
+  TestLoad load() const noexcept override;
+  void LimitTravel(double metres) noexcept override;
+  void SetClearance(const Clearance& clearance) noexcept override;
+  ClearanceBounds clearance_bounds() const noexcept override;
+  double voxel_size() const noexcept override { return s_; }
+  PoseReading Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept override;
+  std::span<const Contact> contacts() const noexcept override {
+    return {contacts_.data(), contact_count_};
+  }
+
+ private:
+  /// The places of both fields, in voxels: X_VF of the schedules.
+  struct Places {
+    Pose shell_in_map;
+    Pose map_in_shell;
+    PairPlaces pair;
+  };
+  Places PlacesOf(const BodyMotion& shell_body, const BodyMotion& map_body) const noexcept;
+  void FindContacts(const Places& places) noexcept;
+  /// What one body's features meet of the other's field. `to_map`: whether the other is the map.
+  void MeetField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
+                 const Pose& X_VF, bool to_map, const Pose& shell_in_map) noexcept;
+  void MeetEdges(const Pose& shell_in_map) noexcept;
+  void Add(const Vec3& p_V, const Vec3& nhat_V, double depth) noexcept;
+  /// What the contacts come to: stiff in proportion to how much of them there is, up to a point.
+  void AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept;
+
+  const BodySurface* shell_;
+  const BodySurface* map_;
+  double s_;  // voxel size, m
+  bool both_move_;
+  ContactGains gains_;
+  double reach_;            // voxels, at which force begins
+  FieldSchedule of_shell_;  // the shell's features in the map's field
+  FieldSchedule of_map_;
+  PairTravel travel_;
+  std::vector<Contact> contacts_;
+  std::size_t contact_count_ = 0;
+  bool over_capacity_ = false;
+};
+
+}  // namespace tandem

@@ -1,0 +1,238 @@
+#include "engine/contact/field_schedule.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace tandem {
+
+namespace {
+
+/// Voxels that the place of a block's middle may err by in single precision.
+constexpr double kPlaceError = 2e-3;
+
+}  // namespace
+
+FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& field,
+                             const ScheduleOptions& options)
+    : features_(&features),
+      field_(&field),
+      options_(options),
+      calendar_(features.blocks().size() + features.chunks().size()),
+      is_far_(features.blocks().size(), 1),
+      due_at_(features.blocks().size(), 0.0),
+      due_(features.blocks().size()),
+      due_chunks_(features.chunks().size()),
+      told_(features.blocks().size()),
+      near_(features.blocks().size()) {
+  for (const BodyFeatures::Chunk& chunk : features.chunks()) far_in_.push_back(chunk.count);
+  // where all stand is not known yet: the first Test() finds out
+  for (std::size_t c = 0; c < far_in_.size(); ++c) {
+    calendar_.Put(static_cast<std::uint32_t>(is_far_.size() + c), 0);
+  }
+}
+
+void FieldSchedule::Place(const Pose& X_VF) noexcept {
+  R_VF_ = X_VF.q.toRotationMatrix();
+  p_VF_ = X_VF.p;
+  for (std::size_t i = 0; i < 9; ++i) {
+    rows_[i] = static_cast<float>(
+        R_VF_(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)));
+  }
+}
+
+double FieldSchedule::ErrorOf(std::int32_t kind, float value) const noexcept {
+  if (kind == DistanceField::kBound) return 0;
+  if (kind == DistanceField::kListed) return field_->list_error_bound();
+  return std::abs(value) <= field_->band() ? field_->error_bound() : field_->outer_error_bound();
+}
+
+void FieldSchedule::Test(const Pose& X_VF, double travel, double reach) noexcept {
+  Place(X_VF);
+  counts_ = {};
+  due_count_ = 0;
+  // a wider reach comes nearer as a body would
+  const double wider = std::max(0.0, reach - reach_);
+  reach_ = reach;
+  const double way = options_.coherence ? travel + wider : std::numeric_limits<double>::infinity();
+  const auto blocks = static_cast<std::uint32_t>(is_far_.size());
+  std::size_t chunk_count = 0;
+  calendar_.Advance(way, [&](std::uint32_t item) {
+    if (item < blocks) {
+      AddDue(item);
+    } else {
+      due_chunks_[chunk_count++] = item - blocks;
+    }
+  });
+  for (std::size_t c = 0; c < chunk_count; ++c) TestChunk(due_chunks_[c]);
+  TestAll();
+  PutDue();
+}
+
+void FieldSchedule::TestChunk(std::uint32_t number) noexcept {
+  const BodyFeatures::Chunk& chunk = features_->chunks()[number];
+  ++counts_.chunks;
+  const FieldReading reading = field_->At(R_VF_ * chunk.middle + p_VF_);
+  const double error =
+      reading.near ? std::max(field_->outer_error_bound(), field_->error_bound()) : 0.0;
+  const double gap = reading.value - error - chunk.radius - reach_;
+  if (gap > kFar && options_.chunks && options_.coherence) {
+    calendar_.Put(static_cast<std::uint32_t>(is_far_.size()) + number, calendar_.odometer() + gap);
+    return;
+  }
+  for (std::uint32_t b = chunk.first; b < chunk.first + chunk.count; ++b) AddDue(b);
+}
+
+void FieldSchedule::TestAll() noexcept {
+  // the calendar's order is that of the past; the same blocks in order read memory in order
+  std::sort(due_.begin(), due_.begin() + static_cast<std::ptrdiff_t>(due_count_));
+  const auto test = [this](std::size_t begin, std::size_t end, int) {
+    TestDue(begin, end);
+  };
+  if (options_.helpers != nullptr && due_count_ >= options_.shared_from) {
+    options_.helpers->Summon();
+    options_.helpers->Share(due_count_, kPiece, test);
+  } else {
+    for (std::size_t begin = 0; begin < due_count_; begin += kPiece) {
+      test(begin, std::min(begin + kPiece, due_count_), 0);
+    }
+  }
+}
+
+void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
+  std::array<float, kPiece> x{};
+  std::array<float, kPiece> y{};
+  std::array<float, kPiece> z{};
+  std::array<float, kPiece> values;
+  std::array<std::int32_t, kPiece> kinds;
+  std::array<std::uint32_t, kPiece> near;
+  std::size_t count = 0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const GridIndex& middle = features_->blocks()[due_[k]].middle;
+    const Vec3 place = R_VF_ * Vec3(middle.x, middle.y, middle.z) + p_VF_;
+    x[k - begin] = static_cast<float>(place.x());
+    y[k - begin] = static_cast<float>(place.y());
+    z[k - begin] = static_cast<float>(place.z());
+  }
+  const std::size_t padded = (end - begin + 15) / 16 * 16;
+  field_->Values({0, 0, 0}, {x.data(), y.data(), z.data()}, padded, values.data(), kinds.data());
+  for (std::size_t k = begin; k < end; ++k) {
+    const std::size_t i = k - begin;
+    const double gap = values[i] - ErrorOf(kinds[i], values[i]) -
+                       features_->blocks()[due_[k]].radius - reach_ - kPlaceError;
+    told_[k] = {.gap = static_cast<float>(gap)};
+    if (gap < kMiddleEnough) near[count++] = static_cast<std::uint32_t>(k);
+  }
+  for (std::size_t at = 0; at < count; at += kBlockPlaces) {
+    LookAtPoints(std::span(near).subspan(at, std::min(kBlockPlaces, count - at)));
+  }
+}
+
+void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept {
+  std::array<PlacedBlock, kBlockPlaces> blocks;
+  std::array<float, kBlockPlaces * kBlockPlaces> values;
+  std::array<std::int32_t, kBlockPlaces * kBlockPlaces> kinds;
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    const std::uint32_t b = due_[which[i]];
+    const GridIndex& middle = features_->blocks()[b].middle;
+    const BodyFeatures::Lanes& lanes = features_->lanes(b);
+    const Vec3 place = R_VF_ * Vec3(middle.x, middle.y, middle.z) + p_VF_;
+    const Vec3 base = place.array().floor();
+    blocks[i].places_F = {lanes.x.data(), lanes.y.data(), lanes.z.data()};
+    blocks[i].base = {static_cast<std::int32_t>(base.x()), static_cast<std::int32_t>(base.y()),
+                      static_cast<std::int32_t>(base.z())};
+    blocks[i].from_base = {static_cast<float>(place.x() - base.x()),
+                           static_cast<float>(place.y() - base.y()),
+                           static_cast<float>(place.z() - base.z())};
+  }
+  field_->BlockValues(rows_, std::span(blocks).first(which.size()), values.data(), kinds.data());
+  const double band = field_->band();
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    Told& told = told_[which[i]];
+    const std::uint32_t b = due_[which[i]];
+    const BodyFeatures::Block& block = features_->blocks()[b];
+    double least = std::numeric_limits<double>::infinity();
+    for (unsigned rest = block.lanes; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      const float value = values[kBlockPlaces * i + lane];
+      const std::int32_t kind = kinds[kBlockPlaces * i + lane];
+      const bool sharp = (block.sharp >> lane & 1U) != 0;
+      const double reach =
+          reach_ + (sharp ? features_->edge(features_->point(b, lane).edge).half_length : 0.0);
+      double distance = value - ErrorOf(kind, value);
+      if (kind == DistanceField::kListed && distance < reach) {
+        distance = field_->Distance(R_VF_ * features_->place(b, lane) + p_VF_, value,
+                                    std::min(reach, band));
+      } else if (kind == DistanceField::kNear && value < band) {
+        distance = value;
+      }
+      const double gap = distance - reach;
+      least = std::min(least, gap);
+      if (distance < reach_) told.touching = static_cast<std::uint16_t>(told.touching | 1U << lane);
+      if (sharp && gap < 0) told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << lane);
+    }
+    told.gap = static_cast<float>(least - 2 * field_->error_bound());
+    told.points = true;
+  }
+}
+
+void FieldSchedule::PutDue() noexcept {
+  near_count_ = 0;
+  const auto blocks = static_cast<std::uint32_t>(is_far_.size());
+  for (std::size_t k = 0; k < due_count_; ++k) {
+    const std::uint32_t b = due_[k];
+    const Told& told = told_[k];
+    const BodyFeatures::Block& block = features_->blocks()[b];
+    counts_.looked_up += 1;
+    if (told.points) counts_.looked_up += static_cast<std::size_t>(std::popcount(block.lanes));
+    if (told.touching != 0 || told.crossing != 0) {
+      near_[near_count_++] = {b, told.touching, told.crossing};
+    }
+    due_at_[b] = calendar_.odometer() + told.gap;
+    const bool far = told.gap > kFar;
+    std::uint32_t& far_in = far_in_[block.chunk];
+    far_in += (far ? 1U : 0U) - is_far_[b];
+    is_far_[b] = far ? 1 : 0;
+    calendar_.Put(b, due_at_[b]);
+  }
+  if (!options_.chunks || !options_.coherence) return;
+  // chunks whose blocks are all far now stand whole
+  for (std::size_t k = 0; k < due_count_; ++k) {
+    const std::uint32_t number = features_->blocks()[due_[k]].chunk;
+    if (k + 1 < due_count_ && features_->blocks()[due_[k + 1]].chunk == number) continue;
+    const BodyFeatures::Chunk& chunk = features_->chunks()[number];
+    if (far_in_[number] < chunk.count) continue;
+    double first = std::numeric_limits<double>::infinity();
+    for (std::uint32_t b = chunk.first; b < chunk.first + chunk.count; ++b) {
+      calendar_.Remove(b);
+      first = std::min(first, due_at_[b]);
+    }
+    calendar_.Put(blocks + number, first);
+  }
+}
+
+double FieldSchedule::owed() const noexcept {
+  return static_cast<double>(BodyFeatures::kLanes) * calendar_.DueWithin(0);
+}
+
+double FieldSchedule::owed_per_voxel() const noexcept {
+  constexpr std::size_t kAhead = 16;  // buckets
+  return static_cast<double>(BodyFeatures::kLanes) *
+         (calendar_.DueWithin(kAhead) - calendar_.DueWithin(0)) * DueCalendar::kPerVoxel / kAhead;
+}
+
+double FieldSchedule::Read(const Pose& X_VF, double reach) noexcept {
+  Place(X_VF);
+  reach_ = reach;
+  due_count_ = 0;
+  counts_ = {};
+  for (std::uint32_t b = 0; b < is_far_.size(); ++b) AddDue(b);
+  TestAll();
+  PutDue();
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < due_count_; ++k) least = std::min<double>(least, told_[k].gap);
+  return least + reach_;
+}
+
+}  // namespace tandem

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/contact/body_features.h"
+#include "engine/contact/due_calendar.h"
+#include "engine/contact/schedule.h"
+#include "engine/field/distance_field.h"
+
+namespace tandem {
+
+/// Which feature points of one body are looked up in another body's distance field in a frame, and
+/// which of them touch (decision 0041). What it guarantees: a point that is nearer than the reach
+/// of contact is found in that frame, whatever the motion, as long as `travel` is never less than
+/// what the pair really moved.
+///
+/// Each block of points stands in a calendar for the travel after which some of its points may
+/// touch: their least distance, less the reach. Chunks whose blocks are all far stand there whole.
+/// A block that is due is looked up at its middle; only if that is near, at its points.
+///
+/// F: the frame of the features' body's own field; V: that of the other's. Lengths in voxels, which
+/// are the same in both. Used by one thread, which may have helpers; no call allocates.
+class FieldSchedule {
+ public:
+  /// `coherence` off: everything is due in every frame. All that is given must outlive it.
+  FieldSchedule(const BodyFeatures& features, const DistanceField& field,
+                const ScheduleOptions& options);
+
+  struct NearBlock {
+    std::uint32_t block = 0;
+    std::uint16_t touching = 0;  // lanes nearer than the reach
+    std::uint16_t crossing = 0;  // lanes whose sharp edge may meet another
+    bool operator<(const NearBlock& other) const { return block < other.block; }
+  };
+  /// `travel`: the most that points of the two bodies can have come nearer since the last call.
+  void Test(const Pose& X_VF, double travel, double reach) noexcept;
+  /// By rising block, as of the last Test().
+  std::span<const NearBlock> near() const noexcept { return {near_.data(), near_count_}; }
+  const TestCounts& counts() const noexcept { return counts_; }
+
+  /// Point tests that the next frame owes if nothing moves, and how many more with each voxel of
+  /// travel, over the next two.
+  double owed() const noexcept;
+  double owed_per_voxel() const noexcept;
+  /// Voxels before anything is due.
+  double free_way() const noexcept { return calendar_.FreeWay(); }
+
+  /// The distance of the nearest point, or a bound of it where that is beyond the field's band;
+  /// every point is looked up, and near() is of all.
+  double Read(const Pose& X_VF, double reach) noexcept;
+
+ private:
+  static constexpr std::size_t kPiece = 64;  // blocks
+  /// Voxels of gap: from here on a block is far, and its points are not looked up.
+  static constexpr double kMiddleEnough = 0.5;
+  static constexpr double kFar = 12.0;
+
+  void Place(const Pose& X_VF) noexcept;
+  void TestChunk(std::uint32_t chunk) noexcept;
+  void AddDue(std::uint32_t block) noexcept { due_[due_count_++] = block; }
+  /// Looks up the blocks due_[begin, end).
+  void TestDue(std::size_t begin, std::size_t end) noexcept;
+  void LookAtPoints(std::span<const std::uint32_t> which) noexcept;
+  void TestAll() noexcept;
+  void PutDue() noexcept;
+  double ErrorOf(std::int32_t kind, float value) const noexcept;
+
+  const BodyFeatures* features_;
+  const DistanceField* field_;
+  ScheduleOptions options_;
+  DueCalendar calendar_;  // blocks, then chunks
+  double reach_ = 0;
+  Mat3 R_VF_ = Mat3::Identity();
+  std::array<float, 9> rows_{};
+  Vec3 p_VF_ = Vec3::Zero();
+
+  std::vector<std::uint8_t> is_far_;   // by block, as it was last looked up
+  std::vector<double> due_at_;         // by block
+  std::vector<std::uint32_t> far_in_;  // by chunk: how many of its blocks
+  std::vector<std::uint32_t> due_;
+  std::size_t due_count_ = 0;
+  std::vector<std::uint32_t> due_chunks_;
+  /// What the blocks of due_ came to.
+  struct Told {
+    float gap = 0;
+    std::uint16_t touching = 0;
+    std::uint16_t crossing = 0;
+    bool points = false;  // were looked up
+  };
+  std::vector<Told> told_;
+  std::vector<NearBlock> near_;
+  std::size_t near_count_ = 0;
+  TestCounts counts_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,155 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/base/bits.h"
+#include "engine/field/distance_field.h"
+#include "engine/geometry/closest_on_triangle.h"
+
+namespace tandem {
+
+namespace {
+
+/// Voxels: nearer to a face than this, its normal tells the way.
+constexpr double kTouching = 1e-4;
+/// Of a second face, voxels above the first one's plane from which on it pushes in full.
+constexpr double kApart = 0.1;
+
+}  // namespace
+
+/// The faces of a cell's list near a place, the nearest first.
+struct DistanceField::FacesNear {
+  struct Face {
+    double distance;  // never negative
+    Vec3 closest;
+    Vec3 away;      // unit, from the face
+    double height;  // of the place above the face's plane
+    bool sheet;
+  };
+  static constexpr std::size_t kMost = 16;
+  std::size_t count = 0;
+  std::array<Face, kMost> faces;
+
+  void Add(const Face& face) {
+    if (count == kMost && face.distance >= faces[count - 1].distance) return;
+    std::size_t at = count < kMost ? count++ : count - 1;
+    for (; at > 0 && face.distance < faces[at - 1].distance; --at) faces[at] = faces[at - 1];
+    faces[at] = face;
+  }
+  /// Whether the place is in the solid. Of equally near faces the one that turns most to the place
+  /// tells.
+  bool Inside() const {
+    constexpr double kTie = 1e-4;
+    const Face* told = &faces[0];
+    for (std::size_t i = 1; i < count && faces[i].distance < faces[0].distance + kTie; ++i) {
+      if (std::abs(faces[i].height) > std::abs(told->height)) told = &faces[i];
+    }
+    return !told->sheet && told->height < 0;
+  }
+};
+
+namespace {
+
+/// How much of a push by `face` counts beside that by `first`, which is nearer. Nothing of what
+/// lies in the first one's plane or falls off from it; all of what stands up from it, or is as
+/// near.
+double ShareBeside(const auto& face, const auto& first) {
+  const double up = first.away.dot(face.closest - first.closest);
+  if (up <= 0) return 0;
+  const double as_near = 1.0 - (face.distance - first.distance) / up;
+  return std::clamp(std::max(as_near, up / kApart), 0.0, 1.0);
+}
+
+}  // namespace
+
+DistanceField::FacesNear DistanceField::FacesWithin(const List& list, const Vec3& place_L,
+                                                    double reach) const {
+  FacesNear near;
+  for (std::size_t byte = 0; byte < list.member_bytes; ++byte) {
+    for (std::uint32_t bits = list.members[byte]; bits != 0; bits &= bits - 1) {
+      const std::uint32_t entry = list.faces[8 * byte + CountBits((bits & -bits) - 1)];
+      const Face& face = faces_[entry & ~kSheet];
+      const Vec3 a = face[0].cast<double>();
+      const Vec3 b = face[1].cast<double>();
+      const Vec3 c = face[2].cast<double>();
+      const Vec3 closest = ClosestOnTriangle(a, b, c, place_L).point;
+      const Vec3 from = place_L - closest;
+      const double distance = from.norm();
+      // the nearest is always kept: it tells the side
+      if (distance >= reach && near.count > 0 && distance >= near.faces[0].distance) continue;
+      const Vec3 nhat = (b - a).cross(c - a).normalized();
+      const double height = nhat.dot(from);
+      const Vec3 away = distance > kTouching ? Vec3(from / distance) : nhat;
+      near.Add({distance, closest, away, height, (entry & kSheet) != 0});
+    }
+  }
+  return near;
+}
+
+double DistanceField::Distance(const Vec3& place_V, double value, double reach) const noexcept {
+  const Vec3 place_L = place_V - Vec3::Constant(0.5);
+  const Cell cell = CellOf(place_L);
+  const std::int32_t entry = EntryOf(cell.cell);
+  if (entry < 0) return value - list_error_bound_;
+  const std::optional<List> list = ListOf(bricks_[static_cast<std::size_t>(entry)], cell.cell);
+  if (!list) return value - list_error_bound_;
+  const double bound = value - kListErrorStep * list->error;
+  if (bound >= reach) return bound;
+  const FacesNear near = FacesWithin(*list, place_L, 0);
+  const double nearest = near.faces[0].distance;
+  // beyond the band other faces may be nearer
+  if (nearest > band_) return std::max(bound, near.Inside() ? -nearest : band_);
+  return near.Inside() ? -nearest : nearest;
+}
+
+std::size_t DistanceField::Pushes(const Vec3& place_V, double reach,
+                                  std::array<FieldPush, kMostPushes>& pushes) const noexcept {
+  const Vec3 place_L = place_V - Vec3::Constant(0.5);
+  const Vec3 size_L = kHyperbrickCells * Vec3(size_.x, size_.y, size_.z);
+  if (!((place_L.array() >= 0).all() && (place_L.array() < size_L.array()).all())) return 0;
+  const Cell cell = CellOf(place_L);
+  const std::int32_t entry = EntryOf(cell.cell);
+  if (entry < 0) return 0;
+  const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
+  const std::optional<List> list = ListOf(brick, cell.cell);
+  double share = 0;  // of the list
+  if (list) {
+    std::array<double, 8> shares;
+    for (std::size_t i = 0; i < 8; ++i) shares[i] = list->shares >> i & 1;
+    share = InCube(shares, cell.from);
+  }
+  std::size_t count = 0;
+  if (share < 1) {
+    const double value = Interpolated(brick, cell);
+    if (value < reach) {
+      const Vec3 gradient = GradientAt(brick, cell, place_L);
+      const double length = gradient.norm();
+      if (length > 0) pushes[count++] = {value, gradient / length, 1.0 - share, false};
+    }
+  }
+  if (share == 0) return count;
+  const FacesNear near = FacesWithin(*list, place_L, reach);
+  if (near.Inside()) {
+    const auto& face = near.faces[0];
+    // on the face itself its normal tells, which points out already
+    const Vec3 away = face.distance > kTouching ? Vec3(-face.away) : face.away;
+    pushes[count++] = {-face.distance, away, share, false};
+    return count;
+  }
+  std::array<std::size_t, kMostPushes> kept;
+  std::size_t kept_count = 0;
+  for (std::size_t i = 0; i < near.count && count < kMostPushes; ++i) {
+    const auto& face = near.faces[i];
+    if (face.distance >= reach) break;
+    double counts = 1;
+    for (std::size_t k = 0; k < kept_count; ++k) {
+      counts = std::min(counts, ShareBeside(face, near.faces[kept[k]]));
+    }
+    if (counts <= 0) continue;
+    kept[kept_count++] = i;
+    pushes[count++] = {face.distance, face.away, share * counts, face.sheet};
+  }
+  return count;
+}
+
+}  // namespace tandem
