@@ -120,6 +120,74 @@ BodyFeatures::BodyFeatures(const Pointshell& shell, const Pose& X_VB, double vox
     }
   }
   IndexEdges();
+  MeasureSteps();
+}
+
+void BodyFeatures::MeasureSteps() {
+  if (edges_.empty()) return;
+  GridIndex low = CellAt(edges_.front().middle);
+  GridIndex high = low;
+  for (const Edge& edge : edges_) {
+    const GridIndex cell = CellAt(edge.middle);
+    low = {std::min(low.x, cell.x), std::min(low.y, cell.y), std::min(low.z, cell.z)};
+    high = {std::max(high.x, cell.x), std::max(high.y, cell.y), std::max(high.z, cell.z)};
+  }
+  const std::int32_t margin = kMostSteps - 1;
+  first_cell_ = low - GridIndex{margin, margin, margin};
+  cell_count_ = high - low + GridIndex{2 * margin + 1, 2 * margin + 1, 2 * margin + 1};
+  const auto x = static_cast<std::size_t>(cell_count_.x);
+  const auto y = static_cast<std::size_t>(cell_count_.y);
+  const auto z = static_cast<std::size_t>(cell_count_.z);
+  steps_to_edge_.assign(x * y * z, kMostSteps);
+  const auto at = [&](const GridIndex& cell) {
+    const GridIndex in = cell - first_cell_;
+    return static_cast<std::size_t>(in.x) +
+           x * (static_cast<std::size_t>(in.y) + y * static_cast<std::size_t>(in.z));
+  };
+  for (const Edge& edge : edges_) steps_to_edge_[at(CellAt(edge.middle))] = 0;
+  // along each axis there and back: the greatest of three differences
+  const auto sweep = [&](std::size_t stride, std::size_t length, std::size_t lines,
+                         const auto& begin_of) {
+    std::vector<std::uint8_t> line(length);
+    for (std::size_t l = 0; l < lines; ++l) {
+      const std::size_t begin = begin_of(l);
+      for (std::size_t i = 0; i < length; ++i) line[i] = steps_to_edge_[begin + i * stride];
+      // of each place the least over all others of the greater of their steps and the way there
+      for (std::size_t i = 0; i < length; ++i) {
+        std::uint8_t least = line[i];
+        for (std::size_t k = 1; k < least; ++k) {
+          const auto by = static_cast<std::uint8_t>(k);
+          if (i >= k) least = std::min(least, std::max(line[i - k], by));
+          if (i + k < length) least = std::min(least, std::max(line[i + k], by));
+        }
+        steps_to_edge_[begin + i * stride] = least;
+      }
+    }
+  };
+  sweep(1, x, y * z, [&](std::size_t l) {
+    return l * x;
+  });
+  sweep(x, y, x * z, [&](std::size_t l) {
+    return l % x + l / x * x * y;
+  });
+  sweep(x * y, z, x * y, [](std::size_t l) {
+    return l;
+  });
+}
+
+double BodyFeatures::EdgesBeyond(const Vec3& place_V) const noexcept {
+  if (steps_to_edge_.empty()) return kFarEdges;
+  const GridIndex in = CellAt(place_V) - first_cell_;
+  if (in.x < 0 || in.y < 0 || in.z < 0 || in.x >= cell_count_.x || in.y >= cell_count_.y ||
+      in.z >= cell_count_.z) {
+    return kFarEdges;
+  }
+  const std::size_t cell =
+      static_cast<std::size_t>(in.x) +
+      static_cast<std::size_t>(cell_count_.x) *
+          (static_cast<std::size_t>(in.y) +
+           static_cast<std::size_t>(cell_count_.y) * static_cast<std::size_t>(in.z));
+  return std::max(0, steps_to_edge_[cell] - 1) * static_cast<double>(1 << kCellBits);
 }
 
 GridIndex BodyFeatures::CellAt(const Vec3& place_V) noexcept {
@@ -164,7 +232,7 @@ std::span<const std::uint32_t> BodyFeatures::EdgesOf(const GridIndex& cell) cons
 std::size_t BodyFeatures::bytes() const noexcept {
   return blocks_.size() * (sizeof(Block) + sizeof(Lanes)) + points_.size() * sizeof(Point) +
          chunks_.size() * sizeof(Chunk) + edges_.size() * (sizeof(Edge) + sizeof(std::uint32_t)) +
-         slots_.size() * sizeof(Slot);
+         slots_.size() * sizeof(Slot) + steps_to_edge_.size();
 }
 
 }  // namespace tandem

@@ -78,6 +78,9 @@ class BodyFeatures {
   double longest_half() const noexcept { return longest_half_; }
   std::size_t bytes() const noexcept;
 
+  /// Voxels: no sharp edge part's middle is nearer to a place than this; at most kFarEdges.
+  double EdgesBeyond(const Vec3& place_V) const noexcept;
+  static constexpr double kFarEdges = 56;
   /// Calls visit(edge) for all sharp edge parts whose middles may lie within `reach` of a place,
   /// in an order that depends on nothing else.
   template <class Visit>
@@ -98,6 +101,7 @@ class BodyFeatures {
   static GridIndex CellAt(const Vec3& place_V) noexcept;
   std::span<const std::uint32_t> EdgesOf(const GridIndex& cell) const noexcept;
   void IndexEdges();
+  void MeasureSteps();
 
   std::vector<Block> blocks_;
   std::vector<Lanes> lanes_;
@@ -114,6 +118,12 @@ class BodyFeatures {
   };
   std::vector<Slot> slots_;  // a power of two
   std::vector<std::uint32_t> edges_by_cell_;
+  /// Chess-board distance of cells to the nearest with an edge, at most kMostSteps; in a box of
+  /// cells.
+  static constexpr std::uint8_t kMostSteps = 15;
+  GridIndex first_cell_;
+  GridIndex cell_count_;
+  std::vector<std::uint8_t> steps_to_edge_;
 };
 
 }  // namespace tandem

@@ -9,10 +9,19 @@
 
 namespace tandem {
 
-/// Items, each due once an odometer has reached what it is put in for. In buckets of an eighth of
-/// a voxel, so items are taken up to so much early, and never late.
+/// How far two bodies moved against one another between two frames. Without end: nobody knows.
+struct PairMotion {
+  double way = 0;    // voxels, of the frame's origin
+  double angle = 0;  // rad, about it
+};
+
+/// Items, each due once it may have come a certain way. What turns goes the farther the farther out
+/// it is, so items are kept in rings by their distance from the origin of the motion, each ring
+/// with an odometer of its own. In buckets of an eighth of a voxel, so items are taken up to so
+/// much early, and never late.
 ///
-///   bucket   | odometer | + 1/8 | + 2/8 | ... |    a ring; the last holds all that is farther
+///   ring 0   | odometer | + 1/8 | + 2/8 | ... |    the last bucket holds all that is farther
+///   ring 1   | ...
 ///
 /// Used by one thread. Never allocates after construction.
 class DueCalendar {
@@ -21,91 +30,129 @@ class DueCalendar {
   static constexpr double kPerVoxel = 8;
   /// Voxels ahead that an item can be put in for; it is taken then, however far it is due.
   static constexpr double kFarthest = (kBuckets - 2) / kPerVoxel;
+  /// Of the radius: how far out a ring's items may be. Beyond the last they are due the earlier.
+  static constexpr std::array<double, 8> kRings{0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1, 4};
 
-  explicit DueCalendar(std::size_t items) : next_(items, kNone), before_(items), bucket_(items) {
-    bucket_.assign(items, kOut);
-    heads_.fill(kNone);
-    counts_.fill(0);
+  /// `radius` of the body that turns, voxels.
+  DueCalendar(std::size_t items, double radius)
+      : radius_(std::max(radius, 1.0)), next_(items), before_(items), slot_(items, kOut) {
+    for (Ring& ring : rings_) {
+      ring.heads.fill(kNone);
+      ring.counts.fill(0);
+    }
   }
 
-  double odometer() const noexcept { return odometer_; }
-  /// Puts an item in, from wherever it was.
-  void Put(std::uint32_t item, double due) noexcept {
+  /// What an item at the edge of the body may have come so far, voxels; not over jumps.
+  double odometer() const noexcept { return rings_[kRings.size() - 2].odometer; }
+
+  /// Puts an item in, from wherever it was, that is `out` voxels from the origin and due when it
+  /// has come `ahead` voxels.
+  void Put(std::uint32_t item, double out, double ahead) noexcept {
     Remove(item);
-    const double ahead = std::clamp(due - odometer_, 0.0, kFarthest);
-    const auto at = static_cast<std::uint64_t>((odometer_ + ahead) * kPerVoxel);
-    const auto bucket = static_cast<std::uint16_t>(std::max(at, now_) % kBuckets);
-    bucket_[item] = bucket;
+    std::size_t r = 0;
+    // by then it may be farther out
+    while (r + 1 < kRings.size() && out + std::min(ahead, kFarthest) > kRings[r] * radius_) ++r;
+    Ring& ring = rings_[r];
+    const double most = kRings.back() * radius_;
+    const double scaled = out > most ? ahead * most / out : ahead;
+    const double way = std::clamp(scaled, 0.0, kFarthest);
+    const auto at = static_cast<std::uint64_t>((ring.odometer + way) * kPerVoxel);
+    const std::size_t bucket = std::max(at, ring.now) % kBuckets;
+    slot_[item] = static_cast<std::uint16_t>(r * kBuckets + bucket);
     before_[item] = kNone;
-    next_[item] = heads_[bucket];
+    next_[item] = ring.heads[bucket];
     if (next_[item] != kNone) before_[next_[item]] = item;
-    heads_[bucket] = item;
-    ++counts_[bucket];
+    ring.heads[bucket] = item;
+    ++ring.counts[bucket];
   }
   void Remove(std::uint32_t item) noexcept {
-    const std::uint16_t bucket = bucket_[item];
-    if (bucket == kOut) return;
+    if (slot_[item] == kOut) return;
+    Ring& ring = rings_[slot_[item] / kBuckets];
+    const std::size_t bucket = slot_[item] % kBuckets;
     if (before_[item] == kNone) {
-      heads_[bucket] = next_[item];
+      ring.heads[bucket] = next_[item];
     } else {
       next_[before_[item]] = next_[item];
     }
     if (next_[item] != kNone) before_[next_[item]] = before_[item];
-    bucket_[item] = kOut;
-    --counts_[bucket];
+    slot_[item] = kOut;
+    --ring.counts[bucket];
   }
 
-  /// Goes on by so many voxels, which may be without end, and takes out what is due: visit(item).
+  /// Goes on by a motion, and by so many voxels more for all, and takes out what is due:
+  /// visit(item).
   template <class Visit>
-  void Advance(double voxels, const Visit& visit) noexcept {
-    const std::uint64_t first = now_;
-    if (std::isfinite(voxels)) odometer_ += voxels;
-    now_ = static_cast<std::uint64_t>(odometer_ * kPerVoxel);
-    const bool all = !std::isfinite(voxels) || now_ - first >= kBuckets;
-    const std::uint64_t last = all ? first + kBuckets - 1 : now_;
-    for (std::uint64_t at = first; at <= last; ++at) {
-      const std::size_t bucket = at % kBuckets;
-      std::uint32_t item = heads_[bucket];
-      heads_[bucket] = kNone;
-      counts_[bucket] = 0;
-      while (item != kNone) {
-        const std::uint32_t next = next_[item];
-        bucket_[item] = kOut;
-        visit(item);
-        item = next;
-      }
+  void Advance(const PairMotion& motion, double more, const Visit& visit) noexcept {
+    for (std::size_t r = 0; r < kRings.size(); ++r) {
+      Go(rings_[r], motion.way + motion.angle * kRings[r] * radius_ + more, visit);
     }
   }
 
-  /// How many items are due within `ahead` buckets of now, those of now counted.
+  /// How many items are due before the body's edge has come `ahead` buckets, those of now counted.
   std::uint32_t DueWithin(std::size_t ahead) const noexcept {
     std::uint32_t sum = 0;
-    for (std::size_t k = 0; k <= std::min(ahead, kBuckets - 1); ++k) {
-      sum += counts_[(now_ + k) % kBuckets];
+    for (const Ring& ring : rings_) {
+      for (std::size_t k = 0; k <= std::min(ahead, kBuckets - 1); ++k) {
+        sum += ring.counts[(ring.now + k) % kBuckets];
+      }
     }
     return sum;
   }
-  /// Voxels that may be gone before anything is due.
+  /// Voxels that the body's edge may go before anything is due.
   double FreeWay() const noexcept {
-    for (std::size_t k = 0; k < kBuckets; ++k) {
-      if (counts_[(now_ + k) % kBuckets] != 0) {
-        return std::max(0.0, static_cast<double>(now_ + k) / kPerVoxel - odometer_);
+    double least = kFarthest;
+    for (std::size_t r = 0; r < kRings.size(); ++r) {
+      const Ring& ring = rings_[r];
+      // what is farther out than the edge goes farther
+      const double shorter = std::max(1.0, kRings[r]);
+      const auto most = static_cast<std::size_t>(least * kPerVoxel * shorter) + 1;
+      for (std::size_t k = 0; k < std::min(most, kBuckets); ++k) {
+        if (ring.counts[(ring.now + k) % kBuckets] == 0) continue;
+        const double way = static_cast<double>(ring.now + k) / kPerVoxel - ring.odometer;
+        least = std::min(least, std::max(0.0, way) / shorter);
+        break;
       }
     }
-    return kFarthest;
+    return least;
   }
 
  private:
   static constexpr std::uint32_t kNone = ~0U;
   static constexpr std::uint16_t kOut = 0xffff;
 
-  double odometer_ = 0;    // voxels
-  std::uint64_t now_ = 0;  // its bucket
-  std::array<std::uint32_t, kBuckets> heads_{};
-  std::array<std::uint32_t, kBuckets> counts_{};
+  struct Ring {
+    double odometer = 0;    // voxels
+    std::uint64_t now = 0;  // its bucket
+    std::array<std::uint32_t, kBuckets> heads;
+    std::array<std::uint32_t, kBuckets> counts;
+  };
+
+  template <class Visit>
+  void Go(Ring& ring, double voxels, const Visit& visit) noexcept {
+    const std::uint64_t first = ring.now;
+    if (std::isfinite(voxels)) ring.odometer += voxels;
+    ring.now = static_cast<std::uint64_t>(ring.odometer * kPerVoxel);
+    const bool all = !std::isfinite(voxels) || ring.now - first >= kBuckets;
+    const std::uint64_t last = all ? first + kBuckets - 1 : ring.now;
+    for (std::uint64_t at = first; at <= last; ++at) {
+      const std::size_t bucket = at % kBuckets;
+      std::uint32_t item = ring.heads[bucket];
+      ring.heads[bucket] = kNone;
+      ring.counts[bucket] = 0;
+      while (item != kNone) {
+        const std::uint32_t next = next_[item];
+        slot_[item] = kOut;
+        visit(item);
+        item = next;
+      }
+    }
+  }
+
+  double radius_;
+  std::array<Ring, kRings.size()> rings_;
   std::vector<std::uint32_t> next_;
   std::vector<std::uint32_t> before_;
-  std::vector<std::uint16_t> bucket_;
+  std::vector<std::uint16_t> slot_;  // ring and bucket
 };
 
 }  // namespace tandem

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "engine/base/check.h"
 #include "engine/contact/edge_contact.h"
@@ -23,6 +25,12 @@ constexpr double kLeastReach = 0.02;
 constexpr double kSheetFade = 0.2;
 constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
 
+/// The shell's body as what turns: its own features, or what others have in its field.
+FieldSchedule::Centre CentreOf(const BodySurface& shell, bool of_features) {
+  const double s = shell.field.voxel_size();
+  return {shell.X_BV.Inverse().p / s, of_features, shell.radius / s};
+}
+
 }  // namespace
 
 FieldPair::FieldPair(const BodySurface& shell, const BodySurface& map, const Options& options,
@@ -33,8 +41,8 @@ FieldPair::FieldPair(const BodySurface& shell, const BodySurface& map, const Opt
       both_move_(options.both_move),
       gains_(gains),
       reach_(kRefinedClearance),
-      of_shell_(shell.features, map.field, options.schedule),
-      of_map_(map.features, shell.field, options.schedule),
+      of_shell_(shell.features, map.field, &map.features, CentreOf(shell, true), options.schedule),
+      of_map_(map.features, shell.field, nullptr, CentreOf(shell, false), options.schedule),
       contacts_(std::min(kMostContacts,
                          1024 + 2 * (shell.features.point_count() + map.features.point_count()))) {
   TANDEM_CHECK(shell.field.voxel_size() == map.field.voxel_size());
@@ -53,14 +61,20 @@ FieldPair::Places FieldPair::PlacesOf(const BodyMotion& shell_body,
   return places;
 }
 
+PairMotion FieldPair::MotionSince(const Pose& X_VS) noexcept {
+  const std::optional<Pose> before = std::exchange(X_VS_, X_VS);
+  if (!before) return {.way = std::numeric_limits<double>::infinity()};
+  constexpr double kRounding = 1 + 1e-9;
+  return {.way = (X_VS.p - before->p).norm() / s_ * kRounding,
+          .angle = RotationVector(X_VS.q * before->q.conjugate()).norm() * kRounding};
+}
+
 PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
                               Load& on_shell, Load& on_map) noexcept {
   const Places places = PlacesOf(shell_body, map_body);
-  const double metres =
-      travel_.Since(shell_body.X_WB, shell_->radius, map_body.X_WB, map_->radius, map_->X_BV);
-  const double travel = metres / s_ * (1 + 1e-9);
-  of_shell_.Test(places.shell_in_map, travel, reach_);
-  of_map_.Test(places.map_in_shell, travel, reach_);
+  const PairMotion motion = MotionSince(places.pair.X_VS);
+  of_shell_.Test(places.shell_in_map, motion, reach_);
+  of_map_.Test(places.map_in_shell, motion, reach_);
   FindContacts(places);
   AddForces(places, on_shell, on_map);
   PairReport report;

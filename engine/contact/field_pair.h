@@ -1,13 +1,13 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "engine/contact/body_features.h"
 #include "engine/contact/body_pair.h"
 #include "engine/contact/contact_forces.h"
 #include "engine/contact/field_schedule.h"
-#include "engine/contact/pair_travel.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/field/distance_field.h"
 
@@ -54,6 +54,8 @@ class FieldPair final : public BodyPair {
     PairPlaces pair;
   };
   Places PlacesOf(const BodyMotion& shell_body, const BodyMotion& map_body) const noexcept;
+  /// Of the shell's body against the map since the last call.
+  PairMotion MotionSince(const Pose& X_VS) noexcept;
   void FindContacts(const Places& places) noexcept;
   /// What one body's features meet of the other's field. `to_map`: whether the other is the map.
   void MeetField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
@@ -71,7 +73,7 @@ class FieldPair final : public BodyPair {
   double reach_;            // voxels, at which force begins
   FieldSchedule of_shell_;  // the shell's features in the map's field
   FieldSchedule of_map_;
-  PairTravel travel_;
+  std::optional<Pose> X_VS_;  // at the last Collide()
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
   bool over_capacity_ = false;

@@ -11,17 +11,22 @@ namespace {
 
 /// Voxels that the place of a block's middle may err by in single precision.
 constexpr double kPlaceError = 2e-3;
+/// Voxels of gap from which on edges of a block are not looked for one by one.
+constexpr double kEdgesEnough = 0.5;
 
 }  // namespace
 
 FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& field,
+                             const BodyFeatures* other, const Centre& centre,
                              const ScheduleOptions& options)
     : features_(&features),
       field_(&field),
+      other_(other),
       options_(options),
-      calendar_(features.blocks().size() + features.chunks().size()),
+      centre_(centre),
+      calendar_(features.blocks().size() + features.chunks().size(), centre.radius),
       is_far_(features.blocks().size(), 1),
-      due_at_(features.blocks().size(), 0.0),
+      edges_due_(features.blocks().size(), 0.0),
       due_(features.blocks().size()),
       due_chunks_(features.chunks().size()),
       told_(features.blocks().size()),
@@ -29,7 +34,7 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
   for (const BodyFeatures::Chunk& chunk : features.chunks()) far_in_.push_back(chunk.count);
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < far_in_.size(); ++c) {
-    calendar_.Put(static_cast<std::uint32_t>(is_far_.size() + c), 0);
+    calendar_.Put(static_cast<std::uint32_t>(is_far_.size() + c), 0, 0);
   }
 }
 
@@ -42,46 +47,46 @@ void FieldSchedule::Place(const Pose& X_VF) noexcept {
   }
 }
 
-double FieldSchedule::ErrorOf(std::int32_t kind, float value) const noexcept {
-  if (kind == DistanceField::kBound) return 0;
-  if (kind == DistanceField::kListed) return field_->list_error_bound();
-  return std::abs(value) <= field_->band() ? field_->error_bound() : field_->outer_error_bound();
-}
-
-void FieldSchedule::Test(const Pose& X_VF, double travel, double reach) noexcept {
+void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reach) noexcept {
   Place(X_VF);
   counts_ = {};
   due_count_ = 0;
   // a wider reach comes nearer as a body would
   const double wider = std::max(0.0, reach - reach_);
   reach_ = reach;
-  const double way = options_.coherence ? travel + wider : std::numeric_limits<double>::infinity();
+  const double more = options_.coherence ? wider : std::numeric_limits<double>::infinity();
+  // what is known of edges counts by the odometer, which does not run over a jump
+  if (!std::isfinite(motion.way + more)) std::fill(edges_due_.begin(), edges_due_.end(), 0.0);
   const auto blocks = static_cast<std::uint32_t>(is_far_.size());
   std::size_t chunk_count = 0;
-  calendar_.Advance(way, [&](std::uint32_t item) {
+  calendar_.Advance(motion, more, [&](std::uint32_t item) {
     if (item < blocks) {
       AddDue(item);
     } else {
       due_chunks_[chunk_count++] = item - blocks;
     }
   });
-  for (std::size_t c = 0; c < chunk_count; ++c) TestChunk(due_chunks_[c]);
+  for (std::size_t c = 0; c < chunk_count; ++c) {
+    if (PutIfFar(due_chunks_[c])) continue;
+    const BodyFeatures::Chunk& chunk = features_->chunks()[due_chunks_[c]];
+    for (std::uint32_t b = chunk.first; b < chunk.first + chunk.count; ++b) AddDue(b);
+  }
   TestAll();
   PutDue();
 }
 
-void FieldSchedule::TestChunk(std::uint32_t number) noexcept {
+bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
+  if (!options_.chunks || !options_.coherence) return false;
   const BodyFeatures::Chunk& chunk = features_->chunks()[number];
   ++counts_.chunks;
-  const FieldReading reading = field_->At(R_VF_ * chunk.middle + p_VF_);
-  const double error =
-      reading.near ? std::max(field_->outer_error_bound(), field_->error_bound()) : 0.0;
+  const Vec3 place = R_VF_ * chunk.middle + p_VF_;
+  const FieldReading reading = field_->At(place);
+  const double error = reading.near ? DistanceField::kMostOver : 0.0;
   const double gap = reading.value - error - chunk.radius - reach_;
-  if (gap > kFar && options_.chunks && options_.coherence) {
-    calendar_.Put(static_cast<std::uint32_t>(is_far_.size()) + number, calendar_.odometer() + gap);
-    return;
-  }
-  for (std::uint32_t b = chunk.first; b < chunk.first + chunk.count; ++b) AddDue(b);
+  if (gap <= kFar) return false;
+  calendar_.Put(static_cast<std::uint32_t>(is_far_.size()) + number,
+                OutOf(chunk.middle, place) + chunk.radius, gap);
+  return true;
 }
 
 void FieldSchedule::TestAll() noexcept {
@@ -106,6 +111,7 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
   std::array<float, kPiece> z{};
   std::array<float, kPiece> values;
   std::array<std::int32_t, kPiece> kinds;
+  std::array<float, kPiece> over;
   std::array<std::uint32_t, kPiece> near;
   std::size_t count = 0;
   for (std::size_t k = begin; k < end; ++k) {
@@ -114,14 +120,16 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
     x[k - begin] = static_cast<float>(place.x());
     y[k - begin] = static_cast<float>(place.y());
     z[k - begin] = static_cast<float>(place.z());
+    told_[k].out = static_cast<float>(OutOf(Vec3(middle.x, middle.y, middle.z), place));
   }
   const std::size_t padded = (end - begin + 15) / 16 * 16;
-  field_->Values({0, 0, 0}, {x.data(), y.data(), z.data()}, padded, values.data(), kinds.data());
+  field_->Values({0, 0, 0}, {x.data(), y.data(), z.data()}, padded, values.data(), kinds.data(),
+                 over.data());
   for (std::size_t k = begin; k < end; ++k) {
     const std::size_t i = k - begin;
-    const double gap = values[i] - ErrorOf(kinds[i], values[i]) -
-                       features_->blocks()[due_[k]].radius - reach_ - kPlaceError;
-    told_[k] = {.gap = static_cast<float>(gap)};
+    const double gap =
+        values[i] - over[i] - features_->blocks()[due_[k]].radius - reach_ - kPlaceError;
+    told_[k] = {.gap = static_cast<float>(gap), .out = told_[k].out};
     if (gap < kMiddleEnough) near[count++] = static_cast<std::uint32_t>(k);
   }
   for (std::size_t at = 0; at < count; at += kBlockPlaces) {
@@ -132,7 +140,7 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
 void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept {
   std::array<PlacedBlock, kBlockPlaces> blocks;
   std::array<float, kBlockPlaces * kBlockPlaces> values;
-  std::array<std::int32_t, kBlockPlaces * kBlockPlaces> kinds;
+  std::array<FieldReadings, kBlockPlaces> readings;
   for (std::size_t i = 0; i < which.size(); ++i) {
     const std::uint32_t b = due_[which[i]];
     const GridIndex& middle = features_->blocks()[b].middle;
@@ -146,40 +154,69 @@ void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept 
                            static_cast<float>(place.y() - base.y()),
                            static_cast<float>(place.z() - base.z())};
   }
-  field_->BlockValues(rows_, std::span(blocks).first(which.size()), values.data(), kinds.data());
-  const double band = field_->band();
+  field_->ReadBlocks(rows_, static_cast<float>(reach_), std::span(blocks).first(which.size()),
+                     values.data(), readings.data());
   for (std::size_t i = 0; i < which.size(); ++i) {
     Told& told = told_[which[i]];
     const std::uint32_t b = due_[which[i]];
     const BodyFeatures::Block& block = features_->blocks()[b];
-    double least = std::numeric_limits<double>::infinity();
-    for (unsigned rest = block.lanes; rest != 0; rest &= rest - 1) {
+    float* bounds = &values[kBlockPlaces * i];
+    const FieldReadings& reading = readings[i];
+    double least = reading.least;
+    told.touching = reading.within & block.lanes;
+    for (unsigned rest = reading.open & block.lanes; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-      const float value = values[kBlockPlaces * i + lane];
-      const std::int32_t kind = kinds[kBlockPlaces * i + lane];
-      const bool sharp = (block.sharp >> lane & 1U) != 0;
-      const double reach =
-          reach_ + (sharp ? features_->edge(features_->point(b, lane).edge).half_length : 0.0);
-      double distance = value - ErrorOf(kind, value);
-      if (kind == DistanceField::kListed && distance < reach) {
-        distance = field_->Distance(R_VF_ * features_->place(b, lane) + p_VF_, value,
-                                    std::min(reach, band));
-      } else if (kind == DistanceField::kNear && value < band) {
-        distance = value;
-      }
-      const double gap = distance - reach;
-      least = std::min(least, gap);
+      const double distance =
+          field_->Distance(R_VF_ * features_->place(b, lane) + p_VF_, bounds[lane], reach_);
+      bounds[lane] = static_cast<float>(distance);
+      least = std::min(least, distance);
       if (distance < reach_) told.touching = static_cast<std::uint16_t>(told.touching | 1U << lane);
-      if (sharp && gap < 0) told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << lane);
     }
-    told.gap = static_cast<float>(least - 2 * field_->error_bound());
+    told.gap = static_cast<float>(least - reach_ - kPlaceError);
     told.points = true;
+    if (other_ != nullptr && block.sharp != 0) LookAtEdges(b, bounds, told);
   }
+}
+
+void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told) noexcept {
+  const double known = edges_due_[b] - calendar_.odometer();
+  if (known > 0) {
+    told.gap = std::min(told.gap, static_cast<float>(known));
+    return;
+  }
+  const BodyFeatures::Block& block = features_->blocks()[b];
+  const Vec3 middle = R_VF_ * Vec3(block.middle.x, block.middle.y, block.middle.z) + p_VF_;
+  const double most_half = features_->longest_half() + other_->longest_half();
+  const double beyond = other_->EdgesBeyond(middle) - block.radius - reach_ - most_half;
+  double least = beyond;
+  if (beyond <= kEdgesEnough) least = std::numeric_limits<double>::infinity();
+  for (unsigned rest = beyond > kEdgesEnough ? 0U : block.sharp; rest != 0; rest &= rest - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+    const BodyFeatures::Edge& edge = features_->edge(features_->point(b, lane).edge);
+    const double reach = reach_ + edge.half_length;
+    double gap = bounds[lane] - reach;  // the surface is no nearer to the edge's part
+    if (gap <= kEdgesEnough) {
+      const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
+      const double most = reach + other_->longest_half() + kEdgesEnough;
+      double apart = other_->EdgesBeyond(place);
+      if (apart < most) {
+        apart = most;
+        other_->VisitEdgesNear(place, most, [&](const BodyFeatures::Edge& other) {
+          const double half = other_->longest_half() - other.half_length;
+          apart = std::min(apart, (other.middle - place).norm() + half);
+        });
+      }
+      gap = std::max(gap, apart - reach - other_->longest_half());
+    }
+    least = std::min(least, gap);
+    if (gap < 0) told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << lane);
+  }
+  edges_due_[b] = calendar_.odometer() + least;
+  told.gap = std::min(told.gap, static_cast<float>(least));
 }
 
 void FieldSchedule::PutDue() noexcept {
   near_count_ = 0;
-  const auto blocks = static_cast<std::uint32_t>(is_far_.size());
   for (std::size_t k = 0; k < due_count_; ++k) {
     const std::uint32_t b = due_[k];
     const Told& told = told_[k];
@@ -189,26 +226,19 @@ void FieldSchedule::PutDue() noexcept {
     if (told.touching != 0 || told.crossing != 0) {
       near_[near_count_++] = {b, told.touching, told.crossing};
     }
-    due_at_[b] = calendar_.odometer() + told.gap;
     const bool far = told.gap > kFar;
     std::uint32_t& far_in = far_in_[block.chunk];
     far_in += (far ? 1U : 0U) - is_far_[b];
     is_far_[b] = far ? 1 : 0;
-    calendar_.Put(b, due_at_[b]);
+    calendar_.Put(b, told.out + block.radius, told.gap);
   }
-  if (!options_.chunks || !options_.coherence) return;
   // chunks whose blocks are all far now stand whole
   for (std::size_t k = 0; k < due_count_; ++k) {
     const std::uint32_t number = features_->blocks()[due_[k]].chunk;
     if (k + 1 < due_count_ && features_->blocks()[due_[k + 1]].chunk == number) continue;
     const BodyFeatures::Chunk& chunk = features_->chunks()[number];
-    if (far_in_[number] < chunk.count) continue;
-    double first = std::numeric_limits<double>::infinity();
-    for (std::uint32_t b = chunk.first; b < chunk.first + chunk.count; ++b) {
-      calendar_.Remove(b);
-      first = std::min(first, due_at_[b]);
-    }
-    calendar_.Put(blocks + number, first);
+    if (far_in_[number] < chunk.count || !PutIfFar(number)) continue;
+    for (std::uint32_t b = chunk.first; b < chunk.first + chunk.count; ++b) calendar_.Remove(b);
   }
 }
 
@@ -227,6 +257,7 @@ double FieldSchedule::Read(const Pose& X_VF, double reach) noexcept {
   reach_ = reach;
   due_count_ = 0;
   counts_ = {};
+  std::fill(edges_due_.begin(), edges_due_.end(), 0.0);
   for (std::uint32_t b = 0; b < is_far_.size(); ++b) AddDue(b);
   TestAll();
   PutDue();

@@ -14,7 +14,7 @@ namespace tandem {
 
 /// Which feature points of one body are looked up in another body's distance field in a frame, and
 /// which of them touch (decision 0041). What it guarantees: a point that is nearer than the reach
-/// of contact is found in that frame, whatever the motion, as long as `travel` is never less than
+/// of contact is found in that frame, whatever the motion, as long as `motion` is never less than
 /// what the pair really moved.
 ///
 /// Each block of points stands in a calendar for the travel after which some of its points may
@@ -25,9 +25,18 @@ namespace tandem {
 /// are the same in both. Used by one thread, which may have helpers; no call allocates.
 class FieldSchedule {
  public:
-  /// `coherence` off: everything is due in every frame. All that is given must outlive it.
-  FieldSchedule(const BodyFeatures& features, const DistanceField& field,
-                const ScheduleOptions& options);
+  /// About what the pair turns as motions tell it: a place of F if the features do, otherwise of V,
+  /// and the greatest distance of that body's surface from it.
+  struct Centre {
+    Vec3 place = Vec3::Zero();
+    bool of_features = false;
+    double radius = 0;
+  };
+  /// `other`: the features of the field's body, whose sharp edges others may cross; null: edges
+  /// are not asked for. `coherence` off: everything is due in every frame. All that is given must
+  /// outlive it.
+  FieldSchedule(const BodyFeatures& features, const DistanceField& field, const BodyFeatures* other,
+                const Centre& centre, const ScheduleOptions& options);
 
   struct NearBlock {
     std::uint32_t block = 0;
@@ -35,8 +44,8 @@ class FieldSchedule {
     std::uint16_t crossing = 0;  // lanes whose sharp edge may meet another
     bool operator<(const NearBlock& other) const { return block < other.block; }
   };
-  /// `travel`: the most that points of the two bodies can have come nearer since the last call.
-  void Test(const Pose& X_VF, double travel, double reach) noexcept;
+  /// `motion`: of one body against the other since the last call, never less than it was.
+  void Test(const Pose& X_VF, const PairMotion& motion, double reach) noexcept;
   /// By rising block, as of the last Test().
   std::span<const NearBlock> near() const noexcept { return {near_.data(), near_count_}; }
   const TestCounts& counts() const noexcept { return counts_; }
@@ -59,18 +68,28 @@ class FieldSchedule {
   static constexpr double kFar = 12.0;
 
   void Place(const Pose& X_VF) noexcept;
-  void TestChunk(std::uint32_t chunk) noexcept;
+  /// Puts a chunk into the calendar if it is far as a whole; tells whether.
+  bool PutIfFar(std::uint32_t chunk) noexcept;
+  /// Of a place and where it is in V: how far from the centre.
+  double OutOf(const Vec3& place_F, const Vec3& place_V) const noexcept {
+    return ((centre_.of_features ? place_F : place_V) - centre_.place).norm();
+  }
   void AddDue(std::uint32_t block) noexcept { due_[due_count_++] = block; }
   /// Looks up the blocks due_[begin, end).
   void TestDue(std::size_t begin, std::size_t end) noexcept;
+  struct Told;
   void LookAtPoints(std::span<const std::uint32_t> which) noexcept;
+  /// Which sharp edges of a block may cross others, of which `bounds` are the distances at least of
+  /// its points.
+  void LookAtEdges(std::uint32_t block, const float* bounds, Told& told) noexcept;
   void TestAll() noexcept;
   void PutDue() noexcept;
-  double ErrorOf(std::int32_t kind, float value) const noexcept;
 
   const BodyFeatures* features_;
   const DistanceField* field_;
+  const BodyFeatures* other_;
   ScheduleOptions options_;
+  Centre centre_;
   DueCalendar calendar_;  // blocks, then chunks
   double reach_ = 0;
   Mat3 R_VF_ = Mat3::Identity();
@@ -78,7 +97,7 @@ class FieldSchedule {
   Vec3 p_VF_ = Vec3::Zero();
 
   std::vector<std::uint8_t> is_far_;   // by block, as it was last looked up
-  std::vector<double> due_at_;         // by block
+  std::vector<double> edges_due_;      // by block: before, none of its edges can cross another
   std::vector<std::uint32_t> far_in_;  // by chunk: how many of its blocks
   std::vector<std::uint32_t> due_;
   std::size_t due_count_ = 0;
@@ -86,6 +105,7 @@ class FieldSchedule {
   /// What the blocks of due_ came to.
   struct Told {
     float gap = 0;
+    float out = 0;  // from the centre
     std::uint16_t touching = 0;
     std::uint16_t crossing = 0;
     bool points = false;  // were looked up

@@ -199,7 +199,10 @@ BrickFaces::CellErrors BrickFaces::ErrorsOf(std::span<const float, kBrickNodes> 
   CellErrors errors;
   for (std::size_t i = 0; i < places.count; ++i) {
     const double value = Interpolated(values, cell, {places.x[i], places.y[i], places.z[i]});
-    const double error = std::abs(value - exact.Signed(i));
+    const double over = value - exact.Signed(i);
+    const double error = std::abs(over);
+    // a value beyond what is near is told as that
+    errors.over = std::max(errors.over, std::min(value, most_near) - exact.Signed(i));
     const double least = std::min<double>(std::abs(value), exact.distance[i]);
     if (least < band) {
       errors.within_band = std::max(errors.within_band, error);
@@ -216,7 +219,7 @@ BrickFaces::Errors BrickFaces::Measure(std::span<const float, kBrickNodes> value
   for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
     if (!ComesWithin(cell, most_near)) continue;
     const std::vector<std::uint32_t> candidates = CandidatesOf(cell);
-    errors.cells[cell] = static_cast<float>(kLeastBound);
+    errors.over[cell] = static_cast<float>(kLeastBound);
     if (!open && NearlyOnePlane(candidates, cell)) continue;
     CellErrors cell_errors = ErrorsOf(values, cell, Samples(), candidates, band, most_near);
     double share = kBetweenPlaces;
@@ -226,7 +229,7 @@ BrickFaces::Errors BrickFaces::Measure(std::span<const float, kBrickNodes> value
       share = kBetweenFinePlaces;
     }
     errors.beyond = std::max(errors.beyond, share * cell_errors.beyond);
-    errors.cells[cell] = static_cast<float>(share * cell_errors.within_band);
+    errors.over[cell] = static_cast<float>(share * cell_errors.over + kLeastBound);
     if (share * cell_errors.within_band > kMostCellError) {
       errors.erring |= std::uint64_t{1} << cell;
     } else {

@@ -56,7 +56,8 @@ class BrickFaces {
     std::uint64_t erring = 0;          // the cells with more than kMostCellError within the band
     double within_band = kLeastBound;  // of all others in the band, voxels
     double beyond = kLeastBound;       // where a reading is near, but beyond the band
-    std::array<float, kCellsPerBrick> cells{};  // of each, within the band
+    /// Of each cell, how much farther than the surface a reading says it is, where it is near.
+    std::array<float, kCellsPerBrick> over{};
   };
   /// How far the interpolated values are from the faces' distance. `open`: the faces may end in
   /// free space.
@@ -71,6 +72,7 @@ class BrickFaces {
   struct CellErrors {
     double within_band = 0;
     double beyond = 0;
+    double over = 0;
   };
   CellErrors ErrorsOf(std::span<const float, kBrickNodes> values, std::size_t cell,
                       const PlaceLanes& pattern, const std::vector<std::uint32_t>& candidates,

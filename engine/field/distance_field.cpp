@@ -113,8 +113,9 @@ FieldGradient DistanceField::Look(const Vec3& place_V, bool with_gradient) const
   FieldGradient look{.reading = {.value = Interpolated(brick, cell), .near = true}};
   const std::optional<List> list = ListOf(brick, cell.cell);
   if (!list && std::abs(look.reading.value) > kMostNear) {
-    look.reading = {.value = std::copysign(kMostNear - outer_error_bound_, look.reading.value),
-                    .near = false};
+    look.reading = {
+        .value = look.reading.value > 0 ? kMostNear - brick.Over() : outer_error_bound_ - kMostNear,
+        .near = false};
     return look;
   }
   if (with_gradient) look.gradient = GradientAt(brick, cell, place_L);

@@ -40,6 +40,13 @@ struct PlacedBlock {
   std::array<float, 3> from_base{};  // of their middle, in V
 };
 
+/// What the places of a block come to. A bit for each lane.
+struct FieldReadings {
+  float least = 0;  // that a place is far from the surface, at least, of all but the open ones
+  std::uint16_t within = 0;  // nearer than the reach that was asked for
+  std::uint16_t open = 0;    // faces tell whether it is: DistanceField::Distance()
+};
+
 /// One way in which a point near a surface is pushed off it.
 struct FieldPush {
   double distance = 0;         // voxels, negative in the solid
@@ -92,11 +99,14 @@ class DistanceField {
   enum Kind : std::int32_t { kBound = 0, kNear = 1, kListed = 2 };
   /// The values of many places: single precision, with no share of faces. Places are counted from
   /// `base`, at most 2,048 voxels. `count` is a multiple of 16. The same bits on every processor.
+  /// `over`: how much farther than the surface the value may say it is; null: nobody asks.
   void Values(const GridIndex& base, const PlaceSpans& places, std::size_t count, float* values,
-              std::int32_t* kinds) const noexcept;
-  /// The same of blocks of kBlockPlaces; R_VF by rows.
-  void BlockValues(const std::array<float, 9>& R_VF, std::span<const PlacedBlock> blocks,
-                   float* values, std::int32_t* kinds) const noexcept;
+              std::int32_t* kinds, float* over = nullptr) const noexcept;
+  /// The same of blocks of kBlockPlaces, R_VF by rows: what they come to; and `bounds` of all
+  /// places' distances, but the interpolated values of open ones.
+  void ReadBlocks(const std::array<float, 9>& R_VF, float reach,
+                  std::span<const PlacedBlock> blocks, float* bounds,
+                  FieldReadings* readings) const noexcept;
 
   /// Of a place that Values() calls kListed, and what it read there: the distance, if it is below
   /// `reach`, otherwise a bound that is not below `reach` and that no surface is nearer than.
@@ -106,8 +116,8 @@ class DistanceField {
   static constexpr std::size_t kMostPushes = 4;
   std::size_t Pushes(const Vec3& place_V, double reach,
                      std::array<FieldPush, kMostPushes>& pushes) const noexcept;
-  /// The greatest error of what is kListed, as Values() tells it, voxels.
-  double list_error_bound() const noexcept { return list_error_bound_; }
+  /// The greatest of what `over` may be, as Values() tells it, voxels.
+  static constexpr double kMostOver = 63.0 / 32;
 
   struct Sizes {
     std::size_t bricks = 0;
@@ -139,10 +149,10 @@ class DistanceField {
     const std::uint8_t* members = nullptr;  // a bit for each of the brick's faces
     std::size_t member_bytes = 0;
     std::uint8_t shares = 0;  // bit i: the share of the cell's corner i is 1, x fastest
-    std::uint8_t error = 0;   // of the interpolated value in the band, at least, in kListErrorStep
+    std::uint8_t over = 0;    // of the interpolated value, as FieldBrick::Over(), in kListOverStep
   };
   using Face = std::array<Vec3f, 3>;  // corners in L
-  static constexpr double kListErrorStep = 1.0 / 255;
+  static constexpr double kListOverStep = 1.0 / 255;
   /// Of an entry of list_faces_: a sheet, which has free space on both sides.
   static constexpr std::uint32_t kSheet = 1U << 31U;
   struct Cell {
@@ -173,7 +183,7 @@ class DistanceField {
   double band_ = 0;
   double error_bound_ = 0;
   double outer_error_bound_ = 0;
-  double list_error_bound_ = 0;
+  double over_of_lists_ = 0;                 // the greatest that a list tells
   GridIndex origin_;                         // voxels from W's origin
   GridIndex size_;                           // hyperbricks
   Bounds faces_L_;                           // the box of all faces
@@ -201,6 +211,9 @@ struct FieldView {
   std::array<float, 3> box_min{}, box_max{};  // of all faces, in L
   float most_near = 0;
   float beyond_near = 0;  // a bound for what is farther than most_near
+  float band = 0;
+  float error = 0;  // within the band
+  float over_of_lists = 0;
 };
 
 }  // namespace tandem

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -28,6 +30,17 @@ struct FieldBrick {
   static constexpr std::uint8_t kHasLists = 1;
   /// Of a brick whose steps are twice as large: some node is over two voxels off its plane.
   static constexpr std::uint8_t kLargeSteps = 2;
+
+  /// In the upper bits of the flags: how much farther than the surface a near reading in the brick
+  /// may say it is, in steps of kOverStep voxels.
+  static constexpr int kOverShift = 2;
+  static constexpr float kOverStep = 1.0F / 32;
+  float Over() const noexcept { return kOverStep * static_cast<float>(flags >> kOverShift); }
+  void SetOver(float over) noexcept {
+    const float count = std::min(63.0F, std::ceil(over / kOverStep));
+    flags = static_cast<std::uint8_t>((flags & ((1U << kOverShift) - 1)) |
+                                      static_cast<unsigned>(count) << kOverShift);
+  }
 
   float mean = 0;                        // plane's value at the brick's lowest node, voxels
   std::array<std::int16_t, 3> slopes{};  // of the plane along x, y, z, in units of kSlope

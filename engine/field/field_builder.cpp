@@ -117,7 +117,7 @@ class FieldBuilder {
   struct CellLists {
     std::uint64_t cells = 0;
     std::vector<std::uint8_t> shares;
-    std::vector<std::uint8_t> errors;
+    std::vector<std::uint8_t> overs;
     std::vector<std::vector<std::uint32_t>> faces;
   };
   struct Brick {
@@ -125,7 +125,7 @@ class FieldBuilder {
     std::vector<std::uint32_t> near;
     PackedBrick packed;
     std::uint64_t erring = 0;
-    std::array<float, kCellsPerBrick> errors{};
+    std::array<float, kCellsPerBrick> over{};
     CellLists lists;
   };
   struct Hyperbrick {
@@ -136,7 +136,7 @@ class FieldBuilder {
     std::int32_t bound = 0;
     double within_band = 0;
     double beyond = 0;
-    float of_lists = 0;
+    float over_of_lists = 0;
   };
 
   GridIndex HyperbrickAt(std::size_t number) const {
@@ -225,7 +225,7 @@ class FieldBuilder {
       const BrickFaces::Errors errors =
           faces.Measure(Unpacked(brick.packed), options_.band, DistanceField::kMostNear, open_);
       brick.erring = errors.erring;
-      brick.errors = errors.cells;
+      brick.over = errors.over;
       hyperbrick.within_band = std::max(hyperbrick.within_band, errors.within_band);
       hyperbrick.beyond = std::max(hyperbrick.beyond, errors.beyond);
       hyperbrick.entries[place] = static_cast<std::int32_t>(hyperbrick.bricks.size());
@@ -333,32 +333,41 @@ class FieldBuilder {
     Hyperbrick& hyperbrick = hyperbricks_[number];
     const GridIndex first_brick = HyperbrickAt(number) * 8;
     for (Brick& brick : hyperbrick.bricks) {
-      const GridIndex at = first_brick + BlockCell(brick.place);
-      const std::array<bool, kBrickNodes> err = NodesThatErr(at);
-      if (std::none_of(err.begin(), err.end(), [](bool e) {
-            return e;
-          }))
-        continue;
-      BrickFaces faces(at * kBrickCells, all_, brick.near);
-      faces.LookAtCells();
+      ListCells(brick, first_brick + BlockCell(brick.place));
+      float over = 0;
       for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
-        std::uint8_t shares = 0;
-        for (std::size_t corner = 0; corner < 8; ++corner) {
-          const std::size_t node =
-              NodeInBrick((cell & 3) + (corner & 1), (cell >> 2 & 3) + (corner >> 1 & 1),
-                          (cell >> 4) + (corner >> 2));
-          if (err[node]) shares = static_cast<std::uint8_t>(shares | 1U << corner);
-        }
-        if (shares == 0 || !faces.ComesWithin(cell, options_.band)) continue;
-        std::vector<std::uint32_t> list = faces.ListOf(cell, options_.band);
-        if (list.empty()) continue;
-        brick.lists.cells |= std::uint64_t{1} << cell;
-        brick.lists.shares.push_back(shares);
-        const double steps = std::ceil(brick.errors[cell] / DistanceField::kListErrorStep);
-        brick.lists.errors.push_back(static_cast<std::uint8_t>(std::min(255.0, steps)));
-        hyperbrick.of_lists = std::max(hyperbrick.of_lists, brick.errors[cell]);
-        brick.lists.faces.push_back(std::move(list));
+        const bool listed = (brick.lists.cells >> cell & 1U) != 0;
+        float& most = listed ? hyperbrick.over_of_lists : over;
+        most = std::max(most, brick.over[cell]);
       }
+      brick.packed.brick.SetOver(over);
+    }
+  }
+
+  void ListCells(Brick& brick, const GridIndex& at) const {
+    const std::array<bool, kBrickNodes> err = NodesThatErr(at);
+    if (std::none_of(err.begin(), err.end(), [](bool e) {
+          return e;
+        }))
+      return;
+    BrickFaces faces(at * kBrickCells, all_, brick.near);
+    faces.LookAtCells();
+    for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
+      std::uint8_t shares = 0;
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        const std::size_t node =
+            NodeInBrick((cell & 3) + (corner & 1), (cell >> 2 & 3) + (corner >> 1 & 1),
+                        (cell >> 4) + (corner >> 2));
+        if (err[node]) shares = static_cast<std::uint8_t>(shares | 1U << corner);
+      }
+      if (shares == 0 || !faces.ComesWithin(cell, options_.band)) continue;
+      std::vector<std::uint32_t> list = faces.ListOf(cell, options_.band);
+      if (list.empty()) continue;
+      brick.lists.cells |= std::uint64_t{1} << cell;
+      brick.lists.shares.push_back(shares);
+      const double steps = std::ceil(brick.over[cell] / DistanceField::kListOverStep);
+      brick.lists.overs.push_back(static_cast<std::uint8_t>(std::min(255.0, steps)));
+      brick.lists.faces.push_back(std::move(list));
     }
   }
 
@@ -368,7 +377,7 @@ class FieldBuilder {
     for (Hyperbrick& hyperbrick : hyperbricks_) {
       field_.error_bound_ = std::max(field_.error_bound_, hyperbrick.within_band);
       field_.outer_error_bound_ = std::max(field_.outer_error_bound_, hyperbrick.beyond);
-      field_.list_error_bound_ = std::max<double>(field_.list_error_bound_, hyperbrick.of_lists);
+      field_.over_of_lists_ = std::max<double>(field_.over_of_lists_, hyperbrick.over_of_lists);
       if (hyperbrick.entries.empty()) {
         field_.hyperbricks_.push_back(hyperbrick.bound);
         continue;
@@ -413,7 +422,7 @@ class FieldBuilder {
     for (std::size_t k = cells.faces.size(); k-- > 0;) {
       std::vector<std::uint8_t> list(lists.ListBytes());
       list[0] = cells.shares[k];
-      list[1] = cells.errors[k];
+      list[1] = cells.overs[k];
       for (const std::uint32_t face : cells.faces[k]) {
         const auto at = static_cast<std::size_t>(
             std::lower_bound(faces.begin(), faces.end(), face) - faces.begin());

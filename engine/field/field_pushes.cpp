@@ -90,10 +90,11 @@ double DistanceField::Distance(const Vec3& place_V, double value, double reach) 
   const Vec3 place_L = place_V - Vec3::Constant(0.5);
   const Cell cell = CellOf(place_L);
   const std::int32_t entry = EntryOf(cell.cell);
-  if (entry < 0) return value - list_error_bound_;
-  const std::optional<List> list = ListOf(bricks_[static_cast<std::size_t>(entry)], cell.cell);
-  if (!list) return value - list_error_bound_;
-  const double bound = value - kListErrorStep * list->error;
+  if (entry < 0) return value - kMostOver;
+  const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
+  const std::optional<List> list = ListOf(brick, cell.cell);
+  if (!list) return value - brick.Over();
+  const double bound = value - kListOverStep * list->over;
   if (bound >= reach) return bound;
   const FacesNear near = FacesWithin(*list, place_L, 0);
   const double nearest = near.faces[0].distance;

@@ -1,3 +1,5 @@
+#include <limits>
+
 #include "engine/field/distance_field.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -118,6 +120,7 @@ HWY_INLINE hn::Mask<I> Listed(const FieldView& field, const Brick& brick, const 
 struct Reading {
   Floats value;
   Ints kind;
+  Floats over;
 };
 
 /// `place_V` from `base`.
@@ -163,6 +166,7 @@ HWY_INLINE Reading Read(const FieldView& field, const GridIndex& base, const Axe
         hn::IfThenElse(has_table, hn::IfThenElse(hn::Gt(told, below_zero), number, told), entry);
   }
   Floats value = OfBounds(entry);
+  Floats over = hn::Zero(f);
   auto near = hn::And(inside, hn::Gt(entry, below_zero));
   auto listed = hn::And(near, hn::Not(near));
   if (!hn::AllFalse(i, near)) {
@@ -192,12 +196,19 @@ HWY_INLINE Reading Read(const FieldView& field, const GridIndex& base, const Axe
         hn::Add(hn::Add(brick.mean, hn::Mul(hn::Set(f, FieldBrick::kSlope), plane)),
                 hn::IfThenZeroElse(flat, hn::Mul(step, Between(low, high, from.z))));
     listed = hn::And(near, Listed(field, brick, in_brick));
+    const Floats of_brick =
+        hn::Mul(hn::Set(f, FieldBrick::kOverStep),
+                hn::ConvertTo(f, hn::ShiftRight<FieldBrick::kOverShift>(brick.flags)));
     const auto beyond =
         hn::AndNot(listed, hn::RebindMask(i, hn::Gt(hn::Abs(told), hn::Set(f, field.most_near))));
-    const Floats bound = hn::CopySign(hn::Set(f, field.beyond_near), told);
+    const Floats bound =
+        hn::IfThenElse(hn::Gt(told, hn::Zero(f)), hn::Sub(hn::Set(f, field.most_near), of_brick),
+                       hn::Set(f, -field.beyond_near));
     value = hn::IfThenElse(hn::RebindMask(f, near),
                            hn::IfThenElse(hn::RebindMask(f, beyond), bound, told), value);
     near = hn::AndNot(beyond, near);
+    over = hn::IfThenElse(hn::RebindMask(f, listed), hn::Set(f, field.over_of_lists),
+                          hn::IfThenElseZero(hn::RebindMask(f, near), of_brick));
   }
   if (!hn::AllTrue(i, inside)) {
     const Axes place_L{hn::Add(place.x, hn::Set(f, static_cast<float>(base.x))),
@@ -207,11 +218,11 @@ HWY_INLINE Reading Read(const FieldView& field, const GridIndex& base, const Axe
   }
   const Ints kind = hn::IfThenElse(listed, hn::Set(i, FieldView::kListed),
                                    hn::IfThenElseZero(near, hn::Set(i, FieldView::kNear)));
-  return {value, kind};
+  return {value, kind, over};
 }
 
 void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& places,
-            std::size_t count, float* values, std::int32_t* kinds) {
+            std::size_t count, float* values, std::int32_t* kinds, float* over) {
   const F f;
   const I i;
   for (std::size_t k = 0; k < count; k += hn::Lanes(f)) {
@@ -220,16 +231,20 @@ void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& pla
     const Reading reading = Read(field, base, place);
     hn::StoreU(reading.value, f, values + k);
     hn::StoreU(reading.kind, i, kinds + k);
+    if (over != nullptr) hn::StoreU(reading.over, f, over + k);
   }
 }
 
-void LookUpBlocks(const FieldView& field, const std::array<float, 9>& R_VF,
+void LookUpBlocks(const FieldView& field, const std::array<float, 9>& R_VF, float reach,
                   const PlacedBlock* blocks, std::size_t count, float* values,
-                  std::int32_t* kinds) {
+                  FieldReadings* readings) {
   const F f;
   const I i;
   for (std::size_t b = 0; b < count; ++b) {
     const PlacedBlock& block = blocks[b];
+    Floats least = hn::Set(f, std::numeric_limits<float>::max());
+    std::uint64_t within = 0;
+    std::uint64_t open = 0;
     for (std::size_t k = 0; k < kBlockPlaces; k += hn::Lanes(f)) {
       const Floats x = hn::LoadU(f, block.places_F.x + k);
       const Floats y = hn::LoadU(f, block.places_F.y + k);
@@ -242,9 +257,29 @@ void LookUpBlocks(const FieldView& field, const std::array<float, 9>& R_VF,
                        hn::Add(hn::Add(turned(x, 0), turned(y, 1)), turned(z, 2)));
       };
       const Reading reading = Read(field, block.base, {along(0), along(1), along(2)});
-      hn::StoreU(reading.value, f, values + kBlockPlaces * b + k);
-      hn::StoreU(reading.kind, i, kinds + kBlockPlaces * b + k);
+      const auto near = hn::RebindMask(f, hn::Eq(reading.kind, hn::Set(i, FieldView::kNear)));
+      const auto listed = hn::RebindMask(f, hn::Eq(reading.kind, hn::Set(i, FieldView::kListed)));
+      const auto in_band = hn::Le(hn::Abs(reading.value), hn::Set(f, field.band));
+      // where no list tells: exact within the band, and beyond it not nearer than its border
+      const Floats over = hn::Sub(reading.value, reading.over);
+      const Floats least_here =
+          hn::Sub(hn::Min(reading.value, hn::Set(f, field.band)), hn::Set(f, field.error));
+      const Floats bound = hn::IfThenElse(near, hn::Max(over, least_here), over);
+      // what a list tells is decided only where that is far
+      const auto is_open = hn::And(listed, hn::Lt(bound, hn::Set(f, reach)));
+      const Floats told = hn::IfThenElse(hn::And(near, in_band), reading.value, bound);
+      const auto is_within = hn::AndNot(is_open, hn::Lt(told, hn::Set(f, reach)));
+      least = hn::Min(least, hn::IfThenElse(is_open, least, bound));
+      hn::StoreU(hn::IfThenElse(is_open, reading.value, bound), f, values + kBlockPlaces * b + k);
+      std::array<std::uint8_t, 8> bits{};
+      hn::StoreMaskBits(f, is_open, bits.data());
+      open |= (bits[0] | std::uint64_t{bits[1]} << 8U) << k;
+      bits = {};
+      hn::StoreMaskBits(f, is_within, bits.data());
+      within |= (bits[0] | std::uint64_t{bits[1]} << 8U) << k;
     }
+    readings[b] = {hn::GetLane(hn::MinOfLanes(f, least)), static_cast<std::uint16_t>(within),
+                   static_cast<std::uint16_t>(open)};
   }
 }
 
@@ -276,18 +311,22 @@ FieldView DistanceField::View() const noexcept {
   }
   view.most_near = static_cast<float>(kMostNear);
   view.beyond_near = static_cast<float>(kMostNear - outer_error_bound_);
+  view.band = static_cast<float>(band_);
+  view.error = static_cast<float>(error_bound_);
+  view.over_of_lists = static_cast<float>(over_of_lists_);
   return view;
 }
 
 void DistanceField::Values(const GridIndex& base, const PlaceSpans& places, std::size_t count,
-                           float* values, std::int32_t* kinds) const noexcept {
-  HWY_DYNAMIC_DISPATCH(LookUp)(View(), base, places, count, values, kinds);
+                           float* values, std::int32_t* kinds, float* over) const noexcept {
+  HWY_DYNAMIC_DISPATCH(LookUp)(View(), base, places, count, values, kinds, over);
 }
 
-void DistanceField::BlockValues(const std::array<float, 9>& R_VF,
-                                std::span<const PlacedBlock> blocks, float* values,
-                                std::int32_t* kinds) const noexcept {
-  HWY_DYNAMIC_DISPATCH(LookUpBlocks)(View(), R_VF, blocks.data(), blocks.size(), values, kinds);
+void DistanceField::ReadBlocks(const std::array<float, 9>& R_VF, float reach,
+                               std::span<const PlacedBlock> blocks, float* values,
+                               FieldReadings* readings) const noexcept {
+  HWY_DYNAMIC_DISPATCH(LookUpBlocks)
+  (View(), R_VF, reach, blocks.data(), blocks.size(), values, readings);
 }
 
 }  // namespace tandem
