@@ -120,11 +120,12 @@ BodyFeatures::BodyFeatures(const Pointshell& shell, const Pose& X_VB, double vox
     }
   }
   IndexEdges();
-  MeasureSteps();
+  MeasureEdgeDistances();
 }
 
-void BodyFeatures::MeasureSteps() {
+void BodyFeatures::MeasureEdgeDistances() {
   if (edges_.empty()) return;
+  constexpr std::int32_t kReach = static_cast<std::int32_t>(kFarEdges) >> kCellBits;
   GridIndex low = CellAt(edges_.front().middle);
   GridIndex high = low;
   for (const Edge& edge : edges_) {
@@ -132,62 +133,62 @@ void BodyFeatures::MeasureSteps() {
     low = {std::min(low.x, cell.x), std::min(low.y, cell.y), std::min(low.z, cell.z)};
     high = {std::max(high.x, cell.x), std::max(high.y, cell.y), std::max(high.z, cell.z)};
   }
-  const std::int32_t margin = kMostSteps - 1;
-  first_cell_ = low - GridIndex{margin, margin, margin};
-  cell_count_ = high - low + GridIndex{2 * margin + 1, 2 * margin + 1, 2 * margin + 1};
-  const auto x = static_cast<std::size_t>(cell_count_.x);
-  const auto y = static_cast<std::size_t>(cell_count_.y);
-  const auto z = static_cast<std::size_t>(cell_count_.z);
-  steps_to_edge_.assign(x * y * z, kMostSteps);
-  const auto at = [&](const GridIndex& cell) {
-    const GridIndex in = cell - first_cell_;
-    return static_cast<std::size_t>(in.x) +
-           x * (static_cast<std::size_t>(in.y) + y * static_cast<std::size_t>(in.z));
-  };
-  for (const Edge& edge : edges_) steps_to_edge_[at(CellAt(edge.middle))] = 0;
-  // along each axis there and back: the greatest of three differences
-  const auto sweep = [&](std::size_t stride, std::size_t length, std::size_t lines,
-                         const auto& begin_of) {
-    std::vector<std::uint8_t> line(length);
-    for (std::size_t l = 0; l < lines; ++l) {
-      const std::size_t begin = begin_of(l);
-      for (std::size_t i = 0; i < length; ++i) line[i] = steps_to_edge_[begin + i * stride];
-      // of each place the least over all others of the greater of their steps and the way there
-      for (std::size_t i = 0; i < length; ++i) {
-        std::uint8_t least = line[i];
-        for (std::size_t k = 1; k < least; ++k) {
-          const auto by = static_cast<std::uint8_t>(k);
-          if (i >= k) least = std::min(least, std::max(line[i - k], by));
-          if (i + k < length) least = std::min(least, std::max(line[i + k], by));
-        }
-        steps_to_edge_[begin + i * stride] = least;
+  constexpr GridIndex kMargin{kReach, kReach, kReach};
+  first_cell_ = low - kMargin;
+  cell_count_ = high - low + kMargin * 2 + GridIndex{1, 1, 1};
+  edge_distances_.assign(static_cast<std::size_t>(cell_count_.x) *
+                             static_cast<std::size_t>(cell_count_.y) *
+                             static_cast<std::size_t>(cell_count_.z),
+                         255);
+  constexpr std::size_t kWidth = 2 * kReach + 1;
+  using Squares = std::array<double, kWidth>;
+  for (const Edge& edge : edges_) {
+    const GridIndex at = CellAt(edge.middle);
+    // by axis: the square of the distance from the cells about it
+    std::array<Squares, 3> squares;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<Eigen::Index>(axis);
+      const std::int32_t own = axis == 0 ? at.x : axis == 1 ? at.y : at.z;
+      for (std::size_t k = 0; k < kWidth; ++k) {
+        const double begin = (own - kReach + static_cast<std::int32_t>(k)) << kCellBits;
+        const double apart =
+            std::max({0.0, begin - edge.middle[a], edge.middle[a] - begin - (1 << kCellBits)});
+        squares[axis][k] = apart * apart;
       }
     }
-  };
-  sweep(1, x, y * z, [&](std::size_t l) {
-    return l * x;
-  });
-  sweep(x, y, x * z, [&](std::size_t l) {
-    return l % x + l / x * x * y;
-  });
-  sweep(x * y, z, x * y, [](std::size_t l) {
-    return l;
-  });
+    for (std::size_t z = 0; z < kWidth; ++z) {
+      for (std::size_t y = 0; y < kWidth; ++y) {
+        const double across = squares[1][y] + squares[2][z];
+        if (across >= kFarEdges * kFarEdges) continue;
+        std::uint8_t* row = &edge_distances_[CellNumber(
+            at + GridIndex{-kReach, static_cast<std::int32_t>(y) - kReach,
+                           static_cast<std::int32_t>(z) - kReach})];
+        for (std::size_t x = 0; x < kWidth; ++x) {
+          const double steps = std::sqrt(squares[0][x] + across) / kEdgeStep;
+          row[x] = std::min(row[x], static_cast<std::uint8_t>(std::min(steps, 255.0)));
+        }
+      }
+    }
+  }
+}
+
+std::size_t BodyFeatures::CellNumber(const GridIndex& cell) const noexcept {
+  const GridIndex in = cell - first_cell_;
+  return static_cast<std::size_t>(in.x) +
+         static_cast<std::size_t>(cell_count_.x) *
+             (static_cast<std::size_t>(in.y) +
+              static_cast<std::size_t>(cell_count_.y) * static_cast<std::size_t>(in.z));
 }
 
 double BodyFeatures::EdgesBeyond(const Vec3& place_V) const noexcept {
-  if (steps_to_edge_.empty()) return kFarEdges;
-  const GridIndex in = CellAt(place_V) - first_cell_;
+  if (edge_distances_.empty()) return kFarEdges;
+  const GridIndex cell = CellAt(place_V);
+  const GridIndex in = cell - first_cell_;
   if (in.x < 0 || in.y < 0 || in.z < 0 || in.x >= cell_count_.x || in.y >= cell_count_.y ||
       in.z >= cell_count_.z) {
     return kFarEdges;
   }
-  const std::size_t cell =
-      static_cast<std::size_t>(in.x) +
-      static_cast<std::size_t>(cell_count_.x) *
-          (static_cast<std::size_t>(in.y) +
-           static_cast<std::size_t>(cell_count_.y) * static_cast<std::size_t>(in.z));
-  return std::max(0, steps_to_edge_[cell] - 1) * static_cast<double>(1 << kCellBits);
+  return kEdgeStep * edge_distances_[CellNumber(cell)];
 }
 
 GridIndex BodyFeatures::CellAt(const Vec3& place_V) noexcept {
@@ -218,7 +219,11 @@ void BodyFeatures::IndexEdges() {
 }
 
 std::span<const std::uint32_t> BodyFeatures::EdgesOf(const GridIndex& cell) const noexcept {
-  if (slots_.empty()) return {};
+  const GridIndex in = cell - first_cell_;
+  const bool outside = in.x < 0 || in.y < 0 || in.z < 0 || in.x >= cell_count_.x ||
+                       in.y >= cell_count_.y || in.z >= cell_count_.z;
+  // a cell with an edge is no way from it
+  if (outside || edge_distances_[CellNumber(cell)] != 0) return {};
   const std::uint64_t code = MortonCode(cell);
   std::size_t at = code * 0x9e3779b97f4a7c15ULL >> 20U & (slots_.size() - 1);
   for (; slots_[at].count != 0; at = (at + 1) & (slots_.size() - 1)) {
@@ -232,7 +237,7 @@ std::span<const std::uint32_t> BodyFeatures::EdgesOf(const GridIndex& cell) cons
 std::size_t BodyFeatures::bytes() const noexcept {
   return blocks_.size() * (sizeof(Block) + sizeof(Lanes)) + points_.size() * sizeof(Point) +
          chunks_.size() * sizeof(Chunk) + edges_.size() * (sizeof(Edge) + sizeof(std::uint32_t)) +
-         slots_.size() * sizeof(Slot) + steps_to_edge_.size();
+         slots_.size() * sizeof(Slot) + edge_distances_.size();
 }
 
 }  // namespace tandem

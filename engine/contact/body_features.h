@@ -80,7 +80,7 @@ class BodyFeatures {
 
   /// Voxels: no sharp edge part's middle is nearer to a place than this; at most kFarEdges.
   double EdgesBeyond(const Vec3& place_V) const noexcept;
-  static constexpr double kFarEdges = 56;
+  static constexpr double kFarEdges = 12;
   /// Calls visit(edge) for all sharp edge parts whose middles may lie within `reach` of a place,
   /// in an order that depends on nothing else.
   template <class Visit>
@@ -100,8 +100,9 @@ class BodyFeatures {
   static constexpr int kCellBits = 2;  // edges are found by cubes of 4 voxels
   static GridIndex CellAt(const Vec3& place_V) noexcept;
   std::span<const std::uint32_t> EdgesOf(const GridIndex& cell) const noexcept;
+  std::size_t CellNumber(const GridIndex& cell) const noexcept;
   void IndexEdges();
-  void MeasureSteps();
+  void MeasureEdgeDistances();
 
   std::vector<Block> blocks_;
   std::vector<Lanes> lanes_;
@@ -118,12 +119,11 @@ class BodyFeatures {
   };
   std::vector<Slot> slots_;  // a power of two
   std::vector<std::uint32_t> edges_by_cell_;
-  /// Chess-board distance of cells to the nearest with an edge, at most kMostSteps; in a box of
-  /// cells.
-  static constexpr std::uint8_t kMostSteps = 15;
+  /// Of each cell in a box of cells: how far it is from the nearest middle, in kEdgeStep.
+  static constexpr double kEdgeStep = kFarEdges / 255;
   GridIndex first_cell_;
   GridIndex cell_count_;
-  std::vector<std::uint8_t> steps_to_edge_;
+  std::vector<std::uint8_t> edge_distances_;
 };
 
 }  // namespace tandem

@@ -42,16 +42,20 @@ class DueCalendar {
     }
   }
 
-  /// What an item at the edge of the body may have come so far, voxels; not over jumps.
-  double odometer() const noexcept { return rings_[kRings.size() - 2].odometer; }
+  /// The ring of an item that is `out` voxels from the origin and goes `ahead` voxels at the most.
+  std::size_t RingOf(double out, double ahead) const noexcept {
+    std::size_t r = 0;
+    while (r + 1 < kRings.size() && out + ahead > kRings[r] * radius_) ++r;
+    return r;
+  }
+  /// What a ring's items may have come so far, voxels; not over jumps.
+  double odometer(std::size_t ring) const noexcept { return rings_[ring].odometer; }
 
   /// Puts an item in, from wherever it was, that is `out` voxels from the origin and due when it
   /// has come `ahead` voxels.
   void Put(std::uint32_t item, double out, double ahead) noexcept {
     Remove(item);
-    std::size_t r = 0;
-    // by then it may be farther out
-    while (r + 1 < kRings.size() && out + std::min(ahead, kFarthest) > kRings[r] * radius_) ++r;
+    const std::size_t r = RingOf(out, std::min(ahead, kFarthest));
     Ring& ring = rings_[r];
     const double most = kRings.back() * radius_;
     const double scaled = out > most ? ahead * most / out : ahead;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace tandem {
 
@@ -26,7 +27,8 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
       centre_(centre),
       calendar_(features.blocks().size() + features.chunks().size(), centre.radius),
       is_far_(features.blocks().size(), 1),
-      edges_due_(features.blocks().size(), 0.0),
+      edges_due_(features.blocks().size()),
+      is_due_(features.blocks().size() / 64 + 1),
       due_(features.blocks().size()),
       due_chunks_(features.chunks().size()),
       told_(features.blocks().size()),
@@ -50,13 +52,13 @@ void FieldSchedule::Place(const Pose& X_VF) noexcept {
 void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reach) noexcept {
   Place(X_VF);
   counts_ = {};
-  due_count_ = 0;
   // a wider reach comes nearer as a body would
   const double wider = std::max(0.0, reach - reach_);
   reach_ = reach;
   const double more = options_.coherence ? wider : std::numeric_limits<double>::infinity();
   // what is known of edges counts by the odometer, which does not run over a jump
-  if (!std::isfinite(motion.way + more)) std::fill(edges_due_.begin(), edges_due_.end(), 0.0);
+  if (!std::isfinite(motion.way + more))
+    std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
   const auto blocks = static_cast<std::uint32_t>(is_far_.size());
   std::size_t chunk_count = 0;
   calendar_.Advance(motion, more, [&](std::uint32_t item) {
@@ -90,8 +92,14 @@ bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
 }
 
 void FieldSchedule::TestAll() noexcept {
-  // the calendar's order is that of the past; the same blocks in order read memory in order
-  std::sort(due_.begin(), due_.begin() + static_cast<std::ptrdiff_t>(due_count_));
+  // the calendar's order is that of the past; blocks in order read memory in order
+  due_count_ = 0;
+  for (std::size_t word = 0; word < is_due_.size(); ++word) {
+    for (std::uint64_t bits = std::exchange(is_due_[word], 0); bits != 0; bits &= bits - 1) {
+      due_[due_count_++] =
+          static_cast<std::uint32_t>(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
+    }
+  }
   const auto test = [this](std::size_t begin, std::size_t end, int) {
     TestDue(begin, end);
   };
@@ -179,7 +187,8 @@ void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept 
 }
 
 void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told) noexcept {
-  const double known = edges_due_[b] - calendar_.odometer();
+  EdgesDue& due = edges_due_[b];
+  const double known = due.at - calendar_.odometer(due.ring);
   if (known > 0) {
     told.gap = std::min(told.gap, static_cast<float>(known));
     return;
@@ -194,24 +203,25 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     const BodyFeatures::Edge& edge = features_->edge(features_->point(b, lane).edge);
     const double reach = reach_ + edge.half_length;
-    double gap = bounds[lane] - reach;  // the surface is no nearer to the edge's part
+    // neither the surface nor an edge is nearer to the edge's part
+    const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
+    double gap = std::max<double>(bounds[lane] - reach,
+                                  other_->EdgesBeyond(place) - reach - other_->longest_half());
     if (gap <= kEdgesEnough) {
-      const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
       const double most = reach + other_->longest_half() + kEdgesEnough;
-      double apart = other_->EdgesBeyond(place);
-      if (apart < most) {
-        apart = most;
-        other_->VisitEdgesNear(place, most, [&](const BodyFeatures::Edge& other) {
-          const double half = other_->longest_half() - other.half_length;
-          apart = std::min(apart, (other.middle - place).norm() + half);
-        });
-      }
+      double apart = most;
+      other_->VisitEdgesNear(place, most, [&](const BodyFeatures::Edge& other) {
+        const double half = other_->longest_half() - other.half_length;
+        apart = std::min(apart, (other.middle - place).norm() + half);
+      });
       gap = std::max(gap, apart - reach - other_->longest_half());
     }
     least = std::min(least, gap);
     if (gap < 0) told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << lane);
   }
-  edges_due_[b] = calendar_.odometer() + least;
+  due.ring =
+      static_cast<std::uint32_t>(calendar_.RingOf(told.out + block.radius, std::max(least, 0.0)));
+  due.at = calendar_.odometer(due.ring) + least;
   told.gap = std::min(told.gap, static_cast<float>(least));
 }
 
@@ -255,9 +265,8 @@ double FieldSchedule::owed_per_voxel() const noexcept {
 double FieldSchedule::Read(const Pose& X_VF, double reach) noexcept {
   Place(X_VF);
   reach_ = reach;
-  due_count_ = 0;
   counts_ = {};
-  std::fill(edges_due_.begin(), edges_due_.end(), 0.0);
+  std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
   for (std::uint32_t b = 0; b < is_far_.size(); ++b) AddDue(b);
   TestAll();
   PutDue();

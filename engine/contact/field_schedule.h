@@ -74,7 +74,9 @@ class FieldSchedule {
   double OutOf(const Vec3& place_F, const Vec3& place_V) const noexcept {
     return ((centre_.of_features ? place_F : place_V) - centre_.place).norm();
   }
-  void AddDue(std::uint32_t block) noexcept { due_[due_count_++] = block; }
+  void AddDue(std::uint32_t block) noexcept {
+    is_due_[block >> 6U] |= std::uint64_t{1} << (block & 63U);
+  }
   /// Looks up the blocks due_[begin, end).
   void TestDue(std::size_t begin, std::size_t end) noexcept;
   struct Told;
@@ -96,10 +98,16 @@ class FieldSchedule {
   std::array<float, 9> rows_{};
   Vec3 p_VF_ = Vec3::Zero();
 
-  std::vector<std::uint8_t> is_far_;   // by block, as it was last looked up
-  std::vector<double> edges_due_;      // by block: before, none of its edges can cross another
+  std::vector<std::uint8_t> is_far_;  // by block, as it was last looked up
+  /// By block: up to what odometer none of its edges can cross another.
+  struct EdgesDue {
+    double at = 0;
+    std::uint32_t ring = 0;
+  };
+  std::vector<EdgesDue> edges_due_;
   std::vector<std::uint32_t> far_in_;  // by chunk: how many of its blocks
-  std::vector<std::uint32_t> due_;
+  std::vector<std::uint64_t> is_due_;  // a bit for each block
+  std::vector<std::uint32_t> due_;     // the same, by rising block
   std::size_t due_count_ = 0;
   std::vector<std::uint32_t> due_chunks_;
   /// What the blocks of due_ came to.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "engine/base/bits.h"
 #include "engine/field/distance_field.h"
@@ -12,6 +13,8 @@ namespace {
 
 /// Voxels: nearer to a face than this, its normal tells the way.
 constexpr double kTouching = 1e-4;
+/// Voxels: faces are equally near within this.
+constexpr double kTie = 1e-4;
 /// Of a second face, voxels above the first one's plane from which on it pushes in full.
 constexpr double kApart = 0.1;
 
@@ -39,7 +42,6 @@ struct DistanceField::FacesNear {
   /// Whether the place is in the solid. Of equally near faces the one that turns most to the place
   /// tells.
   bool Inside() const {
-    constexpr double kTie = 1e-4;
     const Face* told = &faces[0];
     for (std::size_t i = 1; i < count && faces[i].distance < faces[0].distance + kTie; ++i) {
       if (std::abs(faces[i].height) > std::abs(told->height)) told = &faces[i];
@@ -64,24 +66,39 @@ double ShareBeside(const auto& face, const auto& first) {
 
 DistanceField::FacesNear DistanceField::FacesWithin(const List& list, const Vec3& place_L,
                                                     double reach) const {
+  constexpr std::size_t kMost = 64;
+  std::array<std::uint32_t, kMost> entries;
+  std::array<Vec3, kMost> closest;
+  std::array<double, kMost> squares;
+  std::size_t count = 0;
+  double least = std::numeric_limits<double>::infinity();
   FacesNear near;
+  const auto keep = [&](std::size_t k) {
+    const Face& face = faces_[entries[k] & ~kSheet];
+    const Vec3 a = face[0].cast<double>();
+    const Vec3 nhat = (face[1].cast<double>() - a).cross(face[2].cast<double>() - a).normalized();
+    const Vec3 from = place_L - closest[k];
+    const double distance = std::sqrt(squares[k]);
+    const Vec3 away = distance > kTouching ? Vec3(from / distance) : nhat;
+    near.Add({distance, closest[k], away, nhat.dot(from), (entries[k] & kSheet) != 0});
+  };
   for (std::size_t byte = 0; byte < list.member_bytes; ++byte) {
     for (std::uint32_t bits = list.members[byte]; bits != 0; bits &= bits - 1) {
-      const std::uint32_t entry = list.faces[8 * byte + CountBits((bits & -bits) - 1)];
-      const Face& face = faces_[entry & ~kSheet];
-      const Vec3 a = face[0].cast<double>();
-      const Vec3 b = face[1].cast<double>();
-      const Vec3 c = face[2].cast<double>();
-      const Vec3 closest = ClosestOnTriangle(a, b, c, place_L).point;
-      const Vec3 from = place_L - closest;
-      const double distance = from.norm();
-      // the nearest is always kept: it tells the side
-      if (distance >= reach && near.count > 0 && distance >= near.faces[0].distance) continue;
-      const Vec3 nhat = (b - a).cross(c - a).normalized();
-      const double height = nhat.dot(from);
-      const Vec3 away = distance > kTouching ? Vec3(from / distance) : nhat;
-      near.Add({distance, closest, away, height, (entry & kSheet) != 0});
+      if (count == kMost) continue;
+      entries[count] = list.faces[8 * byte + CountBits((bits & -bits) - 1)];
+      const Face& face = faces_[entries[count] & ~kSheet];
+      closest[count] = ClosestOnTriangle(face[0].cast<double>(), face[1].cast<double>(),
+                                         face[2].cast<double>(), place_L)
+                           .point;
+      squares[count] = (place_L - closest[count]).squaredNorm();
+      least = std::min(least, squares[count]);
+      ++count;
     }
+  }
+  // all as near as the nearest tell the side together
+  const double most = std::max(std::sqrt(least) + kTie, reach);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (squares[k] <= most * most) keep(k);
   }
   return near;
 }

@@ -84,30 +84,28 @@ HWY_INLINE Brick BrickOf(const FieldView& field, Ints number) {
 }
 
 /// The steps of a node and its neighbour along x, interpolated.
-HWY_INLINE Floats StepBetween(const FieldView& field, const Brick& brick, Ints node, Floats share) {
+HWY_INLINE Floats StepBetween(const FieldView& field, Ints bits, Ints steps, Ints node,
+                              Floats share) {
   const F f;
   const I i;
-  const Ints bit = hn::Mul(node, brick.bits);
-  const Ints byte = hn::Add(brick.steps, hn::ShiftRight<3>(bit));
+  const Ints bit = hn::Mul(node, bits);
+  const Ints byte = hn::Add(steps, hn::ShiftRight<3>(bit));
   const Ints word = hn::GatherOffset(i, reinterpret_cast<const std::int32_t*>(field.steps), byte);
-  const Ints unused = hn::Sub(hn::Set(i, 32), brick.bits);
+  const Ints unused = hn::Sub(hn::Set(i, 32), bits);
   const Ints skipped = hn::And(bit, hn::Set(i, 7));
   const Ints low = hn::Shr(hn::Shl(word, hn::Sub(unused, skipped)), unused);
-  const Ints high = hn::Shr(hn::Shl(word, hn::Sub(hn::Sub(unused, skipped), brick.bits)), unused);
+  const Ints high = hn::Shr(hn::Shl(word, hn::Sub(hn::Sub(unused, skipped), bits)), unused);
   return Between(hn::ConvertTo(f, low), hn::ConvertTo(f, high), share);
 }
 
-/// Which lanes' cells have a list.
-HWY_INLINE hn::Mask<I> Listed(const FieldView& field, const Brick& brick, const IntAxes& in_brick) {
+/// Which lanes' cells have a list; `bit` of a cell in its brick.
+HWY_INLINE hn::Mask<I> Listed(const FieldView& field, Ints flags, Ints steps, Ints bit) {
   const I i;
-  const Ints bit =
-      hn::Add(in_brick.x, hn::Add(hn::ShiftLeft<2>(in_brick.y), hn::ShiftLeft<4>(in_brick.z)));
-  const auto has_lists =
-      hn::Ne(hn::And(brick.flags, hn::Set(i, FieldBrick::kHasLists)), hn::Zero(i));
+  const auto has_lists = hn::Ne(hn::And(flags, hn::Set(i, FieldBrick::kHasLists)), hn::Zero(i));
   if (hn::AllFalse(i, has_lists)) return has_lists;
   // a brick with lists has their cells before its steps; others read the pool's begin
-  const Ints word = hn::Add(brick.steps, hn::Sub(hn::ShiftLeft<2>(hn::ShiftRight<5>(bit)),
-                                                 hn::Set(i, sizeof(FieldLists))));
+  const Ints word = hn::Add(
+      steps, hn::Sub(hn::ShiftLeft<2>(hn::ShiftRight<5>(bit)), hn::Set(i, sizeof(FieldLists))));
   const Ints at = hn::IfThenElseZero(has_lists, word);
   const Ints cells = hn::GatherOffset(i, reinterpret_cast<const std::int32_t*>(field.steps), at);
   const hn::RebindToUnsigned<I> u;
@@ -117,14 +115,29 @@ HWY_INLINE hn::Mask<I> Listed(const FieldView& field, const Brick& brick, const 
   return hn::And(has_lists, hn::Ne(one, hn::Zero(i)));
 }
 
-struct Reading {
-  Floats value;
-  Ints kind;
-  Floats over;
+/// Vectors of places on their way. A look-up is a chain of reads, each of which needs the one
+/// before, so all vectors take one step before any takes the next: they wait side by side.
+struct Batch {
+  static constexpr std::size_t kVectors = 16;
+  static constexpr std::size_t kLanes = 16;
+  template <class T>
+  using Lanes = std::array<T, kVectors * kLanes>;
+  // after Find()
+  alignas(64) Lanes<float> x, y, z;       // from the cell's lowest node
+  alignas(64) Lanes<std::int32_t> cell;   // in its brick: x + 4 y + 16 z
+  alignas(64) Lanes<std::int32_t> entry;  // number of the brick; below 0: none
+  alignas(64) Lanes<float> value;         // a bound, where there is none
+  // after ReadBricks()
+  alignas(64) Lanes<float> plane;
+  alignas(64) Lanes<std::int32_t> bits, flags, steps;
+  // after ReadSteps()
+  alignas(64) Lanes<std::int32_t> kind;
+  alignas(64) Lanes<float> over;
 };
 
-/// `place_V` from `base`.
-HWY_INLINE Reading Read(const FieldView& field, const GridIndex& base, const Axes& place_V) {
+/// `place_V` from `base`; `at` of the vector's first lane.
+HWY_INLINE void Find(const FieldView& field, const GridIndex& base, const Axes& place_V,
+                     std::size_t v, Batch& batch) {
   const F f;
   const I i;
   const Ints below_zero = hn::Set(i, -1);
@@ -132,7 +145,6 @@ HWY_INLINE Reading Read(const FieldView& field, const GridIndex& base, const Axe
   const Floats half = hn::Set(f, 0.5F);
   const Axes place{hn::Sub(place_V.x, half), hn::Sub(place_V.y, half), hn::Sub(place_V.z, half)};
   const Axes floor{hn::Floor(place.x), hn::Floor(place.y), hn::Floor(place.z)};
-  const Axes from{hn::Sub(place.x, floor.x), hn::Sub(place.y, floor.y), hn::Sub(place.z, floor.z)};
   IntAxes cell{hn::Add(hn::ConvertTo(i, floor.x), hn::Set(i, base.x)),
                hn::Add(hn::ConvertTo(i, floor.y), hn::Set(i, base.y)),
                hn::Add(hn::ConvertTo(i, floor.z), hn::Set(i, base.z))};
@@ -166,120 +178,207 @@ HWY_INLINE Reading Read(const FieldView& field, const GridIndex& base, const Axe
         hn::IfThenElse(has_table, hn::IfThenElse(hn::Gt(told, below_zero), number, told), entry);
   }
   Floats value = OfBounds(entry);
-  Floats over = hn::Zero(f);
-  auto near = hn::And(inside, hn::Gt(entry, below_zero));
-  auto listed = hn::And(near, hn::Not(near));
-  if (!hn::AllFalse(i, near)) {
-    const Brick brick = BrickOf(field, hn::IfThenElseZero(near, entry));
-    const Ints three = hn::Set(i, 3);
-    const IntAxes in_brick{hn::And(cell.x, three), hn::And(cell.y, three), hn::And(cell.z, three)};
-    const Ints node = hn::Add(in_brick.x, hn::Add(hn::Mul(in_brick.y, hn::Set(i, 5)),
-                                                  hn::Mul(in_brick.z, hn::Set(i, 25))));
-    const auto step_at = [&](int beyond) {
-      return StepBetween(field, brick, hn::Add(node, hn::Set(i, beyond)), from.x);
-    };
-    const Floats low = Between(step_at(0), step_at(5), from.y);
-    const Floats high = Between(step_at(25), step_at(30), from.y);
-    const auto large =
-        hn::Ne(hn::And(brick.flags, hn::Set(i, FieldBrick::kLargeSteps)), hn::Zero(i));
-    const Floats step = hn::IfThenElse(hn::RebindMask(f, large), hn::Set(f, 2 * FieldBrick::kStep),
-                                       hn::Set(f, FieldBrick::kStep));
-    // the steps of a flat brick are none
-    const auto flat = hn::RebindMask(f, hn::Eq(brick.bits, hn::Zero(i)));
-    const auto slope = [&](Ints slopes, Ints at, Floats share) {
-      return hn::Mul(hn::ConvertTo(f, slopes), hn::Add(hn::ConvertTo(f, at), share));
-    };
-    const Floats plane = hn::Add(hn::Add(slope(brick.slopes.x, in_brick.x, from.x),
-                                         slope(brick.slopes.y, in_brick.y, from.y)),
-                                 slope(brick.slopes.z, in_brick.z, from.z));
-    const Floats told =
-        hn::Add(hn::Add(brick.mean, hn::Mul(hn::Set(f, FieldBrick::kSlope), plane)),
-                hn::IfThenZeroElse(flat, hn::Mul(step, Between(low, high, from.z))));
-    listed = hn::And(near, Listed(field, brick, in_brick));
-    const Floats of_brick =
-        hn::Mul(hn::Set(f, FieldBrick::kOverStep),
-                hn::ConvertTo(f, hn::ShiftRight<FieldBrick::kOverShift>(brick.flags)));
-    const auto beyond =
-        hn::AndNot(listed, hn::RebindMask(i, hn::Gt(hn::Abs(told), hn::Set(f, field.most_near))));
-    const Floats bound =
-        hn::IfThenElse(hn::Gt(told, hn::Zero(f)), hn::Sub(hn::Set(f, field.most_near), of_brick),
-                       hn::Set(f, -field.beyond_near));
-    value = hn::IfThenElse(hn::RebindMask(f, near),
-                           hn::IfThenElse(hn::RebindMask(f, beyond), bound, told), value);
-    near = hn::AndNot(beyond, near);
-    over = hn::IfThenElse(hn::RebindMask(f, listed), hn::Set(f, field.over_of_lists),
-                          hn::IfThenElseZero(hn::RebindMask(f, near), of_brick));
-  }
   if (!hn::AllTrue(i, inside)) {
     const Axes place_L{hn::Add(place.x, hn::Set(f, static_cast<float>(base.x))),
                        hn::Add(place.y, hn::Set(f, static_cast<float>(base.y))),
                        hn::Add(place.z, hn::Set(f, static_cast<float>(base.z)))};
     value = hn::IfThenElse(hn::RebindMask(f, inside), value, OfBox(field, place_L));
+    entry = hn::IfThenElse(inside, entry, below_zero);
   }
-  const Ints kind = hn::IfThenElse(listed, hn::Set(i, FieldView::kListed),
-                                   hn::IfThenElseZero(near, hn::Set(i, FieldView::kNear)));
-  return {value, kind, over};
+  const std::size_t at = v * Batch::kLanes;
+  hn::StoreU(hn::Sub(place.x, floor.x), f, &batch.x[at]);
+  hn::StoreU(hn::Sub(place.y, floor.y), f, &batch.y[at]);
+  hn::StoreU(hn::Sub(place.z, floor.z), f, &batch.z[at]);
+  const Ints three = hn::Set(i, 3);
+  hn::StoreU(hn::Add(hn::And(cell.x, three), hn::Add(hn::ShiftLeft<2>(hn::And(cell.y, three)),
+                                                     hn::ShiftLeft<4>(hn::And(cell.z, three)))),
+             i, &batch.cell[at]);
+  hn::StoreU(entry, i, &batch.entry[at]);
+  hn::StoreU(value, f, &batch.value[at]);
+}
+
+HWY_INLINE void ReadBricks(const FieldView& field, std::size_t v, Batch& batch) {
+  const F f;
+  const I i;
+  const std::size_t at = v * Batch::kLanes;
+  const Brick brick = BrickOf(field, hn::Max(hn::LoadU(i, &batch.entry[at]), hn::Zero(i)));
+  const Ints cell = hn::LoadU(i, &batch.cell[at]);
+  const Ints three = hn::Set(i, 3);
+  const auto slope = [&](Ints slopes, Ints along, Floats share) {
+    return hn::Mul(hn::ConvertTo(f, slopes), hn::Add(hn::ConvertTo(f, along), share));
+  };
+  const Floats plane =
+      hn::Add(hn::Add(slope(brick.slopes.x, hn::And(cell, three), hn::LoadU(f, &batch.x[at])),
+                      slope(brick.slopes.y, hn::And(hn::ShiftRight<2>(cell), three),
+                            hn::LoadU(f, &batch.y[at]))),
+              slope(brick.slopes.z, hn::ShiftRight<4>(cell), hn::LoadU(f, &batch.z[at])));
+  hn::StoreU(hn::Add(brick.mean, hn::Mul(hn::Set(f, FieldBrick::kSlope), plane)), f,
+             &batch.plane[at]);
+  hn::StoreU(brick.bits, i, &batch.bits[at]);
+  hn::StoreU(brick.flags, i, &batch.flags[at]);
+  hn::StoreU(brick.steps, i, &batch.steps[at]);
+}
+
+HWY_INLINE void ReadSteps(const FieldView& field, std::size_t v, Batch& batch) {
+  const F f;
+  const I i;
+  const std::size_t lane = v * Batch::kLanes;
+  auto near = hn::Gt(hn::LoadU(i, &batch.entry[lane]), hn::Set(i, -1));
+  const Ints bits = hn::LoadU(i, &batch.bits[lane]);
+  const Ints flags = hn::LoadU(i, &batch.flags[lane]);
+  const Ints steps = hn::LoadU(i, &batch.steps[lane]);
+  const Ints cell = hn::LoadU(i, &batch.cell[lane]);
+  const Floats from_x = hn::LoadU(f, &batch.x[lane]);
+  const Floats from_y = hn::LoadU(f, &batch.y[lane]);
+  const Floats from_z = hn::LoadU(f, &batch.z[lane]);
+  // x + 4 y + 16 z, and y + 9 z more
+  const Ints z = hn::ShiftRight<4>(cell);
+  const Ints node = hn::Add(hn::Add(cell, hn::And(hn::ShiftRight<2>(cell), hn::Set(i, 3))),
+                            hn::Add(z, hn::ShiftLeft<3>(z)));
+  const auto step_at = [&](int beyond) {
+    return StepBetween(field, bits, steps, hn::Add(node, hn::Set(i, beyond)), from_x);
+  };
+  const Floats low = Between(step_at(0), step_at(5), from_y);
+  const Floats high = Between(step_at(25), step_at(30), from_y);
+  const auto large = hn::Ne(hn::And(flags, hn::Set(i, FieldBrick::kLargeSteps)), hn::Zero(i));
+  const Floats step = hn::IfThenElse(hn::RebindMask(f, large), hn::Set(f, 2 * FieldBrick::kStep),
+                                     hn::Set(f, FieldBrick::kStep));
+  // the steps of a flat brick are none
+  const auto flat = hn::RebindMask(f, hn::Eq(bits, hn::Zero(i)));
+  const Floats told = hn::Add(hn::LoadU(f, &batch.plane[lane]),
+                              hn::IfThenZeroElse(flat, hn::Mul(step, Between(low, high, from_z))));
+  const auto listed = hn::And(near, Listed(field, flags, steps, cell));
+  const Floats of_brick = hn::Mul(hn::Set(f, FieldBrick::kOverStep),
+                                  hn::ConvertTo(f, hn::ShiftRight<FieldBrick::kOverShift>(flags)));
+  const auto beyond =
+      hn::AndNot(listed, hn::RebindMask(i, hn::Gt(hn::Abs(told), hn::Set(f, field.most_near))));
+  const Floats bound =
+      hn::IfThenElse(hn::Gt(told, hn::Zero(f)), hn::Sub(hn::Set(f, field.most_near), of_brick),
+                     hn::Set(f, -field.beyond_near));
+  hn::StoreU(hn::IfThenElse(hn::RebindMask(f, near),
+                            hn::IfThenElse(hn::RebindMask(f, beyond), bound, told),
+                            hn::LoadU(f, &batch.value[lane])),
+             f, &batch.value[lane]);
+  near = hn::AndNot(beyond, near);
+  hn::StoreU(hn::IfThenElse(hn::RebindMask(f, listed), hn::Set(f, field.over_of_lists),
+                            hn::IfThenElseZero(hn::RebindMask(f, near), of_brick)),
+             f, &batch.over[lane]);
+  hn::StoreU(hn::IfThenElse(listed, hn::Set(i, FieldView::kListed),
+                            hn::IfThenElseZero(near, hn::Set(i, FieldView::kNear))),
+             i, &batch.kind[lane]);
+}
+
+/// What `count` vectors read whose places have been found.
+HWY_INLINE void ReadAll(const FieldView& field, std::size_t count, Batch& batch) {
+  const F f;
+  const I i;
+  std::array<std::uint8_t, Batch::kVectors> near;
+  for (std::size_t v = 0; v < count; ++v) {
+    const Ints entry = hn::LoadU(i, &batch.entry[v * Batch::kLanes]);
+    near[v] = hn::AllTrue(i, hn::Lt(entry, hn::Zero(i))) ? 0 : 1;
+    hn::StoreU(hn::Zero(f), f, &batch.over[v * Batch::kLanes]);
+    hn::StoreU(hn::Zero(i), i, &batch.kind[v * Batch::kLanes]);
+    if (near[v] != 0) ReadBricks(field, v, batch);
+  }
+  for (std::size_t v = 0; v < count; ++v) {
+    if (near[v] != 0) ReadSteps(field, v, batch);
+  }
 }
 
 void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& places,
             std::size_t count, float* values, std::int32_t* kinds, float* over) {
   const F f;
   const I i;
-  for (std::size_t k = 0; k < count; k += hn::Lanes(f)) {
-    const Axes place{hn::LoadU(f, places.x + k), hn::LoadU(f, places.y + k),
-                     hn::LoadU(f, places.z + k)};
-    const Reading reading = Read(field, base, place);
-    hn::StoreU(reading.value, f, values + k);
-    hn::StoreU(reading.kind, i, kinds + k);
-    if (over != nullptr) hn::StoreU(reading.over, f, over + k);
+  constexpr std::size_t kLanes = hn::MaxLanes(F());
+  Batch batch;
+  for (std::size_t begin = 0; begin < count; begin += Batch::kVectors * kLanes) {
+    const std::size_t vectors = std::min(Batch::kVectors, (count - begin) / kLanes);
+    for (std::size_t v = 0; v < vectors; ++v) {
+      const std::size_t k = begin + v * kLanes;
+      Find(field, base,
+           {hn::LoadU(f, places.x + k), hn::LoadU(f, places.y + k), hn::LoadU(f, places.z + k)}, v,
+           batch);
+    }
+    ReadAll(field, vectors, batch);
+    for (std::size_t v = 0; v < vectors; ++v) {
+      const std::size_t k = begin + v * kLanes;
+      const std::size_t at = v * Batch::kLanes;
+      hn::StoreU(hn::LoadU(f, &batch.value[at]), f, values + k);
+      hn::StoreU(hn::LoadU(i, &batch.kind[at]), i, kinds + k);
+      if (over != nullptr) hn::StoreU(hn::LoadU(f, &batch.over[at]), f, over + k);
+    }
   }
 }
 
-void LookUpBlocks(const FieldView& field, const std::array<float, 9>& R_VF, float reach,
-                  const PlacedBlock* blocks, std::size_t count, float* values,
-                  FieldReadings* readings) {
+/// What a block's vectors, from `v` on, come to.
+HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t v, const Batch& batch,
+                             float* bounds) {
   const F f;
   const I i;
-  for (std::size_t b = 0; b < count; ++b) {
-    const PlacedBlock& block = blocks[b];
-    Floats least = hn::Set(f, std::numeric_limits<float>::max());
-    std::uint64_t within = 0;
-    std::uint64_t open = 0;
-    for (std::size_t k = 0; k < kBlockPlaces; k += hn::Lanes(f)) {
-      const Floats x = hn::LoadU(f, block.places_F.x + k);
-      const Floats y = hn::LoadU(f, block.places_F.y + k);
-      const Floats z = hn::LoadU(f, block.places_F.z + k);
-      const auto along = [&](std::size_t axis) {
-        const auto turned = [&](Floats value, std::size_t column) {
-          return hn::Mul(hn::Set(f, R_VF[3 * axis + column]), value);
+  constexpr std::size_t kLanes = hn::MaxLanes(F());
+  Floats least = hn::Set(f, std::numeric_limits<float>::max());
+  std::uint64_t within = 0;
+  std::uint64_t open = 0;
+  for (std::size_t k = 0; k < kBlockPlaces; k += kLanes, ++v) {
+    const std::size_t at = v * Batch::kLanes;
+    const Floats value = hn::LoadU(f, &batch.value[at]);
+    const Ints kind = hn::LoadU(i, &batch.kind[at]);
+    const auto near = hn::RebindMask(f, hn::Eq(kind, hn::Set(i, FieldView::kNear)));
+    const auto listed = hn::RebindMask(f, hn::Eq(kind, hn::Set(i, FieldView::kListed)));
+    const auto in_band = hn::Le(hn::Abs(value), hn::Set(f, field.band));
+    // where no list tells: exact within the band, and beyond it not nearer than its border
+    const Floats over = hn::Sub(value, hn::LoadU(f, &batch.over[at]));
+    const Floats least_here =
+        hn::Sub(hn::Min(value, hn::Set(f, field.band)), hn::Set(f, field.error));
+    const Floats bound = hn::IfThenElse(near, hn::Max(over, least_here), over);
+    // what a list tells is decided only where that is far
+    const auto is_open = hn::And(listed, hn::Lt(bound, hn::Set(f, reach)));
+    const Floats told = hn::IfThenElse(hn::And(near, in_band), value, bound);
+    const auto is_within = hn::AndNot(is_open, hn::Lt(told, hn::Set(f, reach)));
+    least = hn::Min(least, hn::IfThenElse(is_open, least, bound));
+    hn::StoreU(hn::IfThenElse(is_open, value, bound), f, bounds + k);
+    std::array<std::uint8_t, 8> bits{};
+    hn::StoreMaskBits(f, is_open, bits.data());
+    open |= (bits[0] | std::uint64_t{bits[1]} << 8U) << k;
+    bits = {};
+    hn::StoreMaskBits(f, is_within, bits.data());
+    within |= (bits[0] | std::uint64_t{bits[1]} << 8U) << k;
+  }
+  return {hn::GetLane(hn::MinOfLanes(f, least)), static_cast<std::uint16_t>(within),
+          static_cast<std::uint16_t>(open)};
+}
+
+void LookUpBlocks(const FieldView& field, const std::array<float, 9>& R_VF, float reach,
+                  const PlacedBlock* blocks, std::size_t count, float* bounds,
+                  FieldReadings* readings) {
+  const F f;
+  constexpr std::size_t kLanes = hn::MaxLanes(F());
+  constexpr std::size_t kVectors = kBlockPlaces / kLanes;  // of a block
+  constexpr std::size_t kTogether = std::max<std::size_t>(1, Batch::kVectors / kVectors);
+  Batch batch;
+  for (std::size_t begin = 0; begin < count; begin += kTogether) {
+    const std::size_t together = std::min(kTogether, count - begin);
+    for (std::size_t b = 0; b < together; ++b) {
+      const PlacedBlock& block = blocks[begin + b];
+      for (std::size_t part = 0; part < kVectors; ++part) {
+        const Floats x = hn::LoadU(f, block.places_F.x + part * kLanes);
+        const Floats y = hn::LoadU(f, block.places_F.y + part * kLanes);
+        const Floats z = hn::LoadU(f, block.places_F.z + part * kLanes);
+        const auto along = [&](std::size_t axis) {
+          const auto turned = [&](Floats value, std::size_t column) {
+            return hn::Mul(hn::Set(f, R_VF[3 * axis + column]), value);
+          };
+          return hn::Add(hn::Set(f, block.from_base[axis]),
+                         hn::Add(hn::Add(turned(x, 0), turned(y, 1)), turned(z, 2)));
         };
-        return hn::Add(hn::Set(f, block.from_base[axis]),
-                       hn::Add(hn::Add(turned(x, 0), turned(y, 1)), turned(z, 2)));
-      };
-      const Reading reading = Read(field, block.base, {along(0), along(1), along(2)});
-      const auto near = hn::RebindMask(f, hn::Eq(reading.kind, hn::Set(i, FieldView::kNear)));
-      const auto listed = hn::RebindMask(f, hn::Eq(reading.kind, hn::Set(i, FieldView::kListed)));
-      const auto in_band = hn::Le(hn::Abs(reading.value), hn::Set(f, field.band));
-      // where no list tells: exact within the band, and beyond it not nearer than its border
-      const Floats over = hn::Sub(reading.value, reading.over);
-      const Floats least_here =
-          hn::Sub(hn::Min(reading.value, hn::Set(f, field.band)), hn::Set(f, field.error));
-      const Floats bound = hn::IfThenElse(near, hn::Max(over, least_here), over);
-      // what a list tells is decided only where that is far
-      const auto is_open = hn::And(listed, hn::Lt(bound, hn::Set(f, reach)));
-      const Floats told = hn::IfThenElse(hn::And(near, in_band), reading.value, bound);
-      const auto is_within = hn::AndNot(is_open, hn::Lt(told, hn::Set(f, reach)));
-      least = hn::Min(least, hn::IfThenElse(is_open, least, bound));
-      hn::StoreU(hn::IfThenElse(is_open, reading.value, bound), f, values + kBlockPlaces * b + k);
-      std::array<std::uint8_t, 8> bits{};
-      hn::StoreMaskBits(f, is_open, bits.data());
-      open |= (bits[0] | std::uint64_t{bits[1]} << 8U) << k;
-      bits = {};
-      hn::StoreMaskBits(f, is_within, bits.data());
-      within |= (bits[0] | std::uint64_t{bits[1]} << 8U) << k;
+        Find(field, block.base, {along(0), along(1), along(2)}, b * kVectors + part, batch);
+      }
     }
-    readings[b] = {hn::GetLane(hn::MinOfLanes(f, least)), static_cast<std::uint16_t>(within),
-                   static_cast<std::uint16_t>(open)};
+    ReadAll(field, together * kVectors, batch);
+    for (std::size_t b = 0; b < together; ++b) {
+      readings[begin + b] =
+          Sum(field, reach, b * kVectors, batch, bounds + kBlockPlaces * (begin + b));
+    }
   }
 }
 
