@@ -324,6 +324,7 @@ EdgeMeeting MeetOne(const ShellEdge& edge, const OtherEdge& other, double reach,
   }
   if (!edge.ends || met.u > 0) share *= ShareOfPiece(edge.half - std::abs(met.u));
   if (!ends || met.v > 0) share *= ShareOfPiece(other_end - std::abs(met.v));
+  meeting.share = share;
   meeting.depth = std::max(0.0, (reach - met.gap) * share);
   meeting.normal = met.normal;
   meeting.place =

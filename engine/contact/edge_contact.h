@@ -60,6 +60,7 @@ struct ShellEdge {
 /// How two pieces of edges push each other.
 struct EdgeMeeting {
   double depth = 0;  // voxels; 0: they do not push
+  double share = 0;  // how much of the push counts
   Vec3 normal = Vec3::Zero();
   Vec3 place = Vec3::Zero();  // voxels of V
 };

@@ -25,6 +25,31 @@ constexpr double kLeastReach = 0.02;
 constexpr double kSheetFade = 0.2;
 constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
 
+/// Voxels a frame at which force begins farther off again as a fit becomes wider.
+constexpr double kReachPace = 0.01;
+/// Directions all round, one of each two that are opposite: none is farther than 28 degrees from
+/// one of them.
+constexpr double kEdgeWay = 0.70710678118654752;
+constexpr double kCornerWay = 0.57735026918962576;
+constexpr std::array<std::array<double, 3>, 13> kDirections{
+    {{1, 0, 0},
+     {0, 1, 0},
+     {0, 0, 1},
+     {kEdgeWay, kEdgeWay, 0},
+     {kEdgeWay, -kEdgeWay, 0},
+     {kEdgeWay, 0, kEdgeWay},
+     {kEdgeWay, 0, -kEdgeWay},
+     {0, kEdgeWay, kEdgeWay},
+     {0, kEdgeWay, -kEdgeWay},
+     {kCornerWay, kCornerWay, kCornerWay},
+     {kCornerWay, kCornerWay, -kCornerWay},
+     {kCornerWay, -kCornerWay, kCornerWay},
+     {kCornerWay, -kCornerWay, -kCornerWay}}};
+/// Cosine of the angle with a direction up to which a push counts in full as one along it, and from
+/// which on it does not count.
+constexpr double kAlong = 0.88;
+constexpr double kAside = 0.7;
+
 /// The shell's body as what turns: its own features, or what others have in its field.
 FieldSchedule::Centre CentreOf(const BodySurface& shell, bool of_features) {
   const double s = shell.field.voxel_size();
@@ -40,12 +65,14 @@ FieldPair::FieldPair(const BodySurface& shell, const BodySurface& map, const Opt
       s_(map.field.voxel_size()),
       both_move_(options.both_move),
       gains_(gains),
+      full_reach_(kRefinedClearance),
       reach_(kRefinedClearance),
       of_shell_(shell.features, map.field, &map.features, CentreOf(shell, true), options.schedule),
       of_map_(map.features, shell.field, nullptr, CentreOf(shell, false), options.schedule),
       contacts_(std::min(kMostContacts,
                          1024 + 2 * (shell.features.point_count() + map.features.point_count()))) {
   TANDEM_CHECK(shell.field.voxel_size() == map.field.voxel_size());
+  shares_.resize(contacts_.size());
   clearance_ = {static_cast<double>(DefaultForceLayer(ContactModel::kRefined)), 0.0};
 }
 
@@ -76,6 +103,7 @@ PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& ma
   of_shell_.Test(places.shell_in_map, motion, reach_);
   of_map_.Test(places.map_in_shell, motion, reach_);
   FindContacts(places);
+  LetGo();
   AddForces(places, on_shell, on_map);
   PairReport report;
   report.tests = of_shell_.counts();
@@ -88,12 +116,13 @@ PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& ma
   return report;
 }
 
-void FieldPair::Add(const Vec3& p_V, const Vec3& nhat_V, double depth) noexcept {
+void FieldPair::Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept {
   if (!(depth > 0)) return;
   if (contact_count_ == contacts_.size()) {
     over_capacity_ = true;
     return;
   }
+  shares_[contact_count_] = share;
   contacts_[contact_count_++] = {s_ * p_V, nhat_V, s_ * depth};
 }
 
@@ -134,9 +163,9 @@ void FieldPair::MeetField(const FieldSchedule& schedule, const BodySurface& own,
         }
         const double depth = (reach_ - push.distance) * push.share;
         if (to_map) {
-          Add(place_V, push.away_V, depth);
+          Add(place_V, push.away_V, depth, push.share);
         } else {
-          Add(shell_in_map * place_V, -(R_MS * push.away_V), depth);
+          Add(shell_in_map * place_V, -(R_MS * push.away_V), depth, push.share);
         }
       }
     }
@@ -176,10 +205,40 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
                                          {other.middle, other.tangent.cast<double>(), nhat,
                                           other.half_length, arc_of(other.cosine), other.ends},
                                          reach_);
-        if (meeting.depth > 0) Add(meeting.place, meeting.normal, meeting.depth);
+        if (meeting.depth > 0) Add(meeting.place, meeting.normal, meeting.depth, meeting.share);
       });
     }
   }
+}
+
+void FieldPair::LetGo() noexcept {
+  // by direction: the deepest contact that pushes that way, as far as it does
+  std::array<double, kDirections.size()> forth{};
+  std::array<double, kDirections.size()> back{};
+  for (const Contact& contact : contacts()) {
+    for (std::size_t i = 0; i < kDirections.size(); ++i) {
+      const double along =
+          contact.nhat_V.dot(Vec3(kDirections[i][0], kDirections[i][1], kDirections[i][2]));
+      const double counts = (std::abs(along) - kAside) / (kAlong - kAside);
+      if (counts <= 0) continue;
+      double& deepest = along > 0 ? forth[i] : back[i];
+      deepest = std::max(deepest, contact.depth * std::min(1.0, counts));
+    }
+  }
+  double common = 0;  // m
+  for (std::size_t i = 0; i < kDirections.size(); ++i) {
+    common = std::max(common, std::min(forth[i], back[i]));
+  }
+  common = std::min(common, s_ * (reach_ - kLeastReach));
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < contact_count_; ++i) {
+    const double depth = contacts_[i].depth - common * shares_[i];
+    if (depth <= 0) continue;
+    contacts_[kept] = contacts_[i];
+    contacts_[kept++].depth = depth;
+  }
+  contact_count_ = kept;
+  reach_ = std::min(full_reach_, std::max(kLeastReach, reach_ - common / s_) + kReachPace);
 }
 
 void FieldPair::AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept {
@@ -211,7 +270,8 @@ void FieldPair::SetClearance(const Clearance& clearance) noexcept {
   clearance_ = clearance;
   const double wanted = kRefinedClearance + clearance.layers -
                         DefaultForceLayer(ContactModel::kRefined) - clearance.displacement / s_;
-  reach_ = std::clamp(wanted, kLeastReach, std::min(shell_->field.band(), map_->field.band()));
+  full_reach_ = std::clamp(wanted, kLeastReach, std::min(shell_->field.band(), map_->field.band()));
+  reach_ = full_reach_;
 }
 
 ClearanceBounds FieldPair::clearance_bounds() const noexcept {

@@ -61,7 +61,11 @@ class FieldPair final : public BodyPair {
   void MeetField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
                  const Pose& X_VF, bool to_map, const Pose& shell_in_map) noexcept;
   void MeetEdges(const Pose& shell_in_map) noexcept;
-  void Add(const Vec3& p_V, const Vec3& nhat_V, double depth) noexcept;
+  /// `reach`: how far off the contact begins, voxels, `share` counted in.
+  void Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept;
+  /// Takes from all contacts the depth that those on opposite sides have in common, and lets force
+  /// begin so much nearer from now on.
+  void LetGo() noexcept;
   /// What the contacts come to: stiff in proportion to how much of them there is, up to a point.
   void AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept;
 
@@ -70,11 +74,13 @@ class FieldPair final : public BodyPair {
   double s_;  // voxel size, m
   bool both_move_;
   ContactGains gains_;
-  double reach_;            // voxels, at which force begins
+  double full_reach_;       // voxels, at which force begins where there is room
+  double reach_;            // and where it begins in this fit
   FieldSchedule of_shell_;  // the shell's features in the map's field
   FieldSchedule of_map_;
   std::optional<Pose> X_VS_;  // at the last Collide()
   std::vector<Contact> contacts_;
+  std::vector<double> shares_;  // of each, of its depth
   std::size_t contact_count_ = 0;
   bool over_capacity_ = false;
 };
