@@ -173,7 +173,7 @@ int RunFidelity(FidelityArguments arguments) {
 void AddBenchFidelity(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<FidelityArguments>();
   CLI::App* command =
-      bench.add_subcommand("fidelity", "How near contact comes to exact surfaces, in both models");
+      bench.add_subcommand("fidelity", "How near contact comes to exact surfaces, in all models");
   command->add_option("--models", arguments->models,
                       "folder that holds factory/, for the nut and the pegs");
   command->add_option("--approaches", arguments->approaches, "of each body, for first forces")

@@ -19,6 +19,8 @@ constexpr double kFullDampingDepth = 0.25;
 constexpr double kFullShareDepth = 0.25;
 /// As many contacts in full are as stiff as they can be together.
 constexpr double kStiffest = 100;
+/// Voxels of depth that rounding may leave.
+constexpr double kNoDepth = 1e-6;
 /// Voxels: force never begins nearer than this to the surface.
 constexpr double kLeastReach = 0.02;
 /// Cosine between a point's inward normal and the way off a sheet over which a push fades out.
@@ -233,7 +235,7 @@ void FieldPair::LetGo() noexcept {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < contact_count_; ++i) {
     const double depth = contacts_[i].depth - common * shares_[i];
-    if (depth <= 0) continue;
+    if (depth <= kNoDepth * s_) continue;
     contacts_[kept] = contacts_[i];
     contacts_[kept++].depth = depth;
   }

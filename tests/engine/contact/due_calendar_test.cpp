@@ -1,0 +1,80 @@
+// The oracle is the way that each item really came.
+#include "engine/contact/due_calendar.h"
+
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/shapes.h"
+
+namespace tandem {
+namespace {
+
+using testing::Uniform;
+
+constexpr double kRadius = 100;  // voxels
+
+struct Item {
+  double out;    // from the origin
+  double ahead;  // as it was put in
+  double came = 0;
+  bool in = true;
+};
+
+TEST(DueCalendar, TakesEveryItemBeforeItCanHaveComeItsWay) {
+  std::mt19937_64 random(1);
+  DueCalendar calendar(500, kRadius);
+  std::vector<Item> items;
+  for (std::uint32_t i = 0; i < 500; ++i) {
+    items.push_back({Uniform(random, 0, 8 * kRadius), Uniform(random, 0, 120)});
+    // what is farther out than the body is so far from it at least
+    items[i].ahead = std::max(items[i].ahead, items[i].out > 4 * kRadius ? 3 * kRadius : 0.0);
+    calendar.Put(i, items[i].out, items[i].ahead);
+  }
+  std::size_t early = 0;
+  std::size_t taken = 0;
+  for (int frame = 0; frame < 3000; ++frame) {
+    const PairMotion motion{Uniform(random, 0, 0.3), Uniform(random, 0, 0.003)};
+    for (Item& item : items) item.came += motion.way + motion.angle * item.out;
+    calendar.Advance(motion, 0, [&](std::uint32_t i) {
+      items[i].in = false;
+    });
+    for (std::uint32_t i = 0; i < items.size(); ++i) {
+      Item& item = items[i];
+      ASSERT_TRUE(!item.in || item.came <= item.ahead) << i << " in frame " << frame;
+      if (item.in) continue;
+      ++taken;
+      early += item.came < 0.5 * item.ahead ? 1 : 0;
+      item = {item.out, std::max(Uniform(random, 0, 40), item.out > 4 * kRadius ? 300.0 : 0.0)};
+      calendar.Put(i, item.out, item.ahead);
+    }
+  }
+  EXPECT_GT(taken, 5000U);
+  EXPECT_LT(early, taken / 2);
+}
+
+TEST(DueCalendar, AfterAJumpAllAreDue) {
+  DueCalendar calendar(3, kRadius);
+  for (std::uint32_t i = 0; i < 3; ++i) calendar.Put(i, 10.0 * i, 20.0 * i);
+  int taken = 0;
+  calendar.Advance({std::numeric_limits<double>::infinity(), 0}, 0, [&](std::uint32_t) {
+    ++taken;
+  });
+  EXPECT_EQ(taken, 3);
+  EXPECT_EQ(calendar.DueWithin(DueCalendar::kBuckets), 0U);
+}
+
+TEST(DueCalendar, TellsHowFarNothingIsDue) {
+  DueCalendar calendar(2, kRadius);
+  EXPECT_GE(calendar.FreeWay(), 15.0);
+  calendar.Put(0, 50, 6.0);
+  EXPECT_LE(calendar.FreeWay(), 6.0);
+  EXPECT_GE(calendar.FreeWay(), 6.0 - 1 / DueCalendar::kPerVoxel);
+  calendar.Remove(0);
+  EXPECT_GE(calendar.FreeWay(), 15.0);
+}
+
+}  // namespace
+}  // namespace tandem

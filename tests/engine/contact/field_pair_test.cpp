@@ -1,0 +1,172 @@
+// Contact by distance fields, against planes and boxes whose gaps are known in closed form, and
+// against a schedule that looks up every point in every frame.
+#include "engine/contact/field_pair.h"
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "engine/contact/edge_contact.h"
+#include "engine/field/field_builder.h"
+#include "tests/engine/contact/refined.h"
+
+namespace tandem {
+namespace {
+
+using testing::Box;
+using testing::kGains;
+using testing::kS;
+using testing::Plate;
+using testing::RandomRotation;
+using testing::Sphere;
+using testing::Uniform;
+
+BodySurface SurfaceOf(const TriangleMesh& mesh_B, const Quat& made_at) {
+  const Pose X_WB{made_at, Vec3::Zero()};
+  const TriangleMesh mesh_W = Transformed(mesh_B, X_WB);
+  BodySurface surface;
+  surface.field = std::move(*BuildField(mesh_W, {.voxel_size = kS}));
+  const Pose X_WV{Quat::Identity(), surface.field.p_WVo()};
+  const double flatness = FlatnessVoxels(ContactModel::kRefined);
+  const Pointshell points = std::move(*MakePointshell(
+      mesh_W, X_WB, {.spacing = kS, .place = PointPlace::kOnFeature, .flatness_voxels = flatness}));
+  surface.X_BV = X_WB.Inverse() * X_WV;
+  surface.features = BodyFeatures(points, X_WV.Inverse() * X_WB, kS);
+  for (const Vec3& v : mesh_B.vertices) surface.radius = std::max(surface.radius, v.norm());
+  return surface;
+}
+
+struct Met {
+  Met(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at,
+      const ScheduleOptions& schedule = {})
+      : map(SurfaceOf(fixed_W, Quat::Identity())),
+        shell(SurfaceOf(moving_B, made_at)),
+        pair(shell, map, {.schedule = schedule}, kGains) {}
+
+  Vec3 ForceAt(const Pose& X_WB) {
+    on_shell = {};
+    on_map = {};
+    pair.Collide({X_WB, {}}, {}, on_shell, on_map);
+    return AsWrench(on_shell.force).f;
+  }
+
+  BodySurface map;
+  BodySurface shell;
+  FieldPair pair;
+  Load on_shell;
+  Load on_map;
+};
+
+double LowestAlong(const TriangleMesh& mesh, const Quat& q, const Vec3& normal) {
+  double lowest = 1e300;
+  for (const Vec3& v : mesh.vertices) lowest = std::min(lowest, normal.dot(q * v));
+  return lowest;
+}
+
+TEST(FieldPair, ForceBeginsAtItsClearanceFromATiltedPlane) {
+  std::mt19937_64 random(2);
+  const TriangleMesh body = Box(kS * Vec3(24, 18, 14));
+  for (int tilt = 0; tilt < 4; ++tilt) {
+    const Quat q = RandomRotation(random);
+    const Vec3 n = q * Vec3::UnitZ();
+    Met met(Plate(q, Vec3::Zero()), body, RandomRotation(random));
+    for (int approach = 0; approach < 10; ++approach) {
+      const Quat q_WB = RandomRotation(random);
+      const Vec3 along = kS * (q * Vec3(Uniform(random, -30, 30), Uniform(random, -30, 30), 0));
+      const auto force_at = [&](double gap) {
+        return met.ForceAt({q_WB, along + (gap * kS - LowestAlong(body, q_WB, n)) * n}).dot(n);
+      };
+      double gap = 2.0;  // voxels
+      while (gap > -1.0 && force_at(gap) <= 0) gap -= 0.01;
+      EXPECT_NEAR(gap, kRefinedClearance, 0.03);
+    }
+  }
+}
+
+TEST(FieldPair, GivesEqualAndOppositeForces) {
+  std::mt19937_64 random(3);
+  Met met(Box(kS * Vec3(30, 30, 30)), Box(kS * Vec3(12, 12, 12)), RandomRotation(random));
+  int pushing = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 way = Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
+    met.ForceAt({RandomRotation(random), Uniform(random, 18, 26) * kS * way.normalized()});
+    const Wrench shell = AsWrench(met.on_shell.force);
+    const Wrench map = AsWrench(met.on_map.force);
+    pushing += shell.f.norm() > 0 ? 1 : 0;
+    EXPECT_LT((shell.f + map.f).norm(), 1e-9 * (1 + shell.f.norm()));
+  }
+  EXPECT_GT(pushing, 50);
+}
+
+TEST(FieldPair, TheFeaturesOfBothBodiesMeetTheOthersSurface) {
+  // a large face over a small box: only the box below has features there
+  Met met(Box(kS * Vec3(6, 6, 6)), Box(kS * Vec3(40, 40, 10)), Quat::Identity());
+  EXPECT_EQ(met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 8.5)}), Vec3(Vec3::Zero()));
+  const Vec3 force = met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 8.3)});
+  EXPECT_GT(force.z(), 0);
+  EXPECT_LT(force.head<2>().norm(), 1e-3 * force.z());
+}
+
+TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
+  std::mt19937_64 random(4);
+  const TriangleMesh body = Sphere(10 * kS, 3);
+  const TriangleMesh wall = Box(kS * Vec3(60, 60, 20));
+  const Quat made_at = RandomRotation(random);
+  Met coherent(wall, body, made_at);
+  Met all(wall, body, made_at, {.coherence = false, .chunks = false});
+  Pose X_WB{RandomRotation(random), kS * Vec3(0, 0, 24)};
+  Vec3 way = kS * Vec3(0.2, 0.1, -0.3);
+  std::size_t touching = 0;
+  std::size_t looked_up = 0;
+  std::size_t looked_up_by_all = 0;
+  for (int frame = 0; frame < 6000; ++frame) {
+    // to and fro above, along and into the wall
+    if (frame % 400 == 0) {
+      const Vec3 goal =
+          kS * Vec3(Uniform(random, -34, 34), Uniform(random, -34, 34), Uniform(random, 18, 24));
+      way = (goal - X_WB.p) / 400;
+    }
+    X_WB.p += way;
+    X_WB.q = RotationBy(Vec3(0.001, 0.002, -0.001)) * X_WB.q;
+    Load load;
+    Load other;
+    const PairReport by_due = coherent.pair.Collide({X_WB, {}}, {}, load, other);
+    const PairReport by_all = all.pair.Collide({X_WB, {}}, {}, load, other);
+    ASSERT_EQ(by_due.contact_points, by_all.contact_points) << frame;
+    for (std::size_t i = 0; i < all.pair.contacts().size(); ++i) {
+      ASSERT_EQ(coherent.pair.contacts()[i].p_V, all.pair.contacts()[i].p_V);
+      ASSERT_EQ(coherent.pair.contacts()[i].depth, all.pair.contacts()[i].depth);
+    }
+    touching += by_all.contact_points > 0 ? 1 : 0;
+    looked_up += by_due.tests.looked_up;
+    looked_up_by_all += by_all.tests.looked_up;
+  }
+  EXPECT_GT(touching, 300U);
+  EXPECT_LT(looked_up, looked_up_by_all);
+}
+
+TEST(FieldPair, InATightFitOppositeSidesDoNotPushAtOnce) {
+  // a slot with 0.3 voxels of play, walls at x = -8 and 8
+  TriangleMesh slot =
+      Transformed(Box(kS * Vec3(20, 40, 40)), {Quat::Identity(), kS * Vec3(-18, 0, 0)});
+  Append(slot, Transformed(Box(kS * Vec3(20, 40, 40)), {Quat::Identity(), kS * Vec3(18, 0, 0)}));
+  Met met(slot, Box(kS * Vec3(15.7, 12, 12)), Quat::Identity());
+  double stiffness = 0;
+  for (int frame = 0; frame < 50; ++frame) {
+    const Vec3 force = met.ForceAt({Quat::Identity(), Vec3::Zero()});
+    EXPECT_LT(force.norm(), 1e-6);
+    stiffness = met.on_shell.stiffness(3, 3);
+  }
+  EXPECT_LT(stiffness, 1e-3 * kGains.stiffness);
+  // off the middle the nearer side pushes back
+  double force = 0;
+  for (int frame = 0; frame < 50; ++frame) {
+    force = met.ForceAt({Quat::Identity(), kS * Vec3(0.1, 0, 0)}).x();
+  }
+  EXPECT_LT(force, 0);
+}
+
+}  // namespace
+}  // namespace tandem
