@@ -21,7 +21,7 @@ struct Spread {
   double max = 0;
 };
 
-/// Whose contact is measured.
+/// Says which kind of contact is measured.
 struct MeasuredContact {
   ContactModel model = ContactModel::kRefined;
   bool by_field = false;  // of Scene

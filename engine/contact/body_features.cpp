@@ -172,6 +172,12 @@ void BodyFeatures::MeasureEdgeDistances() {
   }
 }
 
+bool BodyFeatures::HoldsCell(const GridIndex& cell) const noexcept {
+  const GridIndex in = cell - first_cell_;
+  return in.x >= 0 && in.y >= 0 && in.z >= 0 && in.x < cell_count_.x && in.y < cell_count_.y &&
+         in.z < cell_count_.z;
+}
+
 std::size_t BodyFeatures::CellNumber(const GridIndex& cell) const noexcept {
   const GridIndex in = cell - first_cell_;
   return static_cast<std::size_t>(in.x) +
@@ -181,14 +187,8 @@ std::size_t BodyFeatures::CellNumber(const GridIndex& cell) const noexcept {
 }
 
 double BodyFeatures::EdgesBeyond(const Vec3& place_V) const noexcept {
-  if (edge_distances_.empty()) return kFarEdges;
   const GridIndex cell = CellAt(place_V);
-  const GridIndex in = cell - first_cell_;
-  if (in.x < 0 || in.y < 0 || in.z < 0 || in.x >= cell_count_.x || in.y >= cell_count_.y ||
-      in.z >= cell_count_.z) {
-    return kFarEdges;
-  }
-  return kEdgeStep * edge_distances_[CellNumber(cell)];
+  return HoldsCell(cell) ? kEdgeStep * edge_distances_[CellNumber(cell)] : kFarEdges;
 }
 
 GridIndex BodyFeatures::CellAt(const Vec3& place_V) noexcept {
@@ -219,11 +219,8 @@ void BodyFeatures::IndexEdges() {
 }
 
 std::span<const std::uint32_t> BodyFeatures::EdgesOf(const GridIndex& cell) const noexcept {
-  const GridIndex in = cell - first_cell_;
-  const bool outside = in.x < 0 || in.y < 0 || in.z < 0 || in.x >= cell_count_.x ||
-                       in.y >= cell_count_.y || in.z >= cell_count_.z;
   // a cell with an edge is no way from it
-  if (outside || edge_distances_[CellNumber(cell)] != 0) return {};
+  if (!HoldsCell(cell) || edge_distances_[CellNumber(cell)] != 0) return {};
   const std::uint64_t code = MortonCode(cell);
   std::size_t at = code * 0x9e3779b97f4a7c15ULL >> 20U & (slots_.size() - 1);
   for (; slots_[at].count != 0; at = (at + 1) & (slots_.size() - 1)) {
@@ -232,12 +229,6 @@ std::span<const std::uint32_t> BodyFeatures::EdgesOf(const GridIndex& cell) cons
     }
   }
   return {};
-}
-
-std::size_t BodyFeatures::bytes() const noexcept {
-  return blocks_.size() * (sizeof(Block) + sizeof(Lanes)) + points_.size() * sizeof(Point) +
-         chunks_.size() * sizeof(Chunk) + edges_.size() * (sizeof(Edge) + sizeof(std::uint32_t)) +
-         slots_.size() * sizeof(Slot) + edge_distances_.size();
 }
 
 }  // namespace tandem

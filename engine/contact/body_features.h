@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/spatial.h"
+#include "engine/contact/point_blocks.h"
 #include "engine/voxel/pointshell.h"
 #include "engine/voxel/voxel.h"
 
@@ -19,13 +20,9 @@ namespace tandem {
 /// together is looked at together.
 class BodyFeatures {
  public:
-  static constexpr std::size_t kLanes = 16;
+  static constexpr std::size_t kLanes = PointBlocks::kLanes;
   /// The points of a block, from its middle. Lanes past its count repeat its first point.
-  struct alignas(64) Lanes {
-    std::array<float, kLanes> x;
-    std::array<float, kLanes> y;
-    std::array<float, kLanes> z;
-  };
+  using Lanes = PointBlocks::Lanes;
   struct Block {
     GridIndex middle;
     float radius = 0;  // of a ball round the middle that holds the block's points and edge parts
@@ -51,16 +48,15 @@ class BodyFeatures {
     Vec3f tangent = Vec3f::Zero();
     Vec3f outward = Vec3f::Zero();
     float half_length = 0;
-    /// Of half the angle between its faces' normals; 0: an open rim, or more than two faces.
+    /// As FeatureNormals::edge_cosines; 0 where the edge is an open rim or has more than two faces.
     float cosine = 0;
     bool ends = false;  // at a vertex, which the tangent points away from
   };
 
   BodyFeatures() = default;
-  /// Of a shell with its points on features. `X_VB` in metres.
+  /// Takes the features of a shell whose points stand on features. X_VB is in metres.
   BodyFeatures(const Pointshell& shell, const Pose& X_VB, double voxel_size);
 
-  bool empty() const noexcept { return blocks_.empty(); }
   const std::vector<Block>& blocks() const noexcept { return blocks_; }
   const std::vector<Chunk>& chunks() const noexcept { return chunks_; }
   const Lanes& lanes(std::size_t block) const noexcept { return lanes_[block]; }
@@ -76,7 +72,6 @@ class BodyFeatures {
   const Edge& edge(std::size_t number) const noexcept { return edges_[number]; }
   /// The greatest half length of a sharp edge's part.
   double longest_half() const noexcept { return longest_half_; }
-  std::size_t bytes() const noexcept;
 
   /// Voxels: no sharp edge part's middle is nearer to a place than this; at most kFarEdges.
   double EdgesBeyond(const Vec3& place_V) const noexcept;
@@ -100,6 +95,7 @@ class BodyFeatures {
   static constexpr int kCellBits = 2;  // edges are found by cubes of 4 voxels
   static GridIndex CellAt(const Vec3& place_V) noexcept;
   std::span<const std::uint32_t> EdgesOf(const GridIndex& cell) const noexcept;
+  bool HoldsCell(const GridIndex& cell) const noexcept;
   std::size_t CellNumber(const GridIndex& cell) const noexcept;
   void IndexEdges();
   void MeasureEdgeDistances();
@@ -119,7 +115,7 @@ class BodyFeatures {
   };
   std::vector<Slot> slots_;  // a power of two
   std::vector<std::uint32_t> edges_by_cell_;
-  /// Of each cell in a box of cells: how far it is from the nearest middle, in kEdgeStep.
+  /// By cell of a box of cells, in kEdgeStep: how far the nearest middle of an edge part is.
   static constexpr double kEdgeStep = kFarEdges / 255;
   GridIndex first_cell_;
   GridIndex cell_count_;

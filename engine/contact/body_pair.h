@@ -55,7 +55,7 @@ class BodyPair {
   /// What the next frames' tests and looks will cost, as of the last Collide() (paper §5, Eqn. 2).
   virtual TestLoad load() const noexcept = 0;
   /// How far the two bodies may come towards one another before the next Collide(), m.
-  virtual void LimitTravel(double metres) noexcept = 0;
+  virtual void LimitTravel(double /*metres*/) noexcept {}
   /// From the next Collide() on.
   virtual void SetClearance(const Clearance& clearance) noexcept = 0;
   const Clearance& clearance() const noexcept { return clearance_; }

@@ -107,6 +107,7 @@ PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& ma
   FindContacts(places);
   LetGo();
   AddForces(places, on_shell, on_map);
+  CountLoad();
   PairReport report;
   report.tests = of_shell_.counts();
   report.tests += of_map_.counts();
@@ -257,23 +258,19 @@ void FieldPair::AddForces(const Places& places, Load& on_shell, Load& on_map) no
   if (both_move_) cross_ = cross;
 }
 
-TestLoad FieldPair::load() const noexcept {
-  TestLoad load;
-  load.mandatory = of_shell_.owed() + of_map_.owed();
-  load.per_metre = (of_shell_.owed_per_voxel() + of_map_.owed_per_voxel()) / s_;
-  load.looks = static_cast<double>(contact_count_);
-  load.bound = s_ * std::max(0.5, std::min(of_shell_.free_way(), of_map_.free_way()));
-  return load;
+void FieldPair::CountLoad() noexcept {
+  load_.mandatory = of_shell_.owed() + of_map_.owed();
+  load_.per_metre = (of_shell_.owed_per_voxel() + of_map_.owed_per_voxel()) / s_;
+  load_.looks = static_cast<double>(contact_count_);
+  load_.bound = s_ * std::max(0.5, std::min(of_shell_.free_way(), of_map_.free_way()));
 }
-
-void FieldPair::LimitTravel(double /*metres*/) noexcept {}
 
 void FieldPair::SetClearance(const Clearance& clearance) noexcept {
   clearance_ = clearance;
   const double wanted = kRefinedClearance + clearance.layers -
                         DefaultForceLayer(ContactModel::kRefined) - clearance.displacement / s_;
   full_reach_ = std::clamp(wanted, kLeastReach, std::min(shell_->field.band(), map_->field.band()));
-  reach_ = full_reach_;
+  reach_ = std::min(reach_, full_reach_);
 }
 
 ClearanceBounds FieldPair::clearance_bounds() const noexcept {
@@ -283,6 +280,7 @@ ClearanceBounds FieldPair::clearance_bounds() const noexcept {
 
 PoseReading FieldPair::Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {
   const Places places = PlacesOf(shell_body, map_body);
+  X_VS_.reset();  // the calendars now know of this pose
   const double nearest = std::min(of_shell_.Read(places.shell_in_map, reach_),
                                   of_map_.Read(places.map_in_shell, reach_));
   FindContacts(places);

@@ -36,8 +36,7 @@ class FieldPair final : public BodyPair {
 
   PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body, Load& on_shell,
                      Load& on_map) noexcept override;
-  TestLoad load() const noexcept override;
-  void LimitTravel(double metres) noexcept override;
+  TestLoad load() const noexcept override { return load_; }
   void SetClearance(const Clearance& clearance) noexcept override;
   ClearanceBounds clearance_bounds() const noexcept override;
   double voxel_size() const noexcept override { return s_; }
@@ -54,20 +53,21 @@ class FieldPair final : public BodyPair {
     PairPlaces pair;
   };
   Places PlacesOf(const BodyMotion& shell_body, const BodyMotion& map_body) const noexcept;
-  /// Of the shell's body against the map since the last call.
+  /// Tells how the shell's body moved against the map since the last call.
   PairMotion MotionSince(const Pose& X_VS) noexcept;
   void FindContacts(const Places& places) noexcept;
   /// What one body's features meet of the other's field. `to_map`: whether the other is the map.
   void MeetField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
                  const Pose& X_VF, bool to_map, const Pose& shell_in_map) noexcept;
   void MeetEdges(const Pose& shell_in_map) noexcept;
-  /// `reach`: how far off the contact begins, voxels, `share` counted in.
+  /// Keeps a contact, if it has depth. Lengths in voxels; `share` has been counted in its depth.
   void Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept;
   /// Takes from all contacts the depth that those on opposite sides have in common, and lets force
   /// begin so much nearer from now on.
   void LetGo() noexcept;
   /// What the contacts come to: stiff in proportion to how much of them there is, up to a point.
   void AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept;
+  void CountLoad() noexcept;
 
   const BodySurface* shell_;
   const BodySurface* map_;
@@ -83,6 +83,7 @@ class FieldPair final : public BodyPair {
   std::vector<double> shares_;  // of each, of its depth
   std::size_t contact_count_ = 0;
   bool over_capacity_ = false;
+  TestLoad load_;  // as of the last Collide()
 };
 
 }  // namespace tandem

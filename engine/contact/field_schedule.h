@@ -42,7 +42,6 @@ class FieldSchedule {
     std::uint32_t block = 0;
     std::uint16_t touching = 0;  // lanes nearer than the reach
     std::uint16_t crossing = 0;  // lanes whose sharp edge may meet another
-    bool operator<(const NearBlock& other) const { return block < other.block; }
   };
   /// `motion`: of one body against the other since the last call, never less than it was.
   void Test(const Pose& X_VF, const PairMotion& motion, double reach) noexcept;

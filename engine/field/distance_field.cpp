@@ -7,14 +7,10 @@
 
 #include "engine/base/bits.h"
 #include "engine/base/hash.h"
-#include "engine/geometry/closest_on_triangle.h"
 
 namespace tandem {
 
 namespace {
-
-/// Places nearer to a face than this have its normal for a gradient, voxels.
-constexpr double kOnFace = 1e-4;
 
 std::size_t InBrick(std::int32_t cell) {
   return static_cast<std::size_t>(cell & (kBrickCells - 1));
@@ -204,39 +200,6 @@ std::optional<DistanceField::List> DistanceField::ListOf(const FieldBrick& brick
   const std::size_t before = CountBits(lists.cells & ((std::uint64_t{1} << bit) - 1));
   const std::uint8_t* list = end - (before + 1) * lists.ListBytes();
   return List{&list_faces_[lists.first_face], list + 2, lists.ListBytes() - 2, list[0], list[1]};
-}
-
-FieldGradient DistanceField::OfList(const List& list, const Vec3& place_L) const {
-  constexpr double kTie = 1e-4;
-  double nearest = std::numeric_limits<double>::infinity();
-  double turned = -1;
-  bool inside = false;
-  Vec3 away = Vec3::Zero();
-  const auto measure = [&](std::uint32_t entry) {
-    const bool sheet = (entry & kSheet) != 0;
-    const Face& face = faces_[entry & ~kSheet];
-    const Vec3 a = face[0].cast<double>();
-    const Vec3 b = face[1].cast<double>();
-    const Vec3 c = face[2].cast<double>();
-    const Vec3 from = place_L - ClosestOnTriangle(a, b, c, place_L).point;
-    const double distance = from.norm();
-    if (distance > nearest + kTie) return;
-    const Vec3 nhat = (b - a).cross(c - a).normalized();
-    const double height = nhat.dot(from);
-    if (distance < nearest - kTie || std::abs(height) > turned) {
-      turned = std::abs(height);
-      inside = !sheet && height < 0;
-      const double sense = !sheet || height >= 0 ? 1.0 : -1.0;
-      away = distance > kOnFace ? Vec3(from / (inside ? -distance : distance)) : Vec3(sense * nhat);
-    }
-    nearest = std::min(nearest, distance);
-  };
-  for (std::size_t byte = 0; byte < list.member_bytes; ++byte) {
-    for (std::uint32_t bits = list.members[byte]; bits != 0; bits &= bits - 1) {
-      measure(list.faces[8 * byte + CountBits((bits & -bits) - 1)]);
-    }
-  }
-  return {.reading = {.value = inside ? -nearest : nearest, .near = true}, .gradient = away};
 }
 
 DistanceField::Sizes DistanceField::Count() const {

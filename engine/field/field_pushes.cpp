@@ -39,15 +39,16 @@ struct DistanceField::FacesNear {
     for (; at > 0 && face.distance < faces[at - 1].distance; --at) faces[at] = faces[at - 1];
     faces[at] = face;
   }
-  /// Whether the place is in the solid. Of equally near faces the one that turns most to the place
-  /// tells.
-  bool Inside() const {
+  /// The nearest face; of equally near ones the one that turns most to the place.
+  const Face& Told() const {
     const Face* told = &faces[0];
     for (std::size_t i = 1; i < count && faces[i].distance < faces[0].distance + kTie; ++i) {
       if (std::abs(faces[i].height) > std::abs(told->height)) told = &faces[i];
     }
-    return !told->sheet && told->height < 0;
+    return *told;
   }
+  /// Tells whether the place is in the solid.
+  bool Inside() const { return !Told().sheet && Told().height < 0; }
 };
 
 namespace {
@@ -79,8 +80,11 @@ DistanceField::FacesNear DistanceField::FacesWithin(const List& list, const Vec3
     const Vec3 nhat = (face[1].cast<double>() - a).cross(face[2].cast<double>() - a).normalized();
     const Vec3 from = place_L - closest[k];
     const double distance = std::sqrt(squares[k]);
-    const Vec3 away = distance > kTouching ? Vec3(from / distance) : nhat;
-    near.Add({distance, closest[k], away, nhat.dot(from), (entries[k] & kSheet) != 0});
+    const double height = nhat.dot(from);
+    const bool sheet = (entries[k] & kSheet) != 0;
+    const Vec3 on_face = sheet && height < 0 ? Vec3(-nhat) : nhat;
+    const Vec3 away = distance > kTouching ? Vec3(from / distance) : on_face;
+    near.Add({distance, closest[k], away, height, sheet});
   };
   for (std::size_t byte = 0; byte < list.member_bytes; ++byte) {
     for (std::uint32_t bits = list.members[byte]; bits != 0; bits &= bits - 1) {
@@ -103,6 +107,17 @@ DistanceField::FacesNear DistanceField::FacesWithin(const List& list, const Vec3
   return near;
 }
 
+FieldGradient DistanceField::OfList(const List& list, const Vec3& place_L) const {
+  const FacesNear near = FacesWithin(list, place_L, 0);
+  const bool inside = near.Inside();
+  const FacesNear::Face& told = near.Told();
+  const double nearest = near.faces[0].distance;
+  // on the face itself its normal tells, which points out already
+  const bool turned = inside && told.distance > kTouching;
+  return {.reading = {.value = inside ? -nearest : nearest, .near = true},
+          .gradient = turned ? Vec3(-told.away) : told.away};
+}
+
 double DistanceField::Distance(const Vec3& place_V, double value, double reach) const noexcept {
   const Vec3 place_L = place_V - Vec3::Constant(0.5);
   const Cell cell = CellOf(place_L);
@@ -113,11 +128,9 @@ double DistanceField::Distance(const Vec3& place_V, double value, double reach) 
   if (!list) return value - brick.Over();
   const double bound = value - kListOverStep * list->over;
   if (bound >= reach) return bound;
-  const FacesNear near = FacesWithin(*list, place_L, 0);
-  const double nearest = near.faces[0].distance;
+  const double distance = OfList(*list, place_L).reading.value;
   // beyond the band other faces may be nearer
-  if (nearest > band_) return std::max(bound, near.Inside() ? -nearest : band_);
-  return near.Inside() ? -nearest : nearest;
+  return distance > band_ ? std::max(bound, band_) : distance;
 }
 
 std::size_t DistanceField::Pushes(const Vec3& place_V, double reach,

@@ -135,7 +135,7 @@ struct Batch {
   alignas(64) Lanes<float> over;
 };
 
-/// `place_V` from `base`; `at` of the vector's first lane.
+/// Finds the bricks of a vector of places, which are counted from `base`.
 HWY_INLINE void Find(const FieldView& field, const GridIndex& base, const Axes& place_V,
                      std::size_t v, Batch& batch) {
   const F f;

@@ -113,8 +113,9 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
   Result<Voxmap> made = Voxelize(mesh_W, sides, features, options);
   if (!made) return made.error();
   voxmap = std::move(*made);
-  if (scene.contact == ContactModel::kRefined && !scene.by_field)
+  if (scene.contact == ContactModel::kRefined && !scene.by_field) {
     details = SurfaceDetails(mesh_W, features, voxmap);
+  }
   return std::nullopt;
 }
 

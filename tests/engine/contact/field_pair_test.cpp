@@ -18,6 +18,7 @@ namespace {
 using testing::Box;
 using testing::kGains;
 using testing::kS;
+using testing::LowestAlong;
 using testing::Plate;
 using testing::RandomRotation;
 using testing::Sphere;
@@ -58,12 +59,6 @@ struct Met {
   Load on_shell;
   Load on_map;
 };
-
-double LowestAlong(const TriangleMesh& mesh, const Quat& q, const Vec3& normal) {
-  double lowest = 1e300;
-  for (const Vec3& v : mesh.vertices) lowest = std::min(lowest, normal.dot(q * v));
-  return lowest;
-}
 
 TEST(FieldPair, ForceBeginsAtItsClearanceFromATiltedPlane) {
   std::mt19937_64 random(2);

@@ -46,6 +46,13 @@ struct Refined {
   ContactPair pair;
 };
 
+/// The least height of a mesh's vertices along `normal`, turned by q.
+inline double LowestAlong(const TriangleMesh& mesh, const Quat& q, const Vec3& normal) {
+  double lowest = 1e300;
+  for (const Vec3& v : mesh.vertices) lowest = std::min(lowest, normal.dot(q * v));
+  return lowest;
+}
+
 /// A plate whose upper face is the plane through `place` with the normal q z.
 inline TriangleMesh Plate(const Quat& q, const Vec3& place) {
   return Transformed(Box(kS * Vec3(120, 120, 14)), {q, place - q * Vec3(0, 0, 7 * kS)});

@@ -13,6 +13,7 @@ namespace {
 
 using testing::Box;
 using testing::kS;
+using testing::LowestAlong;
 using testing::Plate;
 using testing::RandomDirection;
 using testing::RandomRotation;
@@ -21,12 +22,6 @@ using testing::Sphere;
 using testing::Uniform;
 
 constexpr double kRadToDeg = 57.29577951308232;
-
-double LowestAlong(const TriangleMesh& mesh, const Quat& q, const Vec3& normal) {
-  double lowest = 1e300;
-  for (const Vec3& v : mesh.vertices) lowest = std::min(lowest, normal.dot(q * v));
-  return lowest;
-}
 
 class OnTiltedPlanes : public ::testing::TestWithParam<int> {
  protected:
