@@ -3,34 +3,20 @@
 #include <algorithm>
 #include <span>
 
-#include "engine/contact/tangent_plane.h"
-
 namespace tandem {
 
 namespace {
 
-Pose PoseOfMap(const World& world, int body) noexcept {
-  const auto b = static_cast<std::size_t>(body);
-  return world.state(b).X_WB * world.model().bodies[b].X_BV;
-}
-
 /// Keeps the deepest contacts of the body in hand.
 void AddContacts(const World& world, int held, SimulationFacts& facts) noexcept {
   facts.contact_count = 0;
-  const WorldModel& model = world.model();
   for (std::size_t number = 0; number < world.pair_count(); ++number) {
     const bool is_shell = world.shell_of(number) == held;
     if (!is_shell && world.voxmap_of(number) != held) continue;
     const BodyPair& pair = world.pair(number);
     const int map = world.voxmap_of(number);
     const Pose X_WV =
-        map < 0 ? Pose{Quat::Identity(), model.fixture.p_WVo()} : PoseOfMap(world, map);
-    // as World has it: of the heavier of the two
-    const auto mass = [&model](int body) {
-      return body < 0 ? 0.0 : model.bodies[static_cast<std::size_t>(body)].inertia.mass;
-    };
-    const double heavier = std::max(mass(world.shell_of(number)), mass(map));
-    const double stiffness = DefaultContactGains(model.scene.voxel_size, heavier, kFrame).stiffness;
+        map < 0 ? pair.X_BV() : world.state(static_cast<std::size_t>(map)).X_WB * pair.X_BV();
     for (const Contact& contact : pair.contacts()) {
       auto* place = facts.contacts.begin() + facts.contact_count;
       if (facts.contact_count < SimulationFacts::kMostContacts) {
@@ -43,7 +29,7 @@ void AddContacts(const World& world, int held, SimulationFacts& facts) noexcept 
       *place = {.p_W = X_WV * contact.p_V,
                 .n_W = is_shell ? n_W : Vec3(-n_W),
                 .depth = contact.depth,
-                .force = ContactForce(stiffness, contact.depth, pair.voxel_size())};
+                .force = contact.force};
     }
   }
 }

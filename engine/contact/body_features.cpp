@@ -22,6 +22,7 @@ GridIndex VoxelOf(const Vec3& place) {
           static_cast<std::int32_t>(std::floor(place.z()))};
 }
 
+/// A point with its place in V and its place in the order of blocks.
 struct FoundFeature {
   Vec3 place;
   Vec3 inward;
@@ -32,29 +33,22 @@ struct FoundFeature {
 
 }  // namespace
 
-BodyFeatures::BodyFeatures(const Pointshell& shell, const Pose& X_VB, double voxel_size) {
-  const Mat3 R_VB = X_VB.q.toRotationMatrix();
+BodyFeatures::BodyFeatures(std::span<const FeaturePoint> points, const Pose& X_VW) {
+  const Mat3 R_VW = X_VW.q.toRotationMatrix();
   std::vector<FoundFeature> found;
-  std::size_t next_edge = 0;
-  for (std::size_t i = 0; i < shell.size(); ++i) {
-    const Label label = shell.label(i);
-    if (label == Label::kSurface) continue;
-    FoundFeature feature{(X_VB * shell.point(i)) / voxel_size, R_VB * shell.normal(i)};
+  found.reserve(points.size());
+  for (const FeaturePoint& point : points) {
+    FoundFeature feature{X_VW * point.place_W, R_VW * -point.outward, point.half_length};
     feature.order = MortonCode(VoxelOf(feature.place));
-    if (label == Label::kEdge) {
-      const Pointshell::Edge& edge = shell.edges[next_edge++];
-      if (edge.cosine < 0) continue;  // nothing leans on a notch
-      feature.half_length = edge.half_length / voxel_size;
-      if (edge.cosine < kSharpEdge) {
-        feature.edge = static_cast<std::uint32_t>(edges_.size());
-        edges_.push_back({.middle = feature.place,
-                          .tangent = (R_VB * edge.tangent.cast<double>()).cast<float>(),
-                          .outward = (-feature.inward).cast<float>(),
-                          .half_length = static_cast<float>(feature.half_length),
-                          .cosine = edge.cosine,
-                          .ends = edge.ends});
-        longest_half_ = std::max(longest_half_, feature.half_length);
-      }
+    if (point.is_edge() && point.cosine < kSharpEdge) {
+      feature.edge = static_cast<std::uint32_t>(edges_.size());
+      edges_.push_back({.middle = feature.place,
+                        .tangent = (R_VW * point.tangent).cast<float>(),
+                        .outward = (-feature.inward).cast<float>(),
+                        .half_length = static_cast<float>(feature.half_length),
+                        .cosine = static_cast<float>(point.cosine),
+                        .ends = point.ends});
+      longest_half_ = std::max(longest_half_, feature.half_length);
     }
     found.push_back(feature);
   }

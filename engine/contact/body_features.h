@@ -6,15 +6,14 @@
 #include <vector>
 
 #include "engine/base/spatial.h"
+#include "engine/contact/feature_points.h"
 #include "engine/contact/point_blocks.h"
-#include "engine/voxel/pointshell.h"
 #include "engine/voxel/voxel.h"
 
 namespace tandem {
 
-/// The features of a body's surface: a point at each vertex, and one in each voxel that a convex
-/// edge passes through, with the part of the edge there. In the frame V of the body's distance
-/// field, in voxels; read-only once built.
+/// The features of a body's surface, packed: its feature points in the frame V of the body's
+/// distance field, in voxels; read-only once built.
 ///
 /// Points are packed 16 to a block by their place, blocks into chunks, so that what comes near
 /// together is looked at together.
@@ -54,8 +53,8 @@ class BodyFeatures {
   };
 
   BodyFeatures() = default;
-  /// Takes the features of a shell whose points stand on features. X_VB is in metres.
-  BodyFeatures(const Pointshell& shell, const Pose& X_VB, double voxel_size);
+  /// X_VW, as the points, in voxels.
+  BodyFeatures(std::span<const FeaturePoint> points, const Pose& X_VW);
 
   const std::vector<Block>& blocks() const noexcept { return blocks_; }
   const std::vector<Chunk>& chunks() const noexcept { return chunks_; }

@@ -62,6 +62,8 @@ class BodyPair {
   /// What the clearance may be.
   virtual ClearanceBounds clearance_bounds() const noexcept = 0;
   virtual double voxel_size() const noexcept = 0;
+  /// Where V stands in the map's body.
+  virtual Pose X_BV() const noexcept = 0;
 
   /// Reads every point, whatever the schedule.
   virtual PoseReading Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept = 0;

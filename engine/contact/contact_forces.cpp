@@ -45,8 +45,8 @@ CrossLoad Turned(const CrossLoad& cross_V, const Mat3& R_WV) {
 
 }  // namespace
 
-CrossLoad AddContactForces(std::span<const Contact> contacts, const PairPlaces& at,
-                           const ForceRule& rule, Load& on_shell, Load& on_map) noexcept {
+CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, const ForceRule& rule,
+                           Load& on_shell, Load& on_map) noexcept {
   if (contacts.empty()) return {};
   const Quat q_VW = at.X_WV.q.conjugate();
   const Vec3 p_VS = at.X_VS.p;                               // shell body's centre of mass
@@ -56,7 +56,7 @@ CrossLoad AddContactForces(std::span<const Contact> contacts, const PairPlaces& 
   const Vec3 w_map = q_VW * at.map_body.V_WB.w;
   const Vec3 v_map = q_VW * at.map_body.V_WB.v;
   Load shell_V;
-  for (const Contact& contact : contacts) {
+  for (Contact& contact : contacts) {
     const Vec3& p = contact.p_V;
     const Vec3& n = contact.nhat_V;
     const double depth = contact.depth;
@@ -64,12 +64,16 @@ CrossLoad AddContactForces(std::span<const Contact> contacts, const PairPlaces& 
     const Vec3 slip = v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(p - p_VM);
     const double approach = -n.dot(slip);
     // contact pushes and never pulls, however fast the point leaves
-    const double stiffness = ContactStiffness(rule.gains.stiffness, depth, rule.voxel_size);
-    const double pressed = ContactForce(rule.gains.stiffness, depth, rule.voxel_size);
+    const double K = contact.share * rule.gains.stiffness;
+    const double soft = rule.full_stiffness_depth * rule.voxel_size;
+    const double stiffness = ContactStiffness(K, depth, rule.voxel_size, soft);
+    const double pressed = ContactForce(K, depth, rule.voxel_size, soft);
+    contact.force = pressed;
     const double full = rule.full_damping_depth * rule.voxel_size;
-    const double share = full > 0 ? std::min(1.0, depth / full) : 1.0;
-    const double force = std::max(0.0, pressed + share * rule.gains.damping * approach);
-    const double damping = force > 0 ? share * rule.gains.damping : 0.0;
+    const double damped = full > 0 ? std::min(1.0, depth / full) : 1.0;
+    const double damping_there = contact.share * damped * rule.gains.damping;
+    const double force = std::max(0.0, pressed + damping_there * approach);
+    const double damping = force > 0 ? damping_there : 0.0;
     Vec6 along;  // the generalized direction of a unit force on the point
     along << r_shell.cross(n), n;
     shell_V.force += force * along;

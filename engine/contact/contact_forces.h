@@ -14,6 +14,8 @@ struct ForceRule {
   /// Voxels of depth over which damping grows from nothing; 0: it is there at once. Contacts that
   /// begin exactly do not jerk with it.
   double full_damping_depth = 0;
+  /// Voxels of depth over which stiffness grows from nothing; 0: likewise.
+  double full_stiffness_depth = 0;
 };
 
 /// Where a pair is: X_VS places the shell's body in the map's frame V.
@@ -25,8 +27,8 @@ struct PairPlaces {
 };
 
 /// Adds what contacts put on both bodies, and gives how the load on the shell changes as the map
-/// moves.
-CrossLoad AddContactForces(std::span<const Contact> contacts, const PairPlaces& at,
-                           const ForceRule& rule, Load& on_shell, Load& on_map) noexcept;
+/// moves. Each contact gets its force.
+CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, const ForceRule& rule,
+                           Load& on_shell, Load& on_map) noexcept;
 
 }  // namespace tandem

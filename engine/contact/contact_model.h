@@ -34,9 +34,11 @@ struct Candidate {
 
 /// Where two bodies push each other.
 struct Contact {
-  Vec3 p_V;      // m
-  Vec3 nhat_V;   // unit: the way in which the pointshell's body is pushed
-  double depth;  // m, above 0
+  Vec3 p_V;          // m
+  Vec3 nhat_V;       // unit: the way in which the pointshell's body is pushed
+  double depth;      // m, above 0
+  double share = 1;  // of the push, as far as others push at the same place
+  double force = 0;  // N, what its depth comes to, once AddContactForces() was there
 };
 
 /// The paper's contacts: one for each candidate below its tangent plane, along its own normal.

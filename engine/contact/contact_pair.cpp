@@ -139,7 +139,8 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
   const ForceRule rule{gains_, voxmap_->voxel_size(),
                        refined_ != nullptr ? kFullDampingDepth : 0.0};
   const CrossLoad cross =
-      AddContactForces(contacts(), {X_VS, X_WV, shell_body, map_body}, rule, on_shell, on_map);
+      AddContactForces(std::span(contacts_).first(contact_count_),
+                       {X_VS, X_WV, shell_body, map_body}, rule, on_shell, on_map);
   if (both_move_) cross_ = cross;
 }
 

@@ -57,6 +57,7 @@ class ContactPair final : public BodyPair {
   void SetClearance(const Clearance& clearance) noexcept override;
   ClearanceBounds clearance_bounds() const noexcept override;
   double voxel_size() const noexcept override { return voxmap_->voxel_size(); }
+  Pose X_BV() const noexcept override { return X_BV_; }
   PoseReading Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept override;
   std::span<const Contact> contacts() const noexcept override {
     return {contacts_.data(), contact_count_};

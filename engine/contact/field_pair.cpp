@@ -15,14 +15,18 @@ namespace {
 
 /// Voxels of depth from which a contact damps in full.
 constexpr double kFullDampingDepth = 0.25;
+/// And from which it is as stiff as it can be.
+constexpr double kFullStiffnessDepth = 0.1;
 /// Voxels of depth from which a contact counts in full among those that share their stiffness.
 constexpr double kFullShareDepth = 0.25;
 /// As many contacts in full are as stiff as they can be together.
 constexpr double kStiffest = 100;
 /// Voxels of depth that rounding may leave.
 constexpr double kNoDepth = 1e-6;
-/// Voxels: force never begins nearer than this to the surface.
+/// Voxels: force never begins nearer than this to the surface because a fit is tight.
 constexpr double kLeastReach = 0.02;
+/// Voxels: how deep in the other's surface a shift and a displacement may let force begin.
+constexpr double kDeepestReach = -1.0;
 /// Cosine between a point's inward normal and the way off a sheet over which a push fades out.
 constexpr double kSheetFade = 0.2;
 constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
@@ -67,14 +71,14 @@ FieldPair::FieldPair(const BodySurface& shell, const BodySurface& map, const Opt
       s_(map.field.voxel_size()),
       both_move_(options.both_move),
       gains_(gains),
-      full_reach_(kRefinedClearance),
-      reach_(kRefinedClearance),
+      inward_shift_(options.inward_shift),
+      full_reach_(std::max(kDeepestReach, kRefinedClearance - options.inward_shift)),
+      reach_(full_reach_),
       of_shell_(shell.features, map.field, &map.features, CentreOf(shell, true), options.schedule),
       of_map_(map.features, shell.field, nullptr, CentreOf(shell, false), options.schedule),
       contacts_(std::min(kMostContacts,
                          1024 + 2 * (shell.features.point_count() + map.features.point_count()))) {
   TANDEM_CHECK(shell.field.voxel_size() == map.field.voxel_size());
-  shares_.resize(contacts_.size());
   clearance_ = {static_cast<double>(DefaultForceLayer(ContactModel::kRefined)), 0.0};
 }
 
@@ -120,13 +124,12 @@ PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& ma
 }
 
 void FieldPair::Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept {
-  if (!(depth > 0)) return;
+  if (!(depth > 0 && share > 0)) return;
   if (contact_count_ == contacts_.size()) {
     over_capacity_ = true;
     return;
   }
-  shares_[contact_count_] = share;
-  contacts_[contact_count_++] = {s_ * p_V, nhat_V, s_ * depth};
+  contacts_[contact_count_++] = {s_ * p_V, nhat_V, s_ * depth, share};
 }
 
 void FieldPair::FindContacts(const Places& places) noexcept {
@@ -164,7 +167,7 @@ void FieldPair::MeetField(const FieldSchedule& schedule, const BodySurface& own,
             push.away_V = -push.away_V;
           }
         }
-        const double depth = (reach_ - push.distance) * push.share;
+        const double depth = reach_ - push.distance;
         if (to_map) {
           Add(place_V, push.away_V, depth, push.share);
         } else {
@@ -208,7 +211,9 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
                                          {other.middle, other.tangent.cast<double>(), nhat,
                                           other.half_length, arc_of(other.cosine), other.ends},
                                          reach_);
-        if (meeting.depth > 0) Add(meeting.place, meeting.normal, meeting.depth, meeting.share);
+        if (meeting.depth > 0) {
+          Add(meeting.place, meeting.normal, meeting.depth / meeting.share, meeting.share);
+        }
       });
     }
   }
@@ -225,36 +230,38 @@ void FieldPair::LetGo() noexcept {
       const double counts = (std::abs(along) - kAside) / (kAlong - kAside);
       if (counts <= 0) continue;
       double& deepest = along > 0 ? forth[i] : back[i];
-      deepest = std::max(deepest, contact.depth * std::min(1.0, counts));
+      deepest = std::max(deepest, contact.depth * contact.share * std::min(1.0, counts));
     }
   }
   double common = 0;  // m
   for (std::size_t i = 0; i < kDirections.size(); ++i) {
     common = std::max(common, std::min(forth[i], back[i]));
   }
-  common = std::min(common, s_ * (reach_ - kLeastReach));
+  const double least_reach = std::min(kLeastReach, full_reach_);
+  common = std::min(common, s_ * (reach_ - least_reach));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < contact_count_; ++i) {
-    const double depth = contacts_[i].depth - common * shares_[i];
+    const double depth = contacts_[i].depth - common;
     if (depth <= kNoDepth * s_) continue;
     contacts_[kept] = contacts_[i];
     contacts_[kept++].depth = depth;
   }
   contact_count_ = kept;
-  reach_ = std::min(full_reach_, std::max(kLeastReach, reach_ - common / s_) + kReachPace);
+  reach_ = std::min(full_reach_, std::max(least_reach, reach_ - common / s_) + kReachPace);
 }
 
 void FieldPair::AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept {
   if (contact_count_ == 0) return;
   double area = 0;  // as contacts in full
   for (const Contact& contact : contacts()) {
-    area += std::min(1.0, contact.depth / (kFullShareDepth * s_));
+    area += contact.share * std::min(1.0, contact.depth / (kFullShareDepth * s_));
   }
-  ForceRule rule{gains_, s_, kFullDampingDepth};
+  ForceRule rule{gains_, s_, kFullDampingDepth, kFullStiffnessDepth};
   const double share = std::min(1.0, kStiffest / area);
   rule.gains.stiffness *= share;
   rule.gains.damping *= share;
-  const CrossLoad cross = AddContactForces(contacts(), places.pair, rule, on_shell, on_map);
+  const CrossLoad cross = AddContactForces(std::span(contacts_).first(contact_count_), places.pair,
+                                           rule, on_shell, on_map);
   if (both_move_) cross_ = cross;
 }
 
@@ -268,8 +275,10 @@ void FieldPair::CountLoad() noexcept {
 void FieldPair::SetClearance(const Clearance& clearance) noexcept {
   clearance_ = clearance;
   const double wanted = kRefinedClearance + clearance.layers -
-                        DefaultForceLayer(ContactModel::kRefined) - clearance.displacement / s_;
-  full_reach_ = std::clamp(wanted, kLeastReach, std::min(shell_->field.band(), map_->field.band()));
+                        DefaultForceLayer(ContactModel::kRefined) - clearance.displacement / s_ -
+                        inward_shift_;
+  full_reach_ =
+      std::clamp(wanted, kDeepestReach, std::min(shell_->field.band(), map_->field.band()));
   reach_ = std::min(reach_, full_reach_);
 }
 

@@ -23,11 +23,12 @@ struct BodySurface {
 
 /// Two bodies by their exact surfaces (decision 0041): the features of each are looked up in the
 /// other's distance field, and sharp edges that cross are met in closed form. Force begins at
-/// kRefinedClearance from the surface, or where the clearance says.
+/// kRefinedClearance from the surface, less the shell's shift, or where the clearance says.
 class FieldPair final : public BodyPair {
  public:
   struct Options {
-    bool both_move = false;  // then cross() is kept
+    bool both_move = false;   // then cross() is kept
+    double inward_shift = 0;  // voxels, of the shell's surface along its inward normals
     ScheduleOptions schedule{};
   };
   /// Both surfaces must be of the same voxel size, and outlive the pair.
@@ -40,6 +41,7 @@ class FieldPair final : public BodyPair {
   void SetClearance(const Clearance& clearance) noexcept override;
   ClearanceBounds clearance_bounds() const noexcept override;
   double voxel_size() const noexcept override { return s_; }
+  Pose X_BV() const noexcept override { return map_->X_BV; }
   PoseReading Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept override;
   std::span<const Contact> contacts() const noexcept override {
     return {contacts_.data(), contact_count_};
@@ -60,7 +62,7 @@ class FieldPair final : public BodyPair {
   void MeetField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
                  const Pose& X_VF, bool to_map, const Pose& shell_in_map) noexcept;
   void MeetEdges(const Pose& shell_in_map) noexcept;
-  /// Keeps a contact, if it has depth. Lengths in voxels; `share` has been counted in its depth.
+  /// Keeps a contact, if it has depth. Lengths in voxels.
   void Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept;
   /// Takes from all contacts the depth that those on opposite sides have in common, and lets force
   /// begin so much nearer from now on.
@@ -74,13 +76,13 @@ class FieldPair final : public BodyPair {
   double s_;  // voxel size, m
   bool both_move_;
   ContactGains gains_;
+  double inward_shift_;     // voxels
   double full_reach_;       // voxels, at which force begins where there is room
   double reach_;            // and where it begins in this fit
   FieldSchedule of_shell_;  // the shell's features in the map's field
   FieldSchedule of_map_;
   std::optional<Pose> X_VS_;  // at the last Collide()
   std::vector<Contact> contacts_;
-  std::vector<double> shares_;  // of each, of its depth
   std::size_t contact_count_ = 0;
   bool over_capacity_ = false;
   TestLoad load_;  // as of the last Collide()

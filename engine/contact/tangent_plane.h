@@ -29,15 +29,21 @@ inline ContactGains DefaultContactGains(double voxel_size, double mass, double h
 }
 
 /// The force of a contact at a depth (m): K d, and harder the deeper, so that one point of a body
-/// that is pulled with hundreds of newtons still stops within two voxels.
-inline double ContactForce(double stiffness, double depth, double voxel_size) noexcept {
+/// that is pulled with hundreds of newtons still stops within two voxels. Over the first `soft` of
+/// depth (m) stiffness grows from nothing to K: where it were there at once, a step of the body
+/// would be held by all that it is about to touch.
+inline double ContactForce(double stiffness, double depth, double voxel_size,
+                           double soft = 0) noexcept {
   const double x = std::min(depth / voxel_size, 3.0);
-  return stiffness * depth * (1.0 + 8.0 * x * x * x);
+  const double linear = depth < soft ? 0.5 * depth * depth / soft : depth - 0.5 * soft;
+  return stiffness * (linear + 8.0 * x * x * x * depth);
 }
 /// Its derivative by the depth.
-inline double ContactStiffness(double stiffness, double depth, double voxel_size) noexcept {
+inline double ContactStiffness(double stiffness, double depth, double voxel_size,
+                               double soft = 0) noexcept {
   const double x = std::min(depth / voxel_size, 3.0);
-  return stiffness * (1.0 + (x < 3.0 ? 32.0 : 8.0) * x * x * x);
+  return stiffness *
+         (std::min(1.0, soft > 0 ? depth / soft : 1.0) + (x < 3.0 ? 32.0 : 8.0) * x * x * x);
 }
 
 /// How far a point has gone below the tangent plane (paper §2.1, Figure 2; decision 0004), m; above

@@ -90,8 +90,9 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
     const ContactGains gains = GainsFor(shell.inertia.mass);
     std::unique_ptr<BodyPair> pair;
     if (model_->scene.by_field) {
-      pair = std::make_unique<FieldPair>(shell.surface, model_->fixture_surface,
-                                         FieldPair::Options{.schedule = schedule}, gains);
+      pair = std::make_unique<FieldPair>(
+          shell.surface, model_->fixture_surface,
+          FieldPair::Options{.inward_shift = ShiftOf(bodies_[body]), .schedule = schedule}, gains);
     } else {
       pair =
           std::make_unique<ContactPair>(shell.points, model_->fixture, X_WV, 0,
@@ -128,6 +129,10 @@ const ContactPair& World::point_pair(std::size_t number) const {
   return *pair;
 }
 
+double World::ShiftOf(const Body& body) const {
+  return model_->scene.bodies[model_->object[body.shape]].inward_shift_voxels;
+}
+
 ContactGains World::GainsFor(double mass) const {
   ContactGains gains = DefaultContactGains(model_->scene.voxel_size, mass, kFrame);
   gains.friction = model_->scene.friction;
@@ -143,9 +148,11 @@ void World::AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedul
   const ContactGains gains = GainsFor(std::max(shell_model.inertia.mass, map_model.inertia.mass));
   std::unique_ptr<BodyPair> pair;
   if (model_->scene.by_field) {
-    pair = std::make_unique<FieldPair>(shell_model.surface, map_model.surface,
-                                       FieldPair::Options{.both_move = true, .schedule = schedule},
-                                       gains);
+    pair = std::make_unique<FieldPair>(
+        shell_model.surface, map_model.surface,
+        FieldPair::Options{
+            .both_move = true, .inward_shift = ShiftOf(bodies_[shell]), .schedule = schedule},
+        gains);
   } else {
     pair = std::make_unique<ContactPair>(shell_model.points, map_model.voxmap, map_model.X_BV,
                                          RadiusOf(map_model),

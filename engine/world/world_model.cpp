@@ -5,6 +5,7 @@
 #include "engine/field/field_builder.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/mass_properties.h"
+#include "engine/geometry/mesh_facing.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxelize.h"
 
@@ -81,6 +82,16 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   return model;
 }
 
+/// The mesh with all triangles facing out of the solid.
+TriangleMesh Facing(const TriangleMesh& mesh) {
+  const MeshFacing facing = FindFacing(mesh, MeshSides(mesh));
+  TriangleMesh turned = mesh;
+  for (std::size_t t = 0; t < turned.triangles.size(); ++t) {
+    if (facing.of_triangle[t] < 0) std::swap(turned.triangles[t][1], turned.triangles[t][2]);
+  }
+  return turned;
+}
+
 }  // namespace
 
 std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
@@ -123,13 +134,17 @@ Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, 
                                 double spacing_voxels, const std::stop_token& stop) {
   Result<DistanceField> field = BuildField(mesh_W, {.voxel_size = scene.voxel_size, .stop = stop});
   if (!field) return field.error();
-  const Result<Pointshell> points = MakePoints(scene, mesh_W, X_WB, 0, spacing_voxels);
-  if (!points) return points.error();
+  const TriangleMesh facing_W = Facing(mesh_W);
+  const Features features =
+      FindFeatures(facing_W, FlatnessVoxels(scene.contact) * scene.voxel_size);
+  const std::vector<FeaturePoint> points =
+      FindFeaturePoints(facing_W, features, scene.voxel_size, spacing_voxels);
   BodySurface surface;
   const Pose X_WV{Quat::Identity(), field->p_WVo()};
   surface.X_BV = X_WB.Inverse() * X_WV;
   surface.field = std::move(*field);
-  surface.features = BodyFeatures(*points, X_WV.Inverse() * X_WB, scene.voxel_size);
+  const Pose X_VW{Quat::Identity(), -X_WV.p / scene.voxel_size};
+  surface.features = BodyFeatures(points, X_VW);
   for (const Vec3& vertex_W : mesh_W.vertices) {
     surface.radius = std::max(surface.radius, (vertex_W - X_WB.p).norm());
   }

@@ -30,11 +30,11 @@ BodySurface SurfaceOf(const TriangleMesh& mesh_B, const Quat& made_at) {
   BodySurface surface;
   surface.field = std::move(*BuildField(mesh_W, {.voxel_size = kS}));
   const Pose X_WV{Quat::Identity(), surface.field.p_WVo()};
-  const double flatness = FlatnessVoxels(ContactModel::kRefined);
-  const Pointshell points = std::move(*MakePointshell(
-      mesh_W, X_WB, {.spacing = kS, .place = PointPlace::kOnFeature, .flatness_voxels = flatness}));
+  const double flatness = FlatnessVoxels(ContactModel::kRefined) * kS;
+  const std::vector<FeaturePoint> points =
+      FindFeaturePoints(mesh_W, FindFeatures(mesh_W, flatness), kS, 1.0);
   surface.X_BV = X_WB.Inverse() * X_WV;
-  surface.features = BodyFeatures(points, X_WV.Inverse() * X_WB, kS);
+  surface.features = BodyFeatures(points, {Quat::Identity(), -X_WV.p / kS});
   for (const Vec3& v : mesh_B.vertices) surface.radius = std::max(surface.radius, v.norm());
   return surface;
 }
@@ -140,6 +140,22 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
   }
   EXPECT_GT(touching, 300U);
   EXPECT_LT(looked_up, looked_up_by_all);
+}
+
+TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
+  // at once, the step of a body that slides along would be held by all that it is about to touch
+  Met met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
+  double before = 0;
+  double largest_step = 0;
+  for (int i = 0; i <= 400; ++i) {
+    met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 9.5 - 0.0005 * i)});
+    const double stiffness = met.on_shell.stiffness(5, 5);
+    largest_step = std::max(largest_step, stiffness - before);
+    before = stiffness;
+  }
+  // 0.15 voxels deep: the whole rim of 48 voxels, each in full
+  EXPECT_GT(before, 30 * kGains.stiffness);
+  EXPECT_LT(largest_step, before / 50);
 }
 
 TEST(FieldPair, InATightFitOppositeSidesDoNotPushAtOnce) {
