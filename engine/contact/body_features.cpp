@@ -78,7 +78,8 @@ BodyFeatures::BodyFeatures(std::span<const FeaturePoint> points, const Pose& X_V
       lanes.x[lane] = from.x();
       lanes.y[lane] = from.y();
       lanes.z[lane] = from.z();
-      points_.push_back({feature.inward.cast<float>(), feature.edge});
+      const double weight = feature.half_length > 0 ? std::min(1.0, 2 * feature.half_length) : 1.0;
+      points_.push_back({feature.inward.cast<float>(), feature.edge, static_cast<float>(weight)});
       if (!own) continue;
       block.lanes = static_cast<std::uint16_t>(block.lanes | 1U << lane);
       const bool sharp = feature.edge != kNoEdge;
@@ -178,6 +179,14 @@ std::size_t BodyFeatures::CellNumber(const GridIndex& cell) const noexcept {
          static_cast<std::size_t>(cell_count_.x) *
              (static_cast<std::size_t>(in.y) +
               static_cast<std::size_t>(cell_count_.y) * static_cast<std::size_t>(in.z));
+}
+
+std::size_t BodyFeatures::bytes() const noexcept {
+  const auto of = [](const auto& all) {
+    return all.size() * sizeof(all[0]);
+  };
+  return of(blocks_) + of(lanes_) + of(points_) + of(chunks_) + of(edges_) + of(slots_) +
+         of(edges_by_cell_) + of(edge_distances_);
 }
 
 double BodyFeatures::EdgesBeyond(const Vec3& place_V) const noexcept {

@@ -14,9 +14,7 @@ namespace tandem {
 namespace {
 
 /// Voxels of depth from which a contact damps in full.
-constexpr double kFullDampingDepth = 0.25;
-/// And from which it is as stiff as it can be.
-constexpr double kFullStiffnessDepth = 0.1;
+constexpr double kFullDampingDepth = 0.5;
 /// Voxels of depth from which a contact counts in full among those that share their stiffness.
 constexpr double kFullShareDepth = 0.25;
 /// As many contacts in full are as stiff as they can be together.
@@ -55,6 +53,22 @@ constexpr std::array<std::array<double, 3>, 13> kDirections{
 /// which on it does not count.
 constexpr double kAlong = 0.88;
 constexpr double kAside = 0.7;
+
+/// 1 up to an angle, 0 from another on, by their cosines or sines.
+double Fading(double value, double full, double none) {
+  return std::clamp((value - none) / (full - none), 0.0, 1.0);
+}
+
+/// How much of a push on the middle of a sharp edge's part counts. Nothing where the other body's
+/// edge is nearest, which turns by 20 degrees or more: edges that cross push as lines do
+/// (MeetEdges()). Nothing where the surface comes nearer along the part: then it is another part,
+/// or the edge's end, that touches. All of it a quarter of a voxel deep, where edges may have
+/// passed one another.
+double ShareOnEdge(const FieldPush& push, const Vec3& tangent) {
+  const double on_face =
+      Fading(push.facing, 0.985, 0.940) * Fading(std::abs(push.away_V.dot(tangent)), 0.17, 0.34);
+  return 1.0 - (1.0 - on_face) * Fading(push.distance, 0, -0.25);
+}
 
 /// The shell's body as what turns: its own features, or what others have in its field.
 FieldSchedule::Centre CentreOf(const BodySurface& shell, bool of_features) {
@@ -152,13 +166,20 @@ void FieldPair::MeetField(const FieldSchedule& schedule, const BodySurface& own,
       const Vec3 place_F = own.features.place(near.block, lane);
       const Vec3 place_V = R_VF * place_F + X_VF.p;
       const Vec3 inward = R_VF * own.features.point(near.block, lane).inward.cast<double>();
+      const std::uint32_t edge = own.features.point(near.block, lane).edge;
+      const bool sharp = edge != BodyFeatures::kNoEdge;
+      const Vec3 tangent =
+          sharp ? Vec3(R_VF * own.features.edge(edge).tangent.cast<double>()) : Vec3(Vec3::Zero());
+      const double weight = own.features.point(near.block, lane).weight;
       std::size_t count = other.field.Pushes(place_V, reach_, pushes);
       if (count == 0 && other.field.At(place_V).value < 0) {
         // deeper than the field tells the way out: along the point's own
-        pushes[count++] = {-DistanceField::kMostNear, inward, 1.0, false};
+        pushes[count++] = {-DistanceField::kMostNear, inward, 1.0, false, 1};
       }
       for (std::size_t i = 0; i < count; ++i) {
         FieldPush push = pushes[i];
+        push.share *= weight;
+        if (sharp) push.share *= ShareOnEdge(push, tangent);
         if (push.sheet) {
           const double facing = push.away_V.dot(inward);
           push.share *= std::min(1.0, std::abs(facing) / kSheetFade);
@@ -211,7 +232,7 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
                                          {other.middle, other.tangent.cast<double>(), nhat,
                                           other.half_length, arc_of(other.cosine), other.ends},
                                          reach_);
-        if (meeting.depth > 0) {
+        if (meeting.share > 0) {
           Add(meeting.place, meeting.normal, meeting.depth / meeting.share, meeting.share);
         }
       });
@@ -278,13 +299,20 @@ void FieldPair::SetClearance(const Clearance& clearance) noexcept {
                         DefaultForceLayer(ContactModel::kRefined) - clearance.displacement / s_ -
                         inward_shift_;
   full_reach_ =
-      std::clamp(wanted, kDeepestReach, std::min(shell_->field.band(), map_->field.band()));
+      std::clamp(wanted, kDeepestReach, std::min(shell_->field.range(), map_->field.range()));
   reach_ = std::min(reach_, full_reach_);
 }
 
 ClearanceBounds FieldPair::clearance_bounds() const noexcept {
   const int layer = DefaultForceLayer(ContactModel::kRefined);
-  return {layer, layer, s_};
+  const double range = std::min(shell_->field.range(), map_->field.range());
+  return {layer, layer + static_cast<int>(range - kRefinedClearance), s_};
+}
+
+std::size_t FieldPair::CountUnfound(const BodyMotion& shell_body,
+                                    const BodyMotion& map_body) const {
+  const Places places = PlacesOf(shell_body, map_body);
+  return of_shell_.CountUnfound(places.shell_in_map) + of_map_.CountUnfound(places.map_in_shell);
 }
 
 PoseReading FieldPair::Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {

@@ -13,6 +13,9 @@
 
 namespace tandem {
 
+/// Voxels of depth from which a contact is as stiff as it can be.
+inline constexpr double kFullStiffnessDepth = 0.1;
+
 /// A body as refined contact meets it.
 struct BodySurface {
   DistanceField field;
@@ -45,6 +48,13 @@ class FieldPair final : public BodyPair {
   PoseReading Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept override;
   std::span<const Contact> contacts() const noexcept override {
     return {contacts_.data(), contact_count_};
+  }
+
+  /// Feature points of either body nearer to the other than where force begins that the last
+  /// Collide(), which was at these poses, did not find. For tests and benches; allocates.
+  std::size_t CountUnfound(const BodyMotion& shell_body, const BodyMotion& map_body) const;
+  std::size_t point_count() const noexcept {
+    return shell_->features.point_count() + map_->features.point_count();
   }
 
  private:

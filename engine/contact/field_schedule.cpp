@@ -262,6 +262,22 @@ double FieldSchedule::owed_per_voxel() const noexcept {
          (calendar_.DueWithin(kAhead) - calendar_.DueWithin(0)) * DueCalendar::kPerVoxel / kAhead;
 }
 
+std::size_t FieldSchedule::CountUnfound(const Pose& X_VF) const {
+  std::vector<std::uint16_t> found(is_far_.size());
+  for (const NearBlock& near : near()) found[near.block] = near.touching;
+  // what the vectors read may be off by the error, and single precision
+  const double surely = reach_ - field_->error_bound() - kPlaceError;
+  std::size_t unfound = 0;
+  for (std::size_t b = 0; b < found.size(); ++b) {
+    const unsigned own = features_->blocks()[b].lanes;
+    for (unsigned rest = own & ~unsigned{found[b]}; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      if (field_->At(X_VF * features_->place(b, lane)).value < surely) ++unfound;
+    }
+  }
+  return unfound;
+}
+
 double FieldSchedule::Read(const Pose& X_VF, double reach) noexcept {
   Place(X_VF);
   reach_ = reach;

@@ -35,8 +35,8 @@ inline ContactGains DefaultContactGains(double voxel_size, double mass, double h
 inline double ContactForce(double stiffness, double depth, double voxel_size,
                            double soft = 0) noexcept {
   const double x = std::min(depth / voxel_size, 3.0);
-  const double linear = depth < soft ? 0.5 * depth * depth / soft : depth - 0.5 * soft;
-  return stiffness * (linear + 8.0 * x * x * x * depth);
+  const double less = depth < soft ? depth - 0.5 * depth * depth / soft : 0.5 * soft;
+  return stiffness * depth * (1.0 + 8.0 * x * x * x) - stiffness * less;
 }
 /// Its derivative by the depth.
 inline double ContactStiffness(double stiffness, double depth, double voxel_size,

@@ -227,6 +227,7 @@ std::uint64_t DistanceField::Digest() const {
   Hash64 hash;
   hash.Add(voxel_size_);
   hash.Add(band_);
+  hash.Add(range_);
   hash.Add(error_bound_);
   hash.Add(outer_error_bound_);
   hash.Add(origin_.x);

@@ -53,6 +53,8 @@ struct FieldPush {
   Vec3 away_V = Vec3::Zero();  // unit
   double share = 0;            // 0 to 1: how much of the push counts
   bool sheet = false;          // off an open sheet, which pushes to either side
+  /// Cosine between the way off and the face's normal: below 1 where an edge or a corner is nearest.
+  double facing = 1;
 };
 
 /// What DistanceField's kernels read.
@@ -86,6 +88,9 @@ class DistanceField {
   /// Every place nearer to the surface than this (voxels) is `near`, and is read to within
   /// `error_bound`.
   double band() const noexcept { return band_; }
+  /// Every place nearer than this has a reading, voxels; beyond the band, one that may err by
+  /// `outer_error_bound`.
+  double range() const noexcept { return range_; }
   /// The greatest error of a reading within the band, voxels: measured in each cell when the field
   /// was built.
   double error_bound() const noexcept { return error_bound_; }
@@ -111,9 +116,9 @@ class DistanceField {
   /// Of a place that Values() calls kListed, and what it read there: the distance, if it is below
   /// `reach`, otherwise a bound that is not below `reach` and that no surface is nearer than.
   double Distance(const Vec3& place_V, double value, double reach) const noexcept;
-  /// How a point at a place is pushed off surfaces nearer than `reach`, at most `band`: one push,
+  /// How a point at a place is pushed off surfaces nearer than `reach`, at most `range`: one push,
   /// or one for each of the faces of a notch. Gives how many. Continuous as the place moves.
-  static constexpr std::size_t kMostPushes = 4;
+  static constexpr std::size_t kMostPushes = 8;
   std::size_t Pushes(const Vec3& place_V, double reach,
                      std::array<FieldPush, kMostPushes>& pushes) const noexcept;
   /// The greatest of what `over` may be, as Values() tells it, voxels.
@@ -181,6 +186,7 @@ class DistanceField {
 
   double voxel_size_ = 0;
   double band_ = 0;
+  double range_ = 0;
   double error_bound_ = 0;
   double outer_error_bound_ = 0;
   double over_of_lists_ = 0;                 // the greatest that a list tells

@@ -80,6 +80,7 @@ class FieldBuilder {
     const HyperchunkBox& box = surface_.box();
     field_.voxel_size_ = options.voxel_size;
     field_.band_ = options.band;
+    field_.range_ = options.range;
     field_.origin_ = box.first * kHyperchunkSide;
     field_.size_ = box.size * (kHyperchunkSide / DistanceField::kHyperbrickCells);
     all_ = FindFieldFaces(mesh_W, facing, options.voxel_size, field_.origin_);
@@ -212,7 +213,7 @@ class FieldBuilder {
                        least[place] = std::min(least[place], distance);
                      });
     }
-    const double kept = options_.band + kHalfVoxelDiagonal;  // how near a node must be
+    const double kept = options_.range + kHalfVoxelDiagonal;  // how near a node must be
     for (std::size_t place = 0; place < near.size(); ++place) {
       if (least[place] > kept + kHalfBrickDiagonal) continue;
       const GridIndex lowest = first + BlockCell(place) * kBrickCells;
@@ -280,9 +281,9 @@ class FieldBuilder {
       }
       return false;
     }
-    // of a brick that is not kept, the nodes and with them all places are beyond the band
+    // of a brick that is not kept, the nodes and with them all places are beyond the range
     const std::int32_t entry =
-        DistanceField::BoundEntry(std::max(least, options_.band), Solid(centre));
+        DistanceField::BoundEntry(std::max(least, options_.range), Solid(centre));
     const std::int32_t bricks = side / kBrickCells;
     for (std::int32_t z = 0; z < bricks; ++z) {
       for (std::int32_t y = 0; y < bricks; ++y) {

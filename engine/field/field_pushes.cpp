@@ -17,6 +17,10 @@ constexpr double kTouching = 1e-4;
 constexpr double kTie = 1e-4;
 /// Of a second face, voxels above the first one's plane from which on it pushes in full.
 constexpr double kApart = 0.1;
+/// The share of a push that is none.
+constexpr double kNothing = 1e-4;
+/// Voxels below the band's border over which a list's faces give way to interpolation.
+constexpr double kBandFade = 0.2;
 
 }  // namespace
 
@@ -149,36 +153,45 @@ std::size_t DistanceField::Pushes(const Vec3& place_V, double reach,
     for (std::size_t i = 0; i < 8; ++i) shares[i] = list->shares >> i & 1;
     share = InCube(shares, cell.from);
   }
+  const FacesNear near = share > 0 ? FacesWithin(*list, place_L, reach) : FacesNear{};
+  if (share > 0) {
+    // beyond the band other faces may be nearer than those of the list
+    share *= std::clamp((band_ - near.faces[0].distance) / kBandFade, 0.0, 1.0);
+  }
   std::size_t count = 0;
   if (share < 1) {
     const double value = Interpolated(brick, cell);
     if (value < reach) {
       const Vec3 gradient = GradientAt(brick, cell, place_L);
       const double length = gradient.norm();
-      if (length > 0) pushes[count++] = {value, gradient / length, 1.0 - share, false};
+      if (length > 0) pushes[count++] = {value, gradient / length, 1.0 - share, false, 1};
     }
   }
   if (share == 0) return count;
-  const FacesNear near = FacesWithin(*list, place_L, reach);
   if (near.Inside()) {
     const auto& face = near.faces[0];
     // on the face itself its normal tells, which points out already
     const Vec3 away = face.distance > kTouching ? Vec3(-face.away) : face.away;
-    pushes[count++] = {-face.distance, away, share, false};
+    pushes[count++] = {-face.distance, away, share, false, 1};
     return count;
   }
+  // those that push, the nearest first: what counts little takes little from those behind it
   std::array<std::size_t, kMostPushes> kept;
+  std::array<double, kMostPushes> kept_counts;
   std::size_t kept_count = 0;
   for (std::size_t i = 0; i < near.count && count < kMostPushes; ++i) {
     const auto& face = near.faces[i];
     if (face.distance >= reach) break;
     double counts = 1;
     for (std::size_t k = 0; k < kept_count; ++k) {
-      counts = std::min(counts, ShareBeside(face, near.faces[kept[k]]));
+      const double beside = ShareBeside(face, near.faces[kept[k]]);
+      counts = std::min(counts, 1.0 - kept_counts[k] * (1.0 - beside));
     }
-    if (counts <= 0) continue;
-    kept[kept_count++] = i;
-    pushes[count++] = {face.distance, face.away, share * counts, face.sheet};
+    if (counts < kNothing) continue;
+    kept[kept_count] = i;
+    kept_counts[kept_count++] = counts;
+    const double facing = face.distance > kTouching ? std::abs(face.height) / face.distance : 1.0;
+    pushes[count++] = {face.distance, face.away, share * counts, face.sheet, facing};
   }
   return count;
 }

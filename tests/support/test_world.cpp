@@ -6,13 +6,15 @@
 namespace tandem::testing {
 
 std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
-                                                 double voxel_size, ContactModel contact) {
+                                                 double voxel_size, ContactModel contact,
+                                                 bool by_field) {
   auto world = std::make_shared<WorldModel>();
   world->scene.name = "made in code";
   world->scene.file = "nowhere.json";
   world->scene.voxel_size = voxel_size;
   world->scene.contact = contact;
   world->scene.force_layer = DefaultForceLayer(contact);
+  world->scene.by_field = by_field;
   TriangleMesh fixture;
   for (const TestBody& body : bodies) {
     world->scene.bodies.emplace_back().fixed = body.fixed;
@@ -30,6 +32,11 @@ std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bo
     TANDEM_CHECK(points.has_value());
     model.points = std::move(*points);
     TANDEM_CHECK(!MakeMap(world->scene, body.mesh_W, model.voxmap, model.details));
+    if (by_field) {
+      Result<BodySurface> surface = MakeSurface(world->scene, body.mesh_W, model.X_WB0);
+      TANDEM_CHECK(surface.has_value());
+      model.surface = std::move(*surface);
+    }
     model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
     world->object.push_back(static_cast<std::uint32_t>(world->body_index.size()));
     world->body_index.push_back(static_cast<int>(world->bodies.size()));
@@ -37,6 +44,12 @@ std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bo
   }
   if (!fixture.triangles.empty()) {
     TANDEM_CHECK(!MakeMap(world->scene, fixture, world->fixture, world->fixture_details));
+    if (by_field) {
+      Result<BodySurface> surface = MakeSurface(world->scene, fixture, Pose{});
+      TANDEM_CHECK(surface.has_value());
+      world->fixture_surface = std::move(*surface);
+      world->fixture_surface.radius = 0;  // it never moves
+    }
     world->has_fixture = true;
   }
   return world;

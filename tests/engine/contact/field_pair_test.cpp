@@ -9,8 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/contact/edge_contact.h"
-#include "engine/field/field_builder.h"
-#include "tests/engine/contact/refined.h"
+#include "tests/engine/contact/met_by_field.h"
 
 namespace tandem {
 namespace {
@@ -19,46 +18,11 @@ using testing::Box;
 using testing::kGains;
 using testing::kS;
 using testing::LowestAlong;
+using testing::MetByField;
 using testing::Plate;
 using testing::RandomRotation;
 using testing::Sphere;
 using testing::Uniform;
-
-BodySurface SurfaceOf(const TriangleMesh& mesh_B, const Quat& made_at) {
-  const Pose X_WB{made_at, Vec3::Zero()};
-  const TriangleMesh mesh_W = Transformed(mesh_B, X_WB);
-  BodySurface surface;
-  surface.field = std::move(*BuildField(mesh_W, {.voxel_size = kS}));
-  const Pose X_WV{Quat::Identity(), surface.field.p_WVo()};
-  const double flatness = FlatnessVoxels(ContactModel::kRefined) * kS;
-  const std::vector<FeaturePoint> points =
-      FindFeaturePoints(mesh_W, FindFeatures(mesh_W, flatness), kS, 1.0);
-  surface.X_BV = X_WB.Inverse() * X_WV;
-  surface.features = BodyFeatures(points, {Quat::Identity(), -X_WV.p / kS});
-  for (const Vec3& v : mesh_B.vertices) surface.radius = std::max(surface.radius, v.norm());
-  return surface;
-}
-
-struct Met {
-  Met(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at,
-      const ScheduleOptions& schedule = {})
-      : map(SurfaceOf(fixed_W, Quat::Identity())),
-        shell(SurfaceOf(moving_B, made_at)),
-        pair(shell, map, {.schedule = schedule}, kGains) {}
-
-  Vec3 ForceAt(const Pose& X_WB) {
-    on_shell = {};
-    on_map = {};
-    pair.Collide({X_WB, {}}, {}, on_shell, on_map);
-    return AsWrench(on_shell.force).f;
-  }
-
-  BodySurface map;
-  BodySurface shell;
-  FieldPair pair;
-  Load on_shell;
-  Load on_map;
-};
 
 TEST(FieldPair, ForceBeginsAtItsClearanceFromATiltedPlane) {
   std::mt19937_64 random(2);
@@ -66,7 +30,7 @@ TEST(FieldPair, ForceBeginsAtItsClearanceFromATiltedPlane) {
   for (int tilt = 0; tilt < 4; ++tilt) {
     const Quat q = RandomRotation(random);
     const Vec3 n = q * Vec3::UnitZ();
-    Met met(Plate(q, Vec3::Zero()), body, RandomRotation(random));
+    MetByField met(Plate(q, Vec3::Zero()), body, RandomRotation(random));
     for (int approach = 0; approach < 10; ++approach) {
       const Quat q_WB = RandomRotation(random);
       const Vec3 along = kS * (q * Vec3(Uniform(random, -30, 30), Uniform(random, -30, 30), 0));
@@ -82,7 +46,7 @@ TEST(FieldPair, ForceBeginsAtItsClearanceFromATiltedPlane) {
 
 TEST(FieldPair, GivesEqualAndOppositeForces) {
   std::mt19937_64 random(3);
-  Met met(Box(kS * Vec3(30, 30, 30)), Box(kS * Vec3(12, 12, 12)), RandomRotation(random));
+  MetByField met(Box(kS * Vec3(30, 30, 30)), Box(kS * Vec3(12, 12, 12)), RandomRotation(random));
   int pushing = 0;
   for (int i = 0; i < 300; ++i) {
     const Vec3 way = Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
@@ -97,7 +61,7 @@ TEST(FieldPair, GivesEqualAndOppositeForces) {
 
 TEST(FieldPair, TheFeaturesOfBothBodiesMeetTheOthersSurface) {
   // a large face over a small box: only the box below has features there
-  Met met(Box(kS * Vec3(6, 6, 6)), Box(kS * Vec3(40, 40, 10)), Quat::Identity());
+  MetByField met(Box(kS * Vec3(6, 6, 6)), Box(kS * Vec3(40, 40, 10)), Quat::Identity());
   EXPECT_EQ(met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 8.5)}), Vec3(Vec3::Zero()));
   const Vec3 force = met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 8.3)});
   EXPECT_GT(force.z(), 0);
@@ -109,8 +73,8 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
   const TriangleMesh body = Sphere(10 * kS, 3);
   const TriangleMesh wall = Box(kS * Vec3(60, 60, 20));
   const Quat made_at = RandomRotation(random);
-  Met coherent(wall, body, made_at);
-  Met all(wall, body, made_at, {.coherence = false, .chunks = false});
+  MetByField coherent(wall, body, made_at);
+  MetByField all(wall, body, made_at, 1, {.coherence = false, .chunks = false});
   Pose X_WB{RandomRotation(random), kS * Vec3(0, 0, 24)};
   Vec3 way = kS * Vec3(0.2, 0.1, -0.3);
   std::size_t touching = 0;
@@ -144,7 +108,7 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
 
 TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
   // at once, the step of a body that slides along would be held by all that it is about to touch
-  Met met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
+  MetByField met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
   double before = 0;
   double largest_step = 0;
   for (int i = 0; i <= 400; ++i) {
@@ -163,7 +127,7 @@ TEST(FieldPair, InATightFitOppositeSidesDoNotPushAtOnce) {
   TriangleMesh slot =
       Transformed(Box(kS * Vec3(20, 40, 40)), {Quat::Identity(), kS * Vec3(-18, 0, 0)});
   Append(slot, Transformed(Box(kS * Vec3(20, 40, 40)), {Quat::Identity(), kS * Vec3(18, 0, 0)}));
-  Met met(slot, Box(kS * Vec3(15.7, 12, 12)), Quat::Identity());
+  MetByField met(slot, Box(kS * Vec3(15.7, 12, 12)), Quat::Identity());
   double stiffness = 0;
   for (int frame = 0; frame < 50; ++frame) {
     const Vec3 force = met.ForceAt({Quat::Identity(), Vec3::Zero()});
