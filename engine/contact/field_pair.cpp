@@ -232,7 +232,9 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
                                          {other.middle, other.tangent.cast<double>(), nhat,
                                           other.half_length, arc_of(other.cosine), other.ends},
                                          reach_);
-        Add(meeting.place, meeting.normal, meeting.depth, meeting.share);
+        if (meeting.share > 0) {
+          Add(meeting.place, meeting.normal, meeting.depth / meeting.share, meeting.share);
+        }
       });
     }
   }

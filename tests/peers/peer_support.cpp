@@ -53,6 +53,7 @@ Result<PeerModels> LoadPeerModels(const PeerPair& pair, ContactModel model) {
   PeerModels models{.fixed = std::move(*fixed),
                     .moving = std::move(*moving),
                     .voxmap = {},
+                    .details = {},
                     .points = {},
                     .X_MB = {},
                     .poses = std::move(*poses)};
@@ -60,7 +61,7 @@ Result<PeerModels> LoadPeerModels(const PeerPair& pair, ContactModel model) {
   Scene scene;
   scene.contact = model;
   scene.voxel_size = pair.voxel;
-  if (const auto fault = MakeMap(scene, models.fixed, models.voxmap)) return *fault;
+  if (const auto fault = MakeMap(scene, models.fixed, models.voxmap, models.details)) return *fault;
   if (pair.spacing > 0) scene.voxel_size = pair.spacing;
   Result<Pointshell> points = MakePoints(scene, models.moving, models.X_MB, 0);
   if (!points) return points.error();

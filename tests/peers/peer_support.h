@@ -14,6 +14,7 @@
 #include "engine/base/result.h"
 #include "engine/contact/contact_kind.h"
 #include "engine/voxel/pointshell.h"
+#include "engine/voxel/surface_details.h"
 #include "engine/voxel/voxmap.h"
 
 namespace tandem {
@@ -38,6 +39,7 @@ struct PeerModels {
   TriangleMesh fixed;
   TriangleMesh moving;
   Voxmap voxmap;
+  SurfaceDetails details;
   Pointshell points;            // in B, whose origin is the mesh's centre of mass
   Pose X_MB;                    // M: the file's frame
   std::vector<FilePose> poses;  // of M, m

@@ -1,0 +1,121 @@
+// A body that a hand holds still in a close fit, by distance fields (decision 0041): nothing of the
+// fit may set it in motion.
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "engine/contact/field_pair.h"
+#include "tests/support/shapes.h"
+#include "tests/support/test_world.h"
+
+namespace tandem {
+namespace {
+
+using testing::FreeInputs;
+using testing::HandTo;
+using testing::HollowBlock;
+using testing::kVoxel;
+using testing::MakeWorldModel;
+using testing::RandomDirection;
+using testing::Sphere;
+using testing::Uniform;
+
+constexpr double kRadius = 0.01;
+constexpr double kClearance = 0.45;  // voxels at which force begins (decision 0010)
+
+/// A ball in its hollow with so many voxels to spare before it touches on all sides.
+std::shared_ptr<const WorldModel> BallInHollow(double spare) {
+  const double radius = kRadius - (kClearance + spare) * kVoxel;
+  return MakeWorldModel({{HollowBlock(0.03, kRadius), true}, {Sphere(radius, 4)}}, kVoxel,
+                        ContactModel::kRefined, true);
+}
+
+struct Rest {
+  double speed = 0;   // the most, of the ball's surface, voxels a frame
+  double ripple = 0;  // of the hand's force about its mean, N
+};
+
+/// What is left of motion after a second, of a ball held at a pose.
+Rest Hold(const WorldModel& model, World& world, const Pose& X_WG) {
+  constexpr int kSettling = 1000;
+  constexpr int kFrames = 500;
+  kHapticThread.Enter();
+  StepInputs inputs = FreeInputs(model);
+  inputs.hand = HandTo(model, 0, X_WG);
+  Rest rest;
+  Vec3 sum = Vec3::Zero();
+  double squares = 0;
+  for (int frame = 0; frame < kSettling + kFrames; ++frame) {
+    const StepReport& report = world.Step(inputs);
+    if (frame < kSettling) continue;
+    const Twist& V = world.state(0).V_WB;
+    rest.speed = std::max(rest.speed, kFrame / kVoxel * (V.v.norm() + kRadius * V.w.norm()));
+    sum += report.hand_B_W.f / kFrames;
+    squares += report.hand_B_W.f.squaredNorm() / kFrames;
+  }
+  rest.ripple = std::sqrt(std::max(0.0, squares - sum.squaredNorm()));
+  return rest;
+}
+
+/// About which balls are turned.
+const Vec3 kAxis = Vec3(1, 0.3, 0.2).normalized();
+
+TEST(CloseFitByField, ABallThatIsHeldStillComesToRest) {
+  for (const double spare : {0.05, 0.1, 0.15, 0.25, 0.35, 0.55, 1.0}) {
+    const auto model = BallInHollow(spare);
+    for (const double turn : {0.0, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.9, 1.2}) {
+      for (const Vec3& pull : {Vec3(0, 0, -1), Vec3(0.3, -0.5, -0.8)}) {
+        World world(model);
+        const Rest rest = Hold(*model, world, {RotationBy(turn * kAxis), kVoxel * pull});
+        EXPECT_LT(rest.speed, 1e-4) << spare << " voxels to spare, turned by " << turn;
+        EXPECT_LT(rest.ripple, 1e-3) << spare << " voxels to spare, turned by " << turn;
+      }
+    }
+  }
+}
+
+// Where it lies still, force is a function of its pose that does not jump: over ways of a quarter
+// of a voxel, the largest step that is left when ways are cut down to nothing.
+TEST(CloseFitByField, ForceDoesNotJumpAsABallMovesInItsHollow) {
+  std::mt19937_64 random(31);
+  const auto model = BallInHollow(0.15);
+  const BodyModel& ball = model->bodies[0];
+  FieldPair pair(ball.surface, model->fixture_surface, {},
+                 DefaultContactGains(kVoxel, ball.inertia.mass, kFrame));
+  const auto force = [&](const Pose& X_WB) {
+    return Vec3(pair.Read({X_WB, {}}, {}).on_shell.force.tail<3>());
+  };
+  constexpr double kJump = 0.2;  // N; a voxel of depth on one point is 75 N
+  constexpr int kSteps = 64;
+  int jumps = 0;
+  double most_force = 0;
+  for (int way = 0; way < 20; ++way) {
+    const Vec3 from = 0.15 * kVoxel * RandomDirection(random);
+    const Vec3 go = 0.25 * kVoxel * RandomDirection(random);
+    const Quat q = RotationBy(Uniform(random, 0.0, 0.05) * RandomDirection(random));
+    const auto at = [&](double share) {
+      return force({q, from + share * go});
+    };
+    for (int step = 0; step < kSteps; ++step) {
+      double low = step / static_cast<double>(kSteps);
+      double high = low + 1.0 / kSteps;
+      Vec3 below = at(low);
+      Vec3 above = at(high);
+      most_force = std::max(most_force, below.norm());
+      for (int cut = 0; cut < 20 && (above - below).norm() > kJump; ++cut) {
+        const double middle = 0.5 * (low + high);
+        const Vec3 between = at(middle);
+        const bool lower = (between - below).norm() > (above - between).norm();
+        (lower ? high : low) = middle;
+        (lower ? above : below) = between;
+      }
+      jumps += (above - below).norm() > kJump ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(jumps, 0);
+  EXPECT_GT(most_force, 10.0);
+}
+
+}  // namespace
+}  // namespace tandem
