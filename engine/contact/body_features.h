@@ -40,8 +40,8 @@ class BodyFeatures {
   struct Point {
     Vec3f inward = Vec3f::Zero();  // unit, into the body
     std::uint32_t edge = kNoEdge;  // its number, of an edge that other edges may cross
-    /// How much of a contact it makes: the length of an edge's part in voxels, so that finer parts
-    /// push together as one of a voxel does; 1 of a vertex.
+    /// An edge's part counts by its length in voxels, so that finer parts push together as one of a
+    /// voxel does. A vertex counts in full.
     float weight = 1;
   };
   /// The part of a sharp edge in a voxel.
@@ -56,7 +56,7 @@ class BodyFeatures {
   };
 
   BodyFeatures() = default;
-  /// X_VW, as the points, in voxels.
+  /// `points` and X_VW are in voxels.
   BodyFeatures(std::span<const FeaturePoint> points, const Pose& X_VW);
 
   const std::vector<Block>& blocks() const noexcept { return blocks_; }
@@ -71,7 +71,6 @@ class BodyFeatures {
     return Vec3(middle.x, middle.y, middle.z) + Vec3(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
   }
   std::size_t point_count() const noexcept { return point_count_; }
-  std::size_t bytes() const noexcept;
   const Edge& edge(std::size_t number) const noexcept { return edges_[number]; }
   /// The greatest half length of a sharp edge's part.
   double longest_half() const noexcept { return longest_half_; }

@@ -325,7 +325,7 @@ EdgeMeeting MeetOne(const ShellEdge& edge, const OtherEdge& other, double reach,
   if (!edge.ends || met.u > 0) share *= ShareOfPiece(edge.half - std::abs(met.u));
   if (!ends || met.v > 0) share *= ShareOfPiece(other_end - std::abs(met.v));
   meeting.share = share;
-  meeting.depth = std::max(0.0, (reach - met.gap) * share);
+  meeting.depth = std::max(0.0, reach - met.gap);
   meeting.normal = met.normal;
   meeting.place =
       parallel ? edge.p : Vec3(0.5 * (edge.p + met.u * edge.tangent + q + met.v * other_t));

@@ -59,10 +59,12 @@ struct ShellEdge {
 
 /// How two pieces of edges push each other.
 struct EdgeMeeting {
-  double depth = 0;  // voxels; 0: they do not push
-  double share = 0;  // how much of the push counts
+  double depth = 0;  // voxels
+  double share = 0;  // how much of the push counts; 0: they do not push
   Vec3 normal = Vec3::Zero();
   Vec3 place = Vec3::Zero();  // voxels of V
+
+  double counted_depth() const { return depth * share; }
 };
 
 /// A piece of the other body's edge, voxels.

@@ -15,7 +15,7 @@ struct FeaturePoint {
   Vec3 outward = Vec3::Zero();  // unit
   Vec3 tangent = Vec3::Zero();  // unit, of an edge's part; zero of a vertex
   double half_length = 0;       // of an edge's part
-  /// Of an edge's part, as FeatureNormals::edge_cosines: at least 0.
+  /// An edge's part has that of FeatureNormals::edge_cosines, which is at least 0.
   double cosine = 1;
   bool ends = false;  // the part ends at a vertex, which the tangent points away from
 

@@ -15,6 +15,8 @@ namespace {
 
 /// Voxels of depth from which a contact damps in full.
 constexpr double kFullDampingDepth = 0.5;
+/// Voxels of depth from which a contact is as stiff as it can be.
+constexpr double kFullStiffnessDepth = 0.1;
 /// Voxels of depth from which a contact counts in full among those that share their stiffness.
 constexpr double kFullShareDepth = 0.25;
 /// As many contacts in full are as stiff as they can be together.
@@ -86,14 +88,13 @@ FieldPair::FieldPair(const BodySurface& shell, const BodySurface& map, const Opt
       both_move_(options.both_move),
       gains_(gains),
       inward_shift_(options.inward_shift),
-      full_reach_(std::max(kDeepestReach, kRefinedClearance - options.inward_shift)),
-      reach_(full_reach_),
       of_shell_(shell.features, map.field, &map.features, CentreOf(shell, true), options.schedule),
       of_map_(map.features, shell.field, nullptr, CentreOf(shell, false), options.schedule),
       contacts_(std::min(kMostContacts,
                          1024 + 2 * (shell.features.point_count() + map.features.point_count()))) {
   TANDEM_CHECK(shell.field.voxel_size() == map.field.voxel_size());
-  clearance_ = {static_cast<double>(DefaultForceLayer(ContactModel::kRefined)), 0.0};
+  SetClearance({static_cast<double>(DefaultForceLayer(ContactModel::kRefined)), 0.0});
+  reach_ = full_reach_;
 }
 
 FieldPair::Places FieldPair::PlacesOf(const BodyMotion& shell_body,
@@ -163,22 +164,22 @@ void FieldPair::MeetField(const FieldSchedule& schedule, const BodySurface& own,
   for (const FieldSchedule::NearBlock& near : schedule.near()) {
     for (unsigned rest = near.touching; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-      const Vec3 place_F = own.features.place(near.block, lane);
-      const Vec3 place_V = R_VF * place_F + X_VF.p;
-      const Vec3 inward = R_VF * own.features.point(near.block, lane).inward.cast<double>();
-      const std::uint32_t edge = own.features.point(near.block, lane).edge;
-      const bool sharp = edge != BodyFeatures::kNoEdge;
-      const Vec3 tangent =
-          sharp ? Vec3(R_VF * own.features.edge(edge).tangent.cast<double>()) : Vec3(Vec3::Zero());
-      const double weight = own.features.point(near.block, lane).weight;
+      const Vec3 place_V = R_VF * own.features.place(near.block, lane) + X_VF.p;
+      const BodyFeatures::Point& point = own.features.point(near.block, lane);
+      const Vec3 inward = R_VF * point.inward.cast<double>();
       std::size_t count = other.field.Pushes(place_V, reach_, pushes);
-      if (count == 0 && other.field.At(place_V).value < 0) {
+      if (count == 0) {
+        const FieldReading reading = other.field.At(place_V);
+        if (reading.near || reading.value >= 0) continue;
         // deeper than the field tells the way out: along the point's own
         pushes[count++] = {-DistanceField::kMostNear, inward, 1.0, false, 1};
       }
+      Vec3 tangent = Vec3::Zero();
+      const bool sharp = point.edge != BodyFeatures::kNoEdge;
+      if (sharp) tangent = R_VF * own.features.edge(point.edge).tangent.cast<double>();
       for (std::size_t i = 0; i < count; ++i) {
         FieldPush push = pushes[i];
-        push.share *= weight;
+        push.share *= point.weight;
         if (sharp) push.share *= ShareOnEdge(push, tangent);
         if (push.sheet) {
           const double facing = push.away_V.dot(inward);
@@ -232,9 +233,7 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
                                          {other.middle, other.tangent.cast<double>(), nhat,
                                           other.half_length, arc_of(other.cosine), other.ends},
                                          reach_);
-        if (meeting.share > 0) {
-          Add(meeting.place, meeting.normal, meeting.depth / meeting.share, meeting.share);
-        }
+        Add(meeting.place, meeting.normal, meeting.depth, meeting.share);
       });
     }
   }

@@ -13,9 +13,6 @@
 
 namespace tandem {
 
-/// Voxels of depth from which a contact is as stiff as it can be.
-inline constexpr double kFullStiffnessDepth = 0.1;
-
 /// A body as refined contact meets it.
 struct BodySurface {
   DistanceField field;
@@ -50,12 +47,9 @@ class FieldPair final : public BodyPair {
     return {contacts_.data(), contact_count_};
   }
 
-  /// Feature points of either body nearer to the other than where force begins that the last
-  /// Collide(), which was at these poses, did not find. For tests and benches; allocates.
+  /// Counts the feature points of either body that are nearer to the other than where force begins
+  /// and that the last Collide(), which was at these poses, did not find. For tests; allocates.
   std::size_t CountUnfound(const BodyMotion& shell_body, const BodyMotion& map_body) const;
-  std::size_t point_count() const noexcept {
-    return shell_->features.point_count() + map_->features.point_count();
-  }
 
  private:
   /// The places of both fields, in voxels: X_VF of the schedules.
@@ -87,8 +81,8 @@ class FieldPair final : public BodyPair {
   bool both_move_;
   ContactGains gains_;
   double inward_shift_;     // voxels
-  double full_reach_;       // voxels, at which force begins where there is room
-  double reach_;            // and where it begins in this fit
+  double full_reach_ = 0;   // voxels, at which force begins where there is room
+  double reach_ = 0;        // and where it begins in this fit
   FieldSchedule of_shell_;  // the shell's features in the map's field
   FieldSchedule of_map_;
   std::optional<Pose> X_VS_;  // at the last Collide()

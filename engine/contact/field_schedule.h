@@ -48,8 +48,8 @@ class FieldSchedule {
   /// By rising block, as of the last Test().
   std::span<const NearBlock> near() const noexcept { return {near_.data(), near_count_}; }
   const TestCounts& counts() const noexcept { return counts_; }
-  /// Points nearer to the surface than the reach of the last Test(), which was at `X_VF`, that it
-  /// did not find: looks up every point. For tests and benches; allocates.
+  /// Counts the points nearer to the surface than the reach of the last Test(), which was at
+  /// `X_VF`, that it did not find. It looks up every point. For tests; allocates.
   std::size_t CountUnfound(const Pose& X_VF) const;
 
   /// Point tests that the next frame owes if nothing moves, and how many more with each voxel of

@@ -335,9 +335,9 @@ std::size_t RefinedContacts::MeetEdges(const Candidate& candidate, const Mat3& R
   for (const SurfaceWindow::Piece& piece : scratch.window.Near(candidate.voxel_V, Field::kEdge)) {
     const EdgeMeeting meeting = Meet(edge, *piece.detail, piece.place(), piece.ends,
                                      ArcOf(*piece.detail), &scratch.clear, 0);
-    if (meeting.depth <= 0) continue;
+    if (meeting.counted_depth() <= 0) continue;
     scratch.clear.KeepWithin(0);
-    out[found++] = {s_ * meeting.place, meeting.normal, s_ * meeting.depth};
+    out[found++] = {s_ * meeting.place, meeting.normal, s_ * meeting.counted_depth()};
     if (found == kPerPoint) break;
   }
   TellRound(candidate, Field::kEdge, scratch, [&](const SurfaceWindow::Piece& piece, double until) {

@@ -11,14 +11,12 @@ namespace tandem {
 
 std::vector<FieldFace> FindFieldFaces(const TriangleMesh& mesh_W, const MeshFacing& facing,
                                       double voxel_size, const GridIndex& origin) {
-  TriangleMesh turned = mesh_W;
+  const TriangleMesh turned = FacingOut(mesh_W, facing);
   TriangleMesh closed{mesh_W.vertices, {}};
   TriangleMesh open{mesh_W.vertices, {}};
   for (std::size_t t = 0; t < turned.triangles.size(); ++t) {
-    TriangleMesh::Triangle& corners = turned.triangles[t];
-    if (facing.of_triangle[t] < 0) std::swap(corners[1], corners[2]);
     const bool is_open = !facing.open.empty() && facing.open[t] != 0;
-    (is_open ? open : closed).triangles.push_back(corners);
+    (is_open ? open : closed).triangles.push_back(turned.triangles[t]);
   }
   const WindingNumber round_closed(closed);
   const WindingNumber round_open(open);

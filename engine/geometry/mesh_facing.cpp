@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <unordered_map>
+#include <utility>
 
 namespace tandem {
 
@@ -109,6 +110,14 @@ MeshFacing FindFacing(const TriangleMesh& mesh, const MeshSides& sides) {
     }
   }
   return facing;
+}
+
+TriangleMesh FacingOut(const TriangleMesh& mesh, const MeshFacing& facing) {
+  TriangleMesh turned = mesh;
+  for (std::size_t t = 0; t < turned.triangles.size(); ++t) {
+    if (facing.of_triangle[t] < 0) std::swap(turned.triangles[t][1], turned.triangles[t][2]);
+  }
+  return turned;
 }
 
 }  // namespace tandem

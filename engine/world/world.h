@@ -78,7 +78,7 @@ class World {
   /// A pair of bodies that both move, by number.
   void AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedule);
   ContactGains GainsFor(double mass) const;
-  double ShiftOf(const Body& body) const;  // of its points, inward, in voxels
+  double ShiftOf(const Body& body) const;  // inward shift of its surface, voxels
   /// Brings each pair's clearance nearer to what it shall be.
   void GoToClearance(const StepInputs& in) noexcept;
   BodyDrive DriveOf(const StepInputs& in, std::size_t body) const noexcept;

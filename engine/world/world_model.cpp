@@ -82,16 +82,6 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   return model;
 }
 
-/// The mesh with all triangles facing out of the solid.
-TriangleMesh Facing(const TriangleMesh& mesh) {
-  const MeshFacing facing = FindFacing(mesh, MeshSides(mesh));
-  TriangleMesh turned = mesh;
-  for (std::size_t t = 0; t < turned.triangles.size(); ++t) {
-    if (facing.of_triangle[t] < 0) std::swap(turned.triangles[t][1], turned.triangles[t][2]);
-  }
-  return turned;
-}
-
 }  // namespace
 
 std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
@@ -134,7 +124,7 @@ Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, 
                                 double spacing_voxels, const std::stop_token& stop) {
   Result<DistanceField> field = BuildField(mesh_W, {.voxel_size = scene.voxel_size, .stop = stop});
   if (!field) return field.error();
-  const TriangleMesh facing_W = Facing(mesh_W);
+  const TriangleMesh facing_W = FacingOut(mesh_W, FindFacing(mesh_W, MeshSides(mesh_W)));
   const Features features =
       FindFeatures(facing_W, FlatnessVoxels(scene.contact) * scene.voxel_size);
   const std::vector<FeaturePoint> points =

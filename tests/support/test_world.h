@@ -16,7 +16,7 @@ struct TestBody {
   double mass = 0.3;  // kg
 };
 
-/// What LoadWorld() makes of a scene, from meshes. `by_field` as of Scene.
+/// Makes of meshes what LoadWorld() makes of a scene. `by_field` as of Scene.
 std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
                                                  double voxel_size,
                                                  ContactModel contact = ContactModel::kRefined,

@@ -103,8 +103,8 @@ TEST(ClearRegion, HoldsOnlyWhereEdgesDoNotPushHoweverTheyTurn) {
     ClearRegionMaker maker;
     maker.Begin(Uniform(random, 0.001, 0.03));
     const EdgeMeeting meeting = Meet(edge, detail, at, ends, arc, &maker, 0);
-    EXPECT_EQ(meeting.depth, Meet(edge, detail, at, ends, arc).depth);
-    if (meeting.depth > 0) {
+    EXPECT_EQ(meeting.counted_depth(), Meet(edge, detail, at, ends, arc).counted_depth());
+    if (meeting.counted_depth() > 0) {
       ++pushed;
       continue;
     }
@@ -119,7 +119,7 @@ TEST(ClearRegion, HoldsOnlyWhereEdgesDoNotPushHoweverTheyTurn) {
       const Quat turn = RotationBy(turned * RandomDirection(random));
       moved.tangent = turn * edge.tangent;
       moved.nhat = turn * edge.nhat;
-      ASSERT_EQ(Meet(moved, detail, at, ends, arc).depth, 0.0)
+      ASSERT_EQ(Meet(moved, detail, at, ends, arc).counted_depth(), 0.0)
           << "trial " << trial << ", angle " << angle;
     }
   }

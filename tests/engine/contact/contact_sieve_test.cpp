@@ -105,9 +105,9 @@ TEST(ContactSieve, LetsEveryEdgeThroughThatPushes) {
       const ShellEdge edge{point.p, tangent,          point.nhat, Uniform(random, 0.1, 0.8),
                            arc,     random() % 4 == 0};
       for (const SurfaceWindow::Piece& piece : window.Near(point.voxel_V, Field::kEdge)) {
-        depth = std::max(
-            depth,
-            Meet(edge, *piece.detail, piece.place(), piece.ends, ArcOf(*piece.detail)).depth);
+        depth = std::max(depth,
+                         Meet(edge, *piece.detail, piece.place(), piece.ends, ArcOf(*piece.detail))
+                             .counted_depth());
       }
       const NearPieces::Cell& edges = near.About(point.voxel_V, Field::kEdge);
       ASSERT_FALSE(edges.too_many());

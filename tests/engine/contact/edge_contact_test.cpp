@@ -62,7 +62,7 @@ TEST(EdgeContact, EdgesSideBySidePushAsFarAsTwoWedgesAreApart) {
     const EdgeMeeting meeting = Meet(edge, detail, Vec3::Zero(), false, ArcOf(detail));
     const double depth = DepthByTrying(wedges);
     // the packed tangent turns by up to a millirad
-    EXPECT_NEAR(meeting.depth, depth, 2e-3) << "trial " << trial;
+    EXPECT_NEAR(meeting.counted_depth(), depth, 2e-3) << "trial " << trial;
     pushing += depth > 0;
   }
   EXPECT_GT(pushing, 1000);
@@ -79,9 +79,9 @@ TEST(EdgeContact, APushSideBySideIsGoneWhereItsPieceMayLeaveTheWindow) {
       const EdgeMeeting meeting = Meet(edge, detail, Vec3::Zero(), false, ArcOf(detail));
       const double whole = kRefinedClearance - aside * std::sin(half);
       const double share = std::min(1.0, std::max(0.0, 1.0 - aside) / 0.25);
-      EXPECT_NEAR(meeting.depth, share * whole, 2e-3) << side * aside;
+      EXPECT_NEAR(meeting.counted_depth(), share * whole, 2e-3) << side * aside;
       if (aside >= 1) {
-        EXPECT_EQ(meeting.depth, 0);
+        EXPECT_EQ(meeting.counted_depth(), 0);
       }
     }
   }
@@ -97,11 +97,11 @@ TEST(EdgeContact, APushFadesOutBetweenArcsThatAreApart) {
     const ShellEdge edge{Vec3::Zero(), Vec3::UnitZ(), Vec3(std::cos(turn), std::sin(turn), 0), 0.5,
                          EdgeArc::OfCosine(std::cos(0.2))};
     const EdgeMeeting meeting = Meet(edge, detail, Vec3::Zero(), false, ArcOf(detail));
-    EXPECT_NEAR(meeting.depth, kRefinedClearance * (1 - beyond / 0.15), 5e-3) << beyond;
-    EXPECT_LT(meeting.depth, before);
+    EXPECT_NEAR(meeting.counted_depth(), kRefinedClearance * (1 - beyond / 0.15), 5e-3) << beyond;
+    EXPECT_LT(meeting.counted_depth(), before);
     // along the middle between them
     EXPECT_NEAR(std::atan2(meeting.normal.y(), meeting.normal.x()), half + 0.5 * beyond, 5e-3);
-    before = meeting.depth;
+    before = meeting.counted_depth();
   }
 }
 

@@ -1,4 +1,4 @@
-// What another body can lean on, of solids whose edges and corners are counted by hand.
+// Feature points are compared with solids whose edges and corners are counted by hand.
 #include "engine/contact/feature_points.h"
 
 #include <algorithm>

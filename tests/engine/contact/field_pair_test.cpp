@@ -74,7 +74,7 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
   const TriangleMesh wall = Box(kS * Vec3(60, 60, 20));
   const Quat made_at = RandomRotation(random);
   MetByField coherent(wall, body, made_at);
-  MetByField all(wall, body, made_at, 1, {.coherence = false, .chunks = false});
+  MetByField all(wall, body, made_at, 1, {.schedule = {.coherence = false, .chunks = false}});
   Pose X_WB{RandomRotation(random), kS * Vec3(0, 0, 24)};
   Vec3 way = kS * Vec3(0.2, 0.1, -0.3);
   std::size_t touching = 0;
@@ -94,6 +94,9 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
     const PairReport by_due = coherent.pair.Collide({X_WB, {}}, {}, load, other);
     const PairReport by_all = all.pair.Collide({X_WB, {}}, {}, load, other);
     ASSERT_EQ(by_due.contact_points, by_all.contact_points) << frame;
+    if (frame % 10 == 0) {
+      ASSERT_EQ(coherent.pair.CountUnfound({X_WB, {}}, {}), 0U) << frame;
+    }
     for (std::size_t i = 0; i < all.pair.contacts().size(); ++i) {
       ASSERT_EQ(coherent.pair.contacts()[i].p_V, all.pair.contacts()[i].p_V);
       ASSERT_EQ(coherent.pair.contacts()[i].depth, all.pair.contacts()[i].depth);
@@ -120,6 +123,23 @@ TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
   // 0.15 voxels deep: the whole rim of 48 voxels, each in full
   EXPECT_GT(before, 30 * kGains.stiffness);
   EXPECT_LT(largest_step, before / 50);
+}
+
+TEST(FieldPair, AnInwardShiftMovesWhereForceBegins) {
+  // half a voxel: a twentieth of a voxel inside the surface, and no deeper push comes first
+  MetByField met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity(), 1,
+                 {.inward_shift = 0.5});
+  for (double gap = 0.2; gap > -0.4; gap -= 0.001) {
+    const double depth = kRefinedClearance - 0.5 - gap;
+    const double force = met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 9 + gap)}).z();
+    // 4 corners and 4 edges of 12 voxels at a newton a voxel
+    const double most = 52 * std::max(0.0, depth + 0.01);
+    EXPECT_GE(force, 0) << gap;
+    EXPECT_LE(force, most * 1.6) << gap;
+    if (depth > 0.02) {
+      EXPECT_GT(force, 0) << gap;
+    }
+  }
 }
 
 TEST(FieldPair, InATightFitOppositeSidesDoNotPushAtOnce) {

@@ -29,11 +29,18 @@ inline BodySurface SurfaceOf(const TriangleMesh& mesh_B, const Quat& made_at, do
 
 /// A fixed solid and a moving one: the moving mesh is given in its body's frame.
 struct MetByField {
+  /// Parts of two edges that share what lies where these meet.
+  static constexpr std::size_t kMostAtCrossing = 4;
+  /// The least share of its whole depth with which a corner presses; stiffness begins softly.
+  static constexpr double kLeastOfACorner = 0.2;
+  /// Parts of an edge that lie on the other's face push, too.
+  static constexpr bool kRimsPush = true;
+
   MetByField(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at,
-             double spacing = 1, const ScheduleOptions& schedule = {})
+             double spacing = 1, const FieldPair::Options& options = {})
       : map(SurfaceOf(fixed_W, Quat::Identity())),
         shell(SurfaceOf(moving_B, made_at, spacing)),
-        pair(shell, map, {.schedule = schedule}, kGains) {}
+        pair(shell, map, options, kGains) {}
 
   Load LoadAt(const Pose& X_WB, const Twist& V_WB = {}) {
     on_shell = {};
@@ -42,6 +49,12 @@ struct MetByField {
     return on_shell;
   }
   Vec3 ForceAt(const Pose& X_WB) { return AsWrench(LoadAt(X_WB).force).f; }
+  /// Stays until force begins as far off as it may: where opposite sides pushed before, it begins
+  /// nearer for some frames.
+  Vec3 SettledForceAt(const Pose& X_WB) {
+    for (int frame = 0; frame < 60; ++frame) ForceAt(X_WB);
+    return ForceAt(X_WB);
+  }
   /// The same where nothing was before.
   Vec3 FirstForceAt(const Pose& X_WB) {
     return AsWrench(pair.Read({X_WB, {}}, {}).on_shell.force).f;

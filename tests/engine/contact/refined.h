@@ -15,6 +15,10 @@ inline constexpr ContactGains kGains{1000.0,
 /// A fixed solid and a moving one, refined: the moving mesh is given in its body's frame, its
 /// points stand `spacing` voxels apart.
 struct Refined {
+  static constexpr std::size_t kMostAtCrossing = 2;  // as of MetByField
+  static constexpr double kLeastOfACorner = 0.3;
+  static constexpr bool kRimsPush = false;
+
   Refined(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at,
           double spacing = 1)
       : voxmap(std::move(*Voxelize(
@@ -39,6 +43,8 @@ struct Refined {
     return on_shell;
   }
   Vec3 ForceAt(const Pose& X_WB) { return AsWrench(LoadAt(X_WB).force).f; }
+  Vec3 SettledForceAt(const Pose& X_WB) { return ForceAt(X_WB); }
+  Vec3 FirstForceAt(const Pose& X_WB) { return ForceAt(X_WB); }
 
   Voxmap voxmap;
   SurfaceDetails details;
