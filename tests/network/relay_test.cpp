@@ -2,6 +2,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -26,19 +27,26 @@ using Clock = std::chrono::steady_clock;
 
 /// Packets alike to one place: answers, heartbeats and signs of life come in steady beats.
 struct Stream {
-  long packets = 0;
-  Clock::time_point first;
-  Clock::time_point last;
+  std::vector<Clock::time_point> at;  // of its packets
 
   /// Of a beat as its packets are apart, so that it does not matter where in it a window began;
-  /// what comes now and then counts by the window.
+  /// what comes now and then counts by the window. A machine that stands still makes some of a
+  /// beat's packets late: then it is as fast as most of them are.
   double PerSecond(double window_s) const {
-    constexpr long kLeast = 4;
-    const double span_s = std::chrono::duration<double>(last - first).count();
-    if (packets < kLeast || span_s < 0.5 * window_s) {
-      return static_cast<double>(packets) / window_s;
+    constexpr std::size_t kLeast = 4;
+    const auto packets = static_cast<double>(at.size());
+    if (at.size() < kLeast || Seconds(at.front(), at.back()) < 0.5 * window_s) {
+      return packets / window_s;
     }
-    return static_cast<double>(packets - 1) / span_s;
+    std::vector<double> apart;
+    for (std::size_t i = 1; i < at.size(); ++i) apart.push_back(Seconds(at[i - 1], at[i]));
+    const auto middle = apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2);
+    std::ranges::nth_element(apart, middle);
+    // with more packets than the beat has, the mean is above it
+    return std::max((packets - 1) / Seconds(at.front(), at.back()), 1 / *middle);
+  }
+  static double Seconds(Clock::time_point from, Clock::time_point to) {
+    return std::chrono::duration<double>(to - from).count();
   }
 };
 
@@ -55,8 +63,8 @@ struct Sent {
   std::string Table() const {
     std::ostringstream table;
     for (const auto& [kind, stream] : others) {
-      table << stream.packets << " packets, " << stream.PerSecond(window_s) << " a second: " << kind
-            << "\n";
+      table << stream.at.size() << " packets, " << stream.PerSecond(window_s)
+            << " a second: " << kind << "\n";
     }
     return table.str();
   }
@@ -117,9 +125,7 @@ void Count(const std::string& address, const std::vector<unsigned char>& packet)
     at += 4 + length;
   }
   if (apart) return;
-  Stream& stream = sent.others[kind];
-  stream.last = Clock::now();
-  if (stream.packets++ == 0) stream.first = stream.last;
+  sent.others[kind].at.push_back(Clock::now());
 }
 
 }  // namespace
@@ -154,15 +160,23 @@ class RelayViewers {
       if (viewer) viewers_.push_back(std::move(*viewer));
     }
   }
-  /// Ends them; the least that one of them received.
-  double LeastReceived() {
+  /// Ends them; the least that one of them received, for each second from `begin` to its end. A few
+  /// at a time: a program has less than a second for its end, and what each of them does about the
+  /// ends of all the others takes longer where there is anything else to do.
+  double LeastPerSecond(Clock::time_point begin) {
+    constexpr std::size_t kAtOnce = 4;
     double least = 1e9;
-    for (ChildProcess& viewer : viewers_) viewer.Signal(SIGTERM);
-    for (std::size_t i = 0; i < viewers_.size(); ++i) {
-      EXPECT_EQ(viewers_[i].Wait(std::chrono::seconds(20)), 0);
-      std::ifstream stream(Report(static_cast<int>(i)));
-      const nlohmann::json report = nlohmann::json::parse(stream, nullptr, false);
-      least = std::min(least, report.is_object() ? report.at("samples").get<double>() : 0.0);
+    for (std::size_t first = 0; first < viewers_.size(); first += kAtOnce) {
+      const std::size_t end = std::min(first + kAtOnce, viewers_.size());
+      const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+      for (std::size_t i = first; i < end; ++i) viewers_[i].Signal(SIGTERM);
+      for (std::size_t i = first; i < end; ++i) {
+        EXPECT_EQ(viewers_[i].Wait(std::chrono::seconds(20)), 0);
+        std::ifstream stream(Report(static_cast<int>(i)));
+        const nlohmann::json report = nlohmann::json::parse(stream, nullptr, false);
+        const double samples = report.is_object() ? report.at("samples").get<double>() : 0.0;
+        least = std::min(least, samples / seconds);
+      }
     }
     return least;
   }
@@ -197,18 +211,59 @@ Sent SentInAWindow(OwnPeer& own) {
   return sent;
 }
 
-/// The one of two windows that had less besides samples: a packet that a late thread sent twice is
-/// in one of them, what viewers would cost is in both.
+// A thread that is late has packets sent twice, by chance: what is true is in two windows alike.
+// They are looked for in so many at the most.
+constexpr std::size_t kMostWindows = 8;
+
+bool Alike(const Sent& a, const Sent& b) {
+  constexpr double kAlike = 0.003;  // of some 17 a second; one packet in a window is six times that
+  const double apart = std::abs(a.OthersPerSecond() - b.OthersPerSecond());
+  return apart <= kAlike * std::min(a.OthersPerSecond(), b.OthersPerSecond());
+}
+
+/// Puts one more window to the others, of which the one with the least besides samples is the
+/// first. Samples are the same in all.
+void AddWindow(OwnPeer& own, std::vector<Sent>& windows) {
+  windows.push_back(SentInAWindow(own));
+  EXPECT_EQ(windows.back().samples, windows.front().samples);
+  std::ranges::sort(windows, {}, &Sent::OthersPerSecond);
+}
+
+/// In the window with the least, which there should be twice.
 Sent LeastSent(OwnPeer& own) {
-  const Sent one = SentInAWindow(own);
-  const Sent other = SentInAWindow(own);
-  EXPECT_EQ(one.samples, other.samples);
-  return one.OthersPerSecond() <= other.OthersPerSecond() ? one : other;
+  std::vector<Sent> windows;
+  AddWindow(own, windows);
+  do {
+    AddWindow(own, windows);
+  } while (!Alike(windows[0], windows[1]) && windows.size() < kMostWindows);
+  return windows[0];
+}
+
+/// Whether the own peer sends no more than that in two windows: what viewers cost is in every one.
+::testing::AssertionResult SendsNoMoreThan(const Sent& alone, OwnPeer& own) {
+  const double most = 1.01 * alone.OthersPerSecond();
+  std::vector<Sent> windows;
+  const auto enough = [most](const Sent& lesser, const Sent& more) {
+    return Alike(lesser, more) && lesser.OthersPerSecond() <= most;
+  };
+  while (windows.size() < kMostWindows) {
+    AddWindow(own, windows);
+    EXPECT_EQ(windows[0].samples, alone.samples);
+    if (std::ranges::adjacent_find(windows, enough) != windows.end()) {
+      return ::testing::AssertionSuccess();
+    }
+  }
+  return ::testing::AssertionFailure()
+         << windows[0].OthersPerSecond() << " against " << most << " a second; with viewers:\n"
+         << windows[0].Table() << "without:\n"
+         << alone.Table();
 }
 
 TEST(Relay, AnActivePeerSendsTheSameHoweverManyLookOn) {
   if (tandem::kIsSanitized) GTEST_SKIP() << "what a sanitizer slows down is not sent in time";
-  RealPeers partner({.count = 1, .seconds = 60.0 + 8e-3 * WindowFrames()});
+  // longer than all windows take, on a machine that gives it half of its time
+  RealPeers partner(
+      {.count = 1, .seconds = 60.0 + 4e-3 * static_cast<double>(kMostWindows) * WindowFrames()});
   OwnPeer own(partner.session(), 99, OwnPeer::Stepped{});
   Result<ChildProcess> relay = ChildProcess::Start(
       {TANDEM_PROGRAM, "relay", "--session", partner.session(), "--interface", "lo"});
@@ -226,15 +281,9 @@ TEST(Relay, AnActivePeerSendsTheSameHoweverManyLookOn) {
   RelayViewers watching(partner.session(), kViewers);
   own.StepFrames(4000);
   const Clock::time_point begin = Clock::now();
-  const Sent watched = LeastSent(own);
-  const double watched_s = std::chrono::duration<double>(Clock::now() - begin).count();
-  EXPECT_EQ(watched.samples, alone.samples);
-  EXPECT_LE(watched.OthersPerSecond(), 1.01 * alone.OthersPerSecond())
-      << "with viewers:\n"
-      << watched.Table() << "without:\n"
-      << alone.Table();
+  EXPECT_TRUE(SendsNoMoreThan(alone, own));
   // they do look on: 60 pictures a second of each of two peers, at least half of which come
-  EXPECT_GE(watching.LeastReceived(), 0.5 * 2 * 60 * watched_s);
+  EXPECT_GE(watching.LeastPerSecond(begin), 0.5 * 2 * 60);
   relay->Signal(SIGTERM);
   EXPECT_EQ(relay->Wait(std::chrono::seconds(10)), 0);
 }
