@@ -142,8 +142,6 @@ class DistanceField {
  private:
   friend class FieldBuilder;
 
-  static constexpr int kHyperbrickCells = 32;
-  static constexpr std::size_t kBricksPerHyperbrick = 512;
   /// Of a bound in a table, voxels.
   static constexpr double kBoundStep = 0.125;
   static constexpr std::int32_t kMostBoundSteps = 16'000;  // of a brick

@@ -46,11 +46,8 @@ struct DistanceAndHeight {
   Floats distance, height;
 };
 
-HWY_INLINE DistanceAndHeight MeasureVector(const NearFace::View& face, const PlaceLanes& places,
-                                           std::size_t i) {
+HWY_INLINE DistanceAndHeight MeasureVector(const NearFace::View& face, const VectorLanes& p) {
   const F f;
-  const VectorLanes p{hn::Load(f, &places.x[i]), hn::Load(f, &places.y[i]),
-                      hn::Load(f, &places.z[i])};
   const Floats height = hn::Sub(Dot(face.nhat, p), hn::Set(f, face.offset));
   Floats squared = hn::Set(f, std::numeric_limits<float>::max());
   auto over = hn::Eq(squared, squared);
@@ -62,11 +59,31 @@ HWY_INLINE DistanceAndHeight MeasureVector(const NearFace::View& face, const Pla
   return {hn::Sqrt(squared), face.sheet ? hn::Abs(height) : height};
 }
 
+HWY_INLINE VectorLanes PlacesAt(const PlaceLanes& places, std::size_t i) {
+  const F f;
+  return {hn::Load(f, &places.x[i]), hn::Load(f, &places.y[i]), hn::Load(f, &places.z[i])};
+}
+
+/// Adds a face to what the nearest lanes know. Whether that changed anything.
+HWY_INLINE bool AddNearest(const DistanceAndHeight& told, float* distances, float* heights) {
+  const F f;
+  const Floats tie = hn::Set(f, NearestLanes::kTie);
+  const Floats distance = hn::LoadU(f, distances);
+  const Floats height = hn::LoadU(f, heights);
+  const auto nearer = hn::Lt(told.distance, hn::Sub(distance, tie));
+  const auto turned = hn::And(hn::Le(told.distance, hn::Add(distance, tie)),
+                              hn::Gt(hn::Abs(told.height), hn::Abs(height)));
+  const auto taken = hn::Or(nearer, turned);
+  hn::StoreU(hn::IfThenElse(taken, told.height, height), f, heights);
+  hn::StoreU(hn::Min(distance, told.distance), f, distances);
+  return !hn::AllFalse(f, taken);
+}
+
 void MeasureLanes(const NearFace::View& face, const PlaceLanes& places, float* distances,
                   float* heights) {
   const F f;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    const DistanceAndHeight told = MeasureVector(face, places, i);
+    const DistanceAndHeight told = MeasureVector(face, PlacesAt(places, i));
     hn::StoreU(told.distance, f, distances + i);
     if (heights != nullptr) hn::StoreU(told.height, f, heights + i);
   }
@@ -74,21 +91,85 @@ void MeasureLanes(const NearFace::View& face, const PlaceLanes& places, float* d
 
 bool MeasureLanesInto(const NearFace::View& face, const PlaceLanes& places, NearestLanes& nearest) {
   const F f;
-  const Floats tie = hn::Set(f, NearestLanes::kTie);
   bool any = false;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    const DistanceAndHeight told = MeasureVector(face, places, i);
-    const Floats distance = hn::Load(f, &nearest.distance[i]);
-    const Floats height = hn::Load(f, &nearest.height[i]);
-    const auto nearer = hn::Lt(told.distance, hn::Sub(distance, tie));
-    const auto turned = hn::And(hn::Le(told.distance, hn::Add(distance, tie)),
-                                hn::Gt(hn::Abs(told.height), hn::Abs(height)));
-    const auto taken = hn::Or(nearer, turned);
-    any = any || !hn::AllFalse(f, taken);
-    hn::Store(hn::IfThenElse(taken, told.height, height), f, &nearest.height[i]);
-    hn::Store(hn::Min(distance, told.distance), f, &nearest.distance[i]);
+    any |= AddNearest(MeasureVector(face, PlacesAt(places, i)), &nearest.distance[i],
+                      &nearest.height[i]);
   }
   return any;
+}
+
+/// Calls `visit(i, places)` for the places of a cube.
+template <typename Visit>
+HWY_INLINE void VisitCube(const std::array<float, 3>& lowest, const Visit& visit) {
+  const F f;
+  constexpr std::size_t kLayer = kCubeSide * kCubeSide;
+  alignas(64) static constexpr std::array<float, kLayer> kX{0, 1, 2, 3, 0, 1, 2, 3,
+                                                            0, 1, 2, 3, 0, 1, 2, 3};
+  alignas(64) static constexpr std::array<float, kLayer> kY{0, 0, 0, 0, 1, 1, 1, 1,
+                                                            2, 2, 2, 2, 3, 3, 3, 3};
+  for (std::size_t layer = 0; layer < kCubeSide; ++layer) {
+    const Floats z = hn::Set(f, lowest[2] + static_cast<float>(layer));
+    for (std::size_t i = 0; i < kLayer; i += hn::Lanes(f)) {
+      visit(layer * kLayer + i,
+            VectorLanes{hn::Add(hn::Set(f, lowest[0]), hn::Load(f, &kX[i])),
+                        hn::Add(hn::Set(f, lowest[1]), hn::Load(f, &kY[i])), z});
+    }
+  }
+}
+
+void MeasureCubeLanes(const NearFace::View& face, const std::array<float, 3>& lowest,
+                      float* distances) {
+  const F f;
+  VisitCube(lowest, [&](std::size_t i, const VectorLanes& places) {
+    hn::StoreU(MeasureVector(face, places).distance, f, distances + i);
+  });
+}
+
+void MeasureCubeLanesInto(const NearFace::View& face, const std::array<float, 3>& lowest,
+                          float* distances, float* heights) {
+  VisitCube(lowest, [&](std::size_t i, const VectorLanes& places) {
+    AddNearest(MeasureVector(face, places), distances + i, heights + i);
+  });
+}
+
+CellErrors ErrorsOfLanes(const std::array<float, 8>& values, const std::array<float, 3>& lowest,
+                         const PlaceLanes& places, const NearestLanes& exact, float band,
+                         float most_near) {
+  const F f;
+  const auto along = [&](const Floats& share, const Floats& from, const Floats& to) HWY_ATTR {
+    return hn::Add(from, hn::Mul(share, hn::Sub(to, from)));
+  };
+  const auto at = [&](std::size_t corner) HWY_ATTR {
+    return hn::Set(f, values[corner]);
+  };
+  Floats within_band = hn::Zero(f);
+  Floats beyond = within_band;
+  Floats most_over = within_band;
+  for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
+    const VectorLanes p = PlacesAt(places, i);
+    const Floats x = hn::Sub(p.x, hn::Set(f, lowest[0]));
+    const Floats y = hn::Sub(p.y, hn::Set(f, lowest[1]));
+    const Floats z = hn::Sub(p.z, hn::Set(f, lowest[2]));
+    const Floats low = along(y, along(x, at(0), at(1)), along(x, at(2), at(3)));
+    const Floats high = along(y, along(x, at(4), at(5)), along(x, at(6), at(7)));
+    const Floats value = along(z, low, high);
+    const Floats distance = hn::Load(f, &exact.distance[i]);
+    const Floats height = hn::Load(f, &exact.height[i]);
+    const Floats told = hn::IfThenElse(hn::Lt(height, hn::Zero(f)), hn::Neg(distance), distance);
+    const Floats error = hn::Abs(hn::Sub(value, told));
+    // a value beyond what is near is told as that
+    most_over = hn::Max(most_over, hn::Sub(hn::Min(value, hn::Set(f, most_near)), told));
+    const Floats least = hn::Min(hn::Abs(value), distance);
+    const auto in_band = hn::Lt(least, hn::Set(f, band));
+    within_band = hn::Max(within_band, hn::IfThenElseZero(in_band, error));
+    const auto is_near = hn::Le(least, hn::Set(f, most_near));
+    beyond = hn::Max(beyond, hn::IfThenElseZero(hn::AndNot(in_band, is_near), error));
+  }
+  const auto most = [&](const Floats& v) HWY_ATTR {
+    return hn::GetLane(hn::MaxOfLanes(f, v));
+  };
+  return {most(within_band), most(beyond), most(most_over)};
 }
 
 std::uint64_t CompareLanes(const float* values, const float* bounds, float margin) {
@@ -118,6 +199,9 @@ namespace {
 HWY_EXPORT(MeasureLanes);
 HWY_EXPORT(MeasureLanesInto);
 HWY_EXPORT(CompareLanes);
+HWY_EXPORT(MeasureCubeLanes);
+HWY_EXPORT(MeasureCubeLanesInto);
+HWY_EXPORT(ErrorsOfLanes);
 
 std::array<float, 3> Single(const Vec3& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
@@ -157,7 +241,7 @@ NearFace::NearFace(const FieldFace& face, const Vec3& origin_L) {
     const Vec3 along = length > 0 ? Vec3(side / length) : Vec3(Vec3::Zero());
     const double passed = -along.dot(from);
     // beyond this an end is farther than any place asks for
-    constexpr double kFar = 32;
+    constexpr double kFar = 128;
     edge.along = Single(along);
     edge.start = Single(from + passed * along);
     edge.from = static_cast<float>(std::clamp(-passed, -kFar, kFar));
@@ -178,9 +262,24 @@ bool NearFace::MeasureInto(const PlaceLanes& places, NearestLanes& nearest) cons
   return HWY_DYNAMIC_DISPATCH(MeasureLanesInto)(view_, places, nearest);
 }
 
-NearestLanes::NearestLanes() {
-  distance.fill(std::numeric_limits<float>::max());
-  height.fill(0);
+void NearFace::MeasureCube(const std::array<float, 3>& lowest, float* distances) const {
+  HWY_DYNAMIC_DISPATCH(MeasureCubeLanes)(view_, lowest, distances);
+}
+
+void NearFace::MeasureCubeInto(const std::array<float, 3>& lowest, float* distances,
+                               float* heights) const {
+  HWY_DYNAMIC_DISPATCH(MeasureCubeLanesInto)(view_, lowest, distances, heights);
+}
+
+CellErrors ErrorsInCell(const std::array<float, 8>& values, const std::array<float, 3>& lowest,
+                        const PlaceLanes& places, const NearestLanes& exact, float band,
+                        float most_near) {
+  return HWY_DYNAMIC_DISPATCH(ErrorsOfLanes)(values, lowest, places, exact, band, most_near);
+}
+
+NearestLanes::NearestLanes(std::size_t count) {
+  std::fill_n(distance.begin(), count, std::numeric_limits<float>::max());
+  std::fill_n(height.begin(), count, 0.0F);
 }
 
 }  // namespace tandem

@@ -15,12 +15,18 @@ struct FieldFace {
   Vec3 nhat = Vec3::Zero();       // unit normal, out of the solid
   bool sheet = false;             // free space on both sides
   double width = 0;               // the least height of the triangle
+  /// Over edge k, from corner k to the next one, the face that goes on from this one at an angle
+  /// below that of kGentle; kNone: no face, a sharp edge, or one of a sheet.
+  std::array<std::uint32_t, 3> beside{kNone, kNone, kNone};
+
+  static constexpr std::uint32_t kNone = ~0U;
+  static constexpr double kGentle = 0.866;  // cosine between normals
 };
 
 /// Places near one another, in voxels from an origin, as lanes. `count` is a multiple of 16.
 struct PlaceLanes {
   static constexpr std::size_t kMost = 256;
-  alignas(64) std::array<float, kMost> x{}, y{}, z{};
+  alignas(64) std::array<float, kMost> x, y, z;
   std::size_t count = 0;
 };
 
@@ -30,14 +36,29 @@ PlaceLanes LatticeLanes(std::size_t side, double first, double spacing);
 
 struct NearestLanes;
 
+/// How far values that are interpolated in a cell are from the distances of places there, voxels.
+struct CellErrors {
+  float within_band = 0;
+  float beyond = 0;  // where a reading is near, but beyond the band
+  float over = 0;    // how much farther than the surface a reading says it is
+};
+/// Of the places of a cell with its lowest node at `lowest`, `values` at its corners, x fastest.
+CellErrors ErrorsInCell(const std::array<float, 8>& values, const std::array<float, 3>& lowest,
+                        const PlaceLanes& places, const NearestLanes& exact, float band,
+                        float most_near);
+
+/// A cube of 4 x 4 x 4 places a voxel apart, x fastest.
+inline constexpr std::size_t kCubeSide = 4;
+inline constexpr std::size_t kCubePlaces = kCubeSide * kCubeSide * kCubeSide;
+
 /// A bit for each of 64 lanes whose value is at most its bound and `margin` more.
 std::uint64_t LanesWithin(const float* values, const float* bounds, float margin);
 
 /// A face as seen from places near an origin, in single precision. Whatever is large is subtracted
-/// in double precision first, so a distance below 16 voxels is right to 1e-5 voxels.
+/// in double precision first, so a distance below 16 voxels is right to 2e-5 voxels.
 class NearFace {
  public:
-  /// The places to come are within 8 voxels of `origin_L`.
+  /// The places to come are within 32 voxels of `origin_L`.
   NearFace(const FieldFace& face, const Vec3& origin_L);
 
   /// The distance of each place from the face, voxels, and its height over the face's plane. The
@@ -45,6 +66,9 @@ class NearFace {
   void Measure(const PlaceLanes& places, float* distances, float* heights) const;
   /// Adds the face to those that `nearest` knows. Whether that changed any distance or height.
   bool MeasureInto(const PlaceLanes& places, NearestLanes& nearest) const;
+  /// The same of the places of a cube, of which the lowest is at `lowest`.
+  void MeasureCube(const std::array<float, 3>& lowest, float* distances) const;
+  void MeasureCubeInto(const std::array<float, 3>& lowest, float* distances, float* heights) const;
 
   /// What the kernel reads.
   struct View {
@@ -60,6 +84,7 @@ class NearFace {
     std::array<Edge, 3> edges;
     bool sheet;
   };
+  const View& view() const noexcept { return view_; }
 
  private:
   View view_;
@@ -74,7 +99,8 @@ struct NearestLanes {
   alignas(64) std::array<float, PlaceLanes::kMost> distance;
   alignas(64) std::array<float, PlaceLanes::kMost> height;
 
-  NearestLanes();
+  /// Of so many places no face is known.
+  explicit NearestLanes(std::size_t count = PlaceLanes::kMost);
   float Signed(std::size_t lane) const noexcept {
     return height[lane] < 0 ? -distance[lane] : distance[lane];
   }

@@ -24,6 +24,18 @@ void VisitNodes(const Visit& visit) {
 /// surface reads it.
 constexpr float kNear = 2.25F;
 
+/// `at_middle` is the plane's value there.
+void SetPlane(const Vec3& slopes, double at_middle, FieldBrick& brick) {
+  double at_lowest = at_middle;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double slope = slopes[static_cast<Eigen::Index>(axis)] / FieldBrick::kSlope;
+    brick.slopes[axis] =
+        static_cast<std::int16_t>(std::lround(std::clamp(slope, -32767.0, 32767.0)));
+    at_lowest -= 2.0 * brick.slopes[axis] * FieldBrick::kSlope;
+  }
+  brick.mean = static_cast<float>(at_lowest);
+}
+
 void FitPlane(std::span<const float, kBrickNodes> values, FieldBrick& brick) {
   const auto weight = [&](std::size_t node) {
     return std::abs(values[node]) <= kNear ? 1.0 : 1e-3;
@@ -38,14 +50,7 @@ void FitPlane(std::span<const float, kBrickNodes> values, FieldBrick& brick) {
     moments += weight(node) * values[node] * row;
   });
   const Eigen::Vector4d plane = squares.ldlt().solve(moments);
-  double at_lowest = plane[0];
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double slope = plane[static_cast<Eigen::Index>(axis) + 1] / FieldBrick::kSlope;
-    brick.slopes[axis] =
-        static_cast<std::int16_t>(std::lround(std::clamp(slope, -32767.0, 32767.0)));
-    at_lowest -= 2.0 * brick.slopes[axis] * FieldBrick::kSlope;
-  }
-  brick.mean = static_cast<float>(at_lowest);
+  SetPlane(plane.tail<3>(), plane[0], brick);
 }
 
 }  // namespace
@@ -85,6 +90,12 @@ PackedBrick PackBrick(std::span<const float, kBrickNodes> values) {
   // the pool has bytes after its last brick
   packed.steps.resize((kBrickNodes * brick.bits + 7) / 8);
   return packed;
+}
+
+FieldBrick FlatBrick(const Vec3& nhat, double at_lowest) {
+  FieldBrick brick;
+  SetPlane(nhat, at_lowest + 2.0 * nhat.sum(), brick);
+  return brick;
 }
 
 float NodeValue(const FieldBrick& brick, const std::uint8_t* steps, std::size_t x, std::size_t y,

@@ -8,16 +8,24 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/spatial.h"
+
 namespace tandem {
 
 /// A brick of 4 x 4 x 4 cells of the field has 5 x 5 x 5 nodes: those of its upper faces are its
 /// neighbours' too, so that a place is looked up in one brick alone.
 inline constexpr int kBrickCells = 4;
 inline constexpr std::size_t kBrickSide = 5;
+inline constexpr std::size_t kCellsPerBrick = kBrickCells * kBrickCells * kBrickCells;
 inline constexpr std::size_t kBrickNodes = kBrickSide * kBrickSide * kBrickSide;
 inline constexpr std::size_t NodeInBrick(std::size_t x, std::size_t y, std::size_t z) {
   return x + kBrickSide * (y + kBrickSide * z);
 }
+
+/// Cells along a hyperbrick's side, and bricks.
+inline constexpr std::int32_t kHyperbrickCells = 32;
+inline constexpr std::int32_t kHyperbrickBricks = kHyperbrickCells / kBrickCells;
+inline constexpr std::size_t kBricksPerHyperbrick = 512;
 
 /// A brick's values at its nodes: a plane, and steps about it of as many bits as they need, none in
 /// a flat brick. The steps of all nodes follow one another, x fastest, from the lowest bit on.
@@ -79,6 +87,10 @@ struct PackedBrick {
 /// The plane of least squares through the values (voxels, by NodeInBrick) and the steps about it.
 /// A node is kept to within half a step where it is within four voxels of the plane.
 PackedBrick PackBrick(std::span<const float, kBrickNodes> values);
+
+/// A flat brick: a plane with unit normal `nhat`, `at_lowest` (voxels) below the brick's lowest
+/// node.
+FieldBrick FlatBrick(const Vec3& nhat, double at_lowest);
 
 /// The value at a node, voxels. `steps` are the brick's own, and three bytes more.
 float NodeValue(const FieldBrick& brick, const std::uint8_t* steps, std::size_t x, std::size_t y,

@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #include "engine/field/brick_faces.h"
+#include "engine/field/near_faces.h"
 #include "engine/field/field_faces.h"
 #include "engine/geometry/closest_on_triangle.h"
 #include "engine/geometry/tree_pair.h"
@@ -18,9 +19,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double kHalfVoxelDiagonal = 0.8661;
-/// From a brick's centre to its corners, voxels.
-constexpr double kHalfBrickDiagonal = 3.4642;
+constexpr double kHalfVoxelDiagonal = 0.8662;
 constexpr std::int32_t kNoBrick = -1;
 
 Vec3 PlaceOf(const GridIndex& index) {
@@ -36,34 +35,6 @@ Bounds BoundsOfFace(const FieldFace& face) {
   Bounds box;
   for (const Vec3& corner : face.corners_L) box.Add(corner);
   return box;
-}
-
-/// Visits the cells of a grid, `cell` lattice steps wide, whose centres may be nearer to a face
-/// than `reach`; the grid has `size` cells from `first` on (in cells).
-template <typename Visit>
-void VisitCellsNear(const FieldFace& face, double cell, double reach, const GridIndex& first,
-                    const GridIndex& size, const Visit& visit) {
-  const Bounds box = BoundsOfFace(face);
-  std::array<std::int32_t, 3> low;
-  std::array<std::int32_t, 3> high;
-  const std::array<std::int32_t, 3> begin{first.x, first.y, first.z};
-  const std::array<std::int32_t, 3> count{size.x, size.y, size.z};
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto axis = static_cast<Eigen::Index>(a);
-    low[a] = std::max(begin[a],
-                      static_cast<std::int32_t>(std::floor((box.min[axis] - reach) / cell - 0.5)));
-    high[a] = std::min(begin[a] + count[a] - 1,
-                       static_cast<std::int32_t>(std::ceil((box.max[axis] + reach) / cell - 0.5)));
-  }
-  for (std::int32_t z = low[2]; z <= high[2]; ++z) {
-    for (std::int32_t y = low[1]; y <= high[1]; ++y) {
-      for (std::int32_t x = low[0]; x <= high[0]; ++x) {
-        const Vec3 centre = cell * (Vec3(x, y, z) + Vec3::Constant(0.5));
-        const double distance = DistanceFrom(face, centre);
-        if (distance <= reach) visit(GridIndex{x, y, z}, distance);
-      }
-    }
-  }
 }
 
 }  // namespace
@@ -82,7 +53,7 @@ class FieldBuilder {
     field_.band_ = options.band;
     field_.range_ = options.range;
     field_.origin_ = box.first * kHyperchunkSide;
-    field_.size_ = box.size * (kHyperchunkSide / DistanceField::kHyperbrickCells);
+    field_.size_ = box.size * (kHyperchunkSide / kHyperbrickCells);
     all_ = FindFieldFaces(mesh_W, facing, options.voxel_size, field_.origin_);
     std::vector<Bounds> boxes;
     for (const FieldFace& face : all_) {
@@ -123,8 +94,9 @@ class FieldBuilder {
   };
   struct Brick {
     std::size_t place = 0;  // in its hyperbrick, as CellInBlock
-    std::vector<std::uint32_t> near;
     PackedBrick packed;
+    std::uint64_t in_band = 0;  // cells that the band reaches, none of a flat brick
+    CellCandidates candidates;
     std::uint64_t erring = 0;
     std::array<float, kCellsPerBrick> over{};
     CellLists lists;
@@ -180,62 +152,115 @@ class FieldBuilder {
   }
 
   void FindFacesOfHyperbricks() {
-    constexpr double kSide = DistanceField::kHyperbrickCells;
-    const double reach = BrickFaces::kReach + 0.5 * kSide * std::sqrt(3.0);
+    constexpr double kSide = kHyperbrickCells;
+    const Vec3 more = Vec3::Constant(HyperbrickSurvey::kFarthest);
     for (std::uint32_t face = 0; face < all_.size(); ++face) {
-      VisitCellsNear(all_[face], kSide, reach, {0, 0, 0}, field_.size_,
-                     [&](const GridIndex& hyperbrick, double) {
-                       hyperbricks_[NumberOf(hyperbrick)].near.push_back(face);
-                     });
+      const Bounds box = BoundsOfFace(all_[face]);
+      const GridIndex low = HyperbrickOf(box.min - more);
+      const GridIndex high = HyperbrickOf(box.max + more);
+      for (std::int32_t z = low.z; z <= high.z; ++z) {
+        for (std::int32_t y = low.y; y <= high.y; ++y) {
+          for (std::int32_t x = low.x; x <= high.x; ++x) {
+            const Vec3 centre_L = kSide * (Vec3(x, y, z) + Vec3::Constant(0.5));
+            const double reach = HyperbrickSurvey::kFarthest + 0.5 * kSide * std::sqrt(3.0);
+            if (DistanceFrom(all_[face], centre_L) > reach) continue;
+            hyperbricks_[NumberOf({x, y, z})].near.push_back(face);
+          }
+        }
+      }
     }
+  }
+  /// The hyperbrick of a place, or the one next to it.
+  GridIndex HyperbrickOf(const Vec3& place_L) const {
+    const auto along = [&](Eigen::Index axis, std::int32_t count) {
+      const double at = std::floor(place_L[axis] / kHyperbrickCells);
+      return static_cast<std::int32_t>(std::clamp(at, 0.0, count - 1.0));
+    };
+    return {along(0, field_.size_.x), along(1, field_.size_.y), along(2, field_.size_.z)};
   }
 
   void FillHyperbrick(std::size_t number) {
     Hyperbrick& hyperbrick = hyperbricks_[number];
-    const GridIndex first = HyperbrickAt(number) * DistanceField::kHyperbrickCells;
-    hyperbrick.entries.assign(DistanceField::kBricksPerHyperbrick, kNoBrick);
+    const GridIndex first = HyperbrickAt(number) * kHyperbrickCells;
+    hyperbrick.entries.assign(kBricksPerHyperbrick, kNoBrick);
     MakeBricks(hyperbrick, first);
-    if (BoundCube(hyperbrick, {0, 0, 0}, DistanceField::kHyperbrickCells, first)) {
+    if (BoundCube(hyperbrick, {0, 0, 0}, kHyperbrickCells, first)) {
       hyperbrick.bound = hyperbrick.entries.front();
       hyperbrick.entries.clear();
     }
   }
 
   void MakeBricks(Hyperbrick& hyperbrick, const GridIndex& first) {
-    std::vector<std::vector<std::uint32_t>> near(DistanceField::kBricksPerHyperbrick);
-    std::vector<double> least(DistanceField::kBricksPerHyperbrick,
-                              std::numeric_limits<double>::infinity());
-    for (const std::uint32_t face : hyperbrick.near) {
-      VisitCellsNear(all_[face], kBrickCells, BrickFaces::kReach + kHalfBrickDiagonal, first >> 2,
-                     {8, 8, 8}, [&](const GridIndex& brick, double distance) {
-                       const std::size_t place = CellInBlock(brick);
-                       near[place].push_back(face);
-                       least[place] = std::min(least[place], distance);
-                     });
-    }
     const double kept = options_.range + kHalfVoxelDiagonal;  // how near a node must be
-    for (std::size_t place = 0; place < near.size(); ++place) {
-      if (least[place] > kept + kHalfBrickDiagonal) continue;
-      const GridIndex lowest = first + BlockCell(place) * kBrickCells;
-      BrickFaces faces(lowest, all_, near[place]);
-      if (faces.LookAtNodes() > kept) continue;
-      faces.LookAtCells();
+    const NearFaces faces(first, all_, hyperbrick.near);
+    const HyperbrickSurvey survey(faces, kept, !open_);
+    for (std::size_t place = 0; place < kBricksPerHyperbrick; ++place) {
       Brick brick;
       brick.place = place;
-      brick.packed = PackBrick(faces.Values(SolidNodes(lowest, faces)));
-      const BrickFaces::Errors errors =
-          faces.Measure(Unpacked(brick.packed), options_.band, DistanceField::kMostNear, open_);
-      brick.erring = errors.erring;
-      brick.over = errors.over;
-      hyperbrick.within_band = std::max(hyperbrick.within_band, errors.within_band);
-      hyperbrick.beyond = std::max(hyperbrick.beyond, errors.beyond);
+      switch (survey.KindOf(place)) {
+        case HyperbrickSurvey::Kind::kFar: continue;
+        case HyperbrickSurvey::Kind::kFlat: {
+          const HyperbrickSurvey::Plane plane = survey.PlaneOf(place);
+          brick.packed.brick = FlatBrick(plane.nhat, plane.at_lowest);
+          brick.over.fill(static_cast<float>(kLeastBound));
+          break;
+        }
+        case HyperbrickSurvey::Kind::kMeasured:
+          if (!MeasureBrick(faces, survey, first, kept, hyperbrick, brick)) continue;
+      }
       hyperbrick.entries[place] = static_cast<std::int32_t>(hyperbrick.bricks.size());
-      brick.near = std::move(near[place]);
       hyperbrick.bricks.push_back(std::move(brick));
     }
   }
 
-  std::array<bool, kBrickNodes> SolidNodes(const GridIndex& lowest, const BrickFaces& faces) const {
+  /// Whether the brick comes near enough to be kept.
+  bool MeasureBrick(const NearFaces& faces, const HyperbrickSurvey& survey, const GridIndex& first,
+                    double kept, Hyperbrick& hyperbrick, Brick& brick) const {
+    const NearestLanes nodes = survey.NodesOf(brick.place);
+    const auto* end = nodes.distance.begin() + kBrickNodes;
+    if (*std::min_element(nodes.distance.begin(), end) > kept) return false;
+    const GridIndex lowest = first + BlockCell(brick.place) * kBrickCells;
+    brick.packed =
+        PackBrick(Values(nodes, SolidNodes(lowest, nodes), survey.PlaneOf(brick.place)));
+    brick.candidates = survey.CandidatesOf(brick.place, DistanceField::kMostNear);
+    std::uint64_t near = 0;
+    for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
+      const double least = survey.LeastOf(brick.place, cell) - kHalfVoxelDiagonal;
+      if (least < DistanceField::kMostNear) near |= std::uint64_t{1} << cell;
+      if (least < options_.band) brick.in_band |= std::uint64_t{1} << cell;
+    }
+    const BrickFaces::Errors errors =
+        BrickFaces(faces, brick.place, brick.candidates)
+            .Measure(Unpacked(brick.packed), near, options_.band, DistanceField::kMostNear, open_);
+    brick.erring = errors.erring;
+    brick.over = errors.over;
+    hyperbrick.within_band = std::max(hyperbrick.within_band, errors.within_band);
+    hyperbrick.beyond = std::max(hyperbrick.beyond, errors.beyond);
+    return true;
+  }
+
+  /// The distances of a brick's nodes. Nodes farther than the survey's reach have a value of at
+  /// least that, along `plane` if it can be.
+  static std::array<float, kBrickNodes> Values(const NearestLanes& nodes,
+                                               const std::array<bool, kBrickNodes>& solid,
+                                               const HyperbrickSurvey::Plane& plane) {
+    std::array<float, kBrickNodes> values;
+    for (std::size_t node = 0; node < kBrickNodes; ++node) {
+      float distance = nodes.distance[node];
+      if (distance > HyperbrickSurvey::kReach) {
+        const Vec3 from_lowest(static_cast<double>(node % kBrickSide),
+                               static_cast<double>(node / kBrickSide % kBrickSide),
+                               static_cast<double>(node / kBrickSide / kBrickSide));
+        const auto height = static_cast<float>(plane.at_lowest + plane.nhat.dot(from_lowest));
+        distance = std::max(HyperbrickSurvey::kReach, solid[node] ? -height : height);
+      }
+      values[node] = solid[node] ? -distance : distance;
+    }
+    return values;
+  }
+
+  std::array<bool, kBrickNodes> SolidNodes(const GridIndex& lowest,
+                                           const NearestLanes& nodes) const {
     std::array<bool, kBrickNodes> solid;
     for (std::int32_t z = 0; z <= kBrickCells; ++z) {
       for (std::int32_t y = 0; y <= kBrickCells; ++y) {
@@ -243,8 +268,8 @@ class FieldBuilder {
           const std::size_t node =
               NodeInBrick(static_cast<std::size_t>(x), static_cast<std::size_t>(y),
                           static_cast<std::size_t>(z));
-          const bool by_faces = open_ && faces.DistanceOf(node) < 2 * kHalfVoxelDiagonal;
-          solid[node] = by_faces ? faces.SolidAt(node) : Solid(lowest + GridIndex{x, y, z});
+          const bool by_faces = open_ && nodes.distance[node] < 2 * kHalfVoxelDiagonal;
+          solid[node] = by_faces ? nodes.Signed(node) < 0 : Solid(lowest + GridIndex{x, y, z});
         }
       }
     }
@@ -292,7 +317,7 @@ class FieldBuilder {
         }
       }
     }
-    return side == DistanceField::kHyperbrickCells;
+    return side == kHyperbrickCells;
   }
 
   /// The brick at a place counted in bricks from V's origin; null if there is none.
@@ -333,8 +358,9 @@ class FieldBuilder {
   void ListCells(std::size_t number) {
     Hyperbrick& hyperbrick = hyperbricks_[number];
     const GridIndex first_brick = HyperbrickAt(number) * 8;
+    const NearFaces faces(first_brick * kBrickCells, all_, hyperbrick.near);
     for (Brick& brick : hyperbrick.bricks) {
-      ListCells(brick, first_brick + BlockCell(brick.place));
+      ListCells(faces, brick, first_brick + BlockCell(brick.place));
       float over = 0;
       for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
         const bool listed = (brick.lists.cells >> cell & 1U) != 0;
@@ -345,15 +371,16 @@ class FieldBuilder {
     }
   }
 
-  void ListCells(Brick& brick, const GridIndex& at) const {
+  void ListCells(const NearFaces& near, Brick& brick, const GridIndex& at) const {
+    if (brick.in_band == 0) return;
     const std::array<bool, kBrickNodes> err = NodesThatErr(at);
     if (std::none_of(err.begin(), err.end(), [](bool e) {
           return e;
         }))
       return;
-    BrickFaces faces(at * kBrickCells, all_, brick.near);
-    faces.LookAtCells();
+    const BrickFaces faces(near, brick.place, brick.candidates);
     for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
+      if ((brick.in_band >> cell & 1U) == 0) continue;
       std::uint8_t shares = 0;
       for (std::size_t corner = 0; corner < 8; ++corner) {
         const std::size_t node =
@@ -361,7 +388,7 @@ class FieldBuilder {
                         (cell >> 4) + (corner >> 2));
         if (err[node]) shares = static_cast<std::uint8_t>(shares | 1U << corner);
       }
-      if (shares == 0 || !faces.ComesWithin(cell, options_.band)) continue;
+      if (shares == 0) continue;
       std::vector<std::uint32_t> list = faces.ListOf(cell, options_.band);
       if (list.empty()) continue;
       brick.lists.cells |= std::uint64_t{1} << cell;
@@ -370,6 +397,7 @@ class FieldBuilder {
       brick.lists.overs.push_back(static_cast<std::uint8_t>(std::min(255.0, steps)));
       brick.lists.faces.push_back(std::move(list));
     }
+    brick.candidates = {};
   }
 
   void Assemble() {

@@ -9,6 +9,29 @@
 
 namespace tandem {
 
+namespace {
+
+/// Tells each face which ones go on gently over its edges. Only whole triangles have such edges;
+/// `turned` has a face for each facet: whether its corners are in the other order.
+void FindFacesBeside(const MeshSides& sides, const std::vector<Facet>& facets,
+                     const std::vector<bool>& turned, std::vector<FieldFace>& faces) {
+  std::vector<std::uint32_t> face_of(sides.triangles(), FieldFace::kNone);
+  for (std::uint32_t i = 0; i < facets.size(); ++i) {
+    if (facets[i].whole && !facets[i].sheet) face_of[facets[i].triangle] = i;
+  }
+  for (std::uint32_t i = 0; i < facets.size(); ++i) {
+    if (face_of[facets[i].triangle] != i) continue;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t other = sides.Across(facets[i].triangle, turned[i] ? 2 - k : k);
+      if (other == MeshSides::kNone || face_of[other] == FieldFace::kNone) continue;
+      const FieldFace& beside = faces[face_of[other]];
+      if (faces[i].nhat.dot(beside.nhat) > FieldFace::kGentle) faces[i].beside[k] = face_of[other];
+    }
+  }
+}
+
+}  // namespace
+
 std::vector<FieldFace> FindFieldFaces(const TriangleMesh& mesh_W, const MeshFacing& facing,
                                       double voxel_size, const GridIndex& origin) {
   const TriangleMesh turned = FacingOut(mesh_W, facing);
@@ -24,20 +47,27 @@ std::vector<FieldFace> FindFieldFaces(const TriangleMesh& mesh_W, const MeshFaci
     return (!closed.triangles.empty() && round_closed.At(p_W) >= 0.5) ||
            (!open.triangles.empty() && round_open.At(p_W) > kInside);
   };
+  // no sides where the union changes beside triangles, too
+  const MeshSides sides(turned);
+  const std::vector<Facet> facets =
+      UnionBoundaryAndSheets(turned, open.triangles.empty() ? &sides : nullptr, solid);
   std::vector<FieldFace> faces;
+  std::vector<bool> is_turned;
   const Vec3 first(origin.x + 0.5, origin.y + 0.5, origin.z + 0.5);
   const auto place_L = [&](const Vec3& p_W) -> Vec3 {
     return p_W / voxel_size - first;
   };
-  for (const Facet& facet : UnionBoundaryAndSheets(turned, solid)) {
+  for (const Facet& facet : facets) {
     faces.push_back(
         {{place_L(facet.a), place_L(facet.b), place_L(facet.c)}, facet.nhat, facet.sheet});
     auto& [a, b, c] = faces.back().corners_L;
     const Vec3 area_vector = (b - a).cross(c - a);
-    if (area_vector.dot(facet.nhat) < 0) std::swap(b, c);
+    is_turned.push_back(area_vector.dot(facet.nhat) < 0);
+    if (is_turned.back()) std::swap(b, c);
     const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     faces.back().width = longest > 0 ? area_vector.norm() / longest : 0.0;
   }
+  FindFacesBeside(sides, facets, is_turned, faces);
   return faces;
 }
 

@@ -25,6 +25,7 @@ class MeshSides {
 
   explicit MeshSides(const TriangleMesh& mesh);
 
+  std::size_t triangles() const noexcept { return across_.size() / 3; }
   /// The triangle across side k of a triangle; kNone at a wall.
   std::uint32_t Across(std::uint32_t triangle, std::uint32_t k) const noexcept {
     return across_[3 * triangle + k];

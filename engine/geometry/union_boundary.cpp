@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include <tbb/parallel_for.h>
 
@@ -77,9 +78,18 @@ class CutTriangle {
   }
 
   bool flat() const { return flat_; }
+  const Vec3& nhat() const { return nhat_; }
+  double area() const { return 0.5 * (b_ - a_).cross(c_ - a_).norm(); }
+
+  // Whether the other triangle has nothing in common with this one but a corner of both, or lies
+  // beside it in its plane. `shared`: corner of the other that is one of this one's; 3: none.
+  bool IsApartFrom(const CutTriangle& other, std::size_t shared_here, std::size_t shared) const {
+    return LiesBeside(other, shared) || other.LiesBeside(*this, shared_here);
+  }
 
   // Notes where the other triangle meets the plane of this one.
-  void Meet(const std::array<Vec3, 3>& other) {
+  void Meet(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const std::array<Vec3, 3> other{a, b, c};
     std::array<double, 3> height;
     for (std::size_t k = 0; k < 3; ++k) {
       height[k] = nhat_.dot(other[k] - a_);
@@ -100,9 +110,18 @@ class CutTriangle {
     if (count == 2 && !has_edge_in_plane) AddSegment(ends[0], ends[1]);
   }
 
-  // The pieces that the segments cut it into, bounding the union or not.
-  void AddBoundary(const std::function<bool(const Vec3&)>& solid, bool sheets,
-                   std::vector<Facet>& facets) const {
+  // What the union is in front of a place and behind it.
+  struct Sides {
+    bool solid_in_front = false;
+    bool solid_behind = false;
+  };
+  Sides SidesOfWhole(const std::function<bool(const Vec3&)>& solid) const {
+    return SidesAt((a_ + b_ + c_) / 3, solid);
+  }
+
+  // The pieces that the segments cut it into, bounding the union or not; `known`: of all of them.
+  void AddBoundary(const std::function<bool(const Vec3&)>& solid, const std::optional<Sides>& known,
+                   bool sheets, std::uint32_t triangle, std::vector<Facet>& facets) const {
     std::vector<Polygon> pieces{{InPlane(a_), InPlane(b_), InPlane(c_)}};
     for (const Segment& segment : segments_) {
       const std::size_t count = pieces.size();
@@ -117,23 +136,53 @@ class CutTriangle {
       if (piece.size() < 3) continue;
       const Vec2 sum = std::accumulate(piece.begin(), piece.end(), Vec2(Vec2::Zero()));
       const Vec3 centre = InSpace(sum / static_cast<double>(piece.size()));
-      const bool solid_in_front = solid(centre + 2 * tolerance_ * nhat_);
-      const bool solid_behind = solid(centre - 2 * tolerance_ * nhat_);
+      const auto [solid_in_front, solid_behind] = known ? *known : SidesAt(centre, solid);
       const bool sheet = sheets && !solid_in_front && !solid_behind;
       if (solid_in_front == solid_behind && !sheet) continue;
       const Vec3 nhat = solid_in_front ? Vec3(-nhat_) : nhat_;
       if (pieces.size() == 1) {
-        facets.push_back({a_, b_, c_, nhat, sheet});
+        facets.push_back({a_, b_, c_, nhat, sheet, triangle});
         continue;
       }
       for (std::size_t k = 2; k < piece.size(); ++k) {
         facets.push_back(
-            {InSpace(piece[0]), InSpace(piece[k - 1]), InSpace(piece[k]), nhat, sheet});
+            {InSpace(piece[0]), InSpace(piece[k - 1]), InSpace(piece[k]), nhat, sheet, triangle,
+             false});
       }
     }
   }
 
  private:
+  std::array<Vec3, 3> corners() const { return {a_, b_, c_}; }
+  // Whether the other's corners, without the shared one, are all on one side of this one's plane,
+  // or all beyond one of its edges; beyond or at it where they are in the plane.
+  bool LiesBeside(const CutTriangle& other, std::size_t shared) const {
+    const std::array<Vec3, 3> theirs = other.corners();
+    double least = std::numeric_limits<double>::infinity();
+    double most = -least;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (k == shared) continue;
+      const double height = nhat_.dot(theirs[k] - a_);
+      least = std::min(least, height);
+      most = std::max(most, height);
+    }
+    if (least > tolerance_ || most < -tolerance_) return true;
+    const bool in_plane = least >= -tolerance_ && most <= tolerance_;
+    const double at_most = in_plane ? tolerance_ : -tolerance_;
+    const std::array<Vec3, 3> here = corners();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 inward = nhat_.cross(here[(k + 1) % 3] - here[k]).normalized();
+      bool beyond = true;
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (i != shared) beyond = beyond && inward.dot(theirs[i] - here[k]) <= at_most;
+      }
+      if (beyond) return true;
+    }
+    return false;
+  }
+  Sides SidesAt(const Vec3& place, const std::function<bool(const Vec3&)>& solid) const {
+    return {solid(place + 2 * tolerance_ * nhat_), solid(place - 2 * tolerance_ * nhat_)};
+  }
   Vec2 InPlane(const Vec3& p) const { return {u_.dot(p - a_), v_.dot(p - a_)}; }
   Vec3 InSpace(const Vec2& p) const { return a_ + p.x() * u_ + p.y() * v_; }
   void AddSegment(const Vec2& from, const Vec2& to) {
@@ -148,9 +197,19 @@ class CutTriangle {
   std::vector<Segment> segments_;
 };
 
-std::size_t SharedCorners(const TriangleMesh::Triangle& t, const TriangleMesh::Triangle& other) {
-  std::size_t shared = 0;
-  for (const std::uint32_t i : t) shared += std::count(other.begin(), other.end(), i) > 0 ? 1 : 0;
+// Corners that two triangles have in common.
+struct SharedCorners {
+  std::size_t count = 0;
+  std::size_t here = 3, there = 3;  // the last of them, in either
+};
+SharedCorners CornersSharedBy(const TriangleMesh::Triangle& t,
+                              const TriangleMesh::Triangle& other) {
+  SharedCorners shared;
+  for (std::size_t here = 0; here < 3; ++here) {
+    for (std::size_t there = 0; there < 3; ++there) {
+      if (t[here] == other[there]) shared = {shared.count + 1, here, there};
+    }
+  }
   return shared;
 }
 
@@ -169,51 +228,144 @@ std::vector<std::uint32_t> BodyOfVertex(const TriangleMesh& mesh) {
   return parent;
 }
 
-/// The pieces of the mesh's triangles with the union on one side, and with `sheets` those with free
-/// space on both.
-std::vector<Facet> PiecesOf(const TriangleMesh& mesh, const std::function<bool(const Vec3&)>& solid,
-                            bool sheets) {
-  const double tolerance = CoincidenceTolerance(mesh);
-  std::vector<Bounds> boxes(mesh.triangles.size());
-  for (std::size_t t = 0; t < boxes.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      boxes[t].Add(mesh.corner(t, k) - Vec3::Constant(tolerance));
-      boxes[t].Add(mesh.corner(t, k) + Vec3::Constant(tolerance));
+/// Sorts a mesh's triangles into the pieces that bound a union.
+class Pieces {
+ public:
+  using Solid = std::function<bool(const Vec3&)>;
+
+  Pieces(const TriangleMesh& mesh, const Solid& solid, bool sheets)
+      : mesh_(mesh), solid_(solid), sheets_(sheets), tolerance_(CoincidenceTolerance(mesh)) {
+    boxes_.resize(mesh.triangles.size());
+    for (std::size_t t = 0; t < boxes_.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        boxes_[t].Add(mesh.corner(t, k) - Vec3::Constant(tolerance_));
+        boxes_[t].Add(mesh.corner(t, k) + Vec3::Constant(tolerance_));
+      }
     }
+    tree_ = BuildBoxTree(boxes_, 4);
   }
-  const BoxTree tree = BuildBoxTree(boxes, 4);
-  const auto corners = [&](std::size_t t) {
-    return std::array<Vec3, 3>{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
-  };
-  std::vector<std::vector<Facet>> facets_of(boxes.size());
-  tbb::parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t t) {
-    CutTriangle cut(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), tolerance);
-    if (cut.flat()) return;
+
+  /// `sides`, or null: as UnionBoundaryAndSheets.
+  std::vector<Facet> Find(const MeshSides* sides) const {
+    std::vector<std::optional<CutTriangle::Sides>> known(boxes_.size());
+    if (sides != nullptr) known = AskPatches(*sides);
+    std::vector<std::vector<Facet>> facets_of(boxes_.size());
+    tbb::parallel_for(std::size_t{0}, boxes_.size(), [&](std::size_t t) {
+      CutTriangle cut = TriangleAt(t);
+      if (cut.flat()) return;
+      if (!known[t]) {
+        VisitMet(t, [&](std::size_t other, const SharedCorners&) {
+          cut.Meet(mesh_.corner(other, 0), mesh_.corner(other, 1), mesh_.corner(other, 2));
+          return true;
+        });
+      }
+      cut.AddBoundary(solid_, known[t], sheets_, static_cast<std::uint32_t>(t), facets_of[t]);
+    });
+    std::vector<Facet> facets;
+    for (const std::vector<Facet>& some : facets_of)
+      facets.insert(facets.end(), some.begin(), some.end());
+    return facets;
+  }
+
+ private:
+  CutTriangle TriangleAt(std::size_t t) const {
+    return {mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2), tolerance_};
+  }
+
+  /// Calls `visit(other, shared)` for triangles whose boxes overlap that of a triangle, but those
+  /// that share an edge with it, until it answers with false.
+  template <typename Visit>
+  void VisitMet(std::size_t t, const Visit& visit) const {
     std::vector<std::uint32_t> open{0};
     while (!open.empty()) {
       const std::uint32_t i = open.back();
       open.pop_back();
-      const BoxTree::Node& node = tree.nodes[i];
-      if (!node.box.Overlaps(boxes[t])) continue;
+      const BoxTree::Node& node = tree_.nodes[i];
+      if (!node.box.Overlaps(boxes_[t])) continue;
       if (!node.leaf()) {
         open.push_back(node.right);
         open.push_back(i + 1);
         continue;
       }
       for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
-        const std::uint32_t other = tree.order[k];
-        if (!boxes[other].Overlaps(boxes[t])) continue;
-        if (SharedCorners(mesh.triangles[t], mesh.triangles[other]) >= 2) continue;
-        cut.Meet(corners(other));
+        const std::uint32_t other = tree_.order[k];
+        if (!boxes_[other].Overlaps(boxes_[t])) continue;
+        const SharedCorners shared =
+            CornersSharedBy(mesh_.triangles[t], mesh_.triangles[other]);
+        if (shared.count < 2 && !visit(other, shared)) return;
       }
     }
-    cut.AddBoundary(solid, sheets, facets_of[t]);
-  });
-  std::vector<Facet> facets;
-  for (const std::vector<Facet>& some : facets_of)
-    facets.insert(facets.end(), some.begin(), some.end());
-  return facets;
-}
+  }
+
+  /// Whether a triangle meets no others but at corners and along edges that it shares with them.
+  bool IsAlone(std::size_t t) const {
+    const CutTriangle here = TriangleAt(t);
+    if (here.flat()) return false;
+    bool alone = true;
+    VisitMet(t, [&](std::size_t other, const SharedCorners& shared) {
+      const CutTriangle there = TriangleAt(other);
+      alone = !there.flat() && here.IsApartFrom(there, shared.here, shared.there);
+      return alone;
+    });
+    return alone;
+  }
+
+  /// What is on the sides of triangles that are alone. Those that hang together are asked for at
+  /// the largest of them.
+  std::vector<std::optional<CutTriangle::Sides>> AskPatches(const MeshSides& sides) const {
+    // what is folded back onto itself encloses nothing
+    constexpr double kFolded = -0.99;  // cosine
+    const std::size_t count = boxes_.size();
+    std::vector<std::uint8_t> alone(count);
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
+      alone[t] = IsAlone(t) ? 1 : 0;
+    });
+    std::vector<std::uint32_t> patch_of(count, MeshSides::kNone);
+    std::vector<std::uint32_t> largest;  // by patch
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t first = 0; first < count; ++first) {
+      if (alone[first] == 0 || patch_of[first] != MeshSides::kNone) continue;
+      const auto patch = static_cast<std::uint32_t>(largest.size());
+      largest.push_back(first);
+      double most = 0;
+      open.push_back(first);
+      patch_of[first] = patch;
+      while (!open.empty()) {
+        const std::uint32_t t = open.back();
+        open.pop_back();
+        const CutTriangle here = TriangleAt(t);
+        if (here.area() > most) {
+          most = here.area();
+          largest[patch] = t;
+        }
+        for (std::uint32_t k = 0; k < 3; ++k) {
+          const std::uint32_t other = sides.Across(t, k);
+          if (other == MeshSides::kNone || alone[other] == 0) continue;
+          if (patch_of[other] != MeshSides::kNone) continue;
+          if (TriangleAt(other).nhat().dot(here.nhat()) < kFolded) continue;
+          patch_of[other] = patch;
+          open.push_back(other);
+        }
+      }
+    }
+    std::vector<CutTriangle::Sides> told(largest.size());
+    tbb::parallel_for(std::size_t{0}, largest.size(), [&](std::size_t patch) {
+      told[patch] = TriangleAt(largest[patch]).SidesOfWhole(solid_);
+    });
+    std::vector<std::optional<CutTriangle::Sides>> known(count);
+    for (std::size_t t = 0; t < count; ++t) {
+      if (patch_of[t] != MeshSides::kNone) known[t] = told[patch_of[t]];
+    }
+    return known;
+  }
+
+  const TriangleMesh& mesh_;
+  const Solid& solid_;
+  bool sheets_;
+  double tolerance_;
+  std::vector<Bounds> boxes_;
+  BoxTree tree_;
+};
 
 }  // namespace
 
@@ -272,12 +424,12 @@ std::vector<Facet> UnionBoundary(const TriangleMesh& mesh, const WindingNumber& 
   const auto solid = [&winding](const Vec3& p) {
     return winding.At(p) >= 0.5;
   };
-  return PiecesOf(mesh, solid, false);
+  return Pieces(mesh, solid, false).Find(nullptr);
 }
 
-std::vector<Facet> UnionBoundaryAndSheets(const TriangleMesh& mesh,
+std::vector<Facet> UnionBoundaryAndSheets(const TriangleMesh& mesh, const MeshSides* sides,
                                           const std::function<bool(const Vec3&)>& solid) {
-  return PiecesOf(mesh, solid, true);
+  return Pieces(mesh, solid, true).Find(sides);
 }
 
 }  // namespace tandem

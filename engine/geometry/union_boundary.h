@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
+#include "engine/geometry/mesh_sides.h"
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/geometry/winding_number.h"
 
@@ -13,6 +15,8 @@ struct Facet {
   Vec3 a, b, c;
   Vec3 nhat;           // out of the union
   bool sheet = false;  // the union is on neither side
+  std::uint32_t triangle = 0;  // of the mesh
+  bool whole = true;           // all of the triangle
 };
 
 /// Lengths below this (m) do not count in geometry of that size: faces of two bodies that are
@@ -30,8 +34,11 @@ TriangleMesh WithBodiesTurnedOut(const TriangleMesh& mesh);
 std::vector<Facet> UnionBoundary(const TriangleMesh& mesh, const WindingNumber& winding);
 
 /// The same of the union that `solid` tells, which several threads ask at once; and the pieces with
-/// free space on both sides, as sheets.
-std::vector<Facet> UnionBoundaryAndSheets(const TriangleMesh& mesh,
+/// free space on both sides, as sheets. `sides` are the mesh's; null: every piece is asked for by
+/// itself. Otherwise `solid` must change at triangles alone, as it does not where open bodies are
+/// closed by their winding number; triangles that hang together and meet no others are then asked
+/// for once.
+std::vector<Facet> UnionBoundaryAndSheets(const TriangleMesh& mesh, const MeshSides* sides,
                                           const std::function<bool(const Vec3&)>& solid);
 
 }  // namespace tandem

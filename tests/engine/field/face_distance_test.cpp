@@ -39,6 +39,34 @@ TEST(FaceDistance, IsRightToAHundredThousandthOfAVoxel) {
   }
 }
 
+TEST(FaceDistance, MeasuresACubeAsItsPlaces) {
+  std::mt19937_64 random(2);
+  for (int i = 0; i < 100; ++i) {
+    const auto corner = [&] {
+      return Vec3(testing::Uniform(random, 1, 6) * testing::RandomDirection(random));
+    };
+    const NearFace face(FaceOf(corner(), corner(), corner()), Vec3::Zero());
+    PlaceLanes places = LatticeLanes(kCubeSide, 0, 1);
+    const std::array<float, 3> lowest{-1.5F, 2, 0.25F};
+    for (std::size_t k = 0; k < kCubePlaces; ++k) {
+      places.x[k] += lowest[0];
+      places.y[k] += lowest[1];
+      places.z[k] += lowest[2];
+    }
+    std::array<float, kCubePlaces> one_by_one;
+    std::array<float, kCubePlaces> cube;
+    face.Measure(places, one_by_one.data(), nullptr);
+    face.MeasureCube(lowest, cube.data());
+    ASSERT_EQ(cube, one_by_one) << i;
+    NearestLanes nearest;
+    NearestLanes of_cube;
+    face.MeasureInto(places, nearest);
+    face.MeasureCubeInto(lowest, of_cube.distance.data(), of_cube.height.data());
+    ASSERT_EQ(of_cube.distance, nearest.distance) << i;
+    ASSERT_EQ(of_cube.height, nearest.height) << i;
+  }
+}
+
 // the two faces of a ridge are equally near to what stands before the ridge, one of them from
 // behind
 TEST(FaceDistance, TheFaceThatTurnsToAPlaceTellsItsSide) {

@@ -1,0 +1,330 @@
+#include "engine/field/near_faces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/base/bits.h"
+#include "engine/geometry/closest_on_triangle.h"
+
+namespace tandem {
+
+namespace {
+
+/// From a cell's centre to its corners and a little more, voxels: a face that is farther than the
+/// nearest by twice as much is nowhere in the cell the nearest.
+constexpr float kHalfDiagonal = 0.8662F;
+/// How far from a cell's centre a face may be that is as near as kReach to a place of the cell.
+constexpr float kCellReach = HyperbrickSurvey::kReach + kHalfDiagonal;
+/// Corners as near as this to a plane are in it, voxels.
+constexpr double kInPlane = 2e-4;
+constexpr double kHalfHyperbrick = 0.5 * kHyperbrickCells;
+
+Vec3 Place(const GridIndex& index) {
+  return {static_cast<double>(index.x), static_cast<double>(index.y), static_cast<double>(index.z)};
+}
+
+/// Where a face may come near to, of cubes about the hyperbrick's middle.
+class FaceReach {
+ public:
+  /// `half` is half a side of the cubes, voxels.
+  FaceReach(const FieldFace& face, const NearFace::View& seen, const Vec3& middle_L, float half,
+            float reach)
+      : seen_(seen), half_(half), reach_(reach), slab_(reach + half * Sum(seen.nhat)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<Eigen::Index>(axis);
+      const auto& [p, q, r] = face.corners_L;
+      low_[axis] = static_cast<float>(std::min({p[a], q[a], r[a]}) - middle_L[a]);
+      high_[axis] = static_cast<float>(std::max({p[a], q[a], r[a]}) - middle_L[a]);
+    }
+    for (std::size_t k = 0; k < 3; ++k) beside_[k] = reach + half * Sum(seen.edges[k].inward);
+  }
+
+  /// Calls `visit(x, y, z)` for cubes of a row of `count` along each axis, of which the first has
+  /// its centre at `first` and the next is kBrickCells farther on.
+  template <typename Visit>
+  void VisitCubes(float first, std::int32_t count, const Visit& visit) const {
+    constexpr float kStep = kBrickCells;
+    std::array<std::int32_t, 3> from;
+    std::array<std::int32_t, 3> to;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float more = reach_ + half_;
+      from[axis] = std::max(
+          0, static_cast<std::int32_t>(std::ceil((low_[axis] - more - first) / kStep)));
+      to[axis] = std::min(
+          count - 1, static_cast<std::int32_t>(std::floor((high_[axis] + more - first) / kStep)));
+    }
+    for (std::int32_t z = from[2]; z <= to[2]; ++z) {
+      for (std::int32_t y = from[1]; y <= to[1]; ++y) {
+        for (std::int32_t x = from[0]; x <= to[0]; ++x) {
+          const auto at = [&](std::int32_t i) {
+            return first + kStep * static_cast<float>(i);
+          };
+          if (Reaches({at(x), at(y), at(z)})) visit(GridIndex{x, y, z});
+        }
+      }
+    }
+  }
+
+ private:
+  static float Sum(const std::array<float, 3>& v) {
+    return std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]);
+  }
+  static float Dot(const std::array<float, 3>& a, const std::array<float, 3>& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  }
+  bool Reaches(const std::array<float, 3>& centre) const {
+    constexpr float kRounding = 0.01F;
+    if (std::abs(Dot(seen_.nhat, centre) - seen_.offset) > slab_ + kRounding) return false;
+    float squared = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float apart =
+          std::max({0.0F, low_[axis] - half_ - centre[axis], centre[axis] - half_ - high_[axis]});
+      squared += apart * apart;
+    }
+    if (squared > (reach_ + kRounding) * (reach_ + kRounding)) return false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const NearFace::View::Edge& edge = seen_.edges[k];
+      if (edge.inward_offset == std::numeric_limits<float>::max()) continue;  // has no length
+      if (Dot(edge.inward, centre) - edge.inward_offset < -beside_[k] - kRounding) return false;
+    }
+    return true;
+  }
+
+  const NearFace::View& seen_;
+  float half_;
+  float reach_;
+  float slab_;  // how far a cube's centre may be from the plane
+  std::array<float, 3> low_{}, high_{};
+  std::array<float, 3> beside_{};
+};
+
+bool InPlaneOf(const FieldFace& face, const FieldFace& other) {
+  if (face.sheet || other.sheet || face.nhat.dot(other.nhat) < 0.9) return false;
+  return std::all_of(other.corners_L.begin(), other.corners_L.end(), [&](const Vec3& corner) {
+    return std::abs(face.nhat.dot(corner - face.corners_L[0])) < kInPlane;
+  });
+}
+
+}  // namespace
+
+NearFaces::NearFaces(const GridIndex& first, const std::vector<FieldFace>& all,
+                     std::span<const std::uint32_t> near)
+    : all_(all), near_(near), middle_L_(Place(first) + Vec3::Constant(kHalfHyperbrick)) {
+  seen_.reserve(near.size());
+  beside_.reserve(near.size());
+  for (const std::uint32_t face : near) {
+    seen_.emplace_back(all[face], middle_L_);
+    beside_.push_back(all[face].beside);
+    for (std::uint32_t& beside : beside_.back()) {
+      const auto at = std::lower_bound(near.begin(), near.end(), beside);
+      const bool is_near = at != near.end() && *at == beside;
+      beside = is_near ? static_cast<std::uint32_t>(at - near.begin()) : FieldFace::kNone;
+    }
+  }
+}
+
+HyperbrickSurvey::HyperbrickSurvey(const NearFaces& faces, double kept, bool closed)
+    : faces_(faces) {
+  FindKinds(kept, closed);
+  MakeRoom();
+  Measure(kept);
+  SortRecords();
+}
+
+void HyperbrickSurvey::FindKinds(double kept, bool closed) {
+  constexpr float kHalf = 0.5F * kBrickCells;
+  constexpr auto kFirst = static_cast<float>(kHalf - kHalfHyperbrick);
+  for (std::uint32_t i = 0; i < faces_.size(); ++i) {
+    const FieldFace& face = faces_[i];
+    const FaceReach reach(face, faces_.seen(i).view(), faces_.middle_L(), kHalf,
+                          static_cast<float>(kept));
+    reach.VisitCubes(kFirst, kHyperbrickBricks, [&](const GridIndex& at) {
+      Brick& brick = bricks_[CellInBlock(at)];
+      if (brick.kind == Kind::kMeasured) return;
+      const bool first = brick.kind == Kind::kFar;
+      if (first) brick.nearest = i;
+      const bool flat = closed && (first ? !face.sheet : InPlaneOf(faces_[brick.nearest], face));
+      brick.kind = flat ? Kind::kFlat : Kind::kMeasured;
+      if (!flat || brick.sure) return;
+      const Vec3 lowest_L = faces_.middle_L() - Vec3::Constant(kHalfHyperbrick) +
+                            Place(at * kBrickCells);
+      const Vec3 centre_L = lowest_L + Vec3::Constant(0.5 * kBrickCells);
+      const auto& [a, b, c] = face.corners_L;
+      const Vec3 from = (ClosestOnTriangle(a, b, c, centre_L).point - centre_L).cwiseAbs() -
+                        Vec3::Constant(0.5 * kBrickCells);
+      brick.sure = from.cwiseMax(0.0).norm() < kept;
+    });
+  }
+  for (Brick& brick : bricks_) {
+    if (brick.kind == Kind::kFlat && !brick.sure) brick.kind = Kind::kMeasured;
+  }
+  DropFarPlanes(kept);
+}
+
+void HyperbrickSurvey::DropFarPlanes(double kept) {
+  for (std::size_t place = 0; place < bricks_.size(); ++place) {
+    if (bricks_[place].kind != Kind::kFlat) continue;
+    const auto [nhat, at_lowest] = PlaneOf(place);
+    const double middle = at_lowest + 0.5 * kBrickCells * nhat.sum();
+    const double least = std::abs(middle) - 0.5 * kBrickCells * nhat.cwiseAbs().sum();
+    if (least > kept) bricks_[place].kind = Kind::kFar;
+  }
+}
+
+HyperbrickSurvey::Plane HyperbrickSurvey::PlaneOf(std::size_t brick) const {
+  if (bricks_[brick].nearest == kNone) return {};
+  const FieldFace& face = faces_[bricks_[brick].nearest];
+  const Vec3 lowest_L = faces_.middle_L() - Vec3::Constant(kHalfHyperbrick) +
+                        Place(BlockCell(brick) * kBrickCells);
+  return {face.nhat, face.nhat.dot(lowest_L - face.corners_L[0])};
+}
+
+void HyperbrickSurvey::MakeRoom() {
+  blocks_.assign(kBlocks * kBlocks * kBlocks, -1);
+  std::int32_t nodes = 0;
+  std::size_t cells = 0;
+  for (std::size_t place = 0; place < bricks_.size(); ++place) {
+    Brick& brick = bricks_[place];
+    if (brick.kind != Kind::kMeasured) continue;
+    brick.cells = cells;
+    cells += kCellsPerBrick;
+    for (std::int32_t i = 0; i < 8; ++i) {
+      const GridIndex at = BlockCell(place) + GridIndex{i & 1, i >> 1 & 1, i >> 2};
+      std::int32_t& block =
+          blocks_[static_cast<std::size_t>(at.x + kBlocks * (at.y + kBlocks * at.z))];
+      if (block >= 0) continue;
+      block = nodes;
+      nodes += static_cast<std::int32_t>(kCubePlaces);
+    }
+  }
+  node_distances_.assign(static_cast<std::size_t>(nodes), std::numeric_limits<float>::max());
+  node_heights_.assign(static_cast<std::size_t>(nodes), 0.0F);
+  cell_least_.assign(cells, std::numeric_limits<float>::max());
+}
+
+void HyperbrickSurvey::Measure(double kept) {
+  // a cube about four layers of nodes and four of centres
+  constexpr float kHalf = 1.75F;
+  constexpr auto kFirst = static_cast<float>(kHalf - kHalfHyperbrick);
+  const auto node_reach = static_cast<float>(kept);
+  const float farthest = std::max(kCellReach, node_reach);
+  for (std::uint32_t i = 0; i < faces_.size(); ++i) {
+    const NearFace& face = faces_.seen(i);
+    const FaceReach reach(faces_[i], face.view(), faces_.middle_L(), kHalf, farthest);
+    reach.VisitCubes(kFirst, kBlocks, [&](const GridIndex& at) {
+      const std::int32_t block =
+          blocks_[static_cast<std::size_t>(at.x + kBlocks * (at.y + kBlocks * at.z))];
+      if (block < 0) return;
+      const auto lowest = [](std::int32_t n) {
+        return static_cast<float>(n * kBrickCells) - static_cast<float>(kHalfHyperbrick);
+      };
+      const std::array<float, 3> node{lowest(at.x), lowest(at.y), lowest(at.z)};
+      face.MeasureCubeInto(node, &node_distances_[static_cast<std::size_t>(block)],
+                           &node_heights_[static_cast<std::size_t>(block)]);
+      if (std::max({at.x, at.y, at.z}) == kHyperbrickBricks) return;
+      Brick& brick = bricks_[CellInBlock(at)];
+      if (brick.kind != Kind::kMeasured) return;
+      MeasureCells(i, brick, {node[0] + 0.5F, node[1] + 0.5F, node[2] + 0.5F});
+    });
+  }
+}
+
+void HyperbrickSurvey::MeasureCells(std::uint32_t face, Brick& brick,
+                                    const std::array<float, 3>& lowest) {
+  alignas(64) std::array<float, kCellsPerBrick> told;
+  faces_.seen(face).MeasureCube(lowest, told.data());
+  float* least = &cell_least_[brick.cells];
+  std::uint64_t close = LanesWithin(told.data(), least, 2 * kHalfDiagonal);
+  for (; close != 0; close &= close - 1) {
+    const auto cell = static_cast<std::size_t>(CountBits((close & -close) - 1));
+    if (told[cell] > kCellReach) continue;
+    records_.push_back({static_cast<std::uint32_t>(brick.cells + cell), face, told[cell]});
+    least[cell] = std::min(least[cell], told[cell]);
+    if (told[cell] < brick.least) {
+      brick.least = told[cell];
+      brick.nearest = face;
+    }
+  }
+}
+
+void HyperbrickSurvey::SortRecords() {
+  first_candidates_.assign(cell_least_.size() + 1, 0);
+  const auto counts = [this](const Record& record) {
+    return record.distance <= cell_least_[record.cell] + 2 * kHalfDiagonal;
+  };
+  for (const Record& record : records_) {
+    if (counts(record)) ++first_candidates_[record.cell + 1];
+  }
+  for (std::size_t cell = 1; cell < first_candidates_.size(); ++cell) {
+    first_candidates_[cell] += first_candidates_[cell - 1];
+  }
+  candidates_.resize(first_candidates_.back());
+  std::vector<std::uint32_t> next(first_candidates_.begin(), first_candidates_.end());
+  for (const Record& record : records_) {
+    if (counts(record)) candidates_[next[record.cell]++] = record.face;
+  }
+}
+
+NearestLanes HyperbrickSurvey::NodesOf(std::size_t brick) const {
+  NearestLanes nodes(kBrickNodes);
+  const GridIndex first = BlockCell(brick);
+  std::size_t node = 0;
+  for (std::int32_t z = 0; z <= kBrickCells; ++z) {
+    for (std::int32_t y = 0; y <= kBrickCells; ++y) {
+      for (std::int32_t x = 0; x <= kBrickCells; ++x, ++node) {
+        const GridIndex at = first + (GridIndex{x, y, z} >> 2);
+        const auto in = static_cast<std::size_t>((x & 3) + 4 * ((y & 3) + 4 * (z & 3)));
+        const std::int32_t block =
+            blocks_[static_cast<std::size_t>(at.x + kBlocks * (at.y + kBlocks * at.z))];
+        nodes.distance[node] = node_distances_[static_cast<std::size_t>(block) + in];
+        nodes.height[node] = node_heights_[static_cast<std::size_t>(block) + in];
+      }
+    }
+  }
+  return nodes;
+}
+
+CellCandidates HyperbrickSurvey::CandidatesOf(std::size_t brick, double within) const {
+  CellCandidates candidates;
+  const std::size_t cells = bricks_[brick].cells;
+  for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
+    const std::size_t begin = first_candidates_[cells + cell];
+    const std::size_t count = first_candidates_[cells + cell + 1] - begin;
+    if (cell_least_[cells + cell] < within + kHalfDiagonal) {
+      AddCandidates(std::span(candidates_).subspan(begin, count), brick, cell, candidates.faces);
+    }
+    candidates.first[cell + 1] = static_cast<std::uint32_t>(candidates.faces.size());
+  }
+  return candidates;
+}
+
+void HyperbrickSurvey::AddCandidates(std::span<const std::uint32_t> all, std::size_t brick,
+                                     std::size_t cell,
+                                     std::vector<std::uint32_t>& candidates) const {
+  const GridIndex at = BlockCell(brick) * kBrickCells +
+                       GridIndex{static_cast<std::int32_t>(cell & 3),
+                                 static_cast<std::int32_t>(cell >> 2 & 3),
+                                 static_cast<std::int32_t>(cell >> 4)};
+  const auto middle = [](std::int32_t n) {
+    return static_cast<float>(n) + static_cast<float>(0.5 - kHalfHyperbrick);
+  };
+  // each against those that are left: what it goes on in stays, or goes on in others that do
+  const std::size_t first = candidates.size();
+  candidates.insert(candidates.end(), all.begin(), all.end());
+  const auto stays = [&](std::uint32_t other) {
+    return std::find(candidates.begin() + static_cast<std::ptrdiff_t>(first), candidates.end(),
+                     other) != candidates.end();
+  };
+  for (std::size_t i = first; i < candidates.size();) {
+    const bool goes_on = faces_.GoesOn(candidates[i], {middle(at.x), middle(at.y), middle(at.z)},
+                                       {0.5F, 0.5F, 0.5F}, stays);
+    if (goes_on) {
+      candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(i));
+    } else {
+      ++i;
+    }
+  }
+}
+
+}  // namespace tandem

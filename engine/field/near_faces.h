@@ -1,0 +1,153 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "engine/field/face_distance.h"
+#include "engine/field/field_brick.h"
+#include "engine/voxel/voxel.h"
+
+namespace tandem {
+
+/// The faces near a hyperbrick, as seen from its middle.
+class NearFaces {
+ public:
+  /// `first` is the hyperbrick's lowest node. `all` are the field's faces, `near` some of their
+  /// numbers, rising.
+  NearFaces(const GridIndex& first, const std::vector<FieldFace>& all,
+            std::span<const std::uint32_t> near);
+
+  std::size_t size() const noexcept { return near_.size(); }
+  /// By place among the near faces.
+  const FieldFace& operator[](std::size_t i) const { return all_[near_[i]]; }
+  const NearFace& seen(std::size_t i) const { return seen_[i]; }
+  std::uint32_t number(std::size_t i) const { return near_[i]; }
+  /// The hyperbrick's middle, in L.
+  const Vec3& middle_L() const noexcept { return middle_L_; }
+
+  /// Whether all of a box lies beyond edges of a face over which the surface goes on gently, in
+  /// faces of which `stays(face)` holds: then one of these is as near everywhere in the box, and
+  /// tells the same side. The box has its middle at `middle`, from the hyperbrick's, and half its
+  /// sides are `half`, voxels.
+  template <typename Stays>
+  bool GoesOn(std::uint32_t face, const std::array<float, 3>& middle,
+              const std::array<float, 3>& half, const Stays& stays) const {
+    constexpr float kRounding = 1e-3F;
+    bool beyond = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const NearFace::View::Edge& edge = seen_[face].view().edges[k];
+      float inward = -edge.inward_offset;
+      float aside = kRounding;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        inward += edge.inward[axis] * middle[axis];
+        aside += std::abs(edge.inward[axis]) * half[axis];
+      }
+      if (inward > aside) continue;
+      if (beside_[face][k] == FieldFace::kNone || !stays(beside_[face][k])) return false;
+      beyond = beyond || inward < -aside;
+    }
+    return beyond;
+  }
+
+ private:
+  const std::vector<FieldFace>& all_;
+  std::span<const std::uint32_t> near_;
+  Vec3 middle_L_;
+  std::vector<NearFace> seen_;
+  std::vector<std::array<std::uint32_t, 3>> beside_;  // as FieldFace::beside, by place
+};
+
+/// Faces of which one is the nearest to each place of a brick's cells within reach, by place among
+/// the near faces, rising.
+struct CellCandidates {
+  std::array<std::uint32_t, kCellsPerBrick + 1> first{};
+  std::vector<std::uint32_t> faces;
+
+  std::span<const std::uint32_t> Of(std::size_t cell) const {
+    return std::span(faces).subspan(first[cell], first[cell + 1] - first[cell]);
+  }
+};
+
+/// What the faces near a hyperbrick say of its nodes and cells while a field is built.
+class HyperbrickSurvey {
+ public:
+  /// Every face that is nearer than this to a node is among the faces, voxels; and so is every one
+  /// that can be the nearest to a place of a cell that is as near.
+  static constexpr float kReach = 2.25F;
+  /// A face that is farther than this from the hyperbrick tells nothing there, voxels.
+  static constexpr double kFarthest = 4;
+
+  /// A brick is wanted whose nodes come nearer than `kept` (voxels). `closed`: no face ends in free
+  /// space.
+  HyperbrickSurvey(const NearFaces& faces, double kept, bool closed);
+
+  enum class Kind : std::uint8_t {
+    kFar,       // no node comes nearer than `kept`
+    kFlat,      // all faces that count are in one plane, which has no end there
+    kMeasured,  // anything else
+  };
+  /// `brick` is a place in the hyperbrick, as CellInBlock.
+  Kind KindOf(std::size_t brick) const noexcept { return bricks_[brick].kind; }
+
+  /// A plane by its heights over the hyperbrick's middle and its slopes, voxels.
+  struct Plane {
+    Vec3 nhat = Vec3::Zero();
+    double at_lowest = 0;  // height of the brick's lowest node over it
+  };
+  /// Of the nearest face that the survey found in a brick: of a flat one the only plane.
+  Plane PlaneOf(std::size_t brick) const;
+
+  // Of measured bricks.
+
+  /// The distances of a brick's nodes from the faces, and the heights over that one that tells the
+  /// side. What is farther than kReach is not told right.
+  NearestLanes NodesOf(std::size_t brick) const;
+  /// None for cells that the faces do not come nearer to than `within`, voxels.
+  CellCandidates CandidatesOf(std::size_t brick, double within) const;
+  /// How near the faces come to a cell's centre, voxels.
+  float LeastOf(std::size_t brick, std::size_t cell) const noexcept {
+    return cell_least_[bricks_[brick].cells + cell];
+  }
+
+ private:
+  static constexpr std::int32_t kBlocks = kHyperbrickBricks + 1;  // of nodes, along a side
+  static constexpr std::uint32_t kNone = ~0U;
+  struct Brick {
+    Kind kind = Kind::kFar;
+    std::uint32_t nearest = kNone;  // a face
+    float least = std::numeric_limits<float>::max();  // its distance from some cell's centre
+    bool sure = false;              // some face surely comes near
+    std::size_t cells = 0;          // of cell_least_
+  };
+  struct Record {
+    std::uint32_t cell;  // of cell_least_
+    std::uint32_t face;
+    float distance;
+  };
+
+  void FindKinds(double kept, bool closed);
+  void DropFarPlanes(double kept);
+  void MakeRoom();
+  void Measure(double kept);
+  void MeasureCells(std::uint32_t face, Brick& brick, const std::array<float, 3>& lowest);
+  void SortRecords();
+  /// Appends the candidates of a cell that stay when those are left out in whose place others are
+  /// as near.
+  void AddCandidates(std::span<const std::uint32_t> all, std::size_t brick, std::size_t cell,
+                     std::vector<std::uint32_t>& candidates) const;
+
+  const NearFaces& faces_;
+  std::array<Brick, kBricksPerHyperbrick> bricks_;
+  std::vector<std::int32_t> blocks_;  // by block: the first of its nodes, or below 0
+  std::vector<float> node_distances_, node_heights_;
+  std::vector<float> cell_least_;
+  std::vector<Record> records_;
+  std::vector<std::uint32_t> first_candidates_;  // by cell
+  std::vector<std::uint32_t> candidates_;
+};
+
+}  // namespace tandem
