@@ -39,7 +39,8 @@ Bounds BoundsOfFace(const FieldFace& face) {
 
 }  // namespace
 
-/// Fills a field: hyperbricks each by itself, first their bricks, then the lists of cells, whose
+/// Fills a field layer by layer of hyperbricks, so that no more than three layers are held beside
+/// what is stored: first the bricks, each hyperbrick by itself, then the lists of cells, whose
 /// neighbours may lie in other hyperbricks; then everything into one.
 class FieldBuilder {
  public:
@@ -62,6 +63,7 @@ class FieldBuilder {
       field_.faces_L_.Add(boxes.back().max);
     }
     tree_ = BuildBoxTree(boxes, 4);
+    kept_.assign(all_.size(), ~0U);
     hyperbricks_.resize(static_cast<std::size_t>(field_.size_.x) *
                         static_cast<std::size_t>(field_.size_.y) *
                         static_cast<std::size_t>(field_.size_.z));
@@ -69,14 +71,23 @@ class FieldBuilder {
 
   Result<DistanceField> Build() {
     FindFacesOfHyperbricks();
-    tbb::parallel_for(std::size_t{0}, hyperbricks_.size(), [this](std::size_t i) {
-      if (!options_.stop.stop_requested()) FillHyperbrick(i);
-    });
-    tbb::parallel_for(std::size_t{0}, hyperbricks_.size(), [this](std::size_t i) {
-      if (!options_.stop.stop_requested()) ListCells(i);
-    });
-    if (options_.stop.stop_requested()) return Error{"the field was stopped"};
-    Assemble();
+    field_.error_bound_ = kLeastBound;
+    // a layer's lists ask what errs in the layers beside it, so one layer is listed when the next
+    // one is filled, and stored when the next one is listed
+    const std::int32_t layers = field_.size_.z;
+    for (std::int32_t z = 0; z < layers + 2; ++z) {
+      VisitLayer(z, [this](std::size_t i) {
+        FillHyperbrick(i);
+      });
+      VisitLayer(z - 1, [this](std::size_t i) {
+        ListCells(i);
+      });
+      if (options_.stop.stop_requested()) return Error{"the field was stopped"};
+      StoreLayer(z - 2);
+    }
+    // the kernel reads four bytes at each pair of nodes and at each entry
+    field_.steps_.resize(field_.steps_.size() + 4);
+    field_.tables_.resize(field_.tables_.size() + 1);
     // the kernel counts bytes in 32 bits
     if (field_.steps_.size() > std::numeric_limits<std::int32_t>::max()) {
       return Error{"the steps of the field would need more than 2 GiB; take larger voxels"};
@@ -400,42 +411,51 @@ class FieldBuilder {
     brick.candidates = {};
   }
 
-  void Assemble() {
-    field_.error_bound_ = kLeastBound;
-    std::vector<std::uint32_t> kept(all_.size(), ~0U);
-    for (Hyperbrick& hyperbrick : hyperbricks_) {
-      field_.error_bound_ = std::max(field_.error_bound_, hyperbrick.within_band);
-      field_.outer_error_bound_ = std::max(field_.outer_error_bound_, hyperbrick.beyond);
-      field_.over_of_lists_ = std::max<double>(field_.over_of_lists_, hyperbrick.over_of_lists);
-      if (hyperbrick.entries.empty()) {
-        field_.hyperbricks_.push_back(hyperbrick.bound);
-        continue;
-      }
-      field_.hyperbricks_.push_back(static_cast<std::int32_t>(field_.first_bricks_.size()));
-      field_.first_bricks_.push_back(static_cast<std::uint32_t>(field_.bricks_.size()));
-      for (const std::int32_t entry : hyperbrick.entries) {
-        field_.tables_.push_back(static_cast<std::int16_t>(entry));
-      }
-      for (Brick& brick : hyperbrick.bricks) Add(brick, kept);
-      hyperbrick = {};
-    }
-    // the kernel reads four bytes at each pair of nodes and at each entry
-    field_.steps_.resize(field_.steps_.size() + 4);
-    field_.tables_.resize(field_.tables_.size() + 1);
+  /// Calls `visit(hyperbrick)` for those of a layer along z, in parallel.
+  template <typename Visit>
+  void VisitLayer(std::int32_t z, const Visit& visit) {
+    if (z < 0 || z >= field_.size_.z) return;
+    const std::size_t begin = NumberOf({0, 0, z});
+    tbb::parallel_for(begin, NumberOf({0, 0, z + 1}), [&](std::size_t i) {
+      if (!options_.stop.stop_requested()) visit(i);
+    });
   }
 
-  void Add(Brick& brick, std::vector<std::uint32_t>& kept) {
+  void StoreLayer(std::int32_t z) {
+    if (z < 0) return;
+    const std::size_t end = NumberOf({0, 0, z + 1});
+    for (std::size_t i = NumberOf({0, 0, z}); i < end; ++i) Store(hyperbricks_[i]);
+  }
+
+  void Store(Hyperbrick& hyperbrick) {
+    field_.error_bound_ = std::max(field_.error_bound_, hyperbrick.within_band);
+    field_.outer_error_bound_ = std::max(field_.outer_error_bound_, hyperbrick.beyond);
+    field_.over_of_lists_ = std::max<double>(field_.over_of_lists_, hyperbrick.over_of_lists);
+    if (hyperbrick.entries.empty()) {
+      field_.hyperbricks_.push_back(hyperbrick.bound);
+      return;
+    }
+    field_.hyperbricks_.push_back(static_cast<std::int32_t>(field_.first_bricks_.size()));
+    field_.first_bricks_.push_back(static_cast<std::uint32_t>(field_.bricks_.size()));
+    for (const std::int32_t entry : hyperbrick.entries) {
+      field_.tables_.push_back(static_cast<std::int16_t>(entry));
+    }
+    for (Brick& brick : hyperbrick.bricks) Store(brick);
+    hyperbrick = {};
+  }
+
+  void Store(const Brick& brick) {
     FieldBrick stored = brick.packed.brick;
     if (brick.lists.cells != 0) {
       stored.flags |= FieldBrick::kHasLists;
-      AddLists(brick.lists, kept);
+      StoreLists(brick.lists);
     }
     stored.steps = static_cast<std::uint32_t>(field_.steps_.size());
     field_.steps_.insert(field_.steps_.end(), brick.packed.steps.begin(), brick.packed.steps.end());
     field_.bricks_.push_back(stored);
   }
 
-  void AddLists(const CellLists& cells, std::vector<std::uint32_t>& kept) {
+  void StoreLists(const CellLists& cells) {
     std::vector<std::uint32_t> faces;  // of the brick
     for (const std::vector<std::uint32_t>& list : cells.faces) {
       faces.insert(faces.end(), list.begin(), list.end());
@@ -446,7 +466,7 @@ class FieldBuilder {
                            static_cast<std::uint16_t>(faces.size())};
     for (const std::uint32_t face : faces) {
       const std::uint32_t sheet = all_[face].sheet ? DistanceField::kSheet : 0U;
-      field_.list_faces_.push_back(Keep(face, kept) | sheet);
+      field_.list_faces_.push_back(Keep(face) | sheet);
     }
     for (std::size_t k = cells.faces.size(); k-- > 0;) {
       std::vector<std::uint8_t> list(lists.ListBytes());
@@ -463,16 +483,17 @@ class FieldBuilder {
     field_.steps_.insert(field_.steps_.end(), bytes, bytes + sizeof lists);
   }
 
-  std::uint32_t Keep(std::uint32_t face, std::vector<std::uint32_t>& kept) {
-    if (kept[face] == ~0U) {
-      kept[face] = static_cast<std::uint32_t>(field_.faces_.size());
+  /// The number of a face that a list names, among the stored ones.
+  std::uint32_t Keep(std::uint32_t face) {
+    if (kept_[face] == ~0U) {
+      kept_[face] = static_cast<std::uint32_t>(field_.faces_.size());
       DistanceField::Face stored;
       for (std::size_t k = 0; k < 3; ++k) {
         stored[k] = all_[face].corners_L[k].cast<float>();
       }
       field_.faces_.push_back(stored);
     }
-    return kept[face];
+    return kept_[face];
   }
 
   const FieldOptions& options_;
@@ -482,6 +503,7 @@ class FieldBuilder {
   std::vector<FieldFace> all_;
   BoxTree tree_;
   std::vector<Hyperbrick> hyperbricks_;
+  std::vector<std::uint32_t> kept_;  // by face: its number in the field, or ~0
   DistanceField field_;
 };
 
