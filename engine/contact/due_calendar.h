@@ -92,6 +92,18 @@ class DueCalendar {
     }
   }
 
+  /// Takes out what is due before the body's edge has come so many voxels: visit(item).
+  template <class Visit>
+  void TakeWithin(double ahead, const Visit& visit) noexcept {
+    for (std::size_t r = 0; r < kRings.size(); ++r) {
+      Ring& ring = rings_[r];
+      // half the calendar at the most: what is put in again is not taken at once
+      const double most = std::min(ahead * Farther(r), 0.5 * kFarthest);
+      const auto last = static_cast<std::uint64_t>((ring.odometer + most) * kPerVoxel);
+      for (std::uint64_t at = ring.now; at <= last; ++at) Empty(ring, at % kBuckets, visit);
+    }
+  }
+
   /// How many items are due before the body's edge has come `ahead` buckets, those of now counted.
   std::uint32_t DueWithin(std::size_t ahead) const noexcept {
     std::uint32_t sum = 0;
@@ -107,13 +119,11 @@ class DueCalendar {
     double least = kFarthest;
     for (std::size_t r = 0; r < kRings.size(); ++r) {
       const Ring& ring = rings_[r];
-      // what is farther out than the edge goes farther
-      const double shorter = std::max(1.0, kRings[r]);
-      const auto most = static_cast<std::size_t>(least * kPerVoxel * shorter) + 1;
+      const auto most = static_cast<std::size_t>(least * kPerVoxel * Farther(r)) + 1;
       for (std::size_t k = 0; k < std::min(most, kBuckets); ++k) {
         if (ring.counts[(ring.now + k) % kBuckets] == 0) continue;
         const double way = static_cast<double>(ring.now + k) / kPerVoxel - ring.odometer;
-        least = std::min(least, std::max(0.0, way) / shorter);
+        least = std::min(least, std::max(0.0, way) / Farther(r));
         break;
       }
     }
@@ -131,6 +141,9 @@ class DueCalendar {
     std::array<std::uint32_t, kBuckets> counts;
   };
 
+  /// How much farther a ring's items may go than the body's edge.
+  static constexpr double Farther(std::size_t ring) noexcept { return std::max(1.0, kRings[ring]); }
+
   template <class Visit>
   void Go(Ring& ring, double voxels, const Visit& visit) noexcept {
     const std::uint64_t first = ring.now;
@@ -139,16 +152,19 @@ class DueCalendar {
     const bool all = !std::isfinite(voxels) || ring.now - first >= kBuckets;
     const std::uint64_t last = all ? first + kBuckets - 1 : ring.now;
     for (std::uint64_t at = first; at <= last; ++at) {
-      const std::size_t bucket = at % kBuckets;
-      std::uint32_t item = ring.heads[bucket];
-      ring.heads[bucket] = kNone;
-      ring.counts[bucket] = 0;
-      while (item != kNone) {
-        const std::uint32_t next = next_[item];
-        slot_[item] = kOut;
-        visit(item);
-        item = next;
-      }
+      Empty(ring, at % kBuckets, visit);
+    }
+  }
+  template <class Visit>
+  void Empty(Ring& ring, std::size_t bucket, const Visit& visit) noexcept {
+    std::uint32_t item = ring.heads[bucket];
+    ring.heads[bucket] = kNone;
+    ring.counts[bucket] = 0;
+    while (item != kNone) {
+      const std::uint32_t next = next_[item];
+      slot_[item] = kOut;
+      visit(item);
+      item = next;
     }
   }
 

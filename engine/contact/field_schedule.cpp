@@ -14,6 +14,9 @@ namespace {
 constexpr double kPlaceError = 2e-3;
 /// Voxels of gap from which on edges of a block are not looked for one by one.
 constexpr double kEdgesEnough = 0.5;
+/// Voxels a frame from which on a body is fast, and how many of its frames are looked ahead.
+constexpr double kFast = 0.25;
+constexpr double kFramesAhead = 3;
 
 }  // namespace
 
@@ -61,13 +64,20 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
     std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
   const auto blocks = static_cast<std::uint32_t>(is_far_.size());
   std::size_t chunk_count = 0;
-  calendar_.Advance(motion, more, [&](std::uint32_t item) {
+  const auto take = [&](std::uint32_t item) {
     if (item < blocks) {
       AddDue(item);
     } else {
       due_chunks_[chunk_count++] = item - blocks;
     }
-  });
+  };
+  calendar_.Advance(motion, more, take);
+  // where nothing is near, what comes due soon must not slow a fast body before it is known how far
+  // it is
+  const double pace = motion.way + motion.angle * centre_.radius;
+  if (near_count_ == 0 && pace > kFast && std::isfinite(pace)) {
+    calendar_.TakeWithin(kFramesAhead * pace, take);
+  }
   for (std::size_t c = 0; c < chunk_count; ++c) {
     if (PutIfFar(due_chunks_[c])) continue;
     const BodyFeatures::Chunk& chunk = features_->chunks()[due_chunks_[c]];
@@ -138,7 +148,7 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
     const double gap =
         values[i] - over[i] - features_->blocks()[due_[k]].radius - reach_ - kPlaceError;
     told_[k] = {.gap = static_cast<float>(gap), .out = told_[k].out};
-    if (gap < kMiddleEnough) near[count++] = static_cast<std::uint32_t>(k);
+    if (gap < middle_enough_) near[count++] = static_cast<std::uint32_t>(k);
   }
   for (std::size_t at = 0; at < count; at += kBlockPlaces) {
     LookAtPoints(std::span(near).subspan(at, std::min(kBlockPlaces, count - at)));
@@ -164,6 +174,20 @@ void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept 
   }
   field_->ReadBlocks(rows_, static_cast<float>(reach_), std::span(blocks).first(which.size()),
                      values.data(), readings.data());
+  std::array<DistanceField::OpenPlace, kBlockPlaces * kBlockPlaces> open;
+  std::array<double, kBlockPlaces * kBlockPlaces> distances;
+  std::size_t open_count = 0;
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    const std::uint32_t b = due_[which[i]];
+    for (unsigned rest = readings[i].open & features_->blocks()[b].lanes; rest != 0;
+         rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      open[open_count++] = {R_VF_ * features_->place(b, lane) + p_VF_,
+                            values[kBlockPlaces * i + lane]};
+    }
+  }
+  field_->Distances(std::span(open).first(open_count), reach_, distances.data());
+  const double* distance = distances.data();
   for (std::size_t i = 0; i < which.size(); ++i) {
     Told& told = told_[which[i]];
     const std::uint32_t b = due_[which[i]];
@@ -174,11 +198,12 @@ void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept 
     told.touching = reading.within & block.lanes;
     for (unsigned rest = reading.open & block.lanes; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-      const double distance =
-          field_->Distance(R_VF_ * features_->place(b, lane) + p_VF_, bounds[lane], reach_);
-      bounds[lane] = static_cast<float>(distance);
-      least = std::min(least, distance);
-      if (distance < reach_) told.touching = static_cast<std::uint16_t>(told.touching | 1U << lane);
+      bounds[lane] = static_cast<float>(*distance);
+      least = std::min(least, *distance);
+      if (*distance < reach_) {
+        told.touching = static_cast<std::uint16_t>(told.touching | 1U << lane);
+      }
+      ++distance;
     }
     told.gap = static_cast<float>(least - reach_ - kPlaceError);
     told.points = true;
@@ -284,7 +309,9 @@ double FieldSchedule::Read(const Pose& X_VF, double reach) noexcept {
   counts_ = {};
   std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
   for (std::uint32_t b = 0; b < is_far_.size(); ++b) AddDue(b);
+  middle_enough_ = std::numeric_limits<double>::infinity();  // every point tells
   TestAll();
+  middle_enough_ = kMiddleEnough;
   PutDue();
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < due_count_; ++k) least = std::min<double>(least, told_[k].gap);

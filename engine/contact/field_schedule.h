@@ -96,6 +96,7 @@ class FieldSchedule {
   Centre centre_;
   DueCalendar calendar_;  // blocks, then chunks
   double reach_ = 0;
+  double middle_enough_ = kMiddleEnough;  // from here on points of a block are not looked up
   Mat3 R_VF_ = Mat3::Identity();
   std::array<float, 9> rows_{};
   Vec3 p_VF_ = Vec3::Zero();

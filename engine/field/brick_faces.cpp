@@ -69,9 +69,9 @@ PlaceLanes BrickFaces::PlacesIn(std::size_t cell, const PlaceLanes& pattern) con
   };
   for (std::size_t i = 0; i < pattern.count; ++i) add(pattern.x[i], pattern.y[i], pattern.z[i]);
   const Vec3 lowest_L = faces_.middle_L() + Vec3(lowest[0], lowest[1], lowest[2]);
-  for (const std::uint32_t i : candidates_.Of(cell)) {
+  for (const CellFace& candidate : candidates_.Of(cell)) {
     if (places.count + kPlacesOverFace > PlaceLanes::kMost) break;
-    const FieldFace& face = faces_[i];
+    const FieldFace& face = faces_[candidate.face];
     if (!SlimAndSharp(face)) continue;
     const auto& [a, b, c] = face.corners_L;
     const Vec3 middle = ClosestOnTriangle(a, b, c, lowest_L + Vec3::Constant(0.5)).point;
@@ -105,17 +105,18 @@ PlaceLanes BrickFaces::PlacesIn(std::size_t cell, const PlaceLanes& pattern) con
 }
 
 bool BrickFaces::NearlyOnePlane(std::size_t cell) const {
-  const std::span<const std::uint32_t> candidates = candidates_.Of(cell);
-  const FieldFace& first = faces_[candidates[0]];
+  const std::span<const CellFace> candidates = candidates_.Of(cell);
+  const FieldFace& first = faces_[candidates[0].face];
   const std::array<float, 3> lowest = LowestOf(cell);
   const Vec3 centre_L =
       faces_.middle_L() + Vec3(lowest[0], lowest[1], lowest[2]) + Vec3::Constant(0.5);
   const auto height = [&](const FieldFace& face) {
     return face.nhat.dot(centre_L - face.corners_L[0]);
   };
-  return std::ranges::all_of(candidates, [&](std::uint32_t i) {
-    return (faces_[i].nhat - first.nhat).squaredNorm() < kSameNormal * kSameNormal &&
-           std::abs(height(faces_[i]) - height(first)) < kSameHeight;
+  return std::ranges::all_of(candidates, [&](const CellFace& candidate) {
+    const FieldFace& face = faces_[candidate.face];
+    return (face.nhat - first.nhat).squaredNorm() < kSameNormal * kSameNormal &&
+           std::abs(height(face) - height(first)) < kSameHeight;
   });
 }
 
@@ -123,7 +124,9 @@ CellErrors BrickFaces::ErrorsOf(const std::array<float, 8>& values, std::size_t 
                                 const PlaceLanes& pattern, double band, double most_near) const {
   const PlaceLanes places = PlacesIn(cell, pattern);
   NearestLanes exact(places.count);
-  for (const std::uint32_t i : candidates_.Of(cell)) faces_.seen(i).MeasureInto(places, exact);
+  for (const CellFace& candidate : candidates_.Of(cell)) {
+    faces_.seen(candidate.face).MeasureInto(places, candidate.edges, exact);
+  }
   return ErrorsInCell(values, LowestOf(cell), places, exact, static_cast<float>(band),
                       static_cast<float>(most_near));
 }

@@ -45,13 +45,13 @@ bool GoesOn(const NearFaces& faces, const Member& member, const std::vector<Memb
       high[axis] = std::max(high[axis], at[axis]);
     }
   }
-  std::array<float, 3> middle;
-  std::array<float, 3> half;
+  NearFaces::Box box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    middle[axis] = 0.5F * (low[axis] + high[axis]);
-    half[axis] = 0.5F * (high[axis] - low[axis]) + half_part;
+    box.middle[axis] = 0.5F * (low[axis] + high[axis]);
+    box.half[axis] = 0.5F * (high[axis] - low[axis]) + half_part;
   }
-  return faces.GoesOn(member.face, middle, half, [&](std::uint32_t face) {
+  const unsigned edges = faces.EdgesBefore(member.face, box);
+  return faces.GoesOn(member.face, edges, box, [&](std::uint32_t face) {
     return std::ranges::any_of(members, [&](const Member& other) {
       return other.face == face && other.stays();
     });
@@ -61,7 +61,7 @@ bool GoesOn(const NearFaces& faces, const Member& member, const std::vector<Memb
 }  // namespace
 
 std::vector<std::uint32_t> ListOfCell(const NearFaces& faces,
-                                      std::span<const std::uint32_t> candidates,
+                                      std::span<const CellFace> candidates,
                                       const std::array<float, 3>& lowest, double band) {
   constexpr float kHalfPart = 0.125F;
   constexpr float kReach = 2 * 1.7321F * kHalfPart;  // what a distance may change by within a part
@@ -76,8 +76,9 @@ std::vector<std::uint32_t> ListOfCell(const NearFaces& faces,
   std::array<float, kParts> least;
   least.fill(std::numeric_limits<float>::max());
   for (std::size_t k = 0; k < members.size(); ++k) {
-    members[k].face = candidates[k];
-    faces.seen(candidates[k]).Measure(parts, members[k].distances.data(), nullptr);
+    members[k].face = candidates[k].face;
+    faces.seen(candidates[k].face)
+        .Measure(parts, candidates[k].edges, members[k].distances.data(), nullptr);
     for (std::size_t i = 0; i < kParts; ++i) least[i] = std::min(least[i], members[k].distances[i]);
   }
   std::array<float, kParts> within;

@@ -44,7 +44,7 @@ struct PlacedBlock {
 struct FieldReadings {
   float least = 0;  // that a place is far from the surface, at least, of all but the open ones
   std::uint16_t within = 0;  // nearer than the reach that was asked for
-  std::uint16_t open = 0;    // faces tell whether it is: DistanceField::Distance()
+  std::uint16_t open = 0;    // faces tell whether it is: DistanceField::Distances()
 };
 
 /// One way in which a point near a surface is pushed off it.
@@ -113,9 +113,15 @@ class DistanceField {
                   std::span<const PlacedBlock> blocks, float* bounds,
                   FieldReadings* readings) const noexcept;
 
-  /// Of a place that Values() calls kListed, and what it read there: the distance, if it is below
-  /// `reach`, otherwise a bound that is not below `reach` and that no surface is nearer than.
-  double Distance(const Vec3& place_V, double value, double reach) const noexcept;
+  /// A place that Values() calls kListed, or ReadBlocks() open, and what they read there.
+  struct OpenPlace {
+    Vec3 place_V;
+    double value;
+  };
+  /// Of each place: the distance, if it is below `reach`, otherwise a bound that is not below
+  /// `reach` and that no surface is nearer than. The same bits on every processor.
+  void Distances(std::span<const OpenPlace> places, double reach,
+                 double* distances) const noexcept;
   /// How a point at a place is pushed off surfaces nearer than `reach`, at most `range`: one push,
   /// or one for each of the faces of a notch. Gives how many. Continuous as the place moves.
   static constexpr std::size_t kMostPushes = 8;
@@ -141,6 +147,7 @@ class DistanceField {
 
  private:
   friend class FieldBuilder;
+  friend class ListDistances;
 
   /// Of a bound in a table, voxels.
   static constexpr double kBoundStep = 0.125;
@@ -156,6 +163,8 @@ class DistanceField {
   };
   using Face = std::array<Vec3f, 3>;  // corners in L
   static constexpr double kListOverStep = 1.0 / 255;
+  /// Faces are equally near within this, voxels.
+  static constexpr double kTie = 1e-4;
   /// Of an entry of list_faces_: a sheet, which has free space on both sides.
   static constexpr std::uint32_t kSheet = 1U << 31U;
   struct Cell {

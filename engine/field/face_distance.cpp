@@ -46,12 +46,15 @@ struct DistanceAndHeight {
   Floats distance, height;
 };
 
-HWY_INLINE DistanceAndHeight MeasureVector(const NearFace::View& face, const VectorLanes& p) {
+HWY_INLINE DistanceAndHeight MeasureVector(const NearFace::View& face, unsigned edges,
+                                           const VectorLanes& p) {
   const F f;
   const Floats height = hn::Sub(Dot(face.nhat, p), hn::Set(f, face.offset));
   Floats squared = hn::Set(f, std::numeric_limits<float>::max());
   auto over = hn::Eq(squared, squared);
-  for (const NearFace::View::Edge& edge : face.edges) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if ((edges >> k & 1U) == 0) continue;
+    const NearFace::View::Edge& edge = face.edges[k];
     over = hn::And(over, hn::Ge(Dot(edge.inward, p), hn::Set(f, edge.inward_offset)));
     squared = hn::Min(squared, FromEdge(edge, p));
   }
@@ -64,8 +67,8 @@ HWY_INLINE VectorLanes PlacesAt(const PlaceLanes& places, std::size_t i) {
   return {hn::Load(f, &places.x[i]), hn::Load(f, &places.y[i]), hn::Load(f, &places.z[i])};
 }
 
-/// Adds a face to what the nearest lanes know. Whether that changed anything.
-HWY_INLINE bool AddNearest(const DistanceAndHeight& told, float* distances, float* heights) {
+/// Adds a face to what the nearest lanes know.
+HWY_INLINE void AddNearest(const DistanceAndHeight& told, float* distances, float* heights) {
   const F f;
   const Floats tie = hn::Set(f, NearestLanes::kTie);
   const Floats distance = hn::LoadU(f, distances);
@@ -76,27 +79,25 @@ HWY_INLINE bool AddNearest(const DistanceAndHeight& told, float* distances, floa
   const auto taken = hn::Or(nearer, turned);
   hn::StoreU(hn::IfThenElse(taken, told.height, height), f, heights);
   hn::StoreU(hn::Min(distance, told.distance), f, distances);
-  return !hn::AllFalse(f, taken);
 }
 
-void MeasureLanes(const NearFace::View& face, const PlaceLanes& places, float* distances,
-                  float* heights) {
+void MeasureLanes(const NearFace::View& face, const PlaceLanes& places, unsigned edges,
+                  float* distances, float* heights) {
   const F f;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    const DistanceAndHeight told = MeasureVector(face, PlacesAt(places, i));
+    const DistanceAndHeight told = MeasureVector(face, edges, PlacesAt(places, i));
     hn::StoreU(told.distance, f, distances + i);
     if (heights != nullptr) hn::StoreU(told.height, f, heights + i);
   }
 }
 
-bool MeasureLanesInto(const NearFace::View& face, const PlaceLanes& places, NearestLanes& nearest) {
+void MeasureLanesInto(const NearFace::View& face, const PlaceLanes& places, unsigned edges,
+                      NearestLanes& nearest) {
   const F f;
-  bool any = false;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    any |= AddNearest(MeasureVector(face, PlacesAt(places, i)), &nearest.distance[i],
-                      &nearest.height[i]);
+    AddNearest(MeasureVector(face, edges, PlacesAt(places, i)), &nearest.distance[i],
+               &nearest.height[i]);
   }
-  return any;
 }
 
 /// Calls `visit(i, places)` for the places of a cube.
@@ -122,14 +123,14 @@ void MeasureCubeLanes(const NearFace::View& face, const std::array<float, 3>& lo
                       float* distances) {
   const F f;
   VisitCube(lowest, [&](std::size_t i, const VectorLanes& places) {
-    hn::StoreU(MeasureVector(face, places).distance, f, distances + i);
+    hn::StoreU(MeasureVector(face, NearFace::kAllEdges, places).distance, f, distances + i);
   });
 }
 
 void MeasureCubeLanesInto(const NearFace::View& face, const std::array<float, 3>& lowest,
                           float* distances, float* heights) {
   VisitCube(lowest, [&](std::size_t i, const VectorLanes& places) {
-    AddNearest(MeasureVector(face, places), distances + i, heights + i);
+    AddNearest(MeasureVector(face, NearFace::kAllEdges, places), distances + i, heights + i);
   });
 }
 
@@ -254,12 +255,13 @@ NearFace::NearFace(const FieldFace& face, const Vec3& origin_L) {
   }
 }
 
-void NearFace::Measure(const PlaceLanes& places, float* distances, float* heights) const {
-  HWY_DYNAMIC_DISPATCH(MeasureLanes)(view_, places, distances, heights);
+void NearFace::Measure(const PlaceLanes& places, unsigned edges, float* distances,
+                       float* heights) const {
+  HWY_DYNAMIC_DISPATCH(MeasureLanes)(view_, places, edges, distances, heights);
 }
 
-bool NearFace::MeasureInto(const PlaceLanes& places, NearestLanes& nearest) const {
-  return HWY_DYNAMIC_DISPATCH(MeasureLanesInto)(view_, places, nearest);
+void NearFace::MeasureInto(const PlaceLanes& places, unsigned edges, NearestLanes& nearest) const {
+  HWY_DYNAMIC_DISPATCH(MeasureLanesInto)(view_, places, edges, nearest);
 }
 
 void NearFace::MeasureCube(const std::array<float, 3>& lowest, float* distances) const {

@@ -61,11 +61,13 @@ class NearFace {
   /// The places to come are within 32 voxels of `origin_L`.
   NearFace(const FieldFace& face, const Vec3& origin_L);
 
+  static constexpr unsigned kAllEdges = 7;
   /// The distance of each place from the face, voxels, and its height over the face's plane. The
-  /// height is the absolute one over a sheet; null: not wanted. The same bits on every processor.
-  void Measure(const PlaceLanes& places, float* distances, float* heights) const;
-  /// Adds the face to those that `nearest` knows. Whether that changed any distance or height.
-  bool MeasureInto(const PlaceLanes& places, NearestLanes& nearest) const;
+  /// height is the absolute one over a sheet; null: not wanted. `edges` has a bit for each edge that
+  /// some of the places lie beyond. The same bits on every processor.
+  void Measure(const PlaceLanes& places, unsigned edges, float* distances, float* heights) const;
+  /// Adds the face to those that `nearest` knows.
+  void MeasureInto(const PlaceLanes& places, unsigned edges, NearestLanes& nearest) const;
   /// The same of the places of a cube, of which the lowest is at `lowest`.
   void MeasureCube(const std::array<float, 3>& lowest, float* distances) const;
   void MeasureCubeInto(const std::array<float, 3>& lowest, float* distances, float* heights) const;

@@ -13,8 +13,6 @@ namespace {
 
 /// Voxels: nearer to a face than this, its normal tells the way.
 constexpr double kTouching = 1e-4;
-/// Voxels: faces are equally near within this.
-constexpr double kTie = 1e-4;
 /// Of a second face, voxels above the first one's plane from which on it pushes in full.
 constexpr double kApart = 0.1;
 /// The share of a push that is none.
@@ -120,21 +118,6 @@ FieldGradient DistanceField::OfList(const List& list, const Vec3& place_L) const
   const bool turned = inside && told.distance > kTouching;
   return {.reading = {.value = inside ? -nearest : nearest, .near = true},
           .gradient = turned ? Vec3(-told.away) : told.away};
-}
-
-double DistanceField::Distance(const Vec3& place_V, double value, double reach) const noexcept {
-  const Vec3 place_L = place_V - Vec3::Constant(0.5);
-  const Cell cell = CellOf(place_L);
-  const std::int32_t entry = EntryOf(cell.cell);
-  if (entry < 0) return value - kMostOver;
-  const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
-  const std::optional<List> list = ListOf(brick, cell.cell);
-  if (!list) return value - brick.Over();
-  const double bound = value - kListOverStep * list->over;
-  if (bound >= reach) return bound;
-  const double distance = OfList(*list, place_L).reading.value;
-  // beyond the band other faces may be nearer
-  return distance > band_ ? std::max(bound, band_) : distance;
 }
 
 std::size_t DistanceField::Pushes(const Vec3& place_V, double reach,

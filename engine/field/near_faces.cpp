@@ -300,8 +300,7 @@ CellCandidates HyperbrickSurvey::CandidatesOf(std::size_t brick, double within) 
 }
 
 void HyperbrickSurvey::AddCandidates(std::span<const std::uint32_t> all, std::size_t brick,
-                                     std::size_t cell,
-                                     std::vector<std::uint32_t>& candidates) const {
+                                     std::size_t cell, std::vector<CellFace>& candidates) const {
   const GridIndex at = BlockCell(brick) * kBrickCells +
                        GridIndex{static_cast<std::int32_t>(cell & 3),
                                  static_cast<std::int32_t>(cell >> 2 & 3),
@@ -309,17 +308,20 @@ void HyperbrickSurvey::AddCandidates(std::span<const std::uint32_t> all, std::si
   const auto middle = [](std::int32_t n) {
     return static_cast<float>(n) + static_cast<float>(0.5 - kHalfHyperbrick);
   };
-  // each against those that are left: what it goes on in stays, or goes on in others that do
+  const NearFaces::Box box{{middle(at.x), middle(at.y), middle(at.z)}, {0.5F, 0.5F, 0.5F}};
   const std::size_t first = candidates.size();
-  candidates.insert(candidates.end(), all.begin(), all.end());
+  for (const std::uint32_t face : all) {
+    candidates.push_back({face, faces_.EdgesBefore(face, box)});
+  }
+  // each against those that are left: what it goes on in stays, or goes on in others that do
   const auto stays = [&](std::uint32_t other) {
-    return std::find(candidates.begin() + static_cast<std::ptrdiff_t>(first), candidates.end(),
-                     other) != candidates.end();
+    return std::any_of(candidates.begin() + static_cast<std::ptrdiff_t>(first), candidates.end(),
+                       [other](const CellFace& candidate) {
+                         return candidate.face == other;
+                       });
   };
   for (std::size_t i = first; i < candidates.size();) {
-    const bool goes_on = faces_.GoesOn(candidates[i], {middle(at.x), middle(at.y), middle(at.z)},
-                                       {0.5F, 0.5F, 0.5F}, stays);
-    if (goes_on) {
+    if (faces_.GoesOn(candidates[i].face, candidates[i].edges, box, stays)) {
       candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(i));
     } else {
       ++i;

@@ -29,31 +29,50 @@ class NearFaces {
   /// The hyperbrick's middle, in L.
   const Vec3& middle_L() const noexcept { return middle_L_; }
 
+  /// A box with its middle at `middle`, from the hyperbrick's, and half its sides `half`, voxels.
+  struct Box {
+    std::array<float, 3> middle, half;
+  };
+  /// A bit for each edge of a face that some of a box lies beyond.
+  unsigned EdgesBefore(std::uint32_t face, const Box& box) const {
+    unsigned edges = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      if (Inward(face, k, box) <= Aside(face, k, box)) edges |= 1U << k;
+    }
+    return edges;
+  }
   /// Whether all of a box lies beyond edges of a face over which the surface goes on gently, in
   /// faces of which `stays(face)` holds: then one of these is as near everywhere in the box, and
-  /// tells the same side. The box has its middle at `middle`, from the hyperbrick's, and half its
-  /// sides are `half`, voxels.
+  /// tells the same side. `edges` as of EdgesBefore().
   template <typename Stays>
-  bool GoesOn(std::uint32_t face, const std::array<float, 3>& middle,
-              const std::array<float, 3>& half, const Stays& stays) const {
-    constexpr float kRounding = 1e-3F;
+  bool GoesOn(std::uint32_t face, unsigned edges, const Box& box, const Stays& stays) const {
     bool beyond = false;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const NearFace::View::Edge& edge = seen_[face].view().edges[k];
-      float inward = -edge.inward_offset;
-      float aside = kRounding;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        inward += edge.inward[axis] * middle[axis];
-        aside += std::abs(edge.inward[axis]) * half[axis];
-      }
-      if (inward > aside) continue;
+    for (unsigned k = 0; k < 3; ++k) {
+      if ((edges >> k & 1U) == 0) continue;
       if (beside_[face][k] == FieldFace::kNone || !stays(beside_[face][k])) return false;
-      beyond = beyond || inward < -aside;
+      beyond = beyond || Inward(face, k, box) < -Aside(face, k, box);
     }
     return beyond;
   }
 
  private:
+  /// How far inside an edge the middle of a box is, and how far from there the box reaches.
+  float Inward(std::uint32_t face, unsigned k, const Box& box) const {
+    const NearFace::View::Edge& edge = seen_[face].view().edges[k];
+    float inward = -edge.inward_offset;
+    for (std::size_t axis = 0; axis < 3; ++axis) inward += edge.inward[axis] * box.middle[axis];
+    return inward;
+  }
+  float Aside(std::uint32_t face, unsigned k, const Box& box) const {
+    constexpr float kRounding = 1e-3F;
+    const NearFace::View::Edge& edge = seen_[face].view().edges[k];
+    float aside = kRounding;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      aside += std::abs(edge.inward[axis]) * box.half[axis];
+    }
+    return aside;
+  }
+
   const std::vector<FieldFace>& all_;
   std::span<const std::uint32_t> near_;
   Vec3 middle_L_;
@@ -61,13 +80,17 @@ class NearFaces {
   std::vector<std::array<std::uint32_t, 3>> beside_;  // as FieldFace::beside, by place
 };
 
-/// Faces of which one is the nearest to each place of a brick's cells within reach, by place among
-/// the near faces, rising.
+/// A face that can be the nearest in a cell.
+struct CellFace {
+  std::uint32_t face = 0;   // by place among the near faces
+  std::uint32_t edges = 7;  // those that some of the cell lies beyond, as NearFaces::EdgesBefore()
+};
+/// Faces of which one is the nearest to each place of a brick's cells within reach, rising.
 struct CellCandidates {
   std::array<std::uint32_t, kCellsPerBrick + 1> first{};
-  std::vector<std::uint32_t> faces;
+  std::vector<CellFace> faces;
 
-  std::span<const std::uint32_t> Of(std::size_t cell) const {
+  std::span<const CellFace> Of(std::size_t cell) const {
     return std::span(faces).subspan(first[cell], first[cell + 1] - first[cell]);
   }
 };
@@ -138,7 +161,7 @@ class HyperbrickSurvey {
   /// Appends the candidates of a cell that stay when those are left out in whose place others are
   /// as near.
   void AddCandidates(std::span<const std::uint32_t> all, std::size_t brick, std::size_t cell,
-                     std::vector<std::uint32_t>& candidates) const;
+                     std::vector<CellFace>& candidates) const;
 
   const NearFaces& faces_;
   std::array<Brick, kBricksPerHyperbrick> bricks_;

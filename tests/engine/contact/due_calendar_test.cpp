@@ -55,6 +55,32 @@ TEST(DueCalendar, TakesEveryItemBeforeItCanHaveComeItsWay) {
   EXPECT_LT(early, taken / 2);
 }
 
+TEST(DueCalendar, LookingAheadTakesAllThatIsDueWithinThat) {
+  std::mt19937_64 random(3);
+  DueCalendar calendar(300, kRadius);
+  std::vector<double> ahead;
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    ahead.push_back(Uniform(random, 0, 40));
+    calendar.Put(i, Uniform(random, 0, 0.5 * kRadius), ahead.back());
+  }
+  std::vector<bool> taken(300);
+  calendar.TakeWithin(10, [&](std::uint32_t i) {
+    taken[i] = true;
+  });
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    if (ahead[i] < 10) {
+      EXPECT_TRUE(taken[i]) << ahead[i];
+    } else if (ahead[i] > 10.25) {
+      EXPECT_FALSE(taken[i]) << ahead[i];
+    }
+  }
+  EXPECT_GE(calendar.FreeWay(), 10);
+  // what is farther out than the body goes farther
+  calendar.Put(0, 3 * kRadius, 30);
+  calendar.TakeWithin(10, [](std::uint32_t) {});
+  EXPECT_GE(calendar.FreeWay(), 10);
+}
+
 TEST(DueCalendar, AfterAJumpAllAreDue) {
   DueCalendar calendar(3, kRadius);
   for (std::uint32_t i = 0; i < 3; ++i) calendar.Put(i, 10.0 * i, 20.0 * i);

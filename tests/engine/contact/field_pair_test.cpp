@@ -109,6 +109,19 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
   EXPECT_LT(looked_up, looked_up_by_all);
 }
 
+// What comes due only because the calendar ends must not hold a body back.
+TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
+  MetByField met(Box(kS * Vec3(60, 60, 20)), Sphere(10 * kS, 3), Quat::Identity());
+  double height = 2000;  // voxels, of the sphere over the box
+  double speed = 0.2;    // voxels a frame
+  while (speed < 6) {
+    met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 20 + height)});
+    ASSERT_GT(met.pair.load().bound, speed * kS) << height << " voxels above";
+    height -= speed;
+    speed += 0.01;  // as a fall, voxels of a millimetre
+  }
+}
+
 TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
   // at once, the step of a body that slides along would be held by all that it is about to touch
   MetByField met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity());

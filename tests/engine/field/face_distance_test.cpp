@@ -28,7 +28,7 @@ TEST(FaceDistance, IsRightToAHundredThousandthOfAVoxel) {
     const FieldFace face = FaceOf(corner(), corner(), corner());
     alignas(64) std::array<float, PlaceLanes::kMost> distances;
     alignas(64) std::array<float, PlaceLanes::kMost> heights;
-    NearFace(face, origin).Measure(nodes, distances.data(), heights.data());
+    NearFace(face, origin).Measure(nodes, NearFace::kAllEdges, distances.data(), heights.data());
     for (std::size_t node = 0; node < 125; ++node) {
       const Vec3 place = origin + Vec3(nodes.x[node], nodes.y[node], nodes.z[node]);
       const double exact = testing::FromTriangle(face.corners_L, place);
@@ -55,12 +55,12 @@ TEST(FaceDistance, MeasuresACubeAsItsPlaces) {
     }
     std::array<float, kCubePlaces> one_by_one;
     std::array<float, kCubePlaces> cube;
-    face.Measure(places, one_by_one.data(), nullptr);
+    face.Measure(places, NearFace::kAllEdges, one_by_one.data(), nullptr);
     face.MeasureCube(lowest, cube.data());
     ASSERT_EQ(cube, one_by_one) << i;
     NearestLanes nearest;
     NearestLanes of_cube;
-    face.MeasureInto(places, nearest);
+    face.MeasureInto(places, NearFace::kAllEdges, nearest);
     face.MeasureCubeInto(lowest, of_cube.distance.data(), of_cube.height.data());
     ASSERT_EQ(of_cube.distance, nearest.distance) << i;
     ASSERT_EQ(of_cube.height, nearest.height) << i;
@@ -78,7 +78,7 @@ TEST(FaceDistance, TheFaceThatTurnsToAPlaceTellsItsSide) {
     NearestLanes nearest;
     const PlaceLanes places = LatticeLanes(2, -1, 2);
     for (const FieldFace& face : {left_first ? left : right, left_first ? right : left}) {
-      NearFace(face, Vec3::Zero()).MeasureInto(places, nearest);
+      NearFace(face, Vec3::Zero()).MeasureInto(places, NearFace::kAllEdges, nearest);
     }
     for (std::size_t i = 0; i < 8; ++i) {
       // (-1 or 1, -1 or 1, -1) lies outside, beside the steep flanks, and so does z = 1

@@ -160,12 +160,21 @@ TEST(FieldBounds, AreNeverAboveTheDistance) {
       FieldReadings readings;
       field.ReadBlocks({1, 0, 0, 0, 1, 0, 0, 0, 1}, static_cast<float>(kReach), {&placed, 1},
                        bounds.data(), &readings);
+      std::vector<DistanceField::OpenPlace> open;
+      for (std::size_t lane = 0; lane < kBlockPlaces; ++lane) {
+        if ((readings.open >> lane & 1U) == 0) continue;
+        const Vec3 at = middle + Vec3(lanes[0][lane], lanes[1][lane], lanes[2][lane]);
+        open.push_back({InVoxels(field, kVoxelSize * at), bounds[lane]});
+      }
+      std::vector<double> told(open.size());
+      field.Distances(open, kReach, told.data());
+      std::size_t next = 0;
       for (std::size_t lane = 0; lane < kBlockPlaces; ++lane) {
         const Vec3 at = middle + Vec3(lanes[0][lane], lanes[1][lane], lanes[2][lane]);
         const double distance = exact.Signed(kVoxelSize * at) / kVoxelSize;
         double bound = bounds[lane];
         if ((readings.open >> lane & 1U) != 0) {
-          bound = field.Distance(InVoxels(field, kVoxelSize * at), bound, kReach);
+          bound = told[next++];
         } else {
           ++decided;
           const bool within = (readings.within >> lane & 1U) != 0;
