@@ -158,7 +158,6 @@ BrickFaces::Errors BrickFaces::Measure(std::span<const float, kBrickNodes> value
   return errors;
 }
 
-
 std::vector<std::uint32_t> BrickFaces::ListOf(std::size_t cell, double band) const {
   return ListOfCell(faces_, candidates_.Of(cell), LowestOf(cell), band);
 }

@@ -60,8 +60,7 @@ bool GoesOn(const NearFaces& faces, const Member& member, const std::vector<Memb
 
 }  // namespace
 
-std::vector<std::uint32_t> ListOfCell(const NearFaces& faces,
-                                      std::span<const CellFace> candidates,
+std::vector<std::uint32_t> ListOfCell(const NearFaces& faces, std::span<const CellFace> candidates,
                                       const std::array<float, 3>& lowest, double band) {
   constexpr float kHalfPart = 0.125F;
   constexpr float kReach = 2 * 1.7321F * kHalfPart;  // what a distance may change by within a part

@@ -16,9 +16,9 @@ namespace tandem {
 /// nearly as near as the nearest. Such a one is left out where the parts lie beyond its edges and
 /// the surface goes on gently over these: the faces there are as near.
 ///
-/// `candidates` are the cell's; `lowest` is the cell's lowest node from the hyperbrick's middle; `band` in voxels.
-std::vector<std::uint32_t> ListOfCell(const NearFaces& faces,
-                                      std::span<const CellFace> candidates,
+/// `candidates` are the cell's; `lowest` is the cell's lowest node from the hyperbrick's middle;
+/// `band` in voxels.
+std::vector<std::uint32_t> ListOfCell(const NearFaces& faces, std::span<const CellFace> candidates,
                                       const std::array<float, 3>& lowest, double band);
 
 }  // namespace tandem

@@ -53,7 +53,8 @@ struct FieldPush {
   Vec3 away_V = Vec3::Zero();  // unit
   double share = 0;            // 0 to 1: how much of the push counts
   bool sheet = false;          // off an open sheet, which pushes to either side
-  /// Cosine between the way off and the face's normal: below 1 where an edge or a corner is nearest.
+  /// Cosine between the way off and the face's normal: below 1 where an edge or a corner is
+  /// nearest.
   double facing = 1;
 };
 
@@ -120,8 +121,7 @@ class DistanceField {
   };
   /// Of each place: the distance, if it is below `reach`, otherwise a bound that is not below
   /// `reach` and that no surface is nearer than. The same bits on every processor.
-  void Distances(std::span<const OpenPlace> places, double reach,
-                 double* distances) const noexcept;
+  void Distances(std::span<const OpenPlace> places, double reach, double* distances) const noexcept;
   /// How a point at a place is pushed off surfaces nearer than `reach`, at most `range`: one push,
   /// or one for each of the faces of a notch. Gives how many. Continuous as the place moves.
   static constexpr std::size_t kMostPushes = 8;

@@ -63,8 +63,8 @@ class NearFace {
 
   static constexpr unsigned kAllEdges = 7;
   /// The distance of each place from the face, voxels, and its height over the face's plane. The
-  /// height is the absolute one over a sheet; null: not wanted. `edges` has a bit for each edge that
-  /// some of the places lie beyond. The same bits on every processor.
+  /// height is the absolute one over a sheet; null: not wanted. `edges` has a bit for each edge
+  /// that some of the places lie beyond. The same bits on every processor.
   void Measure(const PlaceLanes& places, unsigned edges, float* distances, float* heights) const;
   /// Adds the face to those that `nearest` knows.
   void MeasureInto(const PlaceLanes& places, unsigned edges, NearestLanes& nearest) const;

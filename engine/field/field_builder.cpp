@@ -8,8 +8,8 @@
 #include <tbb/parallel_for.h>
 
 #include "engine/field/brick_faces.h"
-#include "engine/field/near_faces.h"
 #include "engine/field/field_faces.h"
+#include "engine/field/near_faces.h"
 #include "engine/geometry/closest_on_triangle.h"
 #include "engine/geometry/tree_pair.h"
 #include "engine/voxel/inside_rows.h"
@@ -209,7 +209,8 @@ class FieldBuilder {
       Brick brick;
       brick.place = place;
       switch (survey.KindOf(place)) {
-        case HyperbrickSurvey::Kind::kFar: continue;
+        case HyperbrickSurvey::Kind::kFar:
+          continue;
         case HyperbrickSurvey::Kind::kFlat: {
           const HyperbrickSurvey::Plane plane = survey.PlaneOf(place);
           brick.packed.brick = FlatBrick(plane.nhat, plane.at_lowest);
@@ -231,8 +232,7 @@ class FieldBuilder {
     const auto* end = nodes.distance.begin() + kBrickNodes;
     if (*std::min_element(nodes.distance.begin(), end) > kept) return false;
     const GridIndex lowest = first + BlockCell(brick.place) * kBrickCells;
-    brick.packed =
-        PackBrick(Values(nodes, SolidNodes(lowest, nodes), survey.PlaneOf(brick.place)));
+    brick.packed = PackBrick(Values(nodes, SolidNodes(lowest, nodes), survey.PlaneOf(brick.place)));
     brick.candidates = survey.CandidatesOf(brick.place, DistanceField::kMostNear);
     std::uint64_t near = 0;
     for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {

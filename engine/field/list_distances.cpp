@@ -67,8 +67,7 @@ HWY_INLINE Floats FromEdge(const Lanes3& from, const Lanes3& along) {
   const Floats length = hn::Max(Dot(along, along), hn::Set(f, 1e-30F));
   const Floats t = hn::Div(hn::Neg(Dot(from, along)), length);
   const Floats in = hn::Min(hn::Max(t, hn::Zero(f)), hn::Set(f, 1.0F));
-  const Lanes3 closest{hn::Add(from.x, hn::Mul(in, along.x)),
-                       hn::Add(from.y, hn::Mul(in, along.y)),
+  const Lanes3 closest{hn::Add(from.x, hn::Mul(in, along.x)), hn::Add(from.y, hn::Mul(in, along.y)),
                        hn::Add(from.z, hn::Mul(in, along.z))};
   return Dot(closest, closest);
 }
@@ -101,8 +100,7 @@ void MeasurePairs(const float* faces, ListPairs& pairs) {
     };
     auto over = hn::And(left(a, ab), hn::And(left(b, bc), left(c, ca)));
     over = hn::And(over, hn::Gt(Dot(normal, normal), hn::Set(f, 1e-30F)));
-    const Floats edges =
-        hn::Min(FromEdge(a, ab), hn::Min(FromEdge(b, bc), FromEdge(c, ca)));
+    const Floats edges = hn::Min(FromEdge(a, ab), hn::Min(FromEdge(b, bc), FromEdge(c, ca)));
     hn::StoreU(hn::IfThenElse(over, hn::Mul(height, height), edges), f, &pairs.squared[k]);
     hn::StoreU(height, f, &pairs.height[k]);
   }

@@ -49,8 +49,8 @@ class FaceReach {
     std::array<std::int32_t, 3> to;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const float more = reach_ + half_;
-      from[axis] = std::max(
-          0, static_cast<std::int32_t>(std::ceil((low_[axis] - more - first) / kStep)));
+      from[axis] =
+          std::max(0, static_cast<std::int32_t>(std::ceil((low_[axis] - more - first) / kStep)));
       to[axis] = std::min(
           count - 1, static_cast<std::int32_t>(std::floor((high_[axis] + more - first) / kStep)));
     }
@@ -147,8 +147,8 @@ void HyperbrickSurvey::FindKinds(double kept, bool closed) {
       const bool flat = closed && (first ? !face.sheet : InPlaneOf(faces_[brick.nearest], face));
       brick.kind = flat ? Kind::kFlat : Kind::kMeasured;
       if (!flat || brick.sure) return;
-      const Vec3 lowest_L = faces_.middle_L() - Vec3::Constant(kHalfHyperbrick) +
-                            Place(at * kBrickCells);
+      const Vec3 lowest_L =
+          faces_.middle_L() - Vec3::Constant(kHalfHyperbrick) + Place(at * kBrickCells);
       const Vec3 centre_L = lowest_L + Vec3::Constant(0.5 * kBrickCells);
       const auto& [a, b, c] = face.corners_L;
       const Vec3 from = (ClosestOnTriangle(a, b, c, centre_L).point - centre_L).cwiseAbs() -
@@ -175,8 +175,8 @@ void HyperbrickSurvey::DropFarPlanes(double kept) {
 HyperbrickSurvey::Plane HyperbrickSurvey::PlaneOf(std::size_t brick) const {
   if (bricks_[brick].nearest == kNone) return {};
   const FieldFace& face = faces_[bricks_[brick].nearest];
-  const Vec3 lowest_L = faces_.middle_L() - Vec3::Constant(kHalfHyperbrick) +
-                        Place(BlockCell(brick) * kBrickCells);
+  const Vec3 lowest_L =
+      faces_.middle_L() - Vec3::Constant(kHalfHyperbrick) + Place(BlockCell(brick) * kBrickCells);
   return {face.nhat, face.nhat.dot(lowest_L - face.corners_L[0])};
 }
 
@@ -301,10 +301,10 @@ CellCandidates HyperbrickSurvey::CandidatesOf(std::size_t brick, double within) 
 
 void HyperbrickSurvey::AddCandidates(std::span<const std::uint32_t> all, std::size_t brick,
                                      std::size_t cell, std::vector<CellFace>& candidates) const {
-  const GridIndex at = BlockCell(brick) * kBrickCells +
-                       GridIndex{static_cast<std::int32_t>(cell & 3),
-                                 static_cast<std::int32_t>(cell >> 2 & 3),
-                                 static_cast<std::int32_t>(cell >> 4)};
+  const GridIndex at =
+      BlockCell(brick) * kBrickCells + GridIndex{static_cast<std::int32_t>(cell & 3),
+                                                 static_cast<std::int32_t>(cell >> 2 & 3),
+                                                 static_cast<std::int32_t>(cell >> 4)};
   const auto middle = [](std::int32_t n) {
     return static_cast<float>(n) + static_cast<float>(0.5 - kHalfHyperbrick);
   };
@@ -314,19 +314,17 @@ void HyperbrickSurvey::AddCandidates(std::span<const std::uint32_t> all, std::si
     candidates.push_back({face, faces_.EdgesBefore(face, box)});
   }
   // each against those that are left: what it goes on in stays, or goes on in others that do
+  const std::span<CellFace> of_cell = std::span(candidates).subspan(first);
+  constexpr std::uint32_t kGone = 8;  // beside the bits of edges
   const auto stays = [&](std::uint32_t other) {
-    return std::any_of(candidates.begin() + static_cast<std::ptrdiff_t>(first), candidates.end(),
-                       [other](const CellFace& candidate) {
-                         return candidate.face == other;
-                       });
+    const auto place = std::ranges::lower_bound(of_cell, other, {}, &CellFace::face);
+    return place != of_cell.end() && place->face == other && place->edges != kGone;
   };
-  for (std::size_t i = first; i < candidates.size();) {
-    if (faces_.GoesOn(candidates[i].face, candidates[i].edges, box, stays)) {
-      candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(i));
-    } else {
-      ++i;
-    }
+  for (CellFace& candidate : of_cell) {
+    if (faces_.GoesOn(candidate.face, candidate.edges, box, stays)) candidate.edges = kGone;
   }
+  const auto gone = std::ranges::remove(of_cell, kGone, &CellFace::edges);
+  candidates.resize(candidates.size() - gone.size());
 }
 
 }  // namespace tandem

@@ -141,10 +141,10 @@ class HyperbrickSurvey {
   static constexpr std::uint32_t kNone = ~0U;
   struct Brick {
     Kind kind = Kind::kFar;
-    std::uint32_t nearest = kNone;  // a face
+    std::uint32_t nearest = kNone;                    // a face
     float least = std::numeric_limits<float>::max();  // its distance from some cell's centre
-    bool sure = false;              // some face surely comes near
-    std::size_t cells = 0;          // of cell_least_
+    bool sure = false;                                // some face surely comes near
+    std::size_t cells = 0;                            // of cell_least_
   };
   struct Record {
     std::uint32_t cell;  // of cell_least_

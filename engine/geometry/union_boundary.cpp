@@ -145,9 +145,8 @@ class CutTriangle {
         continue;
       }
       for (std::size_t k = 2; k < piece.size(); ++k) {
-        facets.push_back(
-            {InSpace(piece[0]), InSpace(piece[k - 1]), InSpace(piece[k]), nhat, sheet, triangle,
-             false});
+        facets.push_back({InSpace(piece[0]), InSpace(piece[k - 1]), InSpace(piece[k]), nhat, sheet,
+                          triangle, false});
       }
     }
   }
@@ -290,8 +289,7 @@ class Pieces {
       for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
         const std::uint32_t other = tree_.order[k];
         if (!boxes_[other].Overlaps(boxes_[t])) continue;
-        const SharedCorners shared =
-            CornersSharedBy(mesh_.triangles[t], mesh_.triangles[other]);
+        const SharedCorners shared = CornersSharedBy(mesh_.triangles[t], mesh_.triangles[other]);
         if (shared.count < 2 && !visit(other, shared)) return;
       }
     }

@@ -13,8 +13,8 @@ namespace tandem {
 /// A flat piece of the surface that bounds a union of bodies.
 struct Facet {
   Vec3 a, b, c;
-  Vec3 nhat;           // out of the union
-  bool sheet = false;  // the union is on neither side
+  Vec3 nhat;                   // out of the union
+  bool sheet = false;          // the union is on neither side
   std::uint32_t triangle = 0;  // of the mesh
   bool whole = true;           // all of the triangle
 };

@@ -22,11 +22,10 @@ Found Find(const TriangleMesh& mesh, bool by_patches) {
   const WindingNumber winding(mesh);
   std::atomic<int> asked = 0;
   Found found;
-  found.facets =
-      UnionBoundaryAndSheets(mesh, by_patches ? &sides : nullptr, [&](const Vec3& p) {
-        ++asked;
-        return winding.At(p) >= 0.5;
-      });
+  found.facets = UnionBoundaryAndSheets(mesh, by_patches ? &sides : nullptr, [&](const Vec3& p) {
+    ++asked;
+    return winding.At(p) >= 0.5;
+  });
   found.asked = asked;
   return found;
 }
