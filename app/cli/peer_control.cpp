@@ -27,7 +27,8 @@ Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
   if (!model) return {false, model.error().what};
   const BodyModel& body = (*model)->bodies.front();
   Result<Voxmap> map = Voxmap{};
-  if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, stop)) {
+  SurfaceDetails details;
+  if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, details, stop)) {
     return {false, fault->what};
   }
   return {true, std::to_string(map->Count().total()) + " voxels, " +

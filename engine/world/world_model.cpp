@@ -67,14 +67,14 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
       MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels, body.point_spacing_voxels);
   if (!points) return At(body, WithScale(points.error(), body, mesh_W).what);
   model.points = std::move(*points);
-  if (scene.contact == ContactModel::kRefined) {
+  if (scene.by_field) {
     Result<BodySurface> surface =
         MakeSurface(scene, mesh_W, model.X_WB0, body.point_spacing_voxels, stop);
     if (!surface) return At(body, WithScale(surface.error(), body, mesh_W).what);
     model.surface = std::move(*surface);
   }
   if (with_voxmap) {
-    if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, stop)) {
+    if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, model.details, stop)) {
       return At(body, WithScale(*fault, body, mesh_W).what);
     }
     model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
@@ -99,7 +99,7 @@ std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
 }
 
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
-                             const std::stop_token& stop) {
+                             SurfaceDetails& details, const std::stop_token& stop) {
   const double flatness = FlatnessVoxels(scene.contact);
   const VoxelizeOptions options{.voxel_size = scene.voxel_size,
                                 .range = scene.range_voxels,
@@ -114,6 +114,9 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
   Result<Voxmap> made = Voxelize(mesh_W, sides, features, options);
   if (!made) return made.error();
   voxmap = std::move(*made);
+  if (scene.contact == ContactModel::kRefined && !scene.by_field) {
+    details = SurfaceDetails(mesh_W, features, voxmap);
+  }
   return std::nullopt;
 }
 
@@ -205,7 +208,8 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
   }
   if (world->bodies.empty()) return Error{scene.file.string() + ": no body can move"};
   if (!fixture_W.triangles.empty()) {
-    if (const auto fault = MakeMap(scene, fixture_W, world->fixture, stop)) {
+    if (const auto fault =
+            MakeMap(scene, fixture_W, world->fixture, world->fixture_details, stop)) {
       for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const SceneBody& body = scene.bodies[i];
         if (!body.fixed || !ScaleRemark(body, world->meshes_W[i])) continue;
@@ -213,7 +217,7 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
       }
       return Error{scene.file.string() + ": the fixed bodies: " + fault->what};
     }
-    if (scene.contact == ContactModel::kRefined) {
+    if (scene.by_field) {
       Result<BodySurface> surface = MakeSurface(scene, fixture_W, Pose{}, 1, stop);
       if (!surface) return Error{scene.file.string() + ": " + surface.error().what};
       world->fixture_surface = std::move(*surface);

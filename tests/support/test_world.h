@@ -16,10 +16,11 @@ struct TestBody {
   double mass = 0.3;  // kg
 };
 
-/// What LoadWorld() makes of a scene, from meshes.
+/// Makes of meshes what LoadWorld() makes of a scene. `by_field` as of Scene.
 std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
                                                  double voxel_size,
-                                                 ContactModel contact = ContactModel::kRefined);
+                                                 ContactModel contact = ContactModel::kRefined,
+                                                 bool by_field = false);
 
 /// Inputs under which every moving body is simulated and no hand holds anything.
 StepInputs FreeInputs(const WorldModel& model);

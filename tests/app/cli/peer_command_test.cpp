@@ -183,10 +183,10 @@ TEST_F(PeerCommand, WhoInsistsIsToldWhoPushesHarderAndGetsNoSharedBody) {
   Running ben = Start("two", "--name ben --insist --hold left");
   ASSERT_TRUE(ben.WaitFor("you hold left"));
   ben.Order("grab right");
-  // 0.45 of a voxel; 10 N as of ForceParameters.WhoHasTheSmallerVoxelsPushesHarder
+  // 0.45 of a voxel; 12 N as of ForceParameters.WhoHasTheSmallerVoxelsPushesHarder
   EXPECT_THAT(ben.said(), HasSubstr("the session pushes harder; where parts press one another, "
                                     "yours is pushed back from a gap of 0.90 mm on, theirs from "
-                                    "0.45 mm, and up to 10 N a point of contact you feel all"));
+                                    "0.45 mm, and up to 12 N a point of contact you feel all"));
   EXPECT_TRUE(anna.WaitFor("ben goes by other force parameters (voxels of 2 mm"));
   EXPECT_THAT(anna.said(), HasSubstr("you push harder"));
   EXPECT_TRUE(ben.WaitFor("'right' is shared: it is not held by other force parameters"));

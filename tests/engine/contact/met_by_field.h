@@ -1,0 +1,70 @@
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/contact/contact_kind.h"
+#include "engine/contact/field_pair.h"
+#include "engine/field/field_builder.h"
+#include "tests/engine/contact/refined.h"
+
+namespace tandem::testing {
+
+/// A solid as refined contact meets it, made where it stands turned by `made_at`; its edges in
+/// parts of at most `spacing` voxels.
+inline BodySurface SurfaceOf(const TriangleMesh& mesh_B, const Quat& made_at, double spacing = 1) {
+  const Pose X_WB{made_at, Vec3::Zero()};
+  const TriangleMesh mesh_W = Transformed(mesh_B, X_WB);
+  BodySurface surface;
+  surface.field = std::move(*BuildField(mesh_W, {.voxel_size = kS}));
+  const Pose X_WV{Quat::Identity(), surface.field.p_WVo()};
+  const double flatness = FlatnessVoxels(ContactModel::kRefined) * kS;
+  const std::vector<FeaturePoint> points =
+      FindFeaturePoints(mesh_W, FindFeatures(mesh_W, flatness), kS, spacing);
+  surface.X_BV = X_WB.Inverse() * X_WV;
+  surface.features = BodyFeatures(points, {Quat::Identity(), -X_WV.p / kS});
+  for (const Vec3& v : mesh_B.vertices) surface.radius = std::max(surface.radius, v.norm());
+  return surface;
+}
+
+/// A fixed solid and a moving one: the moving mesh is given in its body's frame.
+struct MetByField {
+  /// Parts of two edges that share what lies where these meet.
+  static constexpr std::size_t kMostAtCrossing = 4;
+  /// The least share of its whole depth with which a corner presses; stiffness begins softly.
+  static constexpr double kLeastOfACorner = 0.2;
+  /// Parts of an edge that lie on the other's face push, too.
+  static constexpr bool kRimsPush = true;
+
+  MetByField(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at,
+             double spacing = 1, const FieldPair::Options& options = {})
+      : map(SurfaceOf(fixed_W, Quat::Identity())),
+        shell(SurfaceOf(moving_B, made_at, spacing)),
+        pair(shell, map, options, kGains) {}
+
+  Load LoadAt(const Pose& X_WB, const Twist& V_WB = {}) {
+    on_shell = {};
+    on_map = {};
+    pair.Collide({X_WB, V_WB}, {}, on_shell, on_map);
+    return on_shell;
+  }
+  Vec3 ForceAt(const Pose& X_WB) { return AsWrench(LoadAt(X_WB).force).f; }
+  /// Stays until force begins as far off as it may: where opposite sides pushed before, it begins
+  /// nearer for some frames.
+  Vec3 SettledForceAt(const Pose& X_WB) {
+    for (int frame = 0; frame < 60; ++frame) ForceAt(X_WB);
+    return ForceAt(X_WB);
+  }
+  /// The same where nothing was before.
+  Vec3 FirstForceAt(const Pose& X_WB) {
+    return AsWrench(pair.Read({X_WB, {}}, {}).on_shell.force).f;
+  }
+
+  BodySurface map;
+  BodySurface shell;
+  FieldPair pair;
+  Load on_shell;  // as of the last LoadAt()
+  Load on_map;
+};
+
+}  // namespace tandem::testing
