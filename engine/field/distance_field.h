@@ -119,8 +119,9 @@ class DistanceField {
     Vec3 place_V;
     double value;
   };
-  /// Of each place: the distance, if it is below `reach`, otherwise a bound that is not below
-  /// `reach` and that no surface is nearer than. The same bits on every processor.
+  /// Tells of each place the distance, if it is below `reach`, otherwise a bound that is not below
+  /// `reach` and that no surface is nearer than. Where a brick has more faces than are asked at
+  /// once, it tells a bound that may be below `reach`. The same bits on every processor.
   void Distances(std::span<const OpenPlace> places, double reach, double* distances) const noexcept;
   /// How a point at a place is pushed off surfaces nearer than `reach`, at most `range`: one push,
   /// or one for each of the faces of a notch. Gives how many. Continuous as the place moves.

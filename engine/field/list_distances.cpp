@@ -22,7 +22,7 @@ namespace tandem {
 struct ListPairs {
   static constexpr std::size_t kMost = 1024;
   std::size_t count = 0;
-  /// Of the first of a face's nine numbers, its corners one after the other.
+  /// Where a face's nine numbers begin, its corners one after the other.
   std::array<std::int32_t, kMost> face;
   /// A place as whole voxels and the rest, so that what is large goes before anything is rounded.
   std::array<std::array<float, kMost>, 3> whole;
@@ -140,7 +140,8 @@ class ListDistances {
     }
     const double bound = place.value - DistanceField::kListOverStep * list->over;
     distances_[number] = bound;
-    if (bound >= reach_) return;
+    // of more faces than there is room for, whoever is pushed asks
+    if (bound >= reach_ || 8 * list->member_bytes > ListPairs::kMost) return;
     if (pairs_.count + 8 * list->member_bytes > ListPairs::kMost || count_ == kMostQueries) Tell();
     AddFaces(*list, cell, {number, bound, pairs_.count, pairs_.count});
   }

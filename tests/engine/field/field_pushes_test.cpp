@@ -193,5 +193,24 @@ TEST(FieldBounds, AreNeverAboveTheDistance) {
   }
 }
 
+// More faces lie in a brick than are asked at once: what is told stays below the distance.
+TEST(FieldBounds, HoldWhereFacesAreFarSmallerThanVoxels) {
+  const TriangleMesh ball = Sphere(2 * kVoxelSize, 6);
+  const DistanceField field = FieldOf(ball);
+  ASSERT_GT(field.Count().list_faces, 1024 * field.Count().bricks) << "too few faces in a brick";
+  std::mt19937_64 random(5);
+  std::vector<DistanceField::OpenPlace> open;
+  std::vector<double> exact;
+  for (int i = 0; i < 200; ++i) {
+    const double radius = Uniform(random, 1.5, 2.5);
+    const Vec3 at = radius * kVoxelSize * testing::RandomDirection(random);
+    open.push_back({InVoxels(field, at), -1});
+    exact.push_back(radius - 2);
+  }
+  std::vector<double> told(open.size());
+  field.Distances(open, kReach, told.data());
+  for (std::size_t i = 0; i < told.size(); ++i) EXPECT_LE(told[i], exact[i] + 0.01) << i;
+}
+
 }  // namespace
 }  // namespace tandem
