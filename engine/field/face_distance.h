@@ -42,7 +42,8 @@ struct CellErrors {
   float beyond = 0;  // where a reading is near, but beyond the band
   float over = 0;    // how much farther than the surface a reading says it is
 };
-/// Of the places of a cell with its lowest node at `lowest`, `values` at its corners, x fastest.
+/// Compares the places of a cell with its lowest node at `lowest` and `values` at its corners, x
+/// fastest.
 CellErrors ErrorsInCell(const std::array<float, 8>& values, const std::array<float, 3>& lowest,
                         const PlaceLanes& places, const NearestLanes& exact, float band,
                         float most_near);
@@ -101,7 +102,7 @@ struct NearestLanes {
   alignas(64) std::array<float, PlaceLanes::kMost> distance;
   alignas(64) std::array<float, PlaceLanes::kMost> height;
 
-  /// Of so many places no face is known.
+  /// Knows no face of so many places yet.
   explicit NearestLanes(std::size_t count = PlaceLanes::kMost);
   float Signed(std::size_t lane) const noexcept {
     return height[lane] < 0 ? -distance[lane] : distance[lane];

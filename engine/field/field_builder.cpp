@@ -225,7 +225,7 @@ class FieldBuilder {
     }
   }
 
-  /// Whether the brick comes near enough to be kept.
+  /// Fills a brick by measuring the faces, and tells whether it comes near enough to be kept.
   bool MeasureBrick(const NearFaces& faces, const HyperbrickSurvey& survey, const GridIndex& first,
                     double kept, Hyperbrick& hyperbrick, Brick& brick) const {
     const NearestLanes nodes = survey.NodesOf(brick.place);
