@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/base/bits.h"
 #include "engine/field/cell_list.h"
 #include "engine/geometry/closest_on_triangle.h"
 
@@ -16,7 +15,11 @@ constexpr std::size_t kPlacesOverFace = 4;
 /// A face as wide as this is the nearest to one of a cell's places, or to next to nothing of it.
 constexpr double kSlim = 1;
 
-/// Where a cell's error is measured.
+/// A face that is as near as the nearest one and this to the middle of one of the cell's 27 parts
+/// may be the nearest somewhere in it, voxels.
+constexpr float kWithinPart = 1.7321F / 3;
+/// Where a cell's error is measured: the middles of its parts.
+constexpr std::size_t kSamples = 32;
 const PlaceLanes& Samples() {
   static const PlaceLanes lanes = LatticeLanes(3, 1.0 / 6, 1.0 / 3);
   return lanes;
@@ -61,15 +64,20 @@ std::array<float, 3> BrickFaces::LowestOf(std::size_t cell) const {
 PlaceLanes BrickFaces::PlacesIn(std::size_t cell, const PlaceLanes& pattern) const {
   const std::array<float, 3> lowest = LowestOf(cell);
   PlaceLanes places;
-  const auto add = [&](float x, float y, float z) {
-    places.x[places.count] = lowest[0] + x;
-    places.y[places.count] = lowest[1] + y;
-    places.z[places.count] = lowest[2] + z;
-    ++places.count;
-  };
-  for (std::size_t i = 0; i < pattern.count; ++i) add(pattern.x[i], pattern.y[i], pattern.z[i]);
+  places.count = pattern.count;
+  for (std::size_t i = 0; i < pattern.count; ++i) {
+    places.x[i] = lowest[0] + pattern.x[i];
+    places.y[i] = lowest[1] + pattern.y[i];
+    places.z[i] = lowest[2] + pattern.z[i];
+  }
+  return places;
+}
+
+PlaceLanes BrickFaces::PlacesOverSlim(std::size_t cell, std::span<const CellFace> faces) const {
+  PlaceLanes places;
+  const std::array<float, 3> lowest = LowestOf(cell);
   const Vec3 lowest_L = faces_.middle_L() + Vec3(lowest[0], lowest[1], lowest[2]);
-  for (const CellFace& candidate : candidates_.Of(cell)) {
+  for (const CellFace& candidate : faces) {
     if (places.count + kPlacesOverFace > PlaceLanes::kMost) break;
     const FieldFace& face = faces_[candidate.face];
     if (!SlimAndSharp(face)) continue;
@@ -92,8 +100,10 @@ PlaceLanes BrickFaces::PlacesIn(std::size_t cell, const PlaceLanes& pattern) con
     for (std::size_t k = 0; k < kPlacesOverFace; ++k) {
       const double share = (static_cast<double>(k) + 0.5) / kPlacesOverFace;
       const Vec3 place = middle + (begin + share * (end - begin)) * face.nhat - lowest_L;
-      add(static_cast<float>(place.x()), static_cast<float>(place.y()),
-          static_cast<float>(place.z()));
+      places.x[places.count] = lowest[0] + static_cast<float>(place.x());
+      places.y[places.count] = lowest[1] + static_cast<float>(place.y());
+      places.z[places.count] = lowest[2] + static_cast<float>(place.z());
+      ++places.count;
     }
   }
   for (const std::size_t last = places.count - 1; places.count % 16 != 0; ++places.count) {
@@ -121,40 +131,74 @@ bool BrickFaces::NearlyOnePlane(std::size_t cell) const {
 }
 
 CellErrors BrickFaces::ErrorsOf(const std::array<float, 8>& values, std::size_t cell,
-                                const PlaceLanes& pattern, double band, double most_near) const {
-  const PlaceLanes places = PlacesIn(cell, pattern);
+                                std::span<const CellFace> faces, const PlaceLanes& places,
+                                double band, double most_near) const {
   NearestLanes exact(places.count);
-  for (const CellFace& candidate : candidates_.Of(cell)) {
+  for (const CellFace& candidate : faces) {
     faces_.seen(candidate.face).MeasureInto(places, candidate.edges, exact);
   }
   return ErrorsInCell(values, LowestOf(cell), places, exact, static_cast<float>(band),
                       static_cast<float>(most_near));
 }
 
+NearestLanes BrickFaces::NearestTo(const PlaceLanes& places, std::span<const CellFace> candidates,
+                                   std::vector<CellFace>& left) const {
+  NearestLanes exact(places.count);
+  std::vector<std::array<float, kSamples>> distances(candidates.size());
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    faces_.seen(candidates[i].face)
+        .MeasureInto(places, candidates[i].edges, exact, distances[i].data());
+  }
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const float* of_face = distances[i].data();
+    if (LanesWithin(of_face, exact.distance.data(), kWithinPart, kSamples) != 0) {
+      left.push_back(candidates[i]);
+    }
+  }
+  return exact;
+}
+
 BrickFaces::Errors BrickFaces::Measure(std::span<const float, kBrickNodes> values,
                                        std::uint64_t cells, double band, double most_near,
                                        bool open) const {
+  const auto near = static_cast<float>(most_near);
+  const auto within = static_cast<float>(band);
   Errors errors;
-  for (; cells != 0; cells &= cells - 1) {
-    const auto cell = static_cast<std::size_t>(CountBits((cells & -cells) - 1));
-    errors.over[cell] = static_cast<float>(kLeastBound);
-    if (!open && NearlyOnePlane(cell)) continue;
+  std::vector<CellFace>& left = errors.left.faces;
+  for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
+    const std::size_t first = left.size();
+    errors.left.first[cell] = static_cast<std::uint32_t>(first);
+    const std::span<const CellFace> candidates = candidates_.Of(cell);
+    const bool measured = (cells >> cell & 1U) != 0;
+    if (measured) errors.over[cell] = static_cast<float>(kLeastBound);
+    if (!measured || (!open && NearlyOnePlane(cell))) {
+      left.insert(left.end(), candidates.begin(), candidates.end());
+      continue;
+    }
     const std::array<float, 8> corners = CornersOf(values, cell);
-    CellErrors cell_errors = ErrorsOf(corners, cell, Samples(), band, most_near);
+    const PlaceLanes places = PlacesIn(cell, Samples());
+    const NearestLanes exact = NearestTo(places, candidates, left);
+    const std::span<const CellFace> faces = std::span(left).subspan(first);
+    CellErrors of_cell = ErrorsInCell(corners, LowestOf(cell), places, exact, within, near);
+    const PlaceLanes over_slim = PlacesOverSlim(cell, faces);
+    if (over_slim.count > 0) {
+      of_cell.Add(ErrorsOf(corners, cell, faces, over_slim, band, most_near));
+    }
     double share = kBetweenPlaces;
-    if (cell_errors.within_band <= kMostCellError &&
-        kBetweenPlaces * cell_errors.within_band > kMostCellError) {
-      cell_errors = ErrorsOf(corners, cell, FineSamples(), band, most_near);
+    if (of_cell.within_band <= kMostCellError &&
+        kBetweenPlaces * of_cell.within_band > kMostCellError) {
+      of_cell.Add(ErrorsOf(corners, cell, faces, PlacesIn(cell, FineSamples()), band, most_near));
       share = kBetweenFinePlaces;
     }
-    errors.beyond = std::max(errors.beyond, share * cell_errors.beyond);
-    errors.over[cell] = static_cast<float>(share * cell_errors.over + kLeastBound);
-    if (share * cell_errors.within_band > kMostCellError) {
+    errors.beyond = std::max(errors.beyond, share * of_cell.beyond);
+    errors.over[cell] = static_cast<float>(share * of_cell.over + kLeastBound);
+    if (share * of_cell.within_band > kMostCellError) {
       errors.erring |= std::uint64_t{1} << cell;
     } else {
-      errors.within_band = std::max(errors.within_band, share * cell_errors.within_band);
+      errors.within_band = std::max(errors.within_band, share * of_cell.within_band);
     }
   }
+  errors.left.first.back() = static_cast<std::uint32_t>(left.size());
   return errors;
 }
 

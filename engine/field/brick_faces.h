@@ -36,6 +36,7 @@ class BrickFaces {
     double beyond = kLeastBound;       // where a reading is near, but beyond the band
     /// Of each cell, how much farther than the surface a reading says it is, where it is near.
     std::array<float, kCellsPerBrick> over{};
+    CellCandidates left;  // without those that were seen to be nowhere the nearest
   };
   /// How far the values of nodes, interpolated, are from the faces' distance in the cells that have
   /// a bit in `cells`. `open`: the faces may end in free space.
@@ -48,13 +49,19 @@ class BrickFaces {
 
  private:
   CellErrors ErrorsOf(const std::array<float, 8>& values, std::size_t cell,
-                      const PlaceLanes& pattern, double band, double most_near) const;
+                      std::span<const CellFace> faces, const PlaceLanes& places, double band,
+                      double most_near) const;
+  /// What a cell's candidates leave of places, the middles of its parts; and those of them that may
+  /// be the nearest somewhere in the cell, at the end of `left`.
+  NearestLanes NearestTo(const PlaceLanes& places, std::span<const CellFace> candidates,
+                         std::vector<CellFace>& left) const;
   std::array<float, 3> LowestOf(std::size_t cell) const;
   bool NearlyOnePlane(std::size_t cell) const;
-  /// A pattern of places in the cell, and for each slim face that ends at a sharp edge some that
-  /// lie over it: a face that is slimmer than the pattern, such as the rim of a sheet, is the
-  /// nearest between its places alone.
   PlaceLanes PlacesIn(std::size_t cell, const PlaceLanes& pattern) const;
+  /// For each slim face that ends at a sharp edge some places that lie over it: a face that is
+  /// slimmer than a pattern of places, such as the rim of a sheet, is the nearest between them
+  /// alone.
+  PlaceLanes PlacesOverSlim(std::size_t cell, std::span<const CellFace> faces) const;
 
   const NearFaces& faces_;
   std::array<float, 3> lowest_{};  // node, from the hyperbrick's middle

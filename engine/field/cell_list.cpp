@@ -1,10 +1,9 @@
 #include "engine/field/cell_list.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
-
-#include "engine/base/bits.h"
 
 namespace tandem {
 
@@ -15,10 +14,6 @@ constexpr std::size_t kParts = 64;
 const PlaceLanes& PartsOfCell() {
   static const PlaceLanes lanes = LatticeLanes(4, 0.125, 0.25);
   return lanes;
-}
-
-std::size_t LowestBit(std::uint64_t bits) {
-  return static_cast<std::size_t>(CountBits((bits & -bits) - 1));
 }
 
 /// A candidate in a cell.
@@ -34,11 +29,11 @@ struct Member {
 /// Whether the faces beside a member are as near in all of its open parts.
 bool GoesOn(const NearFaces& faces, const Member& member, const std::vector<Member>& members,
             const PlaceLanes& parts, float half_part) {
-  const std::size_t first = LowestBit(member.open);
+  const auto first = static_cast<std::size_t>(std::countr_zero(member.open));
   std::array<float, 3> low{parts.x[first], parts.y[first], parts.z[first]};
   std::array<float, 3> high = low;
   for (std::uint64_t open = member.open; open != 0; open &= open - 1) {
-    const std::size_t i = LowestBit(open);
+    const auto i = static_cast<std::size_t>(std::countr_zero(open));
     const std::array<float, 3> at{parts.x[i], parts.y[i], parts.z[i]};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(low[axis], at[axis]);

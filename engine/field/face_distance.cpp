@@ -29,19 +29,6 @@ HWY_INLINE Floats Dot(const std::array<float, 3>& a, const VectorLanes& b) {
   return hn::Add(xy, hn::Mul(hn::Set(f, a[2]), b.z));
 }
 
-/// The squared distance from an edge.
-HWY_INLINE Floats FromEdge(const NearFace::View::Edge& edge, const VectorLanes& p) {
-  const F f;
-  const VectorLanes q{hn::Sub(p.x, hn::Set(f, edge.start[0])),
-                      hn::Sub(p.y, hn::Set(f, edge.start[1])),
-                      hn::Sub(p.z, hn::Set(f, edge.start[2]))};
-  const Floats t = hn::Min(hn::Max(Dot(edge.along, q), hn::Set(f, edge.from)), hn::Set(f, edge.to));
-  const Floats x = hn::Sub(q.x, hn::Mul(t, hn::Set(f, edge.along[0])));
-  const Floats y = hn::Sub(q.y, hn::Mul(t, hn::Set(f, edge.along[1])));
-  const Floats z = hn::Sub(q.z, hn::Mul(t, hn::Set(f, edge.along[2])));
-  return hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-}
-
 struct DistanceAndHeight {
   Floats distance, height;
 };
@@ -50,16 +37,29 @@ HWY_INLINE DistanceAndHeight MeasureVector(const NearFace::View& face, unsigned 
                                            const VectorLanes& p) {
   const F f;
   const Floats height = hn::Sub(Dot(face.nhat, p), hn::Set(f, face.offset));
-  Floats squared = hn::Set(f, std::numeric_limits<float>::max());
-  auto over = hn::Eq(squared, squared);
+  const Floats absolute = hn::Abs(height);
+  if (edges == 0) return {absolute, face.sheet ? absolute : height};
+  // how far from the face the place's foot in its plane is
+  const Floats a = Dot(face.axes[0], p);
+  const Floats b = Dot(face.axes[1], p);
+  Floats beside = hn::Set(f, std::numeric_limits<float>::max());
+  auto over = hn::Eq(beside, beside);
   for (std::size_t k = 0; k < 3; ++k) {
     if ((edges >> k & 1U) == 0) continue;
     const NearFace::View::Edge& edge = face.edges[k];
-    over = hn::And(over, hn::Ge(Dot(edge.inward, p), hn::Set(f, edge.inward_offset)));
-    squared = hn::Min(squared, FromEdge(edge, p));
+    const Floats along_a = hn::Set(f, edge.along[0]);
+    const Floats along_b = hn::Set(f, edge.along[1]);
+    const Floats along = hn::Add(hn::Mul(along_a, a), hn::Mul(along_b, b));
+    const Floats inward =
+        hn::Sub(hn::Sub(hn::Mul(along_a, b), hn::Mul(along_b, a)), hn::Set(f, edge.inward_offset));
+    const Floats past =
+        hn::Sub(along, hn::Min(hn::Max(along, hn::Set(f, edge.from)), hn::Set(f, edge.to)));
+    over = hn::And(over, hn::Ge(inward, hn::Zero(f)));
+    beside = hn::Min(beside, hn::Add(hn::Mul(inward, inward), hn::Mul(past, past)));
   }
-  squared = hn::IfThenElse(over, hn::Mul(height, height), squared);
-  return {hn::Sqrt(squared), face.sheet ? hn::Abs(height) : height};
+  const Floats squared =
+      hn::Add(hn::Mul(height, height), hn::IfThenElse(over, hn::Zero(f), beside));
+  return {hn::Sqrt(squared), face.sheet ? absolute : height};
 }
 
 HWY_INLINE VectorLanes PlacesAt(const PlaceLanes& places, std::size_t i) {
@@ -92,11 +92,12 @@ void MeasureLanes(const NearFace::View& face, const PlaceLanes& places, unsigned
 }
 
 void MeasureLanesInto(const NearFace::View& face, const PlaceLanes& places, unsigned edges,
-                      NearestLanes& nearest) {
+                      NearestLanes& nearest, float* distances) {
   const F f;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    AddNearest(MeasureVector(face, edges, PlacesAt(places, i)), &nearest.distance[i],
-               &nearest.height[i]);
+    const DistanceAndHeight told = MeasureVector(face, edges, PlacesAt(places, i));
+    AddNearest(told, &nearest.distance[i], &nearest.height[i]);
+    if (distances != nullptr) hn::StoreU(told.distance, f, distances + i);
   }
 }
 
@@ -132,6 +133,32 @@ void MeasureCubeLanesInto(const NearFace::View& face, const std::array<float, 3>
   VisitCube(lowest, [&](std::size_t i, const VectorLanes& places) {
     AddNearest(MeasureVector(face, NearFace::kAllEdges, places), distances + i, heights + i);
   });
+}
+
+std::uint64_t BitsOf(hn::Mask<F> mask) {
+  const F f;
+  std::array<std::uint8_t, 8> bytes{};
+  hn::StoreMaskBits(f, mask, bytes.data());
+  std::uint64_t bits = bytes[0];
+  if (hn::Lanes(f) == 16) bits |= std::uint64_t{bytes[1]} << 8U;
+  return bits;
+}
+
+NearFace::CubeSides SidesOfLanes(const NearFace::View& face, const std::array<float, 3>& lowest) {
+  const F f;
+  NearFace::CubeSides sides;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const NearFace::View::Edge& edge = face.edges[k];
+    float reach = NearFace::kRounding;
+    for (std::size_t axis = 0; axis < 3; ++axis) reach += std::abs(edge.inward[axis]) * 0.5F;
+    const Floats aside = hn::Set(f, reach);
+    VisitCube(lowest, [&](std::size_t i, const VectorLanes& p) HWY_ATTR {
+      const Floats inward = hn::Sub(Dot(edge.inward, p), hn::Set(f, edge.inward_offset));
+      sides.before[k] |= BitsOf(hn::Le(inward, aside)) << i;
+      sides.beyond[k] |= BitsOf(hn::Lt(inward, hn::Neg(aside))) << i;
+    });
+  }
+  return sides;
 }
 
 CellErrors ErrorsOfLanes(const std::array<float, 8>& values, const std::array<float, 3>& lowest,
@@ -173,17 +200,14 @@ CellErrors ErrorsOfLanes(const std::array<float, 8>& values, const std::array<fl
   return {most(within_band), most(beyond), most(most_over)};
 }
 
-std::uint64_t CompareLanes(const float* values, const float* bounds, float margin) {
+std::uint64_t CompareLanes(const float* values, const float* bounds, float margin,
+                           std::size_t count) {
   const F f;
   const Floats more = hn::Set(f, margin);
   std::uint64_t within = 0;
-  for (std::size_t i = 0; i < 64; i += hn::Lanes(f)) {
+  for (std::size_t i = 0; i < count; i += hn::Lanes(f)) {
     const auto mask = hn::Le(hn::LoadU(f, values + i), hn::Add(hn::LoadU(f, bounds + i), more));
-    std::array<std::uint8_t, 8> bits{};
-    hn::StoreMaskBits(f, mask, bits.data());
-    for (std::size_t byte = 0; 8 * byte < hn::Lanes(f); ++byte) {
-      within |= std::uint64_t{bits[byte]} << (i + 8 * byte);
-    }
+    within |= BitsOf(mask) << i;
   }
   return within;
 }
@@ -203,6 +227,7 @@ HWY_EXPORT(CompareLanes);
 HWY_EXPORT(MeasureCubeLanes);
 HWY_EXPORT(MeasureCubeLanesInto);
 HWY_EXPORT(ErrorsOfLanes);
+HWY_EXPORT(SidesOfLanes);
 
 std::array<float, 3> Single(const Vec3& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
@@ -226,27 +251,31 @@ PlaceLanes LatticeLanes(std::size_t side, double first, double spacing) {
   return lanes;
 }
 
-std::uint64_t LanesWithin(const float* values, const float* bounds, float margin) {
-  return HWY_DYNAMIC_DISPATCH(CompareLanes)(values, bounds, margin);
+std::uint64_t LanesWithin(const float* values, const float* bounds, float margin,
+                          std::size_t count) {
+  return HWY_DYNAMIC_DISPATCH(CompareLanes)(values, bounds, margin, count);
 }
 
 NearFace::NearFace(const FieldFace& face, const Vec3& origin_L) {
   view_.nhat = Single(face.nhat);
   view_.offset = static_cast<float>(face.nhat.dot(face.corners_L[0] - origin_L));
   view_.sheet = face.sheet;
+  Eigen::Index least = 0;
+  face.nhat.cwiseAbs().minCoeff(&least);
+  const Vec3 first = face.nhat.cross(Vec3::Unit(least)).normalized();
+  const Vec3 second = face.nhat.cross(first);
+  view_.axes = {Single(first), Single(second)};
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 from = face.corners_L[k] - origin_L;
     const Vec3 side = face.corners_L[(k + 1) % 3] - face.corners_L[k];
     const double length = side.norm();
     View::Edge& edge = view_.edges[k];
     const Vec3 along = length > 0 ? Vec3(side / length) : Vec3(Vec3::Zero());
-    const double passed = -along.dot(from);
     // beyond this an end is farther than any place asks for
     constexpr double kFar = 128;
-    edge.along = Single(along);
-    edge.start = Single(from + passed * along);
-    edge.from = static_cast<float>(std::clamp(-passed, -kFar, kFar));
-    edge.to = static_cast<float>(std::clamp(length - passed, -kFar, kFar));
+    edge.along = {static_cast<float>(along.dot(first)), static_cast<float>(along.dot(second))};
+    edge.from = static_cast<float>(std::clamp(along.dot(from), -kFar, kFar));
+    edge.to = static_cast<float>(std::clamp(along.dot(from) + length, -kFar, kFar));
     const Vec3 inward = face.nhat.cross(along);
     edge.inward = Single(inward);
     // nothing lies over a face without area
@@ -260,8 +289,9 @@ void NearFace::Measure(const PlaceLanes& places, unsigned edges, float* distance
   HWY_DYNAMIC_DISPATCH(MeasureLanes)(view_, places, edges, distances, heights);
 }
 
-void NearFace::MeasureInto(const PlaceLanes& places, unsigned edges, NearestLanes& nearest) const {
-  HWY_DYNAMIC_DISPATCH(MeasureLanesInto)(view_, places, edges, nearest);
+void NearFace::MeasureInto(const PlaceLanes& places, unsigned edges, NearestLanes& nearest,
+                           float* distances) const {
+  HWY_DYNAMIC_DISPATCH(MeasureLanesInto)(view_, places, edges, nearest, distances);
 }
 
 void NearFace::MeasureCube(const std::array<float, 3>& lowest, float* distances) const {
@@ -271,6 +301,10 @@ void NearFace::MeasureCube(const std::array<float, 3>& lowest, float* distances)
 void NearFace::MeasureCubeInto(const std::array<float, 3>& lowest, float* distances,
                                float* heights) const {
   HWY_DYNAMIC_DISPATCH(MeasureCubeLanesInto)(view_, lowest, distances, heights);
+}
+
+NearFace::CubeSides NearFace::SidesOf(const std::array<float, 3>& lowest) const {
+  return HWY_DYNAMIC_DISPATCH(SidesOfLanes)(view_, lowest);
 }
 
 CellErrors ErrorsInCell(const std::array<float, 8>& values, const std::array<float, 3>& lowest,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -41,6 +42,12 @@ struct CellErrors {
   float within_band = 0;
   float beyond = 0;  // where a reading is near, but beyond the band
   float over = 0;    // how much farther than the surface a reading says it is
+
+  void Add(const CellErrors& other) {
+    within_band = std::max(within_band, other.within_band);
+    beyond = std::max(beyond, other.beyond);
+    over = std::max(over, other.over);
+  }
 };
 /// Compares the places of a cell with its lowest node at `lowest` and `values` at its corners, x
 /// fastest.
@@ -52,8 +59,10 @@ CellErrors ErrorsInCell(const std::array<float, 8>& values, const std::array<flo
 inline constexpr std::size_t kCubeSide = 4;
 inline constexpr std::size_t kCubePlaces = kCubeSide * kCubeSide * kCubeSide;
 
-/// A bit for each of 64 lanes whose value is at most its bound and `margin` more.
-std::uint64_t LanesWithin(const float* values, const float* bounds, float margin);
+/// A bit for each of at most 64 lanes, a multiple of 16, whose value is at most its bound and
+/// `margin` more.
+std::uint64_t LanesWithin(const float* values, const float* bounds, float margin,
+                          std::size_t count = 64);
 
 /// A face as seen from places near an origin, in single precision. Whatever is large is subtracted
 /// in double precision first, so a distance below 16 voxels is right to 2e-5 voxels.
@@ -67,23 +76,34 @@ class NearFace {
   /// height is the absolute one over a sheet; null: not wanted. `edges` has a bit for each edge
   /// that some of the places lie beyond. The same bits on every processor.
   void Measure(const PlaceLanes& places, unsigned edges, float* distances, float* heights) const;
-  /// Adds the face to those that `nearest` knows.
-  void MeasureInto(const PlaceLanes& places, unsigned edges, NearestLanes& nearest) const;
+  /// Adds the face to those that `nearest` knows. `distances` as Measure() tells them; null: not
+  /// wanted.
+  void MeasureInto(const PlaceLanes& places, unsigned edges, NearestLanes& nearest,
+                   float* distances = nullptr) const;
   /// The same of the places of a cube, of which the lowest is at `lowest`.
   void MeasureCube(const std::array<float, 3>& lowest, float* distances) const;
   void MeasureCubeInto(const std::array<float, 3>& lowest, float* distances, float* heights) const;
+
+  /// Of the cubes round the places of a cube, with sides of a voxel, a bit for each.
+  struct CubeSides {
+    std::array<std::uint64_t, 3> before{};  // by edge: some of it lies beyond
+    std::array<std::uint64_t, 3> beyond{};  // all of it does
+  };
+  CubeSides SidesOf(const std::array<float, 3>& lowest) const;
+  /// What an edge may be off by, voxels.
+  static constexpr float kRounding = 1e-3F;
 
   /// What the kernel reads.
   struct View {
     struct Edge {
       std::array<float, 3> inward;  // unit vector in the face's plane
       float inward_offset;
-      std::array<float, 3> start;  // the point of the edge's line that is closest to the origin
-      std::array<float, 3> along;  // unit vector
-      float from, to;              // the edge's ends, from `start`
+      std::array<float, 2> along;  // unit vector, in the plane's coordinates
+      float from, to;              // the edge's ends along it
     };
     std::array<float, 3> nhat;
     float offset;
+    std::array<std::array<float, 3>, 2> axes;  // of coordinates in the face's plane, right-handed
     std::array<Edge, 3> edges;
     bool sheet;
   };

@@ -232,17 +232,18 @@ class FieldBuilder {
     const auto* end = nodes.distance.begin() + kBrickNodes;
     if (*std::min_element(nodes.distance.begin(), end) > kept) return false;
     const GridIndex lowest = first + BlockCell(brick.place) * kBrickCells;
-    brick.packed = PackBrick(Values(nodes, SolidNodes(lowest, nodes), survey.PlaneOf(brick.place)));
-    brick.candidates = survey.CandidatesOf(brick.place, DistanceField::kMostNear);
+    HyperbrickSurvey::BrickCells cells = survey.CellsOf(brick.place, DistanceField::kMostNear);
+    brick.packed = PackBrick(Values(nodes, SolidNodes(lowest, nodes), cells.plane));
     std::uint64_t near = 0;
     for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
-      const double least = survey.LeastOf(brick.place, cell) - kHalfVoxelDiagonal;
+      const double least = cells.least[cell] - kHalfVoxelDiagonal;
       if (least < DistanceField::kMostNear) near |= std::uint64_t{1} << cell;
       if (least < options_.band) brick.in_band |= std::uint64_t{1} << cell;
     }
-    const BrickFaces::Errors errors =
-        BrickFaces(faces, brick.place, brick.candidates)
+    BrickFaces::Errors errors =
+        BrickFaces(faces, brick.place, cells.candidates)
             .Measure(Unpacked(brick.packed), near, options_.band, DistanceField::kMostNear, open_);
+    brick.candidates = std::move(errors.left);
     brick.erring = errors.erring;
     brick.over = errors.over;
     hyperbrick.within_band = std::max(hyperbrick.within_band, errors.within_band);

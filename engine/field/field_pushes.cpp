@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
-#include "engine/base/bits.h"
 #include "engine/field/distance_field.h"
 #include "engine/geometry/closest_on_triangle.h"
 
@@ -91,7 +91,7 @@ DistanceField::FacesNear DistanceField::FacesWithin(const List& list, const Vec3
   for (std::size_t byte = 0; byte < list.member_bytes; ++byte) {
     for (std::uint32_t bits = list.members[byte]; bits != 0; bits &= bits - 1) {
       if (count == kMost) continue;
-      entries[count] = list.faces[8 * byte + CountBits((bits & -bits) - 1)];
+      entries[count] = list.faces[8 * byte + static_cast<std::size_t>(std::countr_zero(bits))];
       const Face& face = faces_[entries[count] & ~kSheet];
       closest[count] = ClosestOnTriangle(face[0].cast<double>(), face[1].cast<double>(),
                                          face[2].cast<double>(), place_L)

@@ -1,12 +1,12 @@
 // Distances of places from the faces of their cells' lists, many at a time.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
 
-#include "engine/base/bits.h"
 #include "engine/field/distance_field.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -178,7 +178,8 @@ class ListDistances {
                                     static_cast<float>(cell.from.z())};
     for (std::size_t byte = 0; byte < list.member_bytes; ++byte) {
       for (std::uint32_t bits = list.members[byte]; bits != 0; bits &= bits - 1) {
-        AddPair(list.faces[8 * byte + CountBits((bits & -bits) - 1)], whole, rest);
+        AddPair(list.faces[8 * byte + static_cast<std::size_t>(std::countr_zero(bits))], whole,
+                rest);
       }
     }
     query.end = pairs_.count;

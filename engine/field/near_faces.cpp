@@ -1,10 +1,11 @@
 #include "engine/field/near_faces.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
-#include "engine/base/bits.h"
 #include "engine/geometry/closest_on_triangle.h"
 
 namespace tandem {
@@ -22,6 +23,14 @@ constexpr double kHalfHyperbrick = 0.5 * kHyperbrickCells;
 
 Vec3 Place(const GridIndex& index) {
   return {static_cast<double>(index.x), static_cast<double>(index.y), static_cast<double>(index.z)};
+}
+
+/// The lowest node of a block of nodes, from the hyperbrick's middle.
+std::array<float, 3> LowestNode(const GridIndex& block) {
+  const auto along = [](std::int32_t n) {
+    return static_cast<float>(n * kBrickCells) - static_cast<float>(kHalfHyperbrick);
+  };
+  return {along(block.x), along(block.y), along(block.z)};
 }
 
 /// Where a face may come near to, of cubes about the hyperbrick's middle.
@@ -129,7 +138,6 @@ HyperbrickSurvey::HyperbrickSurvey(const NearFaces& faces, double kept, bool clo
   FindKinds(kept, closed);
   MakeRoom();
   Measure(kept);
-  SortRecords();
 }
 
 void HyperbrickSurvey::FindKinds(double kept, bool closed) {
@@ -172,9 +180,8 @@ void HyperbrickSurvey::DropFarPlanes(double kept) {
   }
 }
 
-HyperbrickSurvey::Plane HyperbrickSurvey::PlaneOf(std::size_t brick) const {
-  if (bricks_[brick].nearest == kNone) return {};
-  const FieldFace& face = faces_[bricks_[brick].nearest];
+HyperbrickSurvey::Plane HyperbrickSurvey::PlaneOf(std::size_t brick, std::uint32_t nearest) const {
+  const FieldFace& face = faces_[nearest];
   const Vec3 lowest_L =
       faces_.middle_L() - Vec3::Constant(kHalfHyperbrick) + Place(BlockCell(brick) * kBrickCells);
   return {face.nhat, face.nhat.dot(lowest_L - face.corners_L[0])};
@@ -183,12 +190,8 @@ HyperbrickSurvey::Plane HyperbrickSurvey::PlaneOf(std::size_t brick) const {
 void HyperbrickSurvey::MakeRoom() {
   blocks_.assign(kBlocks * kBlocks * kBlocks, -1);
   std::int32_t nodes = 0;
-  std::size_t cells = 0;
   for (std::size_t place = 0; place < bricks_.size(); ++place) {
-    Brick& brick = bricks_[place];
-    if (brick.kind != Kind::kMeasured) continue;
-    brick.cells = cells;
-    cells += kCellsPerBrick;
+    if (bricks_[place].kind != Kind::kMeasured) continue;
     for (std::int32_t i = 0; i < 8; ++i) {
       const GridIndex at = BlockCell(place) + GridIndex{i & 1, i >> 1 & 1, i >> 2};
       std::int32_t& block =
@@ -200,7 +203,6 @@ void HyperbrickSurvey::MakeRoom() {
   }
   node_distances_.assign(static_cast<std::size_t>(nodes), std::numeric_limits<float>::max());
   node_heights_.assign(static_cast<std::size_t>(nodes), 0.0F);
-  cell_least_.assign(cells, std::numeric_limits<float>::max());
 }
 
 void HyperbrickSurvey::Measure(double kept) {
@@ -209,6 +211,7 @@ void HyperbrickSurvey::Measure(double kept) {
   constexpr auto kFirst = static_cast<float>(kHalf - kHalfHyperbrick);
   const auto node_reach = static_cast<float>(kept);
   const float farthest = std::max(kCellReach, node_reach);
+  std::vector<Visit> visits;
   for (std::uint32_t i = 0; i < faces_.size(); ++i) {
     const NearFace& face = faces_.seen(i);
     const FaceReach reach(faces_[i], face.view(), faces_.middle_L(), kHalf, farthest);
@@ -216,54 +219,23 @@ void HyperbrickSurvey::Measure(double kept) {
       const std::int32_t block =
           blocks_[static_cast<std::size_t>(at.x + kBlocks * (at.y + kBlocks * at.z))];
       if (block < 0) return;
-      const auto lowest = [](std::int32_t n) {
-        return static_cast<float>(n * kBrickCells) - static_cast<float>(kHalfHyperbrick);
-      };
-      const std::array<float, 3> node{lowest(at.x), lowest(at.y), lowest(at.z)};
-      face.MeasureCubeInto(node, &node_distances_[static_cast<std::size_t>(block)],
+      face.MeasureCubeInto(LowestNode(at), &node_distances_[static_cast<std::size_t>(block)],
                            &node_heights_[static_cast<std::size_t>(block)]);
       if (std::max({at.x, at.y, at.z}) == kHyperbrickBricks) return;
-      Brick& brick = bricks_[CellInBlock(at)];
-      if (brick.kind != Kind::kMeasured) return;
-      MeasureCells(i, brick, {node[0] + 0.5F, node[1] + 0.5F, node[2] + 0.5F});
+      const std::size_t brick = CellInBlock(at);
+      if (bricks_[brick].kind != Kind::kMeasured) return;
+      visits.push_back({static_cast<std::uint32_t>(brick), i});
     });
   }
+  SortByBrick(visits);
 }
 
-void HyperbrickSurvey::MeasureCells(std::uint32_t face, Brick& brick,
-                                    const std::array<float, 3>& lowest) {
-  alignas(64) std::array<float, kCellsPerBrick> told;
-  faces_.seen(face).MeasureCube(lowest, told.data());
-  float* least = &cell_least_[brick.cells];
-  std::uint64_t close = LanesWithin(told.data(), least, 2 * kHalfDiagonal);
-  for (; close != 0; close &= close - 1) {
-    const auto cell = static_cast<std::size_t>(CountBits((close & -close) - 1));
-    if (told[cell] > kCellReach) continue;
-    records_.push_back({static_cast<std::uint32_t>(brick.cells + cell), face, told[cell]});
-    least[cell] = std::min(least[cell], told[cell]);
-    if (told[cell] < brick.least) {
-      brick.least = told[cell];
-      brick.nearest = face;
-    }
-  }
-}
-
-void HyperbrickSurvey::SortRecords() {
-  first_candidates_.assign(cell_least_.size() + 1, 0);
-  const auto counts = [this](const Record& record) {
-    return record.distance <= cell_least_[record.cell] + 2 * kHalfDiagonal;
-  };
-  for (const Record& record : records_) {
-    if (counts(record)) ++first_candidates_[record.cell + 1];
-  }
-  for (std::size_t cell = 1; cell < first_candidates_.size(); ++cell) {
-    first_candidates_[cell] += first_candidates_[cell - 1];
-  }
-  candidates_.resize(first_candidates_.back());
-  std::vector<std::uint32_t> next(first_candidates_.begin(), first_candidates_.end());
-  for (const Record& record : records_) {
-    if (counts(record)) candidates_[next[record.cell]++] = record.face;
-  }
+void HyperbrickSurvey::SortByBrick(const std::vector<Visit>& visits) {
+  for (const Visit& visit : visits) ++first_faces_[visit.brick + 1];
+  std::partial_sum(first_faces_.begin(), first_faces_.end(), first_faces_.begin());
+  std::array<std::uint32_t, kBricksPerHyperbrick + 1> next = first_faces_;
+  brick_faces_.resize(visits.size());
+  for (const Visit& visit : visits) brick_faces_[next[visit.brick]++] = visit.face;
 }
 
 NearestLanes HyperbrickSurvey::NodesOf(std::size_t brick) const {
@@ -285,46 +257,89 @@ NearestLanes HyperbrickSurvey::NodesOf(std::size_t brick) const {
   return nodes;
 }
 
-CellCandidates HyperbrickSurvey::CandidatesOf(std::size_t brick, double within) const {
-  CellCandidates candidates;
-  const std::size_t cells = bricks_[brick].cells;
-  for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
-    const std::size_t begin = first_candidates_[cells + cell];
-    const std::size_t count = first_candidates_[cells + cell + 1] - begin;
-    if (cell_least_[cells + cell] < within + kHalfDiagonal) {
-      AddCandidates(std::span(candidates_).subspan(begin, count), brick, cell, candidates.faces);
+HyperbrickSurvey::BrickCells HyperbrickSurvey::CellsOf(std::size_t brick, double within) const {
+  const std::uint32_t first = first_faces_[brick];
+  const std::span<const std::uint32_t> faces =
+      std::span(brick_faces_).subspan(first, first_faces_[brick + 1] - first);
+  const std::array<float, 3> lowest = LowestNode(BlockCell(brick));
+  const std::array<float, 3> centre{lowest[0] + 0.5F, lowest[1] + 0.5F, lowest[2] + 0.5F};
+  BrickCells cells;
+  cells.least.fill(std::numeric_limits<float>::max());
+  std::vector<CellDistances> told(faces.size());
+  float least = std::numeric_limits<float>::max();
+  std::uint32_t nearest = kNone;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    faces_.seen(faces[i]).MeasureCube(centre, told[i].data());
+    const float of_face = *std::ranges::min_element(told[i]);
+    if (of_face < least) {
+      least = of_face;
+      nearest = faces[i];
     }
-    candidates.first[cell + 1] = static_cast<std::uint32_t>(candidates.faces.size());
+    for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
+      cells.least[cell] = std::min(cells.least[cell], told[i][cell]);
+    }
   }
-  return candidates;
+  if (nearest == kNone) return cells;
+  cells.plane = PlaneOf(brick, nearest);
+  // a face that is farther than the nearest one by more is nowhere in the cell the nearest
+  CellDistances farthest;
+  for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
+    const bool wanted = cells.least[cell] < within + kHalfDiagonal;
+    farthest[cell] = wanted ? std::min(cells.least[cell] + 2 * kHalfDiagonal, kCellReach) : -1;
+  }
+  std::vector<std::uint32_t> near;
+  std::vector<std::uint64_t> near_cells;
+  std::vector<NearFace::CubeSides> sides;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const std::uint64_t bits = LanesWithin(told[i].data(), farthest.data(), 0);
+    if (bits == 0) continue;
+    near.push_back(faces[i]);
+    near_cells.push_back(bits);
+    sides.push_back(faces_.seen(faces[i]).SidesOf(centre));
+  }
+  LeaveOut(near, sides, near_cells);
+  std::array<std::uint32_t, kCellsPerBrick + 1>& first_of = cells.candidates.first;
+  for (const std::uint64_t bits : near_cells) {
+    for (std::uint64_t left = bits; left != 0; left &= left - 1) {
+      ++first_of[static_cast<std::size_t>(std::countr_zero(left)) + 1];
+    }
+  }
+  std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());
+  cells.candidates.faces.resize(first_of.back());
+  std::array<std::uint32_t, kCellsPerBrick + 1> next = first_of;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    for (std::uint64_t left = near_cells[i]; left != 0; left &= left - 1) {
+      const auto cell = static_cast<std::size_t>(std::countr_zero(left));
+      unsigned edges = 0;
+      for (unsigned k = 0; k < 3; ++k) {
+        edges |= static_cast<unsigned>(sides[i].before[k] >> cell & 1U) << k;
+      }
+      cells.candidates.faces[next[cell]++] = {near[i], edges};
+    }
+  }
+  return cells;
 }
 
-void HyperbrickSurvey::AddCandidates(std::span<const std::uint32_t> all, std::size_t brick,
-                                     std::size_t cell, std::vector<CellFace>& candidates) const {
-  const GridIndex at =
-      BlockCell(brick) * kBrickCells + GridIndex{static_cast<std::int32_t>(cell & 3),
-                                                 static_cast<std::int32_t>(cell >> 2 & 3),
-                                                 static_cast<std::int32_t>(cell >> 4)};
-  const auto middle = [](std::int32_t n) {
-    return static_cast<float>(n) + static_cast<float>(0.5 - kHalfHyperbrick);
-  };
-  const NearFaces::Box box{{middle(at.x), middle(at.y), middle(at.z)}, {0.5F, 0.5F, 0.5F}};
-  const std::size_t first = candidates.size();
-  for (const std::uint32_t face : all) {
-    candidates.push_back({face, faces_.EdgesBefore(face, box)});
-  }
+void HyperbrickSurvey::LeaveOut(std::span<const std::uint32_t> faces,
+                                std::span<const NearFace::CubeSides> sides,
+                                std::vector<std::uint64_t>& cells) const {
   // each against those that are left: what it goes on in stays, or goes on in others that do
-  const std::span<CellFace> of_cell = std::span(candidates).subspan(first);
-  constexpr std::uint32_t kGone = 8;  // beside the bits of edges
-  const auto stays = [&](std::uint32_t other) {
-    const auto place = std::ranges::lower_bound(of_cell, other, {}, &CellFace::face);
-    return place != of_cell.end() && place->face == other && place->edges != kGone;
+  const auto cells_of = [&](std::uint32_t face) -> std::uint64_t {
+    if (face == FieldFace::kNone) return 0;
+    const auto at = std::ranges::lower_bound(faces, face);
+    return at != faces.end() && *at == face ? cells[static_cast<std::size_t>(at - faces.begin())]
+                                            : 0;
   };
-  for (CellFace& candidate : of_cell) {
-    if (faces_.GoesOn(candidate.face, candidate.edges, box, stays)) candidate.edges = kGone;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    std::uint64_t beyond = 0;
+    for (const std::uint64_t of_edge : sides[i].beyond) beyond |= of_edge;
+    std::uint64_t gone = cells[i] & beyond;
+    for (std::size_t k = 0; k < 3 && gone != 0; ++k) {
+      const std::uint64_t before = gone & sides[i].before[k];
+      if (before != 0) gone &= ~before | cells_of(faces_.beside(faces[i])[k]);
+    }
+    cells[i] &= ~gone;
   }
-  const auto gone = std::ranges::remove(of_cell, kGone, &CellFace::edges);
-  candidates.resize(candidates.size() - gone.size());
 }
 
 }  // namespace tandem

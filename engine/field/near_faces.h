@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -25,6 +24,8 @@ class NearFaces {
   /// By place among the near faces.
   const FieldFace& operator[](std::size_t i) const { return all_[near_[i]]; }
   const NearFace& seen(std::size_t i) const { return seen_[i]; }
+  /// By edge, the place of the face that goes on from this one as FieldFace::beside, or kNone.
+  const std::array<std::uint32_t, 3>& beside(std::size_t i) const { return beside_[i]; }
   std::uint32_t number(std::size_t i) const { return near_[i]; }
   /// The hyperbrick's middle, in L.
   const Vec3& middle_L() const noexcept { return middle_L_; }
@@ -64,9 +65,8 @@ class NearFaces {
     return inward;
   }
   float Aside(std::uint32_t face, unsigned k, const Box& box) const {
-    constexpr float kRounding = 1e-3F;
     const NearFace::View::Edge& edge = seen_[face].view().edges[k];
-    float aside = kRounding;
+    float aside = NearFace::kRounding;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       aside += std::abs(edge.inward[axis]) * box.half[axis];
     }
@@ -121,56 +121,55 @@ class HyperbrickSurvey {
     Vec3 nhat = Vec3::Zero();
     double at_lowest = 0;  // height of the brick's lowest node over it
   };
-  /// Of the nearest face that the survey found in a brick: of a flat one the only plane.
-  Plane PlaneOf(std::size_t brick) const;
+  /// Of a flat brick.
+  Plane PlaneOf(std::size_t brick) const { return PlaneOf(brick, bricks_[brick].nearest); }
+  /// What the faces say of a brick's cells.
+  struct BrickCells {
+    /// How near the faces come to each cell's centre, voxels.
+    std::array<float, kCellsPerBrick> least;
+    CellCandidates candidates;
+    Plane plane;  // of the nearest face
+  };
 
   // Of measured bricks.
 
   /// The distances of a brick's nodes from the faces, and the heights over that one that tells the
   /// side. What is farther than kReach is not told right.
   NearestLanes NodesOf(std::size_t brick) const;
-  /// None for cells that the faces do not come nearer to than `within`, voxels.
-  CellCandidates CandidatesOf(std::size_t brick, double within) const;
-  /// How near the faces come to a cell's centre, voxels.
-  float LeastOf(std::size_t brick, std::size_t cell) const noexcept {
-    return cell_least_[bricks_[brick].cells + cell];
-  }
+  /// No candidates for cells that the faces do not come nearer to than `within`, voxels.
+  BrickCells CellsOf(std::size_t brick, double within) const;
 
  private:
   static constexpr std::int32_t kBlocks = kHyperbrickBricks + 1;  // of nodes, along a side
   static constexpr std::uint32_t kNone = ~0U;
   struct Brick {
     Kind kind = Kind::kFar;
-    std::uint32_t nearest = kNone;                    // a face
-    float least = std::numeric_limits<float>::max();  // its distance from some cell's centre
-    bool sure = false;                                // some face surely comes near
-    std::size_t cells = 0;                            // of cell_least_
+    std::uint32_t nearest = kNone;  // a face
+    bool sure = false;              // some face surely comes near
   };
-  struct Record {
-    std::uint32_t cell;  // of cell_least_
+  struct Visit {
+    std::uint32_t brick;
     std::uint32_t face;
-    float distance;
   };
+  using CellDistances = std::array<float, kCellsPerBrick>;
 
   void FindKinds(double kept, bool closed);
   void DropFarPlanes(double kept);
   void MakeRoom();
   void Measure(double kept);
-  void MeasureCells(std::uint32_t face, Brick& brick, const std::array<float, 3>& lowest);
-  void SortRecords();
-  /// Appends the candidates of a cell that stay when those are left out in whose place others are
-  /// as near.
-  void AddCandidates(std::span<const std::uint32_t> all, std::size_t brick, std::size_t cell,
-                     std::vector<CellFace>& candidates) const;
+  void SortByBrick(const std::vector<Visit>& visits);
+  Plane PlaneOf(std::size_t brick, std::uint32_t face) const;
+  /// In which cells of a brick each of `faces` is a candidate, given those that it is near enough
+  /// for: it is left out where others are as near.
+  void LeaveOut(std::span<const std::uint32_t> faces, std::span<const NearFace::CubeSides> sides,
+                std::vector<std::uint64_t>& cells) const;
 
   const NearFaces& faces_;
   std::array<Brick, kBricksPerHyperbrick> bricks_;
   std::vector<std::int32_t> blocks_;  // by block: the first of its nodes, or below 0
   std::vector<float> node_distances_, node_heights_;
-  std::vector<float> cell_least_;
-  std::vector<Record> records_;
-  std::vector<std::uint32_t> first_candidates_;  // by cell
-  std::vector<std::uint32_t> candidates_;
+  std::array<std::uint32_t, kBricksPerHyperbrick + 1> first_faces_{};  // by brick
+  std::vector<std::uint32_t> brick_faces_;                             // that may count there
 };
 
 }  // namespace tandem
