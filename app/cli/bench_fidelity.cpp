@@ -52,7 +52,7 @@ ordered_json With(ordered_json out, const FrameLengths& frames) {
 }
 
 /// Least, mean and largest over the three bodies, and each body's own.
-ordered_json FirstForce(const MeasuredContact& contact, const FidelityArguments& arguments) {
+ordered_json FirstForce(ContactModel contact, const FidelityArguments& arguments) {
   if (!arguments.Asks("first-force")) return nullptr;
   constexpr std::array<const char*, 3> kNames{"sphere", "box", "cylinder"};
   Spread all;
@@ -70,8 +70,7 @@ ordered_json FirstForce(const MeasuredContact& contact, const FidelityArguments&
   return out;
 }
 
-ordered_json Nut(const MeasuredContact& contact, const FidelityArguments& arguments,
-                 int& exit_code) {
+ordered_json Nut(ContactModel contact, const FidelityArguments& arguments, int& exit_code) {
   if (arguments.models.empty() || !arguments.Asks("nut")) return nullptr;
   const Result<NutFigures> nut = MeasureNut(contact, arguments.models, arguments.nut_voxel);
   if (!nut) {
@@ -79,7 +78,7 @@ ordered_json Nut(const MeasuredContact& contact, const FidelityArguments& argume
     return nullptr;
   }
   return With({{"voxel_mm", 1e3 * nut->voxel},
-               {"force_layer", DefaultForceLayer(contact.model)},
+               {"force_layer", DefaultForceLayer(contact)},
                {"turned_deg", nut->turned * 57.29577951308232},
                {"helix_error_mm", nut->helix_error_mm},
                {"push_mm", nut->push_mm},
@@ -87,8 +86,7 @@ ordered_json Nut(const MeasuredContact& contact, const FidelityArguments& argume
               nut->frames);
 }
 
-ordered_json Pegs(const MeasuredContact& contact, const FidelityArguments& arguments,
-                  int& exit_code) {
+ordered_json Pegs(ContactModel contact, const FidelityArguments& arguments, int& exit_code) {
   if (arguments.models.empty() || !arguments.Asks("pegs")) return nullptr;
   const Result<PegFigures> pegs =
       MeasurePegs(contact, arguments.models, arguments.peg_voxel, arguments.peg_seeds);
@@ -97,15 +95,14 @@ ordered_json Pegs(const MeasuredContact& contact, const FidelityArguments& argum
     return nullptr;
   }
   return With({{"voxel_mm", 1e3 * pegs->voxel},
-               {"force_layer", DefaultForceLayer(contact.model)},
+               {"force_layer", DefaultForceLayer(contact)},
                {"trials", pegs->trials},
                {"inserted_share", pegs->inserted_share},
                {"buzz", pegs->buzz}},
               pegs->frames);
 }
 
-ordered_json Ball(const MeasuredContact& contact, const FidelityArguments& arguments,
-                  int& exit_code) {
+ordered_json Ball(ContactModel contact, const FidelityArguments& arguments, int& exit_code) {
   if (!arguments.Asks("ball")) return nullptr;
   const Result<BallFigures> ball = MeasureBall(contact, SceneFile("ball_and_socket"));
   if (!ball) {
@@ -121,8 +118,7 @@ ordered_json Ball(const MeasuredContact& contact, const FidelityArguments& argum
 }
 
 /// What is not asked for is null; what cannot be measured too, and said, and in the exit code.
-ordered_json Measure(const MeasuredContact& contact, const FidelityArguments& arguments,
-                     int& exit_code) {
+ordered_json Measure(ContactModel contact, const FidelityArguments& arguments, int& exit_code) {
   ordered_json direction;
   ordered_json ripple;
   ordered_json ripple_max;
@@ -149,21 +145,17 @@ int RunFidelity(FidelityArguments arguments) {
     Say("no nut and no pegs: give the folder of models/factory with --models or TANDEM_MODELS");
   }
   int exit_code = kExitOk;
-  ordered_json out = Measure({}, arguments, exit_code);
-  out["plain"] = Measure({.model = ContactModel::kPlain}, arguments, exit_code);
-  out["field"] = Measure({.by_field = true}, arguments, exit_code);
+  ordered_json out = Measure(ContactModel::kRefined, arguments, exit_code);
+  out["plain"] = Measure(ContactModel::kPlain, arguments, exit_code);
   if (arguments.json) {
     std::printf("%s\n", JsonText(out, 2).c_str());
     return exit_code;
   }
   const ordered_json plain = out["plain"];
-  const ordered_json field = out["field"];
   out.erase("plain");
-  out.erase("field");
   for (const auto& [name, figures] : out.items()) {
-    std::printf("%-22s refined %s\n%-22s plain   %s\n%-22s field   %s\n", name.c_str(),
-                JsonText(figures).c_str(), "", JsonText(plain[name]).c_str(), "",
-                JsonText(field[name]).c_str());
+    std::printf("%-22s refined %s\n%-22s plain   %s\n", name.c_str(), JsonText(figures).c_str(), "",
+                JsonText(plain[name]).c_str());
   }
   return exit_code;
 }

@@ -21,18 +21,12 @@ struct Spread {
   double max = 0;
 };
 
-/// Says which kind of contact is measured.
-struct MeasuredContact {
-  ContactModel model = ContactModel::kRefined;
-  bool by_field = false;  // of Scene
-};
-
 /// A convex body that comes down on a plane.
 enum class Approaching : std::uint8_t { kSphere, kBox, kCylinder };
 
 /// The gap between exact surfaces, in voxels, in which the first force is felt: `approaches` bodies
 /// at random attitudes come down on planes of `tilts` random tilts. Default force layer.
-Spread MeasureFirstForce(const MeasuredContact& contact, Approaching body, int tilts,
+Spread MeasureFirstForce(ContactModel contact, Approaching body, int tilts,
                          int approaches);
 
 struct PressedFigures {
@@ -42,7 +36,7 @@ struct PressedFigures {
   double ripple_max = 0;  // of one slide
 };
 /// Bodies that rest on planes of random tilts, pressed to half a voxel of mean depth, and slid.
-PressedFigures MeasurePressed(const MeasuredContact& contact, int tilts);
+PressedFigures MeasurePressed(ContactModel contact, int tilts);
 
 /// Counts what frames take that run one after the other, whatever the time.
 struct TimesOfFrames {
@@ -77,7 +71,7 @@ struct NutFigures {
   FrameLengths frames;  // that test and look at all there is: no budget
 };
 /// An M16 nut on its bolt (models/factory of that folder), turned by a hand and pushed.
-Result<NutFigures> MeasureNut(const MeasuredContact& contact, const std::filesystem::path& models,
+Result<NutFigures> MeasureNut(ContactModel contact, const std::filesystem::path& models,
                               double voxel);
 
 struct PegFigures {
@@ -89,7 +83,7 @@ struct PegFigures {
 };
 /// Round and rectangular pegs put into their holes by a hand that aims wrong by half a degree and
 /// 0.2 mm and gives way; `seeds` trials in all.
-Result<PegFigures> MeasurePegs(const MeasuredContact& contact, const std::filesystem::path& models,
+Result<PegFigures> MeasurePegs(ContactModel contact, const std::filesystem::path& models,
                                double voxel, int seeds);
 
 struct BallFigures {
@@ -102,7 +96,7 @@ struct BallFigures {
   double depth_max_voxels = 0;  // of the ball's centre off the socket's, beyond the free play
 };
 /// The scene ball_and_socket in that file.
-Result<BallFigures> MeasureBall(const MeasuredContact& contact,
+Result<BallFigures> MeasureBall(ContactModel contact,
                                 const std::filesystem::path& scene_file);
 
 /// A number of [low, high), the same with every standard library.

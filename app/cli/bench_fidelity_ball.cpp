@@ -14,20 +14,18 @@ namespace {
 /// A turn at the travel floor.
 constexpr int kMostFrames = 12'000;
 
-Result<std::shared_ptr<const WorldModel>> LoadBall(Scene scene, const MeasuredContact& contact,
+Result<std::shared_ptr<const WorldModel>> LoadBall(Scene scene, ContactModel contact,
                                                    double voxel) {
-  scene.contact = contact.model;
-  scene.by_field = contact.by_field;
+  scene.contact = contact;
   scene.voxel_size = voxel;
-  scene.force_layer = contact.model == ContactModel::kRefined ? DefaultForceLayer(contact.model)
-                                                              : 0;  // the paper's
+  scene.force_layer =
+      contact == ContactModel::kRefined ? DefaultForceLayer(contact) : 0;  // the paper's
   return LoadWorld(scene);
 }
 
 }  // namespace
 
-Result<BallFigures> MeasureBall(const MeasuredContact& contact,
-                                const std::filesystem::path& scene_file) {
+Result<BallFigures> MeasureBall(ContactModel contact, const std::filesystem::path& scene_file) {
   const Result<Scene> scene = LoadScene(scene_file);
   if (!scene) return scene.error();
   const auto loaded = LoadBall(*scene, contact, 0.00035);

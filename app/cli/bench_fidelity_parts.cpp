@@ -15,14 +15,13 @@ namespace {
 constexpr double kCapacity = 1e9;  // fidelity is asked for here, not speed
 
 /// A part of models/factory before another that is fixed, in metres.
-Scene Factory(const MeasuredContact& contact, const std::filesystem::path& models, double voxel,
+Scene Factory(ContactModel contact, const std::filesystem::path& models, double voxel,
               const std::string& fixed, const std::string& moving, const Vec3& at, double mass) {
   Scene scene;
   scene.file = models;
   scene.voxel_size = voxel;
-  scene.contact = contact.model;
-  scene.by_field = contact.by_field;
-  scene.force_layer = DefaultForceLayer(contact.model);
+  scene.contact = contact;
+  scene.force_layer = DefaultForceLayer(contact);
   scene.bodies.resize(2);
   scene.bodies[0].name = fixed;
   scene.bodies[0].mesh = models / "factory" / (fixed + ".obj");
@@ -172,7 +171,7 @@ TimedFrame TimedStep(World& world, const StepInputs& inputs, TimesOfFrames& time
   return {report, cpu_ns};
 }
 
-Result<NutFigures> MeasureNut(const MeasuredContact& contact, const std::filesystem::path& models,
+Result<NutFigures> MeasureNut(ContactModel contact, const std::filesystem::path& models,
                               double voxel) {
   constexpr double kPitch = 0.002;  // m
   constexpr int kTurnFrames = 4000;
@@ -221,7 +220,7 @@ Result<NutFigures> MeasureNut(const MeasuredContact& contact, const std::filesys
   return figures;
 }
 
-Result<PegFigures> MeasurePegs(const MeasuredContact& contact, const std::filesystem::path& models,
+Result<PegFigures> MeasurePegs(ContactModel contact, const std::filesystem::path& models,
                                double voxel, int seeds) {
   constexpr std::array<Peg, 3> kPegs{
       {{"factory_round_hole_16mm_subdiv_3x", "factory_round_peg_16mm_loose", 0.08},

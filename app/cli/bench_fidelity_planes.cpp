@@ -49,57 +49,48 @@ BodySurface SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB) {
 
 /// A plate whose upper face is a tilted plane, as a voxmap body.
 struct TiltedPlate {
-  TiltedPlate(const MeasuredContact& contact, std::mt19937_64& random) : q(RandomRotation(random)) {
+  TiltedPlate(ContactModel contact, std::mt19937_64& random) : q(RandomRotation(random)) {
     normal = q * Vec3::UnitZ();
     for (int i = 0; i < 3; ++i) place[i] = Uniform(random, 0, kVoxel);
     const TriangleMesh mesh_W =
         Transformed(Box(kVoxel * Vec3(-90, -90, -14), kVoxel * Vec3(90, 90, 0)), {q, place});
-    if (contact.by_field) {
+    if (contact == ContactModel::kRefined) {
       surface = SurfaceOf(mesh_W, Pose{});
       surface.radius = 0;
       return;
     }
-    const double flatness = FlatnessVoxels(contact.model);
+    const double flatness = FlatnessVoxels(contact);
     Result<Voxmap> made = Voxelize(mesh_W, {.voxel_size = kVoxel, .flatness_voxels = flatness});
     TANDEM_CHECK(made.has_value());
     voxmap = std::move(*made);
-    if (contact.model == ContactModel::kRefined) details = SurfaceDetails(mesh_W, flatness, voxmap);
   }
 
   Quat q;
   Vec3 normal;
   Vec3 place;  // on the face, m
   Voxmap voxmap;
-  SurfaceDetails details;
-  BodySurface surface;  // in place of both, by_field
+  BodySurface surface;  // in its place, in the refined model
 };
 
 /// A body over a plate, its points made at a random attitude to the grid.
 struct Pressing {
-  Pressing(const MeasuredContact& contact, Approaching body, const TiltedPlate& on,
-           std::mt19937_64& random)
+  Pressing(ContactModel contact, Approaching body, const TiltedPlate& on, std::mt19937_64& random)
       : plate(on), mesh_B(MeshOf(body)) {
     const Pose X_WB{RandomRotation(random), Vec3::Zero()};
     const ContactGains gains{1.0 / kVoxel, 0};
-    if (contact.by_field) {
+    if (contact == ContactModel::kRefined) {
       surface = SurfaceOf(Transformed(mesh_B, X_WB), X_WB);
       pair = std::make_unique<FieldPair>(surface, plate.surface, FieldPair::Options{}, gains);
       return;
     }
     Result<Pointshell> made =
         MakePointshell(Transformed(mesh_B, X_WB), X_WB,
-                       {.spacing = kVoxel,
-                        .place = contact.model == ContactModel::kRefined ? PointPlace::kOnFeature
-                                                                         : PointPlace::kVoxelCentre,
-                        .flatness_voxels = FlatnessVoxels(contact.model)});
+                       {.spacing = kVoxel, .flatness_voxels = FlatnessVoxels(contact)});
     TANDEM_CHECK(made.has_value());
     shell = std::move(*made);
     pair = std::make_unique<ContactPair>(
         shell, plate.voxmap, Pose{Quat::Identity(), plate.voxmap.p_WVo()}, 0.0,
-        PairOptions{.force_layer = DefaultForceLayer(contact.model),
-                    .details = plate.details.empty() ? nullptr : &plate.details,
-                    .schedule = {}},
-        gains);
+        PairOptions{.force_layer = DefaultForceLayer(contact), .schedule = {}}, gains);
   }
 
   /// The lowest vertex above the face, m, of the body at that attitude with its origin on it.
@@ -129,7 +120,7 @@ struct Pressing {
   const TiltedPlate& plate;
   TriangleMesh mesh_B;
   Pointshell shell;
-  BodySurface surface;  // in its place, by_field
+  BodySurface surface;  // in its place, in the refined model
   std::unique_ptr<BodyPair> pair;
 };
 
@@ -141,8 +132,7 @@ Quat RestingAttitude(const TiltedPlate& plate, Approaching body, std::mt19937_64
 
 }  // namespace
 
-Spread MeasureFirstForce(const MeasuredContact& contact, Approaching body, int tilts,
-                         int approaches) {
+Spread MeasureFirstForce(ContactModel contact, Approaching body, int tilts, int approaches) {
   constexpr double kStep = 0.02;  // voxels
   std::mt19937_64 random(11 + static_cast<std::uint64_t>(body));
   Spread gaps{std::numeric_limits<double>::max(), 0, -std::numeric_limits<double>::max()};
@@ -167,7 +157,7 @@ Spread MeasureFirstForce(const MeasuredContact& contact, Approaching body, int t
   return gaps;
 }
 
-PressedFigures MeasurePressed(const MeasuredContact& contact, int tilts) {
+PressedFigures MeasurePressed(ContactModel contact, int tilts) {
   constexpr int kSamples = 1000;      // of a slide
   constexpr double kSlide = 100;      // voxels
   constexpr double kMeanDepth = 0.5;  // voxels

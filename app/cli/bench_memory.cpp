@@ -28,14 +28,14 @@ struct Row {
   std::size_t band_voxels = 0;
   std::size_t planes = 0;
   std::size_t bytes = 0;
-  std::size_t detail_bytes = 0;  // of refined contact, besides
+  std::size_t surface_bytes = 0;  // fields, lists and features of refined contact
 
   double PerBandVoxel(std::size_t of_them) const {
     return static_cast<double>(of_them) /
            static_cast<double>(std::max<std::size_t>(1, band_voxels));
   }
   double bytes_per_band_voxel() const { return PerBandVoxel(bytes); }
-  double with_details() const { return PerBandVoxel(bytes + detail_bytes); }
+  double of_surfaces() const { return PerBandVoxel(surface_bytes); }
 };
 
 int RunMemoryBench(const MemoryArguments& arguments) {
@@ -45,17 +45,17 @@ int RunMemoryBench(const MemoryArguments& arguments) {
         LoadBenchScene({.scene = name, .voxel_size = arguments.voxel_size});
     if (!world) return Fail(kExitFile, world.error().what);
     Row row{.scene = name};
-    const auto add = [&row](const Voxmap& voxmap, const SurfaceDetails& details) {
+    const auto add = [&row](const Voxmap& voxmap, const BodySurface& surface) {
       if (voxmap.empty()) return;
       const VoxelCounts counts = voxmap.Count();
       row.voxel_size = voxmap.voxel_size();
       row.band_voxels += counts.band;
       row.planes += counts.planes;
       row.bytes += counts.bytes;
-      row.detail_bytes += details.bytes();
+      row.surface_bytes += surface.field.Count().bytes() + surface.features.bytes();
     };
-    add((*world)->fixture, (*world)->fixture_details);
-    for (const BodyModel& body : (*world)->bodies) add(body.voxmap, body.details);
+    add((*world)->fixture, (*world)->fixture_surface);
+    for (const BodyModel& body : (*world)->bodies) add(body.voxmap, body.surface);
     rows.push_back(row);
   }
   double worst = 0;
@@ -68,9 +68,10 @@ int RunMemoryBench(const MemoryArguments& arguments) {
                         {"band_voxels", row.band_voxels},
                         {"planes", row.planes},
                         {"bytes", row.bytes},
-                        {"detail_bytes", row.detail_bytes},
+                        {"surface_bytes", row.surface_bytes},
                         {"bytes_per_band_voxel", row.bytes_per_band_voxel()},
-                        {"bytes_per_band_voxel_refined", row.with_details()}});
+                        {"bytes_per_band_voxel_refined", row.of_surfaces()},
+                        {"resident_bytes_per_band_voxel", row.of_surfaces()}});
     }
     const nlohmann::ordered_json out{{"bytes_per_band_voxel", worst}, {"scenes", scenes}};
     std::printf("%s\n", JsonText(out, 2).c_str());
@@ -79,10 +80,10 @@ int RunMemoryBench(const MemoryArguments& arguments) {
   for (const Row& row : rows) {
     std::printf(
         "%s, voxels of %g m: %zu band voxels, %zu planes, %.1f MB, %.3f bytes a band voxel; "
-        "surface details %.1f MB, with them %.3f\n",
+        "distance fields and features %.1f MB, %.3f\n",
         row.scene.c_str(), row.voxel_size, row.band_voxels, row.planes,
         1e-6 * static_cast<double>(row.bytes), row.bytes_per_band_voxel(),
-        1e-6 * static_cast<double>(row.detail_bytes), row.with_details());
+        1e-6 * static_cast<double>(row.surface_bytes), row.of_surfaces());
   }
   return kExitOk;
 }

@@ -1,8 +1,8 @@
 #include "app/cli/capacity.h"
 
 #include <algorithm>
+#include <array>
 
-#include "app/cli/look_bench.h"
 #include "engine/contact/schedule.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/periodic_thread.h"
@@ -53,14 +53,13 @@ double TimeShared(std::size_t points, const Test& test) {
   std::nth_element(rounds.begin(), middle, rounds.end());
   return 1e-9 * *middle / static_cast<double>(points);
 }
-}  // namespace
 
-FrameCapacity MeasureCapacity(const WorldModel& world, double seconds, FrameHelpers* helpers) {
-  const BodyModel* largest = nullptr;
-  for (const BodyModel& body : world.bodies) {
-    if (largest == nullptr || body.points.size() > largest->points.size()) largest = &body;
-  }
-  if (largest == nullptr || largest->points.size() == 0) return {};
+/// Of a frame of the plain model, by tests of the largest pointshell's blocks.
+FrameCapacity OfPoints(const WorldModel& world, double seconds, FrameHelpers* helpers) {
+  const auto largest = std::ranges::max_element(world.bodies, {}, [](const BodyModel& body) {
+    return body.points.size();
+  });
+  if (largest == world.bodies.end() || largest->points.size() == 0) return {};
   const Voxmap& voxmap = world.has_fixture ? world.fixture : world.bodies[0].voxmap;
   if (voxmap.empty()) return {};
   const PointBlocks blocks(largest->points);
@@ -83,19 +82,56 @@ FrameCapacity MeasureCapacity(const WorldModel& world, double seconds, FrameHelp
     helpers->Dismiss();
   });
   const double test_s = (1 + kQueueShare) * shared + kAloneShare * alone;
-  FrameCapacity capacity;
-  capacity.tests = std::max(1000.0, seconds / test_s);
-  const SurfaceDetails& details =
-      world.has_fixture ? world.fixture_details : world.bodies[0].details;
-  if (details.empty()) return capacity;
-  LookBench looks(largest->points, voxmap, details);
-  if (looks.size() == 0) return capacity;
-  const double look_s = TimeAlone(looks.size(), [&] {
-    looks.LookAtAll();
+  return {.tests = std::max(1000.0, seconds / test_s)};
+}
+
+/// Of a frame of the refined model, by look-ups of a body's features in its own field, where all
+/// are near.
+FrameCapacity OfFeatures(const WorldModel& world, double seconds, FrameHelpers* helpers) {
+  const auto largest = std::ranges::max_element(world.bodies, {}, [](const BodyModel& body) {
+    return body.surface.features.point_count();
   });
-  // many looks are shared as tests are
-  capacity.look_price = look_s * shared / alone / test_s;
+  if (largest == world.bodies.end() || largest->surface.features.point_count() == 0) return {};
+  const BodyFeatures& features = largest->surface.features;
+  const DistanceField& field = largest->surface.field;
+  const auto time_all = [&](FrameHelpers* of_helpers, const auto& timed) {
+    FieldSchedule schedule(features, field, nullptr, {}, {.helpers = of_helpers});
+    // a voxel aside: points are looked up, and none touches
+    const Pose aside{Quat::Identity(), Vec3::Constant(0.6)};
+    schedule.Read(aside, 0);
+    return timed(schedule.counts().looked_up, [&] {
+      schedule.Read(aside, 0);
+    });
+  };
+  const double alone = time_all(nullptr, [](std::size_t count, const auto& test) {
+    return TimeAlone(count, test);
+  });
+  const double shared =
+      helpers == nullptr ? alone : time_all(helpers, [&](std::size_t count, const auto& test) {
+        return TimeShared(count, [&] {
+          test();
+          helpers->Dismiss();
+        });
+      });
+  const double test_s = (1 + kQueueShare) * shared + kAloneShare * alone;
+  FrameCapacity capacity{.tests = std::max(1000.0, seconds / test_s)};
+  // a look: how a point is pushed, a third of a voxel off the surface
+  std::array<FieldPush, DistanceField::kMostPushes> pushes;
+  const std::size_t blocks = features.blocks().size();
+  const double look_s = TimeAlone(blocks, [&] {
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const Vec3 off = -features.point(b, 0).inward.cast<double>() / 3;
+      field.Pushes(features.place(b, 0) + off, 0.45, pushes);
+    }
+  });
+  capacity.look_price = look_s / test_s;
   return capacity;
+}
+}  // namespace
+
+FrameCapacity MeasureCapacity(const WorldModel& world, double seconds, FrameHelpers* helpers) {
+  return world.scene.contact == ContactModel::kPlain ? OfPoints(world, seconds, helpers)
+                                                     : OfFeatures(world, seconds, helpers);
 }
 
 }  // namespace tandem

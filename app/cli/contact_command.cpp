@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "app/cli/commands.h"
@@ -12,10 +13,8 @@
 #include "app/option_checks.h"
 #include "engine/contact/contact_pair.h"
 #include "engine/geometry/exact_surface.h"
-#include "engine/geometry/facets.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_file.h"
-#include "engine/geometry/mesh_sides.h"
 #include "engine/voxel/voxelize.h"
 #include "engine/world/world.h"
 
@@ -34,14 +33,12 @@ struct ContactArguments {
   std::string contact = "refined";
   ContactModel model = ContactModel::kRefined;  // of that name
   bool csv = false;
+
+  double SpacingOfPoints() const { return spacing > 0 ? spacing : voxel; }
 };
 
 std::string Basename(const std::string& path) {
   return std::filesystem::path(path).filename().string();
-}
-
-PointPlace PlaceOf(ContactModel model) {
-  return model == ContactModel::kRefined ? PointPlace::kOnFeature : PointPlace::kVoxelCentre;
 }
 
 /// Whether any part of triangle a b c comes within `reach` of the solid, or into it; cut in two
@@ -108,6 +105,59 @@ std::vector<FilePose> PosesOfPair(std::vector<FilePose> poses, const ContactArgu
 
 constexpr double kMass = 0.3;  // kg, for the gains that a part of this mass would have
 
+/// The two parts as the contact model has them, at rest in W.
+struct PosedParts {
+  std::unique_ptr<BodySurface> fixed_surface;  // of the refined model
+  std::unique_ptr<BodySurface> moving_surface;
+  std::unique_ptr<Voxmap> voxmap;  // of the plain one
+  std::unique_ptr<Pointshell> shell;
+  std::unique_ptr<BodyPair> pair;
+  std::size_t points = 0;  // that are looked up
+};
+
+Result<PosedParts> MakePlainParts(const ContactArguments& arguments, const TriangleMesh& fixed,
+                                  const TriangleMesh& moving, const Pose& X_MB) {
+  const double flatness = FlatnessVoxels(ContactModel::kPlain);
+  Result<Voxmap> voxmap =
+      Voxelize(fixed, {.voxel_size = arguments.voxel, .flatness_voxels = flatness});
+  if (!voxmap) return Error{arguments.fixed + ": " + voxmap.error().what};
+  Result<Pointshell> shell = MakePointshell(
+      moving, X_MB, {.spacing = arguments.SpacingOfPoints(), .flatness_voxels = flatness});
+  if (!shell) return Error{arguments.moving + ": " + shell.error().what};
+  PosedParts parts;
+  parts.points = shell->size();
+  parts.voxmap = std::make_unique<Voxmap>(std::move(*voxmap));
+  parts.shell = std::make_unique<Pointshell>(std::move(*shell));
+  parts.pair = std::make_unique<ContactPair>(
+      *parts.shell, *parts.voxmap, Pose{Quat::Identity(), parts.voxmap->p_WVo()}, 0,
+      PairOptions{.force_layer = arguments.force_layer, .schedule = {}},
+      DefaultContactGains(arguments.voxel, kMass, kFrame));
+  return parts;
+}
+
+Result<PosedParts> MakeParts(const ContactArguments& arguments, const TriangleMesh& fixed,
+                             const TriangleMesh& moving, const Pose& X_MB) {
+  if (arguments.model == ContactModel::kPlain) {
+    return MakePlainParts(arguments, fixed, moving, X_MB);
+  }
+  Scene scene;
+  scene.voxel_size = arguments.voxel;
+  Result<BodySurface> map = MakeSurface(scene, fixed, Pose{});
+  if (!map) return Error{arguments.fixed + ": " + map.error().what};
+  Result<BodySurface> shell =
+      MakeSurface(scene, moving, X_MB, arguments.SpacingOfPoints() / arguments.voxel);
+  if (!shell) return Error{arguments.moving + ": " + shell.error().what};
+  map->radius = 0;  // it never moves
+  PosedParts parts;
+  parts.points = shell->features.point_count();
+  parts.fixed_surface = std::make_unique<BodySurface>(std::move(*map));
+  parts.moving_surface = std::make_unique<BodySurface>(std::move(*shell));
+  parts.pair =
+      std::make_unique<FieldPair>(*parts.moving_surface, *parts.fixed_surface, FieldPair::Options{},
+                                  DefaultContactGains(arguments.voxel, kMass, kFrame));
+  return parts;
+}
+
 int RunContact(const ContactArguments& arguments) {
   const std::string fault = LayerFault(arguments.model, arguments.force_layer);
   if (!fault.empty()) return Fail(kExitUsage, "--force-layer: " + fault);
@@ -129,8 +179,7 @@ int RunContact(const ContactArguments& arguments) {
   const Result<TriangleMesh> moving = ImportMesh(arguments.moving, import);
   if (!moving) return Fail(kExitFile, moving.error().what);
 
-  const double flatness = FlatnessVoxels(arguments.model);
-  const VoxelizeOptions options{.voxel_size = arguments.voxel, .flatness_voxels = flatness};
+  const VoxelizeOptions options{.voxel_size = arguments.voxel};
   const std::size_t need =
       std::max(EstimateVoxelizeBytes(*fixed, options), EstimateVoxelizeBytes(*moving, options));
   if (need > options.max_memory_bytes && StaysBeyond(*fixed, *moving, poses, arguments.voxel)) {
@@ -142,27 +191,10 @@ int RunContact(const ContactArguments& arguments) {
     Say("0 of " + Counted(poses.size(), "pose") + " touch: the parts stay out of range");
     return kExitOk;
   }
-  const MeshSides sides(*fixed);
-  const Features features = FindFeatures(*fixed, sides, flatness * arguments.voxel);
-  const Result<Voxmap> voxmap = Voxelize(*fixed, sides, features, options);
-  if (!voxmap) return Fail(kExitFile, arguments.fixed + ": " + voxmap.error().what);
   const Pose X_MB{Quat::Identity(), ComputeMassProperties(*moving).p_MBo};
-  const Result<Pointshell> points =
-      MakePointshell(*moving, X_MB,
-                     {.spacing = arguments.spacing > 0 ? arguments.spacing : arguments.voxel,
-                      .place = PlaceOf(arguments.model),
-                      .flatness_voxels = flatness});
-  if (!points) return Fail(kExitFile, arguments.moving + ": " + points.error().what);
-
-  const SurfaceDetails details = arguments.model == ContactModel::kRefined
-                                     ? SurfaceDetails(*fixed, features, *voxmap)
-                                     : SurfaceDetails();
-  const Pose X_WV{Quat::Identity(), voxmap->p_WVo()};
-  ContactPair pair(*points, *voxmap, X_WV, 0,
-                   {.force_layer = arguments.force_layer,
-                    .details = details.empty() ? nullptr : &details,
-                    .schedule = {}},
-                   DefaultContactGains(arguments.voxel, kMass, kFrame));
+  const Result<PosedParts> parts = MakeParts(arguments, *fixed, *moving, X_MB);
+  if (!parts) return Fail(kExitFile, parts.error().what);
+  BodyPair& pair = *parts->pair;
   std::size_t touching = 0;
   if (arguments.csv) PrintHeader();
   for (const FilePose& pose : poses) {
@@ -171,7 +203,7 @@ int RunContact(const ContactArguments& arguments) {
     if (arguments.csv) PrintRow(pose.row, reading);
   }
   Say(std::to_string(touching) + " of " + Counted(poses.size(), "pose") + " touch; " +
-      Counted(points->size(), "point"));
+      Counted(parts->points, "point"));
   return kExitOk;
 }
 

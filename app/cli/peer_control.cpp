@@ -27,8 +27,7 @@ Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
   if (!model) return {false, model.error().what};
   const BodyModel& body = (*model)->bodies.front();
   Result<Voxmap> map = Voxmap{};
-  SurfaceDetails details;
-  if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, details, stop)) {
+  if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, stop)) {
     return {false, fault->what};
   }
   return {true, std::to_string(map->Count().total()) + " voxels, " +

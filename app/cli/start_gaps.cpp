@@ -22,7 +22,10 @@ namespace {
 constexpr double kTouching = 0.01;                      // voxels: nearer than that is no gap
 constexpr std::size_t kMostTrianglesForDepth = 50'000;  // of two bodies whose depth is worked out
 constexpr double kMostDepthSamples = 1e5;               // of each
-constexpr double kNearlyAll = 0.99;  // of where contact begins: such a gap is enough
+constexpr double kNearlyAll = 0.99;  // of what is needed: such a gap is enough
+/// What refined contact needs where a fit is narrow, voxels: its force then begins 0.02 from the
+/// surface, which the field tells to within 0.02.
+constexpr double kRefinedNeeds = 0.05;
 constexpr std::size_t kMostLines = 8;
 
 Bounds GrownBox(const Bounds& box, double by) {
@@ -97,13 +100,13 @@ void MeasureDepth(const Scene& scene, const PlacedMesh& moving, const PlacedMesh
   if (!gap.overlap) gap.depth = 0;
 }
 
-/// Nothing: contact begins nearer than they stand. `tree`: of the moving one.
+/// Nothing: they stand as far apart as `needed`. `tree`: of the moving one.
 std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, const MeshTree& tree,
-                              const PlacedMesh& other, double contact_begins) {
+                              const PlacedMesh& other, double needed) {
   StartGap gap;
-  gap.contact_begins = contact_begins;
+  gap.needed = needed;
   const double least = kTouching * scene.voxel_size;
-  const double reach = std::max(contact_begins, least);
+  const double reach = std::max(needed, least);
   const MeshTree near(PartIn(GrownBox(moving.box, reach), other.mesh_W));
   gap.distance = FindClosestPoints(tree, Pose{}, near,
                                    {.at_most = reach, .tolerance = 1e-3 * scene.voxel_size})
@@ -111,14 +114,14 @@ std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, cons
   const bool touch = gap.distance <= least;
   const bool within =
       !touch && (LiesIn(moving.mesh_W, other.mesh_W) || LiesIn(other.mesh_W, moving.mesh_W));
-  if (!touch && !within && !(gap.distance < kNearlyAll * contact_begins)) return std::nullopt;
+  if (!touch && !within && !(gap.distance < kNearlyAll * needed)) return std::nullopt;
   if (touch || within) {
     MeasureDepth(scene, moving, other, within || gap.distance <= 0, gap);
     // what seats by its inward shift may lie in the other as far as that goes
-    if (gap.depth <= -contact_begins) return std::nullopt;
+    if (gap.depth <= -needed) return std::nullopt;
   }
   if (gap.distance > 0) {
-    gap.voxel_fits = RoundedDown(gap.distance * scene.voxel_size / contact_begins);
+    gap.voxel_fits = RoundedDown(gap.distance * scene.voxel_size / needed);
   }
   return gap;
 }
@@ -148,15 +151,15 @@ class PairSearch {
       const double other_shift = scene_.bodies[other].inward_shift_voxels;
       const bool points_of_other =
           !fixed && scene_.IsPointshell(other, points_[other], moving, points_[moving]);
-      const double begins = ContactBegins(scene_, points_of_other ? other_shift : shift);
-      const double reach = std::max(begins, kTouching * scene_.voxel_size);
+      const double needed = GapNeeded(scene_, points_of_other ? other_shift : shift);
+      const double reach = std::max(needed, kTouching * scene_.voxel_size);
       if (!GrownBox(box, reach).Overlaps(boxes_[j])) continue;
       if (out_of_time_()) {
         ++found_.unseen;
         continue;
       }
       if (!tree) tree.emplace(whole_W);
-      auto gap = GapOf(scene_, {whole_W, box}, *tree, {meshes_W_[j], boxes_[j]}, begins);
+      auto gap = GapOf(scene_, {whole_W, box}, *tree, {meshes_W_[j], boxes_[j]}, needed);
       if (!gap) continue;
       gap->moving = scene_.bodies[moving].name;
       gap->other = scene_.bodies[j].name;
@@ -208,6 +211,12 @@ double ContactBegins(const Scene& scene, double inward_shift_voxels) noexcept {
   return (voxels - inward_shift_voxels) * scene.voxel_size;
 }
 
+double GapNeeded(const Scene& scene, double inward_shift_voxels) noexcept {
+  const double begins = ContactBegins(scene, inward_shift_voxels);
+  if (scene.contact == ContactModel::kPlain) return begins;
+  return std::min(begins, kRefinedNeeds * scene.voxel_size);
+}
+
 StartGaps FindStartGaps(const Scene& scene, const std::vector<TriangleMesh>& meshes_W,
                         const std::vector<double>& points,
                         const std::function<bool()>& out_of_time) {
@@ -240,7 +249,7 @@ StartGaps FindStartGaps(const WorldModel& model) {
 
 std::string Describe(const StartGap& gap) {
   const std::string pair = gap.moving + "-" + gap.other + ": ";
-  const std::string begins = "contact begins at " + InMillimetres(gap.contact_begins);
+  const std::string needed = "contact needs a gap of " + InMillimetres(gap.needed);
   if (gap.overlap) {
     const std::string depth = gap.depth > 0 ? " by " + InMillimetres(gap.depth) : "";
     return pair + (gap.depth > 0 ? "they overlap" : "they touch or overlap") + depth +
@@ -249,11 +258,11 @@ std::string Describe(const StartGap& gap) {
            "or check its \"scale\"";
   }
   if (gap.distance <= 0) {
-    return pair + "they touch at the start, " + begins +
+    return pair + "they touch at the start, " + needed +
            ", so that they push one another apart: leave a gap, or give the one that moves an "
            "\"inward_shift_voxels\"";
   }
-  return pair + InMillimetres(gap.distance) + " apart, " + begins + ": voxel_m " +
+  return pair + InMillimetres(gap.distance) + " apart, " + needed + ": voxel_m " +
          InMetres(gap.voxel_fits) +
          " or less fits; by larger voxels the part may jam, or be pressed through a wall";
 }
@@ -266,7 +275,7 @@ nlohmann::ordered_json AsJson(const StartGaps& found) {
                     {"distance_mm", 1e3 * gap.distance},
                     {"overlap", gap.overlap},
                     {"depth_mm", 1e3 * gap.depth},
-                    {"contact_begins_mm", 1e3 * gap.contact_begins},
+                    {"contact_begins_mm", 1e3 * gap.needed},
                     {"voxel_m_fits", nullptr}});
     if (gap.voxel_fits > 0) rows.back()["voxel_m_fits"] = gap.voxel_fits;
   }

@@ -19,7 +19,7 @@ struct StartGap {
   double distance = 0;  // m, between the surfaces; 0 where they touch or overlap
   double depth = 0;     // m, of the deepest point of one in the other; 0: none was found
   bool overlap = false;
-  double contact_begins = 0;  // m, of the gap; below 0: so far in one another
+  double needed = 0;      // m, of gap, as GapNeeded() tells it
   double voxel_fits = 0;      // m, the largest voxel by which the two do not push; 0: none does
 };
 
@@ -30,15 +30,20 @@ struct StartGaps {
 };
 
 /// The largest gap (m) between exact surfaces at which the scene's contact model can push, for a
-/// body whose points are shifted inward by so many voxels. In the refined model it is exact to 0.04
-/// voxels (decision 0010). In the plain model it is a bound: a point stands up to half a voxel's
-/// diagonal beside its surface, and so does the surface in its voxel.
+/// body that is shifted inward by so many voxels; below 0: they may be so far in one another. In the
+/// plain model it is a bound: a point stands up to half a voxel's diagonal beside its surface, and
+/// so does the surface in its voxel.
 double ContactBegins(const Scene& scene, double inward_shift_voxels) noexcept;
+
+/// The gap (m) that a part needs to every side so as not to be pressed by opposite ones. Refined
+/// contact begins nearer where a fit is narrow (decision 0041), so that it needs less than
+/// ContactBegins() tells.
+double GapNeeded(const Scene& scene, double inward_shift_voxels) noexcept;
 
 /// How long a program looks at pairs before it starts, s.
 inline constexpr double kStartGapSeconds = 1.0;
 
-/// Every pair of a moving body with another body that is nearer at the start than contact begins.
+/// Every pair of a moving body with another body that stands nearer at the start than GapNeeded().
 /// The distance is that of the triangles: no voxel is read. Takes kStartGapSeconds, and what is
 /// begun by then: a distance, or a depth of two bodies of 50,000 triangles together.
 StartGaps FindStartGaps(const WorldModel& model);
@@ -50,7 +55,7 @@ StartGaps FindStartGaps(const Scene& scene, const std::vector<TriangleMesh>& mes
                         const std::vector<double>& points,
                         const std::function<bool()>& out_of_time);
 
-/// A line for a person: what stands how near, where contact begins, what to do.
+/// A line for a person: what stands how near, what contact needs, what to do.
 std::string Describe(const StartGap& gap);
 
 nlohmann::ordered_json AsJson(const StartGaps& found);

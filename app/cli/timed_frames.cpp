@@ -66,7 +66,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
   StepInputs inputs = InputsOf(world, X_BD, capacity);
   std::optional<CapacityFollower> follower;
   if (budget_s > 0) follower.emplace(capacity.tests, capacity.look_price, budget_s);
-  AllPoints all(world.point_pair(0));
+  AllPoints all(world);
   EmptyWork noise;
   LoopClock& clock = MachineClock();
   StepReport report;
@@ -76,6 +76,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
       [&](std::int64_t frame, std::int64_t start_ns) {
         inputs.hand.goal = hand(frame, report);
         if (follower) inputs.capacity = follower->tests();
+        all.Remember();
         const long faults = PageFaults();
         const std::int64_t helped = helpers.CpuNs();
         const std::int64_t wall = clock.NowNs();
@@ -107,9 +108,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         figures.missed += (end_ns - origin_ns) / kPeriodNs - (start_ns - origin_ns) / kPeriodNs;
         figures.capacity += inputs.capacity;
         figures.contacts += report.contact_points;
-        figures.clear += report.clear_points;
         figures.looks += report.looks;
-        figures.sifted += report.sifted_points;
         figures.loaded += report.loaded_points;
         figures.tests += static_cast<double>(report.tests.looked_up);
         figures.drifted += static_cast<double>(report.tests.drifted);
@@ -120,7 +119,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         ++figures.frames;
         if (frame % check_every == 0) {
           figures.violations += all.Violations();
-          figures.point_frames += static_cast<double>(world.model().bodies[0].points.size());
+          figures.point_frames += static_cast<double>(all.count());
         }
         return figures.frames < frames;
       });

@@ -20,7 +20,7 @@ inline constexpr int kWarmUp = 500;        // frames before anything counts
 struct FrameFigures {
   Histogram cpu, wall, noise;
   Histogram helpers_cpu;                                              // of all helpers together
-  double contacts = 0, clear = 0, looks = 0, sifted = 0, loaded = 0;  // sums over frames
+  double contacts = 0, looks = 0, loaded = 0;  // sums over frames
   double tests = 0, drifted = 0, chunks = 0;
   std::int64_t frames = 0;
   std::int64_t at_bound = 0;

@@ -34,7 +34,10 @@ void AddMoving(const std::string& name, const Vec3& centre, bool shared, WorldMo
   Result<Pointshell> points = MakePoints(world.scene, mesh, body.X_WB0, 0);
   TANDEM_CHECK(points.has_value());
   body.points = std::move(*points);
-  TANDEM_CHECK(!MakeMap(world.scene, mesh, body.voxmap, body.details));
+  TANDEM_CHECK(!MakeMap(world.scene, mesh, body.voxmap));
+  Result<BodySurface> surface = MakeSurface(world.scene, mesh, body.X_WB0);
+  TANDEM_CHECK(surface.has_value());
+  body.surface = std::move(*surface);
   body.X_BV = body.X_WB0.Inverse() * Pose{Quat::Identity(), body.voxmap.p_WVo()};
   world.object.push_back(static_cast<std::uint32_t>(world.body_index.size()));
   world.body_index.push_back(static_cast<int>(world.bodies.size()));
@@ -58,7 +61,11 @@ std::shared_ptr<const WorldModel> MakeLightScene() {
   world->scene.bodies.back().name = "plate";
   world->body_index.push_back(-1);
   world->meshes_W.push_back(plate);
-  TANDEM_CHECK(!MakeMap(world->scene, plate, world->fixture, world->fixture_details));
+  TANDEM_CHECK(!MakeMap(world->scene, plate, world->fixture));
+  Result<BodySurface> surface = MakeSurface(world->scene, plate, Pose{});
+  TANDEM_CHECK(surface.has_value());
+  world->fixture_surface = std::move(*surface);
+  world->fixture_surface.radius = 0;
   world->has_fixture = true;
   AddMoving("shared", Vec3::Zero(), true, *world);
   AddMoving("left", Vec3(-0.07, 0, 0), false, *world);

@@ -181,6 +181,14 @@ std::size_t BodyFeatures::CellNumber(const GridIndex& cell) const noexcept {
               static_cast<std::size_t>(cell_count_.y) * static_cast<std::size_t>(in.z));
 }
 
+std::size_t BodyFeatures::bytes() const noexcept {
+  const auto of = [](const auto& all) {
+    return all.size() * sizeof(all[0]);
+  };
+  return of(blocks_) + of(lanes_) + of(points_) + of(chunks_) + of(edges_) + of(slots_) +
+         of(edges_by_cell_) + of(edge_distances_);
+}
+
 double BodyFeatures::EdgesBeyond(const Vec3& place_V) const noexcept {
   const GridIndex cell = CellAt(place_V);
   return HoldsCell(cell) ? kEdgeStep * edge_distances_[CellNumber(cell)] : kFarEdges;

@@ -71,6 +71,7 @@ class BodyFeatures {
     return Vec3(middle.x, middle.y, middle.z) + Vec3(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
   }
   std::size_t point_count() const noexcept { return point_count_; }
+  std::size_t bytes() const noexcept;
   const Edge& edge(std::size_t number) const noexcept { return edges_[number]; }
   /// The greatest half length of a sharp edge's part.
   double longest_half() const noexcept { return longest_half_; }

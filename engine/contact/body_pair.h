@@ -20,10 +20,8 @@ struct BodyMotion {
 /// What a frame's test of a pair found.
 struct PairReport {
   int contact_points = 0;      // marks <= 2 + layer, by the class rule
-  int clear_points = 0;        // of these, known to make no contact yet (refined model)
-  int looks = 0;               // exact looks at single points
-  int sifted_points = 0;       // points that a sieve looked at, for a kSiftShare of a look each
-  double look_work = 0;        // what these, asking and adding up came to, in exact looks
+  int looks = 0;               // exact looks at single points (refined model)
+  double look_work = 0;        // what these and adding up came to, in exact looks
   int loaded_points = 0;       // of the contact points, below their tangent plane
   bool over_capacity = false;  // more contacts than can be held; the rest did not push
   TestCounts tests;

@@ -37,13 +37,15 @@ struct ClearanceBounds {
   }
 };
 
-/// One clearance on its way to another, after `seconds`.
+/// One clearance on its way to another, after `seconds`. Where both parts change they share the
+/// pace.
 inline Clearance Nearer(const Clearance& from, const Clearance& to, double seconds,
                         double voxel_size) noexcept {
   const auto go = [](double at, double goal, double step) {
     return std::abs(goal - at) <= step ? goal : at + std::copysign(step, goal - at);
   };
-  const double step = kClearancePace * seconds;
+  const bool both = from.layers != to.layers && from.displacement != to.displacement;
+  const double step = (both ? 0.5 : 1.0) * kClearancePace * seconds;
   return {go(from.layers, to.layers, step / voxel_size),
           go(from.displacement, to.displacement, step)};
 }

@@ -12,24 +12,10 @@ namespace tandem {
 struct Candidate {
   std::uint32_t block;  // of PointBlocks
   std::uint32_t lane;
-  std::uint32_t point;
-  std::uint32_t edge;  // of an edge point: into Pointshell::edges
-  Label label;
-  int mark;  // of a vertex, and in the plain model; otherwise not read
+  int mark;
   GridIndex voxel_V;
   Vec3 p_V;     // m
   Vec3 nhat_V;  // its inward normal
-  /// Told by RefinedContacts: voxels that surfaces may come nearer before this point, which makes
-  /// no contact and bears on none, can do so.
-  double slack = 0;
-  /// Told by RefinedContacts: what it took to know.
-  enum class Look : std::uint8_t {
-    kPassed,  // nothing: it stands where it is known to make none
-    kSifted,  // a bound of its gap, which the next frame needs again
-    kKept,    // an exact look, that told where else it makes none
-    kOpen     // an exact look, that the next frame needs again
-  };
-  Look look = Look::kOpen;
 };
 
 /// Where two bodies push each other.

@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
-#include "engine/base/check.h"
 #include "engine/contact/contact_forces.h"
-#include "engine/contact/refined_contacts.h"
 
 namespace tandem {
 
@@ -15,14 +12,11 @@ namespace {
 
 /// No body may travel farther in a frame (paper fn. 3), so no gap need be known better.
 constexpr double kEnoughVoxels = 32;
-/// Voxels of depth from which a refined contact damps in full.
-constexpr double kFullDampingDepth = 0.25;
 /// Candidates whose places are asked for while others are placed.
 constexpr std::size_t kAhead = 4;
-/// Of an exact look: what it takes to place a candidate and to ask what is known of it, what the
-/// plain model's look takes, and what a contact takes to be added up.
-constexpr double kAskShare = 0.04;
-constexpr double kPlainShare = 0.08;
+/// Of a look, by which the frame's capacity is counted: what it takes to place a candidate and to
+/// find its depth, and what a contact takes to be added up.
+constexpr double kCandidateShare = 0.08;
 constexpr double kPushShare = 0.1;
 
 /// Asks for the lines that a candidate's place and normal lie in.
@@ -49,27 +43,8 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       blocks_(std::make_unique<const PointBlocks>(shell)),
       schedule_(MakeSchedule(*blocks_, voxmap, options.force_layer, options.schedule)),
       candidates_(std::min(shell.size(), kMostCandidates)),
-      look_counts_(helpers_ != nullptr ? static_cast<std::size_t>(helpers_->threads()) : 1) {
+      contacts_(candidates_.size()) {
   clearance_ = {static_cast<double>(options.force_layer), 0.0};
-  if (options.details != nullptr) {
-    TANDEM_CHECK(options.force_layer >= LeastForceLayer(ContactModel::kRefined));
-    const double least_radius = map_radius > 0 ? std::min(shell.radius, map_radius) : shell.radius;
-    refined_ = std::make_unique<RefinedContacts>(shell, voxmap, *options.details, least_radius,
-                                                 schedule_->place_error(), candidates_.size(),
-                                                 helpers_ != nullptr ? helpers_->threads() : 1);
-    if (options.schedule.coherence) clear_until_.assign(shell.size(), 0.0);
-  }
-  contacts_.resize(refined_ != nullptr ? RefinedContacts::RoomFor(candidates_.size())
-                                       : candidates_.size());
-}
-
-ContactPair::ContactPair(ContactPair&&) noexcept = default;
-ContactPair& ContactPair::operator=(ContactPair&&) noexcept = default;
-ContactPair::~ContactPair() = default;
-
-void ContactPair::CountTurns(const Quat& q_VS) noexcept {
-  if (q_VS_) turned_ += RotationVector(q_VS * q_VS_->conjugate()).norm();
-  q_VS_ = q_VS;
 }
 
 void ContactPair::AddCandidate(std::size_t block, std::uint32_t lane, PairReport& report) noexcept {
@@ -86,49 +61,34 @@ void ContactPair::AddCandidate(std::size_t block, std::uint32_t lane, PairReport
 void ContactPair::Place(const Pose& X_VS, const Mat3& R_VS, const VoxelTransform& transform,
                         Candidate& candidate) const noexcept {
   const std::size_t lane = candidate.lane;
-  const PointBlocks::Block& block = blocks_->block(candidate.block);
   const PointBlocks::Lanes& p = blocks_->positions()[candidate.block];
   const PointBlocks::Lanes& n = blocks_->normals()[candidate.block];
-  candidate.point = block.first + candidate.lane;
-  candidate.edge = block.first_edge + candidate.lane;
-  candidate.label = block.label;
   candidate.voxel_V = VoxelAt(transform(*blocks_, candidate.block, lane));
-  if (refined_ == nullptr || block.label == Label::kVertex) {
-    candidate.mark = voxmap_->Value(blocks_->fields()[candidate.block], candidate.voxel_V);
-  }
+  candidate.mark = voxmap_->Value(blocks_->fields()[candidate.block], candidate.voxel_V);
   candidate.nhat_V = R_VS * Vec3(n.x[lane], n.y[lane], n.z[lane]);
   candidate.p_V = R_VS * Vec3(p.x[lane], p.y[lane], p.z[lane]) + X_VS.p +
                   schedule_->displacement() * candidate.nhat_V;
 }
 
-void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform,
-                               const double* turned) noexcept {
+void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform) noexcept {
   const Mat3 R_VS = X_VS.q.toRotationMatrix();
   const std::span<Candidate> candidates(candidates_.data(), candidate_count_);
-  look_counts_.assign(look_counts_.size(), {});
-  const auto look = [&](std::size_t begin, std::size_t end, int thread) {
+  const auto place = [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i + kAhead < candidates.size()) Fetch(*blocks_, candidates[i + kAhead]);
       Place(X_VS, R_VS, transform, candidates[i]);
     }
-    if (refined_ == nullptr) return;
-    refined_->LookAt(candidates, begin, end, R_VS, clearance_.layers, turned, thread,
-                     contacts_.data());
-    if (turned != nullptr) RememberSlack(candidates.subspan(begin, end - begin));
-    Count(candidates.subspan(begin, end - begin), look_counts_[static_cast<std::size_t>(thread)]);
   };
   if (helpers_ != nullptr && candidate_count_ >= shared_from_) {
     helpers_->Summon();
-    helpers_->Share(candidate_count_, kPiece, look);
+    helpers_->Share(candidate_count_, kPiece, place);
   } else {
     // as many at a time as the first cache holds
     for (std::size_t begin = 0; begin < candidate_count_; begin += kPiece) {
-      look(begin, std::min(begin + kPiece, candidate_count_), 0);
+      place(begin, std::min(begin + kPiece, candidate_count_), 0);
     }
   }
-  contact_count_ = refined_ != nullptr ? refined_->Take(candidates, R_VS, contacts_.data())
-                                       : FindPlainContacts(candidates, *voxmap_, clearance_.layers,
-                                                           contacts_.data());
+  contact_count_ = FindPlainContacts(candidates, *voxmap_, clearance_.layers, contacts_.data());
 }
 
 void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
@@ -136,8 +96,7 @@ void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
                             Load& on_shell, Load& on_map) noexcept {
   if (contact_count_ == 0) return;
   report.loaded_points = static_cast<int>(contact_count_);
-  const ForceRule rule{gains_, voxmap_->voxel_size(),
-                       refined_ != nullptr ? kFullDampingDepth : 0.0};
+  const ForceRule rule{gains_, voxmap_->voxel_size()};
   const CrossLoad cross =
       AddContactForces(std::span(contacts_).first(contact_count_),
                        {X_VS, X_WV, shell_body, map_body}, rule, on_shell, on_map);
@@ -149,7 +108,6 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   PairReport report;
   const Pose X_WV = map_body.X_WB * X_BV_;
   const Pose X_VS = X_WV.Inverse() * shell_body.X_WB;
-  CountTurns(X_VS.q);
   const double travel =
       travel_.Since(shell_body.X_WB, shell_->radius + std::abs(schedule_->displacement()),
                     map_body.X_WB, map_radius_, X_BV_);
@@ -161,78 +119,32 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   // the broad phase: nothing can be in contact, so nothing is tested and the queues wait
   contact_count_ = 0;
   if (Gap() > 0) return report;
-  const double displaced = std::abs(schedule_->displacement() - displaced_);
   schedule_->Test(X_VS, waiting_);
-  if (std::isfinite(waiting_)) odometer_ += waiting_ / voxmap_->voxel_size();
-  odometer_ += displaced / voxmap_->voxel_size();
-  displaced_ = schedule_->displacement();
   waiting_ = 0;
   report.tests = schedule_->counts();
   candidate_count_ = 0;
-  std::size_t passed = 0;
   for (const Schedule::ContactBlock& contact : schedule_->contacts()) {
     for (unsigned lanes = contact.lanes; lanes != 0; lanes &= lanes - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(lanes));
-      const double slack = SlackOf(contact.block, lane);
-      if (slack > 0) {
-        ++report.contact_points;
-        ++report.clear_points;
-        passed += slack < std::numeric_limits<double>::infinity() ? 1 : 0;  // else no region's
-        continue;
-      }
-      AddCandidate(contact.block, lane, report);
+      AddCandidate(contact.block, static_cast<std::uint32_t>(std::countr_zero(lanes)), report);
     }
   }
-  FindContacts(X_VS, schedule_->transform(), clear_until_.empty() ? nullptr : &turned_);
-  if (refined_ != nullptr) report.clear_points += static_cast<int>(refined_->clear_count());
+  FindContacts(X_VS, schedule_->transform());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
-  if (!clear_until_.empty()) refined_->CountKnown(candidate_count_, passed);
-  CountLooks(report);
+  look_work_ = kPushShare * static_cast<double>(contact_count_) +
+               kCandidateShare * static_cast<double>(candidate_count_);
+  report.look_work = look_work_;
   return report;
 }
 
-double ContactPair::SlackOf(std::uint32_t block, std::uint32_t lane) const noexcept {
-  if (clear_until_.empty()) return 0;
-  return clear_until_[blocks_->block(block).first + lane] - odometer_;
-}
-
-void ContactPair::RememberSlack(std::span<const Candidate> candidates) noexcept {
-  for (const Candidate& candidate : candidates) {
-    clear_until_[candidate.point] = odometer_ + candidate.slack - 2 * schedule_->place_error();
-  }
-}
-
-void ContactPair::Count(std::span<const Candidate> candidates, LookCounts& counts) noexcept {
-  using Look = Candidate::Look;
-  for (const Candidate& candidate : candidates) {
-    counts.looks += candidate.look == Look::kKept || candidate.look == Look::kOpen ? 1 : 0;
-    counts.regions += candidate.look == Look::kKept ? 1 : 0;
-    counts.sifted += candidate.look == Look::kSifted ? 1 : 0;
-  }
-}
-
-void ContactPair::CountLooks(PairReport& report) noexcept {
-  LookCounts sum;
-  for (const LookCounts& counts : look_counts_) sum += counts;
-  report.looks = sum.looks;
-  report.sifted_points = sum.sifted;
-  const double ask = refined_ != nullptr ? kAskShare : kPlainShare;
-  report.look_work = kPushShare * static_cast<double>(contact_count_) +
-                     ask * static_cast<double>(candidate_count_) + kSiftShare * sum.sifted +
-                     sum.looks;
-  looks_ = report.look_work - sum.regions;
-}
-
 ClearanceBounds ContactPair::clearance_bounds() const noexcept {
-  const ContactModel model = refined_ != nullptr ? ContactModel::kRefined : ContactModel::kPlain;
-  return ClearanceBounds::Of(model, voxmap_->range(), voxmap_->voxel_size());
+  return ClearanceBounds::Of(ContactModel::kPlain, voxmap_->range(), voxmap_->voxel_size());
 }
 
 TestLoad ContactPair::load() const noexcept {
   TestLoad load;
   if (Gap() <= 0) {
     load = schedule_->Load();
-    load.looks = looks_;
+    load.looks = look_work_;
     return load;
   }
   load.bound = std::max(0.5 * voxmap_->voxel_size(), Gap());
@@ -246,7 +158,6 @@ void ContactPair::LimitTravel(double metres) noexcept {
 
 void ContactPair::SetClearance(const Clearance& clearance) noexcept {
   const int layer = static_cast<int>(std::ceil(clearance.layers));
-  TANDEM_CHECK(refined_ == nullptr || layer >= LeastForceLayer(ContactModel::kRefined));
   if (layer != schedule_->force_layer()) schedule_->SetForceLayer(layer);
   if (clearance.displacement != schedule_->displacement()) {
     schedule_->SetDisplacement(clearance.displacement);
@@ -277,7 +188,7 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
       if (mark <= threshold) AddCandidate(b, lane, report);
     }
   }
-  FindContacts(X_VS, transform, nullptr);
+  FindContacts(X_VS, transform);
   Load on_map;
   AddForces(X_VS, shell_body, map_body, X_WV, report, reading.on_shell, on_map);
   reading.contact_points = report.contact_points;

@@ -2,9 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "engine/base/load.h"
@@ -16,27 +14,18 @@
 #include "engine/contact/schedule.h"
 #include "engine/contact/tangent_plane.h"
 #include "engine/voxel/pointshell.h"
-#include "engine/voxel/surface_details.h"
 #include "engine/voxel/voxmap.h"
 
 namespace tandem {
 
-class RefinedContacts;
-
-/// Of an exact look: what it takes to ask a sieve (NearPieces) whether a point can push.
-inline constexpr double kSiftShare = 0.08;
-
 /// How a pair is tested, and what its contacts do.
 struct PairOptions {
-  int force_layer = 2;  // at least LeastForceLayer() of the model, which is checked
-  /// With these the refined model, on a pointshell whose points stand on features; without them the
-  /// plain one. Must outlive the pair.
-  const SurfaceDetails* details = nullptr;
+  int force_layer = 2;
   bool both_move = false;  // then cross() is kept
   ScheduleOptions schedule{};
 };
 
-/// A pointshell body against a voxmap body (paper §2.1).
+/// A pointshell body against a voxmap body: the plain model (paper §2.1).
 class ContactPair final : public BodyPair {
  public:
   /// `X_BV` places V in the voxmap's body; `map_radius` is the largest distance of that body's
@@ -44,16 +33,12 @@ class ContactPair final : public BodyPair {
   /// the pair.
   ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Pose& X_BV, double map_radius,
               const PairOptions& options, const ContactGains& gains);
-  ContactPair(ContactPair&&) noexcept;
-  ContactPair& operator=(ContactPair&&) noexcept;
-  ~ContactPair() override;
-
   PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body, Load& on_shell,
                      Load& on_map) noexcept override;
   TestLoad load() const noexcept override;
   void LimitTravel(double metres) noexcept override;
   /// Between whole layers contact pushes as deep as they say, and what the thicker one holds is
-  /// tested. At least LeastForceLayer() of the model, which is checked.
+  /// tested.
   void SetClearance(const Clearance& clearance) noexcept override;
   ClearanceBounds clearance_bounds() const noexcept override;
   double voxel_size() const noexcept override { return voxmap_->voxel_size(); }
@@ -69,8 +54,6 @@ class ContactPair final : public BodyPair {
   const PointBlocks& blocks() const noexcept { return *blocks_; }
 
  private:
-  /// Counts how the bodies turn against one another.
-  void CountTurns(const Quat& q_VS) noexcept;
   /// A lower bound of the way between the shell's points and the map's marks as of the last
   /// Collide(), m: above zero, nothing can be in contact and nothing is tested.
   double Gap() const noexcept { return gap_ - std::abs(schedule_->displacement()); }
@@ -79,31 +62,11 @@ class ContactPair final : public BodyPair {
   /// Where a candidate is and what it reads.
   void Place(const Pose& X_VS, const Mat3& R_VS, const VoxelTransform& transform,
              Candidate& candidate) const noexcept;
-  /// Finds the candidates' contacts, which helpers may share. `turned` as of RefinedContacts.
-  void FindContacts(const Pose& X_VS, const VoxelTransform& transform,
-                    const double* turned) noexcept;
+  /// Finds the candidates' contacts, which helpers may share.
+  void FindContacts(const Pose& X_VS, const VoxelTransform& transform) noexcept;
   /// What the contacts come to.
   void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
                  const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) noexcept;
-
-  /// Voxels that surfaces may still come nearer before a point can make a contact, as the refined
-  /// model has told.
-  double SlackOf(std::uint32_t block, std::uint32_t lane) const noexcept;
-  void RememberSlack(std::span<const Candidate> candidates) noexcept;
-  /// What candidates took to look at.
-  struct alignas(64) LookCounts {
-    int looks = 0;    // exact
-    int regions = 0;  // of these, those that gave one
-    int sifted = 0;
-    void operator+=(const LookCounts& more) noexcept {
-      looks += more.looks;
-      regions += more.regions;
-      sifted += more.sifted;
-    }
-  };
-  static void Count(std::span<const Candidate> candidates, LookCounts& counts) noexcept;
-  /// And what all of them did.
-  void CountLooks(PairReport& report) noexcept;
 
   static constexpr std::size_t kMostCandidates = 1 << 14;
   static constexpr std::size_t kPiece = 32;  // candidates, some microseconds
@@ -121,19 +84,11 @@ class ContactPair final : public BodyPair {
   std::size_t shared_from_;  // candidates
   std::unique_ptr<const PointBlocks> blocks_;
   std::unique_ptr<Schedule> schedule_;
-  std::unique_ptr<RefinedContacts> refined_;
-  double odometer_ = 0;       // voxels that surfaces can have come nearer since the first test
-  double displaced_ = 0;      // m, of the points at the last test
-  std::optional<Quat> q_VS_;  // at the last call
-  double turned_ = 0;         // rad, in all, of one body against the other
-  /// By point: the odometer before which it makes no contact; empty without coherence.
-  std::vector<double> clear_until_;
   std::vector<Candidate> candidates_;
   std::size_t candidate_count_ = 0;
-  std::vector<LookCounts> look_counts_;  // of each thread
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
-  double looks_ = 0;  // of the last frame, all but those at regions
+  double look_work_ = 0;  // of the last frame
 
   PairTravel travel_;
   double waiting_ = 0;  // m of travel that the schedule has not been told of: nothing was near

@@ -1,7 +1,6 @@
 #include "engine/contact/edge_contact.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace tandem {
@@ -16,8 +15,6 @@ const double kFadeSine = std::sin(kArcFade);
 constexpr double kLooseArc = 1.25;
 /// Voxels over which a push fades out as pieces side by side come to be a voxel apart.
 constexpr double kBesideFade = 0.25;
-/// How much farther the normal of edges side by side may turn than the bodies.
-constexpr double kLeaningTurn = 3.0;
 
 /// How much of a push counts so many voxels from the end of an edge.
 double ShareFromEnd(double from, double fade) {
@@ -141,70 +138,32 @@ struct Way {
 };
 
 /// Side by side: each part of the shell's edge rests on the part of the map's beside it.
-Way BesideOne(const Pieces& pieces, const EdgeArc& other_arc, ClearRegionMaker* clear, double way) {
+Way BesideOne(const Pieces& pieces, const EdgeArc& other_arc) {
   const ShellEdge& edge = pieces.edge;
   Way met;
   met.v = pieces.other_along;
-  const double beside = std::abs(met.v) - pieces.other_half;
-  met.apart = beside > 0;
-  way = std::max(way, beside);
-  if (clear != nullptr && way >= clear->reach()) clear = nullptr;
-  if (met.apart && clear == nullptr) return met;
+  met.apart = std::abs(met.v) > pieces.other_half;
   met.pushes = pieces.facing > kFacing;
-  if (!met.pushes && clear == nullptr) return met;
+  if (met.apart || !met.pushes) return met;
   const Leaning leaning =
       LeanOnParallel(edge.tangent, pieces.away, {pieces.n, {other_arc.cosine, other_arc.sine}},
                      {edge.nhat, {edge.arc.cosine, edge.arc.sine}});
   met.normal = leaning.normal;
   met.gap = pieces.away.dot(leaning.normal);
   met.share = leaning.share;
-  if (clear != nullptr) {
-    // the normal stays square to the shell's edge; across it, it may turn farther
-    const double along = std::abs(pieces.along);
-    const double across = (pieces.away - pieces.along * edge.tangent - met.gap * met.normal).norm();
-    const double reach = clear->reach();
-    const double swing =
-        along + kLeaningTurn * (across + reach) +
-        0.5 * kLeaningTurn * kLeaningTurn * clear->turn() * (std::abs(met.gap) + reach);
-    clear->KeepAbove(met.normal, met.gap - kRefinedClearance, swing, way);
-  }
   return met;
 }
 
-/// Voxels that the point of the shell may go while crossing edges stay beside each other, whose
-/// bodies turn by up to `turn`: the places where they come closest run along by 1 / sine.
-double BesideCrossing(const Pieces& pieces, const Way& met, double sine, double turn,
-                      double reach) {
-  const double away = pieces.away.norm() + reach;
-  const auto past = [&](double at, double half, double arm) {
-    return sine * (std::abs(at) - half) - turn * arm / sine - 2 * turn * std::abs(at);
-  };
-  const double cosine = std::abs(pieces.cosine);
-  return std::max({past(met.u, pieces.half, away),
-                   past(met.v, pieces.other_half, away + std::abs(pieces.along) + reach),
-                   std::abs(pieces.along) - pieces.half - pieces.other_half * cosine -
-                       turn * (away + pieces.other_half),
-                   std::abs(pieces.other_along) - pieces.other_half - pieces.half * cosine -
-                       turn * pieces.half});
-}
-
 /// One across the other: along the way that is square to both.
-Way AcrossOne(const Pieces& pieces, const EdgeArc& other_arc, ClearRegionMaker* clear, double way) {
+Way AcrossOne(const Pieces& pieces, const EdgeArc& other_arc) {
   const ShellEdge& edge = pieces.edge;
   const double square_sine = pieces.sine * pieces.sine;
   Way met;
   met.u = (pieces.cosine * pieces.other_along - pieces.along) / square_sine;
   met.v = (pieces.other_along - pieces.cosine * pieces.along) / square_sine;
   met.apart = std::abs(met.u) > pieces.half || std::abs(met.v) > pieces.other_half;
-  double least_sine = 0;
-  if (clear != nullptr) {
-    least_sine = pieces.sine - clear->turn();
-    way = std::max(way, BesideCrossing(pieces, met, least_sine, clear->turn(), clear->reach()));
-    if (way >= clear->reach()) clear = nullptr;
-  }
-  if (met.apart && clear == nullptr) return met;
   met.pushes = pieces.facing > pieces.least_across;
-  if (!met.pushes && clear == nullptr) return met;
+  if (met.apart || !met.pushes) return met;
   met.normal = edge.tangent.cross(pieces.other_t).normalized();
   const double side = met.normal.dot(pieces.n + edge.nhat);
   if (side < 0) met.normal = -met.normal;
@@ -213,34 +172,8 @@ Way AcrossOne(const Pieces& pieces, const EdgeArc& other_arc, ClearRegionMaker* 
   met.share =
       other_arc.ShareOf(met.normal.dot(pieces.n)) * edge.arc.ShareOf(met.normal.dot(edge.nhat));
   if (std::abs(side) < kSides) met.pushes = false;
-  if (clear == nullptr) return met;
-  // the normal turns about the map's edge, from where the shell's is at most u from it
-  const double turned = 1.05 * clear->turn() / least_sine;
-  if (std::abs(side) < 2 * turned + clear->turn()) {
-    clear->KeepWithin(way);  // where the sides may swap, the gap says nothing
-    return met;
-  }
-  // nor do edges push that are not within one another's arcs
-  if (met.normal.dot(pieces.n) < other_arc.last - turned) return met;
-  if (met.normal.dot(edge.nhat) < edge.arc.last - turned - clear->turn()) return met;
-  const double reach = clear->reach();
-  const double turns = 1.05 / least_sine;
-  const double swing = turns * (std::abs(met.u) * pieces.sine + reach) +
-                       0.5 * turns * turned * (std::abs(met.gap) + reach);
-  clear->KeepAbove(met.normal, met.gap - kRefinedClearance, swing, way);
   return met;
 }
-
-/// By step of a ridge's half angle; last, the loose one.
-const auto kArcs = [] {
-  std::array<EdgeArc, SurfaceDetail::kAngles + 1> arcs;
-  for (std::size_t i = 0; i < SurfaceDetail::kAngles; ++i) {
-    arcs[i] = EdgeArc(SurfaceDetail::kAngleStep * static_cast<double>(i));
-  }
-  arcs.back() = EdgeArc(kLooseArc);
-  arcs.back().loose = true;
-  return arcs;
-}();
 
 }  // namespace
 
@@ -264,19 +197,15 @@ double EdgeArc::ShareOf(double push_cosine) const noexcept {
 }
 
 const EdgeArc& LooseArc() noexcept {
-  return kArcs.back();
+  static const EdgeArc arc = [] {
+    EdgeArc loose(kLooseArc);
+    loose.loose = true;
+    return loose;
+  }();
+  return arc;
 }
 
-const EdgeArc& ArcOf(const SurfaceDetail& detail) noexcept {
-  const bool ridge = detail.shape() == SurfaceDetail::Shape::kRidge;
-  return kArcs[ridge ? detail.half_angle_steps() : SurfaceDetail::kAngles];
-}
-
-namespace {
-
-EdgeMeeting MeetOne(const ShellEdge& edge, const OtherEdge& other, double reach,
-                    ClearRegionMaker* clear, double way) noexcept {
-  if (clear != nullptr && way >= clear->reach()) clear = nullptr;
+EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) noexcept {
   const Vec3& q = other.q;
   const Vec3& other_t = other.tangent;
   const Vec3& n = other.nhat;
@@ -299,20 +228,8 @@ EdgeMeeting MeetOne(const ShellEdge& edge, const OtherEdge& other, double reach,
                       away.dot(other_t),
                       n.dot(edge.nhat),
                       edge.arc.loose || other_arc.loose ? kFacing : kFacingAcross};
-  // the far sides of thin walls do not push
-  if (clear != nullptr && pieces.facing < pieces.least_across - clear->turn()) clear = nullptr;
-  // edges about to become parallel, or no longer, are clear if they are so either way
   const bool parallel = sine < kParallel;
-  const bool may_change = clear != nullptr && std::abs(sine - kParallel) <= clear->turn();
-  if (may_change) {
-    if (parallel) {
-      AcrossOne(pieces, other_arc, clear, way);
-    } else {
-      BesideOne(pieces, other_arc, clear, way);
-    }
-  }
-  const Way met = parallel ? BesideOne(pieces, other_arc, clear, way)
-                           : AcrossOne(pieces, other_arc, clear, way);
+  const Way met = parallel ? BesideOne(pieces, other_arc) : AcrossOne(pieces, other_arc);
   EdgeMeeting meeting;
   if (met.apart || !met.pushes) return meeting;
   double share = met.share;
@@ -330,23 +247,6 @@ EdgeMeeting MeetOne(const ShellEdge& edge, const OtherEdge& other, double reach,
   meeting.place =
       parallel ? edge.p : Vec3(0.5 * (edge.p + met.u * edge.tangent + q + met.v * other_t));
   return meeting;
-}
-
-}  // namespace
-
-EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) noexcept {
-  return MeetOne(edge, other, reach, nullptr, 0);
-}
-
-EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q, bool ends,
-                 const EdgeArc& other_arc, ClearRegionMaker* clear, double way) noexcept {
-  const bool two_sided = detail.half_length == SurfaceDetail::kTwoSided;
-  // of a thin sheet's edge only that it passes through the voxel is known
-  const double half = two_sided ? 0.5 : detail.half_length / 128.0;
-  return MeetOne(
-      edge,
-      {q, UnpackDirection(detail.tangent), FacingNormal(detail, edge.nhat), half, other_arc, ends},
-      kRefinedClearance, clear, way);
 }
 
 }  // namespace tandem

@@ -1,8 +1,6 @@
 #pragma once
 
 #include "engine/base/spatial.h"
-#include "engine/contact/clear_region.h"
-#include "engine/voxel/surface_details.h"
 
 namespace tandem {
 
@@ -43,9 +41,6 @@ struct EdgeArc {
 
 /// Within which a push on an edge by a vertex or an open rim is believed.
 const EdgeArc& LooseArc() noexcept;
-/// Of a piece of the map's edge: a ridge's own, of others the loose one.
-const EdgeArc& ArcOf(const SurfaceDetail& detail) noexcept;
-
 /// An edge point of the shell: its piece of the edge, in voxels of V.
 struct ShellEdge {
   Vec3 p;
@@ -79,11 +74,5 @@ struct OtherEdge {
 
 /// How they push each other from `reach` on.
 EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) noexcept;
-
-/// `detail` is a piece of the map's edge at `q`, in voxels of V, `ends` as of ShellEdge; `arc` is
-/// its arc. Towards a vertex that an edge ends at, its push fades out. `clear`, if any, is told
-/// when they can push; not before the point has gone by `way`.
-EdgeMeeting Meet(const ShellEdge& edge, const SurfaceDetail& detail, const Vec3& q, bool ends,
-                 const EdgeArc& arc, ClearRegionMaker* clear = nullptr, double way = 0) noexcept;
 
 }  // namespace tandem

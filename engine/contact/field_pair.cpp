@@ -15,8 +15,6 @@ namespace {
 
 /// Voxels of depth from which a contact damps in full.
 constexpr double kFullDampingDepth = 0.5;
-/// Voxels of depth from which a contact is as stiff as it can be.
-constexpr double kFullStiffnessDepth = 0.1;
 /// Voxels of depth from which a contact counts in full among those that share their stiffness.
 constexpr double kFullShareDepth = 0.25;
 /// As many contacts in full are as stiff as they can be together.

@@ -13,6 +13,9 @@
 
 namespace tandem {
 
+/// Voxels of depth from which a contact is as stiff as it can be.
+inline constexpr double kFullStiffnessDepth = 0.1;
+
 /// A body as refined contact meets it.
 struct BodySurface {
   DistanceField field;
@@ -48,8 +51,12 @@ class FieldPair final : public BodyPair {
   }
 
   /// Counts the feature points of either body that are nearer to the other than where force begins
-  /// and that the last Collide(), which was at these poses, did not find. For tests; allocates.
+  /// and that the last Collide(), which was at these poses, did not find. For tests and benches; allocates.
   std::size_t CountUnfound(const BodyMotion& shell_body, const BodyMotion& map_body) const;
+  /// Feature points of both bodies.
+  std::size_t point_count() const noexcept {
+    return shell_->features.point_count() + map_->features.point_count();
+  }
 
  private:
   /// The places of both fields, in voxels: X_VF of the schedules.

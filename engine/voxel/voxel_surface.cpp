@@ -118,27 +118,6 @@ void SetNormals(std::span<const Vec3> areas, VoxelSurface& surface) {
   for (std::size_t i = 0; i < surface.sides; ++i) surface.normals[i].normalize();
 }
 
-/// Whether the facets are those of one face and of others that turn from it by 30 degrees or more,
-/// with none between.
-bool AreTwoFaces(std::span<const Vec3> areas) {
-  constexpr double kOneFace = 0.985;  // cosine to the largest facet's normal
-  constexpr double kOther = 0.866;
-  constexpr double kLeast = 1e-6;  // square voxels: less only touches
-  const Vec3 largest =
-      std::max_element(areas.begin(), areas.end(), [](const Vec3& a, const Vec3& b) {
-        return a.squaredNorm() < b.squaredNorm();
-      })->normalized();
-  bool others = false;
-  for (const Vec3& area : areas) {
-    const double size = area.norm();
-    const double along = area.dot(largest);
-    if (size < kLeast || along > kOneFace * size) continue;
-    if (along > kOther * size) return false;
-    others = true;
-  }
-  return others;
-}
-
 /// Calls visit(triangle, bits) for each triangle that meets the chunk, with the cells it meets.
 template <typename Visit>
 void ForEachMeeting(const SurfaceVoxels& voxels, const GridIndex& place, const Visit& visit) {
@@ -274,7 +253,6 @@ ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::
     const auto areas_here = std::span(areas).subspan(next[i] - g.count, g.count);
     SetNormals(areas_here, surface);
     if (surface.sides == 0) continue;
-    surface.two_faces = AreTwoFaces(areas_here);
     surface.feature_normal = surface.normals[0];
     surface.place =
         Vec3((g.weight > 1e-9 ? Vec3(g.moment / g.weight) : g.on_plane) - cell_corner(cell));

@@ -30,9 +30,6 @@ struct VoxelSurface {
   /// (a thin sheet) one for each side.
   std::array<Vec3, kMostSides> normals{};
   std::size_t sides = 0;
-  /// Two faces that turn by 30 degrees or more pass through, but not the edge between them: their
-  /// mean is no surface.
-  bool two_faces = false;
   /// Of a vertex or edge as a whole, wherever in the voxel it lies; of a surface the first normal.
   Vec3 feature_normal = Vec3::Zero();
 };

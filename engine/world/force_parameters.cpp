@@ -7,6 +7,7 @@
 
 #include "engine/base/hash.h"
 #include "engine/contact/edge_contact.h"
+#include "engine/contact/field_pair.h"
 #include "engine/contact/tangent_plane.h"
 
 namespace tandem {
@@ -74,8 +75,10 @@ std::optional<UnequalPush> ComparePush(const ForceParameters& first, const Force
     push.first_harder = wider < 0;
     push.head_start = std::abs(wider);
     const ForceParameters& pushed = push.first_harder ? second : first;
+    const double soft =
+        pushed.contact == ContactModel::kRefined ? kFullStiffnessDepth * pushed.voxel_size : 0.0;
     push.alone_force =
-        ContactForce(PointStiffness(pushed, mass), push.head_start, pushed.voxel_size);
+        ContactForce(PointStiffness(pushed, mass), push.head_start, pushed.voxel_size, soft);
     return push;
   }
   const double ratio = PointStiffness(first, mass) / PointStiffness(second, mass);

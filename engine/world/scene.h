@@ -56,11 +56,8 @@ struct Scene {
   int range_voxels = kDefaultRange;  // of the distance fields
   ContactModel contact = ContactModel::kRefined;
   int force_layer = DefaultForceLayer(ContactModel::kRefined);  // free layers (paper §3.2)
-  /// Refined contact by distance fields (decision 0041), in place of by marks and details. Not in
-  /// scene files: for comparisons, until it is the only one.
-  bool by_field = false;
-  double friction = 0;            // Coulomb's mu, of all contacts
-  Vec3 gravity_W = Vec3::Zero();  // m/s^2
+  double friction = 0;                                          // Coulomb's mu, of all contacts
+  Vec3 gravity_W = Vec3::Zero();                                // m/s^2
   std::vector<SceneBody> bodies;
   std::vector<ScenePair> pairs;
   std::vector<SceneHand> hands;

@@ -76,10 +76,8 @@ struct StepReport {
 
   std::uint32_t flags = 0;
   int contact_points = 0;
-  int clear_points = 0;   // of the contact points, known to push nothing yet
-  int looks = 0;          // exact looks at single points, as far as the refined model took them
-  int sifted_points = 0;  // points that a sieve looked at
-  double look_work = 0;   // what all that came to, in exact looks
+  int looks = 0;          // exact looks at single points (refined model)
+  double look_work = 0;   // what these and adding up came to, in exact looks
   int loaded_points = 0;
   TestCounts tests;
   Wrench hand_B_W;  // hand's coupling on the held body, as applied; NaN: its step was no number

@@ -31,11 +31,6 @@ double ShareOf(BodyDrive drive, BodyDrive other) {
   return sum > 0 ? weight(drive) / sum : 0.5;
 }
 
-/// Null in the plain model.
-const SurfaceDetails* DetailsOf(const SurfaceDetails& details) {
-  return details.empty() ? nullptr : &details;
-}
-
 /// Whether the pair's pointshell is body `a`.
 bool IsShell(const WorldModel& model, std::size_t a, std::size_t b) {
   return model.scene.IsPointshell(
@@ -89,17 +84,14 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
     const Pose X_WV{Quat::Identity(), model_->fixture.p_WVo()};
     const ContactGains gains = GainsFor(shell.inertia.mass);
     std::unique_ptr<BodyPair> pair;
-    if (model_->scene.by_field) {
+    if (model_->scene.contact == ContactModel::kRefined) {
       pair = std::make_unique<FieldPair>(
           shell.surface, model_->fixture_surface,
           FieldPair::Options{.inward_shift = ShiftOf(bodies_[body]), .schedule = schedule}, gains);
     } else {
-      pair =
-          std::make_unique<ContactPair>(shell.points, model_->fixture, X_WV, 0,
-                                        PairOptions{.force_layer = model_->scene.force_layer,
-                                                    .details = DetailsOf(model_->fixture_details),
-                                                    .schedule = schedule},
-                                        gains);
+      pair = std::make_unique<ContactPair>(
+          shell.points, model_->fixture, X_WV, 0,
+          PairOptions{.force_layer = model_->scene.force_layer, .schedule = schedule}, gains);
     }
     pairs_.push_back({std::move(pair), static_cast<int>(body), -1});
   };
@@ -129,6 +121,12 @@ const ContactPair& World::point_pair(std::size_t number) const {
   return *pair;
 }
 
+const FieldPair& World::field_pair(std::size_t number) const {
+  const auto* pair = dynamic_cast<const FieldPair*>(pairs_[number].contact.get());
+  TANDEM_CHECK(pair != nullptr);
+  return *pair;
+}
+
 double World::ShiftOf(const Body& body) const {
   return model_->scene.bodies[model_->object[body.shape]].inward_shift_voxels;
 }
@@ -147,20 +145,18 @@ void World::AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedul
   const BodyModel& map_model = model_->bodies[bodies_[map].shape];
   const ContactGains gains = GainsFor(std::max(shell_model.inertia.mass, map_model.inertia.mass));
   std::unique_ptr<BodyPair> pair;
-  if (model_->scene.by_field) {
+  if (model_->scene.contact == ContactModel::kRefined) {
     pair = std::make_unique<FieldPair>(
         shell_model.surface, map_model.surface,
         FieldPair::Options{
             .both_move = true, .inward_shift = ShiftOf(bodies_[shell]), .schedule = schedule},
         gains);
   } else {
-    pair = std::make_unique<ContactPair>(shell_model.points, map_model.voxmap, map_model.X_BV,
-                                         RadiusOf(map_model),
-                                         PairOptions{.force_layer = model_->scene.force_layer,
-                                                     .details = DetailsOf(map_model.details),
-                                                     .both_move = true,
-                                                     .schedule = schedule},
-                                         gains);
+    pair = std::make_unique<ContactPair>(
+        shell_model.points, map_model.voxmap, map_model.X_BV, RadiusOf(map_model),
+        PairOptions{
+            .force_layer = model_->scene.force_layer, .both_move = true, .schedule = schedule},
+        gains);
   }
   pairs_.push_back({std::move(pair), static_cast<int>(shell), static_cast<int>(map)});
 }
@@ -298,9 +294,7 @@ void World::Collide(const StepInputs& in) noexcept {
     report_.tests += found.tests;
     if (found.over_capacity) report_.flags |= StepReport::kContactsFull;
     report_.contact_points += found.contact_points;
-    report_.clear_points += found.clear_points;
     report_.looks += found.looks;
-    report_.sifted_points += found.sifted_points;
     report_.look_work += found.look_work;
     report_.loaded_points += found.loaded_points;
   }

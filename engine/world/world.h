@@ -28,8 +28,10 @@ class World {
   void Place(std::size_t body, const Pose& X_WB);
   /// A pair as of the last frame.
   const BodyPair& pair(std::size_t number) const noexcept { return *pairs_[number].contact; }
-  /// The same of a scene that is not by_field, which is checked: with its schedule.
+  /// The same of a scene of the plain model, which is checked: with its schedule.
   const ContactPair& point_pair(std::size_t number) const;
+  /// The same of a scene of the refined model, which is checked.
+  const FieldPair& field_pair(std::size_t number) const;
   std::size_t pair_count() const noexcept { return first_pairs_; }
   /// Where others' second instance of a shared body is here (paper §6.1, mixed types): the body
   /// itself while there is only one.

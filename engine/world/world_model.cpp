@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include <tbb/parallel_for.h>
+
 #include "engine/field/field_builder.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/mass_properties.h"
@@ -67,19 +69,119 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
       MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels, body.point_spacing_voxels);
   if (!points) return At(body, WithScale(points.error(), body, mesh_W).what);
   model.points = std::move(*points);
-  if (scene.by_field) {
+  if (scene.contact == ContactModel::kRefined) {
     Result<BodySurface> surface =
         MakeSurface(scene, mesh_W, model.X_WB0, body.point_spacing_voxels, stop);
     if (!surface) return At(body, WithScale(surface.error(), body, mesh_W).what);
     model.surface = std::move(*surface);
   }
   if (with_voxmap) {
-    if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, model.details, stop)) {
+    if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, stop)) {
       return At(body, WithScale(*fault, body, mesh_W).what);
     }
     model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
   }
   return model;
+}
+
+Error Stopped(const Scene& scene) {
+  return Error{scene.file.string() + ": stopped while it was loaded"};
+}
+
+std::optional<Error> LoadMeshes(const Scene& scene, const std::stop_token& stop,
+                                WorldModel& world) {
+  std::vector<std::optional<Result<TriangleMesh>>> meshes_M(scene.bodies.size());
+  tbb::parallel_for(std::size_t{0}, scene.bodies.size(), [&](std::size_t i) {
+    const SceneBody& body = scene.bodies[i];
+    if (stop.stop_requested()) return;
+    meshes_M[i] = ImportMesh(body.mesh, {.scale = body.scale, .part = body.part});
+  });
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const SceneBody& body = scene.bodies[i];
+    if (!meshes_M[i]) return Stopped(scene);
+    if (!*meshes_M[i]) return At(body, meshes_M[i]->error().what);
+    const TriangleMesh& mesh_M = **meshes_M[i];
+    const MeshDiagnosis diagnosis = Diagnose(mesh_M);
+    if (!diagnosis.closed()) {
+      world.remarks.push_back(
+          At(body, Describe(diagnosis) +
+                       " (its surface is not closed: contact goes by what is there, its inside "
+                       "and its mass are estimates; if it behaves oddly, mend the mesh)")
+              .what);
+    }
+    world.meshes_W.push_back(Transformed(mesh_M, body.X_WM));
+    if (const auto remark = ScaleRemark(body, world.meshes_W.back())) {
+      world.remarks.push_back(At(body, *remark).what);
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Error> LoadFixture(const Scene& scene, const TriangleMesh& fixture_W,
+                                 const std::stop_token& stop, WorldModel& world) {
+  if (const auto fault = MakeMap(scene, fixture_W, world.fixture, stop)) {
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      const SceneBody& body = scene.bodies[i];
+      if (!body.fixed || !ScaleRemark(body, world.meshes_W[i])) continue;
+      return At(body, WithScale(*fault, body, world.meshes_W[i]).what);
+    }
+    return Error{scene.file.string() + ": the fixed bodies: " + fault->what};
+  }
+  if (scene.contact == ContactModel::kRefined) {
+    Result<BodySurface> surface = MakeSurface(scene, fixture_W, Pose{}, 1, stop);
+    if (!surface) return Error{scene.file.string() + ": " + surface.error().what};
+    world.fixture_surface = std::move(*surface);
+    world.fixture_surface.radius = 0;  // it never moves
+  }
+  world.has_fixture = true;
+  return std::nullopt;
+}
+
+/// The moving bodies and the fixture, side by side: each has parts that one thread works on alone.
+std::optional<Error> LoadBodies(const Scene& scene, const std::stop_token& stop,
+                                WorldModel& world) {
+  const std::vector<TriangleMesh> wholes_W = Wholes(scene, world.meshes_W);
+  TriangleMesh fixture_W;
+  std::vector<std::uint32_t> moving;
+  for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.bodies[i].fixed) {
+      Append(fixture_W, world.meshes_W[i]);
+    } else if (scene.WholeOf(i) == i) {
+      moving.push_back(i);
+    }
+  }
+  if (moving.empty()) return Error{scene.file.string() + ": no body can move"};
+  std::vector<std::optional<Result<BodyModel>>> models(moving.size());
+  std::optional<Error> fixture_fault;
+  // the fixture first: it is the largest as a rule
+  tbb::parallel_for(std::size_t{0}, moving.size() + 1, [&](std::size_t i) {
+    if (stop.stop_requested()) return;
+    if (i > 0) {
+      const std::uint32_t body = moving[i - 1];
+      models[i - 1] = LoadBody(scene, scene.bodies[body], wholes_W[body], moving.size() > 1, stop);
+    } else if (!fixture_W.triangles.empty()) {
+      fixture_fault = LoadFixture(scene, fixture_W, stop, world);
+    }
+  });
+  if (stop.stop_requested()) return Stopped(scene);
+  world.body_index.assign(scene.bodies.size(), -1);
+  for (std::size_t k = 0; k < moving.size(); ++k) {
+    const SceneBody& body = scene.bodies[moving[k]];
+    Result<BodyModel>& model = *models[k];
+    if (!model) return model.error();
+    if (body.inward_shift_voxels != 0) {
+      if (const auto gap = GapRemark(scene, *model, 0)) {
+        world.remarks.push_back(At(body, *gap).what);
+      }
+    }
+    world.body_index[moving[k]] = static_cast<int>(k);
+    world.bodies.push_back(std::move(*model));
+    world.object.push_back(moving[k]);
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    world.body_index[i] = world.body_index[scene.WholeOf(i)];
+  }
+  return fixture_fault;
 }
 
 }  // namespace
@@ -99,7 +201,7 @@ std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
 }
 
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
-                             SurfaceDetails& details, const std::stop_token& stop) {
+                             const std::stop_token& stop) {
   const double flatness = FlatnessVoxels(scene.contact);
   const VoxelizeOptions options{.voxel_size = scene.voxel_size,
                                 .range = scene.range_voxels,
@@ -114,9 +216,6 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
   Result<Voxmap> made = Voxelize(mesh_W, sides, features, options);
   if (!made) return made.error();
   voxmap = std::move(*made);
-  if (scene.contact == ContactModel::kRefined && !scene.by_field) {
-    details = SurfaceDetails(mesh_W, features, voxmap);
-  }
   return std::nullopt;
 }
 
@@ -159,72 +258,8 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
   }
   auto world = std::make_shared<WorldModel>();
   world->scene = scene;
-  const Error stopped{scene.file.string() + ": stopped while it was loaded"};
-  for (const SceneBody& body : scene.bodies) {
-    if (stop.stop_requested()) return stopped;
-    Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, {.scale = body.scale, .part = body.part});
-    if (!mesh_M) return At(body, mesh_M.error().what);
-    const MeshDiagnosis diagnosis = Diagnose(*mesh_M);
-    if (!diagnosis.closed()) {
-      world->remarks.push_back(
-          At(body, Describe(diagnosis) +
-                       " (its surface is not closed: contact goes by what is there, its inside "
-                       "and its mass are estimates; if it behaves oddly, mend the mesh)")
-              .what);
-    }
-    world->meshes_W.push_back(Transformed(*mesh_M, body.X_WM));
-    if (const auto remark = ScaleRemark(body, world->meshes_W.back())) {
-      world->remarks.push_back(At(body, *remark).what);
-    }
-  }
-
-  const std::vector<TriangleMesh> wholes_W = Wholes(scene, world->meshes_W);
-  std::size_t moving = 0;
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    moving += !scene.bodies[i].fixed && scene.WholeOf(i) == i ? 1U : 0U;
-  }
-  TriangleMesh fixture_W;
-  world->body_index.assign(scene.bodies.size(), -1);
-  for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
-    if (stop.stop_requested()) return stopped;
-    const SceneBody& body = scene.bodies[i];
-    if (body.fixed) {
-      Append(fixture_W, world->meshes_W[i]);
-    } else if (scene.WholeOf(i) == i) {
-      Result<BodyModel> model = LoadBody(scene, body, wholes_W[i], moving > 1, stop);
-      if (!model) return model.error();
-      if (body.inward_shift_voxels != 0) {
-        if (const auto gap = GapRemark(scene, *model, 0)) {
-          world->remarks.push_back(At(body, *gap).what);
-        }
-      }
-      world->body_index[i] = static_cast<int>(world->bodies.size());
-      world->bodies.push_back(std::move(*model));
-      world->object.push_back(i);
-    }
-  }
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    world->body_index[i] = world->body_index[scene.WholeOf(i)];
-  }
-  if (world->bodies.empty()) return Error{scene.file.string() + ": no body can move"};
-  if (!fixture_W.triangles.empty()) {
-    if (const auto fault =
-            MakeMap(scene, fixture_W, world->fixture, world->fixture_details, stop)) {
-      for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-        const SceneBody& body = scene.bodies[i];
-        if (!body.fixed || !ScaleRemark(body, world->meshes_W[i])) continue;
-        return At(body, WithScale(*fault, body, world->meshes_W[i]).what);
-      }
-      return Error{scene.file.string() + ": the fixed bodies: " + fault->what};
-    }
-    if (scene.by_field) {
-      Result<BodySurface> surface = MakeSurface(scene, fixture_W, Pose{}, 1, stop);
-      if (!surface) return Error{scene.file.string() + ": " + surface.error().what};
-      world->fixture_surface = std::move(*surface);
-      world->fixture_surface.radius = 0;  // it never moves
-    }
-    world->has_fixture = true;
-  }
+  if (auto fault = LoadMeshes(scene, stop, *world)) return *fault;
+  if (auto fault = LoadBodies(scene, stop, *world)) return *fault;
   return std::shared_ptr<const WorldModel>(std::move(world));
 }
 

@@ -13,7 +13,6 @@
 #include "engine/geometry/mesh_diagnosis.h"
 #include "engine/geometry/triangle_mesh.h"
 #include "engine/voxel/pointshell.h"
-#include "engine/voxel/surface_details.h"
 #include "engine/voxel/voxmap.h"
 #include "engine/world/scene.h"
 
@@ -26,11 +25,10 @@ struct BodyModel {
   Pose X_MB;   // B in the file's frame
   Inertia inertia;
   std::optional<Constraint> constraint;
-  Pointshell points;       // in B
-  Voxmap voxmap;           // empty unless another moving body may meet it
-  SurfaceDetails details;  // of the voxmap, for the refined contact model
+  Pointshell points;  // in B
+  Voxmap voxmap;      // empty unless another moving body may meet it
   Pose X_BV;
-  BodySurface surface;  // where the scene is by_field
+  BodySurface surface;  // of the refined contact model
 };
 
 /// A scene with its meshes loaded and voxelized: read-only, shared by whoever simulates or judges
@@ -42,8 +40,7 @@ struct WorldModel {
   std::vector<BodyModel> bodies;       // the moving ones, each with the parts merged with it
   std::vector<std::uint32_t> object;   // per moving body: its number in the scene
   Voxmap fixture;                      // all fixed bodies merged; empty when there are none
-  SurfaceDetails fixture_details;
-  BodySurface fixture_surface;  // where the scene is by_field
+  BodySurface fixture_surface;         // of the refined contact model
   bool has_fixture = false;
   std::vector<std::string> remarks;  // of the meshes, for a person: open edges, …
 
@@ -60,11 +57,10 @@ struct WorldModel {
 std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
                                      double displacement);
 
-/// A mesh as what others are tested against: its voxmap, and its details where the scene's contact
-/// model reads them.
+/// A mesh as what plain contact tests others against.
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
-                             SurfaceDetails& details, const std::stop_token& stop = {});
-/// A mesh as refined contact by distance fields meets it, in the frame that stands at X_WB.
+                             const std::stop_token& stop = {});
+/// A mesh as refined contact meets it, in the frame that stands at X_WB.
 Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
                                 double spacing_voxels = 1, const std::stop_token& stop = {});
 /// A mesh as what is tested, in the frame that stands at X_WB; lengths in voxels of the scene.

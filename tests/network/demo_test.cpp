@@ -94,15 +94,14 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
               peak_mm, 1e3 * expected.peak, 1e3 * options.second_begins_later_s);
 }
 
-// A key with 0.09 mm of play, and contact that begins at 0.45 mm: it jams, and that is told before
-// and afterwards.
-TEST(Demo, AScenesTooLargeVoxelsAreToldBeforeTheStartAndWhatComesOfThemAfterwards) {
+// A key that is 0.05 mm larger than its hole on each side: it jams, and that is told before and
+// afterwards.
+TEST(Demo, APartThatDoesNotFitIsToldBeforeTheStartAndWhatComesOfItAfterwards) {
   const ScratchFolder folder;
   const testing::Said said = testing::RunTandem("demo --headless --json --scene " +
-                                                testing::WriteKeyScene(folder, 0.00009, 0.001));
+                                                testing::WriteKeyScene(folder, -0.00005, 0.001));
   EXPECT_EQ(said.exit_code, 1);
-  const std::size_t told = said.err.find(
-      "key-hole: 0.09 mm apart, contact begins at 0.45 mm: voxel_m 0.0002 or less fits");
+  const std::size_t told = said.err.find("key-hole: they overlap by 0.0707 mm at the start");
   ASSERT_NE(told, std::string::npos) << said.err;
   const std::size_t joined = said.err.find("tandem: Anna: in session demo-");
   ASSERT_NE(joined, std::string::npos) << said.err;
@@ -116,7 +115,7 @@ TEST(Demo, AScenesTooLargeVoxelsAreToldBeforeTheStartAndWhatComesOfThemAfterward
   EXPECT_EQ(said.err.find(" is plain", plain + 1), std::string::npos) << said.err;
   const json out = json::parse(said.out, nullptr, false);
   ASSERT_TRUE(out.is_object()) << said.err;
-  EXPECT_NEAR(out.at("start_gaps")[0].at("voxel_m_fits").get<double>(), 0.0002, 1e-9);
+  EXPECT_TRUE(out.at("start_gaps")[0].at("overlap").get<bool>());
   ASSERT_FALSE(out.at("failures").empty());
   EXPECT_EQ(out.at("failures")[0], "the part did not come out");
   for (const json& failure : out.at("failures")) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <random>
 
 #include "engine/contact/contact_pair.h"
@@ -49,7 +50,7 @@ double CallUs(double least_s, const std::function<void()>& call) {
 }
 
 /// Frames as a hand makes them, 0.05 to 0.5 voxels a frame about the pose.
-void TimeFrames(ContactPair& pair, const Pose& X_WB, double voxel, double radius,
+void TimeFrames(BodyPair& pair, const Pose& X_WB, double voxel, double radius,
                 std::mt19937_64& random, Figures& figures) {
   std::uniform_real_distribution<double> side(-1, 1);
   std::uniform_real_distribution<double> step(0.05, 0.5);
@@ -83,10 +84,17 @@ std::optional<Error> Run(const PeerPair& files) {
   if (!models) return models.error();
   const FclPair fcl(Plain(models->fixed), Plain(models->moving));
   const double voxel = models->voxmap.voxel_size();
-  PairOptions options{.force_layer = DefaultForceLayer(model)};
-  if (!files.plain) options.details = &models->details;
-  ContactPair pair(models->points, models->voxmap, {Quat::Identity(), models->voxmap.p_WVo()}, 0,
-                   options, DefaultContactGains(voxel, kMass, kFrameS));
+  const ContactGains gains = DefaultContactGains(voxel, kMass, kFrameS);
+  std::unique_ptr<BodyPair> made;
+  if (files.plain) {
+    made = std::make_unique<ContactPair>(models->points, models->voxmap,
+                                         Pose{Quat::Identity(), models->voxmap.p_WVo()}, 0,
+                                         PairOptions{.force_layer = DefaultForceLayer(model)}, gains);
+  } else {
+    made = std::make_unique<FieldPair>(models->moving_surface, models->fixed_surface,
+                                       FieldPair::Options{}, gains);
+  }
+  BodyPair& pair = *made;
 
   std::vector<std::pair<std::string, Figures>> kinds;
   std::mt19937_64 random(1);

@@ -53,15 +53,25 @@ Result<PeerModels> LoadPeerModels(const PeerPair& pair, ContactModel model) {
   PeerModels models{.fixed = std::move(*fixed),
                     .moving = std::move(*moving),
                     .voxmap = {},
-                    .details = {},
                     .points = {},
+                    .fixed_surface = {},
+                    .moving_surface = {},
                     .X_MB = {},
                     .poses = std::move(*poses)};
   models.X_MB.p = ComputeMassProperties(models.moving).p_MBo;
   Scene scene;
   scene.contact = model;
   scene.voxel_size = pair.voxel;
-  if (const auto fault = MakeMap(scene, models.fixed, models.voxmap, models.details)) return *fault;
+  if (const auto fault = MakeMap(scene, models.fixed, models.voxmap)) return *fault;
+  if (model == ContactModel::kRefined) {
+    const double spacing = pair.spacing > 0 ? pair.spacing / pair.voxel : 1;
+    Result<BodySurface> map = MakeSurface(scene, models.fixed, Pose{});
+    if (!map) return map.error();
+    models.fixed_surface = std::move(*map);
+    Result<BodySurface> shell = MakeSurface(scene, models.moving, models.X_MB, spacing);
+    if (!shell) return shell.error();
+    models.moving_surface = std::move(*shell);
+  }
   if (pair.spacing > 0) scene.voxel_size = pair.spacing;
   Result<Pointshell> points = MakePoints(scene, models.moving, models.X_MB, 0);
   if (!points) return points.error();

@@ -13,8 +13,8 @@
 #include "app/cli/poses_file.h"
 #include "engine/base/result.h"
 #include "engine/contact/contact_kind.h"
+#include "engine/contact/field_pair.h"
 #include "engine/voxel/pointshell.h"
-#include "engine/voxel/surface_details.h"
 #include "engine/voxel/voxmap.h"
 
 namespace tandem {
@@ -39,8 +39,10 @@ struct PeerModels {
   TriangleMesh fixed;
   TriangleMesh moving;
   Voxmap voxmap;
-  SurfaceDetails details;
-  Pointshell points;            // in B, whose origin is the mesh's centre of mass
+  Pointshell points;  // in B, whose origin is the mesh's centre of mass
+  // of the refined contact model
+  BodySurface fixed_surface;
+  BodySurface moving_surface;
   Pose X_MB;                    // M: the file's frame
   std::vector<FilePose> poses;  // of M, m
 };

@@ -6,15 +6,13 @@
 namespace tandem::testing {
 
 std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
-                                                 double voxel_size, ContactModel contact,
-                                                 bool by_field) {
+                                                 double voxel_size, ContactModel contact) {
   auto world = std::make_shared<WorldModel>();
   world->scene.name = "made in code";
   world->scene.file = "nowhere.json";
   world->scene.voxel_size = voxel_size;
   world->scene.contact = contact;
   world->scene.force_layer = DefaultForceLayer(contact);
-  world->scene.by_field = by_field;
   TriangleMesh fixture;
   for (const TestBody& body : bodies) {
     world->scene.bodies.emplace_back().fixed = body.fixed;
@@ -31,8 +29,8 @@ std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bo
     Result<Pointshell> points = MakePoints(world->scene, body.mesh_W, model.X_WB0, 0);
     TANDEM_CHECK(points.has_value());
     model.points = std::move(*points);
-    TANDEM_CHECK(!MakeMap(world->scene, body.mesh_W, model.voxmap, model.details));
-    if (by_field) {
+    TANDEM_CHECK(!MakeMap(world->scene, body.mesh_W, model.voxmap));
+    if (contact == ContactModel::kRefined) {
       Result<BodySurface> surface = MakeSurface(world->scene, body.mesh_W, model.X_WB0);
       TANDEM_CHECK(surface.has_value());
       model.surface = std::move(*surface);
@@ -43,12 +41,12 @@ std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bo
     world->bodies.push_back(std::move(model));
   }
   if (!fixture.triangles.empty()) {
-    TANDEM_CHECK(!MakeMap(world->scene, fixture, world->fixture, world->fixture_details));
-    if (by_field) {
+    TANDEM_CHECK(!MakeMap(world->scene, fixture, world->fixture));
+    if (contact == ContactModel::kRefined) {
       Result<BodySurface> surface = MakeSurface(world->scene, fixture, Pose{});
       TANDEM_CHECK(surface.has_value());
       world->fixture_surface = std::move(*surface);
-      world->fixture_surface.radius = 0;  // it never moves
+      world->fixture_surface.radius = 0;
     }
     world->has_fixture = true;
   }

@@ -16,11 +16,10 @@ struct TestBody {
   double mass = 0.3;  // kg
 };
 
-/// Makes of meshes what LoadWorld() makes of a scene. `by_field` as of Scene.
+/// What LoadWorld() makes of a scene, from meshes.
 std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
                                                  double voxel_size,
-                                                 ContactModel contact = ContactModel::kRefined,
-                                                 bool by_field = false);
+                                                 ContactModel contact = ContactModel::kRefined);
 
 /// Inputs under which every moving body is simulated and no hand holds anything.
 StepInputs FreeInputs(const WorldModel& model);

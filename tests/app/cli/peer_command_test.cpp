@@ -47,12 +47,12 @@ TEST_F(PeerCommand, SaysAtTheEndWhatBecameOfItsBody) {
 }
 
 TEST_F(PeerCommand, TellsBeforeTheStartHowBodiesStandAndObeysQuit) {
-  // the right box stands 0.3 mm beside the left one, by voxels of 1 mm
-  WriteScene("near", 0.001, "right.obj", -0.0097);
+  // the right box stands 0.03 mm beside the left one, by voxels of 1 mm
+  WriteScene("near", 0.001, "right.obj", -0.00997);
   Running anna = Start("near", "--name anna --hold right --report " + In("report"));
   ASSERT_TRUE(anna.WaitFor("anna is in session"));
-  EXPECT_THAT(anna.said(), HasSubstr("left-right: 0.3 mm apart, contact begins at 0.45 mm: "
-                                     "voxel_m 0.00066 or less fits"));
+  EXPECT_THAT(anna.said(), HasSubstr("left-right: 0.03 mm apart, contact needs a gap of 0.05 mm: "
+                                     "voxel_m 0.0006 or less fits"));
   anna.Order("help");
   EXPECT_TRUE(anna.WaitFor("give BODY PEER  hand your body"));
   anna.Order("quit");
@@ -183,10 +183,10 @@ TEST_F(PeerCommand, WhoInsistsIsToldWhoPushesHarderAndGetsNoSharedBody) {
   Running ben = Start("two", "--name ben --insist --hold left");
   ASSERT_TRUE(ben.WaitFor("you hold left"));
   ben.Order("grab right");
-  // 0.45 of a voxel; 12 N as of ForceParameters.WhoHasTheSmallerVoxelsPushesHarder
+  // 0.45 of a voxel; 10 N as of ForceParameters.WhoHasTheSmallerVoxelsPushesHarder
   EXPECT_THAT(ben.said(), HasSubstr("the session pushes harder; where parts press one another, "
                                     "yours is pushed back from a gap of 0.90 mm on, theirs from "
-                                    "0.45 mm, and up to 12 N a point of contact you feel all"));
+                                    "0.45 mm, and up to 10 N a point of contact you feel all"));
   EXPECT_TRUE(anna.WaitFor("ben goes by other force parameters (voxels of 2 mm"));
   EXPECT_THAT(anna.said(), HasSubstr("you push harder"));
   EXPECT_TRUE(ben.WaitFor("'right' is shared: it is not held by other force parameters"));

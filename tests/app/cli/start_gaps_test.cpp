@@ -51,34 +51,35 @@ std::vector<TriangleMesh> KeyInHole(double play) {
 
 const std::vector<SceneBody> kKey{FixedBody("hole"), MovingBody("key")};
 
-TEST(StartGaps, NameThePlayWhereContactBeginsAndAVoxelSizeThatFits) {
+TEST(StartGaps, NameThePlayThatContactNeedsAndAVoxelSizeThatFits) {
   const std::vector<TriangleMesh> meshes_W = KeyInHole(0.09 * kMm);
-  for (const double voxel : {1 * kMm, 0.5 * kMm}) {
+  for (const double voxel : {4 * kMm, 2 * kMm}) {
     const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(voxel, kKey), meshes_W);
     ASSERT_THAT(gaps, SizeIs(1));
     EXPECT_EQ(gaps[0].moving, "key");
     EXPECT_EQ(gaps[0].other, "hole");
     EXPECT_NEAR(gaps[0].distance, 0.09 * kMm, 1e-8);
     EXPECT_FALSE(gaps[0].overlap);
-    // decision 0010: the refined model's force begins 0.45 voxels before surfaces meet
-    EXPECT_DOUBLE_EQ(gaps[0].contact_begins, 0.45 * voxel);
-    EXPECT_NEAR(gaps[0].voxel_fits, 0.2 * kMm, 1e-9);  // 0.09 / 0.45
+    // decision 0041: in a narrow fit force begins 0.02 voxels away, to within 0.02
+    EXPECT_DOUBLE_EQ(gaps[0].needed, 0.05 * voxel);
+    EXPECT_NEAR(gaps[0].voxel_fits, 1.8 * kMm, 1e-9);  // 0.09 / 0.05
   }
-  const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(1 * kMm, kKey), meshes_W);
+  const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(4 * kMm, kKey), meshes_W);
   EXPECT_THAT(Describe(gaps[0]),
-              HasSubstr("key-hole: 0.09 mm apart, contact begins at 0.45 mm: voxel_m 0.0002 or "
+              HasSubstr("key-hole: 0.09 mm apart, contact needs a gap of 0.2 mm: voxel_m 0.0018 or "
                         "less fits"));
 }
 
 TEST(StartGaps, SayNothingAtTheVoxelSizeThatTheyName) {
   for (const double play : {0.013 * kMm, 0.09 * kMm, 0.258 * kMm, 0.4 * kMm}) {
     const std::vector<TriangleMesh> meshes_W = KeyInHole(play);
-    const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(1 * kMm, kKey), meshes_W);
+    const double voxel = play / 0.03;
+    const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(voxel, kKey), meshes_W);
     ASSERT_THAT(gaps, SizeIs(1)) << play;
-    EXPECT_GT(gaps[0].voxel_fits, 0.9 * play / 0.45);
+    EXPECT_GT(gaps[0].voxel_fits, 0.9 * play / 0.05);
     EXPECT_THAT(GapsOf(SceneOfBodies(0.999 * gaps[0].voxel_fits, kKey), meshes_W), IsEmpty());
   }
-  EXPECT_THAT(GapsOf(SceneOfBodies(1 * kMm, kKey), KeyInHole(0.46 * kMm)), IsEmpty());
+  EXPECT_THAT(GapsOf(SceneOfBodies(1 * kMm, kKey), KeyInHole(0.051 * kMm)), IsEmpty());
 }
 
 TEST(StartGaps, ThePlainModelBeginsFartherOut) {
@@ -134,11 +135,12 @@ TEST(StartGaps, WhatSeatsByItsInwardShiftIsNotTold) {
   Scene scene = SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")});
   scene.bodies[1].inward_shift_voxels = 0.5;
   EXPECT_THAT(GapsOf(scene, meshes_W), IsEmpty());
-  // points shifted outwards push half a voxel earlier
+  // what is shifted outwards needs no more in a narrow fit, and more than none
   scene.bodies[1].inward_shift_voxels = -0.5;
   const std::vector<StartGap> gaps = GapsOf(scene, meshes_W);
   ASSERT_THAT(gaps, SizeIs(1));
-  EXPECT_DOUBLE_EQ(gaps[0].contact_begins, 0.95 * kMm);
+  EXPECT_DOUBLE_EQ(gaps[0].needed, 0.05 * kMm);
+  EXPECT_DOUBLE_EQ(ContactBegins(scene, -0.5), 0.95 * kMm);
 }
 
 // Of two that move the smaller one has the points, and its shift is what counts.
@@ -175,8 +177,8 @@ TEST(StartGaps, PairsForWhichNoTimeIsLeftAreCounted) {
       1 * kMm, {FixedBody("plate"), MovingBody("a"), MovingBody("b"), MovingBody("far")});
   const std::vector<TriangleMesh> meshes_W{
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
-      BoxBetween({-5 * kMm, -5 * kMm, 0.1 * kMm}, {0, 5 * kMm, 20 * kMm}),
-      BoxBetween({0.2 * kMm, -5 * kMm, 0.1 * kMm}, {5 * kMm, 5 * kMm, 20 * kMm}),
+      BoxBetween({-5 * kMm, -5 * kMm, 0.03 * kMm}, {0, 5 * kMm, 20 * kMm}),
+      BoxBetween({0.03 * kMm, -5 * kMm, 0.03 * kMm}, {5 * kMm, 5 * kMm, 20 * kMm}),
       BoxBetween({-5 * kMm, -5 * kMm, 100 * kMm}, {5 * kMm, 5 * kMm, 120 * kMm})};
   const std::vector<double> points(4, 1.0);
   int asked = 0;
@@ -197,16 +199,16 @@ TEST(StartGaps, TwoThatMoveAreToldOnceAndPartsOfOneBodyNever) {
       SceneOfBodies(1 * kMm, {MovingBody("shaft"), MovingBody("gear"), MovingBody("ring")});
   scene.bodies[1].mass = 0;
   scene.bodies[1].merge_with = "shaft";
-  // gear touches its shaft; the ring stands 0.2 mm beside the gear
+  // gear touches its shaft; the ring stands 0.03 mm beside the gear
   const std::vector<TriangleMesh> meshes_W{
       BoxBetween({0, 0, 0}, {5 * kMm, 5 * kMm, 5 * kMm}),
       BoxBetween({5 * kMm, 0, 0}, {10 * kMm, 5 * kMm, 5 * kMm}),
-      BoxBetween({10.2 * kMm, 0, 0}, {15 * kMm, 5 * kMm, 5 * kMm})};
+      BoxBetween({10.03 * kMm, 0, 0}, {15 * kMm, 5 * kMm, 5 * kMm})};
   const std::vector<StartGap> gaps = GapsOf(scene, meshes_W);
   ASSERT_THAT(gaps, SizeIs(1));
   EXPECT_EQ(gaps[0].moving, "shaft");
   EXPECT_EQ(gaps[0].other, "ring");
-  EXPECT_NEAR(gaps[0].distance, 0.2 * kMm, 1e-8);
+  EXPECT_NEAR(gaps[0].distance, 0.03 * kMm, 1e-8);
 }
 
 }  // namespace

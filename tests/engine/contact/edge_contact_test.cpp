@@ -24,13 +24,8 @@ struct Wedges {
 };
 
 /// A voxel's length of the map's edge along z, whose faces' normals are `half` rad each side of x.
-SurfaceDetail RidgeAlongZ(double half) {
-  SurfaceDetail detail;
-  detail.half_length = 64;
-  detail.tangent = PackDirection(Vec3::UnitZ());
-  detail.normal = PackDirection(Vec3::UnitX());
-  detail.SetRidge(half);
-  return detail;
+OtherEdge RidgeAlongZ(double half) {
+  return {Vec3::Zero(), Vec3::UnitZ(), Vec3::UnitX(), 0.5, EdgeArc::OfCosine(std::cos(half))};
 }
 
 /// The depth, 0 if they do not push, by trying all directions that lie in both arcs.
@@ -52,16 +47,15 @@ TEST(EdgeContact, EdgesSideBySidePushAsFarAsTwoWedgesAreApart) {
   for (int trial = 0; trial < 3000; ++trial) {
     Wedges wedges{Uniform(random, 0.05, 1.5), 0, 0, Uniform(random, -0.5, 0.6),
                   Uniform(random, -0.5, 0.5)};
-    const SurfaceDetail detail = RidgeAlongZ(Uniform(random, 0.05, 1.5));
-    wedges.other_half = SurfaceDetail::kAngleStep * static_cast<double>(detail.half_angle_steps());
+    wedges.other_half = Uniform(random, 0.05, 1.5);
     const double most = std::min(1.3, wedges.half + wedges.other_half);
     wedges.turn = Uniform(random, -most, most);
     const ShellEdge edge{Vec3(wedges.x, wedges.y, 0), Vec3::UnitZ(),
                          Vec3(std::cos(wedges.turn), std::sin(wedges.turn), 0), 0.5,
                          EdgeArc::OfCosine(std::cos(wedges.half))};
-    const EdgeMeeting meeting = Meet(edge, detail, Vec3::Zero(), false, ArcOf(detail));
+    const OtherEdge ridge = RidgeAlongZ(wedges.other_half);
+    const EdgeMeeting meeting = Meet(edge, ridge, kRefinedClearance);
     const double depth = DepthByTrying(wedges);
-    // the packed tangent turns by up to a millirad
     EXPECT_NEAR(meeting.counted_depth(), depth, 2e-3) << "trial " << trial;
     pushing += depth > 0;
   }
@@ -70,14 +64,14 @@ TEST(EdgeContact, EdgesSideBySidePushAsFarAsTwoWedgesAreApart) {
 
 TEST(EdgeContact, APushSideBySideIsGoneWhereItsPieceMayLeaveTheWindow) {
   // two roofs of 0.3 rad each side, one moved aside: the gap is along the end of an arc
-  const SurfaceDetail detail = RidgeAlongZ(0.3);
-  const double half = SurfaceDetail::kAngleStep * static_cast<double>(detail.half_angle_steps());
+  constexpr double kHalf = 0.3;
+  const OtherEdge ridge = RidgeAlongZ(kHalf);
   for (const double aside : {0.5, 0.7, 0.76, 0.85, 0.95, 0.999, 1.0, 1.2}) {
     for (const double side : {-1.0, 1.0}) {
       const ShellEdge edge{Vec3(0, side * aside, 0), Vec3::UnitZ(), Vec3::UnitX(), 0.5,
-                           EdgeArc::OfCosine(std::cos(half))};
-      const EdgeMeeting meeting = Meet(edge, detail, Vec3::Zero(), false, ArcOf(detail));
-      const double whole = kRefinedClearance - aside * std::sin(half);
+                           EdgeArc::OfCosine(std::cos(kHalf))};
+      const EdgeMeeting meeting = Meet(edge, ridge, kRefinedClearance);
+      const double whole = kRefinedClearance - aside * std::sin(kHalf);
       const double share = std::min(1.0, std::max(0.0, 1.0 - aside) / 0.25);
       EXPECT_NEAR(meeting.counted_depth(), share * whole, 2e-3) << side * aside;
       if (aside >= 1) {
@@ -89,18 +83,18 @@ TEST(EdgeContact, APushSideBySideIsGoneWhereItsPieceMayLeaveTheWindow) {
 
 TEST(EdgeContact, APushFadesOutBetweenArcsThatAreApart) {
   // a narrow wedge over a narrow one, turned away by more than both arcs
-  const SurfaceDetail detail = RidgeAlongZ(0.3);
-  const double half = SurfaceDetail::kAngleStep * static_cast<double>(detail.half_angle_steps());
+  constexpr double kHalf = 0.3;
+  const OtherEdge ridge = RidgeAlongZ(kHalf);
   double before = 1;
   for (const double beyond : {0.0, 0.03, 0.06, 0.09, 0.12, 0.149}) {
-    const double turn = half + 0.2 + beyond;
+    const double turn = kHalf + 0.2 + beyond;
     const ShellEdge edge{Vec3::Zero(), Vec3::UnitZ(), Vec3(std::cos(turn), std::sin(turn), 0), 0.5,
                          EdgeArc::OfCosine(std::cos(0.2))};
-    const EdgeMeeting meeting = Meet(edge, detail, Vec3::Zero(), false, ArcOf(detail));
+    const EdgeMeeting meeting = Meet(edge, ridge, kRefinedClearance);
     EXPECT_NEAR(meeting.counted_depth(), kRefinedClearance * (1 - beyond / 0.15), 5e-3) << beyond;
     EXPECT_LT(meeting.counted_depth(), before);
     // along the middle between them
-    EXPECT_NEAR(std::atan2(meeting.normal.y(), meeting.normal.x()), half + 0.5 * beyond, 5e-3);
+    EXPECT_NEAR(std::atan2(meeting.normal.y(), meeting.normal.x()), kHalf + 0.5 * beyond, 5e-3);
     before = meeting.counted_depth();
   }
 }

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/contact/edge_contact.h"
-#include "tests/engine/contact/met_by_field.h"
+#include "tests/engine/contact/refined.h"
 
 namespace tandem {
 namespace {
@@ -18,9 +18,9 @@ using testing::Box;
 using testing::kGains;
 using testing::kS;
 using testing::LowestAlong;
-using testing::MetByField;
 using testing::Plate;
 using testing::RandomRotation;
+using testing::Refined;
 using testing::Sphere;
 using testing::Uniform;
 
@@ -30,7 +30,7 @@ TEST(FieldPair, ForceBeginsAtItsClearanceFromATiltedPlane) {
   for (int tilt = 0; tilt < 4; ++tilt) {
     const Quat q = RandomRotation(random);
     const Vec3 n = q * Vec3::UnitZ();
-    MetByField met(Plate(q, Vec3::Zero()), body, RandomRotation(random));
+    Refined met(Plate(q, Vec3::Zero()), body, RandomRotation(random));
     for (int approach = 0; approach < 10; ++approach) {
       const Quat q_WB = RandomRotation(random);
       const Vec3 along = kS * (q * Vec3(Uniform(random, -30, 30), Uniform(random, -30, 30), 0));
@@ -46,7 +46,7 @@ TEST(FieldPair, ForceBeginsAtItsClearanceFromATiltedPlane) {
 
 TEST(FieldPair, GivesEqualAndOppositeForces) {
   std::mt19937_64 random(3);
-  MetByField met(Box(kS * Vec3(30, 30, 30)), Box(kS * Vec3(12, 12, 12)), RandomRotation(random));
+  Refined met(Box(kS * Vec3(30, 30, 30)), Box(kS * Vec3(12, 12, 12)), RandomRotation(random));
   int pushing = 0;
   for (int i = 0; i < 300; ++i) {
     const Vec3 way = Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
@@ -61,7 +61,7 @@ TEST(FieldPair, GivesEqualAndOppositeForces) {
 
 TEST(FieldPair, TheFeaturesOfBothBodiesMeetTheOthersSurface) {
   // a large face over a small box: only the box below has features there
-  MetByField met(Box(kS * Vec3(6, 6, 6)), Box(kS * Vec3(40, 40, 10)), Quat::Identity());
+  Refined met(Box(kS * Vec3(6, 6, 6)), Box(kS * Vec3(40, 40, 10)), Quat::Identity());
   EXPECT_EQ(met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 8.5)}), Vec3(Vec3::Zero()));
   const Vec3 force = met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 8.3)});
   EXPECT_GT(force.z(), 0);
@@ -73,8 +73,8 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
   const TriangleMesh body = Sphere(10 * kS, 3);
   const TriangleMesh wall = Box(kS * Vec3(60, 60, 20));
   const Quat made_at = RandomRotation(random);
-  MetByField coherent(wall, body, made_at);
-  MetByField all(wall, body, made_at, 1, {.schedule = {.coherence = false, .chunks = false}});
+  Refined coherent(wall, body, made_at);
+  Refined all(wall, body, made_at, 1, {.schedule = {.coherence = false, .chunks = false}});
   Pose X_WB{RandomRotation(random), kS * Vec3(0, 0, 24)};
   Vec3 way = kS * Vec3(0.2, 0.1, -0.3);
   std::size_t touching = 0;
@@ -111,7 +111,7 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
 
 // What comes due only because the calendar ends must not hold a body back.
 TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
-  MetByField met(Box(kS * Vec3(60, 60, 20)), Sphere(10 * kS, 3), Quat::Identity());
+  Refined met(Box(kS * Vec3(60, 60, 20)), Sphere(10 * kS, 3), Quat::Identity());
   double height = 2000;  // voxels, of the sphere over the box
   double speed = 0.2;    // voxels a frame
   while (speed < 6) {
@@ -124,7 +124,7 @@ TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
 
 TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
   // at once, the step of a body that slides along would be held by all that it is about to touch
-  MetByField met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
+  Refined met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
   double before = 0;
   double largest_step = 0;
   for (int i = 0; i <= 400; ++i) {
@@ -140,7 +140,7 @@ TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
 
 TEST(FieldPair, AnInwardShiftMovesWhereForceBegins) {
   // half a voxel: a twentieth of a voxel inside the surface, and no deeper push comes first
-  MetByField met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity(), 1,
+  Refined met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity(), 1,
                  {.inward_shift = 0.5});
   for (double gap = 0.2; gap > -0.4; gap -= 0.001) {
     const double depth = kRefinedClearance - 0.5 - gap;
@@ -160,7 +160,7 @@ TEST(FieldPair, InATightFitOppositeSidesDoNotPushAtOnce) {
   TriangleMesh slot =
       Transformed(Box(kS * Vec3(20, 40, 40)), {Quat::Identity(), kS * Vec3(-18, 0, 0)});
   Append(slot, Transformed(Box(kS * Vec3(20, 40, 40)), {Quat::Identity(), kS * Vec3(18, 0, 0)}));
-  MetByField met(slot, Box(kS * Vec3(15.7, 12, 12)), Quat::Identity());
+  Refined met(slot, Box(kS * Vec3(15.7, 12, 12)), Quat::Identity());
   double stiffness = 0;
   for (int frame = 0; frame < 50; ++frame) {
     const Vec3 force = met.ForceAt({Quat::Identity(), Vec3::Zero()});

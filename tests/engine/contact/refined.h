@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <utility>
 
-#include "engine/contact/contact_pair.h"
-#include "engine/voxel/voxelize.h"
+#include "engine/contact/contact_kind.h"
+#include "engine/contact/field_pair.h"
+#include "engine/field/field_builder.h"
 #include "tests/support/shapes.h"
 
 namespace tandem::testing {
@@ -12,44 +14,54 @@ inline constexpr double kS = 0.001;  // m, a voxel
 inline constexpr ContactGains kGains{1000.0,
                                      20};  // 1 N a voxel: forces are depths, hardening apart
 
-/// A fixed solid and a moving one, refined: the moving mesh is given in its body's frame, its
-/// points stand `spacing` voxels apart.
-struct Refined {
-  static constexpr std::size_t kMostAtCrossing = 2;  // as of MetByField
-  static constexpr double kLeastOfACorner = 0.3;
-  static constexpr bool kRimsPush = false;
+/// A solid as refined contact meets it, made where it stands turned by `made_at`; its edges in
+/// parts of at most `spacing` voxels.
+inline BodySurface SurfaceOf(const TriangleMesh& mesh_B, const Quat& made_at, double spacing = 1) {
+  const Pose X_WB{made_at, Vec3::Zero()};
+  const TriangleMesh mesh_W = Transformed(mesh_B, X_WB);
+  BodySurface surface;
+  surface.field = std::move(*BuildField(mesh_W, {.voxel_size = kS}));
+  const Pose X_WV{Quat::Identity(), surface.field.p_WVo()};
+  const double flatness = FlatnessVoxels(ContactModel::kRefined) * kS;
+  const std::vector<FeaturePoint> points =
+      FindFeaturePoints(mesh_W, FindFeatures(mesh_W, flatness), kS, spacing);
+  surface.X_BV = X_WB.Inverse() * X_WV;
+  surface.features = BodyFeatures(points, {Quat::Identity(), -X_WV.p / kS});
+  for (const Vec3& v : mesh_B.vertices) surface.radius = std::max(surface.radius, v.norm());
+  return surface;
+}
 
+/// A fixed solid and a moving one: the moving mesh is given in its body's frame.
+struct Refined {
   Refined(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at,
-          double spacing = 1)
-      : voxmap(std::move(*Voxelize(
-            fixed_W,
-            {.voxel_size = kS, .flatness_voxels = FlatnessVoxels(ContactModel::kRefined)}))),
-        details(fixed_W, FlatnessVoxels(ContactModel::kRefined), voxmap),
-        shell(std::move(
-            *MakePointshell(Transformed(moving_B, {made_at, Vec3::Zero()}), {made_at, Vec3::Zero()},
-                            {.spacing = spacing * kS,
-                             .place = PointPlace::kOnFeature,
-                             .flatness_voxels = FlatnessVoxels(ContactModel::kRefined)}))),
-        pair(shell, voxmap, {Quat::Identity(), voxmap.p_WVo()}, 1.0,
-             {.force_layer = DefaultForceLayer(ContactModel::kRefined),
-              .details = &details,
-              .schedule = {}},
-             kGains) {}
+             double spacing = 1, const FieldPair::Options& options = {})
+      : map(SurfaceOf(fixed_W, Quat::Identity())),
+        shell(SurfaceOf(moving_B, made_at, spacing)),
+        pair(shell, map, options, kGains) {}
 
   Load LoadAt(const Pose& X_WB, const Twist& V_WB = {}) {
-    Load on_shell;
-    Load on_map;
+    on_shell = {};
+    on_map = {};
     pair.Collide({X_WB, V_WB}, {}, on_shell, on_map);
     return on_shell;
   }
   Vec3 ForceAt(const Pose& X_WB) { return AsWrench(LoadAt(X_WB).force).f; }
-  Vec3 SettledForceAt(const Pose& X_WB) { return ForceAt(X_WB); }
-  Vec3 FirstForceAt(const Pose& X_WB) { return ForceAt(X_WB); }
+  /// Stays until force begins as far off as it may: where opposite sides pushed before, it begins
+  /// nearer for some frames.
+  Vec3 SettledForceAt(const Pose& X_WB) {
+    for (int frame = 0; frame < 60; ++frame) ForceAt(X_WB);
+    return ForceAt(X_WB);
+  }
+  /// The same where nothing was before.
+  Vec3 FirstForceAt(const Pose& X_WB) {
+    return AsWrench(pair.Read({X_WB, {}}, {}).on_shell.force).f;
+  }
 
-  Voxmap voxmap;
-  SurfaceDetails details;
-  Pointshell shell;
-  ContactPair pair;
+  BodySurface map;
+  BodySurface shell;
+  FieldPair pair;
+  Load on_shell;  // as of the last LoadAt()
+  Load on_map;
 };
 
 /// The least height of a mesh's vertices along `normal`, turned by q.

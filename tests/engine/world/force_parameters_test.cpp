@@ -42,14 +42,14 @@ TEST(ForceParameters, HashSeesEachOfThem) {
 }
 
 // 0.45 voxels: from 0.45 mm on with 1 mm, from 0.9 mm with 2 mm. At 0.45 mm of depth one point of a
-// 0.1 kg body gives K d (1 + 8 (d/s)^3) with K = max(50/2 mm, 0.1/4 / (1 ms)^2) = 25 kN/m:
-// 25e3 * 0.45e-3 * (1 + 8 * 0.225^3) = 12.275 N.
+// 0.1 kg body gives K (d - s/20 + 8 d (d/s)^3) with K = max(50/2 mm, 0.1/4 / (1 ms)^2) = 25 kN/m:
+// 25e3 * (0.35e-3 + 0.45e-3 * 8 * 0.225^3) = 9.775 N.
 TEST(ForceParameters, WhoHasTheSmallerVoxelsPushesHarder) {
   const auto push = ComparePush(Refined(0.001), Refined(0.002), 0.1);
   ASSERT_TRUE(push.has_value());
   EXPECT_TRUE(push->first_harder);
   EXPECT_NEAR(push->head_start, 0.45e-3, 1e-12);
-  EXPECT_NEAR(push->alone_force, 12.275, 1e-3);
+  EXPECT_NEAR(push->alone_force, 9.775, 1e-3);
   const auto swapped = ComparePush(Refined(0.002), Refined(0.001), 0.1);
   ASSERT_TRUE(swapped.has_value());
   EXPECT_FALSE(swapped->first_harder);

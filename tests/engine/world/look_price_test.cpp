@@ -55,7 +55,7 @@ Ride Turn(const std::shared_ptr<const WorldModel>& model, double capacity, doubl
     if (frame < kSettled) continue;
     const double travel = kFrame * world.state(0).V_WB.w.norm() * kBallRadius;
     const auto tests = static_cast<double>(report.tests.looked_up);
-    const double looks = report.looks + kSiftShare * report.sifted_points;
+    const double looks = report.looks;
     ride.looks += looks / kFrames;
     ride.tests += tests / kFrames;
     ride.travel += travel / kFrames;

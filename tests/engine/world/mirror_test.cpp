@@ -32,10 +32,11 @@ TEST(World, AMirrorThatJumpsDoesNotTunnel) {
   bool touched = false;
   for (int frame = 0; frame < 600; ++frame) {
     const Vec3 before = world.state(1).X_WB.p;
+    // where nothing is near it may walk faster
+    const double gap = std::abs(before.z() - world.state(0).X_WB.p.z()) - 0.0015 - 0.008;
+    const bool near = gap < 0.9 * kVoxel;
     const StepReport report = world.Step(inputs);
     touched = report.loaded_points > 0 || touched;
-    // where no voxel has a mark it may walk faster
-    const bool near = report.tests.looked_up > 0;
     if (near) largest_step = std::max(largest_step, (world.state(1).X_WB.p - before).norm());
     // ours is pushed along: the mirror's centre never gets past our middle
     ASSERT_GT(world.state(1).X_WB.p.z(), world.state(0).X_WB.p.z()) << "frame " << frame;

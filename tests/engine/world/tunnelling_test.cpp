@@ -90,7 +90,7 @@ TEST_P(ExactSurfaces, ArePushedBeforeTheyMeetAtTheModelsOwnLayer) {
         At(Box(Vec3(0.016, 0.012, 0.010)), Vec3(0, 0, 0.02), RandomRotation(random));
     const auto model = MakeWorldModel({{plate, true}, {body}}, kVoxel, GetParam());
     World world(model);
-    ASSERT_EQ(world.point_pair(0).schedule().force_layer(), GetParam() == ContactModel::kPlain ? 2 : 1);
+    ASSERT_EQ(world.pair(0).clearance().layers, GetParam() == ContactModel::kPlain ? 2 : 1);
     StepInputs inputs = FreeInputs(*model);
     const Pose X_WB0 = model->bodies[0].X_WB0;
     double deepest = 0;

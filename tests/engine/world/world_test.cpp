@@ -126,7 +126,13 @@ TEST(World, TestsEveryPointInContactWhileTheVoxmapsBodyTurns) {
         side = Uniform(random, 0.01, 0.03) * RandomDirection(random);
       }
       inputs.hand = HandTo(*model, 1, {RandomRotation(random), side});
+      const BodyMotion shell{world.state(1).X_WB, {}};
+      const BodyMotion map{world.state(0).X_WB, {}};
       touching += world.Step(inputs).contact_points > 0 ? 1 : 0;
+      if (contact == ContactModel::kRefined) {
+        untested += world.field_pair(0).CountUnfound(shell, map);
+        continue;
+      }
       const ContactPair& pair = world.point_pair(0);
       untested += UntestedPoints(pair.blocks(), pair.voxmap(), pair.schedule());
     }
