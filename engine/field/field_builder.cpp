@@ -234,15 +234,13 @@ class FieldBuilder {
     const GridIndex lowest = first + BlockCell(brick.place) * kBrickCells;
     HyperbrickSurvey::BrickCells cells = survey.CellsOf(brick.place, DistanceField::kMostNear);
     brick.packed = PackBrick(Values(nodes, SolidNodes(lowest, nodes), cells.plane));
-    std::uint64_t near = 0;
     for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
       const double least = cells.least[cell] - kHalfVoxelDiagonal;
-      if (least < DistanceField::kMostNear) near |= std::uint64_t{1} << cell;
       if (least < options_.band) brick.in_band |= std::uint64_t{1} << cell;
     }
-    BrickFaces::Errors errors =
-        BrickFaces(faces, brick.place, cells.candidates)
-            .Measure(Unpacked(brick.packed), near, options_.band, DistanceField::kMostNear, open_);
+    BrickFaces::Errors errors = BrickFaces(faces, brick.place, cells.candidates)
+                                    .Measure(Unpacked(brick.packed), cells.near, options_.band,
+                                             DistanceField::kMostNear, open_);
     brick.candidates = std::move(errors.left);
     brick.erring = errors.erring;
     brick.over = errors.over;

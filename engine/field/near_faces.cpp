@@ -284,8 +284,10 @@ HyperbrickSurvey::BrickCells HyperbrickSurvey::CellsOf(std::size_t brick, double
   // a face that is farther than the nearest one by more is nowhere in the cell the nearest
   CellDistances farthest;
   for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
-    const bool wanted = cells.least[cell] < within + kHalfDiagonal;
-    farthest[cell] = wanted ? std::min(cells.least[cell] + 2 * kHalfDiagonal, kCellReach) : -1;
+    farthest[cell] = -1;
+    if (!(cells.least[cell] < within + kHalfDiagonal)) continue;
+    cells.near |= std::uint64_t{1} << cell;
+    farthest[cell] = std::min(cells.least[cell] + 2 * kHalfDiagonal, kCellReach);
   }
   std::vector<std::uint32_t> near;
   std::vector<std::uint64_t> near_cells;

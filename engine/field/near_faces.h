@@ -127,6 +127,7 @@ class HyperbrickSurvey {
   struct BrickCells {
     /// How near the faces come to each cell's centre, voxels.
     std::array<float, kCellsPerBrick> least;
+    std::uint64_t near = 0;  // the cells that they come near to, which have candidates
     CellCandidates candidates;
     Plane plane;  // of the nearest face
   };
@@ -136,7 +137,7 @@ class HyperbrickSurvey {
   /// The distances of a brick's nodes from the faces, and the heights over that one that tells the
   /// side. What is farther than kReach is not told right.
   NearestLanes NodesOf(std::size_t brick) const;
-  /// No candidates for cells that the faces do not come nearer to than `within`, voxels.
+  /// Cells are near whose places the faces may come nearer to than `within`, voxels.
   BrickCells CellsOf(std::size_t brick, double within) const;
 
  private:

@@ -310,6 +310,25 @@ TEST(DistanceField, OpenSheetIsFreeOnBothSides) {
   }
 }
 
+// A cell is looked at if its centre is nearer than a reading goes, and half its diagonal more. The
+// face here is just as far from a row of centres, to the last bit of a float or some bits off.
+TEST(DistanceField, IsBuiltWhereCellsAreJustAsFarAsReadingsGo) {
+  constexpr float kFar = 2.6162F;
+  for (int bits = -8; bits <= 8; ++bits) {
+    const double face = 16 - (static_cast<double>(kFar) + bits * 0x1p-22);
+    TriangleMesh box = Box(Vec3(1, 1, 1));
+    for (Vec3& v : box.vertices) {
+      v = {v.x() > 0 ? face : 2.0, v.y() > 0 ? 20.0 : 11.0, v.z() > 0 ? 20.0 : 11.0};
+    }
+    const Result<DistanceField> field = BuildField(box, {.voxel_size = 1});
+    ASSERT_TRUE(field);
+    const FieldReading reading = field->At(Vec3(16, 11.6, 15) - field->p_WVo());
+    EXPECT_FALSE(reading.near);
+    EXPECT_LE(reading.value, 16 - face);
+    EXPECT_GT(reading.value, 1.5);
+  }
+}
+
 TEST(DistanceField, PlacesThatAreNoNumbersReadAsOutside) {
   const DistanceField field = FieldOf(Box(kVoxel * Vec3(11, 7, 9)));
   const double nan = std::numeric_limits<double>::quiet_NaN();
