@@ -4,6 +4,7 @@
 #include <random>
 
 #include "engine/contact/contact_pair.h"
+#include "engine/contact/touch_query.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/realtime/clock.h"
 #include "tests/peers/fcl_peer.h"
@@ -31,7 +32,7 @@ FclPair::Placed Plain(const Pose& X) {
 
 /// What a class of poses came to; times in us, a figure a pose.
 struct Figures {
-  std::vector<double> frame, frame_p99, all_points, contacts, yes_no, distance;
+  std::vector<double> frame, frame_p99, all_points, touch, first_touch, contacts, yes_no, distance;
   std::vector<double> our_contacts, their_contacts, distance_voxels;
 };
 
@@ -49,13 +50,14 @@ double CallUs(double least_s, const std::function<void()>& call) {
   return MedianOf(times);
 }
 
-/// Frames as a hand makes them, 0.05 to 0.5 voxels a frame about the pose.
-void TimeFrames(BodyPair& pair, const Pose& X_WB, double voxel, double radius,
-                std::mt19937_64& random, Figures& figures) {
+/// Frames as a hand makes them, 0.05 to 0.5 voxels a frame about the pose. Gives the body's poses.
+std::vector<Pose> TimeFrames(BodyPair& pair, const Pose& X_WB, double voxel, double radius,
+                             std::mt19937_64& random, Figures& figures) {
   std::uniform_real_distribution<double> side(-1, 1);
   std::uniform_real_distribution<double> step(0.05, 0.5);
   LoopClock& clock = MachineClock();
   std::vector<double> times;
+  std::vector<Pose> poses_WB;
   double contacts = 0;
   for (int frame = 0; frame < 2 * kFrames; ++frame) {
     // there and back, so that it stays about the pose
@@ -69,6 +71,7 @@ void TimeFrames(BodyPair& pair, const Pose& X_WB, double voxel, double radius,
     const std::int64_t begin = clock.ThreadCpuNs();
     const PairReport report = pair.Collide({.X_WB = X, .V_WB = {}}, {}, on_shell, on_map);
     if (frame < kFrames) continue;
+    poses_WB.push_back(X);
     times.push_back(1e-3 * static_cast<double>(clock.ThreadCpuNs() - begin));
     contacts += report.contact_points;
   }
@@ -76,6 +79,23 @@ void TimeFrames(BodyPair& pair, const Pose& X_WB, double voxel, double radius,
   std::sort(times.begin(), times.end());
   figures.frame_p99.push_back(times[times.size() * 99 / 100]);
   figures.our_contacts.push_back(contacts / kFrames);
+  return poses_WB;
+}
+
+/// Yes or no of the same poses: one after the other, and each as if it were the first.
+void TimeTouch(TouchQuery& query, const std::vector<Pose>& poses_WB, Figures& figures) {
+  LoopClock& clock = MachineClock();
+  std::array<std::vector<double>, 2> times;
+  for (const bool first : {false, true}) {
+    for (const Pose& X_WB : poses_WB) {
+      if (first) query.Forget();
+      const std::int64_t begin = clock.ThreadCpuNs();
+      query.Find(X_WB, {});
+      times[first ? 1 : 0].push_back(1e-3 * static_cast<double>(clock.ThreadCpuNs() - begin));
+    }
+  }
+  figures.touch.push_back(MedianOf(times[0]));
+  figures.first_touch.push_back(MedianOf(times[1]));
 }
 
 std::optional<Error> Run(const PeerPair& files) {
@@ -87,14 +107,16 @@ std::optional<Error> Run(const PeerPair& files) {
   const ContactGains gains = DefaultContactGains(voxel, kMass, kFrameS);
   std::unique_ptr<BodyPair> made;
   if (files.plain) {
-    made = std::make_unique<ContactPair>(models->points, models->voxmap,
-                                         Pose{Quat::Identity(), models->voxmap.p_WVo()}, 0,
-                                         PairOptions{.force_layer = DefaultForceLayer(model)}, gains);
+    made = std::make_unique<ContactPair>(
+        models->points, models->voxmap, Pose{Quat::Identity(), models->voxmap.p_WVo()}, 0,
+        PairOptions{.force_layer = DefaultForceLayer(model)}, gains);
   } else {
     made = std::make_unique<FieldPair>(models->moving_surface, models->fixed_surface,
                                        FieldPair::Options{}, gains);
   }
   BodyPair& pair = *made;
+  std::optional<TouchQuery> touch;
+  if (!files.plain) touch.emplace(models->moving_surface, models->fixed_surface);
 
   std::vector<std::pair<std::string, Figures>> kinds;
   std::mt19937_64 random(1);
@@ -114,7 +136,9 @@ std::optional<Error> Run(const PeerPair& files) {
     figures.all_points.push_back(CallUs(share, [&] {
       pair.Read({.X_WB = X_WB, .V_WB = {}}, {});
     }));
-    TimeFrames(pair, X_WB, voxel, models->points.radius, random, figures);
+    const std::vector<Pose> frames_WB =
+        TimeFrames(pair, X_WB, voxel, models->points.radius, random, figures);
+    if (touch) TimeTouch(*touch, frames_WB, figures);
     std::size_t contacts = 0;
     double distance = 0;
     figures.contacts.push_back(CallUs(share, [&] {
@@ -152,7 +176,16 @@ std::optional<Error> Run(const PeerPair& files) {
                             {"fcl_distance_us", MedianOf(f.distance)},
                             {"contacts_ratio", MedianOf(f.contacts) / frame},
                             {"yes_no_ratio", MedianOf(f.yes_no) / frame},
+                            {"touch_us", nullptr},
+                            {"first_touch_us", nullptr},
                             {"distance_ratio", MedianOf(f.distance) / frame}});
+    if (!f.touch.empty()) {
+      nlohmann::ordered_json& told = out["kinds"].back();
+      told["touch_us"] = MedianOf(f.touch);
+      told["first_touch_us"] = MedianOf(f.first_touch);
+      told["touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.touch);
+      told["first_touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.first_touch);
+    }
   }
   std::printf("%s\n", out.dump(2).c_str());
   return std::nullopt;

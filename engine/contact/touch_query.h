@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "engine/contact/field_pair.h"
+
+namespace tandem {
+
+/// Whether two bodies touch: yes or no, with a place. Where the last answer was yes, its place is
+/// asked first, so that bodies that go on touching are answered by one look. Not for several
+/// threads at once.
+class TouchQuery {
+ public:
+  /// Both surfaces must be of the same voxel size, and outlive the query.
+  TouchQuery(const BodySurface& one, const BodySurface& other);
+
+  /// Voxels: surfaces that are as near as this touch. It is what a field may err by.
+  static constexpr double kTouching = 0.02;
+  /// A place of one body's features that touches the other or is in it, p_W; nothing: they do not
+  /// touch. Features are the mesh's own, so that a part whose faces alone are beneath the other's
+  /// smooth faces is found by the vertices there. Does not allocate.
+  std::optional<Vec3> Find(const Pose& X_WA, const Pose& X_WB) noexcept;
+  /// The next answer begins anew.
+  void Forget() noexcept { witness_.reset(); }
+
+ private:
+  /// The features of one body and the field of the other.
+  struct Side {
+    const BodyFeatures* features;
+    const DistanceField* field;
+    Mat3 R_VF = Mat3::Identity();  // of the field's frame V, voxels
+    Vec3 p_VF = Vec3::Zero();
+    /// Chunks that may touch, by how deep they may be at the most.
+    std::vector<std::pair<float, std::uint32_t>> chunks;
+  };
+  struct Witness {
+    std::size_t side = 0;
+    Vec3 place_F = Vec3::Zero();
+  };
+
+  void FindChunks(Side& side) const noexcept;
+  std::optional<Vec3> FindIn(const Side& side) const noexcept;
+  std::optional<Vec3> FindInBlock(const Side& side, std::uint32_t block) const noexcept;
+  /// The same of a piece of a straight edge, by halves until these are shorter than what touches.
+  std::optional<Vec3> FindOnEdge(const Side& side, const Vec3& middle_F,
+                                 const Vec3& half_F) const noexcept;
+
+  double s_;  // voxel size, m
+  std::array<const BodySurface*, 2> bodies_;
+  std::array<Side, 2> sides_;
+  std::optional<Witness> witness_;
+};
+
+}  // namespace tandem
