@@ -17,17 +17,18 @@ struct PairMotion {
 
 /// Items, each due once it may have come a certain way. What turns goes the farther the farther out
 /// it is, so items are kept in rings by their distance from the origin of the motion, each ring
-/// with an odometer of its own. In buckets of an eighth of a voxel, so items are taken up to so
-/// much early, and never late.
+/// with an odometer of its own. In `kBucketsPerVoxel` buckets a voxel, so items are taken up to a
+/// bucket early, and never late.
 ///
-///   ring 0   | odometer | + 1/8 | + 2/8 | ... |    the last bucket holds all that is farther
-///   ring 1   | ...
+///   ring 0   | odometer | + 1 | + 2 | ... | buckets. What is farther than the last is put into any
+///   ring 1   | ...                          of the latter half, so that not all are due at once
 ///
 /// Used by one thread. Never allocates after construction.
+template <int kBucketsPerVoxel>
 class DueCalendar {
  public:
   static constexpr std::size_t kBuckets = 512;
-  static constexpr double kPerVoxel = 8;
+  static constexpr double kPerVoxel = kBucketsPerVoxel;
   /// Voxels ahead that an item can be put in for; it is taken then, however far it is due.
   static constexpr double kFarthest = (kBuckets - 2) / kPerVoxel;
   /// Of the radius: how far out a ring's items may be. Beyond the last they are due the earlier.
@@ -59,7 +60,7 @@ class DueCalendar {
     Ring& ring = rings_[r];
     const double most = kRings.back() * radius_;
     const double scaled = out > most ? ahead * most / out : ahead;
-    const double way = std::clamp(scaled, 0.0, kFarthest);
+    const double way = scaled > kFarthest ? kFarthest * ShareOfWay(item) : std::max(scaled, 0.0);
     const auto at = static_cast<std::uint64_t>((ring.odometer + way) * kPerVoxel);
     const std::size_t bucket = std::max(at, ring.now) % kBuckets;
     slot_[item] = static_cast<std::uint16_t>(r * kBuckets + bucket);
@@ -141,6 +142,10 @@ class DueCalendar {
     std::array<std::uint32_t, kBuckets> counts;
   };
 
+  /// From a half to 1, scattered.
+  static constexpr double ShareOfWay(std::uint32_t item) noexcept {
+    return 0.5 + 0.5 / 65536 * (item * 0x9e3779b1U >> 16U);
+  }
   /// How much farther a ring's items may go than the body's edge.
   static constexpr double Farther(std::size_t ring) noexcept { return std::max(1.0, kRings[ring]); }
 

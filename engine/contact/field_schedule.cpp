@@ -28,7 +28,8 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
       other_(other),
       options_(options),
       centre_(centre),
-      calendar_(features.blocks().size() + features.chunks().size(), centre.radius),
+      calendar_(features.blocks().size(), centre.radius),
+      chunks_(features.chunks().size(), centre.radius),
       is_far_(features.blocks().size(), 1),
       edges_due_(features.blocks().size()),
       is_due_(features.blocks().size() / 64 + 1),
@@ -39,7 +40,7 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
   for (const BodyFeatures::Chunk& chunk : features.chunks()) far_in_.push_back(chunk.count);
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < far_in_.size(); ++c) {
-    calendar_.Put(static_cast<std::uint32_t>(is_far_.size() + c), 0, 0);
+    chunks_.Put(static_cast<std::uint32_t>(c), 0, 0);
   }
 }
 
@@ -62,21 +63,21 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   // what is known of edges counts by the odometer, which does not run over a jump
   if (!std::isfinite(motion.way + more))
     std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
-  const auto blocks = static_cast<std::uint32_t>(is_far_.size());
   std::size_t chunk_count = 0;
-  const auto take = [&](std::uint32_t item) {
-    if (item < blocks) {
-      AddDue(item);
-    } else {
-      due_chunks_[chunk_count++] = item - blocks;
-    }
+  const auto take = [this](std::uint32_t block) {
+    AddDue(block);
+  };
+  const auto take_chunk = [&](std::uint32_t chunk) {
+    due_chunks_[chunk_count++] = chunk;
   };
   calendar_.Advance(motion, more, take);
+  chunks_.Advance(motion, more, take_chunk);
   // where nothing is near, what comes due soon must not slow a fast body before it is known how far
   // it is
   const double pace = motion.way + motion.angle * centre_.radius;
   if (near_count_ == 0 && pace > kFast && std::isfinite(pace)) {
     calendar_.TakeWithin(kFramesAhead * pace, take);
+    chunks_.TakeWithin(kFramesAhead * pace, take_chunk);
   }
   for (std::size_t c = 0; c < chunk_count; ++c) {
     if (PutIfFar(due_chunks_[c])) continue;
@@ -96,8 +97,7 @@ bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
   const double error = reading.near ? DistanceField::kMostOver : 0.0;
   const double gap = reading.value - error - chunk.radius - reach_;
   if (gap <= kFar) return false;
-  calendar_.Put(static_cast<std::uint32_t>(is_far_.size()) + number,
-                OutOf(chunk.middle, place) + chunk.radius, gap);
+  chunks_.Put(number, OutOf(chunk.middle, place) + chunk.radius, gap);
   return true;
 }
 
@@ -278,13 +278,17 @@ void FieldSchedule::PutDue() noexcept {
 }
 
 double FieldSchedule::owed() const noexcept {
-  return static_cast<double>(BodyFeatures::kLanes) * calendar_.DueWithin(0);
+  return static_cast<double>(BodyFeatures::kLanes) *
+         (calendar_.DueWithin(0) + chunks_.DueWithin(0));
 }
 
 double FieldSchedule::owed_per_voxel() const noexcept {
-  constexpr std::size_t kAhead = 16;  // buckets
-  return static_cast<double>(BodyFeatures::kLanes) *
-         (calendar_.DueWithin(kAhead) - calendar_.DueWithin(0)) * DueCalendar::kPerVoxel / kAhead;
+  constexpr std::size_t kVoxels = 2;
+  const auto more = [](const auto& calendar) {
+    const auto ahead = static_cast<std::size_t>(kVoxels * calendar.kPerVoxel);
+    return calendar.DueWithin(ahead) - calendar.DueWithin(0);
+  };
+  return static_cast<double>(BodyFeatures::kLanes) * (more(calendar_) + more(chunks_)) / kVoxels;
 }
 
 std::size_t FieldSchedule::CountUnfound(const Pose& X_VF) const {

@@ -57,7 +57,7 @@ class FieldSchedule {
   double owed() const noexcept;
   double owed_per_voxel() const noexcept;
   /// Voxels before anything is due.
-  double free_way() const noexcept { return calendar_.FreeWay(); }
+  double free_way() const noexcept { return std::min(calendar_.FreeWay(), chunks_.FreeWay()); }
 
   /// The distance of the nearest point, or a bound of it where that is beyond the field's band;
   /// every point is looked up, and near() is of all.
@@ -94,7 +94,8 @@ class FieldSchedule {
   const BodyFeatures* other_;
   ScheduleOptions options_;
   Centre centre_;
-  DueCalendar calendar_;  // blocks, then chunks
+  DueCalendar<8> calendar_;  // blocks
+  DueCalendar<1> chunks_;    // those that are far as wholes
   double reach_ = 0;
   double middle_enough_ = kMiddleEnough;  // from here on points of a block are not looked up
   Mat3 R_VF_ = Mat3::Identity();

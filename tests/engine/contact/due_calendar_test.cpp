@@ -1,6 +1,7 @@
 // The oracle is the way that each item really came.
 #include "engine/contact/due_calendar.h"
 
+#include <algorithm>
 #include <limits>
 #include <random>
 #include <vector>
@@ -23,9 +24,10 @@ struct Item {
   bool in = true;
 };
 
-TEST(DueCalendar, TakesEveryItemBeforeItCanHaveComeItsWay) {
+template <int kBucketsPerVoxel>
+void ExpectNoneLate() {
   std::mt19937_64 random(1);
-  DueCalendar calendar(500, kRadius);
+  DueCalendar<kBucketsPerVoxel> calendar(500, kRadius);
   std::vector<Item> items;
   for (std::uint32_t i = 0; i < 500; ++i) {
     items.push_back({Uniform(random, 0, 8 * kRadius), Uniform(random, 0, 120)});
@@ -55,9 +57,33 @@ TEST(DueCalendar, TakesEveryItemBeforeItCanHaveComeItsWay) {
   EXPECT_LT(early, taken / 2);
 }
 
+TEST(DueCalendar, TakesEveryItemBeforeItCanHaveComeItsWay) {
+  ExpectNoneLate<8>();
+  ExpectNoneLate<1>();
+}
+
+// Most of a large scene is farther than the calendar reaches.
+TEST(DueCalendar, WhatIsFarIsNotAllDueAtOnce) {
+  constexpr std::uint32_t kItems = 10'000;
+  DueCalendar<1> calendar(kItems, kRadius);
+  for (std::uint32_t i = 0; i < kItems; ++i) calendar.Put(i, kRadius, 1e4);
+  std::size_t most = 0;
+  std::size_t taken = 0;
+  for (int frame = 0; frame < 2000; ++frame) {
+    std::size_t due = 0;
+    calendar.Advance({0.5, 0}, 0, [&](std::uint32_t) {
+      ++due;
+    });
+    most = std::max(most, due);
+    taken += due;
+  }
+  EXPECT_EQ(taken, kItems);
+  EXPECT_LT(most, kItems / 50);
+}
+
 TEST(DueCalendar, LookingAheadTakesAllThatIsDueWithinThat) {
   std::mt19937_64 random(3);
-  DueCalendar calendar(300, kRadius);
+  DueCalendar<8> calendar(300, kRadius);
   std::vector<double> ahead;
   for (std::uint32_t i = 0; i < 300; ++i) {
     ahead.push_back(Uniform(random, 0, 40));
@@ -82,22 +108,22 @@ TEST(DueCalendar, LookingAheadTakesAllThatIsDueWithinThat) {
 }
 
 TEST(DueCalendar, AfterAJumpAllAreDue) {
-  DueCalendar calendar(3, kRadius);
+  DueCalendar<8> calendar(3, kRadius);
   for (std::uint32_t i = 0; i < 3; ++i) calendar.Put(i, 10.0 * i, 20.0 * i);
   int taken = 0;
   calendar.Advance({std::numeric_limits<double>::infinity(), 0}, 0, [&](std::uint32_t) {
     ++taken;
   });
   EXPECT_EQ(taken, 3);
-  EXPECT_EQ(calendar.DueWithin(DueCalendar::kBuckets), 0U);
+  EXPECT_EQ(calendar.DueWithin(DueCalendar<8>::kBuckets), 0U);
 }
 
 TEST(DueCalendar, TellsHowFarNothingIsDue) {
-  DueCalendar calendar(2, kRadius);
+  DueCalendar<8> calendar(2, kRadius);
   EXPECT_GE(calendar.FreeWay(), 15.0);
   calendar.Put(0, 50, 6.0);
   EXPECT_LE(calendar.FreeWay(), 6.0);
-  EXPECT_GE(calendar.FreeWay(), 6.0 - 1 / DueCalendar::kPerVoxel);
+  EXPECT_GE(calendar.FreeWay(), 6.0 - 1 / DueCalendar<8>::kPerVoxel);
   calendar.Remove(0);
   EXPECT_GE(calendar.FreeWay(), 15.0);
 }
