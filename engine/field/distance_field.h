@@ -197,7 +197,6 @@ class DistanceField {
   double range_ = 0;
   double error_bound_ = 0;
   double outer_error_bound_ = 0;
-  double over_of_lists_ = 0;                 // the greatest that a list tells
   GridIndex origin_;                         // voxels from W's origin
   GridIndex size_;                           // hyperbricks
   Bounds faces_L_;                           // the box of all faces
@@ -227,7 +226,6 @@ struct FieldView {
   float beyond_near = 0;  // a bound for what is farther than most_near
   float band = 0;
   float error = 0;  // within the band
-  float over_of_lists = 0;
 };
 
 }  // namespace tandem

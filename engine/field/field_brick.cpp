@@ -77,10 +77,10 @@ PackedBrick PackBrick(std::span<const float, kBrickNodes> values) {
   }
   if (most == 0) return packed;
   // a sign and the count
-  brick.bits = static_cast<std::uint8_t>(1 + std::bit_width(static_cast<std::uint32_t>(most)));
+  brick.bits = static_cast<unsigned>(1 + std::bit_width(static_cast<std::uint32_t>(most))) & 15U;
   packed.steps.resize((kBrickNodes * brick.bits + 7) / 8 + 3);
   for (std::size_t node = 0; node < kBrickNodes; ++node) {
-    const std::size_t bit = node * brick.bits;
+    const std::size_t bit = node * std::size_t{brick.bits};
     std::uint32_t word;
     std::memcpy(&word, &packed.steps[bit / 8], sizeof word);
     const std::uint32_t mask = (1U << brick.bits) - 1;
@@ -103,7 +103,7 @@ float NodeValue(const FieldBrick& brick, const std::uint8_t* steps, std::size_t 
   const float plane =
       brick.Plane(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
   if (brick.bits == 0) return plane;
-  const std::size_t bit = NodeInBrick(x, y, z) * brick.bits;
+  const std::size_t bit = NodeInBrick(x, y, z) * std::size_t{brick.bits};
   std::uint32_t word;
   std::memcpy(&word, steps + bit / 8, sizeof word);
   const auto high = static_cast<std::int32_t>(word << (32U - brick.bits - bit % 8));

@@ -50,9 +50,16 @@ struct FieldBrick {
                                       static_cast<unsigned>(count) << kOverShift);
   }
 
+  static constexpr float kListsOverStep = 2.0F / 15;
+  void SetOverOfLists(float over) noexcept {
+    const float count = std::min(15.0F, std::ceil(over / kListsOverStep));
+    over_of_lists = static_cast<unsigned>(count) & 15U;
+  }
+
   float mean = 0;                        // plane's value at the brick's lowest node, voxels
   std::array<std::int16_t, 3> slopes{};  // of the plane along x, y, z, in units of kSlope
-  std::uint8_t bits = 0;                 // of a step
+  std::uint8_t bits : 4 = 0;             // of a step
+  std::uint8_t over_of_lists : 4 = 0;    // as Over(), of the cells with lists, in kListsOverStep
   std::uint8_t flags = 0;
   std::uint32_t steps = 0;  // place of the first step, bytes from the pool's begin
 

@@ -120,7 +120,6 @@ class FieldBuilder {
     std::int32_t bound = 0;
     double within_band = 0;
     double beyond = 0;
-    float over_of_lists = 0;
   };
 
   GridIndex HyperbrickAt(std::size_t number) const {
@@ -372,12 +371,14 @@ class FieldBuilder {
     for (Brick& brick : hyperbrick.bricks) {
       ListCells(faces, brick, first_brick + BlockCell(brick.place));
       float over = 0;
+      float over_of_lists = 0;
       for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
         const bool listed = (brick.lists.cells >> cell & 1U) != 0;
-        float& most = listed ? hyperbrick.over_of_lists : over;
+        float& most = listed ? over_of_lists : over;
         most = std::max(most, brick.over[cell]);
       }
       brick.packed.brick.SetOver(over);
+      brick.packed.brick.SetOverOfLists(over_of_lists);
     }
   }
 
@@ -429,7 +430,6 @@ class FieldBuilder {
   void Store(Hyperbrick& hyperbrick) {
     field_.error_bound_ = std::max(field_.error_bound_, hyperbrick.within_band);
     field_.outer_error_bound_ = std::max(field_.outer_error_bound_, hyperbrick.beyond);
-    field_.over_of_lists_ = std::max<double>(field_.over_of_lists_, hyperbrick.over_of_lists);
     if (hyperbrick.entries.empty()) {
       field_.hyperbricks_.push_back(hyperbrick.bound);
       return;

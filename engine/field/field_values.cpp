@@ -64,7 +64,7 @@ HWY_INLINE Floats OfBox(const FieldView& field, const Axes& place_L) {
 struct Brick {
   Floats mean;
   IntAxes slopes;
-  Ints bits, flags, steps;
+  Ints bits, over_of_lists, flags, steps;
 };
 
 HWY_INLINE Brick BrickOf(const FieldView& field, Ints number) {
@@ -78,7 +78,8 @@ HWY_INLINE Brick BrickOf(const FieldView& field, Ints number) {
   const Ints last = at(2);
   return {hn::BitCast(f, at(0)),
           {SignedLow<16>(slopes), hn::ShiftRight<16>(slopes), SignedLow<16>(last)},
-          hn::And(hn::ShiftRight<16>(last), hn::Set(i, 0xff)),
+          hn::And(hn::ShiftRight<16>(last), hn::Set(i, 15)),
+          hn::And(hn::ShiftRight<20>(last), hn::Set(i, 15)),
           hn::And(hn::ShiftRight<24>(last), hn::Set(i, 0xff)),
           at(3)};
 }
@@ -129,7 +130,7 @@ struct Batch {
   alignas(64) Lanes<float> value;         // a bound, where there is none
   // after ReadBricks()
   alignas(64) Lanes<float> plane;
-  alignas(64) Lanes<std::int32_t> bits, flags, steps;
+  alignas(64) Lanes<std::int32_t> bits, over_of_lists, flags, steps;
   // after ReadSteps()
   alignas(64) Lanes<std::int32_t> kind;
   alignas(64) Lanes<float> over;
@@ -215,6 +216,7 @@ HWY_INLINE void ReadBricks(const FieldView& field, std::size_t v, Batch& batch) 
   hn::StoreU(hn::Add(brick.mean, hn::Mul(hn::Set(f, FieldBrick::kSlope), plane)), f,
              &batch.plane[at]);
   hn::StoreU(brick.bits, i, &batch.bits[at]);
+  hn::StoreU(brick.over_of_lists, i, &batch.over_of_lists[at]);
   hn::StoreU(brick.flags, i, &batch.flags[at]);
   hn::StoreU(brick.steps, i, &batch.steps[at]);
 }
@@ -260,7 +262,9 @@ HWY_INLINE void ReadSteps(const FieldView& field, std::size_t v, Batch& batch) {
                             hn::LoadU(f, &batch.value[lane])),
              f, &batch.value[lane]);
   near = hn::AndNot(beyond, near);
-  hn::StoreU(hn::IfThenElse(hn::RebindMask(f, listed), hn::Set(f, field.over_of_lists),
+  const Floats of_lists = hn::Mul(hn::Set(f, FieldBrick::kListsOverStep),
+                                  hn::ConvertTo(f, hn::LoadU(i, &batch.over_of_lists[lane])));
+  hn::StoreU(hn::IfThenElse(hn::RebindMask(f, listed), of_lists,
                             hn::IfThenElseZero(hn::RebindMask(f, near), of_brick)),
              f, &batch.over[lane]);
   hn::StoreU(hn::IfThenElse(listed, hn::Set(i, FieldView::kListed),
@@ -412,7 +416,6 @@ FieldView DistanceField::View() const noexcept {
   view.beyond_near = static_cast<float>(kMostNear - outer_error_bound_);
   view.band = static_cast<float>(band_);
   view.error = static_cast<float>(error_bound_);
-  view.over_of_lists = static_cast<float>(over_of_lists_);
   return view;
 }
 
