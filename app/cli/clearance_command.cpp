@@ -58,6 +58,9 @@ std::string DescribePath(const HandRoom& room, const std::string& body, const st
 
 std::string DescribeClearance(const HandRoom& room) {
   if (!room.contact) return "bodies were not solid, so that no clearance was tried";
+  if (!room.passes_with && !room.crosses) {
+    return "no clearance was tried, for how deep surfaces meet is not judged";
+  }
   if (!room.passes_with) {
     return "the same hand passes with no clearance: surfaces cross already on the recorded path";
   }
@@ -126,17 +129,22 @@ int RunClearance(const ClearanceArguments& arguments) {
 void AddClearanceCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ClearanceArguments>();
   CLI::App* command = app.add_subcommand(
-      "clearance",
-      "Measure how near the part in the hand of a recording came to all else, by exact surfaces, "
-      "and the greatest clearance with which the same hand still moves it to where it ended. It "
-      "passes with a clearance if it ends there and the surfaces never came nearer than that, to "
-      "within 0.05 voxel");
+      "clearance", "Measure how much room the hand of a recording had, by exact surfaces");
   command->add_option("FILE", arguments->file, "recording of 'tandem peer --record'")->required();
   command->add_option("--scene", arguments->scene, "where the scene is now, if it was moved");
   command->add_flag("--adopt-any", arguments->adopt_any,
                     "take the recorded voxel size also where it differs from the scene file's by "
                     "more than a factor of 4");
   command->add_flag("--json", arguments->json, "print the result as one JSON object");
+  command->footer(
+      "Measures the least distance between the part in hand and all other bodies, of every "
+      "recorded "
+      "frame, and the greatest clearance with which the same hand still passes: force begins so "
+      "much farther from surfaces, up to a voxel. A hand passes with a clearance if the part ends "
+      "where it ended, and if its exact surface never came nearer to another than the clearance "
+      "less 0.05 voxel. A part that is out ends anywhere out, any other within a voxel or 2 mm, "
+      "the greater. It replays the recording about ten times. A distance below 0 is the depth of "
+      "surfaces that cross.");
   command->callback([arguments, &exit_code] {
     exit_code = RunClearance(*arguments);
   });

@@ -43,10 +43,17 @@ class LargerClearance {
   bool begun_ = false;
 };
 
+/// What every replay needs.
+struct RecordedHand {
+  std::filesystem::path file;
+  std::shared_ptr<const WorldModel> model;
+  std::shared_ptr<const PathMeshes> meshes;
+};
+
 /// One replay, with the distances along its path.
 struct RunOfHand {
-  explicit RunOfHand(const std::shared_ptr<const WorldModel>& model)
-      : path(model), held(model->bodies.size(), false) {}
+  explicit RunOfHand(const std::shared_ptr<const PathMeshes>& meshes)
+      : path(meshes), held(meshes->model().bodies.size(), false) {}
 
   PathDistance path;
   std::vector<bool> held;  // per moving body
@@ -68,14 +75,14 @@ std::vector<Pose> PosesIn(const World& world) {
 
 /// Replays with a clearance larger `by` so much (m), until surfaces come nearer than `least` (m).
 /// With none every frame must end in its recorded bits.
-Result<RunOfHand> RunWith(const std::filesystem::path& file,
-                          const std::shared_ptr<const WorldModel>& model, double by, double least) {
-  Result<RecordingReader> reader = RecordingReader::Open(file);
+Result<RunOfHand> RunWith(const RecordedHand& hand, double by, double least) {
+  const std::string name = hand.file.string();
+  Result<RecordingReader> reader = RecordingReader::Open(hand.file);
   if (!reader) return reader.error();
-  const Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), model);
-  if (!replay) return Error{file.string() + ": " + replay.error().what};
+  const Result<std::unique_ptr<Replay>> replay = Replay::Create(reader->header(), hand.model);
+  if (!replay) return Error{name + ": " + replay.error().what};
   PeerNode& node = (*replay)->node();
-  RunOfHand run(model);
+  RunOfHand run(hand.meshes);
   LargerClearance larger(by);
   while (std::optional<RecordedFrame> frame = reader->Next()) {
     if (run.frames == 0) run.first_ns = frame->now_ns;
@@ -86,7 +93,7 @@ Result<RunOfHand> RunWith(const std::filesystem::path& file,
     if (by > 0) larger.Apply(*frame);
     const std::uint64_t hash = (*replay)->Run(*frame);
     if (by <= 0 && hash != frame->state_hash) {
-      return Error{file.string() + ": frame " + std::to_string(run.frames) +
+      return Error{name + ": frame " + std::to_string(run.frames) +
                    " does not end as recorded; 'tandem replay' says more"};
     }
     ++run.frames;
@@ -100,7 +107,7 @@ Result<RunOfHand> RunWith(const std::filesystem::path& file,
     }
   }
   if (reader->damaged()) {
-    return Error{file.string() + ": damaged at frame " + std::to_string(run.frames) + ", " +
+    return Error{name + ": damaged at frame " + std::to_string(run.frames) + ", " +
                  std::to_string(reader->unread_bytes()) + " bytes cannot be replayed"};
   }
   run.torn = reader->torn();
@@ -108,13 +115,14 @@ Result<RunOfHand> RunWith(const std::filesystem::path& file,
   return run;
 }
 
-bool EndsAsRecorded(const WorldModel& model, const RunOfHand& recorded, const RunOfHand& run) {
+bool EndsAsRecorded(const PathMeshes& meshes, const RunOfHand& recorded, const RunOfHand& run) {
+  const WorldModel& model = meshes.model();
   const double within = std::max(model.scene.voxel_size, kEndsWithin);
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
     if (!recorded.held[b]) continue;
     if (model.has_fixture && OutcomeOf(model, b, recorded.last_WB[b]).out) {
       if (!OutcomeOf(model, b, run.last_WB[b]).out) return false;
-    } else if (MostMoved(recorded.last_WB[b], run.last_WB[b], run.path.radius(b)) > within) {
+    } else if (MostMoved(recorded.last_WB[b], run.last_WB[b], meshes.radius(b)) > within) {
       return false;
     }
   }
@@ -140,11 +148,10 @@ NearestPlace SignedNearest(const RunOfHand& run, double voxel_size, std::optiona
 /// Looks for the greatest clearance with which the recorded hand passes.
 class ClearanceSearch {
  public:
-  ClearanceSearch(std::filesystem::path file, std::shared_ptr<const WorldModel> model,
-                  const RunOfHand& recorded, const std::function<void(double, bool)>& on_trial)
-      : file_(std::move(file)),
-        model_(std::move(model)),
-        voxel_(model_->scene.voxel_size),
+  ClearanceSearch(const RecordedHand& hand, const RunOfHand& recorded,
+                  const std::function<void(double, bool)>& on_trial)
+      : hand_(hand),
+        voxel_(hand.model->scene.voxel_size),
         recorded_(recorded),
         on_trial_(on_trial) {}
 
@@ -180,10 +187,10 @@ class ClearanceSearch {
   /// The distance that is kept with a clearance, m; nothing: it does not pass.
   Result<std::optional<double>> Try(double clearance) {
     const double least = clearance - kKeptToVoxels * voxel_;
-    const Result<RunOfHand> run = RunWith(file_, model_, clearance, least);
+    const Result<RunOfHand> run = RunWith(hand_, clearance, least);
     if (!run) return run.error();
     std::optional<double> kept;
-    if (run->whole && EndsAsRecorded(*model_, recorded_, *run)) {
+    if (run->whole && EndsAsRecorded(*hand_.meshes, recorded_, *run)) {
       std::optional<bool> crosses;
       const double distance = SignedNearest(*run, voxel_, crosses).distance;
       if (crosses && distance >= least) kept = distance;
@@ -192,8 +199,7 @@ class ClearanceSearch {
     return kept;
   }
 
-  std::filesystem::path file_;
-  std::shared_ptr<const WorldModel> model_;
+  const RecordedHand& hand_;
   double voxel_;  // m
   const RunOfHand& recorded_;
   const std::function<void(double, bool)>& on_trial_;
@@ -206,8 +212,8 @@ Result<HandRoom> MeasureHandRoom(const std::filesystem::path& file,
                                  const std::function<void(double, bool)>& on_trial) {
   const Result<RecordingReader> reader = RecordingReader::Open(file);
   if (!reader) return reader.error();
-  const Result<RunOfHand> recorded =
-      RunWith(file, model, 0, -std::numeric_limits<double>::infinity());
+  const RecordedHand hand{file, model, std::make_shared<const PathMeshes>(model)};
+  const Result<RunOfHand> recorded = RunWith(hand, 0, -std::numeric_limits<double>::infinity());
   if (!recorded) return recorded.error();
   if (std::ranges::count(recorded->held, true) == 0) {
     return Error{file.string() + ": the hand held nothing, so that there is no path to measure"};
@@ -219,7 +225,7 @@ Result<HandRoom> MeasureHandRoom(const std::filesystem::path& file,
   room.nearest = SignedNearest(*recorded, model->scene.voxel_size, room.crosses);
   room.at_s = 1e-9 * static_cast<double>(room.nearest.at_ns - recorded->first_ns);
   if (!room.contact) return room;
-  ClearanceSearch search(file, model, *recorded, on_trial);
+  ClearanceSearch search(hand, *recorded, on_trial);
   if (const std::optional<Error> failed = search.Run(room)) return *failed;
   return room;
 }

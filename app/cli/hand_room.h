@@ -32,13 +32,16 @@ struct HandRoom {
   std::optional<double> kept;  // m, least exact distance along the path with that clearance
 };
 
-/// Replays a recording, measures along its poses, and replays the recorded hand with ever other
-/// clearances, of which it bisects the greatest that passes, to 0.01 voxel. A clearance passes if
-/// the bodies that were held end where the recording has them end, and their exact surfaces never
-/// came nearer to others than the clearance, to within kKeptToVoxels. A part that is out of all
-/// that is fixed ends anywhere out; any other ends within a voxel or 2 mm, the greater, of its
-/// recorded last pose. All else that the peer heard stays as recorded. Takes about ten times what
-/// one replay takes. `on_trial` is told of each clearance (m) and whether it passes.
+/// Measures along the poses of a recording. Then replays the recorded hand with larger clearances
+/// and bisects the greatest that passes, to 0.01 voxel. A clearance passes if two things hold:
+///
+/// - The bodies that were held end where the recording has them end: a part that is out of all that
+///   is fixed anywhere out, any other within a voxel or 2 mm, the greater, of its last pose.
+/// - Their exact surfaces never came nearer to others than the clearance less kKeptToVoxels. In a
+///   narrow fit refined contact gives way (decision 0041), so that a part gets out in any case.
+///
+/// The hand goes where it went, and what the peer heard from others stays as recorded. Takes about
+/// ten times what one replay takes. `on_trial` is told of each clearance (m) and whether it passes.
 ///
 /// `model`: the recorded scene with the recorded voxels. Errors: the file cannot be read or is
 /// damaged, a frame does not end in its recorded bits, the hand held nothing.

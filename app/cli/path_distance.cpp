@@ -1,6 +1,7 @@
 #include "app/cli/path_distance.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "app/cli/penetration_oracle.h"
@@ -25,53 +26,51 @@ double MostMoved(const Pose& from_WB, const Pose& to_WB, double radius) noexcept
   return (to_WB.p - from_WB.p).norm() + 2 * half_sine * radius;
 }
 
-PathDistance::PathDistance(std::shared_ptr<const WorldModel> model)
-    : model_(std::move(model)),
-      trees_(model_->bodies.size() + 1),
-      searched_(model_->bodies.size() * trees_.size()) {
+PathMeshes::PathMeshes(std::shared_ptr<const WorldModel> model) : model_(std::move(model)) {
   for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
+    const TriangleMesh mesh_B = MeshOf(static_cast<int>(b));
     double radius = 0;
-    for (const Vec3& p_B : MeshOf(static_cast<int>(b)).vertices) {
-      radius = std::max(radius, p_B.norm());
-    }
+    for (const Vec3& p_B : mesh_B.vertices) radius = std::max(radius, p_B.norm());
     radius_.push_back(radius);
+    trees_.emplace_back(mesh_B);
   }
+  trees_.emplace_back();
+  if (model_->has_fixture) trees_.back() = MeshTree(MeshOf(kFixture));
 }
 
-TriangleMesh PathDistance::MeshOf(int body) const {
+TriangleMesh PathMeshes::MeshOf(int body) const {
   TriangleMesh mesh;
   const Pose X_BW =
-      body < 0 ? Pose{} : model_->bodies[static_cast<std::size_t>(body)].X_WB0.Inverse();
+      body == kFixture ? Pose{} : model_->bodies[static_cast<std::size_t>(body)].X_WB0.Inverse();
   for (std::size_t i = 0; i < model_->meshes_W.size(); ++i) {
     if (model_->body_index[i] == body) Append(mesh, Transformed(model_->meshes_W[i], X_BW));
   }
   return mesh;
 }
 
-const MeshTree& PathDistance::TreeOf(int body) {
-  std::unique_ptr<MeshTree>& tree =
-      trees_[body < 0 ? trees_.size() - 1 : static_cast<std::size_t>(body)];
-  if (!tree) tree = std::make_unique<MeshTree>(MeshOf(body));
-  return *tree;
-}
+PathDistance::PathDistance(std::shared_ptr<const PathMeshes> meshes)
+    : meshes_(std::move(meshes)),
+      searched_(meshes_->model().bodies.size() * (meshes_->model().bodies.size() + 1)) {}
 
 void PathDistance::See(std::size_t body, const std::vector<Pose>& bodies_WB, std::int64_t at_ns) {
-  if (model_->has_fixture) SeePair(body, kFixture, bodies_WB, at_ns);
-  for (std::size_t other = 0; other < model_->bodies.size(); ++other) {
+  const WorldModel& model = meshes_->model();
+  if (model.has_fixture) SeePair(body, PathMeshes::kFixture, bodies_WB, at_ns);
+  for (std::size_t other = 0; other < model.bodies.size(); ++other) {
     if (other != body) SeePair(body, static_cast<int>(other), bodies_WB, at_ns);
   }
 }
 
 void PathDistance::SeePair(std::size_t body, int other, const std::vector<Pose>& bodies_WB,
                            std::int64_t at_ns) {
-  const std::size_t column = other < 0 ? trees_.size() - 1 : static_cast<std::size_t>(other);
-  Searched& last = searched_[body * trees_.size() + column];
+  Searched& last = SearchedOf(body, other);
   const Pose& X_WB = bodies_WB[body];
   const Pose X_WO = PlaceOf(other, bodies_WB);
   double at_most = std::numeric_limits<double>::infinity();
   if (last.known) {
-    double moved = MostMoved(last.X_WB, X_WB, radius_[body]);
-    if (other >= 0) moved += MostMoved(last.X_WO, X_WO, radius_[column]);
+    double moved = MostMoved(last.X_WB, X_WB, meshes_->radius(body));
+    if (other >= 0) {
+      moved += MostMoved(last.X_WO, X_WO, meshes_->radius(static_cast<std::size_t>(other)));
+    }
     // a pair that crosses is searched again as soon as it moves, for its depth
     const double room = last.distance - moved;
     if (moved <= 0 || (room > 0 && room >= nearest_.distance)) return;
@@ -79,11 +78,11 @@ void PathDistance::SeePair(std::size_t body, int other, const std::vector<Pose>&
   }
   ++searches_;
   const Pose X_OB = X_WO.Inverse() * X_WB;
-  ClosestPoints closest =
-      FindClosestPoints(TreeOf(static_cast<int>(body)), X_OB, TreeOf(other), {.at_most = at_most});
-  if (closest.distance > at_most) {
-    closest = FindClosestPoints(TreeOf(static_cast<int>(body)), X_OB, TreeOf(other), {});
-  }
+  const MeshTree& part = meshes_->TreeOf(static_cast<int>(body));
+  const MeshTree& others = meshes_->TreeOf(other);
+  ClosestPoints closest = FindClosestPoints(part, X_OB, others, {.at_most = at_most});
+  // rounding may have hidden all that is as far as the bound
+  if (closest.distance > at_most) closest = FindClosestPoints(part, X_OB, others, {});
   last = {.known = true, .X_WB = X_WB, .X_WO = X_WO, .distance = closest.distance};
   const bool meet = closest.distance <= 0;
   if (!meet && closest.distance >= nearest_.distance) return;
@@ -108,36 +107,30 @@ void PathDistance::AddMet(const NearestPlace& place) {
 }
 
 std::optional<DeepestPlace> PathDistance::Deepest(double seconds) const {
+  const WorldModel& model = meshes_->model();
   std::size_t triangles = 0;
-  for (const TriangleMesh& mesh : model_->meshes_W) triangles += mesh.triangles.size();
+  for (const TriangleMesh& mesh : model.meshes_W) triangles += mesh.triangles.size();
   if (triangles > kMostTrianglesForDepths) return std::nullopt;
+  std::map<std::pair<std::size_t, int>, std::vector<const NearestPlace*>> by_pair;
+  for (const NearestPlace& place : met_) by_pair[{place.body, place.other}].push_back(&place);
   const std::int64_t begin_ns = MonotonicNowNs();
   DeepestPlace deepest;
-  std::vector<bool> done(searched_.size(), false);
-  for (const NearestPlace& first : met_) {
-    const std::size_t pair =
-        first.body * trees_.size() +
-        (first.other < 0 ? trees_.size() - 1 : static_cast<std::size_t>(first.other));
-    if (done[pair]) continue;
-    done[pair] = true;
+  for (const auto& [pair, places] : by_pair) {
+    const auto [body, other] = pair;
     std::vector<std::vector<Pose>> poses_OB(1);
-    std::vector<const NearestPlace*> places;
-    for (const NearestPlace& place : met_) {
-      if (place.body != first.body || place.other != first.other) continue;
-      places.push_back(&place);
-      poses_OB[0].push_back(PlaceOf(place.other, place.bodies_WB).Inverse() *
-                            place.bodies_WB[place.body]);
+    for (const NearestPlace* place : places) {
+      poses_OB[0].push_back(PlaceOf(other, place->bodies_WB).Inverse() * place->bodies_WB[body]);
     }
-    const TriangleMesh part_B = MeshOf(static_cast<int>(first.body));
-    const double voxel = SampledVoxel(part_B, model_->scene.voxel_size);
-    const PenetrationReport report =
-        PenetrationOracle(MeshOf(first.other), part_B, voxel).Check(poses_OB, 1, [&] {
-          return 1e-9 * static_cast<double>(MonotonicNowNs() - begin_ns) > seconds;
-        });
+    const TriangleMesh part_B = meshes_->MeshOf(static_cast<int>(body));
+    const double voxel = SampledVoxel(part_B, model.scene.voxel_size);
+    const PenetrationOracle oracle(meshes_->MeshOf(other), part_B, voxel);
+    const PenetrationReport report = oracle.Check(poses_OB, 1, [&] {
+      return 1e-9 * static_cast<double>(MonotonicNowNs() - begin_ns) > seconds;
+    });
     const double depth = voxel * report.max_penetration_voxels;
     if (depth <= deepest.depth) continue;
     deepest = {depth, *places[report.worst_pose]};
-    deepest.place.p_W = PlaceOf(first.other, deepest.place.bodies_WB) * report.p_FWorst;
+    deepest.place.p_W = PlaceOf(other, deepest.place.bodies_WB) * report.p_FWorst;
   }
   return deepest;
 }

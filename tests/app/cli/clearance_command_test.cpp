@@ -279,13 +279,15 @@ TEST(PathDistance, IsThatOfTheLowestCornerOfATurningCubeAtEveryPoseWithFewSearch
       Transformed(BoxOfHalf(Vec3::Constant(10 * kMm)), {Quat::Identity(), Vec3(0, 0, 50 * kMm)});
   const auto model = testing::MakeWorldModel({{plate, true}, {cube}}, 5 * kMm);
   const Quat& q_WB0 = model->bodies[0].X_WB0.q;
-  PathDistance path(model);
+  PathDistance path(std::make_shared<const PathMeshes>(model));
   double least = std::numeric_limits<double>::infinity();
   constexpr int kFrames = 4000;
   for (int i = 0; i < kFrames; ++i) {
     const double t = 1e-3 * i;
     // in the second half it only turns, from standing flat onto a corner: each pose is the nearest
-    if (i == kFrames / 2) EXPECT_LT(path.searches(), kFrames / 4U);
+    if (i == kFrames / 2) {
+      EXPECT_LT(path.searches(), kFrames / 4U);
+    }
     const bool only_turns = i >= kFrames / 2;
     const Quat turn = RotationBy(only_turns ? Vec3(0.3 * (t - 2), 0.3 * (t - 2), 0)
                                             : Vec3(0.9 * std::sin(3 * t), std::cos(2 * t), 2 * t));
@@ -309,7 +311,7 @@ TEST(PathDistance, OfTwoThatMoveCountsWhatBothMoved) {
   const TriangleMesh cube = BoxOfHalf(Vec3::Constant(10 * kMm));
   const TriangleMesh beside = Transformed(cube, {Quat::Identity(), Vec3(50 * kMm, 0, 0)});
   const auto model = testing::MakeWorldModel({{cube}, {beside}}, 5 * kMm);
-  PathDistance path(model);
+  PathDistance path(std::make_shared<const PathMeshes>(model));
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 1000; ++i) {
     // in the second half the other one moves alone
