@@ -137,14 +137,18 @@ void AddClearanceCommand(CLI::App& app, int& exit_code) {
                     "more than a factor of 4");
   command->add_flag("--json", arguments->json, "print the result as one JSON object");
   command->footer(
-      "Measures the least distance between the part in hand and all other bodies, of every "
-      "recorded "
-      "frame, and the greatest clearance with which the same hand still passes: force begins so "
-      "much farther from surfaces, up to a voxel. A hand passes with a clearance if the part ends "
-      "where it ended, and if its exact surface never came nearer to another than the clearance "
-      "less 0.05 voxel. A part that is out ends anywhere out, any other within a voxel or 2 mm, "
-      "the greater. It replays the recording about ten times. A distance below 0 is the depth of "
-      "surfaces that cross.");
+      "Two figures: the least distance between the part in hand and all other bodies, of every\n"
+      "recorded frame, below 0 by their depth where surfaces cross; and the greatest clearance "
+      "with\n"
+      "which the same hand still passes, by some ten replays with force that begins so much "
+      "farther\n"
+      "from surfaces. The answer is 'at least' where it is a voxel, the most that can be tried.\n"
+      "A hand passes with a clearance if the part ends where it ended and has kept the clearance.\n"
+      "A part that is out ends anywhere out, any other within a voxel or 2 mm, the greater. It "
+      "keeps\n"
+      "the clearance if its exact surface never comes nearer to another than that less 0.05 "
+      "voxel:\n"
+      "contact gives way in a narrow passage, so that a part comes out of it with any clearance.");
   command->callback([arguments, &exit_code] {
     exit_code = RunClearance(*arguments);
   });

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <limits>
 
 #include <gmock/gmock.h>
@@ -44,53 +45,76 @@ struct HandOfRecording {
   double displaced = 0;  // m, outwards, ordered in the second frame
 };
 
-/// A session of one peer whose hand moves a body of a scene, recorded. `lowest_z` gets the least
-/// height of the body's origin in W, m.
-void RecordHand(const std::string& scene_file, const HandOfRecording& hand,
-                const std::filesystem::path& file, double* lowest_z = nullptr) {
+/// Is shown the recorded peer's world after each frame.
+using SeesWorld = std::function<void(const World&)>;
+
+/// What every peer of a recorded session goes by.
+RecordingHeader HeaderFor(const Scene& scene, const std::string& scene_file, PeerId id,
+                          const HandOfRecording& hand) {
+  RecordingHeader header;
+  header.program = "test";
+  header.name = "peer " + std::to_string(id);
+  header.scene = scene_file;
+  header.scene_hash = HashScene(scene)->content;
+  header.parameters = ParametersOf(scene);
+  header.contact = hand.contact;
+  header.law = "p+d";
+  header.peer.id = id;
+  header.peer.held_object = hand.body.empty() ? -1 : scene.BodyNamed(hand.body);
+  return header;
+}
+
+std::unique_ptr<PeerNode> NodeFor(const std::shared_ptr<const WorldModel>& model,
+                                  const RecordingHeader& header, const HandOfRecording& hand,
+                                  FrameTap* tap) {
+  HandScript script;
+  script.waypoints = {{0, Vec3::Zero(), Quat::Identity()},
+                      {hand.seconds, hand.to_W, Quat::Identity()}};
+  const auto body = static_cast<std::size_t>(std::max(0, model->BodyNamed(hand.body)));
+  NodeOptions options;
+  options.peer = header.peer;
+  options.peer.coupling.law = *MakeLaw(header.law, header.limits, true);
+  options.peer.tap = tap;
+  options.name = header.name;
+  auto node = std::make_unique<PeerNode>(
+      model, std::make_unique<ScriptedDevice>(script, model->bodies[body].X_WB0), header.scene_hash,
+      options);
+  if (!hand.contact) node->world().SwitchContactOff();
+  return node;
+}
+
+/// Records the first of these hands, of a session with a peer for each, into a file.
+void RecordHands(const std::string& scene_file, const std::vector<HandOfRecording>& hands,
+                 const std::filesystem::path& file, const SeesWorld& sees = {}) {
   const Result<Scene> scene = LoadScene(scene_file);
   ASSERT_TRUE(scene) << scene.error().what;
   const Result<std::shared_ptr<const WorldModel>> model = LoadWorld(*scene);
   ASSERT_TRUE(model) << model.error().what;
-  HandScript script;
-  script.waypoints = {{0, Vec3::Zero(), Quat::Identity()},
-                      {hand.seconds, hand.to_W, Quat::Identity()}};
-  const int object = hand.body.empty() ? -1 : scene->BodyNamed(hand.body);
-  const auto body = static_cast<std::size_t>(
-      object < 0 ? 0 : (*model)->body_index[static_cast<std::size_t>(object)]);
-  auto device = std::make_unique<ScriptedDevice>(script, (*model)->bodies[body].X_WB0);
-  RecordingHeader header;
-  header.program = "test";
-  header.name = "anna";
-  header.scene = scene_file;
-  header.scene_hash = HashScene(*scene)->content;
-  header.parameters = ParametersOf(*scene);
-  header.contact = hand.contact;
-  header.law = "p+d";
-  header.peer.id = 1;
-  header.peer.held_object = object;
-  header.device = device->capabilities();
-  Result<std::unique_ptr<Recorder>> recorder = Recorder::Create(file, header);
-  ASSERT_TRUE(recorder) << recorder.error().what;
-  NodeOptions options;
-  options.peer = header.peer;
-  options.peer.coupling.law = *MakeLaw(header.law, header.limits, true);
-  options.peer.tap = recorder->get();
-  options.name = header.name;
+  std::unique_ptr<Recorder> recorder;
   SimulatedSession session;
-  session.Add(std::make_unique<PeerNode>(*model, std::move(device), header.scene_hash, options), 1);
-  if (!hand.contact) session.node(0).world().SwitchContactOff();
-  const int frames = static_cast<int>(1000 * (hand.seconds + 0.5));
+  for (const HandOfRecording& hand : hands) {
+    const PeerId id = 1 + session.size();
+    RecordingHeader header = HeaderFor(*scene, scene_file, id, hand);
+    header.device = ScriptedDevice({}, {}).capabilities();
+    if (!recorder) {
+      Result<std::unique_ptr<Recorder>> made = Recorder::Create(file, header);
+      ASSERT_TRUE(made) << made.error().what;
+      recorder = *std::move(made);
+      session.Add(NodeFor(*model, header, hand, recorder.get()), id);
+    } else {
+      session.Add(NodeFor(*model, header, hand, nullptr), id);
+    }
+  }
+  const int frames = static_cast<int>(1000 * (hands[0].seconds + 0.5));
   for (int i = 0; i < frames; ++i) {
-    if (i == 1 && hand.displaced > 0) {
+    if (i == 1 && hands[0].displaced > 0) {
       session.node(0).peer().commands().TryPush(
-          {.kind = Command::Kind::kDisplace, .metres = -hand.displaced});
+          {.kind = Command::Kind::kDisplace, .metres = -hands[0].displaced});
     }
     session.Step();
-    if (lowest_z == nullptr) continue;
-    *lowest_z = std::min(*lowest_z, session.node(0).world().state(body).X_WB.p.z());
+    if (sees) sees(session.node(0).world());
   }
-  ASSERT_TRUE((*recorder)->Close());
+  ASSERT_TRUE(recorder->Close());
 }
 
 class ClearanceCommand : public ::testing::Test {
@@ -99,10 +123,10 @@ class ClearanceCommand : public ::testing::Test {
 
   std::string File(const char* name) const { return (folder_.path() / name).string(); }
 
-  /// What the command tells of a hand in a scene.
-  json Measured(const std::string& scene_file, const HandOfRecording& hand,
-                double* lowest_z = nullptr) {
-    RecordHand(scene_file, hand, File("run"), lowest_z);
+  /// What the command tells of the first of these hands in a scene.
+  json Measured(const std::string& scene_file, const std::vector<HandOfRecording>& hands,
+                const SeesWorld& sees = {}) {
+    RecordHands(scene_file, hands, File("run"), sees);
     const Said said = RunTandem("clearance --json " + File("run"), "timeout 200 ");
     EXPECT_EQ(said.exit_code, kExitOk) << said.err;
     json result = json::parse(said.out, nullptr, false);
@@ -132,7 +156,7 @@ TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
   for (const double play_mm : {0.1, 0.2}) {
     const ScratchFolder key;
     const std::string scene = testing::WriteKeyScene(key, play_mm * kMm, kVoxelMm * kMm);
-    const json room = Measured(scene, {.body = "key", .to_W = Vec3(0, 0, 60 * kMm)});
+    const json room = Measured(scene, {{.body = "key", .to_W = Vec3(0, 0, 60 * kMm)}});
     std::filesystem::remove(File("run"));
     EXPECT_EQ(room.at("body"), "key");
     EXPECT_EQ(room.at("other"), "hole");
@@ -161,7 +185,7 @@ TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
   const TriangleMesh wall = Transformed(
       BoxOfHalf({half, half, 30 * kMm}),
       {RotationBy(Vec3(0, 0, M_PI / 4)), Vec3(40 * kMm, 10 * kMm + kApartMm * kMm + to_edge, 0)});
-  const json room = Measured(CubeBeside(wall), {.body = "cube", .to_W = Vec3(80 * kMm, 0, 0)});
+  const json room = Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(80 * kMm, 0, 0)}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), kApartMm, 1e-4);
   EXPECT_NEAR(room.at("p_W")[0].get<double>(), 40 * kMm, 1e-6);
   EXPECT_NEAR(room.at("p_W")[1].get<double>(), (10 + 0.5 * kApartMm) * kMm, 1e-6);
@@ -176,9 +200,10 @@ TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
 // Of the voxel by which points can be displaced, 0.3 are in use.
 TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
   const TriangleMesh wall = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
-  const json room = Measured(
-      CubeBeside(wall),
-      {.body = "cube", .to_W = Vec3(0, 0, 40 * kMm), .seconds = 1, .displaced = 0.3 * kSceneVoxel});
+  const json room = Measured(CubeBeside(wall), {{.body = "cube",
+                                                 .to_W = Vec3(0, 0, 40 * kMm),
+                                                 .seconds = 1,
+                                                 .displaced = 0.3 * kSceneVoxel}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 3, 1e-4);
   EXPECT_EQ(room.at("at_least"), true);
   EXPECT_NEAR(room.at("passes_with_mm").get<double>(), 0.7e3 * kSceneVoxel, 1e-9);
@@ -190,7 +215,7 @@ TEST_F(ClearanceCommand, AHandThatIsPushedAsidePassesWithMoreThanItsPathHad) {
   const TriangleMesh wall =
       BoxBetween({10.5 * kMm, -30 * kMm, 30 * kMm}, {20 * kMm, 30 * kMm, 0.05});
   const json room =
-      Measured(CubeBeside(wall), {.body = "cube", .to_W = Vec3(0, 0, 100 * kMm), .seconds = 3});
+      Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 100 * kMm), .seconds = 3}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 0.5, 1e-4);
   EXPECT_GT(room.at("passes_with_mm").get<double>(), 0.5 + 0.05);
   EXPECT_GE(room.at("kept_mm").get<double>(), room.at("passes_with_mm").get<double>() - 0.05);
@@ -199,7 +224,7 @@ TEST_F(ClearanceCommand, AHandThatIsPushedAsidePassesWithMoreThanItsPathHad) {
 TEST_F(ClearanceCommand, WhereNothingIsFixedThePartMustEndWhereItEnded) {
   const TriangleMesh other = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
   const json room = Measured(CubeBeside(other, false),
-                             {.body = "cube", .to_W = Vec3(0, 0, 40 * kMm), .seconds = 1});
+                             {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMm), .seconds = 1}});
   EXPECT_EQ(room.at("other"), "other");
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 3, 1e-4);
   EXPECT_EQ(room.at("at_least"), true);
@@ -217,11 +242,32 @@ TEST_F(ClearanceCommand, AKeyThatTheRimKeepsOutDoesNotPassThoughItKeepsItsDistan
       {"name": "hole", "mesh": "hole.obj", "fixed": true},
       {"name": "key", "mesh": "key.obj", "mass_kg": 0.1, "pose": {"p_W": [0, 0, 0.012]}}]})")
                                 .string();
-  const json room = Measured(scene, {.body = "key", .to_W = Vec3(0, 0, -10 * kMm)});
+  const json room = Measured(scene, {{.body = "key", .to_W = Vec3(0, 0, -10 * kMm)}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 0.6 * kVoxelMm, 0.01 * kVoxelMm);
   // the clearance is bisected to 0.01 voxel
   EXPECT_GE(room.at("passes_with_mm").get<double>(), (0.15 - 0.01) * kVoxelMm);
   EXPECT_LT(room.at("passes_with_mm").get<double>(), 0.6 * kVoxelMm);
+}
+
+// Another hand brings its body, which begins 8 mm beside the cube, nearer by 5 mm. The faces of the
+// two are across x, so their gap is what the recording peer has between their origins, less the
+// halves: 10 mm of the cube, 3.5 mm of the other.
+TEST_F(ClearanceCommand, ABodyThatAnotherHandBringsNearerCounts) {
+  const TriangleMesh other =
+      BoxBetween({18 * kMm, -30 * kMm, -30 * kMm}, {25 * kMm, 30 * kMm, 30 * kMm});
+  double gap = 1;
+  const json room = Measured(
+      CubeBeside(other, false), {{.body = "cube"}, {.body = "other", .to_W = Vec3(-5 * kMm, 0, 0)}},
+      [&](const World& world) {
+        const auto cube = static_cast<std::size_t>(world.model().BodyNamed("cube"));
+        const auto beside = static_cast<std::size_t>(world.model().BodyNamed("other"));
+        gap = std::min(gap,
+                       world.state(beside).X_WB.p.x() - world.state(cube).X_WB.p.x() - 13.5 * kMm);
+      });
+  ASSERT_LT(gap, 4 * kMm) << "it came";
+  EXPECT_EQ(room.at("body"), "cube");
+  EXPECT_EQ(room.at("other"), "other");
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), gap / kMm, 1e-4);
 }
 
 // Without contact the hand brings a cube, whose lowest face is 10 mm below its origin, into a plate
@@ -230,9 +276,12 @@ TEST_F(ClearanceCommand, APathThroughABodyIsBelowZeroAndPassesWithNothing) {
   const TriangleMesh plate =
       BoxBetween({-60 * kMm, -60 * kMm, -80 * kMm}, {60 * kMm, 60 * kMm, -30 * kMm});
   double lowest_z = 0;
-  const json room = Measured(
-      CubeBeside(plate),
-      {.body = "cube", .to_W = Vec3(0, 0, -22 * kMm), .seconds = 1, .contact = false}, &lowest_z);
+  const json room =
+      Measured(CubeBeside(plate),
+               {{.body = "cube", .to_W = Vec3(0, 0, -22 * kMm), .seconds = 1, .contact = false}},
+               [&](const World& world) {
+                 lowest_z = std::min(lowest_z, world.state(0).X_WB.p.z());
+               });
   ASSERT_LT(lowest_z, -21 * kMm);
   EXPECT_EQ(room.at("crosses"), true);
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), (lowest_z + 20 * kMm) / kMm, 1e-6);
@@ -242,8 +291,8 @@ TEST_F(ClearanceCommand, APathThroughABodyIsBelowZeroAndPassesWithNothing) {
 
 TEST_F(ClearanceCommand, SaysBothFiguresToAPerson) {
   const TriangleMesh wall = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
-  RecordHand(CubeBeside(wall), {.body = "cube", .to_W = Vec3(0, 0, 40 * kMm), .seconds = 1},
-             File("run"));
+  RecordHands(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMm), .seconds = 1}},
+              File("run"));
   const Said said = RunTandem("clearance " + File("run"), "timeout 60 ");
   EXPECT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_THAT(said.out, HasSubstr("cube-other: 3 mm apart at the nearest, "));
@@ -257,9 +306,9 @@ TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
   ExpectRefused(RunTandem("clearance " + scene), kExitFile, "is not a recording");
   EXPECT_EQ(RunTandem("clearance").exit_code, kExitUsage);
 
-  RecordHand(scene, {.body = "", .seconds = 0.1}, File("idle"));
+  RecordHands(scene, {{.body = "", .seconds = 0.1}}, File("idle"));
   ExpectRefused(RunTandem("clearance " + File("idle")), kExitFailed, "the hand held nothing");
-  RecordHand(scene, {.body = "cube", .to_W = Vec3(0, 0, 1 * kMm), .seconds = 0.1}, File("run"));
+  RecordHands(scene, {{.body = "cube", .to_W = Vec3(0, 0, 1 * kMm), .seconds = 0.1}}, File("run"));
   ExpectRefused(RunTandem("clearance --scene /nowhere.json " + File("run")), kExitFile,
                 "/nowhere.json");
   const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(File("run")) / 2);
