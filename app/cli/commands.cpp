@@ -19,6 +19,7 @@ void AddCommands(CLI::App& app, int& exit_code) {
   AddSimulateCommand(app, exit_code);
   AddDoctorCommand(app, exit_code);
   AddReplayCommand(app, exit_code);
+  AddClearanceCommand(app, exit_code);
   AddStabilityCommand(app, exit_code);
 }
 

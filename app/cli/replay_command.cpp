@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
-#include "app/cli/scene_files.h"
+#include "app/cli/recorded_scene.h"
 #include "app/cli/start_gaps.h"
 #include "app/stop_signal.h"
 #include "app/cli/talk.h"
@@ -18,15 +18,12 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/reach/reach_options.h"
-#include "app/reach/scene_search.h"
 #include "collab/recording/poses_export.h"
 #include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"
-#include "collab/scene_agreement.h"
 #include "collab/viewer.h"
 #include "engine/base/json_text.h"
 #include "engine/realtime/clock.h"
-#include "engine/world/scene_hash.h"
 
 namespace tandem {
 namespace {
@@ -125,46 +122,6 @@ class Ears final : public Inbox {
   mutable std::mutex mutex_;
   std::map<PeerId, std::string> active_;
 };
-
-/// The recorded scene as it was, or why it is not to be had.
-Result<std::shared_ptr<const WorldModel>> LoadRecorded(const ReplayArguments& arguments,
-                                                       const RecordingHeader& header) {
-  std::string file = arguments.scene.empty() ? header.scene : SceneFile(arguments.scene).string();
-  std::string what_to_do;
-  if (arguments.scene.empty()) {
-    // it may lie elsewhere here and now
-    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
-    const auto found = FindScene({header.scene_hash, header.scene, 0}, folders);
-    if (found && found->string() != header.scene) Say("scene found in " + found->string());
-    if (found) file = found->string();
-    std::string searched;
-    for (const std::filesystem::path& folder : folders) {
-      searched += (searched.empty() ? "" : ", ") + folder.string();
-    }
-    what_to_do = " (no file with its content is in " + searched + "; --scene says where it is now)";
-    // a stranger may have named any path
-    if (!found && !MayBeSceneFile(file)) {
-      return Error{file + ": is no scene file of 4 MB at most that ends in .json" + what_to_do};
-    }
-  }
-  Result<Scene> scene = LoadScene(file);
-  if (!scene) return Error{scene.error().what + what_to_do};
-  const ForceParameters own = ParametersOf(*scene);
-  Adopt(header.parameters, *scene);
-  const Result<SceneHash> hash = HashScene(*scene);
-  if (!hash) return hash.error();
-  if (hash->content != header.scene_hash) {
-    return Error{file + ": is not the scene that was recorded; it has changed since" + what_to_do};
-  }
-  if (!arguments.adopt_any && !MayBeAdopted(header.parameters, own)) {
-    return Error{arguments.file + ": was recorded by " + Describe(header.parameters) +
-                 ", its scene goes by " + Describe(own) +
-                 ": more than a factor of 4 apart, which takes much more memory or is much "
-                 "coarser: --adopt-any takes it all the same"};
-  }
-  if (!arguments.scene.empty()) RememberSceneFolder(file);
-  return LoadWorld(*scene);
-}
 
 /// Active peers would take a replay for one of them, who answers for bodies and is deaf.
 std::string NotBeside(const std::string& name, const ReplayArguments& arguments) {
@@ -299,7 +256,9 @@ int RunReplay(const ReplayArguments& arguments) {
   Result<RecordingReader> reader = RecordingReader::Open(arguments.file);
   if (!reader) return Fail(kExitFile, reader.error().what);
   const RecordingHeader& header = reader->header();
-  const Result<std::shared_ptr<const WorldModel>> model = LoadRecorded(arguments, header);
+  const Result<std::shared_ptr<const WorldModel>> model = LoadRecorded(
+      header,
+      {.recording = arguments.file, .scene = arguments.scene, .adopt_any = arguments.adopt_any});
   if (!model) return Fail(kExitFile, model.error().what);
   std::unique_ptr<FrameHelpers> helpers;
   if (arguments.threads > 1) {

@@ -1,0 +1,157 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/commands.h"
+#include "app/cli/hand_room.h"
+#include "app/cli/nearest_body.h"
+#include "app/cli/recorded_scene.h"
+#include "app/cli/start_gaps.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "engine/base/json_text.h"
+
+namespace tandem {
+
+namespace {
+
+struct ClearanceArguments {
+  std::string file;
+  std::string scene;       // empty: the recorded file
+  bool adopt_any = false;  // the recorded voxels, however far from the scene file's
+  bool json = false;
+};
+
+std::string AsMillimetres(double metres) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g mm", 1e3 * metres);
+  return text;
+}
+
+/// The name of the body that the part came nearest to; empty: there is none.
+std::string NameOfOther(const WorldModel& model, const NearestPlace& nearest) {
+  if (!std::isfinite(nearest.distance)) return {};
+  const double reach = std::max(0.0, nearest.distance) + 1e-3 * model.scene.voxel_size;
+  const auto other = NearestTo(model, nearest.body, nearest.bodies_WB, reach);
+  return other ? other->name : std::string();
+}
+
+std::string DescribePath(const HandRoom& room, const std::string& body, const std::string& other) {
+  const NearestPlace& nearest = room.nearest;
+  if (!std::isfinite(nearest.distance)) return body + ": there is no other body to come near to";
+  char place[120];
+  std::snprintf(place, sizeof place, ", %.3f s from the start, at (%.6g, %.6g, %.6g) m", room.at_s,
+                nearest.p_W.x(), nearest.p_W.y(), nearest.p_W.z());
+  if (!room.crosses) {
+    return body + "-" + other + ": the surfaces meet" + place + "; how deep is not judged";
+  }
+  if (*room.crosses) {
+    return body + "-" + other + ": they cross by " + AsMillimetres(-nearest.distance) + place;
+  }
+  return body + "-" + other + ": " + AsMillimetres(nearest.distance) + " apart at the nearest" +
+         place;
+}
+
+std::string DescribeClearance(const HandRoom& room) {
+  if (!room.contact) return "bodies were not solid, so that no clearance was tried";
+  if (!room.passes_with && !room.crosses) {
+    return "no clearance was tried, for how deep surfaces meet is not judged";
+  }
+  if (!room.passes_with) {
+    return "the same hand passes with no clearance: surfaces cross already on the recorded path";
+  }
+  const std::string kept = std::isfinite(*room.kept)
+                               ? "; its path then keeps " + AsMillimetres(*room.kept)
+                               : std::string();
+  return "the same hand passes with a clearance of " +
+         std::string(room.at_least ? "at least " : "") + AsMillimetres(*room.passes_with) +
+         (room.at_least ? ", the most that can be tried" : "") + kept;
+}
+
+nlohmann::ordered_json AsJson(const HandRoom& room, const std::string& body,
+                              const std::string& other) {
+  nlohmann::ordered_json json{{"frames", room.frames},
+                              {"torn", room.torn},
+                              {"body", body},
+                              {"other", nullptr},
+                              {"along_path_mm", nullptr},
+                              {"at_s", nullptr},
+                              {"p_W", nullptr},
+                              {"crosses", nullptr},
+                              {"passes_with_mm", nullptr},
+                              {"at_least", room.at_least},
+                              {"kept_mm", nullptr}};
+  const NearestPlace& nearest = room.nearest;
+  if (std::isfinite(nearest.distance)) {
+    if (!other.empty()) json["other"] = other;
+    json["along_path_mm"] = 1e3 * nearest.distance;
+    json["at_s"] = room.at_s;
+    json["p_W"] = {nearest.p_W.x(), nearest.p_W.y(), nearest.p_W.z()};
+  }
+  if (room.crosses) json["crosses"] = *room.crosses;
+  if (room.passes_with) json["passes_with_mm"] = 1e3 * *room.passes_with;
+  if (room.kept && std::isfinite(*room.kept)) json["kept_mm"] = 1e3 * *room.kept;
+  return json;
+}
+
+int RunClearance(const ClearanceArguments& arguments) {
+  const Result<RecordingReader> reader = RecordingReader::Open(arguments.file);
+  if (!reader) return Fail(kExitFile, reader.error().what);
+  const Result<std::shared_ptr<const WorldModel>> model = LoadRecorded(
+      reader->header(),
+      {.recording = arguments.file, .scene = arguments.scene, .adopt_any = arguments.adopt_any});
+  if (!model) return Fail(kExitFile, model.error().what);
+  if (reader->header().contact) TellStart(FindStartGaps(**model));
+  kHapticThread.Enter();
+  const Result<HandRoom> room =
+      MeasureHandRoom(arguments.file, *model, [](double clearance, bool passes) {
+        Say("with " + AsMillimetres(clearance) + " it " + (passes ? "passes" : "does not pass"));
+      });
+  if (!room) return Fail(kExitFailed, room.error().what);
+  if (room->torn) Say("the recording is torn off after its last whole frame");
+  const std::string body = (*model)->bodies[room->nearest.body].name;
+  const std::string other = NameOfOther(**model, room->nearest);
+  if (arguments.json) {
+    std::printf("%s\n", JsonText(AsJson(*room, body, other), 2).c_str());
+  } else {
+    std::printf("%s\n%s\n", DescribePath(*room, body, other).c_str(),
+                DescribeClearance(*room).c_str());
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddClearanceCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<ClearanceArguments>();
+  CLI::App* command = app.add_subcommand(
+      "clearance", "Measure how much room the hand of a recording had, by exact surfaces");
+  command->add_option("FILE", arguments->file, "recording of 'tandem peer --record'")->required();
+  command->add_option("--scene", arguments->scene, "where the scene is now, if it was moved");
+  command->add_flag("--adopt-any", arguments->adopt_any,
+                    "take the recorded voxel size also where it differs from the scene file's by "
+                    "more than a factor of 4");
+  command->add_flag("--json", arguments->json, "print the result as one JSON object");
+  command->footer(
+      "Two figures: the least distance between the part in hand and all other bodies, of every\n"
+      "recorded frame, below 0 by their depth where surfaces cross; and the greatest clearance "
+      "with\n"
+      "which the same hand still passes, by some ten replays with force that begins so much "
+      "farther\n"
+      "from surfaces. The answer is 'at least' where it is a voxel, the most that can be tried.\n"
+      "A hand passes with a clearance if the part ends where it ended and has kept the clearance.\n"
+      "A part that is out ends anywhere out, any other within a voxel or 2 mm, the greater. It "
+      "keeps\n"
+      "the clearance if its exact surface never comes nearer to another than that less 0.05 "
+      "voxel:\n"
+      "contact gives way in a narrow passage, so that a part comes out of it with any clearance.");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunClearance(*arguments);
+  });
+}
+
+}  // namespace tandem

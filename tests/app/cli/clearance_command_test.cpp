@@ -1,0 +1,380 @@
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/path_distance.h"
+#include "app/exit_codes.h"
+#include "collab/recording/recorder.h"
+#include "collab/recording/replay.h"
+#include "collab/simulated/simulated_session.h"
+#include "engine/haptics/scripted_device.h"
+#include "engine/world/scene_hash.h"
+#include "tests/app/cli/program_run.h"
+#include "tests/support/key_scene.h"
+#include "tests/support/shapes.h"
+#include "tests/support/test_world.h"
+
+// What `tandem clearance` tells of recordings of one hand, which are made in virtual time.
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using testing::BoxBetween;
+using testing::BoxOfHalf;
+using testing::ExpectRefused;
+using ::testing::HasSubstr;
+using testing::ObjText;
+using testing::RunTandem;
+using testing::Said;
+
+constexpr double kMm = 1e-3;
+constexpr double kSceneVoxel = 1e-3;  // m, of the scenes with a block
+
+struct HandOfRecording {
+  std::string body;          // empty: it holds nothing
+  Vec3 to_W = Vec3::Zero();  // m, from the first place
+  double seconds = 2;        // until it is there; it stays half a second
+  bool contact = true;
+  double displaced = 0;  // m, outwards, ordered in the second frame
+};
+
+/// Is shown the recorded peer's world after each frame.
+using SeesWorld = std::function<void(const World&)>;
+
+/// What every peer of a recorded session goes by.
+RecordingHeader HeaderFor(const Scene& scene, const std::string& scene_file, PeerId id,
+                          const HandOfRecording& hand) {
+  RecordingHeader header;
+  header.program = "test";
+  header.name = "peer " + std::to_string(id);
+  header.scene = scene_file;
+  header.scene_hash = HashScene(scene)->content;
+  header.parameters = ParametersOf(scene);
+  header.contact = hand.contact;
+  header.law = "p+d";
+  header.peer.id = id;
+  header.peer.held_object = hand.body.empty() ? -1 : scene.BodyNamed(hand.body);
+  return header;
+}
+
+std::unique_ptr<PeerNode> NodeFor(const std::shared_ptr<const WorldModel>& model,
+                                  const RecordingHeader& header, const HandOfRecording& hand,
+                                  FrameTap* tap) {
+  HandScript script;
+  script.waypoints = {{0, Vec3::Zero(), Quat::Identity()},
+                      {hand.seconds, hand.to_W, Quat::Identity()}};
+  const auto body = static_cast<std::size_t>(std::max(0, model->BodyNamed(hand.body)));
+  NodeOptions options;
+  options.peer = header.peer;
+  options.peer.coupling.law = *MakeLaw(header.law, header.limits, true);
+  options.peer.tap = tap;
+  options.name = header.name;
+  auto node = std::make_unique<PeerNode>(
+      model, std::make_unique<ScriptedDevice>(script, model->bodies[body].X_WB0), header.scene_hash,
+      options);
+  if (!hand.contact) node->world().SwitchContactOff();
+  return node;
+}
+
+/// Records the first of these hands, of a session with a peer for each, into a file.
+void RecordHands(const std::string& scene_file, const std::vector<HandOfRecording>& hands,
+                 const std::filesystem::path& file, const SeesWorld& sees = {}) {
+  const Result<Scene> scene = LoadScene(scene_file);
+  ASSERT_TRUE(scene) << scene.error().what;
+  const Result<std::shared_ptr<const WorldModel>> model = LoadWorld(*scene);
+  ASSERT_TRUE(model) << model.error().what;
+  std::unique_ptr<Recorder> recorder;
+  SimulatedSession session;
+  for (const HandOfRecording& hand : hands) {
+    const PeerId id = 1 + session.size();
+    RecordingHeader header = HeaderFor(*scene, scene_file, id, hand);
+    header.device = ScriptedDevice({}, {}).capabilities();
+    if (!recorder) {
+      Result<std::unique_ptr<Recorder>> made = Recorder::Create(file, header);
+      ASSERT_TRUE(made) << made.error().what;
+      recorder = *std::move(made);
+      session.Add(NodeFor(*model, header, hand, recorder.get()), id);
+    } else {
+      session.Add(NodeFor(*model, header, hand, nullptr), id);
+    }
+  }
+  const int frames = static_cast<int>(1000 * (hands[0].seconds + 0.5));
+  for (int i = 0; i < frames; ++i) {
+    if (i == 1 && hands[0].displaced > 0) {
+      session.node(0).peer().commands().TryPush(
+          {.kind = Command::Kind::kDisplace, .metres = -hands[0].displaced});
+    }
+    session.Step();
+    if (sees) sees(session.node(0).world());
+  }
+  ASSERT_TRUE(recorder->Close());
+}
+
+class ClearanceCommand : public ::testing::Test {
+ protected:
+  ClearanceCommand() { kHapticThread.Enter(); }
+
+  std::string File(const char* name) const { return (folder_.path() / name).string(); }
+
+  /// What the command tells of the first of these hands in a scene.
+  json Measured(const std::string& scene_file, const std::vector<HandOfRecording>& hands,
+                const SeesWorld& sees = {}) {
+    RecordHands(scene_file, hands, File("run"), sees);
+    const Said said = RunTandem("clearance --json " + File("run"), "timeout 200 ");
+    EXPECT_EQ(said.exit_code, kExitOk) << said.err;
+    json result = json::parse(said.out, nullptr, false);
+    EXPECT_TRUE(result.is_object()) << said.out;
+    return result;
+  }
+
+  /// A cube of 20 mm about the origin and another body, fixed or not.
+  std::string CubeBeside(const TriangleMesh& other_W, bool fixed = true) {
+    folder_.Write("cube.obj", ObjText(BoxOfHalf(Vec3::Constant(10 * kMm))));
+    folder_.Write("other.obj", ObjText(other_W));
+    return folder_
+        .Write("cube.json", std::string(R"({"name": "cube", "voxel_m": 0.001, "bodies": [
+      {"name": "other", "mesh": "other.obj", )") +
+                                (fixed ? R"("fixed": true)" : R"("mass_kg": 0.5)") + R"(},
+      {"name": "cube", "mesh": "cube.obj", "mass_kg": 0.2}]})")
+        .string();
+  }
+
+  ScratchFolder folder_;
+};
+
+// A key that stands in the middle of its hole is as far from each wall as its play, and no path
+// keeps more. 0.05 voxel is what surfaces may come nearer than a clearance.
+TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
+  constexpr double kVoxelMm = 0.5;
+  for (const double play_mm : {0.1, 0.2}) {
+    const ScratchFolder key;
+    const std::string scene = testing::WriteKeyScene(key, play_mm * kMm, kVoxelMm * kMm);
+    const json room = Measured(scene, {{.body = "key", .to_W = Vec3(0, 0, 60 * kMm)}});
+    std::filesystem::remove(File("run"));
+    EXPECT_EQ(room.at("body"), "key");
+    EXPECT_EQ(room.at("other"), "hole");
+    EXPECT_EQ(room.at("crosses"), false);
+    EXPECT_LE(room.at("along_path_mm").get<double>(), play_mm + 1e-6);
+    EXPECT_GE(room.at("along_path_mm").get<double>(), 0.9 * play_mm);
+    // between a side of the key and the wall beside it
+    const double x = std::abs(room.at("p_W")[0].get<double>()) / kMm;
+    const double y = std::abs(room.at("p_W")[1].get<double>()) / kMm;
+    EXPECT_TRUE((x > 4 - 0.01 && x < 4.01 + play_mm) || (y > 3.5 - 0.01 && y < 3.51 + play_mm))
+        << room;
+    EXPECT_LE(room.at("passes_with_mm").get<double>(), play_mm + 0.05 * kVoxelMm);
+    EXPECT_GE(room.at("passes_with_mm").get<double>(), play_mm);
+    EXPECT_GE(room.at("kept_mm").get<double>(),
+              room.at("passes_with_mm").get<double>() - 0.05 * kVoxelMm);
+    EXPECT_EQ(room.at("at_least"), false);
+  }
+}
+
+// The edge of a wall, turned by 45 degrees, points at the face of a cube that goes by. The cube
+// begins and ends 40 mm beside it.
+TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
+  constexpr double kApartMm = 3;
+  const double half = 10 * kMm;
+  const double to_edge = half * std::sqrt(2.0);  // from the wall's middle
+  const TriangleMesh wall = Transformed(
+      BoxOfHalf({half, half, 30 * kMm}),
+      {RotationBy(Vec3(0, 0, M_PI / 4)), Vec3(40 * kMm, 10 * kMm + kApartMm * kMm + to_edge, 0)});
+  const json room = Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(80 * kMm, 0, 0)}});
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), kApartMm, 1e-4);
+  EXPECT_NEAR(room.at("p_W")[0].get<double>(), 40 * kMm, 1e-6);
+  EXPECT_NEAR(room.at("p_W")[1].get<double>(), (10 + 0.5 * kApartMm) * kMm, 1e-6);
+  // the face stands before the edge from 30 to 50 mm of 80: the middle of the two seconds
+  EXPECT_GT(room.at("at_s").get<double>(), 0.5);
+  EXPECT_LT(room.at("at_s").get<double>(), 1.5);
+  // displacements end at a voxel
+  EXPECT_EQ(room.at("at_least"), true);
+  EXPECT_NEAR(room.at("passes_with_mm").get<double>(), 1e3 * kSceneVoxel, 1e-9);
+}
+
+// Of the voxel by which points can be displaced, 0.3 are in use.
+TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
+  const TriangleMesh wall = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
+  const json room = Measured(CubeBeside(wall), {{.body = "cube",
+                                                 .to_W = Vec3(0, 0, 40 * kMm),
+                                                 .seconds = 1,
+                                                 .displaced = 0.3 * kSceneVoxel}});
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), 3, 1e-4);
+  EXPECT_EQ(room.at("at_least"), true);
+  EXPECT_NEAR(room.at("passes_with_mm").get<double>(), 0.7e3 * kSceneVoxel, 1e-9);
+}
+
+// Half a voxel beside the way of the cube, which starts away from it: refined contact begins 0.45
+// voxel away, so the recorded path is straight, and a hand with more clearance is pushed aside.
+TEST_F(ClearanceCommand, AHandThatIsPushedAsidePassesWithMoreThanItsPathHad) {
+  const TriangleMesh wall =
+      BoxBetween({10.5 * kMm, -30 * kMm, 30 * kMm}, {20 * kMm, 30 * kMm, 0.05});
+  const json room =
+      Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 100 * kMm), .seconds = 3}});
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), 0.5, 1e-4);
+  EXPECT_GT(room.at("passes_with_mm").get<double>(), 0.5 + 0.05);
+  EXPECT_GE(room.at("kept_mm").get<double>(), room.at("passes_with_mm").get<double>() - 0.05);
+}
+
+TEST_F(ClearanceCommand, WhereNothingIsFixedThePartMustEndWhereItEnded) {
+  const TriangleMesh other = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
+  const json room = Measured(CubeBeside(other, false),
+                             {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMm), .seconds = 1}});
+  EXPECT_EQ(room.at("other"), "other");
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), 3, 1e-4);
+  EXPECT_EQ(room.at("at_least"), true);
+}
+
+// The rim of a hole holds a key that comes from above as far off as contact begins: 0.45 voxel and
+// the clearance. With a play of 0.6 voxel it goes in freely up to a clearance of 0.15. A firm hand
+// presses it in by some more, but not up to the 0.65 that the distances along the way allow.
+TEST_F(ClearanceCommand, AKeyThatTheRimKeepsOutDoesNotPassThoughItKeepsItsDistance) {
+  constexpr double kVoxelMm = 0.5;
+  folder_.Write("hole.obj", ObjText(testing::KeyholeMesh(0.6 * kVoxelMm * kMm)));
+  folder_.Write("key.obj", ObjText(testing::KeyMesh()));
+  const std::string scene = folder_
+                                .Write("in.json", R"({"name": "in", "voxel_m": 0.0005, "bodies": [
+      {"name": "hole", "mesh": "hole.obj", "fixed": true},
+      {"name": "key", "mesh": "key.obj", "mass_kg": 0.1, "pose": {"p_W": [0, 0, 0.012]}}]})")
+                                .string();
+  const json room = Measured(scene, {{.body = "key", .to_W = Vec3(0, 0, -10 * kMm)}});
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), 0.6 * kVoxelMm, 0.01 * kVoxelMm);
+  // the clearance is bisected to 0.01 voxel
+  EXPECT_GE(room.at("passes_with_mm").get<double>(), (0.15 - 0.01) * kVoxelMm);
+  EXPECT_LT(room.at("passes_with_mm").get<double>(), 0.6 * kVoxelMm);
+}
+
+// Another hand brings its body, which begins 8 mm beside the cube, nearer by 5 mm. The faces of the
+// two are across x, so their gap is what the recording peer has between their origins, less the
+// halves: 10 mm of the cube, 3.5 mm of the other.
+TEST_F(ClearanceCommand, ABodyThatAnotherHandBringsNearerCounts) {
+  const TriangleMesh other =
+      BoxBetween({18 * kMm, -30 * kMm, -30 * kMm}, {25 * kMm, 30 * kMm, 30 * kMm});
+  double gap = 1;
+  const json room = Measured(
+      CubeBeside(other, false), {{.body = "cube"}, {.body = "other", .to_W = Vec3(-5 * kMm, 0, 0)}},
+      [&](const World& world) {
+        const auto cube = static_cast<std::size_t>(world.model().BodyNamed("cube"));
+        const auto beside = static_cast<std::size_t>(world.model().BodyNamed("other"));
+        gap = std::min(gap,
+                       world.state(beside).X_WB.p.x() - world.state(cube).X_WB.p.x() - 13.5 * kMm);
+      });
+  ASSERT_LT(gap, 4 * kMm) << "it came";
+  EXPECT_EQ(room.at("body"), "cube");
+  EXPECT_EQ(room.at("other"), "other");
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), gap / kMm, 1e-4);
+}
+
+// Without contact the hand brings a cube, whose lowest face is 10 mm below its origin, into a plate
+// whose top is at -30 mm.
+TEST_F(ClearanceCommand, APathThroughABodyIsBelowZeroAndPassesWithNothing) {
+  const TriangleMesh plate =
+      BoxBetween({-60 * kMm, -60 * kMm, -80 * kMm}, {60 * kMm, 60 * kMm, -30 * kMm});
+  double lowest_z = 0;
+  const json room =
+      Measured(CubeBeside(plate),
+               {{.body = "cube", .to_W = Vec3(0, 0, -22 * kMm), .seconds = 1, .contact = false}},
+               [&](const World& world) {
+                 lowest_z = std::min(lowest_z, world.state(0).X_WB.p.z());
+               });
+  ASSERT_LT(lowest_z, -21 * kMm);
+  EXPECT_EQ(room.at("crosses"), true);
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), (lowest_z + 20 * kMm) / kMm, 1e-6);
+  EXPECT_NEAR(room.at("p_W")[2].get<double>(), lowest_z - 10 * kMm, 1e-9);
+  EXPECT_TRUE(room.at("passes_with_mm").is_null());
+}
+
+TEST_F(ClearanceCommand, SaysBothFiguresToAPerson) {
+  const TriangleMesh wall = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
+  RecordHands(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMm), .seconds = 1}},
+              File("run"));
+  const Said said = RunTandem("clearance " + File("run"), "timeout 60 ");
+  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
+  EXPECT_THAT(said.out, HasSubstr("cube-other: 3 mm apart at the nearest, "));
+  EXPECT_THAT(said.out, HasSubstr("the same hand passes with a clearance of at least 1 mm, "));
+}
+
+TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
+  const TriangleMesh wall = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
+  const std::string scene = CubeBeside(wall);
+  ExpectRefused(RunTandem("clearance /nowhere"), kExitFile, "/nowhere: there is no such file");
+  ExpectRefused(RunTandem("clearance " + scene), kExitFile, "is not a recording");
+  EXPECT_EQ(RunTandem("clearance").exit_code, kExitUsage);
+
+  RecordHands(scene, {{.body = "", .seconds = 0.1}}, File("idle"));
+  ExpectRefused(RunTandem("clearance " + File("idle")), kExitFailed, "the hand held nothing");
+  RecordHands(scene, {{.body = "cube", .to_W = Vec3(0, 0, 1 * kMm), .seconds = 0.1}}, File("run"));
+  ExpectRefused(RunTandem("clearance --scene /nowhere.json " + File("run")), kExitFile,
+                "/nowhere.json");
+  const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(File("run")) / 2);
+  std::fstream stream(File("run"), std::ios::binary | std::ios::in | std::ios::out);
+  stream.seekg(middle);
+  const int before = stream.get();
+  stream.seekp(middle);
+  stream.put(static_cast<char>(before ^ 1));
+  stream.close();
+  ExpectRefused(RunTandem("clearance " + File("run")), kExitFailed, "damaged at frame ");
+}
+
+// Over a plate whose edges are far a cube is as far as its lowest corner is high.
+TEST(PathDistance, IsThatOfTheLowestCornerOfATurningCubeAtEveryPoseWithFewSearches) {
+  const TriangleMesh plate = BoxBetween({-1, -1, -0.02}, {1, 1, 0});
+  const TriangleMesh cube =
+      Transformed(BoxOfHalf(Vec3::Constant(10 * kMm)), {Quat::Identity(), Vec3(0, 0, 50 * kMm)});
+  const auto model = testing::MakeWorldModel({{plate, true}, {cube}}, 5 * kMm);
+  const Quat& q_WB0 = model->bodies[0].X_WB0.q;
+  PathDistance path(std::make_shared<const PathMeshes>(model));
+  double least = std::numeric_limits<double>::infinity();
+  constexpr int kFrames = 4000;
+  for (int i = 0; i < kFrames; ++i) {
+    const double t = 1e-3 * i;
+    // in the second half it only turns, from standing flat onto a corner: each pose is the nearest
+    if (i == kFrames / 2) {
+      EXPECT_LT(path.searches(), kFrames / 4U);
+    }
+    const bool only_turns = i >= kFrames / 2;
+    const Quat turn = RotationBy(only_turns ? Vec3(0.3 * (t - 2), 0.3 * (t - 2), 0)
+                                            : Vec3(0.9 * std::sin(3 * t), std::cos(2 * t), 2 * t));
+    const Vec3 centre = only_turns
+                            ? Vec3(0, 0, 0.022)
+                            : Vec3(0.1 * std::sin(t), 0.1 * t, 0.06 + 0.03 * std::cos(5 * t));
+    path.See(0, {{turn * q_WB0, centre}}, i);
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 p_B((corner & 1) != 0 ? 10 * kMm : -10 * kMm,
+                     (corner & 2) != 0 ? 10 * kMm : -10 * kMm,
+                     (corner & 4) != 0 ? 10 * kMm : -10 * kMm);
+      least = std::min(least, (turn * p_B).z() + centre.z());
+    }
+    ASSERT_NEAR(path.nearest().distance, least, 1e-12) << "frame " << i;
+  }
+  EXPECT_GT(least, 0);
+}
+
+// Two cubes on one line: the gap between their faces, whichever of them moves.
+TEST(PathDistance, OfTwoThatMoveCountsWhatBothMoved) {
+  const TriangleMesh cube = BoxOfHalf(Vec3::Constant(10 * kMm));
+  const TriangleMesh beside = Transformed(cube, {Quat::Identity(), Vec3(50 * kMm, 0, 0)});
+  const auto model = testing::MakeWorldModel({{cube}, {beside}}, 5 * kMm);
+  PathDistance path(std::make_shared<const PathMeshes>(model));
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 1000; ++i) {
+    // in the second half the other one moves alone
+    const double x = i < 500 ? 10 * kMm * std::sin(0.01 * i) : 12 * kMm;
+    const double other_x = 50 * kMm - 15 * kMm * std::sin(0.013 * i);
+    path.See(0,
+             {{model->bodies[0].X_WB0.q, Vec3(x, 0, 0)},
+              {model->bodies[1].X_WB0.q, Vec3(other_x, 0, 0)}},
+             i);
+    least = std::min(least, other_x - x - 20 * kMm);
+    ASSERT_NEAR(path.nearest().distance, least, 1e-12) << "frame " << i;
+  }
+  EXPECT_EQ(path.nearest().other, 1);
+}
+
+}  // namespace
+}  // namespace tandem
