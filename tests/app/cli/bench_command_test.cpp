@@ -99,11 +99,26 @@ TEST(FineCylinder, KeepsFewOfItsEdgesWhenVoxelized) {
 
 TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
   const json told = Bench("frame --scene peg_in_slot --frames 1000 --capacity 100000 --passes 2");
-  ExpectNumbers(
-      told, {"/points", "/voxels", "/contacts", "/cpu_p50_us", "/cpu_p99_us", "/cpu_p999_us",
-             "/wall_p999_us", "/frames_over_1ms", "/missed", "/noise_p999_us", "/tests_per_frame",
-             "/travel_at_bound_share", "/violations", "/free_cpu_p99_us", "/looked_up_ns",
-             "/drifted_ns", "/back_to_back/cpu_p50_us", "/back_to_back/cpu_p999_us"});
+  ExpectNumbers(told, {"/points",
+                       "/voxels",
+                       "/contacts",
+                       "/cpu_p50_us",
+                       "/cpu_p99_us",
+                       "/cpu_p999_us",
+                       "/wall_p999_us",
+                       "/frames_over_1ms",
+                       "/missed",
+                       "/noise_p999_us",
+                       "/tests_per_frame",
+                       "/tests_owed_p50",
+                       "/tests_owed_max",
+                       "/travel_at_bound_share",
+                       "/violations",
+                       "/free_cpu_p99_us",
+                       "/looked_up_ns",
+                       "/drifted_ns",
+                       "/back_to_back/cpu_p50_us",
+                       "/back_to_back/cpu_p999_us"});
   EXPECT_EQ(told["frames"], 1000);
   EXPECT_EQ(told["violations"], 0);
   EXPECT_GT(told["contacts"], 0);
@@ -111,7 +126,8 @@ TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
 
 TEST(BenchCommand, MemorySaysBytesABandVoxel) {
   const json told = Bench("memory --scene peg_in_slot");
-  ExpectNumbers(told, {"/bytes_per_band_voxel", "/scenes/0/bytes_per_band_voxel_refined"});
+  ExpectNumbers(told, {"/bytes_per_band_voxel", "/scenes/0/bytes_per_band_voxel_refined",
+                       "/scenes/0/resident_bytes_per_band_voxel"});
   EXPECT_EQ(told["scenes"].size(), 1U);
 }
 
