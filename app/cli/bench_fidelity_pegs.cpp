@@ -5,6 +5,7 @@
 #include <random>
 
 #include "app/cli/bench_fidelity.h"
+#include "app/cli/checked_steps.h"
 #include "app/cli/factory_scene.h"
 #include "engine/world/world.h"
 
@@ -68,11 +69,12 @@ struct Peg {
 };
 
 constexpr double kHoleTop = 0.0089916;  // m
-constexpr double kInserted = 0.006;     // m below the hole's rim
+constexpr int kInsertFrames = 3300;
+constexpr double kInserted = 0.006;  // m below the hole's rim
 
 /// One peg, one hand. Gives how deep the peg's end is in the hole at last, m.
 double Insert(const std::shared_ptr<const WorldModel>& model, double start_height,
-              std::mt19937_64& random, Buzz& buzz, TimesOfFrames& times) {
+              std::mt19937_64& random, Buzz& buzz, CheckedSteps& steps, TimesOfFrames& times) {
   World world(model);
   StepInputs inputs = HandInputs(*model);
   // as firm in rotation as a hand (HandImpedance)
@@ -90,7 +92,7 @@ double Insert(const std::shared_ptr<const WorldModel>& model, double start_heigh
     return Pose{askew * X_WB0.q, end + askew * Vec3(0, 0, half_length)};
   };
   world.Place(0, holding(Vec3(0, 0, start_height) + aside));
-  for (int frame = 0; frame < 3300; ++frame) {
+  for (int frame = 0; frame < kInsertFrames; ++frame) {
     const double t = kFrame * frame;
     // down until it rests, round and round in search of the hole, then in
     const double searching = std::clamp((t - 0.5) / 1.5, 0.0, 1.0);
@@ -101,7 +103,7 @@ double Insert(const std::shared_ptr<const WorldModel>& model, double start_heigh
         start_height - (start_height - kHoleTop + 0.001) * Smooth(t / 0.5) - 0.007 * entering;
     inputs.hand.goal.X_WA = holding((1.0 + 5.0 * entering) * aside +
                                     Vec3(radius * std::cos(turn), radius * std::sin(turn), height));
-    const TimedFrame done = TimedStep(world, inputs, times);
+    const TimedFrame done = steps.Step(world, inputs, times);
     buzz.Add(done.report.hand_B_W.f, t > 0.5);
   }
   const Pose& X_WB = world.state(0).X_WB;
@@ -111,7 +113,7 @@ double Insert(const std::shared_ptr<const WorldModel>& model, double start_heigh
 }  // namespace
 
 Result<PegFigures> MeasurePegs(ContactModel contact, const std::filesystem::path& models,
-                               double voxel, int seeds) {
+                               double voxel, int seeds, std::size_t contacts) {
   constexpr std::array<Peg, 3> kPegs{
       {{"factory_round_hole_16mm_subdiv_3x", "factory_round_peg_16mm_loose", 0.08},
        {"factory_round_hole_8mm_subdiv_3x", "factory_round_peg_8mm_tight", 0.02},
@@ -120,20 +122,23 @@ Result<PegFigures> MeasurePegs(ContactModel contact, const std::filesystem::path
   constexpr double kStart = kHoleTop + 0.001;
   PegFigures figures;
   figures.voxel = voxel;
+  const std::size_t all_frames = static_cast<std::size_t>(seeds) * kInsertFrames;
   int inserted = 0;
   TimesOfFrames times;
   for (std::size_t p = 0; p < kPegs.size(); ++p) {
     const auto loaded = LoadWorld(FactoryScene(contact, models, voxel, kPegs[p].hole, kPegs[p].peg,
                                                Vec3(0, 0, kStart), kPegs[p].mass));
     if (!loaded) return loaded.error();
+    CheckedSteps steps(**loaded, contacts / kPegs.size(), all_frames / kPegs.size());
     for (int seed = static_cast<int>(p); seed < seeds; seed += static_cast<int>(kPegs.size())) {
       std::mt19937_64 random(100 + static_cast<std::uint64_t>(seed));
       Buzz buzz;
-      const double depth = Insert(*loaded, kStart, random, buzz, times);
+      const double depth = Insert(*loaded, kStart, random, buzz, steps, times);
       inserted += depth > kInserted ? 1 : 0;
       figures.buzz = std::max(figures.buzz, buzz.share());
       ++figures.trials;
     }
+    figures.checks += steps.checks();
   }
   figures.inserted_share = static_cast<double>(inserted) / std::max(1, figures.trials);
   figures.frames = LengthsOf(times);

@@ -13,7 +13,8 @@ FrameLengths LengthsOf(const TimesOfFrames& times) {
           .wall_p999_us = us(times.stats.wall(), 0.999),
           .frames = times.stats.frames(),
           .over_1ms = times.over_1ms,
-          .missed = times.stats.missed()};
+          .missed = times.stats.missed(),
+          .dropped = times.dropped};
 }
 
 TimedFrame TimedStep(World& world, const StepInputs& inputs, TimesOfFrames& times) {
@@ -26,6 +27,7 @@ TimedFrame TimedStep(World& world, const StepInputs& inputs, TimesOfFrames& time
   const std::int64_t wall_ns = clock.NowNs() - wall;
   times.stats.Add(0, cpu_ns, wall_ns, wall_ns / kPeriodNs);
   times.over_1ms += wall_ns > kPeriodNs ? 1U : 0U;
+  times.dropped += (report.flags & StepReport::kContactsFull) != 0 ? 1U : 0U;
   return {report, cpu_ns};
 }
 
