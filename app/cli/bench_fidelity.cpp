@@ -194,16 +194,17 @@ ordered_json ClearanceSweep(ContactModel contact, const FidelityArguments& argum
 }
 
 /// Adds what nut, pegs and all parts come to.
-void AddTogether(ContactModel contact, const Together& together, ordered_json& out) {
+void AddTogether(const Together& together, ordered_json& out) {
   const FalsePushes& pushes = together.checks.pushes;
-  const bool judged = contact == ContactModel::kRefined && together.checked > 0;
   out["dropped_frames"] = together.parts > 0 ? ordered_json(together.dropped) : nullptr;
   out["frames_over_1ms"] = together.parts > 0 ? ordered_json(together.over_1ms) : nullptr;
-  out["false_pushes"] = !judged ? ordered_json()
-                                : ordered_json{{"contacts", pushes.contacts},
-                                               {"farther_than_0_6_voxel", pushes.farther},
-                                               {"askew_by_10_deg", pushes.askew},
-                                               {"share_of_force", pushes.force_share()}};
+  // plain contact claims no place and no way of exact surfaces, so none of its pushes are judged
+  out["false_pushes"] = pushes.contacts == 0
+                            ? ordered_json()
+                            : ordered_json{{"contacts", pushes.contacts},
+                                           {"farther_than_0_6_voxel", pushes.farther},
+                                           {"askew_by_10_deg", pushes.askew},
+                                           {"share_of_force", pushes.force_share()}};
   const bool checked = together.checked > 0;
   const ContactChecks& checks = together.checks;
   out["wrench_error_N"] = checked ? ordered_json(checks.wrench_error) : nullptr;
@@ -234,7 +235,7 @@ ordered_json Measure(ContactModel contact, const FidelityArguments& arguments, i
   out["ball_015"] = Ball(contact, arguments, true, together, exit_code);
   out["holds"] = Holds(contact, arguments, together);
   out["clearance"] = ClearanceSweep(contact, arguments);
-  AddTogether(contact, together, out);
+  AddTogether(together, out);
   return out;
 }
 

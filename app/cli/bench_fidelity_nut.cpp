@@ -130,7 +130,7 @@ Result<NutFigures> MeasureNut(ContactModel contact, const std::filesystem::path&
   }
   figures.axial_blocked = figures.push_mm < 0.2;
   figures.frames = LengthsOf(times);
-  figures.checks = steps.checks();
+  figures.checks = steps.Checks();
   figures.largest_force_step = LargestStepOf(turn, **loaded);
   return figures;
 }

@@ -138,7 +138,7 @@ Result<PegFigures> MeasurePegs(ContactModel contact, const std::filesystem::path
       figures.buzz = std::max(figures.buzz, buzz.share());
       ++figures.trials;
     }
-    figures.checks += steps.checks();
+    figures.checks += steps.Checks();
   }
   figures.inserted_share = static_cast<double>(inserted) / std::max(1, figures.trials);
   figures.frames = LengthsOf(times);

@@ -8,7 +8,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kJudgedEvery = 10;  // frames between those whose pushes are judged
+constexpr std::size_t kJudgedEvery = 10;  // frames between those whose pushes are kept
 
 }  // namespace
 
@@ -42,26 +42,33 @@ TimedFrame CheckedSteps::Step(World& world, const StepInputs& inputs, TimesOfFra
   const bool held_back = (done.report.flags & StepReport::kTravelLimited) != 0;
   double& largest = held_back ? checks_.wrench_error_held_back : checks_.wrench_error;
   largest = std::max(largest, (done.report.contact_B_W.f - by_contact).norm());
-  if (judge_ != nullptr && ++frame_ % kJudgedEvery == 0) JudgePushes(world, before.X_WB);
+  if (judge_ != nullptr && ++frame_ % kJudgedEvery == 0) KeepPushes(world, before.X_WB);
   return done;
 }
 
-void CheckedSteps::JudgePushes(const World& world, const Pose& X_WB) {
+void CheckedSteps::KeepPushes(const World& world, const Pose& X_WB) {
   TANDEM_CHECK(world.shell_of(0) == 0 && world.voxmap_of(0) < 0);
   const BodyPair& pair = world.pair(0);
   const Pose X_WV = pair.X_BV();  // of the fixture, whose frame is W
   const std::span<const Contact> contacts = pair.contacts();
-  const double due = contacts_a_frame_ * static_cast<double>(frame_) -
-                     static_cast<double>(checks_.pushes.contacts);
+  const double due =
+      contacts_a_frame_ * static_cast<double>(frame_) - static_cast<double>(pushes_.size());
   if (contacts.empty() || due < 1) return;
   // spread over all of them
   const auto share = static_cast<std::size_t>(static_cast<double>(contacts.size()) / due);
   const std::size_t stride = std::max<std::size_t>(1, share);
   for (std::size_t i = frame_ / kJudgedEvery % stride; i < contacts.size(); i += stride) {
     const Contact& contact = contacts[i];
-    checks_.pushes.Count(judge_->Judge(X_WV * contact.p_V, X_WV.q * contact.nhat_V, X_WB),
-                         contact.force);
+    pushes_.push_back({X_WV * contact.p_V, X_WV.q * contact.nhat_V, X_WB, contact.force});
   }
+}
+
+ContactChecks CheckedSteps::Checks() {
+  checks_.pushes = {};
+  for (const Push& push : pushes_) {
+    checks_.pushes.Count(judge_->Judge(push.p_W, push.nhat_W, push.X_WB), push.force);
+  }
+  return checks_;
 }
 
 }  // namespace tandem

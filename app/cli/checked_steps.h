@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 #include "app/cli/bench_fidelity.h"
 #include "app/cli/push_judge.h"
@@ -19,14 +20,22 @@ class CheckedSteps {
   /// One frame, timed without its checks.
   TimedFrame Step(World& world, const StepInputs& inputs, TimesOfFrames& times);
 
-  const ContactChecks& checks() const { return checks_; }
+  /// Of all frames so far. Pushes are judged here, so that frames have the caches to themselves.
+  ContactChecks Checks();
 
  private:
-  void JudgePushes(const World& world, const Pose& X_WB);
+  struct Push {
+    Vec3 p_W;
+    Vec3 nhat_W;
+    Pose X_WB;
+    double force;  // N
+  };
+  void KeepPushes(const World& world, const Pose& X_WB);
 
   double contacts_a_frame_;
   std::unique_ptr<PushJudge> judge_;  // null: no pushes are judged
   std::size_t frame_ = 0;
+  std::vector<Push> pushes_;
   ContactChecks checks_;
 };
 
