@@ -257,7 +257,7 @@ int RunFidelity(FidelityArguments arguments) {
   const ordered_json plain = out["plain"];
   out.erase("plain");
   for (const auto& [name, figures] : out.items()) {
-    std::printf("%-22s refined %s\n%-22s plain   %s\n", name.c_str(), JsonText(figures).c_str(), "",
+    std::printf("%-24s refined %s\n%-24s plain   %s\n", name.c_str(), JsonText(figures).c_str(), "",
                 JsonText(plain[name]).c_str());
   }
   return exit_code;
