@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "app/cli/bench_fidelity.h"
 #include "app/cli/checked_steps.h"

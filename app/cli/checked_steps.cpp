@@ -1,6 +1,7 @@
 #include "app/cli/checked_steps.h"
 
 #include <algorithm>
+#include <span>
 
 #include "engine/base/check.h"
 

@@ -1,6 +1,7 @@
 #include "app/cli/push_judge.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>

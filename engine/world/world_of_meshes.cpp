@@ -1,5 +1,6 @@
 #include "engine/world/world_of_meshes.h"
 
+#include <optional>
 #include <utility>
 
 #include "engine/geometry/mass_properties.h"

@@ -14,9 +14,8 @@ struct MeshBody {
   double mass = 0.3;  // kg, of a moving one
 };
 
-/// What LoadWorld() makes of a scene, from meshes: with the default force layer, and without
-/// friction, inward shift and polygons of its own. Each mesh must be closed; an error says what is
-/// wrong with it. `voxel_size` in metres.
+/// What LoadWorld() makes of a scene with the default force layer, from meshes that are closed.
+/// `voxel_size` in metres. An error says what cannot be voxelized.
 Result<std::shared_ptr<const WorldModel>> WorldOfMeshes(const std::vector<MeshBody>& bodies,
                                                         double voxel_size, ContactModel contact);
 
