@@ -24,7 +24,10 @@ struct FidelityArguments {
   int approaches = 1000;
   int tilts = 50;
   int peg_seeds = 100;
-  double nut_voxel = 0.0001;  // m
+  int holds = kMostHolds;
+  int clearance_tilts = 8;
+  std::size_t contacts = 100'000;  // whose pushes are judged, about
+  double nut_voxel = 0.0001;       // m
   double peg_voxel = 0.00005;
   std::vector<std::string> only;  // of kFigures; none: all
   bool json = false;
@@ -34,7 +37,29 @@ struct FidelityArguments {
   }
 };
 
-constexpr std::array<const char*, 5> kFigures{"first-force", "pressed", "nut", "pegs", "ball"};
+constexpr std::array<const char*, 9> kFigures{
+    "first-force", "pressed", "nut", "nut-tight", "pegs", "ball", "ball-015", "holds", "clearance"};
+constexpr double kBallVoxel = 0.00035;  // m
+constexpr double kFineBallVoxel = 0.00015;
+
+/// What the parts that are measured come to together.
+struct Together {
+  int parts = 0;
+  std::uint64_t dropped = 0;
+  std::uint64_t over_1ms = 0;
+  int checked = 0;  // parts that have been checked
+  ContactChecks checks;
+
+  void Add(const FrameLengths& frames) {
+    ++parts;
+    dropped += frames.dropped;
+    over_1ms += frames.over_1ms;
+  }
+  void Add(const ContactChecks& of_part) {
+    ++checked;
+    checks += of_part;
+  }
+};
 
 ordered_json AsJson(const Spread& spread) {
   return {{"min", spread.min}, {"mean", spread.mean}, {"max", spread.max}};
@@ -48,7 +73,14 @@ ordered_json With(ordered_json out, const FrameLengths& frames) {
   out["frames"] = frames.frames;
   out["frames_over_1ms"] = frames.over_1ms;
   out["missed"] = frames.missed;
+  out["dropped_frames"] = frames.dropped;
   return out;
+}
+
+/// What cannot be measured is said, and is null.
+ordered_json Unmeasured(const Error& error, int& exit_code) {
+  exit_code = Fail(kExitFile, error.what);
+  return nullptr;
 }
 
 /// Least, mean and largest over the three bodies, and each body's own.
@@ -70,30 +102,51 @@ ordered_json FirstForce(ContactModel contact, const FidelityArguments& arguments
   return out;
 }
 
-ordered_json Nut(ContactModel contact, const FidelityArguments& arguments, int& exit_code) {
+constexpr double Degrees(double radians) {
+  return radians * 57.29577951308232;
+}
+
+ordered_json Nut(ContactModel contact, const FidelityArguments& arguments, Together& together,
+                 int& exit_code) {
   if (arguments.models.empty() || !arguments.Asks("nut")) return nullptr;
-  const Result<NutFigures> nut = MeasureNut(contact, arguments.models, arguments.nut_voxel);
-  if (!nut) {
-    exit_code = Fail(kExitFile, nut.error().what);
-    return nullptr;
-  }
+  const Result<NutFigures> nut =
+      MeasureNut(contact, arguments.models, arguments.nut_voxel, arguments.contacts / 2);
+  if (!nut) return Unmeasured(nut.error(), exit_code);
+  together.Add(nut->frames);
+  together.Add(nut->checks);
   return With({{"voxel_mm", 1e3 * nut->voxel},
                {"force_layer", DefaultForceLayer(contact)},
-               {"turned_deg", nut->turned * 57.29577951308232},
+               {"turned_deg", Degrees(nut->turned)},
                {"helix_error_mm", nut->helix_error_mm},
                {"push_mm", nut->push_mm},
-               {"axial_blocked", nut->axial_blocked}},
+               {"axial_blocked", nut->axial_blocked},
+               {"largest_force_step_N", nut->largest_force_step}},
               nut->frames);
 }
 
-ordered_json Pegs(ContactModel contact, const FidelityArguments& arguments, int& exit_code) {
+ordered_json TightNut(ContactModel contact, const FidelityArguments& arguments, Together& together,
+                      int& exit_code) {
+  if (arguments.models.empty() || !arguments.Asks("nut-tight")) return nullptr;
+  const Result<TightNutFigures> nut =
+      MeasureTightNut(contact, arguments.models, arguments.nut_voxel);
+  if (!nut) return Unmeasured(nut.error(), exit_code);
+  together.Add(nut->frames);
+  return With({{"voxel_mm", 1e3 * nut->voxel},
+               {"force_layer", DefaultForceLayer(contact)},
+               {"turned_deg", Degrees(nut->turned)},
+               {"helix_error_mm", nut->helix_error_mm},
+               {"crossing_mm", nut->crossing_mm}},
+              nut->frames);
+}
+
+ordered_json Pegs(ContactModel contact, const FidelityArguments& arguments, Together& together,
+                  int& exit_code) {
   if (arguments.models.empty() || !arguments.Asks("pegs")) return nullptr;
-  const Result<PegFigures> pegs =
-      MeasurePegs(contact, arguments.models, arguments.peg_voxel, arguments.peg_seeds);
-  if (!pegs) {
-    exit_code = Fail(kExitFile, pegs.error().what);
-    return nullptr;
-  }
+  const Result<PegFigures> pegs = MeasurePegs(contact, arguments.models, arguments.peg_voxel,
+                                              arguments.peg_seeds, arguments.contacts / 2);
+  if (!pegs) return Unmeasured(pegs.error(), exit_code);
+  together.Add(pegs->frames);
+  together.Add(pegs->checks);
   return With({{"voxel_mm", 1e3 * pegs->voxel},
                {"force_layer", DefaultForceLayer(contact)},
                {"trials", pegs->trials},
@@ -102,19 +155,60 @@ ordered_json Pegs(ContactModel contact, const FidelityArguments& arguments, int&
               pegs->frames);
 }
 
-ordered_json Ball(ContactModel contact, const FidelityArguments& arguments, int& exit_code) {
-  if (!arguments.Asks("ball")) return nullptr;
-  const Result<BallFigures> ball = MeasureBall(contact, SceneFile("ball_and_socket"));
-  if (!ball) {
-    exit_code = Fail(kExitFile, ball.error().what);
-    return nullptr;
+/// The ball at its usual voxel size, or at the fine one.
+ordered_json Ball(ContactModel contact, const FidelityArguments& arguments, bool fine,
+                  Together& together, int& exit_code) {
+  if (!arguments.Asks(fine ? "ball-015" : "ball")) return nullptr;
+  const std::filesystem::path file = SceneFile("ball_and_socket");
+  const Result<BallFigures> ball = MeasureBall(contact, file, fine ? kFineBallVoxel : kBallVoxel);
+  if (!ball) return Unmeasured(ball.error(), exit_code);
+  together.Add(ball->frames);
+  ordered_json out{{fine ? "points_015" : "points_035", ball->points}};
+  if (!fine) {
+    const Result<std::size_t> points = CountBallPoints(contact, file, kFineBallVoxel);
+    if (!points) return Unmeasured(points.error(), exit_code);
+    out["points_015"] = *points;
   }
-  return With({{"points_035", ball->points_035},
-               {"points_015", ball->points_015},
-               {"turn_s", ball->turn_s},
-               {"turn_1khz_s", ball->turn_1khz_s},
-               {"contacts_mean", ball->contacts_mean}},
-              ball->frames);
+  out["turn_s"] = ball->turn_s;
+  out["turn_1khz_s"] = ball->turn_1khz_s;
+  out["contacts_mean"] = ball->contacts_mean;
+  return With(out, ball->frames);
+}
+
+/// Plain contact begins too far off for a ball to be free in so close a hollow.
+ordered_json Holds(ContactModel contact, const FidelityArguments& arguments, Together& together) {
+  if (contact == ContactModel::kPlain || !arguments.Asks("holds")) return nullptr;
+  const HoldFigures holds = MeasureHolds(arguments.holds);
+  together.Add(holds.frames);
+  return With({{"count", holds.count},
+               {"moving", holds.moving},
+               {"largest_force_step_N", holds.largest_force_step}},
+              holds.frames);
+}
+
+/// Plain contact does not begin at a distance of surfaces.
+ordered_json ClearanceSweep(ContactModel contact, const FidelityArguments& arguments) {
+  if (contact == ContactModel::kPlain || !arguments.Asks("clearance")) return nullptr;
+  const ClearanceFigures clearance = MeasureClearance(arguments.clearance_tilts);
+  return {{"error_voxels_max", clearance.error_voxels_max}, {"force_step_N", clearance.force_step}};
+}
+
+/// Adds what nut, pegs and all parts come to.
+void AddTogether(const Together& together, ordered_json& out) {
+  const FalsePushes& pushes = together.checks.pushes;
+  out["dropped_frames"] = together.parts > 0 ? ordered_json(together.dropped) : nullptr;
+  out["frames_over_1ms"] = together.parts > 0 ? ordered_json(together.over_1ms) : nullptr;
+  // plain contact claims no place and no way of exact surfaces, so none of its pushes are judged
+  out["false_pushes"] = pushes.contacts == 0
+                            ? ordered_json()
+                            : ordered_json{{"contacts", pushes.contacts},
+                                           {"farther_than_0_6_voxel", pushes.farther},
+                                           {"askew_by_10_deg", pushes.askew},
+                                           {"share_of_force", pushes.force_share()}};
+  const bool checked = together.checked > 0;
+  const ContactChecks& checks = together.checks;
+  out["wrench_error_N"] = checked ? ordered_json(checks.wrench_error) : nullptr;
+  out["wrench_error_held_back_N"] = checked ? ordered_json(checks.wrench_error_held_back) : nullptr;
 }
 
 /// What is not asked for is null; what cannot be measured too, and said, and in the exit code.
@@ -128,21 +222,30 @@ ordered_json Measure(ContactModel contact, const FidelityArguments& arguments, i
     ripple = pressed.ripple;
     ripple_max = pressed.ripple_max;
   }
-  return {{"first_force_gap_voxels", FirstForce(contact, arguments)},
-          {"direction_error_deg", direction},
-          {"sliding_ripple", ripple},
-          {"sliding_ripple_max", ripple_max},
-          {"nut", Nut(contact, arguments, exit_code)},
-          {"pegs", Pegs(contact, arguments, exit_code)},
-          {"ball", Ball(contact, arguments, exit_code)}};
+  Together together;
+  ordered_json out;
+  out["first_force_gap_voxels"] = FirstForce(contact, arguments);
+  out["direction_error_deg"] = direction;
+  out["sliding_ripple"] = ripple;
+  out["sliding_ripple_max"] = ripple_max;
+  out["nut"] = Nut(contact, arguments, together, exit_code);
+  out["nut_tight"] = TightNut(contact, arguments, together, exit_code);
+  out["pegs"] = Pegs(contact, arguments, together, exit_code);
+  out["ball"] = Ball(contact, arguments, false, together, exit_code);
+  out["ball_015"] = Ball(contact, arguments, true, together, exit_code);
+  out["holds"] = Holds(contact, arguments, together);
+  out["clearance"] = ClearanceSweep(contact, arguments);
+  AddTogether(together, out);
+  return out;
 }
 
 int RunFidelity(FidelityArguments arguments) {
   if (arguments.models.empty()) {
     if (const char* models = std::getenv("TANDEM_MODELS")) arguments.models = models;
   }
-  if (arguments.models.empty() && (arguments.Asks("nut") || arguments.Asks("pegs"))) {
-    Say("no nut and no pegs: give the folder of models/factory with --models or TANDEM_MODELS");
+  if (arguments.models.empty() &&
+      (arguments.Asks("nut") || arguments.Asks("nut-tight") || arguments.Asks("pegs"))) {
+    Say("no nuts and no pegs: give the folder of models/factory with --models or TANDEM_MODELS");
   }
   int exit_code = kExitOk;
   ordered_json out = Measure(ContactModel::kRefined, arguments, exit_code);
@@ -154,7 +257,7 @@ int RunFidelity(FidelityArguments arguments) {
   const ordered_json plain = out["plain"];
   out.erase("plain");
   for (const auto& [name, figures] : out.items()) {
-    std::printf("%-22s refined %s\n%-22s plain   %s\n", name.c_str(), JsonText(figures).c_str(), "",
+    std::printf("%-24s refined %s\n%-24s plain   %s\n", name.c_str(), JsonText(figures).c_str(), "",
                 JsonText(plain[name]).c_str());
   }
   return exit_code;
@@ -167,7 +270,7 @@ void AddBenchFidelity(CLI::App& bench, int& exit_code) {
   CLI::App* command =
       bench.add_subcommand("fidelity", "How near contact comes to exact surfaces, in all models");
   command->add_option("--models", arguments->models,
-                      "folder that holds factory/, for the nut and the pegs");
+                      "folder that holds factory/, for the nuts and the pegs");
   command->add_option("--approaches", arguments->approaches, "of each body, for first forces")
       ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
@@ -177,7 +280,19 @@ void AddBenchFidelity(CLI::App& bench, int& exit_code) {
   command->add_option("--pegs", arguments->peg_seeds, "how many pegs are put in")
       ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
-  command->add_option("--nut-voxel", arguments->nut_voxel, "voxel size for the nut, metres")
+  command->add_option("--holds", arguments->holds, "how many close holds of a ball")
+      ->check(WholeNumberFrom(1, kMostHolds))
+      ->capture_default_str();
+  command
+      ->add_option("--clearance-tilts", arguments->clearance_tilts, "of planes, for the clearance")
+      ->check(WholeNumberFrom(1, 1000))
+      ->capture_default_str();
+  command
+      ->add_option("--contacts", arguments->contacts,
+                   "about how many pushes of nut and pegs to judge by exact geometry")
+      ->check(WholeNumberFrom(0, 100'000'000))
+      ->capture_default_str();
+  command->add_option("--nut-voxel", arguments->nut_voxel, "voxel size for the nuts, metres")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel))
       ->capture_default_str();
   command->add_option("--peg-voxel", arguments->peg_voxel, "voxel size for the pegs, metres")

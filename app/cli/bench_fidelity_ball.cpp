@@ -25,16 +25,16 @@ Result<std::shared_ptr<const WorldModel>> LoadBall(Scene scene, ContactModel con
 
 }  // namespace
 
-Result<BallFigures> MeasureBall(ContactModel contact, const std::filesystem::path& scene_file) {
+Result<BallFigures> MeasureBall(ContactModel contact, const std::filesystem::path& scene_file,
+                                double voxel) {
   const Result<Scene> scene = LoadScene(scene_file);
   if (!scene) return scene.error();
-  const auto loaded = LoadBall(*scene, contact, 0.00035);
+  const auto loaded = LoadBall(*scene, contact, voxel);
   if (!loaded) return loaded.error();
   const WorldModel& joint = **loaded;
-  const auto ball = static_cast<std::size_t>(
-      joint.body_index[static_cast<std::size_t>(scene->BodyNamed("ball"))]);
+  const auto ball = static_cast<std::size_t>(joint.BodyNamed("ball"));
   BallFigures figures;
-  figures.points_035 = joint.bodies[ball].points.size();
+  figures.points = joint.bodies[ball].points.size();
 
   // the hand presses the ball into the cup and turns it as fast as it goes
   World world(*loaded);
@@ -74,19 +74,22 @@ Result<BallFigures> MeasureBall(ContactModel contact, const std::filesystem::pat
     last = turn;
     inputs.hand.goal.X_WA = pressed(turned + 1.0);
     step(times);
-    const Vec3 apart = world.state(ball).X_WB.p - X_WB0.p;
-    figures.depth_max_voxels = std::max(figures.depth_max_voxels, apart.norm() / 0.00035);
     ++frames;
   }
   figures.turn_s = kFrame * frames;
   figures.frames = LengthsOf(times);
   figures.turn_1khz_s = kFrame * (frames + static_cast<double>(times.stats.missed()));
   figures.contacts_mean = contacts / frames;
-
-  const auto fine = LoadBall(*scene, contact, 0.00015);
-  if (!fine) return fine.error();
-  figures.points_015 = (*fine)->bodies[ball].points.size();
   return figures;
+}
+
+Result<std::size_t> CountBallPoints(ContactModel contact, const std::filesystem::path& scene_file,
+                                    double voxel) {
+  const Result<Scene> scene = LoadScene(scene_file);
+  if (!scene) return scene.error();
+  const auto loaded = LoadBall(*scene, contact, voxel);
+  if (!loaded) return loaded.error();
+  return (*loaded)->bodies[static_cast<std::size_t>((*loaded)->BodyNamed("ball"))].points.size();
 }
 
 }  // namespace tandem

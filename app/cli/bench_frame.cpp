@@ -235,6 +235,8 @@ int RunFrame(const FrameArguments& arguments) {
         {"missed", figures.missed},
         {"noise_p999_us", Us(figures.noise, 0.999)},
         {"tests_per_frame", figures.tests / count},
+        {"tests_owed_p50", figures.owed.Quantile(0.5)},
+        {"tests_owed_max", figures.owed.max()},
         {"drifted_per_frame", figures.drifted / count},
         {"looked_up_ns", prices.looked_up_ns},
         {"drifted_ns", prices.drifted_ns},
@@ -280,6 +282,9 @@ int RunFrame(const FrameArguments& arguments) {
     std::printf("  a point     looked up %.2f ns, drifted %.2f ns: %.1f times less\n",
                 prices.looked_up_ns, prices.drifted_ns, prices.looked_up_ns / prices.drifted_ns);
   }
+  std::printf("  owed        p50 %lld tests, max %lld tests in every frame\n",
+              static_cast<long long>(figures.owed.Quantile(0.5)),
+              static_cast<long long>(figures.owed.max()));
   std::printf("  MaxTravel   at its bound in %.2f %% of the frames\n", 100 * at_bound);
   std::printf("  violations  %zu in %.3g point-frames; %ld page faults\n",
               figures.violations + free.violations, figures.point_frames + free.point_frames,

@@ -1,6 +1,7 @@
 #include "app/cli/timed_frames.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -39,6 +40,13 @@ StepInputs InputsOf(const World& world, const Pose& X_BD, const FrameCapacity& c
                  .goal = {},
                  .gains = DefaultHandGains(world.model().bodies[0].inertia)};
   return inputs;
+}
+
+/// Point tests that all pairs owe in the next frame, however far it goes.
+std::int64_t OwedTests(const World& world) {
+  TestLoad load;
+  for (std::size_t pair = 0; pair < world.pair_count(); ++pair) load += world.pair(pair).load();
+  return std::llround(load.mandatory);
 }
 
 }  // namespace
@@ -99,6 +107,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         if (figures.frames >= kSizeEvery) figures.noise.Add(clock.ThreadCpuNs() - begin);
         figures.cpu.Add(cpu_ns);
         figures.helpers_cpu.Add(helpers_ns);
+        figures.owed.Add(OwedTests(world));
         if (cpu_ns > figures.worst_ns) {
           figures.worst_ns = cpu_ns;
           figures.worst = report;

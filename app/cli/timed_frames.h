@@ -19,7 +19,8 @@ inline constexpr int kWarmUp = 500;        // frames before anything counts
 /// What frames took, and what was done in them.
 struct FrameFigures {
   Histogram cpu, wall, noise;
-  Histogram helpers_cpu;                                              // of all helpers together
+  Histogram helpers_cpu;                       // of all helpers together
+  Histogram owed;                              // point tests that a frame leaves to the next one
   double contacts = 0, looks = 0, loaded = 0;  // sums over frames
   double tests = 0, drifted = 0, chunks = 0;
   std::int64_t frames = 0;

@@ -99,11 +99,26 @@ TEST(FineCylinder, KeepsFewOfItsEdgesWhenVoxelized) {
 
 TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
   const json told = Bench("frame --scene peg_in_slot --frames 1000 --capacity 100000 --passes 2");
-  ExpectNumbers(
-      told, {"/points", "/voxels", "/contacts", "/cpu_p50_us", "/cpu_p99_us", "/cpu_p999_us",
-             "/wall_p999_us", "/frames_over_1ms", "/missed", "/noise_p999_us", "/tests_per_frame",
-             "/travel_at_bound_share", "/violations", "/free_cpu_p99_us", "/looked_up_ns",
-             "/drifted_ns", "/back_to_back/cpu_p50_us", "/back_to_back/cpu_p999_us"});
+  ExpectNumbers(told, {"/points",
+                       "/voxels",
+                       "/contacts",
+                       "/cpu_p50_us",
+                       "/cpu_p99_us",
+                       "/cpu_p999_us",
+                       "/wall_p999_us",
+                       "/frames_over_1ms",
+                       "/missed",
+                       "/noise_p999_us",
+                       "/tests_per_frame",
+                       "/tests_owed_p50",
+                       "/tests_owed_max",
+                       "/travel_at_bound_share",
+                       "/violations",
+                       "/free_cpu_p99_us",
+                       "/looked_up_ns",
+                       "/drifted_ns",
+                       "/back_to_back/cpu_p50_us",
+                       "/back_to_back/cpu_p999_us"});
   EXPECT_EQ(told["frames"], 1000);
   EXPECT_EQ(told["violations"], 0);
   EXPECT_GT(told["contacts"], 0);
@@ -111,7 +126,8 @@ TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
 
 TEST(BenchCommand, MemorySaysBytesABandVoxel) {
   const json told = Bench("memory --scene peg_in_slot");
-  ExpectNumbers(told, {"/bytes_per_band_voxel", "/scenes/0/bytes_per_band_voxel_refined"});
+  ExpectNumbers(told, {"/bytes_per_band_voxel", "/scenes/0/bytes_per_band_voxel_refined",
+                       "/scenes/0/resident_bytes_per_band_voxel"});
   EXPECT_EQ(told["scenes"].size(), 1U);
 }
 
@@ -172,29 +188,61 @@ TEST(BenchCommand, FidelitySaysHowTrueContactOnPlanesIs) {
   EXPECT_TRUE(told["ball"].is_null());
 }
 
-// Ball, nut and pegs simulate many seconds: on demand.
+// Holds are of refined contact alone.
+TEST(BenchCommand, FidelitySaysWhetherHandsFeelRestAndTheClearanceThatTheyAskFor) {
+  const json told = Bench("fidelity --holds 2 --clearance-tilts 1 --only holds --only clearance");
+  ExpectNumbers(told,
+                {"/holds/count", "/holds/moving", "/holds/largest_force_step_N",
+                 "/holds/frame_cpu_p50_us", "/holds/dropped_frames", "/clearance/error_voxels_max",
+                 "/clearance/force_step_N", "/dropped_frames", "/frames_over_1ms"});
+  EXPECT_EQ(told["holds"]["count"], 2);
+  EXPECT_EQ(told["frames_over_1ms"], told["holds"]["frames_over_1ms"]);
+  EXPECT_TRUE(told["plain"]["holds"].is_null());
+  EXPECT_TRUE(told["plain"]["clearance"].is_null());
+  EXPECT_TRUE(told["plain"]["dropped_frames"].is_null());
+}
+
+const std::vector<std::string> kOfFrames{
+    "/frame_cpu_p50_us", "/frame_cpu_p99_us", "/frame_wall_p999_us",
+    "/frames_over_1ms",  "/missed",           "/dropped_frames"};
+
+/// `paths` under `top`, and what all parts tell of their frames.
+std::vector<std::string> OfPart(const std::string& top, std::vector<std::string> paths) {
+  paths.insert(paths.end(), kOfFrames.begin(), kOfFrames.end());
+  return Under(top, paths);
+}
+
+// Balls, nuts and pegs simulate many seconds: on demand.
 TEST(BenchCommand, FidelitySaysHowPartsGoTogether) {
   if (std::getenv("TANDEM_BENCHES") == nullptr) {
     GTEST_SKIP() << "runs when TANDEM_BENCHES is set";
   }
-  std::vector<std::string> paths{
-      "/ball/points_035",         "/ball/points_015",       "/ball/turn_s",
-      "/ball/contacts_mean",      "/ball/frame_cpu_p99_us", "/ball/turn_1khz_s",
-      "/ball/frame_wall_p999_us", "/ball/frames_over_1ms",  "/ball/missed"};
   const bool models = std::getenv("TANDEM_MODELS") != nullptr;
-  if (models) {
-    paths.insert(
-        paths.end(),
-        {"/nut/helix_error_mm", "/nut/frame_cpu_p50_us", "/nut/frame_cpu_p99_us",
-         "/pegs/inserted_share", "/pegs/buzz", "/pegs/frame_cpu_p50_us", "/pegs/frame_cpu_p99_us",
-         "/nut/frames_over_1ms", "/nut/missed", "/nut/frame_wall_p999_us", "/pegs/frames_over_1ms",
-         "/pegs/missed", "/pegs/frame_wall_p999_us"});
+  const json told = Bench(
+      "fidelity --pegs 3 --contacts 2000 --only ball --only ball-015 --only nut --only nut-tight "
+      "--only pegs");
+  ExpectNumbers(told, OfPart("/ball", {"/points_035", "/points_015", "/turn_s", "/contacts_mean",
+                                       "/turn_1khz_s"}));
+  ExpectNumbers(told,
+                OfPart("/ball_015", {"/points_015", "/turn_s", "/turn_1khz_s", "/contacts_mean"}));
+  EXPECT_EQ(told["ball"]["points_015"], told["ball_015"]["points_015"]);
+  ExpectNumbers(told, {"/dropped_frames", "/frames_over_1ms"});
+  if (!models) return;
+  EXPECT_TRUE(told["nut"]["axial_blocked"].is_boolean());
+  EXPECT_TRUE(told["plain"]["false_pushes"].is_null());
+  const std::vector<std::string> of_checks{"/wrench_error_N", "/wrench_error_held_back_N"};
+  for (const std::string model : {"", "/plain"}) {
+    ExpectNumbers(told, OfPart(model + "/nut", {"/helix_error_mm", "/largest_force_step_N"}));
+    ExpectNumbers(told,
+                  OfPart(model + "/nut_tight", {"/turned_deg", "/helix_error_mm", "/crossing_mm"}));
+    ExpectNumbers(told, OfPart(model + "/pegs", {"/inserted_share", "/buzz"}));
+    ExpectNumbers(told, Under(model, of_checks));
   }
-  const json told = Bench("fidelity --pegs 3 --only ball --only nut --only pegs");
-  ExpectNumbers(told, paths);
-  if (models) {
-    EXPECT_TRUE(told["nut"]["axial_blocked"].is_boolean());
-  }
+  ExpectNumbers(told, Under("/false_pushes", {"/contacts", "/farther_than_0_6_voxel",
+                                              "/askew_by_10_deg", "/share_of_force"}));
+  // as many as were asked for, about
+  EXPECT_GT(told["false_pushes"]["contacts"], 1000);
+  EXPECT_LT(told["false_pushes"]["contacts"], 3000);
 }
 
 TEST(BenchCommand, FidelityMeasuresWhatThereIs) {

@@ -1,0 +1,106 @@
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "app/cli/bench_fidelity.h"
+#include "app/cli/factory_scene.h"
+#include "app/cli/tilted_plate.h"
+#include "engine/base/check.h"
+#include "engine/contact/edge_contact.h"
+#include "engine/world/world_of_meshes.h"
+#include "scenes/shapes.h"
+
+namespace tandem {
+
+namespace {
+
+/// The gap of exact surfaces at which force begins as a body comes down, voxels. `expected`: about
+/// there.
+double FirstForceGap(Pressing& pressing, const Quat& q_WB, double expected) {
+  constexpr double kStep = 0.02;  // voxels
+  constexpr double kFar = 8;
+  constexpr int kFramesAway = 300;  // after which a clearance is as far as it goes
+  const auto pushes = [&](double gap) {
+    const Pose X_WB = pressing.At(q_WB, Vec3::Zero(), gap * kPlateVoxel);
+    return pressing.ForceAt(X_WB).dot(pressing.plate.normal) > 0;
+  };
+  for (int frame = 0; frame < kFramesAway; ++frame) pushes(kFar);
+  double above = expected + 2;
+  while (above > expected - 2 && !pushes(above - kStep)) above -= kStep;
+  double below = above - kStep;
+  for (int cut = 0; cut < 10; ++cut) {
+    const double middle = 0.5 * (above + below);
+    (pushes(middle) ? below : above) = middle;
+  }
+  return above;
+}
+
+/// The most that force begins nearer or farther than a displacement says, voxels.
+double LargestGapError(int tilts) {
+  constexpr int kSteps = 20;  // from the greatest displacement outward to the greatest inward
+  const double layer = DefaultForceLayer(ContactModel::kRefined);
+  std::mt19937_64 random(14);
+  double largest = 0;
+  for (int tilt = 0; tilt < tilts; ++tilt) {
+    const TiltedPlate plate(ContactModel::kRefined, random);
+    for (const Approaching body : {Approaching::kSphere, Approaching::kBox}) {
+      Pressing pressing(ContactModel::kRefined, body, plate, random);
+      const double most = pressing.pair->clearance_bounds().most_displacement;
+      for (int step = 0; step <= kSteps; ++step) {
+        const double displacement = most * (2.0 * step / kSteps - 1.0);
+        pressing.pair->SetClearance({layer, displacement});
+        const double expected = kRefinedClearance - displacement / kPlateVoxel;
+        const double gap = FirstForceGap(pressing, DrawnRotation(random), expected);
+        largest = std::max(largest, std::abs(gap - expected));
+      }
+    }
+  }
+  return largest;
+}
+
+/// The largest change of the hand's force from frame to frame, N, while the displacement of a box
+/// that it presses onto a plate goes from end to end. Both are turned.
+double LargestStepOfHand(const Quat& turn) {
+  constexpr int kSettling = 1500;
+  constexpr int kChanging = 400;  // longer than from end to end at kClearancePace
+  const auto turned = [&turn](const TriangleMesh& mesh) {
+    return Transformed(mesh, {turn, Vec3::Zero()});
+  };
+  const auto made = WorldOfMeshes(
+      {{.mesh_W = turned(Box(Vec3(-0.04, -0.04, -0.01), Vec3(0.04, 0.04, 0))), .fixed = true},
+       {.mesh_W = turned(Box(Vec3(-0.008, -0.006, 0.005), Vec3(0.008, 0.006, 0.015)))}},
+      kPlateVoxel, ContactModel::kRefined);
+  TANDEM_CHECK(made.has_value());
+  World world(*made);
+  StepInputs inputs = HandInputs(**made);
+  inputs.hand.goal.X_WA = {(*made)->bodies[0].X_WB0.q, -0.001 * (turn * Vec3::UnitZ())};
+  TimesOfFrames times;
+  Vec3 force = Vec3::Zero();
+  const auto step = [&] {
+    const Vec3 before = force;
+    force = TimedStep(world, inputs, times).report.hand_B_W.f;
+    return (force - before).norm();
+  };
+  for (int frame = 0; frame < kSettling; ++frame) step();
+  const double most = world.pair(0).clearance_bounds().most_displacement;
+  double largest = 0;
+  for (const double displacement : {-most, most, 0.0}) {
+    inputs.clearance.displacement = displacement;
+    for (int frame = 0; frame < kChanging; ++frame) largest = std::max(largest, step());
+  }
+  return largest;
+}
+
+}  // namespace
+
+ClearanceFigures MeasureClearance(int tilts) {
+  std::mt19937_64 random(15);
+  ClearanceFigures figures{.error_voxels_max = LargestGapError(tilts)};
+  for (int tilt = 0; tilt < tilts; ++tilt) {
+    const Quat turn = tilt == 0 ? Quat::Identity() : DrawnRotation(random);
+    figures.force_step = std::max(figures.force_step, LargestStepOfHand(turn));
+  }
+  return figures;
+}
+
+}  // namespace tandem

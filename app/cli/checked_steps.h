@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "app/cli/bench_fidelity.h"
+#include "app/cli/push_judge.h"
+
+namespace tandem {
+
+/// Steps a world whose first body a hand holds, and checks what contact does to it: the wrench that
+/// is reported against the change of momentum, and pushes of refined contact against exact
+/// geometry.
+class CheckedSteps {
+ public:
+  /// Judges about so many contacts, if there are as many, in as many frames; 0: none.
+  CheckedSteps(const WorldModel& model, std::size_t contacts, std::size_t frames);
+
+  /// One frame, timed without its checks.
+  TimedFrame Step(World& world, const StepInputs& inputs, TimesOfFrames& times);
+
+  /// Of all frames so far. Pushes are judged here, so that frames have the caches to themselves.
+  ContactChecks Checks();
+
+ private:
+  struct Push {
+    Vec3 p_W;
+    Vec3 nhat_W;
+    Pose X_WB;
+    double force;  // N
+  };
+  void KeepPushes(const World& world, const Pose& X_WB);
+
+  double contacts_a_frame_;
+  std::unique_ptr<PushJudge> judge_;  // null: no pushes are judged
+  std::size_t frame_ = 0;
+  std::vector<Push> pushes_;
+  ContactChecks checks_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <random>
+
+#include "app/cli/bench_fidelity.h"
+#include "engine/contact/body_pair.h"
+
+namespace tandem {
+
+inline constexpr double kPlateVoxel = 0.001;  // m; figures of plates are in voxels
+
+/// A uniform one.
+Quat DrawnRotation(std::mt19937_64& random);
+
+/// A plate whose upper face is a plane of a random tilt, as a body that others meet.
+struct TiltedPlate {
+  TiltedPlate(ContactModel contact, std::mt19937_64& random);
+
+  Quat q;
+  Vec3 normal;
+  Vec3 place;  // on the face, m
+  Voxmap voxmap;
+  BodySurface surface;  // in its place, in the refined model
+};
+
+/// A body over a plate, its points made at a random attitude to the grid. It is convex, so its
+/// exact gap to the plane is a vertex's.
+struct Pressing {
+  Pressing(ContactModel contact, Approaching body, const TiltedPlate& on, std::mt19937_64& random);
+
+  /// The body's pose with that exact gap (m), beside the face's middle by `along`.
+  Pose At(const Quat& q_WB, const Vec3& along, double gap) const;
+  Vec3 ForceAt(const Pose& X_WB);
+  /// Voxels, over the contacts of the last force.
+  double MeanDepth() const;
+
+  const TiltedPlate& plate;
+  TriangleMesh mesh_B;
+  Pointshell shell;
+  BodySurface surface;  // in its place, in the refined model
+  std::unique_ptr<BodyPair> pair;
+};
+
+}  // namespace tandem

@@ -1,0 +1,70 @@
+#include "engine/world/world_of_meshes.h"
+
+#include <optional>
+#include <utility>
+
+#include "engine/geometry/mass_properties.h"
+
+namespace tandem {
+
+namespace {
+
+std::optional<Error> MakeBody(const Scene& scene, const MeshBody& body, BodyModel& model) {
+  const MassProperties mass = ComputeMassProperties(body.mesh_W);
+  model.X_WB0.p = mass.p_MBo;
+  model.inertia = {body.mass, body.mass * mass.unit_inertia};
+  Result<Pointshell> points = MakePoints(scene, body.mesh_W, model.X_WB0, 0);
+  if (!points) return points.error();
+  model.points = std::move(*points);
+  if (std::optional<Error> fault = MakeMap(scene, body.mesh_W, model.voxmap)) return fault;
+  model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
+  if (scene.contact != ContactModel::kRefined) return std::nullopt;
+  Result<BodySurface> surface = MakeSurface(scene, body.mesh_W, model.X_WB0);
+  if (!surface) return surface.error();
+  model.surface = std::move(*surface);
+  return std::nullopt;
+}
+
+std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world) {
+  world.has_fixture = true;
+  if (std::optional<Error> fault = MakeMap(world.scene, mesh_W, world.fixture)) return fault;
+  if (world.scene.contact != ContactModel::kRefined) return std::nullopt;
+  Result<BodySurface> surface = MakeSurface(world.scene, mesh_W, Pose{});
+  if (!surface) return surface.error();
+  world.fixture_surface = std::move(*surface);
+  world.fixture_surface.radius = 0;
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const WorldModel>> WorldOfMeshes(const std::vector<MeshBody>& bodies,
+                                                        double voxel_size, ContactModel contact) {
+  auto world = std::make_shared<WorldModel>();
+  world->scene.name = "made in code";
+  world->scene.file = "nowhere.json";
+  world->scene.voxel_size = voxel_size;
+  world->scene.contact = contact;
+  world->scene.force_layer = DefaultForceLayer(contact);
+  TriangleMesh fixture;
+  for (const MeshBody& body : bodies) {
+    world->scene.bodies.emplace_back().fixed = body.fixed;
+    world->meshes_W.push_back(body.mesh_W);
+    if (body.fixed) {
+      world->body_index.push_back(-1);
+      Append(fixture, body.mesh_W);
+      continue;
+    }
+    BodyModel model;
+    if (std::optional<Error> fault = MakeBody(world->scene, body, model)) return *fault;
+    world->object.push_back(static_cast<std::uint32_t>(world->body_index.size()));
+    world->body_index.push_back(static_cast<int>(world->bodies.size()));
+    world->bodies.push_back(std::move(model));
+  }
+  if (!fixture.triangles.empty()) {
+    if (std::optional<Error> fault = MakeFixture(fixture, *world)) return *fault;
+  }
+  return std::shared_ptr<const WorldModel>(std::move(world));
+}
+
+}  // namespace tandem

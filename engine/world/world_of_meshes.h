@@ -1,0 +1,22 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/world/world_model.h"
+
+namespace tandem {
+
+/// A body of a world that is made in code, with no files.
+struct MeshBody {
+  TriangleMesh mesh_W;  // where it stands at first
+  bool fixed = false;
+  double mass = 0.3;  // kg, of a moving one
+};
+
+/// What LoadWorld() makes of a scene with the default force layer, from meshes that are closed.
+/// `voxel_size` in metres. An error says what cannot be voxelized.
+Result<std::shared_ptr<const WorldModel>> WorldOfMeshes(const std::vector<MeshBody>& bodies,
+                                                        double voxel_size, ContactModel contact);
+
+}  // namespace tandem
