@@ -128,39 +128,46 @@ FieldGradient DistanceField::Look(const Vec3& place_V, bool with_gradient) const
 Vec3 DistanceField::GradientAt(const FieldBrick& brick, const Cell& cell,
                                const Vec3& place_L) const {
   const std::uint8_t* steps = &steps_[brick.steps];
+  const std::array<std::size_t, 3> low{InBrick(cell.cell.x), InBrick(cell.cell.y),
+                                       InBrick(cell.cell.z)};
+  std::array<double, 8> corners;
+  for (std::size_t i = 0; i < 8; ++i) {
+    corners[i] =
+        NodeValue(brick, steps, low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2));
+  }
   Vec3 gradient;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::size_t u = (axis + 1) % 3;
     const std::size_t v = (axis + 2) % 3;
     const auto a = static_cast<Eigen::Index>(axis);
-    // the two distances whose middles the place lies between meet at the nearest node
+    // the two distances whose middles the place lies between meet at the nearest node: one is the
+    // cell's own, the other is to the node beyond
     const auto nearest = static_cast<std::int32_t>(std::floor(place_L[a] + 0.5));
     const double share = place_L[a] - nearest + 0.5;
-    const std::int32_t brick_begin = Axis(cell.cell, axis) & ~(kBrickCells - 1);
+    const bool upper = nearest != Axis(cell.cell, axis);
+    const std::int32_t beyond = static_cast<std::int32_t>(low[axis]) + (upper ? 2 : -1);
+    const bool in_brick = beyond >= 0 && beyond <= kBrickCells;
     std::array<double, 4> slopes;
     for (std::size_t i = 0; i < 4; ++i) {
-      GridIndex node = Shifted(Shifted(cell.cell, u, i & 1), v, static_cast<std::int32_t>(i >> 1));
-      const std::array<std::size_t, 3> in_brick{
-          static_cast<std::size_t>(node.x - (cell.cell.x & ~(kBrickCells - 1))),
-          static_cast<std::size_t>(node.y - (cell.cell.y & ~(kBrickCells - 1))),
-          static_cast<std::size_t>(node.z - (cell.cell.z & ~(kBrickCells - 1)))};
-      node = Shifted(node, axis, nearest - Axis(node, axis));
-      const auto value = [&](std::int32_t by) -> std::optional<double> {
-        const std::int32_t along = nearest + by - brick_begin;
-        if (along < 0 || along > kBrickCells) {
-          return NodeBeyond(Shifted(node, axis, by), cell.cell);
+      const std::size_t corner = (i & 1) << u | (i >> 1) << v;
+      const double own = corners[corner | std::size_t{1} << axis] - corners[corner];
+      std::array<std::size_t, 3> at{low[0] + (corner & 1), low[1] + (corner >> 1 & 1),
+                                    low[2] + (corner >> 2)};
+      double outer = own;  // one side of the outermost node is enough where the band ends
+      const double node = upper ? corners[corner | std::size_t{1} << axis] : corners[corner];
+      if (in_brick) {
+        at[axis] = static_cast<std::size_t>(beyond);
+        const double value = NodeValue(brick, steps, at[0], at[1], at[2]);
+        outer = upper ? value - node : node - value;
+      } else {
+        GridIndex there = Shifted(Shifted(cell.cell, u, static_cast<std::int32_t>(i & 1)), v,
+                                  static_cast<std::int32_t>(i >> 1));
+        there = Shifted(there, axis, upper ? 2 : -1);
+        if (const std::optional<double> value = NodeBeyond(there, cell.cell)) {
+          outer = upper ? *value - node : node - *value;
         }
-        std::array<std::size_t, 3> at = in_brick;
-        at[axis] = static_cast<std::size_t>(along);
-        return NodeValue(brick, steps, at[0], at[1], at[2]);
-      };
-      const double middle = *value(0);
-      const std::optional<double> before = value(-1);
-      const std::optional<double> after = value(1);
-      // one side of the outermost node is enough where the band ends
-      const double below = before ? middle - *before : *after - middle;
-      const double above = after ? *after - middle : middle - *before;
-      slopes[i] = Between(below, above, share);
+      }
+      slopes[i] = upper ? Between(own, outer, share) : Between(outer, own, share);
     }
     gradient[a] = OnSquare(slopes, cell.from[static_cast<Eigen::Index>(u)],
                            cell.from[static_cast<Eigen::Index>(v)]);
