@@ -149,6 +149,7 @@ TEST(Options, ZeroIsTakenWhereItMeansSomething) {
                                     "--device-core",
                                     "--recentre",
                                     "bench device --busy",
+                                    "bench fidelity --contacts",
                                     "--delay-ms",
                                     "--delays-ms",
                                     "--domain",
