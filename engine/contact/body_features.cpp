@@ -16,10 +16,15 @@ constexpr std::size_t kMostBlocks = 64;
 /// distance alone.
 constexpr float kSharpEdge = 0.985F;
 
+/// As std::floor(), which calls a library where the compiler may not take an instruction for
+/// granted.
+std::int32_t RoundedDown(double x) {
+  const auto cut = static_cast<std::int32_t>(x);
+  return x < cut ? cut - 1 : cut;
+}
+
 GridIndex VoxelOf(const Vec3& place) {
-  return {static_cast<std::int32_t>(std::floor(place.x())),
-          static_cast<std::int32_t>(std::floor(place.y())),
-          static_cast<std::int32_t>(std::floor(place.z()))};
+  return {RoundedDown(place.x()), RoundedDown(place.y()), RoundedDown(place.z())};
 }
 
 /// A point with its place in V and its place in the order of blocks.

@@ -164,13 +164,13 @@ void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept 
     const GridIndex& middle = features_->blocks()[b].middle;
     const BodyFeatures::Lanes& lanes = features_->lanes(b);
     const Vec3 place = R_VF_ * Vec3(middle.x, middle.y, middle.z) + p_VF_;
-    const Vec3 base = place.array().floor();
+    const GridIndex base{static_cast<std::int32_t>(place.x()), static_cast<std::int32_t>(place.y()),
+                         static_cast<std::int32_t>(place.z())};
     blocks[i].places_F = {lanes.x.data(), lanes.y.data(), lanes.z.data()};
-    blocks[i].base = {static_cast<std::int32_t>(base.x()), static_cast<std::int32_t>(base.y()),
-                      static_cast<std::int32_t>(base.z())};
-    blocks[i].from_base = {static_cast<float>(place.x() - base.x()),
-                           static_cast<float>(place.y() - base.y()),
-                           static_cast<float>(place.z() - base.z())};
+    blocks[i].base = base;
+    blocks[i].from_base = {static_cast<float>(place.x() - base.x),
+                           static_cast<float>(place.y() - base.y),
+                           static_cast<float>(place.z() - base.z)};
   }
   field_->ReadBlocks(rows_, static_cast<float>(reach_), std::span(blocks).first(which.size()),
                      values.data(), readings.data());

@@ -55,10 +55,11 @@ double DistanceField::Interpolated(const FieldBrick& brick, const Cell& cell) co
 }
 
 DistanceField::Cell DistanceField::CellOf(const Vec3& place_L) {
-  const Vec3 floor(std::floor(place_L.x()), std::floor(place_L.y()), std::floor(place_L.z()));
-  return {{static_cast<std::int32_t>(floor.x()), static_cast<std::int32_t>(floor.y()),
-           static_cast<std::int32_t>(floor.z())},
-          place_L - floor};
+  // no place is below 0, so that to cut off is to round down
+  const GridIndex cell{static_cast<std::int32_t>(place_L.x()),
+                       static_cast<std::int32_t>(place_L.y()),
+                       static_cast<std::int32_t>(place_L.z())};
+  return {cell, place_L - Vec3(cell.x, cell.y, cell.z)};
 }
 
 std::int32_t DistanceField::EntryOf(const GridIndex& cell) const noexcept {
@@ -142,9 +143,8 @@ Vec3 DistanceField::GradientAt(const FieldBrick& brick, const Cell& cell,
     const auto a = static_cast<Eigen::Index>(axis);
     // the two distances whose middles the place lies between meet at the nearest node: one is the
     // cell's own, the other is to the node beyond
-    const auto nearest = static_cast<std::int32_t>(std::floor(place_L[a] + 0.5));
-    const double share = place_L[a] - nearest + 0.5;
-    const bool upper = nearest != Axis(cell.cell, axis);
+    const bool upper = cell.from[a] >= 0.5;
+    const double share = place_L[a] - (Axis(cell.cell, axis) + (upper ? 1 : 0)) + 0.5;
     const std::int32_t beyond = static_cast<std::int32_t>(low[axis]) + (upper ? 2 : -1);
     const bool in_brick = beyond >= 0 && beyond <= kBrickCells;
     std::array<double, 4> slopes;
