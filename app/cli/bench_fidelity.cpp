@@ -42,7 +42,7 @@ constexpr std::array<const char*, 9> kFigures{
 constexpr double kBallVoxel = 0.00035;  // m
 constexpr double kFineBallVoxel = 0.00015;
 
-/// What the parts that are measured come to together.
+/// Sums over the parts that are measured.
 struct Together {
   int parts = 0;
   std::uint64_t dropped = 0;
@@ -77,7 +77,7 @@ ordered_json With(ordered_json out, const FrameLengths& frames) {
   return out;
 }
 
-/// What cannot be measured is said, and is null.
+/// Says why a part cannot be measured, and gives null for it.
 ordered_json Unmeasured(const Error& error, int& exit_code) {
   exit_code = Fail(kExitFile, error.what);
   return nullptr;

@@ -64,7 +64,7 @@ struct TimedFrame {
 };
 TimedFrame TimedStep(World& world, const StepInputs& inputs, TimesOfFrames& times);
 
-/// What contact does, checked by what shares no code with it (CheckedSteps).
+/// How contact stands against judges that share no code with it (CheckedSteps).
 struct ContactChecks {
   FalsePushes pushes;
   /// The largest difference of any frame between the contact force that is reported and what the

@@ -13,7 +13,7 @@ namespace tandem {
 
 namespace {
 
-/// What of a signal of 1 kHz lies above 20 Hz: Butterworth's filter of second order.
+/// Passes what lies above 20 Hz in a signal of 1 kHz: Butterworth's filter of second order.
 class HighPass {
  public:
   double operator()(double x) {

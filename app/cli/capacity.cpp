@@ -54,7 +54,7 @@ double TimeShared(std::size_t points, const Test& test) {
   return 1e-9 * *middle / static_cast<double>(points);
 }
 
-/// Of a frame of the plain model, by tests of the largest pointshell's blocks.
+/// Measures a frame of the plain model, by tests of the largest pointshell's blocks.
 FrameCapacity OfPoints(const WorldModel& world, double seconds, FrameHelpers* helpers) {
   const auto largest = std::ranges::max_element(world.bodies, {}, [](const BodyModel& body) {
     return body.points.size();
@@ -85,8 +85,8 @@ FrameCapacity OfPoints(const WorldModel& world, double seconds, FrameHelpers* he
   return {.tests = std::max(1000.0, seconds / test_s)};
 }
 
-/// Of a frame of the refined model, by look-ups of a body's features in its own field, where all
-/// are near.
+/// Measures a frame of the refined model, by look-ups of a body's features in its own field, where
+/// all are near.
 FrameCapacity OfFeatures(const WorldModel& world, double seconds, FrameHelpers* helpers) {
   const auto largest = std::ranges::max_element(world.bodies, {}, [](const BodyModel& body) {
     return body.surface.features.point_count();

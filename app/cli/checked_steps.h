@@ -20,7 +20,8 @@ class CheckedSteps {
   /// One frame, timed without its checks.
   TimedFrame Step(World& world, const StepInputs& inputs, TimesOfFrames& times);
 
-  /// Of all frames so far. Pushes are judged here, so that frames have the caches to themselves.
+  /// Gives the checks of all frames so far. It judges pushes here, so that frames have the caches
+  /// to themselves.
   ContactChecks Checks();
 
  private:

@@ -43,7 +43,7 @@ class LargerClearance {
   bool begun_ = false;
 };
 
-/// What every replay needs.
+/// A recording and its hand, as every replay needs them.
 struct RecordedHand {
   std::filesystem::path file;
   std::shared_ptr<const WorldModel> model;

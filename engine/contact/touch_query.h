@@ -20,9 +20,8 @@ class TouchQuery {
 
   /// Voxels: surfaces that are as near as this touch. It is what a field may err by.
   static constexpr double kTouching = 0.02;
-  /// A place of one body's features that touches the other or is in it, p_W; nothing: they do not
-  /// touch. Features are the mesh's own, so that a part whose faces alone are beneath the other's
-  /// smooth faces is found by the vertices there. Does not allocate.
+  /// Gives a place (p_W) of one body's features that touches the other or lies in it; nothing: they
+  /// do not touch. Does not allocate.
   std::optional<Vec3> Find(const Pose& X_WA, const Pose& X_WB) noexcept;
   /// The next answer begins anew.
   void Forget() noexcept { witness_.reset(); }
