@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -40,6 +41,7 @@ class DueCalendar {
     for (Ring& ring : rings_) {
       ring.heads.fill(kNone);
       ring.counts.fill(0);
+      ring.filled.fill(0);
     }
   }
 
@@ -61,14 +63,14 @@ class DueCalendar {
     const double most = kRings.back() * radius_;
     const double scaled = out > most ? ahead * most / out : ahead;
     const double way = scaled > kFarthest ? kFarthest * ShareOfWay(item) : std::max(scaled, 0.0);
-    const auto at = static_cast<std::uint64_t>((ring.odometer + way) * kPerVoxel);
-    const std::size_t bucket = std::max(at, ring.now) % kBuckets;
+    const std::size_t bucket = std::max(BucketAt(ring.odometer + way), ring.now) % kBuckets;
     slot_[item] = static_cast<std::uint16_t>(r * kBuckets + bucket);
     before_[item] = kNone;
     next_[item] = ring.heads[bucket];
     if (next_[item] != kNone) before_[next_[item]] = item;
     ring.heads[bucket] = item;
     ++ring.counts[bucket];
+    ring.filled[bucket / 64] |= std::uint64_t{1} << bucket % 64;
   }
   void Remove(std::uint32_t item) noexcept {
     if (slot_[item] == kOut) return;
@@ -81,7 +83,7 @@ class DueCalendar {
     }
     if (next_[item] != kNone) before_[next_[item]] = before_[item];
     slot_[item] = kOut;
-    --ring.counts[bucket];
+    if (--ring.counts[bucket] == 0) ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
   }
 
   /// Goes on by a motion, and by so many voxels more for all, and takes out what is due:
@@ -100,7 +102,7 @@ class DueCalendar {
       Ring& ring = rings_[r];
       // half the calendar at the most: what is put in again is not taken at once
       const double most = std::min(ahead * Farther(r), 0.5 * kFarthest);
-      const auto last = static_cast<std::uint64_t>((ring.odometer + most) * kPerVoxel);
+      const std::uint64_t last = BucketAt(ring.odometer + most);
       for (std::uint64_t at = ring.now; at <= last; ++at) Empty(ring, at % kBuckets, visit);
     }
   }
@@ -120,13 +122,10 @@ class DueCalendar {
     double least = kFarthest;
     for (std::size_t r = 0; r < kRings.size(); ++r) {
       const Ring& ring = rings_[r];
-      const auto most = static_cast<std::size_t>(least * kPerVoxel * Farther(r)) + 1;
-      for (std::size_t k = 0; k < std::min(most, kBuckets); ++k) {
-        if (ring.counts[(ring.now + k) % kBuckets] == 0) continue;
-        const double way = static_cast<double>(ring.now + k) / kPerVoxel - ring.odometer;
-        least = std::min(least, std::max(0.0, way) / Farther(r));
-        break;
-      }
+      const std::size_t ahead = FirstFilled(ring);
+      if (ahead == kBuckets) continue;
+      const double way = static_cast<double>(ring.now + ahead) / kPerVoxel - ring.odometer;
+      least = std::min(least, std::max(0.0, way) / Farther(r));
     }
     return least;
   }
@@ -140,7 +139,29 @@ class DueCalendar {
     std::uint64_t now = 0;  // its bucket
     std::array<std::uint32_t, kBuckets> heads;
     std::array<std::uint32_t, kBuckets> counts;
+    std::array<std::uint64_t, kBuckets / 64> filled;  // a bit for each bucket with items
   };
+
+  /// The number of the bucket of an odometer's reading. Over a signed number, which processors
+  /// convert to at once.
+  static constexpr std::uint64_t BucketAt(double voxels) noexcept {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(voxels * kPerVoxel));
+  }
+  /// How many buckets ahead the first one with items is; kBuckets: there is none.
+  static std::size_t FirstFilled(const Ring& ring) noexcept {
+    const std::size_t first = ring.now % kBuckets;
+    constexpr std::size_t kWords = kBuckets / 64;
+    // the word of now is looked at twice, its bits before now at the end
+    for (std::size_t k = 0; k <= kWords; ++k) {
+      const std::size_t word = (first / 64 + k) % kWords;
+      std::uint64_t bits = ring.filled[word];
+      if (k == 0) bits &= ~std::uint64_t{0} << first % 64;
+      if (bits == 0) continue;
+      const std::size_t bucket = 64 * word + static_cast<std::size_t>(std::countr_zero(bits));
+      return (bucket + kBuckets - first) % kBuckets;
+    }
+    return kBuckets;
+  }
 
   /// From a half to 1, scattered.
   static constexpr double ShareOfWay(std::uint32_t item) noexcept {
@@ -153,7 +174,7 @@ class DueCalendar {
   void Go(Ring& ring, double voxels, const Visit& visit) noexcept {
     const std::uint64_t first = ring.now;
     if (std::isfinite(voxels)) ring.odometer += voxels;
-    ring.now = static_cast<std::uint64_t>(ring.odometer * kPerVoxel);
+    ring.now = BucketAt(ring.odometer);
     const bool all = !std::isfinite(voxels) || ring.now - first >= kBuckets;
     const std::uint64_t last = all ? first + kBuckets - 1 : ring.now;
     for (std::uint64_t at = first; at <= last; ++at) {
@@ -165,6 +186,7 @@ class DueCalendar {
     std::uint32_t item = ring.heads[bucket];
     ring.heads[bucket] = kNone;
     ring.counts[bucket] = 0;
+    ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
     while (item != kNone) {
       const std::uint32_t next = next_[item];
       slot_[item] = kOut;
