@@ -9,7 +9,7 @@ namespace tandem {
 namespace {
 
 /// Voxels: the widest that a block's points lie apart along an axis.
-constexpr double kBlockSide = 8;
+constexpr double kBlockSide = 16;
 constexpr int kChunkBits = 5;  // chunks lie in cubes of 32 voxels
 constexpr std::size_t kMostBlocks = 64;
 /// As FeatureNormals::edge_cosines: an edge whose faces turn by less than 20 degrees is met by its
