@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "engine/geometry/closest_on_triangle.h"
 #include "engine/geometry/tree_pair.h"
 
 namespace tandem {
@@ -19,10 +21,28 @@ GridIndex VoxelAt(const Vec3& p_in_voxels) {
           static_cast<std::int32_t>(std::floor(p_in_voxels.z()))};
 }
 
+/// The place on a mesh that is nearest to another.
+Vec3 ClosestTo(const MeshTree& mesh, const Vec3& place) noexcept {
+  double least = std::numeric_limits<double>::infinity();
+  Vec3 closest = place;
+  VisitNearLeaves(mesh.tree, place, least, [&](const BoxTree::Node& leaf) {
+    for (std::uint32_t k = leaf.first; k < leaf.first + leaf.count; ++k) {
+      const auto& [a, b, c] = mesh.triangles[k];
+      const Vec3 point = ClosestOnTriangle(a, b, c, place).point;
+      const double squared = (point - place).squaredNorm();
+      if (squared >= least) continue;
+      least = squared;
+      closest = point;
+    }
+    return least;
+  });
+  return closest;
+}
+
 }  // namespace
 
 ProximityShape::ProximityShape(const TriangleMesh& mesh_W, Voxmap map)
-    : voxmap(std::move(map)), surface(voxmap), mesh(mesh_W) {}
+    : voxmap(std::move(map)), surface(voxmap), mesh(mesh_W), winding(mesh_W) {}
 
 ProximityPair::ProximityPair(const ProximityShape& a, const ProximityShape& b)
     : a_(&a), b_(&b), in_shadow_(b.surface.chunks().size()) {
@@ -115,7 +135,8 @@ ProximityPair::VoxelPair ProximityPair::NearestVoxels(const TurnedFrame& X_BA) n
   return best;
 }
 
-bool ProximityPair::EntersInterior(const TurnedFrame& X_BA) noexcept {
+template <class Visit>
+bool ProximityPair::AnyInside(const TurnedFrame& X_BA, const Visit& visit) noexcept {
   const Voxmap& map = b_->voxmap;
   if (map.empty()) return false;
   const double per_m = 1.0 / map.voxel_size();
@@ -129,11 +150,22 @@ bool ProximityPair::EntersInterior(const TurnedFrame& X_BA) noexcept {
     if (map.ChunkValue(VoxelAt(middle) >> 3) > kSurfaceMark + reach) continue;
     Load(c, X_BA);
     for (std::size_t i = 0; i < count_; ++i) {
-      const Vec3 p = (middle_B_ + Vec3(x_[i], y_[i], z_[i])) * per_m - origin;
-      if (map.Value(Field::kSurface, VoxelAt(p)) == kInteriorMark) return true;
+      const Vec3 centre = middle_B_ + Vec3(x_[i], y_[i], z_[i]);
+      const GridIndex voxel = VoxelAt(centre * per_m - origin);
+      if (map.Value(Field::kSurface, voxel) == kInteriorMark && visit(centre)) return true;
     }
   }
   return false;
+}
+
+bool ProximityPair::Enters(const Pose& X_BA, double apart) noexcept {
+  // a voxel's centre is within half a diagonal of a place of A's surface: between the two no
+  // surface of B can be that is farther from A's
+  const double shallow = kHalfDiagonal * a_->surface.voxel_size();
+  const Pose X_AB = X_BA.Inverse();
+  return AnyInside(TurnedFrame(X_BA), [&](const Vec3& centre_B) {
+    return apart > shallow || b_->winding->At(X_BA * ClosestTo(a_->mesh, X_AB * centre_B)) >= 0.5;
+  });
 }
 
 Nearness ProximityPair::Nearest(const Pose& X_BA, const NearestOptions& options) noexcept {
@@ -149,7 +181,6 @@ Nearness ProximityPair::Nearest(const Pose& X_BA, const NearestOptions& options)
   near.most = voxels.distance + slack;
   near.p_BA = voxels.p_BA;
   near.p_BB = voxels.p_BB;
-  near.overlap = EntersInterior(turned);
 
   if (options.refine) {
     const ClosestPoints exact = FindClosestPoints(a_->mesh, X_BA, b_->mesh,
@@ -164,21 +195,18 @@ Nearness ProximityPair::Nearest(const Pose& X_BA, const NearestOptions& options)
       near.distance = std::min(exact.distance, near.least + slack);
       near.p_BA = exact.p_BA;
       near.p_BB = exact.p_BB;
-      near.overlap = near.overlap || exact.distance <= 0;
+      near.overlap = exact.distance <= 0;
     }
   }
+  near.overlap = near.overlap || Enters(X_BA, near.least);
   const Vec3 apart = near.p_BA - near.p_BB;
   const bool beyond = voxels.distance > b_->voxmap.range() * b_->voxmap.voxel_size();
   const bool by_points = (near.refined || beyond) && !near.overlap && apart.norm() > 0;
   near.gradient_B = by_points ? Vec3(apart.normalized()) : VoxelGradient(*b_, near.p_BA);
   if (near.overlap) {
-    // a centre inside B is within half a diagonal of A's surface: either that is inside too, or as
-    // near to B's surface
-    const double shallow = kHalfDiagonal * a_->surface.voxel_size();
-    const bool sure = near.least > shallow || near.distance <= 0;
     near.distance = 0;
     near.least = 0;
-    near.most = sure ? 0 : std::min(shallow, near.most);
+    near.most = 0;
   }
   return near;
 }

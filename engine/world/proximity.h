@@ -3,11 +3,13 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "engine/geometry/mesh_tree.h"
 #include "engine/geometry/tree_pair.h"
+#include "engine/geometry/winding_number.h"
 #include "engine/voxel/voxmap.h"
 #include "engine/world/surface_tree.h"
 
@@ -27,6 +29,7 @@ struct ProximityShape {
   Voxmap voxmap;
   SurfaceTree surface;
   MeshTree mesh;
+  std::optional<WindingNumber> winding;
 };
 
 /// The distance (m) of each point from the surface, read from the surface field between the centres
@@ -108,7 +111,12 @@ class ProximityPair {
   /// Square of the distance from an offset to the nearest loaded point.
   float LeastSquared(const Eigen::Vector3f& offset) const noexcept;
   VoxelPair NearestVoxels(const TurnedFrame& X_BA) noexcept;
-  bool EntersInterior(const TurnedFrame& X_BA) noexcept;
+  /// Tells whether A's surface enters B, given that it is farther than `apart` (m) from B's.
+  bool Enters(const Pose& X_BA, double apart) noexcept;
+  /// Calls visit(centre in B), until it is true, of A's surface voxels whose centres are in voxels
+  /// inside B; tells whether it was.
+  template <class Visit>
+  bool AnyInside(const TurnedFrame& X_BA, const Visit& visit) noexcept;
 
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 

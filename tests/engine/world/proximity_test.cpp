@@ -205,6 +205,42 @@ TEST(ProximityPair, SaysZeroWhereSurfacesCrossAndWhereABodyLiesWithinAnother) {
   EXPECT_NEAR(pair.Nearest({Quat::Identity(), Vec3(0.036, 0, 0)}).distance, 0.001, 1e-9);
 }
 
+// Voxels of the one reach into the other there, and say nothing of the surfaces.
+TEST(ProximityPair, BodiesAFractionOfAVoxelApartDoNotOverlap) {
+  std::mt19937_64 random(8);
+  const TriangleMesh box = Box(Vec3(0.02, 0.02, 0.02));
+  for (int i = 0; i < 60; ++i) {
+    const Quat q = RandomRotation(random);
+    const ProximityShape below = ShapeOf(At(box, kOff, q));
+    const ProximityShape above = ShapeOf(At(box, kOff, q));
+    ProximityPair pair(above, below);
+    const double gap = Uniform(random, 0.02, 0.5) * kProximityVoxel;
+    const Vec3 aside(Uniform(random, -0.01, 0.01), Uniform(random, -0.01, 0.01), 0.02);
+    const Nearness apart = pair.Nearest({Quat::Identity(), q * (aside + gap * Vec3::UnitZ())});
+    EXPECT_FALSE(apart.overlap) << i;
+    EXPECT_NEAR(apart.distance, gap, 2e-3 * kProximityVoxel) << i;
+    const Nearness crossing = pair.Nearest({Quat::Identity(), q * (aside - gap * Vec3::UnitZ())});
+    EXPECT_TRUE(crossing.overlap) << i;
+    EXPECT_EQ(crossing.most, 0) << i;
+  }
+}
+
+// As near to the wall from within: that the surfaces do not cross is no sign that the bodies are
+// apart.
+TEST(ProximityPair, ABodyJustWithinAnothersWallOverlaps) {
+  std::mt19937_64 random(9);
+  for (int i = 0; i < 20; ++i) {
+    const Quat q = RandomRotation(random);
+    const ProximityShape big = ShapeOf(At(Box(Vec3(0.06, 0.06, 0.06)), kOff, q));
+    const ProximityShape small = ShapeOf(At(Box(Vec3(0.01, 0.01, 0.01)), kOff, q));
+    ProximityPair pair(small, big);
+    const double in_wall = 0.025 - Uniform(random, 0.05, 0.5) * kProximityVoxel;
+    const Nearness near = pair.Nearest({Quat::Identity(), q * Vec3(in_wall, 0, 0)});
+    EXPECT_TRUE(near.overlap) << i;
+    EXPECT_EQ(near.distance, 0) << i;
+  }
+}
+
 TEST(ProximityPair, AnEmptyBodyIsInfinitelyFar) {
   const ProximityShape box = ShapeOf(Box(Vec3(0.01, 0.01, 0.01)));
   const ProximityShape none;
