@@ -116,12 +116,16 @@ FrameCapacity OfFeatures(const WorldModel& world, double seconds, FrameHelpers* 
   const double test_s = (1 + kQueueShare) * shared + kAloneShare * alone;
   FrameCapacity capacity{.tests = std::max(1000.0, seconds / test_s)};
   // a look: how a point is pushed, a third of a voxel off the surface
-  std::array<FieldPush, DistanceField::kMostPushes> pushes;
-  const std::size_t blocks = features.blocks().size();
-  const double look_s = TimeAlone(blocks, [&] {
-    for (std::size_t b = 0; b < blocks; ++b) {
-      const Vec3 off = -features.point(b, 0).inward.cast<double>() / 3;
-      field.Pushes(features.place(b, 0) + off, 0.45, pushes);
+  FieldPushes pushes;
+  std::vector<Vec3> places_V;
+  for (std::size_t b = 0; b < features.blocks().size(); ++b) {
+    const Vec3 off = -features.point(b, 0).inward.cast<double>() / 3;
+    places_V.push_back(features.place(b, 0) + off);
+  }
+  const double look_s = TimeAlone(places_V.size(), [&] {
+    for (std::size_t at = 0; at < places_V.size(); at += FieldPushes::kMostPlaces) {
+      const std::size_t count = std::min(FieldPushes::kMostPlaces, places_V.size() - at);
+      field.Pushes(std::span(places_V).subspan(at, count), 0.45, pushes);
     }
   });
   capacity.look_price = look_s / test_s;

@@ -108,7 +108,7 @@ Result<FieldFigures> MeasureField(const WorldModel& world, std::size_t body, int
   const std::vector<Batch> batches = InBatches(places_V);
   std::array<float, kBatch> values;
   std::array<std::int32_t, kBatch> kinds;
-  std::vector<Vec3> gradients(places_V.size());
+  std::vector<FieldGradient> gradients(places_V.size());
   const auto count = static_cast<double>(places_V.size());
   std::vector<double> value_ns;
   std::vector<double> gradient_ns;
@@ -122,9 +122,7 @@ Result<FieldFigures> MeasureField(const WorldModel& world, std::size_t body, int
                        }) /
                        static_cast<double>(batches.size() * kBatch));
     gradient_ns.push_back(CpuNs([&] {
-                            for (std::size_t i = 0; i < places_V.size(); ++i) {
-                              gradients[i] = field->WithGradient(places_V[i]).gradient;
-                            }
+                            field->WithGradients(places_V, gradients.data());
                           }) /
                           count);
   }

@@ -35,20 +35,12 @@ constexpr double kReachPace = 0.01;
 /// one of them.
 constexpr double kEdgeWay = 0.70710678118654752;
 constexpr double kCornerWay = 0.57735026918962576;
-constexpr std::array<std::array<double, 3>, 13> kDirections{
-    {{1, 0, 0},
-     {0, 1, 0},
-     {0, 0, 1},
-     {kEdgeWay, kEdgeWay, 0},
-     {kEdgeWay, -kEdgeWay, 0},
-     {kEdgeWay, 0, kEdgeWay},
-     {kEdgeWay, 0, -kEdgeWay},
-     {0, kEdgeWay, kEdgeWay},
-     {0, kEdgeWay, -kEdgeWay},
-     {kCornerWay, kCornerWay, kCornerWay},
-     {kCornerWay, kCornerWay, -kCornerWay},
-     {kCornerWay, -kCornerWay, kCornerWay},
-     {kCornerWay, -kCornerWay, -kCornerWay}}};
+constexpr std::size_t kDirections = 13;
+constexpr double kE = kEdgeWay;
+constexpr double kC = kCornerWay;
+constexpr std::array<double, kDirections> kWaysX{1, 0, 0, kE, kE, kE, kE, 0, 0, kC, kC, kC, kC};
+constexpr std::array<double, kDirections> kWaysY{0, 1, 0, kE, -kE, 0, 0, kE, kE, kC, kC, -kC, -kC};
+constexpr std::array<double, kDirections> kWaysZ{0, 0, 1, 0, 0, kE, -kE, kE, -kE, kC, -kC, kC, -kC};
 /// Cosine of the angle with a direction up to which a push counts in full as one along it, and from
 /// which on it does not count.
 constexpr double kAlong = 0.88;
@@ -157,43 +149,59 @@ void FieldPair::MeetField(const FieldSchedule& schedule, const BodySurface& own,
                           const BodySurface& other, const Pose& X_VF, bool to_map,
                           const Pose& shell_in_map) noexcept {
   const Mat3 R_VF = X_VF.q.toRotationMatrix();
-  const Mat3 R_MS = shell_in_map.q.toRotationMatrix();
-  std::array<FieldPush, DistanceField::kMostPushes> pushes;
+  std::array<TouchingPoint, FieldPushes::kMostPlaces> points;
+  std::array<Vec3, FieldPushes::kMostPlaces> places_V;
+  FieldPushes pushes;
+  std::size_t count = 0;
+  const auto push = [&] {
+    other.field.Pushes(std::span(places_V).first(count), reach_, pushes);
+    for (std::size_t k = 0; k < count; ++k) {
+      AddPushes(points[k], places_V[k], pushes.Of(k), other.field, to_map, shell_in_map);
+    }
+    count = 0;
+  };
   for (const FieldSchedule::NearBlock& near : schedule.near()) {
     for (unsigned rest = near.touching; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-      const Vec3 place_V = R_VF * own.features.place(near.block, lane) + X_VF.p;
       const BodyFeatures::Point& point = own.features.point(near.block, lane);
-      const Vec3 inward = R_VF * point.inward.cast<double>();
-      std::size_t count = other.field.Pushes(place_V, reach_, pushes);
-      if (count == 0) {
-        const FieldReading reading = other.field.At(place_V);
-        if (reading.near || reading.value >= 0) continue;
-        // deeper than the field tells the way out: along the point's own
-        pushes[count++] = {-DistanceField::kMostNear, inward, 1.0, false, 1};
+      places_V[count] = R_VF * own.features.place(near.block, lane) + X_VF.p;
+      points[count] = {.inward_V = R_VF * point.inward.cast<double>(), .weight = point.weight};
+      if (point.edge != BodyFeatures::kNoEdge) {
+        points[count].tangent_V = R_VF * own.features.edge(point.edge).tangent.cast<double>();
       }
-      Vec3 tangent = Vec3::Zero();
-      const bool sharp = point.edge != BodyFeatures::kNoEdge;
-      if (sharp) tangent = R_VF * own.features.edge(point.edge).tangent.cast<double>();
-      for (std::size_t i = 0; i < count; ++i) {
-        FieldPush push = pushes[i];
-        push.share *= point.weight;
-        if (sharp) push.share *= ShareOnEdge(push, tangent);
-        if (push.sheet) {
-          const double facing = push.away_V.dot(inward);
-          push.share *= std::min(1.0, std::abs(facing) / kSheetFade);
-          if (facing < 0) {
-            push.distance = -push.distance;
-            push.away_V = -push.away_V;
-          }
-        }
-        const double depth = reach_ - push.distance;
-        if (to_map) {
-          Add(place_V, push.away_V, depth, push.share);
-        } else {
-          Add(shell_in_map * place_V, -(R_MS * push.away_V), depth, push.share);
-        }
+      if (++count == points.size()) push();
+    }
+  }
+  if (count > 0) push();
+}
+
+void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
+                          std::span<const FieldPush> pushes, const DistanceField& field,
+                          bool to_map, const Pose& shell_in_map) noexcept {
+  FieldPush inward;
+  if (pushes.empty()) {
+    const FieldReading reading = field.At(place_V);
+    if (reading.near || reading.value >= 0) return;
+    // deeper than the field tells the way out: along the point's own
+    inward = {-DistanceField::kMostNear, point.inward_V, 1.0, false, 1};
+    pushes = {&inward, 1};
+  }
+  for (FieldPush push : pushes) {
+    push.share *= point.weight;
+    if (point.tangent_V) push.share *= ShareOnEdge(push, *point.tangent_V);
+    if (push.sheet) {
+      const double facing = push.away_V.dot(point.inward_V);
+      push.share *= std::min(1.0, std::abs(facing) / kSheetFade);
+      if (facing < 0) {
+        push.distance = -push.distance;
+        push.away_V = -push.away_V;
       }
+    }
+    const double depth = reach_ - push.distance;
+    if (to_map) {
+      Add(place_V, push.away_V, depth, push.share);
+    } else {
+      Add(shell_in_map * place_V, -(shell_in_map.q * push.away_V), depth, push.share);
     }
   }
 }
@@ -239,20 +247,23 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
 
 void FieldPair::LetGo() noexcept {
   // by direction: the deepest contact that pushes that way, as far as it does
-  std::array<double, kDirections.size()> forth{};
-  std::array<double, kDirections.size()> back{};
+  std::array<double, kDirections> forth{};
+  std::array<double, kDirections> back{};
+  constexpr double kPerCosine = 1.0 / (kAlong - kAside);
   for (const Contact& contact : contacts()) {
-    for (std::size_t i = 0; i < kDirections.size(); ++i) {
-      const double along =
-          contact.nhat_V.dot(Vec3(kDirections[i][0], kDirections[i][1], kDirections[i][2]));
-      const double counts = (std::abs(along) - kAside) / (kAlong - kAside);
-      if (counts <= 0) continue;
-      double& deepest = along > 0 ? forth[i] : back[i];
-      deepest = std::max(deepest, contact.depth * contact.share * std::min(1.0, counts));
+    const Vec3& nhat = contact.nhat_V;
+    const double deep = contact.depth * contact.share;
+    for (std::size_t i = 0; i < kDirections; ++i) {
+      const double along = nhat.x() * kWaysX[i] + nhat.y() * kWaysY[i] + nhat.z() * kWaysZ[i];
+      const auto counts = [](double cosine) {
+        return std::min(1.0, std::max(0.0, (cosine - kAside) * kPerCosine));
+      };
+      forth[i] = std::max(forth[i], deep * counts(along));
+      back[i] = std::max(back[i], deep * counts(-along));
     }
   }
   double common = 0;  // m
-  for (std::size_t i = 0; i < kDirections.size(); ++i) {
+  for (std::size_t i = 0; i < kDirections; ++i) {
     common = std::max(common, std::min(forth[i], back[i]));
   }
   const double least_reach = std::min(kLeastReach, full_reach_);

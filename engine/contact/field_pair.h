@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/contact/body_features.h"
@@ -51,7 +52,8 @@ class FieldPair final : public BodyPair {
   }
 
   /// Counts the feature points of either body that are nearer to the other than where force begins
-  /// and that the last Collide(), which was at these poses, did not find. For tests and benches; allocates.
+  /// and that the last Collide(), which was at these poses, did not find. For tests and benches;
+  /// allocates.
   std::size_t CountUnfound(const BodyMotion& shell_body, const BodyMotion& map_body) const;
   /// Feature points of both bodies.
   std::size_t point_count() const noexcept {
@@ -72,6 +74,14 @@ class FieldPair final : public BodyPair {
   /// What one body's features meet of the other's field. `to_map`: whether the other is the map.
   void MeetField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
                  const Pose& X_VF, bool to_map, const Pose& shell_in_map) noexcept;
+  /// A feature point that is near the other's surface, in V of that one's field.
+  struct TouchingPoint {
+    Vec3 inward_V;
+    std::optional<Vec3> tangent_V;  // of a sharp edge's part
+    double weight;
+  };
+  void AddPushes(const TouchingPoint& point, const Vec3& place_V, std::span<const FieldPush> pushes,
+                 const DistanceField& field, bool to_map, const Pose& shell_in_map) noexcept;
   void MeetEdges(const Pose& shell_in_map) noexcept;
   /// Keeps a contact, if it has depth. Lengths in voxels.
   void Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept;

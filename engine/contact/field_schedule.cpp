@@ -157,7 +157,7 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
 
 void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept {
   std::array<PlacedBlock, kBlockPlaces> blocks;
-  std::array<float, kBlockPlaces * kBlockPlaces> values;
+  std::array<float, kBlockPlaces * kBlockPlaces> bounds;
   std::array<FieldReadings, kBlockPlaces> readings;
   for (std::size_t i = 0; i < which.size(); ++i) {
     const std::uint32_t b = due_[which[i]];
@@ -166,48 +166,24 @@ void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept 
     const Vec3 place = R_VF_ * Vec3(middle.x, middle.y, middle.z) + p_VF_;
     const GridIndex base{static_cast<std::int32_t>(place.x()), static_cast<std::int32_t>(place.y()),
                          static_cast<std::int32_t>(place.z())};
-    blocks[i].places_F = {lanes.x.data(), lanes.y.data(), lanes.z.data()};
-    blocks[i].base = base;
-    blocks[i].from_base = {static_cast<float>(place.x() - base.x),
-                           static_cast<float>(place.y() - base.y),
-                           static_cast<float>(place.z() - base.z)};
+    blocks[i] = {.places_F = {lanes.x.data(), lanes.y.data(), lanes.z.data()},
+                 .lanes = features_->blocks()[b].lanes,
+                 .base = base,
+                 .from_base = {static_cast<float>(place.x() - base.x),
+                               static_cast<float>(place.y() - base.y),
+                               static_cast<float>(place.z() - base.z)}};
   }
   field_->ReadBlocks(rows_, static_cast<float>(reach_), std::span(blocks).first(which.size()),
-                     values.data(), readings.data());
-  std::array<DistanceField::OpenPlace, kBlockPlaces * kBlockPlaces> open;
-  std::array<double, kBlockPlaces * kBlockPlaces> distances;
-  std::size_t open_count = 0;
-  for (std::size_t i = 0; i < which.size(); ++i) {
-    const std::uint32_t b = due_[which[i]];
-    for (unsigned rest = readings[i].open & features_->blocks()[b].lanes; rest != 0;
-         rest &= rest - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-      open[open_count++] = {R_VF_ * features_->place(b, lane) + p_VF_,
-                            values[kBlockPlaces * i + lane]};
-    }
-  }
-  field_->Distances(std::span(open).first(open_count), reach_, distances.data());
-  const double* distance = distances.data();
+                     bounds.data(), readings.data());
   for (std::size_t i = 0; i < which.size(); ++i) {
     Told& told = told_[which[i]];
-    const std::uint32_t b = due_[which[i]];
-    const BodyFeatures::Block& block = features_->blocks()[b];
-    float* bounds = &values[kBlockPlaces * i];
-    const FieldReadings& reading = readings[i];
-    double least = reading.least;
-    told.touching = reading.within & block.lanes;
-    for (unsigned rest = reading.open & block.lanes; rest != 0; rest &= rest - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-      bounds[lane] = static_cast<float>(*distance);
-      least = std::min(least, *distance);
-      if (*distance < reach_) {
-        told.touching = static_cast<std::uint16_t>(told.touching | 1U << lane);
-      }
-      ++distance;
-    }
-    told.gap = static_cast<float>(least - reach_ - kPlaceError);
+    told.touching = readings[i].within;
+    told.gap = static_cast<float>(readings[i].least - reach_ - kPlaceError);
     told.points = true;
-    if (other_ != nullptr && block.sharp != 0) LookAtEdges(b, bounds, told);
+    const std::uint32_t b = due_[which[i]];
+    if (other_ != nullptr && features_->blocks()[b].sharp != 0) {
+      LookAtEdges(b, &bounds[kBlockPlaces * i], told);
+    }
   }
 }
 

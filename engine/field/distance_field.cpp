@@ -26,15 +26,6 @@ double OnSquare(const std::array<double, 4>& values, double along, double across
                  across);
 }
 
-std::int32_t Axis(const GridIndex& index, std::size_t axis) {
-  return axis == 0 ? index.x : (axis == 1 ? index.y : index.z);
-}
-
-GridIndex Shifted(GridIndex index, std::size_t axis, std::int32_t by) {
-  (axis == 0 ? index.x : (axis == 1 ? index.y : index.z)) += by;
-  return index;
-}
-
 }  // namespace
 
 /// Interpolates between eight values on a cube, x fastest.
@@ -88,112 +79,31 @@ FieldReading DistanceField::Outside(const Vec3& place_L) const {
   return {.value = beyond.norm(), .near = false};
 }
 
-FieldReading DistanceField::At(const Vec3& place_V) const {
-  return Look(place_V, false).reading;
+double DistanceField::ShareOf(const List& list, const Vec3& from) {
+  std::array<double, 8> shares;
+  for (std::size_t i = 0; i < 8; ++i) shares[i] = list.shares >> i & 1;
+  return InCube(shares, from);
 }
 
-FieldGradient DistanceField::WithGradient(const Vec3& place_V) const {
-  return Look(place_V, true);
-}
-
-FieldGradient DistanceField::Look(const Vec3& place_V, bool with_gradient) const {
+FieldReading DistanceField::At(const Vec3& place_V) const noexcept {
   const Vec3 place_L = place_V - Vec3::Constant(0.5);
   const Vec3 size_L = kHyperbrickCells * Vec3(size_.x, size_.y, size_.z);
   // written so that a place that is no number lies outside too
   if (!((place_L.array() >= 0).all() && (place_L.array() < size_L.array()).all())) {
-    return {.reading = Outside(place_L)};
+    return Outside(place_L);
   }
   const Cell cell = CellOf(place_L);
   const std::int32_t entry = EntryOf(cell.cell);
-  if (entry < 0) return {.reading = OfBound(entry)};
+  if (entry < 0) return OfBound(entry);
   const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
-  FieldGradient look{.reading = {.value = Interpolated(brick, cell), .near = true}};
+  const double value = Interpolated(brick, cell);
   const std::optional<List> list = ListOf(brick, cell.cell);
-  if (!list && std::abs(look.reading.value) > kMostNear) {
-    look.reading = {
-        .value = look.reading.value > 0 ? kMostNear - brick.Over() : outer_error_bound_ - kMostNear,
-        .near = false};
-    return look;
+  if (list) {
+    return {.value = Between(value, OfFaces(*list, cell), ShareOf(*list, cell.from)), .near = true};
   }
-  if (with_gradient) look.gradient = GradientAt(brick, cell, place_L);
-  if (!list) return look;
-  std::array<double, 8> shares;
-  for (std::size_t i = 0; i < 8; ++i) shares[i] = list->shares >> i & 1;
-  const double share = InCube(shares, cell.from);
-  const FieldGradient exact = OfList(*list, place_L);
-  look.reading.value = Between(look.reading.value, exact.reading.value, share);
-  look.gradient += share * (exact.gradient - look.gradient);
-  return look;
-}
-
-Vec3 DistanceField::GradientAt(const FieldBrick& brick, const Cell& cell,
-                               const Vec3& place_L) const {
-  const std::uint8_t* steps = &steps_[brick.steps];
-  const std::array<std::size_t, 3> low{InBrick(cell.cell.x), InBrick(cell.cell.y),
-                                       InBrick(cell.cell.z)};
-  std::array<double, 8> corners;
-  for (std::size_t i = 0; i < 8; ++i) {
-    corners[i] =
-        NodeValue(brick, steps, low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2));
-  }
-  Vec3 gradient;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::size_t u = (axis + 1) % 3;
-    const std::size_t v = (axis + 2) % 3;
-    const auto a = static_cast<Eigen::Index>(axis);
-    // the two distances whose middles the place lies between meet at the nearest node: one is the
-    // cell's own, the other is to the node beyond
-    const bool upper = cell.from[a] >= 0.5;
-    const double share = place_L[a] - (Axis(cell.cell, axis) + (upper ? 1 : 0)) + 0.5;
-    const std::int32_t beyond = static_cast<std::int32_t>(low[axis]) + (upper ? 2 : -1);
-    const bool in_brick = beyond >= 0 && beyond <= kBrickCells;
-    std::array<double, 4> slopes;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const std::size_t corner = (i & 1) << u | (i >> 1) << v;
-      const double own = corners[corner | std::size_t{1} << axis] - corners[corner];
-      std::array<std::size_t, 3> at{low[0] + (corner & 1), low[1] + (corner >> 1 & 1),
-                                    low[2] + (corner >> 2)};
-      double outer = own;  // one side of the outermost node is enough where the band ends
-      const double node = upper ? corners[corner | std::size_t{1} << axis] : corners[corner];
-      if (in_brick) {
-        at[axis] = static_cast<std::size_t>(beyond);
-        const double value = NodeValue(brick, steps, at[0], at[1], at[2]);
-        outer = upper ? value - node : node - value;
-      } else {
-        GridIndex there = Shifted(Shifted(cell.cell, u, static_cast<std::int32_t>(i & 1)), v,
-                                  static_cast<std::int32_t>(i >> 1));
-        there = Shifted(there, axis, upper ? 2 : -1);
-        if (const std::optional<double> value = NodeBeyond(there, cell.cell)) {
-          outer = upper ? *value - node : node - *value;
-        }
-      }
-      slopes[i] = upper ? Between(own, outer, share) : Between(outer, own, share);
-    }
-    gradient[a] = OnSquare(slopes, cell.from[static_cast<Eigen::Index>(u)],
-                           cell.from[static_cast<Eigen::Index>(v)]);
-  }
-  return gradient;
-}
-
-std::optional<double> DistanceField::NodeBeyond(const GridIndex& node,
-                                                const GridIndex& cell) const {
-  // along the two other axes the node may be the last of the cell's own row of bricks
-  GridIndex in = node;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const bool ahead = Axis(node, axis) == (Axis(cell, axis) & ~(kBrickCells - 1)) + kBrickCells;
-    if (ahead) in = Shifted(in, axis, -1);
-  }
-  if (in.x < 0 || in.y < 0 || in.z < 0 || in.x >= kHyperbrickCells * size_.x ||
-      in.y >= kHyperbrickCells * size_.y || in.z >= kHyperbrickCells * size_.z) {
-    return std::nullopt;
-  }
-  const std::int32_t entry = EntryOf(in);
-  if (entry < 0) return std::nullopt;
-  const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
-  return NodeValue(brick, &steps_[brick.steps],
-                   InBrick(in.x) + static_cast<std::size_t>(node.x - in.x),
-                   InBrick(in.y) + static_cast<std::size_t>(node.y - in.y),
-                   InBrick(in.z) + static_cast<std::size_t>(node.z - in.z));
+  if (std::abs(value) <= kMostNear) return {.value = value, .near = true};
+  return {.value = value > 0 ? kMostNear - brick.Over() : outer_error_bound_ - kMostNear,
+          .near = false};
 }
 
 std::optional<DistanceField::List> DistanceField::ListOf(const FieldBrick& brick,

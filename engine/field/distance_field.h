@@ -8,6 +8,7 @@
 
 #include "engine/base/spatial.h"
 #include "engine/field/field_brick.h"
+#include "engine/field/field_lanes.h"
 #include "engine/voxel/voxel.h"
 
 namespace tandem {
@@ -36,15 +37,16 @@ struct PlaceSpans {
 inline constexpr std::size_t kBlockPlaces = 16;
 struct PlacedBlock {
   PlaceSpans places_F;
+  std::uint16_t lanes = 0xffff;      // a bit for each that is a place of its own
   GridIndex base;                    // a whole place of V, at most 2,048 voxels from them
   std::array<float, 3> from_base{};  // of their middle, in V
 };
 
 /// What the places of a block come to. A bit for each lane.
 struct FieldReadings {
-  float least = 0;  // that a place is far from the surface, at least, of all but the open ones
+  float least = 0;           // that a place is far from the surface, at least
   std::uint16_t within = 0;  // nearer than the reach that was asked for
-  std::uint16_t open = 0;    // faces tell whether it is: DistanceField::Distances()
+  std::uint16_t listed = 0;  // faces told of it
 };
 
 /// One way in which a point near a surface is pushed off it.
@@ -58,8 +60,19 @@ struct FieldPush {
   double facing = 1;
 };
 
-/// What DistanceField's kernels read.
-struct FieldView;
+/// The pushes of places, one place's after another's.
+struct FieldPushes {
+  static constexpr std::size_t kMostPlaces = 64;
+  static constexpr std::size_t kMostEach = 8;
+  std::array<FieldPush, kMostPlaces * kMostEach> all;
+  std::array<std::uint16_t, kMostPlaces + 1> first;  // by place
+
+  std::span<const FieldPush> Of(std::size_t place) const noexcept {
+    return std::span(all).subspan(first[place], first[place + 1] - std::size_t{first[place]});
+  }
+};
+
+struct ListPairs;
 
 /// A body's signed Euclidean distance in voxels, in a narrow band round its surface; read-only once
 /// built. Frame V: axes of W at the time it was built, origin at the lowest corner of the box, a
@@ -98,8 +111,9 @@ class DistanceField {
   /// The same of what is `near` beyond the band, where no cell has a list.
   double outer_error_bound() const noexcept { return outer_error_bound_; }
 
-  FieldReading At(const Vec3& place_V) const;
-  FieldGradient WithGradient(const Vec3& place_V) const;
+  FieldReading At(const Vec3& place_V) const noexcept;
+  /// The same of many, with gradients. The same bits on every processor.
+  void WithGradients(std::span<const Vec3> places_V, FieldGradient* gradients) const noexcept;
 
   /// Of a reading of many: a bound; interpolated; interpolated, and At() tells it by faces.
   enum Kind : std::int32_t { kBound = 0, kNear = 1, kListed = 2 };
@@ -108,26 +122,18 @@ class DistanceField {
   /// `over`: how much farther than the surface the value may say it is; null: nobody asks.
   void Values(const GridIndex& base, const PlaceSpans& places, std::size_t count, float* values,
               std::int32_t* kinds, float* over = nullptr) const noexcept;
-  /// The same of blocks of kBlockPlaces, R_VF by rows: what they come to; and `bounds` of all
-  /// places' distances, but the interpolated values of open ones.
+  /// Tells of blocks of kBlockPlaces, R_VF by rows, which places are nearer than `reach`, and of
+  /// each place a distance that no surface is nearer than: the distance itself where faces tell,
+  /// if it is below `reach`. Where a brick has more faces than are asked at once, and beyond the
+  /// band, the bound may be below `reach` although the surface is not. The same bits on every
+  /// processor.
   void ReadBlocks(const std::array<float, 9>& R_VF, float reach,
                   std::span<const PlacedBlock> blocks, float* bounds,
                   FieldReadings* readings) const noexcept;
-
-  /// A place that Values() calls kListed, or ReadBlocks() open, and what they read there.
-  struct OpenPlace {
-    Vec3 place_V;
-    double value;
-  };
-  /// Tells of each place the distance, if it is below `reach`, otherwise a bound that is not below
-  /// `reach` and that no surface is nearer than. Where a brick has more faces than are asked at
-  /// once, it tells a bound that may be below `reach`. The same bits on every processor.
-  void Distances(std::span<const OpenPlace> places, double reach, double* distances) const noexcept;
-  /// How a point at a place is pushed off surfaces nearer than `reach`, at most `range`: one push,
-  /// or one for each of the faces of a notch. Gives how many. Continuous as the place moves.
-  static constexpr std::size_t kMostPushes = 8;
-  std::size_t Pushes(const Vec3& place_V, double reach,
-                     std::array<FieldPush, kMostPushes>& pushes) const noexcept;
+  /// How points at places, at most FieldPushes::kMostPlaces, are pushed off surfaces nearer than
+  /// `reach`, at most `range`: one push each, or one for each of the faces of a notch. Continuous
+  /// as a place moves. The same bits on every processor.
+  void Pushes(std::span<const Vec3> places_V, double reach, FieldPushes& pushes) const noexcept;
   /// The greatest of what `over` may be, as Values() tells it, voxels.
   static constexpr double kMostOver = 63.0 / 32;
 
@@ -148,7 +154,6 @@ class DistanceField {
 
  private:
   friend class FieldBuilder;
-  friend class ListDistances;
 
   /// Of a bound in a table, voxels.
   static constexpr double kBoundStep = 0.125;
@@ -179,18 +184,28 @@ class DistanceField {
   static std::int32_t BoundEntry(double least, bool inside);
   static FieldReading OfBound(std::int32_t entry);
   FieldReading Outside(const Vec3& place_L) const;
-  /// The value at the node next to a brick's border, on the far side; nothing if no brick has it.
-  std::optional<double> NodeBeyond(const GridIndex& node, const GridIndex& cell) const;
   std::optional<List> ListOf(const FieldBrick& brick, const GridIndex& cell) const;
-  struct FacesNear;
-  /// Of a list: the nearest, and all that are nearer than `reach`.
-  FacesNear FacesWithin(const List& list, const Vec3& place_L, double reach) const;
+  /// The list of a lane's cell, which has a brick.
+  std::optional<List> ListOf(const FieldLanes& lanes, std::size_t lane) const;
+  /// Puts a place and each face of a list together; as many as there is room for. A place is a
+  /// cell's lowest node and the way from there.
+  void AddPairs(const List& list, const GridIndex& cell, const std::array<float, 3>& from,
+                ListPairs& pairs) const noexcept;
+  /// Asks the faces of places whose lists decide whether they are nearer than `reach`.
+  void AskLists(const FieldLanes& lanes, float reach, std::span<const PlacedBlock> blocks,
+                float* bounds, FieldReadings* readings) const noexcept;
   static double InCube(const std::array<double, 8>& values, const Vec3& from);
+  static double ShareOf(const List& list, const Vec3& from);
   double Interpolated(const FieldBrick& brick, const Cell& cell) const;
-  FieldGradient OfList(const List& list, const Vec3& place_L) const;
-  FieldGradient Look(const Vec3& place_V, bool with_gradient) const;
   FieldView View() const noexcept;
-  Vec3 GradientAt(const FieldBrick& brick, const Cell& cell, const Vec3& place_L) const;
+  /// Makes lanes of places, a whole number of vectors. Gives how many.
+  std::size_t SetLanes(std::span<const Vec3> places_V, FieldLanes& lanes) const noexcept;
+  /// The interpolated values and gradients of lanes whose cells are known.
+  void InterpolateGradients(std::size_t count, FieldLanes& lanes,
+                            FieldGradients& gradients) const noexcept;
+  class PushLanes;
+  /// The distance of a place from the faces of its cell's list.
+  double OfFaces(const List& list, const Cell& cell) const noexcept;
 
   double voxel_size_ = 0;
   double band_ = 0;
@@ -208,24 +223,6 @@ class DistanceField {
   std::vector<std::uint8_t> steps_;
   std::vector<std::uint32_t> list_faces_;  // by brick: numbers of faces_, or more with kSheet
   std::vector<Face> faces_;
-};
-
-struct FieldView {
-  static constexpr std::int32_t kNear = DistanceField::kNear;
-  static constexpr std::int32_t kListed = DistanceField::kListed;
-  static constexpr float kBoundStep = 0.125F;
-  const std::int32_t* hyperbricks = nullptr;
-  const std::int32_t* first_bricks = nullptr;
-  const std::int16_t* tables = nullptr;
-  const std::int32_t* bricks = nullptr;  // four words each
-  const std::uint8_t* steps = nullptr;
-  GridIndex cells;
-  std::int32_t hyperbricks_x = 0, hyperbricks_y = 0;
-  std::array<float, 3> box_min{}, box_max{};  // of all faces, in L
-  float most_near = 0;
-  float beyond_near = 0;  // a bound for what is farther than most_near
-  float band = 0;
-  float error = 0;  // within the band
 };
 
 }  // namespace tandem

@@ -1,11 +1,10 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "engine/field/distance_field.h"
-#include "engine/geometry/closest_on_triangle.h"
+#include "engine/field/list_pairs.h"
 
 namespace tandem {
 
@@ -13,170 +12,277 @@ namespace {
 
 /// Voxels: nearer to a face than this, its normal tells the way.
 constexpr double kTouching = 1e-4;
+/// Faces are equally near within this, voxels.
+constexpr double kTie = 1e-4;
 /// Of a second face, voxels above the first one's plane from which on it pushes in full.
 constexpr double kApart = 0.1;
+/// Voxels that single precision may lift a face over another's plane in which it lies; over as much
+/// again it comes to count.
+constexpr double kRounding = 2e-5;
 /// The share of a push that is none.
 constexpr double kNothing = 1e-4;
 /// Voxels below the band's border over which a list's faces give way to interpolation.
 constexpr double kBandFade = 0.2;
 
-}  // namespace
+/// A face near a place.
+struct NearbyFace {
+  double distance;  // never negative
+  Vec3 to;          // from the place to the closest point
+  Vec3 away;        // unit, from the face
+  double height;    // of the place above the face's plane
+  bool sheet;
+};
+
+/// The unit normal of a pair's face.
+Vec3 NormalOf(const ListPairs& pairs, std::size_t k) {
+  const auto corner = [&](std::size_t number) {
+    const float* words = &pairs.corners[number][4 * k + (number == 2 ? 1 : 0)];
+    return Vec3(words[0], words[1], words[2]);
+  };
+  const Vec3 a = corner(0);
+  return (corner(1) - a).cross(corner(2) - a).normalized();
+}
 
 /// The faces of a cell's list near a place, the nearest first.
-struct DistanceField::FacesNear {
-  struct Face {
-    double distance;  // never negative
-    Vec3 closest;
-    Vec3 away;      // unit, from the face
-    double height;  // of the place above the face's plane
-    bool sheet;
-  };
-  static constexpr std::size_t kMost = 16;
-  std::size_t count = 0;
-  std::array<Face, kMost> faces;
-
-  void Add(const Face& face) {
-    if (count == kMost && face.distance >= faces[count - 1].distance) return;
-    std::size_t at = count < kMost ? count++ : count - 1;
-    for (; at > 0 && face.distance < faces[at - 1].distance; --at) faces[at] = faces[at - 1];
-    faces[at] = face;
+class FacesNear {
+ public:
+  /// Of pairs that have been measured: the nearest, and all that are nearer than `reach`.
+  FacesNear(const ListPairs& pairs, std::size_t begin, std::size_t end, double reach) {
+    float least = std::numeric_limits<float>::infinity();
+    for (std::size_t k = begin; k < end; ++k) least = std::min(least, pairs.squared[k]);
+    // all as near as the nearest tell the side together
+    const double most = std::max(std::sqrt(double{least}) + kTie, reach);
+    for (std::size_t k = begin; k < end; ++k) {
+      if (pairs.squared[k] <= most * most) Add(FaceOf(pairs, k));
+    }
   }
+  std::span<const NearbyFace> all() const { return std::span(faces_).first(count_); }
   /// The nearest face; of equally near ones the one that turns most to the place.
-  const Face& Told() const {
-    const Face* told = &faces[0];
-    for (std::size_t i = 1; i < count && faces[i].distance < faces[0].distance + kTie; ++i) {
-      if (std::abs(faces[i].height) > std::abs(told->height)) told = &faces[i];
+  const NearbyFace& Told() const {
+    const NearbyFace* told = faces_.data();
+    for (const NearbyFace& face : all()) {
+      if (face.distance >= faces_[0].distance + kTie) break;
+      if (std::abs(face.height) > std::abs(told->height)) told = &face;
     }
     return *told;
   }
   /// Tells whether the place is in the solid.
   bool Inside() const { return !Told().sheet && Told().height < 0; }
-};
 
-namespace {
+ private:
+  static NearbyFace FaceOf(const ListPairs& pairs, std::size_t k) {
+    NearbyFace face{std::sqrt(double{pairs.squared[k]}),
+                    Vec3(pairs.to_face[0][k], pairs.to_face[1][k], pairs.to_face[2][k]),
+                    {},
+                    pairs.height[k],
+                    pairs.sheet[k]};
+    if (face.distance > kTouching) {
+      face.away = face.to / -face.distance;
+    } else {
+      face.away = NormalOf(pairs, k);
+      if (face.sheet && face.height < 0) face.away = -face.away;
+    }
+    return face;
+  }
+  void Add(const NearbyFace& face) {
+    if (count_ == faces_.size() && face.distance >= faces_.back().distance) return;
+    std::size_t at = count_ < faces_.size() ? count_++ : count_ - 1;
+    for (; at > 0 && face.distance < faces_[at - 1].distance; --at) faces_[at] = faces_[at - 1];
+    faces_[at] = face;
+  }
+
+  std::size_t count_ = 0;
+  std::array<NearbyFace, 16> faces_;
+};
 
 /// How much of a push by `face` counts beside that by `first`, which is nearer. Nothing of what
 /// lies in the first one's plane or falls off from it; all of what stands up from it, or is as
 /// near.
-double ShareBeside(const auto& face, const auto& first) {
-  const double up = first.away.dot(face.closest - first.closest);
-  if (up <= 0) return 0;
+double ShareBeside(const NearbyFace& face, const NearbyFace& first) {
+  const double up = first.away.dot(face.to - first.to);
+  if (up <= kRounding) return 0;
   const double as_near = 1.0 - (face.distance - first.distance) / up;
-  return std::clamp(std::max(as_near, up / kApart), 0.0, 1.0);
+  const double stands_up = std::min(1.0, (up - kRounding) / kRounding);
+  return std::clamp(std::max(stands_up * as_near, up / kApart), 0.0, 1.0);
 }
 
-}  // namespace
-
-DistanceField::FacesNear DistanceField::FacesWithin(const List& list, const Vec3& place_L,
-                                                    double reach) const {
-  constexpr std::size_t kMost = 64;
-  std::array<std::uint32_t, kMost> entries;
-  std::array<Vec3, kMost> closest;
-  std::array<double, kMost> squares;
-  std::size_t count = 0;
-  double least = std::numeric_limits<double>::infinity();
-  FacesNear near;
-  const auto keep = [&](std::size_t k) {
-    const Face& face = faces_[entries[k] & ~kSheet];
-    const Vec3 a = face[0].cast<double>();
-    const Vec3 nhat = (face[1].cast<double>() - a).cross(face[2].cast<double>() - a).normalized();
-    const Vec3 from = place_L - closest[k];
-    const double distance = std::sqrt(squares[k]);
-    const double height = nhat.dot(from);
-    const bool sheet = (entries[k] & kSheet) != 0;
-    const Vec3 on_face = sheet && height < 0 ? Vec3(-nhat) : nhat;
-    const Vec3 away = distance > kTouching ? Vec3(from / distance) : on_face;
-    near.Add({distance, closest[k], away, height, sheet});
-  };
-  for (std::size_t byte = 0; byte < list.member_bytes; ++byte) {
-    for (std::uint32_t bits = list.members[byte]; bits != 0; bits &= bits - 1) {
-      if (count == kMost) continue;
-      entries[count] = list.faces[8 * byte + static_cast<std::size_t>(std::countr_zero(bits))];
-      const Face& face = faces_[entries[count] & ~kSheet];
-      closest[count] = ClosestOnTriangle(face[0].cast<double>(), face[1].cast<double>(),
-                                         face[2].cast<double>(), place_L)
-                           .point;
-      squares[count] = (place_L - closest[count]).squaredNorm();
-      least = std::min(least, squares[count]);
-      ++count;
-    }
-  }
-  // all as near as the nearest tell the side together
-  const double most = std::max(std::sqrt(least) + kTie, reach);
-  for (std::size_t k = 0; k < count; ++k) {
-    if (squares[k] <= most * most) keep(k);
-  }
-  return near;
-}
-
-FieldGradient DistanceField::OfList(const List& list, const Vec3& place_L) const {
-  const FacesNear near = FacesWithin(list, place_L, 0);
+/// What faces tell of a place's gradient: as DistanceField::At().
+FieldGradient GradientOf(const FacesNear& near) {
   const bool inside = near.Inside();
-  const FacesNear::Face& told = near.Told();
-  const double nearest = near.faces[0].distance;
+  const NearbyFace& told = near.Told();
+  const double nearest = near.all()[0].distance;
   // on the face itself its normal tells, which points out already
   const bool turned = inside && told.distance > kTouching;
   return {.reading = {.value = inside ? -nearest : nearest, .near = true},
           .gradient = turned ? Vec3(-told.away) : told.away};
 }
 
-std::size_t DistanceField::Pushes(const Vec3& place_V, double reach,
-                                  std::array<FieldPush, kMostPushes>& pushes) const noexcept {
-  const Vec3 place_L = place_V - Vec3::Constant(0.5);
-  const Vec3 size_L = kHyperbrickCells * Vec3(size_.x, size_.y, size_.z);
-  if (!((place_L.array() >= 0).all() && (place_L.array() < size_L.array()).all())) return 0;
-  const Cell cell = CellOf(place_L);
-  const std::int32_t entry = EntryOf(cell.cell);
-  if (entry < 0) return 0;
-  const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
-  const std::optional<List> list = ListOf(brick, cell.cell);
-  double share = 0;  // of the list
-  if (list) {
-    std::array<double, 8> shares;
-    for (std::size_t i = 0; i < 8; ++i) shares[i] = list->shares >> i & 1;
-    share = InCube(shares, cell.from);
+/// Places one after the other, of which some have a list whose faces are asked together.
+struct ListedPlace {
+  std::size_t begin = 0, end = 0;  // of the pairs; none: no list tells
+  double share = 0;                // of the list
+};
+
+}  // namespace
+
+/// Places in lanes, with what is interpolated, and those of them together whose lists fit.
+class DistanceField::PushLanes {
+ public:
+  PushLanes(const DistanceField& field, std::span<const Vec3> places_V)
+      : field_(field), count_(places_V.size()) {
+    field.InterpolateGradients(field.SetLanes(places_V, lanes_), lanes_, gradients_);
   }
-  const FacesNear near = share > 0 ? FacesWithin(*list, place_L, reach) : FacesNear{};
-  if (share > 0) {
-    // beyond the band other faces may be nearer than those of the list
-    share *= std::clamp((band_ - near.faces[0].distance) / kBandFade, 0.0, 1.0);
+  const FieldLanes& lanes() const { return lanes_; }
+  bool HasBrick(std::size_t k) const { return lanes_.entry[k] >= 0; }
+  Vec3 gradient(std::size_t k) const {
+    return {gradients_[0][k], gradients_[1][k], gradients_[2][k]};
   }
-  std::size_t count = 0;
-  if (share < 1) {
-    const double value = Interpolated(brick, cell);
-    if (value < reach) {
-      const Vec3 gradient = GradientAt(brick, cell, place_L);
-      const double length = gradient.norm();
-      if (length > 0) pushes[count++] = {value, gradient / length, 1.0 - share, false, 1};
+  const FieldBrick& brick(std::size_t k) const {
+    return field_.bricks_[static_cast<std::size_t>(lanes_.entry[k])];
+  }
+  const ListPairs& pairs() const { return pairs_; }
+  /// Calls visit(lane, list's place) of all places, in order.
+  template <class Visit>
+  void ForEach(const Visit& visit) {
+    for (std::size_t begin = 0; begin < count_;) {
+      const std::size_t end = Gather(begin);
+      MeasureWays(pairs_);
+      for (std::size_t k = begin; k < end; ++k) visit(k, listed_[k - begin]);
+      begin = end;
     }
   }
-  if (share == 0) return count;
+
+ private:
+  /// Puts together as many places from `begin` on as there is room for the faces of, one at the
+  /// least. Gives the end.
+  std::size_t Gather(std::size_t begin) {
+    pairs_.count = 0;
+    std::size_t k = begin;
+    for (; k < count_; ++k) {
+      ListedPlace& place = listed_[k - begin] = {};
+      if (!HasBrick(k)) continue;
+      const std::optional<List> list = field_.ListOf(lanes_, k);
+      if (!list) continue;
+      if (k > begin && !pairs_.HasRoomFor(8 * list->member_bytes)) break;
+      place.share = ShareOf(*list, Vec3(lanes_.x[k], lanes_.y[k], lanes_.z[k]));
+      if (place.share == 0) continue;
+      place.begin = pairs_.count;
+      field_.AddPairs(*list, lanes_.CellOf(k), lanes_.FromCell(k), pairs_);
+      place.end = pairs_.count;
+    }
+    return k;
+  }
+
+  const DistanceField& field_;
+  std::size_t count_;
+  FieldLanes lanes_;
+  FieldGradients gradients_;
+  ListPairs pairs_;
+  std::array<ListedPlace, FieldPushes::kMostPlaces> listed_;
+};
+
+std::size_t DistanceField::SetLanes(std::span<const Vec3> places_V,
+                                    FieldLanes& lanes) const noexcept {
+  const Vec3 size_L = kHyperbrickCells * Vec3(size_.x, size_.y, size_.z);
+  const std::size_t padded =
+      (places_V.size() + FieldLanes::kVector - 1) / FieldLanes::kVector * FieldLanes::kVector;
+  for (std::size_t k = 0; k < padded; ++k) {
+    const Vec3 place_L = places_V[std::min(k, places_V.size() - 1)] - Vec3::Constant(0.5);
+    // written so that a place that is no number lies outside too
+    const bool inside = (place_L.array() >= 0).all() && (place_L.array() < size_L.array()).all();
+    const Cell cell = inside ? CellOf(place_L) : Cell{{-1, -1, -1}, Vec3::Zero()};
+    lanes.cell_x[k] = cell.cell.x;
+    lanes.cell_y[k] = cell.cell.y;
+    lanes.cell_z[k] = cell.cell.z;
+    lanes.x[k] = static_cast<float>(cell.from.x());
+    lanes.y[k] = static_cast<float>(cell.from.y());
+    lanes.z[k] = static_cast<float>(cell.from.z());
+  }
+  return padded;
+}
+
+void DistanceField::WithGradients(std::span<const Vec3> places_V,
+                                  FieldGradient* gradients) const noexcept {
+  for (std::size_t begin = 0; begin < places_V.size(); begin += FieldPushes::kMostPlaces) {
+    const auto some =
+        places_V.subspan(begin, std::min(FieldPushes::kMostPlaces, places_V.size() - begin));
+    PushLanes places(*this, some);
+    places.ForEach([&](std::size_t k, const ListedPlace& listed) {
+      FieldGradient& told = gradients[begin + k];
+      const double value = places.HasBrick(k) ? places.lanes().value[k] : 0;
+      if (!places.HasBrick(k) || (listed.end == listed.begin && std::abs(value) > kMostNear)) {
+        told = {.reading = At(some[k])};
+        return;
+      }
+      told = {.reading = {.value = value, .near = true}, .gradient = places.gradient(k)};
+      if (listed.end == listed.begin) return;
+      const FieldGradient exact =
+          GradientOf(FacesNear(places.pairs(), listed.begin, listed.end, 0));
+      told.reading.value += listed.share * (exact.reading.value - value);
+      told.gradient += listed.share * (exact.gradient - told.gradient);
+    });
+  }
+}
+
+namespace {
+
+/// Adds the pushes of a list's faces, the nearest first: what counts little takes little from
+/// those behind it.
+void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& next,
+               const FieldPush* end) {
   if (near.Inside()) {
-    const auto& face = near.faces[0];
+    const NearbyFace& face = near.all()[0];
     // on the face itself its normal tells, which points out already
     const Vec3 away = face.distance > kTouching ? Vec3(-face.away) : face.away;
-    pushes[count++] = {-face.distance, away, share, false, 1};
-    return count;
+    *next++ = {-face.distance, away, share, false, 1};
+    return;
   }
-  // those that push, the nearest first: what counts little takes little from those behind it
-  std::array<std::size_t, kMostPushes> kept;
-  std::array<double, kMostPushes> kept_counts;
+  std::array<const NearbyFace*, FieldPushes::kMostEach> kept;
+  std::array<double, FieldPushes::kMostEach> kept_counts;
   std::size_t kept_count = 0;
-  for (std::size_t i = 0; i < near.count && count < kMostPushes; ++i) {
-    const auto& face = near.faces[i];
-    if (face.distance >= reach) break;
+  for (const NearbyFace& face : near.all()) {
+    if (face.distance >= reach || next == end) break;
     double counts = 1;
     for (std::size_t k = 0; k < kept_count; ++k) {
-      const double beside = ShareBeside(face, near.faces[kept[k]]);
+      const double beside = ShareBeside(face, *kept[k]);
       counts = std::min(counts, 1.0 - kept_counts[k] * (1.0 - beside));
     }
     if (counts < kNothing) continue;
-    kept[kept_count] = i;
+    kept[kept_count] = &face;
     kept_counts[kept_count++] = counts;
     const double facing = face.distance > kTouching ? std::abs(face.height) / face.distance : 1.0;
-    pushes[count++] = {face.distance, face.away, share * counts, face.sheet, facing};
+    *next++ = {face.distance, face.away, share * counts, face.sheet, facing};
   }
-  return count;
+}
+
+}  // namespace
+
+void DistanceField::Pushes(std::span<const Vec3> places_V, double reach,
+                           FieldPushes& pushes) const noexcept {
+  FieldPush* next = pushes.all.data();
+  if (places_V.empty()) return;
+  PushLanes places(*this, places_V);
+  places.ForEach([&](std::size_t k, const ListedPlace& listed) {
+    pushes.first[k] = static_cast<std::uint16_t>(next - pushes.all.data());
+    const FieldPush* end = next + FieldPushes::kMostEach;
+    if (places.HasBrick(k)) {
+      double share = 0;  // of the list
+      std::optional<FacesNear> near;
+      if (listed.end > listed.begin) {
+        near.emplace(places.pairs(), listed.begin, listed.end, reach);
+        // beyond the band other faces may be nearer than those of the list
+        share = listed.share * std::clamp((band_ - near->all()[0].distance) / kBandFade, 0.0, 1.0);
+      }
+      const double value = places.lanes().value[k];
+      if (share < 1 && value < reach) {
+        const Vec3 gradient = places.gradient(k);
+        const double length = gradient.norm();
+        if (length > 0) *next++ = {value, gradient / length, 1.0 - share, false, 1};
+      }
+      if (share > 0) AddPushes(*near, share, reach, next, end);
+    }
+    pushes.first[k + 1] = static_cast<std::uint16_t>(next - pushes.all.data());
+  });
 }
 
 }  // namespace tandem

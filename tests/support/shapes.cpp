@@ -55,6 +55,24 @@ TriangleMesh HollowBlock(double side, double radius) {
   return mesh;
 }
 
+TriangleMesh Raised(const std::vector<std::array<double, 2>>& polygon, double height, double unit) {
+  TriangleMesh mesh;
+  const auto n = static_cast<std::uint32_t>(polygon.size());
+  for (const double z : {0.0, height}) {
+    for (const auto& [x, y] : polygon) mesh.vertices.emplace_back(unit * Vec3(x, y, z));
+  }
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::uint32_t next = (k + 1) % n;
+    if (k > 0 && k + 1 < n) {
+      mesh.triangles.push_back({0, k + 1, k});
+      mesh.triangles.push_back({n, n + k, n + k + 1});
+    }
+    mesh.triangles.push_back({k, next, n + next});
+    mesh.triangles.push_back({k, n + next, n + k});
+  }
+  return mesh;
+}
+
 TriangleMesh Sheet(double side) {
   TriangleMesh mesh;
   const double h = 0.5 * side;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <random>
+#include <vector>
 
 #include "engine/geometry/triangle_mesh.h"
 
@@ -17,6 +19,10 @@ TriangleMesh HollowBlock(double side, double radius);
 
 /// A single square sheet of side `side` in the plane z = 0: open.
 TriangleMesh Sheet(double side);
+
+/// A polygon in x and y, counter-clockwise and seen whole from its first corner, raised from z = 0
+/// to a prism. Lengths are in units of `unit` metres.
+TriangleMesh Raised(const std::vector<std::array<double, 2>>& polygon, double height, double unit);
 
 /// A mesh turned and then put somewhere.
 inline TriangleMesh At(const TriangleMesh& mesh, const Vec3& p, const Quat& q = Quat::Identity()) {

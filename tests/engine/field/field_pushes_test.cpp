@@ -2,11 +2,14 @@
 // triangles.
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <random>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include "engine/field/field_builder.h"
 #include "tests/engine/field/brute_distance.h"
@@ -25,7 +28,7 @@ using testing::Uniform;
 constexpr double kVoxelSize = 0.001;
 constexpr double kReach = 0.45;  // voxels
 
-using Pushes = std::array<FieldPush, DistanceField::kMostPushes>;
+using Pushes = std::vector<FieldPush>;
 
 DistanceField BuiltField(const TriangleMesh& mesh) {
   return std::move(*BuildField(mesh, {.voxel_size = kVoxelSize}));
@@ -35,11 +38,17 @@ Vec3 InVoxels(const DistanceField& field, const Vec3& p_W) {
   return (p_W - field.p_WVo()) / kVoxelSize;
 }
 
+Pushes PushesAt(const DistanceField& field, const Vec3& place) {
+  FieldPushes pushes;
+  field.Pushes({&place, 1}, kReach, pushes);
+  return {pushes.Of(0).begin(), pushes.Of(0).end()};
+}
+
 /// What the pushes come to, in voxels of depth.
-Vec3 SumOf(const Pushes& pushes, std::size_t count) {
+Vec3 SumOf(std::span<const FieldPush> pushes) {
   Vec3 sum = Vec3::Zero();
-  for (std::size_t i = 0; i < count; ++i) {
-    sum += (kReach - pushes[i].distance) * pushes[i].share * pushes[i].away_V;
+  for (const FieldPush& push : pushes) {
+    sum += (kReach - push.distance) * push.share * push.away_V;
   }
   return sum;
 }
@@ -60,10 +69,8 @@ TEST(FieldPushes, OverAFaceTheyStandOnIt) {
   for (int i = 0; i < 500; ++i) {
     const double gap = Uniform(random, -0.5, 0.44);
     const Vec3 over(Uniform(random, -10, 10), Uniform(random, -10, 10), 6 + gap);
-    Pushes pushes;
-    const std::size_t count =
-        field.Pushes(InVoxels(field, kVoxelSize * (q * over)), kReach, pushes);
-    ASSERT_EQ(count, 1U);
+    const Pushes pushes = PushesAt(field, InVoxels(field, kVoxelSize * (q * over)));
+    ASSERT_EQ(pushes.size(), 1U);
     EXPECT_NEAR(pushes[0].distance, gap, 0.005);
     EXPECT_GT(pushes[0].away_V.dot(q * Vec3::UnitZ()), 0.9999);
     EXPECT_EQ(pushes[0].share, 1.0);
@@ -78,9 +85,8 @@ TEST(FieldPushes, BesideAnEdgeTheyComeFromTheEdge) {
     const double gap = Uniform(random, 0.05, 0.4);
     const Vec3 way(0, std::cos(angle), std::sin(angle));
     const Vec3 place = Vec3(Uniform(random, -10, 10), 15, 15) + gap * way;
-    Pushes pushes;
-    const std::size_t count = field.Pushes(InVoxels(field, kVoxelSize * place), kReach, pushes);
-    ASSERT_EQ(count, 1U);
+    const Pushes pushes = PushesAt(field, InVoxels(field, kVoxelSize * place));
+    ASSERT_EQ(pushes.size(), 1U);
     EXPECT_NEAR(pushes[0].distance, gap, 1e-3);
     EXPECT_GT(pushes[0].away_V.dot(way), 0.9999);
   }
@@ -90,10 +96,8 @@ TEST(FieldPushes, InANotchEachFacePushes) {
   const DistanceField field = BuiltField(Notch());
   for (const auto& [from_wall, from_floor] :
        {std::pair(0.2, 0.3), std::pair(0.3, 0.2), std::pair(0.25, 0.25)}) {
-    Pushes pushes;
     const Vec3 place(-10 + from_wall, 0, 5 + from_floor);
-    const std::size_t count = field.Pushes(InVoxels(field, kVoxelSize * place), kReach, pushes);
-    const Vec3 sum = SumOf(pushes, count);
+    const Vec3 sum = SumOf(PushesAt(field, InVoxels(field, kVoxelSize * place)));
     EXPECT_NEAR(sum.x(), kReach - from_wall, 0.01);
     EXPECT_NEAR(sum.z(), kReach - from_floor, 0.01);
   }
@@ -109,22 +113,62 @@ TEST(FieldPushes, DoNotJumpAsAPlaceSlides) {
       const Vec3 from(Uniform(random, -11, 11), Uniform(random, -11, 11), Uniform(random, 5, 11));
       const Vec3 way = Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), 0).normalized();
       constexpr double kStep = 1e-4;
-      constexpr int kSteps = 3000;
+      constexpr std::size_t kSteps = 3008;
       Vec3 last = Vec3::Zero();
       bool outside = false;
-      for (int i = 0; i < kSteps; ++i) {
-        const Vec3 place = InVoxels(field, kVoxelSize * (from + i * kStep * way));
-        Pushes pushes;
-        const std::size_t count = field.Pushes(place, kReach, pushes);
-        const Vec3 sum = SumOf(pushes, count);
-        const bool now = field.At(place).value > 0.02;
-        if (outside && now) largest = std::max(largest, (sum - last).norm());
-        outside = now;
-        last = sum;
+      std::array<Vec3, FieldPushes::kMostPlaces> places;
+      FieldPushes pushes;
+      for (std::size_t i = 0; i < kSteps; i += places.size()) {
+        for (std::size_t k = 0; k < places.size(); ++k) {
+          const double along = kStep * static_cast<double>(i + k);
+          places[k] = InVoxels(field, kVoxelSize * (from + along * way));
+        }
+        field.Pushes(places, kReach, pushes);
+        for (std::size_t k = 0; k < places.size(); ++k) {
+          const Vec3 sum = SumOf(pushes.Of(k));
+          const bool now = field.At(places[k]).value > 0.02;
+          if (outside && now) largest = std::max(largest, (sum - last).norm());
+          outside = now;
+          last = sum;
+        }
       }
     }
     // in a step of 1e-4 voxel a push turns by 1e-4 over its distance at the most, 0.005 of 0.45
     EXPECT_LT(largest, 0.01);
+  }
+}
+
+TEST(FieldPushes, AreTheSameAloneAndAmongManyAndOnEveryProcessor) {
+  std::mt19937_64 random(6);
+  // a ball of many small faces: lists of many places do not fit together
+  for (const TriangleMesh& mesh : {Notch(), Sphere(10 * kVoxelSize, 4)}) {
+    const DistanceField field = BuiltField(mesh);
+    std::array<Vec3, FieldPushes::kMostPlaces> places;
+    for (Vec3& place : places) {
+      const double out = Uniform(random, 9.5, 10.4);
+      place = InVoxels(field, kVoxelSize * out * testing::RandomDirection(random));
+    }
+    places[7] = Vec3::Constant(-3);
+    places[9] = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+    std::size_t found = 0;
+    for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+      hwy::SetSupportedTargetsForTest(left & -left);
+      FieldPushes together;
+      field.Pushes(places, kReach, together);
+      hwy::SetSupportedTargetsForTest(0);
+      for (std::size_t k = 0; k < places.size(); ++k) {
+        const Pushes alone = PushesAt(field, places[k]);
+        ASSERT_EQ(together.Of(k).size(), alone.size());
+        for (std::size_t i = 0; i < alone.size(); ++i, ++found) {
+          EXPECT_EQ(together.Of(k)[i].distance, alone[i].distance);
+          EXPECT_EQ(together.Of(k)[i].away_V, alone[i].away_V);
+          EXPECT_EQ(together.Of(k)[i].share, alone[i].share);
+        }
+      }
+      EXPECT_TRUE(together.Of(7).empty());
+      EXPECT_TRUE(together.Of(9).empty());
+    }
+    EXPECT_GT(found, 30U);
   }
 }
 
@@ -160,26 +204,14 @@ TEST(FieldBounds, AreNeverAboveTheDistance) {
       FieldReadings readings;
       field.ReadBlocks({1, 0, 0, 0, 1, 0, 0, 0, 1}, static_cast<float>(kReach), {&placed, 1},
                        bounds.data(), &readings);
-      std::vector<DistanceField::OpenPlace> open;
-      for (std::size_t lane = 0; lane < kBlockPlaces; ++lane) {
-        if ((readings.open >> lane & 1U) == 0) continue;
-        const Vec3 at = middle + Vec3(lanes[0][lane], lanes[1][lane], lanes[2][lane]);
-        open.push_back({InVoxels(field, kVoxelSize * at), bounds[lane]});
-      }
-      std::vector<double> told(open.size());
-      field.Distances(open, kReach, told.data());
-      std::size_t next = 0;
       for (std::size_t lane = 0; lane < kBlockPlaces; ++lane) {
         const Vec3 at = middle + Vec3(lanes[0][lane], lanes[1][lane], lanes[2][lane]);
         const double distance = exact.Signed(kVoxelSize * at) / kVoxelSize;
-        double bound = bounds[lane];
-        if ((readings.open >> lane & 1U) != 0) {
-          bound = told[next++];
-        } else {
-          ++decided;
-          const bool within = (readings.within >> lane & 1U) != 0;
-          EXPECT_TRUE(!within || distance < kReach + 0.03) << distance;
-        }
+        const double bound = bounds[lane];
+        EXPECT_LE(readings.least, bound);
+        if ((readings.listed >> lane & 1U) == 0) ++decided;
+        const bool within = (readings.within >> lane & 1U) != 0;
+        EXPECT_TRUE(!within || distance < kReach + 0.03) << distance;
         // what lies inside is found, however deep
         if (distance > 0) {
           EXPECT_LE(bound, distance + 0.012) << at.transpose();
@@ -199,17 +231,34 @@ TEST(FieldBounds, HoldWhereFacesAreFarSmallerThanVoxels) {
   const DistanceField field = FieldOf(ball);
   ASSERT_GT(field.Count().list_faces, 1024 * field.Count().bricks) << "too few faces in a brick";
   std::mt19937_64 random(5);
-  std::vector<DistanceField::OpenPlace> open;
-  std::vector<double> exact;
-  for (int i = 0; i < 200; ++i) {
-    const double radius = Uniform(random, 1.5, 2.5);
-    const Vec3 at = radius * kVoxelSize * testing::RandomDirection(random);
-    open.push_back({InVoxels(field, at), -1});
-    exact.push_back(radius - 2);
+  for (int i = 0; i < 13; ++i) {
+    std::array<std::array<float, kBlockPlaces>, 3> lanes;
+    std::array<double, kBlockPlaces> exact;
+    for (std::size_t lane = 0; lane < kBlockPlaces; ++lane) {
+      const double radius = Uniform(random, 1.5, 2.5);
+      const Vec3 at = radius * testing::RandomDirection(random);
+      for (std::size_t a = 0; a < 3; ++a) {
+        lanes[a][lane] = static_cast<float>(at[static_cast<Eigen::Index>(a)]);
+      }
+      exact[lane] = radius - 2;
+    }
+    const Vec3 middle = InVoxels(field, Vec3::Zero());
+    const GridIndex base{static_cast<std::int32_t>(middle.x()),
+                         static_cast<std::int32_t>(middle.y()),
+                         static_cast<std::int32_t>(middle.z())};
+    const PlacedBlock placed{.places_F = {lanes[0].data(), lanes[1].data(), lanes[2].data()},
+                             .base = base,
+                             .from_base = {static_cast<float>(middle.x() - base.x),
+                                           static_cast<float>(middle.y() - base.y),
+                                           static_cast<float>(middle.z() - base.z)}};
+    std::array<float, kBlockPlaces> bounds;
+    FieldReadings readings;
+    field.ReadBlocks({1, 0, 0, 0, 1, 0, 0, 0, 1}, static_cast<float>(kReach), {&placed, 1},
+                     bounds.data(), &readings);
+    for (std::size_t lane = 0; lane < kBlockPlaces; ++lane) {
+      EXPECT_LE(bounds[lane], exact[lane] + 0.01);
+    }
   }
-  std::vector<double> told(open.size());
-  field.Distances(open, kReach, told.data());
-  for (std::size_t i = 0; i < told.size(); ++i) EXPECT_LE(told[i], exact[i] + 0.01) << i;
 }
 
 }  // namespace
