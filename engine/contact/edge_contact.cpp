@@ -244,8 +244,8 @@ EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) no
   meeting.share = share;
   meeting.depth = std::max(0.0, reach - met.gap);
   meeting.normal = met.normal;
-  meeting.place =
-      parallel ? edge.p : Vec3(0.5 * (edge.p + met.u * edge.tangent + q + met.v * other_t));
+  meeting.on_shell = edge.p + met.u * edge.tangent;
+  meeting.place = parallel ? edge.p : Vec3(0.5 * (meeting.on_shell + q + met.v * other_t));
   return meeting;
 }
 

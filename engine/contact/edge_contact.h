@@ -57,7 +57,8 @@ struct EdgeMeeting {
   double depth = 0;  // voxels
   double share = 0;  // how much of the push counts; 0: they do not push
   Vec3 normal = Vec3::Zero();
-  Vec3 place = Vec3::Zero();  // voxels of V
+  Vec3 place = Vec3::Zero();     // voxels of V
+  Vec3 on_shell = Vec3::Zero();  // where on the shell's edge
 
   double counted_depth() const { return depth * share; }
 };

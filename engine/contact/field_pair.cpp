@@ -239,7 +239,11 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
                                          {other.middle, other.tangent.cast<double>(), nhat,
                                           other.half_length, arc_of(other.cosine), other.ends},
                                          reach_);
-        Add(meeting.place, meeting.normal, meeting.depth, meeting.share);
+        if (!(meeting.depth > 0 && meeting.share > 0)) return;
+        // edges are met as lines with wedges about them, which go on where their faces end
+        const FieldReading surface = map_->field.At(meeting.on_shell);
+        const double depth = std::min(meeting.depth, reach_ - surface.value);
+        Add(meeting.place, meeting.normal, depth, meeting.share);
       });
     }
   }

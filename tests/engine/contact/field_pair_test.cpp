@@ -19,6 +19,7 @@ using testing::kGains;
 using testing::kS;
 using testing::LowestAlong;
 using testing::Plate;
+using testing::Raised;
 using testing::RandomRotation;
 using testing::Refined;
 using testing::Sphere;
@@ -122,6 +123,26 @@ TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
   }
 }
 
+// Two edges side by side meet as wedges, whose faces have no ends. This one ends at once.
+TEST(FieldPair, AFacePushesNoFartherThanItGoes) {
+  // a block with a chamfer of 0.57 voxels between its top, at y = 0, and its side
+  const TriangleMesh block =
+      Raised({{-12, -10}, {0.4, -10}, {0.4, -0.4}, {0, 0}, {-12, 0}}, 24, kS);
+  const TriangleMesh tool = Box(kS * Vec3(10, 10, 16));
+  Refined met(block, tool, Quat::Identity());
+  for (double beside = 0.48; beside < 1.2; beside += 0.01) {
+    for (double turn = -0.1; turn < 0.11; turn += 0.05) {
+      // its lower edge is level with the chamfer's, and so far beside it
+      const Quat q_WB(Eigen::AngleAxisd(turn, Vec3::UnitY()));
+      const Vec3 corner = q_WB * (kS * Vec3(-5, -5, 0));
+      const Vec3 place = kS * Vec3(0.4 + beside, -0.4, 12) - corner;
+      const double nearest = beside - 8 * std::abs(std::sin(turn));
+      if (nearest < kRefinedClearance + 0.03) continue;
+      EXPECT_EQ(met.ForceAt({q_WB, place}), Vec3(Vec3::Zero())) << beside << " " << turn;
+    }
+  }
+}
+
 TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
   // at once, the step of a body that slides along would be held by all that it is about to touch
   Refined met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
@@ -141,7 +162,7 @@ TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
 TEST(FieldPair, AnInwardShiftMovesWhereForceBegins) {
   // half a voxel: a twentieth of a voxel inside the surface, and no deeper push comes first
   Refined met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity(), 1,
-                 {.inward_shift = 0.5});
+              {.inward_shift = 0.5});
   for (double gap = 0.2; gap > -0.4; gap -= 0.001) {
     const double depth = kRefinedClearance - 0.5 - gap;
     const double force = met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 9 + gap)}).z();
