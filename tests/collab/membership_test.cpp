@@ -251,15 +251,15 @@ TEST(PeerDirectory, ANewRunOfAProgramIsLostAndJoins) {
   directory.OnPeerInfo(info);
   std::vector<MembershipChange::Kind> kinds;
   for (MembershipChange change; directory.changes().TryPop(change);) kinds.push_back(change.kind);
-  using Kind = MembershipChange::Kind;
-  EXPECT_EQ(kinds, (std::vector<Kind>{Kind::kJoined, Kind::kLost, Kind::kJoined}));
+  using Change = MembershipChange::Kind;
+  EXPECT_EQ(kinds, (std::vector<Change>{Change::kJoined, Change::kLost, Change::kJoined}));
 }
 
 // Its bodies would stay its own for ever, for the hand would never hear that it has gone.
 TEST(PeerDirectory, WhoCeasesToTakePartIsGoneForTheHand) {
-  using Kind = MembershipChange::Kind;
+  using Change = MembershipChange::Kind;
   PeerDirectory directory(1, 42);
-  std::vector<Kind> told;
+  std::vector<Change> told;
   const auto hear = [&](const PeerInfo& info) {
     directory.OnPeerInfo(info);
     MembershipChange change;
@@ -277,7 +277,7 @@ TEST(PeerDirectory, WhoCeasesToTakePartIsGoneForTheHand) {
   directory.OnPeerLeft(2);
   MembershipChange change;
   EXPECT_FALSE(directory.changes().TryPop(change));
-  EXPECT_THAT(told, ElementsAre(Kind::kJoined, Kind::kLost, Kind::kBack, Kind::kLost));
+  EXPECT_THAT(told, ElementsAre(Change::kJoined, Change::kLost, Change::kBack, Change::kLost));
 }
 
 TEST(PeerDirectory, OtherForceTermsAreSaidWheneverTheyChange) {

@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-constexpr PeerId kAnna = 7;
+constexpr PeerId kOtherPeer = 7;
 constexpr double kRadius = 0.02;
 
 /// Both start at the origin; after a second ours goes left and down, theirs right and down, and
@@ -27,7 +27,7 @@ struct Parting {
     PoseHistory::Moment& moment = history.Add();
     moment.ours = {Quat::Identity(), ours};
     moment.count = heard ? 1 : 0;
-    moment.others[0] = {kAnna, {Quat::Identity(), theirs}};
+    moment.others[0] = {kOtherPeer, {Quat::Identity(), theirs}};
     moment.blocked[0] = blocked;
   }
   PoseHistory history;
@@ -45,7 +45,7 @@ TEST(Retrace, GoesBackByOurPathAndOnByTheirs) {
   Parting parting;
   Retrace retrace;
   Pose X_WB = parting.history.Ours(parting.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
+  ASSERT_TRUE(Begin(retrace, parting.history, kOtherPeer, X_WB));
   double highest = -1;
   double fastest = 0;
   int frames = 0;
@@ -71,7 +71,7 @@ TEST(Retrace, WaitsForABodyThatIsHeldBackAndGivesUpInTheEnd) {
   Parting parting;
   Retrace retrace;
   const Pose X_WB = parting.history.Ours(parting.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
+  ASSERT_TRUE(Begin(retrace, parting.history, kOtherPeer, X_WB));
   for (int i = 0; i < 2900; ++i) retrace.Advance(parting.history, X_WB);
   EXPECT_EQ(retrace.state(), Retrace::State::kUnderWay);
   EXPECT_LT((retrace.goal().p - X_WB.p).norm(), Retrace::kLead + 1e-3);
@@ -83,7 +83,7 @@ TEST(Retrace, FollowsOneWhoGoesOn) {
   Parting parting;
   Retrace retrace;
   Pose X_WB = parting.history.Ours(parting.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
+  ASSERT_TRUE(Begin(retrace, parting.history, kOtherPeer, X_WB));
   for (int i = 0; i < 10000 && retrace.state() == Retrace::State::kUnderWay; ++i) {
     const double on = 0.05 * std::min(3.0, 1e-3 * i);
     if (i % 10 == 0) parting.Add(X_WB.p, Vec3(0.1, -0.2, on), true);
@@ -99,7 +99,7 @@ TEST(Retrace, GivesUpOneWhoKeepsGoingFaster) {
   Parting parting;
   Retrace retrace;
   Pose X_WB = parting.history.Ours(parting.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
+  ASSERT_TRUE(Begin(retrace, parting.history, kOtherPeer, X_WB));
   int frames = 0;
   for (; frames < 30'000 && retrace.state() == Retrace::State::kUnderWay; ++frames) {
     const double round = 5.0 * 1e-3 * frames;  // rad: 0.5 m/s
@@ -118,12 +118,12 @@ TEST(Retrace, HasNoWayToOneWhoWasNeverNear) {
     PoseHistory::Moment& moment = history.Add();
     moment.ours = {};
     moment.count = 1;
-    moment.others[0] = {kAnna, {Quat::Identity(), Vec3(0.1, 0, 0)}};
+    moment.others[0] = {kOtherPeer, {Quat::Identity(), Vec3(0.1, 0, 0)}};
     moment.blocked[0] = true;
   }
   Retrace retrace;
-  EXPECT_FALSE(Begin(retrace, history, kAnna, {}));
-  EXPECT_FALSE(Begin(retrace, history, kAnna + 1, {}));
+  EXPECT_FALSE(Begin(retrace, history, kOtherPeer, {}));
+  EXPECT_FALSE(Begin(retrace, history, kOtherPeer + 1, {}));
 }
 
 // A haptic frame is short: a long history is gone through in many.
@@ -131,7 +131,7 @@ TEST(Retrace, LooksAtSoMuchOfTheHistoryInAFrame) {
   Parting parting;
   for (int i = 0; i < 3300; ++i) parting.Add(Vec3(-0.1, 0, 0), Vec3(0.1, 0, 0), true);
   Retrace retrace;
-  retrace.Start(parting.history, kAnna, kRadius);
+  retrace.Start(parting.history, kOtherPeer, kRadius);
   int frames = 0;
   for (; frames < 1000 && retrace.state() == Retrace::State::kSearching; ++frames) {
     retrace.Search(parting.history);
@@ -145,7 +145,7 @@ TEST(Retrace, LooksAtSoMuchOfTheHistoryInAFrame) {
 TEST(Retrace, SetsOutFromWhereTheBodyIsThen) {
   Parting parting;
   Retrace retrace;
-  retrace.Start(parting.history, kAnna, kRadius);
+  retrace.Start(parting.history, kOtherPeer, kRadius);
   while (retrace.state() == Retrace::State::kSearching) retrace.Search(parting.history);
   ASSERT_EQ(retrace.state(), Retrace::State::kFound);
   Pose X_WB = parting.history.Ours(parting.history.end() - 1);
@@ -165,7 +165,7 @@ TEST(Retrace, StopsWhenTheOtherIsGone) {
   Parting parting;
   Retrace retrace;
   const Pose X_WB = parting.history.Ours(parting.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, parting.history, kAnna, X_WB));
+  ASSERT_TRUE(Begin(retrace, parting.history, kOtherPeer, X_WB));
   parting.Add(X_WB.p, Vec3::Zero(), false, false);
   retrace.Advance(parting.history, X_WB);
   EXPECT_EQ(retrace.state(), Retrace::State::kStuck);

@@ -76,7 +76,7 @@ constexpr std::array kExpected{
     // other laws give gains that are passive by themselves
     Expected{Fault::kGateForgets, kEnergy, 115, "constant"},
     Expected{Fault::kEchoForAnother, kStiffer, 7},
-    Expected{Fault::kStaleClaim, "a claim goes back"}, Expected{Fault::kGrantKept, kTwo, 3},
+    Expected{Fault::kStaleClaim, "a claim goes back", 3}, Expected{Fault::kGrantKept, kTwo, 4},
     Expected{Fault::kGrantKept, kTwoHands, 5}, Expected{Fault::kHandsKept, kTwo, 6},
     Expected{Fault::kLostRelease, kAgree, 7}, Expected{Fault::kAllSucceed, kTwo},
     Expected{Fault::kNoListening, kNotListened, 5}, Expected{Fault::kNoGuard, kJumps},
@@ -95,7 +95,7 @@ constexpr std::array kExpected{
     Expected{Fault::kHeldSlips, "hands do not come to rest", 5},
     Expected{Fault::kContactOff, "what the hand holds is in the plate"},
     Expected{Fault::kContactOff, "a body is in the one that the hand holds", 6},
-    Expected{Fault::kMirrorTrembles, "a mirror pushes in by more than its share"},
+    Expected{Fault::kMirrorTrembles, "a mirror pushes in by more than its share", 6},
     Expected{Fault::kNoNumberFelt, "a hand's force is not finite"},
     Expected{Fault::kFeltTenfold, "a hand's force is beyond the clamp", 3},
     Expected{Fault::kFeltTenfold, "a hand's moment is beyond the clamp", 28},
@@ -105,8 +105,8 @@ constexpr std::array kExpected{
     Expected{Fault::kViewerKeepsLost, "the viewer misses one", 5},
     Expected{Fault::kNeverYields, "peers claim a body above one another"},
     // beside a member that keeps to no rule
-    Expected{Fault::kSeizureBelieved, "a hand loses a body to a hostile member", 1, "", true},
-    Expected{Fault::kGrantBelieved, "a hand loses what it holds", 1, "", true},
+    Expected{Fault::kSeizureBelieved, "a hand loses a body to a hostile member", 6, "", true},
+    Expected{Fault::kGrantBelieved, "a hand loses what it holds", 9, "", true},
     Expected{Fault::kLeapBelieved, "an epoch runs away", 1, "", true}};
 
 std::uint64_t MostSeeds() {

@@ -118,6 +118,39 @@ TEST(DueCalendar, AfterAJumpAllAreDue) {
   EXPECT_EQ(calendar.DueWithin(DueCalendar<8>::kBuckets), 0U);
 }
 
+// The rings turn over some ten times. An item is due up to a bucket early. None is so far out that
+// it goes farther than the body's edge.
+TEST(DueCalendar, TheFreeWayIsThatOfTheItemThatIsDueFirst) {
+  constexpr std::uint32_t kItems = 12;
+  std::mt19937_64 random(5);
+  DueCalendar<8> calendar(kItems, kRadius);
+  std::vector<double> rest(kItems);
+  const auto put = [&](std::uint32_t i) {
+    rest[i] = Uniform(random, 0, 60);
+    calendar.Put(i, Uniform(random, 0, kRadius - 60), rest[i]);
+  };
+  for (std::uint32_t i = 0; i < kItems; ++i) put(i);
+  for (int frame = 0; frame < 3000; ++frame) {
+    const double first = *std::ranges::min_element(rest);
+    ASSERT_LE(calendar.FreeWay(), first + 1e-9) << "in frame " << frame;
+    ASSERT_GE(calendar.FreeWay(), first - 1 / DueCalendar<8>::kPerVoxel - 1e-9)
+        << "in frame " << frame;
+    const double way = Uniform(random, 0, 0.5);
+    for (double& r : rest) r -= way;
+    std::vector<std::uint32_t> due;
+    calendar.Advance({way, 0}, 0, [&](std::uint32_t i) {
+      due.push_back(i);
+    });
+    std::ranges::for_each(due, put);
+    if (frame % 7 == 0) {
+      // as an item that is not due yet is put elsewhere
+      const auto i = static_cast<std::uint32_t>(random() % kItems);
+      calendar.Remove(i);
+      put(i);
+    }
+  }
+}
+
 TEST(DueCalendar, TellsHowFarNothingIsDue) {
   DueCalendar<8> calendar(2, kRadius);
   EXPECT_GE(calendar.FreeWay(), 15.0);

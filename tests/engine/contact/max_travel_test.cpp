@@ -7,9 +7,9 @@
 namespace tandem {
 namespace {
 
-constexpr double kVoxel = 0.001;
-constexpr double kBound = 0.5 * kVoxel;
-constexpr double kFloor = kTravelFloor * kVoxel;
+constexpr double kFineVoxel = 0.001;
+constexpr double kBound = 0.5 * kFineVoxel;
+constexpr double kFloor = kTravelFloor * kFineVoxel;
 constexpr double kPrice = 400;
 constexpr double kCapacity = 1e5;
 
@@ -34,7 +34,7 @@ TEST(MaxTravel, FillsTheFrame) {
   int limited = 0;
   for (int trial = 0; trial < 1000; ++trial) {
     const TestLoad load = SomeLoad(random, 0.25 * kCapacity / kPrice);
-    const double travel = MaxTravel(load, kCapacity, kPrice, kVoxel);
+    const double travel = MaxTravel(load, kCapacity, kPrice, kFineVoxel);
     if (travel == kBound) {
       EXPECT_LE(Cost(load, travel), kCapacity * (1 + 1e-9));
     } else if (Cost(load, 0) < kCapacity - kTravelShare * (kCapacity - load.mandatory)) {
@@ -51,13 +51,13 @@ TEST(MaxTravel, LeavesTravelAFifthOfTheTestsHoweverManyLooksThereAre) {
   std::mt19937_64 random(12);
   for (int trial = 0; trial < 1000; ++trial) {
     const TestLoad load = SomeLoad(random, 100 * kCapacity / kPrice);
-    const double travel = MaxTravel(load, kCapacity, kPrice, kVoxel);
+    const double travel = MaxTravel(load, kCapacity, kPrice, kFineVoxel);
     const double least = kTravelShare * (kCapacity - load.mandatory) / load.per_metre;
     EXPECT_GE(travel, std::min(kBound, least) * (1 - 1e-9));
     EXPECT_LE(travel, kBound);
     TestLoad more = load;
     more.looks += 10;
-    EXPECT_LE(MaxTravel(more, kCapacity, kPrice, kVoxel), travel);
+    EXPECT_LE(MaxTravel(more, kCapacity, kPrice, kFineVoxel), travel);
   }
 }
 
@@ -65,12 +65,12 @@ TEST(MaxTravel, KeepsAFloorWhereTestsAloneAreTooMany) {
   TestLoad load;
   load.bound = kBound;
   load.mandatory = 2 * kCapacity;
-  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kVoxel), kFloor);
+  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kFloor);
   load.mandatory = 0;
   load.per_metre = 1e6 * kCapacity / kBound;
-  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kVoxel), kFloor);
+  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kFloor);
   load.per_metre = 0;
-  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kVoxel), kBound);
+  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kBound);
 }
 
 TEST(MaxTravel, OfAllPairsIsWhatTheirSumFitsInto) {
@@ -82,7 +82,8 @@ TEST(MaxTravel, OfAllPairsIsWhatTheirSumFitsInto) {
     other.bound = 0.5 * kBound;
     sum += other;
     EXPECT_EQ(sum.bound, 0.5 * kBound);
-    EXPECT_LE(MaxTravel(sum, kCapacity, kPrice, kVoxel), MaxTravel(one, kCapacity, kPrice, kVoxel));
+    EXPECT_LE(MaxTravel(sum, kCapacity, kPrice, kFineVoxel),
+              MaxTravel(one, kCapacity, kPrice, kFineVoxel));
   }
 }
 

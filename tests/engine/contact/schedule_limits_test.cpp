@@ -17,10 +17,10 @@ using testing::RandomRotation;
 using testing::Uniform;
 using testing::UntestedPoints;
 
-constexpr double kEver = std::numeric_limits<double>::infinity();
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 double Lowest(const Bodies& bodies, const Pose& X_WB) {
-  double lowest = kEver;
+  double lowest = kUnlimited;
   for (std::size_t i = 0; i < bodies.shell.size(); ++i) {
     lowest = std::min(lowest, (X_WB * bodies.shell.point(i)).z());
   }
@@ -47,7 +47,7 @@ TEST(ScheduleLimits, ABodyThrownAtAPlateTwoChunksAwayIsNeverLate) {
     ASSERT_LT(Lowest(bodies, {X_WS.q, X_WS.p + 32 * kVoxel * way}), top);
 
     PointSchedule schedule(bodies.blocks, bodies.voxmap, 0, {});
-    double travel = kEver;
+    double travel = kUnlimited;
     double most = 0;
     int frame = 0;
     do {
@@ -55,7 +55,7 @@ TEST(ScheduleLimits, ABodyThrownAtAPlateTwoChunksAwayIsNeverLate) {
       ASSERT_EQ(UntestedPoints(bodies.blocks, bodies.voxmap, schedule), 0U)
           << "throw " << k << ", frame " << frame;
       if (!schedule.contacts().empty()) break;
-      travel = MaxTravel(schedule.Load(), kEver, 0, kVoxel);
+      travel = MaxTravel(schedule.Load(), kUnlimited, 0, kVoxel);
       ASSERT_LE(travel, 32 * kVoxel);
       most = std::max(most, travel);
       X_WS.p += travel / each * way;
@@ -90,7 +90,7 @@ EdgeFigures OnEdge(const Bodies& bars, double angle, int layer) {
   const Vec3 edge(0, 0.5 * across, 0.5 * across);  // its middle
   const Pose X_VS = bars.X_MV().Inverse() * Pose{q, edge + q * Vec3(0, edge.y(), edge.z())};
   PointSchedule schedule(bars.blocks, bars.voxmap, layer, {});
-  schedule.Test(X_VS, kEver);
+  schedule.Test(X_VS, kUnlimited);
   schedule.Test(X_VS, 0);
   EXPECT_EQ(UntestedPoints(bars.blocks, bars.voxmap, schedule), 0U);
   EdgeFigures figures{.contacts = 0, .tests = schedule.counts().looked_up, .load = schedule.Load()};
