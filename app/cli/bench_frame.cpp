@@ -144,6 +144,10 @@ int RunFrame(const FrameArguments& arguments) {
   ScheduleOptions schedule;
   schedule.printed = arguments.schedule == "printed";
   for (const std::string& what : arguments.without) {
+    const bool of_points = what == "awareness" || what == "drift";
+    if (of_points && model->scene.contact != ContactModel::kPlain) {
+      return Fail(kExitUsage, "--without " + what + ": only plain contact has it");
+    }
     if (what == "coherence") schedule.coherence = schedule.chunks = schedule.drift = false;
     if (what == "chunks") schedule.chunks = false;
     if (what == "drift") schedule.drift = false;
@@ -317,8 +321,9 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
       ->check(NumberFrom(10, 1000))
       ->capture_default_str();
   command
-      ->add_option("--without", arguments->without,
-                   "leave a saving out: awareness, coherence, chunks or drift")
+      ->add_option(
+          "--without", arguments->without,
+          "leave a saving out: coherence or chunks; of plain contact awareness or drift, too")
       ->check(OneOf({"awareness", "coherence", "chunks", "drift"}));
   command
       ->add_option("--schedule", arguments->schedule,

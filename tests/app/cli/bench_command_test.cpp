@@ -124,6 +124,15 @@ TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
   EXPECT_GT(told["contacts"], 0);
 }
 
+TEST(BenchCommand, FrameWithoutCoherenceTestsAllAndWithoutDriftIsForPlainContact) {
+  const std::string frame = "frame --scene peg_in_slot --frames 300 --capacity 100000";
+  EXPECT_GT(Bench(frame + " --without coherence")["tests_per_frame"],
+            2 * Bench(frame)["tests_per_frame"].get<double>());
+  const Said said = RunTandem("bench " + frame + " --without drift");
+  EXPECT_EQ(said.exit_code, kExitUsage);
+  EXPECT_NE(said.err.find("--without drift: only plain contact"), std::string::npos) << said.err;
+}
+
 TEST(BenchCommand, MemorySaysBytesABandVoxel) {
   const json told = Bench("memory --scene peg_in_slot");
   ExpectNumbers(told, {"/bytes_per_band_voxel", "/scenes/0/bytes_per_band_voxel_refined",
