@@ -52,7 +52,7 @@ int RunMemoryBench(const MemoryArguments& arguments) {
       row.band_voxels += counts.band;
       row.planes += counts.planes;
       row.bytes += counts.bytes;
-      row.surface_bytes += surface.field.Count().bytes() + surface.features.bytes();
+      row.surface_bytes += surface.field.Count().bytes() + surface.features.bytes().size();
     };
     add((*world)->fixture, (*world)->fixture_surface);
     for (const BodyModel& body : (*world)->bodies) add(body.voxmap, body.surface);

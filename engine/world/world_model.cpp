@@ -4,10 +4,9 @@
 
 #include <tbb/parallel_for.h>
 
-#include "engine/field/field_builder.h"
+#include "engine/contact/surface_builder.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/mass_properties.h"
-#include "engine/geometry/mesh_facing.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxelize.h"
 
@@ -221,23 +220,11 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
 
 Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
                                 double spacing_voxels, const std::stop_token& stop) {
-  Result<DistanceField> field = BuildField(mesh_W, {.voxel_size = scene.voxel_size, .stop = stop});
-  if (!field) return field.error();
-  const TriangleMesh facing_W = FacingOut(mesh_W, FindFacing(mesh_W, MeshSides(mesh_W)));
-  const Features features =
-      FindFeatures(facing_W, FlatnessVoxels(scene.contact) * scene.voxel_size);
-  const std::vector<FeaturePoint> points =
-      FindFeaturePoints(facing_W, features, scene.voxel_size, spacing_voxels);
-  BodySurface surface;
-  const Pose X_WV{Quat::Identity(), field->p_WVo()};
-  surface.X_BV = X_WB.Inverse() * X_WV;
-  surface.field = std::move(*field);
-  const Pose X_VW{Quat::Identity(), -X_WV.p / scene.voxel_size};
-  surface.features = BodyFeatures(points, X_VW);
-  for (const Vec3& vertex_W : mesh_W.vertices) {
-    surface.radius = std::max(surface.radius, (vertex_W - X_WB.p).norm());
-  }
-  return surface;
+  return BuildSurface(mesh_W, X_WB,
+                      {.voxel_size = scene.voxel_size,
+                       .flatness_voxels = FlatnessVoxels(scene.contact),
+                       .spacing_voxels = spacing_voxels,
+                       .stop = stop});
 }
 
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
