@@ -41,8 +41,8 @@ struct Row {
 int RunMemoryBench(const MemoryArguments& arguments) {
   std::vector<Row> rows;
   for (const std::string& name : arguments.scenes) {
-    const Result<std::shared_ptr<const WorldModel>> world =
-        LoadBenchScene({.scene = name, .voxel_size = arguments.voxel_size});
+    const Result<std::shared_ptr<const WorldModel>> world = LoadBenchScene(
+        {.scene = name, .voxel_size = arguments.voxel_size, .needs_plain_parts = true});
     if (!world) return Fail(kExitFile, world.error().what);
     Row row{.scene = name};
     const auto add = [&row](const Voxmap& voxmap, const BodySurface& surface) {
