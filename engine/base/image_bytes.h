@@ -22,8 +22,9 @@ class ImageBytes {
   ImageBytes(const ImageBytes&) = delete;
   ImageBytes& operator=(const ImageBytes&) = delete;
 
-  /// A file's bytes, read-only, or why they cannot be had. Whoever cuts the file short meanwhile
-  /// ends the program that reads them, so files are replaced and never written to (WholeFile).
+  /// A file's bytes, read-only, or why they cannot be had. Whoever writes to the file while it is
+  /// mapped changes the bytes, and whoever cuts it short ends the program that reads them. So files
+  /// are replaced, never written to (WholeFile), and lie where nobody else may write.
   static Result<ImageBytes> Map(const std::filesystem::path& file);
 
   /// Gives back what lies beyond.
