@@ -121,7 +121,7 @@ void Parting::Heal(std::int64_t now_ns, PeerId lowest) noexcept {
   const bool waited = apart_since_ns_ != 0 && now_ns - apart_since_ns_ >= kPatienceNs;
   if (!asked && (!waited || given_up_ == lowest)) return;
   if (!by_user && !MayCome(now_ns)) return;
-  retrace_.Start(history_, lowest, body().points.radius);
+  retrace_.Start(history_, lowest, body().radius);
   Seek(lowest);
 }
 

@@ -58,7 +58,7 @@ void Peer::SayLoose(std::int64_t now_ns, Outbox& out) noexcept {
   for (std::size_t b = 0; b < count; ++b) {
     if (!free_[b].ours || static_cast<int>(b) == held_) continue;
     const auto& [w, v] = world_->state(b).V_WB;
-    const double speed = v.norm() + w.norm() * world_->model().bodies[b].points.radius;
+    const double speed = v.norm() + w.norm() * world_->model().bodies[b].radius;
     if (speed > kRestSpeed) free_[b].moved_ns = now_ns;
   }
   for (std::size_t i = 0; i < count && !out.is_loose; ++i) {

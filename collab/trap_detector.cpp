@@ -8,6 +8,9 @@ namespace tandem {
 namespace {
 
 constexpr double kInwardVoxels = 3.0;
+/// Voxels: a place so near to the fixture is at it, where a line is stopped even by an open sheet.
+constexpr double kAtSurface = 0.5;
+constexpr double kLeastStep = 0.5;  // voxels
 // of the points' lines, that many that cross are no accident of a corner
 constexpr std::size_t kCrossings = TrapDetector::kPoints / 8;
 constexpr double kTurned = 0.1;  // rad: lines of bodies that are turned by less are short as well
@@ -21,14 +24,21 @@ bool AllTogether(const Pose& X_WB, const InstanceView* others, std::size_t count
   });
 }
 
-std::vector<Vec3> PointsOf(const BodyModel& body, double voxel_size) {
+/// The origin of the body, and points a little inward of its surface, evenly over it. Contact may
+/// read no pointshell, so one is made for this and not kept.
+std::vector<Vec3> PointsOf(const WorldModel& model, std::size_t body) {
+  const Scene& scene = model.scene;
+  const SceneBody& part = scene.bodies[model.object[body]];
+  const Result<Pointshell> shell =
+      MakePoints(scene, MeshOfBody(model, body), model.bodies[body].X_WB0, part.inward_shift_voxels,
+                 part.point_spacing_voxels);
   std::vector<Vec3> points{Vec3::Zero()};
-  const std::size_t size = body.points.size();
+  if (!shell) return points;
+  const std::size_t size = shell->size();
   const std::size_t count = std::min(size, TrapDetector::kPoints);
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t at = (2 * i + 1) * size / (2 * count);
-    points.emplace_back(body.points.point(at) +
-                        kInwardVoxels * voxel_size * body.points.normal(at));
+    points.emplace_back(shell->point(at) + kInwardVoxels * scene.voxel_size * shell->normal(at));
   }
   return points;
 }
@@ -38,8 +48,7 @@ std::vector<Vec3> PointsOf(const BodyModel& body, double voxel_size) {
 TrapDetector::TrapDetector(const WorldModel& model) : model_(&model) {
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
     const bool shared = model.has_fixture && model.scene.bodies[model.object[b]].shared;
-    points_B_.push_back(shared ? PointsOf(model.bodies[b], model.scene.voxel_size)
-                               : std::vector<Vec3>());
+    points_B_.push_back(shared ? PointsOf(model, b) : std::vector<Vec3>());
   }
 }
 
@@ -102,14 +111,27 @@ void TrapDetector::BeginSweep(const Pose& X_WB, const InstanceView* others,
   }
 }
 
-int TrapDetector::MarkAt(const Vec3& p_W) const noexcept {
+double TrapDetector::FreeAlong(const Vec3& p_W, double stretch) const noexcept {
+  const double voxel = model_->scene.voxel_size;
+  if (model_->scene.contact == ContactModel::kRefined) {
+    const DistanceField& field = model_->fixture_surface.field;
+    const FieldReading reading = field.At((p_W - field.p_WVo()) / voxel);
+    // a bound that is nearly 0 tells no side
+    const bool met = reading.near ? reading.value < kAtSurface : reading.value < -kAtSurface;
+    return met ? 0.0 : voxel * std::max(kLeastStep, reading.value);
+  }
   const Voxmap& map = model_->fixture;
-  const Vec3 v = (p_W - map.p_WVo()) / map.voxel_size();
+  const Vec3 v = (p_W - map.p_WVo()) / voxel;
   // far outside, where no number of a voxel would hold
-  if (!(v.cwiseAbs().maxCoeff() < 1e9)) return map.beyond();
-  return map.Value(Field::kSurface, {static_cast<std::int32_t>(std::floor(v.x())),
-                                     static_cast<std::int32_t>(std::floor(v.y())),
-                                     static_cast<std::int32_t>(std::floor(v.z()))});
+  const bool is_far = !(v.cwiseAbs().maxCoeff() < 1e9);
+  const int mark = is_far
+                       ? map.beyond()
+                       : map.Value(Field::kSurface, {static_cast<std::int32_t>(std::floor(v.x())),
+                                                     static_cast<std::int32_t>(std::floor(v.y())),
+                                                     static_cast<std::int32_t>(std::floor(v.z()))});
+  if (mark <= kSurfaceMark) return 0.0;
+  // the nearest surface voxel is mark - 2 voxels off: one less is free for certain
+  return voxel * stretch * std::max(kLeastStep, static_cast<double>(mark - kSurfaceMark - 1));
 }
 
 bool TrapDetector::March(std::size_t most, std::size_t& reads) noexcept {
@@ -118,25 +140,22 @@ bool TrapDetector::March(std::size_t most, std::size_t& reads) noexcept {
   const Vec3 line = sweep_.R_theirs * p_B + sweep_.theirs.p - from;
   const double length = line.norm();
   if (length <= 0) return true;
-  const double voxel = model_->fixture.voxel_size();
-  // in the chess-board metric of the marks a line is shorter than it is
+  // in the chess-board metric of marks a line is shorter than it is
   const double stretch = length / line.cwiseAbs().maxCoeff();
   while (sweep_.way < length && reads < most) {
     ++reads;
-    const int mark = MarkAt(from + (sweep_.way / length) * line);
+    const double free = FreeAlong(from + (sweep_.way / length) * line, stretch);
     const bool first = sweep_.way == 0;
     // a point that stands in the fixture at either end, as those of a ring on its peg may, says
     // nothing
-    if (mark <= kSurfaceMark) {
+    if (free == 0) {
       sweep_.met = !first;
       return true;
     }
-    // the nearest surface voxel is mark - 2 voxels off: one less is free for certain
-    const double free = std::max(0.5, static_cast<double>(mark - kSurfaceMark - 1));
-    sweep_.way += free * voxel * stretch;
+    sweep_.way += free;
     if (!first || sweep_.way >= length) continue;
     ++reads;
-    if (MarkAt(from + line) <= kSurfaceMark) return true;
+    if (FreeAlong(from + line, stretch) == 0) return true;
   }
   return sweep_.way >= length;
 }

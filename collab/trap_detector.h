@@ -18,10 +18,10 @@ namespace tandem {
 ///
 /// The points are the centre of mass and kPoints of the surface, taken a little inward, so that a
 /// body which slides along a wall does not count as beyond it. Lines are marched through the
-/// voxmap with its distances as steps, at most kReads voxels a frame, and while all instances are
-/// together, where nobody is trapped, as few as still see everyone in 50 ms: a look at one partner
-/// takes some frames. Used by the haptic thread alone; nothing
-/// allocates after construction.
+/// fixture's distance field, or its voxmap, with distances as steps, at most kReads a frame, and
+/// while all instances are together, where nobody is trapped, as few as still see everyone in 50
+/// ms: a look at one partner takes some frames. Used by the haptic thread alone; nothing allocates
+/// after construction.
 class TrapDetector {
  public:
   static constexpr double kApart = 0.008;    // m
@@ -73,7 +73,9 @@ class TrapDetector {
   /// Whether the lines done so far say what all of them would.
   bool Decided() const noexcept;
   void Judge(Link& link, std::int64_t now_ns, double distance) noexcept;
-  int MarkAt(const Vec3& p_W) const noexcept;
+  /// How far a line may go on from a place before it can meet the fixture, m; 0 where it has.
+  /// `stretch`: the line's length by its longest share along an axis.
+  double FreeAlong(const Vec3& p_W, double stretch) const noexcept;
 
   const WorldModel* model_;
   std::vector<std::vector<Vec3>> points_B_;  // per moving body; the first is its centre of mass

@@ -33,6 +33,8 @@ struct BenchScene {
   std::size_t points = 0;  // of the first moving body, about; 0: a point for each of its voxels
   /// Where the scene fixes nothing, all but the first hand's body is held fast.
   bool needs_fixture = false;
+  /// Pointshells and voxmaps, whatever the contact model of the scene.
+  bool needs_plain_parts = false;
 };
 
 /// The options --scene and --voxel.

@@ -65,9 +65,19 @@ Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked
   Say("voxelizing " + asked.scene);
   auto world = LoadWorld(*scene);
   if (world) TellStart(FindStartGaps(**world));
-  if (!world || asked.points == 0) return world;
+  const bool plain = scene->contact == ContactModel::kPlain;
+  const bool sets_points = asked.points > 0 && (plain || asked.needs_plain_parts);
+  if (asked.points > 0 && !sets_points) {
+    Say(asked.scene + ": its contact tests features, not points: --points changes nothing");
+  }
+  if (!world || (!sets_points && (plain || !asked.needs_plain_parts))) return world;
   auto changed = std::make_shared<WorldModel>(**world);
-  if (const auto fault = SetPoints(asked.points, *changed)) return *fault;
+  if (!plain) {
+    if (const auto fault = AddPlainParts(*changed)) return *fault;
+  }
+  if (sets_points) {
+    if (const auto fault = SetPoints(asked.points, *changed)) return *fault;
+  }
   return std::shared_ptr<const WorldModel>(std::move(changed));
 }
 

@@ -34,7 +34,7 @@ Result<BallFigures> MeasureBall(ContactModel contact, const std::filesystem::pat
   const WorldModel& joint = **loaded;
   const auto ball = static_cast<std::size_t>(joint.BodyNamed("ball"));
   BallFigures figures;
-  figures.points = joint.bodies[ball].points.size();
+  figures.points = TestedPoints(joint, joint.bodies[ball]);
 
   // the hand presses the ball into the cup and turns it as fast as it goes
   World world(*loaded);
@@ -89,7 +89,8 @@ Result<std::size_t> CountBallPoints(ContactModel contact, const std::filesystem:
   if (!scene) return scene.error();
   const auto loaded = LoadBall(*scene, contact, voxel);
   if (!loaded) return loaded.error();
-  return (*loaded)->bodies[static_cast<std::size_t>((*loaded)->BodyNamed("ball"))].points.size();
+  const auto ball = static_cast<std::size_t>((*loaded)->BodyNamed("ball"));
+  return TestedPoints(**loaded, (*loaded)->bodies[ball]);
 }
 
 }  // namespace tandem

@@ -198,7 +198,8 @@ int RunFrame(const FrameArguments& arguments) {
   }
 
   const auto count = static_cast<double>(figures.frames);
-  const VoxelCounts voxels = model->fixture.Count();
+  const std::size_t points = TestedPoints(*model, body);
+  const std::size_t voxels = ReadVoxels(*model, model->fixture, model->fixture_surface);
   const double at_bound = static_cast<double>(figures.at_bound) / count;
   if (arguments.json) {
     nlohmann::ordered_json out{
@@ -206,8 +207,8 @@ int RunFrame(const FrameArguments& arguments) {
         {"without", arguments.without},
         {"schedule", arguments.schedule},
         {"voxel_m", model->scene.voxel_size},
-        {"points", body.points.size()},
-        {"voxels", voxels.total()},
+        {"points", points},
+        {"voxels", voxels},
         {"frames", figures.frames},
         {"threads", helpers.threads()},
         {"budget_us", arguments.budget_us},
@@ -260,8 +261,7 @@ int RunFrame(const FrameArguments& arguments) {
     return kExitOk;
   }
   std::printf("%zu points against %zu voxels, %.0f contacts, %.0f tests a frame (capacity %.0f)\n",
-              body.points.size(), voxels.total(), figures.contacts / count, figures.tests / count,
-              capacity.tests);
+              points, voxels, figures.contacts / count, figures.tests / count, capacity.tests);
   std::printf("  processor   p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n", Us(figures.cpu, 0.5),
               Us(figures.cpu, 0.99), Us(figures.cpu, 0.999));
   if (helpers.threads() > 1) {
@@ -306,7 +306,7 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
   AddBenchScene(*command, arguments->scene);
   command
       ->add_option("--points", arguments->scene.points,
-                   "points of the moving body, about; default: one for each of its voxels")
+                   "points of the moving body, about, in plain contact; default: one for each voxel")
       ->check(WholeNumberFrom(1, 100'000'000));
   command->add_option("--frames", arguments->frames, "frames to time")
       ->check(WholeNumberFrom(1000, 10'000'000))

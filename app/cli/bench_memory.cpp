@@ -41,8 +41,8 @@ struct Row {
 int RunMemoryBench(const MemoryArguments& arguments) {
   std::vector<Row> rows;
   for (const std::string& name : arguments.scenes) {
-    const Result<std::shared_ptr<const WorldModel>> world =
-        LoadBenchScene({.scene = name, .voxel_size = arguments.voxel_size});
+    const Result<std::shared_ptr<const WorldModel>> world = LoadBenchScene(
+        {.scene = name, .voxel_size = arguments.voxel_size, .needs_plain_parts = true});
     if (!world) return Fail(kExitFile, world.error().what);
     Row row{.scene = name};
     const auto add = [&row](const Voxmap& voxmap, const BodySurface& surface) {
@@ -52,7 +52,7 @@ int RunMemoryBench(const MemoryArguments& arguments) {
       row.band_voxels += counts.band;
       row.planes += counts.planes;
       row.bytes += counts.bytes;
-      row.surface_bytes += surface.field.Count().bytes() + surface.features.bytes();
+      row.surface_bytes += surface.field.Count().bytes() + surface.features.bytes().size();
     };
     add((*world)->fixture, (*world)->fixture_surface);
     for (const BodyModel& body : (*world)->bodies) add(body.voxmap, body.surface);

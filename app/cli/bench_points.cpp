@@ -183,6 +183,7 @@ PointsFigures Measure(const WorldModel& world, int rounds_asked) {
 int RunPoints(const PointsArguments& arguments) {
   BenchScene asked = arguments.scene;
   asked.needs_fixture = true;
+  asked.needs_plain_parts = true;
   const auto world = LoadBenchScene(asked);
   if (!world) return Fail(kExitFile, world.error().what);
   if (!(*world)->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");

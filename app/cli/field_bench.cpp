@@ -44,14 +44,6 @@ std::vector<Batch> InBatches(const std::vector<Vec3>& places_V) {
   return batches;
 }
 
-TriangleMesh MeshOfBody(const WorldModel& world, std::size_t body) {
-  TriangleMesh mesh_W;
-  for (std::size_t i = 0; i < world.meshes_W.size(); ++i) {
-    if (world.body_index[i] == static_cast<int>(body)) Append(mesh_W, world.meshes_W[i]);
-  }
-  return mesh_W;
-}
-
 /// In W.
 std::vector<Vec3> PlacesOf(const BodyModel& body, double voxel_size) {
   std::mt19937_64 random(4);

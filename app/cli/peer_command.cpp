@@ -40,14 +40,15 @@ namespace tandem {
 
 namespace {
 
-/// The points that are tested, and the voxels they are tested against.
+/// The points that contact tests, and the voxels it tests them against.
 void CountShapes(const Joining& joining, PeerReport& report) {
   report.capacity = joining.capacity.tests;
   report.look_price = joining.capacity.look_price;
-  report.voxels = joining.model->has_fixture ? joining.model->fixture.Count().total() : 0;
-  for (const BodyModel& body : joining.model->bodies) {
-    report.points += body.points.size();
-    if (!joining.model->has_fixture) report.voxels += body.voxmap.Count().total();
+  const WorldModel& world = *joining.model;
+  report.voxels = world.has_fixture ? ReadVoxels(world, world.fixture, world.fixture_surface) : 0;
+  for (const BodyModel& body : world.bodies) {
+    report.points += TestedPoints(world, body);
+    if (!world.has_fixture) report.voxels += ReadVoxels(world, body.voxmap, body.surface);
   }
 }
 

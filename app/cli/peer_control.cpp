@@ -30,8 +30,10 @@ Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
   if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, stop)) {
     return {false, fault->what};
   }
+  const Result<Pointshell> points = MakePoints(scene, (*model)->meshes_W.front(), body.X_WB0, 0);
+  if (!points) return {false, points.error().what};
   return {true, std::to_string(map->Count().total()) + " voxels, " +
-                    std::to_string(body.points.size()) + " points"};
+                    std::to_string(points->size()) + " points"};
 }
 
 }  // namespace

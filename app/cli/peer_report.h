@@ -24,8 +24,8 @@ struct PeerReport {
   std::string name;
   int pid = 0;
   std::string scheduler;
-  std::size_t points = 0;   // of the body in hand
-  std::size_t voxels = 0;   // of the fixture
+  std::size_t points = 0;   // that contact tests: TestedPoints()
+  std::size_t voxels = 0;   // that contact reads: ReadVoxels()
   double capacity = 0;      // point tests that fit into a frame
   double look_price = 0;    // of an exact look, in point tests
   double mean_delay_s = 0;  // half the loop age

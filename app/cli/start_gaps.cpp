@@ -242,7 +242,7 @@ StartGaps FindStartGaps(const Scene& scene, const std::vector<TriangleMesh>& mes
 StartGaps FindStartGaps(const WorldModel& model) {
   std::vector<double> points(model.scene.bodies.size(), 0.0);
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
-    points[model.object[b]] = static_cast<double>(model.bodies[b].points.size());
+    points[model.object[b]] = model.bodies[b].surface_points;
   }
   return FindStartGaps(model.scene, model.meshes_W, points, UntilTimeIsUp());
 }

@@ -9,12 +9,13 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/mesh_unit.h"
-#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "app/stop_signal.h"
 #include "engine/base/hash.h"
 #include "engine/base/json_text.h"
+#include "engine/contact/surface_file.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_diagnosis.h"
 #include "engine/geometry/mesh_file.h"
@@ -34,6 +35,7 @@ struct VoxelizeArguments {
   int range = kDefaultRange;
   int bits = 0;  // 0: the least that hold the range
   std::string out;
+  std::string surface;
   std::uint64_t max_memory = std::uint64_t{8} << 30U;
   std::size_t threads = 0;
   bool json = false;
@@ -58,6 +60,17 @@ std::optional<double> AsNumber(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return value;
+}
+
+/// What refined contact meets, written to a file; how many bytes that are.
+Result<std::size_t> WriteSurface(const VoxelizeArguments& arguments, const TriangleMesh& mesh,
+                                 double voxel_size, const std::stop_token& stop) {
+  const SurfaceOptions options{
+      .voxel_size = voxel_size, .max_memory_bytes = arguments.max_memory, .stop = stop};
+  const Result<BodySurface> surface = BuildSurface(mesh, Pose{}, options);
+  if (!surface) return Error{arguments.file + ": " + surface.error().what};
+  if (const auto fault = SaveSurface(*surface, mesh, options, arguments.surface)) return *fault;
+  return surface->field.bytes().size() + surface->features.bytes().size();
 }
 
 int RunVoxelize(const VoxelizeArguments& arguments) {
@@ -100,6 +113,11 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   if (!arguments.out.empty()) {
     if (const auto fault = SaveVoxmap(*voxmap, arguments.out)) return Fail(kExitFile, fault->what);
   }
+  Result<std::size_t> surface_bytes = std::size_t{0};
+  if (!arguments.surface.empty()) {
+    surface_bytes = WriteSurface(arguments, *mesh, voxel_size, options.stop);
+    if (!surface_bytes) return Fail(kExitFile, surface_bytes.error().what);
+  }
   const Result<Pointshell> points =
       MakePointshell(*mesh, features, Pose{}, {.spacing = voxel_size});
   if (!points) return Fail(kExitFile, arguments.file + ": " + points.error().what);
@@ -134,6 +152,7 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
                                      {"planes", counts.planes},
                                      {"hyperchunks", counts.hyperchunks},
                                      {"bytes", counts.bytes},
+                                     {"surface_bytes", *surface_bytes},
                                      {"points", {{"total", points->size()}}},
                                      {"volume_m3", mass.volume},
                                      {"voxel_m", voxel_size},
@@ -151,6 +170,10 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB\n",
               voxel_size, counts.surface, counts.free, counts.interior, counts.planes,
               1e-6 * static_cast<double>(counts.bytes));
+  if (!arguments.surface.empty()) {
+    std::printf("surface for refined contact: %.1f MB\n",
+                1e-6 * static_cast<double>(*surface_bytes));
+  }
   std::printf("%s of %s: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
               Counted(features.polygons, "polygon").c_str(),
               Counted(mesh->triangles.size(), "triangle").c_str(), counts.edge, counts.vertex,
@@ -185,6 +208,8 @@ void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
       ->check(OneOf({"2", "4", "8"}));
   command->add_option("--out", arguments->out,
                       "write the map there: one image that programs map into memory");
+  command->add_option("--surface", arguments->surface,
+                      "write the surface for refined contact there, likewise");
   command
       ->add_option("--max-memory", arguments->max_memory,
                    "most memory to use: bytes, or with a unit (8GiB)")

@@ -67,7 +67,7 @@ PartInHand SeePart(const PeerNode& node, const GoalDevice& device) noexcept {
   part.X_BG = peer.grasp();
   part.gains = DefaultHandGains(model.inertia);
   part.mass = model.inertia.mass;
-  part.radius = model.points.radius;
+  part.radius = model.radius;
   return part;
 }
 

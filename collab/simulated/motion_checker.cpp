@@ -113,7 +113,7 @@ void MotionChecker::LookAtHeld(SimulatedSession& session, std::size_t member, st
     }
     if (!was_near || !seen.known) continue;
     const double surface = (X_WB.p - seen.X_WB.p).norm() +
-                           X_WB.q.angularDistance(seen.X_WB.q) * model_->bodies[b].points.radius;
+                           X_WB.q.angularDistance(seen.X_WB.q) * model_->bodies[b].radius;
     if (surface > kMostMirrorTravel) {
       breakages_->Add("a mirror pushes in by more than its share", id,
                       model_->bodies[b].name + Text(", %.3f mm in a frame", 1e3 * surface));

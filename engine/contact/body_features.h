@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
+#include "engine/base/image_bytes.h"
 #include "engine/base/spatial.h"
 #include "engine/contact/feature_points.h"
 #include "engine/contact/point_blocks.h"
@@ -16,7 +16,8 @@ namespace tandem {
 /// distance field, in voxels; read-only once built.
 ///
 /// Points are packed 16 to a block by their place, blocks into chunks, so that what comes near
-/// together is looked at together.
+/// together is looked at together. All of it lies in one block of bytes, which feature_image.h
+/// draws and copies share.
 class BodyFeatures {
  public:
   static constexpr std::size_t kLanes = PointBlocks::kLanes;
@@ -52,15 +53,17 @@ class BodyFeatures {
     float half_length = 0;
     /// As FeatureNormals::edge_cosines; 0 where the edge is an open rim or has more than two faces.
     float cosine = 0;
-    bool ends = false;  // at a vertex, which the tangent points away from
+    std::uint32_t ends = 0;  // 1: at a vertex, which the tangent points away from
+    std::uint32_t unused = 0;
   };
+  static_assert(sizeof(Edge) == 64);
 
   BodyFeatures() = default;
   /// `points` and X_VW are in voxels.
   BodyFeatures(std::span<const FeaturePoint> points, const Pose& X_VW);
 
-  const std::vector<Block>& blocks() const noexcept { return blocks_; }
-  const std::vector<Chunk>& chunks() const noexcept { return chunks_; }
+  std::span<const Block> blocks() const noexcept { return blocks_; }
+  std::span<const Chunk> chunks() const noexcept { return chunks_; }
   const Lanes& lanes(std::size_t block) const noexcept { return lanes_[block]; }
   const Point& point(std::size_t block, std::size_t lane) const noexcept {
     return points_[kLanes * block + lane];
@@ -71,7 +74,8 @@ class BodyFeatures {
     return Vec3(middle.x, middle.y, middle.z) + Vec3(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
   }
   std::size_t point_count() const noexcept { return point_count_; }
-  std::size_t bytes() const noexcept;
+  /// What it reads; FeatureImage::Read() makes the same features of the same bytes elsewhere.
+  std::span<const std::byte> bytes() const noexcept { return block_.bytes; }
   const Edge& edge(std::size_t number) const noexcept { return edges_[number]; }
   /// The greatest half length of a sharp edge's part.
   double longest_half() const noexcept { return longest_half_; }
@@ -95,34 +99,50 @@ class BodyFeatures {
   }
 
  private:
-  static constexpr int kCellBits = 2;  // edges are found by cubes of 4 voxels
-  static GridIndex CellAt(const Vec3& place_V) noexcept;
-  std::span<const std::uint32_t> EdgesOf(const GridIndex& cell) const noexcept;
-  bool HoldsCell(const GridIndex& cell) const noexcept;
-  std::size_t CellNumber(const GridIndex& cell) const noexcept;
-  void IndexEdges();
-  void MeasureEdgeDistances();
+  friend class FeatureImage;
+  friend class FeatureBuilder;
 
-  std::vector<Block> blocks_;
-  std::vector<Lanes> lanes_;
-  std::vector<Point> points_;
-  std::vector<Chunk> chunks_;
-  std::size_t point_count_ = 0;
-  std::vector<Edge> edges_;
-  double longest_half_ = 0;
+  static constexpr int kCellBits = 2;  // edges are found by cubes of 4 voxels
   /// By a hash of the cell: its place among all, and where its edges stand.
   struct Slot {
     std::uint64_t cell = ~std::uint64_t{0};
     std::uint32_t first = 0;
     std::uint32_t count = 0;
   };
-  std::vector<Slot> slots_;  // a power of two
-  std::vector<std::uint32_t> edges_by_cell_;
-  /// By cell of a box of cells, in kEdgeStep: how far the nearest middle of an edge part is.
+  /// Of an entry of edge_distances_, voxels.
   static constexpr double kEdgeStep = kFarEdges / 255;
-  GridIndex first_cell_;
-  GridIndex cell_count_;
-  std::vector<std::uint8_t> edge_distances_;
+  /// A box of cells, x fastest.
+  struct CellBox {
+    GridIndex first;
+    GridIndex count;
+
+    bool Holds(const GridIndex& cell) const noexcept;
+    std::size_t NumberOf(const GridIndex& cell) const noexcept;
+  };
+
+  /// The block must have the size that its header says.
+  explicit BodyFeatures(ImageBlock block);
+  static GridIndex CellAt(const Vec3& place_V) noexcept;
+  /// Where a cell's slot is looked for first, of a power of two.
+  static std::size_t FirstSlot(std::uint64_t cell, std::size_t slots) noexcept {
+    return (cell * 0x9e3779b97f4a7c15ULL >> 20U) & (slots - 1);
+  }
+  std::span<const std::uint32_t> EdgesOf(const GridIndex& cell) const noexcept;
+
+  std::size_t point_count_ = 0;
+  double longest_half_ = 0;
+  CellBox cells_;
+  ImageBlock block_;
+  // of the block
+  std::span<const Block> blocks_;
+  std::span<const Lanes> lanes_;
+  std::span<const Point> points_;
+  std::span<const Chunk> chunks_;
+  std::span<const Edge> edges_;
+  std::span<const Slot> slots_;  // a power of two
+  std::span<const std::uint32_t> edges_by_cell_;
+  /// By cell, in kEdgeStep: how far the nearest middle of an edge part is.
+  std::span<const std::uint8_t> edge_distances_;
 };
 
 }  // namespace tandem

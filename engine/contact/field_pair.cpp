@@ -229,7 +229,7 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
                  -(R * edge.outward.cast<double>()),
                  edge.half_length,
                  arc_of(edge.cosine),
-                 edge.ends,
+                 edge.ends != 0,
                  0.5};
           made = true;
         }
@@ -237,7 +237,7 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
         if (other.cosine == 0 && nhat.dot(own.nhat) < 0) nhat = -nhat;
         const EdgeMeeting meeting = Meet(own,
                                          {other.middle, other.tangent.cast<double>(), nhat,
-                                          other.half_length, arc_of(other.cosine), other.ends},
+                                          other.half_length, arc_of(other.cosine), other.ends != 0},
                                          reach_);
         if (!(meeting.depth > 0 && meeting.share > 0)) return;
         // edges are met as lines with wedges about them, which go on where their faces end

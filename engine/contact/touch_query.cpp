@@ -81,7 +81,7 @@ std::optional<Vec3> TouchQuery::Find(const Pose& X_WA, const Pose& X_WB) noexcep
 
 void TouchQuery::FindChunks(Side& side) const noexcept {
   side.chunks.clear();
-  const std::vector<BodyFeatures::Chunk>& chunks = side.features->chunks();
+  const std::span<const BodyFeatures::Chunk> chunks = side.features->chunks();
   Places<kTogether> places;
   for (std::size_t begin = 0; begin < chunks.size(); begin += kTogether) {
     const std::size_t count = std::min(kTogether, chunks.size() - begin);

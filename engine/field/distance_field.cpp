@@ -4,9 +4,12 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "engine/base/bits.h"
+#include "engine/base/check.h"
 #include "engine/base/hash.h"
+#include "engine/field/field_image.h"
 
 namespace tandem {
 
@@ -27,6 +30,34 @@ double OnSquare(const std::array<double, 4>& values, double along, double across
 }
 
 }  // namespace
+
+DistanceField::DistanceField(ImageBlock block) : block_(std::move(block)) {
+  FieldHeader header;
+  TANDEM_CHECK(block_.bytes.size() >= sizeof header);
+  std::memcpy(&header, block_.bytes.data(), sizeof header);
+  const FieldImage::Places places = FieldImage::PlacesOf(header);
+  TANDEM_CHECK(block_.bytes.size() == places.bytes);
+  voxel_size_ = header.voxel_size;
+  band_ = header.band;
+  range_ = header.range;
+  error_bound_ = header.error_bound;
+  outer_error_bound_ = header.outer_error_bound;
+  origin_ = header.origin;
+  size_ = header.size;
+  faces_L_.min = Vec3(header.faces_min_L.data());
+  faces_L_.max = Vec3(header.faces_max_L.data());
+  const auto hyperbricks = static_cast<std::uint64_t>(size_.x) *
+                           static_cast<std::uint64_t>(size_.y) *
+                           static_cast<std::uint64_t>(size_.z);
+  hyperbricks_ = ArrayIn<std::int32_t>(block_.bytes, places.hyperbricks, hyperbricks);
+  first_bricks_ = ArrayIn<std::uint32_t>(block_.bytes, places.first_bricks, header.tables);
+  tables_ =
+      ArrayIn<std::int16_t>(block_.bytes, places.tables, header.tables * kBricksPerHyperbrick + 1);
+  bricks_ = ArrayIn<FieldBrick>(block_.bytes, places.bricks, header.bricks);
+  steps_ = ArrayIn<std::uint8_t>(block_.bytes, places.steps, header.step_bytes);
+  list_faces_ = ArrayIn<std::uint32_t>(block_.bytes, places.list_faces, header.list_faces);
+  faces_ = ArrayIn<Face>(block_.bytes, places.faces, header.faces);
+}
 
 /// Interpolates between eight values on a cube, x fastest.
 double DistanceField::InCube(const std::array<double, 8>& values, const Vec3& from) {

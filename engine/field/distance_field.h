@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
 
+#include "engine/base/image_bytes.h"
 #include "engine/base/spatial.h"
 #include "engine/field/field_brick.h"
 #include "engine/field/field_lanes.h"
@@ -88,9 +88,10 @@ struct ListPairs;
 /// because a node has a share: 1 if one of its eight cells errs, otherwise 0, interpolated too.
 ///
 /// Table of tables: hyperbricks of 32^3 cells, bricks of 4^3 cells, or a bound for either as a
-/// whole.
+/// whole. All of it lies in one block of bytes, which field_image.h draws and copies share.
 class DistanceField {
  public:
+  DistanceField() = default;
   /// The greatest value that a reading has with `near`.
   static constexpr double kMostNear = 1.75;
 
@@ -151,9 +152,15 @@ class DistanceField {
   Sizes Count() const;
   /// A hash of all that is stored.
   std::uint64_t Digest() const;
+  /// What it reads; FieldImage::Read() makes the same field of the same bytes elsewhere.
+  std::span<const std::byte> bytes() const noexcept { return block_.bytes; }
 
  private:
   friend class FieldBuilder;
+  friend class FieldImage;
+
+  /// The block must have the size that its header says.
+  explicit DistanceField(ImageBlock block);
 
   /// Of a bound in a table, voxels.
   static constexpr double kBoundStep = 0.125;
@@ -212,17 +219,19 @@ class DistanceField {
   double range_ = 0;
   double error_bound_ = 0;
   double outer_error_bound_ = 0;
-  GridIndex origin_;                         // voxels from W's origin
-  GridIndex size_;                           // hyperbricks
-  Bounds faces_L_;                           // the box of all faces
-  std::vector<std::int32_t> hyperbricks_;    // by hyperbrick: number of its table, or a bound
-  std::vector<std::uint32_t> first_bricks_;  // by table
+  GridIndex origin_;  // voxels from W's origin
+  GridIndex size_;    // hyperbricks
+  Bounds faces_L_;    // the box of all faces
+  ImageBlock block_;
+  // of the block
+  std::span<const std::int32_t> hyperbricks_;    // by hyperbrick: number of its table, or a bound
+  std::span<const std::uint32_t> first_bricks_;  // by table
   /// kBricksPerHyperbrick each: a brick's number from its table's first, or a bound.
-  std::vector<std::int16_t> tables_;
-  std::vector<FieldBrick> bricks_;
-  std::vector<std::uint8_t> steps_;
-  std::vector<std::uint32_t> list_faces_;  // by brick: numbers of faces_, or more with kSheet
-  std::vector<Face> faces_;
+  std::span<const std::int16_t> tables_;
+  std::span<const FieldBrick> bricks_;
+  std::span<const std::uint8_t> steps_;
+  std::span<const std::uint32_t> list_faces_;  // by brick: numbers of faces_, or more with kSheet
+  std::span<const Face> faces_;
 };
 
 }  // namespace tandem

@@ -9,6 +9,7 @@
 
 #include "engine/field/brick_faces.h"
 #include "engine/field/field_faces.h"
+#include "engine/field/field_image.h"
 #include "engine/field/near_faces.h"
 #include "engine/geometry/closest_on_triangle.h"
 #include "engine/geometry/tree_pair.h"
@@ -50,31 +51,35 @@ class FieldBuilder {
         inside_(surface_, mesh_W, facing, options.voxel_size),
         open_(!facing.open.empty()) {
     const HyperchunkBox& box = surface_.box();
-    field_.voxel_size_ = options.voxel_size;
-    field_.band_ = options.band;
-    field_.range_ = options.range;
-    field_.origin_ = box.first * kHyperchunkSide;
-    field_.size_ = box.size * (kHyperchunkSide / kHyperbrickCells);
-    all_ = FindFieldFaces(mesh_W, facing, options.voxel_size, field_.origin_);
+    FieldHeader& header = field_.header;
+    header.voxel_size = options.voxel_size;
+    header.band = options.band;
+    header.range = options.range;
+    header.origin = box.first * kHyperchunkSide;
+    header.size = box.size * (kHyperchunkSide / kHyperbrickCells);
+    all_ = FindFieldFaces(mesh_W, facing, options.voxel_size, header.origin);
     std::vector<Bounds> boxes;
+    Bounds whole;
     for (const FieldFace& face : all_) {
       boxes.push_back(BoundsOfFace(face));
-      field_.faces_L_.Add(boxes.back().min);
-      field_.faces_L_.Add(boxes.back().max);
+      whole.Add(boxes.back().min);
+      whole.Add(boxes.back().max);
     }
+    Vec3::Map(header.faces_min_L.data()) = whole.min;
+    Vec3::Map(header.faces_max_L.data()) = whole.max;
     tree_ = BuildBoxTree(boxes, 4);
     kept_.assign(all_.size(), ~0U);
-    hyperbricks_.resize(static_cast<std::size_t>(field_.size_.x) *
-                        static_cast<std::size_t>(field_.size_.y) *
-                        static_cast<std::size_t>(field_.size_.z));
+    hyperbricks_.resize(static_cast<std::size_t>(field_.header.size.x) *
+                        static_cast<std::size_t>(field_.header.size.y) *
+                        static_cast<std::size_t>(field_.header.size.z));
   }
 
   Result<DistanceField> Build() {
     FindFacesOfHyperbricks();
-    field_.error_bound_ = kLeastBound;
+    field_.header.error_bound = kLeastBound;
     // a layer's lists ask what errs in the layers beside it, so one layer is listed when the next
     // one is filled, and stored when the next one is listed
-    const std::int32_t layers = field_.size_.z;
+    const std::int32_t layers = field_.header.size.z;
     for (std::int32_t z = 0; z < layers + 2; ++z) {
       VisitLayer(z, [this](std::size_t i) {
         FillHyperbrick(i);
@@ -85,14 +90,12 @@ class FieldBuilder {
       if (options_.stop.stop_requested()) return Error{"the field was stopped"};
       StoreLayer(z - 2);
     }
-    // the kernel reads four bytes at each pair of nodes and at each entry
-    field_.steps_.resize(field_.steps_.size() + 4);
-    field_.tables_.resize(field_.tables_.size() + 1);
     // the kernel counts bytes in 32 bits
-    if (field_.steps_.size() > std::numeric_limits<std::int32_t>::max()) {
+    constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max() - 64;
+    if (field_.steps.size() > kMost) {
       return Error{"the steps of the field would need more than 2 GiB; take larger voxels"};
     }
-    return std::move(field_);
+    return FieldImage::Pack(std::move(field_));
   }
 
  private:
@@ -124,17 +127,17 @@ class FieldBuilder {
 
   GridIndex HyperbrickAt(std::size_t number) const {
     const auto n = static_cast<std::int32_t>(number);
-    return {n % field_.size_.x, n / field_.size_.x % field_.size_.y,
-            n / field_.size_.x / field_.size_.y};
+    return {n % field_.header.size.x, n / field_.header.size.x % field_.header.size.y,
+            n / field_.header.size.x / field_.header.size.y};
   }
   std::size_t NumberOf(const GridIndex& hyperbrick) const {
     return static_cast<std::size_t>(
-        hyperbrick.x + field_.size_.x * (hyperbrick.y + field_.size_.y * hyperbrick.z));
+        hyperbrick.x + field_.header.size.x * (hyperbrick.y + field_.header.size.y * hyperbrick.z));
   }
   bool Holds(const GridIndex& hyperbrick) const {
     return hyperbrick.x >= 0 && hyperbrick.y >= 0 && hyperbrick.z >= 0 &&
-           hyperbrick.x < field_.size_.x && hyperbrick.y < field_.size_.y &&
-           hyperbrick.z < field_.size_.z;
+           hyperbrick.x < field_.header.size.x && hyperbrick.y < field_.header.size.y &&
+           hyperbrick.z < field_.header.size.z;
   }
 
   /// Whether the centre of a voxel of V is in the solid, by the rows of crossings. Where a body is
@@ -186,7 +189,8 @@ class FieldBuilder {
       const double at = std::floor(place_L[axis] / kHyperbrickCells);
       return static_cast<std::int32_t>(std::clamp(at, 0.0, count - 1.0));
     };
-    return {along(0, field_.size_.x), along(1, field_.size_.y), along(2, field_.size_.z)};
+    return {along(0, field_.header.size.x), along(1, field_.header.size.y),
+            along(2, field_.header.size.z)};
   }
 
   void FillHyperbrick(std::size_t number) {
@@ -414,7 +418,7 @@ class FieldBuilder {
   /// Calls `visit(hyperbrick)` for those of a layer along z, in parallel.
   template <typename Visit>
   void VisitLayer(std::int32_t z, const Visit& visit) {
-    if (z < 0 || z >= field_.size_.z) return;
+    if (z < 0 || z >= field_.header.size.z) return;
     const std::size_t begin = NumberOf({0, 0, z});
     tbb::parallel_for(begin, NumberOf({0, 0, z + 1}), [&](std::size_t i) {
       if (!options_.stop.stop_requested()) visit(i);
@@ -428,16 +432,16 @@ class FieldBuilder {
   }
 
   void Store(Hyperbrick& hyperbrick) {
-    field_.error_bound_ = std::max(field_.error_bound_, hyperbrick.within_band);
-    field_.outer_error_bound_ = std::max(field_.outer_error_bound_, hyperbrick.beyond);
+    field_.header.error_bound = std::max(field_.header.error_bound, hyperbrick.within_band);
+    field_.header.outer_error_bound = std::max(field_.header.outer_error_bound, hyperbrick.beyond);
     if (hyperbrick.entries.empty()) {
-      field_.hyperbricks_.push_back(hyperbrick.bound);
+      field_.hyperbricks.push_back(hyperbrick.bound);
       return;
     }
-    field_.hyperbricks_.push_back(static_cast<std::int32_t>(field_.first_bricks_.size()));
-    field_.first_bricks_.push_back(static_cast<std::uint32_t>(field_.bricks_.size()));
+    field_.hyperbricks.push_back(static_cast<std::int32_t>(field_.first_bricks.size()));
+    field_.first_bricks.push_back(static_cast<std::uint32_t>(field_.bricks.size()));
     for (const std::int32_t entry : hyperbrick.entries) {
-      field_.tables_.push_back(static_cast<std::int16_t>(entry));
+      field_.tables.push_back(static_cast<std::int16_t>(entry));
     }
     for (Brick& brick : hyperbrick.bricks) Store(brick);
     hyperbrick = {};
@@ -449,9 +453,9 @@ class FieldBuilder {
       stored.flags |= FieldBrick::kHasLists;
       StoreLists(brick.lists);
     }
-    stored.steps = static_cast<std::uint32_t>(field_.steps_.size());
-    field_.steps_.insert(field_.steps_.end(), brick.packed.steps.begin(), brick.packed.steps.end());
-    field_.bricks_.push_back(stored);
+    stored.steps = static_cast<std::uint32_t>(field_.steps.size());
+    field_.steps.insert(field_.steps.end(), brick.packed.steps.begin(), brick.packed.steps.end());
+    field_.bricks.push_back(stored);
   }
 
   void StoreLists(const CellLists& cells) {
@@ -461,11 +465,11 @@ class FieldBuilder {
     }
     std::sort(faces.begin(), faces.end());
     faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-    const FieldLists lists{cells.cells, static_cast<std::uint32_t>(field_.list_faces_.size()),
+    const FieldLists lists{cells.cells, static_cast<std::uint32_t>(field_.list_faces.size()),
                            static_cast<std::uint16_t>(faces.size())};
     for (const std::uint32_t face : faces) {
       const std::uint32_t sheet = all_[face].sheet ? DistanceField::kSheet : 0U;
-      field_.list_faces_.push_back(Keep(face) | sheet);
+      field_.list_faces.push_back(Keep(face) | sheet);
     }
     for (std::size_t k = cells.faces.size(); k-- > 0;) {
       std::vector<std::uint8_t> list(lists.ListBytes());
@@ -476,21 +480,21 @@ class FieldBuilder {
             std::lower_bound(faces.begin(), faces.end(), face) - faces.begin());
         list[2 + at / 8] = static_cast<std::uint8_t>(list[2 + at / 8] | 1U << at % 8);
       }
-      field_.steps_.insert(field_.steps_.end(), list.begin(), list.end());
+      field_.steps.insert(field_.steps.end(), list.begin(), list.end());
     }
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(&lists);
-    field_.steps_.insert(field_.steps_.end(), bytes, bytes + sizeof lists);
+    field_.steps.insert(field_.steps.end(), bytes, bytes + sizeof lists);
   }
 
   /// The number of a face that a list names, among the stored ones.
   std::uint32_t Keep(std::uint32_t face) {
     if (kept_[face] == ~0U) {
-      kept_[face] = static_cast<std::uint32_t>(field_.faces_.size());
+      kept_[face] = static_cast<std::uint32_t>(field_.faces.size());
       DistanceField::Face stored;
       for (std::size_t k = 0; k < 3; ++k) {
         stored[k] = all_[face].corners_L[k].cast<float>();
       }
-      field_.faces_.push_back(stored);
+      field_.faces.push_back(stored);
     }
     return kept_[face];
   }
@@ -503,7 +507,7 @@ class FieldBuilder {
   BoxTree tree_;
   std::vector<Hyperbrick> hyperbricks_;
   std::vector<std::uint32_t> kept_;  // by face: its number in the field, or ~0
-  DistanceField field_;
+  FieldImage::Parts field_;
 };
 
 Result<DistanceField> BuildField(const TriangleMesh& mesh_W, const FieldOptions& options) {

@@ -3,10 +3,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
-#include <memory>
 
-#include "engine/base/result.h"
+#include "engine/base/image_bytes.h"
 #include "engine/voxel/voxel.h"
 
 /// The bytes of a voxmap: one block that means the same wherever it lies, so that it can be mapped
@@ -75,33 +73,5 @@ inline constexpr std::uint32_t kPlaneBeyond = 0;
 inline constexpr std::uint32_t kPlaneInterior = 1;
 inline constexpr std::uint32_t kQuarterBeyond = 0;
 inline constexpr std::uint32_t kQuarterInterior = 1;
-
-/// Bytes that begin on a huge page and are asked to lie in huge pages; or a file's, mapped.
-class ImageBytes {
- public:
-  ImageBytes() = default;
-  /// Zeroed. Check-fails when the machine has no such memory.
-  explicit ImageBytes(std::size_t size);
-  ~ImageBytes();
-  ImageBytes(ImageBytes&& other) noexcept;
-  ImageBytes& operator=(ImageBytes&& other) noexcept;
-  ImageBytes(const ImageBytes&) = delete;
-  ImageBytes& operator=(const ImageBytes&) = delete;
-
-  /// A file's bytes, read-only, or why they cannot be had.
-  static Result<ImageBytes> Map(const std::filesystem::path& file);
-
-  /// Gives back what lies beyond.
-  void Shrink(std::size_t size);
-
-  std::byte* data() noexcept { return data_; }
-  const std::byte* data() const noexcept { return data_; }
-  std::size_t size() const noexcept { return size_; }
-
- private:
-  std::byte* data_ = nullptr;
-  std::size_t size_ = 0;
-  std::size_t mapped_ = 0;
-};
 
 }  // namespace tandem

@@ -33,9 +33,8 @@ double ShareOf(BodyDrive drive, BodyDrive other) {
 
 /// Whether the pair's pointshell is body `a`.
 bool IsShell(const WorldModel& model, std::size_t a, std::size_t b) {
-  return model.scene.IsPointshell(
-      model.object[a], static_cast<double>(model.bodies[a].points.size()), model.object[b],
-      static_cast<double>(model.bodies[b].points.size()));
+  return model.scene.IsPointshell(model.object[a], model.bodies[a].surface_points, model.object[b],
+                                  model.bodies[b].surface_points);
 }
 
 /// `radius`: of its points as they are displaced, m; as of StepBody().
@@ -378,7 +377,7 @@ void World::Move(const StepInputs& in) noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
     const BodyModel& model = model_->bodies[body.shape];
-    const double radius = model.points.radius + body.displaced;
+    const double radius = model.radius + body.displaced;
     const BodyDrive drive = DriveOf(in, b);
     if (drive == BodyDrive::kAbsent) {
       body.state = bodies_[body.shape].state;  // where it will begin

@@ -1,13 +1,13 @@
 #include "engine/world/world_model.h"
 
+#include <cmath>
 #include <cstdio>
 
 #include <tbb/parallel_for.h>
 
-#include "engine/field/field_builder.h"
+#include "engine/contact/surface_builder.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/mass_properties.h"
-#include "engine/geometry/mesh_facing.h"
 #include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxelize.h"
 
@@ -50,6 +50,33 @@ std::vector<TriangleMesh> Wholes(const Scene& scene, const std::vector<TriangleM
   return wholes_W;
 }
 
+TriangleMesh FixtureOf(const Scene& scene, const std::vector<TriangleMesh>& meshes_W) {
+  TriangleMesh fixture_W;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.bodies[i].fixed) Append(fixture_W, meshes_W[i]);
+  }
+  return fixture_W;
+}
+
+/// Rounded, so that it is the same wherever a body stands.
+double PointsOnSurface(const Scene& scene, const TriangleMesh& mesh_W, double spacing_voxels) {
+  const double spacing = spacing_voxels * scene.voxel_size;
+  return std::round(SurfaceArea(mesh_W) / (spacing * spacing));
+}
+
+std::optional<Error> MakePlainParts(const Scene& scene, const SceneBody& body,
+                                    const TriangleMesh& mesh_W, bool with_voxmap,
+                                    const std::stop_token& stop, BodyModel& model) {
+  Result<Pointshell> points =
+      MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels, body.point_spacing_voxels);
+  if (!points) return points.error();
+  model.points = std::move(*points);
+  if (!with_voxmap) return std::nullopt;
+  if (auto fault = MakeMap(scene, mesh_W, model.voxmap, stop)) return fault;
+  model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
+  return std::nullopt;
+}
+
 Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const TriangleMesh& mesh_W,
                            bool with_voxmap, const std::stop_token& stop) {
   const MassProperties mass = ComputeMassProperties(Transformed(mesh_W, body.X_WM.Inverse()));
@@ -65,21 +92,8 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   if (body.constraint.kind != SceneConstraint::Kind::kNone) {
     model.constraint = MakeConstraint(body.constraint, model.X_WB0);
   }
-  Result<Pointshell> points =
-      MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels, body.point_spacing_voxels);
-  if (!points) return At(body, WithScale(points.error(), body, mesh_W).what);
-  model.points = std::move(*points);
-  if (scene.contact == ContactModel::kRefined) {
-    Result<BodySurface> surface =
-        MakeSurface(scene, mesh_W, model.X_WB0, body.point_spacing_voxels, stop);
-    if (!surface) return At(body, WithScale(surface.error(), body, mesh_W).what);
-    model.surface = std::move(*surface);
-  }
-  if (with_voxmap) {
-    if (const auto fault = MakeMap(scene, mesh_W, model.voxmap, stop)) {
-      return At(body, WithScale(*fault, body, mesh_W).what);
-    }
-    model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
+  if (auto fault = MakeShape(scene, body, mesh_W, with_voxmap, model, stop)) {
+    return At(body, WithScale(*fault, body, mesh_W).what);
   }
   return model;
 }
@@ -119,7 +133,7 @@ std::optional<Error> LoadMeshes(const Scene& scene, const std::stop_token& stop,
 
 std::optional<Error> LoadFixture(const Scene& scene, const TriangleMesh& fixture_W,
                                  const std::stop_token& stop, WorldModel& world) {
-  if (const auto fault = MakeMap(scene, fixture_W, world.fixture, stop)) {
+  if (const auto fault = MakeFixture(fixture_W, world, stop)) {
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
       const SceneBody& body = scene.bodies[i];
       if (!body.fixed || !ScaleRemark(body, world.meshes_W[i])) continue;
@@ -127,13 +141,6 @@ std::optional<Error> LoadFixture(const Scene& scene, const TriangleMesh& fixture
     }
     return Error{scene.file.string() + ": the fixed bodies: " + fault->what};
   }
-  if (scene.contact == ContactModel::kRefined) {
-    Result<BodySurface> surface = MakeSurface(scene, fixture_W, Pose{}, 1, stop);
-    if (!surface) return Error{scene.file.string() + ": " + surface.error().what};
-    world.fixture_surface = std::move(*surface);
-    world.fixture_surface.radius = 0;  // it never moves
-  }
-  world.has_fixture = true;
   return std::nullopt;
 }
 
@@ -141,14 +148,10 @@ std::optional<Error> LoadFixture(const Scene& scene, const TriangleMesh& fixture
 std::optional<Error> LoadBodies(const Scene& scene, const std::stop_token& stop,
                                 WorldModel& world) {
   const std::vector<TriangleMesh> wholes_W = Wholes(scene, world.meshes_W);
-  TriangleMesh fixture_W;
+  const TriangleMesh fixture_W = FixtureOf(scene, world.meshes_W);
   std::vector<std::uint32_t> moving;
   for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
-    if (scene.bodies[i].fixed) {
-      Append(fixture_W, world.meshes_W[i]);
-    } else if (scene.WholeOf(i) == i) {
-      moving.push_back(i);
-    }
+    if (!scene.bodies[i].fixed && scene.WholeOf(i) == i) moving.push_back(i);
   }
   if (moving.empty()) return Error{scene.file.string() + ": no body can move"};
   std::vector<std::optional<Result<BodyModel>>> models(moving.size());
@@ -186,10 +189,45 @@ std::optional<Error> LoadBodies(const Scene& scene, const std::stop_token& stop,
 
 }  // namespace
 
+TriangleMesh MeshOfBody(const WorldModel& world, std::size_t body) {
+  TriangleMesh mesh_W;
+  for (std::size_t i = 0; i < world.meshes_W.size(); ++i) {
+    if (world.body_index[i] == static_cast<int>(body)) Append(mesh_W, world.meshes_W[i]);
+  }
+  return mesh_W;
+}
+
+std::size_t TestedPoints(const WorldModel& world, const BodyModel& body) {
+  const bool refined = world.scene.contact == ContactModel::kRefined;
+  return refined ? body.surface.features.point_count() : body.points.size();
+}
+
+std::size_t ReadVoxels(const WorldModel& world, const Voxmap& voxmap, const BodySurface& surface) {
+  const bool refined = world.scene.contact == ContactModel::kRefined;
+  return refined ? kCellsPerBrick * surface.field.Count().bricks : voxmap.Count().total();
+}
+
+std::optional<Error> AddPlainParts(WorldModel& world) {
+  const Scene& scene = world.scene;
+  if (world.has_fixture) {
+    const TriangleMesh fixture_W = FixtureOf(scene, world.meshes_W);
+    if (auto fault = MakeMap(scene, fixture_W, world.fixture)) return fault;
+  }
+  for (std::size_t b = 0; b < world.bodies.size(); ++b) {
+    const SceneBody& body = scene.bodies[world.object[b]];
+    if (auto fault = MakePlainParts(scene, body, MeshOfBody(world, b), world.bodies.size() > 1, {},
+                                    world.bodies[b])) {
+      return At(body, fault->what);
+    }
+  }
+  return std::nullopt;
+}
+
 std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
                                      double displacement) {
   // a hundredth of a voxel more lets nothing through that a voxel stops
   constexpr double kToTell = 1.01;  // voxels
+  if (scene.contact == ContactModel::kRefined) return std::nullopt;
   const double gap = body.points.GapWhenDisplaced(displacement);
   if (gap <= kToTell * scene.voxel_size) return std::nullopt;
   char text[160];
@@ -198,6 +236,38 @@ std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
                 "between them; displace them less",
                 gap / scene.voxel_size);
   return text;
+}
+
+std::optional<Error> MakeShape(const Scene& scene, const SceneBody& body,
+                               const TriangleMesh& mesh_W, bool with_voxmap, BodyModel& model,
+                               const std::stop_token& stop) {
+  if (scene.contact == ContactModel::kRefined) {
+    const double spacing = body.point_spacing_voxels;
+    Result<BodySurface> surface = MakeSurface(scene, mesh_W, model.X_WB0, spacing, stop);
+    if (!surface) return surface.error();
+    model.surface = std::move(*surface);
+    model.radius = model.surface.radius;
+    model.surface_points = PointsOnSurface(scene, mesh_W, spacing);
+    return std::nullopt;
+  }
+  if (auto fault = MakePlainParts(scene, body, mesh_W, with_voxmap, stop, model)) return fault;
+  model.radius = model.points.radius;
+  model.surface_points = static_cast<double>(model.points.size());
+  return std::nullopt;
+}
+
+std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
+                                 const std::stop_token& stop) {
+  if (world.scene.contact == ContactModel::kRefined) {
+    Result<BodySurface> surface = MakeSurface(world.scene, mesh_W, Pose{}, 1, stop);
+    if (!surface) return surface.error();
+    world.fixture_surface = std::move(*surface);
+    world.fixture_surface.radius = 0;  // it never moves
+  } else if (auto fault = MakeMap(world.scene, mesh_W, world.fixture, stop)) {
+    return fault;
+  }
+  world.has_fixture = true;
+  return std::nullopt;
 }
 
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
@@ -221,23 +291,11 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
 
 Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
                                 double spacing_voxels, const std::stop_token& stop) {
-  Result<DistanceField> field = BuildField(mesh_W, {.voxel_size = scene.voxel_size, .stop = stop});
-  if (!field) return field.error();
-  const TriangleMesh facing_W = FacingOut(mesh_W, FindFacing(mesh_W, MeshSides(mesh_W)));
-  const Features features =
-      FindFeatures(facing_W, FlatnessVoxels(scene.contact) * scene.voxel_size);
-  const std::vector<FeaturePoint> points =
-      FindFeaturePoints(facing_W, features, scene.voxel_size, spacing_voxels);
-  BodySurface surface;
-  const Pose X_WV{Quat::Identity(), field->p_WVo()};
-  surface.X_BV = X_WB.Inverse() * X_WV;
-  surface.field = std::move(*field);
-  const Pose X_VW{Quat::Identity(), -X_WV.p / scene.voxel_size};
-  surface.features = BodyFeatures(points, X_VW);
-  for (const Vec3& vertex_W : mesh_W.vertices) {
-    surface.radius = std::max(surface.radius, (vertex_W - X_WB.p).norm());
-  }
-  return surface;
+  return BuildSurface(mesh_W, X_WB,
+                      {.voxel_size = scene.voxel_size,
+                       .flatness_voxels = FlatnessVoxels(scene.contact),
+                       .spacing_voxels = spacing_voxels,
+                       .stop = stop});
 }
 
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,

@@ -25,10 +25,15 @@ struct BodyModel {
   Pose X_MB;   // B in the file's frame
   Inertia inertia;
   std::optional<Constraint> constraint;
+  double radius = 0;  // largest distance of its surface from B's origin, m
+  /// How many points of its spacing its surface has room for, about.
+  double surface_points = 0;
+  // of the plain contact model; AddPlainParts() makes them for the refined one too
   Pointshell points;  // in B
   Voxmap voxmap;      // empty unless another moving body may meet it
-  Pose X_BV;
-  BodySurface surface;  // of the refined contact model
+  Pose X_BV;          // of the voxmap
+  // of the refined contact model
+  BodySurface surface;
 };
 
 /// A scene with its meshes loaded and voxelized: read-only, shared by whoever simulates or judges
@@ -39,8 +44,8 @@ struct WorldModel {
   std::vector<int> body_index;         // per scene body: into `bodies`, or -1 when fixed
   std::vector<BodyModel> bodies;       // the moving ones, each with the parts merged with it
   std::vector<std::uint32_t> object;   // per moving body: its number in the scene
-  Voxmap fixture;                      // all fixed bodies merged; empty when there are none
-  BodySurface fixture_surface;         // of the refined contact model
+  Voxmap fixture;                      // all fixed bodies merged, of the plain contact model
+  BodySurface fixture_surface;         // the same of the refined contact model
   bool has_fixture = false;
   std::vector<std::string> remarks;  // of the meshes, for a person: open edges, …
 
@@ -51,12 +56,33 @@ struct WorldModel {
   }
 };
 
+/// The mesh of a moving body with the parts merged with it, where it stands at first.
+TriangleMesh MeshOfBody(const WorldModel& world, std::size_t body);
+
+/// Counts what contact tests of a body: the points of its pointshell, or its feature points.
+std::size_t TestedPoints(const WorldModel& world, const BodyModel& body);
+/// Counts what contact reads of a body or of the fixture: the voxels that a voxmap stores, or the
+/// cells that a distance field does.
+std::size_t ReadVoxels(const WorldModel& world, const Voxmap& voxmap, const BodySurface& surface);
+
+/// Makes the pointshells and voxmaps of a world of the refined contact model, which reads none of
+/// them: for comparisons.
+std::optional<Error> AddPlainParts(WorldModel& world);
+
 /// What to say of a body whose neighbouring points part by more than a voxel, displaced by so many
 /// metres more along their inward normals: they do where the surface curves away from where they go
-/// (paper §3.2).
+/// (paper §3.2). Nothing in the refined contact model, which tests no points of faces.
 std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
                                      double displacement);
 
+/// Makes what the scene's contact model meets of a moving body's mesh, in its frame at X_WB0.
+/// `with_voxmap`: another moving body may meet it.
+std::optional<Error> MakeShape(const Scene& scene, const SceneBody& body,
+                               const TriangleMesh& mesh_W, bool with_voxmap, BodyModel& model,
+                               const std::stop_token& stop = {});
+/// The same of all fixed bodies together.
+std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
+                                 const std::stop_token& stop = {});
 /// A mesh as what plain contact tests others against.
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
                              const std::stop_token& stop = {});

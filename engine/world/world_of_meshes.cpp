@@ -13,27 +13,7 @@ std::optional<Error> MakeBody(const Scene& scene, const MeshBody& body, BodyMode
   const MassProperties mass = ComputeMassProperties(body.mesh_W);
   model.X_WB0.p = mass.p_MBo;
   model.inertia = {body.mass, body.mass * mass.unit_inertia};
-  Result<Pointshell> points = MakePoints(scene, body.mesh_W, model.X_WB0, 0);
-  if (!points) return points.error();
-  model.points = std::move(*points);
-  if (std::optional<Error> fault = MakeMap(scene, body.mesh_W, model.voxmap)) return fault;
-  model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
-  if (scene.contact != ContactModel::kRefined) return std::nullopt;
-  Result<BodySurface> surface = MakeSurface(scene, body.mesh_W, model.X_WB0);
-  if (!surface) return surface.error();
-  model.surface = std::move(*surface);
-  return std::nullopt;
-}
-
-std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world) {
-  world.has_fixture = true;
-  if (std::optional<Error> fault = MakeMap(world.scene, mesh_W, world.fixture)) return fault;
-  if (world.scene.contact != ContactModel::kRefined) return std::nullopt;
-  Result<BodySurface> surface = MakeSurface(world.scene, mesh_W, Pose{});
-  if (!surface) return surface.error();
-  world.fixture_surface = std::move(*surface);
-  world.fixture_surface.radius = 0;
-  return std::nullopt;
+  return MakeShape(scene, scene.bodies.back(), body.mesh_W, true, model);
 }
 
 }  // namespace

@@ -16,9 +16,10 @@ using testing::Box;
 constexpr PeerId kAnna = 7;
 
 /// A shared cube of 20 mm, which stands at the origin, and what is fixed.
-std::shared_ptr<const WorldModel> CubeAnd(const TriangleMesh& fixture, double voxel = 0.001) {
+std::shared_ptr<const WorldModel> CubeAnd(const TriangleMesh& fixture, double voxel = 0.001,
+                                          ContactModel contact = ContactModel::kRefined) {
   auto model = std::make_shared<WorldModel>(
-      *testing::MakeWorldModel({{fixture, true}, {Box(Vec3(0.02, 0.02, 0.02))}}, voxel));
+      *testing::MakeWorldModel({{fixture, true}, {Box(Vec3(0.02, 0.02, 0.02))}}, voxel, contact));
   model->scene.bodies[1].shared = true;
   return model;
 }
@@ -75,6 +76,21 @@ TEST(TrapDetector, FindsAWallAcrossTheGrid) {
   const Quat q = RotationBy(Vec3(0.3, 0.5, 0.4));
   const auto model = CubeAnd(Wall(0.003, q));
   EXPECT_GT(FoundAfter(model, 1.0, Standing(q * Vec3(0.03, 0, 0), q * Vec3(-0.03, 0, 0))), 0.5);
+}
+
+// By voxels, which any wall fills, and by distances, which pass no wall however thin it is.
+TEST(TrapDetector, FindsAThinWallAndASheetInBothContactModels) {
+  const Quat q = RotationBy(Vec3(0.3, 0.5, 0.4));
+  const Quat upright = RotationBy(Vec3(0, M_PI / 2, 0));
+  const Vec3 off(0.03, 0.004, 0.002);
+  for (const ContactModel contact : {ContactModel::kPlain, ContactModel::kRefined}) {
+    for (const TriangleMesh& wall :
+         {Wall(0.0001, q), At(testing::Sheet(0.2), Vec3::Zero(), q * upright)}) {
+      const auto model = CubeAnd(wall, 0.001, contact);
+      EXPECT_GT(FoundAfter(model, 1.0, Standing(q * off, q * -off)), 0.5);
+      EXPECT_LT(FoundAfter(model, 1.0, Standing(q * off, q * (off + Vec3(0.01, 0.03, 0)))), 0);
+    }
+  }
 }
 
 TEST(TrapDetector, IsSilentWhereNothingIsBetween) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -23,6 +24,7 @@
 #include "collab/lab/sweep_file.h"
 #include "collab/recording/recording.h"
 #include "collab/recording/replay.h"
+#include "engine/contact/surface_file.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/gltf_buffers.h"
 #include "engine/geometry/model_3mf.h"
@@ -153,6 +155,65 @@ void FeedVoxmap(std::string_view bytes) {
   if (voxmap) static_cast<void>(voxmap->Count().total());
 }
 
+const TriangleMesh& Cuboid() {
+  static const TriangleMesh mesh = testing::Box(Vec3(0.006, 0.004, 0.003));
+  return mesh;
+}
+
+/// Reads a surface at places in and round the cuboid, whose middle is at 128 in all axes of V, and
+/// at some that are far from it.
+void ReadAllOver(const BodySurface& surface) {
+  std::array<FieldPush, DistanceField::kMostPushes> pushes;
+  std::array<std::array<float, kBlockPlaces>, 3> lanes;
+  std::array<float, kBlockPlaces> values;
+  std::array<std::int32_t, kBlockPlaces> kinds;
+  for (double z = -9; z < 10; z += 1.3) {
+    for (double y = -9; y < 10; y += 1.3) {
+      for (double x = -9; x < 10; x += 1.3) {
+        const bool is_far = std::abs(x) > 8.5;
+        const Vec3 place = Vec3::Constant(128) + (is_far ? 16 : 1) * Vec3(x, y, z);
+        static_cast<void>(surface.field.WithGradient(place));
+        static_cast<void>(surface.field.Pushes(place, 0.6, pushes));
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          lanes[axis].fill(static_cast<float>(place[static_cast<Eigen::Index>(axis)]));
+        }
+        surface.field.Values({}, {lanes[0].data(), lanes[1].data(), lanes[2].data()}, kBlockPlaces,
+                             values.data(), kinds.data());
+        const DistanceField::OpenPlace open{place, values[0]};
+        double distance = 0;
+        if (kinds[0] == DistanceField::kListed) {
+          surface.field.Distances(std::span(&open, 1), 0.6, &distance);
+        }
+        static_cast<void>(surface.features.EdgesBeyond(place));
+        std::size_t near = 0;
+        surface.features.VisitEdgesNear(place, 1, [&near](const BodyFeatures::Edge&) {
+          ++near;
+        });
+      }
+    }
+  }
+}
+
+/// As it is, and with the sums that a sound file has.
+void FeedSurface(std::string_view bytes) {
+  ExpectPlain(MapSurface(FedFile(bytes), Cuboid(), Pose{}, {}));
+  std::string sound(bytes);
+  SurfaceFileHeader header;
+  if (sound.size() < sizeof header) return;
+  std::memcpy(&header, sound.data(), sizeof header);
+  const SurfaceKey key = KeyOf(Cuboid(), {});
+  header.version = kSurfaceVersion;
+  header.bytes = sound.size();
+  header.mesh = key.mesh;
+  header.settings = key.settings;
+  std::memcpy(sound.data(), &header, sizeof header);
+  header.checksum = SurfaceChecksum(std::as_bytes(std::span(sound)));
+  std::memcpy(sound.data(), &header, sizeof header);
+  const Result<BodySurface> surface = MapSurface(FedFile(sound), Cuboid(), Pose{}, {});
+  ExpectPlain(surface);
+  if (surface) ReadAllOver(*surface);
+}
+
 void ExpectSound(const ReadAnswer& answer) {
   for (const TriangleMesh::Triangle& t : answer.mesh.triangles) {
     for (const std::uint32_t corner : t) TANDEM_CHECK(corner < answer.mesh.points.size());
@@ -240,7 +301,7 @@ void FeedKeys(std::string_view bytes) {
   std::ofstream(file, std::ios::binary) << made.files[which];
 }
 
-constexpr std::array<FuzzTarget, 20> kTargets{{{"scene", FeedScene},
+constexpr std::array<FuzzTarget, 21> kTargets{{{"scene", FeedScene},
                                                {"hand", FeedHand},
                                                {"plan", FeedPlan},
                                                {"case", FeedCase},
@@ -253,6 +314,7 @@ constexpr std::array<FuzzTarget, 20> kTargets{{{"scene", FeedScene},
                                                {"recording", FeedRecording},
                                                {"frames", FeedFrames},
                                                {"voxmap", FeedVoxmap},
+                                               {"surface", FeedSurface},
                                                {"off", FeedOff},
                                                {"stl", FeedStl},
                                                {"ply", FeedPly},

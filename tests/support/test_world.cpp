@@ -28,6 +28,13 @@ StepInputs::Hand HandTo(const WorldModel& model, int body, const Pose& X_WG) {
           .gains = DefaultHandGains(model.bodies[static_cast<std::size_t>(body)].inertia)};
 }
 
+std::vector<Vec3> CornersOf(const WorldModel& model, std::size_t body) {
+  const Pose X_BW = model.bodies[body].X_WB0.Inverse();
+  std::vector<Vec3> corners = MeshOfBody(model, body).vertices;
+  for (Vec3& corner : corners) corner = X_BW * corner;
+  return corners;
+}
+
 double KineticEnergy(const WorldModel& model, std::size_t body, const RigidState& state) {
   const Inertia& inertia = model.bodies[body].inertia;
   const Vec3 w_B = state.X_WB.q.conjugate() * state.V_WB.w;

@@ -27,6 +27,9 @@ StepInputs FreeInputs(const WorldModel& model);
 /// The default hand, holding a body at its centre of mass and pulling it to a pose at rest.
 StepInputs::Hand HandTo(const WorldModel& model, int body, const Pose& X_WG);
 
+/// The corners of a moving body's mesh, in its frame.
+std::vector<Vec3> CornersOf(const WorldModel& model, std::size_t body);
+
 double KineticEnergy(const WorldModel& model, std::size_t body, const RigidState& state);
 
 }  // namespace tandem::testing

@@ -9,6 +9,7 @@
 
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
+#include "tests/support/scratch_folder.h"
 
 // Whoever reads the benches' JSON goes by its names: they are there, and the numbers are numbers.
 // Nothing is said of how large they are.
@@ -56,6 +57,19 @@ TEST(BenchCommand, VoxelizeSaysWhatItTakesAndWhatPolygonsSave) {
                        "/bytes_per_band_voxel", "/polygons", "/edge_voxels", "/vertex_voxels",
                        "/edge_voxels_unmerged", "/vertex_voxels_unmerged"});
   EXPECT_LT(told["edge_voxels"], told["edge_voxels_unmerged"]);
+  EXPECT_FALSE(told.contains("surface"));
+}
+
+TEST(BenchCommand, VoxelizeMapsTheSurfaceThatItMade) {
+  const ScratchFolder folder;
+  const std::filesystem::path file = folder.path() / "peg.surface";
+  const json told = Bench("voxelize " + kPeg +
+                          " --scale 0.001 --voxel 0.002 --threads 2 --surface " + file.string());
+  ExpectNumbers(told,
+                {"/surface/build_s", "/surface/build_cpu_s", "/surface/save_s", "/surface/map_s",
+                 "/surface/map_cpu_s", "/surface/field_bytes", "/surface/feature_bytes"});
+  EXPECT_TRUE(told["surface"]["same"]);
+  EXPECT_GT(std::filesystem::file_size(file), told["surface"]["field_bytes"]);
 }
 
 /// A closed cylinder, radius 50 and length 150, its side of so many strips.

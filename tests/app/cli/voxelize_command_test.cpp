@@ -7,6 +7,8 @@
 
 #include "app/cli/child_processes.h"
 #include "app/exit_codes.h"
+#include "engine/contact/surface_file.h"
+#include "engine/geometry/mesh_file.h"
 #include "engine/voxel/voxmap_file.h"
 #include "tests/app/cli/program_run.h"
 #include "tests/engine/geometry/mesh_file_samples.h"
@@ -57,6 +59,28 @@ TEST_F(VoxelizeCommand, WritesAMapThatReachesAsFarAsAsked) {
     EXPECT_EQ(map->Count().surface, told["voxels"]["surface"]);
     EXPECT_EQ(map->Count().free, told["voxels"]["free"]);
   }
+}
+
+TEST_F(VoxelizeCommand, WritesTheSurfaceOfRefinedContact) {
+  const std::filesystem::path file = folder_.path() / "wedge.surface";
+  const Said said =
+      RunTandem("voxelize " + mesh_ + " --voxel 0.002 --json --surface " + file.string());
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const auto told = nlohmann::json::parse(said.out);
+  const Result<TriangleMesh> mesh = ImportMesh(mesh_);
+  ASSERT_TRUE(mesh);
+  const Result<BodySurface> surface = MapSurface(file, *mesh, Pose{}, {.voxel_size = 0.002});
+  ASSERT_TRUE(surface) << surface.error().what;
+  EXPECT_EQ(surface->field.bytes().size() + surface->features.bytes().size(),
+            told["surface_bytes"]);
+  // the wedge's edges are there, and a place in it is solid
+  EXPECT_GT(surface->features.point_count(), 0U);
+  const Vec3 inside = (Vec3(0.02, 0.02, 0.02) - surface->field.p_WVo()) / 0.002;
+  EXPECT_LT(surface->field.At(inside).value, 0);
+  const Said refused = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --surface " +
+                                 (folder_.path() / "no" / "folder").string());
+  EXPECT_EQ(refused.exit_code, kExitFile);
+  EXPECT_THAT(refused.err, HasSubstr("cannot be written"));
 }
 
 TEST_F(VoxelizeCommand, RefusesARangeThatItsMarksCannotHold) {

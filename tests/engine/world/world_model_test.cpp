@@ -19,9 +19,11 @@ class LoadedWorld : public ::testing::Test {
     folder_.Write("slab.obj", ObjText(Box(Vec3(0.06, 0.02, 0.02))));
   }
 
-  std::shared_ptr<const WorldModel> Load(const std::string& bodies) {
-    const Result<Scene> scene = LoadScene(folder_.Write(
-        "scene.json", R"({"name": "s", "voxel_m": 0.001, "bodies": [)" + bodies + "]}"));
+  std::shared_ptr<const WorldModel> Load(const std::string& bodies,
+                                         const std::string& contact = "refined") {
+    const Result<Scene> scene =
+        LoadScene(folder_.Write("scene.json", R"({"name": "s", "voxel_m": 0.001, "contact": ")" +
+                                                  contact + R"(", "bodies": [)" + bodies + "]}"));
     EXPECT_TRUE(scene) << scene.error().what;
     Result<std::shared_ptr<const WorldModel>> world = LoadWorld(*scene);
     EXPECT_TRUE(world) << world.error().what;
@@ -59,20 +61,53 @@ TEST_F(LoadedWorld, MergedPartsAreOneBodyThatKeepsTheirMeshes) {
   EXPECT_LT((body.inertia.I_B - same.inertia.I_B).norm(), 1e-6 * same.inertia.I_B.norm());
   EXPECT_LT((body.X_WB0.p - same.X_WB0.p).norm(), 1e-9);
   EXPECT_LT(RotationVector(body.X_WB0.q * same.X_WB0.q.conjugate()).norm(), 1e-9);
-  EXPECT_NEAR(body.points.radius, same.points.radius, 0.5 * body.points.spacing);
-  // of all three, not of one: the cubes' inner walls have points as well
-  EXPECT_GE(body.points.size(), same.points.size());
+  EXPECT_NEAR(body.radius, same.radius, 1e-8);
+  // of all three, not of one: the cubes' inner walls count as well
+  EXPECT_GT(body.surface_points, same.surface_points);
+  EXPECT_GE(TestedPoints(*merged, body), TestedPoints(*slab, same));
+}
+
+// Neither points nor voxels are kept where contact reads none of them; benches make both.
+TEST_F(LoadedWorld, HasWhatItsContactReadsAndNoMore) {
+  const std::string bodies =
+      R"({"name": "a", "mesh": "cube.obj", "mass_kg": 1},
+         {"name": "b", "mesh": "cube.obj", "mass_kg": 1, "pose": {"p_W": [0.05, 0, 0]}},
+         {"name": "c", "mesh": "cube.obj", "fixed": true, "pose": {"p_W": [0.1, 0, 0]}})";
+  const auto plain = Load(bodies, "plain");
+  const auto refined = Load(bodies);
+  EXPECT_TRUE(plain->fixture_surface.field.empty());
+  EXPECT_FALSE(plain->fixture.empty());
+  EXPECT_TRUE(refined->fixture.empty());
+  EXPECT_FALSE(refined->fixture_surface.field.empty());
+  for (std::size_t b = 0; b < 2; ++b) {
+    EXPECT_EQ(refined->bodies[b].points.size(), 0U);
+    EXPECT_TRUE(refined->bodies[b].voxmap.empty());
+    EXPECT_TRUE(plain->bodies[b].surface.field.empty());
+    // half a cube's diagonal; points stand in the middles of voxels
+    EXPECT_NEAR(refined->bodies[b].radius, 0.01 * std::sqrt(3), 1e-8);
+    EXPECT_NEAR(plain->bodies[b].radius, 0.01 * std::sqrt(3), 0.001);
+    // 6 faces of 400 square voxels
+    EXPECT_NEAR(refined->bodies[b].surface_points, 2400, 1);
+    EXPECT_GT(TestedPoints(*refined, refined->bodies[b]), 200U);  // 12 edges of 20 voxels
+    EXPECT_LT(TestedPoints(*refined, refined->bodies[b]), 300U);
+  }
+  WorldModel both = *refined;
+  ASSERT_FALSE(AddPlainParts(both));
+  EXPECT_EQ(both.fixture.Count().surface, plain->fixture.Count().surface);
+  EXPECT_EQ(both.bodies[1].voxmap.Count().surface, plain->bodies[1].voxmap.Count().surface);
+  EXPECT_GT(both.bodies[0].points.size(), 2000U);
 }
 
 // Outwards a cube's faces and edges part; inwards they come together.
 TEST_F(LoadedWorld, SaysWhereDisplacedPointsPartByMoreThanAVoxel) {
   const auto remarks = [this](const std::string& shift) {
     return Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1, "inward_shift_voxels": )" +
-                shift + "}")
+                    shift + "}",
+                "plain")
         ->remarks;
   };
   EXPECT_THAT(remarks("0"), ::testing::IsEmpty());
-  EXPECT_THAT(remarks("0.5"), ::testing::IsEmpty());
+  EXPECT_THAT(remarks("0.25"), ::testing::IsEmpty());
   const std::vector<std::string> outwards = remarks("-0.5");
   ASSERT_EQ(outwards.size(), 1U);
   EXPECT_THAT(outwards[0], ::testing::HasSubstr("its displaced points stand up to 1."));
@@ -80,7 +115,7 @@ TEST_F(LoadedWorld, SaysWhereDisplacedPointsPartByMoreThanAVoxel) {
 
 // A cube's faces part by as much as they are displaced; a hundredth of a voxel is nothing to tell.
 TEST_F(LoadedWorld, DoesNotWarnOfAGapThatIsAVoxelAsWritten) {
-  const auto world = Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})");
+  const auto world = Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})", "plain");
   const BodyModel& cube = world->bodies[0];
   const double voxel = world->scene.voxel_size;
   const double small = -1e-4 * voxel;
@@ -122,7 +157,7 @@ TEST_F(LoadedWorld, AScaleThatIsGivenIsNotAskedFor) {
 // are the reason (§3.2): 1.4 voxels apart at a spacing of a voxel, half as far at 0.4.
 TEST_F(LoadedWorld, PointsFinerThanVoxelsComeFromTheScene) {
   const auto body = [this](const std::string& keys) {
-    return Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1)" + keys + "}");
+    return Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1)" + keys + "}", "plain");
   };
   const auto one = body("");
   const auto finer = body(", \"point_spacing_voxels\": 0.4");

@@ -65,18 +65,18 @@ TEST(World, EnergyNeverGrowsAtRest) {
   }
 }
 
-/// The farthest that any surface point goes in a frame, of 400, towards a goal.
+/// The farthest that any corner goes in a frame, of 400, towards a goal.
 double FarthestStep(const WorldModel& model, World& world, const Pose& goal) {
   StepInputs inputs = FreeInputs(model);
   inputs.hand = HandTo(model, 0, goal);
-  const Pointshell& shell = model.bodies[0].points;
+  const std::vector<Vec3> corners = testing::CornersOf(model, 0);
   double farthest = 0;
   for (int frame = 0; frame < 400; ++frame) {
     const Pose before = world.state(0).X_WB;
     world.Step(inputs);
     const Pose& after = world.state(0).X_WB;
-    for (std::size_t i = 0; i < shell.size(); i += 7) {
-      farthest = std::max(farthest, (after * shell.point(i) - before * shell.point(i)).norm());
+    for (const Vec3& corner : corners) {
+      farthest = std::max(farthest, (after * corner - before * corner).norm());
     }
   }
   return farthest;

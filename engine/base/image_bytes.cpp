@@ -1,5 +1,6 @@
-#include "engine/voxel/voxmap_image.h"
+#include "engine/base/image_bytes.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <fcntl.h>
@@ -13,25 +14,38 @@ namespace tandem {
 
 namespace {
 
+constexpr std::size_t kPage = 4096;
 constexpr std::size_t kHugePage = std::size_t{2} << 20U;
+
+/// Bytes of whole pages; small images are not worth a huge page each.
+std::size_t WholePages(std::size_t size) {
+  const std::size_t page = size >= kHugePage ? kHugePage : kPage;
+  return (size + page - 1) / page * page;
+}
+
+void* MapZeroed(std::size_t bytes) {
+  void* memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
+                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  TANDEM_CHECK(memory != MAP_FAILED);
+  return memory;
+}
 
 }  // namespace
 
-ImageBytes::ImageBytes(std::size_t size) : size_(size) {
+ImageBytes::ImageBytes(std::size_t size) : size_(size), mapped_(WholePages(size)) {
+  if (size < kHugePage) {
+    mapped_ = std::max(mapped_, kPage);
+    data_ = static_cast<std::byte*>(MapZeroed(mapped_));
+    return;
+  }
   // more than asked for, so that it can begin on a huge page; what is too much goes back
-  const std::size_t rounded = (size + kHugePage - 1) / kHugePage * kHugePage;
-  void* whole = mmap(nullptr, rounded + kHugePage, PROT_READ | PROT_WRITE,
-                     MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  TANDEM_CHECK(whole != MAP_FAILED);
-  auto* begin = static_cast<std::byte*>(whole);
+  auto* begin = static_cast<std::byte*>(MapZeroed(mapped_ + kHugePage));
   const std::size_t skip =
       (kHugePage - reinterpret_cast<std::uintptr_t>(begin) % kHugePage) % kHugePage;
   if (skip > 0) munmap(begin, skip);
-  munmap(begin + skip + rounded, kHugePage - skip);
+  munmap(begin + skip + mapped_, kHugePage - skip);
   data_ = begin + skip;
-  mapped_ = rounded;
-  // small maps are not worth a huge page each
-  if (size >= kHugePage) madvise(data_, rounded, MADV_HUGEPAGE);
+  madvise(data_, mapped_, MADV_HUGEPAGE);
 }
 
 ImageBytes::~ImageBytes() {
@@ -60,7 +74,7 @@ Result<ImageBytes> ImageBytes::Map(const std::filesystem::path& file) {
 
 void ImageBytes::Shrink(std::size_t size) {
   TANDEM_CHECK(size <= size_);
-  const std::size_t kept = (size + kHugePage - 1) / kHugePage * kHugePage;
+  const std::size_t kept = std::max(WholePages(size), kPage);
   if (kept < mapped_) {
     munmap(data_ + kept, mapped_ - kept);
     mapped_ = kept;

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// Bytes on whole pages, in huge ones if there are enough of them; or a file's, mapped.
+class ImageBytes {
+ public:
+  ImageBytes() = default;
+  /// Zeroed. Check-fails when the machine has no such memory.
+  explicit ImageBytes(std::size_t size);
+  ~ImageBytes();
+  ImageBytes(ImageBytes&& other) noexcept;
+  ImageBytes& operator=(ImageBytes&& other) noexcept;
+  ImageBytes(const ImageBytes&) = delete;
+  ImageBytes& operator=(const ImageBytes&) = delete;
+
+  /// A file's bytes, read-only, or why they cannot be had. Whoever writes to the file while it is
+  /// mapped changes the bytes, and whoever cuts it short ends the program that reads them. So files
+  /// are replaced, never written to (WholeFile), and lie where nobody else may write.
+  static Result<ImageBytes> Map(const std::filesystem::path& file);
+
+  /// Gives back what lies beyond.
+  void Shrink(std::size_t size);
+
+  std::byte* data() noexcept { return data_; }
+  const std::byte* data() const noexcept { return data_; }
+  std::size_t size() const noexcept { return size_; }
+
+ private:
+  std::byte* data_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t mapped_ = 0;
+};
+
+/// A part of an image, which it keeps.
+struct ImageBlock {
+  std::shared_ptr<const ImageBytes> image;
+  std::span<const std::byte> bytes;
+};
+
+/// Where the arrays of a block stand: one behind the other, each from a cache line on.
+class ArrayPlaces {
+ public:
+  static constexpr std::uint64_t kLine = 64;
+  /// No block is larger, so that sums of fewer than 2^16 of them do not wrap round.
+  static constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 48U;
+
+  explicit ArrayPlaces(std::uint64_t header_bytes) : end_(header_bytes) {}
+
+  /// The place of the next array, in bytes from the block's begin.
+  std::uint64_t Add(std::uint64_t count, std::uint64_t element_bytes) {
+    const std::uint64_t place = (end_ + kLine - 1) / kLine * kLine;
+    const bool fits = place <= kMostBytes && count <= (kMostBytes - place) / element_bytes;
+    end_ = fits ? place + count * element_bytes : kMostBytes + 1;
+    return place;
+  }
+  /// Of the whole block. Above kMostBytes: it is too large.
+  std::uint64_t bytes() const noexcept { return end_; }
+
+ private:
+  std::uint64_t end_;
+};
+
+/// An array of a block. It must lie within.
+template <typename T>
+std::span<const T> ArrayIn(std::span<const std::byte> block, std::uint64_t place,
+                           std::uint64_t count) {
+  return {reinterpret_cast<const T*>(block.data() + place), count};
+}
+
+}  // namespace tandem

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <stop_token>
+
+#include "engine/base/result.h"
+#include "engine/base/spatial.h"
+#include "engine/contact/contact_kind.h"
+#include "engine/contact/field_pair.h"
+#include "engine/geometry/triangle_mesh.h"
+
+namespace tandem {
+
+/// What a surface depends on beside its mesh, and bounds on how it is built.
+struct SurfaceOptions {
+  double voxel_size = 0.001;  // m
+  /// Of feature polygons, voxels either side of their plane.
+  double flatness_voxels = FlatnessVoxels(ContactModel::kRefined);
+  double spacing_voxels = 1;  // the longest part of an edge
+  std::size_t max_memory_bytes = std::size_t{8} << 30U;
+  /// Asked to stop, the builder soon ends with an error.
+  std::stop_token stop = {};
+};
+
+/// Builds the surface of a mesh where it stands in W, in a body's frame that stands at X_WB. The
+/// same bytes for any number of threads. Refused in one line, as BuildField() refuses.
+Result<BodySurface> BuildSurface(const TriangleMesh& mesh_W, const Pose& X_WB,
+                                 const SurfaceOptions& options);
+
+/// Lets a field and features of a mesh stand in a body's frame.
+BodySurface SurfaceInBody(DistanceField field, BodyFeatures features, const TriangleMesh& mesh_W,
+                          const Pose& X_WB);
+
+}  // namespace tandem
