@@ -109,10 +109,10 @@ FieldGradient DistanceField::Look(const Vec3& place_V, bool with_gradient) const
   const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
   FieldGradient look{.reading = {.value = Interpolated(brick, cell), .near = true}};
   const std::optional<List> list = ListOf(brick, cell.cell);
-  if (!list && std::abs(look.reading.value) > kMostNear) {
-    look.reading = {
-        .value = look.reading.value > 0 ? kMostNear - brick.Over() : outer_error_bound_ - kMostNear,
-        .near = false};
+  const double value = look.reading.value;
+  if (!list && (value > most_near_ || value < -kMostNear)) {
+    look.reading = {.value = value > 0 ? most_near_ - brick.Over() : outer_error_bound_ - kMostNear,
+                    .near = false};
     return look;
   }
   if (with_gradient) look.gradient = GradientAt(brick, cell, place_L);

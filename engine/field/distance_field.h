@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -78,8 +80,10 @@ struct FieldView;
 /// whole.
 class DistanceField {
  public:
-  /// The greatest value that a reading has with `near`.
+  /// Readings are near from here on in the solid, voxels, and on the free side
+  /// up to a quarter of a voxel beyond the range.
   static constexpr double kMostNear = 1.75;
+  static constexpr double kLeastRange = 1.5;
 
   bool empty() const noexcept { return bricks_.empty(); }
   double voxel_size() const noexcept { return voxel_size_; }
@@ -89,9 +93,20 @@ class DistanceField {
   /// Every place nearer to the surface than this (voxels) is `near`, and is read to within
   /// `error_bound`.
   double band() const noexcept { return band_; }
-  /// Every place nearer than this has a reading, voxels; beyond the band, one that may err by
-  /// `outer_error_bound`.
+  /// Every place of the free side nearer than this has a reading, voxels; in the solid, every one
+  /// nearer than kLeastRange. Beyond the band it may err by `outer_error_bound`.
   double range() const noexcept { return range_; }
+  /// What an interpolated value says the distance is at least, on the free side; the value itself
+  /// within the band. Continuous, and never falls as the value grows.
+  ///
+  /// The square of a distance from any set, less the square of the place, is concave: it is the
+  /// least of linear functions. So between the corners of a cell the distance's square is
+  /// interpolated at most 3/4 too high, and with it the distance's. And what lies within the band
+  /// is told right, so that what is read beyond the band lies beyond it.
+  double AtLeast(double value) const noexcept {
+    if (value <= band_) return value;
+    return std::max(band_, std::sqrt(std::max(0.0, value * value - kMostSquareOver)));
+  }
   /// The greatest error of a reading within the band, voxels: measured in each cell when the field
   /// was built.
   double error_bound() const noexcept { return error_bound_; }
@@ -150,6 +165,9 @@ class DistanceField {
   friend class FieldBuilder;
   friend class ListDistances;
 
+  /// How far above the distance's square an interpolated value's may be, and a
+  /// little more for what storing rounds.
+  static constexpr double kMostSquareOver = 0.755;
   /// Of a bound in a table, voxels.
   static constexpr double kBoundStep = 0.125;
   static constexpr std::int32_t kMostBoundSteps = 16'000;  // of a brick
@@ -195,6 +213,7 @@ class DistanceField {
   double voxel_size_ = 0;
   double band_ = 0;
   double range_ = 0;
+  double most_near_ = kMostNear;  // the greatest value that a reading has with `near`
   double error_bound_ = 0;
   double outer_error_bound_ = 0;
   GridIndex origin_;                         // voxels from W's origin
@@ -223,9 +242,11 @@ struct FieldView {
   std::int32_t hyperbricks_x = 0, hyperbricks_y = 0;
   std::array<float, 3> box_min{}, box_max{};  // of all faces, in L
   float most_near = 0;
-  float beyond_near = 0;  // a bound for what is farther than most_near
+  float most_near_inside = 0;
+  float beyond_near = 0;  // a bound for what is farther than most_near_inside
   float band = 0;
   float error = 0;  // within the band
+  float square_over = 0;
 };
 
 }  // namespace tandem

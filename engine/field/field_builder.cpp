@@ -8,10 +8,10 @@
 #include <tbb/parallel_for.h>
 
 #include "engine/field/brick_faces.h"
+#include "engine/field/face_tree.h"
 #include "engine/field/field_faces.h"
 #include "engine/field/near_faces.h"
 #include "engine/geometry/closest_on_triangle.h"
-#include "engine/geometry/tree_pair.h"
 #include "engine/voxel/inside_rows.h"
 #include "engine/voxel/voxelize.h"
 
@@ -21,6 +21,9 @@ namespace {
 
 constexpr double kHalfVoxelDiagonal = 0.8662;
 constexpr std::int32_t kNoBrick = -1;
+/// How much too far a reading may be in bricks of a field with more than the
+/// least range, where no cell tells: DistanceField::AtLeast() at that range.
+constexpr float kOuterOver = 0.235F;
 
 Vec3 PlaceOf(const GridIndex& index) {
   return {static_cast<double>(index.x), static_cast<double>(index.y), static_cast<double>(index.z)};
@@ -56,13 +59,13 @@ class FieldBuilder {
     field_.origin_ = box.first * kHyperchunkSide;
     field_.size_ = box.size * (kHyperchunkSide / kHyperbrickCells);
     all_ = FindFieldFaces(mesh_W, facing, options.voxel_size, field_.origin_);
-    std::vector<Bounds> boxes;
+    if (HasFarBricks()) field_.most_near_ = options.range + 0.25;
     for (const FieldFace& face : all_) {
-      boxes.push_back(BoundsOfFace(face));
-      field_.faces_L_.Add(boxes.back().min);
-      field_.faces_L_.Add(boxes.back().max);
+      const Bounds of_face = BoundsOfFace(face);
+      field_.faces_L_.Add(of_face.min);
+      field_.faces_L_.Add(of_face.max);
     }
-    tree_ = BuildBoxTree(boxes, 4);
+    tree_.emplace(all_);
     kept_.assign(all_.size(), ~0U);
     hyperbricks_.resize(static_cast<std::size_t>(field_.size_.x) *
                         static_cast<std::size_t>(field_.size_.y) *
@@ -150,16 +153,9 @@ class FieldBuilder {
     return (rows[row] >> (voxel_V.x & 63) & 1U) != 0;
   }
 
-  double Nearest(const Vec3& place_L) const {
-    double nearest = std::numeric_limits<double>::infinity();
-    VisitNearLeaves(tree_, place_L, nearest, [&](const BoxTree::Node& leaf) {
-      for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
-        nearest = std::min(nearest, DistanceFrom(all_[tree_.order[i]], place_L));
-      }
-      return nearest * nearest;
-    });
-    return nearest;
-  }
+  /// Whether places of the free side are read farther off than the survey of a
+  /// hyperbrick sees.
+  bool HasFarBricks() const { return options_.range > DistanceField::kLeastRange; }
 
   void FindFacesOfHyperbricks() {
     constexpr double kSide = kHyperbrickCells;
@@ -201,8 +197,10 @@ class FieldBuilder {
   }
 
   void MakeBricks(Hyperbrick& hyperbrick, const GridIndex& first) {
-    const double kept = options_.range + kHalfVoxelDiagonal;  // how near a node must be
+    // how near a node must be
+    const double kept = std::min(options_.range, DistanceField::kLeastRange) + kHalfVoxelDiagonal;
     const NearFaces faces(first, all_, hyperbrick.near);
+    FarNodes far_nodes(*tree_, first);
     const HyperbrickSurvey survey(faces, kept, !open_);
     for (std::size_t place = 0; place < kBricksPerHyperbrick; ++place) {
       Brick brick;
@@ -213,26 +211,90 @@ class FieldBuilder {
         case HyperbrickSurvey::Kind::kFlat: {
           const HyperbrickSurvey::Plane plane = survey.PlaneOf(place);
           brick.packed.brick = FlatBrick(plane.nhat, plane.at_lowest);
+          if (HasFarBricks()) MeasureFarNodes(far_nodes, brick);
           brick.over.fill(static_cast<float>(kLeastBound));
           break;
         }
         case HyperbrickSurvey::Kind::kMeasured:
-          if (!MeasureBrick(faces, survey, first, kept, hyperbrick, brick)) continue;
+          if (!MeasureBrick(faces, survey, first, kept, far_nodes, hyperbrick, brick)) continue;
       }
       hyperbrick.entries[place] = static_cast<std::int32_t>(hyperbrick.bricks.size());
       hyperbrick.bricks.push_back(std::move(brick));
     }
+    if (HasFarBricks()) MakeFarBricks(hyperbrick, {0, 0, 0}, kHyperbrickCells, first, far_nodes);
+  }
+
+  /// Makes the bricks of the free side that are farther off than a survey sees,
+  /// in a cube of a hyperbrick (in cells from the hyperbrick's first).
+  void MakeFarBricks(Hyperbrick& hyperbrick, const GridIndex& from, int side,
+                     const GridIndex& first, FarNodes& nodes) const {
+    const GridIndex centre = from + GridIndex{side / 2, side / 2, side / 2};
+    const double kept = options_.range + kHalfVoxelDiagonal;
+    if (nodes.DistanceOf(centre) - 0.5 * side * std::sqrt(3.0) > kept) return;
+    if (side > kBrickCells) {
+      for (int i = 0; i < 8; ++i) {
+        const GridIndex step{i & 1, i >> 1 & 1, i >> 2};
+        MakeFarBricks(hyperbrick, from + step * (side / 2), side / 2, first, nodes);
+      }
+      return;
+    }
+    Brick brick;
+    brick.place = CellInBlock(from >> 2);
+    // no surface comes near such a brick, so that it lies on one side
+    if (hyperbrick.entries[brick.place] != kNoBrick || Solid(first + centre)) return;
+    std::array<float, kBrickNodes> values;
+    VisitNodes([&](const GridIndex& at, std::size_t node) {
+      values[node] = nodes.DistanceOf(from + at);
+    });
+    if (*std::min_element(values.begin(), values.end()) > kept) return;
+    brick.packed = PackBrick(values);
+    hyperbrick.entries[brick.place] = static_cast<std::int32_t>(hyperbrick.bricks.size());
+    hyperbrick.bricks.push_back(std::move(brick));
+  }
+
+  /// Calls `visit(at, node)` for the nodes of a brick, `at` counted from its
+  /// lowest.
+  template <typename Visit>
+  static void VisitNodes(const Visit& visit) {
+    std::size_t node = 0;
+    for (std::int32_t z = 0; z <= kBrickCells; ++z) {
+      for (std::int32_t y = 0; y <= kBrickCells; ++y) {
+        for (std::int32_t x = 0; x <= kBrickCells; ++x) visit(GridIndex{x, y, z}, node++);
+      }
+    }
+  }
+
+  /// Measures the nodes of a flat brick that its plane alone does not tell:
+  /// beside what is near, other faces may be as near to them.
+  static void MeasureFarNodes(FarNodes& nodes, Brick& brick) {
+    std::array<float, kBrickNodes> values = Unpacked(brick.packed);
+    constexpr float kInPlane = 1e-3F;
+    bool flat = true;
+    VisitNodes([&](const GridIndex& at, std::size_t node) {
+      if (values[node] <= HyperbrickSurvey::kReach) return;
+      const float distance = nodes.DistanceOf(BlockCell(brick.place) * kBrickCells + at);
+      flat = flat && values[node] - distance < kInPlane;
+      values[node] = std::min(values[node], distance);
+    });
+    if (!flat) brick.packed = PackBrick(values);
   }
 
   /// Fills a brick by measuring the faces, and tells whether it comes near enough to be kept.
   bool MeasureBrick(const NearFaces& faces, const HyperbrickSurvey& survey, const GridIndex& first,
-                    double kept, Hyperbrick& hyperbrick, Brick& brick) const {
+                    double kept, FarNodes& far_nodes, Hyperbrick& hyperbrick, Brick& brick) const {
     const NearestLanes nodes = survey.NodesOf(brick.place);
     const auto* end = nodes.distance.begin() + kBrickNodes;
     if (*std::min_element(nodes.distance.begin(), end) > kept) return false;
     const GridIndex lowest = first + BlockCell(brick.place) * kBrickCells;
     HyperbrickSurvey::BrickCells cells = survey.CellsOf(brick.place, DistanceField::kMostNear);
-    brick.packed = PackBrick(Values(nodes, SolidNodes(lowest, nodes), cells.plane));
+    std::array<float, kBrickNodes> values = Values(nodes, SolidNodes(lowest, nodes), cells.plane);
+    if (HasFarBricks()) {
+      VisitNodes([&](const GridIndex& at, std::size_t node) {
+        if (values[node] < HyperbrickSurvey::kReach) return;
+        values[node] = far_nodes.DistanceOf(BlockCell(brick.place) * kBrickCells + at);
+      });
+    }
+    brick.packed = PackBrick(values);
     for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
       const double least = cells.least[cell] - kHalfVoxelDiagonal;
       if (least < options_.band) brick.in_band |= std::uint64_t{1} << cell;
@@ -306,9 +368,9 @@ class FieldBuilder {
     const GridIndex centre = first + from + middle;
     const std::size_t place = CellInBlock(from >> 2);
     if (side == kBrickCells && hyperbrick.entries[place] != kNoBrick) return false;
-    const double distance = Nearest(PlaceOf(centre));
+    const double distance = tree_->Nearest(PlaceOf(centre));
     const double least = distance - radius;
-    if (side > kBrickCells && least < radius) {
+    if (side > kBrickCells && (least < radius || least <= options_.range + kHalfVoxelDiagonal)) {
       for (int i = 0; i < 8; ++i) {
         const GridIndex step{i & 1, i >> 1 & 1, i >> 2};
         BoundCube(hyperbrick, from + step * (side / 2), side / 2, first);
@@ -316,8 +378,10 @@ class FieldBuilder {
       return false;
     }
     // of a brick that is not kept, the nodes and with them all places are beyond the range
-    const std::int32_t entry =
-        DistanceField::BoundEntry(std::max(least, options_.range), Solid(centre));
+    const bool solid = Solid(centre);
+    const double range =
+        solid ? std::min(options_.range, DistanceField::kLeastRange) : options_.range;
+    const std::int32_t entry = DistanceField::BoundEntry(std::max(least, range), solid);
     const std::int32_t bricks = side / kBrickCells;
     for (std::int32_t z = 0; z < bricks; ++z) {
       for (std::int32_t y = 0; y < bricks; ++y) {
@@ -370,7 +434,7 @@ class FieldBuilder {
     const NearFaces faces(first_brick * kBrickCells, all_, hyperbrick.near);
     for (Brick& brick : hyperbrick.bricks) {
       ListCells(faces, brick, first_brick + BlockCell(brick.place));
-      float over = 0;
+      float over = HasFarBricks() ? kOuterOver : 0;
       float over_of_lists = 0;
       for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
         const bool listed = (brick.lists.cells >> cell & 1U) != 0;
@@ -500,7 +564,7 @@ class FieldBuilder {
   InsideRows inside_;
   bool open_;
   std::vector<FieldFace> all_;
-  BoxTree tree_;
+  std::optional<FaceTree> tree_;
   std::vector<Hyperbrick> hyperbricks_;
   std::vector<std::uint32_t> kept_;  // by face: its number in the field, or ~0
   DistanceField field_;

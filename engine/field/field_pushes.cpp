@@ -143,7 +143,7 @@ std::size_t DistanceField::Pushes(const Vec3& place_V, double reach,
   }
   std::size_t count = 0;
   if (share < 1) {
-    const double value = Interpolated(brick, cell);
+    const double value = AtLeast(Interpolated(brick, cell));
     if (value < reach) {
       const Vec3 gradient = GradientAt(brick, cell, place_L);
       const double length = gradient.norm();

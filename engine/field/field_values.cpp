@@ -252,8 +252,9 @@ HWY_INLINE void ReadSteps(const FieldView& field, std::size_t v, Batch& batch) {
   const auto listed = hn::And(near, Listed(field, flags, steps, cell));
   const Floats of_brick = hn::Mul(hn::Set(f, FieldBrick::kOverStep),
                                   hn::ConvertTo(f, hn::ShiftRight<FieldBrick::kOverShift>(flags)));
-  const auto beyond =
-      hn::AndNot(listed, hn::RebindMask(i, hn::Gt(hn::Abs(told), hn::Set(f, field.most_near))));
+  const auto outside = hn::Or(hn::Gt(told, hn::Set(f, field.most_near)),
+                              hn::Lt(told, hn::Set(f, -field.most_near_inside)));
+  const auto beyond = hn::AndNot(listed, hn::RebindMask(i, outside));
   const Floats bound =
       hn::IfThenElse(hn::Gt(told, hn::Zero(f)), hn::Sub(hn::Set(f, field.most_near), of_brick),
                      hn::Set(f, -field.beyond_near));
@@ -314,6 +315,15 @@ void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& pla
   }
 }
 
+/// DistanceField::AtLeast().
+HWY_INLINE Floats AtLeast(const FieldView& field, Floats value) {
+  const F f;
+  const Floats band = hn::Set(f, field.band);
+  const Floats square = hn::Sub(hn::Mul(value, value), hn::Set(f, field.square_over));
+  const Floats least = hn::Max(band, hn::Sqrt(hn::Max(hn::Zero(f), square)));
+  return hn::IfThenElse(hn::Le(value, band), value, least);
+}
+
 /// What a block's vectors, from `v` on, come to.
 HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t v, const Batch& batch,
                              float* bounds) {
@@ -329,15 +339,18 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t v,
     const Ints kind = hn::LoadU(i, &batch.kind[at]);
     const auto near = hn::RebindMask(f, hn::Eq(kind, hn::Set(i, FieldView::kNear)));
     const auto listed = hn::RebindMask(f, hn::Eq(kind, hn::Set(i, FieldView::kListed)));
-    const auto in_band = hn::Le(hn::Abs(value), hn::Set(f, field.band));
+    const Floats at_least = AtLeast(field, value);
     // where no list tells: exact within the band, and beyond it not nearer than its border
     const Floats over = hn::Sub(value, hn::LoadU(f, &batch.over[at]));
     const Floats least_here =
         hn::Sub(hn::Min(value, hn::Set(f, field.band)), hn::Set(f, field.error));
-    const Floats bound = hn::IfThenElse(near, hn::Max(over, least_here), over);
+    const Floats bound = hn::IfThenElse(near, hn::Max(over, least_here),
+                                        hn::IfThenElse(listed, hn::Min(over, at_least), over));
     // what a list tells is decided only where that is far
     const auto is_open = hn::And(listed, hn::Lt(bound, hn::Set(f, reach)));
-    const Floats told = hn::IfThenElse(hn::And(near, in_band), value, bound);
+    // as DistanceField::Pushes() has it, so that a point is found when its push
+    // begins
+    const Floats told = hn::IfThenElse(near, at_least, bound);
     const auto is_within = hn::AndNot(is_open, hn::Lt(told, hn::Set(f, reach)));
     least = hn::Min(least, hn::IfThenElse(is_open, least, bound));
     hn::StoreU(hn::IfThenElse(is_open, value, bound), f, bounds + k);
@@ -412,10 +425,12 @@ FieldView DistanceField::View() const noexcept {
     view.box_min[axis] = static_cast<float>(faces_L_.min[static_cast<Eigen::Index>(axis)]);
     view.box_max[axis] = static_cast<float>(faces_L_.max[static_cast<Eigen::Index>(axis)]);
   }
-  view.most_near = static_cast<float>(kMostNear);
+  view.most_near = static_cast<float>(most_near_);
+  view.most_near_inside = static_cast<float>(kMostNear);
   view.beyond_near = static_cast<float>(kMostNear - outer_error_bound_);
   view.band = static_cast<float>(band_);
   view.error = static_cast<float>(error_bound_);
+  view.square_over = static_cast<float>(kMostSquareOver);
   return view;
 }
 

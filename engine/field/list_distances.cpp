@@ -138,7 +138,8 @@ class ListDistances {
       distances_[number] = place.value - brick.Over();
       return;
     }
-    const double bound = place.value - DistanceField::kListOverStep * list->over;
+    const double bound = std::min(place.value - DistanceField::kListOverStep * list->over,
+                                  field_.AtLeast(place.value));
     distances_[number] = bound;
     // of more faces than there is room for, whoever is pushed asks
     if (bound >= reach_ || 8 * list->member_bytes > ListPairs::kMost) return;
