@@ -96,17 +96,26 @@ class DistanceField {
   /// Every place of the free side nearer than this has a reading, voxels; in the solid, every one
   /// nearer than kLeastRange. Beyond the band it may err by `outer_error_bound`.
   double range() const noexcept { return range_; }
-  /// What an interpolated value says the distance is at least, on the free side; the value itself
-  /// within the band. Continuous, and never falls as the value grows.
-  ///
-  /// The square of a distance from any set, less the square of the place, is concave: it is the
-  /// least of linear functions. So between the corners of a cell the distance's square is
-  /// interpolated at most 3/4 too high, and with it the distance's. And what lies within the band
-  /// is told right, so that what is read beyond the band lies beyond it.
-  double AtLeast(double value) const noexcept {
-    if (value <= band_) return value;
-    return std::max(band_, std::sqrt(std::max(0.0, value * value - kMostSquareOver)));
+  /// Pushes off surfaces nearer than this have the exact distance, to within `error_bound`; off
+  /// farther ones one that is never too great.
+  double fine_band() const noexcept { return std::max(0.0, band_ - kBandFade + kRounding); }
+  /// What an interpolated value says the distance is at least, where it may be `over` too great:
+  /// the value up to the fine band, `over` less from where that lies beyond the band, and in
+  /// between as much less as makes it grow with the value. Never more than kMostSquareOver allows
+  /// for.
+  double AtLeast(double value, double over) const noexcept {
+    const double fine = fine_band();
+    if (value <= fine) return value;
+    const double fade = band_ - fine;
+    const double squared = value * value - kMostSquareOver;
+    return std::max({value - over, fine + (value - fine) * fade / (fade + over),
+                     std::sqrt(std::max(0.0, squared))});
   }
+  /// How much greater than the distance's square the square of an interpolated value may be. The
+  /// square of a distance from any set, less the square of the place, is concave: it is the least
+  /// of linear functions. So between the corners of a cell the distance's square is interpolated at
+  /// most 3/4 too high, and with it the distance's. A little is for what storing rounds.
+  static constexpr double kMostSquareOver = 0.755;
   /// The greatest error of a reading within the band, voxels: measured in each cell when the field
   /// was built.
   double error_bound() const noexcept { return error_bound_; }
@@ -165,9 +174,9 @@ class DistanceField {
   friend class FieldBuilder;
   friend class ListDistances;
 
-  /// How far above the distance's square an interpolated value's may be, and a
-  /// little more for what storing rounds.
-  static constexpr double kMostSquareOver = 0.755;
+  /// Voxels below the band's border over which the faces of lists give way to interpolation.
+  static constexpr double kBandFade = 0.2;
+  static constexpr double kRounding = 1e-9;
   /// Of a bound in a table, voxels.
   static constexpr double kBoundStep = 0.125;
   static constexpr std::int32_t kMostBoundSteps = 16'000;  // of a brick
@@ -208,12 +217,17 @@ class DistanceField {
   FieldGradient OfList(const List& list, const Vec3& place_L) const;
   FieldGradient Look(const Vec3& place_V, bool with_gradient) const;
   FieldView View() const noexcept;
+  /// By how much an interpolated value may be too great at a place, at the most. Continuous.
+  double OverAt(const Cell& cell) const;
+  /// The same anywhere in the brick of a place counted in bricks; 0 if there is none.
+  float OverOfBrick(const GridIndex& brick) const noexcept;
   Vec3 GradientAt(const FieldBrick& brick, const Cell& cell, const Vec3& place_L) const;
 
   double voxel_size_ = 0;
   double band_ = 0;
   double range_ = 0;
   double most_near_ = kMostNear;  // the greatest value that a reading has with `near`
+  double most_over_ = 0;          // by which an interpolated value is too great
   double error_bound_ = 0;
   double outer_error_bound_ = 0;
   GridIndex origin_;                         // voxels from W's origin
@@ -246,7 +260,8 @@ struct FieldView {
   float beyond_near = 0;  // a bound for what is farther than most_near_inside
   float band = 0;
   float error = 0;  // within the band
-  float square_over = 0;
+  float fine_band = 0;
+  float most_over = 0;
 };
 
 }  // namespace tandem

@@ -21,9 +21,13 @@ namespace {
 
 constexpr double kHalfVoxelDiagonal = 0.8662;
 constexpr std::int32_t kNoBrick = -1;
-/// How much too far a reading may be in bricks of a field with more than the
-/// least range, where no cell tells: DistanceField::AtLeast() at that range.
-constexpr float kOuterOver = 0.235F;
+
+/// How much too great an interpolated distance may be at a place that is `distance` away, voxels:
+/// DistanceField::kMostSquareOver.
+float MostOver(float distance) {
+  return std::sqrt(distance * distance + static_cast<float>(DistanceField::kMostSquareOver)) -
+         distance;
+}
 
 Vec3 PlaceOf(const GridIndex& index) {
   return {static_cast<double>(index.x), static_cast<double>(index.y), static_cast<double>(index.z)};
@@ -113,6 +117,7 @@ class FieldBuilder {
     CellCandidates candidates;
     std::uint64_t erring = 0;
     std::array<float, kCellsPerBrick> over{};
+    float outer_over = 0;  // the same where no cell is measured
     CellLists lists;
   };
   struct Hyperbrick {
@@ -248,6 +253,9 @@ class FieldBuilder {
     });
     if (*std::min_element(values.begin(), values.end()) > kept) return;
     brick.packed = PackBrick(values);
+    const bool flat = brick.packed.brick.bits == 0;
+    const float nearest = *std::min_element(values.begin(), values.end());
+    brick.outer_over = flat ? static_cast<float>(kLeastBound) : MostOver(nearest);
     hyperbrick.entries[brick.place] = static_cast<std::int32_t>(hyperbrick.bricks.size());
     hyperbrick.bricks.push_back(std::move(brick));
   }
@@ -276,7 +284,9 @@ class FieldBuilder {
       flat = flat && values[node] - distance < kInPlane;
       values[node] = std::min(values[node], distance);
     });
-    if (!flat) brick.packed = PackBrick(values);
+    if (flat) return;
+    brick.packed = PackBrick(values);
+    brick.outer_over = MostOver(DistanceField::kLeastRange);
   }
 
   /// Fills a brick by measuring the faces, and tells whether it comes near enough to be kept.
@@ -293,6 +303,7 @@ class FieldBuilder {
         if (values[node] < HyperbrickSurvey::kReach) return;
         values[node] = far_nodes.DistanceOf(BlockCell(brick.place) * kBrickCells + at);
       });
+      brick.outer_over = MostOver(DistanceField::kLeastRange);
     }
     brick.packed = PackBrick(values);
     for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
@@ -434,7 +445,7 @@ class FieldBuilder {
     const NearFaces faces(first_brick * kBrickCells, all_, hyperbrick.near);
     for (Brick& brick : hyperbrick.bricks) {
       ListCells(faces, brick, first_brick + BlockCell(brick.place));
-      float over = HasFarBricks() ? kOuterOver : 0;
+      float over = brick.outer_over;
       float over_of_lists = 0;
       for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
         const bool listed = (brick.lists.cells >> cell & 1U) != 0;
@@ -516,6 +527,7 @@ class FieldBuilder {
     stored.steps = static_cast<std::uint32_t>(field_.steps_.size());
     field_.steps_.insert(field_.steps_.end(), brick.packed.steps.begin(), brick.packed.steps.end());
     field_.bricks_.push_back(stored);
+    field_.most_over_ = std::max(field_.most_over_, static_cast<double>(stored.MostOver()));
   }
 
   void StoreLists(const CellLists& cells) {

@@ -17,8 +17,6 @@ constexpr double kTouching = 1e-4;
 constexpr double kApart = 0.1;
 /// The share of a push that is none.
 constexpr double kNothing = 1e-4;
-/// Voxels below the band's border over which a list's faces give way to interpolation.
-constexpr double kBandFade = 0.2;
 
 }  // namespace
 
@@ -143,7 +141,8 @@ std::size_t DistanceField::Pushes(const Vec3& place_V, double reach,
   }
   std::size_t count = 0;
   if (share < 1) {
-    const double value = AtLeast(Interpolated(brick, cell));
+    double value = Interpolated(brick, cell);
+    if (value > fine_band() && reach > fine_band()) value = AtLeast(value, OverAt(cell));
     if (value < reach) {
       const Vec3 gradient = GradientAt(brick, cell, place_L);
       const double length = gradient.norm();

@@ -315,13 +315,12 @@ void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& pla
   }
 }
 
-/// DistanceField::AtLeast().
+/// What DistanceField::AtLeast() is nowhere below.
 HWY_INLINE Floats AtLeast(const FieldView& field, Floats value) {
   const F f;
-  const Floats band = hn::Set(f, field.band);
-  const Floats square = hn::Sub(hn::Mul(value, value), hn::Set(f, field.square_over));
-  const Floats least = hn::Max(band, hn::Sqrt(hn::Max(hn::Zero(f), square)));
-  return hn::IfThenElse(hn::Le(value, band), value, least);
+  const Floats fine = hn::Set(f, field.fine_band);
+  const Floats least = hn::Max(fine, hn::Sub(value, hn::Set(f, field.most_over)));
+  return hn::IfThenElse(hn::Le(value, fine), value, least);
 }
 
 /// What a block's vectors, from `v` on, come to.
@@ -344,12 +343,10 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t v,
     const Floats over = hn::Sub(value, hn::LoadU(f, &batch.over[at]));
     const Floats least_here =
         hn::Sub(hn::Min(value, hn::Set(f, field.band)), hn::Set(f, field.error));
-    const Floats bound = hn::IfThenElse(near, hn::Max(over, least_here),
-                                        hn::IfThenElse(listed, hn::Min(over, at_least), over));
+    const Floats bound = hn::IfThenElse(near, hn::Max(over, least_here), over);
     // what a list tells is decided only where that is far
-    const auto is_open = hn::And(listed, hn::Lt(bound, hn::Set(f, reach)));
-    // as DistanceField::Pushes() has it, so that a point is found when its push
-    // begins
+    const auto is_open = hn::And(listed, hn::Lt(hn::Min(bound, at_least), hn::Set(f, reach)));
+    // every place that DistanceField::Pushes() pushes is found
     const Floats told = hn::IfThenElse(near, at_least, bound);
     const auto is_within = hn::AndNot(is_open, hn::Lt(told, hn::Set(f, reach)));
     least = hn::Min(least, hn::IfThenElse(is_open, least, bound));
@@ -430,7 +427,8 @@ FieldView DistanceField::View() const noexcept {
   view.beyond_near = static_cast<float>(kMostNear - outer_error_bound_);
   view.band = static_cast<float>(band_);
   view.error = static_cast<float>(error_bound_);
-  view.square_over = static_cast<float>(kMostSquareOver);
+  view.fine_band = static_cast<float>(fine_band());
+  view.most_over = static_cast<float>(most_over_);
   return view;
 }
 

@@ -121,7 +121,10 @@ HWY_EXPORT(MeasurePairs);
 class ListDistances {
  public:
   ListDistances(const DistanceField& field, double reach, double* distances)
-      : field_(field), reach_(reach), distances_(distances) {}
+      : field_(field),
+        reach_(reach),
+        beyond_fine_(reach > field.fine_band()),
+        distances_(distances) {}
 
   /// `number` is where its distance goes.
   void Add(const DistanceField::OpenPlace& place, std::size_t number) {
@@ -138,8 +141,10 @@ class ListDistances {
       distances_[number] = place.value - brick.Over();
       return;
     }
-    const double bound = std::min(place.value - DistanceField::kListOverStep * list->over,
-                                  field_.AtLeast(place.value));
+    double bound = place.value - DistanceField::kListOverStep * list->over;
+    if (beyond_fine_) {
+      bound = std::min(bound, std::max(field_.fine_band(), place.value - field_.most_over_));
+    }
     distances_[number] = bound;
     // of more faces than there is room for, whoever is pushed asks
     if (bound >= reach_ || 8 * list->member_bytes > ListPairs::kMost) return;
@@ -154,9 +159,9 @@ class ListDistances {
     for (std::size_t i = 0; i < count_; ++i) {
       const Query& query = queries_[i];
       const double distance = NearestOf(query);
-      // beyond the band other faces may be nearer
-      distances_[query.number] =
-          distance > field_.band_ ? std::max(query.bound, field_.band_) : distance;
+      // beyond the band other faces may be nearer; and below its border pushes are interpolated too
+      const double exact_to = beyond_fine_ ? field_.fine_band() : field_.band_;
+      distances_[query.number] = distance > exact_to ? std::max(query.bound, exact_to) : distance;
     }
     count_ = 0;
     pairs_.count = 0;
@@ -217,6 +222,7 @@ class ListDistances {
 
   const DistanceField& field_;
   double reach_;
+  bool beyond_fine_;
   double* distances_;
   std::array<Query, kMostQueries> queries_;
   std::size_t count_ = 0;

@@ -221,7 +221,10 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
 
 Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
                                 double spacing_voxels, const std::stop_token& stop) {
-  Result<DistanceField> field = BuildField(mesh_W, {.voxel_size = scene.voxel_size, .stop = stop});
+  Result<DistanceField> field = BuildField(mesh_W, {.voxel_size = scene.voxel_size,
+                                                    .band = scene.fine_band_voxels,
+                                                    .range = scene.clearance_range_voxels,
+                                                    .stop = stop});
   if (!field) return field.error();
   const TriangleMesh facing_W = FacingOut(mesh_W, FindFacing(mesh_W, MeshSides(mesh_W)));
   const Features features =

@@ -194,6 +194,7 @@ TEST(BenchCommand, FidelitySaysWhetherHandsFeelRestAndTheClearanceThatTheyAskFor
   ExpectNumbers(told,
                 {"/holds/count", "/holds/moving", "/holds/largest_force_step_N",
                  "/holds/frame_cpu_p50_us", "/holds/dropped_frames", "/clearance/error_voxels_max",
+                 "/clearance/outer_error_voxels_max", "/clearance/late_voxels_max",
                  "/clearance/force_step_N", "/dropped_frames", "/frames_over_1ms"});
   EXPECT_EQ(told["holds"]["count"], 2);
   EXPECT_EQ(told["frames_over_1ms"], told["holds"]["frames_over_1ms"]);
