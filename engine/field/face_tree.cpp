@@ -1,7 +1,9 @@
 #include "engine/field/face_tree.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "engine/field/near_faces.h"
 #include "engine/geometry/closest_on_triangle.h"
 #include "engine/geometry/tree_pair.h"
 
@@ -50,6 +52,31 @@ float FarNodes::DistanceOf(const GridIndex& node) {
     distance = static_cast<float>(distance_of_last_);
   }
   return distance;
+}
+
+std::array<float, kBrickNodes> FarNodes::OfBrick(std::size_t brick) {
+  std::array<float, kBrickNodes> values;
+  values.fill(std::numeric_limits<float>::max());
+  MeasureBeyond(brick, values);
+  return values;
+}
+
+bool FarNodes::MeasureBeyond(std::size_t brick, std::array<float, kBrickNodes>& values) {
+  constexpr float kInPlane = 1e-3F;
+  const GridIndex lowest = BlockCell(brick) * kBrickCells;
+  bool nearer = false;
+  std::size_t node = 0;
+  for (std::int32_t z = 0; z <= kBrickCells; ++z) {
+    for (std::int32_t y = 0; y <= kBrickCells; ++y) {
+      for (std::int32_t x = 0; x <= kBrickCells; ++x, ++node) {
+        if (values[node] < HyperbrickSurvey::kReach) continue;
+        const float distance = DistanceOf(lowest + GridIndex{x, y, z});
+        nearer = nearer || std::abs(values[node] - distance) > kInPlane;
+        values[node] = distance;
+      }
+    }
+  }
+  return nearer;
 }
 
 }  // namespace tandem

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <vector>
 
 #include "engine/field/face_distance.h"
+#include "engine/field/field_brick.h"
 #include "engine/geometry/box_tree.h"
 
 namespace tandem {
@@ -33,6 +35,11 @@ class FarNodes {
 
   /// `node` is counted from the hyperbrick's lowest, 0 to kHyperbrickCells.
   float DistanceOf(const GridIndex& node);
+  /// Of a brick's nodes, as NodeInBrick. `brick` is its place in the hyperbrick, as CellInBlock.
+  std::array<float, kBrickNodes> OfBrick(std::size_t brick);
+  /// Measures the nodes of a brick whose values are those of a survey's reach or more: of these a
+  /// survey tells only how far the nearest plane is. Whether another face is nearer to one.
+  bool MeasureBeyond(std::size_t brick, std::array<float, kBrickNodes>& values);
 
  private:
   static constexpr std::int32_t kSide = kHyperbrickCells + 1;

@@ -216,7 +216,13 @@ class FieldBuilder {
         case HyperbrickSurvey::Kind::kFlat: {
           const HyperbrickSurvey::Plane plane = survey.PlaneOf(place);
           brick.packed.brick = FlatBrick(plane.nhat, plane.at_lowest);
-          if (HasFarBricks()) MeasureFarNodes(far_nodes, brick);
+          if (HasFarBricks()) {
+            std::array<float, kBrickNodes> values = Unpacked(brick.packed);
+            if (far_nodes.MeasureBeyond(place, values)) {
+              brick.packed = PackBrick(values);
+              brick.outer_over = MostOver(DistanceField::kLeastRange);
+            }
+          }
           brick.over.fill(static_cast<float>(kLeastBound));
           break;
         }
@@ -247,46 +253,16 @@ class FieldBuilder {
     brick.place = CellInBlock(from >> 2);
     // no surface comes near such a brick, so that it lies on one side
     if (hyperbrick.entries[brick.place] != kNoBrick || Solid(first + centre)) return;
-    std::array<float, kBrickNodes> values;
-    VisitNodes([&](const GridIndex& at, std::size_t node) {
-      values[node] = nodes.DistanceOf(from + at);
-    });
-    if (*std::min_element(values.begin(), values.end()) > kept) return;
-    brick.packed = PackBrick(values);
-    const bool flat = brick.packed.brick.bits == 0;
+    const std::array<float, kBrickNodes> values = nodes.OfBrick(brick.place);
     const float nearest = *std::min_element(values.begin(), values.end());
-    brick.outer_over = flat ? static_cast<float>(kLeastBound) : MostOver(nearest);
+    if (nearest > kept) return;
+    brick.packed = PackBrick(values);
+    // nodes within a step or two of a plane: nothing is round there, and no edge is near
+    constexpr unsigned kFlatBits = 2;
+    brick.outer_over =
+        brick.packed.brick.bits <= kFlatBits ? static_cast<float>(kLeastBound) : MostOver(nearest);
     hyperbrick.entries[brick.place] = static_cast<std::int32_t>(hyperbrick.bricks.size());
     hyperbrick.bricks.push_back(std::move(brick));
-  }
-
-  /// Calls `visit(at, node)` for the nodes of a brick, `at` counted from its
-  /// lowest.
-  template <typename Visit>
-  static void VisitNodes(const Visit& visit) {
-    std::size_t node = 0;
-    for (std::int32_t z = 0; z <= kBrickCells; ++z) {
-      for (std::int32_t y = 0; y <= kBrickCells; ++y) {
-        for (std::int32_t x = 0; x <= kBrickCells; ++x) visit(GridIndex{x, y, z}, node++);
-      }
-    }
-  }
-
-  /// Measures the nodes of a flat brick that its plane alone does not tell:
-  /// beside what is near, other faces may be as near to them.
-  static void MeasureFarNodes(FarNodes& nodes, Brick& brick) {
-    std::array<float, kBrickNodes> values = Unpacked(brick.packed);
-    constexpr float kInPlane = 1e-3F;
-    bool flat = true;
-    VisitNodes([&](const GridIndex& at, std::size_t node) {
-      if (values[node] <= HyperbrickSurvey::kReach) return;
-      const float distance = nodes.DistanceOf(BlockCell(brick.place) * kBrickCells + at);
-      flat = flat && values[node] - distance < kInPlane;
-      values[node] = std::min(values[node], distance);
-    });
-    if (flat) return;
-    brick.packed = PackBrick(values);
-    brick.outer_over = MostOver(DistanceField::kLeastRange);
   }
 
   /// Fills a brick by measuring the faces, and tells whether it comes near enough to be kept.
@@ -298,11 +274,7 @@ class FieldBuilder {
     const GridIndex lowest = first + BlockCell(brick.place) * kBrickCells;
     HyperbrickSurvey::BrickCells cells = survey.CellsOf(brick.place, DistanceField::kMostNear);
     std::array<float, kBrickNodes> values = Values(nodes, SolidNodes(lowest, nodes), cells.plane);
-    if (HasFarBricks()) {
-      VisitNodes([&](const GridIndex& at, std::size_t node) {
-        if (values[node] < HyperbrickSurvey::kReach) return;
-        values[node] = far_nodes.DistanceOf(BlockCell(brick.place) * kBrickCells + at);
-      });
+    if (HasFarBricks() && far_nodes.MeasureBeyond(brick.place, values)) {
       brick.outer_over = MostOver(DistanceField::kLeastRange);
     }
     brick.packed = PackBrick(values);

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <optional>
 #include <random>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -95,7 +94,6 @@ TEST(FarField, IsNeverLateAndAtMostHalfAVoxelEarlyBesideConvexBodies) {
       const PushErrors errors = PushErrorsOf(turned, kFarVoxel, FarFieldOf(turned, range), 6000);
       EXPECT_LT(errors.late, kRounding);
       EXPECT_LT(errors.early, 0.5);
-      std::printf("range %g early %.3f late %.4f\n", range, errors.early, errors.late);
     }
   }
 }
@@ -108,7 +106,6 @@ TEST(FarField, IsNeverLateBetweenSurfaces) {
     const PushErrors errors = PushErrorsOf(mesh, kFarVoxel, FarFieldOf(mesh, kFar), 6000);
     EXPECT_LT(errors.late, kRounding);
     EXPECT_LT(errors.early, 0.95);
-    RecordProperty("early", std::to_string(errors.early));
   }
 }
 
@@ -211,7 +208,6 @@ TEST(FarField, IsNeverLateBesideMeshesThatOthersMade) {
     const PushErrors errors = PushErrorsOf(*mesh, voxel_size, *field, 1000);
     EXPECT_LT(errors.late, kRounding) << name;
     EXPECT_LT(errors.early, 0.95) << name;
-    RecordProperty(name, std::to_string(errors.early));
   }
 }
 
