@@ -12,6 +12,7 @@
 #include "engine/contact/edge_contact.h"
 #include "engine/world/world.h"
 #include "engine/world/world_of_meshes.h"
+#include "tests/support/allocation_counter.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
@@ -24,6 +25,8 @@ using testing::FreeInputs;
 using testing::HandTo;
 using testing::kVoxel;
 using testing::RandomRotation;
+using testing::Sphere;
+using testing::Uniform;
 
 constexpr double kRange = 6;  // voxels of clearance
 
@@ -145,6 +148,37 @@ TEST(Clearance, DoesNotJerkTheHandAsItGoesThroughItsWholeRange) {
     EXPECT_LE(held.most_step, 0.088);
     EXPECT_TRUE(held.touched);
   }
+}
+
+// Wherever it stands, whatever it is told: no feature point within reach is left out.
+TEST(Clearance, NoPointIsMissedAnywhereInItsWholeRangeNorIsMemoryAskedFor) {
+  kHapticThread.Enter();
+  std::mt19937_64 random(7);
+  Held held({Slab(-9, false), Slab(9, true),
+             At(Box(kVoxel * Vec3(3, 3, 40)), kVoxel * Vec3(11, 0, 0), RandomRotation(random))},
+            Sphere(5 * kVoxel, 3));
+  const ClearanceBounds bounds = held.world->pair(0).clearance_bounds();
+  EXPECT_NEAR(bounds.most_outward, (kRange - kRefinedClearance) * kVoxel, 1e-9);
+  std::size_t unfound = 0;
+  long allocations = 0;
+  int touching = 0;
+  for (int frame = 0; frame < 3000; ++frame) {
+    if (frame % 150 == 0) {
+      held.inputs.clearance.displacement =
+          Uniform(random, -bounds.most_outward, bounds.most_inward);
+      held.Pull({Uniform(random, -8, 12), Uniform(random, -6, 6), Uniform(random, -5, 5)});
+      held.inputs.hand.goal.X_WA.q = RandomRotation(random);
+    }
+    const BodyMotion before{held.world->state(0).X_WB, {}};
+    const testing::AllocationCounter counter;
+    held.Step();
+    allocations += counter.count();
+    touching += held.world->pair(0).contacts().empty() ? 0 : 1;
+    if (frame % 5 == 0) unfound += held.world->field_pair(0).CountUnfound(before, {});
+  }
+  EXPECT_EQ(unfound, 0U);
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(touching, 1000);
 }
 
 }  // namespace
