@@ -190,7 +190,10 @@ ordered_json Holds(ContactModel contact, const FidelityArguments& arguments, Tog
 ordered_json ClearanceSweep(ContactModel contact, const FidelityArguments& arguments) {
   if (contact == ContactModel::kPlain || !arguments.Asks("clearance")) return nullptr;
   const ClearanceFigures clearance = MeasureClearance(arguments.clearance_tilts);
-  return {{"error_voxels_max", clearance.error_voxels_max}, {"force_step_N", clearance.force_step}};
+  return {{"error_voxels_max", clearance.error_voxels_max},
+          {"outer_error_voxels_max", clearance.outer_error_voxels_max},
+          {"late_voxels_max", clearance.late_voxels_max},
+          {"force_step_N", clearance.force_step}};
 }
 
 /// Adds what nut, pegs and all parts come to.

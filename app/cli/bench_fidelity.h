@@ -143,11 +143,14 @@ inline constexpr int kMostHolds = 126;
 HoldFigures MeasureHolds(int count);
 
 struct ClearanceFigures {
-  double error_voxels_max = 0;  // of where force begins
-  double force_step = 0;        // N, the largest between two frames while the clearance changes
+  // of where force begins, within the fine band, beyond it, and everywhere
+  double error_voxels_max = 0;
+  double outer_error_voxels_max = 0;
+  double late_voxels_max = 0;
+  double force_step = 0;  // N, the largest between two frames while the clearance changes
 };
 /// Bodies over `tilts` tilted planes, and a hand that presses a box onto a plate, with the
-/// displacement swept through its range. Refined contact.
+/// displacement swept through its range in a scene that has one of 6 voxels. Refined contact.
 ClearanceFigures MeasureClearance(int tilts);
 
 /// A number of [low, high), the same with every standard library.

@@ -14,12 +14,14 @@ namespace tandem {
 
 namespace {
 
+constexpr double kRange = 6;  // voxels of the scene's clearance
+
 /// The gap of exact surfaces at which force begins as a body comes down, voxels. `expected`: about
 /// there.
 double FirstForceGap(Pressing& pressing, const Quat& q_WB, double expected) {
   constexpr double kStep = 0.02;  // voxels
-  constexpr double kFar = 8;
-  constexpr int kFramesAway = 300;  // after which a clearance is as far as it goes
+  constexpr double kFar = 12;
+  constexpr int kFramesAway = 700;  // after which a clearance is as far as it goes
   const auto pushes = [&](double gap) {
     const Pose X_WB = pressing.At(q_WB, Vec3::Zero(), gap * kPlateVoxel);
     return pressing.ForceAt(X_WB).dot(pressing.plate.normal) > 0;
@@ -35,41 +37,44 @@ double FirstForceGap(Pressing& pressing, const Quat& q_WB, double expected) {
   return above;
 }
 
-/// The most that force begins nearer or farther than a displacement says, voxels.
-double LargestGapError(int tilts) {
-  constexpr int kSteps = 20;  // from the greatest displacement outward to the greatest inward
+/// Where force begins, in the place that a displacement says.
+void MeasureGaps(int tilts, ClearanceFigures& figures) {
+  constexpr int kSteps = 26;  // from the greatest displacement outward to the greatest inward
   const double layer = DefaultForceLayer(ContactModel::kRefined);
   std::mt19937_64 random(14);
-  double largest = 0;
   for (int tilt = 0; tilt < tilts; ++tilt) {
-    const TiltedPlate plate(ContactModel::kRefined, random);
+    const TiltedPlate plate(ContactModel::kRefined, random, kRange);
     for (const Approaching body : {Approaching::kSphere, Approaching::kBox}) {
       Pressing pressing(ContactModel::kRefined, body, plate, random);
-      const double most = pressing.pair->clearance_bounds().most_displacement;
+      const ClearanceBounds bounds = pressing.pair->clearance_bounds();
       for (int step = 0; step <= kSteps; ++step) {
-        const double displacement = most * (2.0 * step / kSteps - 1.0);
+        const double share = static_cast<double>(step) / kSteps;
+        const double displacement =
+            share * (bounds.most_inward + bounds.most_outward) - bounds.most_outward;
         pressing.pair->SetClearance({layer, displacement});
         const double expected = kRefinedClearance - displacement / kPlateVoxel;
         const double gap = FirstForceGap(pressing, DrawnRotation(random), expected);
-        largest = std::max(largest, std::abs(gap - expected));
+        double& most = expected <= kDefaultFineBand ? figures.error_voxels_max
+                                                    : figures.outer_error_voxels_max;
+        most = std::max(most, std::abs(gap - expected));
+        figures.late_voxels_max = std::max(figures.late_voxels_max, expected - gap);
       }
     }
   }
-  return largest;
 }
 
 /// The largest change of the hand's force from frame to frame, N, while the displacement of a box
 /// that it presses onto a plate goes from end to end. Both are turned.
 double LargestStepOfHand(const Quat& turn) {
   constexpr int kSettling = 1500;
-  constexpr int kChanging = 400;  // longer than from end to end at kClearancePace
+  constexpr int kChanging = 700;  // longer than from end to end at kClearancePace
   const auto turned = [&turn](const TriangleMesh& mesh) {
     return Transformed(mesh, {turn, Vec3::Zero()});
   };
   const auto made = WorldOfMeshes(
       {{.mesh_W = turned(Box(Vec3(-0.04, -0.04, -0.01), Vec3(0.04, 0.04, 0))), .fixed = true},
        {.mesh_W = turned(Box(Vec3(-0.008, -0.006, 0.005), Vec3(0.008, 0.006, 0.015)))}},
-      kPlateVoxel, ContactModel::kRefined);
+      kPlateVoxel, ContactModel::kRefined, kRange);
   TANDEM_CHECK(made.has_value());
   World world(*made);
   StepInputs inputs = HandInputs(**made);
@@ -82,9 +87,9 @@ double LargestStepOfHand(const Quat& turn) {
     return (force - before).norm();
   };
   for (int frame = 0; frame < kSettling; ++frame) step();
-  const double most = world.pair(0).clearance_bounds().most_displacement;
+  const ClearanceBounds bounds = world.pair(0).clearance_bounds();
   double largest = 0;
-  for (const double displacement : {-most, most, 0.0}) {
+  for (const double displacement : {-bounds.most_outward, bounds.most_inward, 0.0}) {
     inputs.clearance.displacement = displacement;
     for (int frame = 0; frame < kChanging; ++frame) largest = std::max(largest, step());
   }
@@ -95,7 +100,8 @@ double LargestStepOfHand(const Quat& turn) {
 
 ClearanceFigures MeasureClearance(int tilts) {
   std::mt19937_64 random(15);
-  ClearanceFigures figures{.error_voxels_max = LargestGapError(tilts)};
+  ClearanceFigures figures;
+  MeasureGaps(tilts, figures);
   for (int tilt = 0; tilt < tilts; ++tilt) {
     const Quat turn = tilt == 0 ? Quat::Identity() : DrawnRotation(random);
     figures.force_step = std::max(figures.force_step, LargestStepOfHand(turn));

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include "engine/contact/clearance.h"
+#include "engine/contact/edge_contact.h"
 
 namespace tandem {
 
@@ -19,10 +21,6 @@ namespace {
 
 const Error kTooLong{"a line of more than " + std::to_string(OrderReader::kLongest) +
                      " bytes is no order, and is left out"};
-
-ClearanceBounds BoundsOf(const Scene& scene) {
-  return ClearanceBounds::Of(scene.contact, scene.range_voxels, scene.voxel_size);
-}
 
 /// A whole word that is a number.
 template <typename Number>
@@ -35,7 +33,7 @@ std::optional<Number> AsNumber(const std::string& word) {
 
 /// `layer N` or `displace MM`.
 Result<Command> ParseClearance(bool layer, const std::string& word, const Scene& scene) {
-  const ClearanceBounds bounds = BoundsOf(scene);
+  const ClearanceBounds bounds = scene.clearance_bounds();
   char text[160];
   Command command;
   if (layer) {
@@ -51,13 +49,13 @@ Result<Command> ParseClearance(bool layer, const std::string& word, const Scene&
   }
   command.kind = Command::Kind::kDisplace;
   const auto number = AsNumber<double>(word);
-  if (number && std::abs(*number) <= 1e3 * bounds.most_displacement) {
+  if (number && bounds.Allows(1e-3 * *number)) {
     command.metres = 1e-3 * *number;
     return command;
   }
   std::snprintf(text, sizeof text,
-                "displace: expected mm, inwards, from %g to %g (a voxel either way), got '%.40s'",
-                -1e3 * bounds.most_displacement, 1e3 * bounds.most_displacement, word.c_str());
+                "displace: expected mm, inwards, from %g to %g (a voxel), got '%.40s'",
+                -1e3 * bounds.most_outward, 1e3 * bounds.most_inward, word.c_str());
   return Error{text};
 }
 
@@ -71,9 +69,10 @@ std::vector<std::string> HelpOnOrders() {
       "  give BODY PEER  hand your body to the peer of that name",
       "  heal            bring your instance and the others' together again, when something",
       "                  fixed is between them",
-      "  layer N         force layer of what your hand holds (plain contact: how far from",
-      "                  surfaces force begins)",
-      "  displace MM     move the points of what your hand holds so far inwards: less clearance",
+      "  layer N         force layer of what your hand holds: each one more lets force begin a",
+      "                  voxel farther from surfaces",
+      "  displace MM     move the points of what your hand holds so far inwards: less clearance;",
+      "                  below 0 outwards: more, as far as the scene's clearance_range_voxels",
       "  peers           a row on each of the others: delay; coupling, its stiffness; force, that",
       "                  it pulls you with; theirs, what that peer says its end pulls with;",
       "                  differ, by how much the two are unlike; mirror, how far its body is",
@@ -92,9 +91,14 @@ std::string AnswerTo(const Command& order, const WorldModel& model) {
     const bool plain = model.scene.contact == ContactModel::kPlain;
     std::snprintf(text, sizeof text,
                   "force layer %d of what your hand holds, here alone: others have it as the "
-                  "scene says%s",
-                  order.layer,
-                  plain ? "" : "; in refined contact it pushes no earlier, 'displace' does that");
+                  "scene says",
+                  order.layer);
+    if (!plain) {
+      const std::size_t length = std::strlen(text);
+      std::snprintf(text + length, sizeof text - length,
+                    "; force begins %.2f voxels from surfaces, where there is room",
+                    kRefinedClearance + order.layer - DefaultForceLayer(model.scene.contact));
+    }
     return text;
   }
   if (order.kind == Command::Kind::kStop) {

@@ -28,9 +28,10 @@ TriangleMesh MeshOf(Approaching body) {
   return {};
 }
 
-BodySurface SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB) {
+BodySurface SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB, double clearance_range) {
   Scene scene;
   scene.voxel_size = kPlateVoxel;
+  scene.clearance_range_voxels = clearance_range;
   Result<BodySurface> made = MakeSurface(scene, mesh_W, X_WB);
   TANDEM_CHECK(made.has_value());
   return std::move(*made);
@@ -54,13 +55,14 @@ Quat DrawnRotation(std::mt19937_64& random) {
               std::sqrt(u) * std::sin(b), std::sqrt(u) * std::cos(b));
 }
 
-TiltedPlate::TiltedPlate(ContactModel contact, std::mt19937_64& random) : q(DrawnRotation(random)) {
+TiltedPlate::TiltedPlate(ContactModel contact, std::mt19937_64& random, double clearance_range)
+    : q(DrawnRotation(random)), clearance_range(clearance_range) {
   normal = q * Vec3::UnitZ();
   for (int i = 0; i < 3; ++i) place[i] = Uniform(random, 0, kPlateVoxel);
   const TriangleMesh mesh_W = Transformed(
       Box(kPlateVoxel * Vec3(-90, -90, -14), kPlateVoxel * Vec3(90, 90, 0)), {q, place});
   if (contact == ContactModel::kRefined) {
-    surface = SurfaceOf(mesh_W, Pose{});
+    surface = SurfaceOf(mesh_W, Pose{}, clearance_range);
     surface.radius = 0;
     return;
   }
@@ -76,7 +78,7 @@ Pressing::Pressing(ContactModel contact, Approaching body, const TiltedPlate& on
   const Pose X_WB{DrawnRotation(random), Vec3::Zero()};
   const ContactGains gains{1.0 / kPlateVoxel, 0};
   if (contact == ContactModel::kRefined) {
-    surface = SurfaceOf(Transformed(mesh_B, X_WB), X_WB);
+    surface = SurfaceOf(Transformed(mesh_B, X_WB), X_WB, plate.clearance_range);
     pair = std::make_unique<FieldPair>(surface, plate.surface, FieldPair::Options{}, gains);
     return;
   }

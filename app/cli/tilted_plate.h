@@ -15,11 +15,14 @@ Quat DrawnRotation(std::mt19937_64& random);
 
 /// A plate whose upper face is a plane of a random tilt, as a body that others meet.
 struct TiltedPlate {
-  TiltedPlate(ContactModel contact, std::mt19937_64& random);
+  /// `clearance_range`: voxels, of both bodies' fields in the refined model.
+  TiltedPlate(ContactModel contact, std::mt19937_64& random,
+              double clearance_range = kDefaultClearanceRange);
 
   Quat q;
   Vec3 normal;
   Vec3 place;  // on the face, m
+  double clearance_range;
   Voxmap voxmap;
   BodySurface surface;  // in its place, in the refined model
 };

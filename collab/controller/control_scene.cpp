@@ -22,7 +22,7 @@ ControlScene ControlSceneOf(const WorldModel& model) {
   ControlScene scene;
   const Scene& told = model.scene;
   scene.file = told.file.string();
-  scene.clearance = ClearanceBounds::Of(told.contact, told.range_voxels, told.voxel_size);
+  scene.clearance = told.clearance_bounds();
   for (std::size_t i = 0; i < told.bodies.size(); ++i) {
     const int moving = model.body_index[i];
     ControlScene::Body body{.name = told.bodies[i].name,

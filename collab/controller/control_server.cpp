@@ -300,9 +300,9 @@ Answer ControlServer::Do(const SetClearanceRequest& request) {
                   bounds.least_layer, bounds.most_layer);
     return {false, text};
   }
-  if (!(std::abs(request.displacement_m) <= bounds.most_displacement)) {
-    std::snprintf(text, sizeof text, "displacement: expected at most %g m, either way",
-                  bounds.most_displacement);
+  if (!bounds.Allows(request.displacement_m)) {
+    std::snprintf(text, sizeof text, "displacement: expected from %g to %g m", -bounds.most_outward,
+                  bounds.most_inward);
     return {false, text};
   }
   const bool said =

@@ -22,18 +22,29 @@ struct Clearance {
 struct ClearanceBounds {
   int least_layer = 0;
   int most_layer = 0;
-  double most_displacement = 0;  // m, either way
+  double most_inward = 0;   // m, of a displacement
+  double most_outward = 0;  // m, of one the other way
 
-  /// By fields that reach `range` voxels. Displacement tunes between one layer and the next.
-  static constexpr ClearanceBounds Of(ContactModel model, int range, double voxel_size) {
+  /// Of plain contact, by marks that reach `range` voxels. Displacement tunes between one layer and
+  /// the next.
+  static constexpr ClearanceBounds OfMarks(int range, double voxel_size) {
     const int most = std::max(0, range - kWarningQueues);
-    return {std::min(LeastForceLayer(model), most), most, voxel_size};
+    return {std::min(LeastForceLayer(ContactModel::kPlain), most), most, voxel_size, voxel_size};
+  }
+  /// Of refined contact, by distance fields that reach `farther` voxels beyond where force begins.
+  static constexpr ClearanceBounds OfFields(double farther, double voxel_size) {
+    const int least = LeastForceLayer(ContactModel::kRefined);
+    return {least, least + std::max(0, static_cast<int>(farther)), voxel_size,
+            std::max(0.0, farther) * voxel_size};
+  }
+  bool Allows(double displacement) const noexcept {
+    return displacement >= -most_outward && displacement <= most_inward;
   }
   /// The nearest that is allowed; what is no number is no displacement.
   Clearance Within(int layer, double displacement) const noexcept {
     const double metres = std::isfinite(displacement) ? displacement : 0.0;
     return {static_cast<double>(std::clamp(layer, least_layer, most_layer)),
-            std::clamp(metres, -most_displacement, most_displacement)};
+            std::clamp(metres, -most_outward, most_inward)};
   }
 };
 

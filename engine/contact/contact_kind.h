@@ -14,6 +14,11 @@ enum class ContactModel : std::uint8_t {
 /// Queues between the deepest force layer and the range of the distance field.
 inline constexpr int kWarningQueues = 2;
 
+/// Of the refined model, voxels: how far from surfaces distances are exact, and how far off force
+/// may be let begin, where a scene says nothing.
+inline constexpr double kDefaultFineBand = 0.65;
+inline constexpr double kDefaultClearanceRange = 1.5;
+
 /// The force layer that a model needs (paper §3.2): of the plain one, 2 is the least that never
 /// lets exact surfaces meet; the refined one looks at what lies in the first.
 constexpr int DefaultForceLayer(ContactModel model) {

@@ -137,7 +137,7 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
 }
 
 ClearanceBounds ContactPair::clearance_bounds() const noexcept {
-  return ClearanceBounds::Of(ContactModel::kPlain, voxmap_->range(), voxmap_->voxel_size());
+  return ClearanceBounds::OfMarks(voxmap_->range(), voxmap_->voxel_size());
 }
 
 TestLoad ContactPair::load() const noexcept {

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <span>
 
+#include "engine/contact/crown_points.h"
 #include "engine/geometry/feature_normals.h"
 
 namespace tandem {
@@ -177,7 +178,9 @@ class FeatureLineWalk {
 
 std::vector<FeaturePoint> FindFeaturePoints(const TriangleMesh& mesh_W, const Features& features,
                                             double voxel_size, double spacing) {
-  return FeatureLineWalk(mesh_W, features, voxel_size, spacing).Find();
+  std::vector<FeaturePoint> points = FeatureLineWalk(mesh_W, features, voxel_size, spacing).Find();
+  AddCrownPoints(mesh_W, MeshSides(mesh_W), voxel_size, points);
+  return points;
 }
 
 }  // namespace tandem

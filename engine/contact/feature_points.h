@@ -25,7 +25,8 @@ struct FeaturePoint {
 /// The vertices and edges of a mesh that another body can lean on: edges that bulge, rims of open
 /// sheets, and the vertices at which such edges end. Of two polyhedra that first touch, a vertex of
 /// this kind touches a face or two edges of this kind cross, so notches and flat subdivisions tell
-/// nothing.
+/// nothing. Where the surface bulges within the polygons of the features, points as of
+/// AddCrownPoints() come after them.
 ///
 /// An edge is cut into parts of at most `spacing` voxels; mesh edges that go on as one line are
 /// one. `features` are those of `mesh_W`, whose triangles face outward. The same result every time.

@@ -209,6 +209,7 @@ void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
 void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
   const Mat3 R = shell_in_map.q.toRotationMatrix();
   const BodyFeatures& features = shell_->features;
+  const double reach = EdgeReach(reach_);
   const auto arc_of = [](float cosine) {
     return cosine > 0 ? EdgeArc::OfCosine(cosine) : LooseArc();
   };
@@ -217,11 +218,11 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
       const BodyFeatures::Edge& edge = features.edge(features.point(near.block, lane).edge);
       const Vec3 p = shell_in_map * edge.middle;
-      const double far = reach_ + edge.half_length + map_->features.longest_half();
+      const double far = reach + edge.half_length + map_->features.longest_half();
       ShellEdge own;
       bool made = false;
       map_->features.VisitEdgesNear(p, far, [&](const BodyFeatures::Edge& other) {
-        const double apart = reach_ + edge.half_length + other.half_length;
+        const double apart = reach + edge.half_length + other.half_length;
         if ((other.middle - p).squaredNorm() > apart * apart) return;
         if (!made) {
           own = {p,
@@ -238,11 +239,11 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
         const EdgeMeeting meeting = Meet(own,
                                          {other.middle, other.tangent.cast<double>(), nhat,
                                           other.half_length, arc_of(other.cosine), other.ends != 0},
-                                         reach_);
+                                         reach);
         if (!(meeting.depth > 0 && meeting.share > 0)) return;
         // edges are met as lines with wedges about them, which go on where their faces end
         const FieldReading surface = map_->field.At(meeting.on_shell);
-        const double depth = std::min(meeting.depth, reach_ - surface.value);
+        const double depth = std::min(meeting.depth, reach - surface.value);
         Add(meeting.place, meeting.normal, depth, meeting.share);
       });
     }
@@ -316,9 +317,8 @@ void FieldPair::SetClearance(const Clearance& clearance) noexcept {
 }
 
 ClearanceBounds FieldPair::clearance_bounds() const noexcept {
-  const int layer = DefaultForceLayer(ContactModel::kRefined);
   const double range = std::min(shell_->field.range(), map_->field.range());
-  return {layer, layer + static_cast<int>(range - kRefinedClearance), s_};
+  return ClearanceBounds::OfFields(range - kRefinedClearance, s_);
 }
 
 std::size_t FieldPair::CountUnfound(const BodyMotion& shell_body,

@@ -195,15 +195,16 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
     return;
   }
   const BodyFeatures::Block& block = features_->blocks()[b];
+  const double edge_reach = EdgeReach(reach_);
   const Vec3 middle = R_VF_ * Vec3(block.middle.x, block.middle.y, block.middle.z) + p_VF_;
   const double most_half = features_->longest_half() + other_->longest_half();
-  const double beyond = other_->EdgesBeyond(middle) - block.radius - reach_ - most_half;
+  const double beyond = other_->EdgesBeyond(middle) - block.radius - edge_reach - most_half;
   double least = beyond;
   if (beyond <= kEdgesEnough) least = std::numeric_limits<double>::infinity();
   for (unsigned rest = beyond > kEdgesEnough ? 0U : block.sharp; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     const BodyFeatures::Edge& edge = features_->edge(features_->point(b, lane).edge);
-    const double reach = reach_ + edge.half_length;
+    const double reach = edge_reach + edge.half_length;
     // neither the surface nor an edge is nearer to the edge's part
     const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
     double gap = std::max<double>(bounds[lane] - reach,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -11,6 +12,13 @@
 #include "engine/field/distance_field.h"
 
 namespace tandem {
+
+/// Voxels: edges that cross are met as lines up to here, where force begins farther off. Points a
+/// voxel apart along an edge are at most a tenth of a voxel farther from what crosses it there.
+inline constexpr double kMostEdgeReach = 1.5;
+inline double EdgeReach(double reach) noexcept {
+  return std::min(reach, kMostEdgeReach);
+}
 
 /// Which feature points of one body are looked up in another body's distance field in a frame, and
 /// which of them touch (decision 0041). What it guarantees: a point that is nearer than the reach

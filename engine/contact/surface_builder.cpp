@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "engine/contact/feature_points.h"
-#include "engine/field/field_builder.h"
 #include "engine/geometry/mesh_facing.h"
 
 namespace tandem {
@@ -13,6 +12,8 @@ namespace tandem {
 Result<BodySurface> BuildSurface(const TriangleMesh& mesh_W, const Pose& X_WB,
                                  const SurfaceOptions& options) {
   Result<DistanceField> field = BuildField(mesh_W, {.voxel_size = options.voxel_size,
+                                                    .band = options.band_voxels,
+                                                    .range = options.range_voxels,
                                                     .max_memory_bytes = options.max_memory_bytes,
                                                     .stop = options.stop});
   if (!field) return field.error();

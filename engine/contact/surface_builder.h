@@ -7,6 +7,7 @@
 #include "engine/base/spatial.h"
 #include "engine/contact/contact_kind.h"
 #include "engine/contact/field_pair.h"
+#include "engine/field/field_builder.h"
 #include "engine/geometry/triangle_mesh.h"
 
 namespace tandem {
@@ -17,6 +18,9 @@ struct SurfaceOptions {
   /// Of feature polygons, voxels either side of their plane.
   double flatness_voxels = FlatnessVoxels(ContactModel::kRefined);
   double spacing_voxels = 1;  // the longest part of an edge
+  /// Of the distance field, as of FieldOptions.
+  double band_voxels = FieldOptions{}.band;
+  double range_voxels = FieldOptions{}.range;
   std::size_t max_memory_bytes = std::size_t{8} << 30U;
   /// Asked to stop, the builder soon ends with an error.
   std::stop_token stop = {};

@@ -86,13 +86,12 @@ SurfaceKey KeyOf(const TriangleMesh& mesh_W, const SurfaceOptions& options) {
   mesh.Add(std::uint64_t{mesh_W.vertices.size()});
   mesh.Add(HashOf(std::as_bytes(std::span(mesh_W.vertices))));
   mesh.Add(HashOf(std::as_bytes(std::span(mesh_W.triangles))));
-  const FieldOptions field;
   Hash64 settings;
   settings.Add(options.voxel_size);
   settings.Add(options.flatness_voxels);
   settings.Add(options.spacing_voxels);
-  settings.Add(field.band);
-  settings.Add(field.range);
+  settings.Add(options.band_voxels);
+  settings.Add(options.range_voxels);
   return {mesh.value(), settings.value()};
 }
 

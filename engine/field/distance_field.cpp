@@ -40,6 +40,8 @@ DistanceField::DistanceField(ImageBlock block) : block_(std::move(block)) {
   voxel_size_ = header.voxel_size;
   band_ = header.band;
   range_ = header.range;
+  if (range_ > kLeastRange) most_near_ = range_ + 0.25;
+  most_over_ = header.most_over;
   error_bound_ = header.error_bound;
   outer_error_bound_ = header.outer_error_bound;
   origin_ = header.origin;
@@ -132,8 +134,8 @@ FieldReading DistanceField::At(const Vec3& place_V) const noexcept {
   if (list) {
     return {.value = Between(value, OfFaces(*list, cell), ShareOf(*list, cell.from)), .near = true};
   }
-  if (std::abs(value) <= kMostNear) return {.value = value, .near = true};
-  return {.value = value > 0 ? kMostNear - brick.Over() : outer_error_bound_ - kMostNear,
+  if (value <= most_near_ && value >= -kMostNear) return {.value = value, .near = true};
+  return {.value = value > 0 ? most_near_ - brick.Over() : outer_error_bound_ - kMostNear,
           .near = false};
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -92,8 +94,10 @@ struct ListPairs;
 class DistanceField {
  public:
   DistanceField() = default;
-  /// The greatest value that a reading has with `near`.
+  /// Readings are near from here on in the solid, voxels, and on the free side
+  /// up to a quarter of a voxel beyond the range.
   static constexpr double kMostNear = 1.75;
+  static constexpr double kLeastRange = 1.5;
 
   bool empty() const noexcept { return bricks_.empty(); }
   double voxel_size() const noexcept { return voxel_size_; }
@@ -103,9 +107,29 @@ class DistanceField {
   /// Every place nearer to the surface than this (voxels) is `near`, and is read to within
   /// `error_bound`.
   double band() const noexcept { return band_; }
-  /// Every place nearer than this has a reading, voxels; beyond the band, one that may err by
-  /// `outer_error_bound`.
+  /// Every place of the free side nearer than this has a reading, voxels; in the solid, every one
+  /// nearer than kLeastRange. Beyond the band it may err by `outer_error_bound`.
   double range() const noexcept { return range_; }
+  /// Pushes off surfaces nearer than this have the exact distance, to within `error_bound`; off
+  /// farther ones one that is never too great.
+  double fine_band() const noexcept { return std::max(0.0, band_ - kBandFade + kRounding); }
+  /// What an interpolated value says the distance is at least, where it may be `over` too great:
+  /// the value up to the fine band, `over` less from where that lies beyond the band, and in
+  /// between as much less as makes it grow with the value. Never more than kMostSquareOver allows
+  /// for.
+  double AtLeast(double value, double over) const noexcept {
+    const double fine = fine_band();
+    if (value <= fine) return value;
+    const double fade = band_ - fine;
+    const double squared = value * value - kMostSquareOver;
+    return std::max({value - over, fine + (value - fine) * fade / (fade + over),
+                     std::sqrt(std::max(0.0, squared))});
+  }
+  /// How much greater than the distance's square the square of an interpolated value may be. The
+  /// square of a distance from any set, less the square of the place, is concave: it is the least
+  /// of linear functions. So between the corners of a cell the distance's square is interpolated at
+  /// most 3/4 too high, and with it the distance's. A little is for what storing rounds.
+  static constexpr double kMostSquareOver = 0.755;
   /// The greatest error of a reading within the band, voxels: measured in each cell when the field
   /// was built.
   double error_bound() const noexcept { return error_bound_; }
@@ -162,6 +186,9 @@ class DistanceField {
   /// The block must have the size that its header says.
   explicit DistanceField(ImageBlock block);
 
+  /// Voxels below the band's border over which the faces of lists give way to interpolation.
+  static constexpr double kBandFade = 0.2;
+  static constexpr double kRounding = 1e-9;
   /// Of a bound in a table, voxels.
   static constexpr double kBoundStep = 0.125;
   static constexpr std::int32_t kMostBoundSteps = 16'000;  // of a brick
@@ -213,10 +240,16 @@ class DistanceField {
   class PushLanes;
   /// The distance of a place from the faces of its cell's list.
   double OfFaces(const List& list, const Cell& cell) const noexcept;
+  /// By how much an interpolated value may be too great at a place, at the most. Continuous.
+  double OverAt(const Cell& cell) const;
+  /// The same anywhere in the brick of a place counted in bricks; 0 if there is none.
+  float OverOfBrick(const GridIndex& brick) const noexcept;
 
   double voxel_size_ = 0;
   double band_ = 0;
   double range_ = 0;
+  double most_near_ = kMostNear;  // the greatest value that a reading has with `near`
+  double most_over_ = 0;          // by which an interpolated value is too great
   double error_bound_ = 0;
   double outer_error_bound_ = 0;
   GridIndex origin_;  // voxels from W's origin

@@ -56,6 +56,11 @@ struct FieldBrick {
     over_of_lists = static_cast<unsigned>(count) & 15U;
   }
 
+  /// Of all cells, with lists or without.
+  float MostOver() const noexcept {
+    return std::max(Over(), kListsOverStep * static_cast<float>(over_of_lists));
+  }
+
   float mean = 0;                        // plane's value at the brick's lowest node, voxels
   std::array<std::int16_t, 3> slopes{};  // of the plane along x, y, z, in units of kSlope
   std::uint8_t bits : 4 = 0;             // of a step

@@ -8,11 +8,11 @@
 #include <tbb/parallel_for.h>
 
 #include "engine/field/brick_faces.h"
+#include "engine/field/face_tree.h"
 #include "engine/field/field_faces.h"
 #include "engine/field/field_image.h"
 #include "engine/field/near_faces.h"
 #include "engine/geometry/closest_on_triangle.h"
-#include "engine/geometry/tree_pair.h"
 #include "engine/voxel/inside_rows.h"
 #include "engine/voxel/voxelize.h"
 
@@ -22,6 +22,13 @@ namespace {
 
 constexpr double kHalfVoxelDiagonal = 0.8662;
 constexpr std::int32_t kNoBrick = -1;
+
+/// How much too great an interpolated distance may be at a place that is `distance` away, voxels:
+/// DistanceField::kMostSquareOver.
+float MostOver(float distance) {
+  return std::sqrt(distance * distance + static_cast<float>(DistanceField::kMostSquareOver)) -
+         distance;
+}
 
 Vec3 PlaceOf(const GridIndex& index) {
   return {static_cast<double>(index.x), static_cast<double>(index.y), static_cast<double>(index.z)};
@@ -58,16 +65,15 @@ class FieldBuilder {
     header.origin = box.first * kHyperchunkSide;
     header.size = box.size * (kHyperchunkSide / kHyperbrickCells);
     all_ = FindFieldFaces(mesh_W, facing, options.voxel_size, header.origin);
-    std::vector<Bounds> boxes;
     Bounds whole;
     for (const FieldFace& face : all_) {
-      boxes.push_back(BoundsOfFace(face));
-      whole.Add(boxes.back().min);
-      whole.Add(boxes.back().max);
+      const Bounds of_face = BoundsOfFace(face);
+      whole.Add(of_face.min);
+      whole.Add(of_face.max);
     }
     Vec3::Map(header.faces_min_L.data()) = whole.min;
     Vec3::Map(header.faces_max_L.data()) = whole.max;
-    tree_ = BuildBoxTree(boxes, 4);
+    tree_.emplace(all_);
     kept_.assign(all_.size(), ~0U);
     hyperbricks_.resize(static_cast<std::size_t>(field_.header.size.x) *
                         static_cast<std::size_t>(field_.header.size.y) *
@@ -113,6 +119,7 @@ class FieldBuilder {
     CellCandidates candidates;
     std::uint64_t erring = 0;
     std::array<float, kCellsPerBrick> over{};
+    float outer_over = 0;  // the same where no cell is measured
     CellLists lists;
   };
   struct Hyperbrick {
@@ -153,16 +160,9 @@ class FieldBuilder {
     return (rows[row] >> (voxel_V.x & 63) & 1U) != 0;
   }
 
-  double Nearest(const Vec3& place_L) const {
-    double nearest = std::numeric_limits<double>::infinity();
-    VisitNearLeaves(tree_, place_L, nearest, [&](const BoxTree::Node& leaf) {
-      for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
-        nearest = std::min(nearest, DistanceFrom(all_[tree_.order[i]], place_L));
-      }
-      return nearest * nearest;
-    });
-    return nearest;
-  }
+  /// Whether places of the free side are read farther off than the survey of a
+  /// hyperbrick sees.
+  bool HasFarBricks() const { return options_.range > DistanceField::kLeastRange; }
 
   void FindFacesOfHyperbricks() {
     constexpr double kSide = kHyperbrickCells;
@@ -205,8 +205,10 @@ class FieldBuilder {
   }
 
   void MakeBricks(Hyperbrick& hyperbrick, const GridIndex& first) {
-    const double kept = options_.range + kHalfVoxelDiagonal;  // how near a node must be
+    // how near a node must be
+    const double kept = std::min(options_.range, DistanceField::kLeastRange) + kHalfVoxelDiagonal;
     const NearFaces faces(first, all_, hyperbrick.near);
+    FarNodes far_nodes(*tree_, first);
     const HyperbrickSurvey survey(faces, kept, !open_);
     for (std::size_t place = 0; place < kBricksPerHyperbrick; ++place) {
       Brick brick;
@@ -217,26 +219,68 @@ class FieldBuilder {
         case HyperbrickSurvey::Kind::kFlat: {
           const HyperbrickSurvey::Plane plane = survey.PlaneOf(place);
           brick.packed.brick = FlatBrick(plane.nhat, plane.at_lowest);
+          if (HasFarBricks()) {
+            std::array<float, kBrickNodes> values = Unpacked(brick.packed);
+            if (far_nodes.MeasureBeyond(place, values)) {
+              brick.packed = PackBrick(values);
+              brick.outer_over = MostOver(DistanceField::kLeastRange);
+            }
+          }
           brick.over.fill(static_cast<float>(kLeastBound));
           break;
         }
         case HyperbrickSurvey::Kind::kMeasured:
-          if (!MeasureBrick(faces, survey, first, kept, hyperbrick, brick)) continue;
+          if (!MeasureBrick(faces, survey, first, kept, far_nodes, hyperbrick, brick)) continue;
       }
       hyperbrick.entries[place] = static_cast<std::int32_t>(hyperbrick.bricks.size());
       hyperbrick.bricks.push_back(std::move(brick));
     }
+    if (HasFarBricks()) MakeFarBricks(hyperbrick, {0, 0, 0}, kHyperbrickCells, first, far_nodes);
+  }
+
+  /// Makes the bricks of the free side that are farther off than a survey sees,
+  /// in a cube of a hyperbrick (in cells from the hyperbrick's first).
+  void MakeFarBricks(Hyperbrick& hyperbrick, const GridIndex& from, int side,
+                     const GridIndex& first, FarNodes& nodes) const {
+    const GridIndex centre = from + GridIndex{side / 2, side / 2, side / 2};
+    const double kept = options_.range + kHalfVoxelDiagonal;
+    if (nodes.DistanceOf(centre) - 0.5 * side * std::sqrt(3.0) > kept) return;
+    if (side > kBrickCells) {
+      for (int i = 0; i < 8; ++i) {
+        const GridIndex step{i & 1, i >> 1 & 1, i >> 2};
+        MakeFarBricks(hyperbrick, from + step * (side / 2), side / 2, first, nodes);
+      }
+      return;
+    }
+    Brick brick;
+    brick.place = CellInBlock(from >> 2);
+    // no surface comes near such a brick, so that it lies on one side
+    if (hyperbrick.entries[brick.place] != kNoBrick || Solid(first + centre)) return;
+    const std::array<float, kBrickNodes> values = nodes.OfBrick(brick.place);
+    const float nearest = *std::min_element(values.begin(), values.end());
+    if (nearest > kept) return;
+    brick.packed = PackBrick(values);
+    // nodes within a step or two of a plane: nothing is round there, and no edge is near
+    constexpr unsigned kFlatBits = 2;
+    brick.outer_over =
+        brick.packed.brick.bits <= kFlatBits ? static_cast<float>(kLeastBound) : MostOver(nearest);
+    hyperbrick.entries[brick.place] = static_cast<std::int32_t>(hyperbrick.bricks.size());
+    hyperbrick.bricks.push_back(std::move(brick));
   }
 
   /// Fills a brick by measuring the faces, and tells whether it comes near enough to be kept.
   bool MeasureBrick(const NearFaces& faces, const HyperbrickSurvey& survey, const GridIndex& first,
-                    double kept, Hyperbrick& hyperbrick, Brick& brick) const {
+                    double kept, FarNodes& far_nodes, Hyperbrick& hyperbrick, Brick& brick) const {
     const NearestLanes nodes = survey.NodesOf(brick.place);
     const auto* end = nodes.distance.begin() + kBrickNodes;
     if (*std::min_element(nodes.distance.begin(), end) > kept) return false;
     const GridIndex lowest = first + BlockCell(brick.place) * kBrickCells;
     HyperbrickSurvey::BrickCells cells = survey.CellsOf(brick.place, DistanceField::kMostNear);
-    brick.packed = PackBrick(Values(nodes, SolidNodes(lowest, nodes), cells.plane));
+    std::array<float, kBrickNodes> values = Values(nodes, SolidNodes(lowest, nodes), cells.plane);
+    if (HasFarBricks() && far_nodes.MeasureBeyond(brick.place, values)) {
+      brick.outer_over = MostOver(DistanceField::kLeastRange);
+    }
+    brick.packed = PackBrick(values);
     for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
       const double least = cells.least[cell] - kHalfVoxelDiagonal;
       if (least < options_.band) brick.in_band |= std::uint64_t{1} << cell;
@@ -310,9 +354,9 @@ class FieldBuilder {
     const GridIndex centre = first + from + middle;
     const std::size_t place = CellInBlock(from >> 2);
     if (side == kBrickCells && hyperbrick.entries[place] != kNoBrick) return false;
-    const double distance = Nearest(PlaceOf(centre));
+    const double distance = tree_->Nearest(PlaceOf(centre));
     const double least = distance - radius;
-    if (side > kBrickCells && least < radius) {
+    if (side > kBrickCells && (least < radius || least <= options_.range + kHalfVoxelDiagonal)) {
       for (int i = 0; i < 8; ++i) {
         const GridIndex step{i & 1, i >> 1 & 1, i >> 2};
         BoundCube(hyperbrick, from + step * (side / 2), side / 2, first);
@@ -320,8 +364,10 @@ class FieldBuilder {
       return false;
     }
     // of a brick that is not kept, the nodes and with them all places are beyond the range
-    const std::int32_t entry =
-        DistanceField::BoundEntry(std::max(least, options_.range), Solid(centre));
+    const bool solid = Solid(centre);
+    const double range =
+        solid ? std::min(options_.range, DistanceField::kLeastRange) : options_.range;
+    const std::int32_t entry = DistanceField::BoundEntry(std::max(least, range), solid);
     const std::int32_t bricks = side / kBrickCells;
     for (std::int32_t z = 0; z < bricks; ++z) {
       for (std::int32_t y = 0; y < bricks; ++y) {
@@ -374,7 +420,7 @@ class FieldBuilder {
     const NearFaces faces(first_brick * kBrickCells, all_, hyperbrick.near);
     for (Brick& brick : hyperbrick.bricks) {
       ListCells(faces, brick, first_brick + BlockCell(brick.place));
-      float over = 0;
+      float over = brick.outer_over;
       float over_of_lists = 0;
       for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
         const bool listed = (brick.lists.cells >> cell & 1U) != 0;
@@ -456,6 +502,8 @@ class FieldBuilder {
     stored.steps = static_cast<std::uint32_t>(field_.steps.size());
     field_.steps.insert(field_.steps.end(), brick.packed.steps.begin(), brick.packed.steps.end());
     field_.bricks.push_back(stored);
+    field_.header.most_over =
+        std::max(field_.header.most_over, static_cast<double>(stored.MostOver()));
   }
 
   void StoreLists(const CellLists& cells) {
@@ -504,7 +552,7 @@ class FieldBuilder {
   InsideRows inside_;
   bool open_;
   std::vector<FieldFace> all_;
-  BoxTree tree_;
+  std::optional<FaceTree> tree_;
   std::vector<Hyperbrick> hyperbricks_;
   std::vector<std::uint32_t> kept_;  // by face: its number in the field, or ~0
   FieldImage::Parts field_;

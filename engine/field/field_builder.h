@@ -11,8 +11,14 @@ namespace tandem {
 
 struct FieldOptions {
   double voxel_size = 0.001;  // m
-  double band = 0.65;         // in which readings are within the error bound, voxels; 0.1 to 1
-  double range = 1.5;         // in which places have a reading, voxels; from the band to 1.5
+  double band =
+      0.65;  // in which readings are within the error bound, voxels; kLeastBand to kMostBand
+  /// In which places of the free side have a reading, voxels: from the band to
+  /// kMostRange. Beyond 1.5 memory and time grow with it.
+  double range = DistanceField::kLeastRange;
+  static constexpr double kMostRange = 32;
+  static constexpr double kLeastBand = 0.1;
+  static constexpr double kMostBand = 1;
   std::size_t max_memory_bytes = std::size_t{8} << 30U;
   /// Asked to stop, the builder soon ends with an error.
   std::stop_token stop = {};

@@ -114,7 +114,7 @@ bool FieldImage::IsSound(const FieldHeader& header) {
          header.step_bytes <= kMost && header.list_faces <= kMost && header.faces <= kMostFaces &&
          IsFinite(header.voxel_size) && header.voxel_size > 0 && is_length(header.band) &&
          is_length(header.range) && is_length(header.error_bound) &&
-         is_length(header.outer_error_bound);
+         is_length(header.outer_error_bound) && is_length(header.most_over);
 }
 
 bool FieldImage::TablesAreSound(const DistanceField& field) {

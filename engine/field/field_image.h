@@ -28,6 +28,7 @@ struct FieldHeader {
   double range = 0;
   double error_bound = 0;
   double outer_error_bound = 0;
+  double most_over = 0;                 // by which an interpolated value is too great
   std::array<double, 3> faces_min_L{};  // the box of all faces
   std::array<double, 3> faces_max_L{};
   GridIndex origin;  // voxels from W's origin
@@ -39,7 +40,7 @@ struct FieldHeader {
   std::uint64_t faces = 0;
   std::uint64_t bytes = 0;  // of the block
 };
-static_assert(sizeof(FieldHeader) == 160);
+static_assert(sizeof(FieldHeader) == 168);
 
 /// Makes the blocks of distance fields, and checks blocks that come from elsewhere.
 class FieldImage {

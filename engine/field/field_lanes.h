@@ -20,9 +20,12 @@ struct FieldView {
   std::int32_t hyperbricks_x = 0, hyperbricks_y = 0;
   std::array<float, 3> box_min{}, box_max{};  // of all faces, in L
   float most_near = 0;
-  float beyond_near = 0;  // a bound for what is farther than most_near
+  float most_near_inside = 0;
+  float beyond_near = 0;  // a bound for what is farther than most_near_inside
   float band = 0;
   float error = 0;  // within the band
+  float fine_band = 0;
+  float most_over = 0;
 };
 
 /// Places that are looked up in a field together. A look-up is a chain of reads, each of which

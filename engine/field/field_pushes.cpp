@@ -21,8 +21,6 @@ constexpr double kApart = 0.1;
 constexpr double kRounding = 2e-5;
 /// The share of a push that is none.
 constexpr double kNothing = 1e-4;
-/// Voxels below the band's border over which a list's faces give way to interpolation.
-constexpr double kBandFade = 0.2;
 
 /// A face near a place.
 struct NearbyFace {
@@ -210,7 +208,7 @@ void DistanceField::WithGradients(std::span<const Vec3> places_V,
     places.ForEach([&](std::size_t k, const ListedPlace& listed) {
       FieldGradient& told = gradients[begin + k];
       const double value = places.HasBrick(k) ? places.lanes().value[k] : 0;
-      if (!places.HasBrick(k) || (listed.end == listed.begin && std::abs(value) > kMostNear)) {
+      if (!places.HasBrick(k) || (listed.end == listed.begin && (value > most_near_ || value < -kMostNear))) {
         told = {.reading = At(some[k])};
         return;
       }
@@ -273,7 +271,11 @@ void DistanceField::Pushes(std::span<const Vec3> places_V, double reach,
         // beyond the band other faces may be nearer than those of the list
         share = listed.share * std::clamp((band_ - near->all()[0].distance) / kBandFade, 0.0, 1.0);
       }
-      const double value = places.lanes().value[k];
+      double value = places.lanes().value[k];
+      if (share < 1 && value > fine_band() && reach > fine_band()) {
+        const FieldLanes& lanes = places.lanes();
+        value = AtLeast(value, OverAt({lanes.CellOf(k), {lanes.x[k], lanes.y[k], lanes.z[k]}}));
+      }
       if (share < 1 && value < reach) {
         const Vec3 gradient = places.gradient(k);
         const double length = gradient.norm();

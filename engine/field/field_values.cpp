@@ -89,8 +89,9 @@ HWY_INLINE void Interpolate(const FieldView& field, std::size_t at, FieldLanes& 
   const auto listed = hn::And(near, Listed(lanes, at));
   const Floats of_brick = hn::Mul(hn::Set(f, FieldBrick::kOverStep),
                                   hn::ConvertTo(f, hn::ShiftRight<FieldBrick::kOverShift>(flags)));
-  const auto beyond =
-      hn::AndNot(listed, hn::RebindMask(i, hn::Gt(hn::Abs(told), hn::Set(f, field.most_near))));
+  const auto far_off = hn::Or(hn::Gt(told, hn::Set(f, field.most_near)),
+                              hn::Lt(told, hn::Set(f, -field.most_near_inside)));
+  const auto beyond = hn::AndNot(listed, hn::RebindMask(i, far_off));
   const Floats bound =
       hn::IfThenElse(hn::Gt(told, hn::Zero(f)), hn::Sub(hn::Set(f, field.most_near), of_brick),
                      hn::Set(f, -field.beyond_near));
@@ -155,6 +156,14 @@ void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& pla
   ReadAll(field, count, lanes);
 }
 
+/// What DistanceField::AtLeast() is nowhere below.
+HWY_INLINE Floats AtLeast(const FieldView& field, Floats value) {
+  const F f;
+  const Floats fine = hn::Set(f, field.fine_band);
+  const Floats least = hn::Max(fine, hn::Sub(value, hn::Set(f, field.most_over)));
+  return hn::IfThenElse(hn::Le(value, fine), value, least);
+}
+
 /// What a block's lanes, from `at` on, come to.
 HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at,
                              const FieldLanes& lanes, float* bounds) {
@@ -169,15 +178,16 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at
     const Ints kind = hn::LoadU(i, &lanes.kind[at + k]);
     const auto near = hn::RebindMask(f, hn::Eq(kind, hn::Set(i, DistanceField::kNear)));
     const auto has_list = hn::RebindMask(f, hn::Eq(kind, hn::Set(i, DistanceField::kListed)));
-    const auto in_band = hn::Le(hn::Abs(value), hn::Set(f, field.band));
+    const Floats at_least = AtLeast(field, value);
     // where no list tells: exact within the band, and beyond it not nearer than its border
     const Floats over = hn::Sub(value, hn::LoadU(f, &lanes.over[at + k]));
     const Floats least_here =
         hn::Sub(hn::Min(value, hn::Set(f, field.band)), hn::Set(f, field.error));
     const Floats bound = hn::IfThenElse(near, hn::Max(over, least_here), over);
     // what a list tells is decided only where that is far
-    const auto open = hn::And(has_list, hn::Lt(bound, hn::Set(f, reach)));
-    const Floats told = hn::IfThenElse(hn::And(near, in_band), value, bound);
+    const auto open = hn::And(has_list, hn::Lt(hn::Min(bound, at_least), hn::Set(f, reach)));
+    // every place that DistanceField::Pushes() pushes is found
+    const Floats told = hn::IfThenElse(near, at_least, bound);
     const auto is_within = hn::AndNot(open, hn::Lt(told, hn::Set(f, reach)));
     least = hn::Min(least, hn::IfThenElse(open, least, bound));
     hn::StoreU(bound, f, bounds + k);
@@ -245,10 +255,13 @@ FieldView DistanceField::View() const noexcept {
     view.box_min[axis] = static_cast<float>(faces_L_.min[static_cast<Eigen::Index>(axis)]);
     view.box_max[axis] = static_cast<float>(faces_L_.max[static_cast<Eigen::Index>(axis)]);
   }
-  view.most_near = static_cast<float>(kMostNear);
+  view.most_near = static_cast<float>(most_near_);
+  view.most_near_inside = static_cast<float>(kMostNear);
   view.beyond_near = static_cast<float>(kMostNear - outer_error_bound_);
   view.band = static_cast<float>(band_);
   view.error = static_cast<float>(error_bound_);
+  view.fine_band = static_cast<float>(fine_band());
+  view.most_over = static_cast<float>(most_over_);
   return view;
 }
 

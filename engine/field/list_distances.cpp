@@ -80,13 +80,14 @@ void DistanceField::AskLists(const FieldLanes& lanes, float reach,
       reading.within = static_cast<std::uint16_t>(reading.within | 1U << lane % kBlockPlaces);
     }
   };
+  const bool beyond_fine = reach > fine_band();
+  // beyond the band other faces may be nearer; and below its border pushes are interpolated too
+  const auto exact_to = static_cast<float>(beyond_fine ? fine_band() : band_);
   const auto tell = [&] {
     MeasureDistances(pairs);
     for (const ListQuery& query : std::span(queries).first(count)) {
       const float distance = NearestOf(pairs, query.begin, query.end, static_cast<float>(kTie));
-      // beyond the band other faces may be nearer
-      const auto band = static_cast<float>(band_);
-      decide(query.lane, distance > band ? std::max(query.bound, band) : distance);
+      decide(query.lane, distance > exact_to ? std::max(query.bound, exact_to) : distance);
     }
     count = 0;
     pairs.count = 0;
@@ -97,7 +98,11 @@ void DistanceField::AskLists(const FieldLanes& lanes, float reach,
     for (unsigned rest = readings[b].listed; rest != 0; rest &= rest - 1) {
       const std::size_t lane = kBlockPlaces * b + static_cast<std::size_t>(std::countr_zero(rest));
       const std::optional<List> list = ListOf(lanes, lane);
-      const float bound = lanes.value[lane] - static_cast<float>(kListOverStep) * list->over;
+      float bound = lanes.value[lane] - static_cast<float>(kListOverStep) * list->over;
+      if (beyond_fine) {
+        const auto interpolated = lanes.value[lane] - static_cast<float>(most_over_);
+        bound = std::min(bound, std::max(static_cast<float>(fine_band()), interpolated));
+      }
       const std::size_t most = 8 * list->member_bytes;
       // of more faces than there is room for, whoever is pushed asks
       if (bound >= reach || most > ListPairs::kMost) {

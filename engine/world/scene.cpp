@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "engine/base/json_reader.h"
+#include "engine/contact/edge_contact.h"
 #include "engine/contact/friction.h"
+#include "engine/field/field_builder.h"
 
 namespace tandem {
 namespace {
@@ -199,13 +201,20 @@ bool Scene::IsPointshell(std::size_t a, double a_points, std::size_t b, double b
   return a_points <= b_points;
 }
 
+ClearanceBounds Scene::clearance_bounds() const {
+  return contact == ContactModel::kPlain
+             ? ClearanceBounds::OfMarks(range_voxels, voxel_size)
+             : ClearanceBounds::OfFields(clearance_range_voxels - kRefinedClearance, voxel_size);
+}
+
 Result<Scene> LoadScene(const std::filesystem::path& file) {
   const Result<JsonFile> json = JsonFile::Read(file);
   if (!json) return json.error();
   const JsonNode root = json->root();
   if (root.Has("waypoints")) root.Fault("this is a hand's script, not a scene: --hand takes it");
-  root.AllowKeys({"name", "voxel_m", "range_voxels", "contact", "force_layer", "friction",
-                  "point_spacing_voxels", "gravity_m_s2", "bodies", "pairs", "hands"});
+  root.AllowKeys({"name", "voxel_m", "range_voxels", "fine_band_voxels", "clearance_range_voxels",
+                  "contact", "force_layer", "friction", "point_spacing_voxels", "gravity_m_s2",
+                  "bodies", "pairs", "hands"});
 
   Scene scene;
   scene.file = file;
@@ -213,6 +222,14 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
   scene.voxel_size = root["voxel_m"].NumberAbove(0);
   if (root.Has("range_voxels")) {
     scene.range_voxels = root["range_voxels"].WholeNumber(4, WidestRange(8));
+  }
+  if (root.Has("fine_band_voxels")) {
+    scene.fine_band_voxels =
+        root["fine_band_voxels"].NumberBetween(FieldOptions::kLeastBand, FieldOptions::kMostBand);
+  }
+  if (root.Has("clearance_range_voxels")) {
+    scene.clearance_range_voxels = root["clearance_range_voxels"].NumberBetween(
+        DistanceField::kLeastRange, FieldOptions::kMostRange);
   }
   if (root.Has("contact")) scene.contact = ReadContact(root["contact"]);
   scene.force_layer = DefaultForceLayer(scene.contact);

@@ -9,6 +9,7 @@
 
 #include "engine/base/result.h"
 #include "engine/base/spatial.h"
+#include "engine/contact/clearance.h"
 #include "engine/contact/contact_kind.h"
 #include "engine/voxel/voxel.h"
 #include "engine/world/scene_constraint.h"
@@ -53,7 +54,11 @@ struct Scene {
   std::string name;
   std::filesystem::path file;
   double voxel_size = 0.001;         // m
-  int range_voxels = kDefaultRange;  // of the distance fields
+  int range_voxels = kDefaultRange;  // of the marks' fields
+  /// Of refined contact, voxels: how far from surfaces distances are exact, and how far off force
+  /// may begin.
+  double fine_band_voxels = kDefaultFineBand;
+  double clearance_range_voxels = kDefaultClearanceRange;
   ContactModel contact = ContactModel::kRefined;
   int force_layer = DefaultForceLayer(ContactModel::kRefined);  // free layers (paper §3.2)
   double friction = 0;                                          // Coulomb's mu, of all contacts
@@ -62,6 +67,8 @@ struct Scene {
   std::vector<ScenePair> pairs;
   std::vector<SceneHand> hands;
 
+  /// How far a hand's clearance may go.
+  ClearanceBounds clearance_bounds() const;
   /// Index of the body of that name, or -1.
   int BodyNamed(const std::string& body_name) const;
   /// Index of the body that this one moves with: itself, or the one it is merged with.

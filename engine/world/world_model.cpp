@@ -295,6 +295,8 @@ Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, 
                       {.voxel_size = scene.voxel_size,
                        .flatness_voxels = FlatnessVoxels(scene.contact),
                        .spacing_voxels = spacing_voxels,
+                       .band_voxels = scene.fine_band_voxels,
+                       .range_voxels = scene.clearance_range_voxels,
                        .stop = stop});
 }
 

@@ -19,12 +19,14 @@ std::optional<Error> MakeBody(const Scene& scene, const MeshBody& body, BodyMode
 }  // namespace
 
 Result<std::shared_ptr<const WorldModel>> WorldOfMeshes(const std::vector<MeshBody>& bodies,
-                                                        double voxel_size, ContactModel contact) {
+                                                        double voxel_size, ContactModel contact,
+                                                        double clearance_range_voxels) {
   auto world = std::make_shared<WorldModel>();
   world->scene.name = "made in code";
   world->scene.file = "nowhere.json";
   world->scene.voxel_size = voxel_size;
   world->scene.contact = contact;
+  world->scene.clearance_range_voxels = clearance_range_voxels;
   world->scene.force_layer = DefaultForceLayer(contact);
   TriangleMesh fixture;
   for (const MeshBody& body : bodies) {

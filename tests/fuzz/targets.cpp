@@ -163,7 +163,9 @@ const TriangleMesh& Cuboid() {
 /// Reads a surface at places in and round the cuboid, whose middle is at 128 in all axes of V, and
 /// at some that are far from it.
 void ReadAllOver(const BodySurface& surface) {
-  std::array<FieldPush, DistanceField::kMostPushes> pushes;
+  FieldPushes pushes;
+  FieldGradient gradient;
+  FieldReadings readings;
   std::array<std::array<float, kBlockPlaces>, 3> lanes;
   std::array<float, kBlockPlaces> values;
   std::array<std::int32_t, kBlockPlaces> kinds;
@@ -172,18 +174,16 @@ void ReadAllOver(const BodySurface& surface) {
       for (double x = -9; x < 10; x += 1.3) {
         const bool is_far = std::abs(x) > 8.5;
         const Vec3 place = Vec3::Constant(128) + (is_far ? 16 : 1) * Vec3(x, y, z);
-        static_cast<void>(surface.field.WithGradient(place));
-        static_cast<void>(surface.field.Pushes(place, 0.6, pushes));
+        surface.field.WithGradients({&place, 1}, &gradient);
+        surface.field.Pushes({&place, 1}, 0.6, pushes);
         for (std::size_t axis = 0; axis < 3; ++axis) {
           lanes[axis].fill(static_cast<float>(place[static_cast<Eigen::Index>(axis)]));
         }
         surface.field.Values({}, {lanes[0].data(), lanes[1].data(), lanes[2].data()}, kBlockPlaces,
                              values.data(), kinds.data());
-        const DistanceField::OpenPlace open{place, values[0]};
-        double distance = 0;
-        if (kinds[0] == DistanceField::kListed) {
-          surface.field.Distances(std::span(&open, 1), 0.6, &distance);
-        }
+        const PlacedBlock block{.places_F = {lanes[0].data(), lanes[1].data(), lanes[2].data()}};
+        surface.field.ReadBlocks({1, 0, 0, 0, 1, 0, 0, 0, 1}, 0.6F, {&block, 1}, values.data(),
+                                 &readings);
         static_cast<void>(surface.features.EdgesBeyond(place));
         std::size_t near = 0;
         surface.features.VisitEdgesNear(place, 1, [&near](const BodyFeatures::Edge&) {

@@ -139,7 +139,7 @@ TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
 }
 
 TEST(BenchCommand, FrameWithoutCoherenceTestsAllAndWithoutDriftIsForPlainContact) {
-  const std::string frame = "frame --scene peg_in_slot --frames 300 --capacity 100000";
+  const std::string frame = "frame --scene peg_in_slot --frames 1000 --capacity 100000";
   EXPECT_GT(Bench(frame + " --without coherence")["tests_per_frame"],
             2 * Bench(frame)["tests_per_frame"].get<double>());
   const Said said = RunTandem("bench " + frame + " --without drift");
@@ -217,6 +217,7 @@ TEST(BenchCommand, FidelitySaysWhetherHandsFeelRestAndTheClearanceThatTheyAskFor
   ExpectNumbers(told,
                 {"/holds/count", "/holds/moving", "/holds/largest_force_step_N",
                  "/holds/frame_cpu_p50_us", "/holds/dropped_frames", "/clearance/error_voxels_max",
+                 "/clearance/outer_error_voxels_max", "/clearance/late_voxels_max",
                  "/clearance/force_step_N", "/dropped_frames", "/frames_over_1ms"});
   EXPECT_EQ(told["holds"]["count"], 2);
   EXPECT_EQ(told["frames_over_1ms"], told["holds"]["frames_over_1ms"]);

@@ -37,7 +37,8 @@ TEST_F(PeerCommand, SaysAtTheEndWhatBecameOfItsBody) {
                                    " --seconds 2 --report " + In("report"));
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_THAT(said.err, HasSubstr("tandem: right stands 30"));
-  EXPECT_THAT(said.err, HasSubstr(" mm from its first place; nothing is fixed that it could be out of"));
+  EXPECT_THAT(said.err,
+              HasSubstr(" mm from its first place; nothing is fixed that it could be out of"));
   std::ifstream stream(In("report"));
   const json report = json::parse(stream, nullptr, false);
   ASSERT_EQ(report.at("verdicts").size(), 1U);
@@ -288,8 +289,8 @@ TEST_F(PeerCommand, AClearanceIsOrderedWhileItRuns) {
   ASSERT_TRUE(anna.WaitFor("you hold left"));
   anna.Order("displace -0.1");
   EXPECT_TRUE(anna.WaitFor("0.1 mm outwards, here alone: others have it undisplaced"));
-  anna.Order("layer 3");
-  EXPECT_TRUE(anna.WaitFor("force layer 3 of what your hand holds, here alone"));
+  anna.Order("layer 2");
+  EXPECT_TRUE(anna.WaitFor("force layer 2 of what your hand holds, here alone"));
   anna.Order("layer 99");
   EXPECT_TRUE(anna.WaitFor("layer: expected a whole number from"));
   EXPECT_EQ(anna.End(), kExitOk);

@@ -87,11 +87,12 @@ TEST(PeerOrders, WhatIsNotUnderstoodOrNotThereIsSaid) {
 
 TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
   Room room;
-  const auto layer = room.Order("layer 3");
+  const auto layer = room.Order("layer 2");
   ASSERT_TRUE(layer);
   EXPECT_EQ(layer->kind, Command::Kind::kLayer);
-  EXPECT_EQ(layer->layer, 3);
-  EXPECT_THAT(AnswerTo(*layer, *room.model), HasSubstr("force layer 3 of what your hand holds"));
+  EXPECT_EQ(layer->layer, 2);
+  EXPECT_THAT(AnswerTo(*layer, *room.model), HasSubstr("force layer 2 of what your hand holds"));
+  EXPECT_THAT(AnswerTo(*layer, *room.model), HasSubstr("force begins 1.45 voxels from surfaces"));
   const auto displace = room.Order("displace -1.5");
   ASSERT_TRUE(displace);
   EXPECT_EQ(displace->kind, Command::Kind::kDisplace);
@@ -104,15 +105,15 @@ TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
               HasSubstr("'own': its displaced points stand up to 1.27 voxels apart"));
   EXPECT_THAT(AnswerTo(*plain.Order("displace 1.5"), *plain.model), Not(HasSubstr("stand up to")));
   EXPECT_THAT(AnswerTo(*displace, *room.model), Not(HasSubstr("stand up to")));
-  // refined contact needs the first layer; the fields reach 8 voxels, of 4 mm
-  for (const char* word : {"0", "7", "-1", "2.5", "2x", "99999999999", "nan"}) {
+  // refined contact needs the first layer; the fields reach 1.5 voxels, of 4 mm
+  for (const char* word : {"0", "3", "-1", "2.5", "2x", "99999999999", "nan"}) {
     EXPECT_EQ(room.Order(std::string("layer ") + word).error().what,
-              std::string("layer: expected a whole number from 1 to 6, got '") + word + "'");
+              std::string("layer: expected a whole number from 1 to 2, got '") + word + "'");
   }
   for (const char* word : {"4.1", "-5", "1e400", "nan", "inf", "1mm"}) {
     EXPECT_EQ(room.Order(std::string("displace ") + word).error().what,
-              std::string("displace: expected mm, inwards, from -4 to 4 (a voxel either way), ") +
-                  "got '" + word + "'");
+              std::string("displace: expected mm, inwards, from -4.2 to 4 (a voxel), ") + "got '" +
+                  word + "'");
   }
   EXPECT_THAT(room.Order("layer").error().what, HasSubstr("is no order"));
   EXPECT_THAT(room.Order("displace 1 mm").error().what, HasSubstr("is no order"));

@@ -20,7 +20,7 @@ inline ControlScene FourBodies() {
                   {.name = "peg", .moving = 0, .object = 1},
                   {.name = "bolt", .moving = 1, .object = 2},
                   {.name = "frame", .shared = true, .moving = 2, .object = 3}};
-  scene.clearance = ClearanceBounds::Of(ContactModel::kPlain, 8, 0.001);
+  scene.clearance = ClearanceBounds::OfMarks(8, 0.001);
   return scene;
 }
 

@@ -297,7 +297,8 @@ TEST(RefinedContact, FinerPartsPushAsOnesOfAVoxelDo) {
 TEST(RefinedContact, ACornerStandsOnAFaceUpToItsEdge) {
   std::mt19937_64 random(17);
   const TriangleMesh body = Box(kS * Vec3(20, 20, 20));
-  const TriangleMesh slab = Transformed(Box(kS * Vec3(20, 20, 20)), {{}, kS * Vec3(0, 0, -10)});
+  const TriangleMesh slab =
+      Transformed(Box(kS * Vec3(20, 20, 20)), {Quat::Identity(), kS * Vec3(0, 0, -10)});
   const Quat corner_down = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3(0, 0, -1));
   for (int trial = 0; trial < 60; ++trial) {
     // by lattice, as parts of a scene often stand, and anyhow
@@ -334,8 +335,7 @@ TEST(RefinedContact, ACornerStandsOnAFaceUpToItsEdge) {
 }
 
 TEST(RefinedContact, KeepsNoContactsOfAnEarlierFrameWhenBodiesHaveParted) {
-  Refined made(Plate(Quat::Identity(), Vec3::Zero()), Box(kS * Vec3(12, 12, 12)),
-                 Quat::Identity());
+  Refined made(Plate(Quat::Identity(), Vec3::Zero()), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
   EXPECT_GT(made.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 6)}).z(), 0.0);
   EXPECT_FALSE(made.pair.contacts().empty());
   made.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 400)});
@@ -350,7 +350,7 @@ TEST(RefinedContact, AThinSheetPushesFromBothSides) {
     const Vec3 n = q * Vec3::UnitZ();
     const double half = 0.15;  // voxels: both faces lie in one voxel
     Refined refined(Transformed(Box(kS * Vec3(60, 60, 2 * half)), {q, Vec3::Zero()}), body,
-                      RandomRotation(random));
+                    RandomRotation(random));
     for (const double side : {-1.0, 1.0}) {
       const Vec3 force = refined.ForceAt({q, side * (4 + half + 0.2) * kS * n});
       EXPECT_GT(side * force.dot(n), 0.0) << "side " << side;

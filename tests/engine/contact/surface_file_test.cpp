@@ -121,7 +121,9 @@ std::vector<double> Readings(const BodySurface& surface, const TriangleMesh& mes
   const DistanceField& field = surface.field;
   const Bounds box = BoundsOf(mesh_W);
   std::vector<double> told;
-  std::array<FieldPush, DistanceField::kMostPushes> pushes;
+  FieldPushes pushes;
+  FieldGradient gradient;
+  FieldReadings readings;
   std::array<std::array<float, kBlockPlaces>, 3> lanes;
   std::array<float, kBlockPlaces> values;
   std::array<float, kBlockPlaces> over;
@@ -134,19 +136,18 @@ std::vector<double> Readings(const BodySurface& surface, const TriangleMesh& mes
                       kVoxel;
       lanes[static_cast<std::size_t>(axis)].fill(static_cast<float>(place_V[axis]));
     }
-    const FieldGradient gradient = field.WithGradient(place_V);
+    field.WithGradients({&place_V, 1}, &gradient);
     told.insert(told.end(), {gradient.reading.value, gradient.gradient.x(), gradient.gradient.y(),
                              gradient.gradient.z(), field.At(place_V).value});
     field.Values({}, {lanes[0].data(), lanes[1].data(), lanes[2].data()}, kBlockPlaces,
                  values.data(), kinds.data(), over.data());
     told.insert(told.end(), {values[0], static_cast<double>(kinds[0]), over[0]});
-    const DistanceField::OpenPlace open{place_V, values[0]};
-    double distance = 0;
-    if (kinds[0] == DistanceField::kListed) field.Distances(std::span(&open, 1), 0.6, &distance);
-    told.push_back(distance);
-    const std::size_t count = field.Pushes(place_V, 0.6, pushes);
-    for (std::size_t k = 0; k < count; ++k) {
-      told.insert(told.end(), {pushes[k].distance, pushes[k].away_V.x(), pushes[k].share});
+    const PlacedBlock block{.places_F = {lanes[0].data(), lanes[1].data(), lanes[2].data()}};
+    field.ReadBlocks({1, 0, 0, 0, 1, 0, 0, 0, 1}, 0.6F, {&block, 1}, values.data(), &readings);
+    told.insert(told.end(), {values[0], readings.least, static_cast<double>(readings.within)});
+    field.Pushes({&place_V, 1}, 0.6, pushes);
+    for (const FieldPush& push : pushes.Of(0)) {
+      told.insert(told.end(), {push.distance, push.away_V.x(), push.share});
     }
     told.push_back(surface.features.EdgesBeyond(place_V));
     surface.features.VisitEdgesNear(place_V, 1, [&told](const BodyFeatures::Edge& edge) {

@@ -228,7 +228,7 @@ TEST(FieldBounds, AreNeverAboveTheDistance) {
 // More faces lie in a brick than are asked at once: what is told stays below the distance.
 TEST(FieldBounds, HoldWhereFacesAreFarSmallerThanVoxels) {
   const TriangleMesh ball = Sphere(2 * kVoxelSize, 6);
-  const DistanceField field = FieldOf(ball);
+  const DistanceField field = BuiltField(ball);
   ASSERT_GT(field.Count().list_faces, 1024 * field.Count().bricks) << "too few faces in a brick";
   std::mt19937_64 random(5);
   for (int i = 0; i < 13; ++i) {

@@ -196,7 +196,7 @@ TEST(Clearance, StaysWithinWhatTheFieldsCanTell) {
   Pressed refined(ContactModel::kRefined);
   refined.inputs.clearance = {0, -1.0};
   refined.Run(1000);
-  EXPECT_EQ(refined.world.pair(0).clearance(), (Clearance{1, -kVoxel}));
+  EXPECT_EQ(refined.world.pair(0).clearance(), (Clearance{1, -1.05 * kVoxel}));
 }
 
 TEST(Clearance, NoPointInContactIsMissedWhileItChangesNorIsMemoryAskedFor) {

@@ -209,6 +209,10 @@ TEST_F(SceneFile, ErrorsNameThePlaceAndWhatWasExpected) {
             "force_layer: expected a whole number from 0 to 3, got 4");
   EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"range_voxels\": 253"),
             "range_voxels: expected a whole number from 4 to 252, got 253");
+  EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"clearance_range_voxels\": 33"),
+            "clearance_range_voxels: expected a number from 1.5 to 32, got 33");
+  EXPECT_EQ(ErrorAfter("\"force_layer\": 1", "\"fine_band_voxels\": 1.5"),
+            "fine_band_voxels: expected a number from 0.1 to 1, got 1.5");
   EXPECT_EQ(ErrorAfter("[0.1, 0.2, 0.3]", "[0.1, 0.2]"),
             "bodies[1].pose.p_W: expected three numbers [x, y, z], got [0.1,0.2]");
   EXPECT_EQ(ErrorAfter("[0.1, 0.2, 0.3]", "[0.1, \"y\", 0.3]"),
@@ -368,10 +372,10 @@ TEST_F(SceneFile, MisspeltKeysAreToldWithTheNearestKnownOne) {
             "bodies[1].mass: unknown key; did you mean mass_kg?");
   EXPECT_EQ(ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"gravity\": 9.81,"),
             "gravity: unknown key; did you mean gravity_m_s2?");
-  EXPECT_EQ(
-      ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"wind\": 9.81,"),
-      "wind: unknown key; known here are name voxel_m range_voxels contact force_layer friction "
-      "point_spacing_voxels gravity_m_s2 bodies pairs hands");
+  EXPECT_EQ(ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"wind\": 9.81,"),
+            "wind: unknown key; known here are name voxel_m range_voxels fine_band_voxels "
+            "clearance_range_voxels contact force_layer friction "
+            "point_spacing_voxels gravity_m_s2 bodies pairs hands");
 }
 
 TEST_F(SceneFile, SyntaxErrorsTellLineAndColumn) {

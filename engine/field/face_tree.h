@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "engine/field/face_distance.h"
+#include "engine/field/field_brick.h"
+#include "engine/geometry/box_tree.h"
+
+namespace tandem {
+
+/// Finds the nearest of many faces.
+class FaceTree {
+ public:
+  /// The faces must outlive it.
+  explicit FaceTree(const std::vector<FieldFace>& faces);
+
+  /// The distance of the nearest face that is nearer than `below`; otherwise
+  /// `below`. Voxels. The same bits whatever `below` is, where some face is
+  /// nearer.
+  double Nearest(const Vec3& place_L, double below = std::numeric_limits<double>::infinity()) const;
+
+ private:
+  const std::vector<FieldFace>& faces_;
+  BoxTree tree_;
+};
+
+/// The distances of a hyperbrick's nodes, each measured when it is asked for
+/// first.
+class FarNodes {
+ public:
+  /// `first` is the hyperbrick's lowest node.
+  FarNodes(const FaceTree& faces, const GridIndex& first) : faces_(faces), first_(first) {}
+
+  /// `node` is counted from the hyperbrick's lowest, 0 to kHyperbrickCells.
+  float DistanceOf(const GridIndex& node);
+  /// Of a brick's nodes, as NodeInBrick. `brick` is its place in the hyperbrick, as CellInBlock.
+  std::array<float, kBrickNodes> OfBrick(std::size_t brick);
+  /// Measures the nodes of a brick whose values are those of a survey's reach or more: of these a
+  /// survey tells only how far the nearest plane is. Whether another face is nearer to one.
+  bool MeasureBeyond(std::size_t brick, std::array<float, kBrickNodes>& values);
+
+ private:
+  static constexpr std::int32_t kSide = kHyperbrickCells + 1;
+  static constexpr float kNotMeasured = -1;
+
+  const FaceTree& faces_;
+  GridIndex first_;
+  std::vector<float> distances_;
+  GridIndex last_;
+  double distance_of_last_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace tandem
