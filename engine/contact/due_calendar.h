@@ -111,7 +111,7 @@ class DueCalendar {
   std::uint32_t DueWithin(std::size_t ahead) const noexcept {
     std::uint32_t sum = 0;
     for (const Ring& ring : rings_) {
-      for (std::size_t k = 0; k <= std::min(ahead, kBuckets - 1); ++k) {
+      for (std::size_t k = FirstFilled(ring); k <= std::min(ahead, kBuckets - 1); ++k) {
         sum += ring.counts[(ring.now + k) % kBuckets];
       }
     }
