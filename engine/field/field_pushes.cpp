@@ -208,7 +208,8 @@ void DistanceField::WithGradients(std::span<const Vec3> places_V,
     places.ForEach([&](std::size_t k, const ListedPlace& listed) {
       FieldGradient& told = gradients[begin + k];
       const double value = places.HasBrick(k) ? places.lanes().value[k] : 0;
-      if (!places.HasBrick(k) || (listed.end == listed.begin && (value > most_near_ || value < -kMostNear))) {
+      if (!places.HasBrick(k) ||
+          (listed.end == listed.begin && (value > most_near_ || value < -kMostNear))) {
         told = {.reading = At(some[k])};
         return;
       }
@@ -223,6 +224,19 @@ void DistanceField::WithGradients(std::span<const Vec3> places_V,
 }
 
 namespace {
+
+/// As FieldPush::facing. Where an edge or a corner is nearest, its faces are equally near: that one
+/// counts which turns most to the place.
+double FacingOf(const NearbyFace& face, const FacesNear& near) {
+  if (face.distance <= kTouching) return 1;
+  double height = 0;
+  for (const NearbyFace& other : near.all()) {
+    if (other.distance > face.distance + kTie) break;
+    if ((other.to - face.to).squaredNorm() > kTie * kTie) continue;
+    height = std::max(height, std::abs(other.height));
+  }
+  return height / face.distance;
+}
 
 /// Adds the pushes of a list's faces, the nearest first: what counts little takes little from
 /// those behind it.
@@ -248,8 +262,7 @@ void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& ne
     if (counts < kNothing) continue;
     kept[kept_count] = &face;
     kept_counts[kept_count++] = counts;
-    const double facing = face.distance > kTouching ? std::abs(face.height) / face.distance : 1.0;
-    *next++ = {face.distance, face.away, share * counts, face.sheet, facing};
+    *next++ = {face.distance, face.away, share * counts, face.sheet, FacingOf(face, near)};
   }
 }
 

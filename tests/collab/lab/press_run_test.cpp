@@ -43,9 +43,10 @@ TEST(PressRun, HeldMirrorsShakeWhereTheHandSwingsOnceInFourDelays) {
 // clearance at which contact begins, by its spring of 300 N/m and the 800 N/m between device and
 // body, one after the other.
 TEST(PressRun, WithoutDelayTheHandsFeelWhatTheirSpringsSay) {
-  const PressResult result = RunAt(PressMotion::kPress, MirrorModel::kBlend, 0);
+  // blocks without friction come to rest on one another slowly
+  const PressResult result = RunAt(PressMotion::kPress, MirrorModel::kBlend, 0, 30);
   const double kept_back = 0.02 + 0.5 * kRefinedClearance * 0.002;
-  EXPECT_NEAR(result.mean_force, 300.0 * 800.0 / 1100.0 * kept_back, 0.3);
+  EXPECT_NEAR(result.mean_force, 300.0 * 800.0 / 1100.0 * kept_back, 0.05);
 }
 
 TEST(PressRun, MirrorsThatGiveWayAreCalmAtEveryDelay) {

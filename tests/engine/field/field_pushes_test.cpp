@@ -92,6 +92,28 @@ TEST(FieldPushes, BesideAnEdgeTheyComeFromTheEdge) {
   }
 }
 
+// There two faces are as near, at the same place. The one that turns to the place tells.
+TEST(FieldPushes, OverARimOneOfItsFacesFacesThePlace) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 40; ++i) {
+    const Quat q = RandomRotation(random);
+    const DistanceField field =
+        BuiltField(Transformed(Box(kVoxelSize * Vec3(20, 20, 12)), {q, Vec3::Zero()}));
+    for (int k = 0; k < 50; ++k) {
+      const double gap = Uniform(random, 0.05, 0.4);
+      const double beyond = Uniform(random, 0, 1e-6);
+      const Vec3 over(10 + beyond, Uniform(random, -8, 8), 6 + gap);
+      const Pushes pushes = PushesAt(field, InVoxels(field, kVoxelSize * (q * over)));
+      ASSERT_FALSE(pushes.empty());
+      // what is interpolated may be left with a trace of the push
+      const FieldPush& push = pushes.back();
+      EXPECT_GT(push.share, 0.999);
+      EXPECT_GT(push.facing, 0.999);
+      EXPECT_GT(push.away_V.dot(q * Vec3::UnitZ()), 0.999);
+    }
+  }
+}
+
 TEST(FieldPushes, InANotchEachFacePushes) {
   const DistanceField field = BuiltField(Notch());
   for (const auto& [from_wall, from_floor] :
