@@ -62,7 +62,7 @@ std::optional<double> AsNumber(const std::string& text) {
   return value;
 }
 
-/// What refined contact meets, written to a file; how many bytes that are.
+/// Writes what refined contact meets to a file, and gives how many bytes it has.
 Result<std::size_t> WriteSurface(const VoxelizeArguments& arguments, const TriangleMesh& mesh,
                                  double voxel_size, const std::stop_token& stop) {
   const SurfaceOptions options{

@@ -62,7 +62,7 @@ class ArrayPlaces {
     end_ = fits ? place + count * element_bytes : kMostBytes + 1;
     return place;
   }
-  /// Of the whole block. Above kMostBytes: it is too large.
+  /// Gives the bytes of the whole block. More than kMostBytes says that it is too large.
   std::uint64_t bytes() const noexcept { return end_; }
 
  private:

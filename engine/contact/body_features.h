@@ -74,7 +74,7 @@ class BodyFeatures {
     return Vec3(middle.x, middle.y, middle.z) + Vec3(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
   }
   std::size_t point_count() const noexcept { return point_count_; }
-  /// What it reads; FeatureImage::Read() makes the same features of the same bytes elsewhere.
+  /// FeatureImage::Read() makes the same features of the same bytes elsewhere.
   std::span<const std::byte> bytes() const noexcept { return block_.bytes; }
   const Edge& edge(std::size_t number) const noexcept { return edges_[number]; }
   /// The greatest half length of a sharp edge's part.
@@ -109,7 +109,7 @@ class BodyFeatures {
     std::uint32_t first = 0;
     std::uint32_t count = 0;
   };
-  /// Of an entry of edge_distances_, voxels.
+  /// An entry of edge_distances_ counts steps of so many voxels.
   static constexpr double kEdgeStep = kFarEdges / 255;
   /// A box of cells, x fastest.
   struct CellBox {

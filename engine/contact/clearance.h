@@ -25,13 +25,14 @@ struct ClearanceBounds {
   double most_inward = 0;   // m, of a displacement
   double most_outward = 0;  // m, of one the other way
 
-  /// Of plain contact, by marks that reach `range` voxels. Displacement tunes between one layer and
-  /// the next.
+  /// Gives the bounds of plain contact, whose marks reach `range` voxels. Displacement tunes
+  /// between one layer and the next.
   static constexpr ClearanceBounds OfMarks(int range, double voxel_size) {
     const int most = std::max(0, range - kWarningQueues);
     return {std::min(LeastForceLayer(ContactModel::kPlain), most), most, voxel_size, voxel_size};
   }
-  /// Of refined contact, by distance fields that reach `farther` voxels beyond where force begins.
+  /// Gives those of refined contact, whose distance fields reach `farther` voxels beyond where
+  /// force begins.
   static constexpr ClearanceBounds OfFields(double farther, double voxel_size) {
     const int least = LeastForceLayer(ContactModel::kRefined);
     return {least, least + std::max(0, static_cast<int>(farther)), voxel_size,

@@ -14,8 +14,8 @@ enum class ContactModel : std::uint8_t {
 /// Queues between the deepest force layer and the range of the distance field.
 inline constexpr int kWarningQueues = 2;
 
-/// Of the refined model, voxels: how far from surfaces distances are exact, and how far off force
-/// may be let begin, where a scene says nothing.
+/// Where a scene says nothing, distances are exact so many voxels from surfaces in refined contact,
+/// and force may be let begin so many voxels off.
 inline constexpr double kDefaultFineBand = 0.65;
 inline constexpr double kDefaultClearanceRange = 1.5;
 

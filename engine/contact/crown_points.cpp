@@ -75,7 +75,7 @@ class PointCells {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 
-/// What the triangles round a vertex come to.
+/// A vertex as the triangles round it have it.
 struct Corner {
   Vec3 outward = Vec3::Zero();  // the sum of their normals, by their angles there
   bool bulges = false;          // some edge at it does

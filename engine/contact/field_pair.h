@@ -77,7 +77,7 @@ class FieldPair final : public BodyPair {
   /// A feature point that is near the other's surface, in V of that one's field.
   struct TouchingPoint {
     Vec3 inward_V;
-    std::optional<Vec3> tangent_V;  // of a sharp edge's part
+    std::optional<Vec3> tangent_V{};  // of a sharp edge's part
     double weight;
   };
   void AddPushes(const TouchingPoint& point, const Vec3& place_V, std::span<const FieldPush> pushes,

@@ -40,7 +40,7 @@ inline constexpr std::size_t kBlockPlaces = 16;
 struct PlacedBlock {
   PlaceSpans places_F;
   std::uint16_t lanes = 0xffff;      // a bit for each that is a place of its own
-  GridIndex base;                    // a whole place of V, at most 2,048 voxels from them
+  GridIndex base{};                  // a whole place of V, at most 2,048 voxels from them
   std::array<float, 3> from_base{};  // of their middle, in V
 };
 
@@ -176,7 +176,7 @@ class DistanceField {
   Sizes Count() const;
   /// A hash of all that is stored.
   std::uint64_t Digest() const;
-  /// What it reads; FieldImage::Read() makes the same field of the same bytes elsewhere.
+  /// FieldImage::Read() makes the same field of the same bytes elsewhere.
   std::span<const std::byte> bytes() const noexcept { return block_.bytes; }
 
  private:
@@ -203,8 +203,6 @@ class DistanceField {
   };
   using Face = std::array<Vec3f, 3>;  // corners in L
   static constexpr double kListOverStep = 1.0 / 255;
-  /// Faces are equally near within this, voxels.
-  static constexpr double kTie = 1e-4;
   /// Of an entry of list_faces_: a sheet, which has free space on both sides.
   static constexpr std::uint32_t kSheet = 1U << 31U;
   struct Cell {

@@ -12,13 +12,12 @@ namespace {
 
 /// Voxels: nearer to a face than this, its normal tells the way.
 constexpr double kTouching = 1e-4;
-/// Faces are equally near within this, voxels.
-constexpr double kTie = 1e-4;
+constexpr double kTie = ListPairs::kTie;
 /// Of a second face, voxels above the first one's plane from which on it pushes in full.
 constexpr double kApart = 0.1;
 /// Voxels that single precision may lift a face over another's plane in which it lies; over as much
 /// again it comes to count.
-constexpr double kRounding = 2e-5;
+constexpr double kLifted = 2e-5;
 /// The share of a push that is none.
 constexpr double kNothing = 1e-4;
 
@@ -46,6 +45,7 @@ class FacesNear {
  public:
   /// Of pairs that have been measured: the nearest, and all that are nearer than `reach`.
   FacesNear(const ListPairs& pairs, std::size_t begin, std::size_t end, double reach) {
+    faces_[0] = {0, Vec3::Zero(), Vec3::Zero(), 0, false};
     float least = std::numeric_limits<float>::infinity();
     for (std::size_t k = begin; k < end; ++k) least = std::min(least, pairs.squared[k]);
     // all as near as the nearest tell the side together
@@ -98,9 +98,9 @@ class FacesNear {
 /// near.
 double ShareBeside(const NearbyFace& face, const NearbyFace& first) {
   const double up = first.away.dot(face.to - first.to);
-  if (up <= kRounding) return 0;
+  if (up <= kLifted) return 0;
   const double as_near = 1.0 - (face.distance - first.distance) / up;
-  const double stands_up = std::min(1.0, (up - kRounding) / kRounding);
+  const double stands_up = std::min(1.0, (up - kLifted) / kLifted);
   return std::clamp(std::max(stands_up * as_near, up / kApart), 0.0, 1.0);
 }
 
@@ -115,17 +115,17 @@ FieldGradient GradientOf(const FacesNear& near) {
           .gradient = turned ? Vec3(-told.away) : told.away};
 }
 
-/// Places one after the other, of which some have a list whose faces are asked together.
-struct ListedPlace {
-  std::size_t begin = 0, end = 0;  // of the pairs; none: no list tells
-  double share = 0;                // of the list
-};
-
 }  // namespace
 
 /// Places in lanes, with what is interpolated, and those of them together whose lists fit.
 class DistanceField::PushLanes {
  public:
+  /// A place, and its pairs if it has a list that tells.
+  struct ListedPlace {
+    std::size_t begin = 0, end = 0;  // of the pairs; none: no list tells
+    double share = 0;                // of the list
+  };
+
   PushLanes(const DistanceField& field, std::span<const Vec3> places_V)
       : field_(field), count_(places_V.size()) {
     field.InterpolateGradients(field.SetLanes(places_V, lanes_), lanes_, gradients_);
@@ -134,9 +134,6 @@ class DistanceField::PushLanes {
   bool HasBrick(std::size_t k) const { return lanes_.entry[k] >= 0; }
   Vec3 gradient(std::size_t k) const {
     return {gradients_[0][k], gradients_[1][k], gradients_[2][k]};
-  }
-  const FieldBrick& brick(std::size_t k) const {
-    return field_.bricks_[static_cast<std::size_t>(lanes_.entry[k])];
   }
   const ListPairs& pairs() const { return pairs_; }
   /// Calls visit(lane, list's place) of all places, in order.
@@ -205,7 +202,7 @@ void DistanceField::WithGradients(std::span<const Vec3> places_V,
     const auto some =
         places_V.subspan(begin, std::min(FieldPushes::kMostPlaces, places_V.size() - begin));
     PushLanes places(*this, some);
-    places.ForEach([&](std::size_t k, const ListedPlace& listed) {
+    places.ForEach([&](std::size_t k, const PushLanes::ListedPlace& listed) {
       FieldGradient& told = gradients[begin + k];
       const double value = places.HasBrick(k) ? places.lanes().value[k] : 0;
       if (!places.HasBrick(k) ||
@@ -273,7 +270,7 @@ void DistanceField::Pushes(std::span<const Vec3> places_V, double reach,
   FieldPush* next = pushes.all.data();
   if (places_V.empty()) return;
   PushLanes places(*this, places_V);
-  places.ForEach([&](std::size_t k, const ListedPlace& listed) {
+  places.ForEach([&](std::size_t k, const PushLanes::ListedPlace& listed) {
     pushes.first[k] = static_cast<std::uint16_t>(next - pushes.all.data());
     const FieldPush* end = next + FieldPushes::kMostEach;
     if (places.HasBrick(k)) {

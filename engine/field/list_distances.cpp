@@ -21,11 +21,11 @@ struct ListQuery {
 
 /// The nearest face's distance; of equally near ones that one tells the side which turns most to
 /// the place.
-float NearestOf(const ListPairs& pairs, std::size_t begin, std::size_t end, float tie) {
+float NearestOf(const ListPairs& pairs, std::size_t begin, std::size_t end) {
   float least = std::numeric_limits<float>::max();
   for (std::size_t k = begin; k < end; ++k) least = std::min(least, pairs.squared[k]);
   const float distance = std::sqrt(least);
-  const float most = distance + tie;
+  const float most = distance + static_cast<float>(ListPairs::kTie);
   float height = 0;
   bool sheet = false;
   for (std::size_t k = begin; k < end; ++k) {
@@ -63,7 +63,7 @@ double DistanceField::OfFaces(const List& list, const Cell& cell) const noexcept
   AddPairs(list, cell.cell, {from.x(), from.y(), from.z()}, pairs);
   const std::size_t count = pairs.count;
   MeasureDistances(pairs);
-  return NearestOf(pairs, 0, count, static_cast<float>(kTie));
+  return NearestOf(pairs, 0, count);
 }
 
 void DistanceField::AskLists(const FieldLanes& lanes, float reach,
@@ -86,7 +86,7 @@ void DistanceField::AskLists(const FieldLanes& lanes, float reach,
   const auto tell = [&] {
     MeasureDistances(pairs);
     for (const ListQuery& query : std::span(queries).first(count)) {
-      const float distance = NearestOf(pairs, query.begin, query.end, static_cast<float>(kTie));
+      const float distance = NearestOf(pairs, query.begin, query.end);
       decide(query.lane, distance > exact_to ? std::max(query.bound, exact_to) : distance);
     }
     count = 0;

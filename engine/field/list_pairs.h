@@ -11,6 +11,8 @@ namespace tandem {
 /// Places and faces, each with one of the other, whose distances are measured together.
 struct ListPairs {
   static constexpr std::size_t kMost = 512;
+  /// Faces are equally near within this, voxels.
+  static constexpr double kTie = 1e-4;
   std::size_t count = 0;
   /// A face's corners, four words each: x, y, z and another, of the last one another, x, y, z.
   alignas(64) std::array<std::array<float, 4 * kMost>, 3> corners;

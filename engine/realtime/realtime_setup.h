@@ -21,7 +21,7 @@ struct RealtimeStatus {
 /// Keeps the calling thread to one processor core; false: there is no such core for us.
 bool KeepToCore(int core) noexcept;
 
-inline constexpr int kPrefaultedStack = 256 * 1024;
+inline constexpr int kPrefaultedStack = 512 * 1024;
 
 /// Makes the calling thread as real-time as the kernel allows: SCHED_FIFO at `priority` (1 to 99,
 /// not handed on to children), timer slack of 1 ns, and the process's memory locked. Call it after
