@@ -55,8 +55,8 @@ Quat DrawnRotation(std::mt19937_64& random) {
               std::sqrt(u) * std::sin(b), std::sqrt(u) * std::cos(b));
 }
 
-TiltedPlate::TiltedPlate(ContactModel contact, std::mt19937_64& random, double clearance_range)
-    : q(DrawnRotation(random)), clearance_range(clearance_range) {
+TiltedPlate::TiltedPlate(ContactModel contact, std::mt19937_64& random, double range_voxels)
+    : q(DrawnRotation(random)), clearance_range(range_voxels) {
   normal = q * Vec3::UnitZ();
   for (int i = 0; i < 3; ++i) place[i] = Uniform(random, 0, kPlateVoxel);
   const TriangleMesh mesh_W = Transformed(

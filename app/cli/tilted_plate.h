@@ -15,9 +15,9 @@ Quat DrawnRotation(std::mt19937_64& random);
 
 /// A plate whose upper face is a plane of a random tilt, as a body that others meet.
 struct TiltedPlate {
-  /// `clearance_range`: voxels, of both bodies' fields in the refined model.
+  /// `range_voxels`: the clearance range of both bodies' fields in the refined model.
   TiltedPlate(ContactModel contact, std::mt19937_64& random,
-              double clearance_range = kDefaultClearanceRange);
+              double range_voxels = kDefaultClearanceRange);
 
   Quat q;
   Vec3 normal;
