@@ -1,3 +1,4 @@
+#include <csignal>
 #include <functional>
 #include <limits>
 #include <map>
@@ -91,11 +92,12 @@ class HostileWriters {
 };
 
 TEST(Hostile, SamplesThatNoSoundPeerSendsAreDroppedAndCountedByReason) {
-  RealPeers peers({.count = 1, .seconds = 8});
+  RealPeers peers({.count = 1, .seconds = 120});
   {
     OwnPeer known(peers.session(), kHostile, OwnPeer::Stepped{});
     HostileWriters hostile;
-    known.StepFrames(2000);
+    ASSERT_TRUE(known.StepUntilCoupled());
+    known.StepFrames(1000);  // the writers have met their readers
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     for (int i = 0; i < 20; ++i) {
       hostile.State([](tandem_ObjectState& s) {
@@ -133,6 +135,7 @@ TEST(Hostile, SamplesThatNoSoundPeerSendsAreDroppedAndCountedByReason) {
     }
     known.StepFrames(500);
   }
+  peers.peer(0).Signal(SIGTERM);
   EXPECT_EQ(peers.Wait(), std::vector<int>{0});
 
   const nlohmann::json report = peers.Report(0);

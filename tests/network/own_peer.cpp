@@ -86,6 +86,16 @@ void OwnPeer::StepFrames(int count) {
   }
 }
 
+bool OwnPeer::StepUntilCoupled() {
+  constexpr int kMostFrames = 60'000;
+  for (int frame = 0; frame < kMostFrames; ++frame) {
+    StepFrames(1);
+    const SharedBody* shared = node_->peer().shared();
+    if (shared != nullptr && shared->coupled() > 0) return true;
+  }
+  return false;
+}
+
 void OwnPeer::DefaultFrame(PeerNode& node, std::int64_t now_ns) {
   kHapticThread.Enter();
   node.HapticFrame(now_ns);

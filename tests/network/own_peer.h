@@ -32,6 +32,9 @@ class OwnPeer {
   /// So many frames, at most one a millisecond: haptic, then sender, every 200th the control
   /// thread's.
   void StepFrames(int count);
+  /// Steps until what is held is coupled to another's: each has heard the other, and been heard by
+  /// it. False: not within a minute.
+  bool StepUntilCoupled();
 
  private:
   void Join(const std::string& session, PeerId id);
