@@ -25,6 +25,7 @@ struct FidelityArguments {
   int tilts = 50;
   int peg_seeds = 100;
   int holds = kMostHolds;
+  int sheet_tries = 1000;
   int clearance_tilts = 8;
   std::size_t contacts = 100'000;  // whose pushes are judged, about
   double nut_voxel = 0.0001;       // m
@@ -37,8 +38,9 @@ struct FidelityArguments {
   }
 };
 
-constexpr std::array<const char*, 9> kFigures{
-    "first-force", "pressed", "nut", "nut-tight", "pegs", "ball", "ball-015", "holds", "clearance"};
+constexpr std::array<const char*, 10> kFigures{"first-force", "pressed",  "nut",      "nut-tight",
+                                               "pegs",        "ball",     "ball-015", "holds",
+                                               "sheets",      "clearance"};
 constexpr double kBallVoxel = 0.00035;  // m
 constexpr double kFineBallVoxel = 0.00015;
 
@@ -186,6 +188,15 @@ ordered_json Holds(ContactModel contact, const FidelityArguments& arguments, Tog
               holds.frames);
 }
 
+/// What stays on its side because force is exact, and steps are bounded.
+ordered_json Sheets(ContactModel contact, const FidelityArguments& arguments) {
+  if (contact == ContactModel::kPlain || !arguments.Asks("sheets")) return nullptr;
+  const SheetFigures sheets = MeasureSheets(arguments.sheet_tries);
+  return {{"tries", sheets.tries},
+          {"crossings", sheets.crossings},
+          {"nearest_voxels", sheets.nearest_voxels}};
+}
+
 /// Plain contact does not begin at a distance of surfaces.
 ordered_json ClearanceSweep(ContactModel contact, const FidelityArguments& arguments) {
   if (contact == ContactModel::kPlain || !arguments.Asks("clearance")) return nullptr;
@@ -237,6 +248,7 @@ ordered_json Measure(ContactModel contact, const FidelityArguments& arguments, i
   out["ball"] = Ball(contact, arguments, false, together, exit_code);
   out["ball_015"] = Ball(contact, arguments, true, together, exit_code);
   out["holds"] = Holds(contact, arguments, together);
+  out["sheets"] = Sheets(contact, arguments);
   out["clearance"] = ClearanceSweep(contact, arguments);
   AddTogether(together, out);
   return out;
@@ -285,6 +297,11 @@ void AddBenchFidelity(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   command->add_option("--holds", arguments->holds, "how many close holds of a ball")
       ->check(WholeNumberFrom(1, kMostHolds))
+      ->capture_default_str();
+  command
+      ->add_option("--sheet-tries", arguments->sheet_tries,
+                   "how often a hand tries to get through a thin sheet")
+      ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
   command
       ->add_option("--clearance-tilts", arguments->clearance_tilts, "of planes, for the clearance")

@@ -142,6 +142,15 @@ inline constexpr int kMostHolds = 126;
 /// Refined contact.
 HoldFigures MeasureHolds(int count);
 
+struct SheetFigures {
+  int tries = 0;
+  int crossings = 0;            // tries in which the body's middle came beyond the sheet
+  double nearest_voxels = 1e9;  // from the body's middle to the sheet, in any frame
+};
+/// Boxes of three masses whose hand's goal goes at 5 m/s through a closed sheet of 0.3 voxel, or an
+/// open one, and waits beyond it, from `tries` attitudes and along as many ways. Refined contact.
+SheetFigures MeasureSheets(int tries);
+
 struct ClearanceFigures {
   // of where force begins, within the fine band, beyond it, and everywhere
   double error_voxels_max = 0;

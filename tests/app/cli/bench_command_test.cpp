@@ -213,12 +213,16 @@ TEST(BenchCommand, FidelitySaysHowTrueContactOnPlanesIs) {
 
 // Holds are of refined contact alone.
 TEST(BenchCommand, FidelitySaysWhetherHandsFeelRestAndTheClearanceThatTheyAskFor) {
-  const json told = Bench("fidelity --holds 2 --clearance-tilts 1 --only holds --only clearance");
-  ExpectNumbers(told,
-                {"/holds/count", "/holds/moving", "/holds/largest_force_step_N",
-                 "/holds/frame_cpu_p50_us", "/holds/dropped_frames", "/clearance/error_voxels_max",
-                 "/clearance/outer_error_voxels_max", "/clearance/late_voxels_max",
-                 "/clearance/force_step_N", "/dropped_frames", "/frames_over_1ms"});
+  const json told = Bench(
+      "fidelity --holds 2 --clearance-tilts 1 --sheet-tries 6 --only holds --only clearance "
+      "--only sheets");
+  ExpectNumbers(told, {"/holds/count", "/holds/moving", "/holds/largest_force_step_N",
+                       "/holds/frame_cpu_p50_us", "/holds/dropped_frames",
+                       "/clearance/error_voxels_max", "/clearance/outer_error_voxels_max",
+                       "/clearance/late_voxels_max", "/clearance/force_step_N",
+                       "/sheets/nearest_voxels", "/dropped_frames", "/frames_over_1ms"});
+  EXPECT_EQ(told["sheets"]["tries"], 6);
+  EXPECT_EQ(told["sheets"]["crossings"], 0);
   EXPECT_EQ(told["holds"]["count"], 2);
   EXPECT_EQ(told["frames_over_1ms"], told["holds"]["frames_over_1ms"]);
   EXPECT_TRUE(told["plain"]["holds"].is_null());
