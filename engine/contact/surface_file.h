@@ -35,7 +35,7 @@ static_assert(sizeof(SurfaceFileHeader) == 72);
 
 /// Grows by one when the same mesh and options come to other bytes: by another format, or by other
 /// rules of how a surface is made.
-inline constexpr std::uint32_t kSurfaceVersion = 1;
+inline constexpr std::uint32_t kSurfaceVersion = 2;
 
 /// What a surface was made of: the same numbers, the same surface.
 struct SurfaceKey {

@@ -50,21 +50,25 @@ struct FieldBrick {
                                       static_cast<unsigned>(count) << kOverShift);
   }
 
-  static constexpr float kListsOverStep = 2.0F / 15;
+  /// The same of the cells with lists: so many voxels times the square of `over_of_lists`. Mostly it
+  /// is next to nothing, and is read before a list is looked for, so small ones are told finely.
+  static constexpr float kListsOverUnit = 2.0F / 225;
+  float OverOfLists() const noexcept {
+    return kListsOverUnit * static_cast<float>(over_of_lists * over_of_lists);
+  }
   void SetOverOfLists(float over) noexcept {
-    const float count = std::min(15.0F, std::ceil(over / kListsOverStep));
+    const float count = std::min(15.0F, std::ceil(std::sqrt(over / kListsOverUnit)));
     over_of_lists = static_cast<unsigned>(count) & 15U;
+    if (over_of_lists < 15 && OverOfLists() < over) ++over_of_lists;  // the root was rounded down
   }
 
   /// Of all cells, with lists or without.
-  float MostOver() const noexcept {
-    return std::max(Over(), kListsOverStep * static_cast<float>(over_of_lists));
-  }
+  float MostOver() const noexcept { return std::max(Over(), OverOfLists()); }
 
   float mean = 0;                        // plane's value at the brick's lowest node, voxels
   std::array<std::int16_t, 3> slopes{};  // of the plane along x, y, z, in units of kSlope
   std::uint8_t bits : 4 = 0;             // of a step
-  std::uint8_t over_of_lists : 4 = 0;    // as Over(), of the cells with lists, in kListsOverStep
+  std::uint8_t over_of_lists : 4 = 0;    // OverOfLists()
   std::uint8_t flags = 0;
   std::uint32_t steps = 0;  // place of the first step, bytes from the pool's begin
 

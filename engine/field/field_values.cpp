@@ -102,8 +102,8 @@ HWY_INLINE void Interpolate(const FieldView& field, std::size_t at, FieldLanes& 
                             hn::IfThenElse(hn::RebindMask(f, beyond), bound, told), far),
              f, &lanes.value[at]);
   near = hn::AndNot(beyond, near);
-  const Floats of_lists = hn::Mul(hn::Set(f, FieldBrick::kListsOverStep),
-                                  hn::ConvertTo(f, hn::LoadU(i, &lanes.over_of_lists[at])));
+  const Floats root = hn::ConvertTo(f, hn::LoadU(i, &lanes.over_of_lists[at]));
+  const Floats of_lists = hn::Mul(hn::Set(f, FieldBrick::kListsOverUnit), hn::Mul(root, root));
   hn::StoreU(hn::IfThenElse(hn::RebindMask(f, listed), of_lists,
                             hn::IfThenElseZero(hn::RebindMask(f, near), of_brick)),
              f, &lanes.over[at]);

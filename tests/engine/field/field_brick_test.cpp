@@ -57,5 +57,15 @@ TEST(FieldBrick, KeepsAnEdgeInStepsOfMoreBits) {
   EXPECT_LE(WorstOf(packed, values), 0.5F * FieldBrick::kStep + 1e-6F);
 }
 
+TEST(FieldBrick, TellsOfCellsWithListsNoLessThanItWasToldAndOfLittleNotMuchMore) {
+  for (int k = 0; k <= 2000; ++k) {
+    const float over = 1e-3F * static_cast<float>(k);
+    FieldBrick brick;
+    brick.SetOverOfLists(over);
+    EXPECT_GE(brick.OverOfLists(), over);
+    EXPECT_LE(std::sqrt(brick.OverOfLists()), std::sqrt(over) + 0.095F);
+  }
+}
+
 }  // namespace
 }  // namespace tandem
