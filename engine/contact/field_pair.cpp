@@ -19,8 +19,6 @@ constexpr double kFullDampingDepth = 0.5;
 constexpr double kFullShareDepth = 0.25;
 /// As many contacts in full are as stiff as they can be together.
 constexpr double kStiffest = 100;
-/// Voxels of depth that rounding may leave.
-constexpr double kNoDepth = 1e-6;
 /// Voxels: force never begins nearer than this to the surface because a fit is tight.
 constexpr double kLeastReach = 0.02;
 /// Voxels: how deep in the other's surface a shift and a displacement may let force begin.
@@ -29,8 +27,13 @@ constexpr double kDeepestReach = -1.0;
 constexpr double kSheetFade = 0.2;
 constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
 
-/// Voxels a frame at which force begins farther off again as a fit becomes wider.
+/// How much of what opposite sides have in common force begins nearer in the next frame. Much more
+/// at once, and what bears a load in a tight fit would bear nothing for a frame.
+constexpr double kReachCut = 0.25;
+/// Voxels a frame at which force begins farther off again where they have nothing in common, and
+/// voxels in common at which it does not any more.
 constexpr double kReachPace = 0.01;
+constexpr double kNoRoom = 0.004;
 /// Directions all round, one of each two that are opposite: none is farther than 28 degrees from
 /// one of them.
 constexpr double kEdgeWay = 0.70710678118654752;
@@ -114,7 +117,7 @@ PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& ma
   of_shell_.Test(places.shell_in_map, motion, reach_);
   of_map_.Test(places.map_in_shell, motion, reach_);
   FindContacts(places);
-  LetGo();
+  FitReach();
   AddForces(places, on_shell, on_map);
   CountLoad();
   PairReport report;
@@ -250,7 +253,7 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
   }
 }
 
-void FieldPair::LetGo() noexcept {
+void FieldPair::FitReach() noexcept {
   // by direction: the deepest contact that pushes that way, as far as it does
   std::array<double, kDirections> forth{};
   std::array<double, kDirections> back{};
@@ -271,17 +274,10 @@ void FieldPair::LetGo() noexcept {
   for (std::size_t i = 0; i < kDirections; ++i) {
     common = std::max(common, std::min(forth[i], back[i]));
   }
+  const double overlap = common / s_;
+  const double wider = kReachPace * std::max(0.0, 1.0 - overlap / kNoRoom);
   const double least_reach = std::min(kLeastReach, full_reach_);
-  common = std::min(common, s_ * (reach_ - least_reach));
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < contact_count_; ++i) {
-    const double depth = contacts_[i].depth - common;
-    if (depth <= kNoDepth * s_) continue;
-    contacts_[kept] = contacts_[i];
-    contacts_[kept++].depth = depth;
-  }
-  contact_count_ = kept;
-  reach_ = std::min(full_reach_, std::max(least_reach, reach_ - common / s_) + kReachPace);
+  reach_ = std::clamp(reach_ - kReachCut * overlap + wider, least_reach, full_reach_);
 }
 
 void FieldPair::AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept {
@@ -311,9 +307,11 @@ void FieldPair::SetClearance(const Clearance& clearance) noexcept {
   const double wanted = kRefinedClearance + clearance.layers -
                         DefaultForceLayer(ContactModel::kRefined) - clearance.displacement / s_ -
                         inward_shift_;
-  full_reach_ =
-      std::clamp(wanted, kDeepestReach, std::min(shell_->field.range(), map_->field.range()));
-  reach_ = std::min(reach_, full_reach_);
+  const double before = std::exchange(
+      full_reach_,
+      std::clamp(wanted, kDeepestReach, std::min(shell_->field.range(), map_->field.range())));
+  // a fit that is tight stays so, and a wider clearance is there at once
+  reach_ = std::min(full_reach_, reach_ + std::max(0.0, full_reach_ - before));
 }
 
 ClearanceBounds FieldPair::clearance_bounds() const noexcept {

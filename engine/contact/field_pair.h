@@ -85,9 +85,9 @@ class FieldPair final : public BodyPair {
   void MeetEdges(const Pose& shell_in_map) noexcept;
   /// Keeps a contact, if it has depth. Lengths in voxels.
   void Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept;
-  /// Takes from all contacts the depth that those on opposite sides have in common, and lets force
-  /// begin so much nearer from now on.
-  void LetGo() noexcept;
+  /// Lets force begin nearer in the next frame where contacts push from opposite sides, and slowly
+  /// farther off again where they do not.
+  void FitReach() noexcept;
   /// What the contacts come to: stiff in proportion to how much of them there is, up to a point.
   void AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept;
   void CountLoad() noexcept;

@@ -263,6 +263,22 @@ void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& ne
   }
 }
 
+/// Makes one of an interpolated push and the first one of a list, which fade into one another: what
+/// they push together. Between an edge's faces the interpolated way alone may be far off. The next
+/// of the list follow.
+FieldPush* Merge(double reach, FieldPush* interpolated, FieldPush* next) {
+  FieldPush& first = interpolated[0];
+  const FieldPush& listed = interpolated[1];
+  const Vec3 depth = first.share * (reach - first.distance) * first.away_V +
+                     listed.share * (reach - listed.distance) * listed.away_V;
+  const double length = depth.norm();
+  if (listed.sheet || length < kNothing) return next;
+  const double share = first.share + listed.share;
+  first = {reach - length / share, depth / length, share, false,
+           (first.share * first.facing + listed.share * listed.facing) / share};
+  return std::move(interpolated + 2, next, interpolated + 1);
+}
+
 }  // namespace
 
 void DistanceField::Pushes(std::span<const Vec3> places_V, double reach,
@@ -286,12 +302,19 @@ void DistanceField::Pushes(std::span<const Vec3> places_V, double reach,
         const FieldLanes& lanes = places.lanes();
         value = AtLeast(value, OverAt({lanes.CellOf(k), {lanes.x[k], lanes.y[k], lanes.z[k]}}));
       }
+      FieldPush* interpolated = nullptr;
       if (share < 1 && value < reach) {
         const Vec3 gradient = places.gradient(k);
         const double length = gradient.norm();
-        if (length > 0) *next++ = {value, gradient / length, 1.0 - share, false, 1};
+        if (length > 0) {
+          interpolated = next;
+          *next++ = {value, gradient / length, 1.0 - share, false, 1};
+        }
       }
       if (share > 0) AddPushes(*near, share, reach, next, end);
+      if (interpolated != nullptr && next - interpolated > 1) {
+        next = Merge(reach, interpolated, next);
+      }
     }
     pushes.first[k + 1] = static_cast<std::uint16_t>(next - pushes.all.data());
   });

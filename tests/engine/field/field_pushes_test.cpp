@@ -12,6 +12,7 @@
 #include <hwy/targets.h>
 
 #include "engine/field/field_builder.h"
+#include "engine/geometry/closest_on_triangle.h"
 #include "tests/engine/field/brute_distance.h"
 #include "tests/support/shapes.h"
 
@@ -111,6 +112,48 @@ TEST(FieldPushes, OverARimOneOfItsFacesFacesThePlace) {
       EXPECT_GT(push.facing, 0.999);
       EXPECT_GT(push.away_V.dot(q * Vec3::UnitZ()), 0.999);
     }
+  }
+}
+
+/// The way from the surface's nearest point to a place, unit, by all triangles.
+Vec3 WayOff(const TriangleMesh& mesh, const Vec3& p) {
+  Vec3 nearest = mesh.corner(0, 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 point =
+        ClosestOnTriangle(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), p).point;
+    if ((point - p).squaredNorm() < (nearest - p).squaredNorm()) nearest = point;
+  }
+  return (p - nearest).normalized();
+}
+
+// Along nodes of the field the value of a cell is right on both sides of an edge, but an
+// interpolated way off is not: there the faces must tell it.
+TEST(FieldPushes, ComeOffTheNearestPlaceToTenDegreesWhereverEdgesLie) {
+  // its corners are nodes of the field, and its sides turn by 39 and 51 degrees
+  const std::vector<std::array<double, 2>> polygon{{10.5, -4.5}, {10.5, 4.5},  {6.5, 9.5},
+                                                   {-6.5, 9.5},  {-10.5, 4.5}, {-10.5, -4.5},
+                                                   {-6.5, -9.5}, {6.5, -9.5}};
+  std::mt19937_64 random(8);
+  for (int body = 0; body < 30; ++body) {
+    // corners as far from a node as chance has it, or nearly upon it
+    const double most = body % 2 == 0 ? 0.06 : 0.5;
+    const Vec3 aside(Uniform(random, -most, most), Uniform(random, -most, most),
+                     Uniform(random, -most, most));
+    const TriangleMesh mesh =
+        Transformed(testing::Raised(polygon, 13, kVoxelSize),
+                    {Quat::Identity(), kVoxelSize * (aside - Vec3(0, 0, 6.5))});
+    const DistanceField field = BuiltField(mesh);
+    int judged = 0;
+    for (int i = 0; i < 4000; ++i) {
+      const Vec3 place(Uniform(random, -12, 12), Uniform(random, -12, 12), Uniform(random, 5, 8));
+      for (const FieldPush& push : PushesAt(field, InVoxels(field, kVoxelSize * place))) {
+        if (push.distance < 0.01 || push.share < 1e-3) continue;
+        ++judged;
+        EXPECT_GT(push.away_V.dot(WayOff(mesh, kVoxelSize * place)), std::cos(10 / 57.2958))
+            << "body " << body << " at " << place.transpose() << ", " << push.distance << " off";
+      }
+    }
+    EXPECT_GT(judged, 100);
   }
 }
 
