@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace tandem {
@@ -70,6 +71,7 @@ class DueCalendar {
     if (next_[item] != kNone) before_[next_[item]] = item;
     ring.heads[bucket] = item;
     ++ring.counts[bucket];
+    ++ring.items;
     ring.filled[bucket / 64] |= std::uint64_t{1} << bucket % 64;
   }
   void Remove(std::uint32_t item) noexcept {
@@ -83,6 +85,7 @@ class DueCalendar {
     }
     if (next_[item] != kNone) before_[next_[item]] = before_[item];
     slot_[item] = kOut;
+    --ring.items;
     if (--ring.counts[bucket] == 0) ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
   }
 
@@ -111,6 +114,7 @@ class DueCalendar {
   std::uint32_t DueWithin(std::size_t ahead) const noexcept {
     std::uint32_t sum = 0;
     for (const Ring& ring : rings_) {
+      if (ring.items == 0) continue;
       for (std::size_t k = FirstFilled(ring); k <= std::min(ahead, kBuckets - 1); ++k) {
         sum += ring.counts[(ring.now + k) % kBuckets];
       }
@@ -122,8 +126,8 @@ class DueCalendar {
     double least = kFarthest;
     for (std::size_t r = 0; r < kRings.size(); ++r) {
       const Ring& ring = rings_[r];
+      if (ring.items == 0) continue;
       const std::size_t ahead = FirstFilled(ring);
-      if (ahead == kBuckets) continue;
       const double way = static_cast<double>(ring.now + ahead) / kPerVoxel - ring.odometer;
       least = std::min(least, std::max(0.0, way) / Farther(r));
     }
@@ -137,6 +141,7 @@ class DueCalendar {
   struct Ring {
     double odometer = 0;    // voxels
     std::uint64_t now = 0;  // its bucket
+    std::uint32_t items = 0;
     std::array<std::uint32_t, kBuckets> heads;
     std::array<std::uint32_t, kBuckets> counts;
     std::array<std::uint64_t, kBuckets / 64> filled;  // a bit for each bucket with items
@@ -147,7 +152,7 @@ class DueCalendar {
   static constexpr std::uint64_t BucketAt(double voxels) noexcept {
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(voxels * kPerVoxel));
   }
-  /// How many buckets ahead the first one with items is; kBuckets: there is none.
+  /// How many buckets ahead the first one with items is; kBuckets: of a ring without items.
   static std::size_t FirstFilled(const Ring& ring) noexcept {
     const std::size_t first = ring.now % kBuckets;
     constexpr std::size_t kWords = kBuckets / 64;
@@ -177,15 +182,14 @@ class DueCalendar {
     ring.now = BucketAt(ring.odometer);
     const bool all = !std::isfinite(voxels) || ring.now - first >= kBuckets;
     const std::uint64_t last = all ? first + kBuckets - 1 : ring.now;
-    for (std::uint64_t at = first; at <= last; ++at) {
-      Empty(ring, at % kBuckets, visit);
-    }
+    if (ring.items == 0) return;
+    for (std::uint64_t at = first; at <= last; ++at) Empty(ring, at % kBuckets, visit);
   }
   template <class Visit>
   void Empty(Ring& ring, std::size_t bucket, const Visit& visit) noexcept {
     std::uint32_t item = ring.heads[bucket];
     ring.heads[bucket] = kNone;
-    ring.counts[bucket] = 0;
+    ring.items -= std::exchange(ring.counts[bucket], 0);
     ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
     while (item != kNone) {
       const std::uint32_t next = next_[item];

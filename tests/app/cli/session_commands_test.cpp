@@ -7,6 +7,7 @@
 
 #include "app/cli/child_processes.h"
 #include "app/exit_codes.h"
+#include "tests/app/cli/peer_program.h"
 #include "tests/app/cli/program_run.h"
 
 // The commands of a session as a person uses them: keys, relay, watch, doctor.
@@ -176,12 +177,12 @@ TEST(Watch, SaysInALineWhatKeepsItOut) {
 TEST(Watch, OfASessionThatNobodyIsInItSaysWhatMayBeWrongAndNotThatItIsPlain) {
   const std::string there = RandomName();
   const std::string wrong = RandomName();
-  std::istringstream stream("peer --interface lo --capacity 20000 --hold peg --scene " TANDEM_SCENES
-                            "/peg_in_slot.json --session " +
-                            there);
-  std::vector<std::string> command{TANDEM_PROGRAM};
-  command.insert(command.end(), std::istream_iterator<std::string>(stream), {});
-  ChildProcess peer = *ChildProcess::Start(command);
+  const TemporaryFolder folder;
+  Running peer("--interface lo --capacity 20000 --hold peg --scene " TANDEM_SCENES
+               "/peg_in_slot.json --session " +
+                   there,
+               folder.path() / "said");
+  ASSERT_TRUE(peer.WaitFor("is in session", 60)) << peer.said();
   const Said said = RunTandem("watch --interface lo --seconds 5 --session " + wrong);
   EXPECT_EQ(said.exit_code, 0);
   EXPECT_THAT(said.err, HasSubstr("nobody heard in session " + wrong));
@@ -192,8 +193,7 @@ TEST(Watch, OfASessionThatNobodyIsInItSaysWhatMayBeWrongAndNotThatItIsPlain) {
   EXPECT_THAT(right.err, AllOf(HasSubstr("session " + there + " is plain"),
                                HasSubstr("this machine has it: " TANDEM_SCENES "/peg_in_slot.json"),
                                Not(HasSubstr("nobody heard"))));
-  peer.Signal(SIGTERM);
-  EXPECT_EQ(peer.Wait(std::chrono::seconds(10)), 0);
+  EXPECT_EQ(peer.End(), 0);
 }
 
 TEST_F(SecuredSession, LooksToWhoHasNoKeysLikeASecuredOneNotLikeAPlainOne) {
