@@ -103,6 +103,7 @@ class DueCalendar {
   void TakeWithin(double ahead, const Visit& visit) noexcept {
     for (std::size_t r = 0; r < kRings.size(); ++r) {
       Ring& ring = rings_[r];
+      if (ring.items == 0) continue;
       // half the calendar at the most: what is put in again is not taken at once
       const double most = std::min(ahead * Farther(r), 0.5 * kFarthest);
       const std::uint64_t last = BucketAt(ring.odometer + most);
@@ -188,6 +189,7 @@ class DueCalendar {
   template <class Visit>
   void Empty(Ring& ring, std::size_t bucket, const Visit& visit) noexcept {
     std::uint32_t item = ring.heads[bucket];
+    if (item == kNone) return;
     ring.heads[bucket] = kNone;
     ring.items -= std::exchange(ring.counts[bucket], 0);
     ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
