@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "app/cli/bench_fidelity.h"
 #include "app/cli/factory_scene.h"
@@ -40,16 +42,17 @@ std::shared_ptr<const WorldModel> BoxOverSheet(bool open, double mass) {
   return *made;
 }
 
-/// Draws a body's attitude, and a way that leads through the sheet: a hand's goal goes 40 mm along
-/// it and waits there. How deep the body's frame comes beyond the sheet, m.
+/// Draws a body's attitude, and a way that leads through the sheet: a hand's goal goes 80 mm along
+/// it and waits there. Returns how far the body's middle comes beyond the sheet, m.
 double DeepestBeyond(const std::shared_ptr<const WorldModel>& model, std::mt19937_64& random) {
   constexpr int kFrames = 300;
-  constexpr double kWay = 0.04;  // m
+  constexpr double kWay = 0.08;  // m
   const Quat q = DrawnRotation(random);
   const Vec3 from(0, 0, Uniform(random, 0.014, 0.018));
   Vec3 way = DrawnRotation(random) * Vec3::UnitZ();
   way.z() = -std::abs(way.z()) - 0.3;
   way.normalize();
+  TANDEM_CHECK((from + kWay * way).z() < 0);
   World world(model);
   world.Place(0, {q, from});
   StepInputs inputs = HandInputs(*model);

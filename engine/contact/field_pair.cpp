@@ -310,7 +310,7 @@ void FieldPair::SetClearance(const Clearance& clearance) noexcept {
   const double before = std::exchange(
       full_reach_,
       std::clamp(wanted, kDeepestReach, std::min(shell_->field.range(), map_->field.range())));
-  // a fit that is tight stays so, and a wider clearance is there at once
+  // a wider clearance is there at once; in a tight fit both sides then push until it is found again
   reach_ = std::min(full_reach_, reach_ + std::max(0.0, full_reach_ - before));
 }
 

@@ -241,6 +241,7 @@ void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& ne
                const FieldPush* end) {
   if (near.Inside()) {
     const NearbyFace& face = near.all()[0];
+    if (-face.distance >= reach) return;  // force may begin in the solid
     // on the face itself its normal tells, which points out already
     const Vec3 away = face.distance > kTouching ? Vec3(-face.away) : face.away;
     *next++ = {-face.distance, away, share, false, 1};

@@ -223,6 +223,8 @@ TEST(BenchCommand, FidelitySaysWhetherHandsFeelRestAndTheClearanceThatTheyAskFor
                        "/sheets/nearest_voxels", "/dropped_frames", "/frames_over_1ms"});
   EXPECT_EQ(told["sheets"]["tries"], 6);
   EXPECT_EQ(told["sheets"]["crossings"], 0);
+  // boxes begin at 28 voxels, and come to lie on the sheet
+  EXPECT_LT(told["sheets"]["nearest_voxels"], 24);
   EXPECT_EQ(told["holds"]["count"], 2);
   EXPECT_EQ(told["frames_over_1ms"], told["holds"]["frames_over_1ms"]);
   EXPECT_TRUE(told["plain"]["holds"].is_null());

@@ -157,6 +157,28 @@ TEST(FieldPushes, ComeOffTheNearestPlaceToTenDegreesWhereverEdgesLie) {
   }
 }
 
+// Where points are shifted inwards force begins in the solid, and what is less deep is not pushed:
+// least of all farther in.
+TEST(FieldPushes, NoneIsLessDeepThanAReachInTheSolidOrLeadsFartherIn) {
+  constexpr double kInside = -0.5;  // voxels
+  std::mt19937_64 random(9);
+  const TriangleMesh mesh = Box(kVoxelSize * Vec3(20.3, 16.7, 12.2));
+  const DistanceField field = BuiltField(mesh);
+  int pushed = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const Vec3 place(Uniform(random, -9.5, -7), Uniform(random, -8, -6), Uniform(random, 4, 5.8));
+    const Vec3 place_V = InVoxels(field, kVoxelSize * place);
+    FieldPushes pushes;
+    field.Pushes({&place_V, 1}, kInside, pushes);
+    for (const FieldPush& push : pushes.Of(0)) {
+      ++pushed;
+      ASSERT_LT(push.distance, kInside) << place.transpose();
+      ASSERT_LT(push.away_V.dot(WayOff(mesh, kVoxelSize * place)), 0) << place.transpose();
+    }
+  }
+  EXPECT_GT(pushed, 1000);
+}
+
 TEST(FieldPushes, InANotchEachFacePushes) {
   const DistanceField field = BuiltField(Notch());
   for (const auto& [from_wall, from_floor] :
