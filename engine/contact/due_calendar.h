@@ -90,7 +90,7 @@ class DueCalendar {
   }
 
   /// Goes on by a motion, and by so many voxels more for all, and takes out what is due:
-  /// visit(item).
+  /// visit(item), which neither puts items in nor removes any.
   template <class Visit>
   void Advance(const PairMotion& motion, double more, const Visit& visit) noexcept {
     for (std::size_t r = 0; r < kRings.size(); ++r) {
@@ -98,16 +98,15 @@ class DueCalendar {
     }
   }
 
-  /// Takes out what is due before the body's edge has come so many voxels: visit(item).
+  /// Takes out what is due before the body's edge has come so many voxels: visit(item), as
+  /// above.
   template <class Visit>
   void TakeWithin(double ahead, const Visit& visit) noexcept {
     for (std::size_t r = 0; r < kRings.size(); ++r) {
       Ring& ring = rings_[r];
-      if (ring.items == 0) continue;
       // half the calendar at the most: what is put in again is not taken at once
       const double most = std::min(ahead * Farther(r), 0.5 * kFarthest);
-      const std::uint64_t last = BucketAt(ring.odometer + most);
-      for (std::uint64_t at = ring.now; at <= last; ++at) Empty(ring, at % kBuckets, visit);
+      Empty(ring, ring.now, BucketAt(ring.odometer + most), visit);
     }
   }
 
@@ -115,7 +114,6 @@ class DueCalendar {
   std::uint32_t DueWithin(std::size_t ahead) const noexcept {
     std::uint32_t sum = 0;
     for (const Ring& ring : rings_) {
-      if (ring.items == 0) continue;
       for (std::size_t k = FirstFilled(ring); k <= std::min(ahead, kBuckets - 1); ++k) {
         sum += ring.counts[(ring.now + k) % kBuckets];
       }
@@ -127,8 +125,8 @@ class DueCalendar {
     double least = kFarthest;
     for (std::size_t r = 0; r < kRings.size(); ++r) {
       const Ring& ring = rings_[r];
-      if (ring.items == 0) continue;
       const std::size_t ahead = FirstFilled(ring);
+      if (ahead == kBuckets) continue;
       const double way = static_cast<double>(ring.now + ahead) / kPerVoxel - ring.odometer;
       least = std::min(least, std::max(0.0, way) / Farther(r));
     }
@@ -153,8 +151,9 @@ class DueCalendar {
   static constexpr std::uint64_t BucketAt(double voxels) noexcept {
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(voxels * kPerVoxel));
   }
-  /// How many buckets ahead the first one with items is; kBuckets: of a ring without items.
+  /// How many buckets ahead the first one with items is; kBuckets: there is none.
   static std::size_t FirstFilled(const Ring& ring) noexcept {
+    if (ring.items == 0) return kBuckets;
     const std::size_t first = ring.now % kBuckets;
     constexpr std::size_t kWords = kBuckets / 64;
     // the word of now is looked at twice, its bits before now at the end
@@ -183,6 +182,11 @@ class DueCalendar {
     ring.now = BucketAt(ring.odometer);
     const bool all = !std::isfinite(voxels) || ring.now - first >= kBuckets;
     const std::uint64_t last = all ? first + kBuckets - 1 : ring.now;
+    Empty(ring, first, last, visit);
+  }
+  /// Takes out what is in the buckets [first, last], numbers of BucketAt().
+  template <class Visit>
+  void Empty(Ring& ring, std::uint64_t first, std::uint64_t last, const Visit& visit) noexcept {
     if (ring.items == 0) return;
     for (std::uint64_t at = first; at <= last; ++at) Empty(ring, at % kBuckets, visit);
   }
