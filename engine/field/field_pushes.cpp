@@ -264,19 +264,24 @@ void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& ne
   }
 }
 
-/// Makes one of an interpolated push and the first one of a list, which fade into one another: what
-/// they push together. Between an edge's faces the interpolated way alone may be far off. The next
-/// of the list follow.
+/// Replaces an interpolated push and the first one of a list, which fade into one another, by their
+/// sum: between an edge's faces the interpolated way alone may be far off. As the depth of one
+/// vanishes, the sum becomes the other. The list's other pushes move up by one. A sheet's push
+/// stays by itself, for whoever is pushed may turn it round. Gives the new end.
 FieldPush* Merge(double reach, FieldPush* interpolated, FieldPush* next) {
   FieldPush& first = interpolated[0];
   const FieldPush& listed = interpolated[1];
-  const Vec3 depth = first.share * (reach - first.distance) * first.away_V +
-                     listed.share * (reach - listed.distance) * listed.away_V;
-  const double length = depth.norm();
-  if (listed.sheet || length < kNothing) return next;
-  const double share = first.share + listed.share;
-  first = {reach - length / share, depth / length, share, false,
-           (first.share * first.facing + listed.share * listed.facing) / share};
+  const double of_first = first.share * (reach - first.distance);
+  const double of_listed = listed.share * (reach - listed.distance);
+  const Vec3 sum = of_first * first.away_V + of_listed * listed.away_V;
+  const double length = sum.norm();
+  if (listed.sheet || !(length > 0)) return next;
+  const auto mean = [&](double one, double other) {
+    return (of_first * one + of_listed * other) / (of_first + of_listed);
+  };
+  const double distance = mean(first.distance, listed.distance);
+  first = {distance, sum / length, length / (reach - distance), false,
+           mean(first.facing, listed.facing)};
   return std::move(interpolated + 2, next, interpolated + 1);
 }
 

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include "engine/contact/tangent_plane.h"
 #include "engine/field/field_builder.h"
 #include "engine/geometry/closest_on_triangle.h"
 #include "tests/engine/field/brute_distance.h"
@@ -50,6 +51,16 @@ Vec3 SumOf(std::span<const FieldPush> pushes) {
   Vec3 sum = Vec3::Zero();
   for (const FieldPush& push : pushes) {
     sum += (kReach - push.distance) * push.share * push.away_V;
+  }
+  return sum;
+}
+
+/// The force that they come to, where contact is as stiff as a voxel is deep.
+Vec3 ForceOf(std::span<const FieldPush> pushes) {
+  constexpr double kSoft = 0.1;  // voxels over which stiffness grows
+  Vec3 sum = Vec3::Zero();
+  for (const FieldPush& push : pushes) {
+    sum += ContactForce(push.share, kReach - push.distance, 1.0, kSoft) * push.away_V;
   }
   return sum;
 }
@@ -126,8 +137,8 @@ Vec3 WayOff(const TriangleMesh& mesh, const Vec3& p) {
   return (p - nearest).normalized();
 }
 
-// Along nodes of the field the value of a cell is right on both sides of an edge, but an
-// interpolated way off is not: there the faces must tell it.
+// Around cells that faces tell, where these give way to interpolation, an interpolated way off may
+// be far from any that an edge has.
 TEST(FieldPushes, ComeOffTheNearestPlaceToTenDegreesWhereverEdgesLie) {
   // its corners are nodes of the field, and its sides turn by 39 and 51 degrees
   const std::vector<std::array<double, 2>> polygon{{10.5, -4.5}, {10.5, 4.5},  {6.5, 9.5},
@@ -212,7 +223,7 @@ TEST(FieldPushes, DoNotJumpAsAPlaceSlides) {
         }
         field.Pushes(places, kReach, pushes);
         for (std::size_t k = 0; k < places.size(); ++k) {
-          const Vec3 sum = SumOf(pushes.Of(k));
+          const Vec3 sum = ForceOf(pushes.Of(k));
           const bool now = field.At(places[k]).value > 0.02;
           if (outside && now) largest = std::max(largest, (sum - last).norm());
           outside = now;
