@@ -188,7 +188,7 @@ ordered_json Holds(ContactModel contact, const FidelityArguments& arguments, Tog
               holds.frames);
 }
 
-/// What stays on its side because force is exact, and steps are bounded.
+/// Plain contact holds no body on its side of a sheet that is thinner than a voxel.
 ordered_json Sheets(ContactModel contact, const FidelityArguments& arguments) {
   if (contact == ContactModel::kPlain || !arguments.Asks("sheets")) return nullptr;
   const SheetFigures sheets = MeasureSheets(arguments.sheet_tries);

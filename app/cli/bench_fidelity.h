@@ -145,7 +145,7 @@ HoldFigures MeasureHolds(int count);
 struct SheetFigures {
   int tries = 0;
   int crossings = 0;            // tries in which the body's middle came beyond the sheet
-  double nearest_voxels = 1e9;  // from the body's middle to the sheet, in any frame
+  double nearest_voxels = 1e9;  // of the body's middle over the sheet
 };
 /// Boxes of three masses whose hand's goal goes at 5 m/s through a closed sheet of 0.3 voxel, or an
 /// open one, and waits beyond it, from `tries` attitudes and along as many ways. Refined contact.

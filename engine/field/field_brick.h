@@ -50,8 +50,8 @@ struct FieldBrick {
                                       static_cast<unsigned>(count) << kOverShift);
   }
 
-  /// The same of the cells with lists: so many voxels times the square of `over_of_lists`. Mostly it
-  /// is next to nothing, and is read before a list is looked for, so small ones are told finely.
+  /// The same of the cells with lists: `over_of_lists` squared, times kListsOverUnit voxels. Most
+  /// are near zero, and small steps spare look-ups of lists.
   static constexpr float kListsOverUnit = 2.0F / 225;
   float OverOfLists() const noexcept {
     return kListsOverUnit * static_cast<float>(over_of_lists * over_of_lists);

@@ -29,7 +29,7 @@ class OwnPeer {
 
   /// Goes on with the control thread's work, on the caller's thread, until `done` or for `seconds`.
   void Run(double seconds, const std::function<bool()>& done);
-  /// So many frames, at most one a millisecond: haptic, then sender, every 200th the control
+  /// So many frames, at most one a millisecond: haptic, then sender, every 20th the control
   /// thread's.
   void StepFrames(int count);
   /// Steps until what is held is coupled to another's: each has heard the other, and been heard by

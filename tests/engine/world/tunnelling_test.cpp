@@ -74,7 +74,8 @@ TEST_P(NoTunnelling, ABodyThrownAtAThinPlateStaysOnItsSide) {
 INSTANTIATE_TEST_SUITE_P(Voxels, NoTunnelling, ::testing::Values(1.0, 3.0));
 
 // A hand's goal goes through a thin plate, or a sheet without thickness, at 5 m/s and waits beyond
-// it; the body, turned at random, stays on its side. Decision 0041 has more of these tries.
+// it; the body, turned at random, stays on its side. More tries:
+// `tandem bench fidelity --only sheets`.
 TEST(Sheets, AGoalAtFiveMetresASecondTakesNoBodyThroughASheet) {
   kHapticThread.Enter();
   constexpr double kThin = 0.3 * kVoxel;
