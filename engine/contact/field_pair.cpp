@@ -27,13 +27,13 @@ constexpr double kDeepestReach = -1.0;
 constexpr double kSheetFade = 0.2;
 constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
 
-/// How much of what opposite sides have in common force begins nearer in the next frame. Much more
-/// at once, and what bears a load in a tight fit would bear nothing for a frame.
+/// Share of the overlap of opposite sides by which the reach shrinks in a frame. If it were much
+/// larger, contacts that bear a load in a tight fit would lose it for a frame.
 constexpr double kReachCut = 0.25;
-/// Voxels a frame at which force begins farther off again where they have nothing in common, and
-/// voxels in common at which it does not any more.
+/// Voxels by which the reach grows in a frame without overlap.
 constexpr double kReachPace = 0.01;
-constexpr double kNoRoom = 0.004;
+/// Voxels of overlap from which on the reach does not grow.
+constexpr double kNoRoom = 0.005;
 /// Directions all round, one of each two that are opposite: none is farther than 28 degrees from
 /// one of them.
 constexpr double kEdgeWay = 0.70710678118654752;
@@ -275,7 +275,9 @@ void FieldPair::FitReach() noexcept {
     common = std::max(common, std::min(forth[i], back[i]));
   }
   const double overlap = common / s_;
-  const double wider = kReachPace * std::max(0.0, 1.0 - overlap / kNoRoom);
+  // squared, it changes little where both balance: otherwise the overlap would never settle
+  const double room = std::max(0.0, 1.0 - overlap / kNoRoom);
+  const double wider = kReachPace * room * room;
   const double least_reach = std::min(kLeastReach, full_reach_);
   reach_ = std::clamp(reach_ - kReachCut * overlap + wider, least_reach, full_reach_);
 }
