@@ -312,8 +312,8 @@ void FieldPair::SetClearance(const Clearance& clearance) noexcept {
   const double before = std::exchange(
       full_reach_,
       std::clamp(wanted, kDeepestReach, std::min(shell_->field.range(), map_->field.range())));
-  // a wider clearance is there at once; in a tight fit both sides then push until it is found again
-  reach_ = std::min(full_reach_, reach_ + std::max(0.0, full_reach_ - before));
+  // a wider clearance is there at once, but in a tight fit comes as fast as there is room
+  reach_ = reach_ < before ? std::min(reach_, full_reach_) : full_reach_;
 }
 
 ClearanceBounds FieldPair::clearance_bounds() const noexcept {

@@ -219,5 +219,19 @@ TEST(FieldPair, InATightFitALoadIsBorneInEveryFrame) {
   EXPECT_LT(*most - *least, 0.01 * *most);
 }
 
+TEST(FieldPair, InATightFitAWiderClearancePressesNobodyFromBothSides) {
+  Refined met = InSlot(0.3);
+  for (int frame = 0; frame < 100; ++frame) {
+    // from half of the frames on as fast as a hand may ask for it
+    const double wider = 0.1 * std::clamp(frame - 49, 0, 8);
+    met.pair.SetClearance({1.0, -wider * kS});
+    met.ForceAt({Quat::Identity(), Vec3::Zero()});
+    if (frame < 40) continue;
+    for (const Contact& contact : met.pair.contacts()) {
+      EXPECT_LT(contact.depth, 0.01 * kS) << "frame " << frame;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tandem
