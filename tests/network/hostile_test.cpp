@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <functional>
 #include <limits>
@@ -41,6 +43,8 @@ class HostileWriters {
   HostileWriters(const HostileWriters&) = delete;
   HostileWriters& operator=(const HostileWriters&) = delete;
 
+  /// Whether each writer has a reader in another's participant.
+  bool AreHeard() const { return IsHeard(states_) && IsHeard(linked_) && IsHeard(twofold_); }
   /// Of one alone, and of one with links beside it.
   void State(const std::function<void(tandem_ObjectState&)>& spoil) {
     const tandem_ObjectState alone = Spoilt(spoil);
@@ -73,6 +77,21 @@ class HostileWriters {
     const dds_entity_t made = dds_create_topic(participant_, &type, topic, nullptr, nullptr);
     return dds_create_writer(participant_, made, qos.get(), nullptr);
   }
+  bool IsHeard(dds_entity_t writer) const {
+    std::array<dds_instance_handle_t, 16> readers{};
+    const int count = dds_get_matched_subscriptions(writer, readers.data(), readers.size());
+    dds_instance_handle_t own = 0;
+    EXPECT_EQ(dds_get_instance_handle(participant_, &own), DDS_RETCODE_OK);
+    for (int k = 0; k < std::min<int>(count, readers.size()); ++k) {
+      dds_builtintopic_endpoint_t* reader =
+          dds_get_matched_subscription_data(writer, readers[static_cast<std::size_t>(k)]);
+      if (reader == nullptr) continue;
+      const bool foreign = reader->participant_instance_handle != own;
+      dds_builtintopic_free_endpoint(reader);
+      if (foreign) return true;
+    }
+    return false;
+  }
   tandem_ObjectState Spoilt(const std::function<void(tandem_ObjectState&)>& spoil) {
     tandem_ObjectState state{};
     state.peer = kHostile;
@@ -97,7 +116,8 @@ TEST(Hostile, SamplesThatNoSoundPeerSendsAreDroppedAndCountedByReason) {
     OwnPeer known(peers.session(), kHostile, OwnPeer::Stepped{});
     HostileWriters hostile;
     ASSERT_TRUE(known.StepUntilCoupled());
-    known.StepFrames(1000);  // the writers have met their readers
+    for (int tenth = 0; tenth < 600 && !hostile.AreHeard(); ++tenth) known.StepFrames(100);
+    ASSERT_TRUE(hostile.AreHeard());
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     for (int i = 0; i < 20; ++i) {
       hostile.State([](tandem_ObjectState& s) {
