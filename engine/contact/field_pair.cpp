@@ -23,8 +23,11 @@ constexpr double kStiffest = 100;
 constexpr double kLeastReach = 0.02;
 /// Voxels: how deep in the other's surface a shift and a displacement may let force begin.
 constexpr double kDeepestReach = -1.0;
-/// Cosine between a point's inward normal and the way off a sheet over which a push fades out.
-constexpr double kSheetFade = 0.2;
+/// Cosine between a point's inward normal and the way off a sheet, or a thin wall, from which on a
+/// push fades out. Beyond zero the point has come through.
+constexpr double kWallFade = 0.2;
+/// Voxels: what has come through a wall thinner than this is pushed back.
+constexpr double kThickest = 1.9;
 constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
 
 /// Share of the overlap of opposite sides by which the reach shrinks in a frame. If it were much
@@ -63,6 +66,32 @@ double ShareOnEdge(const FieldPush& push, const Vec3& tangent) {
   const double on_face =
       Fading(push.facing, 0.985, 0.940) * Fading(std::abs(push.away_V.dot(tangent)), 0.17, 0.34);
   return 1.0 - (1.0 - on_face) * Fading(push.distance, 0, -0.25);
+}
+
+/// How thick the solid is behind the place on its surface that pushes a point, voxels; nothing from
+/// kThickest on.
+std::optional<double> Thickness(const DistanceField& field, const Vec3& point_V,
+                                const FieldPush& push) {
+  constexpr double kStep = 0.25;      // voxels
+  constexpr double kTold = 0.05;      // voxels by which the other side is nearer
+  constexpr double kOpposite = -0.7;  // cosine between the sides' ways off
+  for (double depth = kStep; depth < kThickest; depth += kStep) {
+    const Vec3 place_V = point_V - (push.distance + depth) * push.away_V;
+    FieldGradient told;
+    field.WithGradients({&place_V, 1}, &told);
+    if (!told.reading.near || told.reading.value < kTold - depth) continue;
+    if (told.gradient.dot(push.away_V) > kOpposite * told.gradient.norm()) continue;
+    const double thickness = depth - told.reading.value;
+    return thickness < kThickest ? std::optional(thickness) : std::nullopt;
+  }
+  return {};
+}
+
+/// What pushes a point that has come through a wall back to where it came from.
+FieldPush Turned(FieldPush push, double thickness) {
+  push.distance = -(push.distance + thickness);
+  push.away_V = -push.away_V;
+  return push;
 }
 
 /// The shell's body as what turns: its own features, or what others have in its field.
@@ -191,15 +220,15 @@ void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
   }
   for (FieldPush push : pushes) {
     push.share *= point.weight;
-    if (point.tangent_V) push.share *= ShareOnEdge(push, *point.tangent_V);
-    if (push.sheet) {
-      const double facing = push.away_V.dot(point.inward_V);
-      push.share *= std::min(1.0, std::abs(facing) / kSheetFade);
-      if (facing < 0) {
-        push.distance = -push.distance;
-        push.away_V = -push.away_V;
+    const double facing = push.away_V.dot(point.inward_V);
+    if (facing < kWallFade) {
+      const std::optional<double> thickness = push.sheet ? 0.0 : Thickness(field, place_V, push);
+      if (thickness) {
+        push.share *= std::min(1.0, std::abs(facing) / kWallFade);
+        if (facing < 0) push = Turned(push, *thickness);
       }
     }
+    if (point.tangent_V) push.share *= ShareOnEdge(push, *point.tangent_V);
     const double depth = reach_ - push.distance;
     if (to_map) {
       Add(place_V, push.away_V, depth, push.share);

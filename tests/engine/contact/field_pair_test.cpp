@@ -203,6 +203,26 @@ TEST(FieldPair, InATightFitOppositeSidesHaveNextToNothingInCommon) {
   }
 }
 
+// Past its middle the far side of a thin wall is nearer, and pushed on what had come so far.
+TEST(FieldPair, ACornerInAThinWallIsPushedBackToWhereItCameFrom) {
+  std::mt19937_64 random(9);
+  const TriangleMesh body = Box(kS * Vec3(24, 18, 14));
+  for (int attitude = 0; attitude < 30; ++attitude) {
+    const double thick =
+        std::array{0.1, 0.3, 1.0}[static_cast<std::size_t>(attitude) % 3];  // voxels
+    Refined met(Box(kS * Vec3(60, 60, thick)), body, RandomRotation(random));
+    const Quat q = RandomRotation(random);
+    const double low = LowestAlong(body, q, Vec3::UnitZ());
+    double most = 0;
+    for (double gap = 0.44; gap > -thick - 0.3; gap -= 0.01) {  // voxels, over the near side
+      const Vec3 p(0, 0, kS * (0.5 * thick + gap) - low);
+      const double force = met.ForceAt({q, p}).z();
+      EXPECT_GT(force, 0.8 * most) << "attitude " << attitude << ", " << gap << " voxels";
+      most = std::max(most, force);
+    }
+  }
+}
+
 // Contacts that bear a load in a tight fit are hardly deeper than those on the far side. If they
 // lost their force for a frame, a light body would fall across its play.
 TEST(FieldPair, InATightFitALoadIsBorneInEveryFrame) {
