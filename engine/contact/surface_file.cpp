@@ -78,6 +78,28 @@ std::optional<Error> FaultOf(std::span<const std::byte> image, const std::string
   return std::nullopt;
 }
 
+/// A field and features of a whole image.
+struct SurfaceBlocks {
+  SurfaceFileHeader header;
+  DistanceField field;
+  BodyFeatures features;
+};
+Result<SurfaceBlocks> ReadBlocks(ImageBytes mapped, const std::string& name) {
+  const auto image = std::make_shared<const ImageBytes>(std::move(mapped));
+  const std::span<const std::byte> bytes(image->data(), image->size());
+  SurfaceFileHeader header;
+  if (std::optional<Error> fault = FaultOf(bytes, name, header)) return *fault;
+  const BlockPlaces places = PlacesOf(header);
+  std::optional<DistanceField> field =
+      FieldImage::Read({image, bytes.subspan(places.field, header.field_bytes)});
+  std::optional<BodyFeatures> features =
+      FeatureImage::Read({image, bytes.subspan(places.features, header.feature_bytes)});
+  if (!field || !features || field->voxel_size() != header.voxel_size) {
+    return Error{name + ": a damaged surface; voxelize its mesh again"};
+  }
+  return SurfaceBlocks{header, std::move(*field), std::move(*features)};
+}
+
 }  // namespace
 
 SurfaceKey KeyOf(const TriangleMesh& mesh_W, const SurfaceOptions& options) {
@@ -150,26 +172,23 @@ std::optional<Error> SaveSurface(const BodySurface& surface, const TriangleMesh&
 
 Result<BodySurface> MapSurface(const std::filesystem::path& file, const TriangleMesh& mesh_W,
                                const Pose& X_WB, const SurfaceOptions& options) {
-  const std::string name = file.string();
   Result<ImageBytes> mapped = ImageBytes::Map(file);
   if (!mapped) return mapped.error();
-  const auto image = std::make_shared<const ImageBytes>(std::move(*mapped));
-  const std::span<const std::byte> bytes(image->data(), image->size());
-  SurfaceFileHeader header;
-  if (std::optional<Error> fault = FaultOf(bytes, name, header)) return *fault;
-  if (SurfaceKey{header.mesh, header.settings} != KeyOf(mesh_W, options)) {
-    return Error{name +
+  Result<SurfaceBlocks> blocks = ReadBlocks(std::move(*mapped), file.string());
+  if (!blocks) return blocks.error();
+  if (SurfaceKey{blocks->header.mesh, blocks->header.settings} != KeyOf(mesh_W, options)) {
+    return Error{file.string() +
                  ": a surface of another mesh, or made with other options; voxelize this one"};
   }
-  const BlockPlaces places = PlacesOf(header);
-  std::optional<DistanceField> field =
-      FieldImage::Read({image, bytes.subspan(places.field, header.field_bytes)});
-  std::optional<BodyFeatures> features =
-      FeatureImage::Read({image, bytes.subspan(places.features, header.feature_bytes)});
-  if (!field || !features || field->voxel_size() != header.voxel_size) {
-    return Error{name + ": a damaged surface; voxelize its mesh again"};
-  }
-  return SurfaceInBody(std::move(*field), std::move(*features), mesh_W, X_WB);
+  return SurfaceInBody(std::move(blocks->field), std::move(blocks->features), mesh_W, X_WB);
+}
+
+std::optional<Error> SurfaceFault(const std::filesystem::path& file) {
+  Result<ImageBytes> mapped = ImageBytes::Map(file);
+  if (!mapped) return mapped.error();
+  const Result<SurfaceBlocks> blocks = ReadBlocks(std::move(*mapped), file.string());
+  if (!blocks) return blocks.error();
+  return std::nullopt;
 }
 
 }  // namespace tandem

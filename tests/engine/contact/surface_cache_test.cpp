@@ -1,0 +1,171 @@
+#include "engine/contact/surface_cache.h"
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/scratch_folder.h"
+#include "tests/support/shapes.h"
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Sphere;
+
+constexpr double kBallVoxel = 0.001;
+
+/// Asked to stop before it begins: whoever builds a surface so gets an error, whoever maps one gets
+/// it.
+SurfaceOptions OnlyMapped() {
+  std::stop_source stop;
+  stop.request_stop();
+  return {.voxel_size = kBallVoxel, .stop = stop.get_token()};
+}
+
+std::string TextOf(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void Overwrite(const fs::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+class SurfaceCacheTest : public ::testing::Test {
+ protected:
+  bool IsMapped(const TriangleMesh& mesh) const {
+    return cache_.SurfaceOf(mesh, Pose{}, OnlyMapped()).has_value();
+  }
+  void Make(const TriangleMesh& mesh) const {
+    ASSERT_TRUE(cache_.SurfaceOf(mesh, Pose{}, kOptions));
+  }
+
+  const SurfaceOptions kOptions{.voxel_size = kBallVoxel};
+  ScratchFolder scratch_;
+  SurfaceCache cache_{scratch_.path() / "not yet" / "cache"};
+  TriangleMesh ball_ = Sphere(24 * kBallVoxel, 4);
+};
+
+TEST_F(SurfaceCacheTest, MapsTheNextTimeWhatWasMadeOnce) {
+  EXPECT_FALSE(IsMapped(ball_));
+  const Result<BodySurface> made = cache_.SurfaceOf(ball_, Pose{}, kOptions);
+  ASSERT_TRUE(made);
+  const Pose elsewhere{Quat(0.8, 0, 0.6, 0), Vec3(1, 2, 3)};
+  const Result<BodySurface> mapped = cache_.SurfaceOf(ball_, elsewhere, OnlyMapped());
+  ASSERT_TRUE(mapped);
+  EXPECT_EQ(mapped->field.Digest(), made->field.Digest());
+  EXPECT_TRUE(std::ranges::equal(mapped->features.bytes(), made->features.bytes()));
+  EXPECT_EQ(mapped->X_BV.p, (elsewhere.Inverse() * made->X_BV).p);
+  ASSERT_EQ(cache_.Files().size(), 1U);
+  EXPECT_EQ(fs::status(cache_.folder()).permissions(), fs::perms::owner_all);
+}
+
+TEST_F(SurfaceCacheTest, AnotherMeshOrOtherSettingsAreAnotherFile) {
+  Make(ball_);
+  EXPECT_FALSE(IsMapped(Sphere(24.01 * kBallVoxel, 4)));
+  SurfaceOptions finer = OnlyMapped();
+  finer.voxel_size *= 0.99;
+  EXPECT_FALSE(cache_.SurfaceOf(ball_, Pose{}, finer));
+}
+
+TEST_F(SurfaceCacheTest, WhatIsDamagedOrCutShortIsMadeAnew) {
+  Make(ball_);
+  const fs::path file = cache_.Files().at(0).file;
+  const std::string whole = TextOf(file);
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 12; ++i) {
+    std::string text = whole;
+    const std::size_t at = random() % text.size();
+    if (i % 3 == 0) {
+      text.resize(at);
+    } else {
+      text[at] = static_cast<char>(text[at] ^ 1 << random() % 8);
+    }
+    fs::remove(file);
+    Overwrite(file, text);
+    ASSERT_FALSE(IsMapped(ball_)) << "byte " << at;
+    Make(ball_);
+    ASSERT_TRUE(IsMapped(ball_));
+    ASSERT_EQ(TextOf(file), whole);
+  }
+}
+
+TEST_F(SurfaceCacheTest, WhatOthersMayWriteIsNotTrusted) {
+  Make(ball_);
+  const fs::path file = cache_.Files().at(0).file;
+  fs::permissions(file, fs::perms::others_write, fs::perm_options::add);
+  EXPECT_FALSE(IsMapped(ball_));
+  fs::permissions(file, fs::perms::others_write, fs::perm_options::remove);
+  EXPECT_TRUE(IsMapped(ball_));
+  fs::rename(file, scratch_.path() / "elsewhere");
+  fs::create_symlink(scratch_.path() / "elsewhere", file);
+  EXPECT_FALSE(IsMapped(ball_));
+  Make(ball_);
+  EXPECT_TRUE(IsMapped(ball_));
+}
+
+TEST_F(SurfaceCacheTest, WhatIsSoonMadeIsNotKept) {
+  Make(testing::Box(kBallVoxel * Vec3(6, 4, 3)));
+  EXPECT_TRUE(cache_.Files().empty());
+}
+
+TEST_F(SurfaceCacheTest, WhatWasUnusedForLongestGoesFirst) {
+  std::vector<TriangleMesh> balls;
+  for (int i = 0; i < 3; ++i) balls.push_back(Sphere((24 + i) * kBallVoxel, 4));
+  Make(balls[0]);
+  const std::uint64_t bytes = cache_.Files().at(0).bytes;
+  const SurfaceCache small(cache_.folder(), 5 * bytes / 2);
+  const auto make = [&](std::size_t i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));  // a file's time has a grain
+    ASSERT_TRUE(small.SurfaceOf(balls[i], Pose{}, kOptions));
+  };
+  make(1);
+  make(0);  // is used again
+  make(2);
+  EXPECT_TRUE(IsMapped(balls[0]));
+  EXPECT_FALSE(IsMapped(balls[1]));
+  EXPECT_TRUE(IsMapped(balls[2]));
+}
+
+TEST_F(SurfaceCacheTest, WithoutAFolderSurfacesAreMadeAllTheSame) {
+  const SurfaceCache none(scratch_.Write("file", "") / "cache");
+  EXPECT_TRUE(none.SurfaceOf(ball_, Pose{}, kOptions));
+  EXPECT_TRUE(none.Files().empty());
+  EXPECT_EQ(none.Clear(), 0U);
+}
+
+TEST_F(SurfaceCacheTest, MayBeUsedByManyAtOnce) {
+  std::vector<std::thread> users;
+  std::vector<std::uint64_t> digests(4);
+  for (std::uint64_t& digest : digests) {
+    users.emplace_back([&] {
+      for (int i = 0; i < 3; ++i) {
+        const auto surface = cache_.SurfaceOf(ball_, Pose{}, kOptions);
+        if (surface) digest = surface->field.Digest();
+      }
+    });
+  }
+  for (std::thread& user : users) user.join();
+  for (const std::uint64_t digest : digests) EXPECT_EQ(digest, digests[0]);
+  EXPECT_TRUE(IsMapped(ball_));
+}
+
+TEST_F(SurfaceCacheTest, ClearRemovesItsFilesAndNoOthers) {
+  Make(ball_);
+  const fs::path note = cache_.folder() / "note.txt";
+  Overwrite(note, "mine");
+  EXPECT_EQ(cache_.Clear(), 1U);
+  EXPECT_TRUE(fs::exists(note));
+  EXPECT_FALSE(IsMapped(ball_));
+}
+
+}  // namespace
+}  // namespace tandem
