@@ -3,6 +3,7 @@
 
 #include "app/cli/bench.h"
 #include "app/cli/commands.h"
+#include "app/cli/program_cache.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/start_gaps.h"
 #include "app/cli/talk.h"
@@ -63,7 +64,7 @@ Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked
   if (asked.needs_fixture) HoldTheOthers(*scene);
   if (asked.voxel_size > 0) scene->voxel_size = asked.voxel_size;
   Say("voxelizing " + asked.scene);
-  auto world = LoadWorld(*scene);
+  auto world = LoadCached(*scene);
   if (world) TellStart(FindStartGaps(**world));
   const bool plain = scene->contact == ContactModel::kPlain;
   const bool sets_points = asked.points > 0 && (plain || asked.needs_plain_parts);

@@ -12,6 +12,7 @@ void AddCommands(CLI::App& app, int& exit_code) {
   AddWatchCommand(app, exit_code);
   AddRelayCommand(app, exit_code);
   AddVoxelizeCommand(app, exit_code);
+  AddCacheCommand(app, exit_code);
   AddContactCommand(app, exit_code);
   AddBenchCommand(app, exit_code);
   AddProximityCommand(app, exit_code);

@@ -10,6 +10,7 @@ void AddCommands(CLI::App& app, int& exit_code);
 /// Each adds a subcommand whose run leaves its exit code in `exit_code`.
 void AddViewCommand(CLI::App& app, int& exit_code);
 void AddVoxelizeCommand(CLI::App& app, int& exit_code);
+void AddCacheCommand(CLI::App& app, int& exit_code);
 void AddClearanceCommand(CLI::App& app, int& exit_code);
 void AddContactCommand(CLI::App& app, int& exit_code);
 void AddProximityCommand(CLI::App& app, int& exit_code);

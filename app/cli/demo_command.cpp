@@ -11,12 +11,13 @@
 #include "app/cli/commands.h"
 #include "app/cli/demo_judgement.h"
 #include "app/cli/peer_report.h"
-#include "app/cli/trace_file.h"
 #include "app/cli/peer_words.h"
+#include "app/cli/program_cache.h"
 #include "app/cli/proximity_bodies.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/start_gaps.h"
 #include "app/cli/talk.h"
+#include "app/cli/trace_file.h"
 #include "app/cli/verdict.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -190,7 +191,7 @@ struct Judged {
 
 Result<Judged> JudgeRun(const DemoArguments& arguments, const Scene& scene,
                         const std::filesystem::path& folder) {
-  const Result<std::shared_ptr<const WorldModel>> loaded = LoadWorld(scene);
+  const Result<std::shared_ptr<const WorldModel>> loaded = LoadCached(scene);
   if (!loaded) return loaded.error();
   const WorldModel& model = **loaded;
   const int object = scene.BodyNamed(scene.hands[0].body);

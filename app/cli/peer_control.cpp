@@ -6,6 +6,7 @@
 
 #include <pthread.h>
 
+#include "app/cli/program_cache.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "collab/controller/fill_facts.h"
@@ -23,7 +24,7 @@ constexpr std::uint64_t kFloodFrom = 200;            // refused samples; fewer a
 
 /// What a host is told of the voxels of a mesh.
 Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
-  const Result<std::shared_ptr<const WorldModel>> model = LoadWorld(scene, stop);
+  const Result<std::shared_ptr<const WorldModel>> model = LoadCached(scene, stop);
   if (!model) return {false, model.error().what};
   const BodyModel& body = (*model)->bodies.front();
   Result<Voxmap> map = Voxmap{};

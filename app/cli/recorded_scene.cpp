@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "app/cli/program_cache.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/reach/scene_search.h"
@@ -47,7 +48,7 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const RecordingHeader& he
                  "coarser: --adopt-any takes it all the same"};
   }
   if (!options.scene.empty()) RememberSceneFolder(file);
-  return LoadWorld(*scene);
+  return LoadCached(*scene);
 }
 
 }  // namespace tandem

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "app/cli/program_cache.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/start_gaps.h"
 #include "collab/simulated/simulated_session.h"
@@ -14,7 +15,7 @@ namespace tandem {
 Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double most_seconds) {
   const Result<Scene> scene = LoadNamedScene(name);
   if (!scene) return scene.error();
-  const Result<std::shared_ptr<const WorldModel>> loaded = LoadWorld(*scene);
+  const Result<std::shared_ptr<const WorldModel>> loaded = LoadCached(*scene);
   if (!loaded) return loaded.error();
   const std::shared_ptr<const WorldModel>& model = *loaded;
   TellStart(FindStartGaps(*model));

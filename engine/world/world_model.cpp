@@ -78,7 +78,7 @@ std::optional<Error> MakePlainParts(const Scene& scene, const SceneBody& body,
 }
 
 Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const TriangleMesh& mesh_W,
-                           bool with_voxmap, const std::stop_token& stop) {
+                           bool with_voxmap, const LoadOptions& options) {
   const MassProperties mass = ComputeMassProperties(Transformed(mesh_W, body.X_WM.Inverse()));
   BodyModel model;
   model.name = body.name;
@@ -92,7 +92,7 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   if (body.constraint.kind != SceneConstraint::Kind::kNone) {
     model.constraint = MakeConstraint(body.constraint, model.X_WB0);
   }
-  if (auto fault = MakeShape(scene, body, mesh_W, with_voxmap, model, stop)) {
+  if (auto fault = MakeShape(scene, body, mesh_W, with_voxmap, model, options)) {
     return At(body, WithScale(*fault, body, mesh_W).what);
   }
   return model;
@@ -132,8 +132,8 @@ std::optional<Error> LoadMeshes(const Scene& scene, const std::stop_token& stop,
 }
 
 std::optional<Error> LoadFixture(const Scene& scene, const TriangleMesh& fixture_W,
-                                 const std::stop_token& stop, WorldModel& world) {
-  if (const auto fault = MakeFixture(fixture_W, world, stop)) {
+                                 const LoadOptions& options, WorldModel& world) {
+  if (const auto fault = MakeFixture(fixture_W, world, options)) {
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
       const SceneBody& body = scene.bodies[i];
       if (!body.fixed || !ScaleRemark(body, world.meshes_W[i])) continue;
@@ -145,8 +145,7 @@ std::optional<Error> LoadFixture(const Scene& scene, const TriangleMesh& fixture
 }
 
 /// The moving bodies and the fixture, side by side: each has parts that one thread works on alone.
-std::optional<Error> LoadBodies(const Scene& scene, const std::stop_token& stop,
-                                WorldModel& world) {
+std::optional<Error> LoadBodies(const Scene& scene, const LoadOptions& options, WorldModel& world) {
   const std::vector<TriangleMesh> wholes_W = Wholes(scene, world.meshes_W);
   const TriangleMesh fixture_W = FixtureOf(scene, world.meshes_W);
   std::vector<std::uint32_t> moving;
@@ -158,15 +157,16 @@ std::optional<Error> LoadBodies(const Scene& scene, const std::stop_token& stop,
   std::optional<Error> fixture_fault;
   // the fixture first: it is the largest as a rule
   tbb::parallel_for(std::size_t{0}, moving.size() + 1, [&](std::size_t i) {
-    if (stop.stop_requested()) return;
+    if (options.stop.stop_requested()) return;
     if (i > 0) {
       const std::uint32_t body = moving[i - 1];
-      models[i - 1] = LoadBody(scene, scene.bodies[body], wholes_W[body], moving.size() > 1, stop);
+      models[i - 1] =
+          LoadBody(scene, scene.bodies[body], wholes_W[body], moving.size() > 1, options);
     } else if (!fixture_W.triangles.empty()) {
-      fixture_fault = LoadFixture(scene, fixture_W, stop, world);
+      fixture_fault = LoadFixture(scene, fixture_W, options, world);
     }
   });
-  if (stop.stop_requested()) return Stopped(scene);
+  if (options.stop.stop_requested()) return Stopped(scene);
   world.body_index.assign(scene.bodies.size(), -1);
   for (std::size_t k = 0; k < moving.size(); ++k) {
     const SceneBody& body = scene.bodies[moving[k]];
@@ -240,30 +240,31 @@ std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
 
 std::optional<Error> MakeShape(const Scene& scene, const SceneBody& body,
                                const TriangleMesh& mesh_W, bool with_voxmap, BodyModel& model,
-                               const std::stop_token& stop) {
+                               const LoadOptions& options) {
   if (scene.contact == ContactModel::kRefined) {
     const double spacing = body.point_spacing_voxels;
-    Result<BodySurface> surface = MakeSurface(scene, mesh_W, model.X_WB0, spacing, stop);
+    Result<BodySurface> surface = MakeSurface(scene, mesh_W, model.X_WB0, spacing, options);
     if (!surface) return surface.error();
     model.surface = std::move(*surface);
     model.radius = model.surface.radius;
     model.surface_points = PointsOnSurface(scene, mesh_W, spacing);
     return std::nullopt;
   }
-  if (auto fault = MakePlainParts(scene, body, mesh_W, with_voxmap, stop, model)) return fault;
+  if (auto fault = MakePlainParts(scene, body, mesh_W, with_voxmap, options.stop, model))
+    return fault;
   model.radius = model.points.radius;
   model.surface_points = static_cast<double>(model.points.size());
   return std::nullopt;
 }
 
 std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
-                                 const std::stop_token& stop) {
+                                 const LoadOptions& options) {
   if (world.scene.contact == ContactModel::kRefined) {
-    Result<BodySurface> surface = MakeSurface(world.scene, mesh_W, Pose{}, 1, stop);
+    Result<BodySurface> surface = MakeSurface(world.scene, mesh_W, Pose{}, 1, options);
     if (!surface) return surface.error();
     world.fixture_surface = std::move(*surface);
     world.fixture_surface.radius = 0;  // it never moves
-  } else if (auto fault = MakeMap(world.scene, mesh_W, world.fixture, stop)) {
+  } else if (auto fault = MakeMap(world.scene, mesh_W, world.fixture, options.stop)) {
     return fault;
   }
   world.has_fixture = true;
@@ -290,14 +291,15 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
 }
 
 Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
-                                double spacing_voxels, const std::stop_token& stop) {
-  return BuildSurface(mesh_W, X_WB,
-                      {.voxel_size = scene.voxel_size,
-                       .flatness_voxels = FlatnessVoxels(scene.contact),
-                       .spacing_voxels = spacing_voxels,
-                       .band_voxels = scene.fine_band_voxels,
-                       .range_voxels = scene.clearance_range_voxels,
-                       .stop = stop});
+                                double spacing_voxels, const LoadOptions& options) {
+  const SurfaceOptions of_surface{.voxel_size = scene.voxel_size,
+                                  .flatness_voxels = FlatnessVoxels(scene.contact),
+                                  .spacing_voxels = spacing_voxels,
+                                  .band_voxels = scene.fine_band_voxels,
+                                  .range_voxels = scene.clearance_range_voxels,
+                                  .stop = options.stop};
+  return options.cache != nullptr ? options.cache->SurfaceOf(mesh_W, X_WB, of_surface)
+                                  : BuildSurface(mesh_W, X_WB, of_surface);
 }
 
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
@@ -312,14 +314,14 @@ Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, co
 }
 
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
-                                                    const std::stop_token& stop) {
+                                                    const LoadOptions& options) {
   if (const std::string fault = LayerFault(scene.contact, scene.force_layer); !fault.empty()) {
     return Error{scene.file.string() + ": " + fault};
   }
   auto world = std::make_shared<WorldModel>();
   world->scene = scene;
-  if (auto fault = LoadMeshes(scene, stop, *world)) return *fault;
-  if (auto fault = LoadBodies(scene, stop, *world)) return *fault;
+  if (auto fault = LoadMeshes(scene, options.stop, *world)) return *fault;
+  if (auto fault = LoadBodies(scene, options, *world)) return *fault;
   return std::shared_ptr<const WorldModel>(std::move(world));
 }
 

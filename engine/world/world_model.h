@@ -8,6 +8,7 @@
 #include "engine/base/result.h"
 #include "engine/contact/contact_pair.h"
 #include "engine/contact/field_pair.h"
+#include "engine/contact/surface_cache.h"
 #include "engine/dynamics/constraint.h"
 #include "engine/dynamics/rigid_body.h"
 #include "engine/geometry/mesh_diagnosis.h"
@@ -75,27 +76,35 @@ std::optional<Error> AddPlainParts(WorldModel& world);
 std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
                                      double displacement);
 
+/// How a scene is loaded.
+struct LoadOptions {
+  /// Asked to stop, a loader soon ends with an error.
+  std::stop_token stop = {};
+  /// Where refined contact's surfaces are kept from one program to the next; null: nowhere. Used
+  /// while loading.
+  const SurfaceCache* cache = nullptr;
+};
+
 /// Makes what the scene's contact model meets of a moving body's mesh, in its frame at X_WB0.
 /// `with_voxmap`: another moving body may meet it.
 std::optional<Error> MakeShape(const Scene& scene, const SceneBody& body,
                                const TriangleMesh& mesh_W, bool with_voxmap, BodyModel& model,
-                               const std::stop_token& stop = {});
+                               const LoadOptions& options = {});
 /// The same of all fixed bodies together.
 std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
-                                 const std::stop_token& stop = {});
+                                 const LoadOptions& options = {});
 /// A mesh as what plain contact tests others against.
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
                              const std::stop_token& stop = {});
 /// A mesh as refined contact meets it, in the frame that stands at X_WB.
 Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
-                                double spacing_voxels = 1, const std::stop_token& stop = {});
+                                double spacing_voxels = 1, const LoadOptions& options = {});
 /// A mesh as what is tested, in the frame that stands at X_WB; lengths in voxels of the scene.
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
                               double inward_shift_voxels, double spacing_voxels = 1);
 
-/// Imports, welds, weighs and voxelizes. Errors name the body and its file. Asked to stop, it soon
-/// ends with an error.
+/// Imports, welds, weighs and voxelizes. Errors name the body and its file.
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
-                                                    const std::stop_token& stop = {});
+                                                    const LoadOptions& options = {});
 
 }  // namespace tandem

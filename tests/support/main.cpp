@@ -3,9 +3,10 @@
 #include <gmock/gmock.h>
 
 #include "engine/geometry/mesh_file.h"
+#include "tests/support/environment.h"
 
 int main(int argc, char** argv) {
-  setenv("XDG_STATE_HOME", "/dev/null", 0);  // a test leaves nothing in a person's folders
+  tandem::testing::KeepOutOfPersonsFolders();
   tandem::RunImportHelperIfAsked(argc, argv);
   ::testing::InitGoogleMock(&argc, argv);
   return RUN_ALL_TESTS();

@@ -3,9 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include "tests/support/environment.h"
+
 // Tests of Qt's models: an event loop, and no window.
 int main(int argc, char** argv) {
-  setenv("XDG_STATE_HOME", "/dev/null", 0);  // a test leaves nothing in a person's folders
+  tandem::testing::KeepOutOfPersonsFolders();
   ::testing::InitGoogleMock(&argc, argv);
   const QCoreApplication app(argc, argv);
   return RUN_ALL_TESTS();

@@ -5,10 +5,11 @@
 #include <gmock/gmock.h>
 
 #include "app/view/render/gl_check.h"
+#include "tests/support/environment.h"
 
 // Tests of the window and the renderer; need a display.
 int main(int argc, char** argv) {
-  setenv("XDG_STATE_HOME", "/dev/null", 0);  // a test leaves nothing in a person's folders
+  tandem::testing::KeepOutOfPersonsFolders();
   ::testing::InitGoogleMock(&argc, argv);
   QSurfaceFormat::setDefaultFormat(tandem::RendererFormat());
   const QApplication app(argc, argv);

@@ -1,0 +1,112 @@
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/commands.h"
+#include "app/cli/program_cache.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "engine/base/json_text.h"
+
+namespace tandem {
+
+namespace {
+
+double SecondsSince(std::filesystem::file_time_type time) {
+  return std::chrono::duration<double>(std::filesystem::file_time_type::clock::now() - time)
+      .count();
+}
+
+std::string Megabytes(std::uint64_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f MB", 1e-6 * static_cast<double>(bytes));
+  return text;
+}
+
+int ListCache(const SurfaceCache& cache, bool as_json) {
+  nlohmann::ordered_json files = nlohmann::ordered_json::array();
+  std::uint64_t sum = 0;
+  for (const CachedSurface& file : cache.Files()) {
+    sum += file.bytes;
+    files.push_back({{"file", file.file.string()},
+                     {"bytes", file.bytes},
+                     {"unused_s", SecondsSince(file.used)}});
+    if (as_json) continue;
+    std::printf("%10s  used %.0f h ago  %s\n", Megabytes(file.bytes).c_str(),
+                SecondsSince(file.used) / 3600, file.file.filename().c_str());
+  }
+  if (as_json) {
+    const nlohmann::ordered_json out{{"folder", cache.folder().string()},
+                                     {"bytes", sum},
+                                     {"most_bytes", cache.most_bytes()},
+                                     {"files", files}};
+    std::printf("%s\n", JsonText(out, 2).c_str());
+  } else {
+    std::printf("%s in %s, of %s at most, in %s\n", Megabytes(sum).c_str(),
+                Counted(files.size(), "file").c_str(), Megabytes(cache.most_bytes()).c_str(),
+                cache.folder().c_str());
+  }
+  return kExitOk;
+}
+
+int VerifyCache(const SurfaceCache& cache, bool as_json) {
+  nlohmann::ordered_json faults = nlohmann::ordered_json::array();
+  const std::vector<CachedSurface> files = cache.Files();
+  for (const CachedSurface& file : files) {
+    const std::optional<Error> fault = SurfaceFault(file.file);
+    if (!fault) continue;
+    faults.push_back({{"file", file.file.string()}, {"fault", fault->what}});
+    if (!as_json) Say(fault->what);
+  }
+  if (as_json) {
+    const nlohmann::ordered_json out{
+        {"folder", cache.folder().string()}, {"files", files.size()}, {"faults", faults}};
+    std::printf("%s\n", JsonText(out, 2).c_str());
+  } else {
+    std::printf("%s, %zu of them damaged or of another version%s\n",
+                Counted(files.size(), "file").c_str(), faults.size(),
+                faults.empty() ? "" : "; they are made anew when they are asked for");
+  }
+  return faults.empty() ? kExitOk : kExitFailed;
+}
+
+int ClearCache(const SurfaceCache& cache, bool as_json) {
+  const std::size_t count = cache.Clear();
+  if (as_json) {
+    const nlohmann::ordered_json out{{"folder", cache.folder().string()}, {"removed", count}};
+    std::printf("%s\n", JsonText(out, 2).c_str());
+  } else {
+    std::printf("%s removed from %s\n", Counted(count, "file").c_str(), cache.folder().c_str());
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddCacheCommand(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "cache", "Show, check or empty the folder in which voxelized meshes are kept");
+  command->require_subcommand(1);
+  const auto as_json = std::make_shared<bool>(false);
+  const auto add = [&](const std::string& name, const std::string& what,
+                       int (*run)(const SurfaceCache&, bool)) {
+    CLI::App* part = command->add_subcommand(name, what);
+    part->add_flag("--json", *as_json, "print one JSON object");
+    part->callback([as_json, run, &exit_code] {
+      const SurfaceCache* cache = ProgramCache();
+      exit_code =
+          cache != nullptr
+              ? run(*cache, *as_json)
+              : Fail(kExitFile, "there is no cache: TANDEM_CACHE is empty, or HOME is not set");
+    });
+  };
+  add("list", "Show its files, the last used first", ListCache);
+  add("verify", "Read all files, and tell which are damaged", VerifyCache);
+  add("clear", "Remove all files", ClearCache);
+}
+
+}  // namespace tandem

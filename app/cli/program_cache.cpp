@@ -1,0 +1,69 @@
+#include "app/cli/program_cache.h"
+
+#include <charconv>
+#include <cstdlib>
+#include <string>
+
+#include "app/cli/talk.h"
+
+namespace tandem {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Nothing of ours sets the environment.
+std::optional<std::string> Variable(const char* name) {
+  const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
+  return value != nullptr ? std::optional<std::string>(value) : std::nullopt;
+}
+
+std::optional<fs::path> CacheFolder() {
+  if (const auto named = Variable("TANDEM_CACHE")) {
+    return named->empty() ? std::nullopt : std::optional<fs::path>(*named);
+  }
+  fs::path folder = Variable("XDG_CACHE_HOME").value_or("");
+  if (folder.empty() || folder.is_relative()) {
+    const fs::path home = Variable("HOME").value_or("");
+    if (home.empty()) return std::nullopt;
+    folder = home / ".cache";
+  }
+  return folder / "tandem";
+}
+
+std::uint64_t CacheLimit() {
+  const auto text = Variable("TANDEM_CACHE_LIMIT");
+  if (!text) return SurfaceCache::kMostBytes;
+  if (const auto bytes = BytesOf(*text)) return *bytes;
+  Say("TANDEM_CACHE_LIMIT: '" + *text + "' is no number of bytes such as 512M or 20G; 10G counts");
+  return SurfaceCache::kMostBytes;
+}
+
+}  // namespace
+
+const SurfaceCache* ProgramCache() {
+  static const std::optional<SurfaceCache> cache = [] {
+    const std::optional<fs::path> folder = CacheFolder();
+    return folder ? std::optional<SurfaceCache>(std::in_place, *folder, CacheLimit())
+                  : std::nullopt;
+  }();
+  return cache ? &*cache : nullptr;
+}
+
+Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene,
+                                                     const std::stop_token& stop) {
+  return LoadWorld(scene, {.stop = stop, .cache = ProgramCache()});
+}
+
+std::optional<std::uint64_t> BytesOf(const std::string& text) {
+  std::uint64_t number = 0;
+  const char* end = text.data() + text.size();
+  const auto [rest, fault] = std::from_chars(text.data(), end, number);
+  if (fault != std::errc()) return std::nullopt;
+  const std::string unit(rest, end);
+  const int shift = unit.empty() ? 0 : unit == "K" ? 10 : unit == "M" ? 20 : unit == "G" ? 30 : -1;
+  if (shift < 0 || number > std::uint64_t{1} << (63 - shift)) return std::nullopt;
+  return number << shift;
+}
+
+}  // namespace tandem

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "engine/base/result.h"
+#include "engine/world/world_model.h"
+
+namespace tandem {
+
+/// The folder that the user's programs share: $TANDEM_CACHE, or `tandem` of $XDG_CACHE_HOME
+/// (~/.cache). Null: there is none, or $TANDEM_CACHE is empty, which says that nothing is kept.
+/// $TANDEM_CACHE_LIMIT says how many bytes it may have, such as 512M or 20G.
+const SurfaceCache* ProgramCache();
+
+/// LoadWorld() with that folder.
+Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene,
+                                                     const std::stop_token& stop = {});
+
+/// "512M" as bytes: a whole number, and K, M or G of 1024. Nothing for any other text.
+std::optional<std::uint64_t> BytesOf(const std::string& text);
+
+}  // namespace tandem

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+
+namespace tandem::testing {
+
+/// What a test runs leaves nothing in a person's folders. Voxelized meshes are kept beside the
+/// tests' programs.
+inline void KeepOutOfPersonsFolders() {
+  setenv("XDG_STATE_HOME", "/dev/null", 0);
+  std::error_code unknown;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  const std::filesystem::path build = program.parent_path().parent_path();
+  setenv("TANDEM_CACHE", unknown ? "" : (build / "test-cache").c_str(), 0);
+}
+
+}  // namespace tandem::testing
