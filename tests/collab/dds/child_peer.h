@@ -32,7 +32,7 @@ class ChildPeer {
   void Command(const std::string& line);
   void Signal(int signal);
   /// Whether the child has said the line, or says it before the deadline.
-  bool Says(const std::string& line, std::chrono::milliseconds deadline = std::chrono::seconds(10));
+  bool Says(const std::string& line, std::chrono::milliseconds deadline = std::chrono::seconds(60));
   /// All it said so far.
   const std::string& said() const { return said_; }
 

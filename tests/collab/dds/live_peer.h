@@ -43,7 +43,7 @@ class Recorder : public Inbox {
   Heard Now() const;
   /// Whether `holds` came true before the deadline.
   bool WaitFor(std::function<bool(const Heard&)> holds,
-               std::chrono::milliseconds deadline = std::chrono::seconds(10)) const;
+               std::chrono::milliseconds deadline = std::chrono::seconds(60)) const;
 
   void OnState(const ObjectState& state, std::int64_t arrival_ns) override;
   void OnLinks(const CouplingLinks& links, std::int64_t arrival_ns) override;
