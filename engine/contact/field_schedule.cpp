@@ -33,6 +33,7 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
       is_far_(features.blocks().size(), 1),
       edges_due_(features.blocks().size()),
       is_due_(features.blocks().size() / 64 + 1),
+      due_words_(is_due_.size() / 64 + 1),
       due_(features.blocks().size()),
       due_chunks_(features.chunks().size()),
       told_(features.blocks().size()),
@@ -104,11 +105,17 @@ bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
 void FieldSchedule::TestAll() noexcept {
   // the calendar's order is that of the past; blocks in order read memory in order
   due_count_ = 0;
-  for (std::size_t word = 0; word < is_due_.size(); ++word) {
-    for (std::uint64_t bits = std::exchange(is_due_[word], 0); bits != 0; bits &= bits - 1) {
-      due_[due_count_++] =
-          static_cast<std::uint32_t>(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
+  const auto visit = [](std::vector<std::uint64_t>& words, std::size_t k, const auto& what) {
+    for (std::uint64_t bits = std::exchange(words[k], 0); bits != 0; bits &= bits - 1) {
+      what(64 * k + static_cast<std::size_t>(std::countr_zero(bits)));
     }
+  };
+  for (std::size_t k = 0; k < due_words_.size(); ++k) {
+    visit(due_words_, k, [&](std::size_t word) {
+      visit(is_due_, word, [&](std::size_t block) {
+        due_[due_count_++] = static_cast<std::uint32_t>(block);
+      });
+    });
   }
   const auto test = [this](std::size_t begin, std::size_t end, int) {
     TestDue(begin, end);

@@ -85,7 +85,9 @@ class FieldSchedule {
     return ((centre_.of_features ? place_F : place_V) - centre_.place).norm();
   }
   void AddDue(std::uint32_t block) noexcept {
-    is_due_[block >> 6U] |= std::uint64_t{1} << (block & 63U);
+    const std::uint32_t word = block >> 6U;
+    is_due_[word] |= std::uint64_t{1} << (block & 63U);
+    due_words_[word >> 6U] |= std::uint64_t{1} << (word & 63U);
   }
   /// Looks up the blocks due_[begin, end).
   void TestDue(std::size_t begin, std::size_t end) noexcept;
@@ -117,9 +119,10 @@ class FieldSchedule {
     std::uint32_t ring = 0;
   };
   std::vector<EdgesDue> edges_due_;
-  std::vector<std::uint32_t> far_in_;  // by chunk: how many of its blocks
-  std::vector<std::uint64_t> is_due_;  // a bit for each block
-  std::vector<std::uint32_t> due_;     // the same, by rising block
+  std::vector<std::uint32_t> far_in_;     // by chunk: how many of its blocks
+  std::vector<std::uint64_t> is_due_;     // a bit for each block
+  std::vector<std::uint64_t> due_words_;  // a bit for each word of that which is not 0
+  std::vector<std::uint32_t> due_;        // the same, by rising block
   std::size_t due_count_ = 0;
   std::vector<std::uint32_t> due_chunks_;
   /// What the blocks of due_ came to.
