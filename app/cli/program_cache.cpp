@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/cli/talk.h"
+#include "app/program_folders.h"
 
 namespace tandem {
 
@@ -18,17 +19,10 @@ std::optional<std::string> Variable(const char* name) {
   return value != nullptr ? std::optional<std::string>(value) : std::nullopt;
 }
 
-std::optional<fs::path> CacheFolder() {
-  if (const auto named = Variable("TANDEM_CACHE")) {
-    return named->empty() ? std::nullopt : std::optional<fs::path>(*named);
-  }
-  fs::path folder = Variable("XDG_CACHE_HOME").value_or("");
-  if (folder.empty() || folder.is_relative()) {
-    const fs::path home = Variable("HOME").value_or("");
-    if (home.empty()) return std::nullopt;
-    folder = home / ".cache";
-  }
-  return folder / "tandem";
+/// Empty: nothing is kept.
+fs::path CacheFolder() {
+  const auto named = Variable("TANDEM_CACHE");
+  return named ? fs::path(*named) : PersonsFolder("XDG_CACHE_HOME", ".cache");
 }
 
 std::uint64_t CacheLimit() {
@@ -42,12 +36,8 @@ std::uint64_t CacheLimit() {
 }  // namespace
 
 const SurfaceCache* ProgramCache() {
-  static const std::optional<SurfaceCache> cache = [] {
-    const std::optional<fs::path> folder = CacheFolder();
-    return folder ? std::optional<SurfaceCache>(std::in_place, *folder, CacheLimit())
-                  : std::nullopt;
-  }();
-  return cache ? &*cache : nullptr;
+  static const SurfaceCache cache(CacheFolder(), CacheLimit());
+  return cache.folder().empty() ? nullptr : &cache;
 }
 
 Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene,

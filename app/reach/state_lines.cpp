@@ -1,10 +1,11 @@
 #include "app/reach/state_lines.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 
 #include <unistd.h>
+
+#include "app/program_folders.h"
 
 namespace tandem {
 
@@ -12,21 +13,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Nothing of ours sets the environment.
-std::string StateVariable(const char* name) {
-  const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
-  return value != nullptr ? value : "";
-}
-
 /// Empty: there is no place for it.
 fs::path StateFile(const std::string& list) {
-  fs::path folder = StateVariable("XDG_STATE_HOME");
-  if (folder.empty() || folder.is_relative()) {
-    const fs::path home = StateVariable("HOME");
-    if (home.empty()) return {};
-    folder = home / ".local" / "state";
-  }
-  return folder / "tandem" / list;
+  const fs::path folder = PersonsFolder("XDG_STATE_HOME", ".local/state");
+  return folder.empty() ? folder : folder / list;
 }
 
 }  // namespace
