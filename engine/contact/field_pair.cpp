@@ -87,7 +87,7 @@ std::optional<double> Thickness(const DistanceField& field, const Vec3& point_V,
   return {};
 }
 
-/// What pushes a point that has come through a wall back to where it came from.
+/// Pushes a point that has come through a wall back to where it came from.
 FieldPush Turned(FieldPush push, double thickness) {
   push.distance = -(push.distance + thickness);
   push.away_V = -push.away_V;

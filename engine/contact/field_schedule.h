@@ -122,7 +122,7 @@ class FieldSchedule {
   std::vector<std::uint32_t> far_in_;     // by chunk: how many of its blocks
   std::vector<std::uint64_t> is_due_;     // a bit for each block
   std::vector<std::uint64_t> due_words_;  // a bit for each word of that which is not 0
-  std::vector<std::uint32_t> due_;        // the same, by rising block
+  std::vector<std::uint32_t> due_;        // blocks, by rising number
   std::size_t due_count_ = 0;
   std::vector<std::uint32_t> due_chunks_;
   /// What the blocks of due_ came to.

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kEnding = ".surface";
 
-/// Whether a file is the user's own and nobody else may write to it.
+/// Tells whether a file is the user's own and nobody else may write to it.
 bool IsOwn(const fs::path& file) {
   struct stat status {};
   if (lstat(file.c_str(), &status) != 0) return false;
@@ -77,7 +77,7 @@ std::vector<CachedSurface> SurfaceCache::Files() const {
     // others may remove files meanwhile
     std::error_code gone;
     if (at->path().extension() != kEnding || !at->is_regular_file(gone)) continue;
-    CachedSurface file{.file = at->path(), .bytes = at->file_size(gone)};
+    CachedSurface file{.file = at->path(), .bytes = at->file_size(gone), .used = {}};
     if (!gone) file.used = at->last_write_time(gone);
     if (!gone) files.push_back(std::move(file));
   }

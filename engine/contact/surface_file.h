@@ -58,8 +58,8 @@ std::optional<Error> SaveSurface(const BodySurface& surface, const TriangleMesh&
 Result<BodySurface> MapSurface(const std::filesystem::path& file, const TriangleMesh& mesh_W,
                                const Pose& X_WB, const SurfaceOptions& options);
 
-/// What is wrong with a file, as far as it can be told without its mesh: nothing, if all its bytes
-/// are those that were saved.
+/// Tells what is wrong with a file, as far as that can be told without its mesh. Nothing: all its
+/// bytes are those that were saved.
 std::optional<Error> SurfaceFault(const std::filesystem::path& file);
 
 /// The checksum of a file's bytes, at least a header.

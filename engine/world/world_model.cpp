@@ -250,8 +250,9 @@ std::optional<Error> MakeShape(const Scene& scene, const SceneBody& body,
     model.surface_points = PointsOnSurface(scene, mesh_W, spacing);
     return std::nullopt;
   }
-  if (auto fault = MakePlainParts(scene, body, mesh_W, with_voxmap, options.stop, model))
+  if (auto fault = MakePlainParts(scene, body, mesh_W, with_voxmap, options.stop, model)) {
     return fault;
+  }
   model.radius = model.points.radius;
   model.surface_points = static_cast<double>(model.points.size());
   return std::nullopt;

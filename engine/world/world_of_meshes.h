@@ -14,7 +14,7 @@ struct MeshBody {
   double mass = 0.3;  // kg, of a moving one
 };
 
-/// What LoadWorld() makes of a scene with the default force layer, from meshes; those of moving
+/// Makes of meshes what LoadWorld() makes of a scene with the default force layer. Those of moving
 /// bodies are closed. `voxel_size` in metres. An error says what cannot be voxelized.
 Result<std::shared_ptr<const WorldModel>> WorldOfMeshes(
     const std::vector<MeshBody>& bodies, double voxel_size, ContactModel contact,

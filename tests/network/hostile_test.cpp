@@ -43,7 +43,7 @@ class HostileWriters {
   HostileWriters(const HostileWriters&) = delete;
   HostileWriters& operator=(const HostileWriters&) = delete;
 
-  /// Whether each writer has a reader in another's participant.
+  /// Tells whether each writer has a reader in another's participant.
   bool AreHeard() const { return IsHeard(states_) && IsHeard(linked_) && IsHeard(twofold_); }
   /// Of one alone, and of one with links beside it.
   void State(const std::function<void(tandem_ObjectState&)>& spoil) {
