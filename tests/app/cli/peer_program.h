@@ -28,19 +28,21 @@
 
 namespace tandem::testing {
 
-/// A peer that runs beside the test, and takes orders from it.
+/// A peer, or another command, that runs beside the test and takes orders from it.
 class Running {
  public:
-  Running(const std::string& arguments, const std::filesystem::path& said) : said_(said) {
-    // a pipe with a name, for what is started is the peer itself and ends when it is told to
+  Running(const std::string& arguments, const std::filesystem::path& said,
+          const std::string& command = "peer")
+      : said_(said) {
+    // a pipe with a name, for what is started is the program itself and ends when it is told to
     const std::string orders = said.string() + ".orders";
     EXPECT_EQ(mkfifo(orders.c_str(), 0600), 0);
     orders_ = open(orders.c_str(), O_RDWR | O_CLOEXEC);
     EXPECT_GE(orders_, 0);
     Result<ChildProcess> started =
         ChildProcess::Start({"/bin/sh", "-c",
-                             std::string("exec ") + TANDEM_PROGRAM + " peer " + arguments + " <" +
-                                 orders + " >" + said.string() + " 2>&1"});
+                             std::string("exec ") + TANDEM_PROGRAM + " " + command + " " + arguments +
+                                 " <" + orders + " >" + said.string() + " 2>&1"});
     EXPECT_TRUE(started);
     process_.emplace(*std::move(started));
   }
