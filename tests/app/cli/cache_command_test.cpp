@@ -32,7 +32,7 @@ class CacheCommand : public ::testing::Test {
     return json::parse(Run("cache " + what + " --json").out, nullptr, false);
   }
   void LoadAScene() const {
-    const Said said = Run("bench frame --scene ball_and_socket --frames 1000");
+    const Said said = Run("bench memory --scene ball_and_socket");
     ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   }
 
