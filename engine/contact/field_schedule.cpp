@@ -18,6 +18,12 @@ constexpr double kEdgesEnough = 0.5;
 constexpr double kFast = 0.25;
 constexpr double kFramesAhead = 3;
 
+/// Tests of a block that is looked up at its middle and at its points.
+constexpr double kWholeBlock = 1.0 + BodyFeatures::kLanes;
+/// Of what it cost that blocks came due by travel: what is kept from frame to frame, and how many
+/// whole blocks are taken to have come before the first frame.
+constexpr double kTravelKept = 0.98;
+constexpr double kTravelledBefore = 64;
 }  // namespace
 
 FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& field,
@@ -37,7 +43,9 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
       due_(features.blocks().size()),
       due_chunks_(features.chunks().size()),
       told_(features.blocks().size()),
-      near_(features.blocks().size()) {
+      near_(features.blocks().size()),
+      travelled_(kTravelledBefore),
+      travelled_tests_(kTravelledBefore * kWholeBlock) {
   for (const BodyFeatures::Chunk& chunk : features.chunks()) far_in_.push_back(chunk.count);
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < far_in_.size(); ++c) {
@@ -65,7 +73,10 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   if (!std::isfinite(motion.way + more))
     std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
   std::size_t chunk_count = 0;
-  const auto take = [this](std::uint32_t block) {
+  const double at_rest = calendar_.DueWithin(0);
+  std::size_t block_count = 0;
+  const auto take = [&](std::uint32_t block) {
+    ++block_count;
     AddDue(block);
   };
   const auto take_chunk = [&](std::uint32_t chunk) {
@@ -88,6 +99,7 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   TestAll();
   PutDue();
 }
+  PriceTravel(static_cast<double>(block_count + chunk_count), at_rest);
 
 bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
   if (!options_.chunks || !options_.coherence) return false;
@@ -262,8 +274,7 @@ void FieldSchedule::PutDue() noexcept {
 }
 
 double FieldSchedule::owed() const noexcept {
-  return static_cast<double>(BodyFeatures::kLanes) *
-         (calendar_.DueWithin(0) + chunks_.DueWithin(0));
+  return kWholeBlock * (calendar_.DueWithin(0) + chunks_.DueWithin(0));
 }
 
 double FieldSchedule::owed_per_voxel() const noexcept {
@@ -272,7 +283,17 @@ double FieldSchedule::owed_per_voxel() const noexcept {
     const auto ahead = static_cast<std::size_t>(kVoxels * calendar.kPerVoxel);
     return calendar.DueWithin(ahead) - calendar.DueWithin(0);
   };
-  return static_cast<double>(BodyFeatures::kLanes) * (more(calendar_) + more(chunks_)) / kVoxels;
+void FieldSchedule::PriceTravel(double due, double at_rest) noexcept {
+  const double by_travel = due - at_rest;
+  if (by_travel <= 0) return;
+  const auto tests = static_cast<double>(counts_.looked_up + counts_.chunks);
+  travelled_ = kTravelKept * travelled_ + by_travel;
+  travelled_tests_ =
+      kTravelKept * travelled_tests_ + std::max(tests - kWholeBlock * at_rest, by_travel);
+}
+
+  // most blocks that come due are looked up at their middle only
+  return travelled_tests_ / travelled_ * (more(calendar_) + more(chunks_)) / kVoxels;
 }
 
 std::size_t FieldSchedule::CountUnfound(const Pose& X_VF) const {

@@ -98,6 +98,9 @@ class FieldSchedule {
   void LookAtEdges(std::uint32_t block, const float* bounds, Told& told) noexcept;
   void TestAll() noexcept;
   void PutDue() noexcept;
+  /// Takes into account what it cost that blocks and chunks, so many, came due; `at_rest` of them
+  /// were due without any travel.
+  void PriceTravel(double due, double at_rest) noexcept;
 
   const BodyFeatures* features_;
   const DistanceField* field_;
@@ -137,6 +140,9 @@ class FieldSchedule {
   std::vector<NearBlock> near_;
   std::size_t near_count_ = 0;
   TestCounts counts_;
+  // blocks and chunks that came due by travel, the last frames' the most, and their tests
+  double travelled_ = 0;
+  double travelled_tests_ = 0;
 };
 
 }  // namespace tandem

@@ -124,6 +124,27 @@ TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
 }
 
 // Two edges side by side meet as wedges, whose faces have no ends. This one ends at once.
+TEST(FieldPair, TravelIsPricedByWhatBlocksThatCameDueDidCost) {
+  std::mt19937_64 random(8);
+  Refined met(Box(kS * Vec3(60, 60, 20)), Sphere(10 * kS, 3), RandomRotation(random));
+  // eight voxels above the wall, blocks come due again and again, and few are near enough to be
+  // looked up at their points
+  const double way = 0.05 * kS;  // a frame
+  double foretold = 0;
+  double came = 0;
+  for (int frame = 0; frame < 600; ++frame) {
+    Load load;
+    Load other;
+    const Pose X_WB{Quat::Identity(), Vec3(way * frame - 15 * kS, 0, 28 * kS)};
+    const PairReport report = met.pair.Collide({X_WB, {}}, {}, load, other);
+    if (frame > 0) came += static_cast<double>(report.tests.looked_up + report.tests.chunks);
+    foretold += met.pair.load().mandatory + met.pair.load().per_metre * way;
+  }
+  EXPECT_GT(came, 600);
+  EXPECT_GT(foretold, 0.5 * came);
+  EXPECT_LT(foretold, 5 * came);
+}
+
 TEST(FieldPair, AFacePushesNoFartherThanItGoes) {
   // a block with a chamfer of 0.57 voxels between its top, at y = 0, and its side
   const TriangleMesh block =
