@@ -83,12 +83,12 @@ class BodyFeatures {
   /// Voxels: no sharp edge part's middle is nearer to a place than this; at most kFarEdges.
   double EdgesBeyond(const Vec3& place_V) const noexcept;
   static constexpr double kFarEdges = 12;
-  /// Calls visit(edge) for all sharp edge parts whose middles may lie within `reach` of a place,
-  /// in an order that depends on nothing else.
+  /// Calls visit(edge) for all sharp edge parts whose middles may lie within the box from `low_V`
+  /// to `high_V`, in an order that depends on nothing else.
   template <class Visit>
-  void VisitEdgesNear(const Vec3& place_V, double reach, const Visit& visit) const noexcept {
-    const GridIndex low = CellAt(place_V - Vec3::Constant(reach));
-    const GridIndex high = CellAt(place_V + Vec3::Constant(reach));
+  void VisitEdgesIn(const Vec3& low_V, const Vec3& high_V, const Visit& visit) const noexcept {
+    const GridIndex low = CellAt(low_V);
+    const GridIndex high = CellAt(high_V);
     for (std::int32_t z = low.z; z <= high.z; ++z) {
       for (std::int32_t y = low.y; y <= high.y; ++y) {
         for (std::int32_t x = low.x; x <= high.x; ++x) {

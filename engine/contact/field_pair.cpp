@@ -250,10 +250,10 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
       const BodyFeatures::Edge& edge = features.edge(features.point(near.block, lane).edge);
       const Vec3 p = shell_in_map * edge.middle;
-      const double far = reach + edge.half_length + map_->features.longest_half();
+      const Vec3 far = Vec3::Constant(reach + edge.half_length + map_->features.longest_half());
       ShellEdge own;
       bool made = false;
-      map_->features.VisitEdgesNear(p, far, [&](const BodyFeatures::Edge& other) {
+      map_->features.VisitEdgesIn(p - far, p + far, [&](const BodyFeatures::Edge& other) {
         const double apart = reach + edge.half_length + other.half_length;
         if ((other.middle - p).squaredNorm() > apart * apart) return;
         if (!made) {

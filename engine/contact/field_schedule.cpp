@@ -6,24 +6,25 @@
 #include <limits>
 #include <utility>
 
+#include "engine/contact/edge_parts.h"
+
 namespace tandem {
 
 namespace {
 
-/// Voxels that the place of a block's middle may err by in single precision.
-constexpr double kPlaceError = 2e-3;
-/// Voxels of gap from which on edges of a block are not looked for one by one.
-constexpr double kEdgesEnough = 0.5;
+/// Voxels of gap between a sharp edge's part and the surface from which on other edges near it are
+/// not looked for.
+constexpr double kPartsEnough = 0.1;
 /// Voxels a frame from which on a body is fast, and how many of its frames are looked ahead.
 constexpr double kFast = 0.25;
 constexpr double kFramesAhead = 3;
-
 /// Tests of a block that is looked up at its middle and at its points.
 constexpr double kWholeBlock = 1.0 + BodyFeatures::kLanes;
 /// Of what it cost that blocks came due by travel: what is kept from frame to frame, and how many
 /// whole blocks are taken to have come before the first frame.
 constexpr double kTravelKept = 0.98;
 constexpr double kTravelledBefore = 64;
+
 }  // namespace
 
 FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& field,
@@ -72,9 +73,9 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   // what is known of edges counts by the odometer, which does not run over a jump
   if (!std::isfinite(motion.way + more))
     std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
-  std::size_t chunk_count = 0;
   const double at_rest = calendar_.DueWithin(0);
   std::size_t block_count = 0;
+  std::size_t chunk_count = 0;
   const auto take = [&](std::uint32_t block) {
     ++block_count;
     AddDue(block);
@@ -98,8 +99,8 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   }
   TestAll();
   PutDue();
-}
   PriceTravel(static_cast<double>(block_count + chunk_count), at_rest);
+}
 
 bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
   if (!options_.chunks || !options_.coherence) return false;
@@ -219,26 +220,36 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
   const double most_half = features_->longest_half() + other_->longest_half();
   const double beyond = other_->EdgesBeyond(middle) - block.radius - edge_reach - most_half;
   double least = beyond;
-  if (beyond <= kEdgesEnough) least = std::numeric_limits<double>::infinity();
-  for (unsigned rest = beyond > kEdgesEnough ? 0U : block.sharp; rest != 0; rest &= rest - 1) {
-    const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-    const BodyFeatures::Edge& edge = features_->edge(features_->point(b, lane).edge);
-    const double reach = edge_reach + edge.half_length;
-    // neither the surface nor an edge is nearer to the edge's part
-    const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
-    double gap = std::max<double>(bounds[lane] - reach,
-                                  other_->EdgesBeyond(place) - reach - other_->longest_half());
-    if (gap <= kEdgesEnough) {
-      const double most = reach + other_->longest_half() + kEdgesEnough;
-      double apart = most;
-      other_->VisitEdgesNear(place, most, [&](const BodyFeatures::Edge& other) {
-        const double half = other_->longest_half() - other.half_length;
-        apart = std::min(apart, (other.middle - place).norm() + half);
-      });
-      gap = std::max(gap, apart - reach - other_->longest_half());
+  if (beyond <= kEdgesEnough) {
+    least = std::numeric_limits<double>::infinity();
+    std::array<EdgePart, kBlockPlaces> parts;
+    std::size_t count = 0;
+    for (unsigned rest = block.sharp; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      const BodyFeatures::Edge& edge = features_->edge(features_->point(b, lane).edge);
+      const double reach = edge_reach + edge.half_length;
+      // neither the surface nor an edge is nearer to the edge's part
+      const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
+      const double gap = std::max<double>(
+          bounds[lane] - reach, other_->EdgesBeyond(place) - reach - other_->longest_half());
+      if (gap > kEdgesEnough) {
+        least = std::min(least, gap);
+      } else {
+        parts[count++] = {.lane = lane,
+                          .middle_V = place,
+                          .tangent_V = R_VF_ * edge.tangent.cast<double>(),
+                          .half_length = edge.half_length,
+                          .middle_bound = bounds[lane],
+                          .gap = gap};
+      }
     }
-    least = std::min(least, gap);
-    if (gap < 0) told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << lane);
+    const std::span<EdgePart> near = std::span(parts).first(count);
+    if (!near.empty()) LookAlong(*field_, edge_reach, near);
+    LookAtOthers(*other_, edge_reach, kPartsEnough, near);
+    for (const EdgePart& part : near) {
+      least = std::min(least, part.gap);
+      if (part.gap < 0) told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << part.lane);
+    }
   }
   due.ring =
       static_cast<std::uint32_t>(calendar_.RingOf(told.out + block.radius, std::max(least, 0.0)));
@@ -273,6 +284,15 @@ void FieldSchedule::PutDue() noexcept {
   }
 }
 
+void FieldSchedule::PriceTravel(double due, double at_rest) noexcept {
+  const double by_travel = due - at_rest;
+  if (by_travel <= 0) return;
+  const auto tests = static_cast<double>(counts_.looked_up + counts_.chunks);
+  travelled_ = kTravelKept * travelled_ + by_travel;
+  travelled_tests_ =
+      kTravelKept * travelled_tests_ + std::max(tests - kWholeBlock * at_rest, by_travel);
+}
+
 double FieldSchedule::owed() const noexcept {
   return kWholeBlock * (calendar_.DueWithin(0) + chunks_.DueWithin(0));
 }
@@ -283,15 +303,6 @@ double FieldSchedule::owed_per_voxel() const noexcept {
     const auto ahead = static_cast<std::size_t>(kVoxels * calendar.kPerVoxel);
     return calendar.DueWithin(ahead) - calendar.DueWithin(0);
   };
-void FieldSchedule::PriceTravel(double due, double at_rest) noexcept {
-  const double by_travel = due - at_rest;
-  if (by_travel <= 0) return;
-  const auto tests = static_cast<double>(counts_.looked_up + counts_.chunks);
-  travelled_ = kTravelKept * travelled_ + by_travel;
-  travelled_tests_ =
-      kTravelKept * travelled_tests_ + std::max(tests - kWholeBlock * at_rest, by_travel);
-}
-
   // most blocks that come due are looked up at their middle only
   return travelled_tests_ / travelled_ * (more(calendar_) + more(chunks_)) / kVoxels;
 }

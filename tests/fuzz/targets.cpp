@@ -186,7 +186,7 @@ void ReadAllOver(const BodySurface& surface) {
                                  &readings);
         static_cast<void>(surface.features.EdgesBeyond(place));
         std::size_t near = 0;
-        surface.features.VisitEdgesNear(place, 1, [&near](const BodyFeatures::Edge&) {
+        surface.features.VisitEdgesIn(place - Vec3::Ones(), place + Vec3::Ones(), [&near](const BodyFeatures::Edge&) {
           ++near;
         });
       }

@@ -150,9 +150,10 @@ std::vector<double> Readings(const BodySurface& surface, const TriangleMesh& mes
       told.insert(told.end(), {push.distance, push.away_V.x(), push.share});
     }
     told.push_back(surface.features.EdgesBeyond(place_V));
-    surface.features.VisitEdgesNear(place_V, 1, [&told](const BodyFeatures::Edge& edge) {
-      told.push_back(edge.middle.x());
-    });
+    surface.features.VisitEdgesIn(place_V - Vec3::Constant(1), place_V + Vec3::Constant(1),
+                                  [&told](const BodyFeatures::Edge& edge) {
+                                    told.push_back(edge.middle.x());
+                                  });
   }
   for (std::size_t b = 0; b < surface.features.blocks().size(); ++b) {
     for (std::size_t lane = 0; lane < BodyFeatures::kLanes; ++lane) {
