@@ -101,14 +101,22 @@ void LookAlong(const DistanceField& field, double reach, std::span<EdgePart> par
   // these than a quarter of its half, or than its seam
   constexpr std::array<double, 4> kAlong{-1.0, -0.5, 0.5, 1.0};
   constexpr std::size_t kMost = kAlong.size() * kBlockPlaces;
+  const auto slack = [](const EdgePart& part) {
+    return std::max(0.25 * part.half_length, kSeam) + kPlaceError;
+  };
+  std::array<EdgePart*, kBlockPlaces> asked;
   std::array<float, kMost> x{};
   std::array<float, kMost> y{};
   std::array<float, kMost> z{};
   std::array<float, kMost> values;
   std::array<std::int32_t, kMost> kinds;
   std::array<float, kMost> over;
+  std::size_t asked_count = 0;
   std::size_t count = 0;
-  for (const EdgePart& part : parts) {
+  for (EdgePart& part : parts) {
+    // the middle alone tells that there is none
+    if (part.middle_bound - slack(part) <= reach) continue;
+    asked[asked_count++] = &part;
     for (const double along : kAlong) {
       const Vec3 place = part.middle_V + along * part.half_length * part.tangent_V;
       x[count] = static_cast<float>(place.x());
@@ -117,15 +125,16 @@ void LookAlong(const DistanceField& field, double reach, std::span<EdgePart> par
       ++count;
     }
   }
+  if (count == 0) return;
   field.Values({0, 0, 0}, {x.data(), y.data(), z.data()}, (count + 15) / 16 * 16, values.data(),
                kinds.data(), over.data());
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    EdgePart& part = parts[i];
+  for (std::size_t i = 0; i < asked_count; ++i) {
+    EdgePart& part = *asked[i];
     double least = part.middle_bound;
     for (std::size_t k = kAlong.size() * i; k < kAlong.size() * (i + 1); ++k) {
       least = std::min<double>(least, values[k] - over[k]);
     }
-    least -= std::max(0.25 * part.half_length, kSeam) + kPlaceError;
+    least -= slack(part);
     part.gap = std::max(part.gap, least - reach);
     part.outside = least > 0;
   }

@@ -23,7 +23,7 @@ struct EdgePart {
   double half_length = 0;
   double middle_bound = 0;  // the distance of the middle from the surface, at least
   double gap = 0;           // it pushes against no edge before both have come so much nearer
-  bool outside = false;     // all of it is outside of the other body
+  bool outside = false;     // all of it is known to be outside of the other body
 };
 
 /// Finds the gaps that the distances of some places along each part tell. The surface may be

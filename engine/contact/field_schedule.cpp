@@ -244,7 +244,7 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
       }
     }
     const std::span<EdgePart> near = std::span(parts).first(count);
-    if (!near.empty()) LookAlong(*field_, edge_reach, near);
+    LookAlong(*field_, edge_reach, near);
     LookAtOthers(*other_, edge_reach, kPartsEnough, near);
     for (const EdgePart& part : near) {
       least = std::min(least, part.gap);
