@@ -31,8 +31,8 @@ struct EdgePart {
 /// At most kBlockPlaces parts.
 void LookAlong(const DistanceField& field, double reach, std::span<EdgePart> parts) noexcept;
 
-/// Finds the gaps that the other body's edges tell, for the parts with a gap of less than
-/// `enough`.
+/// Finds the gaps that the other body's edges tell, for the parts with a gap of `enough` at most:
+/// at most kBlockPlaces.
 void LookAtOthers(const BodyFeatures& others, double reach, double enough,
                   std::span<EdgePart> parts) noexcept;
 

@@ -20,8 +20,8 @@ constexpr double kFast = 0.25;
 constexpr double kFramesAhead = 3;
 /// Tests of a block that is looked up at its middle and at its points.
 constexpr double kWholeBlock = 1.0 + BodyFeatures::kLanes;
-/// Of what it cost that blocks came due by travel: what is kept from frame to frame, and how many
-/// whole blocks are taken to have come before the first frame.
+/// The price of what comes due by travel keeps so much of the last frames' in each frame, and
+/// begins as if so many whole blocks had come due.
 constexpr double kTravelKept = 0.98;
 constexpr double kTravelledBefore = 64;
 
