@@ -231,7 +231,7 @@ int RunFrame(const FrameArguments& arguments) {
           {"looks", figures.worst.looks},
           {"sifted", 0},
           {"loaded", figures.worst.loaded_points},
-          {"tests", figures.worst.tests.looked_up},
+          {"tests", figures.worst.tests.looked_up + figures.worst.tests.compared},
           {"drifted", figures.worst.tests.drifted},
           {"chunks", figures.worst.tests.chunks}}},
         {"back_to_back", back_to_back},

@@ -119,7 +119,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         figures.contacts += report.contact_points;
         figures.looks += report.looks;
         figures.loaded += report.loaded_points;
-        figures.tests += static_cast<double>(report.tests.looked_up);
+        figures.tests += static_cast<double>(report.tests.looked_up + report.tests.compared);
         figures.drifted += static_cast<double>(report.tests.drifted);
         figures.chunks += static_cast<double>(report.tests.chunks);
         figures.held_back += (report.flags & StepReport::kTravelLimited) != 0;

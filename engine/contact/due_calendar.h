@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace tandem {
@@ -20,7 +19,7 @@ struct PairMotion {
 /// Items, each due once it may have come a certain way. What turns goes the farther the farther out
 /// it is, so items are kept in rings by their distance from the origin of the motion, each ring
 /// with an odometer of its own. In `kBucketsPerVoxel` buckets a voxel, so items are taken up to a
-/// bucket early, and never late.
+/// bucket early, and never late. Each item has a cost, so what is due next is known as a sum.
 ///
 ///   ring 0   | odometer | + 1 | + 2 | ... | buckets. What is farther than the last is put into any
 ///   ring 1   | ...                          of the latter half, so that not all are due at once
@@ -38,10 +37,14 @@ class DueCalendar {
 
   /// `radius` of the body that turns, voxels.
   DueCalendar(std::size_t items, double radius)
-      : radius_(std::max(radius, 1.0)), next_(items), before_(items), slot_(items, kOut) {
+      : radius_(std::max(radius, 1.0)),
+        next_(items),
+        before_(items),
+        costs_(items),
+        slot_(items, kOut) {
     for (Ring& ring : rings_) {
       ring.heads.fill(kNone);
-      ring.counts.fill(0);
+      ring.costs.fill(0);
       ring.filled.fill(0);
     }
   }
@@ -56,8 +59,8 @@ class DueCalendar {
   double odometer(std::size_t ring) const noexcept { return rings_[ring].odometer; }
 
   /// Puts an item in, from wherever it was, that is `out` voxels from the origin and due when it
-  /// has come `ahead` voxels.
-  void Put(std::uint32_t item, double out, double ahead) noexcept {
+  /// has come `ahead` voxels; it will cost about so much then.
+  void Put(std::uint32_t item, double out, double ahead, std::uint32_t cost) noexcept {
     Remove(item);
     const std::size_t r = RingOf(out, std::min(ahead, kFarthest));
     Ring& ring = rings_[r];
@@ -70,7 +73,8 @@ class DueCalendar {
     next_[item] = ring.heads[bucket];
     if (next_[item] != kNone) before_[next_[item]] = item;
     ring.heads[bucket] = item;
-    ++ring.counts[bucket];
+    costs_[item] = cost;
+    ring.costs[bucket] += cost;
     ++ring.items;
     ring.filled[bucket / 64] |= std::uint64_t{1} << bucket % 64;
   }
@@ -86,7 +90,10 @@ class DueCalendar {
     if (next_[item] != kNone) before_[next_[item]] = before_[item];
     slot_[item] = kOut;
     --ring.items;
-    if (--ring.counts[bucket] == 0) ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
+    ring.costs[bucket] -= costs_[item];
+    if (ring.heads[bucket] == kNone) {
+      ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
+    }
   }
 
   /// Goes on by a motion, and by so many voxels more for all, and takes out what is due:
@@ -110,12 +117,13 @@ class DueCalendar {
     }
   }
 
-  /// How many items are due before the body's edge has come `ahead` buckets, those of now counted.
-  std::uint32_t DueWithin(std::size_t ahead) const noexcept {
-    std::uint32_t sum = 0;
+  /// What the items cost that are due before the body's edge has come `ahead` buckets, those of now
+  /// counted.
+  std::uint64_t CostWithin(std::size_t ahead) const noexcept {
+    std::uint64_t sum = 0;
     for (const Ring& ring : rings_) {
       for (std::size_t k = FirstFilled(ring); k <= std::min(ahead, kBuckets - 1); ++k) {
-        sum += ring.counts[(ring.now + k) % kBuckets];
+        sum += ring.costs[(ring.now + k) % kBuckets];
       }
     }
     return sum;
@@ -142,7 +150,7 @@ class DueCalendar {
     std::uint64_t now = 0;  // its bucket
     std::uint32_t items = 0;
     std::array<std::uint32_t, kBuckets> heads;
-    std::array<std::uint32_t, kBuckets> counts;
+    std::array<std::uint64_t, kBuckets> costs;
     std::array<std::uint64_t, kBuckets / 64> filled;  // a bit for each bucket with items
   };
 
@@ -195,11 +203,12 @@ class DueCalendar {
     std::uint32_t item = ring.heads[bucket];
     if (item == kNone) return;
     ring.heads[bucket] = kNone;
-    ring.items -= std::exchange(ring.counts[bucket], 0);
+    ring.costs[bucket] = 0;
     ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
     while (item != kNone) {
       const std::uint32_t next = next_[item];
       slot_[item] = kOut;
+      --ring.items;
       visit(item);
       item = next;
     }
@@ -209,6 +218,7 @@ class DueCalendar {
   std::array<Ring, kRings.size()> rings_;
   std::vector<std::uint32_t> next_;
   std::vector<std::uint32_t> before_;
+  std::vector<std::uint32_t> costs_;
   std::vector<std::uint16_t> slot_;  // ring and bucket
 };
 

@@ -38,6 +38,7 @@ class OthersNear {
   /// Places are kept from `origin_V` on.
   explicit OthersNear(const Vec3& origin_V) noexcept : origin_V_(origin_V) {}
 
+  std::size_t count() const noexcept { return count_; }
   bool full() const noexcept { return count_ == kRoom; }
   void Add(const BodyFeatures::Edge& edge) noexcept {
     const Vec3 from_origin = edge.middle - origin_V_;
@@ -96,7 +97,8 @@ class OthersNear {
 
 }  // namespace
 
-void LookAlong(const DistanceField& field, double reach, std::span<EdgePart> parts) noexcept {
+std::size_t LookAlong(const DistanceField& field, double reach,
+                      std::span<EdgePart> parts) noexcept {
   // beside the middle, whose distance is known: no place of a part is farther from the nearest of
   // these than a quarter of its half, or than its seam
   constexpr std::array<double, 4> kAlong{-1.0, -0.5, 0.5, 1.0};
@@ -125,7 +127,7 @@ void LookAlong(const DistanceField& field, double reach, std::span<EdgePart> par
       ++count;
     }
   }
-  if (count == 0) return;
+  if (count == 0) return 0;
   field.Values({0, 0, 0}, {x.data(), y.data(), z.data()}, (count + 15) / 16 * 16, values.data(),
                kinds.data(), over.data());
   for (std::size_t i = 0; i < asked_count; ++i) {
@@ -138,10 +140,11 @@ void LookAlong(const DistanceField& field, double reach, std::span<EdgePart> par
     part.gap = std::max(part.gap, least - reach);
     part.outside = least > 0;
   }
+  return count;
 }
 
-void LookAtOthers(const BodyFeatures& others, double reach, double enough,
-                  std::span<EdgePart> parts) noexcept {
+std::size_t LookAtOthers(const BodyFeatures& others, double reach, double enough,
+                         std::span<EdgePart> parts) noexcept {
   std::array<EdgePart*, kBlockPlaces> asked;
   std::array<double, kBlockPlaces> gaps;
   gaps.fill(kEdgesEnough);
@@ -156,11 +159,13 @@ void LookAtOthers(const BodyFeatures& others, double reach, double enough,
     high = high.cwiseMax(part.middle_V);
     longest = std::max(longest, part.half_length);
   }
-  if (count == 0) return;
+  if (count == 0) return 0;
   const double most = reach + longest + kEdgesEnough + kPlaceError;
   const Vec3 margin = Vec3::Constant(most + others.longest_half());
   OthersNear near(low);
+  std::size_t compared = 0;
   const auto look = [&] {
+    compared += count * near.count();
     for (std::size_t i = 0; i < count; ++i) gaps[i] = near.GapOf(*asked[i], reach, gaps[i]);
     near.Clear();
   };
@@ -173,6 +178,7 @@ void LookAtOthers(const BodyFeatures& others, double reach, double enough,
   });
   look();
   for (std::size_t i = 0; i < count; ++i) asked[i]->gap = std::max(asked[i]->gap, gaps[i]);
+  return compared;
 }
 
 }  // namespace tandem

@@ -330,7 +330,8 @@ void FieldPair::CountLoad() noexcept {
   load_.mandatory = of_shell_.owed() + of_map_.owed();
   load_.per_metre = (of_shell_.owed_per_voxel() + of_map_.owed_per_voxel()) / s_;
   load_.looks = static_cast<double>(contact_count_);
-  load_.bound = s_ * std::max(0.5, std::min(of_shell_.free_way(), of_map_.free_way()));
+  load_.bound =
+      s_ * std::max(FieldSchedule::kMostTravel, std::min(of_shell_.free_way(), of_map_.free_way()));
 }
 
 void FieldPair::SetClearance(const Clearance& clearance) noexcept {

@@ -12,18 +12,14 @@ namespace tandem {
 
 namespace {
 
-/// Voxels of gap between a sharp edge's part and the surface from which on other edges near it are
-/// not looked for.
-constexpr double kPartsEnough = 0.1;
+/// Voxels of gap up to which a sharp edge's part counts as one that may cross another. Which parts
+/// of a block do is looked at again only when the others may have come so far.
+constexpr double kCrossingMargin = 0.1;
 /// Voxels a frame from which on a body is fast, and how many of its frames are looked ahead.
 constexpr double kFast = 0.25;
 constexpr double kFramesAhead = 3;
 /// Tests of a block that is looked up at its middle and at its points.
-constexpr double kWholeBlock = 1.0 + BodyFeatures::kLanes;
-/// The price of what comes due by travel keeps so much of the last frames' in each frame, and
-/// begins as if so many whole blocks had come due.
-constexpr double kTravelKept = 0.98;
-constexpr double kTravelledBefore = 64;
+constexpr std::uint32_t kWholeBlock = 1 + BodyFeatures::kLanes;
 
 }  // namespace
 
@@ -44,13 +40,11 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
       due_(features.blocks().size()),
       due_chunks_(features.chunks().size()),
       told_(features.blocks().size()),
-      near_(features.blocks().size()),
-      travelled_(kTravelledBefore),
-      travelled_tests_(kTravelledBefore * kWholeBlock) {
+      near_(features.blocks().size()) {
   for (const BodyFeatures::Chunk& chunk : features.chunks()) far_in_.push_back(chunk.count);
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < far_in_.size(); ++c) {
-    chunks_.Put(static_cast<std::uint32_t>(c), 0, 0);
+    chunks_.Put(static_cast<std::uint32_t>(c), 0, 0, kWholeBlock * far_in_[c]);
   }
 }
 
@@ -73,11 +67,8 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   // what is known of edges counts by the odometer, which does not run over a jump
   if (!std::isfinite(motion.way + more))
     std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
-  const double at_rest = calendar_.DueWithin(0);
-  std::size_t block_count = 0;
   std::size_t chunk_count = 0;
-  const auto take = [&](std::uint32_t block) {
-    ++block_count;
+  const auto take = [this](std::uint32_t block) {
     AddDue(block);
   };
   const auto take_chunk = [&](std::uint32_t chunk) {
@@ -99,7 +90,6 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   }
   TestAll();
   PutDue();
-  PriceTravel(static_cast<double>(block_count + chunk_count), at_rest);
 }
 
 bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
@@ -111,7 +101,7 @@ bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
   const double error = reading.near ? DistanceField::kMostOver : 0.0;
   const double gap = reading.value - error - chunk.radius - reach_;
   if (gap <= kFar) return false;
-  chunks_.Put(number, OutOf(chunk.middle, place) + chunk.radius, gap);
+  chunks_.Put(number, OutOf(chunk.middle, place) + chunk.radius, gap, 1);
   return true;
 }
 
@@ -211,7 +201,8 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
   EdgesDue& due = edges_due_[b];
   const double known = due.at - calendar_.odometer(due.ring);
   if (known > 0) {
-    told.gap = std::min(told.gap, static_cast<float>(known));
+    told.crossing = due.crossing;
+    told.gap = std::min(told.gap, due.crossing != 0 ? 0 : static_cast<float>(known));
     return;
   }
   const BodyFeatures::Block& block = features_->blocks()[b];
@@ -230,6 +221,7 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
       const double reach = edge_reach + edge.half_length;
       // neither the surface nor an edge is nearer to the edge's part
       const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
+      ++told.compared;
       const double gap = std::max<double>(
           bounds[lane] - reach, other_->EdgesBeyond(place) - reach - other_->longest_half());
       if (gap > kEdgesEnough) {
@@ -244,17 +236,24 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
       }
     }
     const std::span<EdgePart> near = std::span(parts).first(count);
-    LookAlong(*field_, edge_reach, near);
-    LookAtOthers(*other_, edge_reach, kPartsEnough, near);
+    told.compared +=
+        static_cast<std::uint32_t>(LookAlong(*field_, edge_reach, near) +
+                                   LookAtOthers(*other_, edge_reach, kCrossingMargin, near));
     for (const EdgePart& part : near) {
-      least = std::min(least, part.gap);
-      if (part.gap < 0) told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << part.lane);
+      if (part.gap < kCrossingMargin) {
+        told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << part.lane);
+      } else {
+        least = std::min(least, part.gap);
+      }
     }
   }
+  // those that may cross now go away, too
+  if (told.crossing != 0) least = std::min(least, kCrossingMargin);
+  due.crossing = told.crossing;
   due.ring =
       static_cast<std::uint32_t>(calendar_.RingOf(told.out + block.radius, std::max(least, 0.0)));
   due.at = calendar_.odometer(due.ring) + least;
-  told.gap = std::min(told.gap, static_cast<float>(least));
+  told.gap = std::min(told.gap, due.crossing != 0 ? 0 : static_cast<float>(least));
 }
 
 void FieldSchedule::PutDue() noexcept {
@@ -263,8 +262,9 @@ void FieldSchedule::PutDue() noexcept {
     const std::uint32_t b = due_[k];
     const Told& told = told_[k];
     const BodyFeatures::Block& block = features_->blocks()[b];
-    counts_.looked_up += 1;
-    if (told.points) counts_.looked_up += static_cast<std::size_t>(std::popcount(block.lanes));
+    const int looked_up = told.points ? 1 + std::popcount(block.lanes) : 1;
+    counts_.looked_up += static_cast<std::size_t>(looked_up);
+    counts_.compared += told.compared;
     if (told.touching != 0 || told.crossing != 0) {
       near_[near_count_++] = {b, told.touching, told.crossing};
     }
@@ -272,7 +272,9 @@ void FieldSchedule::PutDue() noexcept {
     std::uint32_t& far_in = far_in_[block.chunk];
     far_in += (far ? 1U : 0U) - is_far_[b];
     is_far_[b] = far ? 1 : 0;
-    calendar_.Put(b, told.out + block.radius, told.gap);
+    // about what it cost now
+    calendar_.Put(b, told.out + block.radius, told.gap,
+                  static_cast<std::uint32_t>(looked_up) + told.compared);
   }
   // chunks whose blocks are all far now stand whole
   for (std::size_t k = 0; k < due_count_; ++k) {
@@ -284,27 +286,18 @@ void FieldSchedule::PutDue() noexcept {
   }
 }
 
-void FieldSchedule::PriceTravel(double due, double at_rest) noexcept {
-  const double by_travel = due - at_rest;
-  if (by_travel <= 0) return;
-  const auto tests = static_cast<double>(counts_.looked_up + counts_.chunks);
-  travelled_ = kTravelKept * travelled_ + by_travel;
-  travelled_tests_ =
-      kTravelKept * travelled_tests_ + std::max(tests - kWholeBlock * at_rest, by_travel);
-}
-
 double FieldSchedule::owed() const noexcept {
-  return kWholeBlock * (calendar_.DueWithin(0) + chunks_.DueWithin(0));
+  return static_cast<double>(calendar_.CostWithin(0) + chunks_.CostWithin(0));
 }
 
 double FieldSchedule::owed_per_voxel() const noexcept {
-  constexpr std::size_t kVoxels = 2;
-  const auto more = [](const auto& calendar) {
-    const auto ahead = static_cast<std::size_t>(kVoxels * calendar.kPerVoxel);
-    return calendar.DueWithin(ahead) - calendar.DueWithin(0);
+  const auto per_voxel = [](const auto& calendar) {
+    const double buckets = std::ceil(kMostTravel * calendar.kPerVoxel);
+    const auto more =
+        calendar.CostWithin(static_cast<std::size_t>(buckets)) - calendar.CostWithin(0);
+    return static_cast<double>(more) * calendar.kPerVoxel / buckets;
   };
-  // most blocks that come due are looked up at their middle only
-  return travelled_tests_ / travelled_ * (more(calendar_) + more(chunks_)) / kVoxels;
+  return per_voxel(calendar_) + per_voxel(chunks_);
 }
 
 std::size_t FieldSchedule::CountUnfound(const Pose& X_VF) const {

@@ -60,8 +60,11 @@ class FieldSchedule {
   /// `X_VF`, that it did not find. It looks up every point. For tests; allocates.
   std::size_t CountUnfound(const Pose& X_VF) const;
 
+  /// Voxels that the bodies come nearer in a frame at the most where anything is near: MaxTravel's
+  /// bound.
+  static constexpr double kMostTravel = 0.5;
   /// Point tests that the next frame owes if nothing moves, and how many more with each voxel of
-  /// travel, over the next two.
+  /// travel, up to kMostTravel: by what each block cost when it was last due.
   double owed() const noexcept;
   double owed_per_voxel() const noexcept;
   /// Voxels before anything is due.
@@ -98,9 +101,6 @@ class FieldSchedule {
   void LookAtEdges(std::uint32_t block, const float* bounds, Told& told) noexcept;
   void TestAll() noexcept;
   void PutDue() noexcept;
-  /// Takes into account what it cost that blocks and chunks, so many, came due; `at_rest` of them
-  /// were due without any travel.
-  void PriceTravel(double due, double at_rest) noexcept;
 
   const BodyFeatures* features_;
   const DistanceField* field_;
@@ -116,10 +116,11 @@ class FieldSchedule {
   Vec3 p_VF_ = Vec3::Zero();
 
   std::vector<std::uint8_t> is_far_;  // by block, as it was last looked up
-  /// By block: up to what odometer none of its edges can cross another.
+  /// By block: up to what odometer none of its edges can cross another, but in some lanes.
   struct EdgesDue {
     double at = 0;
     std::uint32_t ring = 0;
+    std::uint16_t crossing = 0;
   };
   std::vector<EdgesDue> edges_due_;
   std::vector<std::uint32_t> far_in_;     // by chunk: how many of its blocks
@@ -135,14 +136,12 @@ class FieldSchedule {
     std::uint16_t touching = 0;
     std::uint16_t crossing = 0;
     bool points = false;  // were looked up
+    std::uint32_t compared = 0;
   };
   std::vector<Told> told_;
   std::vector<NearBlock> near_;
   std::size_t near_count_ = 0;
   TestCounts counts_;
-  // blocks and chunks that came due by travel, the last frames' the most, and their tests
-  double travelled_ = 0;
-  double travelled_tests_ = 0;
 };
 
 }  // namespace tandem

@@ -28,7 +28,7 @@ inline constexpr double kTravelFloor = 0.02;
 /// Of the point tests that fit into a frame beside the mandatory ones, what travel may always make
 /// due. Slowing further would not make a frame of many looks any shorter, and the hand would feel
 /// viscosity for nothing.
-inline constexpr double kTravelShare = 0.2;
+inline constexpr double kTravelShare = 0.4;
 
 /// How far all pairs may go in the coming frame, in metres, so that what it makes due fits into
 /// `capacity` point tests: paper §5, Eqn. 2 with allowances (i - 1) s in place of 0.5 s i, and with

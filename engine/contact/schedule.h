@@ -31,10 +31,15 @@ struct TestCounts {
   std::size_t looked_up = 0;  // points
   std::size_t drifted = 0;    // points that were put back by their drift alone
   std::size_t chunks = 0;     // chunk centres
+  std::size_t compared = 0;   // sharp edges' parts: with the surface along them, with others
+
+  /// What a frame's capacity is for, chunks apart.
+  double tests() const noexcept { return static_cast<double>(looked_up + drifted + compared); }
   TestCounts& operator+=(const TestCounts& other) {
     looked_up += other.looked_up;
     drifted += other.drifted;
     chunks += other.chunks;
+    compared += other.compared;
     return *this;
   }
 };

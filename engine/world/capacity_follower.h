@@ -24,7 +24,7 @@ class CapacityFollower {
   double tests() const noexcept { return tests_ * (1.0 - beside_s_ / budget_s_) / PriceShare(); }
   /// After a frame: what it did, and the processor time that it took.
   void Count(const StepReport& report, double took_s) noexcept {
-    const auto tested = static_cast<double>(report.tests.looked_up + report.tests.drifted);
+    const double tested = report.tests.tests();
     const double priced_s = budget_s_ * (tested + look_price_ * report.look_work) / tests_;
     if (priced_s < kLittle * budget_s_) {
       const double beside = std::clamp(took_s - PriceShare() * priced_s, 0.0, kBeside * budget_s_);

@@ -33,7 +33,7 @@ void ExpectNoneLate() {
     items.push_back({Uniform(random, 0, 8 * kRadius), Uniform(random, 0, 120)});
     // what is farther out than the body is so far from it at least
     items[i].ahead = std::max(items[i].ahead, items[i].out > 4 * kRadius ? 3 * kRadius : 0.0);
-    calendar.Put(i, items[i].out, items[i].ahead);
+    calendar.Put(i, items[i].out, items[i].ahead, 1);
   }
   std::size_t early = 0;
   std::size_t taken = 0;
@@ -50,7 +50,7 @@ void ExpectNoneLate() {
       ++taken;
       early += item.came < 0.5 * item.ahead ? 1 : 0;
       item = {item.out, std::max(Uniform(random, 0, 40), item.out > 4 * kRadius ? 300.0 : 0.0)};
-      calendar.Put(i, item.out, item.ahead);
+      calendar.Put(i, item.out, item.ahead, 1);
     }
   }
   EXPECT_GT(taken, 5000U);
@@ -66,7 +66,7 @@ TEST(DueCalendar, TakesEveryItemBeforeItCanHaveComeItsWay) {
 TEST(DueCalendar, WhatIsFarIsNotAllDueAtOnce) {
   constexpr std::uint32_t kItems = 10'000;
   DueCalendar<1> calendar(kItems, kRadius);
-  for (std::uint32_t i = 0; i < kItems; ++i) calendar.Put(i, kRadius, 1e4);
+  for (std::uint32_t i = 0; i < kItems; ++i) calendar.Put(i, kRadius, 1e4, 1);
   std::size_t most = 0;
   std::size_t taken = 0;
   for (int frame = 0; frame < 2000; ++frame) {
@@ -87,7 +87,7 @@ TEST(DueCalendar, LookingAheadTakesAllThatIsDueWithinThat) {
   std::vector<double> ahead;
   for (std::uint32_t i = 0; i < 300; ++i) {
     ahead.push_back(Uniform(random, 0, 40));
-    calendar.Put(i, Uniform(random, 0, 0.5 * kRadius), ahead.back());
+    calendar.Put(i, Uniform(random, 0, 0.5 * kRadius), ahead.back(), 1);
   }
   std::vector<bool> taken(300);
   calendar.TakeWithin(10, [&](std::uint32_t i) {
@@ -102,20 +102,48 @@ TEST(DueCalendar, LookingAheadTakesAllThatIsDueWithinThat) {
   }
   EXPECT_GE(calendar.FreeWay(), 10);
   // what is farther out than the body goes farther
-  calendar.Put(0, 3 * kRadius, 30);
+  calendar.Put(0, 3 * kRadius, 30, 1);
   calendar.TakeWithin(10, [](std::uint32_t) {});
   EXPECT_GE(calendar.FreeWay(), 10);
 }
 
+TEST(DueCalendar, SaysWhatTheItemsThatAreDueWithinAWayCost) {
+  std::mt19937_64 random(4);
+  DueCalendar<8> calendar(300, kRadius);
+  std::vector<std::uint32_t> costs(300);
+  const auto put = [&](std::uint32_t i) {
+    costs[i] = static_cast<std::uint32_t>(1 + random() % 100);
+    calendar.Put(i, Uniform(random, 0, kRadius), Uniform(random, 0, 20), costs[i]);
+  };
+  for (std::uint32_t i = 0; i < 300; ++i) put(i);
+  for (int frame = 0; frame < 200; ++frame) {
+    // the rings of what is nearer than the body's edge go as far when nothing turns
+    const auto ahead = static_cast<std::size_t>(random() % 8);
+    const std::uint64_t foretold = calendar.CostWithin(ahead);
+    std::uint64_t came = 0;
+    std::vector<std::uint32_t> due;
+    // to the middle of the last of these buckets, from that of now
+    const double middle = frame == 0 ? 0.5 : 0;
+    calendar.Advance({(static_cast<double>(ahead) + middle) / 8, 0}, 0, [&](std::uint32_t i) {
+      came += costs[i];
+      due.push_back(i);
+    });
+    ASSERT_EQ(came, foretold) << "in frame " << frame;
+    std::ranges::for_each(due, put);
+    // what is put elsewhere counts there only
+    put(static_cast<std::uint32_t>(random() % 300));
+  }
+}
+
 TEST(DueCalendar, AfterAJumpAllAreDue) {
   DueCalendar<8> calendar(3, kRadius);
-  for (std::uint32_t i = 0; i < 3; ++i) calendar.Put(i, 10.0 * i, 20.0 * i);
+  for (std::uint32_t i = 0; i < 3; ++i) calendar.Put(i, 10.0 * i, 20.0 * i, 1);
   int taken = 0;
   calendar.Advance({std::numeric_limits<double>::infinity(), 0}, 0, [&](std::uint32_t) {
     ++taken;
   });
   EXPECT_EQ(taken, 3);
-  EXPECT_EQ(calendar.DueWithin(DueCalendar<8>::kBuckets), 0U);
+  EXPECT_EQ(calendar.CostWithin(DueCalendar<8>::kBuckets), 0U);
 }
 
 // The rings turn over some ten times. An item is due up to a bucket early. None is so far out that
@@ -127,7 +155,7 @@ TEST(DueCalendar, TheFreeWayIsThatOfTheItemThatIsDueFirst) {
   std::vector<double> rest(kItems);
   const auto put = [&](std::uint32_t i) {
     rest[i] = Uniform(random, 0, 60);
-    calendar.Put(i, Uniform(random, 0, kRadius - 60), rest[i]);
+    calendar.Put(i, Uniform(random, 0, kRadius - 60), rest[i], 1);
   };
   for (std::uint32_t i = 0; i < kItems; ++i) put(i);
   for (int frame = 0; frame < 3000; ++frame) {
@@ -154,7 +182,7 @@ TEST(DueCalendar, TheFreeWayIsThatOfTheItemThatIsDueFirst) {
 TEST(DueCalendar, TellsHowFarNothingIsDue) {
   DueCalendar<8> calendar(2, kRadius);
   EXPECT_GE(calendar.FreeWay(), 15.0);
-  calendar.Put(0, 50, 6.0);
+  calendar.Put(0, 50, 6.0, 1);
   EXPECT_LE(calendar.FreeWay(), 6.0);
   EXPECT_GE(calendar.FreeWay(), 6.0 - 1 / DueCalendar<8>::kPerVoxel);
   calendar.Remove(0);

@@ -137,12 +137,13 @@ TEST(FieldPair, TravelIsPricedByWhatBlocksThatCameDueDidCost) {
     Load other;
     const Pose X_WB{Quat::Identity(), Vec3(way * frame - 15 * kS, 0, 28 * kS)};
     const PairReport report = met.pair.Collide({X_WB, {}}, {}, load, other);
-    if (frame > 0) came += static_cast<double>(report.tests.looked_up + report.tests.chunks);
+    if (frame > 0) came += report.tests.tests() + static_cast<double>(report.tests.chunks);
     foretold += met.pair.load().mandatory + met.pair.load().per_metre * way;
   }
   EXPECT_GT(came, 600);
-  EXPECT_GT(foretold, 0.5 * came);
-  EXPECT_LT(foretold, 5 * came);
+  RecordProperty("foretold", std::to_string(foretold / came));
+  EXPECT_GT(foretold, 0.8 * came);
+  EXPECT_LT(foretold, 1.5 * came);
 }
 
 TEST(FieldPair, AFacePushesNoFartherThanItGoes) {
