@@ -189,7 +189,7 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at
     // every place that DistanceField::Pushes() pushes is found
     const Floats told = hn::IfThenElse(near, at_least, bound);
     const auto is_within = hn::AndNot(open, hn::Lt(told, hn::Set(f, reach)));
-    least = hn::Min(least, hn::IfThenElse(open, least, bound));
+    least = hn::Min(least, hn::IfThenElse(open, least, hn::Min(bound, told)));
     hn::StoreU(bound, f, bounds + k);
     std::array<std::uint8_t, 8> bits{};
     hn::StoreMaskBits(f, open, bits.data());

@@ -110,6 +110,55 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
   EXPECT_LT(looked_up, looked_up_by_all);
 }
 
+// Which edges may cross is known for some frames, and must not be once it is no longer true.
+TEST(FieldPair, MeetsInEveryFrameTheEdgesThatALookAtAllOfThemMeets) {
+  std::mt19937_64 random(14);
+  const TriangleMesh body = Box(kS * Vec3(16, 12, 10));
+  const TriangleMesh block = Box(kS * Vec3(30, 24, 20));
+  const Quat made_at = RandomRotation(random);
+  Refined coherent(block, body, made_at);
+  Refined all(block, body, made_at, 1, {.schedule = {.coherence = false, .chunks = false}});
+  const auto near_the_block = [&] {
+    const Vec3 way(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
+    return Vec3(Uniform(random, 16, 24) * kS * way.normalized());
+  };
+  Pose X_WB{RandomRotation(random), near_the_block()};
+  Vec3 way = Vec3::Zero();
+  Vec3 turn = Vec3::Zero();
+  int touching = 0;
+  std::size_t compared = 0;
+  std::size_t compared_by_all = 0;
+  for (int frame = 0; frame < 12'000; ++frame) {
+    if (frame % 300 == 0) {
+      way = (near_the_block() - X_WB.p) / 300;
+      turn = 0.004 * Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
+    }
+    X_WB.p += way;
+    X_WB.q = (RotationBy(turn) * X_WB.q).normalized();
+    // it jumps now and then, and force begins elsewhere
+    if (frame % 1000 == 999) X_WB = {RandomRotation(random), near_the_block()};
+    const Clearance clearance{1, frame % 700 < 350 ? 0.0 : -0.3 * kS};
+    if (frame % 350 == 0) {
+      coherent.pair.SetClearance(clearance);
+      all.pair.SetClearance(clearance);
+    }
+    Load load;
+    Load other;
+    const PairReport by_due = coherent.pair.Collide({X_WB, {}}, {}, load, other);
+    const PairReport by_all = all.pair.Collide({X_WB, {}}, {}, load, other);
+    ASSERT_EQ(by_due.contact_points, by_all.contact_points) << frame;
+    for (std::size_t i = 0; i < all.pair.contacts().size(); ++i) {
+      ASSERT_EQ(coherent.pair.contacts()[i].p_V, all.pair.contacts()[i].p_V) << frame;
+      ASSERT_EQ(coherent.pair.contacts()[i].depth, all.pair.contacts()[i].depth) << frame;
+    }
+    touching += by_all.contact_points > 0 ? 1 : 0;
+    compared += by_due.tests.compared;
+    compared_by_all += by_all.tests.compared;
+  }
+  EXPECT_GT(touching, 1000);
+  EXPECT_LT(compared, compared_by_all / 2);
+}
+
 // What comes due only because the calendar ends must not hold a body back.
 TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
   Refined met(Box(kS * Vec3(60, 60, 20)), Sphere(10 * kS, 3), Quat::Identity());
