@@ -17,9 +17,10 @@ constexpr std::int64_t kLongEnoughNs = 20'000'000;
 /// and what one thread does.
 constexpr double kQueueShare = 0.25;
 constexpr double kAloneShare = 0.05;
-/// Voxels along each axis. Beside its own sharp edges nearly every place of a body asks a list of
-/// faces, at three times the price; farther off hardly any does, as in frames.
-constexpr double kAside = 2.0;
+/// Voxels along each axis that the body stands beside itself. Near its own sharp edges nearly every
+/// place asks a list of faces, at up to four times the price; two voxels off hardly any does.
+/// Frames are between: the follower corrects by a half or twice (CapacityFollower).
+constexpr std::array kAside{0.6, 2.0};
 
 /// Of one test among many, s; by the calling thread alone.
 template <class Test>
@@ -88,8 +89,8 @@ FrameCapacity OfPoints(const WorldModel& world, double seconds, FrameHelpers* he
   return {.tests = std::max(1000.0, seconds / test_s)};
 }
 
-/// Measures a frame of the refined model, by look-ups of a body's features in its own field, where
-/// all are near.
+/// Measures a frame of the refined model, by look-ups of a body's features in its own field, beside
+/// which it stands.
 FrameCapacity OfFeatures(const WorldModel& world, double seconds, FrameHelpers* helpers) {
   const auto largest = std::ranges::max_element(world.bodies, {}, [](const BodyModel& body) {
     return body.surface.features.point_count();
@@ -99,12 +100,13 @@ FrameCapacity OfFeatures(const WorldModel& world, double seconds, FrameHelpers* 
   const DistanceField& field = largest->surface.field;
   const auto time_all = [&](FrameHelpers* of_helpers, const auto& timed) {
     FieldSchedule schedule(features, field, nullptr, {}, {.helpers = of_helpers});
-    // aside as most blocks of a frame are: points are looked up, and none touches
-    const Pose aside{Quat::Identity(), Vec3::Constant(kAside)};
-    schedule.Read(aside, 0);
-    return timed(schedule.counts().looked_up, [&] {
-      schedule.Read(aside, 0);
-    });
+    const auto read = [&] {
+      for (const double aside : kAside) {
+        schedule.Read({Quat::Identity(), Vec3::Constant(aside)}, 0);
+      }
+    };
+    read();
+    return timed(kAside.size() * schedule.counts().looked_up, read);
   };
   const double alone = time_all(nullptr, [](std::size_t count, const auto& test) {
     return TimeAlone(count, test);

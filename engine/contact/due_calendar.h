@@ -118,11 +118,18 @@ class DueCalendar {
   }
 
   /// What the items cost that are due before the body's edge has come `ahead` buckets, those of now
-  /// counted.
-  std::uint64_t CostWithin(std::size_t ahead) const noexcept {
+  /// counted, as it goes on with a motion like that.
+  std::uint64_t CostWithin(std::size_t ahead, const PairMotion& like) const noexcept {
+    const double edge = like.way + like.angle * radius_;
+    const bool moves = edge > 0 && std::isfinite(edge);
     std::uint64_t sum = 0;
-    for (const Ring& ring : rings_) {
-      for (std::size_t k = FirstFilled(ring); k <= std::min(ahead, kBuckets - 1); ++k) {
+    for (std::size_t r = 0; r < kRings.size(); ++r) {
+      const Ring& ring = rings_[r];
+      const double farther =
+          moves ? (like.way + like.angle * kRings[r] * radius_) / edge : Farther(r);
+      const double last = std::ceil(static_cast<double>(ahead) * farther);
+      const std::size_t most = std::min(static_cast<std::size_t>(last), kBuckets - 1);
+      for (std::size_t k = FirstFilled(ring); k <= most; ++k) {
         sum += ring.costs[(ring.now + k) % kBuckets];
       }
     }

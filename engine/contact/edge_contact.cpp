@@ -196,13 +196,17 @@ double EdgeArc::ShareOf(double push_cosine) const noexcept {
   return std::clamp((push_cosine - last) * scale, 0.0, 1.0);
 }
 
+namespace {
+/// Made before any frame, after the fades that it is made with.
+const EdgeArc kLooseEdgeArc = [] {
+  EdgeArc loose(kLooseArc);
+  loose.loose = true;
+  return loose;
+}();
+}  // namespace
+
 const EdgeArc& LooseArc() noexcept {
-  static const EdgeArc arc = [] {
-    EdgeArc loose(kLooseArc);
-    loose.loose = true;
-    return loose;
-  }();
-  return arc;
+  return kLooseEdgeArc;
 }
 
 EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) noexcept {

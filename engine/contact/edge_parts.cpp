@@ -12,6 +12,9 @@ namespace tandem {
 
 namespace {
 
+/// Pairs of parts that are compared while a place is looked up: most by their middles only.
+constexpr std::size_t kPairsOfALookUp = 4;
+
 /// The least distance of two pieces of lines, of which one's middle is `between` from the other's,
 /// and each has a vector from its middle to an end.
 double PiecesApart(const Vec3& between, const Vec3& half, const Vec3& other_half) noexcept {
@@ -163,9 +166,9 @@ std::size_t LookAtOthers(const BodyFeatures& others, double reach, double enough
   const double most = reach + longest + kEdgesEnough + kPlaceError;
   const Vec3 margin = Vec3::Constant(most + others.longest_half());
   OthersNear near(low);
-  std::size_t compared = 0;
+  std::size_t pairs = 0;
   const auto look = [&] {
-    compared += count * near.count();
+    pairs += count * near.count();
     for (std::size_t i = 0; i < count; ++i) gaps[i] = near.GapOf(*asked[i], reach, gaps[i]);
     near.Clear();
   };
@@ -178,7 +181,7 @@ std::size_t LookAtOthers(const BodyFeatures& others, double reach, double enough
   });
   look();
   for (std::size_t i = 0; i < count; ++i) asked[i]->gap = std::max(asked[i]->gap, gaps[i]);
-  return compared;
+  return pairs / kPairsOfALookUp;
 }
 
 }  // namespace tandem

@@ -28,11 +28,12 @@ struct EdgePart {
 
 /// Finds the gaps that the distances of some places along each part tell. The surface may be
 /// nearer to a part than to its middle by half its length, but is so only where they stand askew.
-/// At most kBlockPlaces parts. Returns how many places it looked at.
+/// At most kBlockPlaces parts. Returns what that cost, in
+/// look-ups.
 std::size_t LookAlong(const DistanceField& field, double reach, std::span<EdgePart> parts) noexcept;
 
 /// Finds the gaps that the other body's edges tell, for the parts with a gap of `enough` at most:
-/// at most kBlockPlaces. Returns how many pairs it compared.
+/// at most kBlockPlaces. Returns what that cost, in look-ups.
 std::size_t LookAtOthers(const BodyFeatures& others, double reach, double enough,
                          std::span<EdgePart> parts) noexcept;
 

@@ -18,6 +18,10 @@ constexpr double kCrossingMargin = 0.1;
 /// Voxels a frame from which on a body is fast, and how many of its frames are looked ahead.
 constexpr double kFast = 0.25;
 constexpr double kFramesAhead = 3;
+/// From a half to 1, scattered.
+constexpr double ShareOfMargin(std::uint32_t block) noexcept {
+  return 0.5 + 0.5 / 65536 * (block * 0x9e3779b1U >> 16U);
+}
 /// Tests of a block that is looked up at its middle and at its points.
 constexpr std::uint32_t kWholeBlock = 1 + BodyFeatures::kLanes;
 
@@ -34,7 +38,7 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
       calendar_(features.blocks().size(), centre.radius),
       chunks_(features.chunks().size(), centre.radius),
       is_far_(features.blocks().size(), 1),
-      edges_due_(features.blocks().size()),
+      edges_due_(other != nullptr ? features.blocks().size() : 0),
       is_due_(features.blocks().size() / 64 + 1),
       due_words_(is_due_.size() / 64 + 1),
       due_(features.blocks().size()),
@@ -78,10 +82,11 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   chunks_.Advance(motion, more, take_chunk);
   // where nothing is near, what comes due soon must not slow a fast body before it is known how far
   // it is
-  const double pace = motion.way + motion.angle * centre_.radius;
-  if (near_count_ == 0 && pace > kFast && std::isfinite(pace)) {
-    calendar_.TakeWithin(kFramesAhead * pace, take);
-    chunks_.TakeWithin(kFramesAhead * pace, take_chunk);
+  motion_ = motion;
+  pace_ = motion.way + motion.angle * centre_.radius;
+  if (near_count_ == 0 && pace_ > kFast && std::isfinite(pace_)) {
+    calendar_.TakeWithin(kFramesAhead * pace_, take);
+    chunks_.TakeWithin(kFramesAhead * pace_, take_chunk);
   }
   for (std::size_t c = 0; c < chunk_count; ++c) {
     if (PutIfFar(due_chunks_[c])) continue;
@@ -155,8 +160,9 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
                  over.data());
   for (std::size_t k = begin; k < end; ++k) {
     const std::size_t i = k - begin;
-    const double gap =
-        values[i] - over[i] - features_->blocks()[due_[k]].radius - reach_ - kPlaceError;
+    const BodyFeatures::Block& block = features_->blocks()[due_[k]];
+    const double seam = block.sharp != 0 ? kSeam : 0.0;
+    const double gap = values[i] - over[i] - block.radius - seam - reach_ - kPlaceError;
     told_[k] = {.gap = static_cast<float>(gap), .out = told_[k].out};
     if (gap < middle_enough_) near[count++] = static_cast<std::uint32_t>(k);
   }
@@ -208,7 +214,7 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
   const BodyFeatures::Block& block = features_->blocks()[b];
   const double edge_reach = EdgeReach(reach_);
   const Vec3 middle = R_VF_ * Vec3(block.middle.x, block.middle.y, block.middle.z) + p_VF_;
-  const double most_half = features_->longest_half() + other_->longest_half();
+  const double most_half = features_->longest_half() + other_->longest_half() + kSeam;
   const double beyond = other_->EdgesBeyond(middle) - block.radius - edge_reach - most_half;
   double least = beyond;
   if (beyond <= kEdgesEnough) {
@@ -218,7 +224,7 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
     for (unsigned rest = block.sharp; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
       const BodyFeatures::Edge& edge = features_->edge(features_->point(b, lane).edge);
-      const double reach = edge_reach + edge.half_length;
+      const double reach = edge_reach + edge.half_length + kSeam + kPlaceError;
       // neither the surface nor an edge is nearer to the edge's part
       const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
       ++told.compared;
@@ -247,9 +253,10 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
       }
     }
   }
-  // those that may cross now go away, too
-  if (told.crossing != 0) least = std::min(least, kCrossingMargin);
+  // lanes that may cross now need not for long; not all blocks are looked at again in one frame
+  if (told.crossing != 0) least = std::min(least, kCrossingMargin * ShareOfMargin(b));
   due.crossing = told.crossing;
+  due.compared = told.compared;
   due.ring =
       static_cast<std::uint32_t>(calendar_.RingOf(told.out + block.radius, std::max(least, 0.0)));
   due.at = calendar_.odometer(due.ring) + least;
@@ -258,6 +265,7 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
 
 void FieldSchedule::PutDue() noexcept {
   near_count_ = 0;
+  edges_ahead_ = 0;
   for (std::size_t k = 0; k < due_count_; ++k) {
     const std::uint32_t b = due_[k];
     const Told& told = told_[k];
@@ -272,9 +280,8 @@ void FieldSchedule::PutDue() noexcept {
     std::uint32_t& far_in = far_in_[block.chunk];
     far_in += (far ? 1U : 0U) - is_far_[b];
     is_far_[b] = far ? 1 : 0;
-    // about what it cost now
     calendar_.Put(b, told.out + block.radius, told.gap,
-                  static_cast<std::uint32_t>(looked_up) + told.compared);
+                  static_cast<std::uint32_t>(looked_up) + EdgeCost(b, told));
   }
   // chunks whose blocks are all far now stand whole
   for (std::size_t k = 0; k < due_count_; ++k) {
@@ -286,18 +293,28 @@ void FieldSchedule::PutDue() noexcept {
   }
 }
 
+std::uint32_t FieldSchedule::EdgeCost(std::uint32_t block, const Told& told) noexcept {
+  if (other_ == nullptr || !told.points) return 0;
+  const EdgesDue& due = edges_due_[block];
+  const double known = due.at - calendar_.odometer(due.ring);
+  if (told.crossing == 0) return told.gap >= known ? due.compared : 0;
+  if (known <= pace_) return due.compared;
+  edges_ahead_ += due.compared;
+  return 0;
+}
+
 double FieldSchedule::owed() const noexcept {
-  return static_cast<double>(calendar_.CostWithin(0) + chunks_.CostWithin(0));
+  return static_cast<double>(calendar_.CostWithin(0, motion_) + chunks_.CostWithin(0, motion_));
 }
 
 double FieldSchedule::owed_per_voxel() const noexcept {
-  const auto per_voxel = [](const auto& calendar) {
+  const auto per_voxel = [this](const auto& calendar) {
     const double buckets = std::ceil(kMostTravel * calendar.kPerVoxel);
-    const auto more =
-        calendar.CostWithin(static_cast<std::size_t>(buckets)) - calendar.CostWithin(0);
+    const std::uint64_t more = calendar.CostWithin(static_cast<std::size_t>(buckets), motion_) -
+                               calendar.CostWithin(0, motion_);
     return static_cast<double>(more) * calendar.kPerVoxel / buckets;
   };
-  return per_voxel(calendar_) + per_voxel(chunks_);
+  return per_voxel(calendar_) + per_voxel(chunks_) + edges_ahead_ / kMostTravel;
 }
 
 std::size_t FieldSchedule::CountUnfound(const Pose& X_VF) const {

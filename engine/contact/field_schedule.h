@@ -70,14 +70,15 @@ class FieldSchedule {
   /// Voxels before anything is due.
   double free_way() const noexcept { return std::min(calendar_.FreeWay(), chunks_.FreeWay()); }
 
-  /// The distance of the nearest point, or a bound of it where that is beyond the field's band;
+  /// A bound of the distance of the nearest point or edge, near the surface to a tenth of a voxel;
   /// every point is looked up, and near() is of all.
   double Read(const Pose& X_VF, double reach) noexcept;
 
  private:
   static constexpr std::size_t kPiece = 64;  // blocks
-  /// Voxels of gap: from here on a block is far, and its points are not looked up.
+  /// Voxels of gap of a block by its middle, from which on its points are not looked up.
   static constexpr double kMiddleEnough = 0.5;
+  /// And from which on it need not stand in the calendar itself, if all of its chunk are as far.
   static constexpr double kFar = 12.0;
 
   void Place(const Pose& X_VF) noexcept;
@@ -101,6 +102,9 @@ class FieldSchedule {
   void LookAtEdges(std::uint32_t block, const float* bounds, Told& told) noexcept;
   void TestAll() noexcept;
   void PutDue() noexcept;
+  /// What a block's edges will cost when it is due. What those cost that are known beyond the pace
+  /// of now is kept for travel (edges_ahead_).
+  std::uint32_t EdgeCost(std::uint32_t block, const Told& told) noexcept;
 
   const BodyFeatures* features_;
   const DistanceField* field_;
@@ -110,16 +114,20 @@ class FieldSchedule {
   DueCalendar<8> calendar_;  // blocks
   DueCalendar<1> chunks_;    // those that are far as wholes
   double reach_ = 0;
+  PairMotion motion_;                     // of the last Test()
+  double pace_ = 0;                       // voxels, of what is as far out as the body's edge then
   double middle_enough_ = kMiddleEnough;  // from here on points of a block are not looked up
   Mat3 R_VF_ = Mat3::Identity();
   std::array<float, 9> rows_{};
   Vec3 p_VF_ = Vec3::Zero();
 
   std::vector<std::uint8_t> is_far_;  // by block, as it was last looked up
-  /// By block: up to what odometer none of its edges can cross another, but in some lanes.
+  /// By block: up to what odometer none of its edges can cross another, but in some lanes, and what
+  /// it cost to find out. None where edges are not asked for.
   struct EdgesDue {
     double at = 0;
     std::uint32_t ring = 0;
+    std::uint32_t compared = 0;
     std::uint16_t crossing = 0;
   };
   std::vector<EdgesDue> edges_due_;
@@ -141,6 +149,7 @@ class FieldSchedule {
   std::vector<Told> told_;
   std::vector<NearBlock> near_;
   std::size_t near_count_ = 0;
+  double edges_ahead_ = 0;
   TestCounts counts_;
 };
 

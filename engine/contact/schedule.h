@@ -31,7 +31,7 @@ struct TestCounts {
   std::size_t looked_up = 0;  // points
   std::size_t drifted = 0;    // points that were put back by their drift alone
   std::size_t chunks = 0;     // chunk centres
-  std::size_t compared = 0;   // sharp edges' parts: with the surface along them, with others
+  std::size_t compared = 0;   // what it cost to tell sharp edges apart, in points
 
   /// What a frame's capacity is for, chunks apart.
   double tests() const noexcept { return static_cast<double>(looked_up + drifted + compared); }

@@ -100,12 +100,12 @@ TEST_F(PeerCommand, ItsHapticThreadHasNoPageFaults) {
   EXPECT_EQ(anna.End(), kExitOk);
 }
 
-// A peg in its slot, of which no point test fits into a frame: it goes at the travel floor.
+// A ball in its socket, of which no point test fits into a frame: it goes at the travel floor.
 TEST_F(PeerCommand, ShowsWhatItsFramesGiveUpToItsUserAndToThoseWhoLookOn) {
   Running anna("--interface lo --capacity 1 --session " + session_ +
-                   " --scene " TANDEM_SCENES "/peg_in_slot.json --hold peg --name anna",
+                   " --scene " TANDEM_SCENES "/ball_and_socket.json --hold ball --name anna",
                In("anna"));
-  ASSERT_TRUE(anna.WaitFor("you hold peg"));
+  ASSERT_TRUE(anna.WaitFor("you hold ball"));
   const Said watched = RunTandem("watch --interface lo --seconds 5 --session " + session_);
   EXPECT_EQ(watched.exit_code, kExitOk);
   EXPECT_THAT(watched.err, HasSubstr("over capacity 100 % of its frames"));

@@ -113,13 +113,13 @@ TEST(DueCalendar, SaysWhatTheItemsThatAreDueWithinAWayCost) {
   std::vector<std::uint32_t> costs(300);
   const auto put = [&](std::uint32_t i) {
     costs[i] = static_cast<std::uint32_t>(1 + random() % 100);
-    calendar.Put(i, Uniform(random, 0, kRadius), Uniform(random, 0, 20), costs[i]);
+    calendar.Put(i, Uniform(random, 0, 2 * kRadius), Uniform(random, 0, 20), costs[i]);
   };
   for (std::uint32_t i = 0; i < 300; ++i) put(i);
   for (int frame = 0; frame < 200; ++frame) {
-    // the rings of what is nearer than the body's edge go as far when nothing turns
+    // all rings go as far when nothing turns
     const auto ahead = static_cast<std::size_t>(random() % 8);
-    const std::uint64_t foretold = calendar.CostWithin(ahead);
+    const std::uint64_t foretold = calendar.CostWithin(ahead, {1, 0});
     std::uint64_t came = 0;
     std::vector<std::uint32_t> due;
     // to the middle of the last of these buckets, from that of now
@@ -135,6 +135,30 @@ TEST(DueCalendar, SaysWhatTheItemsThatAreDueWithinAWayCost) {
   }
 }
 
+// What is farther out than the body's edge goes farther as that turns.
+TEST(DueCalendar, NoTurnMakesMoreDueThanWasForetold) {
+  std::mt19937_64 random(6);
+  DueCalendar<8> calendar(300, kRadius);
+  const auto put = [&](std::uint32_t i) {
+    calendar.Put(i, Uniform(random, 0, 4 * kRadius), Uniform(random, 0, 20), 1);
+  };
+  for (std::uint32_t i = 0; i < 300; ++i) put(i);
+  std::size_t all = 0;
+  for (int frame = 0; frame < 200; ++frame) {
+    const double way = Uniform(random, 0, 1);  // voxels, of the body's edge
+    const std::uint64_t foretold =
+        calendar.CostWithin(static_cast<std::size_t>(8 * way) + 1, {0, 1});
+    std::vector<std::uint32_t> due;
+    calendar.Advance({0, way / kRadius}, 0, [&](std::uint32_t i) {
+      due.push_back(i);
+    });
+    ASSERT_LE(due.size(), foretold) << "in frame " << frame;
+    all += due.size();
+    std::ranges::for_each(due, put);
+  }
+  EXPECT_GT(all, 1000U);
+}
+
 TEST(DueCalendar, AfterAJumpAllAreDue) {
   DueCalendar<8> calendar(3, kRadius);
   for (std::uint32_t i = 0; i < 3; ++i) calendar.Put(i, 10.0 * i, 20.0 * i, 1);
@@ -143,7 +167,7 @@ TEST(DueCalendar, AfterAJumpAllAreDue) {
     ++taken;
   });
   EXPECT_EQ(taken, 3);
-  EXPECT_EQ(calendar.CostWithin(DueCalendar<8>::kBuckets), 0U);
+  EXPECT_EQ(calendar.CostWithin(DueCalendar<8>::kBuckets, {}), 0U);
 }
 
 // The rings turn over some ten times. An item is due up to a bucket early. None is so far out that

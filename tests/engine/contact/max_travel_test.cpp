@@ -45,9 +45,9 @@ TEST(MaxTravel, FillsTheFrame) {
   EXPECT_GT(limited, 300);
 }
 
-// Looks are no fewer at a slower pace: however many, they never take the last fifth of what tests
-// have, so a heavy contact is not slowed for nothing.
-TEST(MaxTravel, LeavesTravelAFifthOfTheTestsHoweverManyLooksThereAre) {
+// Looks are no fewer at a slower pace: however many, they never take the last two fifths of what
+// tests have, so a heavy contact is not slowed for nothing.
+TEST(MaxTravel, LeavesTravelItsShareOfTheTestsHoweverManyLooksThereAre) {
   std::mt19937_64 random(12);
   for (int trial = 0; trial < 1000; ++trial) {
     const TestLoad load = SomeLoad(random, 100 * kCapacity / kPrice);
