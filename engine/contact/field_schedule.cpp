@@ -12,8 +12,8 @@ namespace tandem {
 
 namespace {
 
-/// Voxels of gap up to which a sharp edge's part counts as one that may cross another. Which parts
-/// of a block do is looked at again only when the others may have come so far.
+/// Voxels of gap up to which a sharp edge's part counts as one that may cross another, if some part
+/// of its block may now. Which do is looked at again only when others may have come so far.
 constexpr double kCrossingMargin = 0.1;
 /// Voxels a frame from which on a body is fast, and how many of its frames are looked ahead.
 constexpr double kFast = 0.25;
@@ -245,8 +245,12 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
     told.compared +=
         static_cast<std::uint32_t>(LookAlong(*field_, edge_reach, near) +
                                    LookAtOthers(*other_, edge_reach, kCrossingMargin, near));
+    const bool any = std::ranges::any_of(near, [](const EdgePart& part) {
+      return part.gap < 0;
+    });
+    const double crossing_below = any ? kCrossingMargin : 0.0;
     for (const EdgePart& part : near) {
-      if (part.gap < kCrossingMargin) {
+      if (part.gap < crossing_below) {
         told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << part.lane);
       } else {
         least = std::min(least, part.gap);
