@@ -36,12 +36,7 @@ class DueCalendar {
   static constexpr std::array<double, 8> kRings{0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1, 4};
 
   /// `radius` of the body that turns, voxels.
-  DueCalendar(std::size_t items, double radius)
-      : radius_(std::max(radius, 1.0)),
-        next_(items),
-        before_(items),
-        costs_(items),
-        slot_(items, kOut) {
+  DueCalendar(std::size_t items, double radius) : radius_(std::max(radius, 1.0)), items_(items) {
     for (Ring& ring : rings_) {
       ring.heads.fill(kNone);
       ring.costs.fill(0);
@@ -68,29 +63,31 @@ class DueCalendar {
     const double scaled = out > most ? ahead * most / out : ahead;
     const double way = scaled > kFarthest ? kFarthest * ShareOfWay(item) : std::max(scaled, 0.0);
     const std::size_t bucket = std::max(BucketAt(ring.odometer + way), ring.now) % kBuckets;
-    slot_[item] = static_cast<std::uint16_t>(r * kBuckets + bucket);
-    before_[item] = kNone;
-    next_[item] = ring.heads[bucket];
-    if (next_[item] != kNone) before_[next_[item]] = item;
+    Item& put = items_[item];
+    put = {.next = ring.heads[bucket],
+           .before = kNone,
+           .cost = cost,
+           .slot = static_cast<std::uint16_t>(r * kBuckets + bucket)};
+    if (put.next != kNone) items_[put.next].before = item;
     ring.heads[bucket] = item;
-    costs_[item] = cost;
     ring.costs[bucket] += cost;
     ++ring.items;
     ring.filled[bucket / 64] |= std::uint64_t{1} << bucket % 64;
   }
   void Remove(std::uint32_t item) noexcept {
-    if (slot_[item] == kOut) return;
-    Ring& ring = rings_[slot_[item] / kBuckets];
-    const std::size_t bucket = slot_[item] % kBuckets;
-    if (before_[item] == kNone) {
-      ring.heads[bucket] = next_[item];
+    Item& removed = items_[item];
+    if (removed.slot == kOut) return;
+    Ring& ring = rings_[removed.slot / kBuckets];
+    const std::size_t bucket = removed.slot % kBuckets;
+    if (removed.before == kNone) {
+      ring.heads[bucket] = removed.next;
     } else {
-      next_[before_[item]] = next_[item];
+      items_[removed.before].next = removed.next;
     }
-    if (next_[item] != kNone) before_[next_[item]] = before_[item];
-    slot_[item] = kOut;
+    if (removed.next != kNone) items_[removed.next].before = removed.before;
+    removed.slot = kOut;
     --ring.items;
-    ring.costs[bucket] -= costs_[item];
+    ring.costs[bucket] -= removed.cost;
     if (ring.heads[bucket] == kNone) {
       ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
     }
@@ -152,6 +149,13 @@ class DueCalendar {
   static constexpr std::uint32_t kNone = ~0U;
   static constexpr std::uint16_t kOut = 0xffff;
 
+  /// Read together, so they stand together.
+  struct Item {
+    std::uint32_t next = 0;
+    std::uint32_t before = 0;
+    std::uint32_t cost = 0;
+    std::uint16_t slot = kOut;  // ring and bucket
+  };
   struct Ring {
     double odometer = 0;    // voxels
     std::uint64_t now = 0;  // its bucket
@@ -213,8 +217,8 @@ class DueCalendar {
     ring.costs[bucket] = 0;
     ring.filled[bucket / 64] &= ~(std::uint64_t{1} << bucket % 64);
     while (item != kNone) {
-      const std::uint32_t next = next_[item];
-      slot_[item] = kOut;
+      const std::uint32_t next = items_[item].next;
+      items_[item].slot = kOut;
       --ring.items;
       visit(item);
       item = next;
@@ -223,10 +227,7 @@ class DueCalendar {
 
   double radius_;
   std::array<Ring, kRings.size()> rings_;
-  std::vector<std::uint32_t> next_;
-  std::vector<std::uint32_t> before_;
-  std::vector<std::uint32_t> costs_;
-  std::vector<std::uint16_t> slot_;  // ring and bucket
+  std::vector<Item> items_;
 };
 
 }  // namespace tandem

@@ -64,8 +64,10 @@ void FieldSchedule::Place(const Pose& X_VF) noexcept {
 void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reach) noexcept {
   Place(X_VF);
   counts_ = {};
-  // a wider reach comes nearer as a body would
-  const double wider = std::max(0.0, reach - reach_);
+  // a wider reach comes nearer as a body would, and beyond the fine band force may begin early
+  const double fine = field_->fine_band();
+  const double early = reach > fine && reach_ <= fine ? field_->most_early() : 0.0;
+  const double wider = std::max(0.0, reach - reach_) + early;
   reach_ = reach;
   const double more = options_.coherence ? wider : std::numeric_limits<double>::infinity();
   // what is known of edges counts by the odometer, which does not run over a jump
@@ -298,7 +300,7 @@ void FieldSchedule::PutDue() noexcept {
 }
 
 std::uint32_t FieldSchedule::EdgeCost(std::uint32_t block, const Told& told) noexcept {
-  if (other_ == nullptr || !told.points) return 0;
+  if (other_ == nullptr || !told.points || features_->blocks()[block].sharp == 0) return 0;
   const EdgesDue& due = edges_due_[block];
   const double known = due.at - calendar_.odometer(due.ring);
   if (told.crossing == 0) return told.gap >= known ? due.compared : 0;

@@ -171,6 +171,8 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at
   const I i;
   constexpr std::size_t kWidth = hn::MaxLanes(F());
   Floats least = hn::Set(f, std::numeric_limits<float>::max());
+  // beyond the fine band force may begin before the bound says that it can
+  const bool pushes_early = reach > field.fine_band;
   std::uint64_t within = 0;
   std::uint64_t listed = 0;
   for (std::size_t k = 0; k < kBlockPlaces; k += kWidth) {
@@ -189,7 +191,8 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at
     // every place that DistanceField::Pushes() pushes is found
     const Floats told = hn::IfThenElse(near, at_least, bound);
     const auto is_within = hn::AndNot(open, hn::Lt(told, hn::Set(f, reach)));
-    least = hn::Min(least, hn::IfThenElse(open, least, hn::Min(bound, told)));
+    least =
+        hn::Min(least, hn::IfThenElse(open, least, pushes_early ? hn::Min(bound, told) : bound));
     hn::StoreU(bound, f, bounds + k);
     std::array<std::uint8_t, 8> bits{};
     hn::StoreMaskBits(f, open, bits.data());
