@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -224,6 +225,18 @@ double AreaOf(const TriangleMesh& mesh) {
     area += 0.5 * (mesh.corner(t, 1) - a).cross(mesh.corner(t, 2) - a).norm();
   }
   return area;
+}
+
+void PrintSizes(const std::vector<TriangleMesh>& parts, const GeneratedScene& scene) {
+  const TriangleMesh& fixed = scene.meshes[0].mesh;
+  const TriangleMesh& actuator = scene.meshes[1].mesh;
+  const Vec3 size = 1e-3 * BoundsOf(fixed).size();
+  std::printf(
+      "%s: %zu parts, %zu triangles, %.2f x %.2f x %.2f m, %.1f m^2; actuator: %zu triangles, "
+      "%.3f m^2\n",
+      scene.name.c_str(), parts.size(), fixed.triangles.size(), size.x(), size.y(), size.z(),
+      1e-6 * AreaOf(fixed), actuator.triangles.size(), 1e-6 * AreaOf(actuator));
+  std::printf("vertices inside another part: %.4f %%\n", 100 * OverlapShare(parts));
 }
 
 GeneratedScene Clutter(const std::vector<TriangleMesh>& parts) {

@@ -29,6 +29,9 @@ double OverlapShare(const std::vector<TriangleMesh>& parts);
 
 double AreaOf(const TriangleMesh& mesh);
 
+/// Prints how large a scene of fixed parts and one actuator is, and what of it overlaps.
+void PrintSizes(const std::vector<TriangleMesh>& parts, const GeneratedScene& scene);
+
 /// The parts as one fixed mesh, `clutter_fixed.stl`, and the actuator, `clutter_actuator.stl`, with
 /// its hand.
 GeneratedScene Clutter(const std::vector<TriangleMesh>& parts);

@@ -10,18 +10,6 @@ namespace {
 
 constexpr int kPosesOfEachKind = 20;
 
-void Tell(const std::vector<TriangleMesh>& parts, const GeneratedScene& scene) {
-  const TriangleMesh& fixed = scene.meshes[0].mesh;
-  const TriangleMesh& actuator = scene.meshes[1].mesh;
-  const Vec3 size = 1e-3 * BoundsOf(fixed).size();
-  std::printf(
-      "clutter: %zu parts, %zu triangles, %.2f x %.2f x %.2f m, %.1f m^2; actuator: %zu "
-      "triangles, %.3f m^2\n",
-      parts.size(), fixed.triangles.size(), size.x(), size.y(), size.z(), 1e-6 * AreaOf(fixed),
-      actuator.triangles.size(), 1e-6 * AreaOf(actuator));
-  std::printf("vertices inside another part: %.4f %%\n", 100 * OverlapShare(parts));
-}
-
 std::optional<Error> WritePosesOf(const PosedPair& pair, const std::filesystem::path& file) {
   return WritePoses(pair, SeededPoses(pair, kPosesOfEachKind), file);
 }
@@ -47,7 +35,7 @@ std::optional<Error> WriteBracketPoses(const std::filesystem::path& folder) {
 std::optional<Error> Generate(const std::filesystem::path& folder) {
   const std::vector<TriangleMesh> parts = ClutterParts(ClutterShape{});
   const GeneratedScene scene = Clutter(parts);
-  Tell(parts, scene);
+  PrintSizes(parts, scene);
   if (const auto fault = WriteScene(scene, folder)) return fault;
   // downwards onto the racks
   if (const auto fault = WritePosesOf({.fixed_file = scene.meshes[0].file,

@@ -1,0 +1,389 @@
+#include "scenes/landing_gear.h"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "scenes/clutter.h"
+#include "scenes/clutter_parts.h"
+#include "scenes/dice.h"
+#include "scenes/machine_parts.h"
+
+// Seen from the side; heights over the ground in mm:
+//
+//   4800 ====================================  beams of the bay
+//        |   trunnion (o)                   |
+//        |      \    | |       line o       |   the actuator goes out here,
+//        |  brace \  | | strut      line o ---> between the two lines
+//   2900 |          \| |  [==actuator==]    |
+//        |           | |                    |  doors, equipment on both sides
+//   1400 |           |_|/\ torque links     |
+//              ___   |_|   ___
+//    625      /   \==|o|==/   \                bogie, axles, wheels
+//      0      \___/       \___/
+namespace tandem {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+const Vec3 kNest(1000, 0, 2900);  // the actuator over the ground, under the strut's axis
+
+constexpr double kAxleHeight = 625;
+constexpr double kWheelBase = 1300;
+constexpr double kWheelMiddle = 620;  // from the middle plane
+constexpr double kAxleRadius = 70;
+constexpr double kBossRadius = 170;
+constexpr double kPistonRadius = 160;
+constexpr double kFittingBore = 165;
+constexpr double kFittingRadius = 200;
+constexpr double kTrunnionHeight = 4150;
+constexpr double kDoorBottom = 1400;
+constexpr double kDoorTop = 4500;
+constexpr double kDoorSkin = 880;  // from the middle plane, the inner skin's inner face
+constexpr double kSkinThickness = 4;
+constexpr double kBayHalfLength = 2050;
+constexpr double kEquipment = 675;  // from the middle plane, of the equipment's middle
+constexpr double kEquipmentCell = 310;
+
+/// Moved to stand on `from` with its z axis towards `to`.
+TriangleMesh Towards(const TriangleMesh& mesh, const Vec3& from, const Vec3& to) {
+  const Quat along = Quat::FromTwoVectors(Vec3::UnitZ(), (to - from).normalized());
+  return Moved(Turned(mesh, along), from);
+}
+
+TriangleMesh Tyre() {
+  constexpr double kTyreWall = 18;
+  constexpr double kTread = 625;
+  constexpr double kHalfTread = 190;
+  constexpr int kGrooves = 5;
+  constexpr double kGroove = 12;
+  constexpr double kGrooveDepth = 14;
+  // up the inner face, then down the outer one
+  std::vector<Vec2> profile = {{285, -170 + kTyreWall},
+                               {300, -190 + kTyreWall},
+                               {450, -235 + kTyreWall},
+                               {590 - kTyreWall, -195},
+                               {600 - kTyreWall, -100},
+                               {602 - kTyreWall, 0},
+                               {600 - kTyreWall, 100},
+                               {590 - kTyreWall, 195},
+                               {450, 235 - kTyreWall},
+                               {300, 190 - kTyreWall},
+                               {285, 170 - kTyreWall},
+                               {285, 170},
+                               {300, 190},
+                               {450, 235},
+                               {560, 222},
+                               {600, 205}};
+  const double pitch = 2 * kHalfTread / (kGrooves + 1);
+  profile.emplace_back(kTread, kHalfTread);
+  for (int k = 1; k <= kGrooves; ++k) {
+    const double at = kHalfTread - pitch * k;
+    for (const Vec2& p :
+         {Vec2(kTread, at + kGroove), Vec2(kTread - kGrooveDepth, at + 0.7 * kGroove),
+          Vec2(kTread - kGrooveDepth, at - 0.7 * kGroove), Vec2(kTread, at - kGroove)}) {
+      profile.push_back(p);
+    }
+  }
+  for (const Vec2& p : {Vec2(kTread, -kHalfTread), Vec2(600, -205), Vec2(560, -222),
+                        Vec2(450, -235), Vec2(300, -190), Vec2(285, -170)}) {
+    profile.push_back(p);
+  }
+  return RevolvedRing(profile, 240);
+}
+
+/// A wheel about z, its brake at positive z.
+TriangleMesh Wheel() {
+  TriangleMesh wheel = Tyre();
+  // rim, web with bolts, hub
+  Append(wheel, Tube(262, 285 - kSeam, -168, 168, 160));
+  Append(wheel, Tube(92, 262 - kSeam, -60, -36, 120));
+  Append(wheel,
+         Moved(Turned(BoltCircle(18, 215, 24), RotationBy(Vec3(kPi, 0, 0))), {0, 0, -60 - kSeam}));
+  Append(wheel, Moved(BoltCircle(18, 130, 19), {0, 0, -36 + kSeam}));
+  Append(wheel, Tube(kAxleRadius + 2, 92 - kSeam, -150, 175, 96));
+  // stators and rotors of the brake
+  for (int disc = 0; disc < 9; ++disc) {
+    const bool turns = disc % 2 == 0;
+    const double bottom = -10 + 19.0 * disc;
+    Append(wheel, Tube(turns ? 125 : 100, turns ? 250 : 232, bottom, bottom + 17, 144));
+  }
+  return wheel;
+}
+
+/// A bar with an eye at each end, from z = 0 to `length`; its eyes' pins lie along y.
+TriangleMesh Link(double length, double radius, double eye) {
+  TriangleMesh link = Tube(0.75 * radius, radius, eye + kSeam, length - eye - kSeam, 72);
+  for (const double at : {0.0, length}) {
+    Append(link, Moved(AlongY(Tube(0.55 * eye, eye, -0.8 * radius, 0.8 * radius, 72)), {0, 0, at}));
+    Append(link, Moved(AlongY(Revolved({{0.5 * eye - 2, -1.3 * radius},
+                                        {0.5 * eye, -1.3 * radius + 2},
+                                        {0.5 * eye, 1.3 * radius - 2},
+                                        {0.5 * eye - 2, 1.3 * radius}},
+                                       48)),
+                       {0, 0, at}));
+  }
+  // collars
+  for (double z = 0.2 * length; z < 0.85 * length; z += 0.3 * length) {
+    TriangleMesh collar = Tube(radius + kSeam, radius + 14, z, z + 30, 64);
+    Append(collar, Moved(BoltCircle(8, radius + 7.5, 6), {0, 0, z + 30 + kSeam}));
+    Append(link, collar);
+  }
+  return link;
+}
+
+class Builder {
+ public:
+  std::vector<TriangleMesh> Make() {
+    AddNest();
+    AddBogie();
+    AddStrut();
+    AddBraces();
+    AddDoors();
+    AddBay();
+    AddLines();
+    AddBundles();
+    AddEquipment();
+    return std::move(parts_);
+  }
+
+ private:
+  /// Places of `mesh` are over the ground.
+  void Add(const TriangleMesh& mesh) { parts_.push_back(Moved(mesh, -kNest)); }
+
+  void AddNest() {
+    parts_.push_back(ClutterNest());
+    // the keeper over the rod's eye, on the forward stop
+    parts_.push_back(Box({428, -15, 43}, {500, 15, 60}));
+  }
+
+  void AddBogie() {
+    const TriangleMesh wheel = AlongY(Wheel());
+    const TriangleMesh other = Turned(wheel, RotationBy(Vec3(0, 0, kPi)));
+    for (const double x : {-kWheelBase, 0.0, kWheelBase}) {
+      const Vec3 middle(x, 0, kAxleHeight);
+      // brakes inwards
+      Add(Moved(other, middle + Vec3(0, kWheelMiddle, 0)));
+      Add(Moved(wheel, middle - Vec3(0, kWheelMiddle, 0)));
+      TriangleMesh axle = AlongY(Tube(48, kAxleRadius, -902, 902, 96));
+      for (const double side : {-1.0, 1.0}) {
+        Append(axle,
+               Moved(Turned(AlongY(HexHead(120, 44)), RotationBy(Vec3(0, 0, side > 0 ? 0 : kPi))),
+                     {0, side * (902 + kSeam), 0}));
+      }
+      Add(Moved(axle, middle));
+      Add(Moved(AlongY(Tube(kAxleRadius + kSeam, kBossRadius, -130, 130, 96)), middle));
+    }
+    for (const double from : {-kWheelBase, 0.0}) {
+      Add(Moved(AlongX(Tube(100, 125, kBossRadius + kSeam, kWheelBase - kBossRadius - kSeam, 96)),
+                {from, 0, kAxleHeight}));
+    }
+  }
+
+  void AddStrut() {
+    const double foot = kAxleHeight + kBossRadius + kSeam;
+    Add(Moved(Tube(130, kPistonRadius, foot, 3600, 160), {0, 0, 0}));
+    Add(Tube(kFittingBore, kFittingRadius, 1750, 4700, 160));
+    Add(Tube(90, 122, foot + 40, 3500, 128));
+    Add(Tube(52, 84, foot + 80, 4300, 96));
+    Add(Tube(20, 46, foot + 120, 4500, 64));
+    // the gland, with bolts, and rings along the fitting
+    for (double z = 1770; z < 4000; z += 420) {
+      TriangleMesh ring = Tube(kFittingRadius + kSeam, kFittingRadius + 45, z, z + 50, 128);
+      Append(ring, Moved(BoltCircle(24, kFittingRadius + 24, 16), {0, 0, z + 50 + kSeam}));
+      Add(ring);
+    }
+    // torque links, two plates a side, forward of the strut
+    PlateEdges edges;
+    edges.outer_round = 4;
+    edges.hole_round = 2;
+    const Vec3 knee(520, 0, 1280);
+    for (const Vec3& root : {Vec3(270, 0, 1690), Vec3(270, 0, 870)}) {
+      const Vec3 way = knee - root;
+      const Outline outline = {{{0, 0}, 52}, {{way.norm(), 0}, 52}};
+      const double turn = -std::atan2(way.z(), way.x());
+      for (const double y : {-90.0, -20.0, 40.0, 110.0}) {
+        const bool lower = root.z() < knee.z();
+        const TriangleMesh plate =
+            Turned(Plate(outline, {{{0, 0}, 24}}, 0, 22, edges), RotationBy(Vec3(0.5 * kPi, 0, 0)));
+        Add(Moved(Turned(plate, RotationBy(Vec3(0, turn, 0))),
+                  root + Vec3(0, y + (lower ? 30 : 0), 0)));
+      }
+    }
+  }
+
+  void AddBraces() {
+    for (const double side : {-1.0, 1.0}) {
+      const Vec3 top(-1700, side * 310, 4200);
+      const Vec3 foot(-330, side * 310, 1950);
+      Add(Towards(Link((top - foot).norm(), 62, 80), foot, top));
+      const Vec3 lock(-330, side * 310, 3900);
+      const Vec3 knee(-850, side * 170, 2500);
+      Add(Towards(Link((lock - knee).norm(), 30, 45), knee, lock));
+      // trunnion
+      Add(Moved(AlongY(Tube(70, 108, 250, 860, 120)),
+                {0, side > 0 ? 0.0 : -1110.0, kTrunnionHeight}));
+    }
+  }
+
+  void AddDoors() {
+    HoleGrid grid;
+    grid.columns = 31;
+    grid.rows = 24;
+    grid.pitch = 130;
+    grid.hole_radius = 56;
+    grid.thickness = kSkinThickness;
+    grid.steps_per_side = 6;
+    // standing: the grid's y is the door's height
+    const TriangleMesh skin = Turned(PerforatedPlate(grid), RotationBy(Vec3(0.5 * kPi, 0, 0)));
+    const double middle = 0.5 * (kDoorBottom + kDoorTop);
+    TriangleMesh bolt = BoltCircle(1, 0, 10);
+    for (const double side : {-1.0, 1.0}) {
+      const double inner = kDoorSkin;
+      const double outer = kDoorSkin + 52;
+      for (const double face : {inner, outer}) {
+        const double at = side > 0 ? face + kSkinThickness : -face;
+        Add(Moved(skin, {0, at, middle}));
+      }
+      // ribs between the skins, where there are no holes
+      const double from = inner + kSkinThickness + kSeam;
+      const double to = outer - kSeam;
+      const auto rib = [&](const Vec3& low, const Vec3& high) {
+        Add(Box({low.x(), side > 0 ? from : -to, low.z()},
+                {high.x(), side > 0 ? to : -from, high.z()}));
+      };
+      for (int k = -8; k <= 7; ++k) {
+        const double x = grid.pitch * (2 * k + 0.5);
+        rib({x - 3, 0, kDoorBottom}, {x + 3, 0, kDoorTop});
+      }
+      const Quat inward = RotationBy(Vec3(side * 0.5 * kPi, 0, 0));
+      TriangleMesh bolts;
+      for (int k = -15; k <= 14; ++k) {
+        for (int i = 1; i < grid.rows; ++i) {
+          Append(bolts, Moved(Turned(bolt, inward), {grid.pitch * (k + 0.5), side * (inner - kSeam),
+                                                     middle + grid.pitch * (i - 0.5 * grid.rows)}));
+        }
+      }
+      Add(bolts);
+    }
+  }
+
+  void AddBay() {
+    for (int k = -3; k <= 3; ++k) {
+      const TriangleMesh beam = Beam(2 * kBayHalfLength, 70, 80, dice_);
+      Add(Moved(beam, {-kBayHalfLength, 260.0 * k, 4620}));
+    }
+    for (int k = -4; k <= 4; ++k) {
+      const TriangleMesh beam = AlongX(Beam(1800, 80, 70, dice_));  // x to y
+      Add(Moved(beam, {450.0 * k, -900, 4754}));
+    }
+  }
+
+  void AddLines() {
+    for (const double side : {-1.0, 1.0}) {
+      for (int k = -9; k <= 9; ++k) {
+        if (k % 2 == 0 && side > 0) continue;
+        std::vector<Vec3> points;
+        const double x = 205.0 * k;
+        for (int i = 0; i <= 14; ++i) {
+          const double bend = i % 5 == 3 ? dice_.Between(-30, 30) : 0.0;
+          points.emplace_back(x + bend, side * 846, 1450 + 205.0 * i);
+        }
+        Add(Hose(points, dice_.Between(6, 10), 0, 20, 8));
+      }
+    }
+    // two across the way out of the actuator, which must pass between
+    const Vec3 forward = kNest + Vec3(780, 0, 0);
+    for (const double height : {350.0, 545.0}) {
+      std::vector<Vec3> points;
+      for (int i = -4; i <= 4; ++i) {
+        points.emplace_back(forward + Vec3(8.0 * (i % 2), 105.0 * i, height + 6 * (i % 3)));
+      }
+      Add(Hose(points, 12, 0, 36, 14));
+    }
+  }
+
+  void AddBundles() {
+    for (const double side : {-1.0, 1.0}) {
+      for (int k = -5; k <= 5; ++k) {
+        const double x = 360.0 * k;
+        std::vector<Vec3> path;
+        for (int i = 0; i <= 13; ++i) {
+          path.emplace_back(x + dice_.Between(-14, 14), side * (470 + dice_.Between(-12, 12)),
+                            1480 + 215.0 * i);
+        }
+        TriangleMesh bundle;
+        for (int row = -2; row <= 2; ++row) {
+          const int count = 5 - std::abs(row);
+          for (int n = 0; n < count; ++n) {
+            const Vec3 aside(5.2 * (n - 0.5 * (count - 1)), 4.5 * row, 0);
+            std::vector<Vec3> points;
+            for (const Vec3& p : path) points.emplace_back(p + aside);
+            Append(bundle, Hose(points, 2.3, 0, 8, 4));
+          }
+        }
+        for (std::size_t i = 1; i + 1 < path.size(); i += 3) {
+          Append(bundle, Moved(Tube(15, 18, -8, 8, 40), path[i]));
+        }
+        Add(bundle);
+      }
+    }
+  }
+
+  void AddEquipment() {
+    for (const double side : {-1.0, 1.0}) {
+      for (int row = 0; row < 9; ++row) {
+        for (int column = 0; column < 12; ++column) {
+          const Vec3 middle(kEquipmentCell * (column - 5.5), side * kEquipment,
+                            1620 + kEquipmentCell * row);
+          const bool trunnion =
+              std::abs(middle.x()) < 300 && std::abs(middle.z() - kTrunnionHeight) < 280;
+          if (trunnion || dice_.Between(0, 1) > kFilled) continue;
+          const TriangleMesh part = PartByChance(dice_);
+          const Bounds box = BoundsOf(part);
+          const Vec3 room = Vec3::Constant(kEquipmentCell - 14);
+          const double scale = room.cwiseQuotient(box.size()).minCoeff();
+          Add(Moved(Scaled(part, scale), middle - 0.5 * scale * (box.min + box.max)));
+        }
+      }
+    }
+  }
+
+  static constexpr double kFilled = 0.47;
+  Dice dice_{20050318};
+  std::vector<TriangleMesh> parts_;
+};
+
+HandScript Mechanic() {
+  HandScript script;
+  script.impedance.damping = 20;
+  script.X_BD.p = {0.2, 0, 0};
+  // settles on the racks, slides back from under the keeper, up, forward and out between two lines
+  script.waypoints = {
+      {0.0, {0, 0, 0}, Quat::Identity()},
+      {1.5, {0, 0, -0.005}, Quat::Identity()},
+      {4.0, {-0.030, 0.001, -0.004}, Quat::Identity()},
+      {6.0, {-0.030, 0, 0.080}, Quat::Identity()},
+      {10.0, {-0.030, 0, 0.300}, Quat::Identity()},
+      {13.0, {0.100, 0, 0.440}, RotationBy(Vec3(0, -0.02, 0))},
+      {22.0, {1.500, 0.010, 0.445}, Quat::Identity()},
+      {26.0, {2.300, 0, 0.450}, Quat::Identity()},
+  };
+  return script;
+}
+
+}  // namespace
+
+std::vector<TriangleMesh> LandingGearParts() {
+  return Builder().Make();
+}
+
+GeneratedScene LandingGear(const std::vector<TriangleMesh>& parts) {
+  TriangleMesh fixed;
+  for (const TriangleMesh& part : parts) Append(fixed, part);
+  return {"landing_gear",
+          {{"landing_gear_fixed.stl", std::move(fixed)},
+           {"landing_gear_actuator.stl", ClutterActuator()}},
+          {{"landing_gear_hand.json", Mechanic()}}};
+}
+
+}  // namespace tandem
