@@ -247,13 +247,10 @@ class Builder {
       // ribs between the skins, where there are no holes
       const double from = inner + kSkinThickness + kSeam;
       const double to = outer - kSeam;
-      const auto rib = [&](const Vec3& low, const Vec3& high) {
-        Add(Box({low.x(), side > 0 ? from : -to, low.z()},
-                {high.x(), side > 0 ? to : -from, high.z()}));
-      };
       for (int k = -8; k <= 7; ++k) {
         const double x = grid.pitch * (2 * k + 0.5);
-        rib({x - 3, 0, kDoorBottom}, {x + 3, 0, kDoorTop});
+        Add(Box({x - 3, side > 0 ? from : -to, kDoorBottom},
+                {x + 3, side > 0 ? to : -from, kDoorTop}));
       }
       const Quat inward = RotationBy(Vec3(side * 0.5 * kPi, 0, 0));
       TriangleMesh bolts;

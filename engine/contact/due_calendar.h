@@ -114,8 +114,8 @@ class DueCalendar {
     }
   }
 
-  /// What the items cost that are due before the body's edge has come `ahead` buckets, those of now
-  /// counted, as it goes on with a motion like that.
+  /// Sums the costs of the items that are due before the body's edge has come `ahead` buckets,
+  /// those of now counted, as it goes on with a motion like that.
   std::uint64_t CostWithin(std::size_t ahead, const PairMotion& like) const noexcept {
     const double edge = like.way + like.angle * radius_;
     const bool moves = edge > 0 && std::isfinite(edge);
@@ -149,7 +149,7 @@ class DueCalendar {
   static constexpr std::uint32_t kNone = ~0U;
   static constexpr std::uint16_t kOut = 0xffff;
 
-  /// Read together, so they stand together.
+  /// All of an item is read at once, so it stands in one place.
   struct Item {
     std::uint32_t next = 0;
     std::uint32_t before = 0;

@@ -102,8 +102,8 @@ class FieldSchedule {
   void LookAtEdges(std::uint32_t block, const float* bounds, Told& told) noexcept;
   void TestAll() noexcept;
   void PutDue() noexcept;
-  /// What a block's edges will cost when it is due. What those cost that are known beyond the pace
-  /// of now is kept for travel (edges_ahead_).
+  /// Tells what a block's edges will cost when it is due. Those that are known for farther than the
+  /// last frame's travel are added to edges_ahead_, for travel.
   std::uint32_t EdgeCost(std::uint32_t block, const Told& told) noexcept;
 
   const BodyFeatures* features_;

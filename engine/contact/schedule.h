@@ -33,7 +33,7 @@ struct TestCounts {
   std::size_t chunks = 0;     // chunk centres
   std::size_t compared = 0;   // what it cost to tell sharp edges apart, in points
 
-  /// What a frame's capacity is for, chunks apart.
+  /// Counts what a frame's capacity is measured in; chunks are not.
   double tests() const noexcept { return static_cast<double>(looked_up + drifted + compared); }
   TestCounts& operator+=(const TestCounts& other) {
     looked_up += other.looked_up;

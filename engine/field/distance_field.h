@@ -133,10 +133,10 @@ class DistanceField {
   /// The greatest error of a reading within the band, voxels: measured in each cell when the field
   /// was built.
   double error_bound() const noexcept { return error_bound_; }
-  /// How much farther than AtLeast() says a surface may be, where that is asked beyond fine_band().
-  double most_early() const noexcept { return most_over_; }
   /// The same of what is `near` beyond the band, where no cell has a list.
   double outer_error_bound() const noexcept { return outer_error_bound_; }
+  /// How much farther than AtLeast() says a surface may be, where that is asked beyond fine_band().
+  double most_early() const noexcept { return most_over_; }
 
   FieldReading At(const Vec3& place_V) const noexcept;
   /// The same of many, with gradients. The same bits on every processor.

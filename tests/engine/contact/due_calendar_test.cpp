@@ -135,7 +135,7 @@ TEST(DueCalendar, SaysWhatTheItemsThatAreDueWithinAWayCost) {
   }
 }
 
-// What is farther out than the body's edge goes farther as that turns.
+// An item that is farther out than the body's edge goes farther as that turns.
 TEST(DueCalendar, NoTurnMakesMoreDueThanWasForetold) {
   std::mt19937_64 random(6);
   DueCalendar<8> calendar(300, kRadius);
