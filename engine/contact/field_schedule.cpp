@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/contact/edge_contact.h"
 #include "engine/contact/edge_parts.h"
 
 namespace tandem {
