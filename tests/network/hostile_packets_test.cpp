@@ -1,12 +1,12 @@
 // Packets of a plain socket, laid out as DDS never lays them out, against a running peer. Whether
 // the peer took an announcement is seen by what it sends: DDS greets every program that it takes
 // for one, at the port that the announcement names.
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -85,10 +85,21 @@ class LoopbackSocket {
     sendto(descriptor_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
            sizeof to);
   }
-  /// Whether a packet has come, or comes within that time.
-  bool Hears(int within_ms) const {
-    pollfd wait{descriptor_, POLLIN, 0};
-    return poll(&wait, 1, within_ms) > 0;
+  /// Whether a packet from one of the ports has come, or comes within that time. What comes from
+  /// others is dropped: a port that the system gives may have been a program's that has ended.
+  bool Hears(const std::vector<std::uint16_t>& from, std::chrono::milliseconds within) const {
+    const auto end = std::chrono::steady_clock::now() + within;
+    for (;;) {
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+          end - std::chrono::steady_clock::now());
+      pollfd wait{descriptor_, POLLIN, 0};
+      if (poll(&wait, 1, static_cast<int>(std::max(left.count(), 0L))) <= 0) return false;
+      sockaddr_in sender{};
+      socklen_t size = sizeof sender;
+      char octet = 0;
+      recvfrom(descriptor_, &octet, 1, 0, reinterpret_cast<sockaddr*>(&sender), &size);
+      if (std::ranges::count(from, ntohs(sender.sin_port)) > 0) return true;
+    }
   }
 
  private:
@@ -190,28 +201,35 @@ TEST(HostilePackets, NothingInFrontHidesAForgedAnnouncementFromARunningPeer) {
     for (const std::uint16_t port : ports) out.Send(packet, port);
   };
 
+  // A loaded machine loses packets: each round is sent again until the peer greets its sound one.
+  constexpr int kRounds = 10;
   const LoopbackSocket of_forged;
-  std::map<std::string, std::unique_ptr<LoopbackSocket>> of_sound;
   std::uint64_t number = 0x5000;
   long forged = 0;
   for (const auto& [name, unused] : WhatStandsInFront(0)) {
     const std::uint64_t sender = ++number;
     const Octets front = WhatStandsInFront(sender).at(name);
     // forgotten after a lease, or with the last of all, or by a program that nobody paces
-    for (Announced bad : {Announced{.lease_s = kEndless}, Announced{.lease_s = 0},
-                          Announced{.endpoints = 0}, Announced{.program = ++number}}) {
-      bad.sender = sender;
-      if (bad.program == 0) bad.program = sender;
-      bad.port = of_forged.port();
-      send(Packet(bad, peers.session(), front));
-      ++forged;
+    std::vector<Announced> bad = {{.lease_s = kEndless}, {.lease_s = 0}, {.endpoints = 0}};
+    for (Announced& one : bad) one.program = sender;
+    bad.push_back({.program = ++number});
+    const LoopbackSocket of_sound;
+    bool heard = false;
+    for (int round = 0; round < kRounds && !heard; ++round) {
+      for (Announced one : bad) {
+        one.sender = sender;
+        one.port = of_forged.port();
+        send(Packet(one, peers.session(), front));
+      }
+      send(Packet({.sender = sender, .program = sender, .port = of_sound.port()}, peers.session(),
+                  front));
+      heard = of_sound.Hears(ports, std::chrono::seconds(1));
     }
-    of_sound[name] = std::make_unique<LoopbackSocket>();
-    send(Packet({.sender = sender, .program = sender, .port = of_sound[name]->port()},
-                peers.session(), front));
+    EXPECT_TRUE(heard) << name;
+    forged += static_cast<long>(bad.size());
   }
-  for (const auto& [name, socket] : of_sound) EXPECT_TRUE(socket->Hears(3000)) << name;
-  EXPECT_FALSE(of_forged.Hears(200)) << "the peer took a forged one";
+  EXPECT_FALSE(of_forged.Hears(ports, std::chrono::milliseconds(200)))
+      << "the peer took a forged one";
 
   peers.peer(0).Signal(SIGTERM);
   EXPECT_EQ(peers.Wait(), std::vector<int>{0});
