@@ -47,7 +47,7 @@ std::optional<Error> Write(const std::filesystem::path& file, const std::string&
 }  // namespace
 
 std::vector<GeneratedScene> GeneratedScenes() {
-  return {PegInSlot(), BallAndSocket(), BracketActuator(), PressBlocks()};
+  return {PegInSlot(), BallAndSocket(), BracketActuator(), NutAndBolt(), PressBlocks()};
 }
 
 std::optional<Error> WriteScene(const GeneratedScene& scene, const std::filesystem::path& folder) {

@@ -30,6 +30,7 @@ struct GeneratedScene {
 GeneratedScene PegInSlot();
 GeneratedScene BallAndSocket();
 GeneratedScene BracketActuator();
+GeneratedScene NutAndBolt();
 /// The parts of the stability lab's scenes, which stand in a folder of their own.
 GeneratedScene StabilityParts();
 GeneratedScene PressBlocks();

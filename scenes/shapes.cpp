@@ -25,13 +25,6 @@ double SixVolumes(const TriangleMesh& mesh) {
   return sum;
 }
 
-TriangleMesh TurnedOutward(TriangleMesh mesh) {
-  if (SixVolumes(mesh) < 0) {
-    for (TriangleMesh::Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
-  }
-  return mesh;
-}
-
 Vec2 OnCircle(double angle) {
   return {std::cos(angle), std::sin(angle)};
 }
@@ -93,6 +86,13 @@ Vec3 Through(const Vec3& p0, const Vec3& p1, const Vec3& p2, const Vec3& p3, dou
 }
 
 }  // namespace
+
+TriangleMesh TurnedOutward(TriangleMesh mesh) {
+  if (SixVolumes(mesh) < 0) {
+    for (TriangleMesh::Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+  }
+  return mesh;
+}
 
 TriangleMesh Skin(const std::vector<Loop>& loops, SkinEnds ends) {
   TANDEM_CHECK(loops.size() >= 2);

@@ -13,6 +13,9 @@ using Vec2 = Eigen::Vector2d;
 // Solids for the generated scenes: closed, turned outward, every corner one vertex, and always the
 // same bytes. Any unit of length.
 
+/// A closed mesh, its triangles turned round if they look inward.
+TriangleMesh TurnedOutward(TriangleMesh mesh);
+
 /// A closed row of points.
 using Loop = std::vector<Vec3>;
 

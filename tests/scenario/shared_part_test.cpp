@@ -1,3 +1,9 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "app/cli/demo_judgement.h"
@@ -98,6 +104,38 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ThroughTheFixture,
                          [](const auto& tested) {
                            return std::string(tested.param);
                          });
+
+// Nothing but contact keeps the nut to its thread: a turn on, along its pitch, and then off.
+TEST(SharedPart, ANutFollowsItsThreadWhereTwoHandsTurnIt) {
+  constexpr double kPitch = 5e-3;   // m
+  constexpr double kPlay = 0.3e-3;  // m, from one flank to the other
+  constexpr double kWellOn = -0.2;  // turns; farther up little of the thread holds, and it tilts
+  const SimulatedDemo demo =
+      MustRun("nut_and_bolt", {.seconds = 18, .conditions = {.delay_ms = 100}});
+  ExpectWorkedOut(demo);
+  ASSERT_EQ(demo.traces.size(), 2U);
+  for (const std::vector<TraceSample>& trace : demo.traces) {
+    ASSERT_FALSE(trace.empty());
+    const Pose& first = trace.front().X_WB;
+    double angle = 0;
+    double turned = 0;  // turns
+    double least = 0;
+    double off_thread = 0;
+    for (const TraceSample& sample : trace) {
+      const Quat q = sample.X_WB.q * first.q.conjugate();
+      const double now = 2 * std::atan2(q.z(), q.w());
+      turned += std::remainder(now - angle, 2 * M_PI) / (2 * M_PI);
+      angle = now;
+      least = std::min(least, turned);
+      if (least < -0.9 && turned > kWellOn) break;
+      off_thread =
+          std::max(off_thread, std::abs(sample.X_WB.p.z() - first.p.z() - kPitch * turned));
+    }
+    EXPECT_LT(least, -0.95);
+    EXPECT_LE(off_thread, 0.5 * kPlay + 0.02e-3);
+    EXPECT_GE(off_thread, 0.25 * kPlay);  // pressed one way, pulled the other
+  }
+}
 
 TEST(SharedPart, TheSameRunGivesTheSameBits) {
   const SimulatedDemoOptions options{

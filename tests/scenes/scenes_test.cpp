@@ -108,6 +108,7 @@ std::string NameOf(const ::testing::TestParamInfo<NamedScene>& info) {
 constexpr NamedScene kPegInSlot = {"PegInSlot", PegInSlot};
 constexpr NamedScene kBallAndSocket = {"BallAndSocket", BallAndSocket};
 constexpr NamedScene kBracketActuator = {"BracketActuator", BracketActuator};
+constexpr NamedScene kNutAndBolt = {"NutAndBolt", NutAndBolt};
 
 class Scenes : public ::testing::TestWithParam<NamedScene> {};
 
@@ -159,7 +160,9 @@ TEST_P(Scenes, AreMadeOfTheSameBytesEachTime) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Scenes,
-                         ::testing::Values(kPegInSlot, kBallAndSocket, kBracketActuator), NameOf);
+                         ::testing::Values(kPegInSlot, kBallAndSocket, kBracketActuator,
+                                           kNutAndBolt),
+                         NameOf);
 
 /// Scenes whose part is to be brought out of its fixture.
 class WayOut : public ::testing::TestWithParam<NamedScene> {};
@@ -228,6 +231,44 @@ TEST(BallAndSocketScene, BallFitsItsSocketWithoutClearance) {
   double least = 1e300;
   for (const Vec3& p : scene.meshes[1].mesh.vertices) least = std::min(least, socket.Distance(p));
   EXPECT_NEAR(least, 0, 1e-9);
+}
+
+/// Where the nut is after so many turns along its thread.
+Waypoint OnTheThread(double turns) {
+  constexpr double kPitch = 5 * kMm;
+  return {0, Vec3(0, 0, kPitch * turns), RotationBy(Vec3(0, 0, 2 * M_PI * turns))};
+}
+
+TEST(NutAndBoltScene, TheNutHasPlayAllAlongItsThreadAndNoneBesideIt) {
+  constexpr double kPlay = 0.15;  // mm, along the axis; less where flanks are of other facets
+  const LoadedScene loaded(NutAndBolt());
+  const SolidProbe solid(loaded.fixed, 1);
+  const PartOnItsWay nut(loaded.moving, 0.5);
+  for (const double turns : {-1.0, -0.63, -0.28, 0.0, 0.4, 1.1, 1.5}) {
+    const Waypoint at = OnTheThread(turns);
+    const double clear = LeastClearance(nut, solid, at);
+    EXPECT_GT(clear, 0.7 * kPlay) << turns;
+    EXPECT_LT(clear, 1.2 * kPlay) << turns;
+    if (turns > 0) continue;  // where its thread begins it is lower
+    for (const double off : {-2 * kPlay, 2 * kPlay}) {
+      Waypoint beside = at;
+      beside.p_W.z() += off * kMm;
+      EXPECT_GT(Deepest(nut, solid, beside), 0.1) << turns << " " << off;
+    }
+  }
+}
+
+TEST(NutAndBoltScene, HandsScrewTheNutOnByATurnAndThenOff) {
+  const LoadedScene loaded(NutAndBolt());
+  const HandScript script = loaded.HandAt(0);
+  double turned = 0;
+  double least = 0;
+  for (double t = 0; t < script.duration(); t += 0.01) {
+    turned += 0.01 * script.IntendedTwistAt(t).w.z() / (2 * M_PI);
+    least = std::min(least, turned);
+  }
+  EXPECT_NEAR(least, -1, 0.01);
+  EXPECT_NEAR(turned, 5.0 / 3, 0.01);
 }
 
 class BracketActuatorScene : public ::testing::Test {
