@@ -16,9 +16,9 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
-#include "engine/base/whole_file.h"
 #include "collab/dds/attack.h"
 #include "engine/base/json_text.h"
+#include "engine/base/whole_file.h"
 #include "engine/realtime/periodic_thread.h"
 
 namespace tandem {
@@ -27,9 +27,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kSettleSeconds = 2;    // between the hand's beginning and the flood
-constexpr double kPatienceSeconds = 60;  // for a peer to load
-constexpr double kBackSeconds = 60;      // in which a peer is to give memory back
+constexpr double kSettleSeconds = 2;       // between the hand's beginning and the flood
+constexpr double kPatienceSeconds = 60;    // for a peer to load
+constexpr double kBackSeconds = 60;        // in which a peer is to give memory back
 constexpr std::int64_t kKept = 2'000'000;  // bytes that it may keep
 
 struct HostileArguments {
@@ -49,11 +49,11 @@ struct HostileRun {
   std::uint64_t sent = 0;
   double sent_per_s = 0;
   std::uint64_t refused = 0;
-  std::uint64_t told = 0;  // lines that say so
-  double lines_per_s = 0;  // of any kind, while it went on
-  std::int64_t memory_bytes = 0;  // at the most, more than before the flood
+  std::uint64_t told = 0;              // lines that say so
+  double lines_per_s = 0;              // of any kind, while it went on
+  std::int64_t memory_bytes = 0;       // at the most, more than before the flood
   std::int64_t memory_kept_bytes = 0;  // more than before the flood, when it was over
-  double memory_back_s = 0;  // from the flood's end to that
+  double memory_back_s = 0;            // from the flood's end to that
   std::int64_t frames = 0;
   std::int64_t missed = 0;
   std::int64_t empty_frames = 0;
@@ -123,12 +123,32 @@ Result<ChildProcess> StartPeer(const std::string& session, const HostileArgument
                                const std::filesystem::path& folder) {
   const std::filesystem::path scene = SceneFile("peg_in_slot");
   const std::filesystem::path hand = scene.parent_path() / "peg_in_slot_left.json";
-  return ChildProcess::Start(
-      {"/bin/sh", "-c", R"(f="$1"; shift; exec "$@" >>"$f" 2>&1 </dev/null)", "sh",
-       (folder / "said").string(), (ProgramFolder() / "tandem").string(), "peer", "--session",
-       session, "--domain", std::to_string(arguments.domain), "--interface", "lo", "--scene",
-       scene.string(), "--hold", "peg", "--hand", hand.string(), "--name", "anna", "--capacity",
-       "20000", "--brief", "--report", (folder / "report").string()});
+  return ChildProcess::Start({"/bin/sh",
+                              "-c",
+                              R"(f="$1"; shift; exec "$@" >>"$f" 2>&1 </dev/null)",
+                              "sh",
+                              (folder / "said").string(),
+                              (ProgramFolder() / "tandem").string(),
+                              "peer",
+                              "--session",
+                              session,
+                              "--domain",
+                              std::to_string(arguments.domain),
+                              "--interface",
+                              "lo",
+                              "--scene",
+                              scene.string(),
+                              "--hold",
+                              "peg",
+                              "--hand",
+                              hand.string(),
+                              "--name",
+                              "anna",
+                              "--capacity",
+                              "20000",
+                              "--brief",
+                              "--report",
+                              (folder / "report").string()});
 }
 
 /// Whether the peer has begun: its haptic thread runs.
@@ -171,10 +191,9 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
                                           : cores);
     Result<ChildProcess> started = ChildProcess::Start(
         {(ProgramFolder() / "tandem").string(), "bench", "hostile", "--attack", NameOf(attack),
-         "--attack-session", session, "--attack-out", (folder.path() / "sent").string(),
-         "--domain", std::to_string(arguments.domain), "--seconds",
-         std::to_string(arguments.seconds), "--samples-per-s",
-         std::to_string(arguments.samples_per_s), "--packets-per-s",
+         "--attack-session", session, "--attack-out", (folder.path() / "sent").string(), "--domain",
+         std::to_string(arguments.domain), "--seconds", std::to_string(arguments.seconds),
+         "--samples-per-s", std::to_string(arguments.samples_per_s), "--packets-per-s",
          std::to_string(arguments.packets_per_s)});
     if (!started) return started.error();
     attacker.emplace(*std::move(started));
@@ -258,16 +277,16 @@ int RunBenchHostile(const HostileArguments& arguments) {
     if (!run) return Fail(kExitFailed, run.error().what);
     kinds.push_back(AsJson(*run));
     if (arguments.json) continue;
-    std::printf("%-8s %9llu sent (%.0f/s), %9llu refused, told %llu times, %+.1f MB, kept %+.1f MB "
-                "after %.1f s, missed %lld of %lld (empty loop %lld of %lld), %.1f lines/s\n",
-                run->name.c_str(), static_cast<unsigned long long>(run->sent), run->sent_per_s,
-                static_cast<unsigned long long>(run->refused),
-                static_cast<unsigned long long>(run->told),
-                1e-6 * static_cast<double>(run->memory_bytes),
-                1e-6 * static_cast<double>(run->memory_kept_bytes), run->memory_back_s,
-                static_cast<long long>(run->missed), static_cast<long long>(run->frames),
-                static_cast<long long>(run->empty_missed),
-                static_cast<long long>(run->empty_frames), run->lines_per_s);
+    std::printf(
+        "%-8s %9llu sent (%.0f/s), %9llu refused, told %llu times, %+.1f MB, kept %+.1f MB "
+        "after %.1f s, missed %lld of %lld (empty loop %lld of %lld), %.1f lines/s\n",
+        run->name.c_str(), static_cast<unsigned long long>(run->sent), run->sent_per_s,
+        static_cast<unsigned long long>(run->refused), static_cast<unsigned long long>(run->told),
+        1e-6 * static_cast<double>(run->memory_bytes),
+        1e-6 * static_cast<double>(run->memory_kept_bytes), run->memory_back_s,
+        static_cast<long long>(run->missed), static_cast<long long>(run->frames),
+        static_cast<long long>(run->empty_missed), static_cast<long long>(run->empty_frames),
+        run->lines_per_s);
   }
   if (arguments.json) std::printf("%s\n", JsonText(ordered_json{{"kinds", kinds}}, 2).c_str());
   return kExitOk;

@@ -7,10 +7,10 @@
 
 #include "app/cli/bench.h"
 #include "app/cli/child_processes.h"
-#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
+#include "app/stop_signal.h"
 #include "collab/dds/round_trip.h"
 #include "engine/base/json_text.h"
 

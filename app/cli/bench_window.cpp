@@ -113,8 +113,7 @@ int RunWindowBench(const WindowBenchArguments& arguments) {
   for (int round = 0; round < arguments.rounds; ++round) {
     // what the machine does changes: both sorts meet it alike
     for (const bool window : {false, true, true, false}) {
-      const Result<bool> run =
-          RunPeerOnce(arguments, *scene, window, window ? with : without);
+      const Result<bool> run = RunPeerOnce(arguments, *scene, window, window ? with : without);
       if (!run) return Fail(kExitFailed, run.error().what);
     }
   }

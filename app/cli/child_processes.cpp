@@ -106,8 +106,8 @@ TemporaryFolder::TemporaryFolder() {
     const char* const given = std::getenv("TMPDIR");
     const std::string where = !parent.empty() ? parent.string() : given != nullptr ? given : "/tmp";
     // nothing can go on without it, wherever the caller is
-    std::exit(Fail(kExitFile, PlainLine(where) + ": no temporary folder can be made there: " +
-                                  failed.message() +
+    std::exit(Fail(kExitFile, PlainLine(where) +
+                                  ": no temporary folder can be made there: " + failed.message() +
                                   ": let TMPDIR name a folder that you may write to"));
   }
   path_ = name;
@@ -139,8 +139,8 @@ void TemporaryFolder::StartGuardian() {
   const char* const script =
       "trap '' HUP INT TERM; read -r line && exit 0; rm -rf -- \"$1\"; sleep 5; rm -rf -- \"$1\"";
   const std::string path = path_.string();
-  std::array<char*, 6> argv{const_cast<char*>("sh"),   const_cast<char*>("-c"),
-                            const_cast<char*>(script), const_cast<char*>("sh"),
+  std::array<char*, 6> argv{const_cast<char*>("sh"),         const_cast<char*>("-c"),
+                            const_cast<char*>(script),       const_cast<char*>("sh"),
                             const_cast<char*>(path.c_str()), nullptr};
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);

@@ -76,7 +76,8 @@ Result<std::unique_ptr<DeviceProcess>> DeviceProcess::Start(const Options& optio
   while (true) {
     const std::uint32_t ready = memory->ready.load(std::memory_order_acquire);
     if (ready == DeviceMemory::kReady) return process;
-    if (ready == DeviceMemory::kFailed) return Error{"--device: " + std::string(memory->fault.data())};
+    if (ready == DeviceMemory::kFailed)
+      return Error{"--device: " + std::string(memory->fault.data())};
     if (const std::optional<int> code = process->process_.Poll()) {
       return Error{"tandem-device ended with exit code " + std::to_string(*code)};
     }

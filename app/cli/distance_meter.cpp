@@ -32,11 +32,11 @@ std::vector<ProximityBody> BodiesOf(const WorldModel& model) {
 Result<std::unique_ptr<DistanceMeter>> DistanceMeter::Make(const WorldModel& model,
                                                            const std::atomic<bool>& stop,
                                                            OnMeasured on_measured) {
-  Result<std::vector<ProximityPart>> parts = MakeProximityParts(
-      BodiesOf(model), model.scene.voxel_size, model.scene.range_voxels,
-      [&stop](std::size_t, std::size_t, const std::string&) {
-        return !stop.load();
-      });
+  Result<std::vector<ProximityPart>> parts =
+      MakeProximityParts(BodiesOf(model), model.scene.voxel_size, model.scene.range_voxels,
+                         [&stop](std::size_t, std::size_t, const std::string&) {
+                           return !stop.load();
+                         });
   if (!parts) return parts.error();
   return std::unique_ptr<DistanceMeter>(
       new DistanceMeter(model, *std::move(parts), std::move(on_measured)));

@@ -9,10 +9,10 @@
 #include "app/cli/commands.h"
 #include "app/cli/doctor_realtime.h"
 #include "app/cli/findings.h"
-#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/reach/reach_options.h"
+#include "app/stop_signal.h"
 #include "collab/dds/domain.h"
 #include "collab/dds/reach.h"
 #include "collab/dds/socket_drops.h"
@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::uint32_t kPortsLookedAt = 8;               // of as many programs on this machine
 constexpr std::uint16_t kAnswerPort = 7399;               // beside DDS's own, which begin at 7400
-constexpr int kLeastPayload = 1400;                   // what a session's packets need
+constexpr int kLeastPayload = 1400;                       // what a session's packets need
 constexpr std::int64_t kDoctorListensNs = 2'000'000'000;  // for who is in the session
 
 struct DoctorArguments {

@@ -29,9 +29,8 @@ void CheckRights(const RealtimeStatus& realtime, Findings& findings) {
   findings.Add(realtime.memory_locked ? Finding::kGood : Finding::kWarning, "locked memory",
                realtime.memory_locked ? "all of it: no frame waits for the disk"
                                       : "none: a frame may wait for a page, milliseconds",
-               realtime.memory_locked || !realtime.fifo
-                   ? ""  // the line above grants both
-                   : realtime.warning);
+               realtime.memory_locked || !realtime.fifo ? ""  // the line above grants both
+                                                        : realtime.warning);
   const std::string share = FirstLine("/proc/sys/kernel/sched_rt_runtime_us");
   if (!share.empty() && share != "-1" && realtime.fifo) {
     findings.Add(Finding::kGood, "real-time share",

@@ -200,10 +200,11 @@ int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& join
   }
   const DeviceLimits limits = process.limits();
   char text[280];
-  std::snprintf(text, sizeof text, "device %.60s: at most %g N and %g N m, %g times a second%s",
-                arguments.device.c_str(), limits.force, limits.moment,
-                1e9 / static_cast<double>(process.period_ns()),
-                can.asks_us ? "; its own thread asks for the force, which comes a period later" : "");
+  std::snprintf(
+      text, sizeof text, "device %.60s: at most %g N and %g N m, %g times a second%s",
+      arguments.device.c_str(), limits.force, limits.moment,
+      1e9 / static_cast<double>(process.period_ns()),
+      can.asks_us ? "; its own thread asks for the force, which comes a period later" : "");
   Say(text);
   return kExitOk;
 }
@@ -293,26 +294,24 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
   if (const int failed = StartDevice(arguments, X_WB0, joining); failed != kExitOk) return failed;
   std::unique_ptr<Device> device = MakeDevice(arguments, std::move(script), X_WB0, joining);
   if (!arguments.record.empty()) {
-    Result<std::unique_ptr<Recorder>> recorder =
-        Recorder::Create(arguments.record, {.program = TANDEM_VERSION,
-                                            .name = arguments.name,
-                                            .scene = std::filesystem::absolute(joining.scene.file),
-                                            .scene_hash = joining.hash.content,
-                                            .parameters = ParametersOf(joining.scene),
-                                            .contact = !arguments.no_contact,
-                                            .law = arguments.law,
-                                            .limits = arguments.limits,
-                                            .peer = options.peer,
-                                            .device = device->capabilities(),
-                                            .device_scale =
-                                                joining.space ? joining.space->scale() : 1});
+    Result<std::unique_ptr<Recorder>> recorder = Recorder::Create(
+        arguments.record, {.program = TANDEM_VERSION,
+                           .name = arguments.name,
+                           .scene = std::filesystem::absolute(joining.scene.file),
+                           .scene_hash = joining.hash.content,
+                           .parameters = ParametersOf(joining.scene),
+                           .contact = !arguments.no_contact,
+                           .law = arguments.law,
+                           .limits = arguments.limits,
+                           .peer = options.peer,
+                           .device = device->capabilities(),
+                           .device_scale = joining.space ? joining.space->scale() : 1});
     if (!recorder) return Fail(kExitFile, recorder.error().what);
     joining.recorder = *std::move(recorder);
     options.peer.tap = joining.recorder.get();
   }
   joining.node =
-      std::make_unique<PeerNode>(joining.model, std::move(device),
-                                 joining.hash.content, options);
+      std::make_unique<PeerNode>(joining.model, std::move(device), joining.hash.content, options);
   if (arguments.no_contact) joining.node->world().SwitchContactOff();
   return kExitOk;
 }

@@ -184,8 +184,9 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
             },
             ""));
     command->add_option("--out", asked->out, "new folder; default: FOLDER/NAME");
-    command->add_option("--days", asked->days,
-                        "how long they are valid, at most as long as the session's authorities")
+    command
+        ->add_option("--days", asked->days,
+                     "how long they are valid, at most as long as the session's authorities")
         ->check(WholeNumberFrom(1, 36'500));
     command->callback([asked, part = member.part, &exit_code] {
       exit_code = MakeMember(*asked, part);

@@ -77,8 +77,8 @@ std::optional<Error> WritePlan(const LabCase& test, std::size_t user, const fs::
     for (const LabNetwork::Step& step : schedule) add(step.at_s, step.delay_s);
     links.push_back({{"from", NameOfUser(other)}, {"steps", steps}});
   }
-  return Write(file,
-               JsonText(OrderedJson{{"seed", seed}, {"begins", "hand"}, {"links", links}}, 2) + "\n");
+  return Write(
+      file, JsonText(OrderedJson{{"seed", seed}, {"begins", "hand"}, {"links", links}}, 2) + "\n");
 }
 
 std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,

@@ -14,13 +14,13 @@
 #include "app/cli/commands.h"
 #include "app/cli/headless.h"
 #include "app/cli/scene_files.h"
-#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/program_folders.h"
 #include "app/reach/hand_request.h"
 #include "app/reach/reach_options.h"
+#include "app/stop_signal.h"
 
 namespace tandem {
 

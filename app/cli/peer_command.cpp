@@ -20,13 +20,13 @@
 #include "app/cli/peer_report.h"
 #include "app/cli/peer_table_text.h"
 #include "app/cli/refusal_news.h"
-#include "app/stop_signal.h"
 #include "app/cli/talk.h"
 #include "app/cli/trace_file.h"
 #include "app/cli/verdict.h"
 #include "app/cli/watch_command.h"
 #include "app/exit_codes.h"
 #include "app/output_file.h"
+#include "app/stop_signal.h"
 #include "collab/dds/packet_filter.h"
 #include "collab/dds/socket_drops.h"
 #include "collab/dds/waiting_instances.h"
@@ -193,7 +193,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   std::atomic<bool> done{false};
   const auto frames = static_cast<std::int64_t>(arguments.seconds * 1000.0);
   std::int64_t frames_since_start = 0;
-  bool hand_moves = false;  // in the frame that the haptic thread is in
+  bool hand_moves = false;                   // in the frame that the haptic thread is in
   std::optional<CapacityFollower> capacity;  // as given, or as frames turn out
   if (arguments.capacity == 0) {
     capacity.emplace(joining.capacity.tests, joining.capacity.look_price, kFrameBudget);
@@ -202,7 +202,8 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   constexpr std::int64_t kPoseFrames = 5;
   BodiesMet met(joining.model->bodies.size());
   // a device's ticks and our frames begin together
-  const std::int64_t origin_ns = joining.device() != nullptr ? joining.device()->origin_ns() : MonotonicNowNs();
+  const std::int64_t origin_ns =
+      joining.device() != nullptr ? joining.device()->origin_ns() : MonotonicNowNs();
   constexpr std::int64_t kHapticPeriodNs = 1'000'000;
   JudgedFrames judged(origin_ns, kHapticPeriodNs);
   PeriodicThread haptic(
@@ -450,22 +451,23 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   }
   if (arguments.report.empty()) return exit_code;
 
-  PeerReport report{.name = arguments.name,
-                    .pid = getpid(),
-                    .scheduler = realtime.scheduler(),
-                    .mean_delay_s = node.peer().mean_delay_s(),
-                    .hand = node.peer().hand_figures(),
-                    .traced_frames = node.peer().trace().size(),
-                    .device = arguments.device,
-                    .device_times = TimesOf(joining),
-                    .device_scheduler = joining.device() != nullptr ? joining.device()->scheduler() : "",
-                    .passivity = PassivityOf(joining),
-                    .safety_state = node.peer().safety_state(),
-                    .safety = node.peer().safety_counts(),
-                    .guarded_share = node.peer().guard().guarded_share(),
-                    .felt = node.peer().felt(),
-                    .crowded_frames = node.peer().crowded_frames(),
-                    .own_states = node.sent_states()};
+  PeerReport report{
+      .name = arguments.name,
+      .pid = getpid(),
+      .scheduler = realtime.scheduler(),
+      .mean_delay_s = node.peer().mean_delay_s(),
+      .hand = node.peer().hand_figures(),
+      .traced_frames = node.peer().trace().size(),
+      .device = arguments.device,
+      .device_times = TimesOf(joining),
+      .device_scheduler = joining.device() != nullptr ? joining.device()->scheduler() : "",
+      .passivity = PassivityOf(joining),
+      .safety_state = node.peer().safety_state(),
+      .safety = node.peer().safety_counts(),
+      .guarded_share = node.peer().guard().guarded_share(),
+      .felt = node.peer().felt(),
+      .crowded_frames = node.peer().crowded_frames(),
+      .own_states = node.sent_states()};
   CountShapes(joining, report);
   report.drops = node.inbox().drops().Total();
   report.drops[static_cast<std::size_t>(Drop::kManyKeys)] += InstancesRefused();

@@ -36,8 +36,7 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
                   "N that a device process gives at the most, whatever the device can")
       ->check(NumberAbove(0, kMostForAHand.force))
       ->capture_default_str();
-  command
-      .add_option("--device-moment", arguments.device_most.moment, "N m, likewise")
+  command.add_option("--device-moment", arguments.device_most.moment, "N m, likewise")
       ->check(NumberAbove(0, kMostForAHand.moment))
       ->capture_default_str();
   command.add_flag("--passivity", arguments.passivity,
@@ -153,9 +152,10 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   command.add_flag("--insist", arguments.insist,
                    "keep to the scene file's voxels and force parameters where the session has "
                    "others; shared bodies are then not held");
-  command.add_flag("--adopt-any", arguments.adopt_any,
-                   "take the session's voxels also where they are more than 4 times smaller or larger "
-                   "than the scene file's");
+  command.add_flag(
+      "--adopt-any", arguments.adopt_any,
+      "take the session's voxels also where they are more than 4 times smaller or larger "
+      "than the scene file's");
   AddHandOptions(command, arguments);
   AddControlOptions(command, arguments);
   AddLinkOptions(command, arguments);

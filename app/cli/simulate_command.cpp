@@ -30,7 +30,7 @@ struct SimulateArguments {
   std::string scene;       // in place of seeds
   bool hands = false;      // sessions of hands that hosts move
   double seconds = 0;      // of the scene at the most, or of a session of hands; 0: not given
-  bool hostile = false;  // beside the honest a member that keeps to no rule
+  bool hostile = false;    // beside the honest a member that keeps to no rule
   bool verbose = false;
   bool json = false;
 };
@@ -91,8 +91,9 @@ int RunSimulate(const SimulateArguments& arguments) {
   const auto began = std::chrono::steady_clock::now();
   const double seconds = arguments.seconds > 0 ? arguments.seconds : kHandsSeconds;
   const std::vector<SeedResult> results =
-      arguments.hands ? SimulateHandSeeds(first, count, threads, seconds, MakeLightScene(), log)
-                      : SimulateSeeds(first, count, threads, MakeLightScene(), log, arguments.hostile);
+      arguments.hands
+          ? SimulateHandSeeds(first, count, threads, seconds, MakeLightScene(), log)
+          : SimulateSeeds(first, count, threads, MakeLightScene(), log, arguments.hostile);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
 
   double peer_seconds = 0;

@@ -197,8 +197,9 @@ int RunStabilityBoundary(const BoundaryArguments& arguments) {
     if (row.is_judged()) claims.push_back(ClaimOf(row));
   }
   if (arguments.json) {
-    std::printf("%s\n",
-                JsonText(OrderedJson{{"pass", pass}, {"rows", claims}, {"boundary", json}}, 2).c_str());
+    std::printf(
+        "%s\n",
+        JsonText(OrderedJson{{"pass", pass}, {"rows", claims}, {"boundary", json}}, 2).c_str());
   } else {
     Print(*rows);
   }

@@ -22,7 +22,7 @@ namespace {
 constexpr double kTouching = 0.01;                      // voxels: nearer than that is no gap
 constexpr std::size_t kMostTrianglesForDepth = 50'000;  // of two bodies whose depth is worked out
 constexpr double kMostDepthSamples = 1e5;               // of each
-constexpr double kNearlyAll = 0.99;  // of what is needed: such a gap is enough
+constexpr double kNearlyAll = 0.99;                     // of what is needed: such a gap is enough
 /// What refined contact needs where a fit is narrow, voxels: its force then begins 0.02 from the
 /// surface, which the field tells to within 0.02.
 constexpr double kRefinedNeeds = 0.05;

@@ -191,12 +191,12 @@ class Reporter {
 
   void TellScene(const SceneManifest& scene) {
     Note("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
-        scene.file);
+         scene.file);
     Note("its force parameters: " + Describe(ParametersOf(scene)));
     if (!own_) return searches_.Add(scene);
     const std::string difference = ContentDifference(own_->scene, own_->hash, scene);
     Note(difference.empty() ? "it is the scene given with --scene"
-                           : "it is NOT the scene given with --scene: " + difference);
+                            : "it is NOT the scene given with --scene: " + difference);
   }
 
   std::optional<OwnScene> own_;
