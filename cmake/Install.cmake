@@ -64,7 +64,9 @@ install(TARGETS ${programs} RUNTIME DESTINATION bin COMPONENT tandem)
 # Found from the programs, ../share/tandem/scenes (app/program_folders.cpp): not a folder that a user may choose.
 install(DIRECTORY ${PROJECT_BINARY_DIR}/scenes/ DESTINATION share/tandem/scenes COMPONENT tandem
   FILES_MATCHING PATTERN *.json PATTERN *.stl
-  PATTERN clutter* EXCLUDE  # 150 MB, for benches
+  PATTERN clutter* EXCLUDE  # 150 MB each, for benches; the next is for them, too
+  PATTERN landing_gear* EXCLUDE
+  PATTERN bracket_actuator_fixed.stl EXCLUDE
   PATTERN CMakeFiles EXCLUDE)
 
 # Manual pages and completion, written by the programs themselves from their command lines.

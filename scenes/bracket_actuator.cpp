@@ -267,7 +267,7 @@ GeneratedScene BracketActuator() {
   const HandScript top = ActuatorHand();
   Pose bottom_grasp;
   bottom_grasp.p = {0, 0, -0.055};
-  const HandScript bottom = Partner(top, 1.06, {0, 0.002, 0.002}, bottom_grasp);
+  const HandScript bottom = SecondHand(top, 1.06, {0, 0.002, 0.002}, bottom_grasp);
   return {"bracket_actuator",
           {{"bracket_actuator_bracket.stl", Bracket()},
            {"bracket_actuator_hoses.stl", Hoses()},

@@ -20,9 +20,19 @@ struct ClutterShape {
 /// All fixed parts, each by itself, where it stands (mm).
 std::vector<TriangleMesh> ClutterParts(const ClutterShape& shape);
 
+struct ActuatorShape {
+  double fineness = 1;  // of its round parts: how many sides they have, as a share of the clutter's
+  bool valves = false;  // a block of valves on it, with a port on either side
+};
+
+struct NestShape {
+  double rear_stop = -500;   // x where it begins, 25 mm thick
+  bool clear_walls = false;  // above the actuator's axis: no bolts, no guides
+};
+
 /// The nest's fixed parts round the actuator, and the actuator, both about the origin (mm).
-TriangleMesh ClutterNest();
-TriangleMesh ClutterActuator();
+TriangleMesh ClutterNest(const NestShape& shape = {});
+TriangleMesh ClutterActuator(const ActuatorShape& shape = {});
 
 /// The share of the parts' vertices that lie inside another part.
 double OverlapShare(const std::vector<TriangleMesh>& parts);

@@ -9,7 +9,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: generate_landing_gear FOLDER\n");
     return 2;
   }
-  const std::vector<tandem::TriangleMesh> parts = tandem::LandingGearParts();
+  const std::vector<tandem::TriangleMesh> parts =
+      tandem::MakeLandingGear(tandem::LandingGearParts::kAll);
   const tandem::GeneratedScene scene = tandem::LandingGear(parts);
   tandem::PrintSizes(parts, scene);
   if (const auto fault = tandem::WriteScene(scene, argv[1])) {

@@ -63,7 +63,8 @@ std::optional<Error> WriteScene(const GeneratedScene& scene, const std::filesyst
   return std::nullopt;
 }
 
-HandScript Partner(const HandScript& script, double pace, const Vec3& offset_W, const Pose& X_BD) {
+HandScript SecondHand(const HandScript& script, double pace, const Vec3& offset_W,
+                      const Pose& X_BD) {
   HandScript partner = script;
   partner.X_BD = X_BD;
   for (std::size_t i = 0; i < partner.waypoints.size(); ++i) {

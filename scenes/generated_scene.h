@@ -43,6 +43,7 @@ std::optional<Error> WriteScene(const GeneratedScene& scene, const std::filesyst
 
 /// The second hand on the same body: it means the same, but is slower by `pace` and off by
 /// `offset_W` (m) on the way, and takes hold elsewhere; where it starts and ends is the same.
-HandScript Partner(const HandScript& script, double pace, const Vec3& offset_W, const Pose& X_BD);
+HandScript SecondHand(const HandScript& script, double pace, const Vec3& offset_W,
+                      const Pose& X_BD);
 
 }  // namespace tandem

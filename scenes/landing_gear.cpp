@@ -1,5 +1,6 @@
 #include "scenes/landing_gear.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -26,6 +27,13 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 const Vec3 kNest(1000, 0, 2900);  // the actuator over the ground, under the strut's axis
+
+constexpr double kRearStop = -570;  // from the actuator's middle
+constexpr double kKeeper = 64;      // its underside, over the actuator's axis
+
+constexpr double kPorts = -195;  // x, of the middle between them
+constexpr double kHook = 110;    // underside of what holds them down
+constexpr double kWallTop = 65;
 
 constexpr double kAxleHeight = 625;
 constexpr double kWheelBase = 1300;
@@ -133,8 +141,12 @@ TriangleMesh Link(double length, double radius, double eye) {
 
 class Builder {
  public:
-  std::vector<TriangleMesh> Make() {
+  std::vector<TriangleMesh> Make(LandingGearParts parts) {
     AddNest();
+    if (parts == LandingGearParts::kNest) {
+      AddLinesAcross();
+      return std::move(parts_);
+    }
     AddBogie();
     AddStrut();
     AddBraces();
@@ -151,9 +163,25 @@ class Builder {
   void Add(const TriangleMesh& mesh) { parts_.push_back(Moved(mesh, -kNest)); }
 
   void AddNest() {
-    parts_.push_back(ClutterNest());
-    // the keeper over the rod's eye, on the forward stop
-    parts_.push_back(Box({428, -15, 43}, {500, 15, 60}));
+    parts_.push_back(ClutterNest({.rear_stop = kRearStop, .clear_walls = true}));
+    // the keeper over the rod's eye, on a post that stands on the forward stop
+    parts_.push_back(Box({475, -15, 40 + kSeam}, {500, 15, kKeeper - kSeam}));
+    parts_.push_back(Box({380, -15, kKeeper}, {500, 15, kKeeper + 17}));
+    // and one over each port of the valves, on a post that stands on the wall
+    for (const double side : {-1.0, 1.0}) {
+      const double port = kPorts + 22 * side;
+      const auto beside = [side](double x, double y, double z) {
+        return Vec3(x, side * y, z);
+      };
+      Bounds hook;
+      hook.Add(beside(port - 12, 78, kHook));
+      hook.Add(beside(port + 30, 98, kHook + 8));
+      parts_.push_back(Box(hook.min, hook.max));
+      Bounds post;
+      post.Add(beside(port + 20, 80, kWallTop + kSeam));
+      post.Add(beside(port + 30, 86, kHook - kSeam));
+      parts_.push_back(Box(post.min, post.max));
+    }
   }
 
   void AddBogie() {
@@ -288,9 +316,13 @@ class Builder {
         Add(Hose(points, dice_.Between(6, 10), 0, 20, 8));
       }
     }
-    // two across the way out of the actuator, which must pass between
+    AddLinesAcross();
+  }
+
+  /// Two across the way out of the actuator, which must pass between.
+  void AddLinesAcross() {
     const Vec3 forward = kNest + Vec3(780, 0, 0);
-    for (const double height : {350.0, 545.0}) {
+    for (const double height : {350.0, 605.0}) {
       std::vector<Vec3> points;
       for (int i = -4; i <= 4; ++i) {
         points.emplace_back(forward + Vec3(8.0 * (i % 2), 105.0 * i, height + 6 * (i % 3)));
@@ -354,33 +386,50 @@ HandScript Mechanic() {
   HandScript script;
   script.impedance.damping = 20;
   script.X_BD.p = {0.2, 0, 0};
-  // settles on the racks, slides back from under the keeper, up, forward and out between two lines
+  script.impedance.inertia = 0.02;
+  script.impedance.rotation_stiffness = 60;
+  script.impedance.rotation_damping = 1.5;
+  // settles on the racks, is eased off them and slid back from under the keeper, up, forward and
+  // out between two lines
   script.waypoints = {
       {0.0, {0, 0, 0}, Quat::Identity()},
-      {1.5, {0, 0, -0.005}, Quat::Identity()},
-      {4.0, {-0.030, 0.001, -0.004}, Quat::Identity()},
-      {6.0, {-0.030, 0, 0.080}, Quat::Identity()},
-      {10.0, {-0.030, 0, 0.300}, Quat::Identity()},
-      {13.0, {0.100, 0, 0.440}, RotationBy(Vec3(0, -0.02, 0))},
-      {22.0, {1.500, 0.010, 0.445}, Quat::Identity()},
+      {1.5, {0, 0, -0.006}, Quat::Identity()},
+      {2.5, {0, 0, 0.006}, Quat::Identity()},
+      {6.0, {-0.102, 0.001, 0.004}, Quat::Identity()},
+      {8.0, {-0.088, 0.006, 0.080}, Quat::Identity()},
+      {11.0, {-0.085, 0.006, 0.300}, Quat::Identity()},
+      {14.0, {0.100, 0, 0.440}, RotationBy(Vec3(0, -0.02, 0))},
+      {22.0, {1.500, 0.010, 0.436}, Quat::Identity()},
       {26.0, {2.300, 0, 0.450}, Quat::Identity()},
   };
   return script;
 }
 
+/// The same without the way back from under the keeper.
+HandScript HastyMechanic() {
+  HandScript script = Mechanic();
+  for (Waypoint& at : script.waypoints) at.p_W.x() = std::max(at.p_W.x(), 0.0);
+  return script;
+}
+
 }  // namespace
 
-std::vector<TriangleMesh> LandingGearParts() {
-  return Builder().Make();
+std::vector<TriangleMesh> MakeLandingGear(LandingGearParts parts) {
+  return Builder().Make(parts);
 }
 
 GeneratedScene LandingGear(const std::vector<TriangleMesh>& parts) {
   TriangleMesh fixed;
   for (const TriangleMesh& part : parts) Append(fixed, part);
+  const HandScript rod = Mechanic();
+  Pose barrel_grasp;
+  barrel_grasp.p = {-0.15, 0, 0};
   return {"landing_gear",
           {{"landing_gear_fixed.stl", std::move(fixed)},
-           {"landing_gear_actuator.stl", ClutterActuator()}},
-          {{"landing_gear_hand.json", Mechanic()}}};
+           {"landing_gear_actuator.stl", ClutterActuator({.fineness = 0.5, .valves = true})}},
+          {{"landing_gear_rod.json", rod},
+           {"landing_gear_barrel.json", SecondHand(rod, 1.02, {0, 0.002, 0.002}, barrel_grasp)},
+           {"landing_gear_hasty.json", HastyMechanic()}}};
 }
 
 }  // namespace tandem

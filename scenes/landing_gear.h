@@ -9,14 +9,21 @@ namespace tandem {
 /// A landing gear in its bay, as large as the paper's (4.1 x 1.9 x 4.8 m, section 7): a bogie with
 /// six wheels, a strut that telescopes, torque links, braces and trunnions, doors with ribs and
 /// bolts, hydraulic lines, wire bundles and equipment. Its retraction actuator lies in a nest
-/// forward of the strut, under a keeper: a mechanic slides it back, lifts it, and takes it out
-/// forward between two lines. z points up, x forward; the origin is the actuator's (mm).
+/// forward of the strut. A keeper holds its rod's eye down, and two hooks the ports of its valves:
+/// a mechanic eases it off its racks, slides it back until it is free of them, lifts it, and takes
+/// it out forward between two lines. z points up, x forward; the origin is the actuator's (mm).
 
-/// All fixed parts, each by itself, where it stands.
-std::vector<TriangleMesh> LandingGearParts();
+enum class LandingGearParts {
+  kAll,
+  kNest  // what the actuator meets on its way out: its nest, and the two lines
+};
+
+/// The fixed parts, each by itself, where it stands.
+std::vector<TriangleMesh> MakeLandingGear(LandingGearParts parts);
 
 /// The parts as one fixed mesh, `landing_gear_fixed.stl`, and the actuator,
-/// `landing_gear_actuator.stl`, with the hand that takes it out.
+/// `landing_gear_actuator.stl`, with two hands that take it out, and one,
+/// `landing_gear_hasty.json`, that lifts it without sliding it back first.
 GeneratedScene LandingGear(const std::vector<TriangleMesh>& parts);
 
 }  // namespace tandem

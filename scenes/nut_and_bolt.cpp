@@ -130,7 +130,7 @@ GeneratedScene NutAndBolt() {
   const HandScript right = NutHand();
   Pose other_grasp;
   other_grasp.p = {-0.015, 0, 0};
-  const HandScript left = Partner(right, 1.03, {0.001, 0, 0}, other_grasp);
+  const HandScript left = SecondHand(right, 1.03, {0.001, 0, 0}, other_grasp);
   return {"nut_and_bolt",
           {{"nut_and_bolt_bolt.stl", Bolt()}, {"nut_and_bolt_nut.stl", Nut()}},
           {{"nut_and_bolt_right.json", right}, {"nut_and_bolt_left.json", left}}};

@@ -81,7 +81,7 @@ GeneratedScene PegInSlot() {
   const HandScript left = PegHand();
   Pose right_grasp;
   right_grasp.p = {-0.004, -0.010, 0.004};
-  const HandScript right = Partner(left, 1.06, {0, 0, 0.003}, right_grasp);
+  const HandScript right = SecondHand(left, 1.06, {0, 0, 0.003}, right_grasp);
   return {"peg_in_slot",
           {{"peg_in_slot_block.stl", Block()}, {"peg_in_slot_peg.stl", Peg()}},
           {{"peg_in_slot_left.json", left}, {"peg_in_slot_right.json", right}}};

@@ -20,6 +20,7 @@ void AddBenchFrame(CLI::App& bench, int& exit_code);
 void AddBenchHostile(CLI::App& bench, int& exit_code);
 void AddBenchPoints(CLI::App& bench, int& exit_code);
 void AddBenchProximity(CLI::App& bench, int& exit_code);
+void AddBenchRemoval(CLI::App& bench, int& exit_code);
 void AddBenchVoxelize(CLI::App& bench, int& exit_code);
 void AddBenchFidelity(CLI::App& bench, int& exit_code);
 void AddBenchNetwork(CLI::App& bench, int& exit_code);

@@ -54,16 +54,10 @@ std::optional<Error> SetPoints(std::size_t wanted, WorldModel& world) {
 }  // namespace
 
 Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked) {
-  const std::filesystem::path file = SceneFile(asked.scene);
-  if (asked.scene == "clutter" && !std::filesystem::exists(file)) {
-    return Error{file.string() +
-                 ": not there; `cmake --build --preset release --target clutter` makes it"};
-  }
   Result<Scene> scene = LoadNamedScene(asked.scene);
   if (!scene) return scene.error();
   if (asked.needs_fixture) HoldTheOthers(*scene);
   if (asked.voxel_size > 0) scene->voxel_size = asked.voxel_size;
-  Say("voxelizing " + asked.scene);
   auto world = LoadCached(*scene);
   if (world) TellStart(FindStartGaps(**world));
   const bool plain = scene->contact == ContactModel::kPlain;
@@ -91,6 +85,7 @@ void AddBenchCommand(CLI::App& app, int& exit_code) {
   AddBenchHostile(*bench, exit_code);
   AddBenchPoints(*bench, exit_code);
   AddBenchProximity(*bench, exit_code);
+  AddBenchRemoval(*bench, exit_code);
   AddBenchVoxelize(*bench, exit_code);
   AddBenchFidelity(*bench, exit_code);
   AddBenchNetwork(*bench, exit_code);

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <random>
@@ -13,13 +12,13 @@
 #include "app/cli/bench.h"
 #include "app/cli/capacity.h"
 #include "app/cli/scene_files.h"
+#include "app/cli/scripted_frames.h"
 #include "app/cli/talk.h"
 #include "app/cli/test_prices.h"
 #include "app/cli/timed_frames.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "engine/base/json_text.h"
-#include "engine/haptics/scripted_device.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -41,10 +40,6 @@ struct FrameArguments {
   bool json = false;
 };
 
-double Us(const Histogram& of, double quantile) {
-  return 1e-3 * static_cast<double>(of.Quantile(quantile));
-}
-
 /// The scene's hand, its middle over and over, so that it stays where the contacts are.
 HandScript Working(HandScript script, double seconds) {
   const std::vector<Waypoint> once = script.waypoints;
@@ -63,47 +58,6 @@ HandScript Working(HandScript script, double seconds) {
     script.waypoints.push_back(back);
   }
   return script;
-}
-
-/// Holds the first body of a world by a script.
-class WorkingHand {
- public:
-  WorkingHand(const World& world, const HandScript& script)
-      : world_(&world), X_BD_(script.X_BD), device_(script, world.model().bodies[0].X_WB0) {
-    device_.Start();
-  }
-  Anchor operator()(std::int64_t /*frame*/, const StepReport& report) {
-    // what the body received, about the device's own origin
-    const Wrench& on_body = report.hand_B_W;
-    const Vec3 r = world_->state(0).X_WB.q * X_BD_.p;
-    device_.Render({-(on_body.tau - r.cross(on_body.f)), -on_body.f});
-    return device_.Read();
-  }
-
- private:
-  const World* world_;
-  Pose X_BD_;
-  ScriptedDevice device_;
-};
-
-/// The least that each frame took in some passes, us, by quantiles; null without any.
-nlohmann::ordered_json BackToBack(const std::shared_ptr<const WorldModel>& model,
-                                  const ScheduleOptions& schedule, const HandScript& script,
-                                  const FrameCapacity& capacity, const FrameArguments& arguments) {
-  if (arguments.passes == 0) return nullptr;
-  std::vector<std::int64_t> least_ns(static_cast<std::size_t>(arguments.frames),
-                                     std::numeric_limits<std::int64_t>::max());
-  for (int pass = 0; pass < arguments.passes; ++pass) {
-    World world(model, schedule);
-    WorkingHand hand(world, script);
-    RunBackToBack(world, std::ref(hand), script.X_BD, capacity, least_ns);
-  }
-  Histogram cpu;
-  for (const std::int64_t ns : least_ns) cpu.Add(ns);
-  return {{"passes", arguments.passes},
-          {"cpu_p50_us", Us(cpu, 0.5)},
-          {"cpu_p99_us", Us(cpu, 0.99)},
-          {"cpu_p999_us", Us(cpu, 0.999)}};
 }
 
 /// A place within the fixture's box with nothing near, for the body's centre of mass.
@@ -171,14 +125,15 @@ int RunFrame(const FrameArguments& arguments) {
   World world(model, schedule);
   const double seconds = 1e-3 * (arguments.frames + kWarmUp);
   const HandScript working = Working(*script, seconds);
-  WorkingHand hand(world, working);
+  ScriptedHand hand(world, working);
   FrameFigures figures;
   RunFrames(world, std::ref(hand), working.X_BD, capacity, budget_s, arguments.frames,
             arguments.check_every, helpers, figures);
   const bool plain = model->scene.contact == ContactModel::kPlain;
   const TestPrices prices = plain ? MeasureTestPrices(world.point_pair(0)) : TestPrices{};
-  const nlohmann::ordered_json back_to_back =
-      BackToBack(model, schedule, working, capacity, arguments);
+  const nlohmann::ordered_json back_to_back = BackToBackJson(
+      LeastOfPasses(model, schedule, working, capacity, arguments.frames, arguments.passes),
+      arguments.passes);
 
   FrameFigures free;
   World free_world(model, schedule);
@@ -305,8 +260,9 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
       bench.add_subcommand("frame", "Time whole frames of a body among parts, at 1 kHz");
   AddBenchScene(*command, arguments->scene);
   command
-      ->add_option("--points", arguments->scene.points,
-                   "points of the moving body, about, in plain contact; default: one for each voxel")
+      ->add_option(
+          "--points", arguments->scene.points,
+          "points of the moving body, about, in plain contact; default: one for each voxel")
       ->check(WholeNumberFrom(1, 100'000'000));
   command->add_option("--frames", arguments->frames, "frames to time")
       ->check(WholeNumberFrom(1000, 10'000'000))

@@ -2,7 +2,6 @@
 
 #include <cinttypes>
 #include <cstdio>
-
 #include <thread>
 
 #include <nlohmann/json.hpp>
@@ -117,12 +116,12 @@ int ShowHeadless(const HandRequest& request, bool json) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       continue;
     }
-    while (controller->snapshot().frame == 0 && !peer->Poll() &&
-           MonotonicNowNs() - begun_ns < kControllerPatienceNs) {
+    // a large scene is voxelized for minutes
+    while (controller->snapshot().frame == 0) {
+      if (const std::optional<int> ended = peer->Poll()) return *ended;
       controller->Wait(std::chrono::milliseconds(20));
     }
     const ControllerSnapshot now = controller->snapshot();
-    if (now.frame == 0) return peer->Poll().value_or(kExitFailed);
     if (json) {
       std::printf("%s\n", JsonText(AsJson(now, request.control), 1).c_str());
     } else {

@@ -141,9 +141,10 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   const bool grab = verb == "grab" && !body.empty() && peer.empty();
   const bool give = verb == "give" && !peer.empty();
   if (!grab && !give) {
-    return Error{"'" + line +
-                 "' is no order: grab BODY, release, give BODY PEER, heal, layer N, displace MM, "
-                 "stop, resume, peers, network FILE, quit; 'help' says what each does"};
+    return Error{
+        "'" + line +
+        "' is no order: grab BODY, release, give BODY PEER, heal, layer N, displace MM, clutch, "
+        "stop, resume, peers, network FILE, quit; 'help' says what each does"};
   }
   const int found = model.BodyNamed(body);
   if (found < 0) return Error{"the scene has no moving body '" + body + "'"};

@@ -1,8 +1,13 @@
 #include "app/cli/program_cache.h"
 
 #include <charconv>
+#include <chrono>
+#include <condition_variable>
 #include <cstdlib>
+#include <mutex>
+#include <stop_token>
 #include <string>
+#include <thread>
 
 #include "app/cli/talk.h"
 #include "app/program_folders.h"
@@ -33,6 +38,28 @@ std::uint64_t CacheLimit() {
   return SurfaceCache::kMostBytes;
 }
 
+/// Says what takes so long, while it does.
+class LongLoad {
+ public:
+  explicit LongLoad(const std::string& scene)
+      : telling_([scene](const std::stop_token& over) {
+          std::mutex mutex;
+          std::unique_lock lock(mutex);
+          std::condition_variable_any waited;
+          const auto never = [] {
+            return false;
+          };
+          waited.wait_for(lock, over, kPatience, never);
+          if (!over.stop_requested()) {
+            Say("voxelizing " + scene + ": minutes for a large scene, when it is first loaded");
+          }
+        }) {}
+
+ private:
+  static constexpr std::chrono::seconds kPatience{3};
+  std::jthread telling_;
+};
+
 }  // namespace
 
 const SurfaceCache* ProgramCache() {
@@ -42,6 +69,7 @@ const SurfaceCache* ProgramCache() {
 
 Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene,
                                                      const std::stop_token& stop) {
+  const LongLoad told(scene.name);
   return LoadWorld(scene, {.stop = stop, .cache = ProgramCache()});
 }
 

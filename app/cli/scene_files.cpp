@@ -10,7 +10,8 @@ namespace tandem {
 std::filesystem::path SceneFile(const std::string& name_or_path) {
   const std::filesystem::path path = name_or_path;
   std::error_code unknown;
-  if (std::filesystem::exists(path, unknown) || path.has_parent_path() || path.has_extension()) return path;
+  if (std::filesystem::exists(path, unknown) || path.has_parent_path() || path.has_extension())
+    return path;
   return SceneFolder() / (name_or_path + ".json");
 }
 
@@ -18,6 +19,11 @@ Result<Scene> LoadNamedScene(const std::string& name_or_path) {
   const std::filesystem::path file = SceneFile(name_or_path);
   std::error_code unknown;
   if (file == name_or_path || std::filesystem::exists(file, unknown)) return LoadScene(file);
+  for (const char* large : {"clutter", "landing_gear"}) {
+    if (name_or_path != large) continue;
+    return Error{file.string() + ": not there; `cmake --build --preset release --target " +
+                 name_or_path + "` makes it"};
+  }
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(file.parent_path(), unknown)) {
     // a hand's file begins with its scene's name

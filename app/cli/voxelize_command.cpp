@@ -15,6 +15,7 @@
 #include "app/stop_signal.h"
 #include "engine/base/hash.h"
 #include "engine/base/json_text.h"
+#include "engine/base/most_memory.h"
 #include "engine/contact/surface_file.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_diagnosis.h"
@@ -36,7 +37,7 @@ struct VoxelizeArguments {
   int bits = 0;  // 0: the least that hold the range
   std::string out;
   std::string surface;
-  std::uint64_t max_memory = std::uint64_t{8} << 30U;
+  std::uint64_t max_memory = MostMemory();
   std::size_t threads = 0;
   bool json = false;
 };
@@ -118,8 +119,8 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
     surface_bytes = WriteSurface(arguments, *mesh, voxel_size, options.stop);
     if (!surface_bytes) return Fail(kExitFile, surface_bytes.error().what);
   }
-  const Result<Pointshell> points =
-      MakePointshell(*mesh, features, Pose{}, {.spacing = voxel_size});
+  const Result<Pointshell> points = MakePointshell(
+      *mesh, features, Pose{}, {.spacing = voxel_size, .max_memory_bytes = arguments.max_memory});
   if (!points) return Fail(kExitFile, arguments.file + ": " + points.error().what);
   const double seconds = 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
 
@@ -212,7 +213,8 @@ void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
                       "write the surface for refined contact there, likewise");
   command
       ->add_option("--max-memory", arguments->max_memory,
-                   "most memory to use: bytes, or with a unit (8GiB)")
+                   "most memory to use: bytes, or with a unit (8GiB); default: three quarters of "
+                   "the machine's")
       ->transform(SizeInBytes());
   command->add_option("--threads", arguments->threads, "threads to use; 0: all processors")
       ->check(WholeNumberFrom(0, kMostThreads));

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <stop_token>
 
+#include "engine/base/most_memory.h"
 #include "engine/base/result.h"
 #include "engine/base/spatial.h"
 #include "engine/contact/contact_kind.h"
@@ -21,7 +22,7 @@ struct SurfaceOptions {
   /// Of the distance field, as of FieldOptions.
   double band_voxels = FieldOptions{}.band;
   double range_voxels = FieldOptions{}.range;
-  std::size_t max_memory_bytes = std::size_t{8} << 30U;
+  std::size_t max_memory_bytes = MostMemory();
   /// Asked to stop, the builder soon ends with an error.
   std::stop_token stop = {};
 };

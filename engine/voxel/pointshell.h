@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/most_memory.h"
 #include "engine/base/result.h"
 #include "engine/geometry/facets.h"
 #include "engine/geometry/triangle_mesh.h"
@@ -74,7 +75,7 @@ struct PointshellOptions {
   /// that the force layer cannot give (paper §3.2); labels and normals are the nearest surface
   /// voxel's.
   int free_layer = 0;
-  std::size_t max_memory_bytes = std::size_t{8} << 30U;
+  std::size_t max_memory_bytes = MostMemory();
 };
 
 /// Makes the points of a mesh that stands in W, in the frame B that stands at X_WB then.

@@ -4,6 +4,7 @@
 #include <optional>
 #include <stop_token>
 
+#include "engine/base/most_memory.h"
 #include "engine/base/result.h"
 #include "engine/geometry/facets.h"
 #include "engine/geometry/triangle_mesh.h"
@@ -17,7 +18,7 @@ struct VoxelizeOptions {
   int bits = 4;               // of a mark: 2 (range 1), 4 (to 13) or 8 (to 252)
   /// How flat a feature-free polygon must be, in voxels either side of its plane (paper §4.1).
   double flatness_voxels = 0.5;
-  std::size_t max_memory_bytes = std::size_t{8} << 30U;
+  std::size_t max_memory_bytes = MostMemory();
   /// Told the share that is done, rising from 0 to 1, by one thread at a time; may be empty.
   std::function<void(double)> progress = {};
   /// Asked to stop, voxelization soon ends with an error.

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -49,6 +50,23 @@ TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
                        "/error_voxels/max", "/field_bytes_per_band_voxel"});
   EXPECT_TRUE(told["isa"].is_string());
   EXPECT_GT(told["points"], 0);
+}
+
+TEST(BenchCommand, RemovalSaysWhetherThePartCameOutAndWhatFramesTook) {
+  const ScratchFolder folder;
+  const json told = Bench("removal --scene peg_in_slot --voxel-mm 2 --passes 1 --plots " +
+                          folder.path().string());
+  ExpectNumbers(
+      told, {"/frames", "/points", "/voxels", "/cpu_p50_us", "/cpu_p999_us", "/noise_p999_us",
+             "/back_to_back/cpu_p50_us", "/back_to_back/cpu_p99_us", "/back_to_back/cpu_p999_us",
+             "/travel_at_bound_share", "/page_faults", "/peak_bytes", "/voxel_memory_bytes",
+             "/contacts_mean", "/contacts_max", "/hand_force_max_N"});
+  EXPECT_EQ(told["out"], true);
+  EXPECT_GT(told["contacts_max"], 0);
+  for (const char* picture : {"removal_times", "removal_contacts", "removal_force"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / (std::string(picture) + ".svg")))
+        << picture;
+  }
 }
 
 TEST(BenchCommand, VoxelizeSaysWhatItTakesAndWhatPolygonsSave) {

@@ -1,0 +1,94 @@
+#include "scenes/landing_gear.h"
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "app/cli/demo_judgement.h"
+#include "app/cli/scripted_frames.h"
+#include "engine/world/world.h"
+#include "tests/support/scratch_folder.h"
+
+// The removal of the paper's section 7, from the nest alone; `tandem bench removal` has the whole
+// gear round it.
+
+namespace tandem {
+namespace {
+
+/// The nest with the actuator, at the scene's own sizes.
+class ActuatorInItsNest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new ScratchFolder;
+    const GeneratedScene scene = LandingGear(MakeLandingGear(LandingGearParts::kNest));
+    ASSERT_FALSE(WriteScene(scene, folder_->path()));
+    const std::filesystem::path file = folder_->path() / "landing_gear.json";
+    std::filesystem::copy_file(std::filesystem::path(TANDEM_SCENE_FILES) / "landing_gear.json",
+                               file);
+    const Result<Scene> loaded = LoadScene(file);
+    ASSERT_TRUE(loaded) << loaded.error().what;
+    const auto world = LoadWorld(*loaded);
+    ASSERT_TRUE(world) << world.error().what;
+    model_ = new std::shared_ptr<const WorldModel>(*world);
+  }
+  static void TearDownTestSuite() {
+    delete model_;
+    delete folder_;
+  }
+
+  struct Removal {
+    Outcome outcome;
+    long in_contact = 0;  // frames
+    float most_N = 0;     // in the hand
+  };
+  static Removal By(const std::string& hand) {
+    const Result<HandScript> script = LoadHandScript(folder_->path() / hand);
+    EXPECT_TRUE(script) << script.error().what;
+    World world(*model_);
+    ScriptedHand holds(world, *script);
+    StepInputs inputs;
+    inputs.bodies.resize(1);
+    inputs.bodies[0].drive = BodyDrive::kSimulated;
+    inputs.hand = {.body = 0,
+                   .X_BD = script->X_BD,
+                   .goal = {},
+                   .gains = DefaultHandGains((*model_)->bodies[0].inertia)};
+    Removal removal;
+    StepReport report;
+    const auto frames = static_cast<std::int64_t>(1e3 * (script->duration() + 2));
+    for (std::int64_t frame = 0; frame < frames; ++frame) {
+      inputs.hand.goal = holds(frame, report);
+      report = world.Step(inputs);
+      removal.in_contact += report.contact_points > 0 ? 1 : 0;
+      removal.most_N = std::max(removal.most_N, static_cast<float>(report.hand_B_W.f.norm()));
+    }
+    removal.outcome = OutcomeOf(**model_, 0, world.state(0).X_WB);
+    return removal;
+  }
+
+  static inline ScratchFolder* folder_ = nullptr;
+  static inline std::shared_ptr<const WorldModel>* model_ = nullptr;
+};
+
+TEST_F(ActuatorInItsNest, ComesOutThroughContactAsTheMechanicMeansIt) {
+  for (const char* hand : {"landing_gear_rod.json", "landing_gear_barrel.json"}) {
+    const Removal removal = By(hand);
+    EXPECT_TRUE(removal.outcome.out) << hand;
+    EXPECT_GT(removal.in_contact, 1000) << hand;
+    EXPECT_LT(removal.most_N, 30) << hand;
+  }
+}
+
+TEST_F(ActuatorInItsNest, JamsWhereItIsLiftedBeforeItIsFree) {
+  const Removal removal = By("landing_gear_hasty.json");
+  EXPECT_FALSE(removal.outcome.out);
+  EXPECT_LT(removal.outcome.travel, 0.03);
+  EXPECT_GT(removal.most_N, 100);
+}
+
+}  // namespace
+}  // namespace tandem
