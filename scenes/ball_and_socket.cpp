@@ -9,7 +9,7 @@ namespace tandem {
 namespace {
 
 constexpr double kBallRadius = 12.5;  // mm
-constexpr double kCupRadius = 22.0;   // mm
+constexpr double kCupRadius = 18.8;   // mm
 constexpr int kLevels = 4;            // 8 * 4^4 = 2,048
 
 // The first hand presses the ball into the cup and turns it there, to one side, round and back.

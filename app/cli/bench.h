@@ -23,6 +23,8 @@ void AddBenchProximity(CLI::App& bench, int& exit_code);
 void AddBenchRemoval(CLI::App& bench, int& exit_code);
 void AddBenchVoxelize(CLI::App& bench, int& exit_code);
 void AddBenchFidelity(CLI::App& bench, int& exit_code);
+void AddBenchTable1(CLI::App& bench, int& exit_code);
+void AddBenchFigure10(CLI::App& bench, int& exit_code);
 void AddBenchNetwork(CLI::App& bench, int& exit_code);
 void AddBenchWindow(CLI::App& bench, int& exit_code);
 void AddBenchSession(CLI::App& bench, int& exit_code);

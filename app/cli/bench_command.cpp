@@ -88,6 +88,8 @@ void AddBenchCommand(CLI::App& app, int& exit_code) {
   AddBenchRemoval(*bench, exit_code);
   AddBenchVoxelize(*bench, exit_code);
   AddBenchFidelity(*bench, exit_code);
+  AddBenchTable1(*bench, exit_code);
+  AddBenchFigure10(*bench, exit_code);
   AddBenchNetwork(*bench, exit_code);
   AddBenchWindow(*bench, exit_code);
   AddBenchSession(*bench, exit_code);

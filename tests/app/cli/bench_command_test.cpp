@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/voxelize_times.h"
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
 #include "tests/support/scratch_folder.h"
@@ -50,6 +51,48 @@ TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
                        "/error_voxels/max", "/field_bytes_per_band_voxel"});
   EXPECT_TRUE(told["isa"].is_string());
   EXPECT_GT(told["points"], 0);
+}
+
+TEST(BenchCommand, Table1HasThePapersRowsAndTheBallIsAsThePapers) {
+  const json told = Bench("table1 --scenes ball_and_socket --threads 1");
+  ASSERT_EQ(told["rows"].size(), 2U);
+  for (const json& row : told["rows"]) {
+    ExpectNumbers(row, {"/voxel_mm", "/points_mm", "/triangles/moving", "/triangles/fixed",
+                        "/points", "/voxels/interior", "/voxels/surface", "/voxels/band",
+                        "/voxelize_s", "/load_s", "/paper/voxelize_s", "/paper/load_s"});
+    EXPECT_EQ(row["triangles"], row["paper"]["triangles"]);
+    const double points = row["paper"]["points"];
+    EXPECT_NEAR(row["points"].get<double>(), points, 0.004 * points);
+    const double voxels = row["paper"]["voxels"];
+    const json& here = row["voxels"];
+    EXPECT_NEAR(
+        here["interior"].get<double>() + here["surface"].get<double>() + here["band"].get<double>(),
+        voxels, 0.05 * voxels);
+  }
+}
+
+TEST(BenchCommand, Figure10FitsAPowerAndDrawsIt) {
+  const ScratchFolder folder;
+  const json told = Bench("figure10 --scene peg_in_slot --smallest-mm 2 --largest-mm 8 --out " +
+                          folder.path().string());
+  ExpectNumbers(told, {"/exponent", "/finest_exponent", "/times/0/voxel_mm", "/times/0/seconds",
+                       "/times/0/voxels"});
+  ASSERT_EQ(told["times"].size(), 5U);
+  EXPECT_GT(told["times"][4]["voxels"], told["times"][0]["voxels"]);
+  for (const char* file : {"figure10.csv", "figure10.svg"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
+  }
+}
+
+TEST(PowerLaw, OfExactPowersIsFoundExactly) {
+  std::vector<VoxelizeTime> times;
+  for (const double size_mm : {1.0, 2.5, 4.0}) {
+    times.push_back(
+        {.voxel_size = 1e-3 * size_mm, .seconds = 3 / (size_mm * size_mm), .voxels = 1});
+  }
+  const PowerLaw law = FitPowerLaw(times);
+  EXPECT_NEAR(law.exponent, -2, 1e-12);
+  EXPECT_NEAR(law.factor, 3, 1e-12);
 }
 
 TEST(BenchCommand, RemovalSaysWhetherThePartCameOutAndWhatFramesTook) {
