@@ -27,10 +27,10 @@ std::string Megabytes(std::uint64_t bytes) {
   return text;
 }
 
-int ListCache(const SurfaceCache& cache, bool as_json) {
+int ListCache(const VoxelCache& cache, bool as_json) {
   nlohmann::ordered_json files = nlohmann::ordered_json::array();
   std::uint64_t sum = 0;
-  for (const CachedSurface& file : cache.Files()) {
+  for (const CachedFile& file : cache.Files()) {
     sum += file.bytes;
     files.push_back({{"file", file.file.string()},
                      {"bytes", file.bytes},
@@ -53,11 +53,11 @@ int ListCache(const SurfaceCache& cache, bool as_json) {
   return kExitOk;
 }
 
-int VerifyCache(const SurfaceCache& cache, bool as_json) {
+int VerifyCache(const VoxelCache& cache, bool as_json) {
   nlohmann::ordered_json faults = nlohmann::ordered_json::array();
-  const std::vector<CachedSurface> files = cache.Files();
-  for (const CachedSurface& file : files) {
-    const std::optional<Error> fault = SurfaceFault(file.file);
+  const std::vector<CachedFile> files = cache.Files();
+  for (const CachedFile& file : files) {
+    const std::optional<Error> fault = VoxelCache::FaultOf(file.file);
     if (!fault) continue;
     faults.push_back({{"file", file.file.string()}, {"fault", fault->what}});
     if (!as_json) Say(fault->what);
@@ -74,7 +74,7 @@ int VerifyCache(const SurfaceCache& cache, bool as_json) {
   return faults.empty() ? kExitOk : kExitFailed;
 }
 
-int ClearCache(const SurfaceCache& cache, bool as_json) {
+int ClearCache(const VoxelCache& cache, bool as_json) {
   const std::size_t count = cache.Clear();
   if (as_json) {
     const nlohmann::ordered_json out{{"folder", cache.folder().string()}, {"removed", count}};
@@ -93,11 +93,11 @@ void AddCacheCommand(CLI::App& app, int& exit_code) {
   command->require_subcommand(1);
   const auto as_json = std::make_shared<bool>(false);
   const auto add = [&](const std::string& name, const std::string& what,
-                       int (*run)(const SurfaceCache&, bool)) {
+                       int (*run)(const VoxelCache&, bool)) {
     CLI::App* part = command->add_subcommand(name, what);
     part->add_flag("--json", *as_json, "print one JSON object");
     part->callback([as_json, run, &exit_code] {
-      const SurfaceCache* cache = ProgramCache();
+      const VoxelCache* cache = ProgramCache();
       exit_code =
           cache != nullptr
               ? run(*cache, *as_json)

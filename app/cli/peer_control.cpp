@@ -28,7 +28,8 @@ Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
   if (!model) return {false, model.error().what};
   const BodyModel& body = (*model)->bodies.front();
   Result<Voxmap> map = Voxmap{};
-  if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, stop)) {
+  const LoadOptions options{.stop = stop, .cache = ProgramCache()};
+  if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, options)) {
     return {false, fault->what};
   }
   const Result<Pointshell> points = MakePoints(scene, (*model)->meshes_W.front(), body.X_WB0, 0);

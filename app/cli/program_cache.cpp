@@ -32,10 +32,10 @@ fs::path CacheFolder() {
 
 std::uint64_t CacheLimit() {
   const auto text = Variable("TANDEM_CACHE_LIMIT");
-  if (!text) return SurfaceCache::kMostBytes;
+  if (!text) return VoxelCache::kMostBytes;
   if (const auto bytes = BytesOf(*text)) return *bytes;
   Say("TANDEM_CACHE_LIMIT: '" + *text + "' is no number of bytes such as 512M or 20G; 10G counts");
-  return SurfaceCache::kMostBytes;
+  return VoxelCache::kMostBytes;
 }
 
 /// Says what takes so long, while it does.
@@ -62,8 +62,8 @@ class LongLoad {
 
 }  // namespace
 
-const SurfaceCache* ProgramCache() {
-  static const SurfaceCache cache(CacheFolder(), CacheLimit());
+const VoxelCache* ProgramCache() {
+  static const VoxelCache cache(CacheFolder(), CacheLimit());
   return cache.folder().empty() ? nullptr : &cache;
 }
 

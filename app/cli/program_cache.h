@@ -14,7 +14,7 @@ namespace tandem {
 /// The folder that the user's programs share: $TANDEM_CACHE, or `tandem` of $XDG_CACHE_HOME
 /// (~/.cache). Null: there is none, or $TANDEM_CACHE is empty, which says that nothing is kept.
 /// $TANDEM_CACHE_LIMIT says how many bytes it may have, such as 512M or 20G.
-const SurfaceCache* ProgramCache();
+const VoxelCache* ProgramCache();
 
 /// LoadWorld() with that folder.
 Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene,

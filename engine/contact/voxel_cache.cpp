@@ -1,4 +1,4 @@
-#include "engine/contact/surface_cache.h"
+#include "engine/contact/voxel_cache.h"
 
 #include <algorithm>
 #include <cinttypes>
@@ -10,13 +10,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "engine/voxel/voxmap_file.h"
+
 namespace tandem {
 
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kEnding = ".surface";
+constexpr const char* kSurfaceEnding = ".surface";
+constexpr const char* kVoxmapEnding = ".voxmap";
 
 /// Tells whether a file is the user's own and nobody else may write to it.
 bool IsOwn(const fs::path& file) {
@@ -26,79 +29,112 @@ bool IsOwn(const fs::path& file) {
          (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
+void NoteUse(const fs::path& file) {
+  std::error_code read_only;  // then it is not noted
+  fs::last_write_time(file, fs::file_time_type::clock::now(), read_only);
+}
+
 }  // namespace
 
-SurfaceCache::SurfaceCache(fs::path folder, std::uint64_t most_bytes)
+VoxelCache::VoxelCache(fs::path folder, std::uint64_t most_bytes)
     : folder_(std::move(folder)), most_bytes_(most_bytes) {}
 
-fs::path SurfaceCache::FileOf(const SurfaceKey& key) const {
+fs::path VoxelCache::FileOf(const BlockFileKind& kind, const MadeOf& key) const {
+  const bool surface = kind.magic == kSurfaceFile.magic;
   char name[64];
   std::snprintf(name, sizeof name, "%016" PRIx64 "-%016" PRIx64 "-v%u%s", key.mesh, key.settings,
-                kSurfaceVersion, kEnding);
+                kind.version, surface ? kSurfaceEnding : kVoxmapEnding);
   return folder_ / name;
 }
 
-Result<BodySurface> SurfaceCache::SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB,
-                                            const SurfaceOptions& options) const {
-  const fs::path file = FileOf(KeyOf(mesh_W, options));
+Result<BodySurface> VoxelCache::SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB,
+                                          const SurfaceOptions& options) const {
+  const fs::path file = FileOf(kSurfaceFile, KeyOf(mesh_W, options));
   if (IsOwn(file)) {
     Result<BodySurface> mapped = MapSurface(file, mesh_W, X_WB, options);
     if (mapped) {
-      std::error_code read_only;  // then its use is not noted
-      fs::last_write_time(file, fs::file_time_type::clock::now(), read_only);
+      NoteUse(file);
       return mapped;
     }
   }
   Result<BodySurface> made = BuildSurface(mesh_W, X_WB, options);
   if (!made) return made;
   if (made->field.bytes().size() + made->features.bytes().size() >= kLeastBytes) {
-    Keep(*made, mesh_W, options, file);
+    Keep(file, [&] {
+      return SaveSurface(*made, mesh_W, options, file);
+    });
   }
   return made;
 }
 
-void SurfaceCache::Keep(const BodySurface& surface, const TriangleMesh& mesh_W,
-                        const SurfaceOptions& options, const fs::path& file) const {
+Result<Voxmap> VoxelCache::VoxmapOf(const TriangleMesh& mesh_W,
+                                    const VoxelizeOptions& options) const {
+  const fs::path file = FileOf(kKeptVoxmapFile, KeyOf(mesh_W, options));
+  if (IsOwn(file)) {
+    Result<Voxmap> mapped = MapKeptVoxmap(file, mesh_W, options);
+    if (mapped) {
+      NoteUse(file);
+      return mapped;
+    }
+  }
+  Result<Voxmap> made = Voxelize(mesh_W, options);
+  if (!made) return made;
+  if (made->header().bytes >= kLeastBytes) {
+    Keep(file, [&] {
+      return KeepVoxmap(*made, mesh_W, options, file);
+    });
+  }
+  return made;
+}
+
+void VoxelCache::Keep(const fs::path& file,
+                      const std::function<std::optional<Error>()>& save) const {
   std::error_code failed;
   if (!folder_.parent_path().empty()) fs::create_directories(folder_.parent_path(), failed);
   if (mkdir(folder_.c_str(), 0700) != 0 && !fs::is_directory(folder_, failed)) return;
   // what stands in its place is damaged, or another's
   fs::remove(file, failed);
-  if (SaveSurface(surface, mesh_W, options, file)) return;
+  if (save()) return;
   fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write, failed);
   RemoveOldest();
 }
 
-std::vector<CachedSurface> SurfaceCache::Files() const {
-  std::vector<CachedSurface> files;
+std::optional<Error> VoxelCache::FaultOf(const fs::path& file) {
+  return file.extension() == kSurfaceEnding ? SurfaceFault(file) : KeptVoxmapFault(file);
+}
+
+std::vector<CachedFile> VoxelCache::Files() const {
+  std::vector<CachedFile> files;
   std::error_code failed;
   for (fs::directory_iterator at(folder_, failed), end; !failed && at != end;
        at.increment(failed)) {
     // others may remove files meanwhile
     std::error_code gone;
-    if (at->path().extension() != kEnding || !at->is_regular_file(gone)) continue;
-    CachedSurface file{.file = at->path(), .bytes = at->file_size(gone), .used = {}};
+    const fs::path ending = at->path().extension();
+    if (ending != kSurfaceEnding && ending != kVoxmapEnding) continue;
+    if (!at->is_regular_file(gone)) continue;
+    CachedFile file{.file = at->path(), .bytes = at->file_size(gone), .used = {}};
     if (!gone) file.used = at->last_write_time(gone);
     if (!gone) files.push_back(std::move(file));
   }
-  std::sort(files.begin(), files.end(), [](const CachedSurface& a, const CachedSurface& b) {
+  std::sort(files.begin(), files.end(), [](const CachedFile& a, const CachedFile& b) {
     return a.used != b.used ? a.used > b.used : a.file < b.file;
   });
   return files;
 }
 
-void SurfaceCache::RemoveOldest() const {
+void VoxelCache::RemoveOldest() const {
   std::uint64_t bytes = 0;
-  for (const CachedSurface& file : Files()) {
+  for (const CachedFile& file : Files()) {
     bytes += file.bytes;
     std::error_code gone;
     if (bytes > most_bytes_) fs::remove(file.file, gone);
   }
 }
 
-std::size_t SurfaceCache::Clear() const {
+std::size_t VoxelCache::Clear() const {
   std::size_t count = 0;
-  for (const CachedSurface& file : Files()) {
+  for (const CachedFile& file : Files()) {
     std::error_code gone;
     count += fs::remove(file.file, gone) ? 1 : 0;
   }

@@ -15,6 +15,12 @@ Voxmap::Voxmap(ImageBytes image)
   TANDEM_CHECK(image_->size() >= sizeof(VoxmapHeader) && header_->bytes == image_->size());
 }
 
+Voxmap::Voxmap(ImageBlock block)
+    : image_(std::move(block.image)),
+      header_(reinterpret_cast<const VoxmapHeader*>(block.bytes.data())) {
+  TANDEM_CHECK(block.bytes.size() >= sizeof(VoxmapHeader) && header_->bytes == block.bytes.size());
+}
+
 Vec3 Voxmap::extent() const noexcept {
   const auto& size = header().size;
   return kHyperchunkSide * voxel_size() * Vec3(size[0], size[1], size[2]);

@@ -38,6 +38,8 @@ class Voxmap {
  public:
   Voxmap() = default;
   explicit Voxmap(ImageBytes image);
+  /// A whole image within a larger one, on a cache line.
+  explicit Voxmap(ImageBlock block);
 
   bool empty() const noexcept { return image_ == nullptr; }
   double voxel_size() const noexcept { return header().voxel_size; }

@@ -4,18 +4,21 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
 
+#include "engine/base/hash.h"
 #include "engine/base/whole_file.h"
+#include "engine/geometry/mesh_hash.h"
 
 namespace tandem {
 
 namespace {
 
 /// What an intact image says of itself; nothing if all is well.
-std::optional<Error> FaultOf(const ImageBytes& image, const std::string& name) {
+std::optional<Error> FaultOf(std::span<const std::byte> image, const std::string& name) {
   if (image.size() < sizeof(VoxmapHeader)) return Error{name + ": too short for a voxmap"};
   VoxmapHeader h;
   std::memcpy(&h, image.data(), sizeof h);
@@ -102,8 +105,43 @@ std::optional<Error> SaveVoxmap(const Voxmap& voxmap, const std::filesystem::pat
 Result<Voxmap> MapVoxmap(const std::filesystem::path& file) {
   Result<ImageBytes> image = ImageBytes::Map(file);
   if (!image) return image.error();
-  if (std::optional<Error> fault = FaultOf(*image, file.string())) return *fault;
+  if (auto fault = FaultOf({image->data(), image->size()}, file.string())) return *fault;
   return Voxmap(std::move(*image));
+}
+
+MadeOf KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
+  Hash64 settings;
+  settings.Add(options.voxel_size);
+  settings.Add(std::int64_t{options.range});
+  settings.Add(std::int64_t{options.bits});
+  settings.Add(options.flatness_voxels);
+  return {HashOf(mesh_W), settings.value()};
+}
+
+std::optional<Error> KeepVoxmap(const Voxmap& voxmap, const TriangleMesh& mesh_W,
+                                const VoxelizeOptions& options, const std::filesystem::path& file) {
+  const std::span<const std::byte> image(reinterpret_cast<const std::byte*>(&voxmap.header()),
+                                         voxmap.header().bytes);
+  return SaveBlocks(kKeptVoxmapFile, KeyOf(mesh_W, options), voxmap.voxel_size(), {image, {}},
+                    file);
+}
+
+Result<Voxmap> MapKeptVoxmap(const std::filesystem::path& file, const TriangleMesh& mesh_W,
+                             const VoxelizeOptions& options) {
+  Result<BlockFile> mapped = MapBlocks(kKeptVoxmapFile, file);
+  if (!mapped) return mapped.error();
+  if (mapped->made_of != KeyOf(mesh_W, options)) {
+    return Error{file.string() +
+                 ": a voxmap of another mesh, or made with other options; voxelize this one"};
+  }
+  if (auto fault = FaultOf(mapped->blocks[0].bytes, file.string())) return *fault;
+  return Voxmap(std::move(mapped->blocks[0]));
+}
+
+std::optional<Error> KeptVoxmapFault(const std::filesystem::path& file) {
+  const Result<BlockFile> mapped = MapBlocks(kKeptVoxmapFile, file);
+  if (!mapped) return mapped.error();
+  return FaultOf(mapped->blocks[0].bytes, file.string());
 }
 
 }  // namespace tandem

@@ -66,13 +66,13 @@ double PointsOnSurface(const Scene& scene, const TriangleMesh& mesh_W, double sp
 
 std::optional<Error> MakePlainParts(const Scene& scene, const SceneBody& body,
                                     const TriangleMesh& mesh_W, bool with_voxmap,
-                                    const std::stop_token& stop, BodyModel& model) {
+                                    const LoadOptions& options, BodyModel& model) {
   Result<Pointshell> points =
       MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels, body.point_spacing_voxels);
   if (!points) return points.error();
   model.points = std::move(*points);
   if (!with_voxmap) return std::nullopt;
-  if (auto fault = MakeMap(scene, mesh_W, model.voxmap, stop)) return fault;
+  if (auto fault = MakeMap(scene, mesh_W, model.voxmap, options)) return fault;
   model.X_BV = model.X_WB0.Inverse() * Pose{Quat::Identity(), model.voxmap.p_WVo()};
   return std::nullopt;
 }
@@ -250,7 +250,7 @@ std::optional<Error> MakeShape(const Scene& scene, const SceneBody& body,
     model.surface_points = PointsOnSurface(scene, mesh_W, spacing);
     return std::nullopt;
   }
-  if (auto fault = MakePlainParts(scene, body, mesh_W, with_voxmap, options.stop, model)) {
+  if (auto fault = MakePlainParts(scene, body, mesh_W, with_voxmap, options, model)) {
     return fault;
   }
   model.radius = model.points.radius;
@@ -265,7 +265,7 @@ std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
     if (!surface) return surface.error();
     world.fixture_surface = std::move(*surface);
     world.fixture_surface.radius = 0;  // it never moves
-  } else if (auto fault = MakeMap(world.scene, mesh_W, world.fixture, options.stop)) {
+  } else if (auto fault = MakeMap(world.scene, mesh_W, world.fixture, options)) {
     return fault;
   }
   world.has_fixture = true;
@@ -273,19 +273,18 @@ std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
 }
 
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
-                             const std::stop_token& stop) {
+                             const LoadOptions& load) {
   const double flatness = FlatnessVoxels(scene.contact);
   const VoxelizeOptions options{.voxel_size = scene.voxel_size,
                                 .range = scene.range_voxels,
                                 .bits = BitsFor(scene.range_voxels),
                                 .flatness_voxels = flatness,
-                                .stop = stop};
+                                .stop = load.stop};
   if (auto fault = VoxelSizeFault(mesh_W, options)) {
     return fault;
   }
-  const MeshSides sides(mesh_W);
-  const Features features = FindFeatures(mesh_W, sides, flatness * options.voxel_size);
-  Result<Voxmap> made = Voxelize(mesh_W, sides, features, options);
+  Result<Voxmap> made =
+      load.cache != nullptr ? load.cache->VoxmapOf(mesh_W, options) : Voxelize(mesh_W, options);
   if (!made) return made.error();
   voxmap = std::move(*made);
   return std::nullopt;

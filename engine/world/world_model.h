@@ -8,7 +8,7 @@
 #include "engine/base/result.h"
 #include "engine/contact/contact_pair.h"
 #include "engine/contact/field_pair.h"
-#include "engine/contact/surface_cache.h"
+#include "engine/contact/voxel_cache.h"
 #include "engine/dynamics/constraint.h"
 #include "engine/dynamics/rigid_body.h"
 #include "engine/geometry/mesh_diagnosis.h"
@@ -80,9 +80,9 @@ std::optional<std::string> GapRemark(const Scene& scene, const BodyModel& body,
 struct LoadOptions {
   /// Asked to stop, a loader soon ends with an error.
   std::stop_token stop = {};
-  /// Where refined contact's surfaces are kept from one program to the next; null: nowhere. Used
-  /// while loading.
-  const SurfaceCache* cache = nullptr;
+  /// Where what is made of meshes is kept from one program to the next; null: nowhere. Used while
+  /// loading.
+  const VoxelCache* cache = nullptr;
 };
 
 /// Makes what the scene's contact model meets of a moving body's mesh, in its frame at X_WB0.
@@ -95,7 +95,7 @@ std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
                                  const LoadOptions& options = {});
 /// A mesh as what plain contact tests others against.
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
-                             const std::stop_token& stop = {});
+                             const LoadOptions& options = {});
 /// A mesh as refined contact meets it, in the frame that stands at X_WB.
 Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
                                 double spacing_voxels = 1, const LoadOptions& options = {});

@@ -186,9 +186,10 @@ void ReadAllOver(const BodySurface& surface) {
                                  &readings);
         static_cast<void>(surface.features.EdgesBeyond(place));
         std::size_t near = 0;
-        surface.features.VisitEdgesIn(place - Vec3::Ones(), place + Vec3::Ones(), [&near](const BodyFeatures::Edge&) {
-          ++near;
-        });
+        surface.features.VisitEdgesIn(place - Vec3::Ones(), place + Vec3::Ones(),
+                                      [&near](const BodyFeatures::Edge&) {
+                                        ++near;
+                                      });
       }
     }
   }
@@ -198,16 +199,16 @@ void ReadAllOver(const BodySurface& surface) {
 void FeedSurface(std::string_view bytes) {
   ExpectPlain(MapSurface(FedFile(bytes), Cuboid(), Pose{}, {}));
   std::string sound(bytes);
-  SurfaceFileHeader header;
+  BlockFileHeader header;
   if (sound.size() < sizeof header) return;
   std::memcpy(&header, sound.data(), sizeof header);
-  const SurfaceKey key = KeyOf(Cuboid(), {});
-  header.version = kSurfaceVersion;
+  const MadeOf key = KeyOf(Cuboid(), SurfaceOptions{});
+  header.version = kSurfaceFile.version;
   header.bytes = sound.size();
   header.mesh = key.mesh;
   header.settings = key.settings;
   std::memcpy(sound.data(), &header, sizeof header);
-  header.checksum = SurfaceChecksum(std::as_bytes(std::span(sound)));
+  header.checksum = BlockFileChecksum(std::as_bytes(std::span(sound)));
   std::memcpy(sound.data(), &header, sizeof header);
   const Result<BodySurface> surface = MapSurface(FedFile(sound), Cuboid(), Pose{}, {});
   ExpectPlain(surface);

@@ -45,8 +45,8 @@ TEST_F(CacheCommand, ListsVerifiesAndClearsWhatProgramsKeep) {
   const json list = Asked("list");
   ASSERT_GE(list["files"].size(), 1U);
   EXPECT_EQ(list["folder"], (scratch_.path() / "cache").string());
-  EXPECT_EQ(list["most_bytes"], SurfaceCache::kMostBytes);
-  EXPECT_GT(list["bytes"], list["files"].size() * SurfaceCache::kLeastBytes);
+  EXPECT_EQ(list["most_bytes"], VoxelCache::kMostBytes);
+  EXPECT_GT(list["bytes"], list["files"].size() * VoxelCache::kLeastBytes);
   EXPECT_LT(list["files"][0]["unused_s"], 100);
   EXPECT_THAT(Run("cache list").out, HasSubstr(" MB in "));
   EXPECT_EQ(Asked("verify")["faults"].size(), 0U);
@@ -89,7 +89,7 @@ TEST_F(CacheCommand, TakesItsLimitFromTheEnvironment) {
     return json::parse(said.out, nullptr, false)["most_bytes"].get<std::uint64_t>();
   };
   EXPECT_EQ(most("512M"), 512U << 20U);
-  EXPECT_EQ(most("much"), SurfaceCache::kMostBytes);
+  EXPECT_EQ(most("much"), VoxelCache::kMostBytes);
   EXPECT_EQ(BytesOf("17"), 17U);
   EXPECT_EQ(BytesOf("20G"), std::uint64_t{20} << 30U);
   for (const char* text : {"", "G", "-1", "1T", "1 M", "99999999999G"}) {

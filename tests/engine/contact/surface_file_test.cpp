@@ -95,9 +95,9 @@ class SurfaceFile : public ::testing::Test {
 
 /// With the checksum of what it is now.
 Bytes Signed(Bytes bytes) {
-  SurfaceFileHeader header;
+  BlockFileHeader header;
   std::memcpy(&header, bytes.data(), sizeof header);
-  header.checksum = SurfaceChecksum(bytes);
+  header.checksum = BlockFileChecksum(bytes);
   std::memcpy(bytes.data(), &header, sizeof header);
   return bytes;
 }
@@ -211,13 +211,13 @@ TEST_F(SurfaceFile, IsRefusedWhereItEndsTooEarlyOrTooLate) {
     Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
     EXPECT_NE(FaultOf(cut).find("it was cut short"), std::string::npos) << length;
     // as one who lies about its length and its sum
-    Set(cut, offsetof(SurfaceFileHeader, bytes), std::uint64_t{length});
+    Set(cut, offsetof(BlockFileHeader, bytes), std::uint64_t{length});
     EXPECT_NE(FaultOf(Signed(cut)), "") << length;
   }
   Bytes longer = whole;
   longer.resize(whole.size() + 64);
   EXPECT_NE(FaultOf(longer).find("it was cut short"), std::string::npos);
-  Set(longer, offsetof(SurfaceFileHeader, bytes), std::uint64_t{longer.size()});
+  Set(longer, offsetof(BlockFileHeader, bytes), std::uint64_t{longer.size()});
   EXPECT_NE(FaultOf(Signed(longer)), "");
 }
 
@@ -229,19 +229,19 @@ TEST_F(SurfaceFile, IsRefusedWithAnyFieldOfItsHeaderAltered) {
     other[at] ^= std::byte{1};
     return other;
   };
-  EXPECT_EQ(FaultOf(with(offsetof(SurfaceFileHeader, magic))), "not a surface");
-  EXPECT_NE(FaultOf(with(offsetof(SurfaceFileHeader, bytes))).find("cut short"), std::string::npos);
+  EXPECT_EQ(FaultOf(with(offsetof(BlockFileHeader, magic))), "not a surface");
+  EXPECT_NE(FaultOf(with(offsetof(BlockFileHeader, bytes))).find("cut short"), std::string::npos);
   for (const std::size_t field :
-       {offsetof(SurfaceFileHeader, unused), offsetof(SurfaceFileHeader, checksum),
-        offsetof(SurfaceFileHeader, mesh), offsetof(SurfaceFileHeader, settings),
-        offsetof(SurfaceFileHeader, voxel_size), offsetof(SurfaceFileHeader, field_bytes),
-        offsetof(SurfaceFileHeader, feature_bytes)}) {
+       {offsetof(BlockFileHeader, unused), offsetof(BlockFileHeader, checksum),
+        offsetof(BlockFileHeader, mesh), offsetof(BlockFileHeader, settings),
+        offsetof(BlockFileHeader, voxel_size), offsetof(BlockFileHeader, block_bytes),
+        offsetof(BlockFileHeader, block_bytes) + 8}) {
     EXPECT_EQ(FaultOf(with(field)), damaged) << field;
   }
   // and with a sound sum, what says how the file is divided
   for (const std::size_t field :
-       {offsetof(SurfaceFileHeader, voxel_size), offsetof(SurfaceFileHeader, field_bytes),
-        offsetof(SurfaceFileHeader, feature_bytes)}) {
+       {offsetof(BlockFileHeader, voxel_size), offsetof(BlockFileHeader, block_bytes),
+        offsetof(BlockFileHeader, block_bytes) + 8}) {
     EXPECT_EQ(FaultOf(Signed(with(field))), damaged) << field;
     Bytes most = whole;
     Set(most, field, ~std::uint64_t{0});
@@ -251,10 +251,10 @@ TEST_F(SurfaceFile, IsRefusedWithAnyFieldOfItsHeaderAltered) {
 
 TEST_F(SurfaceFile, OfAnOlderVersionSaysThatItShallBeMadeAgain) {
   Bytes older = SavedBytes(box_);
-  Set(older, offsetof(SurfaceFileHeader, version), kSurfaceVersion - 1);
-  EXPECT_EQ(FaultOf(Signed(older)), "a surface of version " + std::to_string(kSurfaceVersion - 1) +
-                                        ", not " + std::to_string(kSurfaceVersion) +
-                                        "; voxelize its mesh again");
+  Set(older, offsetof(BlockFileHeader, version), kSurfaceFile.version - 1);
+  EXPECT_EQ(FaultOf(Signed(older)),
+            "a surface of version " + std::to_string(kSurfaceFile.version - 1) + ", not " +
+                std::to_string(kSurfaceFile.version) + "; voxelize its mesh again");
 }
 
 TEST_F(SurfaceFile, OfAnotherMeshOrWithOtherOptionsIsRefused) {
@@ -363,7 +363,7 @@ TEST_F(SurfaceFile, WithASoundSumButAlteredIsRefusedOrHarmless) {
 TEST_F(SurfaceFile, IsRefusedWhereItsCountsAreNotItsOwn) {
   const Bytes whole = SavedBytes(box_);
   const std::size_t features =
-      (128 + Get<std::uint64_t>(whole, offsetof(SurfaceFileHeader, field_bytes)) + 63) / 64 * 64;
+      (128 + Get<std::uint64_t>(whole, offsetof(BlockFileHeader, block_bytes)) + 63) / 64 * 64;
   std::vector<std::size_t> counts;
   for (std::size_t at = offsetof(FieldHeader, origin) + 12; at < sizeof(FieldHeader); at += 4) {
     counts.push_back(128 + at);

@@ -1,16 +1,19 @@
-#include "engine/contact/surface_cache.h"
+#include "engine/contact/voxel_cache.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "engine/voxel/voxmap_file.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shapes.h"
 
@@ -39,7 +42,7 @@ void Overwrite(const fs::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
 }
 
-class SurfaceCacheTest : public ::testing::Test {
+class VoxelCacheTest : public ::testing::Test {
  protected:
   bool IsMapped(const TriangleMesh& mesh) const {
     return cache_.SurfaceOf(mesh, Pose{}, OnlyMapped()).has_value();
@@ -50,11 +53,11 @@ class SurfaceCacheTest : public ::testing::Test {
 
   const SurfaceOptions kOptions{.voxel_size = kBallVoxel};
   ScratchFolder scratch_;
-  SurfaceCache cache_{scratch_.path() / "not yet" / "cache"};
+  VoxelCache cache_{scratch_.path() / "not yet" / "cache"};
   TriangleMesh ball_ = Sphere(24 * kBallVoxel, 4);
 };
 
-TEST_F(SurfaceCacheTest, MapsTheNextTimeWhatWasMadeOnce) {
+TEST_F(VoxelCacheTest, MapsTheNextTimeWhatWasMadeOnce) {
   EXPECT_FALSE(IsMapped(ball_));
   const Result<BodySurface> made = cache_.SurfaceOf(ball_, Pose{}, kOptions);
   ASSERT_TRUE(made);
@@ -68,7 +71,7 @@ TEST_F(SurfaceCacheTest, MapsTheNextTimeWhatWasMadeOnce) {
   EXPECT_EQ(fs::status(cache_.folder()).permissions(), fs::perms::owner_all);
 }
 
-TEST_F(SurfaceCacheTest, AnotherMeshOrOtherSettingsAreAnotherFile) {
+TEST_F(VoxelCacheTest, AnotherMeshOrOtherSettingsAreAnotherFile) {
   Make(ball_);
   EXPECT_FALSE(IsMapped(Sphere(24.01 * kBallVoxel, 4)));
   SurfaceOptions finer = OnlyMapped();
@@ -76,7 +79,7 @@ TEST_F(SurfaceCacheTest, AnotherMeshOrOtherSettingsAreAnotherFile) {
   EXPECT_FALSE(cache_.SurfaceOf(ball_, Pose{}, finer));
 }
 
-TEST_F(SurfaceCacheTest, WhatIsDamagedOrCutShortIsMadeAnew) {
+TEST_F(VoxelCacheTest, WhatIsDamagedOrCutShortIsMadeAnew) {
   Make(ball_);
   const fs::path file = cache_.Files().at(0).file;
   const std::string whole = TextOf(file);
@@ -98,7 +101,7 @@ TEST_F(SurfaceCacheTest, WhatIsDamagedOrCutShortIsMadeAnew) {
   }
 }
 
-TEST_F(SurfaceCacheTest, WhatOthersMayWriteIsNotTrusted) {
+TEST_F(VoxelCacheTest, WhatOthersMayWriteIsNotTrusted) {
   Make(ball_);
   const fs::path file = cache_.Files().at(0).file;
   fs::permissions(file, fs::perms::others_write, fs::perm_options::add);
@@ -112,17 +115,17 @@ TEST_F(SurfaceCacheTest, WhatOthersMayWriteIsNotTrusted) {
   EXPECT_TRUE(IsMapped(ball_));
 }
 
-TEST_F(SurfaceCacheTest, WhatIsSoonMadeIsNotKept) {
+TEST_F(VoxelCacheTest, WhatIsSoonMadeIsNotKept) {
   Make(testing::Box(kBallVoxel * Vec3(6, 4, 3)));
   EXPECT_TRUE(cache_.Files().empty());
 }
 
-TEST_F(SurfaceCacheTest, WhatWasUnusedForLongestGoesFirst) {
+TEST_F(VoxelCacheTest, WhatWasUnusedForLongestGoesFirst) {
   std::vector<TriangleMesh> balls;
   for (int i = 0; i < 3; ++i) balls.push_back(Sphere((24 + i) * kBallVoxel, 4));
   Make(balls[0]);
   const std::uint64_t bytes = cache_.Files().at(0).bytes;
-  const SurfaceCache small(cache_.folder(), 5 * bytes / 2);
+  const VoxelCache small(cache_.folder(), 5 * bytes / 2);
   const auto make = [&](std::size_t i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));  // a file's time has a grain
     ASSERT_TRUE(small.SurfaceOf(balls[i], Pose{}, kOptions));
@@ -135,14 +138,14 @@ TEST_F(SurfaceCacheTest, WhatWasUnusedForLongestGoesFirst) {
   EXPECT_TRUE(IsMapped(balls[2]));
 }
 
-TEST_F(SurfaceCacheTest, WithoutAFolderSurfacesAreMadeAllTheSame) {
-  const SurfaceCache none(scratch_.Write("file", "") / "cache");
+TEST_F(VoxelCacheTest, WithoutAFolderSurfacesAreMadeAllTheSame) {
+  const VoxelCache none(scratch_.Write("file", "") / "cache");
   EXPECT_TRUE(none.SurfaceOf(ball_, Pose{}, kOptions));
   EXPECT_TRUE(none.Files().empty());
   EXPECT_EQ(none.Clear(), 0U);
 }
 
-TEST_F(SurfaceCacheTest, MayBeUsedByManyAtOnce) {
+TEST_F(VoxelCacheTest, MayBeUsedByManyAtOnce) {
   std::vector<std::thread> users;
   std::vector<std::uint64_t> digests(4);
   for (std::uint64_t& digest : digests) {
@@ -158,7 +161,76 @@ TEST_F(SurfaceCacheTest, MayBeUsedByManyAtOnce) {
   EXPECT_TRUE(IsMapped(ball_));
 }
 
-TEST_F(SurfaceCacheTest, ClearRemovesItsFilesAndNoOthers) {
+TEST_F(VoxelCacheTest, KeepsVoxmapsToo) {
+  std::stop_source stop;
+  stop.request_stop();
+  VoxelizeOptions options{.voxel_size = 0.2 * kBallVoxel};
+  VoxelizeOptions only_mapped = options;
+  only_mapped.stop = stop.get_token();
+  EXPECT_FALSE(cache_.VoxmapOf(ball_, only_mapped));
+  const Result<Voxmap> made = cache_.VoxmapOf(ball_, options);
+  ASSERT_TRUE(made);
+  const Result<Voxmap> mapped = cache_.VoxmapOf(ball_, only_mapped);
+  ASSERT_TRUE(mapped) << mapped.error().what;
+  EXPECT_EQ(mapped->Digest(), made->Digest());
+  ASSERT_EQ(cache_.Files().size(), 1U);
+
+  // other meshes and settings are other files
+  EXPECT_FALSE(cache_.VoxmapOf(Sphere(24.01 * kBallVoxel, 4), only_mapped));
+  for (VoxelizeOptions other :
+       {VoxelizeOptions{.voxel_size = 0.21 * kBallVoxel},
+        VoxelizeOptions{.voxel_size = 0.2 * kBallVoxel, .range = 7},
+        VoxelizeOptions{.voxel_size = 0.2 * kBallVoxel, .bits = 8},
+        VoxelizeOptions{.voxel_size = 0.2 * kBallVoxel, .flatness_voxels = 0}}) {
+    other.stop = stop.get_token();
+    EXPECT_FALSE(cache_.VoxmapOf(ball_, other));
+  }
+
+  // what is damaged or cut short is made anew
+  const fs::path file = cache_.Files().at(0).file;
+  const std::string whole = TextOf(file);
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 9; ++i) {
+    std::string text = whole;
+    const std::size_t at = random() % text.size();
+    if (i % 3 == 0) {
+      text.resize(at);
+    } else {
+      text[at] = static_cast<char>(text[at] ^ 1 << random() % 8);
+    }
+    fs::remove(file);
+    Overwrite(file, text);
+    EXPECT_TRUE(VoxelCache::FaultOf(file)) << "byte " << at;
+    ASSERT_FALSE(cache_.VoxmapOf(ball_, only_mapped)) << "byte " << at;
+    ASSERT_TRUE(cache_.VoxmapOf(ball_, options));
+    ASSERT_EQ(TextOf(file), whole);
+  }
+  EXPECT_FALSE(VoxelCache::FaultOf(file));
+}
+
+TEST_F(VoxelCacheTest, AVoxmapOfTheRightSumIsCheckedAllTheSame) {
+  const VoxelizeOptions options{.voxel_size = 0.2 * kBallVoxel};
+  ASSERT_TRUE(cache_.VoxmapOf(ball_, options));
+  const fs::path file = cache_.Files().at(0).file;
+  std::string text = TextOf(file);
+  // an index that points outside of the image, signed as if it were sound
+  constexpr std::size_t kImage = 128;
+  VoxmapHeader image;
+  std::memcpy(&image, &text[kImage], sizeof image);
+  const std::uint32_t outside = 0x7FFFFFFF;
+  std::memcpy(&text[kImage + image.index_offset], &outside, sizeof outside);
+  BlockFileHeader header;
+  std::memcpy(&header, text.data(), sizeof header);
+  header.checksum = BlockFileChecksum(std::as_bytes(std::span(text)));
+  std::memcpy(text.data(), &header, sizeof header);
+  fs::remove(file);
+  Overwrite(file, text);
+  const Result<Voxmap> mapped = MapKeptVoxmap(file, ball_, options);
+  ASSERT_FALSE(mapped);
+  EXPECT_NE(mapped.error().what.find("damaged"), std::string::npos) << mapped.error().what;
+}
+
+TEST_F(VoxelCacheTest, ClearRemovesItsFilesAndNoOthers) {
   Make(ball_);
   const fs::path note = cache_.folder() / "note.txt";
   Overwrite(note, "mine");
