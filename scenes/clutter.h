@@ -26,8 +26,9 @@ struct ActuatorShape {
 };
 
 struct NestShape {
-  double rear_stop = -500;   // x where it begins, 25 mm thick
-  bool clear_walls = false;  // above the actuator's axis: no bolts, no guides
+  double rear_stop = -500;  // x where it begins, 25 mm thick
+  /// No bolts on the walls, no guides above the actuator's axis, and hoses farther out.
+  bool clear_walls = false;
 };
 
 /// The nest's fixed parts round the actuator, and the actuator, both about the origin (mm).

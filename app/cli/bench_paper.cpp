@@ -98,7 +98,7 @@ int RunTable1(const Table1Arguments& arguments) {
     std::printf("%-24s %7s %7s %9.4g %9.4g | %9zu %9zu %10zu %11.4g\n", "  here", "", "",
                 times->voxelize_s, times->load_s, times->moving_triangles, times->points,
                 times->fixed_triangles, static_cast<double>(voxels.total()));
-    std::printf("%-24s interior %zu, surface %zu, band %zu\n", "", voxels.interior, voxels.surface,
+    std::printf("%-24s interior %zu, surface %zu, free %zu\n", "", voxels.interior, voxels.surface,
                 voxels.free);
   }
   if (arguments.json) {

@@ -27,7 +27,8 @@ namespace tandem {
 
 namespace {
 
-constexpr double kRest = 2.0;  // s, after the hand's last waypoint
+constexpr double kRest = 2.0;  // s, after the hand's last waypoint; the first kWarmUp frames, of
+                               // its beginning, are in no time
 
 struct RemovalArguments {
   std::string scene = "landing_gear";
@@ -45,6 +46,10 @@ struct RemovalArguments {
 Result<std::shared_ptr<const WorldModel>> LoadRemoval(const RemovalArguments& arguments) {
   Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return scene.error();
+  if (scene->contact != ContactModel::kPlain) {
+    scene->contact = ContactModel::kPlain;
+    scene->force_layer = DefaultForceLayer(ContactModel::kPlain);
+  }
   if (arguments.voxel_mm > 0) scene->voxel_size = 1e-3 * arguments.voxel_mm;
   if (arguments.points_mm > 0) {
     const double spacing = 1e-3 * arguments.points_mm / scene->voxel_size;
@@ -74,6 +79,9 @@ int RunRemoval(const RemovalArguments& arguments) {
   if (arguments.hand.empty() && model->scene.hands.empty()) {
     return Fail(kExitFile, arguments.scene + ": no hand; give one by --hand");
   }
+  if (arguments.hand.empty() && model->BodyNamed(model->scene.hands[0].body) != 0) {
+    return Fail(kExitFile, arguments.scene + ": the first hand is to hold the first moving body");
+  }
   const std::filesystem::path file =
       arguments.hand.empty() ? model->scene.hands[0].file : std::filesystem::path(arguments.hand);
   const Result<HandScript> script = LoadHandScript(file);
@@ -92,7 +100,7 @@ int RunRemoval(const RemovalArguments& arguments) {
   const FrameCapacity capacity = arguments.capacity > 0
                                      ? FrameCapacity{.tests = arguments.capacity}
                                      : MeasureCapacity(*model, budget_s, nullptr);
-  const int frames = static_cast<int>(std::lround(1e3 * (script->duration() + kRest)));
+  const int frames = static_cast<int>(std::lround(1e3 * (script->duration() + kRest))) - kWarmUp;
 
   World world(model, schedule);
   ScriptedHand hand(world, *script);

@@ -119,6 +119,7 @@ int ShowHeadless(const HandRequest& request, bool json) {
     // a large scene is voxelized for minutes
     while (controller->snapshot().frame == 0) {
       if (const std::optional<int> ended = peer->Poll()) return *ended;
+      if (!controller->attached()) return Fail(kExitFailed, "the controller is not heard any more");
       controller->Wait(std::chrono::milliseconds(20));
     }
     const ControllerSnapshot now = controller->snapshot();

@@ -51,7 +51,7 @@ class LongLoad {
           };
           waited.wait_for(lock, over, kPatience, never);
           if (!over.stop_requested()) {
-            Say("voxelizing " + scene + ": minutes for a large scene, when it is first loaded");
+            Say("loading " + scene + ": a large scene takes minutes when it is first loaded");
           }
         }) {}
 

@@ -67,7 +67,7 @@ std::vector<PicturePoint> SharesAbove(const Histogram& times) {
   constexpr int kSteps = 400;
   std::vector<PicturePoint> points;
   for (int i = 0; i < kSteps; ++i) {
-    // 0.1 to 1e-5 of them and less
+    // from all of them down to 1e-5
     const double above = std::pow(10, -5.0 * i / kSteps);
     points.push_back({1e-3 * static_cast<double>(times.Quantile(1 - above)), 100 * above});
   }

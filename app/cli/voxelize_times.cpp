@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <cstdio>
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
-#include <unistd.h>
-
 #include "app/cli/bench.h"
+#include "app/cli/child_processes.h"
 #include "app/cli/scene_files.h"
 #include "app/picture/chart.h"
 #include "engine/geometry/mesh_file.h"
@@ -36,31 +34,13 @@ Result<TwoMeshes> ReadMeshes(const Scene& scene) {
   TwoMeshes meshes;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const SceneBody& body = scene.bodies[i];
-    Result<TriangleMesh> mesh = ImportMesh(body.mesh, {.scale = body.scale});
+    Result<TriangleMesh> mesh = ImportMesh(body.mesh, {.scale = body.scale, .part = body.part});
     if (!mesh) return mesh.error();
     const bool fixed = any_fixed ? body.fixed : static_cast<int>(i) != in_hand;
     Append(fixed ? meshes.fixed : meshes.moving, Transformed(*mesh, body.X_WM));
   }
   return meshes;
 }
-
-/// A file of this process's own in the system's temporary folder, removed at the end.
-class TemporaryFile {
- public:
-  TemporaryFile()
-      : path_(std::filesystem::temp_directory_path() /
-              ("tandem-table1-" + std::to_string(getpid()) + ".voxmap")) {}
-  ~TemporaryFile() {
-    std::error_code gone;
-    std::filesystem::remove(path_, gone);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace
 
@@ -96,11 +76,12 @@ Result<SceneTimes> TimeScene(const std::string& scene_name, double voxel_size,
   times.points = points->size();
   times.voxels = voxels->Count();
 
-  const TemporaryFile file;
-  if (const auto fault = SaveVoxmap(*voxels, file.path())) return *fault;
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "fixed.voxmap";
+  if (const auto fault = SaveVoxmap(*voxels, file)) return *fault;
   voxels = Error{};
   times.load_s += 1e-9 * WallNs([&] {
-                    voxels = MapVoxmap(file.path());
+                    voxels = MapVoxmap(file);
                   });
   if (!voxels) return voxels.error();
   return times;

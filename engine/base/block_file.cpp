@@ -112,21 +112,34 @@ std::optional<Error> SaveBlocks(const BlockFileKind& kind, const MadeOf& made_of
                          .block_bytes = {blocks[0].size(), blocks[1].size()}};
   const BlockPlaces places = PlacesOf(header);
   header.bytes = places.bytes;
-  ImageBytes image(places.bytes);
-  std::memcpy(image.data(), &header, sizeof header);
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (blocks[i].empty()) continue;
-    std::memcpy(image.data() + places.blocks[i], blocks[i].data(), blocks[i].size());
+  // block by block through one piece, so that no second image is in memory
+  std::vector<std::byte> piece;
+  const auto fill = [&](std::uint64_t at) {
+    piece.assign(std::min<std::uint64_t>(kPiece, header.bytes - at), std::byte{0});
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const std::uint64_t from = std::max(at, places.blocks[i]);
+      const std::uint64_t to = std::min(at + piece.size(), places.blocks[i] + blocks[i].size());
+      if (from >= to) continue;
+      std::memcpy(&piece[from - at], &blocks[i][from - places.blocks[i]], to - from);
+    }
+  };
+  Hash64 hash;
+  hash.AddBytes(&header, sizeof header);
+  for (std::uint64_t at = sizeof header; at < header.bytes; at += kPiece) {
+    fill(at);
+    hash.Add(HashOfMany(piece));
   }
-  header.checksum = BlockFileChecksum({image.data(), image.size()});
-  std::memcpy(image.data(), &header, sizeof header);
+  header.checksum = hash.value();
 
   Result<WholeFile> out = WholeFile::Create(file);
   if (!out) return out.error();
-  // in pieces, since each is copied
-  const std::string_view bytes(reinterpret_cast<const char*>(image.data()), image.size());
-  for (std::size_t at = 0; at < bytes.size(); at += kPiece) {
-    if (!out->Write(bytes.substr(at, kPiece))) break;
+  const auto write = [&](const void* bytes, std::size_t size) {
+    return out->Write({static_cast<const char*>(bytes), size});
+  };
+  bool written = write(&header, sizeof header);
+  for (std::uint64_t at = sizeof header; written && at < header.bytes; at += kPiece) {
+    fill(at);
+    written = write(piece.data(), piece.size());
   }
   return out->Commit();
 }

@@ -29,6 +29,14 @@ bool IsOwn(const fs::path& file) {
          (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
+/// Tells whether a folder is the user's own and nobody else may put anything into it.
+bool IsOwnFolder(const fs::path& folder) {
+  struct stat status {};
+  if (stat(folder.c_str(), &status) != 0) return false;
+  return S_ISDIR(status.st_mode) && status.st_uid == geteuid() &&
+         (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+}
+
 void NoteUse(const fs::path& file) {
   std::error_code read_only;  // then it is not noted
   fs::last_write_time(file, fs::file_time_type::clock::now(), read_only);
@@ -50,7 +58,7 @@ fs::path VoxelCache::FileOf(const BlockFileKind& kind, const MadeOf& key) const 
 Result<BodySurface> VoxelCache::SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB,
                                           const SurfaceOptions& options) const {
   const fs::path file = FileOf(kSurfaceFile, KeyOf(mesh_W, options));
-  if (IsOwn(file)) {
+  if (IsOwnFolder(folder_) && IsOwn(file)) {
     Result<BodySurface> mapped = MapSurface(file, mesh_W, X_WB, options);
     if (mapped) {
       NoteUse(file);
@@ -70,7 +78,7 @@ Result<BodySurface> VoxelCache::SurfaceOf(const TriangleMesh& mesh_W, const Pose
 Result<Voxmap> VoxelCache::VoxmapOf(const TriangleMesh& mesh_W,
                                     const VoxelizeOptions& options) const {
   const fs::path file = FileOf(kKeptVoxmapFile, KeyOf(mesh_W, options));
-  if (IsOwn(file)) {
+  if (IsOwnFolder(folder_) && IsOwn(file)) {
     Result<Voxmap> mapped = MapKeptVoxmap(file, mesh_W, options);
     if (mapped) {
       NoteUse(file);
@@ -91,9 +99,10 @@ void VoxelCache::Keep(const fs::path& file,
                       const std::function<std::optional<Error>()>& save) const {
   std::error_code failed;
   if (!folder_.parent_path().empty()) fs::create_directories(folder_.parent_path(), failed);
-  if (mkdir(folder_.c_str(), 0700) != 0 && !fs::is_directory(folder_, failed)) return;
-  // what stands in its place is damaged, or another's
-  fs::remove(file, failed);
+  mkdir(folder_.c_str(), 0700);
+  if (!IsOwnFolder(folder_)) return;
+  // a file of the user's is replaced; a link, or what others may write to, goes first
+  if (!IsOwn(file)) fs::remove(file, failed);
   if (save()) return;
   fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write, failed);
   RemoveOldest();

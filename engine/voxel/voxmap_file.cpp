@@ -135,7 +135,12 @@ Result<Voxmap> MapKeptVoxmap(const std::filesystem::path& file, const TriangleMe
                  ": a voxmap of another mesh, or made with other options; voxelize this one"};
   }
   if (auto fault = FaultOf(mapped->blocks[0].bytes, file.string())) return *fault;
-  return Voxmap(std::move(mapped->blocks[0]));
+  Voxmap voxmap(std::move(mapped->blocks[0]));
+  if (voxmap.voxel_size() != options.voxel_size || voxmap.range() != options.range ||
+      voxmap.bits() != options.bits) {
+    return DamagedFile(kKeptVoxmapFile, file.string());
+  }
+  return voxmap;
 }
 
 std::optional<Error> KeptVoxmapFault(const std::filesystem::path& file) {

@@ -22,7 +22,7 @@ Result<Voxmap> MapVoxmap(const std::filesystem::path& file);
 /// A map in a file that says of what it was made (block_file.h), for a cache. The version grows by
 /// one when the same mesh and options come to other voxels or to another image.
 inline constexpr BlockFileKind kKeptVoxmapFile{
-    {'t', 'a', 'n', 'd', 'e', 'm', 'K', 'V'}, kVoxmapVersion, "voxmap of a cache"};
+    {'t', 'a', 'n', 'd', 'e', 'm', 'K', 'V'}, 1, "voxmap of a cache"};
 
 MadeOf KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 

@@ -280,9 +280,6 @@ std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Vox
                                 .bits = BitsFor(scene.range_voxels),
                                 .flatness_voxels = flatness,
                                 .stop = load.stop};
-  if (auto fault = VoxelSizeFault(mesh_W, options)) {
-    return fault;
-  }
   Result<Voxmap> made =
       load.cache != nullptr ? load.cache->VoxmapOf(mesh_W, options) : Voxelize(mesh_W, options);
   if (!made) return made.error();

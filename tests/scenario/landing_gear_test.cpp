@@ -1,7 +1,7 @@
 #include "scenes/landing_gear.h"
 
+#include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>

@@ -106,6 +106,8 @@ TEST(BenchCommand, RemovalSaysWhetherThePartCameOutAndWhatFramesTook) {
              "/contacts_mean", "/contacts_max", "/hand_force_max_N"});
   EXPECT_EQ(told["out"], true);
   EXPECT_GT(told["contacts_max"], 0);
+  EXPECT_GT(told["voxel_memory_bytes"], 0);
+  EXPECT_GT(told["hand_force_max_N"], 0);
   for (const char* picture : {"removal_times", "removal_contacts", "removal_force"}) {
     EXPECT_TRUE(std::filesystem::exists(folder.path() / (std::string(picture) + ".svg")))
         << picture;

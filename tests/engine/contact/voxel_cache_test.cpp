@@ -42,6 +42,19 @@ void Overwrite(const fs::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
 }
 
+/// Cuts a file short at a drawn place, or turns a bit there, and tells the place.
+std::size_t Spoil(const fs::path& file, std::string text, bool cut, std::mt19937_64& random) {
+  const std::size_t at = random() % text.size();
+  if (cut) {
+    text.resize(at);
+  } else {
+    text[at] = static_cast<char>(text[at] ^ 1 << random() % 8);
+  }
+  fs::remove(file);
+  Overwrite(file, text);
+  return at;
+}
+
 class VoxelCacheTest : public ::testing::Test {
  protected:
   bool IsMapped(const TriangleMesh& mesh) const {
@@ -85,15 +98,7 @@ TEST_F(VoxelCacheTest, WhatIsDamagedOrCutShortIsMadeAnew) {
   const std::string whole = TextOf(file);
   std::mt19937_64 random(3);
   for (int i = 0; i < 12; ++i) {
-    std::string text = whole;
-    const std::size_t at = random() % text.size();
-    if (i % 3 == 0) {
-      text.resize(at);
-    } else {
-      text[at] = static_cast<char>(text[at] ^ 1 << random() % 8);
-    }
-    fs::remove(file);
-    Overwrite(file, text);
+    const std::size_t at = Spoil(file, whole, i % 3 == 0, random);
     ASSERT_FALSE(IsMapped(ball_)) << "byte " << at;
     Make(ball_);
     ASSERT_TRUE(IsMapped(ball_));
@@ -113,6 +118,16 @@ TEST_F(VoxelCacheTest, WhatOthersMayWriteIsNotTrusted) {
   EXPECT_FALSE(IsMapped(ball_));
   Make(ball_);
   EXPECT_TRUE(IsMapped(ball_));
+}
+
+TEST_F(VoxelCacheTest, AFolderThatOthersMayWriteToIsNotUsed) {
+  Make(ball_);
+  fs::permissions(cache_.folder(), fs::perms::group_write, fs::perm_options::add);
+  EXPECT_FALSE(IsMapped(ball_));
+  const fs::path file = cache_.Files().at(0).file;
+  fs::remove(file);
+  Make(ball_);
+  EXPECT_FALSE(fs::exists(file));
 }
 
 TEST_F(VoxelCacheTest, WhatIsSoonMadeIsNotKept) {
@@ -191,15 +206,7 @@ TEST_F(VoxelCacheTest, KeepsVoxmapsToo) {
   const std::string whole = TextOf(file);
   std::mt19937_64 random(5);
   for (int i = 0; i < 9; ++i) {
-    std::string text = whole;
-    const std::size_t at = random() % text.size();
-    if (i % 3 == 0) {
-      text.resize(at);
-    } else {
-      text[at] = static_cast<char>(text[at] ^ 1 << random() % 8);
-    }
-    fs::remove(file);
-    Overwrite(file, text);
+    const std::size_t at = Spoil(file, whole, i % 3 == 0, random);
     EXPECT_TRUE(VoxelCache::FaultOf(file)) << "byte " << at;
     ASSERT_FALSE(cache_.VoxmapOf(ball_, only_mapped)) << "byte " << at;
     ASSERT_TRUE(cache_.VoxmapOf(ball_, options));
@@ -228,6 +235,14 @@ TEST_F(VoxelCacheTest, AVoxmapOfTheRightSumIsCheckedAllTheSame) {
   const Result<Voxmap> mapped = MapKeptVoxmap(file, ball_, options);
   ASSERT_FALSE(mapped);
   EXPECT_NE(mapped.error().what.find("damaged"), std::string::npos) << mapped.error().what;
+
+  // a sound map that is not of these options
+  const Result<Voxmap> other = Voxelize(ball_, {.voxel_size = 0.3 * kBallVoxel});
+  ASSERT_TRUE(other);
+  fs::remove(file);
+  ASSERT_FALSE(KeepVoxmap(*other, ball_, options, file));
+  EXPECT_FALSE(VoxelCache::FaultOf(file));
+  EXPECT_FALSE(MapKeptVoxmap(file, ball_, options));
 }
 
 TEST_F(VoxelCacheTest, ClearRemovesItsFilesAndNoOthers) {
