@@ -21,10 +21,10 @@ namespace {
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr int kSizeEvery = 500;  // frames after which empty work is sized anew
 
-/// Of all threads: while a frame runs, they are the haptic one and its helpers.
-long PageFaults() {
+/// Of the calling thread; where helpers share a frame, of all threads of the program.
+long PageFaults(const FrameHelpers& helpers) {
   rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
+  getrusage(helpers.threads() > 1 ? RUSAGE_SELF : RUSAGE_THREAD, &usage);
   return usage.ru_minflt + usage.ru_majflt;
 }
 
@@ -85,7 +85,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         inputs.hand.goal = hand(frame, report);
         if (follower) inputs.capacity = follower->tests();
         all.Remember();
-        const long faults = PageFaults();
+        const long faults = PageFaults(helpers);
         const std::int64_t helped = helpers.CpuNs();
         const std::int64_t wall = clock.NowNs();
         const std::int64_t cpu = clock.ThreadCpuNs();
@@ -94,7 +94,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         const std::int64_t end_ns = clock.NowNs();
         const std::int64_t wall_ns = end_ns - wall;
         if (follower) follower->Count(report, 1e-9 * static_cast<double>(cpu_ns));
-        const long new_faults = PageFaults() - faults;
+        const long new_faults = PageFaults(helpers) - faults;
         const std::int64_t helpers_ns = helpers.CpuNs() - helped;
         if (frame < kWarmUp) {
           return true;
