@@ -56,7 +56,7 @@ class LongLoad {
         }) {}
 
  private:
-  static constexpr std::chrono::seconds kPatience{3};
+  static constexpr std::chrono::seconds kPatience{10};
   std::jthread telling_;
 };
 

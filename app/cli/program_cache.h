@@ -16,7 +16,7 @@ namespace tandem {
 /// $TANDEM_CACHE_LIMIT says how many bytes it may have, such as 512M or 20G.
 const VoxelCache* ProgramCache();
 
-/// LoadWorld() with that folder. Says so on stderr where it takes longer than three seconds.
+/// LoadWorld() with that folder. Says so on stderr where it takes longer than ten seconds.
 Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene,
                                                      const std::stop_token& stop = {});
 
