@@ -48,15 +48,6 @@ Loop Hexagon(double z) {
   return loop;
 }
 
-Loop Circle(double radius, double z) {
-  Loop loop;
-  for (int i = 0; i < kSides; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kSides;
-    loop.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
-  }
-  return loop;
-}
-
 TriangleMesh Bolt() {
   const Thread thread = {.pitch = kPitch,
                          .foot_radius = kBoltFoot,
@@ -66,10 +57,10 @@ TriangleMesh Bolt() {
                          .start = kBoltStart,
                          .turns = kBoltTurns,
                          .sides = kSides};
-  return Threaded(
-      thread, {Hexagon(-kHead), Hexagon(0), Circle(kBoltFoot, 0)},
-      {Circle(kBoltFoot, kBoltTop), Circle(kBoltFoot - kTipChamfer, kBoltTop + kTipChamfer)},
-      SkinEnds::kCapped);
+  return Threaded(thread, {Hexagon(-kHead), Hexagon(0), Circle(kBoltFoot, 0, kSides)},
+                  {Circle(kBoltFoot, kBoltTop, kSides),
+                   Circle(kBoltFoot - kTipChamfer, kBoltTop + kTipChamfer, kSides)},
+                  SkinEnds::kCapped);
 }
 
 TriangleMesh Nut() {
@@ -89,8 +80,8 @@ TriangleMesh Nut() {
                          .turns = kNutTurns,
                          .sides = kSides};
   const double top = kNutBottom + kNutHeight;
-  return Threaded(thread, {Hexagon(kNutBottom), Circle(foot, kNutBottom)},
-                  {Circle(foot, top), Hexagon(top)}, SkinEnds::kJoined);
+  return Threaded(thread, {Hexagon(kNutBottom), Circle(foot, kNutBottom, kSides)},
+                  {Circle(foot, top, kSides), Hexagon(top)}, SkinEnds::kJoined);
 }
 
 // The hand screws the nut on by a turn and presses it down, farther than the thread lets it come,

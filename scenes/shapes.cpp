@@ -33,15 +33,6 @@ double AngleOf(int side, int sides) {
   return 2 * std::numbers::pi * side / sides;
 }
 
-Loop Circle(double radius, double z, int sides) {
-  Loop loop;
-  for (int i = 0; i < sides; ++i) {
-    const Vec2 at = radius * OnCircle(AngleOf(i, sides));
-    loop.emplace_back(at.x(), at.y(), z);
-  }
-  return loop;
-}
-
 double Cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
@@ -86,6 +77,15 @@ Vec3 Through(const Vec3& p0, const Vec3& p1, const Vec3& p2, const Vec3& p3, dou
 }
 
 }  // namespace
+
+Loop Circle(double radius, double z, int sides) {
+  Loop loop;
+  for (int i = 0; i < sides; ++i) {
+    const Vec2 at = radius * OnCircle(AngleOf(i, sides));
+    loop.emplace_back(at.x(), at.y(), z);
+  }
+  return loop;
+}
 
 TriangleMesh TurnedOutward(TriangleMesh mesh) {
   if (SixVolumes(mesh) < 0) {

@@ -19,6 +19,9 @@ TriangleMesh TurnedOutward(TriangleMesh mesh);
 /// A closed row of points.
 using Loop = std::vector<Vec3>;
 
+/// Points on a circle about the z axis, the first on the x axis.
+Loop Circle(double radius, double z, int sides);
+
 enum class SkinEnds { kCapped, kJoined };
 
 /// The skin over loops of equally many points, each joined to the next. kCapped closes the first

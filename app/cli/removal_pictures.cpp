@@ -41,7 +41,7 @@ double RoundedUp(double value) {
   return 10 * decade;
 }
 
-/// What the frames of each pixel's time were at most.
+/// Gives each pixel of the time axis the largest value of its frames.
 std::vector<PicturePoint> MostOf(const RemovalTrace& trace,
                                  const std::function<double(const RemovalTrace::Frame&)>& value) {
   std::vector<PicturePoint> points;

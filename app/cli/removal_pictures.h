@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// What a removal was like, frame by frame from its first.
+/// Holds the forces and contacts of a removal, frame by frame from its first.
 struct RemovalTrace {
   struct Frame {
     float contact_N = 0;  // on the part

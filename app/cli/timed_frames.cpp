@@ -21,7 +21,8 @@ namespace {
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr int kSizeEvery = 500;  // frames after which empty work is sized anew
 
-/// Of the calling thread; where helpers share a frame, of all threads of the program.
+/// Counts those of the calling thread, or, where helpers share a frame, of all the program's
+/// threads.
 long PageFaults(const FrameHelpers& helpers) {
   rusage usage{};
   getrusage(helpers.threads() > 1 ? RUSAGE_SELF : RUSAGE_THREAD, &usage);

@@ -37,9 +37,12 @@ bool IsOwnFolder(const fs::path& folder) {
          (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
-void NoteUse(const fs::path& file) {
+/// Notes the use of a file that could be mapped, and passes on what was.
+template <typename Content>
+Result<Content> Noted(Result<Content> mapped, const fs::path& file) {
   std::error_code read_only;  // then it is not noted
-  fs::last_write_time(file, fs::file_time_type::clock::now(), read_only);
+  if (mapped) fs::last_write_time(file, fs::file_time_type::clock::now(), read_only);
+  return mapped;
 }
 
 }  // namespace
@@ -59,11 +62,7 @@ Result<BodySurface> VoxelCache::SurfaceOf(const TriangleMesh& mesh_W, const Pose
                                           const SurfaceOptions& options) const {
   const fs::path file = FileOf(kSurfaceFile, KeyOf(mesh_W, options));
   if (IsOwnFolder(folder_) && IsOwn(file)) {
-    Result<BodySurface> mapped = MapSurface(file, mesh_W, X_WB, options);
-    if (mapped) {
-      NoteUse(file);
-      return mapped;
-    }
+    if (auto mapped = Noted(MapSurface(file, mesh_W, X_WB, options), file)) return mapped;
   }
   Result<BodySurface> made = BuildSurface(mesh_W, X_WB, options);
   if (!made) return made;
@@ -79,11 +78,7 @@ Result<Voxmap> VoxelCache::VoxmapOf(const TriangleMesh& mesh_W,
                                     const VoxelizeOptions& options) const {
   const fs::path file = FileOf(kKeptVoxmapFile, KeyOf(mesh_W, options));
   if (IsOwnFolder(folder_) && IsOwn(file)) {
-    Result<Voxmap> mapped = MapKeptVoxmap(file, mesh_W, options);
-    if (mapped) {
-      NoteUse(file);
-      return mapped;
-    }
+    if (auto mapped = Noted(MapKeptVoxmap(file, mesh_W, options), file)) return mapped;
   }
   Result<Voxmap> made = Voxelize(mesh_W, options);
   if (!made) return made;
