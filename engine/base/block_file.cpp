@@ -34,7 +34,7 @@ BlockPlaces PlacesOf(const BlockFileHeader& header) {
   return places;
 }
 
-/// What an intact file says of itself; nothing if all is well.
+/// Tells what is wrong with a file; nothing if all is well.
 std::optional<Error> FaultOf(const BlockFileKind& kind, std::span<const std::byte> image,
                              const std::string& name, BlockFileHeader& header) {
   const std::string what = kind.what;

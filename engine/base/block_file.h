@@ -12,7 +12,7 @@
 
 namespace tandem {
 
-/// What was made of a mesh, in a file that programs map into memory:
+/// Begins a file that holds what was made of a mesh, and that programs map into memory:
 ///
 ///   header       | what the file is, and of what it was made
 ///   first block  |
@@ -32,14 +32,14 @@ struct BlockFileHeader {
 };
 static_assert(sizeof(BlockFileHeader) == 72);
 
-/// What kind of file it is.
+/// Tells one kind of file from others.
 struct BlockFileKind {
   std::array<char, 8> magic;
   std::uint32_t version;  // of what is in it
   const char* what;       // "surface", for people
 };
 
-/// What a file's content was made of: the same numbers, the same content.
+/// Identifies what a file's content was made of: the same numbers mean the same content.
 struct MadeOf {
   std::uint64_t mesh = 0;      // of the mesh as it stands in W
   std::uint64_t settings = 0;  // of the options, and of what is fixed beside them
@@ -64,7 +64,7 @@ struct BlockFile {
 /// version, cut short or damaged.
 Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::path& file);
 
-/// What a file is refused with, whose bytes are those that were saved and yet make no sense.
+/// Refuses a file whose bytes are those that were saved and yet make no sense.
 Error DamagedFile(const BlockFileKind& kind, const std::string& file);
 
 /// The checksum of a file's bytes, at least a header.
