@@ -64,19 +64,14 @@ Extent ExtentOf(const Voxmap& voxmap) {
     for (std::uint32_t y = 0; y < size[1]; ++y) {
       for (std::uint32_t x = 0; x < size[0]; ++x, ++record) {
         const VoxmapRecord& held = voxmap.records()[*record];
-        for (int k = 0; k < kChunks; ++k) {
-          const auto slice = static_cast<std::size_t>(k);
-          std::uint64_t bits = held.solid[slice];
-          for (const auto& field : held.slices) bits |= field[slice].stored;
-          if (*record == kRecordSolid) bits = ~std::uint64_t{0};
-          for (; bits != 0; bits &= bits - 1) {
-            const int cell = std::countr_zero(bits);
-            const Eigen::Array3i chunk(static_cast<int>(x) * kChunks + cell % kChunks,
-                                       static_cast<int>(y) * kChunks + cell / kChunks,
-                                       static_cast<int>(z) * kChunks + k);
-            low = low.min(chunk);
-            high = high.max(chunk + 1);
-          }
+        for (std::size_t cell = 0; cell < kChunksPerHyperchunk; ++cell) {
+          if ((held.chunk_marks[cell >> 1] >> ((cell & 1) * 4) & 15) != kSurfaceMark) continue;
+          const GridIndex c = BlockCell(cell);
+          const Eigen::Array3i chunk(static_cast<int>(x) * kChunks + c.x,
+                                     static_cast<int>(y) * kChunks + c.y,
+                                     static_cast<int>(z) * kChunks + c.z);
+          low = low.min(chunk);
+          high = high.max(chunk + 1);
         }
       }
     }

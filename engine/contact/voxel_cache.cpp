@@ -10,7 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "engine/voxel/voxmap_file.h"
+#include "engine/voxel/kept_voxmap.h"
 
 namespace tandem {
 
@@ -50,18 +50,21 @@ Result<Content> Noted(Result<Content> mapped, const fs::path& file) {
 VoxelCache::VoxelCache(fs::path folder, std::uint64_t most_bytes)
     : folder_(std::move(folder)), most_bytes_(most_bytes) {}
 
-fs::path VoxelCache::FileOf(const BlockFileKind& kind, const MadeOf& key) const {
-  const bool surface = kind.magic == kSurfaceFile.magic;
+fs::path VoxelCache::FileOf(const MadeOf& key, unsigned version, const char* ending) const {
   char name[64];
   std::snprintf(name, sizeof name, "%016" PRIx64 "-%016" PRIx64 "-v%u%s", key.mesh, key.settings,
-                kind.version, surface ? kSurfaceEnding : kVoxmapEnding);
+                version, ending);
   return folder_ / name;
+}
+
+bool VoxelCache::MayRead(const fs::path& file) const {
+  return IsOwnFolder(folder_) && IsOwn(file);
 }
 
 Result<BodySurface> VoxelCache::SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB,
                                           const SurfaceOptions& options) const {
-  const fs::path file = FileOf(kSurfaceFile, KeyOf(mesh_W, options));
-  if (IsOwnFolder(folder_) && IsOwn(file)) {
+  const fs::path file = FileOf(KeyOf(mesh_W, options), kSurfaceFile.version, kSurfaceEnding);
+  if (MayRead(file)) {
     if (auto mapped = Noted(MapSurface(file, mesh_W, X_WB, options), file)) return mapped;
   }
   Result<BodySurface> made = BuildSurface(mesh_W, X_WB, options);
@@ -76,18 +79,37 @@ Result<BodySurface> VoxelCache::SurfaceOf(const TriangleMesh& mesh_W, const Pose
 
 Result<Voxmap> VoxelCache::VoxmapOf(const TriangleMesh& mesh_W,
                                     const VoxelizeOptions& options) const {
-  const fs::path file = FileOf(kKeptVoxmapFile, KeyOf(mesh_W, options));
-  if (IsOwnFolder(folder_) && IsOwn(file)) {
-    if (auto mapped = Noted(MapKeptVoxmap(file, mesh_W, options), file)) return mapped;
+  const MadeOf key = KeyOf(mesh_W, options);
+  const fs::path file = FileOf(key, kKeptVoxmapVersion, kVoxmapEnding);
+  if (MayRead(file)) {
+    if (auto loaded = Noted(LoadKeptVoxmap(file, key), file)) return loaded;
   }
   Result<Voxmap> made = Voxelize(mesh_W, options);
   if (!made) return made;
   if (made->header().bytes >= kLeastBytes) {
     Keep(file, [&] {
-      return KeepVoxmap(*made, mesh_W, options, file);
+      return KeepVoxmap(*made, key, file);
     });
   }
   return made;
+}
+
+Result<std::shared_ptr<const PageSource>> VoxelCache::PagesOf(
+    const TriangleMesh& mesh_W, const VoxelizeOptions& options) const {
+  const MadeOf key = KeyOf(mesh_W, options);
+  const fs::path file = FileOf(key, kKeptVoxmapVersion, kVoxmapEnding);
+  if (MayRead(file)) {
+    if (auto open = Noted(OpenKeptVoxmap(file, key), file)) return open;
+  }
+  {
+    const Result<Voxmap> made = Voxelize(mesh_W, options);
+    if (!made) return made.error();
+    Keep(file, [&] {
+      return KeepVoxmap(*made, key, file);
+    });
+  }
+  if (MayRead(file)) return OpenKeptVoxmap(file, key);
+  return Error{file.string() + ": could not be written; give TANDEM_CACHE another folder"};
 }
 
 void VoxelCache::Keep(const fs::path& file,

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "engine/contact/surface_file.h"
+#include "engine/voxel/page_source.h"
 #include "engine/voxel/voxelize.h"
 
 namespace tandem {
@@ -44,6 +46,11 @@ class VoxelCache {
   /// The voxmap that Voxelize() makes of a mesh, with the same errors: likewise.
   Result<Voxmap> VoxmapOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options) const;
 
+  /// The same voxmap to be read page by page: from its file, which is made first where there is
+  /// none. Pages are checked as they are read.
+  Result<std::shared_ptr<const PageSource>> PagesOf(const TriangleMesh& mesh_W,
+                                                    const VoxelizeOptions& options) const;
+
   /// All files, the last used first.
   std::vector<CachedFile> Files() const;
   /// Tells what is wrong with a file of Files(), without its mesh.
@@ -52,7 +59,8 @@ class VoxelCache {
   std::size_t Clear() const;
 
  private:
-  std::filesystem::path FileOf(const BlockFileKind& kind, const MadeOf& key) const;
+  std::filesystem::path FileOf(const MadeOf& key, unsigned version, const char* ending) const;
+  bool MayRead(const std::filesystem::path& file) const;
   void Keep(const std::filesystem::path& file,
             const std::function<std::optional<Error>()>& save) const;
   void RemoveOldest() const;

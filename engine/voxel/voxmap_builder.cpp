@@ -180,6 +180,7 @@ void VoxmapBuilder::Add(const GridIndex& place, const VoxmapRecord& record,
                         std::span<const std::uint8_t> planes) {
   VoxmapRecord& out = records_[index_[box_.CellOf(place)]];
   out = record;
+  if (planes.empty()) return;
   for (auto& slices : out.slices) {
     for (VoxmapSlice& slice : slices) {
       slice.first_plane += static_cast<std::uint32_t>(planes_.size());

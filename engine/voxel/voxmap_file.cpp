@@ -9,9 +9,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "engine/base/hash.h"
 #include "engine/base/whole_file.h"
-#include "engine/geometry/mesh_hash.h"
 
 namespace tandem {
 
@@ -107,46 +105,6 @@ Result<Voxmap> MapVoxmap(const std::filesystem::path& file) {
   if (!image) return image.error();
   if (auto fault = FaultOf({image->data(), image->size()}, file.string())) return *fault;
   return Voxmap(std::move(*image));
-}
-
-MadeOf KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
-  Hash64 settings;
-  settings.Add(options.voxel_size);
-  settings.Add(std::int64_t{options.range});
-  settings.Add(std::int64_t{options.bits});
-  settings.Add(options.flatness_voxels);
-  return {HashOf(mesh_W), settings.value()};
-}
-
-std::optional<Error> KeepVoxmap(const Voxmap& voxmap, const TriangleMesh& mesh_W,
-                                const VoxelizeOptions& options, const std::filesystem::path& file) {
-  const std::span<const std::byte> image(reinterpret_cast<const std::byte*>(&voxmap.header()),
-                                         voxmap.header().bytes);
-  return SaveBlocks(kKeptVoxmapFile, KeyOf(mesh_W, options), voxmap.voxel_size(), {image, {}},
-                    file);
-}
-
-Result<Voxmap> MapKeptVoxmap(const std::filesystem::path& file, const TriangleMesh& mesh_W,
-                             const VoxelizeOptions& options) {
-  Result<BlockFile> mapped = MapBlocks(kKeptVoxmapFile, file);
-  if (!mapped) return mapped.error();
-  if (mapped->made_of != KeyOf(mesh_W, options)) {
-    return Error{file.string() +
-                 ": a voxmap of another mesh, or made with other options; voxelize this one"};
-  }
-  if (auto fault = FaultOf(mapped->blocks[0].bytes, file.string())) return *fault;
-  Voxmap voxmap(std::move(mapped->blocks[0]));
-  if (voxmap.voxel_size() != options.voxel_size || voxmap.range() != options.range ||
-      voxmap.bits() != options.bits) {
-    return DamagedFile(kKeptVoxmapFile, file.string());
-  }
-  return voxmap;
-}
-
-std::optional<Error> KeptVoxmapFault(const std::filesystem::path& file) {
-  const Result<BlockFile> mapped = MapBlocks(kKeptVoxmapFile, file);
-  if (!mapped) return mapped.error();
-  return FaultOf(mapped->blocks[0].bytes, file.string());
 }
 
 }  // namespace tandem

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -13,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/voxel/voxmap_file.h"
+#include "engine/voxel/voxelize.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shapes.h"
 
@@ -215,34 +214,18 @@ TEST_F(VoxelCacheTest, KeepsVoxmapsToo) {
   EXPECT_FALSE(VoxelCache::FaultOf(file));
 }
 
-TEST_F(VoxelCacheTest, AVoxmapOfTheRightSumIsCheckedAllTheSame) {
+TEST_F(VoxelCacheTest, GivesPagesOfTheSameFile) {
   const VoxelizeOptions options{.voxel_size = 0.2 * kBallVoxel};
-  ASSERT_TRUE(cache_.VoxmapOf(ball_, options));
-  const fs::path file = cache_.Files().at(0).file;
-  std::string text = TextOf(file);
-  // an index that points outside of the image, signed as if it were sound
-  constexpr std::size_t kImage = 128;
-  VoxmapHeader image;
-  std::memcpy(&image, &text[kImage], sizeof image);
-  const std::uint32_t outside = 0x7FFFFFFF;
-  std::memcpy(&text[kImage + image.index_offset], &outside, sizeof outside);
-  BlockFileHeader header;
-  std::memcpy(&header, text.data(), sizeof header);
-  header.checksum = BlockFileChecksum(std::as_bytes(std::span(text)));
-  std::memcpy(text.data(), &header, sizeof header);
-  fs::remove(file);
-  Overwrite(file, text);
-  const Result<Voxmap> mapped = MapKeptVoxmap(file, ball_, options);
-  ASSERT_FALSE(mapped);
-  EXPECT_NE(mapped.error().what.find("damaged"), std::string::npos) << mapped.error().what;
-
-  // a sound map that is not of these options
-  const Result<Voxmap> other = Voxelize(ball_, {.voxel_size = 0.3 * kBallVoxel});
-  ASSERT_TRUE(other);
-  fs::remove(file);
-  ASSERT_FALSE(KeepVoxmap(*other, ball_, options, file));
-  EXPECT_FALSE(VoxelCache::FaultOf(file));
-  EXPECT_FALSE(MapKeptVoxmap(file, ball_, options));
+  const Result<std::shared_ptr<const PageSource>> pages = cache_.PagesOf(ball_, options);
+  ASSERT_TRUE(pages) << pages.error().what;
+  std::stop_source stop;
+  stop.request_stop();
+  VoxelizeOptions only_loaded = options;
+  only_loaded.stop = stop.get_token();
+  const Result<Voxmap> whole = cache_.VoxmapOf(ball_, only_loaded);
+  ASSERT_TRUE(whole) << whole.error().what;
+  EXPECT_EQ((*pages)->counts().total(), whole->Count().total());
+  ASSERT_EQ(cache_.Files().size(), 1U);
 }
 
 TEST_F(VoxelCacheTest, ClearRemovesItsFilesAndNoOthers) {

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "engine/base/result.h"
+#include "engine/voxel/voxmap.h"
+
+namespace tandem {
+
+/// The marks of one hyperchunk by themselves: what is brought into memory, and given up again, as
+/// one (paper §5.3).
+struct VoxelPage {
+  /// By field and z: the chunks with a plane, as in VoxmapSlice. Their planes follow one another.
+  std::array<std::array<std::uint64_t, 8>, kFields> stored{};
+  /// Numbers of quarters: kQuarterBeyond, kQuarterInterior, then those of `quarters`.
+  std::vector<std::array<std::uint16_t, kQuarters>> planes;
+  std::vector<std::uint8_t> quarters;  // no two alike, in no order
+};
+
+/// Where the marks of a voxmap come from that is not in memory as a whole: a file, or what computes
+/// them. Any number of threads may read at once.
+class PageSource {
+ public:
+  virtual ~PageSource() = default;
+  PageSource(const PageSource&) = delete;
+  PageSource& operator=(const PageSource&) = delete;
+
+  /// The map without its planes: its index, the chunk-level field and what is solid, which chunks
+  /// are tested by as long as they are far (paper §5.1). A chunk with a plane reads as one without.
+  const Voxmap& outline() const noexcept { return outline_; }
+  /// Counts what the whole map stores.
+  const VoxelCounts& counts() const noexcept { return counts_; }
+  /// The image of the whole map, bytes.
+  std::uint64_t whole_bytes() const noexcept { return counts_.bytes; }
+  /// Tells whether a record has a page; the others are whole in the outline.
+  virtual bool HasPage(std::uint32_t record) const noexcept = 0;
+  /// Gives a record's page, or why it cannot be had.
+  virtual std::optional<Error> Read(std::uint32_t record, VoxelPage& page) const = 0;
+
+ protected:
+  PageSource() = default;
+  Voxmap outline_;
+  VoxelCounts counts_;
+};
+
+}  // namespace tandem
