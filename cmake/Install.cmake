@@ -7,7 +7,7 @@ if(CMAKE_LIBRARY_ARCHITECTURE)  # Debian's folder for an architecture: CMake loo
   set(library_folder lib/${CMAKE_LIBRARY_ARCHITECTURE})
 endif()
 
-set(engine_libraries options base files text json realtime geometry exact voxel field contact dynamics scene world proximity hand_script safety haptics)
+set(engine_libraries options base files text json realtime geometry exact voxel paging field contact dynamics scene world proximity hand_script safety haptics)
 set(collab_libraries collab controller simulated simulated_hands recording lab)
 set(dds_libraries)
 if(TANDEM_BUILD_DDS)

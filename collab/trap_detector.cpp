@@ -120,7 +120,9 @@ double TrapDetector::FreeAlong(const Vec3& p_W, double stretch) const noexcept {
     const bool met = reading.near ? reading.value < kAtSurface : reading.value < -kAtSurface;
     return met ? 0.0 : voxel * std::max(kLeastStep, reading.value);
   }
-  const Voxmap& map = model_->fixture;
+  // of voxels that are not all in memory, what is inside throughout is known
+  const Voxmap& map =
+      model_->fixture_pages != nullptr ? model_->fixture_pages->outline() : model_->fixture;
   const Vec3 v = (p_W - map.p_WVo()) / voxel;
   // far outside, where no number of a voxel would hold
   const bool is_far = !(v.cwiseAbs().maxCoeff() < 1e9);

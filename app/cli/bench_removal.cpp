@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -20,6 +21,7 @@
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "app/picture/svg.h"
+#include "engine/base/hash.h"
 #include "engine/base/json_text.h"
 #include "engine/base/whole_file.h"
 
@@ -37,8 +39,10 @@ struct RemovalArguments {
   double voxel_mm = 0;   // 0: the scene's
   double capacity = 0;   // points a frame; 0: measured
   double budget_us = 1e6 * kFrameBudget;
-  int passes = 10;    // back to back
-  std::string plots;  // a folder
+  int passes = 10;                 // back to back
+  std::string plots;               // a folder
+  std::uint64_t voxel_memory = 0;  // bytes; 0: all voxels in memory
+  double disk_mb_per_s = 0;        // 0: what the disk gives
   bool json = false;
 };
 
@@ -61,7 +65,20 @@ Result<std::shared_ptr<const WorldModel>> LoadRemoval(const RemovalArguments& ar
     }
     for (SceneBody& body : scene->bodies) body.point_spacing_voxels = spacing;
   }
-  return LoadCached(*scene);
+  return LoadCached(*scene, {.voxel_memory_bytes = arguments.voxel_memory,
+                             .disk_bytes_per_s = 1e6 * arguments.disk_mb_per_s});
+}
+
+/// The memory that voxels of the fixed bodies took in a world, bytes.
+std::size_t VoxelMemory(const World& world) {
+  const ResidentVoxels* resident = world.resident_voxels();
+  return resident != nullptr ? resident->bytes() : world.model().fixture.Count().bytes;
+}
+
+std::string Hex16(std::uint64_t number) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
+  return text.data();
 }
 
 /// The most memory that this program has had in use, bytes.
@@ -107,15 +124,25 @@ int RunRemoval(const RemovalArguments& arguments) {
   RemovalTrace trace;
   trace.frames.reserve(static_cast<std::size_t>(frames + kWarmUp));
   FrameFigures figures;
+  Hash64 poses;
   RunFrames(
       world,
       [&](std::int64_t frame, const StepReport& report) {
         trace.frames.push_back({.contact_N = static_cast<float>(report.contact_B_W.f.norm()),
                                 .hand_N = static_cast<float>(report.hand_B_W.f.norm()),
                                 .contacts = report.contact_points});
+        const Pose& X_WB = world.state(0).X_WB;
+        poses.AddBytes(X_WB.p.data(), sizeof X_WB.p);
+        poses.AddBytes(X_WB.q.coeffs().data(), 4 * sizeof(double));
         return hand(frame, report);
       },
       script->X_BD, capacity, budget_s, frames, frames, helpers, figures);
+  const std::size_t voxel_bytes = VoxelMemory(world);
+  ResidentCounts paged;
+  if (world.resident_voxels() != nullptr) paged = world.resident_voxels()->counts();
+  if (figures.stalls.gave_up) {
+    return Fail(kExitFile, world.WhyVoxelsLack());
+  }
   const Outcome outcome = OutcomeOf(*model, 0, world.state(0).X_WB);
   const Histogram least =
       LeastOfPasses(model, schedule, *script, capacity, frames, arguments.passes);
@@ -138,8 +165,7 @@ int RunRemoval(const RemovalArguments& arguments) {
     }
   }
   const std::size_t points = TestedPoints(*model, model->bodies[0]);
-  const std::size_t voxels = ReadVoxels(*model, model->fixture, model->fixture_surface);
-  const std::size_t voxel_bytes = model->fixture.Count().bytes;
+  const std::size_t voxels = FixtureVoxels(*model);
   if (arguments.json) {
     const nlohmann::ordered_json out{
         {"scene", arguments.scene},
@@ -161,7 +187,13 @@ int RunRemoval(const RemovalArguments& arguments) {
         {"contacts_mean", figures.contacts / count},
         {"contacts_max", most_contacts},
         {"hand_force_max_N", most_force},
+        {"stalls", figures.stalls.count},
+        {"stall_s", figures.stalls.seconds},
+        {"longest_stall_ms", 1e3 * figures.stalls.longest_s},
+        {"pages_read", paged.pages_read},
+        {"pages_given_up", paged.pages_given_up},
         {"page_faults", figures.page_faults},
+        {"poses_digest", Hex16(poses.value())},
         {"peak_bytes", PeakBytes()},
         {"voxel_memory_bytes", voxel_bytes}};
     std::printf("%s\n", JsonText(out, 2).c_str());
@@ -182,6 +214,13 @@ int RunRemoval(const RemovalArguments& arguments) {
   }
   std::printf("  MaxTravel   at its bound in %.2f %% of %ld frames; %ld deadlines missed\n",
               100 * at_bound, figures.frames, figures.missed);
+  if (arguments.voxel_memory > 0) {
+    std::printf(
+        "  stalls      %ld, %.3f s in all, the longest %.0f ms; %llu pages read, %llu given up\n",
+        figures.stalls.count, figures.stalls.seconds, 1e3 * figures.stalls.longest_s,
+        static_cast<unsigned long long>(paged.pages_read),
+        static_cast<unsigned long long>(paged.pages_given_up));
+  }
   std::printf("  memory      %.0f MB of voxels, %.0f MB at most in all; %ld page faults\n",
               1e-6 * static_cast<double>(voxel_bytes), 1e-6 * static_cast<double>(PeakBytes()),
               figures.page_faults);
@@ -216,6 +255,15 @@ void AddBenchRemoval(CLI::App& bench, int& exit_code) {
   command->add_option("--passes", arguments->passes, "runs back to back")
       ->check(WholeNumberFrom(1, 1000))
       ->capture_default_str();
+  command
+      ->add_option("--voxel-memory", arguments->voxel_memory,
+                   "most memory for the fixed bodies' voxels, such as 512MiB: the rest is read as "
+                   "it is needed; default: all are in memory")
+      ->transform(SizeInBytes());
+  command
+      ->add_option("--disk-mb-per-s", arguments->disk_mb_per_s,
+                   "reads voxels no faster than so many megabytes a second")
+      ->check(NumberAbove(0, 1e6));
   command->add_option("--plots", arguments->plots,
                       "folder to write pictures into: frame times, contacts, forces");
   command->add_flag("--json", arguments->json, "print one JSON object");

@@ -24,7 +24,7 @@ constexpr std::uint64_t kFloodFrom = 200;            // refused samples; fewer a
 
 /// What a host is told of the voxels of a mesh.
 Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
-  const Result<std::shared_ptr<const WorldModel>> model = LoadCached(scene, stop);
+  const Result<std::shared_ptr<const WorldModel>> model = LoadCached(scene, {.stop = stop});
   if (!model) return {false, model.error().what};
   const BodyModel& body = (*model)->bodies.front();
   Result<Voxmap> map = Voxmap{};

@@ -67,10 +67,10 @@ const VoxelCache* ProgramCache() {
   return cache.folder().empty() ? nullptr : &cache;
 }
 
-Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene,
-                                                     const std::stop_token& stop) {
+Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene, LoadOptions options) {
   const LongLoad told(scene.name);
-  return LoadWorld(scene, {.stop = stop, .cache = ProgramCache()});
+  options.cache = ProgramCache();
+  return LoadWorld(scene, options);
 }
 
 std::optional<std::uint64_t> BytesOf(const std::string& text) {

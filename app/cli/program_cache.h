@@ -17,8 +17,7 @@ namespace tandem {
 const VoxelCache* ProgramCache();
 
 /// LoadWorld() with that folder. Says so on stderr where it takes longer than ten seconds.
-Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene,
-                                                     const std::stop_token& stop = {});
+Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene, LoadOptions options = {});
 
 /// "512M" as bytes: a whole number, and K, M or G of 1024. Nothing for any other text.
 std::optional<std::uint64_t> BytesOf(const std::string& text);

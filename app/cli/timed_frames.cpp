@@ -53,7 +53,8 @@ std::int64_t OwedTests(const World& world) {
 }  // namespace
 
 void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
-                   const FrameCapacity& capacity, std::vector<std::int64_t>& least_ns) {
+                   const FrameCapacity& capacity, std::vector<std::int64_t>& least_ns,
+                   const std::function<void()>& after) {
   StepInputs inputs = InputsOf(world, X_BD, capacity);
   LoopClock& clock = MachineClock();
   StepReport report;
@@ -63,6 +64,12 @@ void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
     const std::int64_t begin = clock.ThreadCpuNs();
     report = world.Step(inputs);
     const std::int64_t cpu_ns = clock.ThreadCpuNs() - begin;
+    const std::int64_t until_ns = clock.NowNs() + static_cast<std::int64_t>(1e9 * kLongestStall);
+    while (report.waited > 0 && clock.NowNs() < until_ns) {
+      world.WaitForVoxels();
+      report = world.Step(inputs);
+    }
+    if (after) after();
     if (frame < kWarmUp) continue;
     std::int64_t& least = least_ns[static_cast<std::size_t>(frame - kWarmUp)];
     least = std::min(least, cpu_ns);
@@ -82,8 +89,11 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
   const std::int64_t origin_ns = MonotonicNowNs();
   PeriodicThread thread(
       {.period_ns = kPeriodNs, .origin_ns = origin_ns, .priority = kFramePriority},
-      [&](std::int64_t frame, std::int64_t start_ns) {
-        inputs.hand.goal = hand(frame, report);
+      [&](std::int64_t deadline, std::int64_t start_ns) {
+        const bool waited = report.waited > 0;
+        const std::int64_t frame = deadline - figures.stalls.frames;
+        // whoever waits for voxels does not move the hand
+        if (!waited) inputs.hand.goal = hand(frame, report);
         if (follower) inputs.capacity = follower->tests();
         all.Remember();
         const long faults = PageFaults(helpers);
@@ -94,9 +104,21 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         const std::int64_t cpu_ns = clock.ThreadCpuNs() - cpu;
         const std::int64_t end_ns = clock.NowNs();
         const std::int64_t wall_ns = end_ns - wall;
-        if (follower) follower->Count(report, 1e-9 * static_cast<double>(cpu_ns));
+        if (follower && report.waited == 0)
+          follower->Count(report, 1e-9 * static_cast<double>(cpu_ns));
         const long new_faults = PageFaults(helpers) - faults;
         const std::int64_t helpers_ns = helpers.CpuNs() - helped;
+        if (report.waited > 0) {
+          Stalls& stalls = figures.stalls;
+          ++stalls.frames;
+          stalls.count += report.waited == 1 ? 1 : 0;
+          stalls.seconds += 1e-9 * static_cast<double>(kPeriodNs);
+          const double lasts = 1e-9 * static_cast<double>(report.waited * kPeriodNs);
+          stalls.longest_s = std::max(stalls.longest_s, lasts);
+          stalls.gave_up = lasts >= kLongestStall;
+          figures.page_faults += new_faults;
+          return !stalls.gave_up;
+        }
         if (frame < kWarmUp) {
           return true;
         }

@@ -25,6 +25,7 @@ struct PairReport {
   int loaded_points = 0;       // of the contact points, below their tangent plane
   bool over_capacity = false;  // more contacts than can be held; the rest did not push
   TestCounts tests;
+  bool waits = false;  // voxels were not in memory: nothing was tested, and the bodies are to stand
 };
 
 /// What a single pose says, every point read (for `tandem contact`).
@@ -47,6 +48,9 @@ class BodyPair {
   /// not allocate.
   virtual PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
                              Load& on_shell, Load& on_map) noexcept = 0;
+  /// Says which voxels will be read where the bodies stand, before the first Collide().
+  virtual void Announce(const BodyMotion& /*shell_body*/, const BodyMotion& /*map_body*/) noexcept {
+  }
   /// How the last Collide()'s load on the shell changes as the map moves; the transpose the other
   /// way round. Kept for pairs that both move.
   const CrossLoad& cross() const noexcept { return cross_; }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/contact/contact_forces.h"
+#include "engine/paging/resident_voxels.h"
 
 namespace tandem {
 
@@ -38,10 +39,12 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       map_extent_(ExtentOf(voxmap)),
       gains_(gains),
       both_move_(options.both_move),
+      reader_(options.reader),
       helpers_(options.schedule.helpers),
       shared_from_(options.schedule.shared_from / kBlocks),
       blocks_(std::make_unique<const PointBlocks>(shell)),
-      schedule_(MakeSchedule(*blocks_, voxmap, options.force_layer, options.schedule)),
+      schedule_(
+          MakeSchedule(*blocks_, voxmap, options.force_layer, options.schedule, options.reader)),
       candidates_(std::min(shell.size(), kMostCandidates)),
       contacts_(candidates_.size()) {
   clearance_ = {static_cast<double>(options.force_layer), 0.0};
@@ -112,6 +115,7 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
       travel_.Since(shell_body.X_WB, shell_->radius + std::abs(schedule_->displacement()),
                     map_body.X_WB, map_radius_, X_BV_);
   waiting_ += travel;
+  if (reader_ != nullptr) reader_->MoveTo(X_VS, travel / voxmap_->voxel_size());
   // what was far enough is nearer by no more than the travel
   const double enough = kEnoughVoxels * voxmap_->voxel_size();
   gap_ -= travel;
@@ -121,6 +125,10 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   if (Gap() > 0) return report;
   schedule_->Test(X_VS, waiting_);
   waiting_ = 0;
+  if (schedule_->waits()) {
+    report.waits = true;
+    return report;
+  }
   report.tests = schedule_->counts();
   candidate_count_ = 0;
   for (const Schedule::ContactBlock& contact : schedule_->contacts()) {
@@ -134,6 +142,10 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
                kCandidateShare * static_cast<double>(candidate_count_);
   report.look_work = look_work_;
   return report;
+}
+
+void ContactPair::Announce(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {
+  schedule_->Announce((map_body.X_WB * X_BV_).Inverse() * shell_body.X_WB);
 }
 
 ClearanceBounds ContactPair::clearance_bounds() const noexcept {

@@ -23,6 +23,8 @@ struct PairOptions {
   int force_layer = 2;
   bool both_move = false;  // then cross() is kept
   ScheduleOptions schedule{};
+  /// Of a voxmap that is in memory in part; null of a whole one.
+  VoxelReader* reader = nullptr;
 };
 
 /// A pointshell body against a voxmap body: the plain model (paper §2.1).
@@ -35,6 +37,7 @@ class ContactPair final : public BodyPair {
               const PairOptions& options, const ContactGains& gains);
   PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body, Load& on_shell,
                      Load& on_map) noexcept override;
+  void Announce(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept override;
   TestLoad load() const noexcept override;
   void LimitTravel(double metres) noexcept override;
   /// Between whole layers contact pushes as deep as they say, and what the thicker one holds is
@@ -80,6 +83,7 @@ class ContactPair final : public BodyPair {
   Extent map_extent_;
   ContactGains gains_;
   bool both_move_;
+  VoxelReader* reader_;
   FrameHelpers* helpers_;    // null: none
   std::size_t shared_from_;  // candidates
   std::unique_ptr<const PointBlocks> blocks_;

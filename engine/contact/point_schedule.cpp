@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "engine/paging/resident_voxels.h"
+
 namespace tandem {
 
 PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, int force_layer,
-                             const ScheduleOptions& options)
+                             const ScheduleOptions& options, VoxelReader* reader)
     : Schedule(blocks, voxmap, force_layer),
       options_(options),
       blocks_in_(blocks.size()),
@@ -17,7 +19,17 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
       due_(std::max(blocks.size(), blocks.chunks().size())),
       drift_(blocks, options.helpers != nullptr ? options.helpers->threads() : 1),
       tallies_(options.helpers != nullptr ? static_cast<std::size_t>(options.helpers->threads())
-                                          : 1) {
+                                          : 1),
+      reader_(reader) {
+  if (reader_ != nullptr) {
+    there_.assign(blocks.chunks().size(), 0);
+    hinted_.assign(blocks.chunks().size(), GridIndex{INT32_MIN, 0, 0});
+    chunk_of_.resize(blocks.size());
+    for (std::uint32_t c = 0; c < there_.size(); ++c) {
+      const PointBlocks::Chunk& chunk = blocks.chunks()[c];
+      std::fill_n(chunk_of_.begin() + chunk.first_block, chunk.block_count, c);
+    }
+  }
   // where all stand is not known yet: the first Test() finds out
   for (std::size_t c = 0; c < open_.size(); ++c) {
     if (options_.chunks) {
@@ -72,9 +84,62 @@ void PointSchedule::TestChunk(std::size_t c, const Pose& X_VS) noexcept {
       blocks_in_.Sleep(b);
     }
   }
+  if (reader_ != nullptr) AnnounceChunk(c, kChunkSide * p, radius, gap);
   // an open chunk is looked at once per chunk of travel, to see it leave: late does no harm
   const double allowance = open_[c] != 0 ? kChunkSide : gap - 2.0;
   chunks_in_.Put(c, std::clamp(static_cast<int>(allowance / kChunkUnit), 0, 15));
+}
+
+void PointSchedule::AnnounceChunk(std::size_t c, const Vec3& p_voxels, double radius,
+                                  double gap) noexcept {
+  // at half a voxel a frame
+  constexpr auto frames = [](double voxels) {
+    return static_cast<std::uint32_t>(2.0 * std::max(0.0, voxels));
+  };
+  // it is tested again within a chunk's side of travel, and what the frame then goes
+  constexpr double kUntilTested = kChunkSide + 1.0;
+  if (open_[c] != 0) {
+    there_[c] = reader_->Announce(p_voxels, radius + kUntilTested, frames(gap)) ? 1 : 0;
+  }
+  constexpr double kHintCell = 16;   // voxels
+  constexpr double kHintRange = 40;  // voxels beyond what is announced
+  if (gap > kHintRange) return;
+  const Vec3 cell = p_voxels / kHintCell;
+  const GridIndex at{static_cast<std::int32_t>(std::floor(cell.x())),
+                     static_cast<std::int32_t>(std::floor(cell.y())),
+                     static_cast<std::int32_t>(std::floor(cell.z()))};
+  if (at == hinted_[c]) return;
+  hinted_[c] = at;
+  reader_->Hint(p_voxels, radius + kUntilTested + kHintRange, frames(gap + kUntilTested));
+}
+
+void PointSchedule::Announce(const Pose& X_VS) noexcept {
+  if (reader_ == nullptr) return;
+  reader_->MoveTo(X_VS, 0);
+  for (const PointBlocks::Chunk& chunk : blocks_->chunks()) {
+    const double radius = (chunk.radius + std::abs(displacement_)) / s_ + kChunkSide;
+    reader_->Announce(X_VS * chunk.p_BC / s_, radius + place_error_, 0);
+  }
+}
+
+bool PointSchedule::DueIsThere() noexcept {
+  bool all = true;
+  const double margin = std::abs(displacement_) / s_ + 2.0 * place_error_;
+  for (std::size_t k = 0; k < due_count_; ++k) {
+    const std::uint32_t b = due_[k];
+    if (there_[chunk_of_[b]] != 0) continue;
+    if (options_.drift && blocks_in_.queue_of(b) > 1 && QueueByDrift(b, 0) >= 0) continue;
+    const PointBlocks::Ball& ball = blocks_->balls()[b];
+    const auto& a = transform_.a;
+    Vec3 p;
+    for (Eigen::Index row = 0; row < 3; ++row) {
+      const auto r = static_cast<std::size_t>(row);
+      p[row] = a[3 * r] * ball.x + a[3 * r + 1] * ball.y + a[3 * r + 2] * ball.z + transform_.b[r];
+    }
+    // all of them are asked for at once
+    all = reader_->Announce(p, ball.radius / s_ + margin, 0) && all;
+  }
+  return all;
 }
 
 void PointSchedule::TestChunks(const Pose& X_VS, double travel_voxels) noexcept {
@@ -187,18 +252,27 @@ void PointSchedule::ShareDue() noexcept {
   });
 }
 
-void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
+void PointSchedule::Collect(const Pose& X_VS, double travel_voxels) noexcept {
+  // who waited and moves all the same has what is due looked up where it is now
+  if (waits_) {
+    for (std::size_t k = 0; k < due_count_; ++k) blocks_in_.Put(due_[k], 0);
+  }
   counts_ = {};
-  contact_count_ = 0;
   // as much as in the last frame: they come while the list is made
   if (shared_) options_.helpers->Summon();
-  const double travel_voxels = (travel + owed_) / s_ * (1 + 1e-9);
-  owed_ = 0;
   transform_ = VoxelTransform(X_VS, s_, displacement_);
   TestChunks(X_VS, travel_voxels);
   CollectDue(travel_voxels);
   drift_.Begin(transform_);
-  ShareDue();
+}
+
+void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
+  contact_count_ = 0;
+  const double travel_voxels = (travel + owed_) / s_ * (1 + 1e-9);
+  owed_ = 0;
+  if (!waits_ || travel_voxels > 0) Collect(X_VS, travel_voxels);
+  waits_ = reader_ != nullptr && !DueIsThere();
+  if (!waits_) ShareDue();
 }
 
 TestLoad PointSchedule::Load() const noexcept {

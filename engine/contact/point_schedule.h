@@ -25,13 +25,15 @@ namespace tandem {
 class PointSchedule final : public Schedule {
  public:
   PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, int force_layer,
-                const ScheduleOptions& options);
+                const ScheduleOptions& options, VoxelReader* reader = nullptr);
 
   void Test(const Pose& X_VS, double travel) noexcept override;
   TestLoad Load() const noexcept override;
   void SetForceLayer(int layer) noexcept override;
   /// Counts as travel.
   void SetDisplacement(double metres) noexcept override;
+  bool waits() const noexcept override { return waits_; }
+  void Announce(const Pose& X_VS) noexcept override;
 
  private:
   /// A chunk queue holds chunks with at least 4 q voxels of allowance.
@@ -41,6 +43,11 @@ class PointSchedule final : public Schedule {
   double Allowance(int queue) const noexcept;  // voxels
   void TestChunks(const Pose& X_VS, double travel_voxels) noexcept;
   void TestChunk(std::size_t c, const Pose& X_VS) noexcept;
+  /// Says which voxels a chunk's points may read before it is tested again (paper §5.3).
+  void AnnounceChunk(std::size_t c, const Vec3& p_voxels, double radius, double gap) noexcept;
+  /// Tells whether all voxels are in memory that due blocks are looked up in.
+  bool DueIsThere() noexcept;
+  void Collect(const Pose& X_VS, double travel_voxels) noexcept;
   void CollectDue(double travel_voxels) noexcept;
   /// What is due in a strip of the blocks, into the strip's own stretch of due_.
   void CollectStrip(std::size_t strip) noexcept;
@@ -78,6 +85,13 @@ class PointSchedule final : public Schedule {
   BlockDrift drift_;
   std::vector<Tally> tallies_;  // of each thread
   bool shared_ = false;         // this frame's work, among them
+
+  // of a voxmap that is in memory in part
+  VoxelReader* reader_;              // null: it is there as a whole
+  std::vector<std::uint8_t> there_;  // per chunk: all that its points may read until it is tested
+  std::vector<GridIndex> hinted_;    // per chunk: where, in units of kHintCell
+  std::vector<std::uint32_t> chunk_of_;  // per block
+  bool waits_ = false;                   // due_ is collected, and not tested for want of voxels
 };
 
 }  // namespace tandem

@@ -38,11 +38,13 @@ void Schedule::SortContacts() noexcept {
 }
 
 std::unique_ptr<Schedule> MakeSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
-                                       int force_layer, const ScheduleOptions& options) {
+                                       int force_layer, const ScheduleOptions& options,
+                                       VoxelReader* reader) {
   if (options.printed) {
+    TANDEM_CHECK(reader == nullptr);
     return std::make_unique<PrintedSchedule>(blocks, voxmap, force_layer, options);
   }
-  return std::make_unique<PointSchedule>(blocks, voxmap, force_layer, options);
+  return std::make_unique<PointSchedule>(blocks, voxmap, force_layer, options, reader);
 }
 
 }  // namespace tandem

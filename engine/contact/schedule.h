@@ -13,6 +13,8 @@
 
 namespace tandem {
 
+class VoxelReader;
+
 /// Which of the paper's savings are in use; all of them, but for comparisons. And who helps.
 struct ScheduleOptions {
   bool coherence = true;  // §5: distance queues; without, every awake point in every frame
@@ -66,6 +68,12 @@ class Schedule {
   /// Shifts all points along their inward normals by `metres` from now on.
   virtual void SetDisplacement(double metres) noexcept = 0;
 
+  /// Tells whether the last Test() could not be made, because voxels were not in memory: the bodies
+  /// are to stand, and the next one goes on with it.
+  virtual bool waits() const noexcept { return false; }
+  /// Says which voxels will be read where the shell stands, before the first Test().
+  virtual void Announce(const Pose& /*X_VS*/) noexcept {}
+
   /// The blocks with points in contact, in order, as of the last Test().
   struct ContactBlock {
     std::uint32_t block;
@@ -105,8 +113,11 @@ class Schedule {
   TestCounts counts_;
 };
 
-/// PointSchedule, or PrintedSchedule if the options say so. `blocks` and `voxmap` must outlive it.
+/// PointSchedule, or PrintedSchedule if the options say so. `blocks`, `voxmap` and `reader` must
+/// outlive it. `reader`: of a voxmap that is in memory in part; null of a whole one, which the
+/// printed schedule needs.
 std::unique_ptr<Schedule> MakeSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
-                                       int force_layer, const ScheduleOptions& options);
+                                       int force_layer, const ScheduleOptions& options,
+                                       VoxelReader* reader = nullptr);
 
 }  // namespace tandem

@@ -477,6 +477,10 @@ class KeptPages final : public PageSource {
   }
 
   bool HasPage(std::uint32_t record) const noexcept override { return entry_of_[record] != kNone; }
+  std::uint64_t BytesOf(std::uint32_t record) const noexcept override {
+    const PageEntry& entry = open_.entries[entry_of_[record]];
+    return std::uint64_t{entry.first_bytes} + entry.known_bytes;
+  }
   std::optional<Error> Read(std::uint32_t record, VoxelPage& page) const override {
     TANDEM_CHECK(HasPage(record));
     const PageEntry& entry = open_.entries[entry_of_[record]];

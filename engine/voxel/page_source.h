@@ -33,10 +33,10 @@ class PageSource {
   const Voxmap& outline() const noexcept { return outline_; }
   /// Counts what the whole map stores.
   const VoxelCounts& counts() const noexcept { return counts_; }
-  /// The image of the whole map, bytes.
-  std::uint64_t whole_bytes() const noexcept { return counts_.bytes; }
   /// Tells whether a record has a page; the others are whole in the outline.
   virtual bool HasPage(std::uint32_t record) const noexcept = 0;
+  /// What reading a page takes from where it is kept, bytes.
+  virtual std::uint64_t BytesOf(std::uint32_t record) const noexcept = 0;
   /// Gives a record's page, or why it cannot be had.
   virtual std::optional<Error> Read(std::uint32_t record, VoxelPage& page) const = 0;
 

@@ -73,11 +73,14 @@ struct StepReport {
   static constexpr std::uint32_t kTravelLimited = 1;  // some body was held back
   static constexpr std::uint32_t kOverCapacity = 2;   // MaxTravel is below half a voxel
   static constexpr std::uint32_t kContactsFull = 4;   // more contacts than a pair can hold
+  /// Voxels are not in memory: nothing moves and nothing pulls at the hand until they are.
+  static constexpr std::uint32_t kWaitsForVoxels = 8;
 
   std::uint32_t flags = 0;
+  int waited = 0;  // frames on end, this one included, that waited for voxels
   int contact_points = 0;
-  int looks = 0;          // exact looks at single points (refined model)
-  double look_work = 0;   // what these and adding up came to, in exact looks
+  int looks = 0;         // exact looks at single points (refined model)
+  double look_work = 0;  // what these and adding up came to, in exact looks
   int loaded_points = 0;
   TestCounts tests;
   Wrench hand_B_W;  // hand's coupling on the held body, as applied; NaN: its step was no number

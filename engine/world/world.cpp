@@ -77,10 +77,16 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
     : model_(std::move(model)), together_(2 * model_->bodies.size()), helpers_(schedule.helpers) {
   const std::vector<BodyModel>& bodies = model_->bodies;
   bodies_.resize(bodies.size());
+  if (model_->fixture_pages != nullptr) {
+    auto resident = ResidentVoxels::Make(model_->fixture_pages, model_->voxel_memory_bytes);
+    TANDEM_CHECK(resident);  // LoadWorld() has looked
+    resident_ = std::move(*resident);
+  }
   const auto add_fixture_pair = [&](std::size_t body) {
     if (!model_->has_fixture) return;
     const BodyModel& shell = bodies[bodies_[body].shape];
-    const Pose X_WV{Quat::Identity(), model_->fixture.p_WVo()};
+    const Voxmap& fixture = resident_ != nullptr ? resident_->voxmap() : model_->fixture;
+    const Pose X_WV{Quat::Identity(), fixture.p_WVo()};
     const ContactGains gains = GainsFor(shell.inertia.mass);
     std::unique_ptr<BodyPair> pair;
     if (model_->scene.contact == ContactModel::kRefined) {
@@ -88,9 +94,15 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
           shell.surface, model_->fixture_surface,
           FieldPair::Options{.inward_shift = ShiftOf(bodies_[body]), .schedule = schedule}, gains);
     } else {
+      const Extent extent = ExtentOf(shell.points);
       pair = std::make_unique<ContactPair>(
-          shell.points, model_->fixture, X_WV, 0,
-          PairOptions{.force_layer = model_->scene.force_layer, .schedule = schedule}, gains);
+          shell.points, fixture, X_WV, 0,
+          PairOptions{.force_layer = model_->scene.force_layer,
+                      .schedule = schedule,
+                      .reader = resident_ != nullptr
+                                    ? &resident_->AddReader(extent.centre, extent.half_size)
+                                    : nullptr},
+          gains);
     }
     pairs_.push_back({std::move(pair), static_cast<int>(body), -1});
   };
@@ -112,6 +124,30 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
       if (other != b) AddPair(bodies_.size() - 1, other, schedule);
     }
   }
+  if (resident_ != nullptr) {
+    resident_->Start();
+    BringInVoxels();
+  }
+}
+
+void World::BringInVoxels() {
+  for (const Pair& pair : pairs_) {
+    if (pair.map >= 0) continue;
+    const RigidState& shell = bodies_[static_cast<std::size_t>(pair.shell)].state;
+    pair.contact->Announce({shell.X_WB, shell.V_WB}, {});
+  }
+  resident_->WaitUntilThere();
+}
+
+std::string World::WhyVoxelsLack() const {
+  const std::string* fault = resident_ != nullptr ? resident_->fault() : nullptr;
+  return fault != nullptr ? *fault
+                          : "voxels were not read in time: the disk is too slow, or the memory for "
+                            "voxels too small; give more by --voxel-memory";
+}
+
+void World::WaitForVoxels() {
+  if (resident_ != nullptr) resident_->WaitUntilThere();
 }
 
 const ContactPair& World::point_pair(std::size_t number) const {
@@ -176,6 +212,7 @@ bool World::IsSimulated(const StepInputs& in, int body) const noexcept {
 void World::Place(std::size_t body, const Pose& X_WB) {
   TANDEM_CHECK(body < bodies_.size());
   bodies_[body].state = {X_WB, {}};
+  if (resident_ != nullptr) BringInVoxels();
 }
 
 bool World::Touched(std::size_t body) const noexcept {
@@ -198,8 +235,16 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
   for (Body& body : bodies_) body.load = {};
   for (Pair& pair : pairs_) pair.pushes = false;
   BeginSimulated(in);
-  GoToClearance(in);
-  if (contact_on_) Collide(in);
+  if (resident_ != nullptr) resident_->BeginFrame();
+  if (waited_ == 0) GoToClearance(in);  // a frame that waits has gone there
+  if (contact_on_ && !Collide(in)) {
+    report_ = {};
+    report_.flags = StepReport::kWaitsForVoxels;
+    report_.waited = ++waited_;
+    if (helpers_ != nullptr) helpers_->Dismiss();
+    return report_;
+  }
+  waited_ = 0;
   ShareTravel(in);
   Couple(in);
   Move(in);
@@ -274,7 +319,8 @@ bool World::Tested(const Pair& pair, const StepInputs& in) const noexcept {
          (pair.map < 0 || DriveOf(in, static_cast<std::size_t>(pair.map)) != BodyDrive::kAbsent);
 }
 
-void World::Collide(const StepInputs& in) noexcept {
+bool World::Collide(const StepInputs& in) noexcept {
+  bool all = true;
   const BodyMotion fixture{};
   Load on_fixture;
   for (Pair& pair : pairs_) {
@@ -290,6 +336,7 @@ void World::Collide(const StepInputs& in) noexcept {
                                     map.load);
     }
     pair.pushes = found.loaded_points > 0;
+    all = all && !found.waits;
     report_.tests += found.tests;
     if (found.over_capacity) report_.flags |= StepReport::kContactsFull;
     report_.contact_points += found.contact_points;
@@ -298,6 +345,7 @@ void World::Collide(const StepInputs& in) noexcept {
     report_.loaded_points += found.loaded_points;
   }
   if (in.hand.body >= 0) contact_load_ = bodies_[static_cast<std::size_t>(in.hand.body)].load;
+  return all;
 }
 
 void World::Couple(const StepInputs& in) noexcept {

@@ -6,6 +6,7 @@
 
 #include "engine/base/thread_roles.h"
 #include "engine/dynamics/coupled_step.h"
+#include "engine/paging/resident_voxels.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world_model.h"
 
@@ -53,6 +54,12 @@ class World {
   bool SecondPushed(std::size_t body) const noexcept {
     return bodies_[body].second >= 0 && Pushed(static_cast<std::size_t>(bodies_[body].second));
   }
+  /// The fixed bodies' voxels, where they are in memory in part only; null where all are.
+  const ResidentVoxels* resident_voxels() const noexcept { return resident_.get(); }
+  /// Says why voxels that a frame waits for do not come, in a line.
+  std::string WhyVoxelsLack() const;
+  /// Waits until voxels are there that a frame waits for. For threads without deadlines.
+  void WaitForVoxels();
   /// Bodies pass through one another: for comparison only.
   void SwitchContactOff() noexcept { contact_on_ = false; }
 
@@ -92,7 +99,10 @@ class World {
   void ShareTravel(const StepInputs& in) noexcept;
   /// Whether a pair can push anything in this frame.
   bool Tested(const Pair& pair, const StepInputs& in) const noexcept;
-  void Collide(const StepInputs& in) noexcept;
+  /// Gives whether all could be tested.
+  bool Collide(const StepInputs& in) noexcept;
+  /// Says which voxels are read where bodies stand, and waits until they are there.
+  void BringInVoxels();
   void Couple(const StepInputs& in) noexcept;
   /// What contact puts on the held body in the step that takes it from one twist to another.
   Wrench AppliedContact(const Twist& before, const Twist& after) const noexcept;
@@ -101,6 +111,7 @@ class World {
   void Move(const StepInputs& in) noexcept;
 
   std::shared_ptr<const WorldModel> model_;
+  std::unique_ptr<ResidentVoxels> resident_;  // outlives pairs_
   std::vector<Body> bodies_;
   std::vector<Pair> pairs_;
   std::size_t first_pairs_ = 0;  // the others are of second instances
@@ -110,6 +121,7 @@ class World {
   Vec6 contact_of_others_ = Vec6::Zero();  // what it gains in the step as others move
   std::array<CentreLoad, kMaxLinkAnchors> link_loads_;
   bool contact_on_ = true;
+  int waited_ = 0;  // frames on end for voxels
   FrameHelpers* helpers_;
   StepReport report_;
 };

@@ -5,10 +5,13 @@
 
 #include <tbb/parallel_for.h>
 
+#include "engine/base/check.h"
 #include "engine/contact/surface_builder.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/mass_properties.h"
 #include "engine/geometry/mesh_file.h"
+#include "engine/paging/resident_voxels.h"
+#include "engine/paging/slow_pages.h"
 #include "engine/voxel/voxelize.h"
 
 namespace tandem {
@@ -202,6 +205,11 @@ std::size_t TestedPoints(const WorldModel& world, const BodyModel& body) {
   return refined ? body.surface.features.point_count() : body.points.size();
 }
 
+std::size_t FixtureVoxels(const WorldModel& world) {
+  if (world.fixture_pages != nullptr) return world.fixture_pages->counts().total();
+  return ReadVoxels(world, world.fixture, world.fixture_surface);
+}
+
 std::size_t ReadVoxels(const WorldModel& world, const Voxmap& voxmap, const BodySurface& surface) {
   const bool refined = world.scene.contact == ContactModel::kRefined;
   return refined ? kCellsPerBrick * surface.field.Count().bricks : voxmap.Count().total();
@@ -258,6 +266,38 @@ std::optional<Error> MakeShape(const Scene& scene, const SceneBody& body,
   return std::nullopt;
 }
 
+namespace {
+
+VoxelizeOptions VoxelizeOptionsOf(const Scene& scene, const LoadOptions& load) {
+  return {.voxel_size = scene.voxel_size,
+          .range = scene.range_voxels,
+          .bits = BitsFor(scene.range_voxels),
+          .flatness_voxels = FlatnessVoxels(scene.contact),
+          .stop = load.stop};
+}
+
+/// The fixed bodies' voxels, to be read as they are needed unless all of them fit.
+std::optional<Error> OpenPages(const TriangleMesh& mesh_W, WorldModel& world,
+                               const LoadOptions& load) {
+  TANDEM_CHECK(load.cache != nullptr);
+  Result<std::shared_ptr<const PageSource>> pages =
+      load.cache->PagesOf(mesh_W, VoxelizeOptionsOf(world.scene, load));
+  if (!pages) return pages.error();
+  if ((*pages)->counts().bytes <= load.voxel_memory_bytes) {
+    return MakeMap(world.scene, mesh_W, world.fixture, load);
+  }
+  if (auto fault = ResidentVoxels::BudgetFault(**pages, load.voxel_memory_bytes)) return fault;
+  world.fixture_pages = std::move(*pages);
+  if (load.disk_bytes_per_s > 0) {
+    world.fixture_pages =
+        std::make_shared<const SlowPages>(std::move(world.fixture_pages), load.disk_bytes_per_s);
+  }
+  world.voxel_memory_bytes = load.voxel_memory_bytes;
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
                                  const LoadOptions& options) {
   if (world.scene.contact == ContactModel::kRefined) {
@@ -265,6 +305,8 @@ std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
     if (!surface) return surface.error();
     world.fixture_surface = std::move(*surface);
     world.fixture_surface.radius = 0;  // it never moves
+  } else if (options.voxel_memory_bytes > 0) {
+    if (auto fault = OpenPages(mesh_W, world, options)) return fault;
   } else if (auto fault = MakeMap(world.scene, mesh_W, world.fixture, options)) {
     return fault;
   }
@@ -274,12 +316,7 @@ std::optional<Error> MakeFixture(const TriangleMesh& mesh_W, WorldModel& world,
 
 std::optional<Error> MakeMap(const Scene& scene, const TriangleMesh& mesh_W, Voxmap& voxmap,
                              const LoadOptions& load) {
-  const double flatness = FlatnessVoxels(scene.contact);
-  const VoxelizeOptions options{.voxel_size = scene.voxel_size,
-                                .range = scene.range_voxels,
-                                .bits = BitsFor(scene.range_voxels),
-                                .flatness_voxels = flatness,
-                                .stop = load.stop};
+  const VoxelizeOptions options = VoxelizeOptionsOf(scene, load);
   Result<Voxmap> made =
       load.cache != nullptr ? load.cache->VoxmapOf(mesh_W, options) : Voxelize(mesh_W, options);
   if (!made) return made.error();
@@ -314,6 +351,15 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
                                                     const LoadOptions& options) {
   if (const std::string fault = LayerFault(scene.contact, scene.force_layer); !fault.empty()) {
     return Error{scene.file.string() + ": " + fault};
+  }
+  if (options.voxel_memory_bytes > 0 && scene.contact != ContactModel::kPlain) {
+    return Error{scene.file.string() +
+                 ": a limit of the voxels' memory needs the contact model plain; this scene's is "
+                 "refined"};
+  }
+  if (options.voxel_memory_bytes > 0 && options.cache == nullptr) {
+    return Error{
+        "a limit of the voxels' memory needs a folder to keep voxels in: set TANDEM_CACHE"};
   }
   auto world = std::make_shared<WorldModel>();
   world->scene = scene;

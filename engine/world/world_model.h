@@ -46,7 +46,10 @@ struct WorldModel {
   std::vector<BodyModel> bodies;       // the moving ones, each with the parts merged with it
   std::vector<std::uint32_t> object;   // per moving body: its number in the scene
   Voxmap fixture;                      // all fixed bodies merged, of the plain contact model
-  BodySurface fixture_surface;         // the same of the refined contact model
+  /// The same where it may be in memory in part only; `fixture` is empty then.
+  std::shared_ptr<const PageSource> fixture_pages;
+  std::uint64_t voxel_memory_bytes = 0;  // that each world of this model may take for these
+  BodySurface fixture_surface;           // the same of the refined contact model
   bool has_fixture = false;
   std::vector<std::string> remarks;  // of the meshes, for a person: open edges, …
 
@@ -66,6 +69,9 @@ std::size_t TestedPoints(const WorldModel& world, const BodyModel& body);
 /// cells that a distance field does.
 std::size_t ReadVoxels(const WorldModel& world, const Voxmap& voxmap, const BodySurface& surface);
 
+/// The same of the fixture, wherever its voxels are.
+std::size_t FixtureVoxels(const WorldModel& world);
+
 /// Makes the pointshells and voxmaps of a world of the refined contact model, which reads none of
 /// them: for comparisons.
 std::optional<Error> AddPlainParts(WorldModel& world);
@@ -83,6 +89,11 @@ struct LoadOptions {
   /// Where what is made of meshes is kept from one program to the next; null: nowhere. Used while
   /// loading.
   const VoxelCache* cache = nullptr;
+  /// The most memory that voxels of the fixed bodies may take, bytes: the rest is read as it is
+  /// needed (paper §5.3). 0: all are in memory. Needs a cache, and the plain contact model.
+  std::uint64_t voxel_memory_bytes = 0;
+  /// What a disk gives in a second at most, bytes, for measurements; 0: what it does.
+  double disk_bytes_per_s = 0;
 };
 
 /// Makes what the scene's contact model meets of a moving body's mesh, in its frame at X_WB0.

@@ -29,7 +29,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/geometry", {"engine/base"});
     may_see("engine/voxel", {"engine/geometry"});
     may_see("engine/field", {"engine/voxel"});
-    may_see("engine/contact", {"engine/realtime", "engine/field"});
+    may_see("engine/paging", {"engine/realtime", "engine/voxel"});
+    may_see("engine/contact", {"engine/realtime", "engine/field", "engine/paging"});
     may_see("engine/world", {"engine/realtime", "engine/dynamics", "engine/contact"});
     may_see("engine/safety", {"engine/base"});
     may_see("engine/haptics", {"engine/world", "engine/safety"});

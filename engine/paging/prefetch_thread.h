@@ -1,0 +1,116 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engine/base/spatial.h"
+#include "engine/paging/voxel_arena.h"
+#include "engine/realtime/spsc_queue.h"
+#include "engine/realtime/triple_buffer.h"
+#include "engine/voxel/page_source.h"
+
+namespace tandem {
+
+/// Where the box stands that holds all points of a pair's shell.
+struct ShellBox {
+  Vec3 centre = Vec3::Zero();     // in the shell's frame, m
+  Vec3 half_size = Vec3::Zero();  // m
+  TripleBuffer<Pose> X_VS;        // written by the haptic thread
+};
+
+struct PageRequest {
+  std::uint32_t record = 0;
+  std::uint32_t due = 0;  // frame in which it may be read
+  bool hint = false;      // it may be that it is never read
+};
+struct PageNews {
+  std::uint32_t record = 0;
+  bool there = false;  // false: there is no room for what was a hint
+};
+struct PageVerdict {
+  std::uint32_t record = 0;
+  bool goes = false;
+};
+
+/// What the haptic thread and the pre-fetch thread tell one another.
+struct PageMail {
+  static constexpr std::size_t kMostAskedBack = 512;
+
+  SpscQueue<PageRequest> requests{1U << 16U};           // to the pre-fetch thread
+  SpscQueue<PageNews> news{1U << 12U};                  // from it
+  SpscQueue<std::uint32_t> asked_back{kMostAskedBack};  // from it
+  SpscQueue<PageVerdict> verdicts{kMostAskedBack};      // to it
+};
+
+/// How much of a voxmap has been in memory, and what that took.
+struct ResidentCounts {
+  std::uint64_t pages_read = 0;
+  std::uint64_t pages_given_up = 0;
+  std::uint64_t most_pages = 0;   // at once
+  std::uint64_t most_frames = 0;  // of the arena, at once
+};
+
+/// Brings pages into memory, the most urgent first, and gives up those that are farthest from the
+/// shells (paper §5.3). Nothing that is as near as what is asked for is given up for a hint.
+class PrefetchThread {
+ public:
+  /// `boxes` may become more until Start().
+  PrefetchThread(std::shared_ptr<const PageSource> source, VoxelArena& arena, PageMail& mail,
+                 std::vector<std::unique_ptr<ShellBox>>& boxes);
+  ~PrefetchThread();
+
+  void Start();
+  ResidentCounts counts() const noexcept;
+  /// Why pages cannot be read any more; null while they can.
+  const std::string* fault() const noexcept {
+    return failed_.load(std::memory_order_acquire) ? &fault_ : nullptr;
+  }
+  /// Tells whether nothing more comes before something else goes.
+  bool idle() const noexcept { return idle_.load(std::memory_order_acquire); }
+
+ private:
+  enum class State : std::uint8_t { kAbsent, kWanted, kThere, kAskedBack };
+
+  void Run(const std::stop_token& stop);
+  void TakeMail();
+  void TakeVerdicts();
+  void Want(const PageRequest& request);
+  void Tell(const PageNews& news);
+  /// Brings in what is most urgent; false: nothing can be done now.
+  bool BringIn();
+  /// Asks the haptic thread to let go the farthest pages beyond so many voxels; gives how many.
+  std::size_t AskBack(double beyond);
+  /// Voxels between a hyperchunk and the nearest shell's box.
+  double DistanceOf(std::uint32_t record) const;
+
+  std::shared_ptr<const PageSource> source_;
+  VoxelArena* arena_;
+  PageMail* mail_;
+  std::vector<std::unique_ptr<ShellBox>>* boxes_;
+  std::vector<GridIndex> place_of_;   // hyperchunk, from V's origin, by record
+  std::vector<State> state_;          // by record
+  std::vector<PageRequest> wanted_;   // a heap
+  std::vector<std::uint32_t> there_;  // those with a page in the arena
+  std::vector<PageNews> unsaid_;      // for want of room in the mail
+  std::vector<Pose> X_SV_;            // of each box
+  VoxelPage page_;
+  std::int64_t page_of_ = -1;  // the record whose page was read and waits for room; -1: none
+  std::size_t asked_back_ = 0;
+  std::size_t reserve_;  // frames
+
+  std::atomic<std::uint64_t> pages_read_{0};
+  std::atomic<std::uint64_t> pages_given_up_{0};
+  std::atomic<std::uint64_t> most_pages_{0};
+  std::atomic<std::uint64_t> most_frames_{0};
+  std::atomic<bool> idle_{false};
+  std::atomic<bool> failed_{false};
+  std::string fault_;  // written before failed_
+  std::jthread thread_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,172 @@
+#include "engine/paging/resident_voxels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::size_t kLeastFrames = 4096;   // 16 MB
+constexpr std::uint32_t kHintFrames = 1000;  // that a hint is less urgent by
+constexpr std::uint32_t kSooner = 8;         // frames by which it must be worth asking again
+
+std::uint64_t InMiB(std::uint64_t bytes) {
+  return (bytes + (1U << 20U) - 1) >> 20U;
+}
+
+}  // namespace
+
+std::optional<Error> ResidentVoxels::BudgetFault(const PageSource& source,
+                                                 std::uint64_t budget_bytes) {
+  const std::uint64_t least =
+      VoxelArena::FixedBytes(source.outline()) + kLeastFrames * VoxelArena::kFrameBytes;
+  if (budget_bytes >= least) return std::nullopt;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "a voxel memory of %lluM is too small for this scene: it needs at least %lluM",
+                static_cast<unsigned long long>(budget_bytes >> 20U),
+                static_cast<unsigned long long>(InMiB(least)));
+  return Error{text};
+}
+
+Result<std::unique_ptr<ResidentVoxels>> ResidentVoxels::Make(
+    std::shared_ptr<const PageSource> source, std::uint64_t budget_bytes) {
+  if (auto fault = BudgetFault(*source, budget_bytes)) return *fault;
+  const std::uint64_t fixed = VoxelArena::FixedBytes(source->outline());
+  constexpr std::uint64_t kMostFrames = std::uint64_t{1} << 22U;  // 16 GiB
+  const std::uint64_t frames = (budget_bytes - fixed) / VoxelArena::kFrameBytes;
+  return std::unique_ptr<ResidentVoxels>(
+      new ResidentVoxels(std::move(source), std::min(frames, kMostFrames)));
+}
+
+ResidentVoxels::ResidentVoxels(std::shared_ptr<const PageSource> source, std::size_t frames)
+    : arena_(source->outline(), frames),
+      has_page_(arena_.voxmap().header().record_count),
+      there_(has_page_.size(), 0),
+      asked_(has_page_.size(), 0),
+      thread_(source, arena_, mail_, boxes_) {
+  for (std::uint32_t r = 0; r < has_page_.size(); ++r) has_page_[r] = source->HasPage(r) ? 1 : 0;
+}
+
+ResidentVoxels::~ResidentVoxels() = default;
+
+VoxelReader& ResidentVoxels::AddReader(const Vec3& centre, const Vec3& half_size) {
+  boxes_.push_back(std::make_unique<ShellBox>());
+  boxes_.back()->centre = centre;
+  boxes_.back()->half_size = half_size;
+  readers_.push_back(std::make_unique<VoxelReader>(*this, *boxes_.back()));
+  return *readers_.back();
+}
+
+void ResidentVoxels::Ask(std::uint32_t record, std::uint32_t frames, bool hint) noexcept {
+  const std::uint32_t due = frame_ + frames + (hint ? kHintFrames : 0);
+  if (asked_[record] != 0 && due + kSooner > asked_[record]) return;
+  if (!mail_.requests.TryPush({record, due, hint})) return;  // it will be asked for again
+  outstanding_ += asked_[record] == 0 ? 1 : 0;
+  asked_[record] = due;
+}
+
+void ResidentVoxels::TakeNews() noexcept {
+  PageNews news;
+  while (mail_.news.TryPop(news)) {
+    there_[news.record] = news.there ? 1 : 0;
+    outstanding_ -= asked_[news.record] != 0 ? 1 : 0;
+    asked_[news.record] = 0;
+  }
+}
+
+void ResidentVoxels::BeginFrame() noexcept {
+  ++frame_;
+  TakeNews();
+  constexpr int kMostVerdicts = 32;  // a frame
+  for (int k = 0; k < kMostVerdicts; ++k) {
+    const std::uint32_t* back = mail_.asked_back.Front();
+    if (back == nullptr) break;
+    TakeNews();  // that it is there was said before it was asked back
+    const std::uint32_t record = *back;
+    const bool goes = std::all_of(readers_.begin(), readers_.end(), [record](const auto& reader) {
+      return reader->travelled_ - reader->announced_at_[record] > VoxelReader::kKeptTravel;
+    });
+    if (!mail_.verdicts.TryPush({record, goes})) break;
+    if (goes) there_[record] = 0;
+    mail_.asked_back.Drop();
+  }
+}
+
+void ResidentVoxels::WaitUntilThere() noexcept {
+  LoopClock& clock = MachineClock();
+  constexpr std::int64_t kNapNs = 100'000;
+  int naps = 0;
+  for (;;) {
+    BeginFrame();
+    if (outstanding_ == 0 || fault() != nullptr) return;
+    // its mail is read before it is idle
+    naps = thread_.idle() ? naps + 1 : 0;
+    if (naps > 20) return;
+    clock.SleepUntil(clock.NowNs() + kNapNs);
+  }
+}
+
+VoxelReader::VoxelReader(ResidentVoxels& voxels, ShellBox& box)
+    : voxels_(&voxels),
+      box_(&box),
+      announced_at_(voxels.has_page_.size(), -std::numeric_limits<double>::infinity()) {}
+
+void VoxelReader::MoveTo(const Pose& X_VS, double travel_voxels) noexcept {
+  if (std::isfinite(travel_voxels)) travelled_ += travel_voxels;
+  box_->X_VS.back() = X_VS;
+  box_->X_VS.Publish();
+}
+
+template <typename Visit>
+void VoxelReader::VisitPages(const Vec3& centre, double radius, const Visit& visit) noexcept {
+  const Voxmap& map = voxels_->voxmap();
+  const auto& size = map.header().size;
+  std::array<std::int32_t, 3> low;
+  std::array<std::int32_t, 3> high;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double at = centre[static_cast<Eigen::Index>(axis)];
+    const double last = static_cast<double>(size[axis]) - 1;
+    low[axis] = static_cast<std::int32_t>(
+        std::clamp(std::floor((at - radius) / kHyperchunkSide), 0.0, last));
+    high[axis] = static_cast<std::int32_t>(
+        std::clamp(std::floor((at + radius) / kHyperchunkSide), 0.0, last));
+  }
+  for (std::int32_t z = low[2]; z <= high[2]; ++z) {
+    for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+      for (std::int32_t x = low[0]; x <= high[0]; ++x) {
+        const std::size_t cell = static_cast<std::size_t>(x) +
+                                 size[0] * (static_cast<std::size_t>(y) +
+                                            std::size_t{size[1]} * static_cast<std::size_t>(z));
+        const std::uint32_t record = map.index()[cell];
+        if (voxels_->has_page_[record] != 0) visit(record);
+      }
+    }
+  }
+}
+
+bool VoxelReader::Announce(const Vec3& centre, double radius, std::uint32_t frames) noexcept {
+  bool all = true;
+  VisitPages(centre, radius, [&](std::uint32_t record) {
+    announced_at_[record] = travelled_;
+    if (voxels_->there_[record] != 0) return;
+    all = false;
+    voxels_->Ask(record, frames, false);
+  });
+  return all;
+}
+
+void VoxelReader::Hint(const Vec3& centre, double radius, std::uint32_t frames) noexcept {
+  VisitPages(centre, radius, [&](std::uint32_t record) {
+    if (voxels_->there_[record] == 0) voxels_->Ask(record, frames, true);
+  });
+}
+
+}  // namespace tandem

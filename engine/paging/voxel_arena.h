@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "engine/base/image_bytes.h"
+#include "engine/voxel/page_source.h"
+#include "engine/voxel/voxmap.h"
+
+namespace tandem {
+
+/// The image of a voxmap with room for some of its pages. The outline is always there; planes and
+/// quarters lie in frames of 4 KB, each of which holds planes or quarters of one page. All memory
+/// is touched, and locked if that is allowed, when it is made.
+///
+///   header | index | records | frame 0: what every map has | frame 1 | frame 2 | ...
+class VoxelArena {
+ public:
+  static constexpr std::size_t kFrameBytes = 4096;
+
+  /// `frames`: how many pages may share.
+  VoxelArena(const Voxmap& outline, std::size_t frames);
+  /// Bytes without frames.
+  static std::uint64_t FixedBytes(const Voxmap& outline);
+
+  const Voxmap& voxmap() const noexcept { return voxmap_; }
+  std::size_t frames() const noexcept { return frames_; }
+  std::size_t free_frames() const noexcept { return free_.size(); }
+  std::uint64_t bytes() const noexcept { return image_->size(); }
+
+  /// Puts a page in its place; false: there are too few frames. Nobody may read the record's marks
+  /// meanwhile.
+  bool Put(std::uint32_t record, const VoxelPage& page);
+  /// Gives up a page's frames. Nobody may read the record's marks any more.
+  void Remove(std::uint32_t record);
+
+ private:
+  VoxmapRecord& RecordOf(std::uint32_t record) const;
+
+  std::shared_ptr<ImageBytes> image_;
+  Voxmap voxmap_;
+  std::byte* arena_ = nullptr;
+  std::size_t quarter_bytes_;
+  std::size_t frames_;
+  std::vector<std::uint32_t> free_;
+  std::vector<std::vector<std::uint32_t>> frames_of_;  // by record
+};
+
+}  // namespace tandem
