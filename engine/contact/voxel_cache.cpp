@@ -101,13 +101,12 @@ Result<std::shared_ptr<const PageSource>> VoxelCache::PagesOf(
   if (MayRead(file)) {
     if (auto open = Noted(OpenKeptVoxmap(file, key), file)) return open;
   }
-  {
-    const Result<Voxmap> made = Voxelize(mesh_W, options);
-    if (!made) return made.error();
-    Keep(file, [&] {
-      return KeepVoxmap(*made, key, file);
-    });
-  }
+  std::optional<Error> fault;
+  Keep(file, [&] {
+    fault = KeepVoxmap(mesh_W, options, file);
+    return fault;
+  });
+  if (fault) return *fault;
   if (MayRead(file)) return OpenKeptVoxmap(file, key);
   return Error{file.string() + ": could not be written; give TANDEM_CACHE another folder"};
 }

@@ -110,7 +110,7 @@ void InsideRows::AddOpenBodies(const SurfaceBricks& bricks, const TriangleMesh& 
     const GridIndex first = place * kHyperchunkSide;
     mine.Add(voxel_size * Vec3(first.x, first.y, first.z));
     mine.Add(mine.min + Vec3::Constant(voxel_size * kHyperchunkSide));
-    if (solid_[cell] != 0 || !mine.Overlaps(bounds)) return;
+    if (!bricks.layers().Hold(place) || solid_[cell] != 0 || !mine.Overlaps(bounds)) return;
     std::vector<std::uint64_t>& rows = wound_[cell];
     rows.assign(kBrickRows, 0);
     if (rows_of_[cell] != nullptr) std::copy_n(rows_of_[cell], kBrickRows, rows.begin());

@@ -28,7 +28,11 @@ inline constexpr std::uint32_t kKeptVoxmapVersion = 2;
 
 MadeOf KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 
-/// Writes a mesh's map to a file, whole or not at all. Nothing, or what went wrong.
+/// Voxelizes a mesh into a file, part by part where the options' memory does not hold all of it,
+/// and whole or not at all. Nothing, or what went wrong, as of Voxelize() too.
+std::optional<Error> KeepVoxmap(const TriangleMesh& mesh_W, const VoxelizeOptions& options,
+                                const std::filesystem::path& file);
+/// Writes a map to a file likewise.
 std::optional<Error> KeepVoxmap(const Voxmap& voxmap, const MadeOf& made_of,
                                 const std::filesystem::path& file);
 /// Reads a map from a file. Refused in one line: a file that is not there, of another kind or

@@ -190,7 +190,9 @@ SurfaceBricks::SurfaceBricks(const HyperchunkBox& box, std::vector<Brick> bricks
 }
 
 SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& features,
-                             double voxel_size, const MeshFacing& facing, int border) {
+                             double voxel_size, const MeshFacing& facing, int border,
+                             const HyperchunkLayers& layers)
+    : layers_(layers) {
   const HugeVector<SnappedPoint> points = SnapAll(mesh_W.vertices, voxel_size);
   std::vector<Corners> edges;
   edges.reserve(features.edges.size());
@@ -226,7 +228,7 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
     for (std::int32_t y = 0; y < box_.size.y; ++y) {
       for (std::int32_t x = 0; x < box_.size.x; ++x) {
         const GridIndex place = box_.first + GridIndex{x, y, z};
-        if (ItemsAt(bins[0], box_.CellOf(place)).empty()) continue;
+        if (!layers_.Hold(place) || ItemsAt(bins[0], box_.CellOf(place)).empty()) continue;
         bricks_.emplace_back().place = place;
       }
     }

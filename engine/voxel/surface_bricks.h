@@ -39,6 +39,14 @@ struct HyperchunkBox {
   }
 };
 
+/// The hyperchunks from one z to another, which is beyond.
+struct HyperchunkLayers {
+  std::int32_t begin = INT32_MIN;
+  std::int32_t end = INT32_MAX;
+
+  bool Hold(const GridIndex& place) const noexcept { return place.z >= begin && place.z < end; }
+};
+
 /// The sources of the three fields (paper §4) as rows of bits: the voxels that the surface, its
 /// feature edges, its feature vertices lie in, and where rows of voxel centres cross the surface.
 /// An edge is a triangle without height and a vertex one without length, and all are told by the
@@ -91,14 +99,16 @@ class SurfaceBricks {
   };
 
   /// Crossings of closed bodies only. `border`: hyperchunks more all round the box, at least one.
+  /// Bricks of these layers alone.
   SurfaceBricks(const TriangleMesh& mesh_W, const Features& features, double voxel_size,
-                const MeshFacing& facing, int border);
+                const MeshFacing& facing, int border, const HyperchunkLayers& layers = {});
   /// One brick for each cell of the box.
   SurfaceBricks(const HyperchunkBox& box, std::vector<Brick> bricks);
 
   /// In Morton order of their places; some may be without voxels.
   const std::vector<Brick>& bricks() const noexcept { return bricks_; }
-  /// The box of their places with its border.
+  const HyperchunkLayers& layers() const noexcept { return layers_; }
+  /// The box of all places, whatever the layers, with its border.
   const HyperchunkBox& box() const noexcept { return box_; }
   /// By cell of the box; null without voxels.
   const Brick* At(const GridIndex& place) const noexcept {
@@ -111,6 +121,7 @@ class SurfaceBricks {
   static const std::array<std::uint64_t, kBrickRows> kFullWords;
 
   HyperchunkBox box_;
+  HyperchunkLayers layers_;
   std::vector<std::uint32_t> brick_at_;  // by cell of the box: 1 + its number, 0 for none
   std::vector<Brick> bricks_;
 };

@@ -121,10 +121,6 @@ std::optional<Error> OptionsFault(const VoxelizeOptions& options) {
   return std::nullopt;
 }
 
-/// Of a mesh that fits, with options that can be.
-Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& sides,
-                               const Features& features, const VoxelizeOptions& options);
-
 }  // namespace
 
 std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
@@ -169,6 +165,34 @@ std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, const VoxelizeOp
   return Error{text};
 }
 
+namespace {
+
+/// A mesh as it is voxelized, some layers of hyperchunks at a time.
+struct Task {
+  const TriangleMesh& mesh_W;
+  const Features& features;
+  const MeshFacing& facing;
+  const VoxelizeOptions& options;
+  /// Told the share that is done; rises from 0 to 1 in each call of VoxelizeLayers().
+  std::function<void(double)> tell;
+};
+
+/// The map of a mesh with the voxels of some layers alone: with its whole box, and a chunk-level
+/// field that knows of no others.
+Result<Voxmap> VoxelizeLayers(const Task& task, const HyperchunkLayers& layers);
+
+/// Of a mesh that fits, with options that can be.
+Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& sides,
+                               const Features& features, const VoxelizeOptions& options) {
+  const auto tell = [&options](double share) {
+    if (options.progress) options.progress(share);
+  };
+  tell(0.0);
+  return VoxelizeLayers({mesh_W, features, FindFacing(mesh_W, sides), options, tell}, {});
+}
+
+}  // namespace
+
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
   if (std::optional<Error> fault = OptionsFault(options)) return *fault;
   if (std::optional<Error> fault = VoxelSizeFault(mesh_W, options)) return *fault;
@@ -176,6 +200,48 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
   return VoxelizeFitting(mesh_W, sides,
                          FindFeatures(mesh_W, sides, options.flatness_voxels * options.voxel_size),
                          options);
+}
+
+std::optional<Error> VoxelizeInParts(
+    const TriangleMesh& mesh_W, const VoxelizeOptions& options,
+    const std::function<std::optional<Error>(const Voxmap& part)>& take) {
+  if (std::optional<Error> fault = OptionsFault(options)) return fault;
+  const double side = kHyperchunkSide * options.voxel_size;
+  const Bounds box = BoundsOf(mesh_W);
+  const double layers = mesh_W.triangles.empty() ? 1.0 : std::floor(box.size().z() / side) + 3.0;
+  // what does not depend on the voxels is needed for each part
+  const std::size_t least =
+      NeededBytes(box, 0, mesh_W.triangles.size(), options.voxel_size, options.range, options.bits);
+  const std::size_t all = EstimateVoxelizeBytes(mesh_W, options);
+  double parts = 1;
+  if (all > options.max_memory_bytes && options.max_memory_bytes > least && options.bits != 8) {
+    // and the layers on both sides of a part
+    parts = std::ceil(static_cast<double>(all - least) /
+                      static_cast<double>(options.max_memory_bytes - least));
+    parts = std::clamp(parts, 1.0, std::max(1.0, std::floor(layers / 2.0)));
+  }
+  VoxelizeOptions of_part = options;
+  if (parts > 1) of_part.max_memory_bytes = all;
+  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, of_part)) return fault;
+  const MeshSides sides(mesh_W);
+  const Features features =
+      FindFeatures(mesh_W, sides, options.flatness_voxels * options.voxel_size);
+  const MeshFacing facing = FindFacing(mesh_W, sides);
+  const auto first = static_cast<std::int32_t>(std::floor(box.min.z() / side)) - 1;
+  for (double part = 0; part < parts; ++part) {
+    const auto border = [&](double number) {
+      return first + static_cast<std::int32_t>(std::floor(layers * number / parts));
+    };
+    const Task task{mesh_W, features, facing, options, [&](double share) {
+                      if (options.progress) options.progress((part + share) / parts);
+                    }};
+    const Result<Voxmap> made = VoxelizeLayers(
+        task,
+        {part > 0 ? border(part) : INT32_MIN, part + 1 < parts ? border(part + 1) : INT32_MAX});
+    if (!made) return made.error();
+    if (std::optional<Error> fault = take(*made)) return fault;
+  }
+  return std::nullopt;
 }
 
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
@@ -187,23 +253,24 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
 
 namespace {
 
-Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& sides,
-                               const Features& features, const VoxelizeOptions& options) {
+Result<Voxmap> VoxelizeLayers(const Task& task, const HyperchunkLayers& layers) {
+  const VoxelizeOptions& options = task.options;
   const double s = options.voxel_size;
   const Error stopped{"voxelization was stopped"};
-  const auto tell = [&options](double share) {
-    if (options.progress) options.progress(share);
-  };
-  tell(0.0);
-  const MeshFacing facing = FindFacing(mesh_W, sides);
+  const auto& tell = task.tell;
   const int reach = (options.range + kChunkSide - 1) / kChunkSide;  // chunks
   std::vector<SurfaceBricks> rounds;
   rounds.reserve(MarkPlanes::Rounds(options.range));
-  rounds.emplace_back(mesh_W, features, s, facing, HyperchunksReached(reach));
+  const int reached = HyperchunksReached(reach);
+  // the band of a layer comes from those beside it too
+  HyperchunkLayers with_sources = layers;
+  if (layers.begin != INT32_MIN) with_sources.begin -= reached;
+  if (layers.end != INT32_MAX) with_sources.end += reached;
+  rounds.emplace_back(task.mesh_W, task.features, s, task.facing, reached, with_sources);
   const SurfaceBricks& bricks = rounds.front();
   if (options.stop.stop_requested()) return stopped;
   tell(kShareBeforeMarks / 2);
-  const InsideRows inside(bricks, mesh_W, facing, s);
+  const InsideRows inside(bricks, task.mesh_W, task.facing, s);
   while (rounds.size() < MarkPlanes::Rounds(options.range)) {
     if (options.stop.stop_requested()) return stopped;
     rounds.push_back(GrownSources(rounds.back()));
@@ -221,7 +288,8 @@ Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& side
   std::vector<VoxmapBuilder::Kind> kinds(box.cells(), VoxmapBuilder::Kind::kFar);
   for (const SurfaceBricks::Brick& brick : bricks.bricks()) {
     VisitReached(brick.sources[0], reach, [&](const GridIndex& offset) {
-      kinds[box.CellOf(brick.place + offset)] = VoxmapBuilder::Kind::kMarked;
+      const GridIndex place = brick.place + offset;
+      if (layers.Hold(place)) kinds[box.CellOf(place)] = VoxmapBuilder::Kind::kMarked;
     });
   }
   std::vector<GridIndex> marked;
@@ -229,6 +297,7 @@ Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& side
     for (std::int32_t y = 0; y < inner.size.y; ++y) {
       for (std::int32_t x = 0; x < inner.size.x; ++x) {
         const GridIndex place = inner.first + GridIndex{x, y, z};
+        if (!layers.Hold(place)) continue;
         VoxmapBuilder::Kind& kind = kinds[box.CellOf(place)];
         if (kind == VoxmapBuilder::Kind::kMarked) {
           marked.push_back(place);

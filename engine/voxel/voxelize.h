@@ -43,6 +43,13 @@ Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& optio
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
                         const Features& features, const VoxelizeOptions& options);
 
+/// The same in as many parts as the options' memory asks for: maps of some layers of hyperchunks
+/// each, with the whole box, in rising order. What `take` answers ends it. A map's chunk-level
+/// field knows of its own voxels alone.
+std::optional<Error> VoxelizeInParts(
+    const TriangleMesh& mesh_W, const VoxelizeOptions& options,
+    const std::function<std::optional<Error>(const Voxmap& part)>& take);
+
 /// The voxel size that `--voxel auto` stands for: a two-hundredth of the longest side, m.
 double AutoVoxelSize(const TriangleMesh& mesh);
 

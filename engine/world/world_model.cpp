@@ -280,8 +280,12 @@ VoxelizeOptions VoxelizeOptionsOf(const Scene& scene, const LoadOptions& load) {
 std::optional<Error> OpenPages(const TriangleMesh& mesh_W, WorldModel& world,
                                const LoadOptions& load) {
   TANDEM_CHECK(load.cache != nullptr);
-  Result<std::shared_ptr<const PageSource>> pages =
-      load.cache->PagesOf(mesh_W, VoxelizeOptionsOf(world.scene, load));
+  VoxelizeOptions options = VoxelizeOptionsOf(world.scene, load);
+  constexpr std::uint64_t kEnough = std::uint64_t{2}
+                                    << 30U;  // so that there are not too many parts
+  options.max_memory_bytes =
+      std::min<std::uint64_t>(options.max_memory_bytes, std::max(kEnough, load.voxel_memory_bytes));
+  Result<std::shared_ptr<const PageSource>> pages = load.cache->PagesOf(mesh_W, options);
   if (!pages) return pages.error();
   if ((*pages)->counts().bytes <= load.voxel_memory_bytes) {
     return MakeMap(world.scene, mesh_W, world.fixture, load);

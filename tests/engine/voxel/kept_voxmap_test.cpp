@@ -106,6 +106,37 @@ TEST_F(KeptVoxmapTest, PagesTogetherAreTheMap) {
   EXPECT_GT(compared, 10000U);
 }
 
+TEST_F(KeptVoxmapTest, PartsComeToTheSameVoxels) {
+  const TriangleMesh mesh = Balls();
+  VoxelizeOptions options{.voxel_size = 0.003};
+  const Result<Voxmap> whole = Voxelize(mesh, options);
+  ASSERT_TRUE(whole);
+  options.max_memory_bytes = EstimateVoxelizeBytes(mesh, options) / 2;
+  int parts = 0;
+  ASSERT_FALSE(VoxelizeInParts(mesh, options, [&](const Voxmap&) {
+    ++parts;
+    return std::optional<Error>();
+  }));
+  EXPECT_GT(parts, 2);
+  ASSERT_FALSE(KeepVoxmap(mesh, options, file_));
+  const Result<Voxmap> loaded = LoadKeptVoxmap(file_, KeyOf(mesh, options));
+  ASSERT_TRUE(loaded) << loaded.error().what;
+  EXPECT_EQ(loaded->Digest(), whole->Digest());
+  EXPECT_EQ(loaded->Count().band, whole->Count().band);
+  EXPECT_EQ(loaded->Count().total(), whole->Count().total());
+  const auto& size = whole->header().size;
+  const auto chunks = [&size](std::size_t axis) {
+    return static_cast<std::int32_t>(8 * size[axis]);
+  };
+  for (std::int32_t z = 0; z < chunks(2); ++z) {
+    for (std::int32_t y = 0; y < chunks(1); ++y) {
+      for (std::int32_t x = 0; x < chunks(0); ++x) {
+        ASSERT_EQ(loaded->ChunkValue({x, y, z}), whole->ChunkValue({x, y, z}));
+      }
+    }
+  }
+}
+
 TEST_F(KeptVoxmapTest, RefusesWhatIsNoSuchFile) {
   Kept({.voxel_size = 0.01});
   const std::string whole = TextOf(file_);
