@@ -62,7 +62,7 @@ void PrefetchThread::Run(const std::stop_token& stop) {
     TakeMail();
     for (std::size_t b = 0; b < boxes_->size(); ++b) X_SV_[b] = (*boxes_)[b]->X_VS.Read().Inverse();
     if (!failed_ && BringIn()) continue;
-    idle_.store(asked_back_ == 0, std::memory_order_release);
+    idle_.store(asked_back_ == 0 || starving_, std::memory_order_release);
     clock.SleepUntil(clock.NowNs() + kNapNs);
   }
 }
@@ -79,8 +79,10 @@ void PrefetchThread::TakeVerdicts() {
     --asked_back_;
     if (!verdict.goes) {
       state_[verdict.record] = State::kThere;
+      starving_ = true;
       continue;
     }
+    starving_ = false;
     arena_->Remove(verdict.record);
     state_[verdict.record] = State::kAbsent;
     there_.erase(std::find(there_.begin(), there_.end(), verdict.record));

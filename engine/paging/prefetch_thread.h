@@ -101,6 +101,7 @@ class PrefetchThread {
   VoxelPage page_;
   std::int64_t page_of_ = -1;  // the record whose page was read and waits for room; -1: none
   std::size_t asked_back_ = 0;
+  bool starving_ = false;  // what was asked back last was kept
   std::size_t reserve_;  // frames
 
   std::atomic<std::uint64_t> pages_read_{0};

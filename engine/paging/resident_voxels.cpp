@@ -13,7 +13,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kLeastFrames = 4096;   // 16 MB
+constexpr std::size_t kLeastFrames = 256;  // 1 MB
 constexpr std::uint32_t kHintFrames = 1000;  // that a hint is less urgent by
 constexpr std::uint32_t kSooner = 8;         // frames by which it must be worth asking again
 
