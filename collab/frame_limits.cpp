@@ -9,17 +9,19 @@ namespace tandem {
 namespace {
 
 constexpr std::array kBits{StepReport::kTravelLimited, StepReport::kOverCapacity,
-                           StepReport::kContactsFull};
-// seven bits each, above those of StateFlag and ViewBody
+                           StepReport::kContactsFull, StepReport::kWaitsForVoxels};
+// seven bits for each but the last, above those of StateFlag and ViewBody
 constexpr std::uint32_t kFirstBit = 9;
 constexpr std::uint32_t kBitsEach = 7;
 constexpr std::uint32_t kMostPercent = 100;
+constexpr std::uint32_t kInPercent = 3;  // of them
+constexpr std::uint32_t kWaited = 0x80000000U;
 static_assert((kStateParked >> kFirstBit) == 0 && (ViewBody::kTrapped >> kFirstBit) == 0);
-constexpr std::uint32_t kLastBit = kFirstBit + kBitsEach * kBits.size();
+constexpr std::uint32_t kLastBit = kFirstBit + kBitsEach * kInPercent;
 static_assert(kLastBit <= 32 && kStateLoose >> kLastBit != 0 && kMostPercent >> kBitsEach == 0);
 
-std::array<double, 3> Shares(const FrameLimits& limits) {
-  return {limits.travel_limited, limits.over_capacity, limits.contacts_full};
+std::array<double, 4> Shares(const FrameLimits& limits) {
+  return {limits.travel_limited, limits.over_capacity, limits.contacts_full, limits.waited};
 }
 
 std::string Percent(double share) {
@@ -47,18 +49,21 @@ FrameLimits FrameLimitCount::SharesOf(const Tally& tally) noexcept {
   const auto frames = static_cast<double>(std::max<std::int64_t>(1, tally.frames));
   return {static_cast<double>(tally.limited[0]) / frames,
           static_cast<double>(tally.limited[1]) / frames,
-          static_cast<double>(tally.limited[2]) / frames};
+          static_cast<double>(tally.limited[2]) / frames,
+          static_cast<double>(tally.limited[3]) / frames};
 }
 
 std::uint32_t AsFlags(const FrameLimits& limits) noexcept {
   std::uint32_t flags = 0;
   std::uint32_t bit = kFirstBit;
-  for (const double share : Shares(limits)) {
-    const double percent = std::clamp(1e2 * share, 0.0, static_cast<double>(kMostPercent));
+  const std::array<double, 4> shares = Shares(limits);
+  for (std::uint32_t k = 0; k < kInPercent; ++k) {
+    const double percent = std::clamp(1e2 * shares[k], 0.0, static_cast<double>(kMostPercent));
     const double told = percent > 0 ? std::max(1.0, std::round(percent)) : 0.0;
     flags |= static_cast<std::uint32_t>(told) << bit;
     bit += kBitsEach;
   }
+  if (limits.waited > 0) flags |= kWaited;
   return flags;
 }
 
@@ -67,7 +72,7 @@ FrameLimits LimitsIn(std::uint32_t flags) noexcept {
     const std::uint32_t percent = (flags >> (kFirstBit + k * kBitsEach)) & ((1U << kBitsEach) - 1U);
     return 1e-2 * std::min(percent, kMostPercent);
   };
-  return {share(0), share(1), share(2)};
+  return {share(0), share(1), share(2), (flags & kWaited) != 0 ? 1e-2 : 0.0};
 }
 
 FrameLimits LimitsOf(const std::vector<ViewBody>& bodies) noexcept {
@@ -78,8 +83,9 @@ FrameLimits LimitsOf(const std::vector<ViewBody>& bodies) noexcept {
 }
 
 std::string AsText(const FrameLimits& limits) {
-  constexpr std::array kNames{"slowed ", "over capacity ", "contacts left out "};
-  const std::array<double, 3> shares = Shares(limits);
+  constexpr std::array kNames{"slowed ", "over capacity ", "contacts left out ",
+                              "waited for voxels "};
+  const std::array<double, 4> shares = Shares(limits);
   std::string text;
   for (std::size_t k = 0; k < shares.size(); ++k) {
     if (shares[k] <= 0) continue;
@@ -105,6 +111,11 @@ std::vector<std::string> Explain(const FrameLimits& limits) {
     lines.push_back("in " + Percent(limits.contacts_full) +
                     " of the frames a pair had more contacts than it can hold: the rest did not "
                     "push, so parts may sink into one another; larger voxels help");
+  }
+  if (limits.waited > 0) {
+    lines.push_back("in " + Percent(limits.waited) +
+                    " of the frames voxels were not in memory: nothing moved and no force was "
+                    "felt until they were; a larger --voxel-memory or a faster disk helps");
   }
   return lines;
 }

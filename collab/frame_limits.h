@@ -16,6 +16,7 @@ struct FrameLimits {
   double travel_limited = 0;  // a body was held back to its travel limit
   double over_capacity = 0;   // point tests left room for less travel than half a voxel
   double contacts_full = 0;   // contacts beyond the room for them did not push
+  double waited = 0;          // voxels were not in memory: nothing moved and no force was felt
 
   friend bool operator==(const FrameLimits&, const FrameLimits&) = default;
 };
@@ -34,7 +35,7 @@ class FrameLimitCount {
   static constexpr std::int64_t kWindow = 1000;  // frames
   struct Tally {
     std::int64_t frames = 0;
-    std::array<std::int64_t, 3> limited{};
+    std::array<std::int64_t, 4> limited{};
   };
   static FrameLimits SharesOf(const Tally& tally) noexcept;
 
@@ -44,13 +45,14 @@ class FrameLimitCount {
 };
 
 /// In whole percent, of which none that is above 0 becomes 0, in bits that the flags of an
-/// ObjectState and of a ViewBody have to spare.
+/// ObjectState and of a ViewBody have to spare; of waiting only whether there was any, as 1 %.
 std::uint32_t AsFlags(const FrameLimits& limits) noexcept;
 FrameLimits LimitsIn(std::uint32_t flags) noexcept;
 /// Of what a peer holds; nothing of one with an empty hand.
 FrameLimits LimitsOf(const std::vector<ViewBody>& bodies) noexcept;
 
-/// "slowed 12 %, over capacity 3 %, contacts left out 1 %": those above 0; empty if none is.
+/// "slowed 12 %, over capacity 3 %, contacts left out 1 %, waited for voxels 1 %": those above 0;
+/// empty if none is.
 std::string AsText(const FrameLimits& limits);
 /// A line for each that is above 0: what share of the frames, what it means and what helps.
 std::vector<std::string> Explain(const FrameLimits& limits);

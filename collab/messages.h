@@ -28,7 +28,7 @@ inline constexpr std::size_t kMaxViewBodies = 24;
 enum class Role : std::uint8_t { kActive, kViewer };
 
 /// Bits of ObjectState::flags beside those of StepReport, which are the low byte, and those of
-/// FrameLimits, which are the 21 from 0x200 on.
+/// FrameLimits, which are the 21 from 0x200 on, and 0x80000000.
 enum StateFlag : std::uint32_t {
   kStateParked = 0x100,     // nobody has it in hand: where it stands, 5 times a second
   kStateLoose = 0x40000000  // a free body that nobody has in hand: it moves, at its authority

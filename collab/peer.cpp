@@ -395,6 +395,15 @@ void Peer::Attach(const Anchor& goal) noexcept {
 
 void Peer::CountLimits() noexcept {
   limits_.Count(report_.flags);
+  // what the hand felt before it waited comes back slowly
+  if (report_.waited == 0 && waited_ > 0) guard_.Begin();
+  waited_ = report_.waited;
+  if (waited_ > 0) {
+    voxel_waits_.count += waited_ == 1 ? 1 : 0;
+    ++voxel_waits_.frames;
+    voxel_waits_.longest = std::max(voxel_waits_.longest, waited_);
+    if (waited_ >= kLongestVoxelWait) voxels_lack_.store(true, std::memory_order_relaxed);
+  }
   if ((report_.flags & StepReport::kContactsFull) == 0) return;
   ++crowded_frames_;
   if (crowded_frames_ == 1) news_.TryPush({HoldingNews::Kind::kCrowded, kNoObject, 0});

@@ -18,8 +18,8 @@
 #include "collab/sample_gate.h"
 #include "collab/shared_body.h"
 #include "engine/haptics/device.h"
-#include "engine/safety/force_guard.h"
 #include "engine/realtime/triple_buffer.h"
+#include "engine/safety/force_guard.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -112,6 +112,11 @@ class Peer {
   const Felt& felt() const noexcept { return felt_; }
   /// Frames in which a pair had more contacts than there is room for: some of them did not push.
   std::uint64_t crowded_frames() const noexcept { return crowded_frames_; }
+  /// What waiting for voxels came to. After the last frame.
+  const VoxelWaits& voxel_waits() const noexcept { return voxel_waits_; }
+  /// Tells whether voxels were waited for for so long (kLongestVoxelWait) that the simulation is to
+  /// end. Any thread.
+  bool voxels_lack() const noexcept { return voxels_lack_.load(std::memory_order_relaxed); }
   /// What is between our instance of it and the others'.
   const Parting& parting() const noexcept { return parting_; }
 
@@ -157,8 +162,9 @@ class Peer {
   void CoupleTheRest() noexcept;
   /// Gives the device what the body received, as far as the guard lets it through.
   void Render() noexcept;
-  /// Tells whether this peer simulates a free body in this frame: it answers for the body, and nobody
-  /// has it in hand. A body that fell out of the scene stands, and all do while the peer listens.
+  /// Tells whether this peer simulates a free body in this frame: it answers for the body, and
+  /// nobody has it in hand. A body that fell out of the scene stands, and all do while the peer
+  /// listens.
   bool IsSimulatedLoose(std::size_t body) const noexcept;
   void PrepareLoose() noexcept;
   /// Bodies that nobody moves stand where their authority says.
@@ -196,6 +202,9 @@ class Peer {
   ForceGuard guard_;
   Felt felt_;
   std::uint64_t crowded_frames_ = 0;
+  VoxelWaits voxel_waits_;
+  int waited_ = 0;  // frames, as of the last one's report
+  std::atomic<bool> voxels_lack_{false};
   FrameLimitCount limits_;       // of all frames
   FrameLimitCount hand_limits_;  // of those that HandFigures are of
   std::array<HeardLimits, kMaxPeers> heard_limits_{};

@@ -154,7 +154,7 @@ int RunFrame(const FrameArguments& arguments) {
 
   const auto count = static_cast<double>(figures.frames);
   const std::size_t points = TestedPoints(*model, body);
-  const std::size_t voxels = ReadVoxels(*model, model->fixture, model->fixture_surface);
+  const std::size_t voxels = FixtureVoxels(*model);
   const double at_bound = static_cast<double>(figures.at_bound) / count;
   if (arguments.json) {
     nlohmann::ordered_json out{

@@ -140,7 +140,7 @@ int RunRemoval(const RemovalArguments& arguments) {
   const std::size_t voxel_bytes = VoxelMemory(world);
   ResidentCounts paged;
   if (world.resident_voxels() != nullptr) paged = world.resident_voxels()->counts();
-  if (figures.stalls.gave_up) {
+  if (figures.waits.longest >= kLongestVoxelWait) {
     return Fail(kExitFile, world.WhyVoxelsLack());
   }
   const Outcome outcome = OutcomeOf(*model, 0, world.state(0).X_WB);
@@ -187,9 +187,9 @@ int RunRemoval(const RemovalArguments& arguments) {
         {"contacts_mean", figures.contacts / count},
         {"contacts_max", most_contacts},
         {"hand_force_max_N", most_force},
-        {"stalls", figures.stalls.count},
-        {"stall_s", figures.stalls.seconds},
-        {"longest_stall_ms", 1e3 * figures.stalls.longest_s},
+        {"stalls", figures.waits.count},
+        {"stall_s", 1e-3 * static_cast<double>(figures.waits.frames)},
+        {"longest_stall_ms", figures.waits.longest},
         {"pages_read", paged.pages_read},
         {"pages_given_up", paged.pages_given_up},
         {"page_faults", figures.page_faults},
@@ -216,9 +216,9 @@ int RunRemoval(const RemovalArguments& arguments) {
               100 * at_bound, figures.frames, figures.missed);
   if (arguments.voxel_memory > 0) {
     std::printf(
-        "  stalls      %ld, %.3f s in all, the longest %.0f ms; %llu pages read, %llu given up\n",
-        figures.stalls.count, figures.stalls.seconds, 1e3 * figures.stalls.longest_s,
-        static_cast<unsigned long long>(paged.pages_read),
+        "  stalls      %ld, %.3f s in all, the longest %d ms; %llu pages read, %llu given up\n",
+        figures.waits.count, 1e-3 * static_cast<double>(figures.waits.frames),
+        figures.waits.longest, static_cast<unsigned long long>(paged.pages_read),
         static_cast<unsigned long long>(paged.pages_given_up));
   }
   std::printf("  memory      %.0f MB of voxels, %.0f MB at most in all; %ld page faults\n",

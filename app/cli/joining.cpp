@@ -148,7 +148,8 @@ int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining&
 
 /// Loads the world for the scene as agreed on; the slow part.
 int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
-  Result<std::shared_ptr<const WorldModel>> model = LoadCached(joining.scene, {.stop = arguments.stop});
+  Result<std::shared_ptr<const WorldModel>> model = LoadCached(
+      joining.scene, {.stop = arguments.stop, .voxel_memory_bytes = arguments.voxel_memory});
   if (arguments.stop.stop_requested()) return kEndedWhileLoading;
   if (!model) return Fail(kExitFile, model.error().what);
   joining.model = *std::move(model);

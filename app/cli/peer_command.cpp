@@ -45,7 +45,7 @@ void CountShapes(const Joining& joining, PeerReport& report) {
   report.capacity = joining.capacity.tests;
   report.look_price = joining.capacity.look_price;
   const WorldModel& world = *joining.model;
-  report.voxels = world.has_fixture ? ReadVoxels(world, world.fixture, world.fixture_surface) : 0;
+  report.voxels = world.has_fixture ? FixtureVoxels(world) : 0;
   for (const BodyModel& body : world.bodies) {
     report.points += TestedPoints(world, body);
     if (!world.has_fixture) report.voxels += ReadVoxels(world, body.voxmap, body.surface);
@@ -381,6 +381,10 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
                                           "the other program, or take keys of your own");
       break;
     }
+    if (node.peer().voxels_lack()) {
+      exit_code = Fail(kExitFile, node.world().WhyVoxelsLack());
+      break;
+    }
     if (const std::string ended = transport.KeysEnd(); !ended.empty()) {
       exit_code = Fail(kExitSecurity, ended);
       break;
@@ -451,6 +455,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   }
   if (arguments.report.empty()) return exit_code;
 
+  const ResidentVoxels* voxels = node.world().resident_voxels();
   PeerReport report{
       .name = arguments.name,
       .pid = getpid(),
@@ -467,6 +472,9 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
       .guarded_share = node.peer().guard().guarded_share(),
       .felt = node.peer().felt(),
       .crowded_frames = node.peer().crowded_frames(),
+      .waits = node.peer().voxel_waits(),
+      .voxel_memory = voxels != nullptr ? voxels->bytes() : 0,
+      .paged = voxels != nullptr ? voxels->counts() : ResidentCounts{},
       .own_states = node.sent_states()};
   CountShapes(joining, report);
   report.drops = node.inbox().drops().Total();
@@ -506,6 +514,11 @@ bool HoldsBytes(const std::string& file) {
 int RunPeer(PeerArguments& arguments) {
   if (arguments.role == "viewer") return LookOn(arguments);
   if (arguments.as_part) Speaker() = arguments.name;
+  if (!arguments.record.empty() && arguments.voxel_memory > 0) {
+    return Fail(kExitUsage,
+                "--record: what is recorded is played again with all voxels in memory, which waits "
+                "for none: leave --voxel-memory away");
+  }
   if (HoldsBytes(arguments.record)) {
     return Fail(kExitFile, arguments.record + " exists already: recordings are never overwritten");
   }

@@ -169,6 +169,11 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
                   "points whose test takes as long as an exact look at one; default: measured, or "
                   "400 beside --capacity")
       ->check(NumberAbove(0, 1e9));
+  command
+      .add_option("--voxel-memory", arguments.voxel_memory,
+                  "most memory for the fixed bodies' voxels, such as 512MiB: the rest is read as "
+                  "it is needed; needs the plain contact model; default: all are in memory")
+      ->transform(SizeInBytes());
   command.add_option("--threads", arguments.threads, "threads that share a large frame's work")
       ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads))
       ->capture_default_str();

@@ -47,18 +47,19 @@ struct PeerArguments {
   CouplingLimits limits;  // of the law
   bool gate = true;
   double publish_hz = 1000;
-  double capacity = 0;    // points a frame; 0: measured
-  double look_price = 0;  // points; 0: measured, or the default beside a given capacity
-  int threads = 1;        // that share a haptic frame's work
+  double capacity = 0;             // points a frame; 0: measured
+  double look_price = 0;           // points; 0: measured, or the default beside a given capacity
+  int threads = 1;                 // that share a haptic frame's work
+  std::uint64_t voxel_memory = 0;  // bytes, for voxels of fixed bodies; 0: all are in memory
   std::string report;
   std::string record;
   bool no_contact = false;
   bool require_rt = false;
   bool insist = false;     // on the scene file's force parameters
   bool adopt_any = false;  // the session's voxels, however far from the scene file's
-  bool brief = false;    // says nothing of gaps at the start and of what became of bodies
-  bool as_part = false;  // of a command that starts several: its lines begin with its name
-  bool repeats = false;  // another part of it says what there is to say of scene and session
+  bool brief = false;      // says nothing of gaps at the start and of what became of bodies
+  bool as_part = false;    // of a command that starts several: its lines begin with its name
+  bool repeats = false;    // another part of it says what there is to say of scene and session
 };
 
 /// Whether a process of its own is to have the device in hand.

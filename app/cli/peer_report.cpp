@@ -78,6 +78,16 @@ nlohmann::ordered_json TimesAsJson(const PeerReport& report) {
   return json;
 }
 
+nlohmann::ordered_json VoxelMemoryAsJson(const PeerReport& report) {
+  if (report.voxel_memory == 0) return nullptr;
+  return {{"bytes", report.voxel_memory},
+          {"stalls", report.waits.count},
+          {"stall_s", 1e-3 * static_cast<double>(report.waits.frames)},
+          {"longest_stall_ms", report.waits.longest},
+          {"pages_read", report.paged.pages_read},
+          {"pages_given_up", report.paged.pages_given_up}};
+}
+
 }  // namespace
 
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
@@ -123,6 +133,7 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
           {"guarded_share", report.guarded_share},
           {"crowded_frames", report.crowded_frames},
           {"limits", AsJson(hand.limits)},
+          {"voxel_memory", VoxelMemoryAsJson(report)},
           {"points", report.points},
           {"capacity", report.capacity},
           {"look_price", report.look_price},

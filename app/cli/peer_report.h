@@ -30,16 +30,19 @@ struct PeerReport {
   double look_price = 0;    // of an exact look, in point tests
   double mean_delay_s = 0;  // half the loop age
   HandFigures hand;
-  std::size_t traced_frames = 0;  // of the hand's, the first ones
-  std::string device;             // as it was asked for
-  std::optional<DeviceTimes> device_times;  // of a device process
-  std::string device_scheduler;             // of its loop
-  std::optional<PassivityAccount> passivity;  // of its port
+  std::size_t traced_frames = 0;                 // of the hand's, the first ones
+  std::string device;                            // as it was asked for
+  std::optional<DeviceTimes> device_times;       // of a device process
+  std::string device_scheduler;                  // of its loop
+  std::optional<PassivityAccount> passivity;     // of its port
   SafetyState safety_state = SafetyState::kOff;  // at the end
-  SafetyCounts safety;            // of all guards before the hand
-  double guarded_share = 0;       // of frames, in which the hand got something else than was wanted
-  Felt felt;                      // by the hand, at the most
+  SafetyCounts safety;                           // of all guards before the hand
+  double guarded_share = 0;  // of frames, in which the hand got something else than was wanted
+  Felt felt;                 // by the hand, at the most
   std::uint64_t crowded_frames = 0;  // with more contacts than there is room for
+  VoxelWaits waits;                  // for voxels that were not in memory
+  std::uint64_t voxel_memory = 0;    // bytes, where they are in memory in part; else 0
+  ResidentCounts paged;
   SentStates own_states;
   DropCounts drops{};  // of samples heard, by reason
   // states heard of all others, and of the one of whom the largest share is missing
@@ -49,7 +52,7 @@ struct PeerReport {
   double least_delivered = 1;
   nlohmann::ordered_json peers = nlohmann::ordered_json::array();  // AsJson() of the last table
   nlohmann::ordered_json force_terms = nlohmann::ordered_json::array();  // of each: law, gains …
-  nlohmann::ordered_json start_gaps = nlohmann::ordered_json::array();  // AsJson() of them
+  nlohmann::ordered_json start_gaps = nlohmann::ordered_json::array();   // AsJson() of them
   nlohmann::ordered_json verdicts = nlohmann::ordered_json::array();
   std::uint64_t socket_dropped = 0;  // packets of any kind, since the receive thread was late
   PacketCounts packets{};            // by what became of them before DDS
@@ -65,10 +68,11 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 /// felt {peak_N, peak_Nm, peak_step_N} by the hand, device, safety {state, clamped, slewed,
 /// zeroed, expired, stops, passivity {control, balance_J, least_J, damped_ticks}}, of a device
 /// process device_times, guarded_share, crowded_frames, limits
-/// {travel_limited_share, over_capacity_share, contacts_full_share}; said {sent, wanted};
-/// heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, packets_refused by reason,
-/// peers,
-/// start_gaps, verdicts.
+/// {travel_limited_share, over_capacity_share, contacts_full_share, waited_share},
+/// voxel_memory {bytes, stalls, stall_s, longest_stall_ms, pages_read, pages_given_up} where
+/// voxels are in memory in part, else null; said {sent, wanted};
+/// heard {sent, received, peers, least_delivered, socket_dropped}, drops by reason, packets_refused
+/// by reason, peers, start_gaps, verdicts.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
                               const JudgedFrames& judged);
 

@@ -66,7 +66,8 @@ std::vector<std::string> AsLines(const PeerTable& table, const NameFunction& nam
 nlohmann::ordered_json AsJson(const FrameLimits& limits) {
   return {{"travel_limited_share", limits.travel_limited},
           {"over_capacity_share", limits.over_capacity},
-          {"contacts_full_share", limits.contacts_full}};
+          {"contacts_full_share", limits.contacts_full},
+          {"waited_share", limits.waited}};
 }
 
 nlohmann::ordered_json AsJson(const PeerTable& table, const NameFunction& name) {

@@ -22,7 +22,7 @@ std::vector<std::string> AsLines(const PeerTable& table, const NameFunction& nam
 /// drops.
 nlohmann::ordered_json AsJson(const PeerTable& table, const NameFunction& name);
 
-/// travel_limited_share, over_capacity_share, contacts_full_share.
+/// travel_limited_share, over_capacity_share, contacts_full_share, waited_share.
 nlohmann::ordered_json AsJson(const FrameLimits& limits);
 
 /// The reasons and how many, of those that occurred: "replayed 3, huge 1"; or "none".

@@ -64,7 +64,7 @@ void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
     const std::int64_t begin = clock.ThreadCpuNs();
     report = world.Step(inputs);
     const std::int64_t cpu_ns = clock.ThreadCpuNs() - begin;
-    const std::int64_t until_ns = clock.NowNs() + static_cast<std::int64_t>(1e9 * kLongestStall);
+    const std::int64_t until_ns = clock.NowNs() + kLongestVoxelWait * kPeriodNs;
     while (report.waited > 0 && clock.NowNs() < until_ns) {
       world.WaitForVoxels();
       report = world.Step(inputs);
@@ -91,7 +91,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
       {.period_ns = kPeriodNs, .origin_ns = origin_ns, .priority = kFramePriority},
       [&](std::int64_t deadline, std::int64_t start_ns) {
         const bool waited = report.waited > 0;
-        const std::int64_t frame = deadline - figures.stalls.frames;
+        const std::int64_t frame = deadline - figures.waits.frames;
         // whoever waits for voxels does not move the hand
         if (!waited) inputs.hand.goal = hand(frame, report);
         if (follower) inputs.capacity = follower->tests();
@@ -109,15 +109,12 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         const long new_faults = PageFaults(helpers) - faults;
         const std::int64_t helpers_ns = helpers.CpuNs() - helped;
         if (report.waited > 0) {
-          Stalls& stalls = figures.stalls;
-          ++stalls.frames;
-          stalls.count += report.waited == 1 ? 1 : 0;
-          stalls.seconds += 1e-9 * static_cast<double>(kPeriodNs);
-          const double lasts = 1e-9 * static_cast<double>(report.waited * kPeriodNs);
-          stalls.longest_s = std::max(stalls.longest_s, lasts);
-          stalls.gave_up = lasts >= kLongestStall;
+          VoxelWaits& waits = figures.waits;
+          ++waits.frames;
+          waits.count += report.waited == 1 ? 1 : 0;
+          waits.longest = std::max(waits.longest, report.waited);
           figures.page_faults += new_faults;
-          return !stalls.gave_up;
+          return report.waited < kLongestVoxelWait;
         }
         if (frame < kWarmUp) {
           return true;

@@ -16,16 +16,6 @@ namespace tandem {
 inline constexpr int kFramePriority = 30;  // of the thread that runs them
 inline constexpr int kWarmUp = 500;        // frames before anything counts
 
-/// Frames that could not be made because voxels were not in memory.
-struct Stalls {
-  std::int64_t count = 0;
-  std::int64_t frames = 0;
-  double seconds = 0;
-  double longest_s = 0;
-  bool gave_up = false;  // one of them lasted kLongestStall
-};
-inline constexpr double kLongestStall = 2.0;  // s (paper §5.3)
-
 /// What frames took, and what was done in them.
 struct FrameFigures {
   Histogram cpu, wall, noise;
@@ -41,7 +31,7 @@ struct FrameFigures {
   std::size_t violations = 0;
   double point_frames = 0;  // looked at for violations
   long page_faults = 0;
-  Stalls stalls;
+  VoxelWaits waits;
   double capacity = 0;  // sum over frames
   std::int64_t worst_ns = 0;
   StepReport worst;  // of the frame that took longest
@@ -61,7 +51,7 @@ void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
 /// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it, until
 /// so many are counted. `budget_s`: what a frame's tests may take, which capacity then follows; 0:
 /// it stays as given. Every so many frames all points are looked at. The hand stands still in
-/// frames that wait for voxels, which count as stalls alone; after kLongestStall of them the run
+/// frames that wait for voxels, which count as such alone; after kLongestVoxelWait of them the run
 /// ends.
 void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const FrameCapacity& capacity,
                double budget_s, int frames, int check_every, const FrameHelpers& helpers,

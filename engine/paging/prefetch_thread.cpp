@@ -61,7 +61,7 @@ void PrefetchThread::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     TakeMail();
     for (std::size_t b = 0; b < boxes_->size(); ++b) X_SV_[b] = (*boxes_)[b]->X_VS.Read().Inverse();
-    if (!failed_ && BringIn()) continue;
+    if (!failed_ && BringIn(stop)) continue;
     idle_.store(asked_back_ == 0 || starving_, std::memory_order_release);
     clock.SleepUntil(clock.NowNs() + kNapNs);
   }
@@ -149,7 +149,7 @@ std::size_t PrefetchThread::AskBack(double beyond) {
   return asked;
 }
 
-bool PrefetchThread::BringIn() {
+bool PrefetchThread::BringIn(const std::stop_token& stop) {
   if (page_of_ < 0) {
     while (!wanted_.empty() && state_[wanted_.front().record] != State::kWanted) {
       std::pop_heap(wanted_.begin(), wanted_.end(), IsLater);
@@ -170,7 +170,7 @@ bool PrefetchThread::BringIn() {
     }
     std::pop_heap(wanted_.begin(), wanted_.end(), IsLater);
     wanted_.pop_back();
-    if (const auto fault = source_->Read(next.record, page_)) {
+    if (const auto fault = source_->Read(next.record, page_, stop)) {
       fault_ = fault->what;
       failed_.store(true, std::memory_order_release);
       return false;

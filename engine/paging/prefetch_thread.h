@@ -82,7 +82,7 @@ class PrefetchThread {
   void Want(const PageRequest& request);
   void Tell(const PageNews& news);
   /// Brings in what is most urgent; false: nothing can be done now.
-  bool BringIn();
+  bool BringIn(const std::stop_token& stop);
   /// Asks the haptic thread to let go the farthest pages beyond so many voxels; gives how many.
   std::size_t AskBack(double beyond);
   /// Voxels between a hyperchunk and the nearest shell's box.
@@ -102,7 +102,7 @@ class PrefetchThread {
   std::int64_t page_of_ = -1;  // the record whose page was read and waits for room; -1: none
   std::size_t asked_back_ = 0;
   bool starving_ = false;  // what was asked back last was kept
-  std::size_t reserve_;  // frames
+  std::size_t reserve_;    // frames
 
   std::atomic<std::uint64_t> pages_read_{0};
   std::atomic<std::uint64_t> pages_given_up_{0};

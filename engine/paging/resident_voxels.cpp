@@ -13,7 +13,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kLeastFrames = 256;  // 1 MB
+constexpr std::size_t kLeastFrames = 256;    // 1 MB
 constexpr std::uint32_t kHintFrames = 1000;  // that a hint is less urgent by
 constexpr std::uint32_t kSooner = 8;         // frames by which it must be worth asking again
 
@@ -103,10 +103,16 @@ void ResidentVoxels::BeginFrame() noexcept {
 void ResidentVoxels::WaitUntilThere() noexcept {
   LoopClock& clock = MachineClock();
   constexpr std::int64_t kNapNs = 100'000;
+  constexpr std::int64_t kPatienceNs = 2'000'000'000;  // for a page
   int naps = 0;
+  std::uint64_t pages = counts().pages_read;
+  std::int64_t since_ns = clock.NowNs();
   for (;;) {
     BeginFrame();
     if (outstanding_ == 0 || fault() != nullptr) return;
+    const std::uint64_t now = counts().pages_read;
+    if (std::exchange(pages, now) != now) since_ns = clock.NowNs();
+    if (clock.NowNs() - since_ns > kPatienceNs) return;
     // its mail is read before it is idle
     naps = thread_.idle() ? naps + 1 : 0;
     if (naps > 20) return;

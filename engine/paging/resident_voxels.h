@@ -73,8 +73,8 @@ class ResidentVoxels {
 
   /// Begins a frame: takes note of what has come and lets go what is to go. Haptic thread.
   void BeginFrame() noexcept;
-  /// Waits until all that was announced is there, or nothing more comes. For any thread while no
-  /// frames run.
+  /// Waits until all that was announced is there, or nothing more comes, or nothing for 2 s. For
+  /// any thread while no frames run.
   void WaitUntilThere() noexcept;
 
  private:

@@ -17,7 +17,8 @@ class SlowPages final : public PageSource {
   std::uint64_t BytesOf(std::uint32_t record) const noexcept override {
     return source_->BytesOf(record);
   }
-  std::optional<Error> Read(std::uint32_t record, VoxelPage& page) const override;
+  std::optional<Error> Read(std::uint32_t record, VoxelPage& page,
+                            const std::stop_token& stop) const override;
 
  private:
   std::shared_ptr<const PageSource> source_;

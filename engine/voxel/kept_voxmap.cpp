@@ -617,7 +617,8 @@ class KeptPages final : public PageSource {
     const PageEntry& entry = open_.entries[entry_of_[record]];
     return std::uint64_t{entry.first_bytes} + entry.known_bytes;
   }
-  std::optional<Error> Read(std::uint32_t record, VoxelPage& page) const override {
+  std::optional<Error> Read(std::uint32_t record, VoxelPage& page,
+                            const std::stop_token& /*stop*/) const override {
     TANDEM_CHECK(HasPage(record));
     const PageEntry& entry = open_.entries[entry_of_[record]];
     PageReader reader(open_.file, open_.tail.map);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "engine/base/result.h"
@@ -37,8 +38,10 @@ class PageSource {
   virtual bool HasPage(std::uint32_t record) const noexcept = 0;
   /// What reading a page takes from where it is kept, bytes.
   virtual std::uint64_t BytesOf(std::uint32_t record) const noexcept = 0;
-  /// Gives a record's page, or why it cannot be had.
-  virtual std::optional<Error> Read(std::uint32_t record, VoxelPage& page) const = 0;
+  /// Gives a record's page, or why it cannot be had. Asked to stop, a source that takes long soon
+  /// ends with an error.
+  virtual std::optional<Error> Read(std::uint32_t record, VoxelPage& page,
+                                    const std::stop_token& stop = {}) const = 0;
 
  protected:
   PageSource() = default;

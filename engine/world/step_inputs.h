@@ -68,6 +68,16 @@ struct StepInputs {
   Mat3 ground_rotation_damping = Mat3::Zero();
 };
 
+/// Frames of waiting for voxels, 2 s of them, after which a simulation ends (paper §5.3).
+inline constexpr int kLongestVoxelWait = 2000;
+
+/// Frames that could not be made because voxels were not in memory.
+struct VoxelWaits {
+  std::int64_t count = 0;   // of times that something was waited for
+  std::int64_t frames = 0;  // in all
+  int longest = 0;          // frames
+};
+
 /// What a frame did.
 struct StepReport {
   static constexpr std::uint32_t kTravelLimited = 1;  // some body was held back

@@ -12,6 +12,7 @@ TEST(FrameLimits, AreSharesOfAllFramesAndOfTheLastSecond) {
     if (frame < 1000 && frame % 4 == 0) flags |= StepReport::kTravelLimited;
     if (frame % 100 == 0) flags |= StepReport::kOverCapacity;
     if (frame >= 1000 && frame % 2 == 0) flags |= StepReport::kContactsFull;
+    if (frame >= 1995) flags |= StepReport::kWaitsForVoxels;
     count.Count(flags);
     if (frame == 998) {
       EXPECT_EQ(count.last(), FrameLimits{});
@@ -20,8 +21,8 @@ TEST(FrameLimits, AreSharesOfAllFramesAndOfTheLastSecond) {
       EXPECT_EQ(count.last(), (FrameLimits{0.25, 0.01, 0}));
     }
   }
-  EXPECT_EQ(count.last(), (FrameLimits{0, 0.01, 0.5}));
-  EXPECT_EQ(count.all(), (FrameLimits{0.125, 0.01, 0.25}));
+  EXPECT_EQ(count.last(), (FrameLimits{0, 0.01, 0.5, 0.005}));
+  EXPECT_EQ(count.all(), (FrameLimits{0.125, 0.01, 0.25, 0.0025}));
 }
 
 // Beside the bits that flags are for, and none of them is mistaken for these.
@@ -38,7 +39,9 @@ TEST(FrameLimits, TravelInFlagsToAPercent) {
   EXPECT_EQ(AsFlags({}), 0U);
   EXPECT_EQ(LimitsIn(state), FrameLimits{});
   // whatever comes over the network is a share
-  EXPECT_EQ(LimitsIn(0xFFFFFFFF), (FrameLimits{1, 1, 1}));
+  EXPECT_EQ(LimitsIn(0xFFFFFFFF), (FrameLimits{1, 1, 1, 0.01}));
+  // of waiting only whether there was any
+  EXPECT_EQ(LimitsIn(AsFlags({.waited = 0.3}) | state), (FrameLimits{.waited = 0.01}));
 }
 
 TEST(FrameLimits, AreOfTheBodyInHand) {
@@ -56,6 +59,8 @@ TEST(FrameLimits, AreToldInWordsOnlyWhereThereAreAny) {
   const FrameLimits limits{.travel_limited = 0.12, .over_capacity = 0.002, .contacts_full = 0};
   EXPECT_EQ(AsText(limits), "slowed 12 %, over capacity 0.2 %");
   EXPECT_EQ(Explain(limits).size(), 2U);
+  EXPECT_EQ(AsText({.waited = 0.02}), "waited for voxels 2 %");
+  EXPECT_EQ(Explain({.waited = 0.02}).size(), 1U);
 }
 
 }  // namespace

@@ -27,8 +27,9 @@ class GatedPages final : public PageSource {
   std::uint64_t BytesOf(std::uint32_t record) const noexcept override {
     return pages_->BytesOf(record);
   }
-  std::optional<Error> Read(std::uint32_t record, VoxelPage& page) const override {
-    while (closed_ && !broken_ && !over_) std::this_thread::sleep_for(kNap);
+  std::optional<Error> Read(std::uint32_t record, VoxelPage& page,
+                            const std::stop_token& stop) const override {
+    while (closed_ && !broken_ && !stop.stop_requested()) std::this_thread::sleep_for(kNap);
     if (broken_) return Error{"the disk is broken"};
     const std::chrono::microseconds takes(takes_us_.load());
     if (takes.count() > 0) std::this_thread::sleep_for(takes);
@@ -38,8 +39,6 @@ class GatedPages final : public PageSource {
 
   void Close() { closed_ = true; }
   void Open() { closed_ = false; }
-  /// Ends what waits, so that the reading thread can end.
-  void End() { over_ = true; }
   void Break() { broken_ = true; }
   void Take(std::chrono::microseconds time) { takes_us_ = time.count(); }
   int read() const { return read_; }
@@ -50,7 +49,6 @@ class GatedPages final : public PageSource {
   std::shared_ptr<const PageSource> pages_;
   std::atomic<bool> closed_ = false;
   std::atomic<bool> broken_ = false;
-  std::atomic<bool> over_ = false;
   std::atomic<std::int64_t> takes_us_ = 0;
   mutable std::atomic<int> read_ = 0;
 };

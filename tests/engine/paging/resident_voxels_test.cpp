@@ -35,7 +35,6 @@ class ResidentVoxelsTest : public ::testing::Test {
     reader_ = &voxels_->AddReader(Vec3::Zero(), Vec3::Constant(0.005));
     voxels_->Start();
   }
-  ~ResidentVoxelsTest() override { pages_->End(); }
 
   const Voxmap& whole_outline() const { return pages_->outline(); }
   /// Where on the bar something is, in voxels of V.

@@ -22,8 +22,8 @@ TEST(SlowPages, TakeTheTimeOfTheirBytes) {
     if (!slow.HasPage(r)) continue;
     VoxelPage page;
     VoxelPage same;
-    ASSERT_FALSE(slow.Read(r, page));
-    ASSERT_FALSE(pages->Read(r, same));
+    ASSERT_FALSE(slow.Read(r, page, {}));
+    ASSERT_FALSE(pages->Read(r, same, {}));
     EXPECT_EQ(page.quarters, same.quarters);
     bytes += static_cast<double>(slow.BytesOf(r));
   }

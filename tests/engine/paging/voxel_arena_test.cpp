@@ -65,7 +65,7 @@ TEST(VoxelArena, ReadsAsTheWholeMapWhateverCameAndWentBefore) {
         continue;
       }
       VoxelPage page;
-      ASSERT_FALSE(pages.Read(record, page));
+      ASSERT_FALSE(pages.Read(record, page, {}));
       ASSERT_TRUE(arena.Put(record, page));
       there.push_back(record);
     }
@@ -100,7 +100,7 @@ TEST(VoxelArena, PutsNothingWhereThereIsTooLittleRoom) {
   std::uint32_t record = 2;
   while (!pages.HasPage(record)) ++record;
   VoxelPage page;
-  ASSERT_FALSE(pages.Read(record, page));
+  ASSERT_FALSE(pages.Read(record, page, {}));
   VoxelArena arena(pages.outline(), 1);
   EXPECT_FALSE(arena.Put(record, page));
   EXPECT_EQ(arena.free_frames(), 1U);

@@ -43,7 +43,6 @@ struct Paged {
     paged->voxel_memory_bytes = VoxelArena::FixedBytes(pages->outline()) + (1U << 20U);
     world = std::make_unique<World>(paged);
   }
-  ~Paged() { pages->End(); }
 
   std::shared_ptr<GatedPages> pages;
   std::unique_ptr<World> world;
