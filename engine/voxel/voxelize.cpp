@@ -3,18 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
-#include <mutex>
 #include <string>
-
-#include <tbb/parallel_pipeline.h>
-#include <tbb/task_arena.h>
 
 #include "engine/geometry/facets.h"
 #include "engine/geometry/mesh_facing.h"
-#include "engine/voxel/inside_rows.h"
-#include "engine/voxel/mark_planes.h"
-#include "engine/voxel/surface_bricks.h"
+#include "engine/voxel/mark_source.h"
 #include "engine/voxel/voxmap_builder.h"
 
 namespace tandem {
@@ -34,53 +27,6 @@ double Area(const TriangleMesh& mesh) {
     area += 0.5 * a.cross(b).norm();
   }
   return area;
-}
-
-/// Hyperchunks that a band of so many chunks reaches into from the next.
-int HyperchunksReached(int chunks) {
-  return (chunks + 7) / 8;
-}
-
-/// Calls visit(offset) for the hyperchunks, by offset from this one, that have chunks within
-/// `chunks` chunks of its surface.
-template <typename Visit>
-void VisitReached(const SurfaceBricks::Source& surface, int chunks, const Visit& visit) {
-  if (surface.empty()) return;
-  // by z of the chunks: bit x + 8 y
-  std::array<std::uint64_t, kChunkSide> occupied{};
-  for (std::size_t z = 0; z < kHyperchunkSide; ++z) {
-    for (std::size_t octet = 0; octet < 8; ++octet) {
-      const std::uint64_t* rows = surface.Octet(z, octet);
-      if (rows == nullptr) continue;
-      std::uint64_t bits = 0;
-      for (std::size_t i = 0; i < 8; ++i) bits |= rows[i];
-      for (std::size_t x = 0; x < 8; ++x) {
-        if ((bits >> (8 * x) & 0xffU) != 0) occupied[z / 8] |= std::uint64_t{1} << (x + 8 * octet);
-      }
-    }
-  }
-  const auto side = [chunks](int offset) {  // of eight chunks in a row, those near enough
-    const unsigned all = 0xff;
-    const int least = std::max(0, 8 * std::abs(offset) - chunks);
-    return offset < 0 ? all >> least : (offset > 0 ? all << least & all : all);
-  };
-  const int far = HyperchunksReached(chunks);
-  for (std::int32_t dz = -far; dz <= far; ++dz) {
-    for (std::int32_t dy = -far; dy <= far; ++dy) {
-      std::uint64_t rows = 0;  // of a layer, in y
-      for (unsigned y = 0; y < 8; ++y) {
-        if ((side(dy) >> y & 1U) != 0) rows |= std::uint64_t{0xff} << (8 * y);
-      }
-      for (std::int32_t dx = -far; dx <= far; ++dx) {
-        const std::uint64_t layer = rows & (side(dx) * 0x0101010101010101ULL);
-        bool any = false;
-        for (unsigned z = 0; z < 8; ++z) {
-          any = any || ((side(dz) >> z & 1U) != 0 && (occupied[z] & layer) != 0);
-        }
-        if (any) visit(GridIndex{dx, dy, dz});
-      }
-    }
-  }
 }
 
 std::size_t NeededBytes(const Bounds& box, double area, std::size_t triangles, double voxel_size,
@@ -165,6 +111,11 @@ std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, const VoxelizeOp
   return Error{text};
 }
 
+std::optional<Error> VoxelizeFault(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
+  if (std::optional<Error> fault = OptionsFault(options)) return fault;
+  return VoxelSizeFault(mesh_W, options);
+}
+
 namespace {
 
 /// A mesh as it is voxelized, some layers of hyperchunks at a time.
@@ -194,8 +145,7 @@ Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& side
 }  // namespace
 
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
-  if (std::optional<Error> fault = OptionsFault(options)) return *fault;
-  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, options)) return *fault;
+  if (std::optional<Error> fault = VoxelizeFault(mesh_W, options)) return *fault;
   const MeshSides sides(mesh_W);
   return VoxelizeFitting(mesh_W, sides,
                          FindFeatures(mesh_W, sides, options.flatness_voxels * options.voxel_size),
@@ -246,8 +196,7 @@ std::optional<Error> VoxelizeInParts(
 
 Result<Voxmap> Voxelize(const TriangleMesh& mesh_W, const MeshSides& sides,
                         const Features& features, const VoxelizeOptions& options) {
-  if (std::optional<Error> fault = OptionsFault(options)) return *fault;
-  if (std::optional<Error> fault = VoxelSizeFault(mesh_W, options)) return *fault;
+  if (std::optional<Error> fault = VoxelizeFault(mesh_W, options)) return *fault;
   return VoxelizeFitting(mesh_W, sides, features, options);
 }
 
@@ -255,120 +204,22 @@ namespace {
 
 Result<Voxmap> VoxelizeLayers(const Task& task, const HyperchunkLayers& layers) {
   const VoxelizeOptions& options = task.options;
-  const double s = options.voxel_size;
-  const Error stopped{"voxelization was stopped"};
-  const auto& tell = task.tell;
-  const int reach = (options.range + kChunkSide - 1) / kChunkSide;  // chunks
-  std::vector<SurfaceBricks> rounds;
-  rounds.reserve(MarkPlanes::Rounds(options.range));
-  const int reached = HyperchunksReached(reach);
-  // the band of a layer comes from those beside it too
-  HyperchunkLayers with_sources = layers;
-  if (layers.begin != INT32_MIN) with_sources.begin -= reached;
-  if (layers.end != INT32_MAX) with_sources.end += reached;
-  rounds.emplace_back(task.mesh_W, task.features, s, task.facing, reached, with_sources);
-  const SurfaceBricks& bricks = rounds.front();
-  if (options.stop.stop_requested()) return stopped;
-  tell(kShareBeforeMarks / 2);
-  const InsideRows inside(bricks, task.mesh_W, task.facing, s);
-  while (rounds.size() < MarkPlanes::Rounds(options.range)) {
-    if (options.stop.stop_requested()) return stopped;
-    rounds.push_back(GrownSources(rounds.back()));
-    tell(kShareBeforeMarks / 4 *
-         (3 + static_cast<double>(rounds.size()) /
-                  static_cast<double>(MarkPlanes::Rounds(options.range))));
-  }
-  if (options.stop.stop_requested()) return stopped;
-  tell(kShareBeforeMarks);
-
-  // the bricks' box holds all that the band may reach; one more hyperchunk all round has no marks
-  const HyperchunkBox& inner = bricks.box();
-  const GridIndex border{1, 1, 1};
-  const HyperchunkBox box{inner.first - border, inner.size + border * 2};
-  std::vector<VoxmapBuilder::Kind> kinds(box.cells(), VoxmapBuilder::Kind::kFar);
-  for (const SurfaceBricks::Brick& brick : bricks.bricks()) {
-    VisitReached(brick.sources[0], reach, [&](const GridIndex& offset) {
-      const GridIndex place = brick.place + offset;
-      if (layers.Hold(place)) kinds[box.CellOf(place)] = VoxmapBuilder::Kind::kMarked;
-    });
-  }
-  std::vector<GridIndex> marked;
-  for (std::int32_t z = 0; z < inner.size.z; ++z) {
-    for (std::int32_t y = 0; y < inner.size.y; ++y) {
-      for (std::int32_t x = 0; x < inner.size.x; ++x) {
-        const GridIndex place = inner.first + GridIndex{x, y, z};
-        if (!layers.Hold(place)) continue;
-        VoxmapBuilder::Kind& kind = kinds[box.CellOf(place)];
-        if (kind == VoxmapBuilder::Kind::kMarked) {
-          marked.push_back(place);
-        } else if (inside.Solid(inner.CellOf(place))) {
-          kind = VoxmapBuilder::Kind::kSolid;
-        }
-      }
-    }
-  }
-  std::sort(marked.begin(), marked.end(), [](const GridIndex& a, const GridIndex& b) {
-    return MortonCode(a) < MortonCode(b);
-  });
-
-  VoxmapBuilder builder(s, options.range, options.bits, box, kinds);
-  std::size_t next = 0;
-  std::size_t done = 0;
+  const auto source = MarkSource::Make(task.mesh_W, task.features, task.facing, options, layers,
+                                       [&task](double share) {
+                                         task.tell(kShareBeforeMarks * share);
+                                       });
+  if (!source) return source.error();
+  VoxmapBuilder builder(options.voxel_size, options.range, options.bits, (*source)->box(),
+                        (*source)->kinds());
   std::uint64_t band_voxels = 0;
-  std::mutex returning;
-  std::vector<std::unique_ptr<MarkPlanes>> spare;
-  const std::size_t tokens = 2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-  struct Filled {
-    GridIndex place;
-    std::unique_ptr<MarkPlanes> planes;
-  };
-  tbb::parallel_pipeline(
-      tokens,
-      tbb::make_filter<void, GridIndex>(tbb::filter_mode::serial_in_order,
-                                        [&](tbb::flow_control& flow) {
-                                          if (next == marked.size() ||
-                                              options.stop.stop_requested()) {
-                                            flow.stop();
-                                            return GridIndex{};
-                                          }
-                                          return marked[next++];
-                                        }) &
-          tbb::make_filter<GridIndex, std::shared_ptr<Filled>>(
-              tbb::filter_mode::parallel,
-              [&](const GridIndex& place) {
-                auto filled = std::make_shared<Filled>();
-                filled->place = place;
-                {
-                  const std::lock_guard lock(returning);
-                  if (!spare.empty()) {
-                    filled->planes = std::move(spare.back());
-                    spare.pop_back();
-                  }
-                }
-                if (filled->planes == nullptr) {
-                  filled->planes =
-                      std::make_unique<MarkPlanes>(rounds, options.range, options.bits);
-                }
-                const std::uint64_t* rows = inside.RowsOf(inner.CellOf(place));
-                const bool solid = inside.Solid(inner.CellOf(place));
-                filled->planes->Begin(place);
-                for (const Field field : kAllFields) {
-                  const bool first = field == Field::kSurface;
-                  filled->planes->Add(field, first ? rows : nullptr, first && solid);
-                }
-                return filled;
-              }) &
-          tbb::make_filter<std::shared_ptr<Filled>, void>(
-              tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Filled>& filled) {
-                builder.Add(filled->place, filled->planes->record(), filled->planes->planes());
-                ++done;
-                band_voxels += filled->planes->band_voxels();
-                tell(kShareBeforeMarks + (1 - kShareBeforeMarks) * static_cast<double>(done) /
-                                             static_cast<double>(marked.size()));
-                const std::lock_guard lock(returning);
-                spare.push_back(std::move(filled->planes));
-              }));
-  if (done < marked.size()) return stopped;
+  std::size_t done = 0;
+  const auto count = static_cast<double>((*source)->marked().size());
+  const auto fault = (*source)->MakeAll([&](const GridIndex& place, const MarkPlanes& planes) {
+    builder.Add(place, planes.record(), planes.planes());
+    band_voxels += planes.band_voxels();
+    task.tell(kShareBeforeMarks + (1 - kShareBeforeMarks) * static_cast<double>(++done) / count);
+  });
+  if (fault) return *fault;
   return builder.Finish(band_voxels);
 }
 

@@ -33,6 +33,9 @@ std::size_t EstimateVoxelizeBytes(const TriangleMesh& mesh_W, const VoxelizeOpti
 /// that would do; nothing if it can.
 std::optional<Error> VoxelSizeFault(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 
+/// Tells why Voxelize() refuses a mesh and options; nothing if it does not.
+std::optional<Error> VoxelizeFault(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
+
 /// Voxelizes a mesh where it stands in W: exact conservative surface, distance field, interior by
 /// counted crossings, of open bodies by winding number (paper §2.1, §3; decision 0003). In
 /// parallel; the same bits for any number of threads. Refused in one line: no triangles, a voxel

@@ -257,9 +257,20 @@ void VoxmapBuilder::FillChunkLevel() {
   });
 }
 
-Voxmap VoxmapBuilder::Finish(std::uint64_t band_voxels) {
-  header_.band_voxels = band_voxels;
+Voxmap VoxmapBuilder::FinishOutline(std::uint64_t band_voxels) {
+  TANDEM_CHECK(planes_.size() == 2);
   FillChunkLevel();
+  for (std::uint64_t r = 2; r < header_.record_count; ++r) records_[r].slices = {};
+  return Written(band_voxels);
+}
+
+Voxmap VoxmapBuilder::Finish(std::uint64_t band_voxels) {
+  FillChunkLevel();
+  return Written(band_voxels);
+}
+
+Voxmap VoxmapBuilder::Written(std::uint64_t band_voxels) {
+  header_.band_voxels = band_voxels;
   header_.planes_offset = header_.quarters_offset + header_.quarter_count * quarter_bytes_;
   header_.plane_count = planes_.size();
   header_.bytes = header_.planes_offset + planes_.size() * sizeof(VoxmapPlane);

@@ -27,9 +27,12 @@ class VoxmapBuilder {
            std::span<const std::uint8_t> planes);
   /// `band_voxels` of the whole map.
   Voxmap Finish(std::uint64_t band_voxels);
+  /// The same without planes, where none were added: every chunk reads as one without.
+  Voxmap FinishOutline(std::uint64_t band_voxels);
 
  private:
   void FillChunkLevel();
+  Voxmap Written(std::uint64_t band_voxels);
   std::uint32_t NumberOf(const std::uint8_t* quarter, std::uint64_t hash);
   void Widen();
 

@@ -12,6 +12,7 @@
 #include "engine/geometry/mesh_file.h"
 #include "engine/paging/resident_voxels.h"
 #include "engine/paging/slow_pages.h"
+#include "engine/voxel/computed_pages.h"
 #include "engine/voxel/voxelize.h"
 
 namespace tandem {
@@ -279,13 +280,13 @@ VoxelizeOptions VoxelizeOptionsOf(const Scene& scene, const LoadOptions& load) {
 /// The fixed bodies' voxels, to be read as they are needed unless all of them fit.
 std::optional<Error> OpenPages(const TriangleMesh& mesh_W, WorldModel& world,
                                const LoadOptions& load) {
-  TANDEM_CHECK(load.cache != nullptr);
   VoxelizeOptions options = VoxelizeOptionsOf(world.scene, load);
   constexpr std::uint64_t kEnough = std::uint64_t{2}
                                     << 30U;  // so that there are not too many parts
   options.max_memory_bytes =
       std::min<std::uint64_t>(options.max_memory_bytes, std::max(kEnough, load.voxel_memory_bytes));
-  Result<std::shared_ptr<const PageSource>> pages = load.cache->PagesOf(mesh_W, options);
+  Result<std::shared_ptr<const PageSource>> pages =
+      load.cache != nullptr ? load.cache->PagesOf(mesh_W, options) : ComputePages(mesh_W, options);
   if (!pages) return pages.error();
   if ((*pages)->counts().bytes <= load.voxel_memory_bytes) {
     return MakeMap(world.scene, mesh_W, world.fixture, load);
@@ -360,10 +361,6 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
     return Error{scene.file.string() +
                  ": a limit of the voxels' memory needs the contact model plain; this scene's is "
                  "refined"};
-  }
-  if (options.voxel_memory_bytes > 0 && options.cache == nullptr) {
-    return Error{
-        "a limit of the voxels' memory needs a folder to keep voxels in: set TANDEM_CACHE"};
   }
   auto world = std::make_shared<WorldModel>();
   world->scene = scene;

@@ -90,7 +90,8 @@ struct LoadOptions {
   /// loading.
   const VoxelCache* cache = nullptr;
   /// The most memory that voxels of the fixed bodies may take, bytes: the rest is read as it is
-  /// needed (paper §5.3). 0: all are in memory. Needs a cache, and the plain contact model.
+  /// needed (paper §5.3), or computed where nothing is kept. 0: all are in memory. Needs the plain
+  /// contact model.
   std::uint64_t voxel_memory_bytes = 0;
   /// What a disk gives in a second at most, bytes, for measurements; 0: what it does.
   double disk_bytes_per_s = 0;

@@ -13,6 +13,7 @@
 
 #include "engine/base/block_file.h"
 #include "engine/base/hash.h"
+#include "engine/voxel/computed_pages.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shapes.h"
 
@@ -134,6 +135,49 @@ TEST_F(KeptVoxmapTest, PartsComeToTheSameVoxels) {
         ASSERT_EQ(loaded->ChunkValue({x, y, z}), whole->ChunkValue({x, y, z}));
       }
     }
+  }
+}
+
+/// The marks of a page, quarter by quarter.
+std::string MarksOf(const VoxelPage& page, const Voxmap& outline) {
+  const std::size_t bytes = outline.quarter_bytes();
+  std::string marks;
+  for (const auto& plane : page.planes) {
+    for (const std::uint16_t number : plane) {
+      const auto* from = number < 2 ? outline.quarters() + number * bytes
+                                    : page.quarters.data() + (number - 2U) * bytes;
+      marks.append(reinterpret_cast<const char*>(from), bytes);
+    }
+  }
+  return marks;
+}
+
+TEST_F(KeptVoxmapTest, ComputedPagesAreTheSame) {
+  const TriangleMesh mesh = Balls();
+  for (const auto& [range, bits] : {std::pair{1, 2}, {8, 4}, {20, 8}}) {
+    const VoxelizeOptions options{.voxel_size = 0.006, .range = range, .bits = bits};
+    ASSERT_FALSE(KeepVoxmap(mesh, options, file_));
+    const auto kept = OpenKeptVoxmap(file_, KeyOf(mesh, options));
+    const auto computed = ComputePages(mesh, options);
+    ASSERT_TRUE(kept && computed);
+    const Voxmap& outline = (*kept)->outline();
+    ASSERT_EQ((*computed)->outline().header().record_count, outline.header().record_count);
+    EXPECT_EQ((*computed)->outline().Digest(), outline.Digest());
+    EXPECT_EQ((*computed)->counts().band, (*kept)->counts().band);
+    int pages = 0;
+    for (std::uint32_t r = 0; r < outline.header().record_count; ++r) {
+      EXPECT_EQ((*computed)->outline().records()[r].chunk_marks, outline.records()[r].chunk_marks);
+      ASSERT_EQ((*computed)->HasPage(r), (*kept)->HasPage(r));
+      if (!(*kept)->HasPage(r)) continue;
+      VoxelPage a;
+      VoxelPage b;
+      ASSERT_FALSE((*kept)->Read(r, a));
+      ASSERT_FALSE((*computed)->Read(r, b));
+      ASSERT_EQ(a.stored, b.stored);
+      ASSERT_TRUE(MarksOf(a, outline) == MarksOf(b, outline)) << r;
+      ++pages;
+    }
+    EXPECT_GT(pages, 20);
   }
 }
 

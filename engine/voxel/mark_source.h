@@ -1,0 +1,60 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/base/result.h"
+#include "engine/geometry/facets.h"
+#include "engine/geometry/mesh_facing.h"
+#include "engine/voxel/inside_rows.h"
+#include "engine/voxel/mark_planes.h"
+#include "engine/voxel/surface_bricks.h"
+#include "engine/voxel/voxelize.h"
+#include "engine/voxel/voxmap_builder.h"
+
+namespace tandem {
+
+/// What the marks of a mesh are computed from, hyperchunk by hyperchunk: bits that say which voxels
+/// the surface, its edges and its vertices lie in, and which lie inside. They take a tenth of the
+/// memory that the marks do. Any number of threads may use it at once.
+class MarkSource {
+ public:
+  /// Of some layers of hyperchunks. Told the share that is done, 0 to 1. An error where the options
+  /// ask it to stop.
+  static Result<std::unique_ptr<MarkSource>> Make(const TriangleMesh& mesh_W,
+                                                  const Features& features,
+                                                  const MeshFacing& facing,
+                                                  const VoxelizeOptions& options,
+                                                  const HyperchunkLayers& layers,
+                                                  const std::function<void(double)>& tell);
+
+  /// The map's, whose border of one hyperchunk has no marks.
+  const HyperchunkBox& box() const noexcept { return box_; }
+  /// By cell of the box.
+  const std::vector<VoxmapBuilder::Kind>& kinds() const noexcept { return kinds_; }
+  /// The hyperchunks with marks, in Morton order.
+  const std::vector<GridIndex>& marked() const noexcept { return marked_; }
+  /// Scratch for Fill(), one for each thread.
+  std::unique_ptr<MarkPlanes> MakePlanes() const;
+  /// Computes the marks of a hyperchunk.
+  void Fill(const GridIndex& place, MarkPlanes& planes) const;
+  /// Computes those of all in parallel, and hands them on in order, one at a time. An error where
+  /// the options ask it to stop.
+  std::optional<Error> MakeAll(
+      const std::function<void(const GridIndex& place, const MarkPlanes& planes)>& take) const;
+
+ private:
+  explicit MarkSource(const VoxelizeOptions& options) : options_(options) {}
+  void FindKinds(const HyperchunkLayers& layers, int reach);
+
+  VoxelizeOptions options_;
+  std::vector<SurfaceBricks> rounds_;
+  std::optional<InsideRows> inside_;
+  HyperchunkBox box_;
+  std::vector<VoxmapBuilder::Kind> kinds_;
+  std::vector<GridIndex> marked_;
+};
+
+}  // namespace tandem
