@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "engine/voxel/kept_points.h"
 #include "engine/voxel/kept_voxmap.h"
 
 namespace tandem {
@@ -20,6 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSurfaceEnding = ".surface";
 constexpr const char* kVoxmapEnding = ".voxmap";
+constexpr const char* kMeshEnding = ".mesh";
+constexpr const char* kPointsEnding = ".points";
 
 /// Tells whether a file is the user's own and nobody else may write to it.
 bool IsOwn(const fs::path& file) {
@@ -59,6 +62,40 @@ fs::path VoxelCache::FileOf(const MadeOf& key, unsigned version, const char* end
 
 bool VoxelCache::MayRead(const fs::path& file) const {
   return IsOwnFolder(folder_) && IsOwn(file);
+}
+
+Result<ImportedMesh> VoxelCache::MeshOf(const fs::path& file, const ImportOptions& options) const {
+  const std::optional<MadeOf> key = KeyOf(file, options);
+  if (!key) return ImportAndDiagnose(file, options);
+  const fs::path kept = FileOf(*key, kKeptMeshFile.version, kMeshEnding);
+  if (MayRead(kept)) {
+    if (auto loaded = Noted(LoadKeptMesh(kept, *key), kept)) return loaded;
+  }
+  Result<ImportedMesh> made = ImportAndDiagnose(file, options);
+  if (!made) return made;
+  if (made->mesh.triangles.size() * sizeof(TriangleMesh::Triangle) >= kLeastBytes) {
+    Keep(kept, [&] {
+      return KeepMesh(*made, *key, kept);
+    });
+  }
+  return made;
+}
+
+Result<Pointshell> VoxelCache::PointsOf(const TriangleMesh& mesh_W, const Pose& X_WB,
+                                        const PointshellOptions& options) const {
+  const MadeOf key = KeyOf(mesh_W, X_WB, options);
+  const fs::path file = FileOf(key, kKeptPointsFile.version, kPointsEnding);
+  if (MayRead(file)) {
+    if (auto loaded = Noted(LoadKeptPoints(file, key), file)) return loaded;
+  }
+  Result<Pointshell> made = MakePointshell(mesh_W, X_WB, options);
+  if (!made) return made;
+  if (made->size() * 6 * sizeof(float) >= kLeastBytes) {
+    Keep(file, [&] {
+      return KeepPoints(*made, key, file);
+    });
+  }
+  return made;
 }
 
 Result<BodySurface> VoxelCache::SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB,
@@ -125,7 +162,10 @@ void VoxelCache::Keep(const fs::path& file,
 }
 
 std::optional<Error> VoxelCache::FaultOf(const fs::path& file) {
-  return file.extension() == kSurfaceEnding ? SurfaceFault(file) : KeptVoxmapFault(file);
+  const fs::path ending = file.extension();
+  if (ending == kSurfaceEnding) return SurfaceFault(file);
+  if (ending == kMeshEnding) return KeptMeshFault(file);
+  return ending == kPointsEnding ? KeptPointsFault(file) : KeptVoxmapFault(file);
 }
 
 std::vector<CachedFile> VoxelCache::Files() const {
@@ -136,7 +176,10 @@ std::vector<CachedFile> VoxelCache::Files() const {
     // others may remove files meanwhile
     std::error_code gone;
     const fs::path ending = at->path().extension();
-    if (ending != kSurfaceEnding && ending != kVoxmapEnding) continue;
+    if (ending != kSurfaceEnding && ending != kVoxmapEnding && ending != kMeshEnding &&
+        ending != kPointsEnding) {
+      continue;
+    }
     if (!at->is_regular_file(gone)) continue;
     CachedFile file{.file = at->path(), .bytes = at->file_size(gone), .used = {}};
     if (!gone) file.used = at->last_write_time(gone);

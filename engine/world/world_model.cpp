@@ -1,5 +1,6 @@
 #include "engine/world/world_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -45,13 +46,14 @@ Error WithScale(const Error& fault, const SceneBody& body, const TriangleMesh& m
   return remark ? Error{*remark + " (" + fault.what + ")"} : fault;
 }
 
-/// Each body's mesh together with those of the parts merged with it.
-std::vector<TriangleMesh> Wholes(const Scene& scene, const std::vector<TriangleMesh>& meshes_W) {
-  std::vector<TriangleMesh> wholes_W = meshes_W;
+/// A body's mesh together with those of the parts merged with it.
+TriangleMesh WholeOf(const Scene& scene, const std::vector<TriangleMesh>& meshes_W,
+                     std::size_t body) {
+  TriangleMesh whole_W = meshes_W[body];
   for (std::size_t i = 0; i < meshes_W.size(); ++i) {
-    if (scene.WholeOf(i) != i) Append(wholes_W[scene.WholeOf(i)], meshes_W[i]);
+    if (i != body && scene.WholeOf(i) == body) Append(whole_W, meshes_W[i]);
   }
-  return wholes_W;
+  return whole_W;
 }
 
 TriangleMesh FixtureOf(const Scene& scene, const std::vector<TriangleMesh>& meshes_W) {
@@ -71,8 +73,8 @@ double PointsOnSurface(const Scene& scene, const TriangleMesh& mesh_W, double sp
 std::optional<Error> MakePlainParts(const Scene& scene, const SceneBody& body,
                                     const TriangleMesh& mesh_W, bool with_voxmap,
                                     const LoadOptions& options, BodyModel& model) {
-  Result<Pointshell> points =
-      MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels, body.point_spacing_voxels);
+  Result<Pointshell> points = MakePoints(scene, mesh_W, model.X_WB0, body.inward_shift_voxels,
+                                         body.point_spacing_voxels, options);
   if (!points) return points.error();
   model.points = std::move(*points);
   if (!with_voxmap) return std::nullopt;
@@ -106,28 +108,29 @@ Error Stopped(const Scene& scene) {
   return Error{scene.file.string() + ": stopped while it was loaded"};
 }
 
-std::optional<Error> LoadMeshes(const Scene& scene, const std::stop_token& stop,
-                                WorldModel& world) {
-  std::vector<std::optional<Result<TriangleMesh>>> meshes_M(scene.bodies.size());
+std::optional<Error> LoadMeshes(const Scene& scene, const LoadOptions& options, WorldModel& world) {
+  std::vector<std::optional<Result<ImportedMesh>>> meshes_M(scene.bodies.size());
   tbb::parallel_for(std::size_t{0}, scene.bodies.size(), [&](std::size_t i) {
     const SceneBody& body = scene.bodies[i];
-    if (stop.stop_requested()) return;
-    meshes_M[i] = ImportMesh(body.mesh, {.scale = body.scale, .part = body.part});
+    if (options.stop.stop_requested()) return;
+    const ImportOptions import{.scale = body.scale, .part = body.part};
+    meshes_M[i] = options.cache != nullptr ? options.cache->MeshOf(body.mesh, import)
+                                           : ImportAndDiagnose(body.mesh, import);
   });
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const SceneBody& body = scene.bodies[i];
     if (!meshes_M[i]) return Stopped(scene);
     if (!*meshes_M[i]) return At(body, meshes_M[i]->error().what);
-    const TriangleMesh& mesh_M = **meshes_M[i];
-    const MeshDiagnosis diagnosis = Diagnose(mesh_M);
-    if (!diagnosis.closed()) {
+    ImportedMesh& imported = **meshes_M[i];
+    if (!imported.closed) {
       world.remarks.push_back(
-          At(body, Describe(diagnosis) +
+          At(body, imported.diagnosis +
                        " (its surface is not closed: contact goes by what is there, its inside "
                        "and its mass are estimates; if it behaves oddly, mend the mesh)")
               .what);
     }
-    world.meshes_W.push_back(Transformed(mesh_M, body.X_WM));
+    world.meshes_W.push_back(std::move(imported.mesh));
+    for (Vec3& vertex : world.meshes_W.back().vertices) vertex = body.X_WM * vertex;
     if (const auto remark = ScaleRemark(body, world.meshes_W.back())) {
       world.remarks.push_back(At(body, *remark).what);
     }
@@ -148,10 +151,24 @@ std::optional<Error> LoadFixture(const Scene& scene, const TriangleMesh& fixture
   return std::nullopt;
 }
 
+std::size_t FirstFixed(const Scene& scene) {
+  const auto found =
+      std::find_if(scene.bodies.begin(), scene.bodies.end(), [](const SceneBody& body) {
+        return body.fixed;
+      });
+  return static_cast<std::size_t>(found - scene.bodies.begin());
+}
+
 /// The moving bodies and the fixture, side by side: each has parts that one thread works on alone.
 std::optional<Error> LoadBodies(const Scene& scene, const LoadOptions& options, WorldModel& world) {
-  const std::vector<TriangleMesh> wholes_W = Wholes(scene, world.meshes_W);
-  const TriangleMesh fixture_W = FixtureOf(scene, world.meshes_W);
+  const auto fixed = static_cast<std::size_t>(
+      std::count_if(scene.bodies.begin(), scene.bodies.end(), [](const SceneBody& body) {
+        return body.fixed;
+      }));
+  // large as a rule, and most often one: then it is not copied
+  const std::size_t only = fixed == 1 ? FirstFixed(scene) : 0;
+  const TriangleMesh merged_W = fixed > 1 ? FixtureOf(scene, world.meshes_W) : TriangleMesh{};
+  const TriangleMesh& fixture_W = fixed == 1 ? world.meshes_W[only] : merged_W;
   std::vector<std::uint32_t> moving;
   for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
     if (!scene.bodies[i].fixed && scene.WholeOf(i) == i) moving.push_back(i);
@@ -164,8 +181,8 @@ std::optional<Error> LoadBodies(const Scene& scene, const LoadOptions& options, 
     if (options.stop.stop_requested()) return;
     if (i > 0) {
       const std::uint32_t body = moving[i - 1];
-      models[i - 1] =
-          LoadBody(scene, scene.bodies[body], wholes_W[body], moving.size() > 1, options);
+      models[i - 1] = LoadBody(scene, scene.bodies[body], WholeOf(scene, world.meshes_W, body),
+                               moving.size() > 1, options);
     } else if (!fixture_W.triangles.empty()) {
       fixture_fault = LoadFixture(scene, fixture_W, options, world);
     }
@@ -280,13 +297,14 @@ VoxelizeOptions VoxelizeOptionsOf(const Scene& scene, const LoadOptions& load) {
 /// The fixed bodies' voxels, to be read as they are needed unless all of them fit.
 std::optional<Error> OpenPages(const TriangleMesh& mesh_W, WorldModel& world,
                                const LoadOptions& load) {
-  VoxelizeOptions options = VoxelizeOptionsOf(world.scene, load);
+  const VoxelizeOptions whole = VoxelizeOptionsOf(world.scene, load);
+  VoxelizeOptions options = whole;
   constexpr std::uint64_t kEnough = std::uint64_t{2}
                                     << 30U;  // so that there are not too many parts
   options.max_memory_bytes =
       std::min<std::uint64_t>(options.max_memory_bytes, std::max(kEnough, load.voxel_memory_bytes));
   Result<std::shared_ptr<const PageSource>> pages =
-      load.cache != nullptr ? load.cache->PagesOf(mesh_W, options) : ComputePages(mesh_W, options);
+      load.cache != nullptr ? load.cache->PagesOf(mesh_W, options) : ComputePages(mesh_W, whole);
   if (!pages) return pages.error();
   if ((*pages)->counts().bytes <= load.voxel_memory_bytes) {
     return MakeMap(world.scene, mesh_W, world.fixture, load);
@@ -342,14 +360,17 @@ Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, 
 }
 
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
-                              double inward_shift_voxels, double spacing_voxels) {
+                              double inward_shift_voxels, double spacing_voxels,
+                              const LoadOptions& load) {
   const bool refined = scene.contact == ContactModel::kRefined;
-  return MakePointshell(mesh_W, X_WB,
-                        {.spacing = spacing_voxels * scene.voxel_size,
-                         .inward_shift = inward_shift_voxels * scene.voxel_size,
-                         .place = refined ? PointPlace::kOnFeature : PointPlace::kVoxelCentre,
-                         .flatness_voxels = FlatnessVoxels(scene.contact),
-                         .most_displacement = scene.voxel_size});
+  const PointshellOptions options{
+      .spacing = spacing_voxels * scene.voxel_size,
+      .inward_shift = inward_shift_voxels * scene.voxel_size,
+      .place = refined ? PointPlace::kOnFeature : PointPlace::kVoxelCentre,
+      .flatness_voxels = FlatnessVoxels(scene.contact),
+      .most_displacement = scene.voxel_size};
+  return load.cache != nullptr ? load.cache->PointsOf(mesh_W, X_WB, options)
+                               : MakePointshell(mesh_W, X_WB, options);
 }
 
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
@@ -364,7 +385,7 @@ Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,
   }
   auto world = std::make_shared<WorldModel>();
   world->scene = scene;
-  if (auto fault = LoadMeshes(scene, options.stop, *world)) return *fault;
+  if (auto fault = LoadMeshes(scene, options, *world)) return *fault;
   if (auto fault = LoadBodies(scene, options, *world)) return *fault;
   return std::shared_ptr<const WorldModel>(std::move(world));
 }

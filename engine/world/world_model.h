@@ -113,7 +113,8 @@ Result<BodySurface> MakeSurface(const Scene& scene, const TriangleMesh& mesh_W, 
                                 double spacing_voxels = 1, const LoadOptions& options = {});
 /// A mesh as what is tested, in the frame that stands at X_WB; lengths in voxels of the scene.
 Result<Pointshell> MakePoints(const Scene& scene, const TriangleMesh& mesh_W, const Pose& X_WB,
-                              double inward_shift_voxels, double spacing_voxels = 1);
+                              double inward_shift_voxels, double spacing_voxels = 1,
+                              const LoadOptions& load = {});
 
 /// Imports, welds, weighs and voxelizes. Errors name the body and its file.
 Result<std::shared_ptr<const WorldModel>> LoadWorld(const Scene& scene,

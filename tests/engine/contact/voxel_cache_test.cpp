@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -12,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/voxel/kept_points.h"
 #include "engine/voxel/voxelize.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shapes.h"
@@ -226,6 +228,83 @@ TEST_F(VoxelCacheTest, GivesPagesOfTheSameFile) {
   ASSERT_TRUE(whole) << whole.error().what;
   EXPECT_EQ((*pages)->counts().total(), whole->Count().total());
   ASSERT_EQ(cache_.Files().size(), 1U);
+}
+
+TEST_F(VoxelCacheTest, ReadsAMeshFileOnce) {
+  const TriangleMesh mesh = Sphere(24 * kBallVoxel, 6);
+  const fs::path file = scratch_.path() / "ball.off";
+  std::string text = "OFF\n" + std::to_string(mesh.vertices.size()) + " " +
+                     std::to_string(mesh.triangles.size()) + " 0\n";
+  for (const Vec3& v : mesh.vertices) {
+    char line[80];
+    std::snprintf(line, sizeof line, "%.9g %.9g %.9g\n", v.x(), v.y(), v.z());
+    text += line;
+  }
+  for (const auto& t : mesh.triangles) {
+    text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
+            "\n";
+  }
+  Overwrite(file, text);
+  const Result<ImportedMesh> first = cache_.MeshOf(file, {});
+  ASSERT_TRUE(first) << first.error().what;
+  EXPECT_TRUE(first->closed);
+  EXPECT_EQ(first->diagnosis, "closed, 1 body");
+  ASSERT_EQ(cache_.Files().size(), 1U);
+
+  // whoever has no time to read the file takes what is kept, and nothing else
+  const ImportOptions no_time{.seconds_limit = 1e-9};
+  const Result<ImportedMesh> again = cache_.MeshOf(file, no_time);
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(again->mesh.vertices, first->mesh.vertices);
+  EXPECT_EQ(again->mesh.triangles, first->mesh.triangles);
+  EXPECT_EQ(again->diagnosis, first->diagnosis);
+  EXPECT_FALSE(VoxelCache::FaultOf(cache_.Files().at(0).file));
+
+  ImportOptions scaled = no_time;
+  scaled.scale = 2.0;
+  EXPECT_FALSE(cache_.MeshOf(file, scaled));
+  text[text.size() - 2] = text[text.size() - 2] == '1' ? '2' : '1';
+  Overwrite(file, text);
+  EXPECT_FALSE(cache_.MeshOf(file, no_time)) << "the file is another one now";
+
+  Overwrite(file, text.substr(0, 100));
+  const fs::path kept = cache_.Files().at(0).file;
+  const std::string whole = TextOf(kept);
+  std::mt19937_64 random(11);
+  for (int i = 0; i < 6; ++i) {
+    Spoil(kept, whole, i % 2 == 0, random);
+    EXPECT_TRUE(VoxelCache::FaultOf(kept));
+  }
+}
+
+TEST_F(VoxelCacheTest, KeepsPointsToo) {
+  const PointshellOptions options{.spacing = 0.3 * kBallVoxel, .place = PointPlace::kOnFeature};
+  const Pose X_WB{Quat(0.8, 0, 0.6, 0), Vec3(1, 2, 3)};
+  const Result<Pointshell> made = cache_.PointsOf(ball_, X_WB, options);
+  ASSERT_TRUE(made);
+  ASSERT_EQ(cache_.Files().size(), 1U);
+  const fs::path file = cache_.Files().at(0).file;
+  const Result<Pointshell> loaded = LoadKeptPoints(file, KeyOf(ball_, X_WB, options));
+  ASSERT_TRUE(loaded) << loaded.error().what;
+  EXPECT_EQ(Digest(*loaded), Digest(*made));
+  EXPECT_EQ(loaded->labels, made->labels);
+  EXPECT_EQ(loaded->chunks.size(), made->chunks.size());
+  EXPECT_EQ(loaded->edges.size(), made->edges.size());
+  EXPECT_EQ(loaded->gaps, made->gaps);
+  EXPECT_EQ(loaded->radius, made->radius);
+  PointshellOptions other = options;
+  other.inward_shift = 1e-5;
+  EXPECT_FALSE(LoadKeptPoints(file, KeyOf(ball_, X_WB, other)));
+  EXPECT_FALSE(LoadKeptPoints(file, KeyOf(ball_, Pose{}, options)));
+
+  const std::string whole = TextOf(file);
+  std::mt19937_64 random(13);
+  for (int i = 0; i < 9; ++i) {
+    const std::size_t at = Spoil(file, whole, i % 3 == 0, random);
+    EXPECT_TRUE(VoxelCache::FaultOf(file)) << "byte " << at;
+    ASSERT_TRUE(cache_.PointsOf(ball_, X_WB, options));
+    ASSERT_EQ(TextOf(file), whole);
+  }
 }
 
 TEST_F(VoxelCacheTest, ClearRemovesItsFilesAndNoOthers) {
