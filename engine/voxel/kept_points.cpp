@@ -1,6 +1,8 @@
 #include "engine/voxel/kept_points.h"
 
 #include <algorithm>
+#include <array>
+#include <vector>
 
 #include "engine/base/byte_archive.h"
 #include "engine/base/hash.h"
@@ -10,9 +12,62 @@ namespace tandem {
 
 namespace {
 
+/// Pointshell::Edge and Chunk without bytes between their parts, which would be any.
+struct KeptEdge {
+  std::array<float, 3> tangent{};
+  float half_length = 0;
+  float cosine = 0;
+  std::uint32_t ends = 0;
+};
+static_assert(sizeof(KeptEdge) == 24);
+struct KeptChunk {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  std::uint32_t first_edge = 0;
+  std::array<std::uint32_t, kFields> labels{};
+  std::array<double, 3> p_BC{};
+  double radius = 0;
+};
+static_assert(sizeof(KeptChunk) == 56);
+
+struct KeptParts {
+  std::vector<KeptEdge> edges;
+  std::vector<KeptChunk> chunks;
+};
+
+KeptParts PartsOf(const Pointshell& points) {
+  KeptParts parts;
+  for (const Pointshell::Edge& edge : points.edges) {
+    const Vec3f& t = edge.tangent;
+    parts.edges.push_back(
+        {{t.x(), t.y(), t.z()}, edge.half_length, edge.cosine, edge.ends ? 1U : 0U});
+  }
+  for (const Pointshell::Chunk& chunk : points.chunks) {
+    const Vec3& p = chunk.p_BC;
+    parts.chunks.push_back({chunk.first,
+                            chunk.count,
+                            chunk.first_edge,
+                            chunk.labels,
+                            {p.x(), p.y(), p.z()},
+                            chunk.radius});
+  }
+  return parts;
+}
+
+void PutParts(const KeptParts& parts, Pointshell& points) {
+  for (const KeptEdge& edge : parts.edges) {
+    points.edges.push_back({Vec3f(edge.tangent[0], edge.tangent[1], edge.tangent[2]),
+                            edge.half_length, edge.cosine, edge.ends != 0});
+  }
+  for (const KeptChunk& chunk : parts.chunks) {
+    points.chunks.push_back({chunk.first, chunk.count, chunk.first_edge, chunk.labels,
+                             Vec3(chunk.p_BC[0], chunk.p_BC[1], chunk.p_BC[2]), chunk.radius});
+  }
+}
+
 /// Calls visit(part) for every part of a pointshell, in the order of the file.
-template <typename Points, typename Values, typename Arrays>
-void Visit(Points& points, const Values& value, const Arrays& array) {
+template <typename Points, typename Parts, typename Values, typename Arrays>
+void Visit(Points& points, Parts& parts, const Values& value, const Arrays& array) {
   value(points.spacing);
   array(points.x);
   array(points.y);
@@ -21,8 +76,8 @@ void Visit(Points& points, const Values& value, const Arrays& array) {
   array(points.ny);
   array(points.nz);
   array(points.labels);
-  array(points.edges);
-  array(points.chunks);
+  array(parts.edges);
+  array(parts.chunks);
   value(points.radius);
   value(points.gap_step);
   value(points.gaps);
@@ -52,15 +107,17 @@ bool IsSound(const Pointshell& points) {
 
 Result<Pointshell> Read(const BlockFile& mapped, const std::filesystem::path& file) {
   Pointshell points;
+  KeptParts parts;
   ByteReader reader(mapped.blocks[0].bytes);
   Visit(
-      points,
+      points, parts,
       [&reader](auto& value) {
         reader.Read(value);
       },
       [&reader](auto& array) {
         reader.ReadArray(array);
       });
+  PutParts(parts, points);
   if (!reader.good() || !reader.at_end() || !IsSound(points)) {
     return DamagedFile(kKeptPointsFile, file.string());
   }
@@ -85,8 +142,9 @@ MadeOf KeyOf(const TriangleMesh& mesh_W, const Pose& X_WB, const PointshellOptio
 std::optional<Error> KeepPoints(const Pointshell& points, const MadeOf& made_of,
                                 const std::filesystem::path& file) {
   ByteWriter writer;
+  const KeptParts parts = PartsOf(points);
   Visit(
-      points,
+      points, parts,
       [&writer](const auto& value) {
         writer.Add(value);
       },
