@@ -84,12 +84,13 @@ FrameLimits LimitsOf(const std::vector<ViewBody>& bodies) noexcept {
 
 std::string AsText(const FrameLimits& limits) {
   constexpr std::array kNames{"slowed ", "over capacity ", "contacts left out ",
-                              "waited for voxels "};
+                              "waits for voxels"};
   const std::array<double, 4> shares = Shares(limits);
   std::string text;
   for (std::size_t k = 0; k < shares.size(); ++k) {
     if (shares[k] <= 0) continue;
-    text += (text.empty() ? "" : ", ") + std::string(kNames[k]) + Percent(shares[k]);
+    text += (text.empty() ? "" : ", ") + std::string(kNames[k]);
+    if (k < kInPercent) text += Percent(shares[k]);
   }
   return text;
 }
@@ -113,9 +114,9 @@ std::vector<std::string> Explain(const FrameLimits& limits) {
                     "push, so parts may sink into one another; larger voxels help");
   }
   if (limits.waited > 0) {
-    lines.push_back("in " + Percent(limits.waited) +
-                    " of the frames voxels were not in memory: nothing moved and no force was "
-                    "felt until they were; a larger --voxel-memory or a faster disk helps");
+    lines.push_back(
+        "in some frames voxels were not in memory: nothing moved and no force was felt until they "
+        "were; a larger --voxel-memory or a faster disk helps");
   }
   return lines;
 }

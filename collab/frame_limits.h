@@ -51,7 +51,7 @@ FrameLimits LimitsIn(std::uint32_t flags) noexcept;
 /// Of what a peer holds; nothing of one with an empty hand.
 FrameLimits LimitsOf(const std::vector<ViewBody>& bodies) noexcept;
 
-/// "slowed 12 %, over capacity 3 %, contacts left out 1 %, waited for voxels 1 %": those above 0;
+/// "slowed 12 %, over capacity 3 %, contacts left out 1 %, waits for voxels": those above 0;
 /// empty if none is.
 std::string AsText(const FrameLimits& limits);
 /// A line for each that is above 0: what share of the frames, what it means and what helps.

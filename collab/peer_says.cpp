@@ -31,7 +31,7 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .flags = report_.flags | AsFlags(limits_.last()),
                .sample_ns = now_ns,
                .X_WB = state.X_WB,
-               .V_WB = state.V_WB,
+               .V_WB = report_.waited > 0 ? Twist{} : state.V_WB,  // it stands
                .contact_B_W = report_.contact_B_W};
   if (Planted(Fault::kTurnTooLong)) out.state.X_WB.q.coeffs() *= 1.01;
   if (Planted(Fault::kStampOfBefore) && seq_ % 100 == 0) out.state.sample_ns -= 50'000'000;

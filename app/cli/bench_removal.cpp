@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -119,7 +121,8 @@ int RunRemoval(const RemovalArguments& arguments) {
                                      : MeasureCapacity(*model, budget_s, nullptr);
   const int frames = static_cast<int>(std::lround(1e3 * (script->duration() + kRest))) - kWarmUp;
 
-  World world(model, schedule);
+  std::optional<World> made(std::in_place, model, schedule);
+  World& world = *made;
   ScriptedHand hand(world, *script);
   RemovalTrace trace;
   trace.frames.reserve(static_cast<std::size_t>(frames + kWarmUp));
@@ -144,6 +147,7 @@ int RunRemoval(const RemovalArguments& arguments) {
     return Fail(kExitFile, world.WhyVoxelsLack());
   }
   const Outcome outcome = OutcomeOf(*model, 0, world.state(0).X_WB);
+  made.reset();  // its voxels would be in memory twice
   const Histogram least =
       LeastOfPasses(model, schedule, *script, capacity, frames, arguments.passes);
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 
 #include "engine/contact/schedule.h"
+#include "engine/paging/resident_voxels.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/periodic_thread.h"
 
@@ -58,15 +60,41 @@ double TimeShared(std::size_t points, const Test& test) {
   return 1e-9 * *middle / static_cast<double>(points);
 }
 
+/// The fixture's voxels round a body where it stands at first, of a world that has them in memory
+/// in part; else null.
+std::unique_ptr<ResidentVoxels> VoxelsNear(const WorldModel& world, const BodyModel& body,
+                                           const PointBlocks& blocks) {
+  if (world.fixture_pages == nullptr) return nullptr;
+  constexpr std::uint64_t kEnough = std::uint64_t{64} << 20U;
+  const std::uint64_t fixed = VoxelArena::FixedBytes(world.fixture_pages->outline());
+  auto made = ResidentVoxels::Make(world.fixture_pages,
+                                   std::min(world.voxel_memory_bytes, fixed + kEnough));
+  if (!made) return nullptr;
+  const Voxmap& voxmap = (*made)->voxmap();
+  const Pose X_VS = Pose{Quat::Identity(), voxmap.p_WVo()}.Inverse() * body.X_WB0;
+  VoxelReader& reader = (*made)->AddReader(Vec3::Zero(), Vec3::Constant(body.radius));
+  reader.MoveTo(X_VS, 0);
+  (*made)->Start();
+  const double s = voxmap.voxel_size();
+  for (const PointBlocks::Chunk& chunk : blocks.chunks()) {
+    reader.Announce(X_VS * chunk.p_BC / s, chunk.radius / s + 1, 0);
+  }
+  (*made)->WaitUntilThere();
+  return std::move(*made);
+}
+
 /// Measures a frame of the plain model, by tests of the largest pointshell's blocks.
 FrameCapacity OfPoints(const WorldModel& world, double seconds, FrameHelpers* helpers) {
   const auto largest = std::ranges::max_element(world.bodies, {}, [](const BodyModel& body) {
     return body.points.size();
   });
   if (largest == world.bodies.end() || largest->points.size() == 0) return {};
-  const Voxmap& voxmap = world.has_fixture ? world.fixture : world.bodies[0].voxmap;
-  if (voxmap.empty()) return {};
   const PointBlocks blocks(largest->points);
+  const std::unique_ptr<ResidentVoxels> near = VoxelsNear(world, *largest, blocks);
+  const Voxmap& voxmap = near != nullptr     ? near->voxmap()
+                         : world.has_fixture ? world.fixture
+                                             : world.bodies[0].voxmap;
+  if (voxmap.empty()) return {};
   const Pose X_VS = Pose{Quat::Identity(), voxmap.p_WVo()}.Inverse() * largest->X_WB0;
   const VoxelTransform transform(X_VS, voxmap.voxel_size(), 0);
   std::vector<std::uint32_t> list;

@@ -233,7 +233,10 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
         return true;
       },
       [&](std::int64_t start_ns, std::int64_t end_ns, std::int64_t cpu_ns) {
-        if (capacity) capacity->Count(node.peer().report(), 1e-9 * static_cast<double>(cpu_ns));
+        const StepReport& report = node.peer().report();
+        if (capacity && report.waited == 0) {
+          capacity->Count(report, 1e-9 * static_cast<double>(cpu_ns));
+        }
         judged.Add(hand_moves, start_ns, end_ns, cpu_ns);
       });
   // whatever this thread is in when a signal must end the program; the goodbye is Joining's
@@ -474,6 +477,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
       .crowded_frames = node.peer().crowded_frames(),
       .waits = node.peer().voxel_waits(),
       .voxel_memory = voxels != nullptr ? voxels->bytes() : 0,
+      .voxels_locked = voxels != nullptr && voxels->locked(),
       .paged = voxels != nullptr ? voxels->counts() : ResidentCounts{},
       .own_states = node.sent_states()};
   CountShapes(joining, report);

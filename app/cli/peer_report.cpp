@@ -81,6 +81,7 @@ nlohmann::ordered_json TimesAsJson(const PeerReport& report) {
 nlohmann::ordered_json VoxelMemoryAsJson(const PeerReport& report) {
   if (report.voxel_memory == 0) return nullptr;
   return {{"bytes", report.voxel_memory},
+          {"locked", report.voxels_locked},
           {"stalls", report.waits.count},
           {"stall_s", 1e-3 * static_cast<double>(report.waits.frames)},
           {"longest_stall_ms", report.waits.longest},

@@ -51,6 +51,8 @@ class BodyPair {
   /// Says which voxels will be read where the bodies stand, before the first Collide().
   virtual void Announce(const BodyMotion& /*shell_body*/, const BodyMotion& /*map_body*/) noexcept {
   }
+  /// The pair is not tested in this frame.
+  virtual void Rest() noexcept {}
   /// How the last Collide()'s load on the shell changes as the map moves; the transpose the other
   /// way round. Kept for pairs that both move.
   const CrossLoad& cross() const noexcept { return cross_; }

@@ -148,6 +148,10 @@ void ContactPair::Announce(const BodyMotion& shell_body, const BodyMotion& map_b
   schedule_->Announce((map_body.X_WB * X_BV_).Inverse() * shell_body.X_WB);
 }
 
+void ContactPair::Rest() noexcept {
+  if (reader_ != nullptr && reader_->Leave()) schedule_->ForgetVoxels();
+}
+
 ClearanceBounds ContactPair::clearance_bounds() const noexcept {
   return ClearanceBounds::OfMarks(voxmap_->range(), voxmap_->voxel_size());
 }

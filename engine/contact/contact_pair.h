@@ -38,6 +38,7 @@ class ContactPair final : public BodyPair {
   PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body, Load& on_shell,
                      Load& on_map) noexcept override;
   void Announce(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept override;
+  void Rest() noexcept override;
   TestLoad load() const noexcept override;
   void LimitTravel(double metres) noexcept override;
   /// Between whole layers contact pushes as deep as they say, and what the thicker one holds is

@@ -23,7 +23,7 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
       reader_(reader) {
   if (reader_ != nullptr) {
     there_.assign(blocks.chunks().size(), 0);
-    hinted_.assign(blocks.chunks().size(), GridIndex{INT32_MIN, 0, 0});
+    hinted_.assign(blocks.chunks().size(), kNowhere);
     chunk_of_.resize(blocks.size());
     for (std::uint32_t c = 0; c < there_.size(); ++c) {
       const PointBlocks::Chunk& chunk = blocks.chunks()[c];
@@ -96,8 +96,6 @@ void PointSchedule::AnnounceChunk(std::size_t c, const Vec3& p_voxels, double ra
   constexpr auto frames = [](double voxels) {
     return static_cast<std::uint32_t>(2.0 * std::max(0.0, voxels));
   };
-  // it is tested again within a chunk's side of travel, and what the frame then goes
-  constexpr double kUntilTested = kChunkSide + 1.0;
   if (open_[c] != 0) {
     there_[c] = reader_->Announce(p_voxels, radius + kUntilTested, frames(gap)) ? 1 : 0;
   }
@@ -109,17 +107,22 @@ void PointSchedule::AnnounceChunk(std::size_t c, const Vec3& p_voxels, double ra
                      static_cast<std::int32_t>(std::floor(cell.y())),
                      static_cast<std::int32_t>(std::floor(cell.z()))};
   if (at == hinted_[c]) return;
-  hinted_[c] = at;
-  reader_->Hint(p_voxels, radius + kUntilTested + kHintRange, frames(gap + kUntilTested));
+  const double range = radius + kUntilTested + kHintRange;
+  if (reader_->Hint(p_voxels, range, frames(gap + kUntilTested))) hinted_[c] = at;
 }
 
 void PointSchedule::Announce(const Pose& X_VS) noexcept {
   if (reader_ == nullptr) return;
   reader_->MoveTo(X_VS, 0);
   for (const PointBlocks::Chunk& chunk : blocks_->chunks()) {
-    const double radius = (chunk.radius + std::abs(displacement_)) / s_ + kChunkSide;
+    const double radius = (chunk.radius + std::abs(displacement_)) / s_ + kUntilTested;
     reader_->Announce(X_VS * chunk.p_BC / s_, radius + place_error_, 0);
   }
+}
+
+void PointSchedule::ForgetVoxels() noexcept {
+  std::fill(there_.begin(), there_.end(), 0);
+  std::fill(hinted_.begin(), hinted_.end(), kNowhere);
 }
 
 bool PointSchedule::DueIsThere() noexcept {
@@ -263,7 +266,8 @@ void PointSchedule::Collect(const Pose& X_VS, double travel_voxels) noexcept {
   transform_ = VoxelTransform(X_VS, s_, displacement_);
   TestChunks(X_VS, travel_voxels);
   CollectDue(travel_voxels);
-  drift_.Begin(transform_);
+  // where nothing has moved the frame before goes on: a frame that waits ages no look-up
+  if (travel_voxels > 0) drift_.Begin(transform_);
 }
 
 void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {

@@ -34,6 +34,7 @@ class PointSchedule final : public Schedule {
   void SetDisplacement(double metres) noexcept override;
   bool waits() const noexcept override { return waits_; }
   void Announce(const Pose& X_VS) noexcept override;
+  void ForgetVoxels() noexcept override;
 
  private:
   /// A chunk queue holds chunks with at least 4 q voxels of allowance.
@@ -89,7 +90,10 @@ class PointSchedule final : public Schedule {
   // of a voxmap that is in memory in part
   VoxelReader* reader_;              // null: it is there as a whole
   std::vector<std::uint8_t> there_;  // per chunk: all that its points may read until it is tested
-  std::vector<GridIndex> hinted_;    // per chunk: where, in units of kHintCell
+  static constexpr GridIndex kNowhere{INT32_MIN, 0, 0};
+  /// Voxels: a chunk is tested again within its side of travel, and what the frame then goes.
+  static constexpr double kUntilTested = kChunkSide + 1.0;
+  std::vector<GridIndex> hinted_;        // per chunk: where, in units of kHintCell
   std::vector<std::uint32_t> chunk_of_;  // per block
   bool waits_ = false;                   // due_ is collected, and not tested for want of voxels
 };

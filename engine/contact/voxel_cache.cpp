@@ -10,6 +10,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "engine/base/unfinished.h"
+#include "engine/voxel/computed_pages.h"
 #include "engine/voxel/kept_points.h"
 #include "engine/voxel/kept_voxmap.h"
 
@@ -145,7 +147,8 @@ Result<std::shared_ptr<const PageSource>> VoxelCache::PagesOf(
   });
   if (fault) return *fault;
   if (MayRead(file)) return OpenKeptVoxmap(file, key);
-  return Error{file.string() + ": could not be written; give TANDEM_CACHE another folder"};
+  // it could not be kept
+  return ComputePages(mesh_W, options);
 }
 
 void VoxelCache::Keep(const fs::path& file,
@@ -192,11 +195,13 @@ std::vector<CachedFile> VoxelCache::Files() const {
 }
 
 void VoxelCache::RemoveOldest() const {
+  // the newest stays, however large it is: it is about to be used
+  const std::vector<CachedFile> files = Files();
   std::uint64_t bytes = 0;
-  for (const CachedFile& file : Files()) {
-    bytes += file.bytes;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    bytes += files[i].bytes;
     std::error_code gone;
-    if (bytes > most_bytes_) fs::remove(file.file, gone);
+    if (i > 0 && bytes > most_bytes_) fs::remove(files[i].file, gone);
   }
 }
 
@@ -206,6 +211,16 @@ std::size_t VoxelCache::Clear() const {
     std::error_code gone;
     count += fs::remove(file.file, gone) ? 1 : 0;
   }
+  // what programs left that were killed while they wrote
+  std::error_code failed;
+  std::vector<fs::path> places;
+  for (fs::directory_iterator at(folder_, failed), end; !failed && at != end;
+       at.increment(failed)) {
+    const std::string name = at->path().filename().string();
+    const std::size_t cut = name.find(".unfinished-");
+    if (cut != std::string::npos) places.push_back(folder_ / name.substr(0, cut));
+  }
+  for (const fs::path& place : places) RemoveRemainders(place);
   return count;
 }
 

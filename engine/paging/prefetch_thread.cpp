@@ -11,10 +11,11 @@ namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kNapNs = 200'000;  // while there is nothing to do
+constexpr std::int64_t kNapNs = 200'000;     // while there is nothing to do
+constexpr std::int64_t kKeptNs = 5'000'000;  // before a page is asked back again
 constexpr double kNear = 64;  // voxels: what is nearer goes for nothing but what is read
 
-/// The more urgent one of a heap's two.
+/// Tells whether the first one of two is less urgent.
 bool IsLater(const PageRequest& a, const PageRequest& b) {
   if (a.hint != b.hint) return a.hint;
   return a.due != b.due ? a.due > b.due : a.record > b.record;
@@ -30,6 +31,7 @@ PrefetchThread::PrefetchThread(std::shared_ptr<const PageSource> source, VoxelAr
       boxes_(&boxes),
       place_of_(arena.voxmap().header().record_count),
       state_(place_of_.size(), State::kAbsent),
+      kept_(place_of_.size(), 0),
       reserve_(arena.frames() / 16) {
   const VoxmapHeader& h = arena.voxmap().header();
   const std::uint32_t* record = arena.voxmap().index();
@@ -62,7 +64,10 @@ void PrefetchThread::Run(const std::stop_token& stop) {
     TakeMail();
     for (std::size_t b = 0; b < boxes_->size(); ++b) X_SV_[b] = (*boxes_)[b]->X_VS.Read().Inverse();
     if (!failed_ && BringIn(stop)) continue;
-    idle_.store(asked_back_ == 0 || starving_, std::memory_order_release);
+    // a page more may be asked back while what is there is kept
+    const bool idle = !waiting_ && wanted_.empty() && asked_back_ == 0;
+    if (idle || starving_ || failed_)
+      idle_since_taken_.store(requests_taken_ + 1, std::memory_order_release);
     clock.SleepUntil(clock.NowNs() + kNapNs);
   }
 }
@@ -79,10 +84,9 @@ void PrefetchThread::TakeVerdicts() {
     --asked_back_;
     if (!verdict.goes) {
       state_[verdict.record] = State::kThere;
-      starving_ = true;
+      kept_[verdict.record] = 1;
       continue;
     }
-    starving_ = false;
     arena_->Remove(verdict.record);
     state_[verdict.record] = State::kAbsent;
     there_.erase(std::find(there_.begin(), there_.end(), verdict.record));
@@ -94,14 +98,14 @@ void PrefetchThread::TakeMail() {
   TakeVerdicts();
   PageRequest request;
   while (mail_->requests.TryPop(request)) {
-    idle_.store(false, std::memory_order_release);
     // who lets go of a page and asks for it again says so in this order
     if (state_[request.record] == State::kAskedBack) TakeVerdicts();
     // of what is there the news is on its way
     const bool on_its_way = state_[request.record] == State::kThere ||
                             state_[request.record] == State::kAskedBack ||
-                            page_of_ == static_cast<std::int64_t>(request.record);
+                            (waiting_ && waiting_->record == request.record && !waiting_->hint);
     if (!on_its_way) Want(request);
+    ++requests_taken_;
   }
   std::size_t said = 0;
   while (said < unsaid_.size() && mail_->news.TryPush(unsaid_[said])) ++said;
@@ -119,6 +123,7 @@ double PrefetchThread::DistanceOf(std::uint32_t record) const {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t b = 0; b < X_SV_.size(); ++b) {
     const ShellBox& box = *(*boxes_)[b];
+    if (!box.there.load(std::memory_order_relaxed)) continue;
     const Vec3 beyond = ((X_SV_[b] * centre - box.centre).cwiseAbs() - box.half_size).cwiseMax(0.0);
     least = std::min(least, beyond.norm() / s);
   }
@@ -128,16 +133,22 @@ double PrefetchThread::DistanceOf(std::uint32_t record) const {
 
 std::size_t PrefetchThread::AskBack(double beyond) {
   // the haptic thread hears that a page is there before it is asked to let it go
-  if (!unsaid_.empty()) return 0;
+  if (!unsaid_.empty() || asked_back_ > 0) return 0;
+  // what was kept may be let go of after a while, when a shell has moved
+  const std::int64_t now_ns = MachineClock().NowNs();
+  if (now_ns - kept_since_ns_ > kKeptNs) {
+    kept_.assign(kept_.size(), 0);
+    kept_since_ns_ = now_ns;
+  }
   // a batch at a time, so that distances are not found again for each page
-  const std::size_t most = PageMail::kMostAskedBack - asked_back_;
   std::vector<std::pair<double, std::uint32_t>> far;
   for (const std::uint32_t record : there_) {
-    if (state_[record] != State::kThere) continue;
+    if (state_[record] != State::kThere || kept_[record] != 0) continue;
     const double distance = DistanceOf(record);
     if (distance > beyond) far.emplace_back(distance, record);
   }
-  const std::size_t count = std::min({most, far.size(), std::size_t{1} + there_.size() / 16});
+  const std::size_t count =
+      std::min({PageMail::kMostAskedBack, far.size(), std::size_t{1} + there_.size() / 16});
   std::partial_sort(far.begin(), far.begin() + static_cast<std::ptrdiff_t>(count), far.end(),
                     std::greater<>());
   std::size_t asked = 0;
@@ -149,48 +160,79 @@ std::size_t PrefetchThread::AskBack(double beyond) {
   return asked;
 }
 
-bool PrefetchThread::BringIn(const std::stop_token& stop) {
-  if (page_of_ < 0) {
-    while (!wanted_.empty() && state_[wanted_.front().record] != State::kWanted) {
-      std::pop_heap(wanted_.begin(), wanted_.end(), IsLater);
-      wanted_.pop_back();
-    }
-    if (wanted_.empty()) {
-      // room for what comes next
-      if (arena_->free_frames() < reserve_ && asked_back_ == 0) AskBack(kNear);
-      return false;
-    }
-    const PageRequest next = wanted_.front();
-    if (next.hint && arena_->free_frames() < reserve_) {
-      if (asked_back_ > 0) return false;
-      if (AskBack(std::max(kNear, DistanceOf(next.record) + kHyperchunkSide)) > 0) return false;
-      state_[next.record] = State::kAbsent;
-      Tell({next.record, false});
-      return true;
-    }
+void PrefetchThread::KeepRoom() {
+  if (arena_->free_frames() >= reserve_ || asked_back_ > 0) return;
+  const std::int64_t now_ns = MachineClock().NowNs();
+  if (now_ns < next_room_ns_) return;
+  if (AskBack(kNear) == 0) next_room_ns_ = now_ns + kKeptNs;
+}
+
+void PrefetchThread::Refuse(std::uint32_t record) {
+  state_[record] = State::kAbsent;
+  Tell({record, false});
+}
+
+bool PrefetchThread::ReadNext(const std::stop_token& stop) {
+  while (!wanted_.empty() && state_[wanted_.front().record] != State::kWanted) {
     std::pop_heap(wanted_.begin(), wanted_.end(), IsLater);
     wanted_.pop_back();
-    if (const auto fault = source_->Read(next.record, page_, stop)) {
-      fault_ = fault->what;
-      failed_.store(true, std::memory_order_release);
-      return false;
-    }
-    page_of_ = next.record;
   }
-  const auto record = static_cast<std::uint32_t>(page_of_);
-  if (!arena_->Put(record, page_)) {
-    if (asked_back_ == 0) AskBack(-std::numeric_limits<double>::infinity());
+  if (wanted_.empty()) {
+    KeepRoom();
     return false;
   }
-  page_of_ = -1;
-  state_[record] = State::kThere;
-  there_.push_back(record);
+  const PageRequest next = wanted_.front();
+  if (next.hint && arena_->free_frames() < reserve_) {
+    // nothing that is as near goes for it
+    if (asked_back_ > 0) return false;
+    if (AskBack(std::max(kNear, DistanceOf(next.record) + kHyperchunkSide)) > 0) return false;
+    Refuse(next.record);
+    return true;
+  }
+  std::pop_heap(wanted_.begin(), wanted_.end(), IsLater);
+  wanted_.pop_back();
+  if (const auto fault = source_->Read(next.record, page_, stop)) {
+    if (next.hint) {
+      Refuse(next.record);
+      return true;
+    }
+    fault_ = fault->what;
+    failed_.store(true, std::memory_order_release);
+    return false;
+  }
+  waiting_ = next;
+  return true;
+}
+
+bool PrefetchThread::BringIn(const std::stop_token& stop) {
+  if (!waiting_ && !ReadNext(stop)) return false;
+  if (!waiting_) return true;
+  const PageRequest request = *waiting_;
+  if (!arena_->Put(request.record, page_)) {
+    if (request.hint) {
+      waiting_.reset();
+      Refuse(request.record);
+      return true;
+    }
+    if (!wanted_.empty() && IsLater(request, wanted_.front())) {
+      // what is more urgent may need less room
+      waiting_.reset();
+      Want(request);
+      return true;
+    }
+    const bool asked = asked_back_ > 0 || AskBack(-std::numeric_limits<double>::infinity()) > 0;
+    starving_ = !asked;
+    return false;
+  }
+  waiting_.reset();
+  starving_ = false;
+  state_[request.record] = State::kThere;
+  there_.push_back(request.record);
   ++pages_read_;
   most_pages_ = std::max<std::uint64_t>(most_pages_, there_.size());
   most_frames_ = std::max<std::uint64_t>(most_frames_, arena_->frames() - arena_->free_frames());
-  Tell({record, true});
-  // ahead of time, so that nothing waits for room
-  if (arena_->free_frames() < reserve_ && asked_back_ == 0) AskBack(kNear);
+  Tell({request.record, true});
+  KeepRoom();
   return true;
 }
 

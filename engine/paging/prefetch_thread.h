@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -21,6 +22,7 @@ struct ShellBox {
   Vec3 centre = Vec3::Zero();     // in the shell's frame, m
   Vec3 half_size = Vec3::Zero();  // m
   TripleBuffer<Pose> X_VS;        // written by the haptic thread
+  std::atomic<bool> there{true};  // false: the pair is not tested now; likewise
 };
 
 struct PageRequest {
@@ -70,8 +72,10 @@ class PrefetchThread {
   const std::string* fault() const noexcept {
     return failed_.load(std::memory_order_acquire) ? &fault_ : nullptr;
   }
-  /// Tells whether nothing more comes before something else goes.
-  bool idle() const noexcept { return idle_.load(std::memory_order_acquire); }
+  /// Tells whether nothing more comes of the first so many requests.
+  bool IsIdleAfter(std::uint64_t requests) const noexcept {
+    return idle_since_taken_.load(std::memory_order_acquire) > requests;
+  }
 
  private:
   enum class State : std::uint8_t { kAbsent, kWanted, kThere, kAskedBack };
@@ -81,8 +85,13 @@ class PrefetchThread {
   void TakeVerdicts();
   void Want(const PageRequest& request);
   void Tell(const PageNews& news);
+  /// Reads what is most urgent into page_, or refuses it; false: there is nothing to do now.
+  bool ReadNext(const std::stop_token& stop);
   /// Brings in what is most urgent; false: nothing can be done now.
   bool BringIn(const std::stop_token& stop);
+  /// Has pages go ahead of time, so that nothing waits for room.
+  void KeepRoom();
+  void Refuse(std::uint32_t record);
   /// Asks the haptic thread to let go the farthest pages beyond so many voxels; gives how many.
   std::size_t AskBack(double beyond);
   /// Voxels between a hyperchunk and the nearest shell's box.
@@ -99,16 +108,21 @@ class PrefetchThread {
   std::vector<PageNews> unsaid_;      // for want of room in the mail
   std::vector<Pose> X_SV_;            // of each box
   VoxelPage page_;
-  std::int64_t page_of_ = -1;  // the record whose page was read and waits for room; -1: none
+  std::optional<PageRequest> waiting_;  // whose page was read and waits for room
   std::size_t asked_back_ = 0;
-  bool starving_ = false;  // what was asked back last was kept
-  std::size_t reserve_;    // frames
+  bool starving_ = false;           // all that is there is kept
+  std::vector<std::uint8_t> kept_;  // by record: asked back, and not let go of
+  std::int64_t kept_since_ns_ = 0;
+  std::int64_t next_room_ns_ = 0;
+  std::uint64_t requests_taken_ = 0;
+  std::size_t reserve_;  // frames
 
   std::atomic<std::uint64_t> pages_read_{0};
   std::atomic<std::uint64_t> pages_given_up_{0};
   std::atomic<std::uint64_t> most_pages_{0};
   std::atomic<std::uint64_t> most_frames_{0};
-  std::atomic<bool> idle_{false};
+  /// One more than the requests that were taken when nothing more came of them; 0: never yet.
+  std::atomic<std::uint64_t> idle_since_taken_{0};
   std::atomic<bool> failed_{false};
   std::string fault_;  // written before failed_
   std::jthread thread_;

@@ -13,9 +13,8 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kLeastFrames = 256;    // 1 MB
-constexpr std::uint32_t kHintFrames = 1000;  // that a hint is less urgent by
-constexpr std::uint32_t kSooner = 8;         // frames by which it must be worth asking again
+constexpr std::size_t kLeastFrames = 256;  // 1 MB
+constexpr std::uint32_t kSooner = 8;       // frames by which it must be worth asking again
 
 std::uint64_t InMiB(std::uint64_t bytes) {
   return (bytes + (1U << 20U) - 1) >> 20U;
@@ -50,7 +49,7 @@ ResidentVoxels::ResidentVoxels(std::shared_ptr<const PageSource> source, std::si
     : arena_(source->outline(), frames),
       has_page_(arena_.voxmap().header().record_count),
       there_(has_page_.size(), 0),
-      asked_(has_page_.size(), 0),
+      asked_(has_page_.size()),
       thread_(source, arena_, mail_, boxes_) {
   for (std::uint32_t r = 0; r < has_page_.size(); ++r) has_page_[r] = source->HasPage(r) ? 1 : 0;
 }
@@ -65,20 +64,24 @@ VoxelReader& ResidentVoxels::AddReader(const Vec3& centre, const Vec3& half_size
   return *readers_.back();
 }
 
-void ResidentVoxels::Ask(std::uint32_t record, std::uint32_t frames, bool hint) noexcept {
-  const std::uint32_t due = frame_ + frames + (hint ? kHintFrames : 0);
-  if (asked_[record] != 0 && due + kSooner > asked_[record]) return;
-  if (!mail_.requests.TryPush({record, due, hint})) return;  // it will be asked for again
-  outstanding_ += asked_[record] == 0 ? 1 : 0;
-  asked_[record] = due;
+bool ResidentVoxels::Ask(std::uint32_t record, std::uint32_t frames, bool hint) noexcept {
+  const std::uint32_t due = frame_ + frames;
+  Asked& asked = asked_[record];
+  const bool known = asked.due != 0 && (hint || !asked.hint);
+  if (known && due + kSooner > asked.due) return true;
+  if (!mail_.requests.TryPush({record, due, hint})) return false;
+  ++requests_;
+  outstanding_ += asked.due == 0 ? 1 : 0;
+  asked = {due, hint && (asked.due == 0 || asked.hint)};
+  return true;
 }
 
 void ResidentVoxels::TakeNews() noexcept {
   PageNews news;
   while (mail_.news.TryPop(news)) {
     there_[news.record] = news.there ? 1 : 0;
-    outstanding_ -= asked_[news.record] != 0 ? 1 : 0;
-    asked_[news.record] = 0;
+    outstanding_ -= asked_[news.record].due != 0 ? 1 : 0;
+    asked_[news.record] = {};
   }
 }
 
@@ -92,7 +95,8 @@ void ResidentVoxels::BeginFrame() noexcept {
     TakeNews();  // that it is there was said before it was asked back
     const std::uint32_t record = *back;
     const bool goes = std::all_of(readers_.begin(), readers_.end(), [record](const auto& reader) {
-      return reader->travelled_ - reader->announced_at_[record] > VoxelReader::kKeptTravel;
+      return !reader->active_ ||
+             reader->travelled_ - reader->announced_at_[record] > VoxelReader::kKeptTravel;
     });
     if (!mail_.verdicts.TryPush({record, goes})) break;
     if (goes) there_[record] = 0;
@@ -104,18 +108,15 @@ void ResidentVoxels::WaitUntilThere() noexcept {
   LoopClock& clock = MachineClock();
   constexpr std::int64_t kNapNs = 100'000;
   constexpr std::int64_t kPatienceNs = 2'000'000'000;  // for a page
-  int naps = 0;
   std::uint64_t pages = counts().pages_read;
   std::int64_t since_ns = clock.NowNs();
   for (;;) {
+    const bool idle = thread_.IsIdleAfter(requests_);
     BeginFrame();
-    if (outstanding_ == 0 || fault() != nullptr) return;
+    if (outstanding_ == 0 || fault() != nullptr || idle) return;
     const std::uint64_t now = counts().pages_read;
     if (std::exchange(pages, now) != now) since_ns = clock.NowNs();
     if (clock.NowNs() - since_ns > kPatienceNs) return;
-    // its mail is read before it is idle
-    naps = thread_.idle() ? naps + 1 : 0;
-    if (naps > 20) return;
     clock.SleepUntil(clock.NowNs() + kNapNs);
   }
 }
@@ -126,9 +127,16 @@ VoxelReader::VoxelReader(ResidentVoxels& voxels, ShellBox& box)
       announced_at_(voxels.has_page_.size(), -std::numeric_limits<double>::infinity()) {}
 
 void VoxelReader::MoveTo(const Pose& X_VS, double travel_voxels) noexcept {
+  if (!active_) box_->there.store(true, std::memory_order_relaxed);
+  active_ = true;
   if (std::isfinite(travel_voxels)) travelled_ += travel_voxels;
   box_->X_VS.back() = X_VS;
   box_->X_VS.Publish();
+}
+
+bool VoxelReader::Leave() noexcept {
+  if (active_) box_->there.store(false, std::memory_order_relaxed);
+  return std::exchange(active_, false);
 }
 
 template <typename Visit>
@@ -169,10 +177,12 @@ bool VoxelReader::Announce(const Vec3& centre, double radius, std::uint32_t fram
   return all;
 }
 
-void VoxelReader::Hint(const Vec3& centre, double radius, std::uint32_t frames) noexcept {
+bool VoxelReader::Hint(const Vec3& centre, double radius, std::uint32_t frames) noexcept {
+  bool all = true;
   VisitPages(centre, radius, [&](std::uint32_t record) {
-    if (voxels_->there_[record] == 0) voxels_->Ask(record, frames, true);
+    if (voxels_->there_[record] == 0) all = voxels_->Ask(record, frames, true) && all;
   });
+  return all;
 }
 
 }  // namespace tandem

@@ -24,8 +24,12 @@ class VoxelReader {
   /// What lies in a ball may be read from `frames` frames on, and for as long as the pair travels
   /// less than kKeptTravel. Lengths in voxels of V. Gives whether all of it is there.
   bool Announce(const Vec3& centre, double radius, std::uint32_t frames) noexcept;
-  /// What lies in a ball may be read later, if ever.
-  void Hint(const Vec3& centre, double radius, std::uint32_t frames) noexcept;
+  /// What lies in a ball may be read later, if ever. False: there was no room for all requests.
+  bool Hint(const Vec3& centre, double radius, std::uint32_t frames) noexcept;
+
+  /// The pair is not tested until it moves again: nothing that it announced counts any more. Gives
+  /// whether it was tested before.
+  bool Leave() noexcept;
 
   static constexpr double kKeptTravel = 16.0;  // voxels
 
@@ -37,6 +41,7 @@ class VoxelReader {
 
   ResidentVoxels* voxels_;
   ShellBox* box_;
+  bool active_ = true;
   double travelled_ = 0;              // voxels
   std::vector<double> announced_at_;  // by record: travelled_ at the last time
 };
@@ -62,6 +67,8 @@ class ResidentVoxels {
   /// The map, of which only what is there may be read.
   const Voxmap& voxmap() const noexcept { return arena_.voxmap(); }
   std::uint64_t bytes() const noexcept { return arena_.bytes(); }
+  /// Tells whether they are locked into memory.
+  bool locked() const noexcept { return arena_.locked(); }
   ResidentCounts counts() const noexcept { return thread_.counts(); }
   /// Why pages cannot be read any more; null while they can. Any thread.
   const std::string* fault() const noexcept { return thread_.fault(); }
@@ -81,14 +88,20 @@ class ResidentVoxels {
   friend class VoxelReader;
   ResidentVoxels(std::shared_ptr<const PageSource> source, std::size_t frames);
   void TakeNews() noexcept;
-  void Ask(std::uint32_t record, std::uint32_t frames, bool hint) noexcept;
+  /// False: there is no room for the request.
+  bool Ask(std::uint32_t record, std::uint32_t frames, bool hint) noexcept;
 
   VoxelArena arena_;
   std::vector<std::uint8_t> has_page_;  // by record
   std::uint32_t frame_ = 1;
-  std::vector<std::uint8_t> there_;   // by record
-  std::vector<std::uint32_t> asked_;  // by record: the frame it is asked for; 0: it is not
-  std::size_t outstanding_ = 0;       // asked for and not there
+  std::vector<std::uint8_t> there_;  // by record
+  struct Asked {
+    std::uint32_t due = 0;  // frame; 0: it is not asked for
+    bool hint = false;
+  };
+  std::vector<Asked> asked_;     // by record
+  std::uint64_t requests_ = 0;   // in all
+  std::size_t outstanding_ = 0;  // asked for and not there
   std::vector<std::unique_ptr<VoxelReader>> readers_;
   std::vector<std::unique_ptr<ShellBox>> boxes_;
   PageMail mail_;

@@ -68,7 +68,7 @@ VoxelArena::VoxelArena(const Voxmap& outline, std::size_t frames)
   arena_ = image_->data() + h.quarters_offset;
   std::memcpy(arena_, outline.quarters(), 2 * quarter_bytes_);
   std::memcpy(image_->data() + h.planes_offset, outline.planes(), 2 * sizeof(VoxmapPlane));
-  mlock(image_->data(), image_->size());  // where the limit allows it
+  locked_ = mlock(image_->data(), image_->size()) == 0;  // where the limit allows it
   voxmap_ = Voxmap(ImageBlock{image_, {image_->data(), image_->size()}});
   free_.reserve(frames);
   for (std::size_t f = frames; f > 0; --f) free_.push_back(static_cast<std::uint32_t>(f));

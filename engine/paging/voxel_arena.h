@@ -28,6 +28,8 @@ class VoxelArena {
   std::size_t frames() const noexcept { return frames_; }
   std::size_t free_frames() const noexcept { return free_.size(); }
   std::uint64_t bytes() const noexcept { return image_->size(); }
+  /// Tells whether the memory could be locked.
+  bool locked() const noexcept { return locked_; }
 
   /// Puts a page in its place; false: there are too few frames. Nobody may read the record's marks
   /// meanwhile.
@@ -43,6 +45,7 @@ class VoxelArena {
   std::byte* arena_ = nullptr;
   std::size_t quarter_bytes_;
   std::size_t frames_;
+  bool locked_ = false;
   std::vector<std::uint32_t> free_;
   std::vector<std::vector<std::uint32_t>> frames_of_;  // by record
 };

@@ -28,6 +28,7 @@ class ComputedPages final : public PageSource {
       builder.Add(place, planes.record(), {});
       counts_.band += planes.band_voxels();
       counts_.planes += planes.planes().size() / plane_bytes;
+      Count(planes, plane_bytes, options.bits);
       if (!planes.planes().empty()) with_planes.push_back(place);
     });
     if (fault) return fault;
@@ -66,6 +67,23 @@ class ComputedPages final : public PageSource {
 
  private:
   static constexpr GridIndex kNowhere{INT32_MIN, 0, 0};
+
+  /// Counts the marks of the surface field, whose planes come first.
+  void Count(const MarkPlanes& planes, std::size_t plane_bytes, int bits) {
+    std::size_t count = 0;
+    for (const VoxmapSlice& slice : planes.record().slices[0]) count += CountBits(slice.stored);
+    const unsigned largest = (1U << static_cast<unsigned>(bits)) - 1;
+    for (std::size_t i = 0; i < count * plane_bytes; ++i) {
+      const unsigned byte = planes.planes()[i];
+      if (byte == 0) continue;
+      for (unsigned shift = 0; shift < 8; shift += static_cast<unsigned>(bits)) {
+        const unsigned mark = byte >> shift & largest;
+        counts_.interior += mark == kInteriorMark ? 1U : 0U;
+        counts_.surface += mark == kSurfaceMark ? 1U : 0U;
+        counts_.free += mark > kSurfaceMark ? 1U : 0U;
+      }
+    }
+  }
 
   void Take(const MarkPlanes& planes, VoxelPage& page) const {
     for (std::size_t f = 0; f < kFields; ++f) {

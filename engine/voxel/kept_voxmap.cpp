@@ -246,8 +246,9 @@ bool IsSound(const VoxmapHeader& h) {
   }
   const std::uint64_t cells = std::uint64_t{h.size[0]} * h.size[1] * h.size[2];
   const std::uint64_t quarter_bytes = kVoxelsPerQuarter / 8 * h.bits;
-  if (h.record_count < 2 || h.plane_count < 2 || h.quarter_count < 2 || h.record_count > kMost ||
-      h.plane_count > kMost || h.quarter_count > kMost || cells > kMost) {
+  if (h.record_count > cells + 2 || h.record_count < 2 || h.plane_count < 2 ||
+      h.quarter_count < 2 || h.record_count > kMost || h.plane_count > kMost ||
+      h.quarter_count > kMost || cells > kMost) {
     return false;
   }
   ArrayPlaces places(sizeof(VoxmapHeader));
@@ -311,11 +312,22 @@ Result<OpenFile> Open(const std::filesystem::path& path) {
       HashOfMany(outline) != tail.outline_checksum) {
     return Damaged(name);
   }
+  const std::span<const std::byte> bytes(outline);
   const auto& size = tail.map.size;
-  open.index.resize(std::size_t{size[0]} * size[1] * size[2]);
+  const std::uint64_t cells = std::uint64_t{size[0]} * size[1] * size[2];
+  const auto unpacks_to = [](std::span<const std::byte> packed, std::uint64_t count,
+                             std::uint64_t each) {
+    return ZSTD_getFrameContentSize(packed.data(), packed.size()) == count * each;
+  };
+  if (!unpacks_to(bytes.first(tail.index_bytes), cells, sizeof(std::uint32_t)) ||
+      !unpacks_to(bytes.subspan(tail.index_bytes, tail.entries_bytes), tail.pages,
+                  sizeof(PageEntry)) ||
+      !unpacks_to(bytes.last(tail.records_bytes), tail.map.record_count, sizeof(RecordOutline))) {
+    return Damaged(name);
+  }
+  open.index.resize(cells);
   open.entries.resize(tail.pages);
   open.records.resize(tail.map.record_count);
-  const std::span<const std::byte> bytes(outline);
   if (!Decompress(bytes.first(tail.index_bytes), std::as_writable_bytes(std::span(open.index))) ||
       !Decompress(bytes.subspan(tail.index_bytes, tail.entries_bytes),
                   std::as_writable_bytes(std::span(open.entries))) ||
@@ -622,7 +634,10 @@ class KeptPages final : public PageSource {
     TANDEM_CHECK(HasPage(record));
     const PageEntry& entry = open_.entries[entry_of_[record]];
     PageReader reader(open_.file, open_.tail.map);
-    if (!reader.Read(entry)) return Damaged(name_);
+    if (!reader.Read(entry)) {
+      return Error{name_ +
+                   ": a page cannot be read or is damaged; 'tandem cache verify' tells more"};
+    }
     const FirstPiece piece(entry, reader.quarter_bytes());
     page.stored = reader.stored();
     page.planes = reader.numbers();

@@ -32,7 +32,8 @@ class PageSource {
   /// The map without its planes: its index, the chunk-level field and what is solid, which chunks
   /// are tested by as long as they are far (paper §5.1). A chunk with a plane reads as one without.
   const Voxmap& outline() const noexcept { return outline_; }
-  /// Counts what the whole map stores.
+  /// Counts what the whole map stores; of computed pages, planes, quarters and bytes as if no two
+  /// quarters were alike.
   const VoxelCounts& counts() const noexcept { return counts_; }
   /// Tells whether a record has a page; the others are whole in the outline.
   virtual bool HasPage(std::uint32_t record) const noexcept = 0;

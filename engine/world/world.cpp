@@ -324,7 +324,10 @@ bool World::Collide(const StepInputs& in) noexcept {
   const BodyMotion fixture{};
   Load on_fixture;
   for (Pair& pair : pairs_) {
-    if (!Tested(pair, in)) continue;
+    if (!Tested(pair, in)) {
+      pair.contact->Rest();
+      continue;
+    }
     Body& shell = bodies_[static_cast<std::size_t>(pair.shell)];
     const BodyMotion shell_motion{shell.state.X_WB, shell.state.V_WB};
     PairReport found;

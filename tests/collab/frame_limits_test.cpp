@@ -59,7 +59,7 @@ TEST(FrameLimits, AreToldInWordsOnlyWhereThereAreAny) {
   const FrameLimits limits{.travel_limited = 0.12, .over_capacity = 0.002, .contacts_full = 0};
   EXPECT_EQ(AsText(limits), "slowed 12 %, over capacity 0.2 %");
   EXPECT_EQ(Explain(limits).size(), 2U);
-  EXPECT_EQ(AsText({.waited = 0.02}), "waited for voxels 2 %");
+  EXPECT_EQ(AsText({.waited = 0.02}), "waits for voxels");
   EXPECT_EQ(Explain({.waited = 0.02}).size(), 1U);
 }
 

@@ -53,6 +53,18 @@ TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
   EXPECT_GT(told["points"], 0);
 }
 
+TEST(BenchCommand, RemovalEndsWhereVoxelsDoNotComeInTime) {
+  const Said said = RunTandem(
+      "bench removal --scene bracket_actuator --voxel-mm 0.5 --passes 1 --voxel-memory 3MiB "
+      "--disk-mb-per-s 0.0001");
+  EXPECT_EQ(said.exit_code, kExitFile);
+  EXPECT_NE(said.err.find("voxels were not read in time"), std::string::npos) << said.err;
+  const Said small = RunTandem(
+      "bench removal --scene bracket_actuator --voxel-mm 0.5 --passes 1 --voxel-memory 1MiB");
+  EXPECT_EQ(small.exit_code, kExitFile);
+  EXPECT_NE(small.err.find("it needs at least"), std::string::npos) << small.err;
+}
+
 TEST(BenchCommand, Table1HasThePapersRowsAndTheBallIsAsThePapers) {
   const json told = Bench("table1 --scenes ball_and_socket --threads 1");
   ASSERT_EQ(told["rows"].size(), 2U);
@@ -108,6 +120,7 @@ TEST(BenchCommand, RemovalSaysWhetherThePartCameOutAndWhatFramesTook) {
   EXPECT_GT(told["contacts_max"], 0);
   EXPECT_GT(told["voxel_memory_bytes"], 0);
   EXPECT_GT(told["hand_force_max_N"], 0);
+  ExpectNumbers(told, {"/stalls", "/stall_s", "/longest_stall_ms", "/pages_read"});
   for (const char* picture : {"removal_times", "removal_contacts", "removal_force"}) {
     EXPECT_TRUE(std::filesystem::exists(folder.path() / (std::string(picture) + ".svg")))
         << picture;

@@ -311,8 +311,11 @@ TEST_F(VoxelCacheTest, ClearRemovesItsFilesAndNoOthers) {
   Make(ball_);
   const fs::path note = cache_.folder() / "note.txt";
   Overwrite(note, "mine");
+  const fs::path remainder = cache_.Files().at(0).file.string() + ".unfinished-4194200-1";
+  Overwrite(remainder, "half of it");
   EXPECT_EQ(cache_.Clear(), 1U);
   EXPECT_TRUE(fs::exists(note));
+  EXPECT_FALSE(fs::exists(remainder));
   EXPECT_FALSE(IsMapped(ball_));
 }
 

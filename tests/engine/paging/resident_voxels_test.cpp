@@ -1,6 +1,7 @@
 #include "engine/paging/resident_voxels.h"
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -33,6 +34,8 @@ class ResidentVoxelsTest : public ::testing::Test {
     TANDEM_CHECK(made);
     voxels_ = std::move(*made);
     reader_ = &voxels_->AddReader(Vec3::Zero(), Vec3::Constant(0.005));
+    wide_ = &voxels_->AddReader(Vec3::Zero(), Vec3::Constant(20));
+    wide_->Leave();
     voxels_->Start();
   }
 
@@ -56,6 +59,7 @@ class ResidentVoxelsTest : public ::testing::Test {
   std::shared_ptr<GatedPages> pages_;
   std::unique_ptr<ResidentVoxels> voxels_;
   VoxelReader* reader_ = nullptr;
+  VoxelReader* wide_ = nullptr;  // of a shell as long as the bar, that is not tested at first
   double at_ = 0;
 };
 
@@ -97,6 +101,65 @@ TEST_F(ResidentVoxelsTest, NothingThatMayBeReadGoesHoweverMuchIsAskedFor) {
   }
   EXPECT_GT(there.size(), 3U);
   EXPECT_LT(there.size(), 190U) << "all of them have room";
+}
+
+TEST_F(ResidentVoxelsTest, WhatWasAHintIsUrgentOnceItIsAnnounced) {
+  Go(-9.9);
+  pages_->Close();
+  pages_->Take(std::chrono::milliseconds(5));
+  constexpr double kPage = 0.064;
+  for (int page = 0; page < 20; ++page) reader_->Hint(At(-9.9 + page * kPage), 2, 0);
+  const double last = -9.9 + 19 * kPage;
+  for (int frame = 0; frame < 3000; ++frame) voxels_->BeginFrame();
+  ASSERT_FALSE(reader_->Announce(At(last), 2, 0));
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // it is heard of
+  pages_->Open();
+  for (int k = 0; k < 4000 && !reader_->Announce(At(last), 2, 0); ++k) {
+    voxels_->BeginFrame();
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+  EXPECT_TRUE(reader_->Announce(At(last), 2, 0));
+  EXPECT_LE(pages_->read(), 6);  // the one that was under way, it, and what came until it was seen
+}
+
+TEST_F(ResidentVoxelsTest, ARestingReaderKeepsNothing) {
+  wide_->MoveTo({}, 0);
+  for (double x = -9.9; x < 9.9; x += 0.05) wide_->Announce(At(x), 10, 0);
+  voxels_->WaitUntilThere();
+  Go(9.8);
+  Announce();
+  voxels_->WaitUntilThere();
+  ASSERT_FALSE(Announce()) << "there is room for all";
+  EXPECT_TRUE(wide_->Leave());
+  EXPECT_TRUE(ComesSoon());
+}
+
+TEST_F(ResidentVoxelsTest, FindsThePagesThatMayGoAmongThoseThatMayNot) {
+  // all are as near to a shell as long as the bar
+  reader_->Leave();
+  wide_->MoveTo({}, 0);
+  for (double x = -9.9; x < 9.9; x += 0.05) wide_->Announce(At(x), 10, 0);
+  voxels_->WaitUntilThere();
+  std::vector<double> there;
+  for (double x = -9.9; x < 9.9; x += 0.05) {
+    if (wide_->Announce(At(x), 10, 0)) there.push_back(x);
+  }
+  ASSERT_GT(there.size(), 10U);
+  wide_->MoveTo({}, 2 * VoxelReader::kKeptTravel);
+  // one of them, whichever is asked back first, may go
+  const double goes = there[there.size() / 2];
+  double lacks = 9.8;
+  while (wide_->Announce(At(lacks), 10, 0)) lacks -= 0.05;
+  bool came = false;
+  for (int k = 0; k < 4000 && !came; ++k) {
+    for (const double x : there) {
+      if (std::abs(x - goes) > 0.2) wide_->Announce(At(x), 10, 0);
+    }
+    came = wide_->Announce(At(lacks), 10, 0);
+    voxels_->BeginFrame();
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+  EXPECT_TRUE(came);
 }
 
 TEST_F(ResidentVoxelsTest, FarPagesMakeRoomForNearOnes) {

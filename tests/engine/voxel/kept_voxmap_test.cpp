@@ -164,6 +164,7 @@ TEST_F(KeptVoxmapTest, ComputedPagesAreTheSame) {
     ASSERT_EQ((*computed)->outline().header().record_count, outline.header().record_count);
     EXPECT_EQ((*computed)->outline().Digest(), outline.Digest());
     EXPECT_EQ((*computed)->counts().band, (*kept)->counts().band);
+    EXPECT_EQ((*computed)->counts().total(), (*kept)->counts().total());
     int pages = 0;
     for (std::uint32_t r = 0; r < outline.header().record_count; ++r) {
       EXPECT_EQ((*computed)->outline().records()[r].chunk_marks, outline.records()[r].chunk_marks);

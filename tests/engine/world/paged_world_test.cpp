@@ -9,40 +9,21 @@
 
 #include "engine/world/world.h"
 #include "tests/support/allocation_counter.h"
-#include "tests/support/gated_pages.h"
-#include "tests/support/shapes.h"
-#include "tests/support/test_world.h"
+#include "tests/support/paged_model.h"
 
 namespace tandem {
 namespace {
 
-using testing::At;
-using testing::Box;
 using testing::FreeInputs;
 using testing::GatedPages;
 using testing::HandTo;
-using testing::kVoxel;
-using testing::MakeWorldModel;
-
-/// A box that a hand drags along a plate with bars across, a hundred hyperchunks long.
-std::shared_ptr<const WorldModel> Washboard() {
-  const double length = 6000 * kVoxel;
-  TriangleMesh plate = At(Box(Vec3(length, 0.1, 0.01)), Vec3(0.5 * length, 0, -0.005));
-  for (int k = 1; k < 40; ++k) {
-    Append(plate, At(Box(Vec3(0.004, 0.09, 0.004)), Vec3(0.025 * length * k, 0, 0.0021)));
-  }
-  return MakeWorldModel({{plate, true}, {At(Box(Vec3(0.03, 0.02, 0.012)), Vec3(0.06, 0, 0.012))}},
-                        kVoxel, ContactModel::kPlain);
-}
+using testing::PagedModel;
+using testing::Washboard;
 
 struct Paged {
-  explicit Paged(const WorldModel& whole) : pages(std::make_shared<GatedPages>(whole.fixture)) {
-    auto paged = std::make_shared<WorldModel>(whole);
-    paged->fixture = {};
-    paged->fixture_pages = pages;
-    paged->voxel_memory_bytes = VoxelArena::FixedBytes(pages->outline()) + (1U << 20U);
-    world = std::make_unique<World>(paged);
-  }
+  explicit Paged(const WorldModel& whole)
+      : pages(std::make_shared<GatedPages>(whole.fixture)),
+        world(std::make_unique<World>(PagedModel(whole, pages))) {}
 
   std::shared_ptr<GatedPages> pages;
   std::unique_ptr<World> world;
