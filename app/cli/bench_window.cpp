@@ -29,6 +29,7 @@ struct WindowBenchArguments {
   std::string scene = "bracket_actuator";
   double seconds = 15;
   int rounds = 2;
+  bool pictures = false;
   bool json = false;
 };
 
@@ -104,9 +105,46 @@ Result<bool> RunPeerOnce(const WindowBenchArguments& arguments, const Scene& sce
   return true;
 }
 
+constexpr std::chrono::seconds kMostPictureTime(1800);
+
+/// Times the pictures of a scene in a program of its own, which has the renderer.
+int RunPictureBench(const WindowBenchArguments& arguments, const Scene& scene) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "pictures.json";
+  Result<ChildProcess> view = ChildProcess::Start(
+      {(ProgramFolder() / "tandem-view").string(), "--scene", scene.file.string(),
+       "--time-pictures", file.string(), "--rounds", std::to_string(arguments.rounds)});
+  if (!view) return Fail(kExitFailed, view.error().what);
+  const int code = view->Wait(kMostPictureTime).value_or(-1);
+  if (code != kExitOk) {
+    return Fail(kExitFailed, "tandem-view ended with exit code " + std::to_string(code));
+  }
+  const Result<ordered_json> times = ReadReport(file, "tandem-view");
+  if (!times) return Fail(kExitFailed, times.error().what);
+  if (arguments.json) {
+    std::printf("%s\n", JsonText(*times, 2).c_str());
+    return kExitOk;
+  }
+  const std::string renderer = times->at("renderer").get<std::string>();
+  std::printf("pictures of %s by %s, ms: the median of %d rounds\n", arguments.scene.c_str(),
+              renderer.c_str(), arguments.rounds);
+  std::printf("  static triangles  samples  full redraw  fixed eye  ratio (least)  moving eye\n");
+  for (const ordered_json& one : times->at("pictures")) {
+    const auto median = [&one](const char* key) {
+      return one.at(key).at("median").get<double>();
+    };
+    std::printf("  %16zu  %7d  %11.1f  %9.1f  %5.1f (%5.1f)  %10.1f\n",
+                one.at("static_triangles").get<std::size_t>(), one.at("samples").get<int>(),
+                median("full_redraw_ms"), median("fixed_eye_ms"), median("ratio"),
+                one.at("ratio").at("least").get<double>(), median("moving_eye_ms"));
+  }
+  return kExitOk;
+}
+
 int RunWindowBench(const WindowBenchArguments& arguments) {
   const Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
+  if (arguments.pictures) return RunPictureBench(arguments, *scene);
   if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": it has no hands");
   PeerFrames with;
   PeerFrames without;
@@ -151,9 +189,13 @@ void AddBenchWindow(CLI::App& bench, int& exit_code) {
   command->add_option("--seconds", arguments->seconds, "of the hand's motion in each run")
       ->check(NumberFrom(1, 600))
       ->capture_default_str();
-  command->add_option("--rounds", arguments->rounds, "of two runs with the window and two without")
+  command
+      ->add_option("--rounds", arguments->rounds,
+                   "of two runs with the window and two without, or of --pictures")
       ->check(WholeNumberFrom(1, 99))
       ->capture_default_str();
+  command->add_flag("--pictures", arguments->pictures,
+                    "time the pictures instead: full redraws, a fixed eye, a moving eye");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunWindowBench(*arguments);

@@ -12,6 +12,7 @@
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"
 #include "app/view/render/gl_check.h"
+#include "app/view/time_pictures.h"
 #include "app/view/ui/main_window.h"
 #include "collab/dds/announcements.h"
 #include "collab/dds/relay.h"
@@ -99,7 +100,7 @@ int main(int argc, char** argv) {
   const std::optional<ViewOptions> options = ReadOptions(argc, argv, exit_code);
   if (!options) return exit_code;
   if (!options->paint.empty()) return PaintPictures(options->paint, options->paint_into);
-  for (const std::string& file : {options->report, options->screenshot}) {
+  for (const std::string& file : {options->report, options->screenshot, options->time_pictures}) {
     const std::string fault = file.empty() ? "" : WhyNotWritable(file);
     if (!fault.empty()) return Fail(kExitFile, fault);
   }
@@ -120,6 +121,9 @@ int main(int argc, char** argv) {
   int qt_argc = 1;  // our arguments are none of Qt's
   QApplication app(qt_argc, argv);
   QApplication::setApplicationName(QStringLiteral("tandem-view"));
+  if (!options->time_pictures.empty()) {
+    return TimePictures(options->scene, options->rounds, options->time_pictures);
+  }
 
   SessionModel session(JoinBy(options->reach), ListenBy(options->reach));
   SceneModel scene(LoadDrawnScene, FindHere);

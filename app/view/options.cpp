@@ -89,6 +89,14 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
       ->check(CLI::ExistingFile);
   app.add_option("--into", options.paint_into, "with --paint: the folder for them")
       ->default_val(".");
+  CLI::Option* time =
+      app.add_option("--time-pictures", options.time_pictures,
+                     "no window: write how long pictures of --scene take (JSON) there, then end")
+          ->needs("--scene");
+  app.add_option("--rounds", options.rounds, "with --time-pictures: times that all is measured")
+      ->needs(time)
+      ->check(WholeNumberFrom(1, 99))
+      ->capture_default_str();
   app.add_option("--seconds", options.seconds, "end after this; 0: when the window is closed")
       ->check(NumberFrom(0, kLongestRun));
   app.footer(

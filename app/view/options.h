@@ -27,6 +27,8 @@ struct ViewOptions {
   double screenshot_after = 1;  // s from when the picture is complete
   std::string paint;            // pictures to paint: no window then
   std::string paint_into;       // folder for them
+  std::string time_pictures;    // file for the times of a scene's pictures: no window then
+  int rounds = 5;               // of these times
   std::string report;
   double seconds = 0;  // then end; 0: until the window is closed
 };

@@ -35,7 +35,7 @@ struct DrawnScene {
   SceneHash hashes;  // of it, by body
 
   Bounds BoundsOfAll() const;
-  std::size_t TriangleCount() const;      // as drawn
+  std::size_t TriangleCount() const;      // as drawn with vertex colours
   std::size_t FileTriangleCount() const;  // in its mesh files
   std::vector<BodyLook> Looks() const;
 };

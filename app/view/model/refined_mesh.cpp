@@ -118,6 +118,7 @@ void Refine(ShadedMesh& mesh, double longest, std::size_t most_vertices) {
   while (true) {
     ShadedMesh finer = mesh;
     if (!Round(finer, longest).Run() || finer.vertices.size() > most_vertices) return;
+    if (finer.uncut_triangles.empty()) finer.uncut_triangles = mesh.triangles;
     mesh = std::move(finer);
   }
 }

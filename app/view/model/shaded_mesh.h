@@ -16,8 +16,9 @@ struct ShadedMesh {
     std::array<float, 3> n;  // unit, outwards
   };
   std::vector<Vertex> vertices;
-  std::vector<std::uint32_t> triangles;  // three vertices each
-  std::vector<std::uint32_t> edges;      // two vertices each: creases and rims, drawn as lines
+  std::vector<std::uint32_t> triangles;        // three vertices each
+  std::vector<std::uint32_t> uncut_triangles;  // triangles before Refine(); empty: it cut none
+  std::vector<std::uint32_t> edges;  // two vertices each: creases and rims, drawn as lines
 };
 
 /// Shades smoothly across edges whose sides meet at less than `crease_angle` (rad), sharply across

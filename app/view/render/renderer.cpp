@@ -29,6 +29,7 @@ Renderer::~Renderer() {
   Free();
   gl_->glDeleteVertexArrays(1, &empty_array_);
   near_voxels_.Free(*gl_);
+  for (auto& [samples, picture] : statics_) picture.Free(*gl_);
 }
 
 std::optional<Error> Renderer::Initialize() {
@@ -60,6 +61,8 @@ void Renderer::Free() {
     gl_->glDeleteVertexArrays(1, &body.edges_array);
     gl_->glDeleteBuffers(1, &body.vertices);
     gl_->glDeleteBuffers(1, &body.triangles);
+    gl_->glDeleteVertexArrays(1, &body.uncut_array);
+    gl_->glDeleteBuffers(1, &body.uncut_triangles);
     gl_->glDeleteBuffers(1, &body.edges);
     gl_->glDeleteBuffers(1, &body.colours);
   }
@@ -84,6 +87,8 @@ GLuint Renderer::VertexArrayOver(GLuint vertices, GLuint indices) {
 
 void Renderer::Upload(const std::vector<DrawnBody>& bodies) {
   Free();
+  ++uploads_;
+  pieces_ = PiecesOfFixedBodies(bodies);
   const auto fill = [&](GLenum target, const auto& values) {
     GLuint buffer = 0;
     gl_->glGenBuffers(1, &buffer);
@@ -97,12 +102,16 @@ void Renderer::Upload(const std::vector<DrawnBody>& bodies) {
     BodyBuffers buffers;
     gl_->glBindVertexArray(empty_array_);
     buffers.vertices = fill(GL_ARRAY_BUFFER, body.mesh.vertices);
-    buffers.triangles = fill(GL_ELEMENT_ARRAY_BUFFER, body.mesh.triangles);
+    buffers.triangles = fill(GL_ELEMENT_ARRAY_BUFFER, TrianglesInDrawingOrder(body.mesh));
+    buffers.uncut_triangles = fill(GL_ELEMENT_ARRAY_BUFFER, body.mesh.uncut_triangles);
     buffers.edges = fill(GL_ELEMENT_ARRAY_BUFFER, body.mesh.edges);
     buffers.vertex_array = VertexArrayOver(buffers.vertices, buffers.triangles);
+    buffers.uncut_array = VertexArrayOver(buffers.vertices, buffers.uncut_triangles);
+    buffers.uncut_indices = static_cast<GLsizei>(body.mesh.uncut_triangles.size());
     buffers.edges_array = VertexArrayOver(buffers.vertices, buffers.edges);
     buffers.triangle_indices = static_cast<GLsizei>(body.mesh.triangles.size());
     buffers.edge_indices = static_cast<GLsizei>(body.mesh.edges.size());
+    buffers.fixed = body.look.fixed;
     buffers.vertex_count = body.mesh.vertices.size();
     if (!body.bounds_W.empty()) buffers.centre_W = body.bounds_W.centre();
     bodies_.push_back(buffers);
@@ -112,7 +121,7 @@ void Renderer::Upload(const std::vector<DrawnBody>& bodies) {
 }
 
 void Renderer::ShowProximity(const ProximityPicture* proximity) {
-  for (BodyBuffers& body : bodies_) body.coloured = false;
+  for (BodyBuffers& body : bodies_) body.colouring = 0;
   if (proximity == nullptr) {
     near_voxels_.Place(*gl_, {});
     return;
@@ -132,7 +141,7 @@ void Renderer::ShowProximity(const ProximityPicture* proximity) {
       gl_->glVertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, 0, nullptr);
       gl_->glBindVertexArray(0);
     }
-    body.coloured = true;
+    body.colouring = ++colourings_;
   }
   near_voxels_.Place(*gl_, proximity->shadow_W);
   cube_side_ = kCubeShare * proximity->voxel_size;
@@ -163,14 +172,14 @@ void Renderer::DrawBackground() {
   gl_->glDepthMask(GL_TRUE);
 }
 
-void Renderer::DrawTriangles(const BodyBuffers& body, ShaderMode mode) {
-  SetMode(mode);
-  gl_->glBindVertexArray(body.vertex_array);
-  gl_->glDrawElements(GL_TRIANGLES, body.triangle_indices, GL_UNSIGNED_INT, nullptr);
+void Renderer::DrawTriangles(const BodyBuffers& body) {
+  const bool uncut = body.colouring == 0 && body.uncut_indices > 0;
+  gl_->glBindVertexArray(uncut ? body.uncut_array : body.vertex_array);
+  gl_->glDrawElements(GL_TRIANGLES, uncut ? body.uncut_indices : body.triangle_indices,
+                      GL_UNSIGNED_INT, nullptr);
 }
 
 void Renderer::DrawEdges(const BodyBuffers& body) {
-  SetMode(ShaderMode::kPlain);
   gl_->glBindVertexArray(body.edges_array);
   gl_->glDrawElements(GL_LINES, body.edge_indices, GL_UNSIGNED_INT, nullptr);
 }
@@ -189,53 +198,91 @@ void Renderer::DrawGhost(const BodyBuffers& body, const BodyInstance& ghost) {
   gl_->glPolygonOffset(
       2.0F, 2.0F);  // behind a solid instance at the same place: there it is not seen at all
   gl_->glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  DrawTriangles(body, ShaderMode::kLit);
+  SetMode(ShaderMode::kLit);
+  DrawTriangles(body);
   gl_->glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   gl_->glDepthMask(GL_FALSE);
   SetColour(ghost.colour, ghost.opacity);
-  DrawTriangles(body, ShaderMode::kLit);
+  DrawTriangles(body);
+  SetMode(ShaderMode::kPlain);
   DrawEdges(body);
   gl_->glDepthMask(GL_TRUE);
 }
 
-void Renderer::Draw(const CameraModel& camera, const DrawList& list, const QSize& size) {
-  gl_->glViewport(0, 0, size.width(), size.height());
-  gl_->glDisable(GL_CULL_FACE);
-  gl_->glDisable(GL_SCISSOR_TEST);
-  gl_->glEnable(GL_DEPTH_TEST);
-  gl_->glDepthFunc(GL_LEQUAL);
-  gl_->glDepthMask(GL_TRUE);
-  gl_->glClearColor(1.0F, 1.0F, 1.0F, 1.0F);
-  gl_->glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  // what is translucent must not make the window so
-  gl_->glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+void Renderer::SetSolid(const BodyInstance& solid, const Mat4& X_CW) {
+  SetPose(X_CW, solid.X_W);
+  SetColour(solid.colour, 1.0F);
+  SetMode(bodies_[solid.body].colouring != 0 ? ShaderMode::kLitByVertex : ShaderMode::kLit);
+}
 
-  shader_->bind();
-  const Mat4 X_CW = camera.ViewFromWorld();
-  const Eigen::Matrix4f projection = camera.Projection().cast<float>();
-  const Eigen::Vector3f up_C = X_CW.block<3, 1>(0, 2).cast<float>();
-  gl_->glUniformMatrix4fv(at_.projection, 1, GL_FALSE, projection.data());
-  gl_->glUniform3f(at_.up, up_C.x(), up_C.y(), up_C.z());
-  DrawBackground();
+void Renderer::SetEdge(const BodyInstance& solid, const Mat4& X_CW) {
+  SetPose(X_CW, solid.X_W);
+  const Colour& c = solid.colour;
+  SetColour({kEdgeShade * c[0], kEdgeShade * c[1], kEdgeShade * c[2]}, kEdgeOpacity);
+  SetMode(ShaderMode::kPlain);
+}
 
-  gl_->glEnable(GL_POLYGON_OFFSET_FILL);
-  gl_->glPolygonOffset(1.0F, 1.0F);  // so that edges lie on their surfaces
+StaticKey Renderer::KeyOf(const CameraModel& camera, const DrawList& list, const QSize& size) {
+  StaticKey key{camera.ViewFromWorld(), camera.Projection(), size, BoundFormat(*gl_), uploads_, {}};
   for (const BodyInstance& solid : list.solids) {
-    if (solid.body >= bodies_.size()) continue;
-    SetPose(X_CW, solid.X_W);
-    SetColour(solid.colour, 1.0F);
-    const BodyBuffers& body = bodies_[solid.body];
-    DrawTriangles(body, body.coloured ? ShaderMode::kLitByVertex : ShaderMode::kLit);
+    if (solid.body >= bodies_.size() || !bodies_[solid.body].fixed) continue;
+    key.bodies.push_back({solid, bodies_[solid.body].colouring});
+  }
+  return key;
+}
+
+bool Renderer::DrawStatic(StaticPicture& picture, const MayGoOn& may_go_on) {
+  const StaticKey& key = picture.key();
+  std::vector<const BodyInstance*> solids(bodies_.size(), nullptr);
+  for (const StaticInstance& one : key.bodies) solids[one.instance.body] = &one.instance;
+  std::size_t drawn = picture.pieces();
+  std::size_t indices = 0;  // drawn in this call
+  for (; drawn < pieces_.size(); ++drawn) {
+    const DrawPiece& piece = pieces_[drawn];
+    const BodyInstance* solid = solids[piece.body];
+    if (solid == nullptr) continue;
+    if (may_go_on && indices >= 3 * kPieceTriangles) {
+      indices = 0;
+      gl_->glFinish();  // else the time of what was drawn would not be seen
+      if (!may_go_on()) break;
+    }
+    indices += piece.count;
+    const BodyBuffers& body = bodies_[piece.body];
+    gl_->glBindVertexArray(piece.edges ? body.edges_array : body.vertex_array);
+    if (piece.edges) {
+      SetEdge(*solid, key.X_CW);
+      gl_->glEnable(GL_BLEND);
+    } else {
+      SetSolid(*solid, key.X_CW);
+    }
+    gl_->glDrawElements(piece.edges ? GL_LINES : GL_TRIANGLES, static_cast<GLsizei>(piece.count),
+                        GL_UNSIGNED_INT,
+                        reinterpret_cast<const void*>(piece.first * sizeof(std::uint32_t)));
+  }
+  gl_->glDisable(GL_BLEND);
+  picture.set_pieces(drawn);
+  return drawn == pieces_.size();
+}
+
+void Renderer::DrawMoving(const CameraModel& camera, const DrawList& list) {
+  const Mat4 X_CW = camera.ViewFromWorld();
+  std::vector<BodyInstance> solids;
+  for (const BodyInstance& solid : list.solids) {
+    if (solid.body < bodies_.size() && !bodies_[solid.body].fixed) solids.push_back(solid);
+  }
+  for (const BodyInstance& solid : solids) {
+    SetSolid(solid, X_CW);
+    DrawTriangles(bodies_[solid.body]);
   }
   DrawNearVoxels(X_CW);
   gl_->glEnable(GL_BLEND);
-  for (const BodyInstance& solid : list.solids) {
-    if (solid.body >= bodies_.size()) continue;
-    SetPose(X_CW, solid.X_W);
-    const Colour& c = solid.colour;
-    SetColour({kEdgeShade * c[0], kEdgeShade * c[1], kEdgeShade * c[2]}, kEdgeOpacity);
+  for (const BodyInstance& solid : solids) {
+    SetEdge(solid, X_CW);
     DrawEdges(bodies_[solid.body]);
   }
+}
+
+void Renderer::DrawGhosts(const CameraModel& camera, const DrawList& list) {
   std::vector<BodyInstance> ghosts;
   for (const BodyInstance& ghost : list.ghosts) {
     if (ghost.body < bodies_.size()) ghosts.push_back(ghost);
@@ -248,15 +295,53 @@ void Renderer::Draw(const CameraModel& camera, const DrawList& list, const QSize
     return from_eye(a) > from_eye(b);
   });
   for (const BodyInstance& ghost : ghosts) {
-    SetPose(X_CW, ghost.X_W);
+    SetPose(camera.ViewFromWorld(), ghost.X_W);
     DrawGhost(bodies_[ghost.body], ghost);
   }
+}
+
+bool Renderer::Draw(const CameraModel& camera, const DrawList& list, const QSize& size,
+                    const MayGoOn& may_go_on) {
+  GLint target = 0;
+  gl_->glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &target);
+  gl_->glViewport(0, 0, size.width(), size.height());
+  gl_->glDisable(GL_CULL_FACE);
+  gl_->glDisable(GL_SCISSOR_TEST);
+  gl_->glDisable(GL_BLEND);
+  gl_->glEnable(GL_DEPTH_TEST);
+  gl_->glDepthFunc(GL_LEQUAL);
+  gl_->glDepthMask(GL_TRUE);
+  // what is translucent must not make the window so
+  gl_->glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+  gl_->glEnable(GL_POLYGON_OFFSET_FILL);
+  gl_->glPolygonOffset(1.0F, 1.0F);  // so that edges lie on their surfaces
+
+  const StaticKey key = KeyOf(camera, list, size);
+  shader_->bind();
+  const Eigen::Matrix4f projection = key.projection.cast<float>();
+  const Eigen::Vector3f up_C = key.X_CW.block<3, 1>(0, 2).cast<float>();
+  gl_->glUniformMatrix4fv(at_.projection, 1, GL_FALSE, projection.data());
+  gl_->glUniform3f(at_.up, up_C.x(), up_C.y(), up_C.z());
+
+  StaticPicture& picture = statics_[key.format.samples];
+  if (picture.key() == key) {
+    picture.Bind(*gl_);
+  } else {
+    picture.Begin(*gl_, key);
+    ++static_pictures_;
+    DrawBackground();
+  }
+  const bool whole = DrawStatic(picture, may_go_on);
+  picture.CopyTo(*gl_, static_cast<GLuint>(target));
+  DrawMoving(camera, list);
+  DrawGhosts(camera, list);
 
   gl_->glDisable(GL_POLYGON_OFFSET_FILL);
   gl_->glDisable(GL_BLEND);
   gl_->glDisable(GL_DEPTH_TEST);
   gl_->glBindVertexArray(0);
   shader_->release();
+  return whole;
 }
 
 }  // namespace tandem

@@ -2,6 +2,8 @@
 
 #include <QOpenGLShaderProgram>
 #include <QSize>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -9,19 +11,32 @@
 #include <QOpenGLFunctions_3_3_Core>
 
 #include "app/view/model/camera_model.h"
+#include "app/view/model/draw_pieces.h"
 #include "app/view/model/drawn_scene.h"
 #include "app/view/model/picture_composer.h"
 #include "app/view/model/proximity_picture.h"
+#include "app/view/render/static_picture.h"
 #include "app/view/render/surface_shader.h"
 #include "app/view/render/voxel_cubes.h"
 
 namespace tandem {
 
+/// Time that a frame spends on fixed bodies while their picture is in part, ms. It lets a window
+/// follow the mouse.
+inline constexpr int kStaticPictureMs = 30;
+
 /// Draws scenes with OpenGL 3.3 core into whatever framebuffer is bound. Every call, the destructor
 /// too, needs the same current context; state is left as QPainter wants it (no program, no vertex
 /// array, no depth test), alpha at 1.
+///
+/// The fixed bodies are drawn once for an eye, into a StaticPicture. A frame copies that, colour
+/// and depth, and draws what moves over it. The framebuffer has RGBA of 8 bits and a renderbuffer
+/// for depth. Paper section 7.
 class Renderer {
  public:
+  /// Answers whether there is time for a further piece of the static picture.
+  using MayGoOn = std::function<bool()>;
+
   ~Renderer();
 
   /// Once, before anything else. An error says what OpenGL lacks.
@@ -30,21 +45,31 @@ class Renderer {
   void Upload(const std::vector<DrawnBody>& bodies);
   /// From now on solid bodies have these colours, and near static voxels stand out; null: neither.
   void ShowProximity(const ProximityPicture* proximity);
-  /// Background, solid bodies with their edges, ghosts from back to front. `size` in pixels of the
-  /// framebuffer.
-  void Draw(const CameraModel& camera, const DrawList& list, const QSize& size);
+  /// Draws background, fixed bodies with their edges, solid moving bodies with theirs, ghosts from
+  /// back to front. `size` in pixels of the framebuffer. `may_go_on` is asked each time
+  /// that a piece's worth of the static picture is drawn; with null the picture is drawn whole. The
+  /// next call goes on where this one stops. Returns whether every fixed body is in the picture as
+  /// a whole.
+  bool Draw(const CameraModel& camera, const DrawList& list, const QSize& size,
+            const MayGoOn& may_go_on = {});
+  /// Pictures of fixed bodies that were begun: one for each key that was not the one before.
+  std::uint64_t static_pictures() const { return static_pictures_; }
 
  private:
   struct BodyBuffers {
     GLuint vertex_array = 0;
     GLuint vertices = 0;
     GLuint triangles = 0;
+    GLuint uncut_array = 0;
+    GLuint uncut_triangles = 0;
     GLuint edges_array = 0;
     GLuint edges = 0;
-    GLuint colours = 0;  // of the vertices; 0: none yet
-    bool coloured = false;
+    GLuint colours = 0;           // of the vertices; 0: none yet
+    std::uint64_t colouring = 0;  // number of the colours shown; 0: none are
+    bool fixed = false;
     std::size_t vertex_count = 0;
     GLsizei triangle_indices = 0;
+    GLsizei uncut_indices = 0;  // 0: no triangle was cut for vertex colours
     GLsizei edge_indices = 0;
     Vec3 centre_W = Vec3::Zero();
   };
@@ -59,7 +84,13 @@ class Renderer {
   void SetColour(const Colour& colour, float alpha);
   void SetMode(ShaderMode mode);
   void DrawBackground();
-  void DrawTriangles(const BodyBuffers& body, ShaderMode mode);
+  StaticKey KeyOf(const CameraModel& camera, const DrawList& list, const QSize& size);
+  bool DrawStatic(StaticPicture& picture, const MayGoOn& may_go_on);
+  void DrawMoving(const CameraModel& camera, const DrawList& list);
+  void DrawGhosts(const CameraModel& camera, const DrawList& list);
+  void SetSolid(const BodyInstance& solid, const Mat4& X_CW);
+  void SetEdge(const BodyInstance& solid, const Mat4& X_CW);
+  void DrawTriangles(const BodyBuffers& body);
   void DrawEdges(const BodyBuffers& body);
   void DrawNearVoxels(const Mat4& X_CW);
   void DrawGhost(const BodyBuffers& body, const BodyInstance& ghost);
@@ -69,6 +100,11 @@ class Renderer {
   Uniforms at_;
   GLuint empty_array_ = 0;
   std::vector<BodyBuffers> bodies_;
+  std::vector<DrawPiece> pieces_;           // of the fixed bodies
+  std::map<GLint, StaticPicture> statics_;  // by samples of a pixel
+  std::uint64_t static_pictures_ = 0;
+  std::uint64_t uploads_ = 0;
+  std::uint64_t colourings_ = 0;
   VoxelCubes near_voxels_;
   float cube_side_ = 0;  // m
 };

@@ -409,7 +409,7 @@ void MainWindow::RefreshNumbers() {
 
 QImage MainWindow::Screenshot() {
   ShowFigures();
-  if (page() == nullptr) view_->DrawFinely();
+  if (page() == nullptr) view_->DrawToKeep();
   return grab().toImage().convertToFormat(QImage::Format_RGB32);
 }
 

@@ -19,7 +19,8 @@ QString Counted(std::size_t count, const QString& one, const QString& many) {
          (count == 1 ? one : many);
 }
 
-/// How much there is in the files, and how much of it is drawn where that is more.
+/// How much there is in the files, and how much is drawn with the colours of proximity where that
+/// is more.
 QString SizeText(const DrawnScene& scene) {
   const std::size_t read = scene.FileTriangleCount();
   const std::size_t drawn = scene.TriangleCount();
@@ -28,7 +29,8 @@ QString SizeText(const DrawnScene& scene) {
       QStringLiteral(", ") +
       Counted(read, SessionDock::tr("triangle"), SessionDock::tr("triangles"));
   if (drawn <= read) return text;
-  return text + SessionDock::tr(", drawn as %1").arg(QLocale().toString(qulonglong{drawn}));
+  return text +
+         SessionDock::tr(", with proximity drawn as %1").arg(QLocale().toString(qulonglong{drawn}));
 }
 
 /// Names of this machine's network interfaces.

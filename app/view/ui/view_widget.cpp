@@ -57,8 +57,7 @@ ViewWidget::ViewWidget(const GlInfo& gl, QWidget* parent) : QOpenGLWidget(parent
   next_frame_.setTimerType(Qt::PreciseTimer);
   connect(&next_frame_, &QTimer::timeout, this, qOverload<>(&QWidget::update));
   refine_.setSingleShot(true);
-  refine_.setInterval(kRestMs);
-  connect(&refine_, &QTimer::timeout, this, &ViewWidget::DrawFinely);
+  connect(&refine_, &QTimer::timeout, this, &ViewWidget::DrawAtRest);
 }
 
 ViewWidget::~ViewWidget() {
@@ -153,12 +152,21 @@ void ViewWidget::RequestFrame() {
     return;
   }
   if (next_frame_.isActive()) return;
-  const qint64 pause = std::max<qint64>(kSoftwareFrameMs, 2 * frame_ms_) - since_frame_.elapsed();
-  next_frame_.start(static_cast<int>(std::max<qint64>(pause, 0)));
+  next_frame_.start(PauseMs());
 }
 
-void ViewWidget::DrawFinely() {
-  draw_finely_ = true;
+int ViewWidget::PauseMs() const {
+  const qint64 pause = std::max<qint64>(kSoftwareFrameMs, 2 * frame_ms_) - since_frame_.elapsed();
+  return static_cast<int>(std::max<qint64>(pause, 0));
+}
+
+void ViewWidget::DrawAtRest() {
+  at_rest_ = true;
+  update();
+}
+
+void ViewWidget::DrawToKeep() {
+  to_keep_ = true;
   update();
 }
 
@@ -177,12 +185,12 @@ void ViewWidget::resizeGL(int width, int height) {
   camera_.SetViewport(width, height);
 }
 
-void ViewWidget::DrawScene(bool finely) {
+bool ViewWidget::DrawCoarsely(const Renderer::MayGoOn& may_go_on) {
+  return renderer_->Draw(camera_, list_, size() * devicePixelRatioF(), may_go_on);
+}
+
+bool ViewWidget::DrawFinely(const Renderer::MayGoOn& may_go_on) {
   const QSize pixels = size() * devicePixelRatioF();
-  if (!finely) {
-    renderer_->Draw(camera_, list_, pixels);
-    return;
-  }
   if (!fine_ || fine_->size() != pixels) {
     QOpenGLFramebufferObjectFormat format;
     format.setSamples(kSamples);
@@ -190,13 +198,42 @@ void ViewWidget::DrawScene(bool finely) {
     fine_ = std::make_unique<QOpenGLFramebufferObject>(pixels, format);
   }
   fine_->bind();
-  renderer_->Draw(camera_, list_, pixels);
+  const bool whole = renderer_->Draw(camera_, list_, pixels, may_go_on);
   QOpenGLExtraFunctions* gl = context()->extraFunctions();
   gl->glBindFramebuffer(GL_READ_FRAMEBUFFER, fine_->handle());
   gl->glBindFramebuffer(GL_DRAW_FRAMEBUFFER, defaultFramebufferObject());
   gl->glBlitFramebuffer(0, 0, pixels.width(), pixels.height(), 0, 0, pixels.width(),
                         pixels.height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
   gl->glBindFramebuffer(GL_FRAMEBUFFER, defaultFramebufferObject());
+  return whole;
+}
+
+ViewWidget::Left ViewWidget::DrawScene() {
+  QElapsedTimer clock;
+  clock.start();
+  Renderer::MayGoOn may_go_on;
+  if (!to_keep_) {
+    may_go_on = [&clock] {
+      return clock.elapsed() < kStaticPictureMs;
+    };
+  }
+  if (!gl_.software) return DrawFinely(may_go_on) ? Left::kNothing : Left::kParts;
+  Left left = Left::kNothing;
+  const bool fine = to_keep_ || at_rest_;
+  if (!fine || !DrawFinely(may_go_on)) {
+    // the coarse picture is shown while the fine one has gaps
+    left = fine ? Left::kPartsOfFineFrame : Left::kFineFrame;
+    if (!DrawCoarsely(may_go_on)) left = Left::kParts;
+  }
+  context()->functions()->glFinish();  // else its time would not be seen here
+  return left;
+}
+
+void ViewWidget::GoOn(Left left) {
+  refine_.stop();
+  if (left == Left::kParts) RequestFrame();
+  if (left == Left::kFineFrame) refine_.start(kRestMs);
+  if (left == Left::kPartsOfFineFrame) refine_.start(PauseMs());
 }
 
 void ViewWidget::paintGL() {
@@ -221,17 +258,9 @@ void ViewWidget::paintGL() {
     FitCamera();
     fitted_ = true;
   }
-  const bool finely = draw_finely_ || !gl_.software;
-  DrawScene(finely);
-  if (gl_.software) {
-    context()->functions()->glFinish();  // else its time would not be seen here
-    if (finely) {
-      refine_.stop();
-    } else {
-      refine_.start();
-    }
-  }
-  draw_finely_ = false;
+  const Left left = DrawScene();
+  at_rest_ = false;
+  to_keep_ = false;
   {
     // not on `this`: there a grab of the window would send the painter elsewhere
     QOpenGLPaintDevice picture(size() * devicePixelRatioF());
@@ -244,6 +273,7 @@ void ViewWidget::paintGL() {
   }
   frame_ms_ = clock.elapsed();
   since_frame_.start();
+  GoOn(left);
   ++frames_drawn_;
   Q_EMIT FrameDrawn();
 }

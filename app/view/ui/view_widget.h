@@ -20,7 +20,8 @@ namespace tandem {
 /// cursor. While it follows, a body that goes out of the picture has the camera step back; to pan
 /// or zoom ends that, to fit begins it. Draws only when something is different. Where the processor
 /// draws, it does so at most half of the time and without smooth rims while things move, then once
-/// more finely.
+/// more finely. A frame spends a limited time on the bodies that are fixed: while the eye moves
+/// over a large scene, their largest parts are seen, and the frames at rest add the others.
 class ViewWidget : public QOpenGLWidget {
   Q_OBJECT
 
@@ -40,8 +41,8 @@ class ViewWidget : public QOpenGLWidget {
   void SetFollow(bool follow);
   bool follow() const { return follow_; }
   void LookFrom(StandardView view);
-  /// The next frame is fine, however fast things move: for a picture that is kept.
-  void DrawFinely();
+  /// The next frame is fine and whole, however long it takes: for a picture that is kept.
+  void DrawToKeep();
 
   const CameraModel& camera() const { return camera_; }
   quint64 frames_drawn() const { return frames_drawn_; }
@@ -71,7 +72,14 @@ class ViewWidget : public QOpenGLWidget {
   void FitCamera();
   void FollowBodies();
   void RequestFrame();
-  void DrawScene(bool finely);
+  void DrawAtRest();
+  /// What a frame leaves to the frames after it.
+  enum class Left { kNothing, kParts, kFineFrame, kPartsOfFineFrame };
+  Left DrawScene();
+  void GoOn(Left left);
+  bool DrawCoarsely(const Renderer::MayGoOn& may_go_on);
+  bool DrawFinely(const Renderer::MayGoOn& may_go_on);
+  int PauseMs() const;
 
   GlInfo gl_;
   CameraModel camera_;
@@ -92,7 +100,8 @@ class ViewWidget : public QOpenGLWidget {
   QTimer next_frame_;
   QTimer refine_;
   qint64 frame_ms_ = 0;
-  bool draw_finely_ = false;
+  bool at_rest_ = false;  // the next frame may be fine
+  bool to_keep_ = false;  // the next frame is fine and whole
   quint64 frames_drawn_ = 0;
 };
 

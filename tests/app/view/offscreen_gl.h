@@ -5,6 +5,7 @@
 #include <QOpenGLContext>
 #include <QOpenGLFramebufferObject>
 #include <memory>
+#include <utility>
 
 #include "app/view/render/gl_check.h"
 #include "app/view/render/renderer.h"
@@ -14,29 +15,39 @@ namespace tandem {
 /// A context with a framebuffer of its own: what the renderer draws, as an image.
 class OffscreenGl {
  public:
-  explicit OffscreenGl(const QSize& size) : size_(size) {
+  explicit OffscreenGl(const QSize& size, int samples = 0) {
     context_.setFormat(RendererFormat());
     ready_ = context_.create();
     surface_.setFormat(context_.format());
     surface_.create();
     ready_ = ready_ && context_.makeCurrent(&surface_);
-    if (ready_) {
-      target_ = std::make_unique<QOpenGLFramebufferObject>(size, QOpenGLFramebufferObject::Depth);
-    }
+    if (ready_) SetTarget(size, samples);
   }
   ~OffscreenGl() { target_.reset(); }
   OffscreenGl(const OffscreenGl&) = delete;
   OffscreenGl& operator=(const OffscreenGl&) = delete;
 
   bool ready() const { return ready_; }
+  /// A new framebuffer in place of the one before. `samples` of a pixel; 0: not multisampled.
+  void SetTarget(const QSize& size, int samples,
+                 QOpenGLFramebufferObject::Attachment depth = QOpenGLFramebufferObject::Depth) {
+    QOpenGLFramebufferObjectFormat format;
+    format.setSamples(samples);
+    format.setAttachment(depth);
+    target_ = std::make_unique<QOpenGLFramebufferObject>(size, format);
+  }
   QImage Draw(Renderer& renderer, const CameraModel& camera, const DrawList& list) {
+    return DrawInPart(renderer, camera, list, {}).first;
+  }
+  /// The second value is what the renderer returns: whether the picture is whole.
+  std::pair<QImage, bool> DrawInPart(Renderer& renderer, const CameraModel& camera,
+                                     const DrawList& list, const Renderer::MayGoOn& may_go_on) {
     target_->bind();
-    renderer.Draw(camera, list, size_);
-    return target_->toImage();
+    const bool whole = renderer.Draw(camera, list, target_->size(), may_go_on);
+    return {target_->toImage(), whole};
   }
 
  private:
-  QSize size_;
   QOpenGLContext context_;
   QOffscreenSurface surface_;
   std::unique_ptr<QOpenGLFramebufferObject> target_;

@@ -132,6 +132,26 @@ TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHe
   EXPECT_GT(report.at("age_ms_p99").get<double>(), 0.0);
 }
 
+TEST_F(Program, TimesThePicturesOfAScene) {
+  const QStringList arguments{"--scene",         In("scene.json"), "--time-pictures",
+                              In("report.json"), "--rounds",       "2"};
+  EXPECT_EQ(Run(arguments, here_), 0) << said_;
+  const nlohmann::json times = Report();
+  const nlohmann::json& pictures = times.at("pictures");
+  ASSERT_EQ(pictures.size(), 2U);
+  EXPECT_EQ(pictures[0].at("samples"), 1);
+  EXPECT_EQ(pictures[1].at("samples"), 4);
+  for (const nlohmann::json& one : pictures) {
+    EXPECT_EQ(one.at("static_triangles"), 12);  // of the plate, a box
+    EXPECT_EQ(one.at("moving_triangles"), 12);  // of the part, a box
+    const double full_ms = one.at("full_redraw_ms").at("median");
+    const double fixed_ms = one.at("fixed_eye_ms").at("median");
+    EXPECT_GT(full_ms, 0);
+    EXPECT_GT(fixed_ms, 0);
+    EXPECT_EQ(one.at("frames_until_whole").at("most"), 1);
+  }
+}
+
 TEST_F(Program, FindsTheSessionsSceneWhereItLiesOnThisMachine) {
   StartPuppetFromElsewhere("Anna");
   QTemporaryDir state;

@@ -76,6 +76,19 @@ TEST(Refine, LeavesFineMeshesAsTheyAre) {
   const std::vector<std::uint32_t> before = mesh.triangles;
   Refine(mesh, 0.005, 100'000);
   EXPECT_EQ(mesh.triangles, before);
+  EXPECT_TRUE(mesh.uncut_triangles.empty());
+}
+
+TEST(Refine, KeepsTheTrianglesThatItCutWithTheirVertices) {
+  ShadedMesh mesh = Shade(BoxMesh({0, 0, 0}, {0.04, 0.01, 0.003}), kCreaseAngle);
+  const ShadedMesh before = mesh;
+  Refine(mesh, 0.004, 100'000);
+  EXPECT_EQ(mesh.uncut_triangles, before.triangles);
+  ASSERT_GT(mesh.vertices.size(), before.vertices.size());
+  for (std::size_t v = 0; v < before.vertices.size(); ++v) {
+    EXPECT_EQ(mesh.vertices[v].p, before.vertices[v].p);
+    EXPECT_EQ(mesh.vertices[v].n, before.vertices[v].n);
+  }
 }
 
 TEST(Refine, StopsBeforeThereAreTooManyVertices) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/view/model/refined_mesh.h"
 #include "tests/app/view/offscreen_gl.h"
 #include "tests/app/view/shapes.h"
 
@@ -140,6 +141,34 @@ TEST_F(Drawn, ProximityColoursABodysVerticesAndBringsOutNearVoxels) {
 
   renderer_.ShowProximity(nullptr);
   EXPECT_EQ(Image(), before);
+}
+
+TEST_F(Drawn, CutTrianglesAreDrawnOnlyWithTheirVerticesColours) {
+  const QImage uncut = Image();
+  ShadedMesh& mesh = scene_.bodies[kBallBody].mesh;
+  Refine(mesh, 0.004, 100'000);
+  ASSERT_FALSE(mesh.uncut_triangles.empty());
+  renderer_.Upload(scene_.bodies);
+  EXPECT_EQ(Image(), uncut);
+  // only vertices that the cuts made are red
+  ProximityPicture proximity;
+  proximity.bodies = {{kBallBody, {}}};
+  proximity.bodies[0].rgba.assign(mesh.vertices.size(), {0, 0, 255, 255});
+  const std::size_t first_new =
+      scene_.bodies[kBallBody].file_triangles / 2 + 2;  // by Euler's formula
+  for (std::size_t v = first_new; v < mesh.vertices.size(); ++v) {
+    proximity.bodies[0].rgba[v] = {255, 0, 0, 255};
+  }
+  renderer_.ShowProximity(&proximity);
+  const QImage coloured = Image();
+  int red = 0;
+  for (int y = 0; y < coloured.height(); ++y) {
+    for (int x = 0; x < coloured.width(); ++x) {
+      const QColor c = coloured.pixelColor(x, y);
+      red += c.red() > c.blue() + 60 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(red, 100);
 }
 
 TEST_F(Drawn, ColoursOfAnotherScenesMeshAreLeftOut) {
