@@ -476,8 +476,8 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
       .felt = node.peer().felt(),
       .crowded_frames = node.peer().crowded_frames(),
       .waits = node.peer().voxel_waits(),
-      .voxel_memory = voxels != nullptr ? voxels->bytes() : 0,
-      .voxels_locked = voxels != nullptr && voxels->locked(),
+      .voxel_memory = voxels != nullptr ? voxels->bytes() : joining.model->fixture.header().bytes,
+      .voxels_locked = voxels != nullptr ? voxels->locked() : realtime.memory_locked,
       .paged = voxels != nullptr ? voxels->counts() : ResidentCounts{},
       .own_states = node.sent_states()};
   CountShapes(joining, report);

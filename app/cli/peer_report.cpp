@@ -79,7 +79,6 @@ nlohmann::ordered_json TimesAsJson(const PeerReport& report) {
 }
 
 nlohmann::ordered_json VoxelMemoryAsJson(const PeerReport& report) {
-  if (report.voxel_memory == 0) return nullptr;
   return {{"bytes", report.voxel_memory},
           {"locked", report.voxels_locked},
           {"stalls", report.waits.count},

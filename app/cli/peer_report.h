@@ -41,7 +41,7 @@ struct PeerReport {
   Felt felt;                 // by the hand, at the most
   std::uint64_t crowded_frames = 0;  // with more contacts than there is room for
   VoxelWaits waits;                  // for voxels that were not in memory
-  std::uint64_t voxel_memory = 0;    // bytes, where they are in memory in part; else 0
+  std::uint64_t voxel_memory = 0;    // bytes, of the fixed bodies' voxels
   bool voxels_locked = false;
   ResidentCounts paged;
   SentStates own_states;
@@ -70,8 +70,8 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 /// zeroed, expired, stops, passivity {control, balance_J, least_J, damped_ticks}}, of a device
 /// process device_times, guarded_share, crowded_frames, limits
 /// {travel_limited_share, over_capacity_share, contacts_full_share, waited_share},
-/// voxel_memory {bytes, locked, stalls, stall_s, longest_stall_ms, pages_read, pages_given_up}
-/// where voxels are in memory in part, else null; said {sent, wanted}; heard {sent, received,
+/// voxel_memory {bytes, locked, stalls, stall_s, longest_stall_ms, pages_read, pages_given_up},
+/// of the fixed bodies' voxels; said {sent, wanted}; heard {sent, received,
 /// peers, least_delivered, socket_dropped}, drops by reason, packets_refused by reason, peers,
 /// start_gaps, verdicts.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,

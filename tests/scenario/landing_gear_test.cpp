@@ -1,6 +1,7 @@
 #include "scenes/landing_gear.h"
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -29,11 +30,15 @@ class ActuatorInItsNest : public ::testing::Test {
     const std::filesystem::path file = folder_->path() / "landing_gear.json";
     std::filesystem::copy_file(std::filesystem::path(TANDEM_SCENE_FILES) / "landing_gear.json",
                                file);
-    const Result<Scene> loaded = LoadScene(file);
-    ASSERT_TRUE(loaded) << loaded.error().what;
-    const auto world = LoadWorld(*loaded);
-    ASSERT_TRUE(world) << world.error().what;
-    model_ = new std::shared_ptr<const WorldModel>(*world);
+    model_ = new std::shared_ptr<const WorldModel>(Load({}));
+    ASSERT_NE(*model_, nullptr);
+  }
+  static std::shared_ptr<const WorldModel> Load(const LoadOptions& options) {
+    const Result<Scene> loaded = LoadScene(folder_->path() / "landing_gear.json");
+    EXPECT_TRUE(loaded) << loaded.error().what;
+    const auto world = LoadWorld(*loaded, options);
+    EXPECT_TRUE(world) << world.error().what;
+    return world ? *world : nullptr;
   }
   static void TearDownTestSuite() {
     delete model_;
@@ -44,11 +49,14 @@ class ActuatorInItsNest : public ::testing::Test {
     Outcome outcome;
     long in_contact = 0;  // frames
     float most_N = 0;     // in the hand
+    Pose X_WB;            // at the end
+    std::uint64_t pages = 0;
   };
-  static Removal By(const std::string& hand) {
+  static Removal By(const std::string& hand) { return By(hand, *model_); }
+  static Removal By(const std::string& hand, const std::shared_ptr<const WorldModel>& model) {
     const Result<HandScript> script = LoadHandScript(folder_->path() / hand);
     EXPECT_TRUE(script) << script.error().what;
-    World world(*model_);
+    World world(model);
     ScriptedHand holds(world, *script);
     StepInputs inputs;
     inputs.bodies.resize(1);
@@ -56,20 +64,30 @@ class ActuatorInItsNest : public ::testing::Test {
     inputs.hand = {.body = 0,
                    .X_BD = script->X_BD,
                    .goal = {},
-                   .gains = DefaultHandGains((*model_)->bodies[0].inertia)};
+                   .gains = DefaultHandGains(model->bodies[0].inertia)};
     Removal removal;
     StepReport report;
     const auto frames = static_cast<std::int64_t>(1e3 * (script->duration() + 2));
     for (std::int64_t frame = 0; frame < frames; ++frame) {
       inputs.hand.goal = holds(frame, report);
       report = world.Step(inputs);
+      // nobody moves the hand while voxels are waited for
+      for (int waits = 0; report.waited > 0 && waits < 1000; ++waits) {
+        world.WaitForVoxels();
+        report = world.Step(inputs);
+      }
       removal.in_contact += report.contact_points > 0 ? 1 : 0;
       removal.most_N = std::max(removal.most_N, static_cast<float>(report.hand_B_W.f.norm()));
     }
-    removal.outcome = OutcomeOf(**model_, 0, world.state(0).X_WB);
+    removal.X_WB = world.state(0).X_WB;
+    removal.outcome = OutcomeOf(*model, 0, removal.X_WB);
+    if (world.resident_voxels() != nullptr) {
+      removal.pages = world.resident_voxels()->counts().pages_read;
+    }
     return removal;
   }
 
+  static constexpr std::uint64_t kVoxelMemory = std::uint64_t{6} << 20U;
   static inline ScratchFolder* folder_ = nullptr;
   static inline std::shared_ptr<const WorldModel>* model_ = nullptr;
 };
@@ -81,6 +99,18 @@ TEST_F(ActuatorInItsNest, ComesOutThroughContactAsTheMechanicMeansIt) {
     EXPECT_GT(removal.in_contact, 1000) << hand;
     EXPECT_LT(removal.most_N, 30) << hand;
   }
+}
+
+TEST_F(ActuatorInItsNest, ComesOutByTheSameBitsWithVoxelsThatAreComputedAsItNearsThem) {
+  const auto in_part = Load({.voxel_memory_bytes = kVoxelMemory});
+  ASSERT_NE(in_part, nullptr);
+  ASSERT_NE(in_part->fixture_pages, nullptr) << "all voxels fit";
+  const Removal whole = By("landing_gear_rod.json");
+  const Removal paged = By("landing_gear_rod.json", in_part);
+  EXPECT_TRUE(paged.outcome.out);
+  EXPECT_GT(paged.pages, 20U);
+  EXPECT_EQ(paged.in_contact, whole.in_contact);
+  EXPECT_EQ(std::memcmp(&paged.X_WB, &whole.X_WB, sizeof(Pose)), 0);
 }
 
 TEST_F(ActuatorInItsNest, JamsWhereItIsLiftedBeforeItIsFree) {
