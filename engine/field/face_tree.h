@@ -7,6 +7,7 @@
 #include "engine/field/face_distance.h"
 #include "engine/field/field_brick.h"
 #include "engine/geometry/box_tree.h"
+#include "engine/voxel/voxel.h"
 
 namespace tandem {
 
