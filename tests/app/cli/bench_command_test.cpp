@@ -55,7 +55,8 @@ TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
 
 TEST(BenchCommand, RemovalEndsWhereVoxelsDoNotComeInTime) {
   const Said said = RunTandem(
-      "bench removal --scene bracket_actuator --voxel-mm 0.5 --passes 1 --voxel-memory 3MiB "
+      "bench removal --scene bracket_actuator --voxel-mm 0.5 --passes 1 --capacity 100000 "
+      "--voxel-memory 3MiB "
       "--disk-mb-per-s 0.0001");
   EXPECT_EQ(said.exit_code, kExitFile);
   EXPECT_NE(said.err.find("voxels were not read in time"), std::string::npos) << said.err;
