@@ -3,7 +3,9 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <thread>
+#include <vector>
 
 #include "engine/voxel/kept_voxmap.h"
 #include "tests/support/scratch_folder.h"
@@ -33,7 +35,10 @@ class GatedPages final : public PageSource {
     if (broken_) return Error{"the disk is broken"};
     const std::chrono::microseconds takes(takes_us_.load());
     if (takes.count() > 0) std::this_thread::sleep_for(takes);
-    ++read_;
+    {
+      const std::lock_guard lock(reading_);
+      order_.push_back(record);
+    }
     return pages_->Read(record, page);
   }
 
@@ -41,7 +46,11 @@ class GatedPages final : public PageSource {
   void Open() { closed_ = false; }
   void Break() { broken_ = true; }
   void Take(std::chrono::microseconds time) { takes_us_ = time.count(); }
-  int read() const { return read_; }
+  /// The records that were read, in their order.
+  std::vector<std::uint32_t> order() const {
+    const std::lock_guard lock(reading_);
+    return order_;
+  }
 
  private:
   static constexpr std::chrono::microseconds kNap{200};
@@ -50,7 +59,8 @@ class GatedPages final : public PageSource {
   std::atomic<bool> closed_ = false;
   std::atomic<bool> broken_ = false;
   std::atomic<std::int64_t> takes_us_ = 0;
-  mutable std::atomic<int> read_ = 0;
+  mutable std::mutex reading_;
+  mutable std::vector<std::uint32_t> order_;
 };
 
 }  // namespace tandem::testing
