@@ -47,6 +47,13 @@ struct Dragging {
     node = owned.get();
     session.Add(std::move(owned), 1);
   }
+  /// Steps with all pages there that were asked for.
+  void Step(int count) {
+    for (int k = 0; k < count; ++k) {
+      node->world().WaitForVoxels();
+      session.Step();
+    }
+  }
   /// Steps until the world waits for voxels, or does not any more.
   bool StepUntilWaiting(bool waiting, int most) {
     for (int k = 0; k < most; ++k) {
@@ -65,7 +72,7 @@ struct Dragging {
 
 TEST(PeerVoxels, TheHandFeelsNothingWhileTheyAreWaitedForAndThenLittleByLittle) {
   Dragging dragging;
-  for (int k = 0; k < 400; ++k) dragging.session.Step();
+  dragging.Step(400);
   EXPECT_GT(dragging.device->force, 0.5) << "it presses on nothing";
   dragging.pages->Close();
   ASSERT_TRUE(dragging.StepUntilWaiting(true, 9000));
@@ -78,9 +85,9 @@ TEST(PeerVoxels, TheHandFeelsNothingWhileTheyAreWaitedForAndThenLittleByLittle) 
   ASSERT_TRUE(dragging.StepUntilWaiting(false, 20000));
   // what it pulls with comes back in a hundred frames
   const double first = dragging.device->force;
-  for (int k = 0; k < 9; ++k) dragging.session.Step();
+  dragging.Step(9);
   EXPECT_EQ(dragging.node->peer().guard().state(), SafetyState::kRamping);
-  for (int k = 0; k < 90; ++k) dragging.session.Step();
+  dragging.Step(90);
   const double whole = dragging.device->force;
   EXPECT_GT(whole, 1);
   EXPECT_LT(first, 0.1 * whole);
