@@ -112,7 +112,7 @@ class Peer {
   const Felt& felt() const noexcept { return felt_; }
   /// Frames in which a pair had more contacts than there is room for: some of them did not push.
   std::uint64_t crowded_frames() const noexcept { return crowded_frames_; }
-  /// What waiting for voxels came to. After the last frame.
+  /// Counts how often and how long voxels were waited for. Read it after the last frame.
   const VoxelWaits& voxel_waits() const noexcept { return voxel_waits_; }
   /// Tells whether voxels were waited for for so long (kLongestVoxelWait) that the simulation is to
   /// end. Any thread.

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -75,12 +74,6 @@ Result<std::shared_ptr<const WorldModel>> LoadRemoval(const RemovalArguments& ar
 std::size_t VoxelMemory(const World& world) {
   const ResidentVoxels* resident = world.resident_voxels();
   return resident != nullptr ? resident->bytes() : world.model().fixture.Count().bytes;
-}
-
-std::string Hex16(std::uint64_t number) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return text.data();
 }
 
 /// The most memory that this program has had in use, bytes.
@@ -197,7 +190,7 @@ int RunRemoval(const RemovalArguments& arguments) {
         {"pages_read", paged.pages_read},
         {"pages_given_up", paged.pages_given_up},
         {"page_faults", figures.page_faults},
-        {"poses_digest", Hex16(poses.value())},
+        {"poses_digest", Hex(poses.value())},
         {"peak_bytes", PeakBytes()},
         {"voxel_memory_bytes", voxel_bytes}};
     std::printf("%s\n", JsonText(out, 2).c_str());

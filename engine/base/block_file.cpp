@@ -12,7 +12,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include "engine/base/hash.h"
 #include "engine/base/whole_file.h"
 
 namespace tandem {
@@ -81,18 +80,21 @@ std::uint64_t HashOfMany(std::span<const std::byte> bytes) {
   return hash.value();
 }
 
+void AddPieces(std::span<const std::byte> bytes, Hash64& hash) {
+  std::vector<std::uint64_t> pieces((bytes.size() + kPiece - 1) / kPiece);
+  tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
+    pieces[i] = HashOfMany(bytes.subspan(i * kPiece, std::min(kPiece, bytes.size() - i * kPiece)));
+  });
+  for (const std::uint64_t piece : pieces) hash.Add(piece);
+}
+
 std::uint64_t BlockFileChecksum(std::span<const std::byte> file) {
   BlockFileHeader header;
   std::memcpy(&header, file.data(), sizeof header);
   header.checksum = 0;
-  const std::span<const std::byte> rest = file.subspan(sizeof header);
-  std::vector<std::uint64_t> pieces((rest.size() + kPiece - 1) / kPiece);
-  tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
-    pieces[i] = HashOfMany(rest.subspan(i * kPiece, std::min(kPiece, rest.size() - i * kPiece)));
-  });
   Hash64 hash;
   hash.AddBytes(&header, sizeof header);
-  for (const std::uint64_t piece : pieces) hash.Add(piece);
+  AddPieces(file.subspan(sizeof header), hash);
   return hash.value();
 }
 
@@ -158,6 +160,16 @@ Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::pa
     read.blocks[i] = {image, bytes.subspan(places.blocks[i], header.block_bytes[i])};
   }
   return read;
+}
+
+Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::path& file,
+                            const MadeOf& made_of) {
+  Result<BlockFile> mapped = MapBlocks(kind, file);
+  if (mapped && mapped->made_of != made_of) {
+    return Error{file.string() + ": a " + kind.what +
+                 " of another mesh, or made with other options; voxelize this one"};
+  }
+  return mapped;
 }
 
 }  // namespace tandem

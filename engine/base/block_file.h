@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "engine/base/hash.h"
 #include "engine/base/image_bytes.h"
 #include "engine/base/result.h"
 
@@ -64,6 +65,11 @@ struct BlockFile {
 /// version, cut short or damaged.
 Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::path& file);
 
+/// The same of a file whose content was made of something. Refused as well: one that was made of
+/// something else.
+Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::path& file,
+                            const MadeOf& made_of);
+
 /// Refuses a file whose bytes are those that were saved and yet make no sense.
 Error DamagedFile(const BlockFileKind& kind, const std::string& file);
 
@@ -72,5 +78,8 @@ std::uint64_t BlockFileChecksum(std::span<const std::byte> file);
 
 /// As Hash64, eight words at a time: for gigabytes.
 std::uint64_t HashOfMany(std::span<const std::byte> bytes);
+
+/// Adds the hashes of a megabyte after another, which are found in parallel.
+void AddPieces(std::span<const std::byte> bytes, Hash64& hash);
 
 }  // namespace tandem

@@ -23,7 +23,7 @@ struct PairOptions {
   int force_layer = 2;
   bool both_move = false;  // then cross() is kept
   ScheduleOptions schedule{};
-  /// Of a voxmap that is in memory in part; null of a whole one.
+  /// Reads a voxmap that is in memory in part; null where all of it is.
   VoxelReader* reader = nullptr;
 };
 

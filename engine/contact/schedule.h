@@ -73,7 +73,7 @@ class Schedule {
   virtual bool waits() const noexcept { return false; }
   /// Says which voxels will be read where the shell stands, before the first Test().
   virtual void Announce(const Pose& /*X_VS*/) noexcept {}
-  /// What was announced does not count any more, for the pair was not tested for a while.
+  /// Forgets what was announced: the pair is not tested for a while.
   virtual void ForgetVoxels() noexcept {}
 
   /// The blocks with points in contact, in order, as of the last Test().

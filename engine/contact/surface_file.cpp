@@ -15,19 +15,17 @@ namespace {
 
 /// A field and features of a whole file.
 struct SurfaceBlocks {
-  MadeOf made_of;
   DistanceField field;
   BodyFeatures features;
 };
-Result<SurfaceBlocks> ReadBlocks(const std::filesystem::path& file) {
-  Result<BlockFile> mapped = MapBlocks(kSurfaceFile, file);
+Result<SurfaceBlocks> ReadBlocks(Result<BlockFile> mapped, const std::filesystem::path& file) {
   if (!mapped) return mapped.error();
   std::optional<DistanceField> field = FieldImage::Read(std::move(mapped->blocks[0]));
   std::optional<BodyFeatures> features = FeatureImage::Read(std::move(mapped->blocks[1]));
   if (!field || !features || field->voxel_size() != mapped->voxel_size) {
     return DamagedFile(kSurfaceFile, file.string());
   }
-  return SurfaceBlocks{mapped->made_of, std::move(*field), std::move(*features)};
+  return SurfaceBlocks{std::move(*field), std::move(*features)};
 }
 
 }  // namespace
@@ -50,17 +48,14 @@ std::optional<Error> SaveSurface(const BodySurface& surface, const TriangleMesh&
 
 Result<BodySurface> MapSurface(const std::filesystem::path& file, const TriangleMesh& mesh_W,
                                const Pose& X_WB, const SurfaceOptions& options) {
-  Result<SurfaceBlocks> blocks = ReadBlocks(file);
+  Result<SurfaceBlocks> blocks =
+      ReadBlocks(MapBlocks(kSurfaceFile, file, KeyOf(mesh_W, options)), file);
   if (!blocks) return blocks.error();
-  if (blocks->made_of != KeyOf(mesh_W, options)) {
-    return Error{file.string() +
-                 ": a surface of another mesh, or made with other options; voxelize this one"};
-  }
   return SurfaceInBody(std::move(blocks->field), std::move(blocks->features), mesh_W, X_WB);
 }
 
 std::optional<Error> SurfaceFault(const std::filesystem::path& file) {
-  const Result<SurfaceBlocks> blocks = ReadBlocks(file);
+  const Result<SurfaceBlocks> blocks = ReadBlocks(MapBlocks(kSurfaceFile, file), file);
   if (!blocks) return blocks.error();
   return std::nullopt;
 }

@@ -23,8 +23,8 @@ struct CachedFile {
   std::filesystem::file_time_type used;  // last
 };
 
-/// What was made of meshes: they themselves as read, surfaces of refined contact, voxmaps and
-/// points of plain contact, in files of a folder that is the user's alone. Programs share it: what
+/// Keeps what was made of mesh files in a folder that is the user's alone: meshes as read, surfaces
+/// of refined contact, voxmaps and points of plain contact. Programs share it: what
 /// one has made of a mesh the next one maps. A file's name says of what it was made, so that what
 /// is stale is never asked for; a file that is cut short or damaged is replaced. Where a file
 /// cannot be written, its content is made anew each time. Any number of threads and programs may
@@ -41,13 +41,13 @@ class VoxelCache {
   const std::filesystem::path& folder() const noexcept { return folder_; }
   std::uint64_t most_bytes() const noexcept { return most_bytes_; }
 
-  /// What ImportAndDiagnose() reads from a file, with the same errors: from a file of ours if that
-  /// one's bytes are known, which needs no other program. Of kinds of files that name no others.
+  /// Gives what ImportAndDiagnose() reads from a file, with the same errors: from a file of ours
+  /// if that file's bytes are known. Meshes are kept only of kinds of files that name no others.
   Result<ImportedMesh> MeshOf(const std::filesystem::path& file,
                               const ImportOptions& options) const;
 
-  /// The points that MakePointshell() makes of a mesh, with the same errors: from its file, or made
-  /// and kept.
+  /// Gives the points that MakePointshell() makes of a mesh, with the same errors: from its file,
+  /// or made and kept.
   Result<Pointshell> PointsOf(const TriangleMesh& mesh_W, const Pose& X_WB,
                               const PointshellOptions& options) const;
 

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// Of a closed mesh those bodies (MeshDiagnosis) whose boxes meet a box: within it they are all
-/// that there is. Of any other mesh everything, as what is inside of it is told by all of it.
+/// Takes from a closed mesh those bodies (MeshDiagnosis) whose boxes meet a box: within it they are
+/// all that there is. Takes all of any other mesh, since all of it tells what is inside.
 TriangleMesh BodiesMeeting(const TriangleMesh& mesh, const Bounds& box);
 
 }  // namespace tandem

@@ -4,12 +4,8 @@
 #include <array>
 #include <cctype>
 #include <utility>
-#include <vector>
-
-#include <tbb/parallel_for.h>
 
 #include "engine/base/byte_archive.h"
-#include "engine/base/hash.h"
 #include "engine/base/image_bytes.h"
 #include "engine/geometry/mesh_diagnosis.h"
 
@@ -28,21 +24,16 @@ bool IsWhole(const std::filesystem::path& file) {
 }
 
 std::uint64_t HashOf(const ImageBytes& image) {
-  constexpr std::size_t kPiece = 1 << 20;
-  const std::span<const std::byte> bytes(image.data(), image.size());
-  std::vector<std::uint64_t> pieces((bytes.size() + kPiece - 1) / kPiece);
-  tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
-    pieces[i] = HashOfMany(bytes.subspan(i * kPiece, std::min(kPiece, bytes.size() - i * kPiece)));
-  });
   Hash64 hash;
-  hash.Add(static_cast<std::uint64_t>(bytes.size()));
-  for (const std::uint64_t piece : pieces) hash.Add(piece);
+  hash.Add(static_cast<std::uint64_t>(image.size()));
+  AddPieces({image.data(), image.size()}, hash);
   return hash.value();
 }
 
-Result<ImportedMesh> Read(const BlockFile& mapped, const std::filesystem::path& file) {
+Result<ImportedMesh> Read(const Result<BlockFile>& mapped, const std::filesystem::path& file) {
+  if (!mapped) return mapped.error();
   ImportedMesh mesh;
-  ByteReader reader(mapped.blocks[0].bytes);
+  ByteReader reader(mapped->blocks[0].bytes);
   std::uint8_t closed = 0;
   reader.Read(closed);
   reader.ReadArray(mesh.diagnosis);
@@ -93,18 +84,11 @@ std::optional<Error> KeepMesh(const ImportedMesh& mesh, const MadeOf& made_of,
 }
 
 Result<ImportedMesh> LoadKeptMesh(const std::filesystem::path& file, const MadeOf& made_of) {
-  const Result<BlockFile> mapped = MapBlocks(kKeptMeshFile, file);
-  if (!mapped) return mapped.error();
-  if (mapped->made_of != made_of) {
-    return Error{file.string() + ": a mesh of another file, or read with other options"};
-  }
-  return Read(*mapped, file);
+  return Read(MapBlocks(kKeptMeshFile, file, made_of), file);
 }
 
 std::optional<Error> KeptMeshFault(const std::filesystem::path& file) {
-  const Result<BlockFile> mapped = MapBlocks(kKeptMeshFile, file);
-  if (!mapped) return mapped.error();
-  const Result<ImportedMesh> mesh = Read(*mapped, file);
+  const Result<ImportedMesh> mesh = Read(MapBlocks(kKeptMeshFile, file), file);
   if (!mesh) return mesh.error();
   return std::nullopt;
 }

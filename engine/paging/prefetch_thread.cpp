@@ -55,7 +55,7 @@ void PrefetchThread::Start() {
 }
 
 ResidentCounts PrefetchThread::counts() const noexcept {
-  return {pages_read_.load(), pages_given_up_.load(), most_pages_.load(), most_frames_.load()};
+  return {pages_read_.load(), pages_given_up_.load(), most_pages_.load()};
 }
 
 void PrefetchThread::Run(const std::stop_token& stop) {
@@ -230,7 +230,6 @@ bool PrefetchThread::BringIn(const std::stop_token& stop) {
   there_.push_back(request.record);
   ++pages_read_;
   most_pages_ = std::max<std::uint64_t>(most_pages_, there_.size());
-  most_frames_ = std::max<std::uint64_t>(most_frames_, arena_->frames() - arena_->free_frames());
   Tell({request.record, true});
   KeepRoom();
   return true;

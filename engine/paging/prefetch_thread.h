@@ -39,7 +39,7 @@ struct PageVerdict {
   bool goes = false;
 };
 
-/// What the haptic thread and the pre-fetch thread tell one another.
+/// Carries what the haptic thread and the pre-fetch thread tell one another.
 struct PageMail {
   static constexpr std::size_t kMostAskedBack = 512;
 
@@ -53,8 +53,7 @@ struct PageMail {
 struct ResidentCounts {
   std::uint64_t pages_read = 0;
   std::uint64_t pages_given_up = 0;
-  std::uint64_t most_pages = 0;   // at once
-  std::uint64_t most_frames = 0;  // of the arena, at once
+  std::uint64_t most_pages = 0;  // at once
 };
 
 /// Brings pages into memory, the most urgent first, and gives up those that are farthest from the
@@ -120,7 +119,6 @@ class PrefetchThread {
   std::atomic<std::uint64_t> pages_read_{0};
   std::atomic<std::uint64_t> pages_given_up_{0};
   std::atomic<std::uint64_t> most_pages_{0};
-  std::atomic<std::uint64_t> most_frames_{0};
   /// One more than the requests that were taken when nothing more came of them; 0: never yet.
   std::atomic<std::uint64_t> idle_since_taken_{0};
   std::atomic<bool> failed_{false};

@@ -105,10 +105,11 @@ bool IsSound(const Pointshell& points) {
   return labels && next == count && points.labels.size() == count && count > 0;
 }
 
-Result<Pointshell> Read(const BlockFile& mapped, const std::filesystem::path& file) {
+Result<Pointshell> Read(const Result<BlockFile>& mapped, const std::filesystem::path& file) {
+  if (!mapped) return mapped.error();
   Pointshell points;
   KeptParts parts;
-  ByteReader reader(mapped.blocks[0].bytes);
+  ByteReader reader(mapped->blocks[0].bytes);
   Visit(
       points, parts,
       [&reader](auto& value) {
@@ -155,18 +156,11 @@ std::optional<Error> KeepPoints(const Pointshell& points, const MadeOf& made_of,
 }
 
 Result<Pointshell> LoadKeptPoints(const std::filesystem::path& file, const MadeOf& made_of) {
-  const Result<BlockFile> mapped = MapBlocks(kKeptPointsFile, file);
-  if (!mapped) return mapped.error();
-  if (mapped->made_of != made_of) {
-    return Error{file.string() + ": points of another mesh, or made with other options"};
-  }
-  return Read(*mapped, file);
+  return Read(MapBlocks(kKeptPointsFile, file, made_of), file);
 }
 
 std::optional<Error> KeptPointsFault(const std::filesystem::path& file) {
-  const Result<BlockFile> mapped = MapBlocks(kKeptPointsFile, file);
-  if (!mapped) return mapped.error();
-  const Result<Pointshell> points = Read(*mapped, file);
+  const Result<Pointshell> points = Read(MapBlocks(kKeptPointsFile, file), file);
   if (!points) return points.error();
   return std::nullopt;
 }

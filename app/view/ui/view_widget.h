@@ -73,7 +73,7 @@ class ViewWidget : public QOpenGLWidget {
   void FollowBodies();
   void RequestFrame();
   void DrawAtRest();
-  /// What a frame leaves to the frames after it.
+  /// Says which work a frame leaves to the frames after it.
   enum class Left { kNothing, kParts, kFineFrame, kPartsOfFineFrame };
   Left DrawScene();
   void GoOn(Left left);
