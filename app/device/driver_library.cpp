@@ -1,0 +1,90 @@
+#include "app/device/driver_library.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <map>
+#include <system_error>
+
+#include <dlfcn.h>
+
+#include "app/program_folders.h"
+
+namespace tandem {
+namespace {
+
+/// Which member of the table is not there; empty: all that must be are.
+std::string LackOf(const TandemDriver& driver) {
+  if (driver.struct_size < offsetof(TandemDriver, extension)) return "its table is too short";
+  if (driver.abi_major != TANDEM_DEVICE_ABI_MAJOR) {
+    return "it is built for version " + std::to_string(driver.abi_major) +
+           " of the interface, and this program has version " +
+           std::to_string(TANDEM_DEVICE_ABI_MAJOR) + ": build it anew";
+  }
+  const bool is_whole =
+      driver.name != nullptr && driver.kind != nullptr && driver.options != nullptr &&
+      driver.init != nullptr && driver.deinit != nullptr && driver.list != nullptr &&
+      driver.open != nullptr && driver.close != nullptr && driver.capabilities != nullptr &&
+      driver.start != nullptr && driver.read != nullptr && driver.write != nullptr &&
+      driver.stop != nullptr && driver.last_error != nullptr;
+  return is_whole ? "" : "a function or a text of its table is missing";
+}
+
+bool IsDriverName(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
+  });
+}
+
+}  // namespace
+
+Result<const TandemDriver*> DriverLibrary::Load(const std::filesystem::path& file) {
+  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) {
+    const char* why = dlerror();
+    return Error{file.string() +
+                 ": cannot be loaded: " + (why != nullptr ? why : "no reason given")};
+  }
+  const auto* driver = static_cast<const TandemDriver*>(dlsym(library, "tandem_driver"));
+  if (driver == nullptr)
+    return Error{file.string() + ": no driver, for it exports no tandem_driver"};
+  if (const std::string lack = LackOf(*driver); !lack.empty()) {
+    return Error{file.string() + ": " + lack};
+  }
+  if (file.stem() != driver->name) {
+    return Error{file.string() + ": its driver is called '" + driver->name + "': name the file " +
+                 driver->name + ".so"};
+  }
+  return driver;
+}
+
+std::vector<std::filesystem::path> DriverFolders() {
+  std::vector<std::filesystem::path> folders;
+  if (const char* named =
+          std::getenv("TANDEM_DEVICES")) {  // NOLINT(concurrency-mt-unsafe): at start
+    std::string text = named;
+    while (!text.empty()) {
+      const std::string folder = text.substr(0, text.find(':'));
+      text.erase(0, folder.size() + 1);
+      if (!folder.empty()) folders.emplace_back(folder);
+    }
+  }
+  folders.push_back(ProgramFolder().parent_path() / "lib" / "tandem" / "devices");
+  return folders;
+}
+
+std::vector<DriverFile> FindDrivers() {
+  std::map<std::string, std::filesystem::path> found;
+  for (const std::filesystem::path& folder : DriverFolders()) {
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+      const std::filesystem::path& file = entry.path();
+      if (file.extension() == ".so" && IsDriverName(file.stem())) found.emplace(file.stem(), file);
+    }
+  }
+  std::vector<DriverFile> drivers;
+  for (const auto& [name, file] : found) drivers.push_back({name, file});
+  return drivers;
+}
+
+}  // namespace tandem

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <dlfcn.h>
+
+#include "app/device/tandem_device.h"
+
+/// What drivers have in common: options, texts in fixed room, libraries that are loaded at run
+/// time.
+namespace tandem::driver {
+
+/// Copies a text into an array, cut where there is no room.
+template <std::size_t kRoom>
+void Put(char (&room)[kRoom], std::string_view text) {
+  const std::size_t count = std::min(text.size(), kRoom - 1);
+  std::memcpy(room, text.data(), count);
+  room[count] = '\0';
+}
+inline std::int32_t Put(char* room, std::uint32_t size, std::string_view text) {
+  if (text.empty() || size == 0) return TANDEM_FAILED;
+  const std::size_t count = std::min<std::size_t>(text.size(), size - 1);
+  std::memcpy(room, text.data(), count);
+  room[count] = '\0';
+  return TANDEM_OK;
+}
+
+/// The options of a driver, KEY=VALUE with commas between. A driver takes the keys that it knows;
+/// Fault() then says what is left or is no number, in one line; empty: nothing.
+class Options {
+ public:
+  explicit Options(std::string_view text) {
+    while (!text.empty()) {
+      const std::string_view word = text.substr(0, text.find(','));
+      text.remove_prefix(std::min(text.size(), word.size() + 1));
+      if (word.empty()) continue;
+      const std::size_t equals = word.find('=');
+      if (equals == std::string_view::npos) {
+        Blame("'" + std::string(word) + "': KEY=VALUE is wanted");
+        continue;
+      }
+      values_[std::string(word.substr(0, equals))] = std::string(word.substr(equals + 1));
+    }
+  }
+  std::string Text(const std::string& key, std::string fallback = {}) {
+    const auto value = values_.find(key);
+    if (value == values_.end()) return fallback;
+    std::string text = value->second;
+    values_.erase(value);
+    return text;
+  }
+  /// A number within the limits.
+  double Number(const std::string& key, double fallback, double least, double most) {
+    const std::string text = Text(key);
+    if (text.empty()) return fallback;
+    double number = 0;
+    const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (fault != std::errc{} || end != text.data() + text.size() ||
+        !(number >= least && number <= most)) {
+      char range[80];
+      std::snprintf(range, sizeof range, "a number from %g to %g is wanted, not '", least, most);
+      Blame(key + ": " + range + text + "'");
+      return fallback;
+    }
+    return number;
+  }
+  bool Flag(const std::string& key, bool fallback) {
+    const std::string text = Text(key);
+    if (text.empty()) return fallback;
+    if (text != "yes" && text != "no") Blame(key + ": yes or no is wanted, not '" + text + "'");
+    return text == "yes";
+  }
+  /// Refuses what was given and that no call above asked for.
+  std::string Fault() const {
+    if (!fault_.empty() || values_.empty()) return fault_;
+    return "'" + values_.begin()->first + "' is none of its options";
+  }
+
+ private:
+  void Blame(const std::string& why) {
+    if (fault_.empty()) fault_ = why;
+  }
+  std::map<std::string, std::string> values_;
+  std::string fault_;
+};
+
+/// A vendor's library, found at run time. It is never unloaded: vendors' libraries have threads and
+/// state of their own.
+class VendorLibrary {
+ public:
+  /// Loads the first of these files that there is. `global`: its symbols are for other libraries,
+  /// too.
+  bool Load(const std::vector<std::string>& files, bool global = false) {
+    for (const std::string& file : files) {
+      if (file.empty()) continue;
+      handle_ = dlopen(file.c_str(), RTLD_NOW | (global ? RTLD_GLOBAL : RTLD_LOCAL));
+      if (handle_ != nullptr) return true;
+      const char* why = dlerror();
+      if (why_.empty() && why != nullptr) why_ = why;
+    }
+    return false;
+  }
+  /// Takes a function of it; its absence is told by missing().
+  template <typename Function>
+  void Take(Function*& function, const char* name) {
+    function = reinterpret_cast<Function*>(dlsym(handle_, name));
+    if (function == nullptr && missing_.empty()) missing_ = name;
+  }
+  bool loaded() const { return handle_ != nullptr; }
+  /// What the loader said of the first file.
+  const std::string& why() const { return why_; }
+  /// The first function that it lacks; empty: none.
+  const std::string& missing() const { return missing_; }
+
+ private:
+  void* handle_ = nullptr;
+  std::string why_;
+  std::string missing_;
+};
+
+}  // namespace tandem::driver
