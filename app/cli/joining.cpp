@@ -9,6 +9,7 @@
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/reach/scene_search.h"
+#include "app/reach/session_scene.h"
 #include "collab/coupling_limits.h"
 #include "collab/dds/dds_transport.h"
 #include "engine/base/units.h"
@@ -30,6 +31,20 @@ constexpr std::int64_t kSettleNs = 1000 * kMs;
 constexpr std::int64_t kLeastSettleNs = 100 * kMs;
 // for force parameters that somebody else offers meanwhile
 constexpr int kMostLoads = 3;
+
+/// Puts the session's scene into `arguments` where they name none.
+int TakeSessionScene(PeerArguments& arguments, PeerId id) {
+  if (!arguments.scene_from_session || !arguments.scene.empty()) return kExitOk;
+  const SessionScene found = FindSessionScene({.session = arguments.session,
+                                               .id = id,
+                                               .reach = arguments.reach,
+                                               .say = Say,
+                                               .stop = arguments.stop});
+  if (!found.fault.empty()) return Fail(found.exit_code, found.fault);
+  if (found.file.empty()) return kEndedWhileLoading;
+  arguments.scene = found.file.string();
+  return kExitOk;
+}
 
 /// Reads the scene file and what it is made of.
 int ReadScene(const PeerArguments& arguments, Joining& joining) {
@@ -361,6 +376,7 @@ int Join(PeerArguments& arguments, Joining& joining) {
       return Fail(kExitUsage, "--gain " + std::string(limit.name) + ": " + why);
     }
   }
+  if (const int failed = TakeSessionScene(arguments, joining.id); failed != kExitOk) return failed;
   if (const int failed = ReadScene(arguments, joining); failed != kExitOk) return failed;
   const int held = joining.scene.BodyNamed(arguments.hold);
   if (!arguments.hold.empty() &&

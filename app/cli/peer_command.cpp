@@ -516,6 +516,9 @@ bool HoldsBytes(const std::string& file) {
 }
 
 int RunPeer(PeerArguments& arguments) {
+  if (arguments.scene.empty() && !arguments.scene_from_session) {
+    return Fail(kExitUsage, "--scene is required, or --scene-from-session (tandem peer --help)");
+  }
   if (arguments.role == "viewer") return LookOn(arguments);
   if (arguments.as_part) Speaker() = arguments.name;
   if (!arguments.record.empty() && arguments.voxel_memory > 0) {

@@ -15,6 +15,26 @@ namespace tandem {
 
 namespace {
 
+void AddSceneOptions(CLI::App& command, PeerArguments& arguments) {
+  CLI::Option* scene =
+      command.add_option("--scene", arguments.scene, "scene by name, or a scene file");
+  CLI::Option* from_session =
+      command
+          .add_flag("--scene-from-session", arguments.scene_from_session,
+                    "go by the session's scene: from this machine, or fetched from a peer")
+          ->excludes(scene);
+  command
+      .add_flag("--accept-scene", arguments.accept_scene,
+                "fetch the session's scene from a peer without asking")
+      ->needs(from_session);
+  command
+      .add_option("--scene-limit-mb", arguments.scene_limit_mb,
+                  "MB of files that a fetched scene may have")
+      ->check(WholeNumberFrom(1, 65536))
+      ->needs(from_session)
+      ->capture_default_str();
+}
+
 void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
   command.add_option("--hold", arguments.hold, "body to take in hand");
   command.add_option("--hand", arguments.hand, "hand file: a script in place of a device");
@@ -142,7 +162,7 @@ void AddControlOptions(CLI::App& command, PeerArguments& arguments) {
 
 void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   AddSessionOption(command, arguments.session, "name of the session to join")->required();
-  command.add_option("--scene", arguments.scene, "scene by name, or a scene file")->required();
+  AddSceneOptions(command, arguments);
   command
       .add_option("--role", arguments.role,
                   "active: simulates and may hold bodies; viewer: looks on, as tandem watch")

@@ -20,7 +20,10 @@ class DeviceSpace;
 /// What `tandem peer` was asked for.
 struct PeerArguments {
   std::string session;
-  std::string scene;
+  std::string scene;                    // empty with `scene_from_session`, until it is found
+  bool scene_from_session = false;      // the session's scene, wherever its files are
+  bool accept_scene = false;            // fetch its files from a peer without asking the person
+  std::uint64_t scene_limit_mb = 1024;  // most that is fetched
   std::string role = "active";
   std::string hold;
   std::string hand;
