@@ -23,7 +23,6 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kBeatEveryNs = 200'000'000;
-constexpr std::uint32_t kPrograms = 4;  // the first, whose ports get packets
 
 struct NameOfAttack {
   Attack attack;
@@ -242,7 +241,7 @@ class ForgedBatch {
 
 Result<std::uint64_t> FloodPackets(const DdsOptions& options, const FloodPlan& plan) {
   std::vector<std::unique_ptr<PortSocket>> ports;
-  for (std::uint32_t program = 0; program < kPrograms; ++program) {
+  for (std::uint32_t program = 0; program <= kLastProgramIndex; ++program) {
     auto port = std::make_unique<PortSocket>(DiscoveryPort(options.domain, program));
     if (port->HasListener()) ports.push_back(std::move(port));
   }

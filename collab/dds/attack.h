@@ -28,7 +28,7 @@ struct FloodPlan {
 
 /// Floods as planned. Returns how many samples or packets were sent. The kinds by DDS join the
 /// session as a program of its own that keeps to none of the product's checks; the last sends to
-/// the loopback's ports of the options' domain, those of the first few programs that are there.
+/// the loopback's ports of the options' domain, those of all programs that are there.
 Result<std::uint64_t> Flood(Attack attack, const DdsOptions& options, const FloodPlan& plan);
 
 }  // namespace tandem
