@@ -18,6 +18,7 @@ void AddCommands(CLI::App& app, int& exit_code) {
   AddProximityCommand(app, exit_code);
   AddKeysCommand(app, exit_code);
   AddSimulateCommand(app, exit_code);
+  AddDevicesCommand(app, exit_code);
   AddDoctorCommand(app, exit_code);
   AddReplayCommand(app, exit_code);
   AddClearanceCommand(app, exit_code);

@@ -16,6 +16,7 @@ void AddContactCommand(CLI::App& app, int& exit_code);
 void AddProximityCommand(CLI::App& app, int& exit_code);
 void AddDemoCommand(CLI::App& app, int& exit_code);
 void AddBenchCommand(CLI::App& app, int& exit_code);
+void AddDevicesCommand(CLI::App& app, int& exit_code);
 void AddDoctorCommand(CLI::App& app, int& exit_code);
 void AddKeysCommand(CLI::App& app, int& exit_code);
 void AddOpenCommands(CLI::App& app, int& exit_code);

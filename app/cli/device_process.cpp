@@ -1,5 +1,6 @@
 #include "app/cli/device_process.h"
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -107,6 +108,12 @@ std::string DeviceProcess::News() {
     if (std::exchange(end_told_, true)) return {};
     return "the device process ended (exit code " + std::to_string(*code) +
            "): your hand rests where it was";
+  }
+  std::array<char, 320> trouble{};
+  if (memory_->trouble.Read(trouble) && trouble_told_ != trouble.data()) {
+    trouble_told_ = trouble.data();
+    return "device " +
+           (trouble_told_.empty() ? "is back: 'resume' gives force again" : trouble_told_);
   }
   const std::optional<DeviceTick> tick = Newest();
   if (!tick) return {};

@@ -14,8 +14,8 @@ namespace tandem {
 class DeviceProcess {
  public:
   struct Options {
-    std::string driver;  // NAME[:OPTIONS]
-    Pose home_W{};       // of the body that the hand is to hold
+    std::string driver;                  // NAME[:OPTIONS]
+    Pose home_W{};                       // of the body that the hand is to hold
     DeviceLimits users = kUsersDefault;  // the user's setting
     int core = -1;
     bool passivity_control = false;  // damps a port that gives out more than it took
@@ -27,9 +27,7 @@ class DeviceProcess {
   std::unique_ptr<Device> MakeDevice();
   /// Of a deadline of its ticks: frames that share them find the handle of the same moment.
   std::int64_t origin_ns() const noexcept { return memory_->origin_ns; }
-  DeviceCapabilities capabilities() const noexcept {
-    return AsCapabilities(memory_->capabilities);
-  }
+  DeviceCapabilities capabilities() const noexcept { return AsCapabilities(memory_->capabilities); }
   /// In force at the motor.
   DeviceLimits limits() const noexcept { return {memory_->limits[0], memory_->limits[1]}; }
   /// What the device said last; nothing: nothing yet.
@@ -55,6 +53,7 @@ class DeviceProcess {
   DeviceMemory* memory_;
   ChildProcess process_;
   bool end_told_ = false;
+  std::string trouble_told_;
   SafetyState told_ = SafetyState::kOff;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <mutex>
 
@@ -13,6 +14,10 @@ namespace tandem {
 /// one after the other: so do an emergency stop at the device, a fault, the warmth of its motors.
 class DeviceSpace {
  public:
+  /// A person who looks along W's y axis: V's x, y and z axes are W's x, z and -y. So a device of
+  /// its own axes is mapped until a window says how its user looks.
+  static inline const Quat kFacingNorth{M_SQRT1_2, M_SQRT1_2, 0, 0};
+
   explicit DeviceSpace(const WorkspaceOrder& order) : order_(order) {}
 
   /// Of the thread that joins sessions. Null: there is none yet.
@@ -20,6 +25,9 @@ class DeviceSpace {
   void Keep(std::unique_ptr<DeviceProcess> process) {
     process_ = std::move(process);
     handle_ = process_->MakeDevice();
+    if (!process_->capabilities().in_scene && order_.q_WV.isApprox(Quat::Identity())) {
+      order_.q_WV = kFacingNorth;
+    }
   }
   /// The device, mapped into the scene; must not outlive this.
   std::unique_ptr<Workspace> MapInto() {

@@ -215,10 +215,13 @@ int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& join
     Say("device process: " + lacks);
   }
   const DeviceLimits limits = process.limits();
+  char most[64] = "without force feedback";
+  if (can.freedoms_out > 0) {
+    std::snprintf(most, sizeof most, "at most %g N and %g N m", limits.force, limits.moment);
+  }
   char text[280];
   std::snprintf(
-      text, sizeof text, "device %.60s: at most %g N and %g N m, %g times a second%s",
-      arguments.device.c_str(), limits.force, limits.moment,
+      text, sizeof text, "device %.60s: %s, %g times a second%s", arguments.device.c_str(), most,
       1e9 / static_cast<double>(process.period_ns()),
       can.asks_us ? "; its own thread asks for the force, which comes a period later" : "");
   Say(text);

@@ -41,13 +41,15 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
   command
       .add_option("--device", arguments.device,
                   "scripted: a hand that feels and gives way; none: without force feedback; "
-                  "NAME:OPTIONS: in a process of its own, by a driver of 'tandem-device --drivers'")
+                  "NAME[:OPTIONS] of 'tandem devices': a device in a process of its own")
       ->check(CLI::Validator(
           [](const std::string& device) -> std::string {
-            if (device == "scripted" || device == "none") return {};
-            const std::size_t colon = device.find(':');
-            if (colon != std::string::npos && colon > 0) return {};
-            return "'" + device + "': scripted, none or NAME:OPTIONS is wanted";
+            const std::string name = device.substr(0, device.find(':'));
+            const bool is_name = !name.empty() && std::ranges::all_of(name, [](char c) {
+              return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
+            });
+            return is_name ? ""
+                           : "'" + device + "': NAME[:OPTIONS] is wanted; see 'tandem devices'";
           },
           ""))
       ->capture_default_str();

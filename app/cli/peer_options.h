@@ -67,7 +67,7 @@ struct PeerArguments {
 
 /// Whether a process of its own is to have the device in hand.
 inline bool HasDeviceProcess(const PeerArguments& arguments) {
-  return arguments.device.find(':') != std::string::npos;
+  return arguments.device != "scripted" && arguments.device != "none";
 }
 
 void AddPeerOptions(CLI::App& command, PeerArguments& arguments);

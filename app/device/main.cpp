@@ -1,15 +1,19 @@
 // The process that has a device in hand. A controller (`tandem peer --device`) starts it and shares
 // memory with it; nothing that becomes of the controller leaves a force at the motor.
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
 #include "app/device/device_watch.h"
-#include "app/device/drivers.h"
+#include "app/device/list_devices.h"
+#include "app/device/open_driver.h"
+#include "app/device/try_device.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
 #include "engine/haptics/device_loop.h"
@@ -29,14 +33,40 @@ struct DeviceArguments {
   DeviceLimits users = kUsersDefault;
   bool passivity_control = false;
   int core = -1;
-  bool list = false;
+  bool names = false;
+  std::string list;    // driver that is to say what is there
+  std::string tried;   // device to be tried
+  double seconds = 5;  // of the trial
+  int to = 1;          // descriptor that gets the answer
 };
+
+int Answer(const DeviceArguments& arguments, const std::string& text) {
+  return dprintf(arguments.to, "%s\n", text.c_str()) > 0 ? kExitOk : kExitFile;
+}
 
 int FailWith(DeviceMemory& memory, const std::string& why) {
   std::snprintf(memory.fault.data(), memory.fault.size(), "%s", why.c_str());
   memory.ready.store(DeviceMemory::kFailed, std::memory_order_release);
   return kExitDevice;
 }
+
+/// Tells the controller why the device is in trouble, and that it is not any more.
+class TroubleTeller {
+ public:
+  explicit TroubleTeller(DeviceMemory& memory) : memory_(&memory) {}
+  void Look(const DriverDevice& device) {
+    const std::string trouble = device.Trouble();
+    if (trouble == told_) return;
+    told_ = trouble;
+    std::array<char, 320> text{};
+    std::snprintf(text.data(), text.size(), "%s", trouble.c_str());
+    memory_->trouble.Write(text);
+  }
+
+ private:
+  DeviceMemory* memory_;
+  std::string told_;
+};
 
 int Serve(const DeviceArguments& arguments) {
   const pid_t controller = getppid();
@@ -51,7 +81,7 @@ int Serve(const DeviceArguments& arguments) {
     return FailWith(memory, "tandem-device is of another version than the program that started it");
   }
   DeviceWatch watch(controller, kPriority + 1);
-  Result<std::unique_ptr<Device>> driver = OpenDriver(arguments.driver, AsPose(memory.home));
+  Result<std::unique_ptr<DriverDevice>> driver = OpenDriver(arguments.driver, AsPose(memory.home));
   if (!driver) return FailWith(memory, driver.error().what);
   DeviceLoop loop(**driver, memory, MachineClock(),
                   {.users = arguments.users, .passivity_control = arguments.passivity_control});
@@ -86,8 +116,10 @@ int Serve(const DeviceArguments& arguments) {
   std::snprintf(memory.warning.data(), memory.warning.size(), "%s", status.warning.c_str());
   memory.ready.store(DeviceMemory::kReady, std::memory_order_release);
   std::int64_t ends_ns = 0;
+  TroubleTeller teller(memory);
   while (!ended.load()) {
     MachineClock().SleepUntil(MonotonicNowNs() + DeviceWatch::kLookNs);
+    teller.Look(**driver);
     if (watch.ending() && ends_ns == 0) ends_ns = MonotonicNowNs();
     if (ends_ns != 0 && MonotonicNowNs() - ends_ns > kGiveUpNs) _exit(kExitDevice);
   }
@@ -99,8 +131,9 @@ int Serve(const DeviceArguments& arguments) {
 }
 
 int Run(int argc, char** argv) {
-  CLI::App app{"Tandem's device process: has one device in hand, and is the last guard before its "
-               "motors. 'tandem peer --device' starts it."};
+  CLI::App app{
+      "Tandem's device process: has one device in hand, and is the last guard before its "
+      "motors. 'tandem peer --device' starts it."};
   app.name("tandem-device");
   app.set_version_flag("--version", TANDEM_VERSION);
   DeviceArguments arguments;
@@ -117,15 +150,35 @@ int Run(int argc, char** argv) {
                "damp a port that gives out more energy than it took");
   app.add_option("--core", arguments.core, "processor core that the loop keeps to")
       ->check(WholeNumberFrom(0, 1023));
-  app.add_flag("--drivers", arguments.list, "list the drivers");
+  app.add_flag("--drivers", arguments.names, "print the drivers' names");
+  app.add_option("--list", arguments.list,
+                 "print what there is for a driver, and what is missing, as one JSON object");
+  app.add_option(
+      "--try", arguments.tried,
+      "read the device NAME[:OPTIONS] for a while, without force; print one JSON object");
+  app.add_option("--seconds", arguments.seconds, "how long --try takes")
+      ->check(NumberFrom(0, 3600))
+      ->capture_default_str();
+  app.add_option("--to", arguments.to, "file descriptor for what --drivers, --list and --try print")
+      ->check(WholeNumberFrom(1, 1'000'000))
+      ->capture_default_str();
   if (const std::optional<int> ended = ParseOrExplain(app, argc, argv)) return *ended;
-  if (arguments.list) {
-    for (const DriverName& driver : Drivers()) std::printf("%-16s %s\n", driver.name, driver.what);
-    return kExitOk;
+  if (arguments.names) {
+    std::string lines;
+    for (const std::string& name : DriverNames()) lines += (lines.empty() ? "" : "\n") + name;
+    return Answer(arguments, lines);
+  }
+  if (!arguments.list.empty()) return Answer(arguments, DevicesOf(arguments.list));
+  if (!arguments.tried.empty()) {
+    const Result<std::string> seen = TryDevice(arguments.tried, arguments.seconds);
+    if (seen) return Answer(arguments, *seen);
+    std::fprintf(stderr, "tandem-device: %s\n", seen.error().what.c_str());
+    return kExitDevice;
   }
   if (arguments.driver.empty() || arguments.memory < 0) {
-    std::fprintf(stderr, "tandem-device: --driver and --memory are wanted: 'tandem peer --device' "
-                         "starts it; see tandem-device --help\n");
+    std::fprintf(stderr,
+                 "tandem-device: --driver and --memory are wanted: 'tandem peer --device' "
+                 "starts it; see tandem-device --help\n");
     return kExitUsage;
   }
   return Serve(arguments);

@@ -154,13 +154,9 @@ typedef struct TandemDriver {
   const void* (*extension)(const char* name);
 } TandemDriver;
 
-/* What the shared library exports:
- *   TANDEM_DRIVER_EXPORT const TandemDriver tandem_driver = {sizeof(TandemDriver), TANDEM_DEVICE_ABI_MAJOR, …}; */
-#ifdef __cplusplus
-#define TANDEM_DRIVER_EXPORT extern "C" __attribute__((visibility("default")))
-#else
-#define TANDEM_DRIVER_EXPORT __attribute__((visibility("default")))
-#endif
+/* What the shared library defines:
+ *   const TandemDriver tandem_driver = {sizeof(TandemDriver), TANDEM_DEVICE_ABI_MAJOR, TANDEM_DEVICE_ABI_MINOR, 0, "name", …}; */
+extern __attribute__((visibility("default"))) const TandemDriver tandem_driver;
 
 #ifdef __cplusplus
 }

@@ -26,6 +26,7 @@ struct DeviceCapabilities {
   double rotation_stiffness = kAny;  // N m/rad
   double rotation_damping = kAny;    // N m s/rad
   bool asks_us = false;  // a thread of its vendor asks for the force: it comes a period later
+  bool in_scene = true;  // its axes are W's; else x right, y up, z to the person
 };
 
 /// How old what a vendor's thread gets is when it first asks for it (VendorMailbox).
@@ -76,7 +77,6 @@ inline double SoundGain(double claimed) noexcept {
 /// What a person is told of gains that `who` claims and that are not taken as they are; empty: they
 /// are.
 std::string WhatGainsBecame(const std::string& who, const DeviceCapabilities& can);
-
 
 /// `gains`, no larger than the device bears.
 CouplingGains BorneBy(const DeviceCapabilities& device, CouplingGains gains) noexcept;

@@ -12,7 +12,8 @@ MotorGuard::Options GuardOptions(const Device& driver, const DeviceLoop::Options
   MotorGuard::Options guard;
   guard.limits = SoundLimits(can.peak, options.users);
   guard.continuous = can.continuous;
-  if (can.freedoms_out == 0) guard.limits = {0, 0};
+  // what has no motors is told the force all the same: a handle that a rate moves gives way to it
+  if (can.freedoms_out == 0) guard.limits = guard.continuous = SoundLimits(options.users);
   guard.damping = std::min(MotorGuard::kDamping, SoundGain(can.damping));
   guard.period_ns = DeviceLoop::PeriodOf(can.rate_hz);
   guard.passivity_control = options.passivity_control;

@@ -15,16 +15,31 @@ std::array<double, 16> AsNumbers(const DeviceCapabilities& of) noexcept {
   // the bounds are told by their least and largest corner
   const Vec3& a = of.workspace.min;
   const Vec3& b = of.workspace.max;
-  const double freedoms = of.freedoms_in + 10.0 * of.freedoms_out + (of.asks_us ? 100.0 : 0.0);
-  return {freedoms,   of.peak.force,         of.peak.moment,
-          of.continuous.force, of.continuous.moment, a.x(), a.y(), a.z(), b.x(), b.y(), b.z(),
-          of.rate_hz, of.stiffness, of.damping, of.rotation_stiffness, of.rotation_damping};
+  const double freedoms = of.freedoms_in + 10.0 * of.freedoms_out + (of.asks_us ? 100.0 : 0.0) +
+                          (of.in_scene ? 1000.0 : 0.0);
+  return {freedoms,
+          of.peak.force,
+          of.peak.moment,
+          of.continuous.force,
+          of.continuous.moment,
+          a.x(),
+          a.y(),
+          a.z(),
+          b.x(),
+          b.y(),
+          b.z(),
+          of.rate_hz,
+          of.stiffness,
+          of.damping,
+          of.rotation_stiffness,
+          of.rotation_damping};
 }
 
 DeviceCapabilities AsCapabilities(const std::array<double, 16>& n) noexcept {
   const auto freedoms = static_cast<int>(n[0]);
   DeviceCapabilities of;
-  of.asks_us = freedoms >= 100;
+  of.in_scene = freedoms >= 1000;
+  of.asks_us = freedoms % 1000 >= 100;
   of.freedoms_in = freedoms % 10;
   of.freedoms_out = freedoms % 100 / 10;
   of.peak = {n[1], n[2]};

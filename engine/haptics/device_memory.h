@@ -13,8 +13,8 @@ namespace tandem {
 
 /// What one tick of a device says: where its handle is, and what its guard does.
 struct DeviceTick {
-  std::uint64_t tick = 0;     // from 1 on
-  std::int64_t input_ns = 0;  // when the handle was read, monotonic
+  std::uint64_t tick = 0;        // from 1 on
+  std::int64_t input_ns = 0;     // when the handle was read, monotonic
   std::array<double, 7> X_WD{};  // quaternion x y z w, then the place in m
   std::array<double, 6> V_WD{};  // rad/s, then m/s
   std::uint8_t state = 0;        // SafetyState
@@ -60,7 +60,7 @@ struct DeviceTimes {
 /// What a controller and the process of a device share: both ways the newest value, without locks.
 /// The controller makes it and writes `home`; the device process writes all before `ready` once.
 struct DeviceMemory {
-  static constexpr std::uint64_t kVersion = 0x7461'6e64'656d'0002;  // "tandem", 2
+  static constexpr std::uint64_t kVersion = 0x7461'6e64'656d'0003;  // "tandem", 3
 
   std::uint64_t version = 0;
   std::array<double, 7> home{};  // of the handle in W: where a body is that the hand is to hold
@@ -68,7 +68,7 @@ struct DeviceMemory {
   std::array<double, 2> limits{};  // N, N m in force
   std::int64_t origin_ns = 0;      // a tick's deadline: the others are whole periods away
   std::int64_t period_ns = 0;
-  std::array<char, 256> fault{};  // why there is no device, in a line
+  std::array<char, 256> fault{};     // why there is no device, in a line
   std::array<char, 16> scheduler{};  // of the loop's thread
   std::array<char, 512> warning{};   // what that was not granted, in a line; empty: nothing
   enum Ready : std::uint32_t { kNotYet, kReady, kFailed };
@@ -78,6 +78,7 @@ struct DeviceMemory {
   Seqlock<DeviceTick> tick;
   Seqlock<DeviceOrder> order;
   Seqlock<DeviceTimes> times;
+  Seqlock<std::array<char, 320>> trouble;  // the device's, in a line; empty: none
 };
 
 std::array<double, 7> AsNumbers(const Pose& pose) noexcept;

@@ -43,7 +43,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab/lab", {"collab/simulated", "collab/recording"});
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
     may_see("app", {"engine/realtime"});    // what all programs share
-    may_see("app/device", {"app", "engine/haptics"});
+    may_see("app/device", {"app", "collab/recording"});
     may_see("app/reach", {"app", "collab/dds"});
     may_see("app/picture", {"engine/base"});
     may_see("app/stability", {"app", "app/picture", "collab/lab"});

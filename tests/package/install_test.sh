@@ -57,6 +57,13 @@ if [[ -x built/host_application ]]; then
        END { if (NR != 1) exit 1 }' lifted || { cat lifted refused controller; fail "the host does not lift the block"; }
 fi
 
+# the example of a driver: built against the interface that is installed, tried by the installed program
+cp -r "$prefix/share/doc/tandem-dev/examples/device" device
+cmake -S device -B driver -DCMAKE_PREFIX_PATH="$prefix" >>log || { tail log; fail "the driver's project"; }
+cmake --build driver >>log || { tail -60 log; fail "the driver does not build"; }
+PATH=$prefix/bin:$PATH ctest --test-dir driver --output-on-failure -V >tried || { cat tried; fail "the driver does not do"; }
+grep 'circle: 2000 ticks' tried || { cat tried; fail "the driver was not timed"; }
+
 # a component with a dependency of its own, and one that there is none of
 if [[ -f $(echo "$prefix"/lib/*/cmake/Tandem/TandemDdsTargets.cmake) ]]; then
   mkdir network

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -56,20 +58,19 @@ class Options {
     values_.erase(value);
     return text;
   }
-  /// A number within the limits.
-  double Number(const std::string& key, double fallback, double least, double most) {
+  /// A number within the limits; by default any.
+  double Number(const std::string& key, double fallback, double least = -kAny, double most = kAny) {
     const std::string text = Text(key);
     if (text.empty()) return fallback;
     double number = 0;
     const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (fault != std::errc{} || end != text.data() + text.size() ||
-        !(number >= least && number <= most)) {
-      char range[80];
-      std::snprintf(range, sizeof range, "a number from %g to %g is wanted, not '", least, most);
-      Blame(key + ": " + range + text + "'");
-      return fallback;
-    }
-    return number;
+    const bool is_any = least == -kAny && most == kAny;
+    const bool is_number = fault == std::errc{} && end == text.data() + text.size();
+    if (is_number && (is_any || (number >= least && number <= most))) return number;
+    char range[80] = "";
+    if (!is_any) std::snprintf(range, sizeof range, " from %g to %g", least, most);
+    Blame(key + ": a number" + range + " is wanted, not '" + text + "'");
+    return fallback;
   }
   bool Flag(const std::string& key, bool fallback) {
     const std::string text = Text(key);
@@ -84,6 +85,7 @@ class Options {
   }
 
  private:
+  static constexpr double kAny = std::numeric_limits<double>::infinity();
   void Blame(const std::string& why) {
     if (fault_.empty()) fault_ = why;
   }

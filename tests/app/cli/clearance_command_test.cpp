@@ -34,7 +34,7 @@ using testing::ObjText;
 using testing::RunTandem;
 using testing::Said;
 
-constexpr double kMm = 1e-3;
+constexpr double kMillimetre = 1e-3;
 constexpr double kSceneVoxel = 1e-3;  // m, of the scenes with a block
 
 struct HandOfRecording {
@@ -136,7 +136,7 @@ class ClearanceCommand : public ::testing::Test {
 
   /// A cube of 20 mm about the origin and another body, fixed or not.
   std::string CubeBeside(const TriangleMesh& other_W, bool fixed = true) {
-    folder_.Write("cube.obj", ObjText(BoxOfHalf(Vec3::Constant(10 * kMm))));
+    folder_.Write("cube.obj", ObjText(BoxOfHalf(Vec3::Constant(10 * kMillimetre))));
     folder_.Write("other.obj", ObjText(other_W));
     return folder_
         .Write("cube.json", std::string(R"({"name": "cube", "voxel_m": 0.001, "bodies": [
@@ -155,8 +155,8 @@ TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
   constexpr double kVoxelMm = 0.5;
   for (const double play_mm : {0.1, 0.2}) {
     const ScratchFolder key;
-    const std::string scene = testing::WriteKeyScene(key, play_mm * kMm, kVoxelMm * kMm);
-    const json room = Measured(scene, {{.body = "key", .to_W = Vec3(0, 0, 60 * kMm)}});
+    const std::string scene = testing::WriteKeyScene(key, play_mm * kMillimetre, kVoxelMm * kMillimetre);
+    const json room = Measured(scene, {{.body = "key", .to_W = Vec3(0, 0, 60 * kMillimetre)}});
     std::filesystem::remove(File("run"));
     EXPECT_EQ(room.at("body"), "key");
     EXPECT_EQ(room.at("other"), "hole");
@@ -164,8 +164,8 @@ TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
     EXPECT_LE(room.at("along_path_mm").get<double>(), play_mm + 1e-6);
     EXPECT_GE(room.at("along_path_mm").get<double>(), 0.9 * play_mm);
     // between a side of the key and the wall beside it
-    const double x = std::abs(room.at("p_W")[0].get<double>()) / kMm;
-    const double y = std::abs(room.at("p_W")[1].get<double>()) / kMm;
+    const double x = std::abs(room.at("p_W")[0].get<double>()) / kMillimetre;
+    const double y = std::abs(room.at("p_W")[1].get<double>()) / kMillimetre;
     EXPECT_TRUE((x > 4 - 0.01 && x < 4.01 + play_mm) || (y > 3.5 - 0.01 && y < 3.51 + play_mm))
         << room;
     EXPECT_LE(room.at("passes_with_mm").get<double>(), play_mm + 0.05 * kVoxelMm);
@@ -180,15 +180,15 @@ TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
 // begins and ends 40 mm beside it.
 TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
   constexpr double kApartMm = 3;
-  const double half = 10 * kMm;
+  const double half = 10 * kMillimetre;
   const double to_edge = half * std::sqrt(2.0);  // from the wall's middle
   const TriangleMesh wall = Transformed(
-      BoxOfHalf({half, half, 30 * kMm}),
-      {RotationBy(Vec3(0, 0, M_PI / 4)), Vec3(40 * kMm, 10 * kMm + kApartMm * kMm + to_edge, 0)});
-  const json room = Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(80 * kMm, 0, 0)}});
+      BoxOfHalf({half, half, 30 * kMillimetre}),
+      {RotationBy(Vec3(0, 0, M_PI / 4)), Vec3(40 * kMillimetre, 10 * kMillimetre + kApartMm * kMillimetre + to_edge, 0)});
+  const json room = Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(80 * kMillimetre, 0, 0)}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), kApartMm, 1e-4);
-  EXPECT_NEAR(room.at("p_W")[0].get<double>(), 40 * kMm, 1e-6);
-  EXPECT_NEAR(room.at("p_W")[1].get<double>(), (10 + 0.5 * kApartMm) * kMm, 1e-6);
+  EXPECT_NEAR(room.at("p_W")[0].get<double>(), 40 * kMillimetre, 1e-6);
+  EXPECT_NEAR(room.at("p_W")[1].get<double>(), (10 + 0.5 * kApartMm) * kMillimetre, 1e-6);
   // the face stands before the edge from 30 to 50 mm of 80: the middle of the two seconds
   EXPECT_GT(room.at("at_s").get<double>(), 0.5);
   EXPECT_LT(room.at("at_s").get<double>(), 1.5);
@@ -199,9 +199,9 @@ TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
 
 // Of the voxel by which points can be displaced, 0.3 are in use.
 TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
-  const TriangleMesh wall = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
+  const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0});
   const json room = Measured(CubeBeside(wall), {{.body = "cube",
-                                                 .to_W = Vec3(0, 0, 40 * kMm),
+                                                 .to_W = Vec3(0, 0, 40 * kMillimetre),
                                                  .seconds = 1,
                                                  .displaced = 0.3 * kSceneVoxel}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 3, 1e-4);
@@ -213,18 +213,18 @@ TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
 // voxel away, so the recorded path is straight, and a hand with more clearance is pushed aside.
 TEST_F(ClearanceCommand, AHandThatIsPushedAsidePassesWithMoreThanItsPathHad) {
   const TriangleMesh wall =
-      BoxBetween({10.5 * kMm, -30 * kMm, 30 * kMm}, {20 * kMm, 30 * kMm, 0.05});
+      BoxBetween({10.5 * kMillimetre, -30 * kMillimetre, 30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0.05});
   const json room =
-      Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 100 * kMm), .seconds = 3}});
+      Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 100 * kMillimetre), .seconds = 3}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 0.5, 1e-4);
   EXPECT_GT(room.at("passes_with_mm").get<double>(), 0.5 + 0.05);
   EXPECT_GE(room.at("kept_mm").get<double>(), room.at("passes_with_mm").get<double>() - 0.05);
 }
 
 TEST_F(ClearanceCommand, WhereNothingIsFixedThePartMustEndWhereItEnded) {
-  const TriangleMesh other = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
+  const TriangleMesh other = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0});
   const json room = Measured(CubeBeside(other, false),
-                             {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMm), .seconds = 1}});
+                             {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMillimetre), .seconds = 1}});
   EXPECT_EQ(room.at("other"), "other");
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 3, 1e-4);
   EXPECT_EQ(room.at("at_least"), true);
@@ -235,14 +235,14 @@ TEST_F(ClearanceCommand, WhereNothingIsFixedThePartMustEndWhereItEnded) {
 // presses it in by some more, but not up to the 0.65 that the distances along the way allow.
 TEST_F(ClearanceCommand, AKeyThatTheRimKeepsOutDoesNotPassThoughItKeepsItsDistance) {
   constexpr double kVoxelMm = 0.5;
-  folder_.Write("hole.obj", ObjText(testing::KeyholeMesh(0.6 * kVoxelMm * kMm)));
+  folder_.Write("hole.obj", ObjText(testing::KeyholeMesh(0.6 * kVoxelMm * kMillimetre)));
   folder_.Write("key.obj", ObjText(testing::KeyMesh()));
   const std::string scene = folder_
                                 .Write("in.json", R"({"name": "in", "voxel_m": 0.0005, "bodies": [
       {"name": "hole", "mesh": "hole.obj", "fixed": true},
       {"name": "key", "mesh": "key.obj", "mass_kg": 0.1, "pose": {"p_W": [0, 0, 0.012]}}]})")
                                 .string();
-  const json room = Measured(scene, {{.body = "key", .to_W = Vec3(0, 0, -10 * kMm)}});
+  const json room = Measured(scene, {{.body = "key", .to_W = Vec3(0, 0, -10 * kMillimetre)}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 0.6 * kVoxelMm, 0.01 * kVoxelMm);
   // the clearance is bisected to 0.01 voxel, and beside edges the field may be 0.025 voxel low
   EXPECT_GE(room.at("passes_with_mm").get<double>(), (0.15 - 0.01 - 0.025) * kVoxelMm);
@@ -254,44 +254,44 @@ TEST_F(ClearanceCommand, AKeyThatTheRimKeepsOutDoesNotPassThoughItKeepsItsDistan
 // halves: 10 mm of the cube, 3.5 mm of the other.
 TEST_F(ClearanceCommand, ABodyThatAnotherHandBringsNearerCounts) {
   const TriangleMesh other =
-      BoxBetween({18 * kMm, -30 * kMm, -30 * kMm}, {25 * kMm, 30 * kMm, 30 * kMm});
+      BoxBetween({18 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {25 * kMillimetre, 30 * kMillimetre, 30 * kMillimetre});
   double gap = 1;
   const json room = Measured(
-      CubeBeside(other, false), {{.body = "cube"}, {.body = "other", .to_W = Vec3(-5 * kMm, 0, 0)}},
+      CubeBeside(other, false), {{.body = "cube"}, {.body = "other", .to_W = Vec3(-5 * kMillimetre, 0, 0)}},
       [&](const World& world) {
         const auto cube = static_cast<std::size_t>(world.model().BodyNamed("cube"));
         const auto beside = static_cast<std::size_t>(world.model().BodyNamed("other"));
         gap = std::min(gap,
-                       world.state(beside).X_WB.p.x() - world.state(cube).X_WB.p.x() - 13.5 * kMm);
+                       world.state(beside).X_WB.p.x() - world.state(cube).X_WB.p.x() - 13.5 * kMillimetre);
       });
-  ASSERT_LT(gap, 4 * kMm) << "it came";
+  ASSERT_LT(gap, 4 * kMillimetre) << "it came";
   EXPECT_EQ(room.at("body"), "cube");
   EXPECT_EQ(room.at("other"), "other");
-  EXPECT_NEAR(room.at("along_path_mm").get<double>(), gap / kMm, 1e-4);
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), gap / kMillimetre, 1e-4);
 }
 
 // Without contact the hand brings a cube, whose lowest face is 10 mm below its origin, into a plate
 // whose top is at -30 mm.
 TEST_F(ClearanceCommand, APathThroughABodyIsBelowZeroAndPassesWithNothing) {
   const TriangleMesh plate =
-      BoxBetween({-60 * kMm, -60 * kMm, -80 * kMm}, {60 * kMm, 60 * kMm, -30 * kMm});
+      BoxBetween({-60 * kMillimetre, -60 * kMillimetre, -80 * kMillimetre}, {60 * kMillimetre, 60 * kMillimetre, -30 * kMillimetre});
   double lowest_z = 0;
   const json room =
       Measured(CubeBeside(plate),
-               {{.body = "cube", .to_W = Vec3(0, 0, -22 * kMm), .seconds = 1, .contact = false}},
+               {{.body = "cube", .to_W = Vec3(0, 0, -22 * kMillimetre), .seconds = 1, .contact = false}},
                [&](const World& world) {
                  lowest_z = std::min(lowest_z, world.state(0).X_WB.p.z());
                });
-  ASSERT_LT(lowest_z, -21 * kMm);
+  ASSERT_LT(lowest_z, -21 * kMillimetre);
   EXPECT_EQ(room.at("crosses"), true);
-  EXPECT_NEAR(room.at("along_path_mm").get<double>(), (lowest_z + 20 * kMm) / kMm, 1e-6);
-  EXPECT_NEAR(room.at("p_W")[2].get<double>(), lowest_z - 10 * kMm, 1e-9);
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), (lowest_z + 20 * kMillimetre) / kMillimetre, 1e-6);
+  EXPECT_NEAR(room.at("p_W")[2].get<double>(), lowest_z - 10 * kMillimetre, 1e-9);
   EXPECT_TRUE(room.at("passes_with_mm").is_null());
 }
 
 TEST_F(ClearanceCommand, SaysBothFiguresToAPerson) {
-  const TriangleMesh wall = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
-  RecordHands(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMm), .seconds = 1}},
+  const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0});
+  RecordHands(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMillimetre), .seconds = 1}},
               File("run"));
   const Said said = RunTandem("clearance " + File("run"), "timeout 60 ");
   EXPECT_EQ(said.exit_code, kExitOk) << said.err;
@@ -300,7 +300,7 @@ TEST_F(ClearanceCommand, SaysBothFiguresToAPerson) {
 }
 
 TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
-  const TriangleMesh wall = BoxBetween({13 * kMm, -30 * kMm, -30 * kMm}, {20 * kMm, 30 * kMm, 0});
+  const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0});
   const std::string scene = CubeBeside(wall);
   ExpectRefused(RunTandem("clearance /nowhere"), kExitFile, "/nowhere: there is no such file");
   ExpectRefused(RunTandem("clearance " + scene), kExitFile, "is not a recording");
@@ -308,7 +308,7 @@ TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
 
   RecordHands(scene, {{.body = "", .seconds = 0.1}}, File("idle"));
   ExpectRefused(RunTandem("clearance " + File("idle")), kExitFailed, "the hand held nothing");
-  RecordHands(scene, {{.body = "cube", .to_W = Vec3(0, 0, 1 * kMm), .seconds = 0.1}}, File("run"));
+  RecordHands(scene, {{.body = "cube", .to_W = Vec3(0, 0, 1 * kMillimetre), .seconds = 0.1}}, File("run"));
   ExpectRefused(RunTandem("clearance --scene /nowhere.json " + File("run")), kExitFile,
                 "/nowhere.json");
   const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(File("run")) / 2);
@@ -325,8 +325,8 @@ TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
 TEST(PathDistance, IsThatOfTheLowestCornerOfATurningCubeAtEveryPoseWithFewSearches) {
   const TriangleMesh plate = BoxBetween({-1, -1, -0.02}, {1, 1, 0});
   const TriangleMesh cube =
-      Transformed(BoxOfHalf(Vec3::Constant(10 * kMm)), {Quat::Identity(), Vec3(0, 0, 50 * kMm)});
-  const auto model = testing::MakeWorldModel({{plate, true}, {cube}}, 5 * kMm);
+      Transformed(BoxOfHalf(Vec3::Constant(10 * kMillimetre)), {Quat::Identity(), Vec3(0, 0, 50 * kMillimetre)});
+  const auto model = testing::MakeWorldModel({{plate, true}, {cube}}, 5 * kMillimetre);
   const Quat& q_WB0 = model->bodies[0].X_WB0.q;
   PathDistance path(std::make_shared<const PathMeshes>(model));
   double least = std::numeric_limits<double>::infinity();
@@ -345,9 +345,9 @@ TEST(PathDistance, IsThatOfTheLowestCornerOfATurningCubeAtEveryPoseWithFewSearch
                             : Vec3(0.1 * std::sin(t), 0.1 * t, 0.06 + 0.03 * std::cos(5 * t));
     path.See(0, {{turn * q_WB0, centre}}, i);
     for (int corner = 0; corner < 8; ++corner) {
-      const Vec3 p_B((corner & 1) != 0 ? 10 * kMm : -10 * kMm,
-                     (corner & 2) != 0 ? 10 * kMm : -10 * kMm,
-                     (corner & 4) != 0 ? 10 * kMm : -10 * kMm);
+      const Vec3 p_B((corner & 1) != 0 ? 10 * kMillimetre : -10 * kMillimetre,
+                     (corner & 2) != 0 ? 10 * kMillimetre : -10 * kMillimetre,
+                     (corner & 4) != 0 ? 10 * kMillimetre : -10 * kMillimetre);
       least = std::min(least, (turn * p_B).z() + centre.z());
     }
     ASSERT_NEAR(path.nearest().distance, least, 1e-12) << "frame " << i;
@@ -357,20 +357,20 @@ TEST(PathDistance, IsThatOfTheLowestCornerOfATurningCubeAtEveryPoseWithFewSearch
 
 // Two cubes on one line: the gap between their faces, whichever of them moves.
 TEST(PathDistance, OfTwoThatMoveCountsWhatBothMoved) {
-  const TriangleMesh cube = BoxOfHalf(Vec3::Constant(10 * kMm));
-  const TriangleMesh beside = Transformed(cube, {Quat::Identity(), Vec3(50 * kMm, 0, 0)});
-  const auto model = testing::MakeWorldModel({{cube}, {beside}}, 5 * kMm);
+  const TriangleMesh cube = BoxOfHalf(Vec3::Constant(10 * kMillimetre));
+  const TriangleMesh beside = Transformed(cube, {Quat::Identity(), Vec3(50 * kMillimetre, 0, 0)});
+  const auto model = testing::MakeWorldModel({{cube}, {beside}}, 5 * kMillimetre);
   PathDistance path(std::make_shared<const PathMeshes>(model));
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 1000; ++i) {
     // in the second half the other one moves alone
-    const double x = i < 500 ? 10 * kMm * std::sin(0.01 * i) : 12 * kMm;
-    const double other_x = 50 * kMm - 15 * kMm * std::sin(0.013 * i);
+    const double x = i < 500 ? 10 * kMillimetre * std::sin(0.01 * i) : 12 * kMillimetre;
+    const double other_x = 50 * kMillimetre - 15 * kMillimetre * std::sin(0.013 * i);
     path.See(0,
              {{model->bodies[0].X_WB0.q, Vec3(x, 0, 0)},
               {model->bodies[1].X_WB0.q, Vec3(other_x, 0, 0)}},
              i);
-    least = std::min(least, other_x - x - 20 * kMm);
+    least = std::min(least, other_x - x - 20 * kMillimetre);
     ASSERT_NEAR(path.nearest().distance, least, 1e-12) << "frame " << i;
   }
   EXPECT_EQ(path.nearest().other, 1);

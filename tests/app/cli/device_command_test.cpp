@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/mman.h>
 
-#include "app/device/fake_record.h"
+#include "app/device/drivers/fake/fake_record.h"
 #include "app/exit_codes.h"
 #include "tests/app/cli/peer_program.h"
 
@@ -90,10 +90,10 @@ TEST_F(DeviceCommand, TheHandFeelsThroughAProcessOfItsOwnAndTheReportSaysSo) {
 
 TEST_F(DeviceCommand, SaysWhatADeviceClaimsThatCannotBe) {
   const Said said = Run("one", "--name anna --hold right --passivity --device-core 1023 --device "
-                               "fake:continuous_N=0,stiffness=nan,rate_hz=30 --seconds 1 --report " +
+                               "fake:continuous_N=-1,stiffness=nan,rate_hz=30 --seconds 1 --report " +
                                    In("report"));
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("for ever: a force of 0 N is no limit: it counts as zero"));
+  EXPECT_THAT(said.err, HasSubstr("for ever: a force of -1 N is no limit: it counts as zero"));
   EXPECT_THAT(said.err, HasSubstr("a stiffness of nan N/m is none: it counts as zero"));
   EXPECT_THAT(said.err, HasSubstr("its 30 Hz are too slow for the limits on old forces"));
   EXPECT_THAT(said.err, HasSubstr("device process: "));
@@ -149,8 +149,10 @@ TEST_F(DeviceCommand, AKilledPeerLeavesNoForceAndNoProcess) {
 TEST_F(DeviceCommand, SaysWhichDeviceCannotBe) {
   ExpectRefused(Run("one", "--name anna --hold right --device omega:7"), kExitDevice,
                 "no driver is called 'omega'");
-  ExpectRefused(Run("one", "--name anna --hold right --device omega"), kExitUsage,
-                "scripted, none or NAME:OPTIONS is wanted");
+  ExpectRefused(Run("one", "--name anna --hold right --device omega"), kExitDevice,
+                "no driver is called 'omega'");
+  ExpectRefused(Run("one", "--name anna --hold right --device :7"), kExitUsage,
+                "NAME[:OPTIONS] is wanted; see 'tandem devices'");
   ExpectRefused(Run("one", "--name anna --hold right --device-force 31"), kExitUsage,
                 "--device-force");
 }

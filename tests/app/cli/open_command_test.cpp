@@ -34,7 +34,7 @@ TEST(OpenCommand, ADeviceMovesTheHandInPlaceOfTheMouse) {
   const Said said = RunTandem("open peg_in_slot --headless --json --device fake:x_mm=5");
   ASSERT_EQ(said.exit_code, 0) << said.err;
   EXPECT_EQ(nlohmann::json::parse(said.out).at("hand").at("input"), "device");
-  EXPECT_EQ(RunTandem("open peg_in_slot --headless --device no_such:").exit_code, 6);
+  EXPECT_EQ(RunTandem("open peg_in_slot --headless --device no-such:").exit_code, 6);
 }
 
 TEST(OpenCommand, NamesWhatIsWrongInALineAndTheUsualExitCodes) {

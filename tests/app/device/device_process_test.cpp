@@ -25,7 +25,7 @@
 #include <unistd.h>
 
 #include "app/cli/child_processes.h"
-#include "app/device/fake_record.h"
+#include "app/device/drivers/fake/fake_record.h"
 #include "engine/haptics/process_device.h"
 #include "engine/realtime/periodic_thread.h"
 #include "engine/safety/motor_guard.h"

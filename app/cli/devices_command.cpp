@@ -1,0 +1,211 @@
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "app/cli/child_processes.h"
+#include "app/cli/commands.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "app/option_checks.h"
+#include "engine/base/json_text.h"
+
+namespace tandem {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kListing{5000};  // that a driver may take to look for its devices
+constexpr double kOpeningSeconds = 30;  // that a device may take to open before it is tried
+
+struct DevicesArguments {
+  bool json = false;
+  bool all = false;
+  std::string tried;
+  double seconds = 5;
+};
+
+/// `tandem-device` with some words, whose answer is read once it has ended: a driver may crash, and
+/// its vendor's library may hang.
+class DeviceAnswer {
+ public:
+  explicit DeviceAnswer(const std::vector<std::string>& words)
+      : descriptor_(memfd_create("tandem-devices", MFD_CLOEXEC)) {
+    std::vector<std::string> command{ProgramFolder() / "tandem-device"};
+    command.insert(command.end(), words.begin(), words.end());
+    command.insert(command.end(), {"--to", std::to_string(descriptor_)});
+    Result<ChildProcess> started = ChildProcess::Start(command, descriptor_);
+    if (started) process_.emplace(*std::move(started));
+  }
+  ~DeviceAnswer() { close(descriptor_); }
+  DeviceAnswer(const DeviceAnswer&) = delete;
+  DeviceAnswer& operator=(const DeviceAnswer&) = delete;
+
+  /// Its exit code; nothing: it did not start, or took longer and was ended.
+  std::optional<int> Wait(milliseconds timeout) {
+    if (!process_) return std::nullopt;
+    const std::optional<int> code = process_->Wait(timeout);
+    if (!code) process_->Signal(SIGKILL);
+    return code;
+  }
+  std::string text() const {
+    std::string text;
+    char block[4096];
+    lseek(descriptor_, 0, SEEK_SET);
+    for (ssize_t size = 0; (size = read(descriptor_, block, sizeof block)) > 0;) {
+      text.append(block, static_cast<std::size_t>(size));
+    }
+    return text;
+  }
+
+ private:
+  int descriptor_;
+  std::optional<ChildProcess> process_;
+};
+
+/// One line of the list.
+struct ListedDevice {
+  std::string name;  // for --device
+  std::string kind;
+  std::string model;
+  bool present = false;
+  std::string missing;
+  std::string mend;
+};
+
+/// What a driver said, a line for each device; a line with `missing` where it said nothing sound.
+std::vector<ListedDevice> Listed(const std::string& driver, std::optional<int> code,
+                                 const std::string& answer) {
+  const auto fault = [&driver](const std::string& what) {
+    return std::vector<ListedDevice>{
+        {.name = driver, .missing = what, .mend = "report this to whoever made the driver"}};
+  };
+  if (!code) return fault("the driver did not answer within 5 s");
+  if (*code != kExitOk) return fault("the driver ended with exit code " + std::to_string(*code));
+  const nlohmann::json said = nlohmann::json::parse(answer, nullptr, false);
+  if (!said.is_object()) return fault("the driver's list cannot be read");
+  if (said.contains("error")) return fault(said.at("error").get<std::string>());
+  std::vector<ListedDevice> devices;
+  for (const nlohmann::json& one : said.at("devices")) {
+    const std::string options = one.at("options").get<std::string>();
+    devices.push_back({.name = options.empty() ? driver : driver + ":" + options,
+                       .kind = said.at("kind").get<std::string>(),
+                       .model = one.at("model").get<std::string>(),
+                       .present = one.at("present").get<bool>(),
+                       .missing = one.at("missing").get<std::string>(),
+                       .mend = one.at("mend").get<std::string>()});
+  }
+  if (devices.empty()) devices.push_back({.name = driver, .kind = said.at("kind")});
+  return devices;
+}
+
+int ListDevices(const DevicesArguments& arguments) {
+  DeviceAnswer names({"--drivers"});
+  if (names.Wait(kListing) != kExitOk) {
+    return Fail(kExitDevice, "tandem-device, which knows the drivers, does not run: is it beside " +
+                                 (ProgramFolder() / "tandem").string() + "?");
+  }
+  // all at once, for each may take seconds
+  std::vector<std::pair<std::string, std::unique_ptr<DeviceAnswer>>> answers;
+  std::istringstream lines(names.text());
+  for (std::string name; std::getline(lines, name);) {
+    if (name == "fake" && !arguments.all) continue;
+    answers.emplace_back(name,
+                         std::make_unique<DeviceAnswer>(std::vector<std::string>{"--list", name}));
+  }
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const auto& [driver, answer] : answers) {
+    const std::optional<int> code = answer->Wait(kListing);
+    for (const ListedDevice& one : Listed(driver, code, answer->text())) {
+      out.push_back({{"name", one.name},
+                     {"kind", one.kind},
+                     {"model", one.model},
+                     {"present", one.present},
+                     {"missing", one.missing},
+                     {"mend", one.mend}});
+      if (arguments.json) continue;
+      std::printf("%-24s %-8s %s\n", one.name.c_str(), one.present ? "there" : "-",
+                  one.kind.c_str());
+      if (!one.missing.empty()) std::printf("%-24s missing: %s\n", "", one.missing.c_str());
+      if (!one.mend.empty()) std::printf("%-24s mend:    %s\n", "", one.mend.c_str());
+    }
+  }
+  if (arguments.json) {
+    std::printf("%s\n", JsonText(nlohmann::ordered_json{{"devices", out}}, 2).c_str());
+  } else {
+    std::printf(
+        "\ntandem peer --device NAME[:OPTIONS] takes one in hand; docs/devices.md has the "
+        "options.\n");
+  }
+  return kExitOk;
+}
+
+int TryOne(const DevicesArguments& arguments) {
+  const std::filesystem::path counter =
+      ProgramFolder().parent_path() / "lib" / "tandem" / "count-allocations.so";
+  if (access(counter.c_str(), R_OK) == 0) {
+    setenv("LD_PRELOAD", counter.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread
+  }
+  DeviceAnswer answer({"--try", arguments.tried, "--seconds", std::to_string(arguments.seconds)});
+  const auto most = milliseconds(static_cast<long>(1000 * (arguments.seconds + kOpeningSeconds)));
+  const std::optional<int> code = answer.Wait(most);
+  if (!code) {
+    return Fail(kExitDevice, "--try " + arguments.tried + ": the device does not answer");
+  }
+  if (*code != kExitOk) return *code > 128 ? kExitDevice : *code;  // it said why
+  if (arguments.json) {
+    std::fputs(answer.text().c_str(), stdout);
+    return kExitOk;
+  }
+  const nlohmann::json seen = nlohmann::json::parse(answer.text(), nullptr, false);
+  if (!seen.is_object()) return Fail(kExitDevice, "the trial's answer cannot be read");
+  std::printf("%s: measures %d degrees of freedom, drives %d; %g N at the most\n",
+              arguments.tried.c_str(), seen.at("freedoms_in").get<int>(),
+              seen.at("freedoms_out").get<int>(), seen.at("peak_force_N").get<double>());
+  std::printf("  moved %.1f mm, turned %.1f degrees; buttons: clutch %s, stop %s\n",
+              seen.at("moved_mm").get<double>(), seen.at("turned_deg").get<double>(),
+              seen.at("clutch_button").get<bool>() ? "pressed" : "not pressed",
+              seen.at("stop_button").get<bool>() ? "pressed" : "not pressed");
+  std::printf(
+      "  %ld ticks; reading %.1f us at p99, writing %.1f us; %ld without news, %ld failed\n",
+      seen.at("ticks").get<long>(), seen.at("read_us").at("p99").get<double>(),
+      seen.at("write_us").at("p99").get<double>(), seen.at("repeated").get<long>(),
+      seen.at("failed").get<long>());
+  for (const nlohmann::json& trouble : seen.at("troubles")) {
+    std::printf("  %s\n", trouble.get<std::string>().c_str());
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddDevicesCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<DevicesArguments>();
+  CLI::App* command = app.add_subcommand(
+      "devices", "List the devices that are there, what is missing for others, and what mends it");
+  command->add_flag("--all", arguments->all, "list what is for tests, too");
+  CLI::Option* tried =
+      command->add_option("--try", arguments->tried,
+                          "read the device NAME[:OPTIONS] for a while without force, and tell what "
+                          "it does");
+  command->add_option("--seconds", arguments->seconds, "how long --try takes")
+      ->check(NumberFrom(0, 3600))
+      ->needs(tried)
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = arguments->tried.empty() ? ListDevices(*arguments) : TryOne(*arguments);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,238 @@
+#include "app/device/driver_device.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::int64_t kFirstPoseNs = 2'000'000'000;  // that a device may take to say where it is
+constexpr std::int64_t kLookNs = 2'000'000;
+constexpr double kSpeedSeconds = 0.005;  // over which a derived speed is a mean
+constexpr double kLongestStep = 0.05;    // s; after more a derived speed begins anew
+
+bool IsSound(const double* numbers, int count) {
+  return std::all_of(numbers, numbers + count, [](double x) {
+    return std::isfinite(x);
+  });
+}
+
+/// A number that is no limit where it is 0.
+double OrAny(double number) {
+  return number == 0 ? DeviceCapabilities::kAny : number;
+}
+
+Pose PoseIn(const TandemDeviceState& state) {
+  const double* q = state.orientation;
+  return {Quat(q[3], q[0], q[1], q[2]).normalized(), Vec3(state.position)};
+}
+
+bool HasSoundPose(const TandemDeviceState& state) {
+  if ((state.valid & TANDEM_HAS_POSE) == 0 || !IsSound(state.position, 3) ||
+      !IsSound(state.orientation, 4)) {
+    return false;
+  }
+  const double* q = state.orientation;
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  return std::abs(norm - 1) < 0.1;
+}
+
+TandemDeviceForce ForceOf(const Wrench& F_D, bool begun) {
+  TandemDeviceForce force{};
+  force.struct_size = sizeof force;
+  force.begun = begun ? 1 : 0;
+  for (int i = 0; i < 3; ++i) {
+    force.force[i] = F_D.f[i];
+    force.moment[i] = F_D.tau[i];
+  }
+  return force;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<DriverDevice>> DriverDevice::Open(const TandemDriver& driver,
+                                                         const std::string& options,
+                                                         const Pose& X_WB0) {
+  std::unique_ptr<DriverDevice> device(new DriverDevice(driver));
+  const Result<bool> begun = device->Begin(options, X_WB0);
+  if (!begun) return begun.error();
+  return device;
+}
+
+Result<bool> DriverDevice::Begin(const std::string& options, const Pose& X_WB0) {
+  const auto refuse = [this](const char* otherwise) {
+    char text[512] = "";
+    if (driver_->last_error(device_, text, sizeof text) != TANDEM_OK || text[0] == '\0') {
+      std::snprintf(text, sizeof text, "%s", otherwise);
+    }
+    return Error{std::string(driver_->name) + ": " + text};
+  };
+  host_.struct_size = sizeof host_;
+  host_.abi_minor = TANDEM_DEVICE_ABI_MINOR;
+  host_.context = this;
+  host_.say = [](void*, const char* line) {
+    std::fprintf(stderr, "device: %s\n", line);
+  };
+  host_.take = [](void* context, TandemDeviceForce* force) {
+    auto& self = *static_cast<DriverDevice*>(context);
+    const Wrench given = self.mailbox_ ? self.mailbox_->Take(MonotonicNowNs()) : Wrench{};
+    *force = ForceOf(given, true);
+  };
+  host_.now_ns = [] {
+    return MonotonicNowNs();
+  };
+  if (driver_->init(&host_) < 0) return refuse("the driver does not begin");
+  initialised_ = true;
+
+  handle_.X_WA = X_WD0_ = X_WB0;
+  TandemDeviceOpen how{};
+  how.struct_size = sizeof how;
+  how.options = options.c_str();
+  for (int i = 0; i < 3; ++i) how.home_position[i] = X_WB0.p[i];
+  for (int i = 0; i < 4; ++i) how.home_orientation[i] = X_WB0.q.coeffs()[i];
+  if (driver_->open(&how, &device_) < 0 || device_ == nullptr) {
+    device_ = nullptr;
+    return refuse("the device does not open");
+  }
+  told_.struct_size = sizeof told_;
+  if (driver_->capabilities(device_, &told_) < 0) return refuse("it does not say what it can");
+  can_ = CapabilitiesOf(told_);
+  if (told_.asks != 0) mailbox_ = std::make_unique<VendorMailbox>(can_.peak);
+  if (driver_->start(device_) < 0) return refuse("the device does not start");
+  if (can_.in_scene) return true;
+
+  // where the handle is at first: a device may need a while to know
+  for (const std::int64_t until_ns = MonotonicNowNs() + kFirstPoseNs;;) {
+    Read();
+    if (X_VD0_ || MonotonicNowNs() > until_ns) break;
+    MachineClock().SleepUntil(MonotonicNowNs() + kLookNs);
+  }
+  if (X_VD0_ && !can_.workspace.empty()) {
+    can_.workspace.min += X_WD0_.p - X_VD0_->p;
+    can_.workspace.max += X_WD0_.p - X_VD0_->p;
+  }
+  return true;
+}
+
+DriverDevice::~DriverDevice() {
+  if (device_ != nullptr) driver_->close(device_);
+  if (initialised_) driver_->deinit();
+}
+
+DeviceCapabilities DriverDevice::CapabilitiesOf(const TandemDeviceCapabilities& told) const {
+  DeviceCapabilities can;
+  can.freedoms_in = static_cast<int>(std::min(told.freedoms_in, 6U));
+  can.freedoms_out = static_cast<int>(std::min(told.freedoms_out, 6U));
+  can.peak = {told.peak_force, told.peak_moment};
+  can.continuous = {told.continuous_force == 0 ? told.peak_force : told.continuous_force,
+                    told.continuous_moment == 0 ? told.peak_moment : told.continuous_moment};
+  const Vec3 least(told.workspace_min);
+  const Vec3 most(told.workspace_max);
+  if (least.allFinite() && most.allFinite() && (most - least).minCoeff() > 0) {
+    can.workspace.min = least;
+    can.workspace.max = most;
+  }
+  can.rate_hz = told.rate_hz == 0 ? 1000 : told.rate_hz;
+  can.stiffness = OrAny(told.stiffness);
+  can.damping = OrAny(told.damping);
+  can.rotation_stiffness = OrAny(told.rotation_stiffness);
+  can.rotation_damping = OrAny(told.rotation_damping);
+  can.asks_us = told.asks != 0;
+  can.in_scene = told.in_scene != 0;
+  return can;
+}
+
+Anchor DriverDevice::Read() noexcept {
+  TandemDeviceState state{};
+  state.struct_size = sizeof state;
+  const std::int32_t result = driver_->read(device_, &state);
+  newest_read_.store(result, std::memory_order_relaxed);
+  failed_.store(result < 0, std::memory_order_relaxed);
+  if (result < 0) {
+    lost_ = lost_ || result != TANDEM_FAILED;
+    handle_.V_WA = {};
+    buttons_ = 0;
+    return handle_;
+  }
+  buttons_ = state.buttons;
+  if (result == TANDEM_OK) Take(state);
+  return handle_;
+}
+
+void DriverDevice::Take(const TandemDeviceState& state) noexcept {
+  if (can_.in_scene) {
+    // as it is: what is no number is the guard's to see
+    const double* q = state.orientation;
+    handle_.X_WA = {Quat(q[3], q[0], q[1], q[2]), Vec3(state.position)};
+    handle_.V_WA = {Vec3(state.angular_velocity), Vec3(state.velocity)};
+    return;
+  }
+  if ((state.valid & TANDEM_HAS_POSE) == 0) return;
+  if (!HasSoundPose(state)) {
+    failed_.store(true, std::memory_order_relaxed);
+    handle_.V_WA = {};
+    return;
+  }
+  const Pose X_VD = PoseIn(state);
+  if (!X_VD0_ || lost_) {
+    X_VD0_ = X_VD;
+    X_WD0_ = handle_.X_WA;
+    lost_ = false;
+    last_ns_ = -1;
+  }
+  const Pose X_WD{(X_VD.q * X_VD0_->q.conjugate() * X_WD0_.q).normalized(),
+                  X_WD0_.p + X_VD.p - X_VD0_->p};
+  const bool has_speed = (state.valid & TANDEM_HAS_VELOCITY) != 0 && IsSound(state.velocity, 3) &&
+                         IsSound(state.angular_velocity, 3);
+  if (has_speed) {
+    handle_.V_WA = {Vec3(state.angular_velocity), Vec3(state.velocity)};
+  } else {
+    Derive(X_WD, state.time_ns != 0 ? state.time_ns : MonotonicNowNs());
+  }
+  handle_.X_WA = X_WD;
+}
+
+void DriverDevice::Derive(const Pose& X_WD, std::int64_t time_ns) noexcept {
+  const double dt = 1e-9 * static_cast<double>(time_ns - last_ns_);
+  if (last_ns_ < 0 || dt > kLongestStep) {
+    handle_.V_WA = {};
+  } else if (dt > 0) {
+    const double share = dt / (dt + kSpeedSeconds);
+    const Vec3 v = (X_WD.p - handle_.X_WA.p) / dt;
+    const Vec3 w = RotationVector(X_WD.q * handle_.X_WA.q.conjugate()) / dt;
+    handle_.V_WA.v += share * (v - handle_.V_WA.v);
+    handle_.V_WA.w += share * (w - handle_.V_WA.w);
+  }
+  last_ns_ = time_ns;
+}
+
+void DriverDevice::Render(const Wrench& F_D_W) noexcept {
+  if (mailbox_) mailbox_->Put(F_D_W, MonotonicNowNs());
+  const TandemDeviceForce force = ForceOf(F_D_W, begun_);
+  if (driver_->write(device_, &force) < 0) failed_.store(true, std::memory_order_relaxed);
+}
+
+void DriverDevice::Stop() noexcept {
+  if (mailbox_) mailbox_->Cut();
+  if (device_ != nullptr) driver_->stop(device_);
+}
+
+AskedTimes DriverDevice::asked_times() const noexcept {
+  if (!mailbox_) return {};
+  return {mailbox_->taken(), mailbox_->mean_age_ns(), mailbox_->most_age_ns()};
+}
+
+std::string DriverDevice::Trouble() const {
+  if (!failed()) return {};
+  char text[320] = "";
+  if (driver_->last_error(device_, text, sizeof text) != TANDEM_OK || text[0] == '\0') {
+    return std::string(driver_->name) + ": the device is in trouble, and does not say why";
+  }
+  return std::string(driver_->name) + ": " + text;
+}
+
+}  // namespace tandem

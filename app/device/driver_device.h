@@ -1,0 +1,76 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/device/tandem_device.h"
+#include "engine/base/result.h"
+#include "engine/haptics/device.h"
+#include "engine/safety/vendor_mailbox.h"
+
+namespace tandem {
+
+/// A driver's device as the device loop uses it. It maps what the driver reports in the device's
+/// own frame V onto the part that the hand is to hold: the handle's first pose is the part's, and
+/// from there on the handle moves as it does in V. A device that was unplugged goes on from where
+/// the mapped handle was, wherever the real one stands then.
+///
+/// Read() and Render() are for the loop's thread, Stop() for any, all else for the main thread.
+class DriverDevice : public Device {
+ public:
+  /// Opens and starts the device that `options` name. `X_WB0`: where the part stands that the hand
+  /// is to hold. May take seconds. Errors: what the driver says.
+  static Result<std::unique_ptr<DriverDevice>> Open(const TandemDriver& driver,
+                                                    const std::string& options, const Pose& X_WB0);
+  ~DriverDevice() override;
+  DriverDevice(const DriverDevice&) = delete;
+  DriverDevice& operator=(const DriverDevice&) = delete;
+
+  void Start() noexcept override { begun_ = true; }
+  Anchor Read() noexcept override;
+  void Render(const Wrench& F_D_W) noexcept override;
+  void Stop() noexcept override;
+  DeviceCapabilities capabilities() const noexcept override { return can_; }
+  bool failed() const noexcept override { return failed_.load(std::memory_order_relaxed); }
+  bool stop_button() const noexcept override { return (buttons_ & TANDEM_BUTTON_STOP) != 0; }
+  bool clutch_button() const noexcept override { return (buttons_ & TANDEM_BUTTON_CLUTCH) != 0; }
+  AskedTimes asked_times() const noexcept override;
+
+  /// Why the device is in trouble, in a line for a person; empty: it is not.
+  std::string Trouble() const;
+  /// What read() of the driver returned last.
+  std::int32_t newest_read() const noexcept { return newest_read_.load(std::memory_order_relaxed); }
+  /// What the driver says of itself, before the loop starts.
+  const TandemDeviceCapabilities& told() const noexcept { return told_; }
+
+ private:
+  explicit DriverDevice(const TandemDriver& driver) : driver_(&driver) {}
+  Result<bool> Begin(const std::string& options, const Pose& X_WB0);
+  DeviceCapabilities CapabilitiesOf(const TandemDeviceCapabilities& told) const;
+  /// Takes what the driver reports: the mapped handle from it.
+  void Take(const TandemDeviceState& state) noexcept;
+  /// The speed of the mapped handle, from its last poses, where the driver reports none.
+  void Derive(const Pose& X_WD, std::int64_t time_ns) noexcept;
+
+  const TandemDriver* driver_;
+  TandemDeviceHost host_{};
+  TandemDevice* device_ = nullptr;
+  bool initialised_ = false;
+  TandemDeviceCapabilities told_{};
+  DeviceCapabilities can_;
+  std::unique_ptr<VendorMailbox> mailbox_;  // null: write() gives the motors their force
+  Anchor handle_;                           // mapped
+  // the reference of the mapping: the handle in V, and the mapped one, at the same moment
+  std::optional<Pose> X_VD0_;
+  Pose X_WD0_;
+  bool lost_ = false;  // since then the handle may have been moved: the mapping begins anew
+  std::int64_t last_ns_ = -1;
+  std::uint32_t buttons_ = 0;
+  bool begun_ = false;
+  std::atomic<bool> failed_{false};
+  std::atomic<std::int32_t> newest_read_{TANDEM_OK};
+};
+
+}  // namespace tandem

@@ -1,0 +1,23 @@
+# Tries the driver by `tandem devices --try` and judges what it says.
+execute_process(COMMAND ${TANDEM} devices --try circle --seconds 2 --json
+  OUTPUT_VARIABLE seen RESULT_VARIABLE code)
+if(NOT code EQUAL 0)
+  message(FATAL_ERROR "the trial ended with ${code}")
+endif()
+foreach(expected "ticks=2000" "failed=0" "allocations=0" "freedoms_in=3")
+  string(REPLACE "=" ";" pair ${expected})
+  list(GET pair 0 key)
+  list(GET pair 1 wanted)
+  string(JSON value GET "${seen}" ${key})
+  if(NOT value EQUAL wanted)
+    message(FATAL_ERROR "${key} is ${value}, not ${wanted}")
+  endif()
+endforeach()
+# from the top of the circle to its bottom
+string(JSON moved GET "${seen}" moved_mm)
+if(moved LESS 39.9 OR moved GREATER 40.1)
+  message(FATAL_ERROR "the handle moved by ${moved} mm, not by 40")
+endif()
+string(JSON read_us GET "${seen}" read_us p99)
+string(JSON write_us GET "${seen}" write_us p99)
+message("circle: 2000 ticks, read p99 ${read_us} us, write p99 ${write_us} us, 0 allocations")
