@@ -317,6 +317,44 @@ TEST(DeviceLoop, TheControllerIsToldTheLimitsInForce) {
   EXPECT_EQ(can.workspace.min, Vec3(-0.1, -0.2, -0.3));
 }
 
+TEST(DeviceLoop, ADeviceWithoutMotorsIsToldTheForceUpToTheUsersLimit) {
+  auto memory = std::make_unique<DeviceMemory>();
+  CountingDriver driver;
+  driver.can.freedoms_out = 0;
+  driver.can.peak = {0, 0};  // it claims none
+  HandClock clock;
+  DeviceLoop loop(driver, *memory, clock, {{5, 0.2}});
+  loop.SetWait(
+      [](void* of, std::uint32_t, std::int64_t until_ns) {
+        static_cast<HandClock*>(of)->now_ns = until_ns;
+      },
+      &clock);
+  ProcessDevice controller(*memory);
+  for (int i = 1; i <= 1500; ++i) {
+    if (i == 3) controller.Start();
+    clock.now_ns = i * kPeriod;
+    loop.Tick({.deadline_ns = clock.now_ns});
+    controller.Read();
+    controller.Render({Vec3::Zero(), Vec3(50, 0, 0)});
+  }
+  EXPECT_NEAR(driver.given.f.x(), 5, 1e-9);
+}
+
+TEST(ProcessDevice, TellsInWhichAxesItsHandleMoves) {
+  for (const bool in_scene : {false, true}) {
+    DeviceMemory memory;
+    CountingDriver driver;
+    driver.can.in_scene = in_scene;
+    driver.can.asks_us = !in_scene;
+    HandClock clock;
+    const DeviceLoop loop(driver, memory, clock, {});
+    const DeviceCapabilities can = ProcessDevice(memory).capabilities();
+    EXPECT_EQ(can.in_scene, in_scene);
+    EXPECT_EQ(can.asks_us, !in_scene);
+    EXPECT_EQ(can.freedoms_out, 6);
+  }
+}
+
 TEST(ProcessDevice, ASilentDeviceLeavesTheHandAtRestWhereItWas) {
   Link link;
   link.Begin();
