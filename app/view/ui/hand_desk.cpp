@@ -1,10 +1,13 @@
 #include "app/view/ui/hand_desk.h"
 
 #include <QApplication>
+#include <QCoreApplication>
 #include <QInputDialog>
 #include <QMenuBar>
 #include <QToolButton>
 #include <utility>
+
+#include "app/view/ui/device_dialog.h"
 
 namespace tandem {
 
@@ -76,6 +79,8 @@ void HandDesk::MakeActions() {
   clutch_ = Add("hand_clutch", tr("&Clutch"), Qt::Key_C,
                 tr("The device's handle moves alone; once more: it leads the part again"));
   clutch_->setCheckable(true);
+  device_ = Add("hand_device", tr("&Device\u2026"), {},
+                tr("Choose the device that moves the hand: what there is, and what is missing"));
   scale_ = Add("hand_scale", tr("Device s&cale\u2026"), {},
                tr("How far the part goes when the device's handle goes a metre"));
   sound_ = Add("hand_sound", tr("&Sound on contact"), {}, tr("Beep when the part meets something"));
@@ -129,6 +134,7 @@ void HandDesk::MakeActions() {
       hand_.Ask(tr("Clutch"), SetParameterRequest{"device_clutch", pressed ? 1.0 : 0.0});
     }
   });
+  connect(device_, &QAction::triggered, this, &HandDesk::AskDevice);
   connect(scale_, &QAction::triggered, this, &HandDesk::AskScale);
   connect(stop_, &QAction::triggered, this, [this] {
     if (mouse_ != nullptr) mouse_->EndDrag();
@@ -255,6 +261,26 @@ void HandDesk::AskScale() {
     hand_.Ask(tr("Device scale"), SetParameterRequest{"device_scale", scale});
   });
   dialog->show();
+}
+
+void HandDesk::AskDevice() {
+  const HandRequest& request = hand_.request().scene.empty() ? defaults_ : hand_.request();
+  auto* dialog = new DeviceDialog(QString::fromStdString(request.device), &window_);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setModal(false);  // the window's keys, of which one stops, go on
+  connect(dialog, &QDialog::accepted, this, [this, dialog] {
+    UseDevice(dialog->device());
+  });
+  dialog->show();
+  dialog->Look(QCoreApplication::applicationDirPath() + QStringLiteral("/tandem"));
+}
+
+void HandDesk::UseDevice(const QString& device) {
+  defaults_.device = device.toStdString();
+  HandRequest request = hand_.request();
+  if (request.scene.empty() || request.device == defaults_.device) return;
+  request.device = defaults_.device;
+  hand_.Start(request);
 }
 
 void HandDesk::DressPicture(const std::vector<BodyLook>& looks, DrawList& list) {

@@ -32,6 +32,9 @@ class HandDesk : public QObject {
   /// What a request from the window goes by where it says nothing else.
   void SetDefaults(const HandRequest& request) { defaults_ = request; }
   const HandRequest& defaults() const { return defaults_; }
+  /// Moves the hand by that device from now on, NAME[:OPTIONS]; empty: by the mouse. A controller of
+  /// the window's own begins anew with it.
+  void UseDevice(const QString& device);
 
   /// What the picture shows instead of the session's, while a controller is there.
   bool shows() const { return hand_.shows(); }
@@ -59,6 +62,7 @@ class HandDesk : public QObject {
   void FillGiveMenu();
   void TellOfContact();
   void AskScale();
+  void AskDevice();
   void Say(const QString& words);
 
   HandModel& hand_;
@@ -81,6 +85,7 @@ class HandDesk : public QObject {
   QAction* reset_ = nullptr;
   QAction* triad_ = nullptr;
   QAction* clutch_ = nullptr;
+  QAction* device_ = nullptr;
   QAction* scale_ = nullptr;
   QAction* sound_ = nullptr;
   QAction* stop_ = nullptr;

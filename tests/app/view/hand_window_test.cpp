@@ -371,5 +371,20 @@ TEST(JoinDialog, GivesAllThatTheCommandLineHasAndSaysWhatIsWrong) {
   EXPECT_FALSE(dialog.active());
 }
 
+TEST_F(HandWindow, AChosenDeviceTakesTheHandFromTheMouse) {
+  const std::size_t launched = controller_.launched.size();
+  window_.desk()->UseDevice("spacemouse");
+  ASSERT_EQ(controller_.launched.size(), launched + 1);
+  EXPECT_EQ(controller_.launched.back().device, "spacemouse");
+  EXPECT_EQ(controller_.launched.back().scene, "block_and_ball.json");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.ready();
+  }));
+  window_.desk()->UseDevice("spacemouse");  // it is in use
+  EXPECT_EQ(controller_.launched.size(), launched + 1);
+  window_.desk()->UseDevice("");
+  EXPECT_EQ(controller_.launched.back().device, "");
+}
+
 }  // namespace
 }  // namespace tandem
