@@ -1,0 +1,457 @@
+// The driver of the Inverse3 against a service of the published interface.
+//
+// | fault | test |
+// |---|---|
+// | no service; a service without devices | ListSaysWhatIsThereAndWhatMendsIt,
+// OpenSaysWhatIsMissing | | a service that restarts | GoesOnAfterTheServiceWasRestarted | | a
+// service that is silent | ASilentServiceIsAnUnpluggedDevice | | device lacks in states; no power;
+// not ready; not calibrated | EachConditionOfTheArmHasItsCodeAndLine | | grip asleep, not connected
+// | AGripThatSleepsIsAnUnpluggedDevice | | forces in a form that the service does not read |
+// SaysThatTheServiceDoesNotFollow | | events: safety, busy, disconnected, calibration failed |
+// EventsTakeTheForceOff | | no JSON, wrong types, NaN, infinite numbers, deep and long messages |
+// UnsoundMessagesAreNoStates… | | a force that is no number | NeverAsksForAForceThatIsNoNumber |
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/device/driver_trial.h"
+#include "tests/app/device/drivers/inverse3/fake_service.h"
+
+namespace tandem::testing {
+namespace {
+
+using nlohmann::json;
+
+/// A driver and a service, and what the vendor's thread is given.
+struct Inverse3Trial {
+  explicit Inverse3Trial(const std::string& options = "",
+                         const std::function<void(FakeWorld&)>& change = {}) {
+    if (change) service.Change(change);
+    trial.SetTake([this](TandemDeviceForce& force) {
+      force.force[0] = fx.load();
+      force.force[1] = fy.load();
+      force.force[2] = fz.load();
+    });
+    opened = trial.Open(service.ports() + (options.empty() ? "" : "," + options));
+    EXPECT_EQ(opened, TANDEM_OK) << trial.Error();
+    if (opened == TANDEM_OK) {
+      EXPECT_EQ(trial.Start(), TANDEM_OK);
+    }
+  }
+  bool Reads(std::int32_t code) {
+    trial.Ticks(1);
+    return trial.TicksUntil([&] {
+      return trial.read() == code ||
+             (code == TANDEM_OK && trial.read() == TANDEM_REPEATED && trial.state().time_ns != 0);
+    });
+  }
+  void Ask(double x, double y, double z) {
+    fx = x;
+    fy = y;
+    fz = z;
+  }
+  /// The force of the newest message that came to the service.
+  Vec3 Asked(const char* form = "vector") const {
+    const json message = json::parse(service.newest(), nullptr, false);
+    try {
+      const json& f = message.at("inverse3").at(0).at("commands").at("set_cursor_force").at(form);
+      return Vec3(f.at("x").get<double>(), f.at("y").get<double>(), f.at("z").get<double>());
+    } catch (const json::exception&) {
+      return Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  bool AsksFor(const Vec3& force, const char* form = "vector") {
+    return trial.TicksUntil([&] {
+      return (Asked(form) - force).norm() < 1e-4;
+    });
+  }
+
+  FakeService service;
+  std::atomic<double> fx{0}, fy{0}, fz{0};
+  DriverTrial trial{"inverse3"};  // goes first
+  std::int32_t opened = TANDEM_FAILED;
+};
+
+TEST(Inverse3, StartsAndReportsMotionInTheDevicesFrame) {
+  Inverse3Trial it("", [](FakeWorld& world) {
+    world.vx = 0.1;
+    world.vy = 0.2;
+    world.vz = 0.3;
+  });
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  const TandemDeviceCapabilities can = it.trial.Capabilities();
+  EXPECT_EQ(can.freedoms_in, 3U);  // no grip
+  EXPECT_EQ(can.freedoms_out, 3U);
+  EXPECT_NE(can.asks, 0U);
+  EXPECT_EQ(can.peak_force, 10);
+  // forward is -z here, up is y
+  EXPECT_LT((it.trial.position() - Vec3(0.01, 0.15, -0.02)).norm(), 1e-12);
+  EXPECT_LT((Vec3(it.trial.state().velocity) - Vec3(0.1, 0.3, -0.2)).norm(), 1e-12);
+  EXPECT_EQ(it.trial.state().orientation[3], 1);
+  it.service.Change([](FakeWorld& world) {
+    world.x = 0.05;
+  });
+  EXPECT_TRUE(it.trial.TicksUntil([&] {
+    return it.trial.position().x() == 0.05;
+  }));
+  // at most one message a period, and it keeps commanding
+  const long before = it.service.messages();
+  it.trial.Ticks(500);
+  const long sent = it.service.messages() - before;
+  std::printf("  %ld messages in 500 ms\n", sent);
+  EXPECT_GT(sent, 50);
+  EXPECT_LT(sent, 600);
+  it.trial.ExpectRealtime();
+}
+
+TEST(Inverse3, NamesItselfAndItsAxesInTheFirstMessage) {
+  Inverse3Trial it("preset=arm_front_centered");
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  const json first = json::parse(it.service.first());
+  EXPECT_EQ(first.at("session").at("configure").at("profile").at("name"), "Tandem");
+  EXPECT_EQ(first.at("session").at("configure").at("basis").at("permutation"), "XYZ");
+  EXPECT_TRUE(first.at("session").contains("force_render_full_state"));
+  EXPECT_EQ(first.at("inverse3").at(0).at("configure").at("preset"), "arm_front_centered");
+  EXPECT_FALSE(json::parse(it.service.newest()).contains("session"));
+}
+
+TEST(Inverse3, AsksForForcesInTheServicesFrame) {
+  Inverse3Trial it;
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  it.Ask(1, 2, 3);
+  EXPECT_TRUE(it.AsksFor(Vec3(1, -3, 2)));
+  Inverse3Trial older("force=values", [](FakeWorld& world) {
+    world.follows = "values";
+  });
+  ASSERT_TRUE(older.Reads(TANDEM_OK));
+  older.Ask(0, 0.5, 0);
+  EXPECT_TRUE(older.AsksFor(Vec3(0, 0, 0.5), "values"));
+  Inverse3Trial without("force=none");
+  ASSERT_TRUE(without.Reads(TANDEM_OK));
+  EXPECT_EQ(without.trial.Capabilities().freedoms_out, 0U);
+  EXPECT_NE(without.service.newest().find("probe_position"), std::string::npos);
+}
+
+TEST(Inverse3, SaysThatTheServiceDoesNotFollow) {
+  Inverse3Trial it("", [](FakeWorld& world) {
+    world.follows = "values";
+  });
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  it.Ask(0, 1, 0);
+  ASSERT_TRUE(it.Reads(TANDEM_FAILED));
+  EXPECT_NE(it.trial.Error().find("force=values"), std::string::npos) << it.trial.Error();
+  EXPECT_TRUE(it.AsksFor(Vec3::Zero()));
+}
+
+TEST(Inverse3, EachConditionOfTheArmHasItsCodeAndLine) {
+  Inverse3Trial it;
+  it.Ask(1, 0, 0);
+  struct Case {
+    std::function<void(FakeWorld&)> fault;
+    std::int32_t code;
+    const char* word;
+  };
+  const Case cases[] = {
+      {[](FakeWorld& world) {
+         world.arm = "";
+       },
+       TANDEM_UNPLUGGED, "USB cable"},
+      {[](FakeWorld& world) {
+         world.arm = "0000";
+       },
+       TANDEM_UNPLUGGED, "'049D'"},
+      {[](FakeWorld& world) {
+         world.powered = false;
+       },
+       TANDEM_UNPLUGGED, "power supply"},
+      {[](FakeWorld& world) {
+         world.ready = false;
+       },
+       TANDEM_UNPLUGGED, "not ready"},
+      {[](FakeWorld& world) {
+         world.calibrated = false;
+       },
+       TANDEM_UNCALIBRATED, "calibrated"},
+  };
+  for (const Case& one : cases) {
+    it.service.Change([](FakeWorld& world) {
+      world = FakeWorld();
+    });
+    ASSERT_TRUE(it.Reads(TANDEM_OK)) << one.word;
+    ASSERT_TRUE(it.AsksFor(Vec3(1, 0, 0))) << one.word;
+    it.service.Change(one.fault);
+    ASSERT_TRUE(it.Reads(one.code)) << one.word;
+    EXPECT_NE(it.trial.Error().find(one.word), std::string::npos) << it.trial.Error();
+    EXPECT_TRUE(it.AsksFor(Vec3::Zero())) << one.word;
+  }
+}
+
+TEST(Inverse3, ReadsGripsOfBothKinds) {
+  const auto turned = [](const char* kind, const std::string& buttons) {
+    return [kind, buttons](FakeWorld& world) {
+      world.grip_kind = kind;
+      // a quarter turn about the service's z, which is y here
+      world.grip_state = R"("orientation":{"w":0.7071068,"x":0,"y":0,"z":0.7071068})" + buttons;
+    };
+  };
+  struct Case {
+    const char* kind;
+    const char* buttons;
+    std::uint32_t pressed;
+  };
+  const Case cases[] = {
+      {"verse_grip", R"(,"button":true,"hall":0)", TANDEM_BUTTON_CLUTCH},
+      {"verse_grip", R"(,"button_0":false,"button_1":true)", TANDEM_BUTTON_STOP},
+      {"wireless_verse_grip", R"(,"buttons":{"a":true,"b":false,"c":true})", TANDEM_BUTTON_CLUTCH},
+      {"wireless_verse_grip", R"(,"buttons":{"button_0":true,"button_1":true})",
+       TANDEM_BUTTON_CLUTCH | TANDEM_BUTTON_STOP},
+      {"wireless_verse_grip", R"(,"buttons":{"a":1,"b":"yes"})", 0U},
+  };
+  for (const Case& one : cases) {
+    Inverse3Trial it("", turned(one.kind, one.buttons));
+    ASSERT_TRUE(it.Reads(TANDEM_OK)) << one.buttons;
+    EXPECT_EQ(it.trial.Capabilities().freedoms_in, 6U);
+    EXPECT_NEAR(it.trial.state().orientation[1], std::sqrt(0.5), 1e-6);
+    EXPECT_NEAR(it.trial.state().orientation[3], std::sqrt(0.5), 1e-6);
+    EXPECT_EQ(it.trial.state().buttons, one.pressed) << one.buttons;
+  }
+}
+
+TEST(Inverse3, AGripThatSleepsIsAnUnpluggedDevice) {
+  Inverse3Trial it("grip=wireless", [](FakeWorld& world) {
+    world.grip_kind = "wireless_verse_grip";
+  });
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  for (const char* status : {R"("connected":true,"awake":false)", R"("connected":false)"}) {
+    it.service.Change([&](FakeWorld& world) {
+      world.grip_status = status;
+    });
+    ASSERT_TRUE(it.Reads(TANDEM_UNPLUGGED));
+    EXPECT_NE(it.trial.Error().find("'G1'"), std::string::npos) << it.trial.Error();
+    it.service.Change([](FakeWorld& world) {
+      world.grip_status = R"("awake":true)";
+    });
+    ASSERT_TRUE(it.Reads(TANDEM_OK));
+  }
+}
+
+TEST(Inverse3, EventsTakeTheForceOff) {
+  Inverse3Trial it;
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  ASSERT_TRUE(it.trial.TicksUntil([&] {
+    return it.service.Listens();
+  }));
+  it.Ask(1, 0, 0);
+  // other devices, other events and what is no event
+  for (const char* text : {R"({"name":"device-busy","data":{"device_id":"other"}})",
+                           R"({"name":"session-started"})", R"({"name":7})", "{{{", "[]"}) {
+    it.service.Tell(text);
+  }
+  it.trial.Ticks(50);
+  EXPECT_GE(it.trial.read(), 0);
+  struct Case {
+    const char* text;
+    std::int32_t code;
+    const char* word;
+  };
+  const Case cases[] = {
+      {R"({"name":"device-safety-triggered","message":"stall_detected","data":{"device_id":"049D"}})",
+       TANDEM_UNPLUGGED, "stall_detected"},
+      {R"({"name":"device-busy"})", TANDEM_UNPLUGGED, "another program"},
+      {R"({"name":"device-disconnected"})", TANDEM_UNPLUGGED, "USB"},
+      {R"({"name":"device-calibration-failed"})", TANDEM_UNCALIBRATED, "calibrated"},
+  };
+  for (const Case& one : cases) {
+    it.service.Tell(one.text);
+    ASSERT_TRUE(it.Reads(one.code)) << one.text;
+    EXPECT_NE(it.trial.Error().find(one.word), std::string::npos) << it.trial.Error();
+    EXPECT_TRUE(it.AsksFor(Vec3::Zero()));
+    it.service.Tell(R"({"name":"device-connected"})");
+    ASSERT_TRUE(it.Reads(TANDEM_OK));
+  }
+  // without that word it goes on a second later
+  it.service.Tell(cases[0].text);
+  ASSERT_TRUE(it.Reads(TANDEM_UNPLUGGED));
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  EXPECT_TRUE(it.AsksFor(Vec3(1, 0, 0)));
+}
+
+TEST(Inverse3, GoesOnAfterTheServiceWasRestarted) {
+  Inverse3Trial it;
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  it.Ask(1, 0, 0);
+  ASSERT_TRUE(it.AsksFor(Vec3(1, 0, 0)));
+  const Vec3 last = it.trial.position();
+  it.service.Kick(true);
+  ASSERT_TRUE(it.Reads(TANDEM_UNPLUGGED));
+  EXPECT_NE(it.trial.Error().find("systemctl start"), std::string::npos) << it.trial.Error();
+  EXPECT_EQ(it.trial.position(), last);
+  it.service.Change([](FakeWorld& world) {
+    world.x = -0.03;
+  });
+  it.service.Reopen();
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  EXPECT_TRUE(it.trial.TicksUntil([&] {
+    return it.trial.position().x() == -0.03;
+  }));
+  EXPECT_EQ(json::parse(it.service.first()).count("session"), 1U);  // it introduces itself again
+  EXPECT_TRUE(it.AsksFor(Vec3(1, 0, 0)));
+  it.trial.ExpectRealtime();
+}
+
+TEST(Inverse3, ASilentServiceIsAnUnpluggedDevice) {
+  Inverse3Trial it;
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  it.service.Change([](FakeWorld& world) {
+    world.silent = true;
+  });
+  ASSERT_TRUE(it.Reads(TANDEM_UNPLUGGED));
+  EXPECT_NE(it.trial.Error().find("silent"), std::string::npos) << it.trial.Error();
+  // it ends at once all the same
+  const auto begun = std::chrono::steady_clock::now();
+  it.trial.Close();
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(2));
+}
+
+TEST(Inverse3, UnsoundMessagesAreNoStatesAndEndTheConnection) {
+  const std::string head = R"({"inverse3":[{"device_id":"049D","state":{"cursor_position":)";
+  const std::string tail = R"(,"cursor_velocity":{"x":0,"y":0,"z":0}}}]})";
+  const std::string unsound[] = {
+      "hello",
+      "[]",
+      R"({"inverse3":7)",
+      head + R"({"x":NaN,"y":0,"z":0})" + tail,
+      head + R"({"x":"0","y":0,"z":0})" + tail,
+      head + R"({"x":1e300,"y":0,"z":0})" + tail,
+      head + R"({"x":1e999,"y":0,"z":0})" + tail,
+      head + R"({"x":0,"y":0})" + tail,
+      head + "null" + tail,
+      std::string(60000, '['),
+  };
+  Inverse3Trial it;
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  const Vec3 last = it.trial.position();
+  for (const std::string& text : unsound) {
+    // a few are passed over, or the device is silent for a moment
+    const long before = it.service.messages();
+    it.service.Change([&](FakeWorld& world) {
+      world.instead = text;
+    });
+    it.trial.TicksUntil([&] {
+      return it.service.messages() > before + 4;
+    });
+    it.service.Change([](FakeWorld& world) {
+      world.instead.clear();
+    });
+    ASSERT_TRUE(it.Reads(TANDEM_OK)) << text.substr(0, 100);
+    EXPECT_EQ(it.trial.position(), last);
+  }
+  const long connections = it.service.connections();
+  it.service.Change([](FakeWorld& world) {
+    world.instead = "hello";
+  });
+  ASSERT_TRUE(it.Reads(TANDEM_UNPLUGGED));
+  EXPECT_TRUE(it.trial.TicksUntil([&] {
+    return it.trial.Error().find("cannot be read") != std::string::npos;
+  })) << it.trial.Error();
+  it.service.Change([](FakeWorld& world) {
+    world.instead.clear();
+  });
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  EXPECT_GT(it.service.connections(), connections);
+  it.service.Change([](FakeWorld& world) {
+    world.instead.assign(100000, ' ');
+  });
+  ASSERT_TRUE(it.Reads(TANDEM_UNPLUGGED));
+  it.service.Change([](FakeWorld& world) {
+    world.instead.clear();
+  });
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  it.trial.ExpectRealtime();
+}
+
+TEST(Inverse3, StopTakesTheForceOffUntilTheNextWrite) {
+  Inverse3Trial it;
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  it.Ask(0, 0, 2);
+  ASSERT_TRUE(it.AsksFor(Vec3(0, -2, 0)));
+  it.trial.Stop();
+  for (int i = 0; i < 1000 && it.Asked() != Vec3::Zero(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(it.Asked(), Vec3::Zero());
+  const long before = it.service.messages();
+  while (it.service.messages() < before + 20) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(it.Asked(), Vec3::Zero());  // and it stays so, though forces are taken
+  EXPECT_TRUE(it.AsksFor(Vec3(0, -2, 0)));
+  it.trial.Close();  // without force
+  EXPECT_EQ(it.Asked(), Vec3::Zero());
+}
+
+TEST(Inverse3, NeverAsksForAForceThatIsNoNumber) {
+  Inverse3Trial it;
+  ASSERT_TRUE(it.Reads(TANDEM_OK));
+  it.Ask(1, 1, 1);
+  ASSERT_TRUE(it.AsksFor(Vec3(1, -1, 1)));
+  it.Ask(1, std::numeric_limits<double>::quiet_NaN(), 1);
+  EXPECT_TRUE(it.AsksFor(Vec3::Zero()));
+  it.Ask(std::numeric_limits<double>::infinity(), 0, 0);
+  it.trial.Ticks(20);
+  EXPECT_EQ(it.Asked(), Vec3::Zero());
+}
+
+TEST(Inverse3, OpenSaysWhatIsMissing) {
+  const auto refused = [](const FakeService& service, const std::string& options) {
+    DriverTrial trial("inverse3");
+    EXPECT_EQ(trial.Open(service.ports() + "," + options), TANDEM_FAILED) << options;
+    return trial.Error();
+  };
+  FakeService service;
+  EXPECT_NE(refused(service, "device=1234").find("there are 049D"), std::string::npos);
+  EXPECT_NE(refused(service, "grip=wired").find("grip=none"), std::string::npos);
+  EXPECT_NE(refused(service, "force=push").find("vector, values or none"), std::string::npos);
+  EXPECT_NE(refused(service, "rate=1e9").find("100 to 4000"), std::string::npos);
+  EXPECT_NE(refused(service, "preset=a\"b").find("preset"), std::string::npos);
+  EXPECT_NE(refused(service, "colour=red").find("'colour'"), std::string::npos);
+  service.Change([](FakeWorld& world) {
+    world.arm = "";
+  });
+  EXPECT_NE(refused(service, "").find("sees no Inverse3"), std::string::npos);
+  service.Kick(true);
+  EXPECT_NE(refused(service, "").find("systemctl start"), std::string::npos);
+}
+
+TEST(Inverse3, ListSaysWhatIsThereAndWhatMendsIt) {
+  const DriverTrial trial("inverse3");
+  std::vector<TandemDeviceFound> found = trial.List();
+  ASSERT_EQ(found.size(), 1U);
+  if (found[0].present != 0) GTEST_SKIP() << "this machine has a service";
+  EXPECT_NE(std::string(found[0].missing).find("127.0.0.1:10001"), std::string::npos);
+  EXPECT_NE(std::string(found[0].mend).find("systemctl start"), std::string::npos);
+  FakeService service(10001);
+  found = trial.List();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].present, 1U);
+  EXPECT_STREQ(found[0].options, "device=049D");
+  EXPECT_NE(std::string(found[0].missing).find("VerseGrip"), std::string::npos);
+  service.Change([](FakeWorld& world) {
+    world.arm = "";
+  });
+  found = trial.List();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].present, 0U);
+  EXPECT_NE(std::string(found[0].mend).find("USB"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tandem::testing
