@@ -11,7 +11,7 @@ set(engine_libraries options base files text json realtime geometry exact voxel 
 set(collab_libraries collab controller simulated simulated_hands recording lab)
 set(dds_libraries)
 if(TANDEM_BUILD_DDS)
-  set(dds_libraries idl dds)
+  set(dds_libraries idl transfer dds)
 endif()
 
 # --- development: libraries, headers, CMake's files -------------------------------------------------------------------

@@ -10,6 +10,12 @@ std::optional<SceneManifest> EarlyInbox::SessionScene() const {
   return session == nullptr ? std::nullopt : std::optional(*session);
 }
 
+std::string EarlyInbox::NameOf(PeerId peer) const {
+  const std::lock_guard lock(mutex_);
+  const auto known = here_.find(peer);
+  return known == here_.end() ? "" : known->second.info.name;
+}
+
 void EarlyInbox::HandOver(Inbox& inbox) {
   const std::lock_guard lock(mutex_);
   TANDEM_CHECK(next_.load() == nullptr);

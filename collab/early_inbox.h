@@ -4,6 +4,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <string>
 
 #include "collab/scene_agreement.h"
 #include "collab/transport.h"
@@ -21,6 +22,8 @@ class EarlyInbox : public Inbox {
 
   /// The session's scene; nothing: nobody has offered any yet.
   std::optional<SceneManifest> SessionScene() const;
+  /// How a peer that is here calls itself; empty: it is not known.
+  std::string NameOf(PeerId peer) const;
   /// Whether another program uses our keys.
   bool has_twin() const noexcept { return twin_; }
   /// Tells `inbox` all that is known, and from then on everything goes there. It must outlive the

@@ -1,6 +1,7 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,11 @@
 #include "app/cli/program_cache.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/reach/scene_search.h"
+#include "collab/transfer/scene_store.h"
 #include "engine/base/json_text.h"
+#include "engine/base/regular_file.h"
+#include "engine/world/scene.h"
 
 namespace tandem {
 
@@ -25,6 +30,34 @@ std::string Megabytes(std::uint64_t bytes) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1f MB", 1e-6 * static_cast<double>(bytes));
   return text;
+}
+
+/// What a fetched scene is called in its file; empty: it cannot be read.
+std::string NameOf(const FetchedScene& scene) {
+  if (!scene.whole) return {};
+  const Result<Scene> loaded = LoadScene(scene.folder / SceneStore::kSceneFile);
+  return loaded ? PlainLine(loaded->name) : std::string();
+}
+
+/// Shows the scenes that were fetched from sessions; gives them as JSON.
+nlohmann::ordered_json ListScenes(bool as_json) {
+  nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
+  const std::optional<SceneStore> store = FetchedScenes();
+  if (!store) return scenes;
+  for (const FetchedScene& scene : store->Scenes()) {
+    const std::string name = NameOf(scene);
+    scenes.push_back({{"folder", scene.folder.string()},
+                      {"name", name},
+                      {"bytes", scene.bytes},
+                      {"unused_s", SecondsSince(scene.used)},
+                      {"whole", scene.whole}});
+    if (as_json) continue;
+    std::printf("%10s  used %.0f h ago  %s in %s\n", Megabytes(scene.bytes).c_str(),
+                SecondsSince(scene.used) / 3600,
+                (scene.whole ? "scene " + name : std::string("a part of a scene")).c_str(),
+                scene.folder.c_str());
+  }
+  return scenes;
 }
 
 int ListCache(const VoxelCache& cache, bool as_json) {
@@ -43,9 +76,11 @@ int ListCache(const VoxelCache& cache, bool as_json) {
     const nlohmann::ordered_json out{{"folder", cache.folder().string()},
                                      {"bytes", sum},
                                      {"most_bytes", cache.most_bytes()},
-                                     {"files", files}};
+                                     {"files", files},
+                                     {"fetched_scenes", ListScenes(true)}};
     std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
+    ListScenes(false);
     std::printf("%s in %s, of %s at most, in %s\n", Megabytes(sum).c_str(),
                 Counted(files.size(), "file").c_str(), Megabytes(cache.most_bytes()).c_str(),
                 cache.folder().c_str());
@@ -76,11 +111,17 @@ int VerifyCache(const VoxelCache& cache, bool as_json) {
 
 int ClearCache(const VoxelCache& cache, bool as_json) {
   const std::size_t count = cache.Clear();
+  const std::optional<SceneStore> store = FetchedScenes();
+  const std::size_t scenes = store ? store->Clear() : 0;
   if (as_json) {
-    const nlohmann::ordered_json out{{"folder", cache.folder().string()}, {"removed", count}};
+    const nlohmann::ordered_json out{{"folder", cache.folder().string()},
+                                     {"removed", count},
+                                     {"fetched_scenes_removed", scenes}};
     std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
-    std::printf("%s removed from %s\n", Counted(count, "file").c_str(), cache.folder().c_str());
+    std::printf("%s%s removed from %s\n", Counted(count, "file").c_str(),
+                scenes > 0 ? (" and " + Counted(scenes, "fetched scene")).c_str() : "",
+                cache.folder().c_str());
   }
   return kExitOk;
 }
@@ -89,7 +130,8 @@ int ClearCache(const VoxelCache& cache, bool as_json) {
 
 void AddCacheCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
-      "cache", "Show, check or empty the folder in which voxelized meshes are kept");
+      "cache",
+      "Show, check or empty the folder of voxelized meshes and of scenes fetched from sessions");
   command->require_subcommand(1);
   const auto as_json = std::make_shared<bool>(false);
   const auto add = [&](const std::string& name, const std::string& what,
@@ -104,9 +146,9 @@ void AddCacheCommand(CLI::App& app, int& exit_code) {
               : Fail(kExitFile, "there is no cache: TANDEM_CACHE is empty, or HOME is not set");
     });
   };
-  add("list", "Show its files, the last used first", ListCache);
+  add("list", "Show its files and fetched scenes, the last used first", ListCache);
   add("verify", "Read all files, and tell which are damaged", VerifyCache);
-  add("clear", "Remove all files", ClearCache);
+  add("clear", "Remove all files and fetched scenes", ClearCache);
 }
 
 }  // namespace tandem

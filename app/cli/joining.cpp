@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "app/cli/program_cache.h"
+#include "app/cli/scene_consent.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -35,11 +36,11 @@ constexpr int kMostLoads = 3;
 /// Puts the session's scene into `arguments` where they name none.
 int TakeSessionScene(PeerArguments& arguments, PeerId id) {
   if (!arguments.scene_from_session || !arguments.scene.empty()) return kExitOk;
-  const SessionScene found = FindSessionScene({.session = arguments.session,
-                                               .id = id,
-                                               .reach = arguments.reach,
-                                               .say = Say,
-                                               .stop = arguments.stop});
+  SessionSceneOptions options =
+      SceneSearchOptions(arguments.session, id, Role::kActive, arguments.reach,
+                         {.accept = arguments.accept_scene, .limit_mb = arguments.scene_limit_mb});
+  options.stop = arguments.stop;
+  const SessionScene found = FindSessionScene(options);
   if (!found.fault.empty()) return Fail(found.exit_code, found.fault);
   if (found.file.empty()) return kEndedWhileLoading;
   arguments.scene = found.file.string();
@@ -85,6 +86,16 @@ int Connect(const PeerArguments& arguments, Joining& joining) {
     dds.objects.push_back(static_cast<ObjectId>(i));
   }
   ApplyReach(arguments.reach, dds);
+  if (arguments.share_scene) {
+    const auto open = [file = scene.file,
+                       content = joining.hash.content](const std::atomic<bool>& stop) {
+      return SceneFiles::Open(file, content, stop);
+    };
+    joining.files =
+        std::make_unique<SceneServer>(joining.id, joining.hash.content, open,
+                                      static_cast<std::uint64_t>(1e6 * arguments.share_rate_mb));
+    dds.files = joining.files.get();
+  }
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, joining.inbox);
   if (!joined) {
     return Fail(arguments.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);

@@ -12,6 +12,7 @@
 #include "collab/early_inbox.h"
 #include "collab/peer_node.h"
 #include "collab/recording/recorder.h"
+#include "collab/transfer/scene_server.h"
 #include "engine/realtime/frame_helpers.h"
 
 namespace tandem {
@@ -44,10 +45,11 @@ struct Joining {
   std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
   FrameCapacity capacity;
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
-  std::shared_ptr<DeviceSpace> space;     // of the device's process; null: it is in this one
+  std::shared_ptr<DeviceSpace> space;  // of the device's process; null: it is in this one
   std::unique_ptr<PeerNode> node;
   int times_loaded = 0;                  // for the session's force parameters
   GoalDevice* goal_device = nullptr;     // the node's; null: it has another kind
+  std::unique_ptr<SceneServer> files;    // for joiners who lack the scene; null: they get none
   std::unique_ptr<Transport> transport;  // goes first but for what says goodbye by it
   std::optional<AtForcedEnd> goodbye;    // while it loads, too
 };
@@ -59,8 +61,8 @@ int Join(PeerArguments& arguments, Joining& joining);
 inline constexpr int kEndedWhileLoading = -2;
 
 /// Whether others have offered the session other force parameters before us: then what we have
-/// loaded is of no use, unless we insist. Loading anew is done a few times at the most, lest somebody
-/// who offers others for ever keeps us out.
+/// loaded is of no use, unless we insist. Loading anew is done a few times at the most, lest
+/// somebody who offers others for ever keeps us out.
 bool Superseded(const Joining& joining);
 
 }  // namespace tandem

@@ -304,6 +304,9 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
       for (const std::string& line : fresh) news.Add(AboutWhom(line, names), line);
     }
     for (const std::string& line : refusals.Look(PacketsJudged())) news.Add("", line);
+    if (joining.files) {
+      if (const std::string line = joining.files->TakeNews(); !line.empty()) news.Add("", line);
+    }
     for (const std::string& line : news.Due(now_ns)) Say(line);
     if (DeviceProcess* device = joining.device(); device != nullptr) {
       if (const std::string line = device->News(); !line.empty()) {
@@ -502,6 +505,8 @@ int LookOn(const PeerArguments& arguments) {
   WatchOptions options;
   options.session = arguments.session;
   options.scene = arguments.scene;
+  options.scene_from_session = arguments.scene_from_session;
+  options.fetch = {.accept = arguments.accept_scene, .limit_mb = arguments.scene_limit_mb};
   options.name = arguments.name;
   options.reach = arguments.reach;
   options.seconds = arguments.seconds;

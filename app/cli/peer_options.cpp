@@ -15,23 +15,13 @@ namespace tandem {
 
 namespace {
 
-void AddSceneOptions(CLI::App& command, PeerArguments& arguments) {
-  CLI::Option* scene =
-      command.add_option("--scene", arguments.scene, "scene by name, or a scene file");
-  CLI::Option* from_session =
-      command
-          .add_flag("--scene-from-session", arguments.scene_from_session,
-                    "go by the session's scene: from this machine, or fetched from a peer")
-          ->excludes(scene);
+void AddShareOptions(CLI::App& command, PeerArguments& arguments) {
+  command.add_flag("!--no-share-scene", arguments.share_scene,
+                   "hand the scene's files to nobody; otherwise a joiner who lacks them gets them");
   command
-      .add_flag("--accept-scene", arguments.accept_scene,
-                "fetch the session's scene from a peer without asking")
-      ->needs(from_session);
-  command
-      .add_option("--scene-limit-mb", arguments.scene_limit_mb,
-                  "MB of files that a fetched scene may have")
-      ->check(WholeNumberFrom(1, 65536))
-      ->needs(from_session)
+      .add_option("--share-rate-mb", arguments.share_rate_mb,
+                  "MB a second of these files that are sent at the most")
+      ->check(NumberFrom(0.1, 1000))
       ->capture_default_str();
 }
 
@@ -162,9 +152,29 @@ void AddControlOptions(CLI::App& command, PeerArguments& arguments) {
 
 }  // namespace
 
+void AddSceneFetchOptions(CLI::App& command, CLI::Option* scene, bool& from_session, bool& accept,
+                          std::uint64_t& limit_mb) {
+  CLI::Option* sought =
+      command
+          .add_flag("--scene-from-session", from_session,
+                    "go by the session's scene: from this machine, or fetched from a peer")
+          ->excludes(scene);
+  command
+      .add_flag("--accept-scene", accept, "fetch the session's scene from a peer without asking")
+      ->needs(sought);
+  command.add_option("--scene-limit-mb", limit_mb, "MB of files that a fetched scene may have")
+      ->check(WholeNumberFrom(1, 65536))
+      ->needs(sought)
+      ->capture_default_str();
+}
+
 void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   AddSessionOption(command, arguments.session, "name of the session to join")->required();
-  AddSceneOptions(command, arguments);
+  CLI::Option* scene =
+      command.add_option("--scene", arguments.scene, "scene by name, or a scene file");
+  AddSceneFetchOptions(command, scene, arguments.scene_from_session, arguments.accept_scene,
+                       arguments.scene_limit_mb);
+  AddShareOptions(command, arguments);
   command
       .add_option("--role", arguments.role,
                   "active: simulates and may hold bodies; viewer: looks on, as tandem watch")

@@ -24,6 +24,8 @@ struct PeerArguments {
   bool scene_from_session = false;      // the session's scene, wherever its files are
   bool accept_scene = false;            // fetch its files from a peer without asking the person
   std::uint64_t scene_limit_mb = 1024;  // most that is fetched
+  bool share_scene = true;              // hand the scene's files to joiners who lack them
+  double share_rate_mb = 7;             // MB a second of them, to all joiners together
   std::string role = "active";
   std::string hold;
   std::string hand;
@@ -69,6 +71,10 @@ struct PeerArguments {
 inline bool HasDeviceProcess(const PeerArguments& arguments) {
   return arguments.device != "scripted" && arguments.device != "none";
 }
+
+/// Adds --scene-from-session, --accept-scene and --scene-limit-mb, in place of the option `scene`.
+void AddSceneFetchOptions(CLI::App& command, CLI::Option* scene, bool& from_session, bool& accept,
+                          std::uint64_t& limit_mb);
 
 void AddPeerOptions(CLI::App& command, PeerArguments& arguments);
 

@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <string>
 
+#include "app/program_folders.h"
 #include "engine/base/result.h"
 #include "engine/world/world_model.h"
 
@@ -18,8 +19,5 @@ const VoxelCache* ProgramCache();
 
 /// LoadWorld() with that folder. Says so on stderr where it takes longer than ten seconds.
 Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene, LoadOptions options = {});
-
-/// "512M" as bytes: a whole number, and K, M or G of 1024. Nothing for any other text.
-std::optional<std::uint64_t> BytesOf(const std::string& text);
 
 }  // namespace tandem

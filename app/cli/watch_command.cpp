@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "app/cli/news_limiter.h"
+#include "app/cli/peer_options.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -220,6 +221,14 @@ int WatchCommand(const WatchOptions& asked) {
   }
   const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
+  if (options.scene_from_session) {
+    SessionSceneOptions sought =
+        SceneSearchOptions(options.session, *id, Role::kViewer, options.reach, options.fetch);
+    sought.from_relay = options.from_relay;
+    const SessionScene found = FindSessionScene(sought);
+    if (!found.fault.empty()) return Fail(found.exit_code, found.fault);
+    options.scene = found.file.string();
+  }
   std::optional<OwnScene> own;
   if (!options.scene.empty()) {
     Result<Scene> scene = LoadNamedScene(options.scene);
@@ -303,8 +312,10 @@ void AddWatchCommand(CLI::App& app, int& exit_code) {
   options->name = "watch-" + std::to_string(getpid());
   CLI::App* command = app.add_subcommand("watch", "Look on at a session without a window");
   AddSessionOption(*command, options->session, "name of the session")->required();
-  command->add_option("--scene", options->scene,
-                      "compare this scene with the session's: its name or file");
+  CLI::Option* scene = command->add_option(
+      "--scene", options->scene, "compare this scene with the session's: its name or file");
+  AddSceneFetchOptions(*command, scene, options->scene_from_session, options->fetch.accept,
+                       options->fetch.limit_mb);
   command->add_option("--name", options->name, "how others see you");
   AddReachOptions(*command, options->reach);
   command->add_option("--seconds", options->seconds, "leave after this; 0: on a signal")

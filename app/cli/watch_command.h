@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/cli/scene_consent.h"
 #include "app/reach/reach_options.h"
 
 namespace tandem {
@@ -12,6 +13,8 @@ namespace tandem {
 struct WatchOptions {
   std::string session;
   std::string scene;  // to be compared with the session's; empty: no comparison
+  bool scene_from_session = false;  // has the scene at hand, fetched where it is not here
+  SceneFetchOptions fetch;
   std::string name;
   ReachOptions reach;
   double seconds = 0;  // 0: until a signal comes

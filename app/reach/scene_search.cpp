@@ -63,6 +63,14 @@ std::vector<fs::path> FoldersWithScenes() {
   return folders;
 }
 
+std::optional<SceneStore> FetchedScenes() {
+  const fs::path cache = CacheFolder();
+  if (cache.empty()) return std::nullopt;
+  std::error_code failed;
+  const fs::path absolute = fs::absolute(cache, failed);
+  return failed ? std::nullopt : std::optional<SceneStore>(absolute / "fetched");
+}
+
 bool MayBeSceneFile(const fs::path& file) {
   std::error_code unknown;
   if (file.extension() != ".json" || !fs::is_regular_file(file, unknown)) return false;
@@ -73,6 +81,13 @@ std::optional<fs::path> FindScene(const WantedScene& wanted, const std::vector<f
                                   const std::stop_token& stop) {
   if (wanted.open_told && MayBeSceneFile(wanted.file) && Is(wanted.file, wanted)) {
     return wanted.file;
+  }
+  if (const std::optional<SceneStore> fetched = FetchedScenes()) {
+    const fs::path file = fetched->SceneFileOf(wanted.content_hash);
+    if (MayBeSceneFile(file) && Is(file, wanted)) {
+      fetched->Touch(wanted.content_hash);
+      return file;
+    }
   }
   std::vector<fs::path> files;
   for (const fs::path& folder : folders) {

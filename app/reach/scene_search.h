@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "collab/messages.h"
+#include "collab/transfer/scene_store.h"
 
 namespace tandem {
 
@@ -30,9 +31,14 @@ std::vector<std::filesystem::path> FoldersWithScenes();
 /// .json, of 4 MB at the most.
 bool MayBeSceneFile(const std::filesystem::path& file);
 
+/// The scenes that were fetched from sessions, in `fetched` of the cache. Nothing: there is no
+/// cache.
+std::optional<SceneStore> FetchedScenes();
+
 /// Returns the scene file with the wanted content: the one told of, if it is here and may be
-/// opened, else one in the folders, first those of the same file name. Nothing: there is none.
-/// Reads the mesh files of scenes that may be it. `stop`: asks it to give up, between two files.
+/// opened, else one that was fetched, else one in the folders, first those of the same file name.
+/// Nothing: there is none. Reads the mesh files of scenes that may be it. `stop`: asks it to give
+/// up, between two files.
 std::optional<std::filesystem::path> FindScene(const WantedScene& wanted,
                                                const std::vector<std::filesystem::path>& folders,
                                                const std::stop_token& stop = {});

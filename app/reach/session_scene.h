@@ -11,15 +11,31 @@
 
 namespace tandem {
 
+/// A scene that could be fetched, for the person who decides.
+struct SceneOffered {
+  std::string name;  // plain text
+  std::string from;  // the peer's, likewise
+  std::size_t files = 0;
+  std::uint64_t bytes = 0;
+
+  /// "scene bracket, 3 files, 103 MB, from anna"
+  std::string Words() const;
+};
+
 /// Whose scene is sought, and as whom.
 struct SessionSceneOptions {
   std::string session;
   PeerId id = 0;
   Role role = Role::kActive;
   ReachOptions reach;
-  bool from_relay = false;  // look through a relay, which has no files
+  bool from_relay = false;               // look through a relay, which hands out no files
+  std::uint64_t most_bytes = 1U << 30U;  // that are fetched
   /// Says a line to the person.
   std::function<void(const std::string& line)> say;
+  /// Asks the person whether it is to be fetched; empty: yes, else in a line why not.
+  std::function<std::string(const SceneOffered& offered)> refuses;
+  /// Shows how many of the bytes are there. Several times a second.
+  std::function<void(std::uint64_t bytes, std::uint64_t of)> progress;
   std::stop_token stop;
 };
 
@@ -31,7 +47,7 @@ struct SessionScene {
 };
 
 /// Joins the session without a word, hears which scene it goes by, and looks for that scene on this
-/// machine. Has left the session again when it returns.
+/// machine, else fetches it from peers that have it. Has left the session again when it returns.
 SessionScene FindSessionScene(const SessionSceneOptions& options);
 
 }  // namespace tandem

@@ -12,6 +12,7 @@
 #include "collab/dds/cyclone_log.h"
 #include "collab/dds/domain.h"
 #include "collab/dds/fast_reader.h"
+#include "collab/dds/file_thread.h"
 #include "collab/dds/qos.h"
 #include "collab/dds/security.h"
 #include "collab/dds/wire.h"
@@ -96,6 +97,12 @@ class DdsTransport final : public Transport {
                      options_.peer, inbox_, [this](const Seats& seats) {
                        RefreshOwners(seats);
                      });
+    if (options_.files != nullptr && !IsBehindRelay(options_)) {
+      files_ = FileThread::Start(
+          {.participant = participant_.get(), .self = options_.peer, .role = options_.role},
+          *options_.files, inbox_);
+      if (!files_) SayOfDds("scene files cannot be sent or fetched in this session");
+    }
     return std::nullopt;
   }
 
@@ -283,6 +290,7 @@ class DdsTransport final : public Transport {
   // The control thread goes first: it uses the readers.
   void Close() {
     if (participant_.get() > 0) Report();
+    files_.reset();
     control_.reset();
     participant_.Delete();
     domain_.Delete();
@@ -322,6 +330,7 @@ class DdsTransport final : public Transport {
   InfoRoom info_room_;            // of the peer_info being sent
   bool told_of_unheard_ = false;  // the control thread's
   std::optional<ControlThread> control_;
+  std::unique_ptr<FileThread> files_;
 };
 
 }  // namespace

@@ -9,6 +9,8 @@
 
 namespace tandem {
 
+class FileParty;
+
 /// Where and as whom a program enters a session over DDS.
 struct DdsOptions {
   std::string session;  // peers of other sessions are neither seen nor heard
@@ -27,6 +29,9 @@ struct DdsOptions {
   /// Folder of a member's keys: only those whose keys the same authorities signed are met, and
   /// `peer` and `role` must be the keys'. Empty: anyone on the network may listen and take part.
   std::string secure;
+  /// Side of a transfer of the scene's files, which outlives the transport; null: none. Behind a
+  /// relay there is none.
+  FileParty* files = nullptr;
 };
 
 inline constexpr std::size_t kMaxSessionName = 128;  // bytes

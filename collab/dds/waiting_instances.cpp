@@ -41,7 +41,8 @@ bool OnSomeReceiveThread() noexcept {
 std::int64_t MostWaiting(const ddsi_serdata* sample) noexcept {
   const std::string_view type = sample->type->type_name;
   const bool comes_again = type == "tandem::ObjectState" || type == "tandem::LinkedState" ||
-                           type == "tandem::ViewFrame" || type.starts_with("tandem_control::");
+                           type == "tandem::ViewFrame" || type == "tandem::FileAsk" ||
+                           type == "tandem::FilePiece" || type.starts_with("tandem_control::");
   return comes_again ? kMostWaitingInstances : kMostWaitingOfAll;
 }
 

@@ -36,7 +36,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/haptics", {"engine/world", "engine/safety"});
     may_see("collab", {"engine/haptics"});
     may_see("collab/controller", {"collab"});
-    may_see("collab/dds", {"collab", "collab/controller"});
+    may_see("collab/transfer", {"collab"});
+    may_see("collab/dds", {"collab", "collab/controller", "collab/transfer"});
     may_see("collab/simulated", {"collab"});
     may_see("collab/simulated/hands", {"collab/simulated", "collab/controller"});
     may_see("collab/recording", {"collab"});

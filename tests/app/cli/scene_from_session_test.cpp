@@ -1,9 +1,19 @@
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "app/exit_codes.h"
+#include "collab/dds/dds_transport.h"
+#include "collab/early_inbox.h"
+#include "collab/transfer/file_messages.h"
+#include "engine/world/scene_hash.h"
 #include "tests/app/cli/peer_program.h"
 
 // `tandem peer --scene-from-session`: a joiner who names no scene goes by the session's.
@@ -47,6 +57,161 @@ TEST_F(SceneFromSession, FindsTheSceneOnThisMachineByItsContent) {
   EXPECT_THAT(ben.err,
               HasSubstr("the session's scene boxes is on this machine: " + In("one.json")));
   EXPECT_THAT(ben.err, HasSubstr("you hold right"));
+  EXPECT_EQ(anna.End(), kExitOk);
+}
+
+// ben's machine has no such file: anna's scene stays in her folder, which he never opened.
+TEST_F(SceneFromSession, FetchesItFromAPeerOnceThePersonHasSaidSo) {
+  As("anna");
+  Running anna = Start("one", "--name anna --hold left");
+  ASSERT_TRUE(anna.WaitFor("you hold left"));
+  As("ben");
+  const Said asked = RunTandem("peer " + Joining("--name ben"), "timeout 40 ");
+  ExpectRefused(
+      asked, kExitFile,
+      "it can be fetched (scene boxes, 2 files, 1 kB, from anna), and nobody is here to be "
+      "asked: --accept-scene says yes");
+  EXPECT_FALSE(std::filesystem::exists(In("ben.cache/fetched")));
+  const Said small = RunTandem(
+      "peer " + Joining("--name ben --accept-scene --scene-limit-mb 1 --hold right --seconds 0.2"),
+      "timeout 40 ");
+  EXPECT_EQ(small.exit_code, kExitOk) << small.err;
+  EXPECT_THAT(small.err, HasSubstr("fetching scene boxes, 2 files, 1 kB, from anna"));
+  EXPECT_THAT(small.err, HasSubstr("you hold right"));
+  EXPECT_TRUE(anna.WaitFor("a joiner fetches the scene's files from here"));
+  // the next time it is here, by whoever looks for it
+  const Said again =
+      RunTandem("watch --interface lo --scene-from-session --seconds 1.5 --session " + session_,
+                "timeout 40 ");
+  EXPECT_EQ(again.exit_code, kExitOk) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("is on this machine: " + In("ben.cache/fetched/")));
+  EXPECT_THAT(again.err, HasSubstr("it is the scene given with --scene"));
+  const Said listed = RunTandem("cache list");
+  EXPECT_THAT(listed.out, HasSubstr("scene boxes in " + In("ben.cache/fetched/")));
+  EXPECT_EQ(nlohmann::json::parse(RunTandem("cache list --json").out)["fetched_scenes"].size(), 1U);
+  EXPECT_THAT(RunTandem("cache clear").out, HasSubstr("and 1 fetched scene removed"));
+  EXPECT_TRUE(std::filesystem::is_empty(In("ben.cache/fetched")));
+  EXPECT_EQ(anna.End(), kExitOk);
+}
+
+TEST_F(SceneFromSession, IsNotHandedOutByAPeerThatSharesNothing) {
+  As("anna");
+  Running anna = Start("one", "--name anna --no-share-scene");
+  ASSERT_TRUE(anna.WaitFor("is in session"));
+  As("ben");
+  ExpectRefused(RunTandem("peer " + Joining("--accept-scene"), "timeout 40 "), kExitFile,
+                "nobody here hands out the scene's files");
+  EXPECT_EQ(anna.End(), kExitOk);
+}
+
+// 4 MB that no compression makes fewer, by a peer that sends 1 MB a second.
+TEST_F(SceneFromSession, GoesOnWhereAJoinerWasKilledAndWithAnotherPeerWhereOneLeft) {
+  std::string box = testing::BoxObjText(0.02, 0.02, 0.02);
+  std::mt19937_64 random(5);
+  while (box.size() < 4'000'000) {
+    box += "#";
+    for (int i = 0; i < 6; ++i) box += std::to_string(random());
+    box += "\n";
+  }
+  folder_.Write("left.obj", box);
+  As("anna");
+  Running anna = Start("one", "--name anna --share-rate-mb 0.8");
+  Running carl = Start("one", "--name carl --share-rate-mb 0.8");
+  ASSERT_TRUE(anna.WaitFor("is in session"));
+  ASSERT_TRUE(carl.WaitFor("is in session"));
+  As("ben");
+  Running first(Joining("--accept-scene --name ben"), In("first"));
+  ASSERT_TRUE(first.WaitFor("fetching scene boxes, 3 files, 4 MB"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+  first.Kill();
+  first.Wait();
+  EXPECT_THAT(RunTandem("cache list").out, HasSubstr("a part of a scene in "));
+  Running second(Joining("--accept-scene --name ben --hold right --seconds 0.2"), In("second"));
+  ASSERT_TRUE(second.WaitFor("fetching scene boxes"));
+  EXPECT_THAT(second.said(), HasSubstr(" are here already"));
+  const std::string from = second.said().find("from anna") != std::string::npos ? "anna" : "carl";
+  (from == "anna" ? anna : carl).Kill();
+  EXPECT_EQ(second.Wait(), kExitOk) << second.said();
+  EXPECT_THAT(second.said(), HasSubstr("you hold right"));
+  EXPECT_EQ((from == "anna" ? carl : anna).End(), kExitOk);
+}
+
+/// A stranger that asks a peer for pieces as fast as it can, under DDS.
+class Greedy final : public FileParty {
+ public:
+  explicit Greedy(std::uint64_t content_hash) : content_(content_hash) {}
+  bool serves() const override { return false; }
+  void OnPiece(const FilePiece& piece, std::int64_t) override {
+    if (piece.kind == FileAsk::Kind::kOffer) list_ = piece.list;
+    bytes += piece.bytes.size();
+  }
+  std::int64_t Turn(std::int64_t now_ns, const Out& out) override {
+    FileAsk ask;
+    ask.from = 5;
+    ask.content_hash = content_;
+    ask.kind = turns_ < 100 ? FileAsk::Kind::kOffer : FileAsk::Kind::kFiles;
+    ask.list = list_;
+    ask.first = (turns_ % 7) * 17;
+    ask.wanted.set();
+    ask.rate = UINT32_MAX;
+    out.ask(ask);
+    // paced until it has been offered something: beyond its rate nobody hears it
+    return ++turns_ < 100 ? now_ns + 30'000'000 : now_ns + 100'000;
+  }
+  std::atomic<std::uint64_t> bytes{0};
+
+ private:
+  const std::uint64_t content_;
+  FileDigest list_{};
+  std::uint32_t turns_ = 0;
+};
+
+TEST_F(SceneFromSession, AStrangerWhoAsksWithoutEndIsNotHeardForAWhileAndFillsNothing) {
+  As("anna");
+  Running anna = Start("one", "--name anna --hold left --report " + In("report"));
+  ASSERT_TRUE(anna.WaitFor("you hold left"));
+  const Result<Scene> scene = LoadScene(In("one.json"));
+  ASSERT_TRUE(scene);
+  const Result<SceneHash> hash = HashScene(*scene);
+  ASSERT_TRUE(hash);
+  Greedy greedy(hash->content);
+  EarlyInbox ears;
+  DdsOptions options;
+  options.session = session_;
+  options.peer = 5;
+  options.interface = "lo";
+  options.files = &greedy;
+  auto joined = JoinOverDds(options, ears);
+  ASSERT_TRUE(joined) << joined.error().what;
+  ASSERT_TRUE(anna.WaitFor("a joiner fetches the scene's files from here"));
+  const long before_kb = std::stol(anna.Memory("VmRSS"));
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  // 512 kB: what one thread's heap takes at a time
+  EXPECT_LT(std::stol(anna.Memory("VmRSS")), before_kb + 512);
+  EXPECT_GT(greedy.bytes, 0U);
+  (*joined)->Leave();
+  EXPECT_EQ(anna.End(), kExitOk);
+  const nlohmann::json report = nlohmann::json::parse(std::ifstream(In("report")), nullptr, false);
+  EXPECT_GT(report.at("drops").at("flood").get<int>(), 1000);
+}
+
+// Keys as they always were: a viewer's allow no topic of files, and it asks by another.
+TEST_F(SceneFromSession, MembersOfASecuredSessionFetchAndViewersToo) {
+  As("anna");
+  for (const std::string words : {"session ", "peer ", "viewer "}) {
+    const std::string name = words == "peer " ? " anna" : words == "viewer " ? " vera" : "";
+    const Said made = RunTandem("keys " + words + In("keys") + name);
+    ASSERT_EQ(made.exit_code, kExitOk) << made.err;
+  }
+  Running anna = Start("one", "--hold left --secure " + In("keys/anna"));
+  ASSERT_TRUE(anna.WaitFor("you hold left"));
+  As("vera");
+  const Said vera =
+      RunTandem("watch --interface lo --scene-from-session --accept-scene --seconds 0.5 --secure " +
+                    In("keys/vera") + " --session " + session_,
+                "timeout 40 ");
+  EXPECT_EQ(vera.exit_code, kExitOk) << vera.err;
+  EXPECT_THAT(vera.err, HasSubstr("fetched scene boxes in "));
   EXPECT_EQ(anna.End(), kExitOk);
 }
 

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include <pthread.h>
+
+#include "collab/dds/dds_api.h"
+#include "collab/dds/partitions.h"
+#include "collab/messages.h"
+#include "collab/transfer/file_messages.h"
+#include "collab/transport.h"
+
+namespace tandem {
+
+/// Gives a FileParty the topics file/ask and file/piece of a session, on a thread of its own below
+/// the priority of all others. A writer's samples count as its peer's only if they come by that
+/// peer's partition. What is more than a sound program asks for is not heard (WriterGate).
+class FileThread {
+ public:
+  struct Options {
+    dds_entity_t participant = 0;
+    PeerId self = 0;
+    Role role = Role::kActive;
+  };
+
+  /// Null: the topics cannot be had, for keys do not allow them or DDS has no more.
+  static std::unique_ptr<FileThread> Start(const Options& options, FileParty& party, Inbox& inbox);
+  /// Stops.
+  ~FileThread();
+  FileThread(const FileThread&) = delete;
+  FileThread& operator=(const FileThread&) = delete;
+
+ private:
+  FileThread(const Options& options, FileParty& party, Inbox& inbox);
+  bool Open();
+  dds_entity_t Reader(dds_entity_t topic, const char* partition);
+  dds_entity_t Writer(dds_entity_t topic);
+  void Run();
+  template <typename Wire, typename Message, typename Use>
+  void TakeAll(dds_entity_t reader, Message& message, const Use& use);
+  const WriterFacts& Facts(dds_entity_t reader, dds_instance_handle_t writer);
+  void Send(const FileAsk& ask) const;
+  void Send(const FilePiece& piece) const;
+  std::size_t Listeners() const;
+
+  const Options options_;
+  FileParty& party_;
+  Inbox& inbox_;
+  const dds_entity_t stop_;
+  std::vector<dds_entity_t> readers_;
+  dds_entity_t ask_writer_ = 0;
+  dds_entity_t piece_writer_ = 0;
+  std::map<dds_instance_handle_t, WriterFacts> facts_;
+  FileAsk ask_;
+  FilePiece piece_;
+  bool runs_ = false;
+  pthread_t thread_{};
+};
+
+}  // namespace tandem

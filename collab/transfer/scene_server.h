@@ -1,0 +1,88 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "collab/transfer/file_messages.h"
+#include "collab/transfer/scene_files.h"
+#include "collab/transfer/scene_list.h"
+
+namespace tandem {
+
+/// Hands the files of a session's scene to those who ask, at a limited rate for all of them
+/// together. Whoever asks takes a bounded place here, whatever it asks for: kMostAskers programs,
+/// kMostWaiting pieces of each. They are served in turn. A program that has not asked for kForgetNs
+/// loses its place; until then nobody else gets it.
+class SceneServer : public FileParty {
+ public:
+  static constexpr std::size_t kMostAskers = 16;
+  static constexpr std::size_t kMostWaiting = 512;
+  static constexpr std::int64_t kForgetNs = 2'000'000'000;
+  static constexpr std::int64_t kOffersPerSecond = 20;
+  static constexpr std::uint64_t kDefaultRate = 7'000'000;  // bytes/s
+
+  /// `open`: opens the files, when the first program asks.
+  using Open = std::function<Result<SceneFiles>(const std::atomic<bool>& stop)>;
+  /// `rate`: bytes/s.
+  SceneServer(PeerId self, std::uint64_t content_hash, Open open, std::uint64_t rate);
+
+  bool serves() const override { return true; }
+  void OnAsk(const FileAsk& ask, std::int64_t now_ns) override;
+  std::int64_t Turn(std::int64_t now_ns, const Out& out) override;
+  void Stop() override { stop_.store(true); }
+
+  /// What a person here should know, once each; empty: nothing. From any thread.
+  std::string TakeNews();
+  std::size_t askers() const noexcept { return askers_.size(); }
+  std::size_t waiting() const noexcept;  // pieces, of all askers
+
+ private:
+  struct Asker {
+    std::uint64_t program = 0;
+    PeerId peer = 0;
+    FileAsk::Kind kind = FileAsk::Kind::kFiles;
+    std::int64_t heard_ns = 0;
+    std::int64_t room_from_ns = 0;  // when what was sent to it is paid off by its own rate
+    std::uint32_t rate = 0;
+    std::deque<std::uint32_t> waiting;
+    std::set<std::uint32_t> known;  // those that wait
+  };
+
+  bool Ready();
+  void Note(const std::string& line);
+  void Offer(std::int64_t now_ns, const Out& out);
+  Asker* NextAsker(std::int64_t now_ns);
+  /// Sends its next piece; gives the bytes, 0: none was sent.
+  std::size_t Serve(Asker& asker, std::int64_t now_ns, const Out& out);
+
+  const PeerId self_;
+  const std::uint64_t content_hash_;
+  const Open open_;
+  const std::uint64_t rate_;
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> has_news_{false};
+  std::mutex news_mutex_;
+  std::string news_;
+  bool told_ = false;  // that somebody fetches
+  bool opened_ = false;
+  std::optional<SceneFiles> files_;
+  std::vector<char> list_;  // encoded
+  FileDigest list_digest_{};
+  std::vector<Asker> askers_;
+  std::size_t turn_ = 0;            // whose it is
+  std::int64_t room_from_ns_ = 0;   // when all that was sent is paid off
+  std::int64_t offer_from_ns_ = 0;  // likewise, of offers
+  std::optional<PeerId> wants_offer_;
+  PieceCoder coder_;
+  std::vector<char> piece_;
+  FilePiece out_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,349 @@
+#include "collab/transfer/scene_store.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include "collab/transfer/scene_files.h"
+#include "engine/base/regular_file.h"
+
+namespace tandem {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kUnfinished = "unfinished-";
+constexpr std::size_t kMostScenes = 1000;  // of a folder that is looked through
+// what a program left that nobody took up again
+constexpr std::chrono::hours kLeftFor{24 * 7};
+
+std::string Reason(int fault) {
+  return std::generic_category().message(fault);
+}
+
+std::string HexOf(std::uint64_t value) {
+  std::array<char, 17> digits{};
+  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value));
+  return digits.data();
+}
+
+bool IsHex(std::string_view text, std::size_t digits) {
+  return text.size() == digits &&
+         text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+bool IsWholeName(const std::string& name) {
+  return IsHex(name, 16);
+}
+bool IsUnfinishedName(const std::string& name) {
+  return name.starts_with(kUnfinished) &&
+         IsHex(std::string_view(name).substr(std::char_traits<char>::length(kUnfinished)), 64);
+}
+
+/// Whether it is this user's, and nobody else may write to it.
+bool IsOwn(int descriptor, mode_t kind) {
+  struct stat facts {};
+  return fstat(descriptor, &facts) == 0 && (facts.st_mode & S_IFMT) == kind &&
+         facts.st_uid == geteuid() && (facts.st_mode & 0022) == 0;
+}
+
+/// Below a folder that is open, made where there is none. Negative: it is another's, or a link.
+int OpenFolder(int above, const char* name) {
+  if (mkdirat(above, name, 0700) != 0 && errno != EEXIST) return -1;
+  const int folder = openat(above, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (folder < 0 || IsOwn(folder, S_IFDIR)) return folder;
+  close(folder);
+  errno = EACCES;
+  return -1;
+}
+
+/// The folder of all scenes, made where there is none.
+int OpenRoot(const fs::path& folder) {
+  std::error_code failed;
+  fs::create_directories(folder.parent_path(), failed);
+  const int above = open(folder.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (above < 0) return -1;
+  const int root = OpenFolder(above, folder.filename().c_str());
+  const int fault = errno;
+  close(above);
+  errno = fault;
+  return root;
+}
+
+std::uint64_t SizeOf(const fs::path& folder) {
+  std::uint64_t bytes = 0;
+  std::error_code unknown;
+  for (fs::directory_iterator entry(folder, unknown), end; !unknown && entry != end;
+       entry.increment(unknown)) {
+    struct stat facts {};
+    if (lstat(entry->path().c_str(), &facts) == 0 && S_ISREG(facts.st_mode)) {
+      bytes += static_cast<std::uint64_t>(facts.st_blocks) * 512;
+    }
+  }
+  return bytes;
+}
+
+/// Removes a folder that holds files alone, unless a program has the lock of it.
+bool RemoveUnlessHeld(const fs::path& path) {
+  const int folder = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (folder < 0) return false;
+  const bool free = IsOwn(folder, S_IFDIR) && flock(folder, LOCK_EX | LOCK_NB) == 0;
+  std::error_code failed;
+  if (free) fs::remove_all(path, failed);
+  close(folder);
+  return free && !failed;
+}
+
+bool WriteAll(int descriptor, std::span<const char> bytes, std::uint64_t at) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t size =
+        pwrite(descriptor, bytes.data() + done, bytes.size() - done, static_cast<off_t>(at + done));
+    if (size < 0 && errno == EINTR) continue;
+    if (size <= 0) return false;
+    done += static_cast<std::size_t>(size);
+  }
+  return true;
+}
+
+bool ReadAll(int descriptor, std::span<char> bytes, std::uint64_t at) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t size =
+        pread(descriptor, bytes.data() + done, bytes.size() - done, static_cast<off_t>(at + done));
+    if (size < 0 && errno == EINTR) continue;
+    if (size <= 0) return false;
+    done += static_cast<std::size_t>(size);
+  }
+  return true;
+}
+
+/// Makes room for a scene: what nobody took up again, and the scenes whose last use is longest ago.
+void MakeRoom(const SceneStore& store, std::uint64_t wanted, std::uint64_t most_bytes,
+              const std::string& but) {
+  std::vector<FetchedScene> scenes = store.Scenes();
+  std::uint64_t sum = wanted;
+  for (const FetchedScene& scene : scenes) sum += scene.bytes;
+  const auto now = fs::file_time_type::clock::now();
+  for (auto scene = scenes.rbegin(); scene != scenes.rend(); ++scene) {
+    if (scene->folder.filename() == but) continue;
+    const bool left = !scene->whole && now - scene->used > kLeftFor;
+    if (!left && sum <= most_bytes) continue;
+    if (RemoveUnlessHeld(scene->folder)) sum -= std::min(sum, scene->bytes);
+  }
+}
+
+}  // namespace
+
+fs::path SceneStore::SceneFileOf(std::uint64_t content_hash) const {
+  return folder_ / HexOf(content_hash) / kSceneFile;
+}
+
+std::vector<FetchedScene> SceneStore::Scenes() const {
+  std::vector<FetchedScene> scenes;
+  std::error_code unreadable;
+  for (fs::directory_iterator entry(folder_, unreadable), end; !unreadable && entry != end;
+       entry.increment(unreadable)) {
+    const std::string name = entry->path().filename().string();
+    const bool whole = IsWholeName(name);
+    std::error_code unknown;
+    const bool is_folder =
+        fs::symlink_status(entry->path(), unknown).type() == fs::file_type::directory;
+    if ((!whole && !IsUnfinishedName(name)) || !is_folder) continue;
+    const auto used = fs::last_write_time(entry->path(), unknown);
+    if (unknown) continue;
+    scenes.push_back({entry->path(), SizeOf(entry->path()), used, whole});
+    if (scenes.size() == kMostScenes) break;
+  }
+  std::ranges::sort(scenes, std::greater(), &FetchedScene::used);
+  return scenes;
+}
+
+std::size_t SceneStore::Clear() const {
+  std::size_t removed = 0;
+  for (const FetchedScene& scene : Scenes()) {
+    if (RemoveUnlessHeld(scene.folder)) ++removed;
+  }
+  return removed;
+}
+
+void SceneStore::Touch(std::uint64_t content_hash) const {
+  std::error_code ignored;
+  fs::last_write_time(folder_ / HexOf(content_hash), fs::file_time_type::clock::now(), ignored);
+}
+
+Result<UnfinishedScene> UnfinishedScene::Open(const SceneStore& store, const SceneList& list,
+                                              const FileDigest& digest, const Limits& limits,
+                                              bool& busy) {
+  busy = false;
+  const fs::path& root = store.folder();
+  const std::string shown = PlainLine(root.string());
+  const int root_folder = OpenRoot(root);
+  if (root_folder < 0) {
+    return Error{shown + ": cannot be used for scenes from sessions: " + Reason(errno) +
+                 "; it must be a folder of yours that others cannot write to"};
+  }
+  const std::string name = kUnfinished + tandem::HexOf(digest);
+  int folder = -1;
+  // who removes what is left over has the lock for a moment, and the folder is gone then
+  for (int tries = 0; tries < 3 && folder < 0; ++tries) {
+    folder = OpenFolder(root_folder, name.c_str());
+    if (folder < 0) break;
+    if (flock(folder, LOCK_EX | LOCK_NB) != 0) {
+      busy = errno == EWOULDBLOCK;
+      close(folder);
+      close(root_folder);
+      return Error{busy ? "another program on this machine fetches this scene now"
+                        : shown + ": its disk knows no locks: set TANDEM_CACHE to another folder"};
+    }
+    struct stat facts {};
+    if (fstat(folder, &facts) != 0 || facts.st_nlink == 0) {
+      close(folder);
+      folder = -1;
+    }
+  }
+  if (folder < 0) {
+    const std::string why = Reason(errno);
+    close(root_folder);
+    return Error{shown + ": a folder in it cannot be made or used: " + why};
+  }
+  UnfinishedScene scene(root, list, name, root_folder, folder);
+  const std::uint64_t total = list.total_bytes();
+  MakeRoom(store, total, limits.most_bytes, name);
+  if (total > limits.most_bytes) {
+    scene.Remove();
+    return Error{"the scene is larger than the " + std::to_string(limits.most_bytes / 1'000'000) +
+                 " MB of the cache: TANDEM_CACHE_LIMIT allows more"};
+  }
+  struct statvfs disk {};
+  const std::uint64_t held = SizeOf(root / name);
+  if (fstatvfs(folder, &disk) == 0 &&
+      std::uint64_t{disk.f_bavail} * disk.f_frsize + held < total + limits.spare_bytes) {
+    if (held == 0) scene.Remove();
+    return Error{shown + ": its disk has no room for " + std::to_string(total / 1'000'000 + 1) +
+                 " MB: free some, or set TANDEM_CACHE to a folder of another disk"};
+  }
+  if (const auto failed = scene.OpenFiles()) {
+    scene.Remove();
+    return *failed;
+  }
+  return scene;
+}
+
+std::optional<Error> UnfinishedScene::OpenFiles() {
+  for (std::size_t f = 0; f < list_.files.size(); ++f) {
+    const ListedFile& file = list_.files[f];
+    // the scene file as it was sent is no scene of this machine
+    names_.push_back(f == 0 ? "sent" : tandem::HexOf(file.digest) + file.kind);
+    const int opened = openat(folder_, names_.back().c_str(),
+                              O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600);
+    struct stat facts {};
+    const bool own = opened >= 0 && IsOwn(opened, S_IFREG) && fstat(opened, &facts) == 0 &&
+                     facts.st_nlink == 1 && static_cast<std::uint64_t>(facts.st_size) <= file.bytes;
+    if (opened >= 0) files_.push_back(opened);
+    if (!own) {
+      return Error{PlainLine((root_ / name_).string()) +
+                   ": what is left there of an earlier run is damaged: join again"};
+    }
+  }
+  return std::nullopt;
+}
+
+UnfinishedScene::UnfinishedScene(UnfinishedScene&& other) noexcept
+    : root_(std::move(other.root_)),
+      list_(std::move(other.list_)),
+      name_(std::move(other.name_)),
+      root_folder_(std::exchange(other.root_folder_, -1)),
+      folder_(std::exchange(other.folder_, -1)),
+      files_(std::exchange(other.files_, {})),
+      names_(std::move(other.names_)) {}
+
+UnfinishedScene::~UnfinishedScene() {
+  for (const int file : files_) close(file);
+  if (folder_ >= 0) close(folder_);
+  if (root_folder_ >= 0) close(root_folder_);
+}
+
+bool UnfinishedScene::Read(const PiecePlace& place, std::span<char> piece) {
+  return ReadAll(files_[place.file], piece, place.at);
+}
+
+bool UnfinishedScene::Write(const PiecePlace& place, std::span<const char> piece) {
+  return WriteAll(files_[place.file], piece, place.at);
+}
+
+Result<fs::path> UnfinishedScene::WriteScene() {
+  std::string sent;
+  std::vector<char> block(1U << 20U);
+  for (std::size_t f = 0; f < list_.files.size(); ++f) {
+    const ListedFile& file = list_.files[f];
+    RunningDigest digest;
+    for (std::uint64_t at = 0; at < file.bytes; at += block.size()) {
+      const auto bytes =
+          static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), file.bytes - at));
+      const std::span<char> part(block.data(), bytes);
+      if (!ReadAll(files_[f], part, at)) return Error{"a file of the scene cannot be read back"};
+      digest.Add(part);
+      if (f == 0) sent.append(part.data(), part.size());
+    }
+    if (digest.Value() != file.digest) {
+      return Error{"a file of the scene is not the one that was listed"};
+    }
+  }
+  const Result<std::string> scene = ArrivedScene(sent, names_);
+  if (!scene) return scene.error();
+  unlinkat(folder_, SceneStore::kSceneFile, 0);
+  const int file = openat(folder_, SceneStore::kSceneFile,
+                          O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+  const bool written = file >= 0 && WriteAll(file, *scene, 0) && fsync(file) == 0;
+  if (file >= 0) close(file);
+  if (!written) return Error{"the scene file cannot be written: " + Reason(errno)};
+  return root_ / name_ / SceneStore::kSceneFile;
+}
+
+Result<fs::path> UnfinishedScene::Commit(std::uint64_t content_hash) {
+  const std::string whole = HexOf(content_hash);
+  int fault = 0;
+  for (const int file : files_) {
+    if (fault == 0 && fsync(file) != 0 && errno != EINVAL) fault = errno;
+  }
+  unlinkat(folder_, names_.front().c_str(), 0);
+  if (fault == 0 && fsync(folder_) != 0 && errno != EINVAL) fault = errno;
+  if (fault == 0 && renameat(root_folder_, name_.c_str(), root_folder_, whole.c_str()) != 0) {
+    fault = errno;
+  }
+  if (fault == ENOTEMPTY || fault == EEXIST) {
+    // what was there was not found to be the scene, or came meanwhile: it is held by nobody
+    RemoveUnlessHeld(root_ / whole);
+    fault = renameat(root_folder_, name_.c_str(), root_folder_, whole.c_str()) == 0 ? 0 : errno;
+  }
+  if (fault != 0) {
+    Remove();
+    return Error{PlainLine(root_.string()) + ": the scene cannot be put there: " + Reason(fault)};
+  }
+  fsync(root_folder_);
+  // in its place it is held by nobody
+  close(std::exchange(folder_, -1));
+  return root_ / whole / SceneStore::kSceneFile;
+}
+
+void UnfinishedScene::Remove() {
+  // by names of ours alone: nothing else is there
+  for (const std::string& name : names_) unlinkat(folder_, name.c_str(), 0);
+  unlinkat(folder_, SceneStore::kSceneFile, 0);
+  if (unlinkat(root_folder_, name_.c_str(), AT_REMOVEDIR) != 0 && errno == ENOTEMPTY) {
+    std::error_code ignored;
+    fs::remove_all(root_ / name_, ignored);
+  }
+}
+
+}  // namespace tandem

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "collab/transfer/scene_fetch.h"
+#include "collab/transfer/scene_list.h"
+#include "engine/base/result.h"
+
+namespace tandem {
+
+/// A scene that was fetched from a session, or a part of one.
+struct FetchedScene {
+  std::filesystem::path folder;
+  std::uint64_t bytes = 0;
+  std::filesystem::file_time_type used;  // last
+  bool whole = true;                     // else what is left of a run that ended early
+};
+
+/// The folder of all fetched scenes. Every name in it is made here, of digests: no name that comes
+/// over the network becomes a path. A folder or file that is not the user's own, that others may
+/// write to, or that is a link is not used.
+///
+/// A scene is in the folder of its content hash, as `scene.json` and files named after their
+/// digests. It is written beside that, in a folder named after its list of files, which a lock
+/// keeps for one program at a time. So the next program goes on where one was killed.
+class SceneStore {
+ public:
+  static constexpr const char* kSceneFile = "scene.json";
+
+  explicit SceneStore(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  const std::filesystem::path& folder() const noexcept { return folder_; }
+  /// Where the scene file of that content is, whether it is there or not.
+  std::filesystem::path SceneFileOf(std::uint64_t content_hash) const;
+  /// All that is there, the last used first.
+  std::vector<FetchedScene> Scenes() const;
+  /// Removes all but what a program writes now; gives how many scenes.
+  std::size_t Clear() const;
+  /// Notes that the scene is in use.
+  void Touch(std::uint64_t content_hash) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// The files of a scene on their way into a store.
+class UnfinishedScene final : public PieceStore {
+ public:
+  struct Limits {
+    std::uint64_t most_bytes = 0;             // of all scenes of the store: those last used go
+    std::uint64_t spare_bytes = 256U << 20U;  // of the disk, that stay free
+  };
+
+  /// Makes its folder, or takes up that of a program which ended. The error is a line: another
+  /// program has it now (`busy`), the disk is too full, the folder is not the user's alone.
+  static Result<UnfinishedScene> Open(const SceneStore& store, const SceneList& list,
+                                      const FileDigest& digest, const Limits& limits, bool& busy);
+  UnfinishedScene(UnfinishedScene&& other) noexcept;
+  UnfinishedScene& operator=(UnfinishedScene&&) = delete;
+  /// Leaves what is there for the next run.
+  ~UnfinishedScene() override;
+
+  bool Read(const PiecePlace& place, std::span<char> piece) override;
+  bool Write(const PiecePlace& place, std::span<const char> piece) override;
+
+  /// Checks the digests of all files, and writes the scene file by the names that they have here.
+  /// Gives its path, in the unfinished folder: only now may it be read.
+  Result<std::filesystem::path> WriteScene();
+  /// Waits until the disk has all, and puts the scene into its place. Gives the scene file's path.
+  Result<std::filesystem::path> Commit(std::uint64_t content_hash);
+  /// Removes all of it.
+  void Remove();
+
+ private:
+  UnfinishedScene(std::filesystem::path root, SceneList list, std::string name, int root_folder,
+                  int folder)
+      : root_(std::move(root)),
+        list_(std::move(list)),
+        name_(std::move(name)),
+        root_folder_(root_folder),
+        folder_(folder) {}
+  std::optional<Error> OpenFiles();
+
+  std::filesystem::path root_;
+  SceneList list_;
+  std::string name_;      // of the folder, below root_
+  int root_folder_ = -1;  // descriptors
+  int folder_ = -1;       // with the lock
+  std::vector<int> files_;
+  std::vector<std::string> names_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,331 @@
+#include "collab/transfer/scene_store.h"
+
+#include <fstream>
+#include <optional>
+#include <set>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/collab/transfer/transfer_bench.h"
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using testing::NoiseBytes;
+
+constexpr std::uint64_t kPlenty = 1U << 30U;
+
+std::string TextOf(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// A store below `cache` of a folder, and all that is in that folder.
+class Store : public ::testing::Test {
+ protected:
+  ScratchFolder folder_;
+  const SceneStore store_{folder_.path() / "cache" / "fetched"};
+  const std::string mesh_ = NoiseBytes(100'000, 1);
+
+  /// The list of these files; the first is the scene file.
+  static SceneList ListOf(const std::vector<std::string>& files) {
+    SceneList list;
+    for (const std::string& text : files) {
+      ListedFile file{list.files.empty() ? ".json" : ".stl", text.size(), FileDigestOf(text), {}};
+      for (std::size_t at = 0; at < text.size(); at += kPieceBytes) {
+        file.pieces.push_back(FileDigestOf(std::string_view(text).substr(at, kPieceBytes)));
+      }
+      list.files.push_back(std::move(file));
+    }
+    return list;
+  }
+  Result<UnfinishedScene> Open(const SceneList& list, std::uint64_t most_bytes = kPlenty) {
+    return UnfinishedScene::Open(store_, list, FileDigestOf(Encode(list)),
+                                 {.most_bytes = most_bytes, .spare_bytes = 0}, busy_);
+  }
+  static void Fill(UnfinishedScene& scene, const std::vector<std::string>& files) {
+    for (std::size_t f = 0; f < files.size(); ++f) {
+      for (std::size_t at = 0; at < files[f].size(); at += kPieceBytes) {
+        const std::string_view piece = std::string_view(files[f]).substr(at, kPieceBytes);
+        EXPECT_TRUE(scene.Write({f, 0, at, piece.size()}, piece));
+      }
+    }
+  }
+  /// What becomes of a scene file that a stranger sent: why it is refused, or its path here.
+  std::string Arrives(const std::string& scene_file) {
+    const std::vector<std::string> files{scene_file, mesh_};
+    Result<UnfinishedScene> scene = Open(ListOf(files));
+    if (!scene) return scene.error().what;
+    Fill(*scene, files);
+    const Result<fs::path> written = scene->WriteScene();
+    const std::string answer = written ? written->string() : written.error().what;
+    if (!written) scene->Remove();
+    return answer;
+  }
+  std::set<std::string> All() const {
+    std::set<std::string> all;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_.path())) {
+      all.insert(entry.path().lexically_relative(folder_.path()).string());
+    }
+    return all;
+  }
+  static std::string SceneWith(const std::string& mesh) {
+    return R"({"name": "s", "voxel_m": 0.001, "bodies": [{"name": "b", "mass_kg": 1, "mesh": )" +
+           mesh + "}]}";
+  }
+
+  bool busy_ = false;
+};
+
+TEST_F(Store, PutsASceneInItsPlaceUnderNamesOfItsOwn) {
+  const std::vector<std::string> files{SceneWith(R"("file:1")"), mesh_};
+  Result<UnfinishedScene> scene = Open(ListOf(files));
+  ASSERT_TRUE(scene) << scene.error().what;
+  Fill(*scene, files);
+  ASSERT_TRUE(scene->WriteScene());
+  const Result<fs::path> placed = scene->Commit(0xABC);
+  ASSERT_TRUE(placed) << placed.error().what;
+  EXPECT_EQ(*placed, store_.SceneFileOf(0xABC));
+  const Result<Scene> loaded = LoadScene(*placed);
+  ASSERT_TRUE(loaded) << loaded.error().what;
+  EXPECT_EQ(loaded->bodies[0].mesh.filename(), HexOf(FileDigestOf(mesh_)) + ".stl");
+  EXPECT_EQ(TextOf(loaded->bodies[0].mesh), mesh_);
+  const std::string place = "cache/fetched/0000000000000abc";
+  EXPECT_THAT(
+      All(), ::testing::UnorderedElementsAre("cache", "cache/fetched", place, place + "/scene.json",
+                                             place + "/" + HexOf(FileDigestOf(mesh_)) + ".stl"));
+  struct stat facts {};
+  ASSERT_EQ(stat(loaded->bodies[0].mesh.c_str(), &facts), 0);
+  EXPECT_EQ(facts.st_mode & 0777U, 0600U);
+  ASSERT_EQ(stat(store_.folder().c_str(), &facts), 0);
+  EXPECT_EQ(facts.st_mode & 0777U, 0700U);
+  ASSERT_EQ(store_.Scenes().size(), 1U);
+  EXPECT_TRUE(store_.Scenes()[0].whole);
+  EXPECT_EQ(store_.Clear(), 1U);
+  EXPECT_THAT(All(), ::testing::UnorderedElementsAre("cache", "cache/fetched"));
+}
+
+TEST_F(Store, NoNameOfAStrangerBecomesAPath) {
+  const fs::path secret = folder_.Write("secret.stl", "solid secret");
+  fs::create_directories(store_.folder());
+  fs::permissions(store_.folder(), fs::perms::owner_all);
+  const std::set<std::string> before = All();
+  for (const std::string& mesh : std::vector<std::string>{"\"" + secret.string() + "\"",
+                                                          R"("../../secret.stl")",
+                                                          R"("../secret.stl")",
+                                                          R"("secret.stl")",
+                                                          R"("/etc/passwd")",
+                                                          R"("file:0")",
+                                                          R"("file:2")",
+                                                          R"("file:01")",
+                                                          R"("file:1 ")",
+                                                          R"("file:1/../../x")",
+                                                          R"("file:-1")",
+                                                          R"("file:99999999999999999999")",
+                                                          R"("FILE:1")",
+                                                          "\"file:1\\n\"",
+                                                          "\"file:1\\u0000\"",
+                                                          R"("scene.json")",
+                                                          R"("sent")",
+                                                          R"("")",
+                                                          "1",
+                                                          "null",
+                                                          R"(["file:1"])",
+                                                          R"({"a": "file:1"})"}) {
+    EXPECT_THAT(Arrives(SceneWith(mesh)), HasSubstr("refused: a mesh that is none of its files"))
+        << mesh;
+    EXPECT_EQ(All(), before) << mesh;
+  }
+}
+
+TEST_F(Store, ASceneFileThatIsNoneIsRefusedAndLeavesNothing) {
+  fs::create_directories(store_.folder());
+  fs::permissions(store_.folder(), fs::perms::owner_all);
+  const std::set<std::string> before = All();
+  std::string deep;
+  for (int i = 0; i < 100'000; ++i) deep += "[";
+  std::string many = R"({"bodies": [)";
+  for (int i = 0; i < 1'500'000; ++i) many += "0,";
+  for (const std::string& text :
+       {std::string("{"), std::string("[]"), std::string("\"file:1\""), deep, many + "0]}",
+        std::string(R"({"bodies": {}})"), std::string(R"({"bodies": [1]})"),
+        std::string(R"({"bodies": [{}]})"), SceneWith("\"file:1\", \"mesh\": \"/etc/passwd\""),
+        R"({"bodies": [{"mesh": "file:1"}], "hands": [{"body": "b", "file": "/etc/passwd"}]})" +
+            std::string()}) {
+    const std::string said = Arrives(text);
+    EXPECT_THAT(said, HasSubstr("the scene file that was sent")) << text.substr(0, 60);
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 0);
+    EXPECT_EQ(All(), before) << text.substr(0, 60);
+  }
+}
+
+TEST_F(Store, AFileThatIsNotTheOneListedIsRefused) {
+  const std::vector<std::string> files{SceneWith(R"("file:1")"), mesh_};
+  SceneList list = ListOf(files);
+  // each piece may be as its digest says, and the file be another
+  list.files[1].digest[0] ^= 1;
+  Result<UnfinishedScene> scene = Open(list);
+  ASSERT_TRUE(scene);
+  Fill(*scene, files);
+  const Result<fs::path> written = scene->WriteScene();
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().what, HasSubstr("is not the one that was listed"));
+}
+
+TEST_F(Store, FollowsNoLink) {
+  const std::vector<std::string> files{SceneWith(R"("file:1")"), mesh_};
+  const SceneList list = ListOf(files);
+  const fs::path outside = folder_.path() / "outside";
+  fs::create_directories(outside);
+  fs::create_directories(store_.folder());
+  fs::permissions(store_.folder(), fs::perms::owner_all);
+  const fs::path unfinished = store_.folder() / ("unfinished-" + HexOf(FileDigestOf(Encode(list))));
+  // the folder is a link
+  fs::create_directory_symlink(outside, unfinished);
+  EXPECT_FALSE(Open(list));
+  fs::remove(unfinished);
+  // a file of it is one
+  fs::create_directory(unfinished);
+  fs::permissions(unfinished, fs::perms::owner_all);
+  const fs::path target = folder_.Write("target", "untouched");
+  const fs::path file = unfinished / (HexOf(FileDigestOf(mesh_)) + ".stl");
+  fs::create_symlink(target, file);
+  EXPECT_FALSE(Open(list));
+  EXPECT_EQ(TextOf(target), "untouched");
+  // or another name of a file elsewhere
+  fs::create_directory(unfinished);
+  fs::permissions(unfinished, fs::perms::owner_all);
+  fs::create_hard_link(target, file);
+  EXPECT_FALSE(Open(list));
+  EXPECT_EQ(TextOf(target), "untouched");
+  // or a pipe
+  fs::create_directory(unfinished);
+  fs::permissions(unfinished, fs::perms::owner_all);
+  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  EXPECT_FALSE(Open(list));
+  EXPECT_TRUE(fs::is_empty(outside));
+  EXPECT_TRUE(fs::is_empty(store_.folder()));
+  // the folder of all scenes is one
+  fs::remove_all(store_.folder());
+  fs::create_directory_symlink(outside, store_.folder());
+  EXPECT_FALSE(Open(list));
+  EXPECT_TRUE(fs::is_empty(outside));
+}
+
+TEST_F(Store, UsesNoFolderThatOthersMayWriteTo) {
+  fs::create_directories(store_.folder());
+  fs::permissions(store_.folder(), fs::perms::all);
+  const auto refused = Open(ListOf({SceneWith(R"("file:1")"), mesh_}));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("a folder of yours that others cannot write to"));
+  EXPECT_TRUE(fs::is_empty(store_.folder()));
+}
+
+TEST_F(Store, KeepsWhatAKilledProgramLeftAndOneProgramAtATimeWritesIt) {
+  const std::vector<std::string> files{SceneWith(R"("file:1")"), mesh_};
+  const SceneList list = ListOf(files);
+  std::vector<char> piece(kPieceBytes);
+  {
+    Result<UnfinishedScene> scene = Open(list);
+    ASSERT_TRUE(scene);
+    EXPECT_FALSE(scene->Read({1, 0, 0, piece.size()}, piece));
+    Fill(*scene, files);
+    EXPECT_FALSE(Open(list));
+    EXPECT_TRUE(busy_);
+    // what is being written stays
+    EXPECT_EQ(store_.Clear(), 0U);
+  }
+  Result<UnfinishedScene> scene = Open(list);
+  ASSERT_TRUE(scene);
+  EXPECT_FALSE(busy_);
+  EXPECT_TRUE(scene->Read({1, 1, kPieceBytes, piece.size()}, piece));
+  EXPECT_EQ(std::string(piece.begin(), piece.end()), mesh_.substr(kPieceBytes, kPieceBytes));
+  scene->Remove();
+  EXPECT_TRUE(fs::is_empty(store_.folder()));
+}
+
+TEST_F(Store, RefusesWhatTheDiskHasNoRoomFor) {
+  const SceneList list = ListOf({SceneWith(R"("file:1")"), mesh_});
+  const Result<UnfinishedScene> scene =
+      UnfinishedScene::Open(store_, list, FileDigestOf(Encode(list)),
+                            {.most_bytes = kPlenty, .spare_bytes = UINT64_MAX / 2}, busy_);
+  ASSERT_FALSE(scene);
+  EXPECT_THAT(scene.error().what, HasSubstr("its disk has no room for 1 MB"));
+  EXPECT_TRUE(fs::is_empty(store_.folder()));
+}
+
+TEST_F(Store, ScenesWhoseUseIsLongestAgoMakeRoom) {
+  for (const std::uint32_t content : {1U, 2U, 3U}) {
+    const std::vector<std::string> files{SceneWith(R"("file:1")"), NoiseBytes(100'000, content)};
+    Result<UnfinishedScene> scene = Open(ListOf(files), 250'000);
+    ASSERT_TRUE(scene) << scene.error().what;
+    Fill(*scene, files);
+    ASSERT_TRUE(scene->WriteScene());
+    ASSERT_TRUE(scene->Commit(content));
+    fs::last_write_time(
+        store_.SceneFileOf(content).parent_path(),
+        fs::file_time_type::clock::now() - std::chrono::hours(content == 1 ? 1 : 2));
+  }
+  // the second was used before the first
+  EXPECT_TRUE(fs::exists(store_.SceneFileOf(1)));
+  EXPECT_FALSE(fs::exists(store_.SceneFileOf(2)));
+  EXPECT_TRUE(fs::exists(store_.SceneFileOf(3)));
+  const auto refused = Open(ListOf({SceneWith(R"("file:1")"), mesh_}), 50'000);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("TANDEM_CACHE_LIMIT allows more"));
+}
+
+// Two peers with the same files under other names, the one of them a fetched scene.
+TEST_F(Store, AFetchedSceneMakesTheSameListAgain) {
+  const fs::path scene = testing::WriteScene(folder_, "scene", {mesh_, NoiseBytes(500, 2), mesh_});
+  const std::uint64_t content = testing::ContentOf(scene);
+  const std::atomic<bool> stop{false};
+  Result<SceneFiles> files = SceneFiles::Open(scene, content, stop);
+  ASSERT_TRUE(files) << files.error().what;
+  // two bodies have one mesh, by two files of equal bytes
+  EXPECT_EQ(files->list().files.size(), 3U);
+  {
+    Result<UnfinishedScene> arriving = Open(files->list());
+    ASSERT_TRUE(arriving);
+    std::vector<char> piece;
+    for (std::uint32_t i = 0; i < files->list().pieces(); ++i) {
+      ASSERT_TRUE(files->Read(i, piece));
+      ASSERT_TRUE(arriving->Write(PlaceOf(files->list(), i), piece));
+    }
+    ASSERT_TRUE(arriving->WriteScene());
+    ASSERT_TRUE(arriving->Commit(content));
+  }
+  EXPECT_EQ(testing::ContentOf(store_.SceneFileOf(content)), content);
+  const Result<SceneFiles> again = SceneFiles::Open(store_.SceneFileOf(content), content, stop);
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(Encode(again->list()), Encode(files->list()));
+}
+
+TEST_F(Store, MeshesThatNameOtherFilesDoNotTravel) {
+  const fs::path scene = testing::WriteScene(folder_, "scene", {mesh_});
+  std::string text = TextOf(scene);
+  text.replace(text.find("mesh 0.stl"), 10, "mesh 0.xyz");
+  folder_.Write("scene/mesh 0.xyz", "x");
+  folder_.Write("scene/scene.json", text);
+  const std::atomic<bool> stop{false};
+  EXPECT_THAT(SceneFiles::Open(scene, testing::ContentOf(scene), stop).error().what,
+              HasSubstr("files of this kind are not handed to joiners"));
+  text.replace(text.find("mesh 0.xyz"), 10, "model.gltf");
+  folder_.Write("scene/scene.json", text);
+  folder_.Write(
+      "scene/model.gltf",
+      R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "numbers.bin", "byteLength": 4}]})");
+  folder_.Write("scene/numbers.bin", "1234");
+  EXPECT_THAT(SceneFiles::Open(scene, testing::ContentOf(scene), stop).error().what,
+              HasSubstr("save it as .glb"));
+}
+
+}  // namespace
+}  // namespace tandem
