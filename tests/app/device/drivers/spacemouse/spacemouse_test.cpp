@@ -83,7 +83,9 @@ TEST_F(SpaceMouseTest, SaysWhatIsMissingAndWhatMendsIt) {
 TEST_F(SpaceMouseTest, SpeaksBothVersionsOfTheProtocol) {
   for (const int version : {0, 1}) {
     Begin("dead_zone=0", version);
-    EXPECT_EQ(daemon_->sensitivity, version == 0 ? 1.0F : 0.0F);
+    EXPECT_TRUE(trial_.TicksUntil([&] {
+      return daemon_->sensitivity == (version == 0 ? 1.0F : 0.0F);
+    }));
     daemon_->Motion(350, 0, 0);
     EXPECT_TRUE(Moves(Vec3(0.1, 0, 0))) << version;
     trial_.Close();
