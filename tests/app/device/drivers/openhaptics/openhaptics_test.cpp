@@ -1,0 +1,314 @@
+// The driver `openhaptics` against a library with the published interface of 3D Systems' libHD.
+// Faults that are injected:
+//
+// | fault | test |
+// |---|---|
+// | no library | DevicesCommand.ListsEachDriverWithWhatMendsIt, where there is none |
+// | nothing set up | SaysWhatIsMissingAndWhatMendsIt |
+// | a default name that is the other one; NULL, which fails on Linux |
+// OpensWhateverTheDefaultIsCalled | | not plugged in (300), in use (301), no licence (600) |
+// SaysWhyADeviceDoesNotOpen | | the scheduler's rate refused (101), the scheduler fails (304) |
+// GoesOnAtTheDevicesOwnRate, SaysWhyADeviceDoesNotOpen | | a skewed transform |
+// ReadsTheHandleAndGivesTheForceInEachFrame | | force errors 200 to 204 |
+// AForceErrorEndsTheForceForAWhile | | fatal errors: 302 while it runs, and plugged in again |
+// AnUnpluggedDeviceIsOpenedAnew | | fatal errors: 500 | AFatalErrorIsForGood | | warm motors |
+// WarmMotorsGetLess | | not calibrated: update by itself, by inkwell, by hand; the place where an
+// uncalibrated Touch is stuck | UncalibratedIsSaidWithWhatToDo | | a turn of the scheduler of 60 ms
+// | ASchedulerThatStandsStillIsAFailure | | a force that is no number | WritesNoForceThatIsNone |
+// | a set outside a frame (402), a frame without a force, a wrong thread or order | counted by the
+// fake in every test |
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <new>
+#include <thread>
+
+#include <dlfcn.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/app/device/driver_trial.h"
+#include "tests/app/device/drivers/openhaptics/fake_hd.h"
+#include "tests/support/scratch_folder.h"
+
+namespace tandem::testing {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+class OpenHapticsTest : public ::testing::Test {
+ protected:
+  OpenHapticsTest() {
+    setenv("TANDEM_LIBHD", TANDEM_FAKE_LIBHD, 1);
+    setenv("GTDD_HOME", folder_.path().c_str(), 1);
+    std::filesystem::create_directory(folder_.path() / "config");
+    std::ofstream(folder_.path() / "config" / "Default Device.config") << "fake";
+    void* library = dlopen(TANDEM_FAKE_LIBHD, RTLD_NOW | RTLD_GLOBAL);
+    EXPECT_NE(library, nullptr);
+    fake_ = reinterpret_cast<FakeHd* (*)()>(dlsym(library, "fake_hd"))();
+    reinterpret_cast<void (*)()>(dlsym(library, "fake_hd_forget"))();
+    fake_->~FakeHd();
+    new (fake_) FakeHd;  // each test begins with a new device
+    trial_ = std::make_unique<DriverTrial>("openhaptics");
+    trial_->SetTake([this](TandemDeviceForce& force) {
+      for (int i = 0; i < 3; ++i) {
+        force.force[i] = wanted_[static_cast<std::size_t>(i)];
+        force.moment[i] = wanted_[static_cast<std::size_t>(3 + i)];
+      }
+    });
+  }
+  ~OpenHapticsTest() override {
+    trial_.reset();
+    EXPECT_EQ(fake_->faults, 0);
+    EXPECT_FALSE(fake_->running);
+  }
+  void OpenAndStart(const std::string& options = "") {
+    ASSERT_EQ(trial_->Open(options), TANDEM_OK) << trial_->Error();
+    ASSERT_EQ(trial_->Start(), TANDEM_OK) << trial_->Error();
+    ASSERT_TRUE(trial_->TicksUntil([&] {
+      return trial_->state().valid != 0 || trial_->read() < 0;
+    }));
+  }
+  bool Reads(std::int32_t result) {
+    return trial_->TicksUntil([&] {
+      return trial_->read() == result;
+    });
+  }
+  bool Gives(const Vec3& force_N) {
+    return trial_->TicksUntil([&] {
+      return (Given() - force_N).norm() < 1e-9;
+    });
+  }
+  Vec3 Given() const { return {fake_->force[0], fake_->force[1], fake_->force[2]}; }
+
+  const ScratchFolder folder_;
+  FakeHd* fake_;
+  std::unique_ptr<DriverTrial> trial_;
+  std::array<std::atomic<double>, 6> wanted_{};
+};
+
+TEST_F(OpenHapticsTest, SaysWhatIsMissingAndWhatMendsIt) {
+  EXPECT_EQ(trial_->List()[0].present, 1U);
+  setenv("GTDD_HOME", "/nonexistent", 1);
+  auto found = trial_->List();
+  EXPECT_EQ(found[0].present, 0U);
+  EXPECT_THAT(found[0].mend, HasSubstr("Touch_Setup"));
+  EXPECT_EQ(fake_->inits, 0);
+  EXPECT_EQ(trial_->Open("speed=3"), TANDEM_FAILED);
+  EXPECT_THAT(trial_->Error(), HasSubstr("'speed' is none of its options"));
+}
+
+TEST_F(OpenHapticsTest, OpensWhateverTheDefaultIsCalled) {
+  fake_->opens_as = 1;
+  OpenAndStart();
+  EXPECT_EQ(fake_->inits, 2);
+  trial_->Close();
+  fake_->opens_as = 2;
+  OpenAndStart("device=arm");
+  EXPECT_EQ(fake_->inits, 3);
+}
+
+TEST_F(OpenHapticsTest, SaysWhyADeviceDoesNotOpen) {
+  fake_->plugged = false;
+  EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
+  EXPECT_THAT(trial_->Error(), HasSubstr("plug it in"));
+  fake_->plugged = true;
+  fake_->init_error = 0x301;
+  EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
+  EXPECT_THAT(trial_->Error(), HasSubstr("end the other program"));
+  fake_->init_error = 0x600;
+  EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
+  EXPECT_THAT(trial_->Error(), HasSubstr("licence"));
+  fake_->init_error = 0;
+  fake_->scheduler_fails = true;
+  ASSERT_EQ(trial_->Open(""), TANDEM_OK);
+  EXPECT_EQ(trial_->Start(), TANDEM_FAILED);
+  EXPECT_THAT(trial_->Error(), HasSubstr("scheduler does not start"));
+}
+
+TEST_F(OpenHapticsTest, ReadsTheHandleAndGivesTheForceInEachFrame) {
+  fake_->turn_y = 0.4;
+  fake_->skew = 0.02;
+  fake_->vx_mm = 250;
+  OpenAndStart();
+  EXPECT_LT((trial_->position() - Vec3(0.01, 0.02, 0.03)).norm(), 1e-12);
+  EXPECT_EQ(trial_->state().velocity[0], 0.25);
+  const double* q = trial_->state().orientation;
+  // a whole rotation, within what the skew leaves open
+  EXPECT_NEAR(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], 1, 1e-12);
+  EXPECT_NEAR(q[1], std::sin(0.2), 1e-4);
+  EXPECT_NEAR(q[3], std::cos(0.2), 1e-4);
+  wanted_[0] = 1;
+  wanted_[1] = -2;
+  EXPECT_TRUE(Gives(Vec3(1, -2, 0)));
+  EXPECT_TRUE(fake_->force_output);
+  EXPECT_EQ(fake_->priority, 0xFFFF);
+  const TandemDeviceCapabilities can = trial_->Capabilities();
+  EXPECT_EQ(can.freedoms_in, 6U);
+  EXPECT_EQ(can.freedoms_out, 3U);
+  EXPECT_EQ(can.asks, 1U);
+  EXPECT_EQ(can.peak_force, 3.3);
+  EXPECT_EQ(can.continuous_force, 0.88);
+  EXPECT_EQ(can.workspace_max[0], 0.08);
+  trial_->Ticks(400);
+  trial_->ExpectRealtime();
+}
+
+TEST_F(OpenHapticsTest, ADeviceOfSixFreedomsGetsMomentsInItsUnit) {
+  fake_->output_dof = 6;
+  OpenAndStart();
+  EXPECT_EQ(trial_->Capabilities().freedoms_out, 6U);
+  wanted_[5] = 0.1;
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return std::abs(fake_->torque[2] - 100) < 1e-9;
+  }));
+}
+
+TEST_F(OpenHapticsTest, GoesOnAtTheDevicesOwnRate) {
+  fake_->refuses_rate = true;
+  OpenAndStart();
+  EXPECT_THAT(trial_->said(), Contains(HasSubstr("a rate of its own")));
+  EXPECT_EQ(trial_->read(), TANDEM_OK);
+}
+
+TEST_F(OpenHapticsTest, AForceErrorEndsTheForceForAWhile) {
+  OpenAndStart();
+  wanted_[0] = 2;
+  const std::pair<unsigned, const char*> errors[] = {{0x200, "too warm"},
+                                                     {0x201, "more force"},
+                                                     {0x202, "too fast"},
+                                                     {0x203, "handle"},
+                                                     {0x204, "force error"}};
+  for (const auto& [code, words] : errors) {
+    ASSERT_TRUE(Gives(Vec3(2, 0, 0))) << code;
+    fake_->frame_error = code;
+    EXPECT_TRUE(Reads(TANDEM_FAILED)) << code;
+    EXPECT_THAT(trial_->Error(), HasSubstr(words));
+    EXPECT_TRUE(Gives(Vec3::Zero())) << code;
+    EXPECT_TRUE(Reads(TANDEM_OK)) << code;
+  }
+}
+
+TEST_F(OpenHapticsTest, AnUnpluggedDeviceIsOpenedAnew) {
+  OpenAndStart();
+  const int inits = fake_->inits;
+  fake_->plugged = false;
+  EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
+  EXPECT_THAT(trial_->Error(), HasSubstr("plug it in"));
+  trial_->Ticks(100);
+  fake_->plugged = true;
+  fake_->x_mm = 55;
+  EXPECT_TRUE(Reads(TANDEM_OK));
+  EXPECT_EQ(trial_->position().x(), 0.055);
+  EXPECT_GT(fake_->inits, inits);
+  wanted_[1] = 1;
+  EXPECT_TRUE(Gives(Vec3(0, 1, 0)));
+}
+
+TEST_F(OpenHapticsTest, AFatalErrorIsForGood) {
+  OpenAndStart();
+  wanted_[0] = 2;
+  ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
+  fake_->frame_error = 0x500;
+  EXPECT_TRUE(Reads(TANDEM_BROKEN));
+  EXPECT_THAT(trial_->Error(), HasSubstr("begin anew"));
+  EXPECT_TRUE(Gives(Vec3::Zero()));
+  trial_->Ticks(50);
+  EXPECT_EQ(trial_->read(), TANDEM_BROKEN);
+}
+
+TEST_F(OpenHapticsTest, WarmMotorsGetLess) {
+  OpenAndStart();
+  wanted_[0] = 2;
+  ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
+  fake_->temperature = 0.8;
+  // 0.999 a tick: half after 693
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return Given().x() < 1;
+  }));
+  fake_->temperature = 0.4;
+  EXPECT_TRUE(Gives(Vec3(2, 0, 0)));
+}
+
+TEST_F(OpenHapticsTest, UncalibratedIsSaidWithWhatToDo) {
+  fake_->calibration = 0x5002;  // a person has to
+  OpenAndStart();
+  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
+  EXPECT_THAT(trial_->Error(), HasSubstr("inkwell"));
+  fake_->calibration = 0x5001;  // the library can by itself
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return fake_->updates > 0;
+  }));
+  EXPECT_EQ(fake_->updated_style, 4U);
+  fake_->calibration = 0x5000;
+  EXPECT_TRUE(Reads(TANDEM_OK));
+  wanted_[0] = 1;
+  EXPECT_TRUE(Gives(Vec3(1, 0, 0)));
+  // where an uncalibrated Touch is stuck
+  fake_->x_mm = 0;
+  fake_->y_mm = -110;
+  fake_->z_mm = -35;
+  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
+  EXPECT_TRUE(Gives(Vec3::Zero()));
+}
+
+TEST_F(OpenHapticsTest, ResetsEncodersBeforeTheSchedulerStartsWhereThatIsAsked) {
+  fake_->style = 1;
+  ASSERT_EQ(trial_->Open("calibrate=yes"), TANDEM_OK);
+  EXPECT_EQ(fake_->updates, 1);
+  EXPECT_EQ(fake_->updated_style, 1U);
+  EXPECT_FALSE(fake_->running);
+}
+
+TEST_F(OpenHapticsTest, ASchedulerThatStandsStillIsAFailure) {
+  OpenAndStart();
+  fake_->hang_ms = 60;
+  EXPECT_TRUE(Reads(TANDEM_FAILED));
+  EXPECT_TRUE(Reads(TANDEM_OK));
+  trial_->ExpectRealtime();
+}
+
+TEST_F(OpenHapticsTest, ButtonsAreTheClutchAndTheStopAsAsked) {
+  OpenAndStart("clutch=1,stop=0");
+  fake_->buttons = 2;
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return trial_->state().buttons == TANDEM_BUTTON_CLUTCH;
+  }));
+  fake_->buttons = 1;
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return trial_->state().buttons == TANDEM_BUTTON_STOP;
+  }));
+}
+
+TEST_F(OpenHapticsTest, AStopIsZeroUntilTheNextWriteAndCloseLeavesNoForce) {
+  OpenAndStart();
+  wanted_[0] = 2;
+  ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
+  trial_->Stop();
+  for (int i = 0; i < 500 && !Given().isZero(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_TRUE(Given().isZero());
+  EXPECT_TRUE(Gives(Vec3(2, 0, 0)));
+  trial_->Close();
+  EXPECT_TRUE(Given().isZero());
+  EXPECT_EQ(fake_->disabled, 1);
+}
+
+TEST_F(OpenHapticsTest, WritesNoForceThatIsNone) {
+  OpenAndStart();
+  wanted_[0] = std::numeric_limits<double>::quiet_NaN();
+  wanted_[1] = 1;
+  trial_->Ticks(20);
+  EXPECT_TRUE(Given().isZero());
+}
+
+}  // namespace
+}  // namespace tandem::testing
