@@ -98,7 +98,7 @@ class DriverTrial {
     }
     reads_.Add(read_ns - begun_ns);
     writes_.Add(MonotonicNowNs() - read_ns);
-    if (read_ >= 0) state_ = next;
+    if (read_ == TANDEM_OK) state_ = next;
     return read_;
   }
   /// So many ticks, a millisecond apart.
@@ -131,7 +131,7 @@ class DriverTrial {
 
   const TandemDriver& driver() const { return *driver_; }
   TandemDevice* device() const { return device_; }
-  const TandemDeviceState& state() const { return state_; }  // of the newest read that went well
+  const TandemDeviceState& state() const { return state_; }  // of the newest read that had news
   Vec3 position() const { return Vec3(state_.position); }
   std::int32_t read() const { return read_; }
   std::int32_t written() const { return written_; }

@@ -211,7 +211,7 @@ std::int32_t Inverse3::Read(TandemDeviceState& state) noexcept {
   if (!exchange_->Newest(reading)) return TANDEM_REPEATED;
   if (reading.condition < 0) return reading.condition;
   if (MonotonicNowNs() - reading.time_ns > kStaleNs) return TANDEM_UNPLUGGED;
-  if (reading.number == read_) return TANDEM_REPEATED;
+  const bool repeated = reading.number == read_;
   read_ = reading.number;
   state.valid = TANDEM_HAS_POSE | TANDEM_HAS_VELOCITY;
   state.time_ns = reading.time_ns;
@@ -220,7 +220,7 @@ std::int32_t Inverse3::Read(TandemDeviceState& state) noexcept {
   std::copy_n(reading.velocity, 3, state.velocity);
   std::copy_n(reading.angular_velocity, 3, state.angular_velocity);
   state.buttons = reading.buttons;
-  return TANDEM_OK;
+  return repeated ? TANDEM_REPEATED : TANDEM_OK;
 }
 
 }  // namespace
