@@ -34,6 +34,7 @@ std::string AskPerson(const SceneOffered& offered) {
 class Progress {
  public:
   void Show(std::uint64_t bytes, std::uint64_t of) {
+    if (of == 0) return;
     const double share = static_cast<double>(bytes) / static_cast<double>(of);
     if (isatty(STDERR_FILENO) != 0) {
       if (!bar_) bar_ = std::make_unique<ProgressBar>(of / 1'000'000 + 1, false);

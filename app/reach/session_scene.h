@@ -3,11 +3,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <stop_token>
 #include <string>
 
 #include "app/reach/reach_options.h"
 #include "collab/messages.h"
+#include "collab/transfer/file_messages.h"
 
 namespace tandem {
 
@@ -34,7 +36,10 @@ struct SessionSceneOptions {
   std::function<void(const std::string& line)> say;
   /// Asks the person whether it is to be fetched; empty: yes, else in a line why not.
   std::function<std::string(const SceneOffered& offered)> refuses;
-  /// Shows how many of the bytes are there. Several times a second.
+  /// How a peer is called; null, and for an empty answer: that is not known.
+  std::function<std::string(PeerId peer)> name_of;
+  /// Shows how many of the bytes are there, of 0 as long as it is not known of how many. Several
+  /// times a second.
   std::function<void(std::uint64_t bytes, std::uint64_t of)> progress;
   std::stop_token stop;
 };
@@ -44,6 +49,26 @@ struct SessionScene {
   std::filesystem::path file;  // empty: there is none
   int exit_code = 0;           // of ExitCode, with `fault`; 0 and no file: it was told to stop
   std::string fault;           // one line: what happened, and what to do
+};
+
+/// Fetches scenes for a program that is in a session, from peers that have their files.
+class SceneFetcher {
+ public:
+  SceneFetcher();
+  ~SceneFetcher();
+  SceneFetcher(const SceneFetcher&) = delete;
+  SceneFetcher& operator=(const SceneFetcher&) = delete;
+
+  /// For the transport of the peer that `self` is (DdsOptions::files); it does nothing but during
+  /// Fetch(). This object must outlive the transport.
+  FileParty* PartyOf(PeerId self);
+  /// Of the options all counts from `most_bytes` on. From one thread at a time, which it takes for
+  /// as long as it takes.
+  SessionScene Fetch(const SceneManifest& scene, const SessionSceneOptions& options);
+
+ private:
+  class Party;
+  std::unique_ptr<Party> party_;
 };
 
 /// Joins the session without a word, hears which scene it goes by, and looks for that scene on this

@@ -1,11 +1,14 @@
 #include <QApplication>
 #include <QSurfaceFormat>
 #include <algorithm>
+#include <memory>
+#include <stop_token>
 
 #include "app/exit_codes.h"
 #include "app/output_file.h"
 #include "app/reach/recent_scenes.h"
 #include "app/reach/scene_search.h"
+#include "app/reach/session_scene.h"
 #include "app/stop_signal.h"
 #include "app/view/controller_process.h"
 #include "app/view/errands.h"
@@ -42,9 +45,9 @@ ReachOptions ReachBy(ReachOptions reach, const JoinRequest& request) {
 }
 
 /// Over DDS, by the way that the command line says; domain and interface are the form's.
-JoinFunction JoinBy(const ReachOptions& reach) {
-  return [reach](const JoinRequest& request, PeerId peer,
-                 Inbox& inbox) -> Result<std::unique_ptr<Transport>> {
+JoinFunction JoinBy(const ReachOptions& reach, SceneFetcher& fetcher) {
+  return [reach, &fetcher](const JoinRequest& request, PeerId peer,
+                           Inbox& inbox) -> Result<std::unique_ptr<Transport>> {
     DdsOptions options;
     options.session = request.session;
     options.peer = peer;
@@ -55,6 +58,7 @@ JoinFunction JoinBy(const ReachOptions& reach) {
       options.peer = *id;
     }
     options.role = Role::kViewer;
+    options.files = fetcher.PartyOf(options.peer);
     ApplyReach(ReachBy(reach, request), options);
     if (request.from_relay) GoToRelay(options);
     return JoinOverDds(options, inbox);
@@ -75,6 +79,29 @@ ListenFunction ListenBy(const ReachOptions& reach) {
 SceneSearchResult FindHere(const SceneManifest& manifest) {
   const std::vector<std::filesystem::path> folders = FoldersWithScenes();
   return {FindScene(WantedFrom(manifest), folders), folders};
+}
+
+/// From the session that the window is in: whoever presses the button has been asked.
+FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
+  return [fetcher](const SceneManifest& manifest,
+                   const LoadProgress& progress) -> Result<std::filesystem::path> {
+    std::stop_source stop;
+    std::string what = "asking for its files";
+    SessionSceneOptions options;
+    options.say = [&what](const std::string& line) {
+      what = line;
+    };
+    options.refuses = [](const SceneOffered&) {
+      return std::string();
+    };
+    options.progress = [&](std::uint64_t bytes, std::uint64_t of) {
+      if (!progress(bytes, of, what)) stop.request_stop();
+    };
+    options.stop = stop.get_token();
+    const SessionScene scene = fetcher->Fetch(manifest, options);
+    if (!scene.file.empty()) return scene.file;
+    return Error{scene.fault.empty() ? "it was not fetched to its end" : scene.fault};
+  };
 }
 
 /// Does what the command line asks for, in the window that is there.
@@ -125,8 +152,10 @@ int main(int argc, char** argv) {
     return TimePictures(options->scene, options->rounds, options->time_pictures);
   }
 
-  SessionModel session(JoinBy(options->reach), ListenBy(options->reach));
+  const auto fetcher = std::make_shared<SceneFetcher>();  // outlives the session's transport
+  SessionModel session(JoinBy(options->reach, *fetcher), ListenBy(options->reach));
   SceneModel scene(LoadDrawnScene, FindHere);
+  scene.SetFetch(FetchBy(fetcher));
   const Result<GlInfo> gl = CheckGl();
   if (!gl) Fail(kExitDisplay, gl.error().what);
   HandModel hand(AttachController, LaunchController);

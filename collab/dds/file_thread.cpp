@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "collab/dds/cyclone_log.h"
 #include "collab/dds/fast_reader.h"
 #include "collab/dds/file_wire.h"
 #include "collab/dds/gated_reader.h"
@@ -37,7 +38,8 @@ FileThread::FileThread(const Options& options, FileParty& party, Inbox& inbox)
 std::unique_ptr<FileThread> FileThread::Start(const Options& options, FileParty& party,
                                               Inbox& inbox) {
   std::unique_ptr<FileThread> files(new FileThread(options, party, inbox));
-  if (!files->Open()) return nullptr;
+  // one that wants nothing yet opens them later
+  if (party.wants() && !files->Open()) return nullptr;
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, kStackBytes);
@@ -78,22 +80,38 @@ dds_entity_t FileThread::Writer(dds_entity_t topic) {
   return dds_create_writer(options_.participant, topic, qos.get(), nullptr);
 }
 
+dds_entity_t FileThread::Topic(const dds_topic_descriptor_t& type, const char* name) {
+  const dds_entity_t topic = dds_create_topic(options_.participant, &type, name, nullptr, nullptr);
+  if (topic > 0) topics_.push_back(topic);
+  return topic;
+}
+
 bool FileThread::Open() {
-  const auto topic = [this](const dds_topic_descriptor_t& type, const char* name) {
-    return dds_create_topic(options_.participant, &type, name, nullptr, nullptr);
-  };
-  const dds_entity_t pieces = topic(tandem_FilePiece_desc, "file/piece");
+  open_ = true;
+  const dds_entity_t pieces = Topic(tandem_FilePiece_desc, "file/piece");
   if (party_.serves()) {
     piece_writer_ = Writer(pieces);
     const bool opened =
-        piece_writer_ > 0 && Reader(topic(tandem_FileAsk_desc, "file/ask"), kEveryPeer) > 0;
+        piece_writer_ > 0 && Reader(Topic(tandem_FileAsk_desc, "file/ask"), kEveryPeer) > 0;
     // a viewer may say no file/*: its keys are older than that
-    Reader(topic(tandem_FileAsk_desc, "review/file_ask"), kEveryViewer);
+    Reader(Topic(tandem_FileAsk_desc, "review/file_ask"), kEveryViewer);
     return opened;
   }
   const bool looks_on = options_.role == Role::kViewer;
-  ask_writer_ = Writer(topic(tandem_FileAsk_desc, looks_on ? "review/file_ask" : "file/ask"));
+  ask_writer_ = Writer(Topic(tandem_FileAsk_desc, looks_on ? "review/file_ask" : "file/ask"));
   return ask_writer_ > 0 && Reader(pieces, kEveryPeer) > 0;
+}
+
+void FileThread::Close() {
+  open_ = false;
+  for (const dds_entity_t reader : readers_) dds_delete(reader);  // with what it is waited for by
+  for (const dds_entity_t writer : {ask_writer_, piece_writer_}) {
+    if (writer > 0) dds_delete(writer);
+  }
+  for (const dds_entity_t topic : topics_) dds_delete(topic);
+  readers_.clear();
+  topics_.clear();
+  ask_writer_ = piece_writer_ = 0;
 }
 
 const WriterFacts& FileThread::Facts(dds_entity_t reader, dds_instance_handle_t writer) {
@@ -150,11 +168,15 @@ std::size_t FileThread::Listeners() const {
 void FileThread::Run() {
   pthread_setname_np(pthread_self(), "files");
   if (party_.serves()) setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kLowPriority);
-  const Entity waitset(dds_create_waitset(options_.participant));
-  for (const dds_entity_t reader : readers_) {
-    dds_waitset_attach(waitset.get(), dds_create_readcondition(reader, DDS_ANY_STATE), 0);
-  }
-  dds_waitset_attach(waitset.get(), stop_, 0);
+  Entity waitset;
+  const auto wait_for_readers = [&] {
+    waitset = Entity(dds_create_waitset(options_.participant));
+    for (const dds_entity_t reader : readers_) {
+      dds_waitset_attach(waitset.get(), dds_create_readcondition(reader, DDS_ANY_STATE), 0);
+    }
+    dds_waitset_attach(waitset.get(), stop_, 0);
+  };
+  wait_for_readers();
   const FileParty::Out out{.ask =
                                [this](const FileAsk& ask) {
                                  Send(ask);
@@ -173,6 +195,15 @@ void FileThread::Run() {
     dds_waitset_wait(waitset.get(), nullptr, 0, wait_ns);
     bool raised = false;
     if (dds_read_guardcondition(stop_, &raised) == DDS_RETCODE_OK && raised) return;
+    if (const bool wants = party_.wants(); wants != open_) {
+      waitset.Delete();
+      if (!wants) {
+        Close();
+      } else if (!Open()) {
+        SayOfDds("scene files cannot be fetched in this session");
+      }
+      wait_for_readers();
+    }
     const std::int64_t now_ns = MonotonicNow_ns();
     for (const dds_entity_t reader : readers_) {
       if (party_.serves()) {

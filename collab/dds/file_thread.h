@@ -16,9 +16,10 @@
 
 namespace tandem {
 
-/// Gives a FileParty the topics file/ask and file/piece of a session, on a thread of its own below
-/// the priority of all others. A writer's samples count as its peer's only if they come by that
-/// peer's partition. What is more than a sound program asks for is not heard (WriterGate).
+/// Gives a FileParty the topics file/ask and file/piece of a session while it wants them, on a
+/// thread of its own; of who serves below the priority of all others. A writer's samples count as
+/// its peer's only if they come by that peer's partition. What is more than a sound program asks
+/// for is not heard (WriterGate).
 class FileThread {
  public:
   struct Options {
@@ -27,7 +28,7 @@ class FileThread {
     Role role = Role::kActive;
   };
 
-  /// Null: the topics cannot be had, for keys do not allow them or DDS has no more.
+  /// Null: the thread or the topics cannot be had, for keys do not allow them or DDS has no more.
   static std::unique_ptr<FileThread> Start(const Options& options, FileParty& party, Inbox& inbox);
   /// Stops.
   ~FileThread();
@@ -37,6 +38,8 @@ class FileThread {
  private:
   FileThread(const Options& options, FileParty& party, Inbox& inbox);
   bool Open();
+  void Close();
+  dds_entity_t Topic(const dds_topic_descriptor_t& type, const char* name);
   dds_entity_t Reader(dds_entity_t topic, const char* partition);
   dds_entity_t Writer(dds_entity_t topic);
   void Run();
@@ -52,11 +55,13 @@ class FileThread {
   Inbox& inbox_;
   const dds_entity_t stop_;
   std::vector<dds_entity_t> readers_;
+  std::vector<dds_entity_t> topics_;
   dds_entity_t ask_writer_ = 0;
   dds_entity_t piece_writer_ = 0;
   std::map<dds_instance_handle_t, WriterFacts> facts_;
   FileAsk ask_;
   FilePiece piece_;
+  bool open_ = false;
   bool runs_ = false;
   pthread_t thread_{};
 };

@@ -67,6 +67,9 @@ class FileParty {
 
   virtual ~FileParty() = default;
   virtual bool serves() const = 0;  // else it fetches
+  /// Whether it wants to hear and to say anything now. While it fetches nothing, others send it
+  /// nothing: each program that hears pieces costs those who serve a copy of them.
+  virtual bool wants() { return true; }
   virtual void OnAsk(const FileAsk& /*ask*/, std::int64_t /*now_ns*/) {}
   virtual void OnPiece(const FilePiece& /*piece*/, std::int64_t /*now_ns*/) {}
   /// Says what is due. Returns when it is to be called again at the latest.

@@ -117,6 +117,15 @@ void SceneModel::OpenOffered() {
        });
 }
 
+void SceneModel::Fetch() {
+  if (!can_fetch()) return;
+  Load(tr("Fetching \u201c%1\u201d").arg(QString::fromStdString(manifest_->name)),
+       [load = load_, fetch = fetch_, manifest = *manifest_](const LoadProgress& progress) {
+         const Result<std::filesystem::path> file = fetch(manifest, progress);
+         return file ? Loaded{load(*file, progress), {}} : Loaded{file.error(), {}};
+       });
+}
+
 void SceneModel::Load(const QString& what, Loader loader) {
   GiveUp(std::chrono::milliseconds(0));
   scene_.reset();
@@ -200,6 +209,9 @@ void SceneModel::ShowMissing(const Loaded& loaded) {
     QStringList folders;
     for (const std::filesystem::path& folder : loaded.searched) folders << FileText(folder);
     text += tr("\n\nNo file with its content is in %1.").arg(folders.join(QStringLiteral(", ")));
+  }
+  if (fetch_) {
+    text += tr("\n\nIts files can be fetched from a peer that has them, 1 GB at the most.");
   }
   text +=
       tr("\n\nGet the same scene, with its meshes, and open it (Ctrl+O), or start with --scene "

@@ -21,6 +21,10 @@ struct SceneSearchResult {
 };
 using FindFunction = std::function<SceneSearchResult(const SceneManifest&)>;
 
+/// Fetches a session's scene from a peer that has its files; gives the file here.
+using FetchFunction =
+    std::function<Result<std::filesystem::path>(const SceneManifest&, const LoadProgress&)>;
+
 /// Which scene is shown, and why none is. A scene that the user names is shown whatever the session
 /// runs, with a warning when that is another one; else the session's own is, if a file with its
 /// content is found here. The path that the session names is any stranger's word: it is offered to
@@ -36,6 +40,12 @@ class SceneModel : public QObject {
   explicit SceneModel(LoadFunction load, FindFunction find = {}, QObject* parent = nullptr);
   ~SceneModel() override;
 
+  /// Before a session tells of a scene. Without it nothing is fetched.
+  void SetFetch(FetchFunction fetch) { fetch_ = std::move(fetch); }
+  /// Whether what is missing may be had from a peer of the session.
+  bool can_fetch() const { return state_ == State::kMissing && fetch_ && manifest_ && !named_; }
+  /// Fetches it and shows it: the user has said so.
+  void Fetch();
   /// Shows this file, and keeps to it.
   void OpenNamed(const std::filesystem::path& file);
   /// What the session runs, as far as it is known. May be called as often as one likes.
@@ -84,6 +94,7 @@ class SceneModel : public QObject {
 
   LoadFunction load_;
   FindFunction find_;
+  FetchFunction fetch_;
   State state_ = State::kWaiting;
   QString message_;
   QString warning_;

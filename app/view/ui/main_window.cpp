@@ -41,6 +41,7 @@ MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<Gl
   }
   connect(page_, &MessagePage::OpenAsked, this, &MainWindow::AskForScene);
   connect(page_, &MessagePage::NamedAsked, &scene_, &SceneModel::OpenOffered);
+  connect(page_, &MessagePage::FetchingAsked, &scene_, &SceneModel::Fetch);
   MakeDocks();
   MakeActions(hand != nullptr);
   if (hand != nullptr) {
@@ -227,6 +228,9 @@ void MainWindow::ShowPicture(const QString& gl_error) {
                                               scene_.state() == SceneModel::State::kWaiting));
   page_->OfferNamed(gl_error_.isEmpty() && scene_.state() == SceneModel::State::kMissing &&
                     !scene_.offered().empty());
+  page_->OfferFetching(gl_error_.isEmpty() && scene_.can_fetch() &&
+                       session_.state() == SessionModel::State::kJoined &&
+                       !session_.request().from_relay);
   if (!gl_error_.isEmpty()) {
     page_->Show(tr("No OpenGL: the scene cannot be drawn"), gl_error_);
     centre_->setCurrentWidget(page_);

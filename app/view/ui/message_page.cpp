@@ -10,7 +10,8 @@ MessagePage::MessagePage(QWidget* parent)
       text_(new QLabel(this)),
       progress_(new QProgressBar(this)),
       open_(new QPushButton(tr("&Open scene\u2026"), this)),
-      load_(new QPushButton(tr("&Load the file that the session names"), this)) {
+      load_(new QPushButton(tr("&Load the file that the session names"), this)),
+      fetch_(new QPushButton(tr("&Fetch it from the session"), this)) {
   setAutoFillBackground(true);
   setBackgroundRole(QPalette::Base);
   QFont font = title_->font();
@@ -30,6 +31,9 @@ MessagePage::MessagePage(QWidget* parent)
   load_->setObjectName("load_named_button");
   load_->setVisible(false);
   connect(load_, &QPushButton::clicked, this, &MessagePage::NamedAsked);
+  fetch_->setObjectName("fetch_scene_button");
+  fetch_->setVisible(false);
+  connect(fetch_, &QPushButton::clicked, this, &MessagePage::FetchingAsked);
 
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(48, 32, 48, 32);
@@ -40,6 +44,7 @@ MessagePage::MessagePage(QWidget* parent)
   layout->addWidget(progress_, 0, Qt::AlignHCenter);
   layout->addWidget(open_, 0, Qt::AlignHCenter);
   layout->addWidget(load_, 0, Qt::AlignHCenter);
+  layout->addWidget(fetch_, 0, Qt::AlignHCenter);
   layout->addStretch(3);
 }
 

@@ -20,11 +20,14 @@ class MessagePage : public QWidget {
   void OfferOpening(bool offered) { open_->setVisible(offered); }
   /// Whether there is a button to load the file that the session names.
   void OfferNamed(bool offered) { load_->setVisible(offered); }
+  /// Whether there is a button to fetch the scene from the session.
+  void OfferFetching(bool offered) { fetch_->setVisible(offered); }
   QString text() const { return title_->text() + QStringLiteral("\n") + text_->text(); }
 
  Q_SIGNALS:
   void OpenAsked();
   void NamedAsked();
+  void FetchingAsked();
 
  private:
   QLabel* title_;
@@ -32,6 +35,7 @@ class MessagePage : public QWidget {
   QProgressBar* progress_;
   QPushButton* open_;
   QPushButton* load_;
+  QPushButton* fetch_;
 };
 
 }  // namespace tandem

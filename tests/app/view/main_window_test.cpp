@@ -5,7 +5,9 @@
 #include <QTemporaryFile>
 #include <QTest>
 #include <QWheelEvent>
+#include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -119,6 +121,33 @@ TEST_F(Window, SaysPlainOnlyOfASessionThatSomebodyWasHeardIn) {
   }));
   EXPECT_FALSE(Child<QLabel>("status_session")->text().contains("nobody heard"));
   EXPECT_TRUE(window_.page()->text().contains("has offered a scene yet"));
+}
+
+TEST_F(Window, FetchesAMissingSceneWhenItsButtonIsPressed) {
+  std::atomic<int> fetched{0};
+  scene_.SetFetch([&](const SceneManifest&, const LoadProgress&) {
+    ++fetched;
+    return Result<std::filesystem::path>(std::filesystem::path("block_and_ball.json"));
+  });
+  JoinSession();
+  SceneManifest manifest;
+  manifest.offered_by = 5;
+  manifest.content_hash = BlockAndBall().hash;
+  manifest.name = "block and ball";
+  manifest.file = "/nowhere/block_and_ball.json";
+  manifest.voxel_size = 0.003;
+  EXPECT_FALSE(Child<QPushButton>("fetch_scene_button")->isVisible());
+  fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
+  fake_.inbox->OnScene(manifest);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return Child<QPushButton>("fetch_scene_button")->isVisible();
+  }));
+  EXPECT_EQ(fetched, 0);
+  Click("fetch_scene_button");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return scene_.state() == SceneModel::State::kReady;
+  }));
+  EXPECT_EQ(fetched, 1);
 }
 
 TEST_F(Window, AfterLeavingSaysThatOneHasLeftOneselfAndThatNothingComes) {

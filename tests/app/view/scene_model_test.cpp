@@ -91,6 +91,37 @@ TEST_F(SceneOfASession, IsNotShownWhenTheFileHereIsAnotherOne) {
   EXPECT_TRUE(model.message().contains("differs from the session's scene"));
 }
 
+TEST_F(SceneOfASession, IsFetchedFromAPeerWhenTheUserSaysSo) {
+  SceneModel model(LoadBlockAndBall);
+  std::atomic<int> fetched{0};
+  std::atomic<bool> fails{true};
+  model.SetFetch(
+      [&](const SceneManifest&, const LoadProgress& progress) -> Result<std::filesystem::path> {
+        ++fetched;
+        progress(1, 2, "fetching 3 files");
+        if (fails) return Error{"nobody here hands out the scene's files"};
+        return std::filesystem::path("/cache/fetched/scene.json");
+      });
+  EXPECT_FALSE(model.can_fetch());
+  model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
+  ASSERT_TRUE(Settled(model));
+  EXPECT_TRUE(model.message().contains("can be fetched from a peer"));
+  ASSERT_TRUE(model.can_fetch());
+  EXPECT_EQ(fetched, 0);
+  model.Fetch();
+  ASSERT_TRUE(Settled(model));
+  EXPECT_TRUE(model.message().contains("nobody here hands out the scene's files"));
+  // and once more
+  ASSERT_TRUE(model.can_fetch());
+  fails = false;
+  model.Fetch();
+  ASSERT_TRUE(Settled(model));
+  ASSERT_EQ(model.state(), SceneModel::State::kReady);
+  EXPECT_EQ(model.scene()->file, "/cache/fetched/scene.json");
+  EXPECT_FALSE(model.can_fetch());
+  EXPECT_EQ(fetched, 2);
+}
+
 TEST_F(SceneOfASession, IsSaidToBeMissingWithItsNameWhenItsFileIsNotHere) {
   SceneModel model(LoadBlockAndBall);
   model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
