@@ -9,24 +9,34 @@
 
 namespace tandem::driver {
 
-/// The handle of an input that tells rates and has no motors: a puck, keys. The handle moves at the
-/// user's rate, and gives way to force: where contact holds a part up, the coupling pulls the
-/// handle back, and the handle does not run ahead of the part. So the part answers at once when the
-/// user turns back, and is not flung when it comes free.
+/// The handle of an input that tells rates or ways and has no motors: a puck, keys, a mouse. The
+/// handle goes as the user means, and gives way to force. Where contact holds a part up, the
+/// coupling pulls the handle back: what the user means towards the contact then counts less, and
+/// from kFullForce on nothing, so that the handle does not run ahead of the part. So the part
+/// answers at once when the user turns back, and is not flung when it comes free. A force beyond
+/// that, as of another user's hand, moves the handle slowly along.
 ///
-/// Beyond a threshold the handle moves along the force at a speed in proportion to what is above
-/// it. A coupling of k N/m turns that into a decay of kYield * k a second, which is stable at 1000
-/// Hz with a tick of delay up to 3000 N/m.
+/// The force goes through a low-pass first. A coupling's damper answers the speed that is reported
+/// here a tick later: without the low-pass, a tick's answer could be larger than its cause.
 class RateHand {
  public:
-  static constexpr double kFreeForce = 1.5;     // N that move the handle not
-  static constexpr double kFreeMoment = 0.05;   // N m
-  static constexpr double kYield = 0.3;         // m/s for each N above
-  static constexpr double kYieldTurn = 15.0;    // rad/s for each N m above
-  static constexpr double kMostSpeed = 0.9;     // m/s, below what ends a device's force
-  static constexpr double kMostTurn = 6.0;      // rad/s
-  static constexpr double kLongestStep = 0.02;  // s; what a longer one would add is left out
+  static constexpr double kFreeForce = 1.0;       // N that hold nothing up
+  static constexpr double kFullForce = 2.0;       // N against which the hand does not go
+  static constexpr double kFreeMoment = 0.05;     // N m
+  static constexpr double kFullMoment = 0.1;      // N m
+  static constexpr double kYield = 0.03;          // m/s for each N above kFreeForce
+  static constexpr double kYieldTurn = 0.6;       // rad/s for each N m above kFreeMoment
+  static constexpr double kSmoothSeconds = 0.02;  // of the force
+  static constexpr double kWaySeconds = 0.01;     // over which a way is gone
+  static constexpr double kMostSpeed = 0.9;       // m/s, below what ends a device's force
+  static constexpr double kMostTurn = 6.0;        // rad/s
+  static constexpr double kLongestStep = 0.02;    // s; what a longer one would add is left out
 
+  /// The user means the handle to go that way, m and rad in V, beside its rates.
+  void Add(const Vec3& way, const Vec3& turn) noexcept {
+    way_left_ += way;
+    turn_left_ += turn;
+  }
   /// Moves on to `now_ns` at the user's rates in V, m/s and rad/s. The first call only sets the
   /// time.
   void Move(const Vec3& v, const Vec3& w, std::int64_t now_ns) noexcept {
@@ -34,14 +44,24 @@ class RateHand {
         last_ns_ < 0 ? 0.0
                      : std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_), 0.0, kLongestStep);
     last_ns_ = now_ns;
-    velocity_ = Within(v + kYield * Above(force_, kFreeForce), kMostSpeed);
-    turn_ = Within(w + kYieldTurn * Above(moment_, kFreeMoment), kMostTurn);
+    const double heard = dt / (dt + kSmoothSeconds);
+    smooth_force_ += heard * (force_ - smooth_force_);
+    smooth_moment_ += heard * (moment_ - smooth_moment_);
+    const Vec3 way_v = TakeWay(way_left_, dt, kMostSpeed);
+    const Vec3 turn_w = TakeWay(turn_left_, dt, kMostTurn);
+    velocity_ = Within(Against(v + way_v, smooth_force_, kFreeForce, kFullForce) +
+                           kYield * Above(smooth_force_, kFreeForce),
+                       kMostSpeed);
+    turn_ = Within(Against(w + turn_w, smooth_moment_, kFreeMoment, kFullMoment) +
+                       kYieldTurn * Above(smooth_moment_, kFreeMoment),
+                   kMostTurn);
     position_ += dt * velocity_;
     orientation_ = (RotationBy(dt * turn_) * orientation_).normalized();
   }
-  /// Stands still: the input is gone, and so is what it had felt.
+  /// Stands still: the input is gone, and so is what it had felt and was about to do.
   void Rest() noexcept {
-    velocity_ = turn_ = force_ = moment_ = Vec3::Zero();
+    velocity_ = turn_ = force_ = moment_ = smooth_force_ = smooth_moment_ = Vec3::Zero();
+    way_left_ = turn_left_ = Vec3::Zero();
     last_ns_ = -1;
   }
   /// What acts on the hand, in V. What is no number counts as nothing.
@@ -62,9 +82,25 @@ class RateHand {
   }
 
  private:
+  /// Takes what is due of a way, as a rate. What contact holds up is gone, too: the user has moved
+  /// the mouse, not the part.
+  static Vec3 TakeWay(Vec3& left, double dt, double most) noexcept {
+    if (dt <= 0) return Vec3::Zero();
+    const Vec3 rate = Within(left / (dt + kWaySeconds), most);
+    left -= dt * rate;
+    return rate;
+  }
   static Vec3 Above(const Vec3& force, double free) noexcept {
     const double size = force.norm();
     return size > free ? Vec3((1 - free / size) * force) : Vec3(Vec3::Zero());
+  }
+  /// A rate without what of it goes against a force, the less the larger the force is.
+  static Vec3 Against(const Vec3& rate, const Vec3& force, double free, double full) noexcept {
+    const double size = force.norm();
+    if (size <= free) return rate;
+    const Vec3 against = -force / size;
+    const double held = std::min(1.0, (size - free) / (full - free));
+    return rate - held * std::max(0.0, rate.dot(against)) * against;
   }
   static Vec3 Within(const Vec3& rate, double most) noexcept {
     const double size = rate.norm();
@@ -77,6 +113,10 @@ class RateHand {
   Vec3 turn_ = Vec3::Zero();
   Vec3 force_ = Vec3::Zero();
   Vec3 moment_ = Vec3::Zero();
+  Vec3 smooth_force_ = Vec3::Zero();
+  Vec3 smooth_moment_ = Vec3::Zero();
+  Vec3 way_left_ = Vec3::Zero();
+  Vec3 turn_left_ = Vec3::Zero();
   std::int64_t last_ns_ = -1;
 };
 

@@ -21,6 +21,7 @@ constexpr std::uint32_t kHelloMask = 0xffffff00U;
 constexpr std::int32_t kAnswerMark = 0x7faa0000;
 constexpr std::int32_t kAskAxes = 0x2002;
 constexpr std::size_t kPacketBytes = 32;
+constexpr std::size_t kMostEarly = 256;
 
 int MillisecondsUntil(std::chrono::steady_clock::time_point until) {
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -54,32 +55,27 @@ std::string DaemonLink::Connect(const std::string& socket) {
   address.sun_family = AF_UNIX;
   if (socket.size() >= sizeof address.sun_path) return socket + ": the name is too long";
   std::memcpy(address.sun_path, socket.c_str(), socket.size() + 1);
-  socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  // a daemon whose queue is full would keep connect() waiting
+  socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (socket_ < 0 || connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
     const std::string why = std::strerror(errno);  // NOLINT(concurrency-mt-unsafe)
     Close();
     return socket + ": " + why;
   }
-  version_ = 0;
-  if (!Send(&kHello, sizeof kHello)) return socket + ": the daemon hung up";
+  const std::string gone = socket + ": the daemon hung up";
+  if (!Send(&kHello, sizeof kHello)) return gone;
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(kHandshakeMs);
-  while (received_.size() < sizeof kHello) {
-    if (!IsReadable(socket_, MillisecondsUntil(until))) break;
-    if (!Receive()) return socket + ": the daemon hung up";
-  }
-  if (received_.size() >= sizeof kHello) {
-    std::int32_t answer = 0;
-    std::memcpy(&answer, received_.data(), sizeof answer);
-    // anything else is the first word of an event
-    if ((static_cast<std::uint32_t>(answer) & kHelloMask) ==
-        (static_cast<std::uint32_t>(kHello) & kHelloMask)) {
-      version_ = answer & 0xff;
-      received_.erase(0, sizeof answer);
+  while (version_ == 0 && IsReadable(socket_, MillisecondsUntil(until))) {
+    if (!Receive()) return gone;
+    for (Packet packet; TakePacket(packet);) {
+      if (early_.size() < kMostEarly) early_.push_back(packet);
     }
   }
+  agreed_ = true;
   if (version_ > 0) return {};
+  // it took the handshake for a sensitivity
   const float sensitivity = 1;
-  return Send(&sensitivity, sizeof sensitivity) ? "" : socket + ": the daemon hung up";
+  return Send(&sensitivity, sizeof sensitivity) ? "" : gone;
 }
 
 bool DaemonLink::Send(const void* bytes, std::size_t size) const {
@@ -95,47 +91,66 @@ bool DaemonLink::Receive() {
 }
 
 bool DaemonLink::TakePacket(Packet& packet) {
+  std::uint32_t first = 0;
+  if (received_.size() < sizeof first) return false;
+  std::memcpy(&first, received_.data(), sizeof first);
+  if ((first & kHelloMask) == (static_cast<std::uint32_t>(kHello) & kHelloMask)) {
+    is_late_ = is_late_ || agreed_;
+    version_ = static_cast<int>(first & ~kHelloMask);
+    received_.erase(0, sizeof first);
+  }
   if (received_.size() < kPacketBytes) return false;
   std::memcpy(packet.data(), received_.data(), kPacketBytes);
   received_.erase(0, kPacketBytes);
   return true;
 }
 
-bool DaemonLink::Wait(int timeout_ms, const std::function<void(const DaemonEvent&)>& take) {
-  if (socket_ < 0) return false;
-  const bool is_there =
-      received_.size() >= kPacketBytes || !IsReadable(socket_, timeout_ms) || Receive();
-  for (Packet packet; TakePacket(packet);) {
-    DaemonEvent event;
-    event.kind = packet[0];
-    std::copy(packet.begin() + 1, packet.end(), event.word.begin());
-    // an answer to a request that nobody waits for any more is passed over
-    if (event.kind >= 0 && event.kind < kAnswerMark) take(event);
-  }
-  return is_there;
+void DaemonLink::Give(const Packet& packet,
+                      const std::function<void(const DaemonEvent&)>& take) const {
+  // an answer to a request that nobody waits for any more is passed over
+  if (packet[0] < 0 || packet[0] >= kAnswerMark) return;
+  DaemonEvent event;
+  event.kind = packet[0];
+  std::copy(packet.begin() + 1, packet.end(), event.word.begin());
+  take(event);
 }
 
-bool DaemonLink::HasDevice(const std::function<void(const DaemonEvent&)>& take) {
-  if (version_ == 0) return true;
-  const Packet request{kAnswerMark | kAskAxes};
-  if (!Send(request.data(), kPacketBytes)) return false;
+bool DaemonLink::Wait(int timeout_ms, const std::function<void(const DaemonEvent&)>& take) {
+  if (socket_ < 0) return false;
+  for (const Packet& packet : early_) Give(packet, take);
+  early_.clear();
+  const bool is_there =
+      received_.size() >= kPacketBytes || !IsReadable(socket_, timeout_ms) || Receive();
+  for (Packet packet; TakePacket(packet);) Give(packet, take);
+  return is_there && !is_late_;
+}
+
+DaemonLink::Devices DaemonLink::AskDevices(const std::function<void(const DaemonEvent&)>& take) {
+  if (version_ == 0) return Devices::kSome;
+  for (const Packet& packet : early_) Give(packet, take);
+  early_.clear();
+  constexpr std::int32_t kAxes = kAnswerMark | kAskAxes;
+  const Packet request{kAxes};
+  if (!Send(request.data(), kPacketBytes)) return Devices::kNoAnswer;
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(kAnswerMs);
   do {
     for (Packet packet; TakePacket(packet);) {
-      if (packet[0] == (kAnswerMark | kAskAxes)) return packet[7] == 0 && packet[1] > 0;
-      DaemonEvent event;
-      event.kind = packet[0];
-      std::copy(packet.begin() + 1, packet.end(), event.word.begin());
-      if (event.kind >= 0 && event.kind < kAnswerMark) take(event);
+      if (packet[0] == kAxes) {
+        return packet[7] == 0 && packet[1] > 0 ? Devices::kSome : Devices::kNone;
+      }
+      Give(packet, take);
     }
   } while (IsReadable(socket_, MillisecondsUntil(until)) && Receive());
-  return false;
+  return Devices::kNoAnswer;
 }
 
 void DaemonLink::Close() {
   if (socket_ >= 0) close(socket_);
   socket_ = -1;
+  version_ = 0;
+  agreed_ = is_late_ = false;
   received_.clear();
+  early_.clear();
 }
 
 }  // namespace tandem::driver

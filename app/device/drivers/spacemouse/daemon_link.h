@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace tandem::driver {
 
@@ -32,11 +33,13 @@ class DaemonLink {
 
   /// Connects and agrees on the protocol. Returns the fault; empty: none.
   std::string Connect(const std::string& socket);
-  /// Waits so long at the most for events and gives each to `take`; false: the daemon is gone.
+  /// Waits so long at the most for events and gives each to `take`; false: the daemon is gone, or
+  /// has answered the handshake when nobody waited for that any more.
   bool Wait(int timeout_ms, const std::function<void(const DaemonEvent&)>& take);
-  /// Whether a device is plugged in, as the daemon says. A daemon of version 0 cannot say: it
-  /// counts as one that has a device. Events that come meanwhile go to `take`.
-  bool HasDevice(const std::function<void(const DaemonEvent&)>& take);
+  enum class Devices : std::uint8_t { kNone, kSome, kNoAnswer };
+  /// Asks the daemon whether a device is plugged in. One of version 0 cannot say: it counts as one
+  /// that has some. Events that come meanwhile go to `take`.
+  Devices AskDevices(const std::function<void(const DaemonEvent&)>& take);
   int version() const { return version_; }
   void Close();
 
@@ -45,11 +48,16 @@ class DaemonLink {
   bool Send(const void* bytes, std::size_t size) const;
   /// Takes what has come in; false: the daemon is gone.
   bool Receive();
+  /// The next whole packet. The handshake's answer is none: it is noted.
   bool TakePacket(Packet& packet);
+  void Give(const Packet& packet, const std::function<void(const DaemonEvent&)>& take) const;
 
   int socket_ = -1;
   int version_ = 0;
+  bool agreed_ = false;   // on the version
+  bool is_late_ = false;  // the answer to the handshake came after that
   std::string received_;
+  std::vector<Packet> early_;  // events from before that
 };
 
 }  // namespace tandem::driver

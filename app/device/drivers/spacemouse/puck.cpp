@@ -5,20 +5,25 @@
 
 namespace tandem::driver {
 
-PuckRates RatesOf(const std::array<std::int32_t, 6>& axes, const PuckSettings& settings) noexcept {
+namespace {
+constexpr double kClearly = 1.2;  // times as strong as the axis that moves the hand now
+}
+
+PuckRates RatesOf(const std::array<std::int32_t, 6>& axes, const PuckSettings& settings,
+                  std::size_t& dominant) noexcept {
   std::array<double, 6> shares{};
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    const double share = std::clamp(axes[i] / PuckSettings::kFullScale, -1.5, 1.5);
+    const double share = std::clamp(axes[i] / PuckSettings::kFullScale, -1.0, 1.0);
     // from nothing at the dead zone's edge, so that motion begins without a jump
     const double above = std::max(0.0, std::abs(share) - settings.dead_zone);
     shares[i] = std::copysign(above / (1 - settings.dead_zone), share);
   }
   if (settings.dominant) {
-    const auto strongest = std::ranges::max_element(shares, {}, [](double share) {
-      return std::abs(share);
-    });
-    for (double& share : shares) {
-      if (&share != &*strongest) share = 0;
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      if (std::abs(shares[i]) > kClearly * std::abs(shares[dominant])) dominant = i;
+    }
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      if (i != dominant) shares[i] = 0;
     }
   }
   // z points away from the person there, and to the person in V

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "engine/base/spatial.h"
@@ -26,6 +27,9 @@ struct PuckRates {
 
 /// What the daemon's numbers x y z rx ry rz mean. Its axes are x right, y up, z away from the
 /// person.
-PuckRates RatesOf(const std::array<std::int32_t, 6>& axes, const PuckSettings& settings) noexcept;
+/// `dominant`: the axis that moved the hand alone last, where only the strongest does; another one
+/// takes over when it is clearly stronger.
+PuckRates RatesOf(const std::array<std::int32_t, 6>& axes, const PuckSettings& settings,
+                  std::size_t& dominant) noexcept;
 
 }  // namespace tandem::driver

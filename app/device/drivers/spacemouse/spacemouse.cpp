@@ -18,6 +18,7 @@ namespace tandem::driver {
 namespace {
 
 constexpr int kTurnMs = 50;  // between two looks whether to end
+constexpr std::chrono::milliseconds kAskEvery{1000};
 constexpr std::chrono::milliseconds kFirstRetry{100};
 constexpr std::chrono::milliseconds kLastRetry{3200};
 constexpr const char* kNoDaemon = "spacenavd does not answer at ";
@@ -42,7 +43,7 @@ class SpaceMouse {
     if (!link.Connect(socket).empty()) {
       Put(found->missing, kNoDaemon + socket);
       Put(found->mend, kMendDaemon);
-    } else if (!link.HasDevice([](const DaemonEvent&) {})) {
+    } else if (link.AskDevices([](const DaemonEvent&) {}) != DaemonLink::Devices::kSome) {
       Put(found->missing, kNoPuck);
       Put(found->mend, kMendPuck);
     } else {
@@ -103,7 +104,7 @@ class SpaceMouse {
       hand_.Rest();
       return TANDEM_UNPLUGGED;
     }
-    const PuckRates rates = RatesOf(newest_.axes, settings_);
+    const PuckRates rates = RatesOf(newest_.axes, settings_, dominant_);
     hand_.Move(rates.v, rates.w, host_->now_ns());
     hand_.Tell(state);
     const auto pressed = [this](int button) {
@@ -132,10 +133,19 @@ class SpaceMouse {
   bool Connect() {
     if (!link_.Connect(socket_).empty()) return false;
     now_ = {};
-    const bool has_device = link_.HasDevice([this](const DaemonEvent& event) {
+    return Ask();
+  }
+  /// Whether the daemon answers; asks it whether there is a device.
+  bool Ask() {
+    asks_ = false;
+    const DaemonLink::Devices devices = link_.AskDevices([this](const DaemonEvent& event) {
       Take(event);
     });
-    now_.there = now_.there || has_device;  // one that moves is there
+    asked_ = std::chrono::steady_clock::now();
+    if (devices == DaemonLink::Devices::kNoAnswer) return false;
+    const bool is_there = devices == DaemonLink::Devices::kSome;
+    if (!is_there) now_ = {};
+    now_.there = is_there;
     Tell();
     return true;
   }
@@ -153,9 +163,10 @@ class SpaceMouse {
         break;
       }
       case DaemonEvent::kDevice:
-        // the daemon tells no zero motion of a puck that was pulled out
+        // the daemon tells no zero motion of a puck that was pulled out, and there may be another
         now_ = {};
         now_.there = event.word[0] == 0;
+        asks_ = event.word[0] != 0;
         break;
       default:
         return;
@@ -169,10 +180,13 @@ class SpaceMouse {
   void Listen() {
     std::chrono::milliseconds retry = kFirstRetry;
     while (!over_.load()) {
-      if (link_.Wait(kTurnMs, [this](const DaemonEvent& event) {
-            Take(event);
-          }))
-        continue;
+      bool is_there = link_.Wait(kTurnMs, [this](const DaemonEvent& event) {
+        Take(event);
+      });
+      // a daemon that hangs would leave the hand at its last rate for ever
+      const bool is_due = std::chrono::steady_clock::now() - asked_ > kAskEvery;
+      if (is_there && (asks_ || is_due)) is_there = Ask();
+      if (is_there) continue;
       link_.Close();
       now_ = {};
       push_.Write(now_);
@@ -199,9 +213,12 @@ class SpaceMouse {
   // the thread's own, and before it starts the main thread's
   DaemonLink link_;
   Push now_;
+  bool asks_ = false;  // for what devices there are now
+  std::chrono::steady_clock::time_point asked_{};
 
   // the loop's
   Push newest_;
+  std::size_t dominant_ = 0;
   RateHand hand_;
 };
 

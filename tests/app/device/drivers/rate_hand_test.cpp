@@ -50,35 +50,86 @@ TEST(RateHandTest, ForcesThatAreNoNumbersAndSpeedsBeyondBoundsMoveNothing) {
   EXPECT_NEAR(PlaceOf(hand).x(), 0.1 * RateHand::kMostSpeed, 1e-12);
 }
 
-/// A part that contact holds at 0, and a coupling of k N/m from it to the handle, whose force the
-/// handle hears a tick later, as much as the user's limit lets through.
-double LeadAfter(RateHand& hand, double k, double rate, int ticks, double& widest, int from = 0) {
-  constexpr double kUsersLimit = 3;  // N
-  double felt = 0;
-  widest = 0;
-  for (int i = from; i < from + ticks; ++i) {
-    hand.Feel(ForceAlongX(felt));
-    hand.Move(Vec3(rate, 0, 0), Vec3::Zero(), i * kMs);
-    const double x = PlaceOf(hand).x();
-    felt = std::clamp(-k * x, -kUsersLimit, kUsersLimit);
-    if (i - from > ticks / 2) widest = std::max(widest, std::abs(x));
+/// A part that contact holds at 0, and a coupling from it to the handle, whose force the handle
+/// hears a tick later as its guard lets it through.
+class HeldPart {
+ public:
+  HeldPart(double stiffness, double damping) : stiffness_(stiffness), damping_(damping) {}
+
+  void Go(double rate, int ticks) {
+    constexpr double kUsersLimit = 3;  // N
+    constexpr double kSlew = 0.5;      // N a tick
+    fastest_ = 0;
+    for (int i = 0; i < ticks; ++i) {
+      hand_.Feel(ForceAlongX(felt_));
+      hand_.Move(Vec3(rate, 0, 0), Vec3::Zero(), now_ns_ += kMs);
+      TandemDeviceState state{};
+      hand_.Tell(state);
+      lead_ = state.position[0];
+      const double wanted =
+          std::clamp(-stiffness_ * lead_ - damping_ * state.velocity[0], -kUsersLimit, kUsersLimit);
+      felt_ += std::clamp(wanted - felt_, -kSlew, kSlew);
+      if (i > ticks / 2) fastest_ = std::max(fastest_, std::abs(state.velocity[0]));
+    }
   }
-  return PlaceOf(hand).x();
+  double lead() const { return lead_; }        // m, of the handle ahead of the part
+  double force() const { return -felt_; }      // N
+  double fastest() const { return fastest_; }  // m/s, in the second half of Go()
+
+ private:
+  RateHand hand_;
+  double stiffness_;
+  double damping_;
+  double felt_ = 0;
+  double lead_ = 0;
+  double fastest_ = 0;
+  std::int64_t now_ns_ = 0;
+};
+
+TEST(RateHandTest, TheHandleComesToRestAtAPartThatContactHolds) {
+  for (const double stiffness : {200.0, 800.0, 2000.0, 3000.0}) {
+    for (const double damping : {0.0, 2.0, 8.0, 16.0, 30.0}) {
+      for (const double rate : {0.02, 0.1, 0.5}) {
+        HeldPart part(stiffness, damping);
+        part.Go(rate, 4000);
+        EXPECT_LT(part.fastest(), 1e-4) << stiffness << " " << damping << " " << rate;
+        EXPECT_GT(part.force(), RateHand::kFreeForce);
+        EXPECT_LT(part.force(), RateHand::kFullForce);
+        EXPECT_LT(part.lead(), RateHand::kFullForce / stiffness);
+      }
+    }
+  }
 }
 
-TEST(RateHandTest, TheHandleDoesNotRunAheadOfAPartThatContactHolds) {
-  for (const double k : {200.0, 800.0, 2000.0, 3000.0}) {
-    RateHand hand;
-    double widest = 0;
-    const double lead = LeadAfter(hand, k, 0.2, 3000, widest);
-    // where the yield is as fast as the rate, and it is at rest there
-    const double expected = (RateHand::kFreeForce + 0.2 / RateHand::kYield) / k;
-    EXPECT_NEAR(lead, expected, 1e-6) << k;
-    EXPECT_NEAR(widest, expected, 1e-6) << k;
-    // the user turns back: the handle leaves at once
-    double back = 0;
-    EXPECT_LT(LeadAfter(hand, k, -0.2, 60, back, 3000), 0.5 * expected + 1e-3) << k;
-  }
+TEST(RateHandTest, TheHandleLeavesAtOnceWhenTheUserTurnsBack) {
+  HeldPart part(800, 8);
+  part.Go(0.1, 4000);
+  ASSERT_GT(part.lead(), 0.001);
+  // at most 2.5 mm ahead: gone in as many hundredths of a second, and a few for the damper
+  part.Go(-0.1, 50);
+  EXPECT_LT(part.lead(), 0);
+}
+
+TEST(RateHandTest, AlongAWallTheHandGoesAsTheUserMeans) {
+  RateHand hand;
+  hand.Feel(ForceAlongX(-2.5));
+  for (int i = 0; i <= 1000; ++i) hand.Move(Vec3(0.1, 0.1, 0), Vec3::Zero(), i * kMs);
+  TandemDeviceState state{};
+  hand.Tell(state);
+  EXPECT_NEAR(state.velocity[1], 0.1, 1e-12);
+  // the way into the wall is none, and the force moves the hand slowly out of it
+  EXPECT_NEAR(state.velocity[0], -1.5 * RateHand::kYield, 1e-6);
+}
+
+TEST(RateHandTest, AWayIsGoneSoonAndWhole) {
+  RateHand hand;
+  hand.Move(Vec3::Zero(), Vec3::Zero(), 0);
+  hand.Add(Vec3(0.005, 0, 0), Vec3(0, 0.2, 0));
+  for (int i = 1; i <= 200; ++i) hand.Move(Vec3::Zero(), Vec3::Zero(), i * kMs);
+  EXPECT_NEAR(PlaceOf(hand).x(), 0.005, 1e-9);
+  TandemDeviceState state{};
+  hand.Tell(state);
+  EXPECT_NEAR(state.orientation[1], std::sin(0.1), 1e-7);
 }
 
 }  // namespace

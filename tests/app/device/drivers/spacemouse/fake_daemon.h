@@ -2,6 +2,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -52,10 +53,12 @@ class FakeDaemon {
   }
   bool has_client() const { return client_.load() >= 0; }
 
-  std::atomic<int> axes{6};              // 0: no device
-  std::atomic<bool> answers{true};       // to requests and to the handshake
-  std::atomic<bool> event_first{false};  // a motion comes before each answer
-  std::atomic<float> sensitivity{0};     // that a client of version 0 sent
+  std::atomic<int> axes{6};                     // 0: no device
+  std::atomic<bool> event_before_hello{false};  // a motion comes before the handshake's answer
+  std::atomic<int> hello_ms{0};                 // that the handshake's answer takes
+  std::atomic<bool> answers{true};              // to requests and to the handshake
+  std::atomic<bool> event_first{false};         // a motion comes before each answer
+  std::atomic<float> sensitivity{0};            // that a client of version 0 sent
   std::atomic<int> clients{0};
 
  private:
@@ -106,6 +109,9 @@ class FakeDaemon {
       std::memcpy(&hello, received.data(), 4);
       received.erase(0, 4);
       const std::int32_t answer = 0x7faa5500 | version_;
+      if (event_before_hello) Motion(0, 350, 0);
+      const int delay_ms = hello_ms.exchange(0);
+      if (delay_ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
       if (version_ > 0 && answers) send(client_, &answer, 4, MSG_NOSIGNAL);
     }
     if (version_ == 0 && received.size() >= 4) {

@@ -97,6 +97,51 @@ TEST_F(SpaceMouseTest, SpeaksBothVersionsOfTheProtocol) {
   EXPECT_TRUE(Moves(Vec3(0, 0.1, 0)));
 }
 
+TEST_F(SpaceMouseTest, AnEventBeforeTheHandshakesAnswerDoesNotShiftWhatFollows) {
+  daemon_ = std::make_unique<FakeDaemon>(socket_, 1);
+  daemon_->event_before_hello = true;
+  ASSERT_EQ(trial_.Open("dead_zone=0"), TANDEM_OK) << trial_.Error();
+  ASSERT_EQ(trial_.Start(), TANDEM_OK);
+  EXPECT_TRUE(Moves(Vec3(0, 0.1, 0)));
+  daemon_->Motion(350, 0, 0);
+  EXPECT_TRUE(Moves(Vec3(0.1, 0, 0)));
+  daemon_->Motion(0, 0, 0);  // the hand lets the puck go
+  EXPECT_TRUE(Moves(Vec3::Zero()));
+}
+
+TEST_F(SpaceMouseTest, ALateAnswerToTheHandshakeBeginsAnew) {
+  daemon_ = std::make_unique<FakeDaemon>(socket_, 1);
+  daemon_->hello_ms = 400;
+  ASSERT_EQ(trial_.Open("dead_zone=0"), TANDEM_OK) << trial_.Error();
+  ASSERT_EQ(trial_.Start(), TANDEM_OK);
+  EXPECT_TRUE(trial_.TicksUntil([&] {
+    return daemon_->clients == 2;
+  }));
+  EXPECT_TRUE(Reads(TANDEM_OK));
+  daemon_->Motion(350, 0, 0);
+  EXPECT_TRUE(Moves(Vec3(0.1, 0, 0)));
+}
+
+TEST_F(SpaceMouseTest, ADaemonThatHangsStopsTheHand) {
+  Begin("dead_zone=0");
+  daemon_->Motion(350, 0, 0);
+  ASSERT_TRUE(Moves(Vec3(0.1, 0, 0)));
+  daemon_->answers = false;
+  EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
+  daemon_->answers = true;
+  EXPECT_TRUE(Reads(TANDEM_OK));
+  EXPECT_TRUE(velocity().isZero());
+}
+
+TEST_F(SpaceMouseTest, OneOfTwoDevicesRemovedLeavesTheOther) {
+  Begin("dead_zone=0");
+  daemon_->Motion(350, 0, 0);
+  ASSERT_TRUE(Moves(Vec3(0.1, 0, 0)));
+  daemon_->Send({3, 1, 4});  // removed; the daemon still has six axes
+  EXPECT_TRUE(Moves(Vec3::Zero()));
+  EXPECT_TRUE(Reads(TANDEM_OK));
+}
+
 TEST_F(SpaceMouseTest, MovesTheHandInItsAxesAtTheSpeedsThatAreSet) {
   Begin("dead_zone=0,speed_mm_s=200,turn_deg_s=90");
   daemon_->Motion(175, 350, 350);  // right, up, away
@@ -162,11 +207,13 @@ TEST_F(SpaceMouseTest, APulledPuckStandsStillAndGoesOnWhenItIsBack) {
   Begin("dead_zone=0");
   daemon_->Motion(350, 0, 0);
   ASSERT_TRUE(Moves(Vec3(0.1, 0, 0)));
+  daemon_->axes = 0;
   daemon_->Send({3, 1, 0});  // removed, without a last zero motion
   EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
   EXPECT_THAT(trial_.Error(), HasSubstr("plug it in"));
   const Vec3 at = trial_.position();
   trial_.Ticks(50);
+  daemon_->axes = 6;
   daemon_->Send({3, 0, 0});  // added
   EXPECT_TRUE(Reads(TANDEM_OK));
   EXPECT_LT((trial_.position() - at).norm(), 1e-6);
@@ -209,13 +256,25 @@ TEST_F(SpaceMouseTest, ButtonsAreTheClutchAndTheStopAsAsked) {
 
 TEST_F(SpaceMouseTest, ForceHoldsTheHandBack) {
   Begin("dead_zone=0");
-  daemon_->Motion(350, 0, 0);
-  ASSERT_TRUE(Moves(Vec3(0.1, 0, 0)));
-  // 0.5 N above what moves it not give way by 0.15 m/s: the hand goes back
-  trial_.Ticks(2, Vec3(-2, 0, 0));
-  EXPECT_NEAR(velocity().x(), 0.1 - 0.15, 1e-9);
-  trial_.Ticks(2);
+  daemon_->Motion(350, 350, 0);
+  ASSERT_TRUE(Moves(Vec3(0.1, 0.1, 0)));
+  trial_.Ticks(200, Vec3(-2.5, 0, 0));
+  EXPECT_LT(velocity().x(), 0);
+  EXPECT_NEAR(velocity().y(), 0.1, 1e-9);
+  trial_.Ticks(100);
   EXPECT_NEAR(velocity().x(), 0.1, 1e-9);
+}
+
+TEST_F(SpaceMouseTest, AnotherAxisTakesOverWhenItIsClearlyStronger) {
+  Begin("dead_zone=0,dominant=yes");
+  daemon_->Motion(300, 200, 0);
+  EXPECT_TRUE(Moves(Vec3(0.1 * 300 / 350, 0, 0)));
+  daemon_->Motion(300, 320, 0);
+  EXPECT_TRUE(Moves(Vec3(0.1 * 300 / 350, 0, 0)));
+  trial_.Ticks(20);
+  EXPECT_EQ(velocity().y(), 0);
+  daemon_->Motion(200, 300, 0);
+  EXPECT_TRUE(Moves(Vec3(0, 0.1 * 300 / 350, 0)));
 }
 
 }  // namespace

@@ -1,0 +1,162 @@
+#include "app/device/drivers/event_source.h"
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <climits>
+#include <cstring>
+#include <filesystem>
+#include <set>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include "app/device/drivers/driver_support.h"
+
+namespace tandem::driver {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kMendRights = "sudo usermod -aG input $USER, then log out and in again";
+
+template <std::size_t kBits>
+using Bits = std::array<unsigned long, kBits / (CHAR_BIT * sizeof(unsigned long)) + 1>;
+
+template <typename Set>
+bool Has(const Set& bits, unsigned bit) {
+  constexpr unsigned kWord = CHAR_BIT * sizeof(unsigned long);
+  return (bits[bit / kWord] >> (bit % kWord) & 1UL) != 0;
+}
+
+bool HasKey(int file, unsigned key) {
+  Bits<KEY_MAX> keys{};
+  return ioctl(file, EVIOCGBIT(EV_KEY, sizeof keys), keys.data()) >= 0 && Has(keys, key);
+}
+
+/// A file that is open for reading without waiting, and that somebody writes to; below 0: none.
+int OpenFile(const std::string& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) return -1;
+  pollfd wait{file, POLLIN, 0};
+  poll(&wait, 1, 0);
+  if ((wait.revents & (POLLHUP | POLLERR)) == 0) return file;
+  close(file);
+  errno = ENODEV;
+  return -1;
+}
+
+/// The first device of the kind; below 0: none. `denied`: some could not be looked at.
+int OpenFirst(EventSource::IsKind is_kind, bool& denied) {
+  denied = false;
+  std::set<fs::path> files;  // by name, so that the first stays the first
+  std::error_code unreadable;
+  for (const auto& entry : fs::directory_iterator("/dev/input", unreadable)) {
+    if (entry.path().filename().string().rfind("event", 0) == 0) files.insert(entry.path());
+  }
+  for (const fs::path& path : files) {
+    const int file = OpenFile(path.string());
+    denied = denied || (file < 0 && errno == EACCES);
+    if (file < 0) continue;
+    if (is_kind(file)) return file;
+    close(file);
+  }
+  return -1;
+}
+
+}  // namespace
+
+bool IsMouse(int file) {
+  Bits<REL_MAX> axes{};
+  return ioctl(file, EVIOCGBIT(EV_REL, sizeof axes), axes.data()) >= 0 && Has(axes, REL_X) &&
+         Has(axes, REL_Y) && HasKey(file, BTN_LEFT);
+}
+
+bool IsKeyboard(int file) {
+  return HasKey(file, KEY_LEFT) && HasKey(file, KEY_RIGHTCTRL) && HasKey(file, KEY_A);
+}
+
+void EventSource::List(TandemDeviceFound& found, IsKind is_kind, const char* kind) {
+  bool denied = false;
+  const int file = OpenFirst(is_kind, denied);
+  if (file >= 0) {
+    found.present = 1;
+    std::array<char, 64> name{};
+    ioctl(file, EVIOCGNAME(name.size() - 1), name.data());
+    Put(found.name, name.data());
+    close(file);
+  } else if (denied) {
+    Put(found.missing, "the right to read /dev/input");
+    Put(found.mend, kMendRights);
+  } else {
+    Put(found.missing, std::string("there is no ") + kind + " at /dev/input");
+    Put(found.mend, "plug it in, or give path=FILE");
+  }
+}
+
+std::string EventSource::Open(const std::string& path, IsKind is_kind, const char* kind) {
+  path_ = path;
+  is_kind_ = is_kind;
+  bool denied = false;
+  const int file = path.empty() ? OpenFirst(is_kind, denied) : OpenFile(path);
+  denied = denied || (file < 0 && errno == EACCES);
+  if (file < 0) {
+    const std::string what = path.empty() ? std::string("no ") + kind + " at /dev/input" : path;
+    if (denied) return what + ": no right to read it: " + kMendRights;
+    if (path.empty()) return what + ": plug it in, or give path=FILE";
+    return what + ": " + std::strerror(errno);  // NOLINT(concurrency-mt-unsafe)
+  }
+  file_.store(file);
+  return {};
+}
+
+void EventSource::Start() {
+  keeper_ = std::thread([this] {
+    Keep();
+  });
+}
+
+EventSource::~EventSource() {
+  over_.store(true);
+  if (keeper_.joinable()) keeper_.join();
+  for (const int file : {file_.load(), gone_.load()}) {
+    if (file >= 0) close(file);
+  }
+}
+
+EventSource::Got EventSource::Next(int file, input_event& event) noexcept {
+  const ssize_t size = read(file, &event, sizeof event);
+  if (size == static_cast<ssize_t>(sizeof event)) return Got::kEvent;
+  if (size < 0 && (errno == EAGAIN || errno == EINTR)) return Got::kNothing;
+  // unplugged, or no whole event
+  gone_.store(file, std::memory_order_release);
+  file_.store(-1, std::memory_order_release);
+  return Got::kGone;
+}
+
+void EventSource::Keep() {
+  int waited_ms = 0;
+  while (!over_.load()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (file_.load() >= 0) continue;
+    const int gone = gone_.exchange(-1);
+    if (gone >= 0) close(gone);
+    waited_ms += 20;
+    if (waited_ms < kReopenMs) continue;
+    waited_ms = 0;
+    bool denied = false;
+    const int file = path_.empty() ? OpenFirst(is_kind_, denied) : OpenFile(path_);
+    if (file >= 0) file_.store(file, std::memory_order_release);
+  }
+}
+
+bool EventSource::IsDown(int key) const noexcept {
+  Bits<KEY_MAX> keys{};
+  const int file = file_.load();
+  return file >= 0 && ioctl(file, EVIOCGKEY(sizeof keys), keys.data()) >= 0 &&
+         Has(keys, static_cast<unsigned>(key));
+}
+
+}  // namespace tandem::driver
