@@ -7,12 +7,14 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <random>
 #include <sstream>
 #include <vector>
 
 #include <sys/stat.h>
 
+#include "collab/dds/member_request.h"
 #include "collab/dds/openssl.h"
 #include "collab/dds/permissions.h"
 #include "collab/dds/revocation.h"
@@ -26,6 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxName = 64;
+constexpr std::uintmax_t kLargestMemberFile = 1 << 18;  // bytes
 constexpr const char* kAudienceMark = "audience.txt";  // in a session's folder: it is an audience's
 constexpr std::array kMemberFiles{"identity_ca.pem", "permissions_ca.pem", "governance.p7s",
                                   "identity.pem",    "identity.key",       "permissions.p7s",
@@ -131,25 +134,39 @@ Result<KeyTimes> SharedTimes(const std::vector<fs::path>& certificates) {
   return shared;
 }
 
+// `given`: somebody else's request (PEM), whose subject counts for nothing; empty: a new key is
+// made.
 Result<bool> MakeIdentity(const Authority& authority, const std::string& name, PeerId peer,
-                          const fs::path& out, std::time_t until) {
+                          const fs::path& out, std::time_t until, const std::string& given) {
   std::string subject = "/";
   subject += SubjectOf(name, peer);
   std::ranges::replace(subject, ',', '/');
   const fs::path request = out / "identity.csr";
-  Result<bool> done = MakeRequest(subject, out / "identity.key", request);
-  if (done) done = SignRequest(request, authority, false, peer, until, out / "identity.pem");
+  Result<bool> done = given.empty() ? MakeRequest(subject, out / "identity.key", request)
+                                    : WriteText(request, given);
+  if (done && !given.empty()) done = CheckMemberRequest(request);
+  if (done) {
+    done = SignRequest(request, authority, false, peer, until, out / "identity.pem", subject);
+  }
   std::error_code failed;
   fs::remove(request, failed);
   return done;
 }
 
-// A folder for one who is `part` in the session: "peer", "viewer" or "relay". Its keys end with the
-// session's authorities at the latest.
-Result<PeerId> MakeKeys(
-    const fs::path& session, const std::string& name, const std::string& part,
-    const fs::path& folder, int days,
-    const std::function<std::string(PeerId, std::time_t from, std::time_t until)>& permissions_of) {
+// One who is `part` in a session: "peer", "viewer" or "relay".
+struct NewMember {
+  PeerId peer = 0;
+  UnfinishedFolder folder;
+};
+
+using PermissionsFunction = std::function<std::string(PeerId, std::time_t from, std::time_t until)>;
+
+// Fills a folder for one. Its keys end with the session's authorities at the latest. `request`: as
+// of MakeIdentity().
+Result<NewMember> FillFolder(const fs::path& session, const std::string& name,
+                             const std::string& part, const fs::path& folder, int days,
+                             const PermissionsFunction& permissions_of,
+                             const std::string& request) {
   const OwnerOnly owner_only;
   if (!IsMemberName(name)) {
     return Error{"'" + name + "' is no name for a member: letters, digits, '.', '_', '-'"};
@@ -171,7 +188,7 @@ Result<PeerId> MakeKeys(
   if (!made) return made.error();
   const fs::path& out = made->path();
   const PeerId peer = NewPeerId();
-  if (done) done = MakeIdentity(identity, name, peer, out, until);
+  if (done) done = MakeIdentity(identity, name, peer, out, until, request);
   if (done) {  // a day back: clocks differ
     done = SignDocument(permissions_of(peer, now - kDaySeconds, until), permissions,
                         out / "permissions.p7s");
@@ -191,9 +208,26 @@ Result<PeerId> MakeKeys(
   }
   // before the keys are anybody's
   if (done) done = AddToMembers(session, name, peer, part);
-  if (done) done = made->Commit();
   if (!done) return done.error();
-  return peer;
+  return NewMember{peer, *std::move(made)};
+}
+
+Result<PeerId> MakeKeys(const fs::path& session, const std::string& name, const std::string& part,
+                        const fs::path& folder, int days,
+                        const PermissionsFunction& permissions_of) {
+  const OwnerOnly owner_only;
+  Result<NewMember> member = FillFolder(session, name, part, folder, days, permissions_of, {});
+  if (!member) return member.error();
+  if (const Result<bool> done = member->folder.Commit(); !done) return done.error();
+  return member->peer;
+}
+
+// Where nobody takes part.
+std::optional<Error> IsAudience(const fs::path& session, Role role) {
+  if (role != Role::kActive || !fs::exists(session / kAudienceMark)) return std::nullopt;
+  return Error{session.string() +
+               ": these are the keys of those who look on behind a relay, where nobody takes "
+               "part: name the session's own folder"};
 }
 
 }  // namespace
@@ -232,15 +266,34 @@ Result<bool> MakeSessionKeys(const fs::path& folder, const Authority& identity,
 
 Result<PeerId> MakeMemberKeys(const fs::path& session, const std::string& name, Role role,
                               const fs::path& out, int days) {
-  if (role == Role::kActive && fs::exists(session / kAudienceMark)) {
-    return Error{session.string() +
-                 ": these are the keys of those who look on behind a relay, where nobody takes "
-                 "part: name the session's own folder"};
-  }
+  if (const std::optional<Error> audience = IsAudience(session, role)) return *audience;
   return MakeKeys(session, name, role == Role::kViewer ? "viewer" : "peer", out, days,
                   [&](PeerId peer, std::time_t from, std::time_t until) {
                     return PermissionsXml(name, peer, role, from, until);
                   });
+}
+
+Result<std::map<std::string, std::string>> SignMember(const fs::path& session,
+                                                      const std::string& name, Role role,
+                                                      const std::string& request, int days) {
+  const OwnerOnly owner_only;
+  if (const std::optional<Error> audience = IsAudience(session, role)) return *audience;
+  if (request.empty()) return Error{"the request for a certificate is empty"};
+  // never committed: its files go to whoever has the key
+  const Result<NewMember> member = FillFolder(
+      session, name, role == Role::kViewer ? "viewer" : "peer", session / "invited", days,
+      [&](PeerId peer, std::time_t from, std::time_t until) {
+        return PermissionsXml(name, peer, role, from, until);
+      },
+      request);
+  if (!member) return member.error();
+  std::map<std::string, std::string> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(member->folder.path())) {
+    Result<std::string> text = ReadWholeFile(entry.path(), kLargestMemberFile);
+    if (!text) return text.error();
+    files[entry.path().filename().string()] = *std::move(text);
+  }
+  return files;
 }
 
 Result<PeerId> MakeRelayKeys(const fs::path& session, const std::string& name, const fs::path& out,

@@ -2,6 +2,7 @@
 
 #include <ctime>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -32,6 +33,13 @@ bool IsMemberName(const std::string& name);
 /// latest. In an audience's session nobody takes part: keys of a peer are refused there.
 Result<PeerId> MakeMemberKeys(const std::filesystem::path& session, const std::string& name,
                               Role role, const std::filesystem::path& out, int days = 365);
+
+/// The same for somebody who keeps the private key: the folder's files by name, without that one.
+/// `request` (PEM) is what MakeMemberRequest() made there. Its key is looked at, of which nothing
+/// but the sort that we make is signed; name, role and id are ours.
+Result<std::map<std::string, std::string>> SignMember(const std::filesystem::path& session,
+                                                      const std::string& name, Role role,
+                                                      const std::string& request, int days = 365);
 
 /// The same for a relay (tandem relay) in the session of those who look on behind it: it may speak
 /// there as each peer that it shows. In the members' own session such keys would let their owner

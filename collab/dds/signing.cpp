@@ -95,7 +95,8 @@ Result<bool> MakeRequest(const std::string& subject, const fs::path& key, const 
 }
 
 Result<bool> SignRequest(const fs::path& request, const Authority& authority, bool itself,
-                         PeerId serial, std::time_t until, const fs::path& out) {
+                         PeerId serial, std::time_t until, const fs::path& out,
+                         const std::string& subject) {
   Books books(out.parent_path());
   if (Result<bool> opened = books.Open(SerialOf(serial), ""); !opened) return opened;
   const std::time_t now = std::time(nullptr);
@@ -121,6 +122,7 @@ Result<bool> SignRequest(const fs::path& request, const Authority& authority, bo
   } else {
     arguments.insert(arguments.end(), {"-cert", authority.certificate.string()});
   }
+  if (!subject.empty()) arguments.insert(arguments.end(), {"-subj", subject});
   const Result<std::string> is_signed = Openssl(std::move(arguments));
   if (!is_signed) return is_signed.error();
   return true;

@@ -47,10 +47,11 @@ Result<bool> MakeRequest(const std::string& subject, const std::filesystem::path
                          const std::filesystem::path& request);
 
 /// Signs a request; valid from a day back, for clocks differ, to `until`. Of an authority `itself`:
-/// by its own key.
+/// by its own key. `subject`: in place of the request's, as MakeRequest() takes it; empty: the
+/// request's own. What else the request asks for counts for nothing.
 Result<bool> SignRequest(const std::filesystem::path& request, const Authority& authority,
                          bool itself, PeerId serial, std::time_t until,
-                         const std::filesystem::path& out);
+                         const std::filesystem::path& out, const std::string& subject = {});
 
 /// Tells whether the key of `by` has signed `certificate`; both may be one.
 bool IsSignedBy(const std::filesystem::path& certificate, const std::filesystem::path& by);

@@ -45,7 +45,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
     may_see("app", {"engine/realtime"});    // what all programs share
     may_see("app/device", {"app", "collab/recording"});
-    may_see("app/reach", {"app", "collab/dds"});
+    may_see("app/invite", {"app", "collab"});
+    may_see("app/reach", {"app", "app/invite", "collab/dds"});
     may_see("app/picture", {"engine/base"});
     may_see("app/stability", {"app", "app/picture", "collab/lab"});
     may_see("app/cli", {"app", "app/reach", "engine/field", "app/stability",
@@ -82,6 +83,7 @@ const std::vector<Reserved>& ReservedWords() {
        {"collab/dds"}},
       {std::regex(R"(#\s*include\s*<assimp/)"), "includes assimp", {"engine/geometry"}},
       {std::regex(R"(#\s*include\s*<Q(t|[A-Z]))"), "includes Qt", {"app/view"}},
+      {std::regex(R"(#\s*include\s*<openssl/)"), "includes OpenSSL", {"app/invite"}},
       {std::regex(R"(#\s*include\s*<CLI/)"), "includes the command line's library", {"app"}},
       {std::regex(
            R"(\b(clock_gettime|gettimeofday|(steady|system|high_resolution)_clock|MonotonicNowNs)\b)"),

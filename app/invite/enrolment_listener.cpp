@@ -1,0 +1,261 @@
+#include "app/invite/enrolment_listener.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr int kListenerTurnMs = 100;
+constexpr int kPortsTried = 20;
+constexpr std::size_t kMostReceived = 64 * 1024;     // bytes of a connection, of TLS
+constexpr std::int64_t kYieldNs = 2'000'000'000;     // then it makes place for another
+constexpr std::int64_t kAfterUseNs = 2'000'000'000;  // for the answer to go out
+constexpr const char* kNotInvited = "this line is not the invitation that is open here";
+
+/// Whoever has connected.
+class Connection {
+ public:
+  Connection(int socket, const TlsIdentity& identity, std::int64_t now_ns)
+      : socket_(socket), tls_(TlsEnd::Server(identity)), since_ns_(now_ns) {}
+  ~Connection() { close(socket_); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  int socket() const { return socket_; }
+  std::int64_t since_ns() const { return since_ns_; }
+  TlsEnd& tls() { return tls_; }
+  bool answered() const { return answered_; }
+  bool over() const { return over_; }
+  bool waits_to_send() const { return !to_send_.empty(); }
+
+  /// Takes what has come; the whole request, once it has.
+  std::optional<std::string> Receive() {
+    std::array<char, 4096> buffer;
+    const ssize_t size = recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
+    if (size < 0) {
+      over_ = errno != EAGAIN && errno != EINTR;
+      return std::nullopt;
+    }
+    received_ += static_cast<std::size_t>(size);
+    // of one who was answered nothing more is read than that it went
+    if (size == 0 || received_ > kMostReceived) {
+      over_ = true;
+      return std::nullopt;
+    }
+    if (answered_) return std::nullopt;
+    tls_.Receive({buffer.data(), static_cast<std::size_t>(size)});
+    text_ += tls_.Hear();
+    const std::size_t end = text_.find('\n');
+    if (end != std::string::npos) return text_.substr(0, end);
+    over_ = text_.size() > EnrolmentRequest::kLongest;
+    return std::nullopt;
+  }
+  void Answer(const EnrolmentAnswer& answer) {
+    tls_.Say(TextOf(answer));
+    tls_.Close();
+    answered_ = true;
+  }
+  void Send() {
+    to_send_ += tls_.TakeToSend();
+    while (!to_send_.empty()) {
+      const ssize_t sent =
+          send(socket_, to_send_.data(), to_send_.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+      if (sent <= 0) {
+        over_ = over_ || (errno != EAGAIN && errno != EINTR);
+        return;
+      }
+      to_send_.erase(0, static_cast<std::size_t>(sent));
+    }
+    over_ = over_ || (tls_.failed() && !answered_);
+  }
+
+ private:
+  int socket_;
+  TlsEnd tls_;
+  std::int64_t since_ns_;
+  std::size_t received_ = 0;
+  std::string text_;
+  std::string to_send_;
+  bool answered_ = false;
+  bool over_ = false;
+};
+
+using Connections = std::vector<std::unique_ptr<Connection>>;
+
+/// The oldest that has had its time and still asks for nothing.
+Connections::iterator Idle(Connections& all, std::int64_t now_ns) {
+  return std::ranges::find_if(all, [now_ns](const auto& one) {
+    return !one->answered() && now_ns - one->since_ns() > kYieldNs;
+  });
+}
+
+/// Whether there is place for one more, or somebody can make some. Otherwise it waits at the port.
+bool HasPlace(Connections& all, std::int64_t now_ns) {
+  return all.size() < EnrolmentListener::kMostConnections || Idle(all, now_ns) != all.end();
+}
+
+void Accept(int listener, const TlsIdentity& identity, std::int64_t now_ns, Connections& all) {
+  if (all.size() >= EnrolmentListener::kMostConnections) {
+    const auto idle = Idle(all, now_ns);
+    if (idle == all.end()) return;
+    all.erase(idle);
+  }
+  const int socket = accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+  if (socket >= 0) all.push_back(std::make_unique<Connection>(socket, identity, now_ns));
+}
+
+/// Listens at a port of all interfaces; below 0: it is taken.
+int ListenAt(std::uint16_t port) {
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (listener < 0) return listener;
+  const int yes = 1;
+  setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  if (bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
+      listen(listener, EnrolmentListener::kMostConnections) == 0) {
+    return listener;
+  }
+  close(listener);
+  return -1;
+}
+
+/// The invitation while it is open: who asks, and how often it was wrong.
+class Desk {
+ public:
+  Desk(const Invitation& invitation, const std::string& name, const SignFunction& sign,
+       const std::function<void(const std::string&)>& tell)
+      : invitation_(invitation), name_(name), sign_(sign), tell_(tell) {}
+
+  bool used() const { return used_; }
+  int wrong() const { return wrong_; }
+
+  EnrolmentAnswer Answer(const std::string& text, const Digest256& binding) {
+    const Result<EnrolmentRequest> request = ReadRequest(text);
+    if (!request || !AreSame(request->proof, ProofOf(invitation_, binding))) {
+      if (wrong_++ == 0) {
+        tell_("somebody came without the secret of this invitation, and was refused");
+      }
+      return Refused(kNotInvited);
+    }
+    if (used_) {
+      tell_("the line was used a second time, which was refused");
+      return Refused("the invitation is used already: ask for one of your own");
+    }
+    Result<MemberFiles> files = sign_(request->certificate_request);
+    if (!files) {
+      tell_("the request is refused: " + files.error().what);
+      return Refused("the request is refused: " + files.error().what);
+    }
+    used_ = true;
+    EnrolmentAnswer answer;
+    answer.session = invitation_.session;
+    answer.role = invitation_.role;
+    answer.name = name_;
+    answer.files = *std::move(files);
+    return answer;
+  }
+
+ private:
+  static EnrolmentAnswer Refused(const std::string& why) {
+    EnrolmentAnswer answer;
+    answer.refused = why;
+    return answer;
+  }
+
+  const Invitation& invitation_;
+  const std::string& name_;
+  const SignFunction& sign_;
+  const std::function<void(const std::string&)>& tell_;
+  bool used_ = false;
+  int wrong_ = 0;
+};
+
+}  // namespace
+
+Result<EnrolmentListener> EnrolmentListener::Open(std::uint16_t port, bool or_next) {
+  Result<TlsIdentity> identity = TlsIdentity::Make();
+  if (!identity) return identity.error();
+  int listener = -1;
+  int fault = 0;
+  for (int i = 0; i < (or_next ? kPortsTried : 1) && listener < 0 && port + i <= 65535; ++i) {
+    listener = ListenAt(static_cast<std::uint16_t>(port + i));
+    fault = errno;
+  }
+  if (listener < 0) {
+    return Error{"TCP port " + std::to_string(port) + ": " + std::strerror(fault) +
+                 ": name a free one with --enrol-port"};
+  }
+  sockaddr_in bound{};
+  socklen_t size = sizeof bound;
+  getsockname(listener, reinterpret_cast<sockaddr*>(&bound), &size);
+  return EnrolmentListener(listener, ntohs(bound.sin_port), *std::move(identity));
+}
+
+EnrolmentListener::EnrolmentListener(EnrolmentListener&& other) noexcept
+    : socket_(std::exchange(other.socket_, -1)),
+      port_(other.port_),
+      identity_(std::move(other.identity_)) {}
+
+EnrolmentListener::~EnrolmentListener() {
+  if (socket_ >= 0) close(socket_);
+}
+
+EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
+                                                const std::string& name, const SignFunction& sign,
+                                                const std::function<void(const std::string&)>& tell,
+                                                const std::atomic<bool>& stop) {
+  Desk desk(invitation, name, sign, tell);
+  Connections all;
+  std::int64_t used_ns = 0;
+  while (!stop.load()) {
+    if (!desk.used() && std::time(nullptr) >= invitation.enrolment.until) return End::kExpired;
+    // poll() passes a negative one over
+    const int listener = HasPlace(all, MonotonicNowNs()) ? socket_ : -1;
+    std::vector<pollfd> waits{{listener, POLLIN, 0}};
+    for (const auto& one : all) {
+      const int events = one->waits_to_send() ? POLLIN | POLLOUT : POLLIN;
+      waits.push_back({one->socket(), static_cast<short>(events), 0});
+    }
+    poll(waits.data(), waits.size(), kListenerTurnMs);
+    const std::int64_t now_ns = MonotonicNowNs();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      Connection& one = *all[i];
+      if (waits[i + 1].revents == 0) continue;
+      if ((waits[i + 1].revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
+        const std::optional<std::string> request = one.Receive();
+        if (request) one.Answer(desk.Answer(*request, one.tls().Binding()));
+      }
+      one.Send();
+    }
+    std::erase_if(all, [now_ns](const auto& one) {
+      return one->over() || now_ns - one->since_ns() > kConnectionNs;
+    });
+    if ((waits[0].revents & POLLIN) != 0) Accept(socket_, identity_, now_ns, all);
+    if (desk.wrong() >= kMostWrong && !desk.used()) return End::kGuessed;
+    if (!desk.used()) continue;
+    if (used_ns == 0) used_ns = now_ns;
+    // the joiner hangs up when it has its answer
+    if (all.empty() || now_ns - used_ns > kAfterUseNs) return End::kUsed;
+  }
+  return desk.used() ? End::kUsed : End::kStopped;
+}
+
+}  // namespace tandem

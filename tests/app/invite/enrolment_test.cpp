@@ -1,0 +1,373 @@
+#include "app/invite/enrolment.h"
+
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <ctime>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "app/invite/enrolment_client.h"
+#include "app/invite/enrolment_listener.h"
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using End = EnrolmentListener::End;
+using Kind = EnrolmentFault::Kind;
+
+constexpr const char* kRequest = "a request";
+
+/// An inviter on this machine, in a thread. It signs whatever is asked by naming it.
+class Inviter {
+ public:
+  explicit Inviter(const std::string& session = "gear", std::time_t for_s = 600) {
+    Result<EnrolmentListener> opened = EnrolmentListener::Open(0, false);
+    EXPECT_TRUE(opened);
+    invitation.session = session;
+    invitation.hosts = {"127.0.0.1"};
+    invitation.secured = true;
+    invitation.enrolment = {.port = opened->port(),
+                            .until = std::time(nullptr) + for_s,
+                            .secret = *NewSecret(),
+                            .certificate = opened->certificate()};
+    thread_ = std::thread([this, listener = *std::move(opened)]() mutable {
+      end_ = listener.Serve(
+          invitation, "ben",
+          [this](const std::string& request) -> Result<MemberFiles> {
+            ++signed_;
+            if (request.empty()) return Error{"nothing to sign"};
+            return MemberFiles{{"identity.pem", "signed: " + request}};
+          },
+          [this](const std::string& line) {
+            const std::scoped_lock lock(mutex_);
+            told_ += line + "\n";
+          },
+          stop_);
+    });
+  }
+  ~Inviter() { Stop(); }
+  End Stop() {
+    stop_ = true;
+    return Wait();
+  }
+  /// How it ended by itself.
+  End Wait() {
+    if (thread_.joinable()) thread_.join();
+    return end_;
+  }
+  int times_signed() const { return signed_; }
+  std::string told() {
+    const std::scoped_lock lock(mutex_);
+    return told_;
+  }
+
+  Invitation invitation;
+
+ private:
+  std::thread thread_;
+  std::atomic<bool> stop_{false};
+  std::atomic<int> signed_{0};
+  std::mutex mutex_;
+  std::string told_;
+  End end_ = End::kStopped;
+};
+
+/// A TCP connection to this machine.
+class Caller {
+ public:
+  explicit Caller(std::uint16_t port) : socket_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_port = htons(port);
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(connect(socket_, reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+  }
+  ~Caller() { close(socket_); }
+  Caller(const Caller&) = delete;
+  Caller& operator=(const Caller&) = delete;
+
+  void Send(const std::string& bytes) const {
+    static_cast<void>(send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL));
+  }
+  /// What comes within so long; nothing: the other end has hung up.
+  std::optional<std::string> Receive(int wait_ms) const {
+    pollfd wait{socket_, POLLIN, 0};
+    if (poll(&wait, 1, wait_ms) <= 0) return "";
+    std::array<char, 16384> buffer;
+    const ssize_t size = recv(socket_, buffer.data(), buffer.size(), 0);
+    if (size <= 0) return std::nullopt;
+    return std::string(buffer.data(), static_cast<std::size_t>(size));
+  }
+  /// Shakes hands.
+  TlsEnd Greet() const {
+    TlsEnd tls = TlsEnd::Client();
+    while (!tls.open() && !tls.failed()) {
+      Send(tls.TakeToSend());
+      const auto bytes = Receive(2000);
+      if (!bytes || bytes->empty()) break;
+      tls.Receive(*bytes);
+    }
+    Send(tls.TakeToSend());
+    return tls;
+  }
+
+ private:
+  int socket_;
+};
+
+std::string WhyNot(const Invitation& invitation, std::optional<Kind> kind = {}) {
+  const EnrolmentOutcome outcome = Enrol(invitation, kRequest);
+  if (!outcome.fault) return "";
+  EXPECT_EQ(static_cast<int>(outcome.fault->kind),
+            static_cast<int>(kind.value_or(outcome.fault->kind)));
+  EXPECT_EQ(outcome.fault->what.find('\n'), std::string::npos);
+  return outcome.fault->what;
+}
+
+TEST(Enrolment, WhoeverHasTheLineGetsWhatTheInviterSigned) {
+  Inviter inviter;
+  const EnrolmentOutcome outcome = Enrol(inviter.invitation, kRequest);
+  ASSERT_FALSE(outcome.fault) << outcome.fault->what;
+  EXPECT_EQ(outcome.answer.name, "ben");
+  EXPECT_EQ(outcome.answer.session, "gear");
+  EXPECT_EQ(outcome.answer.role, Role::kActive);
+  EXPECT_EQ(outcome.answer.files, (MemberFiles{{"identity.pem", "signed: a request"}}));
+  EXPECT_EQ(inviter.Wait(), End::kUsed);
+  EXPECT_EQ(inviter.told(), "");
+}
+
+TEST(Enrolment, ALineIsUsedOnce) {
+  Inviter inviter;
+  // the first stays on the line after its answer, so that the port stays open
+  const Caller first(inviter.invitation.enrolment.port);
+  TlsEnd tls = first.Greet();
+  ASSERT_TRUE(tls.open());
+  EnrolmentRequest request;
+  request.proof = ProofOf(inviter.invitation, tls.Binding());
+  request.certificate_request = kRequest;
+  tls.Say(TextOf(request));
+  first.Send(tls.TakeToSend());
+  std::string heard;
+  while (heard.find('\n') == std::string::npos) {
+    const auto bytes = first.Receive(2000);
+    ASSERT_TRUE(bytes && !bytes->empty());
+    tls.Receive(*bytes);
+    heard += tls.Hear();
+  }
+  EXPECT_THAT(heard, HasSubstr("signed: a request"));
+
+  EXPECT_THAT(WhyNot(inviter.invitation, Kind::kRefused), HasSubstr("is used already"));
+  EXPECT_EQ(inviter.Wait(), End::kUsed);
+  EXPECT_EQ(inviter.times_signed(), 1);
+  EXPECT_THAT(inviter.told(), HasSubstr("a second time"));
+  // and afterwards there is nobody to ask
+  EXPECT_THAT(WhyNot(inviter.invitation, Kind::kUnreachable), HasSubstr("was used or taken back"));
+}
+
+// each of these lines has a good CHECK: somebody has altered it on purpose
+TEST(Enrolment, AnAlteredLineIsRefusedAndUsesNothingUp) {
+  Inviter inviter;
+  const auto altered = [&](const auto& change) {
+    Invitation invitation = inviter.invitation;
+    change(invitation);
+    EXPECT_TRUE(ReadInvitation(LineOf(invitation)));
+    return invitation;
+  };
+  for (const Invitation& invitation : {altered([](Invitation& i) {
+                                         i.session = "wing";
+                                       }),
+                                       altered([](Invitation& i) {
+                                         i.role = Role::kViewer;
+                                       }),
+                                       altered([](Invitation& i) {
+                                         i.domain = 43;
+                                       }),
+                                       altered([](Invitation& i) {
+                                         i.scene = 7;
+                                       }),
+                                       altered([](Invitation& i) {
+                                         i.others = {"evil.example.org"};
+                                       }),
+                                       altered([](Invitation& i) {
+                                         i.enrolment.until += 3600;
+                                       }),
+                                       altered([](Invitation& i) {
+                                         i.enrolment.secret[3] ^= 1U;
+                                       })}) {
+    EXPECT_THAT(WhyNot(invitation, Kind::kRefused), HasSubstr("is not the invitation"));
+  }
+  EXPECT_EQ(inviter.times_signed(), 0);
+  EXPECT_EQ(WhyNot(inviter.invitation), "");
+  EXPECT_EQ(inviter.Wait(), End::kUsed);
+  EXPECT_THAT(inviter.told(), HasSubstr("without the secret"));
+}
+
+TEST(Enrolment, AnInvitationEndsInTime) {
+  Inviter inviter("gear", 1);
+  const Caller idle(inviter.invitation.enrolment.port);
+  EXPECT_EQ(inviter.Wait(), End::kExpired);
+  EXPECT_THAT(WhyNot(inviter.invitation, Kind::kUnreachable), HasSubstr("the invitation ended at"));
+}
+
+TEST(Enrolment, AnotherSessionsInviterIsToldFromOurs) {
+  Inviter gear("gear");
+  Inviter wing("wing");
+  Invitation astray = gear.invitation;
+  astray.enrolment.port = wing.invitation.enrolment.port;
+  EXPECT_THAT(WhyNot(astray, Kind::kStranger), HasSubstr("another invitation is open there"));
+  EXPECT_EQ(wing.Stop(), End::kStopped);
+  EXPECT_EQ(wing.told(), "");  // nothing was said to it
+}
+
+// whoever stands at the port without the certificate's key hears nothing of the secret
+TEST(Enrolment, NothingIsSaidToAStranger) {
+  Inviter gear;
+  const Result<TlsIdentity> own = TlsIdentity::Make();
+  ASSERT_TRUE(own);
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(bind(listener, reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+  ASSERT_EQ(listen(listener, 1), 0);
+  socklen_t size = sizeof at;
+  getsockname(listener, reinterpret_cast<sockaddr*>(&at), &size);
+  std::string heard;
+  bool open = false;
+  std::thread stranger([&] {
+    const int socket = accept(listener, nullptr, nullptr);
+    TlsEnd tls = TlsEnd::Server(*own);
+    std::array<char, 16384> buffer;
+    for (ssize_t got = 1; got > 0;) {
+      got = recv(socket, buffer.data(), buffer.size(), 0);
+      if (got > 0) tls.Receive({buffer.data(), static_cast<std::size_t>(got)});
+      heard += tls.Hear();
+      open = open || tls.open();
+      const std::string bytes = tls.TakeToSend();
+      static_cast<void>(send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL));
+    }
+    close(socket);
+  });
+  Invitation astray = gear.invitation;
+  astray.enrolment.port = ntohs(at.sin_port);
+  EXPECT_NE(WhyNot(astray, Kind::kStranger), "");
+  stranger.join();
+  close(listener);
+  EXPECT_TRUE(open);
+  EXPECT_EQ(heard, "");
+}
+
+TEST(Enrolment, TooManyWrongSecretsCloseTheInvitation) {
+  Inviter inviter;
+  Invitation guess = inviter.invitation;
+  for (int i = 0; i < EnrolmentListener::kMostWrong; ++i) {
+    guess.enrolment.secret[0] =
+        static_cast<std::uint8_t>(inviter.invitation.enrolment.secret[0] + 1 + i);
+    EXPECT_NE(WhyNot(guess), "");
+  }
+  EXPECT_EQ(inviter.Wait(), End::kGuessed);
+  EXPECT_NE(WhyNot(inviter.invitation), "");
+  EXPECT_EQ(inviter.times_signed(), 0);
+}
+
+TEST(Enrolment, ProofsAreOfOneConnection) {
+  Inviter inviter;
+  const Caller first(inviter.invitation.enrolment.port);
+  const Caller second(inviter.invitation.enrolment.port);
+  const TlsEnd one = first.Greet();
+  const TlsEnd other = second.Greet();
+  EXPECT_NE(ProofOf(inviter.invitation, one.Binding()),
+            ProofOf(inviter.invitation, other.Binding()));
+}
+
+TEST(Enrolment, CallersWhoSayNothingOrNonsenseKeepNobodyOut) {
+  Inviter inviter;
+  std::vector<std::unique_ptr<Caller>> callers;
+  for (int i = 0; i < EnrolmentListener::kMostConnections + 6; ++i) {
+    callers.push_back(std::make_unique<Caller>(inviter.invitation.enrolment.port));
+    if (i == 1 || i == 3) callers.back()->Send("GET / HTTP/1.1\r\n\r\n");
+    if (i == 2 || i == 4) callers.back()->Send(std::string(100'000, '\x16'));
+  }
+  EXPECT_EQ(WhyNot(inviter.invitation), "");
+  EXPECT_EQ(inviter.Wait(), End::kUsed);
+}
+
+TEST(Enrolment, ALongOrMalformedRequestIsRefused) {
+  Inviter inviter;
+  for (const std::string& text : {std::string("{}\n"), std::string("[[[[[[\n"), std::string("\n"),
+                                  std::string("{\"tandem_enrolment\":2}\n"),
+                                  std::string(20'000, 'a'), std::string(7000, '[') + "\n"}) {
+    const Caller caller(inviter.invitation.enrolment.port);
+    TlsEnd tls = caller.Greet();
+    ASSERT_TRUE(tls.open());
+    tls.Say(text);
+    caller.Send(tls.TakeToSend());
+    std::string heard;
+    for (auto bytes = caller.Receive(2000); bytes && !bytes->empty(); bytes = caller.Receive(200)) {
+      tls.Receive(*bytes);
+      heard += tls.Hear();
+    }
+    EXPECT_EQ(heard.find("signed"), std::string::npos);
+  }
+  EXPECT_EQ(inviter.times_signed(), 0);
+  EXPECT_EQ(WhyNot(inviter.invitation), "");
+}
+
+// by the program openssl, which knows nothing of ours
+TEST(Enrolment, TheListenerSpeaksTls13AndNothingOlder) {
+  Inviter inviter;
+  const std::string at = "127.0.0.1:" + std::to_string(inviter.invitation.enrolment.port);
+  const auto greets = [&at](const std::string& version) {
+    const std::string command = "timeout 5 openssl s_client -connect " + at + " -" + version +
+                                " </dev/null >/dev/null 2>&1";
+    return std::system(command.c_str()) == 0;
+  };
+  EXPECT_TRUE(greets("tls1_3"));
+  EXPECT_FALSE(greets("tls1_2"));
+}
+
+TEST(Enrolment, AProbeTellsTheInviterWithoutUsingTheLine) {
+  Inviter gear;
+  Inviter wing("wing");
+  const InviterFacts facts = ProbeInviter(gear.invitation);
+  EXPECT_TRUE(facts.is_the_inviter) << facts.what;
+  EXPECT_EQ(facts.host, "127.0.0.1");
+  Invitation astray = gear.invitation;
+  astray.enrolment.port = wing.invitation.enrolment.port;
+  EXPECT_FALSE(ProbeInviter(astray).is_the_inviter);
+  EXPECT_EQ(WhyNot(gear.invitation), "");
+}
+
+TEST(Enrolment, AnAnswerThatIsNoneIsRefused) {
+  EnrolmentAnswer answer;
+  answer.session = "gear";
+  answer.name = "ben";
+  answer.files = {{"identity.pem", "x"}};
+  const std::string good = TextOf(answer);
+  EXPECT_TRUE(ReadAnswer(good));
+  for (std::string text :
+       {std::string("{}"), std::string("null"), std::string("[1]"), good.substr(0, good.size() / 2),
+        std::string(EnrolmentAnswer::kLongest + 1, ' ')}) {
+    EXPECT_FALSE(ReadAnswer(text)) << text.substr(0, 80);
+  }
+  EnrolmentAnswer refusal;
+  refusal.refused = "no\n\x1b[31mred";
+  const Result<EnrolmentAnswer> read = ReadAnswer(TextOf(refusal));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->refused.find_first_of("\n\x1b"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,184 @@
+#include "app/invite/invitation.h"
+
+#include <algorithm>
+#include <random>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+Secret128 Drawn(std::mt19937& random) {
+  Secret128 bytes{};
+  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  return bytes;
+}
+
+Invitation PlainOne() {
+  Invitation invitation;
+  invitation.session = "gear";
+  invitation.hosts = {"192.0.2.1:17910", "10.0.0.5"};
+  invitation.scene = 0x0123456789abcdef;
+  return invitation;
+}
+
+Invitation SecuredOne() {
+  std::mt19937 random(4);
+  Invitation invitation = PlainOne();
+  invitation.secured = true;
+  invitation.role = Role::kViewer;
+  invitation.domain = 7;
+  invitation.others = {"site-b.example.org", "192.0.2.9:4000"};
+  invitation.enrolment = {
+      .port = 17910, .until = 1'790'000'000, .secret = Drawn(random), .certificate = Drawn(random)};
+  return invitation;
+}
+
+std::string WhyNotRead(const std::string& line) {
+  const Result<Invitation> read = ReadInvitation(line);
+  return read ? "" : read.error().what;
+}
+
+TEST(Invitation, ALineGivesBackWhatItWasMadeOf) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 300; ++i) {
+    Invitation invitation = i % 2 == 0 ? PlainOne() : SecuredOne();
+    invitation.session.clear();
+    const std::size_t length = 1 + random() % Invitation::kLongestSession;
+    for (std::size_t k = 0; k < length; ++k) {
+      invitation.session += static_cast<char>(random());
+    }
+    invitation.scene = random() % 2 == 0 ? 0 : random();
+    if (invitation.secured) invitation.enrolment.secret = Drawn(random);
+    const Result<Invitation> read = ReadInvitation(LineOf(invitation));
+    ASSERT_TRUE(read) << read.error().what;
+    EXPECT_EQ(*read, invitation);
+  }
+}
+
+// what RFC 3986 leaves unreserved, and '/', ':', ',', '=', '%', '#': no mail program breaks a line
+// there, and no shell takes one for its own within a word
+TEST(Invitation, ALineSurvivesMailAndAShell) {
+  Invitation invitation = SecuredOne();
+  invitation.session = "Nose gear & \"bay\" $HOME `x` ä;|<>*?!";
+  const std::string line = LineOf(invitation);
+  EXPECT_THAT(line, MatchesRegex("tandem://[A-Za-z0-9._~/:,=%#-]*"));
+  for (const std::string& copied : {" " + line + "\r\n", "<" + line + ">", "\"" + line + "\""}) {
+    const Result<Invitation> read = ReadInvitation(copied);
+    ASSERT_TRUE(read) << copied;
+    EXPECT_EQ(*read, invitation);
+  }
+}
+
+TEST(Invitation, ALineThatWasAlteredAnywhereIsRefused) {
+  for (const std::string& line : {LineOf(PlainOne()), LineOf(SecuredOne())}) {
+    for (std::size_t at = 0; at < line.size(); ++at) {
+      for (const char by : {'a', 'B', '0', '/', '%'}) {
+        if (line[at] == by) continue;
+        std::string altered = line;
+        altered[at] = by;
+        EXPECT_NE(WhyNotRead(altered), "") << altered;
+      }
+      std::string cut = line;
+      cut.erase(at, 1);
+      EXPECT_NE(WhyNotRead(cut), "") << cut;
+      EXPECT_NE(WhyNotRead(line.substr(0, at)), "") << at;
+    }
+    EXPECT_NE(WhyNotRead(line + "a"), "");
+    EXPECT_THAT(WhyNotRead(line.substr(0, 60)), HasSubstr("copy the whole line"));
+  }
+}
+
+TEST(Invitation, WhatIsNoLineIsRefusedInOneLine) {
+  std::mt19937 random(2);
+  std::vector<std::string> lines{"",
+                                 "gear",
+                                 "tandem://",
+                                 "http://192.0.2.1/gear",
+                                 "tandem:///#",
+                                 "tandem://h/s#00000000",
+                                 std::string(5000, 'a'),
+                                 "tandem://" + std::string(5000, 'a')};
+  for (int i = 0; i < 500; ++i) {
+    std::string line = "tandem://";
+    const std::size_t length = random() % 200;
+    for (std::size_t k = 0; k < length; ++k) line += "az09/=,:#%.\n"[random() % 12];
+    lines.push_back(line);
+  }
+  for (const std::string& line : lines) {
+    const std::string why = WhyNotRead(line);
+    EXPECT_NE(why, "") << line;
+    EXPECT_THAT(why, Not(HasSubstr("\n")));
+    EXPECT_LT(why.size(), 200U);
+  }
+}
+
+// LineOf() spells what it is given, so that these have a good CHECK
+TEST(Invitation, WhatCannotBeIsRefusedThoughItIsWellSpelt) {
+  const auto with = [](const auto& change) {
+    Invitation invitation = SecuredOne();
+    change(invitation);
+    return WhyNotRead(LineOf(invitation));
+  };
+  EXPECT_EQ(with([](Invitation&) {}), "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.hosts.clear();
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.hosts = {"a b"};
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.hosts = {"a:0"};
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.hosts = {"a:65536"};
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.hosts.assign(Invitation::kMostHosts + 1, "a");
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.others.assign(Invitation::kMostOthers + 1, "a");
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.session.clear();
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.session.assign(129, 'a');
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.domain = 231;
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.enrolment.port = 0;
+            }),
+            "");
+  EXPECT_NE(with([](Invitation& i) {
+              i.enrolment.until = 0;
+            }),
+            "");
+}
+
+TEST(Invitation, ATimeIsToldWithItsDayWhereThatIsAnother) {
+  constexpr std::time_t kNoon = 1'767'355'200;  // 2026-01-02 12:00 UTC
+  EXPECT_EQ(TimeForAPerson(kNoon, kNoon - 60), "12:00 UTC");
+  EXPECT_THAT(TimeForAPerson(kNoon, kNoon - 86'400), StartsWith("2026-01-02 12:00"));
+}
+
+}  // namespace
+}  // namespace tandem
