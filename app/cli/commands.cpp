@@ -7,6 +7,8 @@ namespace tandem {
 void AddCommands(CLI::App& app, int& exit_code) {
   AddDemoCommand(app, exit_code);
   AddOpenCommands(app, exit_code);
+  AddInviteCommand(app, exit_code);
+  AddSessionsCommand(app, exit_code);
   AddPeerCommand(app, exit_code);
   AddViewCommand(app, exit_code);
   AddWatchCommand(app, exit_code);

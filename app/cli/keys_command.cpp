@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
+#include "app/cli/member_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
 #include "app/option_checks.h"
@@ -153,6 +154,7 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
   revoke->callback([revoked, &exit_code] {
     exit_code = Revoke(*revoked);
   });
+  AddMemberFileCommands(*keys, exit_code);
   keys->add_subcommand("rights", "What keys of each sort let their owner do")->callback([] {
     TellRights();
   });

@@ -13,9 +13,11 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/headless.h"
+#include "app/cli/join_line.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/invite/invitation.h"
 #include "app/option_checks.h"
 #include "app/program_folders.h"
 #include "app/reach/hand_request.h"
@@ -37,6 +39,7 @@ struct TakePartArguments {
   std::string peer_options;
   bool headless = false;
   bool json = false;
+  JoinLineArguments line;  // of an invitation
 };
 
 void FillReach(TakePartArguments& arguments) {
@@ -165,6 +168,38 @@ int RunJoin(TakePartArguments& arguments) {
   return RunWindow(words, arguments.hand, true);
 }
 
+/// `given`: tells which options stand in the command line.
+int JoinWhat(TakePartArguments& arguments, const CLI::App& given) {
+  JoinLineArguments& line = arguments.line;
+  if (!IsInvitationLine(arguments.hand.session)) {
+    for (const char* option : {"--hold", "--keys-to", "--only-keys", "--accept-scene", "--json"}) {
+      if (given.count(option) == 0) continue;
+      return Fail(kExitUsage, std::string(option) +
+                                  ": goes with an invitation, which begins with "
+                                  "tandem:// (tandem join --help)");
+    }
+    if (arguments.hand.session.size() > kMaxSessionName) {
+      return Fail(kExitUsage, "session: the session's name is too long (tandem join --help)");
+    }
+    arguments.hand.further.insert(arguments.hand.further.end(), line.further.begin(),
+                                  line.further.end());
+    return RunJoin(arguments);
+  }
+  for (const char* option : {"--domain", "--peer-options"}) {
+    if (given.count(option) == 0) continue;
+    return Fail(kExitUsage, std::string(option) +
+                                ": an invitation says the domain, and options of tandem peer come "
+                                "after -- (tandem join --help)");
+  }
+  line.line = arguments.hand.session;
+  line.name = arguments.hand.name;
+  if (given.count("--role") > 0) line.role = arguments.role;
+  line.scene = arguments.hand.scene;
+  line.device = arguments.hand.device;
+  line.reach = arguments.reach;
+  return JoinByLine(line);
+}
+
 void AddCommon(CLI::App& command, TakePartArguments& arguments) {
   const char* user = std::getenv("USER");  // NOLINT(concurrency-mt-unsafe)
   arguments.hand.name = user != nullptr && *user != '\0' ? user : "user";
@@ -194,14 +229,14 @@ void AddOpenCommands(CLI::App& app, int& exit_code) {
   });
 
   auto join = std::make_shared<TakePartArguments>();
-  CLI::App* other = app.add_subcommand("join", "Take part in a session in a window");
-  other->add_option("session", join->hand.session, "name of the session")
-      ->required()
-      ->check(CLI::Validator(
-          [](std::string& name) -> std::string {
-            return name.size() <= kMaxSessionName ? "" : "the session's name is too long";
-          },
-          ""));
+  JoinLineArguments& line = join->line;
+  CLI::App* other = app.add_subcommand(
+      "join", "Take part in a session: in a window by its name, or here by an invitation");
+  other
+      ->add_option("session", join->hand.session,
+                   "name of the session, or the line that 'tandem invite' printed")
+      ->required();
+  other->add_option("options", line.further, "after --: further options of tandem peer");
   other->add_option(
       "--scene", join->hand.scene,
       "scene by name, or a scene file; default: the session's, found on this machine");
@@ -209,8 +244,18 @@ void AddOpenCommands(CLI::App& app, int& exit_code) {
       ->check(OneOf({"active", "viewer"}))
       ->capture_default_str();
   AddCommon(*other, *join);
-  other->callback([join, &exit_code] {
-    exit_code = RunJoin(*join);
+  other->add_option("--hold", line.hold, "by an invitation: body to take in hand");
+  other->add_flag("--accept-scene", line.accept_scene,
+                  "by an invitation: fetch the session's scene from a peer without asking");
+  other->add_option(
+      "--keys-to", line.keys_to,
+      "by an invitation: new folder for your keys; default: in ~/.local/share/tandem");
+  other->add_flag("--only-keys", line.only_keys, "by an invitation: get the keys, then end");
+  other->add_flag(
+      "--json", line.json,
+      "by an invitation: print one JSON object when you are in the session, or have keys");
+  other->callback([join, other, &exit_code] {
+    exit_code = JoinWhat(*join, *other);
   });
 }
 

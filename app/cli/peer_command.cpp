@@ -1,3 +1,5 @@
+#include "app/cli/peer_command.h"
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -191,6 +193,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   // stopped, for the others still feel its instance
   std::atomic<bool> begun{false};
   std::atomic<bool> done{false};
+  std::atomic<bool> holds{false};  // the hand, a body
   const auto frames = static_cast<std::int64_t>(arguments.seconds * 1000.0);
   std::int64_t frames_since_start = 0;
   bool hand_moves = false;                   // in the frame that the haptic thread is in
@@ -222,6 +225,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
           if (const RigidState* held = node.peer().held_state(); held != nullptr) {
             const int body = HeldBody(node);
             met.See(node.world(), body);
+            holds.store(true, std::memory_order_relaxed);
             // of no use when nobody takes them: then the run is judged by fewer
             if (frames_since_start % kPoseFrames == 0) {
               static_cast<void>(held_poses.TryPush({.body = body, .X_WB = held->X_WB}));
@@ -321,6 +325,10 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
     while (held_poses.TryPop(pose)) poses.Add(pose);
     if (begun.load(std::memory_order_relaxed) && !std::exchange(hand_told, true)) {
       network.HandBegins(now_ns);
+    }
+    if (arguments.on_entered && hand_told && (arguments.hold.empty() || holds.load())) {
+      const auto tell = std::exchange(arguments.on_entered, nullptr);
+      tell({.peer = joining.id, .name = arguments.name, .holding = arguments.hold});
     }
     for (const std::string& line : network.Apply(now_ns, node.directory(), node.inbox())) Say(line);
     if (const PeerTable& now = node.peer().table().Read(); now.count > 0) table = now;
@@ -511,6 +519,7 @@ int LookOn(const PeerArguments& arguments) {
   options.reach = arguments.reach;
   options.seconds = arguments.seconds;
   options.report = arguments.report;
+  options.on_entered = arguments.on_entered;
   return WatchCommand(options);
 }
 
@@ -519,6 +528,8 @@ bool HoldsBytes(const std::string& file) {
   return std::filesystem::is_regular_file(file, not_there) &&
          std::filesystem::file_size(file, not_there) > 0;
 }
+
+}  // namespace
 
 int RunPeer(PeerArguments& arguments) {
   if (arguments.scene.empty() && !arguments.scene_from_session) {
@@ -557,8 +568,6 @@ int RunPeer(PeerArguments& arguments) {
   }
   return exit_code;
 }
-
-}  // namespace
 
 void AddPeerCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<PeerArguments>();

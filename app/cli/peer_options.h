@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -9,6 +10,7 @@
 #include "app/reach/reach_options.h"
 #include "collab/coupling_law.h"
 #include "collab/link_conditioner.h"
+#include "collab/messages.h"
 #include "engine/haptics/goal_device.h"
 #include "engine/haptics/workspace.h"
 #include "engine/safety/device_limits.h"
@@ -16,6 +18,13 @@
 namespace tandem {
 
 class DeviceSpace;
+
+/// What there is to tell once a program is in its session.
+struct EnteredSession {
+  PeerId peer = 0;
+  std::string name;
+  std::string holding;  // body in hand; empty: none
+};
 
 /// What `tandem peer` was asked for.
 struct PeerArguments {
@@ -33,10 +42,12 @@ struct PeerArguments {
   DeviceLimits device_most = kUsersDefault;  // of a device process: the user's setting
   WorkspaceOrder workspace;                  // that a device begins with
   std::shared_ptr<DeviceSpace> space;        // in which it does; null: not yet
-  std::stop_token stop;                      // asked for it, the peer loads no further
-  bool passivity = false;                    // its process damps a port that is active
-  int core = -1;                             // that the haptic thread keeps to; below 0: any
-  int device_core = -1;                      // that the device process keeps to
+  /// Called once: in the session, and with --hold once the hand has its body. Null: nobody asks.
+  std::function<void(const EnteredSession&)> on_entered;
+  std::stop_token stop;    // asked for it, the peer loads no further
+  bool passivity = false;  // its process damps a port that is active
+  int core = -1;           // that the haptic thread keeps to; below 0: any
+  int device_core = -1;    // that the device process keeps to
   std::string name;
   std::string control;  // name of the controller that it is; empty: none
   std::uint32_t control_domain = 43;

@@ -256,6 +256,7 @@ int WatchCommand(const WatchOptions& asked) {
     transport.SayGoodbye();
   });
   Say("watching session " + options.session);
+  if (options.on_entered) options.on_entered({.peer = *id, .name = options.name, .holding = {}});
   std::unique_ptr<SessionsNearby> nearby;  // while nobody is heard: it takes a port of DDS
 
   PeerInfo info;

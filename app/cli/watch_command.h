@@ -1,9 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include <CLI/CLI.hpp>
 
+#include "app/cli/peer_options.h"
 #include "app/cli/scene_consent.h"
 #include "app/reach/reach_options.h"
 
@@ -21,7 +23,9 @@ struct WatchOptions {
   std::string report;
   bool json = false;
   bool from_relay = false;  // of a relay's viewers instead of the session's own
-  bool as_part = false;     // of a command that starts the session too, and says what it is
+  /// Called once it is in the session. Null: nobody asks.
+  std::function<void(const EnteredSession&)> on_entered;
+  bool as_part = false;  // of a command that starts the session too, and says what it is
 };
 
 /// A viewer without a window: a line on stderr for each coming and going, one a second on what is

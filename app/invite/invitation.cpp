@@ -151,12 +151,31 @@ std::string OpenPart(const Invitation& invitation) {
   if (invitation.role == Role::kViewer) line += "/role=viewer";
   if (invitation.domain != kDefaultDomain) line += "/domain=" + std::to_string(invitation.domain);
   if (!invitation.others.empty()) line += "/others=" + WithCommas(invitation.others);
-  if (invitation.scene != 0) line += "/scene=" + Hex64(invitation.scene);
+  if (const InvitedScene& scene = invitation.scene; scene.digest != 0) {
+    line += "/scene=" + Hex64(scene.digest) + "." + std::to_string(scene.bodies) + "." +
+            Percented(scene.file);
+  }
   if (invitation.secured) {
     line += "/enrol=" + std::to_string(invitation.enrolment.port);
     line += "/until=" + std::to_string(invitation.enrolment.until);
   }
   return line;
+}
+
+/// Takes DIGEST.BODIES.FILE.
+bool TakeScene(const std::string& value, InvitedScene& scene) {
+  const std::size_t first = value.find('.');
+  const std::size_t second = value.find('.', first + 1);
+  if (first == std::string::npos || second == std::string::npos) return false;
+  const auto digest = NumberIn<std::uint64_t>(value.substr(0, first), 16);
+  const auto bodies = NumberIn<std::uint32_t>(value.substr(first + 1, second - first - 1));
+  const auto file = Unpercented(value.substr(second + 1));
+  if (!digest || *digest == 0 || !bodies || !file || file->size() > InvitedScene::kLongestFile ||
+      file->find('/') != std::string::npos) {
+    return false;
+  }
+  scene = {.digest = *digest, .bodies = *bodies, .file = *file};
+  return true;
 }
 
 /// Takes KEY=VALUE into the invitation; false: there is no such key, or its value is none.
@@ -179,8 +198,7 @@ bool TakeField(const std::string& field, Invitation& invitation) {
     return AreHosts(invitation.others, Invitation::kMostOthers);
   }
   if (key == "scene") {
-    invitation.scene = NumberIn<std::uint64_t>(value, 16).value_or(0);
-    return invitation.scene != 0;
+    return TakeScene(value, invitation.scene);
   }
   if (key == "enrol") {
     invitation.secured = true;

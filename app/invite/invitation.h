@@ -24,6 +24,17 @@ struct EnrolmentTerms {
   friend bool operator==(const EnrolmentTerms&, const EnrolmentTerms&) = default;
 };
 
+/// A scene as far as somebody can find it on the own machine.
+struct InvitedScene {
+  static constexpr std::size_t kLongestFile = 100;  // bytes
+
+  std::uint64_t digest = 0;  // of its content; 0: no scene is told
+  std::uint32_t bodies = 0;
+  std::string file;  // name, without its folder
+
+  friend bool operator==(const InvitedScene&, const InvitedScene&) = default;
+};
+
 /// A line that says how to take part in a session, with nothing else:
 ///
 ///     tandem://HOST[:PORT],…/SESSION[/KEY=VALUE…]#[SECRET.CERTIFICATE.]CHECK
@@ -43,8 +54,8 @@ struct Invitation {
   std::uint32_t domain = 42;
   std::vector<std::string> hosts;   // the inviter's machine, HOST or HOST:PORT (UDP)
   std::vector<std::string> others;  // further machines of the session, likewise
-  std::uint64_t scene = 0;          // digest of the scene's content; 0: it is not told
-  EnrolmentTerms enrolment;         // of a secured session
+  InvitedScene scene;
+  EnrolmentTerms enrolment;  // of a secured session
 
   friend bool operator==(const Invitation&, const Invitation&) = default;
 };

@@ -83,7 +83,9 @@ const std::vector<Reserved>& ReservedWords() {
        {"collab/dds"}},
       {std::regex(R"(#\s*include\s*<assimp/)"), "includes assimp", {"engine/geometry"}},
       {std::regex(R"(#\s*include\s*<Q(t|[A-Z]))"), "includes Qt", {"app/view"}},
-      {std::regex(R"(#\s*include\s*<openssl/)"), "includes OpenSSL", {"app/invite"}},
+      {std::regex(R"(#\s*include\s*<openssl/)"),
+       "includes OpenSSL",
+       {"app/invite", "collab/transfer"}},
       {std::regex(R"(#\s*include\s*<CLI/)"), "includes the command line's library", {"app"}},
       {std::regex(
            R"(\b(clock_gettime|gettimeofday|(steady|system|high_resolution)_clock|MonotonicNowNs)\b)"),

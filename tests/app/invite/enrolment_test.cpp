@@ -195,7 +195,7 @@ TEST(Enrolment, AnAlteredLineIsRefusedAndUsesNothingUp) {
                                          i.domain = 43;
                                        }),
                                        altered([](Invitation& i) {
-                                         i.scene = 7;
+                                         i.scene.digest = 7;
                                        }),
                                        altered([](Invitation& i) {
                                          i.others = {"evil.example.org"};

@@ -25,7 +25,7 @@ Invitation PlainOne() {
   Invitation invitation;
   invitation.session = "gear";
   invitation.hosts = {"192.0.2.1:17910", "10.0.0.5"};
-  invitation.scene = 0x0123456789abcdef;
+  invitation.scene = {.digest = 0x0123456789abcdef, .bodies = 9, .file = "bracket.json"};
   return invitation;
 }
 
@@ -55,7 +55,9 @@ TEST(Invitation, ALineGivesBackWhatItWasMadeOf) {
     for (std::size_t k = 0; k < length; ++k) {
       invitation.session += static_cast<char>(random());
     }
-    invitation.scene = random() % 2 == 0 ? 0 : random();
+    if (random() % 2 == 0)
+      invitation.scene = {.digest = 1 + random(), .bodies = 3, .file = "a b.c"};
+    if (random() % 3 == 0) invitation.scene = {};
     if (invitation.secured) invitation.enrolment.secret = Drawn(random);
     const Result<Invitation> read = ReadInvitation(LineOf(invitation));
     ASSERT_TRUE(read) << read.error().what;

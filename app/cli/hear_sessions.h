@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "app/reach/reach_options.h"
+#include "collab/sessions_nearby.h"
+
+namespace tandem {
+
+/// Listens for sessions that are announced, so long at the most (s), or until `enough` of what was
+/// heard or a signal comes.
+std::vector<AnnouncedSession> HearSessions(
+    const ReachOptions& reach, double seconds,
+    const std::function<bool(const std::vector<AnnouncedSession>&)>& enough);
+
+}  // namespace tandem

@@ -1,0 +1,308 @@
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/commands.h"
+#include "app/cli/scene_files.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "app/invite/enrolment_listener.h"
+#include "app/invite/invitation.h"
+#include "app/option_checks.h"
+#include "app/reach/reach_options.h"
+#include "app/stop_signal.h"
+#include "collab/dds/announcements.h"
+#include "collab/dds/domain.h"
+#include "collab/dds/keys.h"
+#include "collab/dds/reach.h"
+#include "collab/early_inbox.h"
+#include "collab/scene_agreement.h"
+#include "engine/base/clean_text.h"
+#include "engine/base/json_text.h"
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::int64_t kHearSceneNs = 2'500'000'000;  // from whoever is in the session
+constexpr std::int64_t kHearTurnNs = 20'000'000;
+constexpr int kMinute = 60;
+constexpr int kMostMinutes = 7 * 24 * 60;
+
+struct InviteArguments {
+  ReachOptions reach;
+  std::string session;
+  std::string scene;
+  std::string keys;  // the session's folder; empty: it is plain
+  std::string name;
+  std::string role = "active";
+  int days = 365;
+  int minutes = 15;
+  std::uint16_t enrol_port = 0;
+  bool json = false;
+};
+
+/// Addresses of this machine that others can reach, as far as it knows.
+std::vector<std::string> OwnHosts(const ReachOptions& reach) {
+  const std::string port = reach.port == 0 ? "" : ":" + std::to_string(reach.port);
+  if (!reach.external_address.empty()) return {reach.external_address + port};
+  std::vector<std::string> hosts;
+  for (const InterfaceFacts& interface : UsableInterfaces()) {
+    const bool wanted =
+        reach.interface.empty() ? !interface.loopback : interface.name == reach.interface;
+    if (wanted && hosts.size() < Invitation::kMostHosts) hosts.push_back(interface.address + port);
+  }
+  return hosts;
+}
+
+/// What is heard of a session in a moment.
+struct HeardOf {
+  std::optional<SceneManifest> scene;
+  bool as_secured = false;
+};
+
+/// Listens to a plain session, as somebody whom nobody sees.
+Result<HeardOf> HearOf(const InviteArguments& arguments) {
+  ReachOptions reach = arguments.reach;
+  // of a program that has its place fixed, and hears no multicast
+  if (reach.port != 0 || !reach.peers.empty()) {
+    for (const InterfaceFacts& interface : UsableInterfaces()) {
+      reach.peers.push_back(interface.address +
+                            (reach.port == 0 ? "" : ":" + std::to_string(reach.port)));
+    }
+  }
+  reach.port = 0;
+  reach.external_address.clear();
+  EarlyInbox inbox;
+  DdsOptions dds;
+  dds.session = arguments.session;
+  dds.role = Role::kViewer;
+  std::string nobody = "invite";
+  dds.peer = *Identify(reach, Role::kViewer, nobody);
+  ApplyReach(reach, dds);
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, inbox);
+  if (!joined) return joined.error();
+  const std::unique_ptr<SessionsNearby> nearby = ListenForSessions(dds);
+  HeardOf heard;
+  const std::int64_t until_ns = MonotonicNowNs() + kHearSceneNs;
+  StopOnSignals();
+  while (!heard.scene && MonotonicNowNs() < until_ns) {
+    heard.scene = inbox.SessionScene();
+    for (const AnnouncedSession& session : nearby->Heard()) {
+      heard.as_secured = heard.as_secured || (session.secured && session.name == arguments.session);
+    }
+    if (heard.as_secured || StopAskedWithin(std::chrono::nanoseconds(kHearTurnNs))) break;
+  }
+  (*joined)->Leave();
+  return heard;
+}
+
+void Tell(const SceneManifest& scene, Invitation& invitation) {
+  std::string file = std::filesystem::path(scene.file).filename().string();
+  if (file.size() > InvitedScene::kLongestFile) file.clear();
+  invitation.scene = {.digest = scene.content_hash,
+                      .bodies = static_cast<std::uint32_t>(scene.bodies.size()),
+                      .file = file};
+}
+
+/// The line, before anybody can use it.
+int PrepareLine(const InviteArguments& arguments, Invitation& invitation) {
+  invitation.session = arguments.session;
+  invitation.role = arguments.role == "viewer" ? Role::kViewer : Role::kActive;
+  invitation.domain = arguments.reach.domain;
+  invitation.hosts = OwnHosts(arguments.reach);
+  invitation.others = arguments.reach.peers;
+  if (invitation.hosts.empty()) {
+    invitation.hosts = {"127.0.0.1"};
+    Say("this machine is in no network: the line serves this machine alone");
+  }
+  if (!arguments.scene.empty()) {
+    const Result<Scene> scene = LoadNamedScene(arguments.scene);
+    if (!scene) return Fail(kExitFile, scene.error().what);
+    const Result<SceneHash> hash = HashScene(*scene);
+    if (!hash) return Fail(kExitFile, hash.error().what);
+    Tell(ManifestOf(*scene, *hash, 0), invitation);
+  }
+  return kExitOk;
+}
+
+void PrintInvitation(const InviteArguments& arguments, const Invitation& invitation) {
+  const std::string line = LineOf(invitation);
+  if (!arguments.json) {
+    std::printf("%s\n", line.c_str());
+    std::fflush(stdout);
+    return;
+  }
+  const auto or_null = [](bool there, const nlohmann::ordered_json& value) {
+    return there ? value : nlohmann::ordered_json();
+  };
+  char end[32] = "";
+  std::tm utc{};
+  gmtime_r(&invitation.enrolment.until, &utc);
+  std::strftime(end, sizeof end, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  const nlohmann::ordered_json json{
+      {"line", line},
+      {"session", invitation.session},
+      {"secured", invitation.secured},
+      {"role", arguments.role},
+      {"name", or_null(!arguments.name.empty(), arguments.name)},
+      {"domain", invitation.domain},
+      {"hosts", invitation.hosts},
+      {"others", invitation.others},
+      {"scene", or_null(invitation.scene.digest != 0, Hex(invitation.scene.digest))},
+      {"enrol_port", or_null(invitation.secured, invitation.enrolment.port)},
+      {"until", or_null(invitation.secured, end)}};
+  std::printf("%s\n", JsonText(json).c_str());
+  std::fflush(stdout);
+}
+
+int InvitePlainly(const InviteArguments& arguments) {
+  Invitation invitation;
+  if (const int failed = PrepareLine(arguments, invitation); failed != kExitOk) return failed;
+  if (invitation.scene.digest == 0) {
+    const Result<HeardOf> heard = HearOf(arguments);
+    if (!heard) return Fail(kExitNetwork, heard.error().what);
+    if (heard->as_secured) {
+      return Fail(kExitSecurity, "session " + CleanText(arguments.session) +
+                                     " is secured: name the folder of its keys with --keys, and "
+                                     "whom you invite with --name");
+    }
+    if (heard->scene) {
+      Tell(*heard->scene, invitation);
+    } else {
+      Say("nobody is in session " + CleanText(arguments.session) +
+          " yet, so that the line does not say which scene it has: go in first, or name it with "
+          "--scene");
+    }
+  }
+  PrintInvitation(arguments, invitation);
+  Say("whoever has this line can join; there they say: tandem join LINE");
+  return kExitOk;
+}
+
+/// Why the folder can make no members; empty: it can.
+std::string WhyNoSession(const std::string& folder) {
+  std::error_code failed;
+  for (const Authority& authority : {IdentityAuthority(folder), PermissionsAuthority(folder)}) {
+    for (const std::filesystem::path& file : {authority.certificate, authority.key}) {
+      if (!std::filesystem::exists(file, failed)) {
+        return folder + ": has no " + file.filename().string() +
+               ", so that it makes no members: name the folder that 'tandem keys session' made";
+      }
+    }
+  }
+  return {};
+}
+
+int InviteWithKeys(const InviteArguments& arguments) {
+  if (arguments.name.empty()) {
+    return Fail(kExitUsage, "--name: whom do you invite? Others see them by that name");
+  }
+  if (!IsMemberName(arguments.name)) {
+    return Fail(kExitUsage, "--name: '" + CleanText(arguments.name) +
+                                "' is no name for a member: letters, digits, '.', '_', '-'");
+  }
+  if (const std::string fault = WhyNoSession(arguments.keys); !fault.empty()) {
+    return Fail(kExitFile, fault);
+  }
+  Invitation invitation;
+  if (const int failed = PrepareLine(arguments, invitation); failed != kExitOk) return failed;
+  const bool fixed = arguments.enrol_port != 0;
+  const auto usual = static_cast<std::uint16_t>(
+      arguments.reach.port != 0 ? arguments.reach.port : DiscoveryPort(arguments.reach.domain, 0));
+  Result<EnrolmentListener> listener =
+      EnrolmentListener::Open(fixed ? arguments.enrol_port : usual, !fixed);
+  if (!listener) return Fail(kExitNetwork, listener.error().what);
+  const Result<Secret128> secret = NewSecret();
+  if (!secret) return Fail(kExitSecurity, secret.error().what);
+  invitation.secured = true;
+  const std::time_t now = std::time(nullptr);
+  invitation.enrolment = {.port = listener->port(),
+                          .until = now + std::time_t{arguments.minutes} * kMinute,
+                          .secret = *secret,
+                          .certificate = listener->certificate()};
+  const std::atomic<bool>& stop = StopOnSignals();
+  PrintInvitation(arguments, invitation);
+  Say("give this line to " + arguments.name +
+      " and to nobody else: the first who uses it becomes a member. It is good once, until " +
+      TimeForAPerson(invitation.enrolment.until, now) + ", while this program runs (TCP port " +
+      std::to_string(listener->port()) + "); Ctrl-C takes it back");
+  const SignFunction sign = [&arguments, &invitation](const std::string& request) {
+    return SignMember(arguments.keys, arguments.name, invitation.role, request, arguments.days);
+  };
+  const auto tell = [](const std::string& line) {
+    Say(line);
+  };
+  using End = EnrolmentListener::End;
+  switch (listener->Serve(invitation, arguments.name, sign, tell, stop)) {
+    case End::kUsed:
+      Say(arguments.name + " is a member now");
+      return kExitOk;
+    case End::kExpired:
+      return Fail(kExitNetwork, "nobody has used the line in time: it is worth nothing any more");
+    case End::kGuessed:
+      return Fail(kExitSecurity,
+                  "too many came without the secret: the line is worth nothing any "
+                  "more; make another, and change its port with --enrol-port");
+    case End::kStopped:
+      break;
+  }
+  Say("the line is taken back");
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddInviteCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<InviteArguments>();
+  CLI::App* command = app.add_subcommand(
+      "invite", "Print a line by which somebody joins a session, in any network");
+  command->add_option("SESSION", arguments->session, "name of the session")
+      ->required()
+      ->check(CLI::Validator(
+          [](std::string& name) -> std::string {
+            return name.size() <= kMaxSessionName ? "" : "the session's name is too long";
+          },
+          ""));
+  CLI::Option* keys = command->add_option(
+      "--keys", arguments->keys,
+      "folder of 'tandem keys session', of a secured session: the invited gets a certificate over "
+      "TLS, once; runs until then");
+  command->add_option("--name", arguments->name, "whom you invite, as others see them")
+      ->needs(keys);
+  command->add_option("--role", arguments->role, "active: takes part; viewer: looks on")
+      ->check(OneOf({"active", "viewer"}))
+      ->capture_default_str();
+  command->add_option("--days", arguments->days, "how long their keys are valid")
+      ->needs(keys)
+      ->check(WholeNumberFrom(1, 36'500))
+      ->capture_default_str();
+  command->add_option("--minutes", arguments->minutes, "how long the line is good")
+      ->needs(keys)
+      ->check(WholeNumberFrom(1, kMostMinutes))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--enrol-port", arguments->enrol_port,
+          "TCP port that the invited reaches; default: the number of --port, or 7410 + 250 "
+          "x domain, or the next that is free")
+      ->needs(keys)
+      ->check(WholeNumberFrom(1024, 65535));
+  command->add_option("--scene", arguments->scene,
+                      "the session's scene, by name or file; default: what a plain session says");
+  AddReachOptions(*command, arguments->reach);
+  command->remove_option(command->get_option("--secure"));
+  command->add_flag("--json", arguments->json, "print one JSON object, which has the line");
+  command->callback([arguments, &exit_code] {
+    exit_code = arguments->keys.empty() ? InvitePlainly(*arguments) : InviteWithKeys(*arguments);
+  });
+}
+
+}  // namespace tandem

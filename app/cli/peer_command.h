@@ -1,0 +1,11 @@
+#pragma once
+
+#include "app/cli/peer_options.h"
+
+namespace tandem {
+
+/// Takes part in a session, or looks on in the role of a viewer, until a signal or an order ends
+/// it. Gives the exit code; what went wrong is said.
+int RunPeer(PeerArguments& arguments);
+
+}  // namespace tandem

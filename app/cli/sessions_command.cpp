@@ -1,0 +1,98 @@
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/commands.h"
+#include "app/cli/hear_sessions.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "app/option_checks.h"
+#include "app/stop_signal.h"
+#include "collab/dds/announcements.h"
+#include "collab/dds/domain.h"
+#include "engine/base/clean_text.h"
+#include "engine/base/json_text.h"
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+namespace {
+
+constexpr double kAnnouncedWithin = 2;  // s: each program announces itself more often than that
+constexpr std::int64_t kHearNs = 50'000'000;
+
+struct SessionsArguments {
+  ReachOptions reach;
+  double seconds = kAnnouncedWithin;
+  bool json = false;
+};
+
+int ListSessions(const SessionsArguments& arguments) {
+  DdsOptions dds;
+  dds.session = "tandem-sessions";
+  ApplyReach(arguments.reach, dds);
+  if (const std::optional<Error> wrong = CheckOptions(dds)) return Fail(kExitUsage, wrong->what);
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  std::string lines;
+  for (const AnnouncedSession& session :
+       HearSessions(arguments.reach, arguments.seconds, [](const auto&) {
+         return false;
+       })) {
+    const bool relay = session.name.ends_with(kBehindRelay);
+    const std::string name =
+        relay ? session.name.substr(0, session.name.size() - kBehindRelay.size()) : session.name;
+    rows.push_back({{"session", name}, {"secured", session.secured}, {"relay", relay}});
+    lines += CleanText(name) + (session.secured ? "  secured" : "  plain") +
+             (relay ? ", through a relay" : "") + "\n";
+  }
+  if (arguments.json) {
+    const nlohmann::ordered_json found{{"domain", arguments.reach.domain}, {"sessions", rows}};
+    std::printf("%s\n", JsonText(found).c_str());
+    return kExitOk;
+  }
+  std::fputs(lines.c_str(), stdout);
+  if (lines.empty()) {
+    Say("no session is announced on this network in domain " +
+        std::to_string(arguments.reach.domain) +
+        ": one in another network comes by an invitation ('tandem invite' there)");
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+std::vector<AnnouncedSession> HearSessions(
+    const ReachOptions& reach, double seconds,
+    const std::function<bool(const std::vector<AnnouncedSession>&)>& enough) {
+  DdsOptions dds;
+  ApplyReach(reach, dds);
+  const std::unique_ptr<SessionsNearby> nearby = ListenForSessions(dds);
+  const std::int64_t until_ns = MonotonicNowNs() + static_cast<std::int64_t>(1e9 * seconds);
+  StopOnSignals();
+  for (;;) {
+    const std::vector<AnnouncedSession> heard = nearby->Heard();
+    if (MonotonicNowNs() >= until_ns || enough(heard)) return heard;
+    if (StopAskedWithin(std::chrono::nanoseconds(kHearNs))) return heard;
+  }
+}
+
+void AddSessionsCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<SessionsArguments>();
+  CLI::App* command =
+      app.add_subcommand("sessions", "List the sessions that are open on this network");
+  AddReachOptions(*command, arguments->reach);
+  // what is said of one's own place does not matter to a listener
+  for (const char* option : {"--external-address", "--port", "--secure", "--peers"}) {
+    command->remove_option(command->get_option(option));
+  }
+  command->add_option("--seconds", arguments->seconds, "listen so long")
+      ->check(NumberAbove(0, kLongestRun))
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = ListSessions(*arguments);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,206 @@
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/child_processes.h"
+#include "app/exit_codes.h"
+#include "app/invite/invitation.h"
+#include "collab/dds/keys.h"
+#include "tests/app/cli/program_run.h"
+#include "tests/network/said_program.h"
+#include "tests/support/scratch_folder.h"
+
+// `tandem invite`, `tandem join LINE`, and the way by files, as far as one machine shows them; in
+// two networks: tests/network/invite_test.cpp.
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using testing::ExpectRefused;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::Program;
+using testing::RunTandem;
+using testing::Said;
+
+std::string RandomSession() {
+  return "invite-" + std::to_string(std::random_device{}());
+}
+
+class InviteCommand : public ::testing::Test {
+ protected:
+  std::string In(const std::string& name) const { return (folder_.path() / name).string(); }
+  /// `tandem invite` of a secured session on loopback, in the background, with what it printed.
+  std::unique_ptr<Program> Inviter(const std::string& session, json& printed,
+                                   const std::vector<std::string>& further = {}) {
+    if (!std::filesystem::exists(In("keys"))) {
+      EXPECT_TRUE(MakeSessionKeys(In("keys")));
+    }
+    std::vector<std::string> command{TANDEM_PROGRAM, "invite", session,       "--keys", In("keys"),
+                                     "--name",       "ben",    "--interface", "lo",     "--json"};
+    command.insert(command.end(), further.begin(), further.end());
+    const std::string said = In("said-" + std::to_string(++inviters_));
+    auto inviter = std::make_unique<Program>(command, said);
+    EXPECT_TRUE(inviter->Says("Ctrl-C takes it back")) << inviter->said();
+    for (const std::string& line : testing::LinesOf(inviter->said())) {
+      if (line.rfind('{', 0) == 0) printed = json::parse(line, nullptr, false);
+    }
+    return inviter;
+  }
+  Said Join(const std::string& line, const std::string& home, const std::string& further) const {
+    return RunTandem("join '" + line + "' " + further,
+                     "XDG_DATA_HOME=" + In(home) + " timeout 20 ");
+  }
+
+  ScratchFolder folder_;
+  int inviters_ = 0;
+};
+
+TEST_F(InviteCommand, PrintsOneObjectWithTheLineAndWhatIsInIt) {
+  const std::string session = RandomSession();
+  Said said = RunTandem("invite '" + session +
+                        " a' --json --scene peg_in_slot --external-address 192.0.2.7 "
+                        "--port 17000 --peers 192.0.2.8,site-b:4000");
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  const json printed = json::parse(said.out);
+  EXPECT_EQ(printed.at("session"), session + " a");
+  EXPECT_EQ(printed.at("secured"), false);
+  EXPECT_EQ(printed.at("hosts"), json({"192.0.2.7:17000"}));
+  EXPECT_EQ(printed.at("others"), json({"192.0.2.8", "site-b:4000"}));
+  EXPECT_EQ(printed.at("until"), nullptr);
+  const Result<Invitation> line = ReadInvitation(printed.at("line").get<std::string>());
+  ASSERT_TRUE(line) << line.error().what;
+  EXPECT_EQ(line->session, session + " a");
+  EXPECT_EQ(line->scene.file, "peg_in_slot.json");
+  EXPECT_EQ(line->scene.bodies, 2U);
+  EXPECT_FALSE(line->secured);
+  // without --json the line alone, for a script that takes it
+  said = RunTandem("invite " + session + " --scene peg_in_slot --interface lo");
+  EXPECT_EQ(std::count(said.out.begin(), said.out.end(), '\n'), 1);
+  EXPECT_TRUE(ReadInvitation(said.out));
+}
+
+TEST_F(InviteCommand, TheInvitedGetsKeysOfItsOwnAndCanComeBackByTheSameLine) {
+  json printed;
+  const auto inviter = Inviter(RandomSession(), printed, {"--role", "viewer"});
+  const std::string line = printed.at("line");
+  const Said said = Join(line, "home", "--only-keys --json");
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  const json way = json::parse(said.out);
+  EXPECT_EQ(way.at("role"), "viewer");
+  EXPECT_EQ(way.at("secured"), true);
+  const Result<MemberKeys> keys = LoadMemberKeys(way.at("keys").get<std::string>());
+  ASSERT_TRUE(keys) << keys.error().what;
+  EXPECT_EQ(keys->name, "ben");
+  EXPECT_EQ(keys->role, Role::kViewer);
+  EXPECT_EQ(inviter->Wait(), 0) << inviter->said();
+  EXPECT_THAT(inviter->said(), HasSubstr("ben is a member now"));
+
+  const Said again = Join(line, "home", "--only-keys");
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  ExpectRefused(Join(line, "other_home", "--only-keys"), kExitNetwork, "was used or taken back");
+}
+
+TEST_F(InviteCommand, AnAlteredLineIsRefusedInOneLineAndLeavesNoKeys) {
+  json printed;
+  const auto inviter = Inviter(RandomSession(), printed);
+  const Result<Invitation> given = ReadInvitation(printed.at("line").get<std::string>());
+  ASSERT_TRUE(given);
+  // by accident
+  std::string line = LineOf(*given);
+  line[line.size() / 2] ^= 1;
+  ExpectRefused(Join(line, "home", "--only-keys"), kExitUsage, "copy the whole line");
+  // on purpose, with a good CHECK
+  Invitation altered = *given;
+  altered.session += "x";
+  ExpectRefused(Join(LineOf(altered), "home", "--only-keys"), kExitSecurity,
+                "is not the invitation");
+  altered = *given;
+  altered.role = Role::kViewer;
+  ExpectRefused(Join(LineOf(altered), "home", "--only-keys"), kExitSecurity,
+                "is not the invitation");
+  EXPECT_FALSE(std::filesystem::exists(In("home") + "/tandem/keys") &&
+               !std::filesystem::is_empty(In("home") + "/tandem/keys"));
+  inviter->process().Signal(SIGTERM);
+  EXPECT_EQ(inviter->Wait(), 0);
+  EXPECT_THAT(inviter->said(), HasSubstr("taken back"));
+}
+
+TEST_F(InviteCommand, ALineOfAnotherSessionIsRefused) {
+  json gear;
+  json wing;
+  const auto one = Inviter(RandomSession(), gear);
+  const auto other = Inviter(RandomSession(), wing);
+  Invitation astray = *ReadInvitation(gear.at("line").get<std::string>());
+  astray.enrolment.port = ReadInvitation(wing.at("line").get<std::string>())->enrolment.port;
+  ExpectRefused(Join(LineOf(astray), "home", "--only-keys"), kExitSecurity,
+                "another invitation is open there");
+  for (const auto& inviter : {&one, &other}) {
+    (*inviter)->process().Signal(SIGTERM);
+    EXPECT_EQ((*inviter)->Wait(), 0);
+  }
+}
+
+// a line whose time is over, and nobody there
+TEST_F(InviteCommand, ALineThatHasEndedIsRefused) {
+  Invitation ended;
+  ended.session = RandomSession();
+  ended.hosts = {"127.0.0.1"};
+  ended.secured = true;
+  ended.enrolment.port = 1024;
+  ended.enrolment.until = 1'700'000'000;  // 2023-11-14 22:13:20 UTC
+  ExpectRefused(Join(LineOf(ended), "home", "--only-keys"), kExitNetwork,
+                "the invitation ended at 2023-11-14 22:13 UTC");
+}
+
+TEST_F(InviteCommand, SaysWhatIsWrongInOneLine) {
+  ExpectRefused(RunTandem("invite S --keys " + In("none") + " --name ben"), kExitFile,
+                "has no identity_ca.pem");
+  ExpectRefused(RunTandem("invite S --keys " + In("none")), kExitUsage, "whom do you invite");
+  ExpectRefused(RunTandem("invite S --name ben"), kExitUsage, "--keys");
+  ExpectRefused(RunTandem("invite S --keys x --name 'a b'"), kExitUsage, "is no name");
+  Invitation plain;
+  plain.session = "S";
+  plain.hosts = {"127.0.0.1"};
+  const std::string line = "join '" + LineOf(plain) + "' ";
+  ExpectRefused(RunTandem(line + "--keys-to x"), kExitUsage, "which has no keys");
+  ExpectRefused(RunTandem(line + "--domain 3"), kExitUsage, "says the domain");
+  ExpectRefused(RunTandem(line + "-- --no-such"), kExitUsage, "'--no-such' is no option");
+  ExpectRefused(RunTandem(line + "-- --session T"), kExitUsage, "'--session' is no option");
+  ExpectRefused(RunTandem("join S --hold x"), kExitUsage, "goes with an invitation");
+  plain.role = Role::kViewer;
+  ExpectRefused(RunTandem("join '" + LineOf(plain) + "' --role active"), kExitUsage,
+                "for a viewer");
+}
+
+TEST_F(InviteCommand, WhereNoLineLeadsAMemberIsMadeByTwoFiles) {
+  ASSERT_TRUE(MakeSessionKeys(In("keys")));
+  Said said = RunTandem("keys request " + In("ben"));
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  const std::string request = In("ben.request/request.pem");
+  EXPECT_THAT(testing::TextOf(request), Not(HasSubstr("PRIVATE")));
+  ExpectRefused(RunTandem("keys take " + In("ben") + " " + request), kExitFile, "is no answer");
+  said = RunTandem("keys answer " + In("keys") + " ben " + request + " --out " + In("answer"));
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_THAT(testing::TextOf(In("answer")), Not(HasSubstr("PRIVATE")));
+  ExpectRefused(RunTandem("keys take " + In("eve") + " " + In("answer")), kExitFile,
+                "no request waits there");
+  said = RunTandem("keys take " + In("ben") + " " + In("answer"));
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  const Result<MemberKeys> keys = LoadMemberKeys(In("ben"));
+  ASSERT_TRUE(keys) << keys.error().what;
+  EXPECT_EQ(keys->name, "ben");
+  EXPECT_FALSE(std::filesystem::exists(In("ben.request")));
+}
+
+}  // namespace
+}  // namespace tandem
