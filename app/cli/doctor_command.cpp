@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdio>
@@ -7,15 +8,20 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/cli/doctor_reach.h"
 #include "app/cli/doctor_realtime.h"
 #include "app/cli/findings.h"
+#include "app/cli/hear_sessions.h"
+#include "app/cli/reach_inviter.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
+#include "app/option_checks.h"
 #include "app/reach/reach_options.h"
 #include "app/stop_signal.h"
 #include "collab/dds/domain.h"
 #include "collab/dds/reach.h"
 #include "collab/dds/socket_drops.h"
+#include "engine/base/clean_text.h"
 #include "engine/base/json_text.h"
 #include "engine/realtime/clock.h"
 
@@ -25,11 +31,15 @@ namespace {
 constexpr std::uint32_t kPortsLookedAt = 8;               // of as many programs on this machine
 constexpr std::uint16_t kAnswerPort = 7399;               // beside DDS's own, which begin at 7400
 constexpr int kLeastPayload = 1400;                       // what a session's packets need
+constexpr double kAnnouncedWithin = 2;                    // s
 constexpr std::int64_t kDoctorListensNs = 2'000'000'000;  // for who is in the session
 
 struct DoctorArguments {
   ReachOptions reach;
   std::string session;
+  std::string invitation;
+  std::string scene;
+  std::uint16_t enrol_port = 0;
   bool answer = false;
   bool json = false;
 };
@@ -87,7 +97,11 @@ void CheckInterfaces(const DoctorArguments& arguments, Findings& findings) {
 }
 
 void CheckPorts(const DoctorArguments& arguments, Findings& findings) {
-  if (arguments.reach.port != 0) return;  // the options' check has said
+  if (const std::uint16_t port = arguments.reach.port; port != 0) {  // the options' check says else
+    findings.Add(Finding::kGood, "ports",
+                 "UDP " + std::to_string(port) + " and " + std::to_string(port + 1) + " are free");
+    return;
+  }
   const std::vector<std::uint16_t> taken = PortsTaken(arguments.reach.domain, kPortsLookedAt);
   const std::uint32_t first = DiscoveryPort(arguments.reach.domain, 0);
   if (taken.empty()) {
@@ -176,6 +190,20 @@ void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
                              : "");
 }
 
+/// Whom the session is announced by on this network, where the doctor cannot look on.
+void CheckAnnounced(const DoctorArguments& arguments, Findings& findings) {
+  if (arguments.session.empty()) return;
+  bool heard = false;
+  HearSessions(arguments.reach, kAnnouncedWithin, [&](const std::vector<AnnouncedSession>& all) {
+    heard = std::ranges::find(all, AnnouncedSession{arguments.session, true}) != all.end();
+    return heard;
+  });
+  findings.Add(Finding::kGood, "session " + CleanText(arguments.session),
+               heard ? "announced on this network"
+                     : "not announced on this network; only 'tandem peer' can tell more, with keys "
+                       "of one who takes part");
+}
+
 int AnswerOthers() {
   Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(kAnswerPort);
   if (!answerer) return Fail(kExitNetwork, answerer.error().what);
@@ -186,9 +214,18 @@ int AnswerOthers() {
   return kExitOk;
 }
 
-int RunDoctor(const DoctorArguments& arguments) {
+/// A peer's way is looked at; what can be said without one comes first.
+int RunDoctor(DoctorArguments arguments) {
   if (arguments.answer) return AnswerOthers();
   Findings findings;
+  Invitation invitation;
+  const bool invited =
+      !arguments.invitation.empty() && CheckInvitation(arguments.invitation, invitation, findings);
+  if (invited) {
+    arguments.session = invitation.session;
+    ReachInviter(invitation, arguments.reach);
+  }
+  CheckScene(arguments.scene, invitation.scene, findings);
   DdsOptions dds;
   dds.session = "tandem-doctor";
   ApplyReach(arguments.reach, dds);
@@ -196,10 +233,21 @@ int RunDoctor(const DoctorArguments& arguments) {
     findings.Add(Finding::kBad, "options", wrong->what);
   } else {
     CheckInterfaces(arguments, findings);
+    CheckOwnAddress(arguments.reach, !arguments.reach.peers.empty(), findings);
     CheckPorts(arguments, findings);
+    const auto usual = static_cast<std::uint16_t>(arguments.reach.port != 0
+                                                      ? arguments.reach.port
+                                                      : DiscoveryPort(arguments.reach.domain, 0));
+    CheckEnrolPort(arguments.enrol_port != 0 ? arguments.enrol_port : usual, findings);
     CheckRealtime(findings);
     CheckSocketBuffers(findings);
-    CheckDiscovery(arguments, findings);
+    if (invited && invitation.secured && arguments.reach.secure.empty()) {
+      // whoever has no keys yet hears nobody: the line gives them
+    } else if (CheckKeys(arguments.reach, findings)) {
+      CheckDiscovery(arguments, findings);
+    } else {
+      CheckAnnounced(arguments, findings);
+    }
     for (const std::string& peer : arguments.reach.peers) CheckPath(peer, findings);
   }
   if (arguments.json) {
@@ -218,6 +266,14 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
       "doctor", "Check what a session needs of this machine and network, and say what mends it");
   AddSessionOption(*command, arguments->session, "look whom this session has");
   AddReachOptions(*command, arguments->reach);
+  command->add_option("--invitation", arguments->invitation,
+                      "line of 'tandem invite': look whether it is good and leads there");
+  command->add_option("--scene", arguments->scene,
+                      "look whether this scene is here, by name or file");
+  command
+      ->add_option("--enrol-port", arguments->enrol_port,
+                   "TCP port of 'tandem invite' on this machine")
+      ->check(WholeNumberFrom(1024, 65535));
   command->add_flag("--answer", arguments->answer, "answer another machine's doctor, until Ctrl-C");
   command->add_flag("--json", arguments->json, "print the findings as JSON");
   command->callback([arguments, &exit_code] {

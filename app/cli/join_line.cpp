@@ -11,8 +11,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/cli/hear_sessions.h"
 #include "app/cli/peer_command.h"
+#include "app/cli/reach_inviter.h"
 #include "app/cli/scene_files.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
@@ -34,10 +34,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kHearInviter = 2;  // s, for the session on this network
 constexpr const char* kLineFile = "invitation.txt";
 constexpr std::uintmax_t kLongestLineFile = 4096;
-constexpr const char* kLoopbackAddress = "127.0.0.1";
 
 /// What tells a line from all others, without its secret.
 std::string NameOfLine(Invitation invitation) {
@@ -125,27 +123,6 @@ std::optional<std::string> ReadFurther(const std::vector<std::string>& words,
   return std::nullopt;
 }
 
-/// Where the others are: on this network by their announcements, or at the line's hosts.
-void ReachThem(const Invitation& invitation, ReachOptions& reach) {
-  if (!reach.peers.empty()) return;  // told by hand
-  const bool this_machine = std::ranges::all_of(invitation.hosts, [](const std::string& host) {
-    return host.substr(0, host.find(':')) == kLoopbackAddress;
-  });
-  if (this_machine) {
-    if (reach.interface.empty()) reach.interface = "lo";
-    return;
-  }
-  const AnnouncedSession wanted{invitation.session, invitation.secured};
-  bool heard = false;
-  HearSessions(reach, kHearInviter, [&](const std::vector<AnnouncedSession>& sessions) {
-    heard = std::ranges::find(sessions, wanted) != sessions.end();
-    return heard;
-  });
-  if (heard) return;
-  reach.peers = invitation.hosts;
-  reach.peers.insert(reach.peers.end(), invitation.others.begin(), invitation.others.end());
-}
-
 /// The scene's file where it was named or the line's is here; otherwise the session will tell.
 void FindLinesScene(const Invitation& invitation, PeerArguments& arguments) {
   if (!arguments.scene.empty()) return;
@@ -213,7 +190,6 @@ int JoinByLine(const JoinLineArguments& asked) {
   arguments.accept_scene = asked.accept_scene;
   if (!asked.device.empty()) arguments.device = asked.device;
   arguments.reach = asked.reach;
-  arguments.reach.domain = invitation->domain;
   if (!asked.scene.empty()) {
     const Result<Scene> scene = LoadNamedScene(asked.scene);
     if (!scene) return Fail(kExitFile, scene.error().what);
@@ -231,7 +207,7 @@ int JoinByLine(const JoinLineArguments& asked) {
   if (!invitation->secured && !asked.keys_to.empty()) {
     return Fail(kExitUsage, "--keys-to: the invitation is of a plain session, which has no keys");
   }
-  ReachThem(*invitation, arguments.reach);
+  ReachInviter(*invitation, arguments.reach);
   FindLinesScene(*invitation, arguments);
   if (StopOnSignals().load()) return kExitOk;
   if (asked.only_keys) {

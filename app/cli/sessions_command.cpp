@@ -19,12 +19,12 @@
 namespace tandem {
 namespace {
 
-constexpr double kAnnouncedWithin = 2;  // s: each program announces itself more often than that
+constexpr double kListensFor = 2;  // s: each program announces itself more often than that
 constexpr std::int64_t kHearNs = 50'000'000;
 
 struct SessionsArguments {
   ReachOptions reach;
-  double seconds = kAnnouncedWithin;
+  double seconds = kListensFor;
   bool json = false;
 };
 
