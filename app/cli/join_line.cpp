@@ -214,6 +214,9 @@ int JoinByLine(const JoinLineArguments& asked) {
     if (asked.json) PrintWay(*invitation, arguments);
     return kExitOk;
   }
+  arguments.alone = "nobody is heard in session " + CleanText(invitation->session) +
+                    ": is the inviter in it? UDP must come through at both sites: 'tandem doctor "
+                    "--invitation LINE' looks";
   if (asked.json) {
     arguments.on_entered = [&invitation, &arguments](const EnteredSession& entered) {
       nlohmann::ordered_json json = AsJson(*invitation);

@@ -276,6 +276,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   kControlThread.Enter();
   constexpr std::int64_t kControlPeriodNs = 20'000'000;
   constexpr std::int64_t kWaitingNs = 2'000'000'000;
+  constexpr std::int64_t kAloneNs = 5'000'000'000;
   constexpr std::int64_t kNewcomerNs = 10'000'000'000;  // later nobody is sent away
   const std::int64_t opened_ns = MonotonicNowNs();
   std::int64_t next_ns = opened_ns;
@@ -418,6 +419,10 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
         if (!entry.refused.empty()) exit_code = kExitIncompatiblePeer;
       }
       break;
+    }
+    if (!arguments.alone.empty() && now_ns - opened_ns > kAloneNs) {
+      if (node.directory().Entries().empty()) Say(arguments.alone);
+      arguments.alone.clear();
     }
     if (!waiting_told && !begun.load(std::memory_order_relaxed) && arguments.wait_for > 0 &&
         now_ns - opened_ns > kWaitingNs) {

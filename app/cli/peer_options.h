@@ -74,6 +74,7 @@ struct PeerArguments {
   bool insist = false;     // on the scene file's force parameters
   bool adopt_any = false;  // the session's voxels, however far from the scene file's
   bool brief = false;      // says nothing of gaps at the start and of what became of bodies
+  std::string alone;       // said once where nobody is heard for some seconds; empty: nothing is
   bool as_part = false;    // of a command that starts several: its lines begin with its name
   bool repeats = false;    // another part of it says what there is to say of scene and session
 };

@@ -58,11 +58,15 @@ class Invite : public ::testing::Test {
   }
   /// `tandem join` in the other network, as somebody with a home of their own.
   std::unique_ptr<Program> Joiner(const std::string& line, const std::string& home,
-                                  const std::string& hold = "peg") {
-    return std::make_unique<Program>(
-        networks_.There({"env", "XDG_DATA_HOME=" + In(home).string(), TANDEM_PROGRAM, "join", line,
-                         "--hold", hold, "--name", "ben", "--json"}),
-        In("joiner-" + std::to_string(++joiners_)));
+                                  const std::vector<std::string>& further = {}) {
+    std::vector<std::string> command{"env",          "XDG_DATA_HOME=" + In(home).string(),
+                                     TANDEM_PROGRAM, "join",
+                                     line,           "--hold",
+                                     "peg",          "--name",
+                                     "ben",          "--json"};
+    command.insert(command.end(), further.begin(), further.end());
+    return std::make_unique<Program>(networks_.There(command),
+                                     In("joiner-" + std::to_string(++joiners_)));
   }
   /// What the joiner prints once it holds the peg, and that it does in time.
   json Entered(const Program& joiner, Clock::time_point begin) {
@@ -112,11 +116,19 @@ TEST_F(Invite, SomebodyInAnotherNetworkHoldsAPartByNothingButTheLine) {
 TEST_F(Invite, OfASecuredSessionTheFirstWhoHasTheLineBecomesAMemberAndNoOther) {
   ASSERT_TRUE(MakeSessionKeys(In("keys")));
   ASSERT_TRUE(MakeMemberKeys(In("keys"), "anna", Role::kActive, In("keys-anna")));
-  const auto anna = Anna({"--secure", In("keys-anna").string()});
+  // as docs/two-sites.md says it, with ports for a router to map
+  const std::vector<std::string> mapped{"--external-address", TwoNetworks::kHere, "--port",
+                                        "17910"};
+  std::vector<std::string> annas = mapped;
+  annas.insert(annas.end(), {"--secure", In("keys-anna").string()});
+  const auto anna = Anna(annas);
+  std::vector<std::string> inviting = mapped;
+  inviting.insert(inviting.end(), {"--keys", In("keys").string(), "--name", "ben"});
   std::string line;
-  const auto inviter = Inviter({"--keys", In("keys").string(), "--name", "ben"}, line);
+  const auto inviter = Inviter(inviting, line);
   const Clock::time_point begin = Clock::now();
-  const auto ben = Joiner(line, "ben");
+  const auto ben =
+      Joiner(line, "ben", {"--external-address", TwoNetworks::kThere, "--port", "17910"});
   const json entered = Entered(*ben, begin);
   EXPECT_EQ(entered.at("secured"), true);
   EXPECT_EQ(entered.at("name"), "ben");

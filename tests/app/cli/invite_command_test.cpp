@@ -150,6 +150,16 @@ TEST_F(InviteCommand, ALineOfAnotherSessionIsRefused) {
   }
 }
 
+TEST_F(InviteCommand, WhoeverIsAloneBehindALineIsToldSo) {
+  Invitation plain;
+  plain.session = RandomSession();
+  plain.hosts = {"127.0.0.1"};
+  const Said said = Join(LineOf(plain), "home", "--scene peg_in_slot --json -- --seconds 6");
+  EXPECT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_THAT(said.err, HasSubstr("nobody is heard in session " + plain.session));
+  EXPECT_EQ(json::parse(said.out).at("holding"), nullptr);
+}
+
 // a line whose time is over, and nobody there
 TEST_F(InviteCommand, ALineThatHasEndedIsRefused) {
   Invitation ended;

@@ -167,11 +167,11 @@ TEST(Options, ZeroIsTakenWhereItMeansSomething) {
                                     "stability boundary --jobs",
                                     "stability report --series"};
   const std::set<std::string> not_here{
-      "demo --seconds",           "bench network --seconds",  "bench session --seconds",
-      "bench window --seconds",   "bench hostile --seconds",  "simulate --seconds",
-      "simulate --seed",          "peer --threads",           "replay --threads",
-      "bench frame --threads",    "bench voxelize --threads", "bench table1 --threads",
-      "bench figure10 --threads", "simulate --threads"};
+      "sessions --seconds",      "demo --seconds",           "bench network --seconds",
+      "bench session --seconds", "bench window --seconds",   "bench hostile --seconds",
+      "simulate --seconds",      "simulate --seed",          "peer --threads",
+      "replay --threads",        "bench frame --threads",    "bench voxelize --threads",
+      "bench table1 --threads",  "bench figure10 --threads", "simulate --threads"};
   for (const Asked& asked : AllOptions()) {
     if (!asked.number) continue;
     const bool named = means.count(asked.option) + means.count(asked.name()) != 0;
