@@ -208,7 +208,7 @@ int JoinByLine(const JoinLineArguments& asked) {
     return Fail(kExitUsage, "--keys-to: the invitation is of a plain session, which has no keys");
   }
   ReachInviter(*invitation, arguments.reach);
-  FindLinesScene(*invitation, arguments);
+  if (!viewer) FindLinesScene(*invitation, arguments);
   if (StopOnSignals().load()) return kExitOk;
   if (asked.only_keys) {
     if (asked.json) PrintWay(*invitation, arguments);

@@ -537,10 +537,10 @@ bool HoldsBytes(const std::string& file) {
 }  // namespace
 
 int RunPeer(PeerArguments& arguments) {
+  if (arguments.role == "viewer") return LookOn(arguments);  // who needs no scene
   if (arguments.scene.empty() && !arguments.scene_from_session) {
     return Fail(kExitUsage, "--scene is required, or --scene-from-session (tandem peer --help)");
   }
-  if (arguments.role == "viewer") return LookOn(arguments);
   if (arguments.as_part) Speaker() = arguments.name;
   if (!arguments.record.empty() && arguments.voxel_memory > 0) {
     return Fail(kExitUsage,
