@@ -93,9 +93,10 @@ void Link::End() {
 }
 
 void Link::Ring() noexcept {
+  const int error = errno;  // of what a signal handler has interrupted
   const std::uint64_t once = 1;
-  if (bell_ >= 0) [[maybe_unused]]
-    const ssize_t rung = write(bell_, &once, sizeof once);
+  [[maybe_unused]] const ssize_t rung = write(bell_, &once, sizeof once);
+  errno = error;
 }
 
 void Link::Wrote(std::int64_t based_on_ns) noexcept {

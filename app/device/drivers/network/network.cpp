@@ -76,7 +76,8 @@ std::int32_t NetworkDevice::List(TandemDeviceFound* found, std::int32_t room) {
   Put(found->options, std::string("listen=") + kHere);
   Put(found->missing, "a device calls by itself, on the address that 'listen' gives");
   Put(found->mend,
-      "start the device's program, as docs/examples/device/network_device.py, once Tandem listens");
+      "start the device's program, as python3 docs/examples/device/network_device.py "
+      "127.0.0.1:47111, within 'wait' seconds of Tandem's start");
   return 1;
 }
 
