@@ -39,10 +39,11 @@ class Arm {
   Arm(const Arm&) = delete;
   Arm& operator=(const Arm&) = delete;
 
-  /// Opens it without force. May move it, where that is allowed. Returns the fault; empty: none.
+  /// Opens it without force. Returns the fault; empty: none.
   std::string Open();
   void Capabilities(TandemDeviceCapabilities& can) const;
-  void Start();
+  /// May move the arm, where that is allowed. Returns the fault.
+  std::string Start();
   std::int32_t Read(TandemDeviceState& state) noexcept;
   void Stop() noexcept { stopped_.store(true); }
   /// There is force again, as far as the host gives some.
@@ -61,12 +62,17 @@ class Arm {
     std::array<double, 3> w_VD{};
   };
 
+  /// Has the arm find its reference by itself; the fault.
+  std::string FindReference();
   /// What has to be done each time that it was opened; the fault.
   std::string Prepare();
   void Turn(std::int64_t now_ns) noexcept;
   /// Reads the handle; false: a call failed.
   bool Measure(Sample& sample) noexcept;
-  void WriteForce() noexcept;
+  /// False: the call failed.
+  bool WriteForce() noexcept;
+  /// After a call that failed; true: the device is gone.
+  bool TakeFault(std::int64_t now_ns) noexcept;
   /// Takes up the device that is back.
   void Reopen(std::int64_t now_ns) noexcept;
   /// Looks why it gives no force; TANDEM_OK: it does.
@@ -90,8 +96,9 @@ class Arm {
   std::int64_t read_ns_ = 0;  // of the newest sample that read() gave
 
   // the thread's own
-  std::int32_t status_ = TANDEM_OK;
+  std::int32_t status_ = TANDEM_FAILED;
   std::int64_t status_ns_ = 0;
+  double speed_ = 0;                   // m/s, the newest that is known
   std::int64_t failing_since_ns_ = 0;  // 0: it is not
   bool lost_ = false;
   std::int64_t reopen_ns_ = 0;

@@ -50,7 +50,16 @@ enum DhdError : int {
   kDhdBusy = 3,
   kDhdNoDriver = 4,
   kDhdNoDevice = 5,
-  kDhdTimeout = 7
+  kDhdTimeout = 7,
+  kDhdInUse = 20
+};
+/// Why the device gives no force.
+enum DhdForceOff : int {
+  kDhdByButton = 1,
+  kDhdBySpeed = 2,
+  kDhdByWatchdog = 3,
+  kDhdByUsb = 5,
+  kDhdByDeadMan = 6
 };
 
 /// Loads the library: `file`, or where `file` is empty those of the folder FDSDK and of the system.

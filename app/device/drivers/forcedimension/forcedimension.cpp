@@ -75,10 +75,7 @@ class ForceDimension {
     arm_.Capabilities(can);
     return {};
   }
-  std::string Start() {
-    arm_.Start();
-    return {};
-  }
+  std::string Start() { return arm_.Start(); }
   std::string Trouble() const { return arm_.Trouble(); }
   std::int32_t Read(TandemDeviceState& state) noexcept { return arm_.Read(state); }
   std::int32_t Write(const TandemDeviceForce&) noexcept {

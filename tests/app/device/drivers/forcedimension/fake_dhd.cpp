@@ -1,10 +1,15 @@
 // A library with the symbols of Force Dimension's libdrd, by its published interface, and a device
 // that a test controls (fake_dhd.h). It counts as faults: a call for another device than the open
-// one, a force before expert mode and brakes are set, a force that is no number.
+// one, a watchdog before expert mode, a force before watchdog and brakes are set or while the
+// library itself moves the arm, a force of another thread than the one that reads poses, a force
+// above the limit that was set (as in another unit), one that is no number.
 #include "tests/app/device/drivers/forcedimension/fake_dhd.h"
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <thread>
 
 namespace {
@@ -14,6 +19,14 @@ constexpr char kId = 3;  // not the index: a driver that mixes them up is seen
 tandem::testing::FakeDhd& Fake() {
   static tandem::testing::FakeDhd fake;
   return fake;
+}
+
+std::atomic<std::thread::id> reader;       // the thread that reads poses
+std::atomic<bool> library_moves{false};    // drdAutoInit() to drdStop()
+std::atomic<std::int64_t> newest_force{};  // ns; 0: none
+
+std::int64_t Now() {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
 }
 
 bool IsMine(char id) {
@@ -30,6 +43,12 @@ int Open(char index) {
     return -1;
   }
   if (fake.opened.exchange(true)) ++fake.faults;
+  fake.watchdog = fake.brakes = -1;
+  fake.most_force = -1;
+  fake.force_enabled = 0;
+  reader = std::thread::id();
+  newest_force = 0;
+  library_moves = false;
   return kId;
 }
 
@@ -82,13 +101,17 @@ SHOWN bool dhdHasActiveWrist(char id) {
 SHOWN int dhdEnableForce(unsigned char on, char id) {
   if (!IsMine(id)) return -1;
   Fake().force_enabled += on != 0 ? 1 : 0;
+  if (Fake().acts_as_watchdog && Fake().force_off_cause == 3) Fake().force_off_cause = 0;
+  newest_force = 0;
   return 0;
 }
 SHOWN int dhdEnableExpertMode() {
+  Fake().expert_on = Fake().expert >= 0;
   return Fake().expert;
 }
 SHOWN int dhdSetWatchdog(unsigned char eighths, char id) {
   if (!IsMine(id)) return -1;
+  if (!Fake().expert_on) ++Fake().faults;
   Fake().watchdog = eighths;
   return 0;
 }
@@ -117,6 +140,7 @@ SHOWN int dhdGetPositionAndOrientationFrame(double* x, double* y, double* z, dou
   auto& fake = Fake();
   if (!IsMine(id)) return -1;
   ++fake.poses;
+  reader = std::this_thread::get_id();
   const int hang_ms = fake.hang_ms.exchange(0);
   if (hang_ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(hang_ms));
   if (fake.connected == 0) {
@@ -152,14 +176,26 @@ SHOWN int dhdSetForceAndTorque(double fx, double fy, double fz, double tx, doubl
                                char id) {
   auto& fake = Fake();
   if (!IsMine(id)) return -1;
+  if (fake.force_result < 0) return fake.force_result;
+  const std::int64_t last = newest_force.exchange(Now());
+  if (fake.acts_as_watchdog && last != 0 && Now() - last > 125'000L * fake.watchdog) {
+    fake.force_off_cause = 3;
+    ++fake.watchdog_trips;
+  }
   const double all[6] = {fx, fy, fz, tx, ty, tz};
+  const bool is_any = std::any_of(all, all + 6, [](double one) {
+    return one != 0;
+  });
+  if (is_any && std::this_thread::get_id() != reader.load()) ++fake.faults;
+  if (library_moves || std::hypot(fx, fy, fz) > fake.most_force) ++fake.faults;
   for (int i = 0; i < 6; ++i) {
     if (!std::isfinite(all[i])) ++fake.faults;
     fake.force[i] = all[i];
+    fake.most_given = std::max(fake.most_given.load(), std::abs(all[i]));
   }
   if (fake.watchdog < 0 || fake.brakes != 0 || fake.force_enabled == 0) ++fake.faults;
   ++fake.forces;
-  return 2;  // a motor is saturated: no error
+  return fake.force_result;
 }
 SHOWN unsigned dhdGetButtonMask(char id) {
   return IsMine(id) ? Fake().buttons.load() : 0;
@@ -167,6 +203,7 @@ SHOWN unsigned dhdGetButtonMask(char id) {
 SHOWN int dhdGetStatus(int status[17], char id) {
   auto& fake = Fake();
   if (!IsMine(id)) return -1;
+  if (fake.status_result < 0) return fake.status_result;
   for (int i = 0; i < 17; ++i) status[i] = 0;
   status[1] = fake.connected;
   status[3] = fake.reset;
@@ -186,10 +223,13 @@ SHOWN bool drdIsInitialized(char id) {
 SHOWN int drdAutoInit(char id) {
   if (!IsMine(id)) return -1;
   ++Fake().auto_inits;
+  library_moves = true;
   return Fake().auto_init;
 }
 SHOWN int drdStop(bool, char id) {
-  return IsMine(id) ? 0 : -1;
+  if (!IsMine(id)) return -1;
+  library_moves = false;
+  return 0;
 }
 
 }  // extern "C"

@@ -20,6 +20,9 @@ struct FakeDhd {
   std::atomic<int> velocity_result{0};
   std::atomic<int> error{0};  // dhdErrorGetLast() after a failure
   std::atomic<int> connected{1};
+  std::atomic<int> status_result{0};
+  std::atomic<int> force_result{2};           // 2: a motor is at its limit, which is no error
+  std::atomic<bool> acts_as_watchdog{false};  // after 20 ms without a force: force off, cause 3
   std::atomic<int> reset{1};
   std::atomic<int> force_off_cause{0};      // not 0: the device has switched its force off
   std::atomic<int> failing_stops{0};        // so many times dhdStop() fails
@@ -30,18 +33,21 @@ struct FakeDhd {
   std::atomic<unsigned> buttons{0};
 
   // what it saw
-  std::atomic<double> force[6]{};  // the newest, in the vendor's axes
+  std::atomic<double> force[6]{};     // the newest, in the vendor's axes
+  std::atomic<double> most_given{0};  // N, the largest component
   std::atomic<long> forces{0};
   std::atomic<long> poses{0};
-  std::atomic<int> faults{0};  // calls with a wrong device, out of order, or no numbers
+  std::atomic<int> faults{0};  // fake_dhd.cpp says of what
   std::atomic<bool> opened{false};
   std::atomic<int> opens{0};
   std::atomic<int> closes{0};
   std::atomic<int> auto_inits{0};
   std::atomic<int> stops{0};
+  std::atomic<bool> expert_on{false};
   std::atomic<int> watchdog{-1};  // 125 us
   std::atomic<double> most_force{-1};
   std::atomic<double> most_torque{-1};
+  std::atomic<int> watchdog_trips{0};
   std::atomic<int> brakes{-1};
   std::atomic<int> gravity{-1};
   std::atomic<int> force_enabled{0};  // times

@@ -1,21 +1,26 @@
 // The driver `forcedimension` against a library with the published interface of Force Dimension's.
-// Faults that are injected:
+// Faults that are injected (numbers: the library's error codes):
 //
 // | fault | test |
 // |---|---|
 // | no library; one without a function | SaysWhatIsMissingAndWhatMendsIt |
-// | no device; no right (4); busy (3) | SaysWhatIsMissingAndWhatMendsIt, SaysWhyADeviceDoesNotOpen
-// | | expert mode, and with it the watchdog, refused (9) | SaysWhyADeviceDoesNotOpen | | not
-// initialised; the arm may not move itself, or may and fails | WithoutItsReferenceItIsUncalibrated,
-// MovesTheArmWhereThatIsAllowedAlone | | results 1 (time guard) and 2 (motor saturated) |
-// ReadsTheHandleInItsAxesAndGivesTheForce | | no velocity yet (fewer than two reads) |
-// LeavesTheSpeedToTheHostWhileTheLibraryHasNone | | force button off, over-speed brake, watchdog,
-// USB, dead-man switch | SaysWhyTheDeviceHasSwitchedItsForceOff | | a call that fails (12), a call
-// of 60 ms | AFailedCallAndOneThatHangsAreFailuresAndPass | | a pose that stands still |
-// ReadsTheHandleInItsAxesAndGivesTheForce | | communication error (2), unplugged, plugged in again
-// | AnUnpluggedDeviceIsFoundAgain | | dhdStop() that fails | EndsTheForceHoweverOftenTheStopFails |
+// | no device (5) | SaysWhatIsMissingAndWhatMendsIt, SaysWhyADeviceDoesNotOpen |
+// | no right (4), busy (3), in use (20) | SaysWhyADeviceDoesNotOpen |
+// | expert mode (9), and with it the watchdog, refused | SaysWhyADeviceDoesNotOpen |
+// | no reference; the arm may not move itself | WithoutItsReferenceItIsUncalibrated |
+// | the arm may move itself, and does not find its reference | MovesTheArmWhereThatIsAllowedAlone |
+// | results 1 (time guard), 2 (saturated) | ReadsTheHandleInItsAxesAndGivesTheForce |
+// | a pose that stands still | ReadsTheHandleInItsAxesAndGivesTheForce |
+// | no velocity yet (fewer than two reads) | LeavesTheSpeedToTheHostWhileTheLibraryHasNone |
+// | force button, over-speed, watchdog, USB, dead man | SaysWhyTheDeviceHasSwitchedItsForceOff |
+// | a read that fails (12), a force that does | AFailedCallIsAFailureAndPasses |
+// | a call of 60 ms, by which the watchdog ends the force | ACallThatHangsIsAFailureAndPasses |
+// | communication error (2), no device (5), timeout (7) | AnUnpluggedDeviceIsFoundAgain |
+// | unplugged by the status; plugged in again | AnUnpluggedDeviceIsFoundAgain |
+// | plugged in again without its reference | ADeviceThatIsBackGetsNoForceBeforeItsStateIsKnown |
+// | dhdStop() that fails | EndsTheForceHoweverOftenTheStopFails |
 // | a force that is no number | WritesNoForceThatIsNone |
-// | another device's id, a force before the watchdog is set | counted by the fake in every test |
+// | calls of a wrong device, order, thread or unit | counted by the fake in every test |
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -37,6 +42,7 @@
 namespace tandem::testing {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 class ForceDimensionTest : public ::testing::Test {
@@ -107,9 +113,11 @@ TEST_F(ForceDimensionTest, SaysWhatIsMissingAndWhatMendsIt) {
 }
 
 TEST_F(ForceDimensionTest, SaysWhyADeviceDoesNotOpen) {
-  fake_->open_error = 3;
-  EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
-  EXPECT_THAT(trial_->Error(), HasSubstr("end the other program"));
+  for (const int code : {3, 20}) {
+    fake_->open_error = code;
+    EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
+    EXPECT_THAT(trial_->Error(), HasSubstr("end the other program"));
+  }
   fake_->open_error = 4;
   EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
   EXPECT_THAT(trial_->Error(), HasSubstr("has no right"));
@@ -177,6 +185,19 @@ TEST_F(ForceDimensionTest, SaysWhatItCanAndSetsTheDevicesOwnGuards) {
   }));
 }
 
+TEST_F(ForceDimensionTest, KnowsWhatEachModelGives) {
+  const std::pair<int, double> models[] = {{34, 12}, {36, 12}, {60, 8}, {63, 20}, {109, 12}};
+  for (const auto& [type, force_N] : models) {
+    fake_->type = type;
+    ASSERT_EQ(trial_->Open(""), TANDEM_OK);
+    EXPECT_EQ(trial_->Capabilities().peak_force, force_N) << type;
+    EXPECT_EQ(fake_->most_force, force_N) << type;
+    EXPECT_EQ(trial_->Capabilities().freedoms_in, 3U);
+    EXPECT_EQ(trial_->Capabilities().moves_by_itself, 0U);
+    trial_->Close();
+  }
+}
+
 TEST_F(ForceDimensionTest, LeavesTheSpeedToTheHostWhileTheLibraryHasNone) {
   fake_->velocity_result = -1;
   OpenAndStart();
@@ -212,10 +233,18 @@ TEST_F(ForceDimensionTest, WithoutItsReferenceItIsUncalibrated) {
 TEST_F(ForceDimensionTest, MovesTheArmWhereThatIsAllowedAlone) {
   fake_->initialised = false;
   fake_->auto_init = -1;
-  EXPECT_EQ(trial_->Open("calibrate=yes"), TANDEM_FAILED);
+  ASSERT_EQ(trial_->Open("calibrate=yes"), TANDEM_OK);
+  EXPECT_EQ(fake_->auto_inits, 0);  // only start() moves it
+  EXPECT_EQ(trial_->Start(), TANDEM_FAILED);
   EXPECT_THAT(trial_->Error(), HasSubstr("did not find its reference"));
+  EXPECT_THAT(trial_->said(), Contains(HasSubstr("the arm moves itself now")));
+  trial_->Close();
   fake_->auto_init = 0;
   OpenAndStart("calibrate=yes");
+  wanted_[0] = 1;
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return Given() == Vec3(1, 0, 0);
+  }));
   EXPECT_EQ(trial_->Capabilities().moves_by_itself, 1U);
   EXPECT_EQ(fake_->auto_inits, 2);
 }
@@ -226,36 +255,61 @@ TEST_F(ForceDimensionTest, SaysWhyTheDeviceHasSwitchedItsForceOff) {
   const std::pair<int, const char*> causes[] = {
       {1, "force button"}, {2, "too fast"}, {3, "20 ms"}, {5, "USB"}, {6, "take hold"}};
   for (const auto& [cause, words] : causes) {
-    fake_->force_off_cause = cause;
+    fake_->vx = cause == 2 ? 1.0 : 0.0;
+    trial_->Ticks(5);
     const int enabled = fake_->force_enabled;
+    fake_->force_off_cause = cause;
     EXPECT_TRUE(Reads(TANDEM_FAILED)) << cause;
     EXPECT_THAT(trial_->Error(), HasSubstr(words));
     EXPECT_TRUE(trial_->TicksUntil([&] {
-      return Given().isZero() && fake_->force_enabled > enabled;
+      return Given().isZero();
     }));
+    trial_->Ticks(50);
+    // a person's own switch is left alone, and so is a brake while the handle is fast
+    const bool waits = cause == 1 || cause == 2 || cause == 6;
+    EXPECT_EQ(fake_->force_enabled > enabled, !waits) << cause;
+    if (cause == 2) {
+      fake_->vx = 0;
+      EXPECT_TRUE(trial_->TicksUntil([&] {
+        return fake_->force_enabled > enabled;
+      }));
+    }
     fake_->force_off_cause = 0;
     EXPECT_TRUE(Reads(TANDEM_OK)) << cause;
   }
 }
 
-TEST_F(ForceDimensionTest, AFailedCallAndOneThatHangsAreFailuresAndPass) {
+TEST_F(ForceDimensionTest, AFailedCallIsAFailureAndPasses) {
   OpenAndStart();
   fake_->error = 12;
-  fake_->read_result = -1;
-  EXPECT_TRUE(Reads(TANDEM_FAILED));
-  trial_->Ticks(50);
-  EXPECT_EQ(trial_->read(), TANDEM_FAILED);
-  fake_->read_result = 0;
-  EXPECT_TRUE(Reads(TANDEM_OK));
+  for (std::atomic<int>* result : {&fake_->read_result, &fake_->force_result}) {
+    *result = -1;
+    EXPECT_TRUE(Reads(TANDEM_FAILED));
+    trial_->Ticks(50);
+    EXPECT_EQ(trial_->read(), TANDEM_FAILED);
+    EXPECT_THAT(trial_->Error(), HasSubstr("a call to the device failed"));
+    *result = 0;
+    EXPECT_TRUE(Reads(TANDEM_OK));
+  }
+  EXPECT_EQ(fake_->closes, 0);
+}
+
+TEST_F(ForceDimensionTest, ACallThatHangsIsAFailureAndPasses) {
+  OpenAndStart();
+  fake_->acts_as_watchdog = true;
   fake_->hang_ms = 60;
   EXPECT_TRUE(Reads(TANDEM_FAILED));
-  EXPECT_TRUE(Reads(TANDEM_OK));
-  trial_->ExpectRealtime();  // read() did not wait for it
+  EXPECT_THAT(trial_->Error(), HasSubstr("hangs"));
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return fake_->watchdog_trips > 0 && fake_->force_off_cause == 0;
+  }));
+  EXPECT_TRUE(Reads(TANDEM_OK));  // it was switched on again
+  trial_->ExpectRealtime();       // read() did not wait for the call
 }
 
 TEST_F(ForceDimensionTest, AnUnpluggedDeviceIsFoundAgain) {
   OpenAndStart();
-  const int opens = fake_->opens;
+  int opens = fake_->opens;
   fake_->connected = 0;
   EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
   EXPECT_THAT(trial_->Error(), HasSubstr("plug it in"));
@@ -265,9 +319,43 @@ TEST_F(ForceDimensionTest, AnUnpluggedDeviceIsFoundAgain) {
   EXPECT_EQ(trial_->position().x(), 0.07);
   EXPECT_EQ(fake_->opens, opens + 1);
   EXPECT_EQ(fake_->closes, 1);
+  // by errors alone
+  fake_->status_result = -1;
+  for (const int code : {2, 5, 7}) {
+    opens = fake_->opens;
+    fake_->error = code;
+    fake_->read_result = -1;
+    EXPECT_TRUE(Reads(TANDEM_UNPLUGGED)) << code;
+    EXPECT_THAT(trial_->Error(), HasSubstr("does not answer"));
+    fake_->read_result = 0;
+    fake_->status_result = 0;
+    EXPECT_TRUE(Reads(TANDEM_OK)) << code;
+    EXPECT_EQ(fake_->opens, opens + 1) << code;
+  }
   wanted_[1] = 1;
   EXPECT_TRUE(trial_->TicksUntil([&] {
     return Given() == Vec3(0, 1, 0);
+  }));
+}
+
+TEST_F(ForceDimensionTest, ADeviceThatIsBackGetsNoForceBeforeItsStateIsKnown) {
+  OpenAndStart();
+  wanted_[0] = 2;
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return Given().x() == 2;
+  }));
+  fake_->connected = 0;
+  EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
+  fake_->most_given = 0;
+  fake_->reset = 0;  // it was switched off and on
+  fake_->connected = 1;
+  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
+  trial_->Ticks(20);
+  EXPECT_EQ(fake_->most_given, 0);
+  fake_->reset = 1;
+  EXPECT_TRUE(Reads(TANDEM_OK));
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return Given().x() == 2;
   }));
 }
 
