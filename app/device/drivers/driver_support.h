@@ -100,12 +100,17 @@ class VendorLibrary {
   /// Loads the first of these files that there is. `global`: its symbols are for other libraries,
   /// too.
   bool Load(const std::vector<std::string>& files, bool global = false) {
+    bool is_there = false;
     for (const std::string& file : files) {
       if (file.empty()) continue;
       handle_ = dlopen(file.c_str(), RTLD_NOW | (global ? RTLD_GLOBAL : RTLD_LOCAL));
       if (handle_ != nullptr) return true;
       const char* why = dlerror();
-      if (why_.empty() && why != nullptr) why_ = why;
+      if (why == nullptr) continue;
+      // a file that is there and lacks another says more than one that is not
+      const bool lacks_another = std::strncmp(why, file.c_str(), file.size()) != 0;
+      if (why_.empty() || (lacks_another && !is_there)) why_ = why;
+      is_there = is_there || lacks_another;
     }
     return false;
   }
@@ -116,7 +121,7 @@ class VendorLibrary {
     if (function == nullptr && missing_.empty()) missing_ = name;
   }
   bool loaded() const { return handle_ != nullptr; }
-  /// What the loader said of the first file.
+  /// What the loader said of the first file that is there, or else of the first.
   const std::string& why() const { return why_; }
   /// The first function that it lacks; empty: none.
   const std::string& missing() const { return missing_; }

@@ -16,6 +16,11 @@ constexpr const char* kMendDevice =
     "ATTR{idVendor}==\"1451\", MODE=\"0666\" (a Falcon: \"0403\") into "
     "/etc/udev/rules.d/80-forcedimension.rules and plug it in anew";
 
+/// What mends a library that cannot be loaded, by what the loader says.
+const char* MendOf(const std::string& why) {
+  return why.rfind("libusb-1.0.so.0:", 0) == 0 ? "apt install libusb-1.0-0" : kMendLibrary;
+}
+
 /// The driver `forcedimension`.
 class ForceDimension {
  public:
@@ -31,7 +36,7 @@ class ForceDimension {
     if (const std::string fault = LoadDhd("", dhd); !fault.empty()) {
       Put(found->name, "");
       Put(found->missing, "Force Dimension's library libdrd (" + fault + ")");
-      Put(found->mend, kMendLibrary);
+      Put(found->mend, MendOf(fault));
       return 1;
     }
     const int count = std::max(0, dhd.GetDeviceCount());
@@ -63,7 +68,7 @@ class ForceDimension {
     Dhd dhd{};
     fault = LoadDhd(settings.library, dhd);
     if (!fault.empty()) {
-      fault += std::string(": ") + kMendLibrary;
+      fault += std::string(": ") + MendOf(fault);
       return nullptr;
     }
     std::unique_ptr<ForceDimension> device(new ForceDimension(dhd, host, settings));

@@ -4,6 +4,33 @@
 
 namespace tandem::driver {
 
+namespace {
+
+constexpr int kMostErrors = 32;  // that the library may keep; more are of no interest
+
+int RankOf(unsigned code) {
+  if (code == 0) return 0;
+  if (IsForceError(code)) return 1;
+  if (IsRefused(code)) return 2;
+  return IsGone(code) ? 4 : 3;
+}
+
+}  // namespace
+
+unsigned Worse(unsigned one, unsigned other) {
+  return RankOf(other) > RankOf(one) ? other : one;
+}
+
+unsigned TakeErrors(const Hd& hd) {
+  unsigned worst = 0;
+  for (int i = 0; i < kMostErrors; ++i) {
+    const unsigned code = hd.GetError().code;
+    if (code == 0) break;
+    worst = Worse(worst, code);
+  }
+  return worst;
+}
+
 std::string LoadHd(const std::string& file, Hd& hd) {
   // once in a process: the library does not bear to be loaded twice
   static VendorLibrary library;

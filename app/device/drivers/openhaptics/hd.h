@@ -39,6 +39,8 @@ struct Hd {
   void (*Unschedule)(unsigned long handle);
 };
 
+inline constexpr double kHdMm = 1e-3;                // its unit of length in m
+inline constexpr double kHdMilliNewtonMetre = 1e-3;  // its unit of moments in N m
 inline constexpr HdHandle kHdNoDevice = 0xFFFFFFFFU;
 inline constexpr unsigned kHdContinue = 1;
 inline constexpr unsigned short kHdHighestPriority = 0xFFFF;
@@ -52,6 +54,7 @@ enum HdParameter : unsigned {
   kHdUsableWorkspace = 0x2551,
   kHdOutputDof = 0x2554,
   kHdCalibrationStyle = 0x2555,
+  kHdMaxStiffness = 0x2602,  // N/mm
   kHdMaxForce = 0x2603,
   kHdMaxContinuousForce = 0x2604,
   kHdMotorTemperature = 0x2605,
@@ -69,6 +72,27 @@ enum HdError : unsigned {
   kHdTimer = 0x304,
   kHdNoLicence = 0x600
 };
+
+/// Whether a call was refused, for the device has no such thing or for a wrong argument.
+constexpr bool IsRefused(unsigned code) {
+  return code >= 0x100 && code < kHdWarmMotors;
+}
+/// Whether it is one of the errors that pass when there is no force for a while.
+constexpr bool IsForceError(unsigned code) {
+  return code >= kHdWarmMotors && code <= kHdForceError;
+}
+/// Whether the device has to be opened anew.
+constexpr bool IsGone(unsigned code) {
+  return code >= kHdDeviceFault && code <= kHdTimer && code != kHdAlreadyInitiated;
+}
+/// Whether a device cannot be used with it.
+constexpr bool EndsWork(unsigned code) {
+  return code != 0 && !IsRefused(code) && !IsForceError(code);
+}
+/// The one of two that asks for more. A device that is gone explains all else.
+unsigned Worse(unsigned one, unsigned other);
+/// Takes all that the library has kept since it was last asked, and returns the worst; 0: nothing.
+unsigned TakeErrors(const Hd& hd);
 
 /// Loads the library: `file`, or where that is empty the system's. Returns the fault in a line;
 /// empty: none.

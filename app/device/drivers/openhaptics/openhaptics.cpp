@@ -7,6 +7,7 @@
 #include "app/device/drivers/driver_table.h"
 #include "app/device/drivers/openhaptics/hd.h"
 #include "app/device/drivers/openhaptics/stylus.h"
+#include "app/device/drivers/openhaptics/usb_touch.h"
 
 namespace tandem::driver {
 namespace {
@@ -14,10 +15,15 @@ namespace {
 constexpr const char* kMendLibrary =
     "install 3D Systems' OpenHaptics runtime and the device's driver, or give library=FILE";
 
-/// What mends a library that cannot be loaded.
+/// What mends a library that cannot be loaded, by what the loader says.
 std::string MendOf(const std::string& why) {
-  // what the vendor's programs need is named before a colon; Debian has the old one
-  return why.rfind("libncurses.so.5", 0) == 0 ? "apt install libncurses5" : kMendLibrary;
+  // the vendor's programs were built against the old one, which Debian has beside the new one
+  if (why.rfind("libncurses.so.5:", 0) == 0) return "apt install libncurses5";
+  const std::string library = why.substr(0, why.find(':'));
+  if (library.find(".so") == std::string::npos || library.find("libHD") != std::string::npos) {
+    return kMendLibrary;
+  }
+  return "install the device's driver of 3D Systems anew: " + library + " belongs to it";
 }
 
 /// Whether the vendor's setup has written the settings of a device.
@@ -61,8 +67,11 @@ class OpenHaptics {
       Put(found->mend, "plug it in, switch it on, and set it up by the vendor's Touch_Setup");
     } else {
       // whether it is switched on is known only by opening it
-      found->present = 1;
-      Put(found->name, "Touch or Phantom");
+      const UsbTouch usb = FindUsbTouch();
+      Put(found->name, usb.is_plugged ? "Touch" : "Touch or Phantom");
+      found->present = usb.refused.empty() ? 1 : 0;
+      if (!usb.refused.empty()) Put(found->missing, "the right to use " + usb.refused);
+      Put(found->mend, usb.mend);
     }
     return 1;
   }

@@ -23,6 +23,7 @@ class Stylus {
   static constexpr int kReopenMs = 500;
   static constexpr int kCalibrationEvery = 50;  // ticks
   static constexpr int kFailedTicks = 100;      // that a force error is told for
+  static constexpr int kRampTicks = 200;        // in which force comes back
   // warm motors: the force shrinks a little each tick above the one, and grows again below the
   // other
   static constexpr double kWarm = 0.7;
@@ -55,6 +56,7 @@ class Stylus {
   struct Sample {
     std::int64_t time_ns = 0;
     std::int32_t result = TANDEM_FAILED;
+    std::uint32_t valid = 0;
     std::uint32_t buttons = 0;
     std::array<double, 3> p_VD{};
     std::array<double, 4> q_VD{};
@@ -62,16 +64,22 @@ class Stylus {
     std::array<double, 3> w_VD{};
   };
 
+  /// Whether a device has what not all have; known after the first frame.
+  enum class Has : std::uint8_t { kUnknown, kYes, kNot };
+
   std::string Init();
-  std::string BeginScheduler();
+  std::string BeginScheduler(bool is_first);
   void EndScheduler() noexcept;
   /// The scheduler's call.
   void Tick() noexcept;
-  /// Looks whether the library knows where the handle is; the vendor's own words otherwise.
+  /// Gets what a device need not have; false: it has not. `code` becomes what the library says of
+  /// other calls, if that is worse.
+  bool Get(unsigned what, double* values, Has& has, unsigned& code) noexcept;
+  /// Looks whether the library knows where the handle is.
   std::int32_t CheckCalibration() noexcept;
-  void WriteForce() noexcept;
-  /// Takes what the library says after a frame.
-  void TakeError() noexcept;
+  void WriteForce(unsigned& code) noexcept;
+  /// Takes the worst that the library said in a frame.
+  void TakeFault(unsigned code) noexcept;
   void Keep();
 
   Hd hd_;
@@ -97,6 +105,12 @@ class Stylus {
   int ticks_ = 0;
   int failed_ticks_ = 0;  // that are still to be told
   double share_ = 1;      // of the force, for warm motors
+  double ramp_ = 0;       // of the force, after there was none
+  unsigned update_ = 0;   // style of a calibration that is due
+  std::int64_t last_ns_ = 0;
+  Has has_temperature_ = Has::kUnknown;
+  Has has_velocity_ = Has::kUnknown;
+  Has has_turn_ = Has::kUnknown;  // angular velocity
 };
 
 }  // namespace tandem::driver

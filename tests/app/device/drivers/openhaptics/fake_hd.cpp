@@ -1,16 +1,20 @@
 // A library with the symbols of 3D Systems' libHD, by its published interface, a scheduler of its
-// own, and a device that a test controls (fake_hd.h). It counts as faults: a get of the handle or a
-// set outside a frame, a frame that nothing was written in, a second frame in a tick, a call from
-// another thread than the scheduler's, forces that are no numbers, a scheduler that starts before a
-// device is there.
+// own, and a device that a test controls (fake_hd.h). It keeps errors until they are asked for, the
+// newest first. It counts as faults: a get of the handle or a set outside a frame (also error 402),
+// a frame that nothing was written in, a second frame in a tick, a call from another thread than
+// the scheduler's, a new calibration within a frame or under force, forces that are no numbers or
+// above what the device gives, any call for a device that is not open, a scheduler that starts
+// before a device is there.
 #include "tests/app/device/drivers/openhaptics/fake_hd.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 namespace {
 
@@ -27,7 +31,8 @@ tandem::testing::FakeHd& Fake() {
   return fake;
 }
 
-std::atomic<unsigned> newest_error{0};
+std::mutex errors_lock;
+std::vector<unsigned> errors;
 std::thread scheduler;
 std::atomic<std::thread::id> scheduler_id;
 std::atomic<bool> device_is_open{false};
@@ -41,10 +46,21 @@ int frames_of_tick = 0;
 void Expect(bool is_so) {
   if (!is_so) ++Fake().faults;
 }
+void Fail(unsigned code) {
+  const std::lock_guard lock(errors_lock);
+  errors.push_back(code);
+}
+/// Whether the device refuses to tell this.
+bool Refuses(unsigned what) {
+  Expect(device_is_open);
+  if (Fake().refused_get != what) return false;
+  Fail(0x100);
+  return true;
+}
 void InFrame() {
   const bool is_so = in_frame && std::this_thread::get_id() == scheduler_id.load();
   Expect(is_so);
-  if (!is_so) newest_error = 0x402;
+  if (!is_so) Fail(0x402);
 }
 
 void Run() {
@@ -70,7 +86,10 @@ SHOWN tandem::testing::FakeHd* fake_hd() {
 }
 /// As after a new start of the process: the library is never unloaded.
 SHOWN void fake_hd_forget() {
-  newest_error = 0;
+  {
+    const std::lock_guard lock(errors_lock);
+    errors.clear();
+  }
   callback = nullptr;
   device_is_open = false;
 }
@@ -80,11 +99,11 @@ SHOWN unsigned hdInitDevice(const char* name) {
   ++fake.inits;
   const char* const names[] = {"Default Device", "Default PHANToM", "arm"};
   if (fake.init_error != 0) {
-    newest_error = fake.init_error.load();
+    Fail(fake.init_error);
     return 0xFFFFFFFFU;
   }
   if (name == nullptr || !fake.plugged || std::strcmp(name, names[fake.opens_as]) != 0) {
-    newest_error = 0x300;
+    Fail(0x300);
     return 0xFFFFFFFFU;
   }
   Expect(!device_is_open.exchange(true));
@@ -108,12 +127,18 @@ SHOWN void hdEndFrame(unsigned device) {
   Expect(wrote_force);
   in_frame = false;
   ++Fake().frames;
-  if (!Fake().plugged) newest_error = 0x302;
-  const unsigned error = Fake().frame_error.exchange(0);
-  if (error != 0) newest_error = error;
+  if (!Fake().plugged) Fail(0x302);
+  for (auto* error : {&Fake().frame_error, &Fake().later_error}) {
+    const unsigned code = error->exchange(0);
+    if (code != 0) Fail(code);
+  }
 }
 SHOWN ErrorInfo hdGetError() {
-  return {newest_error.exchange(0), 0, kHandle};
+  const std::lock_guard lock(errors_lock);
+  if (errors.empty()) return {0, 0, kHandle};
+  const unsigned code = errors.back();
+  errors.pop_back();
+  return {code, 0, kHandle};
 }
 SHOWN const char* hdGetErrorString(unsigned) {
   return "as the fake was asked to";
@@ -123,6 +148,7 @@ SHOWN const char* hdGetString(unsigned) {
 }
 SHOWN void hdGetDoublev(unsigned what, double* values) {
   auto& fake = Fake();
+  if (Refuses(what)) return;
   switch (what) {
     case 0x2051:
       InFrame();
@@ -147,6 +173,9 @@ SHOWN void hdGetDoublev(unsigned what, double* values) {
       std::memcpy(values, workspace, sizeof workspace);
       return;
     }
+    case 0x2602:
+      *values = 0.7;
+      return;
     case 0x2603:
       *values = 3.3;
       return;
@@ -162,6 +191,7 @@ SHOWN void hdGetDoublev(unsigned what, double* values) {
   }
 }
 SHOWN void hdGetIntegerv(unsigned what, int* values) {
+  if (Refuses(what)) return;
   switch (what) {
     case 0x2000:
       InFrame();
@@ -182,7 +212,11 @@ SHOWN void hdSetDoublev(unsigned what, const double* values) {
   auto& fake = Fake();
   for (int i = 0; i < 3; ++i) {
     Expect(std::isfinite(values[i]));
-    if (what == 0x2700) fake.force[i] = values[i];
+    if (what == 0x2700) {
+      fake.force[i] = values[i];
+      fake.most_given = std::max(fake.most_given.load(), std::abs(values[i]));
+      Expect(std::abs(values[i]) <= 3.3);
+    }
     if (what == 0x2701) fake.torque[i] = values[i];
   }
   Expect(what == 0x2700 || (what == 0x2701 && fake.output_dof == 6));
@@ -190,19 +224,23 @@ SHOWN void hdSetDoublev(unsigned what, const double* values) {
   ++fake.forces;
 }
 SHOWN void hdEnable(unsigned what) {
+  Expect(device_is_open);
   Fake().force_output = what == 0x4000;
 }
 SHOWN unsigned hdCheckCalibration() {
+  InFrame();
   return Fake().calibration;
 }
 SHOWN void hdUpdateCalibration(unsigned style) {
+  Expect(device_is_open && !in_frame && Fake().force[0] == 0);
+  Expect(!Fake().running || std::this_thread::get_id() == scheduler_id.load());
   ++Fake().updates;
   Fake().updated_style = style;
 }
 SHOWN void hdStartScheduler() {
   Expect(device_is_open && callback != nullptr && !Fake().running);
   if (Fake().scheduler_fails) {
-    newest_error = 0x304;
+    Fail(0x304);
     return;
   }
   stop = false;
@@ -216,11 +254,16 @@ SHOWN void hdStopScheduler() {
 }
 SHOWN void hdSetSchedulerRate(unsigned long rate_hz) {
   Expect(rate_hz == 1000);
-  if (Fake().refuses_rate) newest_error = 0x101;
+  Expect(device_is_open);
+  if (Fake().refuses_rate) Fail(0x101);
 }
 SHOWN unsigned long hdScheduleAsynchronous(unsigned (*given)(void*), void* of,
                                            unsigned short priority) {
-  Expect(!Fake().running);
+  Expect(!Fake().running && device_is_open);
+  if (Fake().schedule_error != 0) {
+    Fail(Fake().schedule_error);
+    return 0;
+  }
   callback = given;
   callback_of = of;
   Fake().priority = priority;

@@ -12,6 +12,9 @@ struct FakeHd {
   std::atomic<int> opens_as{0};          // 0: "Default Device"; 1: "Default PHANToM"; 2: "arm"
   std::atomic<unsigned> init_error{0};   // with which opening fails
   std::atomic<unsigned> frame_error{0};  // that the next frame ends in, once
+  std::atomic<unsigned> later_error{0};  // that this frame ends in, too, and is told first
+  std::atomic<unsigned> refused_get{0};  // what the device has not: error 100
+  std::atomic<unsigned> schedule_error{0};
   std::atomic<bool> refuses_rate{false};
   std::atomic<bool> scheduler_fails{false};
   std::atomic<unsigned> calibration{0x5000};
@@ -30,7 +33,8 @@ struct FakeHd {
   std::atomic<double> torque[3]{};  // mN m
   std::atomic<long> frames{0};
   std::atomic<long> forces{0};
-  std::atomic<int> faults{0};  // calls out of order, outside a frame, of a wrong thread
+  std::atomic<double> most_given{0};  // N, the largest component
+  std::atomic<int> faults{0};         // fake_hd.cpp says of what
   std::atomic<int> inits{0};
   std::atomic<int> disabled{0};
   std::atomic<int> updates{0};  // of the calibration

@@ -1,26 +1,36 @@
 // The driver `openhaptics` against a library with the published interface of 3D Systems' libHD.
-// Faults that are injected:
+// Faults that are injected (numbers: the library's error codes, hexadecimal):
 //
 // | fault | test |
 // |---|---|
 // | no library | DevicesCommand.ListsEachDriverWithWhatMendsIt, where there is none |
+// | libncurses.so.5 or the vendor's driver missing | SaysWhatTheLibraryLacks |
+// | no function; two libraries in one process | SaysWhatTheLibraryLacks |
+// | no right to the device's file | UsbTouch.ATouchWithoutARightIsTold |
 // | nothing set up | SaysWhatIsMissingAndWhatMendsIt |
-// | a default name that is the other one; NULL, which fails on Linux |
-// OpensWhateverTheDefaultIsCalled | | not plugged in (300), in use (301), no licence (600) |
-// SaysWhyADeviceDoesNotOpen | | the scheduler's rate refused (101), the scheduler fails (304) |
-// GoesOnAtTheDevicesOwnRate, SaysWhyADeviceDoesNotOpen | | a skewed transform |
-// ReadsTheHandleAndGivesTheForceInEachFrame | | force errors 200 to 204 |
-// AForceErrorEndsTheForceForAWhile | | fatal errors: 302 while it runs, and plugged in again |
-// AnUnpluggedDeviceIsOpenedAnew | | fatal errors: 500 | AFatalErrorIsForGood | | warm motors |
-// WarmMotorsGetLess | | not calibrated: update by itself, by inkwell, by hand; the place where an
-// uncalibrated Touch is stuck | UncalibratedIsSaidWithWhatToDo | | a turn of the scheduler of 60 ms
-// | ASchedulerThatStandsStillIsAFailure | | a force that is no number | WritesNoForceThatIsNone |
-// | a set outside a frame (402), a frame without a force, a wrong thread or order | counted by the
-// fake in every test |
+// | the other default name; NULL, which fails on Linux | OpensWhateverTheDefaultIsCalled |
+// | not plugged in (300), in use (301), no licence (600) | SaysWhyADeviceDoesNotOpen |
+// | no place in the scheduler (500, 501), it fails (304) | SaysWhyADeviceDoesNotOpen |
+// | the scheduler's rate refused (101) | GoesOnAtTheDevicesOwnRate |
+// | a device that lacks a figure or a speed (100) | GoesOnWithoutWhatADeviceHasNot |
+// | a skewed transform | ReadsTheHandleAndGivesTheForceInEachFrame |
+// | force errors 200 to 204 | AForceErrorEndsTheForceAndItRampsBack |
+// | 300, 302, 303, 304 while it runs; unplugged, plugged in | AnUnpluggedDeviceIsOpenedAnew |
+// | several errors in a frame | TheWorstOfSeveralErrorsCounts |
+// | fatal errors 402, 500, 501 | AFatalErrorIsForGood |
+// | warm motors | WarmMotorsGetLess |
+// | not calibrated: by hand, by inkwell, by itself | UncalibratedIsSaidWithWhatToDo |
+// | a new calibration while it runs | ANewCalibrationComesWithoutForce |
+// | stuck at (0, -110, -35) mm | UncalibratedIsSaidWithWhatToDo |
+// | a turn of the scheduler of 60 ms | ASchedulerThatStandsStillIsAFailure |
+// | a force that is no number | WritesNoForceThatIsNone |
+// | a set outside a frame (402), no force in one, a wrong thread | counted by the fake |
+// | a wrong order of calls or unit of force | counted by the fake |
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -50,7 +60,7 @@ class OpenHapticsTest : public ::testing::Test {
     setenv("GTDD_HOME", folder_.path().c_str(), 1);
     std::filesystem::create_directory(folder_.path() / "config");
     std::ofstream(folder_.path() / "config" / "Default Device.config") << "fake";
-    void* library = dlopen(TANDEM_FAKE_LIBHD, RTLD_NOW | RTLD_GLOBAL);
+    void* library = dlopen(TANDEM_FAKE_LIBHD, RTLD_NOW | RTLD_LOCAL);
     EXPECT_NE(library, nullptr);
     fake_ = reinterpret_cast<FakeHd* (*)()>(dlsym(library, "fake_hd"))();
     reinterpret_cast<void (*)()>(dlsym(library, "fake_hd_forget"))();
@@ -105,6 +115,32 @@ TEST_F(OpenHapticsTest, SaysWhatIsMissingAndWhatMendsIt) {
   EXPECT_THAT(trial_->Error(), HasSubstr("'speed' is none of its options"));
 }
 
+// A library stays loaded, so that each try is in a process of its own.
+TEST_F(OpenHapticsTest, SaysWhatTheLibraryLacks) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto said_of = [this](const char* library) {
+    setenv("TANDEM_LIBHD", library, 1);
+    const auto found = trial_->List();
+    std::fprintf(stderr, "missing: %s, mend: %s\n", found[0].missing, found[0].mend);
+    std::exit(found[0].present != 0 ? 1 : 0);
+  };
+  const auto exits_well = ::testing::ExitedWithCode(0);
+  if (dlopen("libncurses.so.5", RTLD_LAZY) == nullptr) {
+    EXPECT_EXIT(said_of(TANDEM_FAKES "/without-libncurses.so.5/libHD.so"), exits_well,
+                "missing: .*libncurses.so.5.*mend: apt install libncurses5");
+  }
+  EXPECT_EXIT(said_of(TANDEM_FAKES "/without-libPhantomIOLib42.so/libHD.so"), exits_well,
+              "mend: install the device's driver.*libPhantomIOLib42.so belongs to it");
+  EXPECT_EXIT(said_of("libm.so.6"), exits_well, "missing: .*no function hdInitDevice");
+  EXPECT_EXIT(said_of("/nonexistent/libHD.so"), exits_well, "mend: install 3D Systems");
+  ASSERT_EQ(trial_->Open(""), TANDEM_OK);
+  // the vendor's driver of the device finds its symbols
+  EXPECT_NE(dlsym(RTLD_DEFAULT, "hdInitDevice"), nullptr);
+  trial_->Close();
+  EXPECT_EQ(trial_->Open("library=/other/libHD.so"), TANDEM_FAILED);
+  EXPECT_THAT(trial_->Error(), HasSubstr("another libHD is loaded"));
+}
+
 TEST_F(OpenHapticsTest, OpensWhateverTheDefaultIsCalled) {
   fake_->opens_as = 1;
   OpenAndStart();
@@ -127,6 +163,14 @@ TEST_F(OpenHapticsTest, SaysWhyADeviceDoesNotOpen) {
   EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
   EXPECT_THAT(trial_->Error(), HasSubstr("licence"));
   fake_->init_error = 0;
+  for (const unsigned code : {0x500U, 0x501U}) {
+    fake_->schedule_error = code;
+    ASSERT_EQ(trial_->Open(""), TANDEM_OK);
+    EXPECT_EQ(trial_->Start(), TANDEM_FAILED);
+    EXPECT_THAT(trial_->Error(), HasSubstr("scheduler has no place"));
+    trial_->Close();
+  }
+  fake_->schedule_error = 0;
   fake_->scheduler_fails = true;
   ASSERT_EQ(trial_->Open(""), TANDEM_OK);
   EXPECT_EQ(trial_->Start(), TANDEM_FAILED);
@@ -156,6 +200,7 @@ TEST_F(OpenHapticsTest, ReadsTheHandleAndGivesTheForceInEachFrame) {
   EXPECT_EQ(can.asks, 1U);
   EXPECT_EQ(can.peak_force, 3.3);
   EXPECT_EQ(can.continuous_force, 0.88);
+  EXPECT_NEAR(can.stiffness, 700, 1e-9);
   EXPECT_EQ(can.workspace_max[0], 0.08);
   trial_->Ticks(400);
   trial_->ExpectRealtime();
@@ -178,7 +223,23 @@ TEST_F(OpenHapticsTest, GoesOnAtTheDevicesOwnRate) {
   EXPECT_EQ(trial_->read(), TANDEM_OK);
 }
 
-TEST_F(OpenHapticsTest, AForceErrorEndsTheForceForAWhile) {
+TEST_F(OpenHapticsTest, GoesOnWithoutWhatADeviceHasNot) {
+  // velocity, angular velocity, temperature, stiffness, forces, degrees of freedom, style
+  for (const unsigned what :
+       {0x2051U, 0x2053U, 0x2605U, 0x2602U, 0x2603U, 0x2604U, 0x2554U, 0x2555U}) {
+    fake_->refused_get = what;
+    OpenAndStart();
+    trial_->Ticks(30);
+    EXPECT_GE(trial_->read(), TANDEM_OK) << std::hex << what << trial_->Error();
+    EXPECT_EQ(trial_->Capabilities().freedoms_out, 3U);
+    EXPECT_EQ(trial_->Capabilities().peak_force, 3.3) << std::hex << what;
+    const bool has_speed = what != 0x2051 && what != 0x2053;
+    EXPECT_EQ((trial_->state().valid & TANDEM_HAS_VELOCITY) != 0, has_speed) << std::hex << what;
+    trial_->Close();
+  }
+}
+
+TEST_F(OpenHapticsTest, AForceErrorEndsTheForceAndItRampsBack) {
   OpenAndStart();
   wanted_[0] = 2;
   const std::pair<unsigned, const char*> errors[] = {{0x200, "too warm"},
@@ -192,8 +253,27 @@ TEST_F(OpenHapticsTest, AForceErrorEndsTheForceForAWhile) {
     EXPECT_TRUE(Reads(TANDEM_FAILED)) << code;
     EXPECT_THAT(trial_->Error(), HasSubstr(words));
     EXPECT_TRUE(Gives(Vec3::Zero())) << code;
+    // from nothing to all in 200 frames
+    ASSERT_TRUE(trial_->TicksUntil([&] {
+      return Given().x() > 0;
+    }));
+    EXPECT_LT(Given().x(), 1);
+    const long begun = fake_->frames;
+    ASSERT_TRUE(Gives(Vec3(2, 0, 0))) << code;
+    EXPECT_GT(fake_->frames - begun, 100);
     EXPECT_TRUE(Reads(TANDEM_OK)) << code;
   }
+}
+
+TEST_F(OpenHapticsTest, TheWorstOfSeveralErrorsCounts) {
+  OpenAndStart();
+  fake_->frame_error = 0x302;
+  fake_->later_error = 0x104;  // the handle is bad because the device is gone
+  EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
+  EXPECT_TRUE(Reads(TANDEM_OK));
+  fake_->frame_error = 0x501;
+  fake_->later_error = 0x201;
+  EXPECT_TRUE(Reads(TANDEM_BROKEN));
 }
 
 TEST_F(OpenHapticsTest, AnUnpluggedDeviceIsOpenedAnew) {
@@ -210,18 +290,27 @@ TEST_F(OpenHapticsTest, AnUnpluggedDeviceIsOpenedAnew) {
   EXPECT_GT(fake_->inits, inits);
   wanted_[1] = 1;
   EXPECT_TRUE(Gives(Vec3(0, 1, 0)));
+  for (const unsigned code : {0x300U, 0x303U, 0x304U}) {
+    trial_->Ticks(50);
+    fake_->frame_error = code;
+    EXPECT_TRUE(Reads(TANDEM_UNPLUGGED)) << code;
+    EXPECT_TRUE(Reads(TANDEM_OK)) << code;
+  }
 }
 
 TEST_F(OpenHapticsTest, AFatalErrorIsForGood) {
-  OpenAndStart();
   wanted_[0] = 2;
-  ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
-  fake_->frame_error = 0x500;
-  EXPECT_TRUE(Reads(TANDEM_BROKEN));
-  EXPECT_THAT(trial_->Error(), HasSubstr("begin anew"));
-  EXPECT_TRUE(Gives(Vec3::Zero()));
-  trial_->Ticks(50);
-  EXPECT_EQ(trial_->read(), TANDEM_BROKEN);
+  for (const unsigned code : {0x402U, 0x500U, 0x501U}) {
+    OpenAndStart();
+    ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
+    fake_->frame_error = code;
+    EXPECT_TRUE(Reads(TANDEM_BROKEN)) << code;
+    EXPECT_THAT(trial_->Error(), HasSubstr("begin anew"));
+    EXPECT_TRUE(Gives(Vec3::Zero()));
+    trial_->Ticks(50);
+    EXPECT_EQ(trial_->read(), TANDEM_BROKEN);
+    trial_->Close();
+  }
 }
 
 TEST_F(OpenHapticsTest, WarmMotorsGetLess) {
@@ -229,9 +318,9 @@ TEST_F(OpenHapticsTest, WarmMotorsGetLess) {
   wanted_[0] = 2;
   ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
   fake_->temperature = 0.8;
-  // 0.999 a tick: half after 693
+  // 0.999 a tick: 0.7 after 357
   EXPECT_TRUE(trial_->TicksUntil([&] {
-    return Given().x() < 1;
+    return Given().x() < 1.4;
   }));
   fake_->temperature = 0.4;
   EXPECT_TRUE(Gives(Vec3(2, 0, 0)));
@@ -251,12 +340,39 @@ TEST_F(OpenHapticsTest, UncalibratedIsSaidWithWhatToDo) {
   EXPECT_TRUE(Reads(TANDEM_OK));
   wanted_[0] = 1;
   EXPECT_TRUE(Gives(Vec3(1, 0, 0)));
+  fake_->style = 1;
   // where an uncalibrated Touch is stuck
   fake_->x_mm = 0;
   fake_->y_mm = -110;
   fake_->z_mm = -35;
   EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
+  EXPECT_THAT(trial_->Error(), HasSubstr("take it out"));
   EXPECT_TRUE(Gives(Vec3::Zero()));
+  fake_->x_mm = 3;
+  EXPECT_TRUE(Reads(TANDEM_OK));
+  // arms without an inkwell
+  trial_->Close();
+  fake_->calibration = 0x5002;
+  OpenAndStart();
+  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
+  EXPECT_THAT(trial_->Error(), HasSubstr("calibrate=yes"));
+}
+
+TEST_F(OpenHapticsTest, ANewCalibrationComesWithoutForce) {
+  fake_->style = 2;
+  OpenAndStart();
+  wanted_[0] = 2;
+  ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
+  fake_->calibration = 0x5001;
+  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));  // the pose jumps: the host takes it up anew
+  EXPECT_THAT(trial_->Error(), HasSubstr("calibrates itself"));
+  EXPECT_TRUE(trial_->TicksUntil([&] {
+    return fake_->updates > 0;
+  }));
+  EXPECT_EQ(fake_->updated_style, 2U);
+  fake_->calibration = 0x5000;
+  EXPECT_TRUE(Reads(TANDEM_OK));
+  EXPECT_TRUE(Gives(Vec3(2, 0, 0)));
 }
 
 TEST_F(OpenHapticsTest, ResetsEncodersBeforeTheSchedulerStartsWhereThatIsAsked) {
@@ -271,6 +387,7 @@ TEST_F(OpenHapticsTest, ASchedulerThatStandsStillIsAFailure) {
   OpenAndStart();
   fake_->hang_ms = 60;
   EXPECT_TRUE(Reads(TANDEM_FAILED));
+  EXPECT_THAT(trial_->Error(), HasSubstr("stands still"));
   EXPECT_TRUE(Reads(TANDEM_OK));
   trial_->ExpectRealtime();
 }
