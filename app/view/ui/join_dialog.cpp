@@ -6,13 +6,21 @@
 #include <QFileInfo>
 #include <QFormLayout>
 #include <QHBoxLayout>
+#include <QJsonArray>
+#include <QJsonDocument>
+#include <QJsonObject>
 #include <QRegularExpression>
 #include <QToolButton>
+#include <initializer_list>
+
+#include "app/invite/invitation.h"
 
 namespace tandem {
 
 namespace {
 
+constexpr int kSessionsHeight = 70;  // pixels
+constexpr int kListGoneWithinMs = 500;
 constexpr int kMostDomain = 232;
 constexpr int kLeastPort = 1024;
 constexpr qsizetype kLongestSession = 128;  // bytes, as the network has it
@@ -44,6 +52,8 @@ bool IsAddress(const QString& text) {
 
 JoinDialog::JoinDialog(QWidget* parent)
     : QDialog(parent),
+      invitation_(new QLineEdit),
+      sessions_(new QListWidget),
       session_(new QLineEdit),
       name_(new QLineEdit),
       role_(new QComboBox),
@@ -57,6 +67,8 @@ JoinDialog::JoinDialog(QWidget* parent)
       fault_(new QLabel) {
   setWindowTitle(tr("Take part in a session"));
   setObjectName("join_dialog");
+  invitation_->setObjectName("join_invitation");
+  sessions_->setObjectName("join_sessions");
   session_->setObjectName("join_session");
   name_->setObjectName("join_name");
   role_->setObjectName("join_role");
@@ -69,6 +81,8 @@ JoinDialog::JoinDialog(QWidget* parent)
   fault_->setTextFormat(Qt::PlainText);
   role_->addItem(tr("active: take parts in hand"), true);
   role_->addItem(tr("viewer: look on"), false);
+  invitation_->setPlaceholderText(tr("tandem://\u2026 \u2013 the line that you were sent, if any"));
+  sessions_->setMaximumHeight(kSessionsHeight);
   session_->setPlaceholderText(tr("name that the others use"));
   scene_->setPlaceholderText(tr("the session\u2019s, found on this machine"));
   peers_->setPlaceholderText(tr("HOST[:PORT], \u2026 \u2013 the local network"));
@@ -82,6 +96,8 @@ JoinDialog::JoinDialog(QWidget* parent)
   fault_->setMinimumWidth(420);
 
   auto* form = new QFormLayout(this);
+  form->addRow(tr("In&vitation"), invitation_);
+  form->addRow(tr("&Open here"), sessions_);
   form->addRow(tr("&Session"), session_);
   form->addRow(tr("Your &name"), name_);
   form->addRow(tr("&Role"), role_);
@@ -103,8 +119,76 @@ JoinDialog::JoinDialog(QWidget* parent)
   for (QLineEdit* field : {session_, name_, scene_, peers_, external_, interface_, secure_}) {
     connect(field, &QLineEdit::textChanged, this, &JoinDialog::Check);
   }
+  connect(invitation_, &QLineEdit::textChanged, this, &JoinDialog::TakeLine);
+  connect(sessions_, &QListWidget::itemClicked, this, [this](const QListWidgetItem* item) {
+    invitation_->clear();
+    session_->setText(item->data(Qt::UserRole).toString());
+  });
   connect(role_, &QComboBox::currentIndexChanged, this, &JoinDialog::Check);
   Check();
+}
+
+JoinDialog::~JoinDialog() {
+  if (process_ == nullptr) return;
+  process_->disconnect(this);
+  process_->kill();
+  process_->waitForFinished(kListGoneWithinMs);
+}
+
+void JoinDialog::Look(const QString& program) {
+  process_ = new QProcess(this);
+  process_->setStandardErrorFile(QProcess::nullDevice());
+  connect(process_, &QProcess::finished, this, [this](int, QProcess::ExitStatus) {
+    ShowSessions(process_->readAllStandardOutput());
+    process_->start();  // sessions come and go
+  });
+  process_->start(program, {QStringLiteral("sessions"), QStringLiteral("--json"),
+                            QStringLiteral("--domain"), QString::number(domain_->value())});
+}
+
+void JoinDialog::ShowSessions(const QByteArray& json) {
+  const QListWidgetItem* const current = sessions_->currentItem();
+  const QString chosen = current != nullptr ? current->data(Qt::UserRole).toString() : QString();
+  sessions_->clear();
+  const QJsonArray found =
+      QJsonDocument::fromJson(json).object().value(QStringLiteral("sessions")).toArray();
+  for (const QJsonValue& value : found) {
+    const QJsonObject one = value.toObject();
+    const QString name = one.value(QStringLiteral("session")).toString();
+    if (one.value(QStringLiteral("relay")).toBool()) continue;
+    auto* item = new QListWidgetItem(one.value(QStringLiteral("secured")).toBool()
+                                         ? tr("%1 \u2013 secured: keys, or an invitation").arg(name)
+                                         : name,
+                                     sessions_);
+    item->setData(Qt::UserRole, name);
+    if (name == chosen) sessions_->setCurrentItem(item);
+  }
+  if (!found.isEmpty()) return;
+  auto* none = new QListWidgetItem(tr("none is announced on this network"), sessions_);
+  none->setFlags(Qt::NoItemFlags);
+}
+
+void JoinDialog::TakeLine() {
+  const bool by_line = !invitation().isEmpty();
+  // what the line says
+  for (QWidget* field :
+       std::initializer_list<QWidget*>{session_, role_, domain_, peers_, secure_}) {
+    field->setEnabled(!by_line);
+  }
+  if (const Result<Invitation> read = ReadInvitation(invitation().toStdString()); read) {
+    session_->setText(QString::fromStdString(read->session));
+    role_->setCurrentIndex(read->role == Role::kViewer ? 1 : 0);
+    domain_->setValue(static_cast<int>(read->domain));
+    peers_->clear();
+    secure_->clear();
+    secure_->setPlaceholderText(read->secured ? tr("the invitation gives them")
+                                              : tr("none: a plain session"));
+  }
+  Check();
+}
+
+QString JoinDialog::invitation() const {
+  return invitation_->text().trimmed();
 }
 
 QWidget* JoinDialog::WithChooser(QLineEdit* field, const QString& title, bool folder) {
@@ -163,6 +247,10 @@ bool JoinDialog::active() const {
 }
 
 QString JoinDialog::Fault() const {
+  if (!invitation().isEmpty()) {
+    const Result<Invitation> read = ReadInvitation(invitation().toStdString());
+    if (!read) return QString::fromStdString(read.error().what);
+  }
   const QString session = session_->text().trimmed();
   if (session.isEmpty()) return tr("The session\u2019s name is missing.");
   if (session.toUtf8().size() > kLongestSession) {

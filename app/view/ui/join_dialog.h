@@ -4,6 +4,8 @@
 #include <QDialog>
 #include <QLabel>
 #include <QLineEdit>
+#include <QListWidget>
+#include <QProcess>
 #include <QPushButton>
 #include <QSpinBox>
 #include <functional>
@@ -13,25 +15,37 @@
 namespace tandem {
 
 /// Asks how a session is joined: as an active user or a viewer, and all that the command line says
-/// by --peers, --external-address, --port and --secure. Wrong fields are said beside the buttons,
-/// and the button that joins is grey meanwhile.
+/// by --peers, --external-address, --port and --secure; or by the line of an invitation, which says
+/// most of it. Lists the sessions that are open on this network. Wrong fields are said beside the
+/// buttons, and the button that joins is grey meanwhile.
 class JoinDialog : public QDialog {
   Q_OBJECT
 
  public:
   explicit JoinDialog(QWidget* parent = nullptr);
+  ~JoinDialog() override;
 
   void SetRequest(const HandRequest& request, bool active);
   HandRequest Request() const;
   bool active() const;
+  /// The invitation's line; empty: there is none.
+  QString invitation() const;
   /// What is wrong with the fields; empty: nothing.
   QString Fault() const;
+  /// Looks for open sessions by that program (`tandem sessions`) while the dialog is open.
+  void Look(const QString& program);
+  /// Shows the answer of `tandem sessions --json`.
+  void ShowSessions(const QByteArray& json);
 
  private:
   void Check();
+  void TakeLine();
   QWidget* WithChooser(QLineEdit* field, const QString& title, bool folder);
 
   HandRequest given_;
+  QLineEdit* invitation_;
+  QListWidget* sessions_;
+  QProcess* process_ = nullptr;  // that looks for sessions; null: none does
   QLineEdit* session_;
   QLineEdit* name_;
   QComboBox* role_;

@@ -40,7 +40,7 @@ QString KeysPage(bool with_hand) {
         "<tr><td>Ctrl+Z, Ctrl+Shift+R</td><td>undo, reset</td></tr>"
         "<tr><td>C</td><td>with a device: its handle moves alone, or leads the part again</td></tr>"
         "<tr><td>Space, Ctrl+Space</td><td>emergency stop, resume</td></tr>"
-        "<tr><td>Ctrl+J</td><td>join a session</td></tr>");
+        "<tr><td>Ctrl+J, Ctrl+I</td><td>join a session, invite to it</td></tr>");
   }
   return page + QStringLiteral("</table>");
 }

@@ -118,6 +118,10 @@ void MainWindow::MakeActions(bool with_hand) {
     QAction* join = session->addAction(tr("&Join\u2026"), QKeySequence(Qt::CTRL | Qt::Key_J), this,
                                        &MainWindow::AskToJoin);
     join->setObjectName("join_session_action");
+    invite_action_ = session->addAction(tr("&Invite\u2026"), QKeySequence(Qt::CTRL | Qt::Key_I),
+                                        this, &MainWindow::InviteSomebody);
+    invite_action_->setObjectName("invite_action");
+    invite_action_->setEnabled(false);  // until there is a session
     QAction* leave = session->addAction(tr("&Leave"), this, [this] {
       desk_->hand().Leave();
       session_.Leave();
@@ -266,6 +270,7 @@ void MainWindow::ShowPicture(const QString& gl_error) {
 }
 
 void MainWindow::OnSessionChanged() {
+  EnableInvite();
   const SessionModel::State state = session_.state();
   QString text = Describe(state);
   if (state == SessionModel::State::kJoined) {

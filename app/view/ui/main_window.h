@@ -4,6 +4,7 @@
 #include <QFileDialog>
 #include <QLabel>
 #include <QMainWindow>
+#include <QProcess>
 #include <QStackedWidget>
 #include <QTableView>
 #include <QTimer>
@@ -95,6 +96,13 @@ class MainWindow : public QMainWindow {
   void ShowWarnings();
   void AskForScene();
   void AskToJoin();
+  /// Gets keys and the way by `tandem join LINE --only-keys`, then joins.
+  void JoinByInvitation(const QString& line, const HandRequest& request);
+  /// Joins as that program's answer says.
+  void JoinAsInvited(const QByteArray& answer, HandRequest request);
+  void InviteSomebody();
+  /// There is a session with a name to invite to.
+  void EnableInvite();
   void ShowPicture(const QString& gl_error);
   void SaveScreenshot();
   void ShowKeys();
@@ -126,7 +134,9 @@ class MainWindow : public QMainWindow {
   QMenu* recent_menu_ = nullptr;
   HandDesk* desk_ = nullptr;
   std::vector<std::filesystem::path> scene_folders_;
-  QFileDialog* ask_ = nullptr;  // for a scene; made when first asked for
+  QFileDialog* ask_ = nullptr;   // for a scene; made when first asked for
+  QProcess* invited_ = nullptr;  // that asks an inviter; null: none does
+  QAction* invite_action_ = nullptr;
   QLabel* status_session_ = nullptr;
   QLabel* status_proximity_ = nullptr;
   QLabel* status_scene_ = nullptr;

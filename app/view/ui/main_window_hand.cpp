@@ -1,8 +1,14 @@
+#include <QCoreApplication>
 #include <QDragEnterEvent>
+#include <QJsonArray>
+#include <QJsonDocument>
+#include <QJsonObject>
 #include <QMenu>
+#include <QMessageBox>
 #include <QMimeData>
 #include <QUrl>
 
+#include "app/view/ui/invite_dialog.h"
 #include "app/view/ui/join_dialog.h"
 #include "app/view/ui/main_window.h"
 
@@ -11,6 +17,11 @@
 namespace tandem {
 
 namespace {
+
+/// `tandem`, which lies beside this program.
+QString TandemProgram() {
+  return QCoreApplication::applicationDirPath() + QStringLiteral("/tandem");
+}
 
 /// The scene file that is dragged; empty: none, or several.
 QString SceneIn(const QMimeData& data) {
@@ -22,6 +33,7 @@ QString SceneIn(const QMimeData& data) {
 }  // namespace
 
 void MainWindow::OnHandChanged() {
+  EnableInvite();
   const HandModel& hand = desk_->hand();
   QString dock_text;
   if (hand.ready()) {
@@ -62,10 +74,98 @@ void MainWindow::AskToJoin() {
   HandRequest request = desk_->defaults();
   if (request.session.empty()) request.session = session_dock_->Request().session;
   dialog->SetRequest(request, true);
+  dialog->Look(TandemProgram());
   connect(dialog, &QDialog::accepted, this, [this, dialog] {
-    Join(dialog->Request(), dialog->active());
+    if (dialog->invitation().isEmpty()) {
+      Join(dialog->Request(), dialog->active());
+    } else {
+      JoinByInvitation(dialog->invitation(), dialog->Request());
+    }
   });
   dialog->open();
+}
+
+void MainWindow::JoinByInvitation(const QString& line, const HandRequest& request) {
+  if (invited_ != nullptr) return;  // one at a time
+  QStringList words{QStringLiteral("join"), line, QStringLiteral("--only-keys"),
+                    QStringLiteral("--json")};
+  if (!request.scene.empty()) {
+    words << QStringLiteral("--scene") << QString::fromStdString(request.scene);
+  }
+  if (!request.interface.empty()) {
+    words << QStringLiteral("--interface") << QString::fromStdString(request.interface);
+  }
+  invited_ = new QProcess(this);
+  status_session_->setText(tr("Asking the inviter\u2026"));
+  const auto end = [this, request](int exit_code) {
+    const QByteArray answer = invited_->readAllStandardOutput();
+    const QStringList said = QString::fromUtf8(invited_->readAllStandardError())
+                                 .split(QLatin1Char('\n'), Qt::SkipEmptyParts);
+    const QString fault = said.isEmpty() ? invited_->errorString()
+                                         : said.last().section(QStringLiteral("tandem: "), 1);
+    invited_->deleteLater();
+    invited_ = nullptr;
+    OnSessionChanged();
+    if (exit_code != 0) {
+      auto* box =
+          new QMessageBox(QMessageBox::Warning, tr("The invitation"), fault, QMessageBox::Ok, this);
+      box->setObjectName("invitation_fault");
+      box->setTextFormat(Qt::PlainText);
+      box->setAttribute(Qt::WA_DeleteOnClose);
+      box->open();
+      return;
+    }
+    JoinAsInvited(answer, request);
+  };
+  connect(invited_, &QProcess::finished, this, [end](int exit_code, QProcess::ExitStatus) {
+    end(exit_code);
+  });
+  connect(invited_, &QProcess::errorOccurred, this, [end](QProcess::ProcessError error) {
+    if (error == QProcess::FailedToStart) end(1);
+  });
+  invited_->start(TandemProgram(), words);
+}
+
+void MainWindow::JoinAsInvited(const QByteArray& answer, HandRequest request) {
+  const QJsonObject way = QJsonDocument::fromJson(answer).object();
+  const auto text = [&way](const char* key) {
+    return way.value(QLatin1String(key)).toString().toStdString();
+  };
+  request.session = text("session");
+  request.domain = static_cast<std::uint32_t>(way.value(QStringLiteral("domain")).toInt());
+  request.interface = text("interface");
+  request.secure = text("keys");
+  if (const std::string scene = text("scene"); !scene.empty()) request.scene = scene;
+  request.peers.clear();
+  for (const QJsonValue& peer : way.value(QStringLiteral("peers")).toArray()) {
+    request.peers.push_back(peer.toString().toStdString());
+  }
+  Join(request, text("role") != "viewer");
+}
+
+void MainWindow::EnableInvite() {
+  if (invite_action_ == nullptr || desk_ == nullptr) return;
+  const HandModel& hand = desk_->hand();
+  const bool takes_part = hand.ready() && !hand.request().session.empty();
+  invite_action_->setEnabled(takes_part || session_.state() == SessionModel::State::kJoined);
+}
+
+void MainWindow::InviteSomebody() {
+  EnableInvite();
+  if (!invite_action_->isEnabled()) return;
+  HandRequest request = desk_->hand().request();
+  if (!desk_->hand().ready() || request.session.empty()) {
+    const JoinRequest& joined = session_.request();
+    request = {};
+    request.session = joined.session;
+    request.domain = joined.domain;
+    request.interface = joined.interface;
+    request.peers = joined.peers;
+    request.secure = joined.secure;
+  }
+  auto* dialog = new InviteDialog(request, TandemProgram(), this);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->show();
 }
 
 void MainWindow::Join(const HandRequest& request, bool active) {

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/invite/invitation.h"
 #include "app/view/ui/join_dialog.h"
 #include "app/view/ui/main_window.h"
 #include "tests/app/view/fake_controller.h"
@@ -273,8 +274,7 @@ TEST_F(HandWindow, SaysWhyADeviceHasNoForceAndHowItComesBack) {
     }));
     controller_.now.safety.state = SnapshotSafety::State::kOn;
     EXPECT_TRUE(ProcessEventsUntil([&] {
-      return !Action("hand_resume")->isEnabled() &&
-             !window_.desk()->StateText().contains("Device");
+      return !Action("hand_resume")->isEnabled() && !window_.desk()->StateText().contains("Device");
     }));
   }
   controller_.now.safety.state = SnapshotSafety::State::kTooFast;
@@ -329,6 +329,32 @@ TEST_F(HandWindow, TakingPartInASessionLooksForItsSceneFirst) {
     return session_.state() == SessionModel::State::kJoined;
   }));
   EXPECT_EQ(hand_.state(), HandModel::State::kNone);  // a viewer has no hand
+}
+
+// by the program `tandem` itself, which lies beside this test
+TEST_F(HandWindow, AnInvitationLeadsIntoItsSession) {
+  const std::size_t launched = controller_.launched.size();
+  Action("join_session_action")->trigger();
+  auto* dialog = window_.findChild<JoinDialog*>();
+  ASSERT_NE(dialog, nullptr);
+  Invitation invitation;
+  invitation.session = "Nose gear";
+  invitation.hosts = {"127.0.0.1"};
+  invitation.domain = 44;
+  const auto set = [&](const char* field, const QString& text) {
+    dialog->findChild<QLineEdit*>(field)->setText(text);
+  };
+  set("join_invitation", QString::fromStdString(LineOf(invitation)));
+  set("join_scene", TANDEM_SCENES "/peg_in_slot.json");
+  dialog->findChild<QPushButton*>("join_accept")->click();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return controller_.launched.size() == launched + 1;
+  }));
+  const HandRequest& request = controller_.launched.back();
+  EXPECT_EQ(request.session, "Nose gear");
+  EXPECT_EQ(request.domain, 44U);
+  EXPECT_EQ(request.interface, "lo");
+  EXPECT_EQ(request.secure, "");
 }
 
 TEST(JoinDialog, GivesAllThatTheCommandLineHasAndSaysWhatIsWrong) {
