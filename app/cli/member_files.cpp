@@ -106,7 +106,7 @@ int TakeAnswer(const std::string& folder, const std::string& file) {
   }
   const Result<std::string> text = ReadWholeFile(file, kLargestAnswer);
   if (!text) return Fail(kExitFile, text.error().what);
-  const Result<EnrolmentAnswer> answer = ReadAnswer(*text);
+  const Result<EnrolmentAnswer> answer = ReadEnrolmentAnswer(*text);
   if (!answer || !answer->refused.empty()) {
     return Fail(kExitFile, file + ": is no answer of 'tandem keys answer'");
   }

@@ -80,7 +80,7 @@ std::string TextOf(const EnrolmentAnswer& answer) {
   return JsonText(object) + "\n";
 }
 
-Result<EnrolmentRequest> ReadRequest(const std::string& text) {
+Result<EnrolmentRequest> ReadEnrolmentRequest(const std::string& text) {
   const nlohmann::json object = ObjectIn(text, EnrolmentRequest::kLongest);
   EnrolmentRequest request;
   if (!object.is_object() || !ReadHex(TextIn(object, "proof"), request.proof)) {
@@ -90,7 +90,7 @@ Result<EnrolmentRequest> ReadRequest(const std::string& text) {
   return request;
 }
 
-Result<EnrolmentAnswer> ReadAnswer(const std::string& text) {
+Result<EnrolmentAnswer> ReadEnrolmentAnswer(const std::string& text) {
   const Error bad{"the inviter's answer is none of this version: bring both to one version"};
   const nlohmann::json object = ObjectIn(text, EnrolmentAnswer::kLongest);
   if (!object.is_object()) return bad;

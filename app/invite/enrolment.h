@@ -41,7 +41,7 @@ Digest256 ProofOf(const Invitation& invitation, const Digest256& binding);
 std::string TextOf(const EnrolmentRequest& request);
 std::string TextOf(const EnrolmentAnswer& answer);
 /// Errors: it is no such line. Either comes from the network.
-Result<EnrolmentRequest> ReadRequest(const std::string& text);
-Result<EnrolmentAnswer> ReadAnswer(const std::string& text);
+Result<EnrolmentRequest> ReadEnrolmentRequest(const std::string& text);
+Result<EnrolmentAnswer> ReadEnrolmentAnswer(const std::string& text);
 
 }  // namespace tandem

@@ -229,7 +229,7 @@ EnrolmentOutcome Ask(const Invitation& invitation, const std::string& certificat
     return Faulty(Kind::kUnreachable,
                   "the inviter's program broke off: ask whether it still runs, and for a new line");
   }
-  Result<EnrolmentAnswer> answer = ReadAnswer(*line);
+  Result<EnrolmentAnswer> answer = ReadEnrolmentAnswer(*line);
   if (!answer) return Faulty(Kind::kStranger, answer.error().what);
   if (!answer->refused.empty()) {
     return Faulty(Kind::kRefused, "the inviter refuses: " + answer->refused);

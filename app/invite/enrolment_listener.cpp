@@ -148,7 +148,7 @@ class Desk {
   int wrong() const { return wrong_; }
 
   EnrolmentAnswer Answer(const std::string& text, const Digest256& binding) {
-    const Result<EnrolmentRequest> request = ReadRequest(text);
+    const Result<EnrolmentRequest> request = ReadEnrolmentRequest(text);
     if (!request || !AreSame(request->proof, ProofOf(invitation_, binding))) {
       if (wrong_++ == 0) {
         tell_("somebody came without the secret of this invitation, and was refused");

@@ -15,6 +15,9 @@
 
 #include "app/cli/network_plan.h"
 #include "app/cli/poses_file.h"
+#include "app/invite/enrolment.h"
+#include "app/invite/invitation.h"
+#include "app/invite/tls_end.h"
 #include "app/picture/picture_file.h"
 #include "app/stability/series.h"
 #include "collab/dds/keys.h"
@@ -266,6 +269,21 @@ void FeedAnswer(std::string_view bytes) {
   static_cast<void>(ParseAnswer(bytes));
 }
 
+/// What comes to a listener, to whoever joins, and in a line that was sent by mail.
+void FeedInvitation(std::string_view bytes) {
+  const std::string text(bytes);
+  ExpectPlain(ReadInvitation(text));
+  ExpectPlain(ReadEnrolmentRequest(text));
+  ExpectPlain(ReadEnrolmentAnswer(text));
+  static const Result<TlsIdentity> identity = TlsIdentity::Make();
+  TANDEM_CHECK(identity.has_value());
+  TlsEnd end = TlsEnd::Server(*identity);
+  end.Receive(bytes);
+  static_cast<void>(end.Hear());
+  static_cast<void>(end.TakeToSend());
+  TANDEM_CHECK(!end.open());  // nobody greets in one go
+}
+
 constexpr std::array kChanged{"member.txt",         "identity.pem", "identity_ca.pem",
                               "permissions_ca.pem", "revoked.p7s",  "identity.crl"};
 
@@ -302,7 +320,7 @@ void FeedKeys(std::string_view bytes) {
   std::ofstream(file, std::ios::binary) << made.files[which];
 }
 
-constexpr std::array<FuzzTarget, 21> kTargets{{{"scene", FeedScene},
+constexpr std::array<FuzzTarget, 22> kTargets{{{"scene", FeedScene},
                                                {"hand", FeedHand},
                                                {"plan", FeedPlan},
                                                {"case", FeedCase},
@@ -322,7 +340,8 @@ constexpr std::array<FuzzTarget, 21> kTargets{{{"scene", FeedScene},
                                                {"3mf", Feed3mf},
                                                {"texts", FeedTexts},
                                                {"answer", FeedAnswer},
-                                               {"keys", FeedKeys}}};
+                                               {"keys", FeedKeys},
+                                               {"invitation", FeedInvitation}}};
 
 }  // namespace
 

@@ -356,15 +356,15 @@ TEST(Enrolment, AnAnswerThatIsNoneIsRefused) {
   answer.name = "ben";
   answer.files = {{"identity.pem", "x"}};
   const std::string good = TextOf(answer);
-  EXPECT_TRUE(ReadAnswer(good));
+  EXPECT_TRUE(ReadEnrolmentAnswer(good));
   for (std::string text :
        {std::string("{}"), std::string("null"), std::string("[1]"), good.substr(0, good.size() / 2),
         std::string(EnrolmentAnswer::kLongest + 1, ' ')}) {
-    EXPECT_FALSE(ReadAnswer(text)) << text.substr(0, 80);
+    EXPECT_FALSE(ReadEnrolmentAnswer(text)) << text.substr(0, 80);
   }
   EnrolmentAnswer refusal;
   refusal.refused = "no\n\x1b[31mred";
-  const Result<EnrolmentAnswer> read = ReadAnswer(TextOf(refusal));
+  const Result<EnrolmentAnswer> read = ReadEnrolmentAnswer(TextOf(refusal));
   ASSERT_TRUE(read);
   EXPECT_EQ(read->refused.find_first_of("\n\x1b"), std::string::npos);
 }
