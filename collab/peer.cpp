@@ -166,7 +166,8 @@ Anchor Peer::ReadDevice() noexcept {
     device_->Stop();
     stop_pressed_ = true;
   }
-  if (device_->failed()) guard_.Fail();
+  // without motors there is no force to be taken away (DeviceLoop::Tick)
+  if (device_->failed() && device_can_.freedoms_out > 0) guard_.Fail();
   const bool sound = read.X_WA.p.allFinite() && read.X_WA.p.cwiseAbs().maxCoeff() < kFarthest &&
                      std::abs(read.X_WA.q.norm() - 1.0) < 1e-6 && read.V_WA.v.allFinite() &&
                      read.V_WA.w.allFinite() && read.V_WA.v.cwiseAbs().maxCoeff() < kFastest &&

@@ -112,8 +112,9 @@ std::string DeviceProcess::News() {
   std::array<char, 320> trouble{};
   if (memory_->trouble.Read(trouble) && trouble_told_ != trouble.data()) {
     trouble_told_ = trouble.data();
-    return "device " +
-           (trouble_told_.empty() ? "is back: 'resume' gives force again" : trouble_told_);
+    if (!trouble_told_.empty()) return "device " + trouble_told_;
+    const bool has_motors = AsCapabilities(memory_->capabilities).freedoms_out > 0;
+    return has_motors ? "device is back: 'resume' gives force again" : "device is back";
   }
   const std::optional<DeviceTick> tick = Newest();
   if (!tick) return {};

@@ -58,6 +58,7 @@ DeviceLoop::DeviceLoop(Device& driver, DeviceMemory& memory, LoopClock& clock,
       memory_(&memory),
       clock_(&clock),
       period_ns_(PeriodOf(driver.capabilities().rate_hz)),
+      has_motors_(driver.capabilities().freedoms_out > 0),
       guard_(GuardOptions(driver, options)),
       wait_(&WaitForBell),
       wait_of_(&memory) {
@@ -127,7 +128,9 @@ void DeviceLoop::Tick(const Circumstances& now) noexcept {
   input.now_ns = clock_->NowNs();
   input.p_WD = handle.X_WA.p;
   input.V_WD = handle.V_WA;
-  input.failed = tick_.failed;
+  // trouble takes no force from what has no motors: nobody would be safer, and the handle would run
+  // ahead of the part until a person resumes
+  input.failed = tick_.failed && has_motors_;
   input.stop_button = driver_->stop_button();
   input.ending = now.ending;
   input.slept = now.slept;

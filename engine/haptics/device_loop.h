@@ -72,6 +72,7 @@ class DeviceLoop {
   DeviceMemory* memory_;
   LoopClock* clock_;
   std::int64_t period_ns_;
+  bool has_motors_;
   MotorGuard guard_;
   AnswerWait wait_ = nullptr;
   void* wait_of_ = nullptr;

@@ -100,7 +100,13 @@ class ToldDevice : public Device {
   void Stop() noexcept override { ++stops; }
   bool failed() const noexcept override { return in_trouble; }
   bool stop_button() const noexcept override { return pressed; }
+  DeviceCapabilities capabilities() const noexcept override {
+    DeviceCapabilities can;
+    can.freedoms_out = motors;
+    return can;
+  }
 
+  int motors = 6;
   Anchor now;
   Wrench felt;
   int stops = 0;
@@ -110,7 +116,7 @@ class ToldDevice : public Device {
 
 /// One with such a handle, holding nothing at first, and one who watches.
 struct ToldSession {
-  ToldSession() {
+  explicit ToldSession(int motors = 6) {
     const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
     model = std::make_shared<WorldModel>(*testing::MakeWorldModel({{box}}, 0.001));
     for (PeerId id = 1; id <= 2; ++id) {
@@ -118,6 +124,7 @@ struct ToldSession {
       options.peer.id = id;
       options.conditions.delay_ms = 20;
       auto held_by = std::make_unique<ToldDevice>();
+      held_by->motors = motors;
       if (id == 1) device = held_by.get();
       session.Add(std::make_unique<PeerNode>(model, std::move(held_by), 42, options), id);
     }
@@ -310,6 +317,22 @@ TEST(PeerGuard, ADevicesButtonAndItsTroubleEndTheForceUntilAPersonResumes) {
     run.Run(20);
     EXPECT_EQ(run.peer().safety_state(), SafetyState::kRamping);
     EXPECT_GT(run.largest, 0.0);
+  }
+}
+
+// A handle that a rate moves is told the force so that it does not run ahead: it has to hear of it
+// while it is away, too, and after that without a person's word.
+TEST(PeerGuard, TroubleOfADeviceWithoutMotorsTakesNoForceAway) {
+  ToldSession run(0);
+  run.Order(Command::Kind::kGrab);
+  run.Run(300);
+  for (const bool trouble : {true, false}) {
+    run.device->in_trouble = trouble;
+    run.device->now.X_WA.p.y() += 0.002;
+    run.Run(10);
+    EXPECT_EQ(run.peer().safety_state(), SafetyState::kOn);
+    EXPECT_GT(run.device->felt.f.norm(), 0.05);
+    run.Run(50);
   }
 }
 

@@ -40,7 +40,7 @@ class CountingDriver : public Device {
   DeviceCapabilities can;
   Wrench given;
   int reads = 0;
-  HandClock* clock = nullptr;    // that its reads take time of; null: they take none
+  HandClock* clock = nullptr;  // that its reads take time of; null: they take none
   std::int64_t read_ns = 0;
   bool started = false;
   bool in_trouble = false;
@@ -49,8 +49,9 @@ class CountingDriver : public Device {
 /// Both ends. The controller answers within the wait of a tick, a quarter of a millisecond later.
 class Link {
  public:
-  explicit Link(double rate_hz = 1000) : memory(std::make_unique<DeviceMemory>()) {
+  explicit Link(double rate_hz = 1000, int motors = 6) : memory(std::make_unique<DeviceMemory>()) {
     driver.can.rate_hz = rate_hz;
+    driver.can.freedoms_out = motors;
     loop = std::make_unique<DeviceLoop>(driver, *memory, clock, DeviceLoop::Options{{12, 0.5}});
     controller = std::make_unique<ProcessDevice>(*memory);
     loop->SetWait(
@@ -338,6 +339,21 @@ TEST(DeviceLoop, ADeviceWithoutMotorsIsToldTheForceUpToTheUsersLimit) {
     controller.Render({Vec3::Zero(), Vec3(50, 0, 0)});
   }
   EXPECT_NEAR(driver.given.f.x(), 5, 1e-9);
+}
+
+// A handle without motors that heard no force would run ahead of a part that contact holds up.
+TEST(DeviceLoop, TroubleOfADeviceWithoutMotorsTakesNoForceAway) {
+  for (const int motors : {0, 6}) {
+    Link link(1000, motors);
+    link.force_at_micrometre = 1e3;  // more than the limit in any tick
+    link.Begin();
+    link.driver.in_trouble = true;  // unplugged
+    link.Ticks(50);
+    link.driver.in_trouble = false;
+    link.Ticks(1200);
+    EXPECT_EQ(link.state(), motors == 0 ? SafetyState::kOn : SafetyState::kFault);
+    EXPECT_NEAR(link.driver.given.f.x(), motors == 0 ? 12 : 0, 1e-9);
+  }
 }
 
 TEST(ProcessDevice, TellsInWhichAxesItsHandleMoves) {
