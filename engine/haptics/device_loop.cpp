@@ -12,8 +12,13 @@ MotorGuard::Options GuardOptions(const Device& driver, const DeviceLoop::Options
   MotorGuard::Options guard;
   guard.limits = SoundLimits(can.peak, options.users);
   guard.continuous = can.continuous;
-  // what has no motors is told the force all the same: a handle that a rate moves gives way to it
-  if (can.freedoms_out == 0) guard.limits = guard.continuous = SoundLimits(options.users);
+  // what has no motors is told the force all the same: a handle that a rate moves gives way to it, and
+  // would run ahead of the part where a user's low limit cut it off
+  if (can.freedoms_out == 0) {
+    guard.limits = guard.continuous =
+        SoundLimits({std::max(options.users.force, kUsersDefault.force),
+                     std::max(options.users.moment, kUsersDefault.moment)});
+  }
   guard.damping = std::min(MotorGuard::kDamping, SoundGain(can.damping));
   guard.period_ns = DeviceLoop::PeriodOf(can.rate_hz);
   guard.passivity_control = options.passivity_control;

@@ -32,6 +32,13 @@ class RateHand {
   static constexpr double kMostTurn = 6.0;        // rad/s
   static constexpr double kLongestStep = 0.02;    // s; what a longer one would add is left out
 
+  /// Says up to which gains a coupling leaves the handle at rest: a scaled hand's would be stiffer.
+  static void Bear(TandemDeviceCapabilities& can) noexcept {
+    can.stiffness = 2000;
+    can.damping = 20;
+    can.rotation_stiffness = 15;
+    can.rotation_damping = 0.3;
+  }
   /// The user means the handle to go that way, m and rad in V, beside its rates.
   void Add(const Vec3& way, const Vec3& turn) noexcept {
     way_left_ += way;

@@ -51,6 +51,7 @@ class Keyboard {
 
   static std::string Capabilities(TandemDeviceCapabilities& can) {
     can.freedoms_in = 6;
+    RateHand::Bear(can);
     return {};
   }
   std::string Start() {

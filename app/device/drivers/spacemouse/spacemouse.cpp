@@ -87,6 +87,7 @@ class SpaceMouse {
 
   static std::string Capabilities(TandemDeviceCapabilities& can) {
     can.freedoms_in = 6;
+    RateHand::Bear(can);
     return {};
   }
   std::string Start() {
