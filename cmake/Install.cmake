@@ -90,5 +90,5 @@ install(DIRECTORY ${reference}/completions/ DESTINATION share/bash-completion/co
 install(FILES package/tandem-relay.service DESTINATION lib/systemd/system COMPONENT tandem)
 # The documents lead to one another, so all are installed, in the places that they have here.
 install(FILES NOTICE README.md CONTRIBUTING.md SECURITY.md CITATION.cff DESTINATION share/doc/tandem COMPONENT tandem)
-install(DIRECTORY docs DESTINATION share/doc/tandem COMPONENT tandem PATTERN *.py EXCLUDE)
+install(DIRECTORY docs DESTINATION share/doc/tandem COMPONENT tandem PATTERN images/*.py EXCLUDE)
 install(FILES LICENSE DESTINATION share/doc/tandem COMPONENT license)  # a Debian package links the system's copy instead

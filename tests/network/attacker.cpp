@@ -1,9 +1,9 @@
 // A program that does what no sound one does, for the tests; it has the product's message types and
 // none of its checks:
-//   attacker SESSION KEYS ID MODES SECONDS [MOST [INTERFACE [ACCESS-PLUGIN]]]
+//   attacker SESSION KEYS ID MODES SECONDS [MOST [INTERFACE [ACCESS-PLUGIN [DOMAIN]]]]
 // KEYS is a member's folder or "-". It speaks as ID (the keys' id in a secured session), over the
 // interface (else over loopback). With an access-control plug-in of its own it makes writers that
-// its permissions do not name. MODES are one or more of these, with a plus between two:
+// its permissions do not name ("-": none). MODES are one or more of these, with a plus between two:
 //   flood   states of one body, as fast as can be
 //   keys    states of ever new bodies
 //   names   presence under ever new names, as a peer and as a viewer
@@ -403,7 +403,8 @@ int main(int argc, char** argv) {
     Result<Qos> qos = SecureParticipantQos(*keys);
     if (!qos) return Refused(qos.error().what);
     participant_qos = *std::move(qos);
-    if (argc > 8) dds_qset_prop(participant_qos.get(), "dds.sec.access.library.path", argv[8]);
+    const bool has_plugin = argc > 8 && std::string(argv[8]) != "-";
+    if (has_plugin) dds_qset_prop(participant_qos.get(), "dds.sec.access.library.path", argv[8]);
     id = keys->peer;
     key_name = keys->name;
     looks_on = keys->role == Role::kViewer;
@@ -412,6 +413,7 @@ int main(int argc, char** argv) {
   DdsOptions options;
   options.session = argv[1];
   options.interface = argc > 7 ? argv[7] : "lo";
+  if (argc > 9) options.domain = static_cast<std::uint32_t>(std::stoul(argv[9]));
   if (is_asked("packets")) {
     options.peer = id;
     SayJoined();

@@ -38,6 +38,8 @@ using testing::Program;
 using testing::StoppedThread;
 
 constexpr double kFloodSeconds = 3;
+// of DDS, no other test's: packets flood all programs of the domain
+constexpr const char* kDomain = "71";
 constexpr double kFullSeconds = 600;  // of a flood of a given size, at the most
 
 /// Returns how much a flood of that mode sends where TANDEM_FLOODS asks for full size; 0: it goes
@@ -70,6 +72,8 @@ class HostileFloods : public ::testing::Test {
                                    session_,
                                    "--interface",
                                    "lo",
+                                   "--domain",
+                                   kDomain,
                                    "--scene",
                                    (scenes / "peg_in_slot.json").string(),
                                    "--hold",
@@ -96,7 +100,8 @@ class HostileFloods : public ::testing::Test {
                  double seconds = kFloodSeconds) const {
     const long size = FullSizeOf(mode);
     return Program({TANDEM_ATTACKER, session_, keys, "153", mode,
-                    std::to_string(size > 0 ? kFullSeconds : seconds), std::to_string(size)},
+                    std::to_string(size > 0 ? kFullSeconds : seconds), std::to_string(size), "lo",
+                    "-", kDomain},
                    In("attacker"));
   }
   nlohmann::json Report() const {
@@ -346,9 +351,9 @@ TEST_F(HostileFloods, EndsOfInventedInstancesTakeNoMemoryAndHoldUpNobody) {
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("ends", anna));
   // the thread that hears them all goes on: another is seen to come
-  Program ben = Program(
-      {TANDEM_PROGRAM, "watch", "--session", session_, "--interface", "lo", "--name", "ben"},
-      In("ben"));
+  Program ben = Program({TANDEM_PROGRAM, "watch", "--session", session_, "--interface", "lo",
+                         "--domain", kDomain, "--name", "ben"},
+                        In("ben"));
   EXPECT_TRUE(anna.Says("ben (viewer) joined", 20)) << anna.said();
   ben.process().Signal(SIGTERM);
   EXPECT_EQ(ben.Wait(), 0);
@@ -381,8 +386,9 @@ TEST_F(HostileFloods, ANameThatIsNoTextLeavesReportAndLogReadable) {
 }
 
 TEST_F(HostileFloods, ManifestsOfInventedAuthorsFillNoRelay) {
-  Program relay =
-      Program({TANDEM_PROGRAM, "relay", "--session", session_, "--interface", "lo"}, In("relay"));
+  Program relay = Program(
+      {TANDEM_PROGRAM, "relay", "--session", session_, "--interface", "lo", "--domain", kDomain},
+      In("relay"));
   ASSERT_TRUE(relay.Says("relaying session"));
   ExpectLittle(GrowthUnder("scenes", relay, ""));
   EXPECT_GT(sent_, 2000);
@@ -391,8 +397,9 @@ TEST_F(HostileFloods, ManifestsOfInventedAuthorsFillNoRelay) {
 }
 
 TEST_F(HostileFloods, PicturesOfInventedBodiesFillNoViewer) {
-  Program watch =
-      Program({TANDEM_PROGRAM, "watch", "--session", session_, "--interface", "lo"}, In("watch"));
+  Program watch = Program(
+      {TANDEM_PROGRAM, "watch", "--session", session_, "--interface", "lo", "--domain", kDomain},
+      In("watch"));
   ASSERT_TRUE(watch.Says("watching session"));
   ExpectLittle(GrowthUnder("views", watch, ""));
   EXPECT_GT(sent_, 2000);

@@ -310,14 +310,16 @@ TEST(Network, ListSaysThatADeviceCalls) {
   EXPECT_NE(std::string(found[0].mend).find("network_device.py"), std::string::npos);
 }
 
-// The example in Python is written from the document alone.
-TEST(Network, TheExampleInPythonIsADevice) {
+// The examples in Python are written from the document alone.
+TEST(Network, TheExamplesInPythonAreDevices) {
   if (!std::filesystem::exists("/usr/bin/python3")) GTEST_SKIP() << "no python3";
-  for (const bool keyed : {false, true}) {
+  for (const auto& [example, keyed] :
+       {std::pair("smallest_device.py", false), std::pair("network_device.py", false),
+        std::pair("network_device.py", true)}) {
     const ScratchFolder folder;
     const std::string port = std::to_string(FreePort());
     const std::string key = KeyFile(folder.path(), kSecret + "\n", 0600);
-    std::vector<std::string> words{"python3", TANDEM_EXAMPLES "/device/network_device.py",
+    std::vector<std::string> words{"python3", std::string(TANDEM_EXAMPLES "/device/") + example,
                                    "127.0.0.1:" + port};
     if (keyed) words.push_back(key);
     std::vector<char*> arguments;
