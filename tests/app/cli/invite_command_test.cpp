@@ -8,7 +8,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "app/cli/child_processes.h"
 #include "app/exit_codes.h"
@@ -36,6 +39,19 @@ std::string RandomSession() {
   return "invite-" + std::to_string(std::random_device{}());
 }
 
+/// A TCP port that nobody listens at: tests that run beside one another must not meet at the usual
+/// one.
+std::string FreeTcpPort() {
+  const int probe = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  socklen_t size = sizeof address;
+  bind(probe, reinterpret_cast<sockaddr*>(&address), size);
+  getsockname(probe, reinterpret_cast<sockaddr*>(&address), &size);
+  close(probe);
+  return std::to_string(ntohs(address.sin_port));
+}
+
 class InviteCommand : public ::testing::Test {
  protected:
   std::string In(const std::string& name) const { return (folder_.path() / name).string(); }
@@ -45,8 +61,9 @@ class InviteCommand : public ::testing::Test {
     if (!std::filesystem::exists(In("keys"))) {
       EXPECT_TRUE(MakeSessionKeys(In("keys")));
     }
-    std::vector<std::string> command{TANDEM_PROGRAM, "invite", session,       "--keys", In("keys"),
-                                     "--name",       "ben",    "--interface", "lo",     "--json"};
+    std::vector<std::string> command{TANDEM_PROGRAM, "invite", session,        "--keys",
+                                     In("keys"),     "--name", "ben",          "--interface",
+                                     "lo",           "--json", "--enrol-port", FreeTcpPort()};
     command.insert(command.end(), further.begin(), further.end());
     const std::string said = In("said-" + std::to_string(++inviters_));
     auto inviter = std::make_unique<Program>(command, said);
