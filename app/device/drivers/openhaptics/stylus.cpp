@@ -151,6 +151,7 @@ void Stylus::Keep() {
     if (!Init().empty()) continue;
     calibration_ = TANDEM_OK;
     ticks_ = failed_ticks_ = 0;
+    ramp_ = 0;
     trouble_.Say("");
     lost_.store(false);
     if (BeginScheduler(false).empty()) continue;
