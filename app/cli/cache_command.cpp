@@ -32,7 +32,8 @@ std::string Megabytes(std::uint64_t bytes) {
   return text;
 }
 
-/// What a fetched scene is called in its file; empty: it cannot be read.
+/// Returns the name that a fetched scene has in its file. The name is empty where the file cannot
+/// be read.
 std::string NameOf(const FetchedScene& scene) {
   if (!scene.whole) return {};
   const Result<Scene> loaded = LoadScene(scene.folder / SceneStore::kSceneFile);

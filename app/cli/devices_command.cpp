@@ -83,7 +83,8 @@ struct ListedDevice {
   std::string mend;
 };
 
-/// What a driver said, a line for each device; a line with `missing` where it said nothing sound.
+/// Returns what a driver said, a line for each device. A driver that said nothing sound gets one
+/// line with `missing`.
 std::vector<ListedDevice> Listed(const std::string& driver, std::optional<int> code,
                                  const std::string& answer) {
   const auto fault = [&driver](const std::string& what) {

@@ -62,7 +62,7 @@ std::vector<std::string> OwnHosts(const ReachOptions& reach) {
   return hosts;
 }
 
-/// What is heard of a session in a moment.
+/// The inviter hears these facts of a session within a moment.
 struct HeardOf {
   std::optional<SceneManifest> scene;
   bool as_secured = false;

@@ -37,13 +37,14 @@ namespace fs = std::filesystem;
 constexpr const char* kLineFile = "invitation.txt";
 constexpr std::uintmax_t kLongestLineFile = 4096;
 
-/// What tells a line from all others, without its secret.
+/// Returns the line without its secret, by which it is told from all others.
 std::string NameOfLine(Invitation invitation) {
   invitation.enrolment.secret = {};
   return LineOf(invitation) + "\n";
 }
 
-/// `tandem/keys/SESSION-XXXXXXXX` among the user's data; empty: there is no place for it.
+/// Returns the folder `tandem/keys/SESSION-XXXXXXXX` among the user's data. The path is empty where
+/// the user has no folder for data.
 fs::path FolderForKeys(const Invitation& invitation) {
   const fs::path data = PersonsFolder("XDG_DATA_HOME", ".local/share");
   if (data.empty()) return {};

@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// What `tandem join LINE` was asked for.
+/// These options were given to `tandem join LINE`.
 struct JoinLineArguments {
   std::string line;
   std::string hold;

@@ -19,7 +19,7 @@ namespace tandem {
 
 class DeviceSpace;
 
-/// What there is to tell once a program is in its session.
+/// A program tells these facts once it is in its session.
 struct EnteredSession {
   PeerId peer = 0;
   std::string name;

@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// What a user says in advance of a scene that is fetched.
+/// The user answers in advance whether a scene may be fetched, and how large it may be.
 struct SceneFetchOptions {
   bool accept = false;            // without being asked
   std::uint64_t limit_mb = 1024;  // of its files

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <cstring>
-#include <exception>
 #include <memory>
 #include <string>
 
