@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
+#include <span>
+#include <vector>
 
 namespace tandem {
 namespace {
@@ -61,27 +62,50 @@ void CountBodies(const TriangleMesh& mesh, MeshDiagnosis& diagnosis) {
   }
 }
 
-void CountEdges(const TriangleMesh& mesh, MeshDiagnosis& diagnosis) {
-  // an edge is its lesser vertex, its greater one, and whether a triangle runs it upwards
-  using Use = std::pair<std::uint64_t, bool>;
-  std::vector<Use> uses;
-  uses.reserve(3 * mesh.triangles.size());
+/// Calls `use` with each edge of each triangle: its lesser vertex, its greater one, and whether the
+/// triangle runs it upwards.
+template <typename Use>
+void ForEachEdge(const TriangleMesh& mesh, const Use& use) {
   for (const TriangleMesh::Triangle& t : mesh.triangles) {
     if (Collapsed(t)) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint64_t from = t[k];
-      const std::uint64_t to = t[(k + 1) % 3];
-      uses.emplace_back(std::min(from, to) << 32U | std::max(from, to), from < to);
+      const std::uint32_t from = t[k];
+      const std::uint32_t to = t[(k + 1) % 3];
+      use(std::min(from, to), std::max(from, to), from < to);
     }
   }
+}
+
+/// Counts the faults among all uses of the edges that have one lesser vertex: twice the greater
+/// vertex of each, and one more where a triangle runs it upwards.
+void CountEdgesOfVertex(std::span<std::uint64_t> uses, MeshDiagnosis& diagnosis) {
   std::sort(uses.begin(), uses.end());
   for (std::size_t i = 0; i < uses.size();) {
     std::size_t end = i + 1;
-    while (end < uses.size() && uses[end].first == uses[i].first) ++end;
+    while (end < uses.size() && uses[end] / 2 == uses[i] / 2) ++end;
     if (end - i == 1) ++diagnosis.open_edges;
-    if (end - i == 2 && uses[i].second == uses[i + 1].second) ++diagnosis.flipped_edges;
+    if (end - i == 2 && uses[i] == uses[i + 1]) ++diagnosis.flipped_edges;
     if (end - i > 2) ++diagnosis.non_manifold_edges;
     i = end;
+  }
+}
+
+/// Puts the edges together by their lesser vertex, of which a few edges begin: sorting all of a
+/// large mesh's edges at once takes several times as long.
+void CountEdges(const TriangleMesh& mesh, MeshDiagnosis& diagnosis) {
+  const std::size_t vertices = mesh.vertices.size();
+  // of each vertex: where its uses begin; one place further on while they are counted
+  std::vector<std::size_t> begin(vertices + 2, 0);
+  ForEachEdge(mesh, [&](std::uint32_t lesser, std::uint32_t, bool) {
+    ++begin[lesser + 2];
+  });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint64_t> uses(begin.back());
+  ForEachEdge(mesh, [&](std::uint32_t lesser, std::uint32_t greater, bool upwards) {
+    uses[begin[lesser + 1]++] = 2 * std::uint64_t{greater} + (upwards ? 1U : 0U);
+  });
+  for (std::size_t v = 0; v < vertices; ++v) {
+    CountEdgesOfVertex(std::span(uses).subspan(begin[v], begin[v + 1] - begin[v]), diagnosis);
   }
 }
 

@@ -1,5 +1,10 @@
 #include "engine/geometry/mesh_diagnosis.h"
 
+#include <array>
+#include <map>
+#include <random>
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "tests/engine/geometry/shapes.h"
@@ -82,6 +87,40 @@ TEST(MeshDiagnosis, CountsFlatTrianglesAndLooksPastCollapsedOnes) {
   EXPECT_EQ(needle.flat_triangles, 1U);
   EXPECT_EQ(needle.open_edges, 2U);
   EXPECT_EQ(needle.non_manifold_edges, 1U);
+}
+
+// Triangles between few vertices at random: edges of every fault, of which one map is the oracle.
+TEST(MeshDiagnosis, CountsTheFaultsOfEveryEdgeOfTrianglesAtRandom) {
+  std::mt19937 random(21);
+  for (int round = 0; round < 20; ++round) {
+    TriangleMesh mesh;
+    for (int v = 0; v < 12; ++v) mesh.vertices.emplace_back(v, v * v % 7, v * v * v % 11);
+    for (int t = 0; t < 10 + 2 * round; ++t) {
+      std::array<std::uint32_t, 12> order{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
+      for (std::size_t i = 0; i < 3; ++i) std::swap(order[i], order[i + random() % (12 - i)]);
+      mesh.triangles.push_back({order[0], order[1], order[2]});
+    }
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> runs;  // of each direction of each edge
+    for (const TriangleMesh::Triangle& t : mesh.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) ++runs[{t[k], t[(k + 1) % 3]}];
+    }
+    std::size_t open = 0;
+    std::size_t flipped = 0;
+    std::size_t non_manifold = 0;
+    for (std::uint32_t a = 0; a < 12; ++a) {
+      for (std::uint32_t b = 0; b < a; ++b) {
+        const int up = runs[{b, a}];
+        const int down = runs[{a, b}];
+        open += up + down == 1 ? 1U : 0U;
+        flipped += (up == 2 && down == 0) || (up == 0 && down == 2) ? 1U : 0U;
+        non_manifold += up + down > 2 ? 1U : 0U;
+      }
+    }
+    const MeshDiagnosis diagnosis = Diagnose(mesh);
+    EXPECT_EQ(diagnosis.open_edges, open) << round;
+    EXPECT_EQ(diagnosis.flipped_edges, flipped) << round;
+    EXPECT_EQ(diagnosis.non_manifold_edges, non_manifold) << round;
+  }
 }
 
 TEST(MeshDiagnosis, FindsAMeshOfNothingClosedAndWithoutBodies) {
