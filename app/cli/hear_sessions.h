@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -12,6 +13,11 @@ namespace tandem {
 /// heard or a signal comes.
 std::vector<AnnouncedSession> HearSessions(
     const ReachOptions& reach, double seconds,
+    const std::function<bool(const std::vector<AnnouncedSession>&)>& enough);
+
+/// The same with a listener that is there already, until that time.
+std::vector<AnnouncedSession> HearSessions(
+    SessionsNearby& nearby, std::int64_t until_ns,
     const std::function<bool(const std::vector<AnnouncedSession>&)>& enough);
 
 }  // namespace tandem

@@ -196,6 +196,8 @@ int JoinByLine(const JoinLineArguments& asked) {
     if (!scene) return Fail(kExitFile, scene.error().what);
     arguments.scene = scene->file.string();
   }
+  // it listens while the inviter's program signs our key
+  InviterSearch search(*invitation, arguments.reach);
   if (invitation->secured && arguments.reach.secure.empty()) {
     const fs::path folder =
         asked.keys_to.empty() ? FolderForKeys(*invitation) : fs::path(asked.keys_to);
@@ -208,7 +210,7 @@ int JoinByLine(const JoinLineArguments& asked) {
   if (!invitation->secured && !asked.keys_to.empty()) {
     return Fail(kExitUsage, "--keys-to: the invitation is of a plain session, which has no keys");
   }
-  ReachInviter(*invitation, arguments.reach);
+  search.End(arguments.reach);
   if (!viewer) FindLinesScene(*invitation, arguments);
   if (StopOnSignals().load()) return kExitOk;
   if (asked.only_keys) {

@@ -68,10 +68,15 @@ std::vector<AnnouncedSession> HearSessions(
   DdsOptions dds;
   ApplyReach(reach, dds);
   const std::unique_ptr<SessionsNearby> nearby = ListenForSessions(dds);
-  const std::int64_t until_ns = MonotonicNowNs() + static_cast<std::int64_t>(1e9 * seconds);
+  return HearSessions(*nearby, MonotonicNowNs() + static_cast<std::int64_t>(1e9 * seconds), enough);
+}
+
+std::vector<AnnouncedSession> HearSessions(
+    SessionsNearby& nearby, std::int64_t until_ns,
+    const std::function<bool(const std::vector<AnnouncedSession>&)>& enough) {
   StopOnSignals();
   for (;;) {
-    const std::vector<AnnouncedSession> heard = nearby->Heard();
+    const std::vector<AnnouncedSession> heard = nearby.Heard();
     if (MonotonicNowNs() >= until_ns || enough(heard)) return heard;
     if (StopAskedWithin(std::chrono::nanoseconds(kHearNs))) return heard;
   }
