@@ -34,7 +34,7 @@ struct PeerArguments {
   bool accept_scene = false;            // fetch its files from a peer without asking the person
   std::uint64_t scene_limit_mb = 1024;  // most that is fetched
   bool share_scene = true;              // hand the scene's files to joiners who lack them
-  double share_rate_mb = 7;             // MB a second of them, to all joiners together
+  double share_rate_mb = 10;            // MB a second of them, to all joiners together
   std::string role = "active";
   std::string hold;
   std::string hand;
