@@ -48,20 +48,32 @@ int OpenFile(const std::string& path) {
   return -1;
 }
 
+/// The files of a folder that give events, by name, so that the first stays the first.
+std::set<fs::path> EventFiles(const std::string& folder) {
+  std::set<fs::path> files;
+  std::error_code unreadable;
+  for (const auto& entry : fs::directory_iterator(folder, unreadable)) {
+    if (entry.path().filename().string().rfind("event", 0) == 0) files.insert(entry.path());
+  }
+  return files;
+}
+
+/// Opens a file if it is a device of the kind; below 0: it is none, or could not be looked at,
+/// which sets `denied`.
+int OpenIfOfKind(const fs::path& path, EventSource::IsKind is_kind, bool& denied) {
+  const int file = OpenFile(path.string());
+  denied = denied || (file < 0 && errno == EACCES);
+  if (file < 0 || is_kind(file)) return file;
+  close(file);
+  return -1;
+}
+
 /// The first device of the kind; below 0: none. `denied`: some could not be looked at.
 int OpenFirst(EventSource::IsKind is_kind, bool& denied) {
   denied = false;
-  std::set<fs::path> files;  // by name, so that the first stays the first
-  std::error_code unreadable;
-  for (const auto& entry : fs::directory_iterator("/dev/input", unreadable)) {
-    if (entry.path().filename().string().rfind("event", 0) == 0) files.insert(entry.path());
-  }
-  for (const fs::path& path : files) {
-    const int file = OpenFile(path.string());
-    denied = denied || (file < 0 && errno == EACCES);
-    if (file < 0) continue;
-    if (is_kind(file)) return file;
-    close(file);
+  for (const fs::path& path : EventFiles(EventSource::kEventFolder)) {
+    const int file = OpenIfOfKind(path, is_kind, denied);
+    if (file >= 0) return file;
   }
   return -1;
 }
@@ -78,22 +90,33 @@ bool IsKeyboard(int file) {
   return HasKey(file, KEY_LEFT) && HasKey(file, KEY_RIGHTCTRL) && HasKey(file, KEY_A);
 }
 
-void EventSource::List(TandemDeviceFound& found, IsKind is_kind, const char* kind) {
+std::int32_t EventSource::List(TandemDeviceFound* found, std::int32_t room, IsKind is_kind,
+                               const char* kind, const std::string& folder) {
+  if (room < 1) return 0;
   bool denied = false;
-  const int file = OpenFirst(is_kind, denied);
-  if (file >= 0) {
-    found.present = 1;
+  std::int32_t count = 0;
+  for (const fs::path& path : EventFiles(folder)) {
+    if (count == room) return count;
+    const int file = OpenIfOfKind(path, is_kind, denied);
+    if (file < 0) continue;
     std::array<char, 64> name{};
     ioctl(file, EVIOCGNAME(name.size() - 1), name.data());
-    Put(found.name, name.data());
     close(file);
-  } else if (denied) {
-    Put(found.missing, "the right to read /dev/input");
-    Put(found.mend, kMendRights);
-  } else {
-    Put(found.missing, std::string("there is no ") + kind + " at /dev/input");
-    Put(found.mend, "plug it in, or give path=FILE");
+    TandemDeviceFound& one = found[count++];
+    one.present = 1;
+    Put(one.name, name.data());
+    Put(one.options, "path=" + path.string());
   }
+  if (count == 1) Put(found[0].options, "");  // the driver takes it unasked
+  if (count > 0) return count;
+  if (denied) {
+    Put(found->missing, "the right to read " + folder);
+    Put(found->mend, kMendRights);
+  } else {
+    Put(found->missing, std::string("there is no ") + kind + " at " + folder);
+    Put(found->mend, "plug it in, or give path=FILE");
+  }
+  return 1;
 }
 
 std::string EventSource::Open(const std::string& path, IsKind is_kind, const char* kind) {

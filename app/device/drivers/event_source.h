@@ -28,6 +28,8 @@ class EventSource {
   EventSource(const EventSource&) = delete;
   EventSource& operator=(const EventSource&) = delete;
 
+  static constexpr const char* kEventFolder = "/dev/input";
+
   /// Opens a file, or where `path` is empty the first device of the kind. Returns the fault; empty:
   /// none.
   std::string Open(const std::string& path, IsKind is_kind, const char* kind);
@@ -49,8 +51,10 @@ class EventSource {
   /// Whether a key is down, as the kernel says; false where it cannot be asked.
   bool IsDown(int key) const noexcept;
 
-  /// Fills in what list() says of devices of the kind.
-  static void List(TandemDeviceFound& found, IsKind is_kind, const char* kind);
+  /// Fills in what list() says of devices of the kind: each, with the option that opens it where
+  /// there are several, or what is missing. Returns how many entries were filled in.
+  static std::int32_t List(TandemDeviceFound* found, std::int32_t room, IsKind is_kind,
+                           const char* kind, const std::string& folder = kEventFolder);
 
  private:
   enum class Got : std::uint8_t { kEvent, kNothing, kGone };

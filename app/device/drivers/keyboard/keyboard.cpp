@@ -32,9 +32,7 @@ class Keyboard {
   static constexpr const char* kOptions = "guard=yes|no,speed_mm_s=MM,turn_deg_s=DEGREES,path=FILE";
 
   static std::int32_t List(TandemDeviceFound* found, std::int32_t room) {
-    if (room < 1) return 0;
-    EventSource::List(*found, IsKeyboard, kName);
-    return 1;
+    return EventSource::List(found, room, IsKeyboard, kName);
   }
   static std::unique_ptr<Keyboard> Open(const char* text, const TandemDeviceHost& host,
                                         std::string& fault) {

@@ -25,9 +25,7 @@ class Mouse {
       "hold=middle|right|side|none,mm_per_count=MM,deg_per_count=DEGREES,path=FILE";
 
   static std::int32_t List(TandemDeviceFound* found, std::int32_t room) {
-    if (room < 1) return 0;
-    EventSource::List(*found, IsMouse, kName);
-    return 1;
+    return EventSource::List(found, room, IsMouse, kName);
   }
   static std::unique_ptr<Mouse> Open(const char* text, const TandemDeviceHost& host,
                                      std::string& fault) {
