@@ -6,6 +6,7 @@
 
 #include "app/exit_codes.h"
 #include "app/output_file.h"
+#include "app/reach/fetch_consent.h"
 #include "app/reach/recent_scenes.h"
 #include "app/reach/scene_search.h"
 #include "app/reach/session_scene.h"
@@ -81,18 +82,20 @@ SceneSearchResult FindHere(const SceneManifest& manifest) {
   return {FindScene(WantedFrom(manifest), folders), folders};
 }
 
-/// From the session that the window is in: whoever presses the button has been asked.
+/// From the session that the window is in: whoever presses the button has been asked, and is asked
+/// by it once more where the files are large.
 FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
-  return [fetcher](const SceneManifest& manifest,
-                   const LoadProgress& progress) -> Result<std::filesystem::path> {
+  const auto consent = std::make_shared<FetchConsent>();
+  return [fetcher, consent](const SceneManifest& manifest,
+                            const LoadProgress& progress) -> Result<std::filesystem::path> {
     std::stop_source stop;
     std::string what = "asking for its files";
     SessionSceneOptions options;
     options.say = [&what](const std::string& line) {
       what = line;
     };
-    options.refuses = [](const SceneOffered&) {
-      return std::string();
+    options.refuses = [&](const SceneOffered& offered) {
+      return consent->Refuses(manifest.content_hash, offered);
     };
     options.progress = [&](std::uint64_t bytes, std::uint64_t of) {
       if (!progress(bytes, of, what)) stop.request_stop();

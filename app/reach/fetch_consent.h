@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "app/reach/session_scene.h"
+
+namespace tandem {
+
+/// Asks a person who can only press one button whether a scene's files are to be fetched. The first
+/// press is a yes to small files. Of larger ones it gets to know the size, and a second press is a
+/// yes to that scene of that size or less. Used by one thread at a time.
+class FetchConsent {
+ public:
+  static constexpr std::uint64_t kSmallBytes = 20'000'000;
+
+  /// As SessionSceneOptions::refuses.
+  std::string Refuses(std::uint64_t content_hash, const SceneOffered& offered) {
+    if (offered.bytes <= kSmallBytes) return {};
+    if (content_hash == told_hash_ && offered.bytes <= told_bytes_) return {};
+    told_hash_ = content_hash;
+    told_bytes_ = offered.bytes;
+    return "nothing of it was fetched yet, for it is large (" + offered.Words() +
+           "): press the button again to fetch it";
+  }
+
+ private:
+  std::uint64_t told_hash_ = 0;
+  std::uint64_t told_bytes_ = 0;
+};
+
+}  // namespace tandem

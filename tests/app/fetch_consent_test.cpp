@@ -1,0 +1,43 @@
+#include "app/reach/fetch_consent.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+
+SceneOffered Offered(std::uint64_t bytes) {
+  return {.name = "gear", .from = "anna", .files = 3, .bytes = bytes};
+}
+
+TEST(FetchConsent, IsAskedForOnceMoreWhenTheSizeIsKnown) {
+  FetchConsent consent;
+  const std::string told = consent.Refuses(7, Offered(98'000'000));
+  EXPECT_THAT(told, HasSubstr("scene gear, 3 files, 98 MB, from anna"));
+  EXPECT_THAT(told, HasSubstr("press the button again"));
+  EXPECT_EQ(consent.Refuses(7, Offered(98'000'000)), "");
+}
+
+TEST(FetchConsent, OfOneSizeIsNoneToALargerOne) {
+  FetchConsent consent;
+  EXPECT_NE(consent.Refuses(7, Offered(98'000'000)), "");
+  EXPECT_THAT(consent.Refuses(7, Offered(900'000'000)), HasSubstr("900 MB"));
+  EXPECT_EQ(consent.Refuses(7, Offered(900'000'000)), "");
+}
+
+TEST(FetchConsent, ToOneSceneIsNoneToAnother) {
+  FetchConsent consent;
+  EXPECT_NE(consent.Refuses(7, Offered(98'000'000)), "");
+  EXPECT_NE(consent.Refuses(8, Offered(98'000'000)), "");
+}
+
+TEST(FetchConsent, ToSmallFilesIsTheFirstPress) {
+  FetchConsent consent;
+  EXPECT_EQ(consent.Refuses(7, Offered(FetchConsent::kSmallBytes)), "");
+  EXPECT_NE(consent.Refuses(7, Offered(FetchConsent::kSmallBytes + 1)), "");
+}
+
+}  // namespace
+}  // namespace tandem
