@@ -1,7 +1,6 @@
 #include "app/cli/live_run.h"
 
 #include <chrono>
-#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -12,14 +11,12 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "app/cli/case_peers.h"
 #include "app/cli/child_processes.h"
 #include "app/cli/peer_words.h"
 #include "app/cli/tap_hub.h"
 #include "app/exit_codes.h"
-#include "collab/coupling_limits.h"
 #include "collab/lab/case_parts.h"
-#include "engine/base/json_text.h"
-#include "scenes/hand_file.h"
 
 namespace tandem {
 
@@ -32,53 +29,6 @@ constexpr double kLiveMeetingSeconds = 60;  // for loading and meeting, at the m
 
 double SecondsOf(const LabCase& test) {
   return test.seconds > 0 ? test.seconds : test.LongEnough();
-}
-
-std::string NameOfUser(std::size_t user) {
-  return "user-" + std::to_string(user);
-}
-
-OrderedJson AsJson(const LinkConditions& conditions) {
-  return {{"delay_ms", conditions.delay_ms},
-          {"jitter_ms", conditions.jitter_ms},
-          {"swing_ms", conditions.swing_ms},
-          {"swing_period_s", conditions.swing_period_s},
-          {"loss", conditions.loss},
-          {"burst_enter", conditions.burst_enter},
-          {"burst_leave", conditions.burst_leave},
-          {"burst_loss", conditions.burst_loss},
-          {"reorder", conditions.reorder},
-          {"reorder_ms", conditions.reorder_ms},
-          {"duplicate", conditions.duplicate}};
-}
-
-std::optional<Error> Write(const fs::path& file, const std::string& text) {
-  std::ofstream stream(file);
-  stream << text;
-  if (!stream.flush()) return Error{file.string() + ": cannot be written"};
-  return std::nullopt;
-}
-
-/// What a user hears of each of the others, as a network plan.
-std::optional<Error> WritePlan(const LabCase& test, std::size_t user, const fs::path& file) {
-  OrderedJson links = OrderedJson::array();
-  std::uint64_t seed = 0;
-  for (std::size_t other = 0; other < test.users; ++other) {
-    if (other == user) continue;
-    OrderedJson steps = OrderedJson::array();
-    const auto add = [&](double at_s, double delay_s) {
-      const LinkConditions conditions = ConditionsOf(test, other, user, delay_s);
-      seed = conditions.seed % 1'000'000'000;  // the most that a plan takes
-      steps.push_back(AsJson(conditions));
-      steps.back()["at_s"] = at_s;
-    };
-    const std::vector<LabNetwork::Step>& schedule = test.network.schedule;
-    if (schedule.empty() || schedule.front().at_s > 0) add(0, test.delay_s);
-    for (const LabNetwork::Step& step : schedule) add(step.at_s, step.delay_s);
-    links.push_back({{"from", NameOfUser(other)}, {"steps", steps}});
-  }
-  return Write(
-      file, JsonText(OrderedJson{{"seed", seed}, {"begins", "hand"}, {"links", links}}, 2) + "\n");
 }
 
 std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,
@@ -95,18 +45,10 @@ std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,
                        .seconds = SecondsOf(test) + 2.0 * LongestDelay(test) + 0.5,
                        .report = folder / (name + ".report.json"),
                        .interface = hub == nullptr ? "lo" : TapHub::kInterface};
-  std::vector<std::string> more{"--record",     folder / (name + ".recording"),
-                                "--law",        test.law.name,
-                                "--publish-hz", std::to_string(test.publish_hz),
-                                "--capacity",   std::to_string(kDefaultCapacity),
-                                "--lab"};
-  const CouplingLimits limits = LimitsOf(test.law);
-  for (const LimitName& limit : kLimitNames) {
-    char text[64];
-    std::snprintf(text, sizeof text, "=%.17g", limits.*limit.value);
-    more.insert(more.end(), {"--gain", std::string(limit.name) + text});
-  }
-  if (!test.law.gate) more.emplace_back("--no-gate");
+  std::vector<std::string> more{"--record", folder / (name + ".recording"), "--capacity",
+                                std::to_string(kDefaultCapacity)};
+  const std::vector<std::string> law = LawWords(test);
+  more.insert(more.end(), law.begin(), law.end());
   if (hub != nullptr) return hub->At(user, WordsOf(peer, more));
   more.insert(more.end(), {"--network", folder / (name + ".plan.json")});
   return WordsOf(peer, more);
@@ -147,11 +89,9 @@ Result<LiveRun> RunLive(const LabCase& test, const LabScene& scene, const fs::pa
       "live-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
   for (std::size_t user = 0; user < test.users; ++user) {
     const fs::path hand = folder / (NameOfUser(user) + ".hand.json");
-    HandScript script = ScriptOf(test, user, scene.X_BD);
-    if (script.waypoints.empty()) script.waypoints.emplace_back();  // it stays
-    if (const auto fault = Write(hand, HandFile(script))) return *fault;
+    if (const auto fault = WriteCaseHand(test, scene, user, hand)) return *fault;
     const fs::path plan = folder / (NameOfUser(user) + ".plan.json");
-    if (const auto fault = WritePlan(test, user, plan)) return *fault;
+    if (const auto fault = WriteCasePlan(test, user, plan)) return *fault;
   }
 
   std::vector<ChildProcess> peers;
