@@ -49,6 +49,7 @@ bool Observe(const Peer& peer, std::int64_t now_ns, UserFrame& out) {
   out.felt_W = peer.felt().F_D_W;
   out.guarded_frames = peer.guard().guarded();
   out.trapped = peer.parting().trapped();
+  out.loaded = report.loaded_points > 0;
   return true;
 }
 

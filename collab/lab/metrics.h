@@ -25,6 +25,7 @@ struct UserFrame {
   Wrench felt_W;                              // by the hand: what its device was given
   std::uint64_t guarded_frames = 0;           // in which the guard held back, since the peer began
   bool trapped = false;                       // a wall is between the instances
+  bool loaded = false;                        // contact pushes
 };
 
 /// The frame that the peer has just made, at `now_ns` of its own clock; gives out.present.
