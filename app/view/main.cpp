@@ -176,6 +176,7 @@ int main(int argc, char** argv) {
   window.SetRecentScenes(RecentScenes());
   window.session_dock().SetRequest(options->join);
   window.ShowProximity(options->proximity);
+  if (options->blind) window.ShowSceneAlone();
   window.show();
   Begin(*options, window, session, scene);
   QApplication::exec();

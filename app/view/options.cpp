@@ -75,6 +75,8 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   app.add_flag("--from-relay", options.join.from_relay, "look through a relay (tandem relay)");
   app.add_flag("--proximity", options.proximity,
                "show distances from the start: colours, near voxels, the least distance (key P)");
+  app.add_flag("--blind", options.blind,
+               "show the scene alone: no figures of delay or force, no tables, no menus");
   app.add_option("--screenshot", options.screenshot,
                  "write the window as a picture (PNG), then end unless --seconds is given");
   app.add_option("--screenshot-after", options.screenshot_after,

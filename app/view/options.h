@@ -22,6 +22,7 @@ struct ViewOptions {
   std::string peer_options;
   HandRequest hand;        // by which one takes part
   bool proximity = false;  // shown from the start
+  bool blind = false;      // nothing is shown that tells of the network
   bool fit = false;        // to the bodies where they are, before a picture is taken
   std::string screenshot;
   double screenshot_after = 1;  // s from when the picture is complete

@@ -334,6 +334,14 @@ void MainWindow::ShowFigures() {
   status_proximity_->setText(proximity_.message());
 }
 
+void MainWindow::ShowSceneAlone() {
+  scene_alone_ = true;
+  setContextMenuPolicy(Qt::NoContextMenu);  // it lists the docks
+  menuBar()->hide();
+  statusBar()->hide();
+  for (QDockWidget* dock : findChildren<QDockWidget*>()) dock->hide();
+}
+
 void MainWindow::ShowWarnings() {
   QStringList warnings;
   if (!scene_.warning().isEmpty()) warnings << scene_.warning();
@@ -358,6 +366,7 @@ void MainWindow::HoldFigures(ViewerPicture& picture, bool take_newest) {
     Figures figures{peer.delay_ms, peer.mirror_lag_mm, peer.link_force};
     const auto before = figures_.find(peer.info.peer);
     if (!take_newest && before != figures_.end()) figures = before->second;
+    if (scene_alone_) figures = {};
     held[peer.info.peer] = figures;
     peer.delay_ms = figures.delay_ms;
     peer.mirror_lag_mm = figures.mirror_lag_mm;

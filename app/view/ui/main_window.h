@@ -47,6 +47,9 @@ class MainWindow : public QMainWindow {
   bool ShowsPoses() const;
   /// Switches what `Proximity` in the menu does.
   void ShowProximity(bool on);
+  /// For whoever must not know of the network's condition: from here on neither docks nor menus nor
+  /// figures are shown.
+  void ShowSceneAlone();
   const ProximityModel& proximity() const { return proximity_; }
   const SceneModel& scene() const { return scene_; }
   /// Where a person is asked for a scene: first in the first of them.
@@ -122,6 +125,7 @@ class MainWindow : public QMainWindow {
   std::vector<BodyLook> looks_;
   ViewerPicture shown_;  // by the picture's draw list
   std::map<PeerId, Figures> figures_;
+  bool scene_alone_ = false;
   QElapsedTimer clock_;
   QTimer refresh_;
   QTimer numbers_;

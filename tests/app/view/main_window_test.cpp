@@ -371,6 +371,22 @@ TEST_F(Window, ListsPeersWithTheirDelay) {
   }));
 }
 
+// the table and the labels in the picture are made of the same figures, from the first sample on
+TEST_F(Window, OfTheSceneAloneNothingTellsTheDelay) {
+  window_.ShowSceneAlone();
+  JoinSession();
+  fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
+  fake_.inbox->OnView(FakeSession::Frame(5, kBall, Vec3::Zero(), 103.6F), 0);
+  auto* peers = window_.findChild<QTableView*>("peers");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return peers->model()->rowCount() == 1;
+  }));
+  EXPECT_EQ(peers->model()->index(0, PeerTableModel::kName).data().toString(), "Anna");
+  EXPECT_FALSE(peers->model()->index(0, PeerTableModel::kDelay).data().toString().contains("104"));
+  EXPECT_FALSE(peers->isVisible());
+  EXPECT_FALSE(window_.session_dock().isVisible());
+}
+
 TEST_F(Window, WritesPeersNamesBesideTheirInstances) {
   OpenScene();
   JoinSession();
