@@ -49,7 +49,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/reach", {"app", "app/invite", "collab/dds"});
     may_see("app/picture", {"engine/base"});
     may_see("app/stability", {"app", "app/picture", "collab/lab"});
-    may_see("app/cli", {"app", "app/reach", "engine/field", "app/stability",
+    may_see("app/study", {"app", "app/stability", "scenes"});
+    may_see("app/cli", {"app", "app/reach", "engine/field", "app/stability", "app/study",
                         "collab/simulated/hands", "collab/recording", "collab/lab", "scenes"});
     may_see("app/view", {"app", "app/reach", "app/picture"});
     return map;

@@ -1,0 +1,72 @@
+#include "app/study/interview.h"
+
+#include <array>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/app/study/example_study.h"
+
+namespace tandem {
+namespace {
+
+using testing::ExampleStudy;
+using ::testing::HasSubstr;
+
+/// A terminal at which this was typed before.
+class Typed {
+ public:
+  explicit Typed(const std::string& text) {
+    EXPECT_EQ(pipe(ends_.data()), 0);
+    EXPECT_EQ(write(ends_[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
+    close(ends_[1]);
+    out_ = open_memstream(&shown_, &size_);
+  }
+  ~Typed() {
+    close(ends_[0]);
+    std::fclose(out_);
+    std::free(shown_);
+  }
+  Interview interview() { return {ends_[0], out_}; }
+  std::string shown() {
+    std::fflush(out_);
+    return {shown_, size_};
+  }
+
+ private:
+  std::array<int, 2> ends_{};
+  char* shown_ = nullptr;
+  std::size_t size_ = 0;
+  std::FILE* out_ = nullptr;
+};
+
+TEST(Interview, AsksUntilTheAnswerIsOne) {
+  Typed typed("8\n\nseven\n 7 \n");
+  EXPECT_EQ(typed.interview().Ask(ExampleStudy().questions[0]), "7");
+  EXPECT_THAT(typed.shown(), HasSubstr("a number from 1 (easy) to 7 (hard)"));
+  EXPECT_THAT(typed.shown(), HasSubstr("'seven' is no answer"));
+}
+
+TEST(Interview, AChoiceIsItsNumberOrItsWords) {
+  const StudyQuestion question = ExampleStudy().questions[1];
+  EXPECT_EQ(AnswerOf(question, "2"), "no");
+  EXPECT_EQ(AnswerOf(question, "YES"), "yes");
+  EXPECT_FALSE(AnswerOf(question, "3"));
+  EXPECT_FALSE(AnswerOf(question, "0"));
+  EXPECT_FALSE(AnswerOf(question, ""));
+}
+
+TEST(Interview, TextIsTakenAsItIsWithoutControlCharacters) {
+  Typed typed("  well\x1b[2J then\n");
+  EXPECT_EQ(typed.interview().Ask(ExampleStudy().questions[2]), "well[2J then");
+  EXPECT_FALSE(AnswerOf(ExampleStudy().questions[2], std::string(501, 'x')));
+}
+
+TEST(Interview, SaysWhenThereIsNoLineAnyMore) {
+  Typed typed("maybe\n");
+  EXPECT_FALSE(typed.interview().AskForWord("Do you agree?", {"yes", "no"}));
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,92 @@
+#include "app/study/trial_meter.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+TrialFrame At(double t_s, double x, double force = 0, bool contact = false) {
+  TrialFrame frame{t_s, {}, force, contact};
+  frame.X_WB.p = Vec3(x, 0, 0);
+  return frame;
+}
+
+/// 100 mm a second along x, frames of a millisecond, for `seconds`.
+void MoveFor(TrialMeter& meter, double seconds) {
+  for (int i = 0; i <= static_cast<int>(std::lround(1e3 * seconds)); ++i) {
+    meter.See(At(1e-3 * i, 1e-4 * i));
+  }
+}
+
+bool IsBeyond150mm(const Pose& X_WB) {
+  return X_WB.p.x() > 0.15;
+}
+
+// at 100 mm/s a body has gone 100 mm after a second; looks are 10 ms apart
+TEST(TrialMeter, CompletesWhenTheBodyHasGoneFarEnough) {
+  TrialMeter meter({.moved_mm = 100, .time_s = 1.05}, {}, nullptr);
+  MoveFor(meter, 2);
+  const TrialMeasures measures = meter.Finish();
+  EXPECT_NEAR(measures.completion_s, 1.0, 0.0101);
+  EXPECT_EQ(measures.success, 1);
+  EXPECT_NEAR(measures.duration_s, 2, 1e-9);
+  EXPECT_NEAR(measures.path_mm, 200, 0.11);
+  EXPECT_NEAR(measures.moved_mm, 200, 1e-9);
+}
+
+TEST(TrialMeter, IsTooLateWhereTheTimeIsShorter) {
+  TrialMeter meter({.moved_mm = 100, .time_s = 0.9}, {}, nullptr);
+  MoveFor(meter, 2);
+  EXPECT_EQ(meter.Finish().success, 0);
+}
+
+TEST(TrialMeter, ABodyThatComesBackIsNotOut) {
+  TrialMeter meter({.out = true}, {}, IsBeyond150mm);
+  MoveFor(meter, 2);
+  meter.See(At(2.02, 0.1));
+  TrialMeasures measures = meter.Finish();
+  EXPECT_TRUE(std::isnan(measures.completion_s));
+  EXPECT_EQ(measures.success, 0);
+  meter.See(At(2.04, 0.2));
+  measures = meter.Finish();
+  EXPECT_NEAR(measures.completion_s, 2.04, 1e-9);
+  EXPECT_EQ(measures.success, 1);
+}
+
+// contact at 0.1, at 0.15 after 0.03 s without, at 0.4 after 0.2 s without: two collisions
+TEST(TrialMeter, ContactThatFluttersIsOneCollision) {
+  TrialMeter meter({.collisions = 1}, {}, nullptr);
+  for (int i = 0; i < 600; ++i) {
+    const bool contact = (i >= 100 && i < 120) || (i >= 150 && i < 200) || (i >= 400 && i < 410);
+    meter.See(At(1e-3 * i, 0, contact ? 5 : 1, contact));
+  }
+  const TrialMeasures measures = meter.Finish();
+  EXPECT_EQ(measures.collisions, 2);
+  EXPECT_EQ(measures.success, 0);
+  EXPECT_NEAR(measures.contact_s, 0.08, 1e-9);
+  EXPECT_EQ(measures.peak_force_N, 5);
+  EXPECT_NEAR(measures.mean_force_N, (80 * 5 + 520) / 600.0, 1e-9);
+}
+
+TEST(TrialMeter, ForceAboveTheMostIsNoSuccess) {
+  StudySuccess gentle;
+  gentle.peak_force_N = 10;
+  TrialMeter meter(gentle, {}, nullptr);
+  meter.See(At(0, 0, 10));
+  EXPECT_EQ(meter.Finish().success, 1);
+  meter.See(At(0.001, 0, 10.5));
+  EXPECT_EQ(meter.Finish().success, 0);
+}
+
+TEST(TrialMeter, DivergenceIsTheLargestAndNoneWithoutAPartner) {
+  TrialMeter meter({}, {}, nullptr);
+  meter.See(At(0, 0));
+  EXPECT_TRUE(std::isnan(meter.Finish().divergence_mm));
+  for (const double apart : {0.01, 0.03, 0.02}) meter.SeeApart(apart);
+  EXPECT_NEAR(meter.Finish().divergence_mm, 30, 1e-9);
+}
+
+}  // namespace
+}  // namespace tandem
