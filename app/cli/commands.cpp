@@ -25,6 +25,7 @@ void AddCommands(CLI::App& app, int& exit_code) {
   AddReplayCommand(app, exit_code);
   AddClearanceCommand(app, exit_code);
   AddStabilityCommand(app, exit_code);
+  AddStudyCommand(app, exit_code);
 }
 
 }  // namespace tandem

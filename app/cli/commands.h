@@ -27,5 +27,6 @@ void AddSimulateCommand(CLI::App& app, int& exit_code);
 void AddRelayCommand(CLI::App& app, int& exit_code);
 void AddReplayCommand(CLI::App& app, int& exit_code);
 void AddStabilityCommand(CLI::App& app, int& exit_code);
+void AddStudyCommand(CLI::App& app, int& exit_code);
 
 }  // namespace tandem

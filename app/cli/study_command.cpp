@@ -1,0 +1,109 @@
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+#include "app/cli/commands.h"
+#include "app/cli/study_session.h"
+#include "app/cli/talk.h"
+#include "app/exit_codes.h"
+#include "app/option_checks.h"
+#include "app/reach/reach_options.h"
+
+namespace tandem {
+
+namespace {
+
+struct StudyArguments {
+  StudyRequest request;
+  ReachOptions reach;
+  std::string site = "participant";
+  std::string folder;
+};
+
+/// The options of `tandem peer` that say the same.
+std::vector<std::string> StudyReachWords(const ReachOptions& reach) {
+  std::vector<std::string> words{"--domain", std::to_string(reach.domain)};
+  const auto add = [&words](const char* option, const std::string& value) {
+    if (value.empty()) return;
+    words.emplace_back(option);
+    words.push_back(value);
+  };
+  std::string peers;
+  for (const std::string& peer : reach.peers) peers += (peers.empty() ? "" : ",") + peer;
+  add("--interface", reach.interface);
+  add("--peers", peers);
+  add("--external-address", reach.external_address);
+  add("--port", reach.port == 0 ? "" : std::to_string(reach.port));
+  add("--secure", reach.secure);
+  return words;
+}
+
+bool DisplayIsSet() {
+  const auto set = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  return set("DISPLAY") || set("WAYLAND_DISPLAY");
+}
+
+int RunStudyCommand(StudyArguments& arguments) {
+  StudyRequest& request = arguments.request;
+  request.folder =
+      arguments.folder.empty() ? request.file.stem().string() + "-results" : arguments.folder;
+  request.version = TANDEM_VERSION;
+  request.partner_site = arguments.site == "partner";
+  request.reach = StudyReachWords(arguments.reach);
+  const bool runs = !request.results_only && request.withdraw.empty();
+  if (runs && !request.dry_run && request.device.empty() && !DisplayIsSet()) {
+    return Fail(kExitDisplay,
+                "there is no display for the participant's window: give --device NAME:OPTIONS "
+                "('tandem devices' has them), or --dry-run for modelled hands");
+  }
+  return RunStudy(request);
+}
+
+}  // namespace
+
+void AddStudyCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<StudyArguments>();
+  StudyRequest& request = arguments->request;
+  CLI::App* command = app.add_subcommand(
+      "study", "Delay-injection experiments with persons: blind trials, questions, results");
+  command->add_option("STUDY", request.file, "study file (docs/studies.md)")->required();
+  command->add_option("--into", arguments->folder,
+                      "folder of log, trials and results; default: the study's name with -results");
+  command->add_option("--participant", request.participant,
+                      "pseudonym of who takes part; default: whose turn it is");
+  command->add_option("--device", request.device,
+                      "device of the person here, NAME[:OPTIONS] of 'tandem devices'; default: the "
+                      "mouse, in a window");
+  CLI::Option* dry = command->add_flag("--dry-run", request.dry_run,
+                                       "all participants are modelled hands, in virtual time");
+  command->add_flag("--real-time", request.real_time, "with --dry-run: by real peers over DDS")
+      ->needs(dry);
+  command
+      ->add_option("--site", arguments->site,
+                   "whose site this is, where the partner is a person: participant, partner")
+      ->check(OneOf({"participant", "partner"}))
+      ->capture_default_str();
+  command
+      ->add_option("--from-trial", request.from_trial,
+                   "leave out trials before this one: where the other site has gone on")
+      ->check(WholeNumberFrom(1, 10'000))
+      ->capture_default_str();
+  command
+      ->add_option("--wait-seconds", request.wait_seconds,
+                   "wait so long for the partner in each trial")
+      ->check(NumberFrom(0, kLongestRun))
+      ->capture_default_str();
+  command->add_option("--withdraw", request.withdraw,
+                      "remove all that is kept of this pseudonym, then write the results");
+  command->add_flag("--results", request.results_only, "run nothing: write the results anew");
+  command->add_flag("--json", request.json, "print one JSON object");
+  AddReachOptions(*command, arguments->reach);
+  command->callback([arguments, &exit_code] {
+    exit_code = RunStudyCommand(*arguments);
+  });
+}
+
+}  // namespace tandem

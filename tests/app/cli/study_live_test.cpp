@@ -1,0 +1,114 @@
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/exit_codes.h"
+#include "tests/app/cli/program_run.h"
+
+// `tandem study` with real peers over DDS, in real time.
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::RunTandem;
+using testing::Said;
+
+std::string StudyText(const std::string& conditions) {
+  return R"({"name": "live", "seed": 3, "participants": 1,
+    "tasks": [{"name": "move", "scene": "free", "time_limit_s": 4, "hands": ["relaxed"],
+               "success": {"moved_mm": 100}}],
+    "conditions": [{"name": "near"}, {"name": "secretly_late", "delay_ms": 150}],
+    "blocks": [{"name": "main", "task": "move", "conditions": )" +
+         conditions + R"(, "order": "as_written"}],
+    "questions": [{"key": "effort", "text": "How hard was it?", "kind": "scale"},
+                  {"key": "remark", "text": "Anything else?", "kind": "text"}]})";
+}
+
+std::string ContentOf(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+fs::path FirstTrial(const fs::path& folder) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (fs::exists(entry.path() / "trial-001")) return entry.path() / "trial-001";
+  }
+  return {};
+}
+
+TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
+  const ScratchFolder scratch;
+  const fs::path file = scratch.Write("live.json", StudyText(R"(["near", "secretly_late"])"));
+  const fs::path folder = scratch.path() / "results";
+  const Said said = RunTandem("study --dry-run --real-time --json --into " + folder.string() + " " +
+                              file.string());
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const json out = json::parse(said.out);
+  EXPECT_EQ(out.at("done"), 2);
+  for (const json& effect : out.at("effect")) {
+    const double near = effect.at("conditions").at(0).at("mean").get<double>();
+    const double late = effect.at("conditions").at(1).at("mean").get<double>();
+    // a busy machine makes a delay longer, not shorter
+    if (effect.at("measure") == "delay_ms") {
+      EXPECT_GT(late, 149);
+    }
+    if (effect.at("measure") == "divergence_mm") {
+      EXPECT_GT(late, near);
+    }
+    // the hand moves from 2 s to 3 s, times its pace
+    if (effect.at("measure") == "completion_s") {
+      EXPECT_NEAR(near, 2.5, 0.8);
+    }
+  }
+  const fs::path trial = FirstTrial(folder);
+  ASSERT_FALSE(trial.empty());
+  for (const char* kept : {"case.json", "user-0.recording", "user-0.report.json", "trial.mcap",
+                           "answers.json", "user-1.recording", "user-0.plan.json"}) {
+    EXPECT_TRUE(fs::exists(trial / kept)) << kept;
+  }
+  EXPECT_EQ(ContentOf(trial / "trial.mcap").substr(1, 4), "MCAP");
+  const Said replayed = RunTandem("replay " + (trial / "user-0.recording").string());
+  EXPECT_EQ(replayed.exit_code, kExitOk) << replayed.err;
+}
+
+// a person without a motor: it consents, begins, ends the trial by Enter once the hand has the
+// body, and answers; no line names the condition
+TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
+  const ScratchFolder scratch;
+  const fs::path file = scratch.Write("live.json", StudyText(R"(["secretly_late"])"));
+  const fs::path folder = scratch.path() / "results";
+  const std::string out = (scratch.path() / "out").string();
+  const std::string begun = "until [ -s " + folder.string() +
+                            "/*/trial-001.unfinished/user-0.report.json.trace ]; do sleep "
+                            "0.1; done";
+  const std::string typed =
+      "{ printf 'yes\\n\\n'; " + begun + "; printf '\\n9\\n6\\nit was sticky\\n'; }";
+  const std::string command = typed +
+                              " | timeout 100 " TANDEM_PROGRAM " study --device none --into " +
+                              folder.string() + " " + file.string() + " >" + out + " 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << ContentOf(out);
+  const std::string shown = ContentOf(out);
+  EXPECT_THAT(shown, HasSubstr("Your pseudonym is P"));
+  EXPECT_THAT(shown, HasSubstr("Trial 1."));
+  EXPECT_THAT(shown, HasSubstr("'9' is no answer"));
+  EXPECT_THAT(shown, HasSubstr("That was the last trial."));
+  EXPECT_THAT(shown, Not(HasSubstr("late")));
+  EXPECT_THAT(shown, Not(HasSubstr("150")));
+  EXPECT_THAT(shown, Not(HasSubstr("delay")));
+  const std::string results = ContentOf(folder / "results.csv");
+  EXPECT_THAT(results, HasSubstr(",done,1,20"));
+  EXPECT_THAT(results, HasSubstr(",6,it was sticky"));
+}
+
+}  // namespace
+}  // namespace tandem
