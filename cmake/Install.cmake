@@ -8,7 +8,7 @@ if(CMAKE_LIBRARY_ARCHITECTURE)  # Debian's folder for an architecture: CMake loo
 endif()
 
 set(engine_libraries options base files text json realtime geometry exact voxel paging field contact dynamics scene world proximity hand_script safety haptics)
-set(collab_libraries collab controller simulated simulated_hands recording lab)
+set(collab_libraries collab controller simulated simulated_hands recording trace lab)
 set(dds_libraries)
 if(TANDEM_BUILD_DDS)
   set(dds_libraries idl transfer dds)

@@ -28,7 +28,18 @@ LinkConditioner::LinkConditioner(const LinkConditions& conditions, std::uint64_t
 
 void LinkConditioner::Switch(const LinkConditions& conditions) noexcept {
   if (conditions.seed != conditions_.seed) random_.seed(Mixed(Mixed(conditions.seed) ^ stream_));
+  if (conditions.trace != conditions_.trace ||
+      conditions.trace_start_s != conditions_.trace_start_s) {
+    trace_begun_ = false;
+  }
   conditions_ = conditions;
+}
+
+const TracedSample* LinkConditioner::Traced(std::int64_t arrival_ns) noexcept {
+  if (conditions_.trace == nullptr) return nullptr;
+  if (!trace_begun_) trace_begin_ns_ = arrival_ns;
+  trace_begun_ = true;
+  return &conditions_.trace->At(arrival_ns - trace_begin_ns_ + Ns(1e3 * conditions_.trace_start_s));
 }
 
 double LinkConditioner::Random() noexcept {
@@ -48,15 +59,20 @@ bool LinkConditioner::Lost() noexcept {
 
 std::size_t LinkConditioner::Due(std::int64_t arrival_ns,
                                  std::array<std::int64_t, 2>& due_ns) noexcept {
-  if (Lost() || conditions_.cut) return 0;
+  const TracedSample* const traced = Traced(arrival_ns);
+  if (Lost() || conditions_.cut || (traced != nullptr && traced->lost())) return 0;
   double delay_ms = conditions_.delay_ms;
+  if (traced != nullptr) delay_ms += static_cast<double>(traced->delay_ms);
   if (conditions_.swing_ms > 0) {
     const double turns = 1e-9 * static_cast<double>(arrival_ns) / conditions_.swing_period_s;
     delay_ms += conditions_.swing_ms * std::sin(kTwoPi * (turns - std::floor(turns)));
   }
   if (conditions_.jitter_ms > 0) delay_ms += conditions_.jitter_ms * Random();
   const std::int64_t due = arrival_ns + Ns(std::max(0.0, delay_ms));
-  if (conditions_.reorder > 0 && Random() < conditions_.reorder) {
+  if (traced != nullptr && traced->overtaken) {
+    // neither waits for those before it nor is waited for by those after it
+    due_ns[0] = due;
+  } else if (conditions_.reorder > 0 && Random() < conditions_.reorder) {
     // those that come after it do not wait for it
     due_ns[0] = std::max(latest_due_ns_, due) + Ns(conditions_.reorder_ms * Random());
   } else {

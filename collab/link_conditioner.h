@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <random>
 
+#include "collab/link_trace.h"
+
 namespace tandem {
 
 /// What a link does to what arrives over it, in one direction: two of them make it asymmetric.
@@ -23,6 +25,10 @@ struct LinkConditions {
   double duplicate = 0;   // share that arrives twice
   bool cut = false;       // nothing arrives
   std::uint64_t seed = 1;
+  /// What a real line did, before all else: its delay is added, its losses and its order are kept.
+  /// Null: none. Never freed while anybody may use it (collab/trace/trace_store.h).
+  const LinkTrace* trace = nullptr;
+  double trace_start_s = 0;  // place in the trace where it begins
 };
 
 /// Injects delay, jitter, loss, disorder and copies where samples are received: the same object in
@@ -34,7 +40,8 @@ class LinkConditioner {
   explicit LinkConditioner(const LinkConditions& conditions, std::uint64_t stream = 0);
 
   /// Other conditions from now on: an outage, a better route. The random stream goes on; with
-  /// another seed it begins anew.
+  /// another seed it begins anew. So does a trace: it goes on, and another one begins with the next
+  /// sample.
   void Switch(const LinkConditions& conditions) noexcept;
   const LinkConditions& conditions() const noexcept { return conditions_; }
 
@@ -45,12 +52,16 @@ class LinkConditioner {
  private:
   double Random() noexcept;  // [0, 1)
   bool Lost() noexcept;
+  /// What the trace has for a sample that arrives now; null: there is no trace.
+  const TracedSample* Traced(std::int64_t arrival_ns) noexcept;
 
   LinkConditions conditions_;
   std::uint64_t stream_;
   std::mt19937_64 random_;
   bool in_burst_ = false;
   std::int64_t latest_due_ns_ = INT64_MIN;
+  bool trace_begun_ = false;
+  std::int64_t trace_begin_ns_ = 0;
 };
 
 }  // namespace tandem

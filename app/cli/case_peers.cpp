@@ -17,18 +17,26 @@ namespace {
 using OrderedJson = nlohmann::ordered_json;
 
 OrderedJson StepOf(const LinkConditions& conditions, double at_s) {
-  return {{"delay_ms", conditions.delay_ms},
-          {"jitter_ms", conditions.jitter_ms},
-          {"swing_ms", conditions.swing_ms},
-          {"swing_period_s", conditions.swing_period_s},
-          {"loss", conditions.loss},
-          {"burst_enter", conditions.burst_enter},
-          {"burst_leave", conditions.burst_leave},
-          {"burst_loss", conditions.burst_loss},
-          {"reorder", conditions.reorder},
-          {"reorder_ms", conditions.reorder_ms},
-          {"duplicate", conditions.duplicate},
-          {"at_s", at_s}};
+  OrderedJson step{{"delay_ms", conditions.delay_ms},
+                   {"jitter_ms", conditions.jitter_ms},
+                   {"swing_ms", conditions.swing_ms},
+                   {"swing_period_s", conditions.swing_period_s},
+                   {"loss", conditions.loss},
+                   {"burst_enter", conditions.burst_enter},
+                   {"burst_leave", conditions.burst_leave},
+                   {"burst_loss", conditions.burst_loss},
+                   {"reorder", conditions.reorder},
+                   {"reorder_ms", conditions.reorder_ms},
+                   {"duplicate", conditions.duplicate},
+                   {"at_s", at_s}};
+  if (conditions.trace == nullptr) return step;
+  const LinkTrace::Source& source = conditions.trace->source;
+  const bool made = !source.model.empty();
+  step[made ? "model" : "trace"] = made ? source.model : source.file;
+  step["way"] = source.back ? "back" : "there";
+  step["stretch"] = source.stretch;
+  step["start_s"] = conditions.trace_start_s;
+  return step;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <sstream>
 #include <utility>
 
+#include "collab/trace/trace_store.h"
 #include "engine/base/json_reader.h"
 
 namespace tandem {
@@ -26,8 +27,24 @@ double Within(const JsonNode& node, const char* key, double most, double otherwi
   return value;
 }
 
-NetworkPlan::Step ReadStep(const JsonNode& node, std::uint64_t seed) {
-  node.AllowKeys({"at_s", "delay_ms", "jitter_ms", "swing_ms", "swing_period_s", "loss",
+/// A step's trace, and which way of it this peer hears.
+void ReadTrace(const JsonNode& node, const std::filesystem::path& folder, LinkConditions& c) {
+  const TraceChoice choice = ReadTraceKeys(node, folder);
+  bool back = false;
+  if (node.Has("way")) {
+    const std::string way = node["way"].Text("there or back");
+    back = way == "back";
+    if (!back && way != "there") node["way"].Expected("there or back");
+    if (choice.there == nullptr) node["way"].Fault("there is no trace that it is of");
+  }
+  c.trace = back ? choice.back : choice.there;
+  c.trace_start_s = choice.StartFor(c.seed);
+}
+
+NetworkPlan::Step ReadStep(const JsonNode& node, std::uint64_t seed,
+                           const std::filesystem::path& folder) {
+  node.AllowKeys({kTraceKeys[0], kTraceKeys[1], kTraceKeys[2], kTraceKeys[3], kTraceKeys[4], "way",
+                  "at_s", "delay_ms", "jitter_ms", "swing_ms", "swing_period_s", "loss",
                   "burst_enter", "burst_leave", "burst_loss", "reorder", "reorder_ms", "duplicate",
                   "cut"});
   NetworkPlan::Step step;
@@ -48,12 +65,18 @@ NetworkPlan::Step ReadStep(const JsonNode& node, std::uint64_t seed) {
   c.duplicate = Within(node, "duplicate", 1, c.duplicate);
   if (node.Has("cut")) c.cut = node["cut"].TrueOrFalse();
   c.seed = seed;
+  ReadTrace(node, folder, c);
   return step;
 }
 
 std::string InWords(const LinkConditions& c) {
   if (c.cut) return "no more";
   std::ostringstream words;
+  if (c.trace != nullptr) {
+    const LinkTrace::Source& source = c.trace->source;
+    words << "as in " << (source.model.empty() ? source.file : "the model " + source.model)
+          << (source.back ? ", way back, " : ", ");
+  }
   words << c.delay_ms << " ms late";
   if (c.jitter_ms > 0) words << ", up to " << c.jitter_ms << " ms more";
   if (c.swing_ms > 0) words << ", swinging by " << c.swing_ms << " ms";
@@ -97,7 +120,7 @@ Result<NetworkPlan> LoadNetworkPlan(const std::filesystem::path& file) {
       return *json->fault();
     }
     for (const JsonNode& item : steps) {
-      const NetworkPlan::Step step = ReadStep(item, plan.seed);
+      const NetworkPlan::Step step = ReadStep(item, plan.seed, file.parent_path());
       if (!link.steps.empty() && step.at_s <= link.steps.back().at_s) {
         item["at_s"].Fault("must be later than the step before");
       }
@@ -115,8 +138,9 @@ std::size_t MostWaiting(const NetworkPlan& plan, std::size_t senders) {
   for (const NetworkPlan::Link& link : plan.links) {
     for (const NetworkPlan::Step& step : link.steps) {
       const LinkConditions& c = step.conditions;
-      const double held_ms = c.delay_ms + c.jitter_ms + c.swing_ms +
-                             (c.reorder > 0 ? c.reorder_ms : 0) + kHapticDelayMs;
+      const double held_ms =
+          c.delay_ms + c.jitter_ms + c.swing_ms + (c.reorder > 0 ? c.reorder_ms : 0) +
+          (c.trace != nullptr ? c.trace->facts().longest_ms : 0) + kHapticDelayMs;
       // one a millisecond
       if (!c.cut) most = std::max(most, c.duplicate > 0 ? 2 * held_ms : held_ms);
     }

@@ -12,6 +12,7 @@ void AddStabilityCommand(CLI::App& app, int& exit_code) {
   AddStabilityPress(*stability, exit_code);
   AddStabilityRun(*stability, exit_code);
   AddStabilitySweep(*stability, exit_code);
+  AddStabilityTrace(*stability, exit_code);
   AddStabilityMerge(*stability, exit_code);
   AddStabilityBoundary(*stability, exit_code);
   AddStabilityReport(*stability, exit_code);

@@ -9,6 +9,7 @@ void AddStabilityLive(CLI::App& stability, int& exit_code);
 void AddStabilityPress(CLI::App& stability, int& exit_code);
 void AddStabilityRun(CLI::App& stability, int& exit_code);
 void AddStabilitySweep(CLI::App& stability, int& exit_code);
+void AddStabilityTrace(CLI::App& stability, int& exit_code);
 void AddStabilityMerge(CLI::App& stability, int& exit_code);
 void AddStabilityBoundary(CLI::App& stability, int& exit_code);
 void AddStabilityReport(CLI::App& stability, int& exit_code);

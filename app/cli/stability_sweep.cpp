@@ -47,7 +47,8 @@ class Cases {
   explicit Cases(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   std::optional<Error> Add(const SweepCell& cell) {
-    Result<LabCase> test = ParseCase(cell.case_json, "cell " + std::to_string(cell.number));
+    Result<LabCase> test =
+        ParseCase(cell.case_json, "cell " + std::to_string(cell.number), folder_);
     if (!test) return test.error();
     // a scene file stands by the sweep's
     const std::filesystem::path file = test->scene;
@@ -133,9 +134,10 @@ int PrintCase(const Sweep& sweep, std::int64_t number) {
 int RunStabilitySweep(const SweepArguments& arguments) {
   const Result<Shard> shard = ParseShard(arguments.shard);
   if (!shard) return Fail(kExitUsage, shard.error().what);
+  const std::filesystem::path folder = std::filesystem::path(arguments.file).parent_path();
   const Result<Sweep> sweep =
-      LoadSweep(arguments.file, [](const std::string& text, const std::string& name) {
-        const Result<LabCase> test = ParseCase(text, name);
+      LoadSweep(arguments.file, [&folder](const std::string& text, const std::string& name) {
+        const Result<LabCase> test = ParseCase(text, name, folder);
         return test ? std::nullopt : std::optional<Error>(test.error());
       });
   if (!sweep) return Fail(kExitFile, sweep.error().what);
@@ -152,7 +154,7 @@ int RunStabilitySweep(const SweepArguments& arguments) {
   if (!arguments.out.empty()) {
     if (const auto failed = outcomes.Open(arguments.out)) return Fail(kExitFile, failed->what);
   }
-  Cases cases(std::filesystem::path(arguments.file).parent_path());
+  Cases cases(folder);
   std::vector<SweepCell> rest;
   double cost = 0;
   std::size_t before = 0;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "collab/coupling_limits.h"
+#include "collab/trace/trace_models.h"
 #include "engine/base/json_reader.h"
 
 namespace tandem {
@@ -39,7 +40,7 @@ constexpr double kMostHandMass = 1e4;       // kg
 constexpr double kMostGain = 1e7;           // N/m, N s/m
 constexpr double kShortestSwing = 1e-3;     // s
 constexpr double kLongestSwing = 1e6;       // s
-constexpr double kLongestDelay = 1.2;  // s one way: beyond, links are cut whatever the law
+constexpr double kLongestDelay = 1.2;       // s one way: beyond, links are cut whatever the law
 
 double Within(const JsonNode& node, std::string_view key, double least, double most,
               double otherwise) {
@@ -127,6 +128,10 @@ LabLaw ReadLaw(const JsonNode& node) {
   return law;
 }
 
+bool IsModel(const std::string& name) {
+  return std::ranges::find(TraceModels(), name, &TraceModel::name) != TraceModels().end();
+}
+
 LinkConditions ReadWay(const JsonNode& node) {
   LinkConditions way;
   way.delay_ms = Within(node, "delay_ms", 0, 1000, way.delay_ms);
@@ -167,25 +172,43 @@ std::vector<LabNetwork::Step> ReadSchedule(const JsonNode& node, double delay_s)
   return schedule;
 }
 
-LabNetwork ReadNetwork(const JsonNode& node, double delay_s) {
+/// Each way of a trace to its own way of the network.
+void TakeTrace(const TraceChoice& traced, LabNetwork& network) {
+  network.traced = traced;
+  network.there.trace = traced.there;
+  network.back.trace = traced.back;
+}
+
+LabNetwork ReadNetwork(const JsonNode& node, double delay_s, const std::filesystem::path& folder) {
   LabNetwork network;
   if (node.IsObject()) {
     node.AllowKeys({"name", "delay_ms", "jitter_ms", "swing_ms", "swing_period_s", "loss",
                     "burst_enter", "burst_leave", "burst_loss", "reorder", "reorder_ms",
-                    "duplicate", "skew", "schedule"});
+                    "duplicate", "skew", "schedule", kTraceKeys[0], kTraceKeys[1], kTraceKeys[2],
+                    kTraceKeys[3], kTraceKeys[4]});
     network.name = node.Has("name") ? node["name"].Text("a name") : "own";
     network.there = network.back = ReadWay(node);
+    TakeTrace(ReadTraceKeys(node, folder), network);
     network.skew = Within(node, "skew", 0, 1, 0);
     if (node.Has("schedule")) network.schedule = ReadSchedule(node["schedule"], delay_s);
     return network;
   }
-  network.name = node.Text("clean, lossy, asymmetric or an object");
-  if (network.name == "lossy") {
+  constexpr const char* kNames = "clean, lossy, asymmetric, the name of a model or an object";
+  network.name = node.Text(kNames);
+  if (IsModel(network.name)) {
+    const Result<const LinkTrace*> there = KeepModel(network.name, TraceWay::kThere, 1);
+    const Result<const LinkTrace*> back = KeepModel(network.name, TraceWay::kBack, 1);
+    if (there && back) {
+      TakeTrace({.there = *there, .back = *back, .mix = true}, network);
+    } else {
+      node.Fault((there ? back : there).error().what);
+    }
+  } else if (network.name == "lossy") {
     network.there = network.back = {.jitter_ms = 30, .loss = 0.05};
   } else if (network.name == "asymmetric") {
     network.skew = 0.8;
   } else if (network.name != "clean") {
-    node.Expected("clean, lossy, asymmetric or an object");
+    node.Expected(kNames);
   }
   return network;
 }
@@ -218,7 +241,9 @@ LabCase ReadCase(const JsonNode& root, const std::filesystem::path& folder) {
   if (root.Has("motion")) test.motion = ReadMotion(root["motion"]);
   if (root.Has("law")) test.law = ReadLaw(root["law"]);
   test.delay_s = Within(root, "delay_s", 0, kLongestDelay, test.delay_s);
-  if (root.Has("network")) test.network = ReadNetwork(root["network"], test.delay_s);
+  if (root.Has("network")) test.network = ReadNetwork(root["network"], test.delay_s, folder);
+  // a trace has delays enough
+  if (test.network.traced.there != nullptr && !root.Has("delay_s")) test.delay_s = 0;
   if (root.Has("publish_hz")) {
     test.publish_hz = Within(root, "publish_hz", 10, 1000, test.publish_hz);
   }
@@ -248,8 +273,9 @@ Result<LabCase> LoadCase(const std::filesystem::path& file) {
   return test;
 }
 
-Result<LabCase> ParseCase(const std::string& text, const std::string& name) {
-  return CaseIn(JsonFile::Parse(text, name), {});
+Result<LabCase> ParseCase(const std::string& text, const std::string& name,
+                          const std::filesystem::path& folder) {
+  return CaseIn(JsonFile::Parse(text, name), folder);
 }
 
 }  // namespace tandem

@@ -12,7 +12,9 @@ namespace tandem {
 ///
 /// Hands turn as their travel says once the case is fitted to a body: see FittedTo().
 Result<LabCase> LoadCase(const std::filesystem::path& file);
-/// The same of a text; `name` stands for the file in what is said of it.
-Result<LabCase> ParseCase(const std::string& text, const std::string& name);
+/// The same of a text; `name` stands for the file in what is said of it, and hand files and traces
+/// are those in `folder`.
+Result<LabCase> ParseCase(const std::string& text, const std::string& name,
+                          const std::filesystem::path& folder = {});
 
 }  // namespace tandem

@@ -133,6 +133,8 @@ LinkConditions ConditionsOf(const LabCase& test, std::size_t from, std::size_t t
   conditions.delay_ms += 1e3 * share * delay_s;
   // streams of one receiver are told apart by the sender; those of two by their seeds
   conditions.seed = 1000 * test.seed + to;
+  // both ways of a trace begin at one place of it
+  conditions.trace_start_s = test.network.traced.StartFor(test.seed);
   return conditions;
 }
 
@@ -144,8 +146,10 @@ double LongestDelay(const LabCase& test) {
   double longest = 0;
   for (const bool there : {true, false}) {
     const LinkConditions way = ConditionsOf(test, there ? 0 : 1, there ? 1 : 0, delay_s);
-    longest = std::max(longest, 1e-3 * (way.delay_ms + way.jitter_ms + way.swing_ms +
-                                        (way.reorder > 0 ? way.reorder_ms : 0.0)));
+    longest =
+        std::max(longest, 1e-3 * (way.delay_ms + way.jitter_ms + way.swing_ms +
+                                  (way.reorder > 0 ? way.reorder_ms : 0.0) +
+                                  (way.trace != nullptr ? way.trace->facts().longest_ms : 0.0)));
   }
   return longest;
 }

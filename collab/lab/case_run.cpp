@@ -155,7 +155,7 @@ CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink
     result.fault = law.error();
     return result;
   }
-  Meter meter(scene.inertia(), test.delay_s, LastInputEnds(test));
+  Meter meter(scene.inertia(), test.MeanWay(), LastInputEnds(test));
   Run run(test, scene, *law);
   int opening = 0;
   do {

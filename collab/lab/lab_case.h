@@ -7,6 +7,7 @@
 
 #include "collab/coupling_law.h"
 #include "collab/link_conditioner.h"
+#include "collab/trace/trace_store.h"
 #include "engine/base/result.h"
 #include "engine/dynamics/rigid_body.h"
 #include "engine/haptics/hand_script.h"
@@ -63,6 +64,7 @@ struct LabNetwork {
     bool cut = false;
   };
   std::vector<Step> schedule;  // at_s rising
+  TraceChoice traced;          // of which each way has its own
 };
 
 /// One delay-injection experiment: whole peers who hold one shared body, each with a modelled hand.
@@ -80,7 +82,9 @@ struct LabCase {
   double seconds = 0;  // from when all loops are closed; 0: LongEnough()
   std::uint64_t seed = 1;
 
-  /// max(12 s, 40 delays).
+  /// delay_s and what the network's traces have in the mean of both ways.
+  double MeanWay() const;
+  /// max(12 s, 40 mean ways).
   double LongEnough() const;
   /// What it lasts, from when all loops are closed; RunCase() may go on beyond that while it
   /// decays.

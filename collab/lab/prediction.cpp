@@ -28,16 +28,28 @@ double MeanGap(const LabCase& test) {
   });
 }
 
+// by how much what a receiver holds is older than samples of the trace's rate without delay, s
+double TracedAge(const LinkTrace* trace) {
+  if (trace == nullptr) return 0;
+  return std::max(0.0, 1e-3 * trace->facts().mean_age_ms - 0.5 / trace->rate_hz());
+}
+
+// by how much the oldest is older than the mean, s
+double TracedPeak(const LinkTrace* trace) {
+  if (trace == nullptr) return 0;
+  return 1e-3 * (trace->facts().peak_age_ms - trace->facts().mean_age_ms);
+}
+
 double MeanDelay(const LabCase& test) {
   return test.delay_s + OfBothWays(test.network, [](const LinkConditions& way) {
-           return 1e-3 * (way.delay_ms + 0.5 * way.jitter_ms);
+           return 1e-3 * (way.delay_ms + 0.5 * way.jitter_ms) + TracedAge(way.trace);
          });
 }
 
 // what the law is told: the worst of the last seconds
 double PeakLoopAge(const LabCase& test) {
   const double jitter_s = OfBothWays(test.network, [](const LinkConditions& way) {
-    return 0.5e-3 * way.jitter_ms;
+    return 0.5e-3 * way.jitter_ms + TracedPeak(way.trace);
   });
   return 2.0 * (MeanDelay(test) + jitter_s + MeanGap(test));
 }

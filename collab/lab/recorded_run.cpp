@@ -86,7 +86,7 @@ Result<RecordedRun> MeterRecordings(const std::vector<std::filesystem::path>& re
 
   const double seconds = test.seconds > 0 ? test.seconds : test.LongEnough();
   const auto wanted = std::llround(seconds / kFrame);
-  Meter meter(scene.inertia(), test.delay_s, LastInputEnds(test));
+  Meter meter(scene.inertia(), test.MeanWay(), LastInputEnds(test));
   std::int64_t measured = 0;
   for (bool open = true; measured < wanted && !meter.blew_up(); now_ns += kFrameNs) {
     for (std::size_t user = 0; user < users.size(); ++user) {

@@ -14,6 +14,7 @@
 #include "collab/coupling_law.h"
 #include "collab/lab/hex.h"
 #include "collab/lab/lab_case.h"
+#include "collab/trace/trace_models.h"
 #include "engine/base/hash.h"
 #include "engine/base/json_reader.h"
 
@@ -84,6 +85,14 @@ double SceneCost(const std::string& scene) {
   if (scene == "free" || scene == "off_centre") return 1;
   if (scene == "wall") return 3;
   return 25;
+}
+
+/// Whether the case's network has delays of its own, in a trace.
+bool HasTrace(const Json& test) {
+  const Json& network = test["network"];
+  if (network.is_object()) return network.contains("trace") || network.contains("model");
+  return std::ranges::find(TraceModels(), network.get<std::string>(), &TraceModel::name) !=
+         TraceModels().end();
 }
 
 double CostOf(const Json& test) {
@@ -163,6 +172,7 @@ class Expansion {
     for (bool more = true; more;) {
       Json test = DefaultCase();
       for (std::size_t a = 0; a < axes.size(); ++a) Put(axes[a].name, axes[a].values[at[a]], test);
+      if (!block.Has("delay_s") && HasTrace(test)) test["delay_s"] = 0;
       if (block.Has("stiffness_N_m") && test["law"]["name"] != "constant") {
         block["stiffness_N_m"].Fault("only the law \"constant\" has a stiffness of its own");
         return std::nullopt;

@@ -37,11 +37,12 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab", {"engine/haptics"});
     may_see("collab/controller", {"collab"});
     may_see("collab/transfer", {"collab"});
-    may_see("collab/dds", {"collab", "collab/controller", "collab/transfer"});
+    may_see("collab/trace", {"collab"});
+    may_see("collab/dds", {"collab", "collab/controller", "collab/transfer", "collab/trace"});
     may_see("collab/simulated", {"collab"});
     may_see("collab/simulated/hands", {"collab/simulated", "collab/controller"});
     may_see("collab/recording", {"collab"});
-    may_see("collab/lab", {"collab/simulated", "collab/recording"});
+    may_see("collab/lab", {"collab/simulated", "collab/recording", "collab/trace"});
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
     may_see("app", {"engine/realtime"});    // what all programs share
     may_see("app/device", {"app", "collab/recording"});
@@ -50,8 +51,9 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/picture", {"engine/base"});
     may_see("app/stability", {"app", "app/picture", "collab/lab"});
     may_see("app/study", {"app", "app/stability", "scenes"});
-    may_see("app/cli", {"app", "app/reach", "engine/field", "app/stability", "app/study",
-                        "collab/simulated/hands", "collab/recording", "collab/lab", "scenes"});
+    may_see("app/cli",
+            {"app", "app/reach", "engine/field", "app/stability", "app/study",
+             "collab/simulated/hands", "collab/recording", "collab/trace", "collab/lab", "scenes"});
     may_see("app/view", {"app", "app/reach", "app/picture"});
     return map;
   }();

@@ -25,8 +25,10 @@
 #include "collab/lab/case_file.h"
 #include "collab/lab/results_file.h"
 #include "collab/lab/sweep_file.h"
+#include "collab/link_trace.h"
 #include "collab/recording/recording.h"
 #include "collab/recording/replay.h"
+#include "collab/trace/trace_file.h"
 #include "engine/contact/surface_file.h"
 #include "engine/geometry/declared_unit.h"
 #include "engine/geometry/gltf_buffers.h"
@@ -94,6 +96,11 @@ void FeedPoses(std::string_view bytes) {
   const std::filesystem::path file = FedFile(bytes);
   ExpectPlain(ReadPosesFile(file, PosesOf::kPairs));
   ExpectPlain(ReadPosesFile(file, PosesOf::kSceneBodies));
+}
+void FeedTrace(std::string_view bytes) {
+  const Result<NetworkTrace> trace = ReadNetworkTrace(FedFile(bytes));
+  ExpectPlain(trace);
+  if (trace) static_cast<void>(LinkTrace(trace->rate_hz, trace->there_ms, 3).At(-1));
 }
 void FeedSeries(std::string_view bytes) {
   ExpectPlain(ReadSeries(FedFile(bytes)));
@@ -320,13 +327,14 @@ void FeedKeys(std::string_view bytes) {
   std::ofstream(file, std::ios::binary) << made.files[which];
 }
 
-constexpr std::array<FuzzTarget, 22> kTargets{{{"scene", FeedScene},
+constexpr std::array<FuzzTarget, 23> kTargets{{{"scene", FeedScene},
                                                {"hand", FeedHand},
                                                {"plan", FeedPlan},
                                                {"case", FeedCase},
                                                {"sweep", FeedSweep},
                                                {"results", FeedResults},
                                                {"poses", FeedPoses},
+                                               {"trace", FeedTrace},
                                                {"series", FeedSeries},
                                                {"pictures", FeedPictures},
                                                {"header", FeedHeader},

@@ -135,6 +135,12 @@ TEST(SinglePresets, AreStable) {
   }
 }
 
+TEST(NetworksPreset, PassesItsRow) {
+  const Results results = RunPreset("networks.json");
+  EXPECT_EQ(results.records.size(), 42U);
+  ExpectAllRows(results);
+}
+
 // A preset that is added is added here, or to one of the tests named above.
 TEST(Presets, AreAllRunByATest) {
   std::set<std::string> presets;
@@ -146,7 +152,8 @@ TEST(Presets, AreAllRunByATest) {
     EXPECT_EQ(presets.erase(scene), 1U) << scene;
   }
   EXPECT_EQ(presets, (std::set<std::string>{"acceptance.json", "adversarial.json", "default.json",
-                                            "knock.json", "live.json", "map.json", "paper.json"}));
+                                            "knock.json", "live.json", "map.json", "networks.json",
+                                            "paper.json"}));
 }
 
 }  // namespace

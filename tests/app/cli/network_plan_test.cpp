@@ -1,6 +1,9 @@
 #include "app/cli/network_plan.h"
 
 #include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 
@@ -232,6 +235,70 @@ TEST_F(NetworkPlanTest, ReadsEveryConditionAndNamesWhatIsWrong) {
   EXPECT_THAT(wrong(R"([{"delay_ms": 5000}])"), HasSubstr("a number from 0 to 2000"));
   EXPECT_THAT(wrong(R"([{"at_s": 2}, {"at_s": 2}])"), HasSubstr("later than the step before"));
   EXPECT_THAT(wrong("[{]"), HasSubstr("line 1"));
+}
+
+constexpr const char* kTrace = "# {\"tandem_trace\": 1, \"rate_hz\": 2}\nseq,there_ms,back_ms\n";
+
+TEST_F(NetworkPlanTest, AStepPlaysATraceOfAFileBesideThePlan) {
+  folder_.Write("line.csv", std::string(kTrace) + "0,10,300\n1,,5\n2,80,6\n");
+  Start(R"({"links": [{"steps": [{"trace": "line.csv"}]},
+                      {"from": "ben", "steps": [{"trace": "line.csv", "way": "back",
+                                                 "stretch": 2, "delay_ms": 7}]}]})");
+  EXPECT_THAT(ApplyAt(0),
+              ElementsAre(HasSubstr("line.csv, 0 ms late"), HasSubstr("line.csv, way back, 7 ms")));
+  EXPECT_THAT(Due(11), ElementsAre(10));
+  EXPECT_THAT(Due(12), ElementsAre(607));
+  ApplyAt(0.6);
+  EXPECT_THAT(Due(11), IsEmpty());
+  ApplyAt(1.1);
+  EXPECT_THAT(Due(11), ElementsAre(80));
+  ApplyAt(1.6);
+  EXPECT_THAT(Due(11), ElementsAre(10)) << "it begins again";
+}
+
+TEST_F(NetworkPlanTest, ATraceBeginsWhereThePlanSaysOrItsSeed) {
+  folder_.Write("line.csv", std::string(kTrace) + "0,10,1\n1,20,1\n2,30,1\n3,40,1\n");
+  Start(R"({"links": [{"steps": [{"trace": "line.csv", "start_s": 1}]}]})");
+  ApplyAt(0);
+  EXPECT_THAT(Due(11), ElementsAre(30));
+  int asked = 0;
+  const auto first = [this, &asked](int seed) {
+    Start(R"({"seed": )" + std::to_string(seed) +
+          R"(, "links": [{"steps": [{"trace": "line.csv", "mix": true}]}]})");
+    // later each time: a sample waits for those that came before it
+    ApplyAt(++asked);
+    return Due(11);
+  };
+  std::set<std::vector<double>> found;
+  for (int seed = 1; seed < 40; ++seed) found.insert(first(seed));
+  EXPECT_EQ(found.size(), 4U);
+  const std::vector<double> fifth = first(5);
+  first(6);  // else it is the trace that goes on
+  EXPECT_EQ(first(5), fifth);
+}
+
+TEST_F(NetworkPlanTest, ThereIsRoomForAllThatATraceHoldsBack) {
+  const Result<NetworkPlan> plan =
+      LoadNetworkPlan(folder_.Write("plan.json", R"({"links": [{"steps": [{"model": "geo"}]}]})"));
+  ASSERT_TRUE(plan) << plan.error().what;
+  EXPECT_GE(MostWaiting(*plan, 1), 400U);
+}
+
+TEST_F(NetworkPlanTest, NamesWhatIsWrongWithATrace) {
+  folder_.Write("bad.csv", std::string(kTrace) + "1,10,1\n");
+  const auto fault = [this](const std::string& step) {
+    const Result<NetworkPlan> plan =
+        LoadNetworkPlan(folder_.Write("plan.json", R"({"links": [{"steps": [)" + step + "]}]}"));
+    return plan ? std::string("none") : plan.error().what;
+  };
+  EXPECT_THAT(fault(R"({"trace": "none.csv"})"), HasSubstr("steps[0].trace: "));
+  EXPECT_THAT(fault(R"({"trace": "bad.csv"})"), HasSubstr("bad.csv:3: expected 0"));
+  EXPECT_THAT(fault(R"({"model": "6g"})"), HasSubstr("steps[0].model: no model of a network"));
+  EXPECT_THAT(fault(R"({"model": "lte", "trace": "bad.csv"})"), HasSubstr("one of both"));
+  EXPECT_THAT(fault(R"({"stretch": 2})"), HasSubstr("steps[0].stretch: there is no trace"));
+  EXPECT_THAT(fault(R"({"way": "back"})"), HasSubstr("steps[0].way: there is no trace"));
+  EXPECT_THAT(fault(R"({"model": "lte", "way": "up"})"), HasSubstr("expected there or back"));
+  EXPECT_THAT(fault(R"({"model": "geo", "stretch": 50})"), HasSubstr("more than 10 s"));
 }
 
 }  // namespace

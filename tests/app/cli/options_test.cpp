@@ -171,7 +171,8 @@ TEST(Options, ZeroIsTakenWhereItMeansSomething) {
       "bench session --seconds", "bench window --seconds",   "bench hostile --seconds",
       "simulate --seconds",      "simulate --seed",          "peer --threads",
       "replay --threads",        "bench frame --threads",    "bench voxelize --threads",
-      "bench table1 --threads",  "bench figure10 --threads", "simulate --threads"};
+      "bench table1 --threads",  "bench figure10 --threads", "simulate --threads",
+      "doctor --seconds",        "stability trace --seconds"};
   for (const Asked& asked : AllOptions()) {
     if (!asked.number) continue;
     const bool named = means.count(asked.option) + means.count(asked.name()) != 0;

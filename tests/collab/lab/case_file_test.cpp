@@ -180,5 +180,40 @@ TEST(CaseFile, NumbersBeyondEveryHandAndNetworkAreRefused) {
               HasSubstr("network.swing_period_s: expected a number from 0.001 to 1e+06"));
 }
 
+TEST(CaseFile, ANetworkMayBeATraceBesideTheCaseOrAModel) {
+  const ScratchFolder folder;
+  folder.Write("line.csv",
+               "# {\"tandem_trace\": 1, \"rate_hz\": 100}\nseq,there_ms,back_ms\n0,10,30\n1,,50\n");
+  const auto load = [&folder](const std::string& text) {
+    Result<LabCase> test = LoadCase(folder.Write("case.json", text));
+    EXPECT_TRUE(test) << test.error().what;
+    return *test;
+  };
+  const LabCase test = load(R"({"network": {"trace": "line.csv", "stretch": 2, "start_s": 3,
+                                            "loss": 0.1, "name": "ours"}, "seconds": 5})");
+  ASSERT_NE(test.network.there.trace, nullptr);
+  EXPECT_EQ(test.network.there.trace->facts().longest_ms, 20);
+  EXPECT_EQ(test.network.back.trace->facts().longest_ms, 100);
+  EXPECT_EQ(test.network.there.loss, 0.1);
+  EXPECT_EQ(test.delay_s, 0) << "the trace has the delays";
+  EXPECT_NEAR(test.MeanWay(), 0.5 * (0.020 + 0.080), 1e-9);
+  EXPECT_NEAR(LongestDelay(test), 0.1, 1e-9);
+  for (const std::size_t from : {0U, 1U}) {
+    const LinkConditions way = ConditionsOf(test, from, 1 - from, test.delay_s);
+    EXPECT_EQ(way.trace, from == 0 ? test.network.there.trace : test.network.back.trace);
+    EXPECT_EQ(way.trace_start_s, 3);
+  }
+  EXPECT_EQ(load(R"({"network": {"trace": "line.csv"}, "delay_s": 0.2})").delay_s, 0.2);
+  const LabCase model = load(R"({"network": "geo"})");
+  EXPECT_EQ(model.network.name, "geo");
+  EXPECT_EQ(model.delay_s, 0);
+  EXPECT_GT(model.LongEnough(), 11.9);
+  LabCase other = model;
+  other.seed = 2;
+  EXPECT_NE(ConditionsOf(model, 0, 1, 0).trace_start_s, ConditionsOf(other, 0, 1, 0).trace_start_s);
+  EXPECT_EQ(ConditionsOf(model, 0, 1, 0).trace_start_s, ConditionsOf(model, 1, 0, 0).trace_start_s);
+  EXPECT_THAT(ErrorOf(R"({"network": {"trace": "none.csv"}})"), HasSubstr("network.trace: "));
+}
+
 }  // namespace
 }  // namespace tandem

@@ -1,6 +1,7 @@
 #include "collab/lab/prediction.h"
 
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -83,6 +84,39 @@ TEST(Prediction, OfTheDefaultLawIsStableAtEveryDelayAndHand) {
                                           << " of " << predicted->critical;
     }
   }
+}
+
+// By hand, both ways: 100 ms and no loss are held at 100 to 101 ms; with each tenth sample lost the
+// mean age is a tenth of a millisecond more.
+TEST(Prediction, TakesTheMeanAgeFromATrace) {
+  const LinkTrace even(1000, std::vector<float>(1000, 100));
+  LabCase test = Constant("heavy", 60, 10, 0);
+  test.network.there.trace = test.network.back.trace = &even;
+  EXPECT_NEAR(MeanAge(test), 0.101, 1e-6);
+  EXPECT_NEAR(Predict(test, kCube)->critical,
+              Predict(Constant("heavy", 60, 10, 0.1), kCube)->critical, 0.01);
+  std::vector<float> holes(1000, 100);
+  for (std::size_t i = 0; i < holes.size(); i += 10) holes[i] = -1;
+  const LinkTrace lossy(1000, holes);
+  test.network.there.trace = test.network.back.trace = &lossy;
+  EXPECT_NEAR(MeanAge(test), 0.1011, 2e-5);
+  test.publish_hz = 100;  // from one sample to the next 9 ms more: half of them
+  EXPECT_NEAR(MeanAge(test), 0.1011 + 0.0045, 2e-5);
+}
+
+// One stall of 300 ms in a minute: the law is told of it, and is softer.
+TEST(Prediction, GainsAreForTheOldestOfATrace) {
+  std::vector<float> delays(60'000, 50);
+  const LinkTrace even(1000, delays);
+  for (int i = 0; i < 300; ++i) delays[30'000 + static_cast<std::size_t>(i)] = 350.0F - i;
+  const LinkTrace stall(1000, delays);
+  LabCase test;
+  test.delay_s = 0;
+  test.hands = {*HandNamed("heavy", kCube)};
+  test.network.there.trace = test.network.back.trace = &even;
+  const double firm = Predict(test, kCube)->stiffness;
+  test.network.there.trace = test.network.back.trace = &stall;
+  EXPECT_LT(Predict(test, kCube)->stiffness, 0.3 * firm);
 }
 
 }  // namespace
