@@ -10,6 +10,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/doctor_reach.h"
 #include "app/cli/doctor_realtime.h"
+#include "app/cli/doctor_trace.h"
 #include "app/cli/findings.h"
 #include "app/cli/hear_sessions.h"
 #include "app/cli/reach_inviter.h"
@@ -40,6 +41,7 @@ struct DoctorArguments {
   std::string invitation;
   std::string scene;
   std::uint16_t enrol_port = 0;
+  LineArguments line;
   bool answer = false;
   bool json = false;
 };
@@ -217,6 +219,9 @@ int AnswerOthers() {
 /// A peer's way is looked at; what can be said without one comes first.
 int RunDoctor(DoctorArguments arguments) {
   if (arguments.answer) return AnswerOthers();
+  if (!arguments.line.file.empty()) {
+    return RunDoctorTrace(arguments.line, arguments.reach.peers, kAnswerPort, arguments.json);
+  }
   Findings findings;
   Invitation invitation;
   const bool invited =
@@ -275,6 +280,7 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
                    "TCP port of 'tandem invite' on this machine")
       ->check(WholeNumberFrom(1024, 65535));
   command->add_flag("--answer", arguments->answer, "answer another machine's doctor, until Ctrl-C");
+  AddLineOptions(*command, arguments->line);
   command->add_flag("--json", arguments->json, "print the findings as JSON");
   command->callback([arguments, &exit_code] {
     exit_code = RunDoctor(*arguments);

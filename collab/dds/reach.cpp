@@ -5,6 +5,8 @@
 #include <cerrno>
 #include <cstring>
 #include <optional>
+#include <random>
+#include <span>
 #include <utility>
 
 #include <arpa/inet.h>
@@ -17,6 +19,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "collab/dds/udp_stamps.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -99,6 +102,18 @@ std::optional<in_addr> Resolve(const std::string& host) {
   const in_addr address = reinterpret_cast<const sockaddr_in*>(found->ai_addr)->sin_addr;
   freeaddrinfo(found);
   return address;
+}
+
+void SendTo(int handle, const sockaddr_in& to, std::span<const std::byte> packet) {
+  sendto(handle, packet.data(), packet.size(), MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&to),
+         sizeof to);
+}
+
+std::array<std::uint8_t, 32> RandomSecret() {
+  std::random_device random;
+  std::array<std::uint8_t, 32> secret;
+  for (std::uint8_t& byte : secret) byte = static_cast<std::uint8_t>(random());
+  return secret;
 }
 
 int RouteMtu(const Socket& socket) {
@@ -237,12 +252,18 @@ Result<ProbeAnswerer> ProbeAnswerer::Open(std::uint16_t port) {
     return Error{"UDP port " + std::to_string(port) + ": " + std::strerror(errno)};
   }
   socket.Set(IPPROTO_IP, IP_MTU_DISCOVER, IP_PMTUDISC_DO);
+  StampArrivals(socket.get());
   const std::uint16_t own = PortOf(socket);
   return ProbeAnswerer(socket.Release(), own);
 }
 
+ProbeAnswerer::ProbeAnswerer(int socket, std::uint16_t port)
+    : socket_(socket), port_(port), lines_(RandomSecret()) {}
+
 ProbeAnswerer::ProbeAnswerer(ProbeAnswerer&& other) noexcept
-    : socket_(std::exchange(other.socket_, -1)), port_(other.port_) {}
+    : socket_(std::exchange(other.socket_, -1)),
+      port_(other.port_),
+      lines_(std::move(other.lines_)) {}
 
 ProbeAnswerer::~ProbeAnswerer() {
   if (socket_ >= 0) close(socket_);
@@ -252,24 +273,50 @@ int ProbeAnswerer::Answer(int wait_ms) {
   const std::int64_t until_ns = MonotonicNowNs() + std::int64_t{wait_ms} * 1'000'000;
   int answered = 0;
   std::array<std::byte, 2048> packet{};
+  constexpr int kAtOnce = 64;  // packets, before samples have their turn
   // to its end whatever comes, and no further
-  for (std::int64_t now_ns = 0; (now_ns = MonotonicNowNs()) < until_ns;) {
-    if (!Readable(socket_, static_cast<int>((until_ns - now_ns) / 1'000'000) + 1)) break;
-    sockaddr_in from{};
-    socklen_t size = sizeof from;
-    const ssize_t got = recvfrom(socket_, packet.data(), packet.size(), MSG_DONTWAIT,
-                                 reinterpret_cast<sockaddr*>(&from), &size);
-    if (got < static_cast<ssize_t>(sizeof(Probe))) continue;
-    if (std::memcmp(packet.data(), kProbeMark.data(), kProbeMark.size()) != 0) continue;
-    // another answerer asks nobody
-    if (ntohs(from.sin_port) == port_ || !MayAnswer(now_ns)) continue;
-    // as large as what came, so that nobody can be flooded through us
-    std::memcpy(packet.data(), kAnswerMark.data(), kAnswerMark.size());
-    sendto(socket_, packet.data(), static_cast<std::size_t>(got), MSG_DONTWAIT,
-           reinterpret_cast<const sockaddr*>(&from), size);
-    ++answered;
+  while (MonotonicNowNs() < until_ns) {
+    int taken = 0;
+    for (; taken < kAtOnce; ++taken) {
+      const std::optional<StampedPacket> got = ReceiveStamped(socket_, packet);
+      if (!got) break;
+      answered += AnswerPacket(std::span(packet).first(got->bytes), got->from, got->arrival_ns);
+    }
+    // after what has come: an asker is silent only if nothing of it waits here
+    SendSamples();
+    if (taken == kAtOnce) continue;
+    WaitForPacket(socket_, std::min(until_ns, lines_.NextDueNs().value_or(until_ns)));
   }
   return answered;
+}
+
+void ProbeAnswerer::SendSamples() {
+  lines_.SendDue(MonotonicNowNs(),
+                 [this](const LineAnswerer::Address& to, std::span<const std::byte> packet) {
+                   SendTo(socket_, Address({to.host}, ntohs(to.port)), packet);
+                 });
+}
+
+bool ProbeAnswerer::AnswerPacket(std::span<std::byte> packet, const sockaddr_in& from,
+                                 std::int64_t arrival_ns) {
+  // another answerer asks nobody
+  if (ntohs(from.sin_port) == port_) return false;
+  const auto may_answer = [this] {
+    return MayAnswer(MonotonicNowNs());
+  };
+  const auto send = [&](const LineAnswerer::Address&, std::span<const std::byte> answer) {
+    SendTo(socket_, from, answer);
+  };
+  if (lines_.Take(packet, {from.sin_addr.s_addr, from.sin_port}, arrival_ns, may_answer, send)) {
+    return false;
+  }
+  if (packet.size() < sizeof(Probe)) return false;
+  if (std::memcmp(packet.data(), kProbeMark.data(), kProbeMark.size()) != 0) return false;
+  if (!may_answer()) return false;
+  // as large as what came, so that nobody can be flooded through us
+  std::memcpy(packet.data(), kAnswerMark.data(), kAnswerMark.size());
+  SendTo(socket_, from, packet);
+  return true;
 }
 
 bool ProbeAnswerer::MayAnswer(std::int64_t now_ns) {

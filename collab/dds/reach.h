@@ -1,10 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include <netinet/in.h>
+
 #include "collab/dds/domain.h"
+#include "collab/dds/line_answerer.h"
 
 namespace tandem {
 
@@ -45,8 +49,9 @@ struct PathFacts {
 /// Sends unfragmentable packets of growing size, several each, to a ProbeAnswerer there.
 PathFacts ProbePath(const std::string& host, std::uint16_t port);
 
-/// Answers probes where they came from, and nothing else: no answer of another, nothing from the
-/// port that answerers have, and not more than kMostAnswersPerSecond.
+/// Answers probes where they came from: no answer of another, nothing from the port that answerers
+/// have, and not more than kMostAnswersPerSecond. With those that asked for it and were found to be
+/// at their address, it records a line (LineAnswerer).
 class ProbeAnswerer {
  public:
   static constexpr int kMostAnswersPerSecond = 200;
@@ -61,13 +66,17 @@ class ProbeAnswerer {
   int Answer(int wait_ms);
 
  private:
-  ProbeAnswerer(int socket, std::uint16_t port) : socket_(socket), port_(port) {}
+  ProbeAnswerer(int socket, std::uint16_t port);
   bool MayAnswer(std::int64_t now_ns);
+  void SendSamples();
+  /// Returns whether it was a probe, and was answered.
+  bool AnswerPacket(std::span<std::byte> packet, const sockaddr_in& from, std::int64_t arrival_ns);
 
   int socket_;
   std::uint16_t port_;
   std::int64_t second_ns_ = 0;
   int answered_in_second_ = 0;
+  LineAnswerer lines_;
 };
 
 }  // namespace tandem

@@ -276,6 +276,9 @@ TEST(Doctor, FindsWhatIsWrongAndSaysWhatMendsIt) {
   const Said deaf = RunTandem("doctor --interface lo --peers 127.0.0.1", "timeout 60 ");
   EXPECT_THAT(deaf.out, AllOf(HasSubstr("127.0.0.1"), HasSubstr("doctor --answer")));
   ExpectUsage("doctor --port 80", "--port");
+  ExpectUsage("doctor --trace /tmp/none.csv", "--peers with one machine");
+  ExpectUsage("doctor --peers a,b --trace /tmp/none.csv", "--peers with one machine");
+  ExpectUsage("doctor --hz 500", "--trace");
 }
 
 // The law that knows of no delay is not for ordinary use.

@@ -1,0 +1,122 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+
+namespace tandem {
+
+/// What `tandem doctor --trace` and an answerer say to one another, as UDP packets on the port of
+/// probes. Numbers stand as this machine has them: both ends are little-endian, as are all that
+/// Tandem is built for.
+///
+///   asker                          answerer
+///   kAsk  (terms)             ->
+///                             <-   kOffer (token), or kRefuse: nothing is kept yet
+///   kStart (terms, token)     ->   the token shows that the asker hears at its address
+///                             <-   kBegun
+///   kSample, paced            <->  kSample, paced: both as agreed, then silence
+///   kFetch (first)            ->
+///                             <-   kArrivals: when the asker's samples arrived
+///   kDone                     ->
+///
+/// No packet of the answerer is larger than the asker's that it answers, but for samples, which are
+/// as large as the asker's own; it sends samples only while the asker's keep coming.
+enum class LineWord : std::uint32_t {
+  kAsk = 1,
+  kOffer,
+  kStart,
+  kBegun,
+  kRefuse,
+  kSample,
+  kFetch,
+  kArrivals,
+  kDone
+};
+
+inline constexpr std::uint32_t kLineVersion = 1;
+inline constexpr std::size_t kLineAskBytes = 256;  // of kAsk, kStart: none of the answers has more
+inline constexpr std::size_t kLineFetchBytes = 1200;  // of kFetch, kArrivals
+inline constexpr std::size_t kArrivalsInPacket = 128;
+
+/// What is agreed on.
+struct LineTerms {
+  std::uint32_t rate_hz = 1000;
+  std::uint32_t samples = 10'000;  // of each end
+  std::uint32_t bytes = 300;       // of a sample's packet, UDP payload
+
+  friend bool operator==(const LineTerms&, const LineTerms&) = default;
+};
+
+enum class LineRefusal : std::uint32_t { kTerms = 1, kBusy, kVersion };
+
+using LineToken = std::array<std::uint8_t, 16>;
+
+struct LineHead {
+  std::array<char, 8> mark{'t', 'd', '-', 'l', 'i', 'n', 'e', '1'};
+  std::uint32_t version = kLineVersion;
+  LineWord word = LineWord::kAsk;
+  std::uint64_t nonce = 0;  // the asker's, of this record
+};
+struct LineAsk {  // kAsk, kOffer, kStart, kBegun, kRefuse, kDone
+  LineHead head;
+  LineTerms terms;
+  LineRefusal refusal = LineRefusal::kTerms;
+  LineToken token{};
+};
+struct LineSample {
+  LineHead head;
+  std::uint32_t seq = 0;
+  std::uint32_t heard = 0;   // the other end's samples that have arrived, of all
+  std::int64_t sent_ns = 0;  // the sender's clock
+  std::int64_t echo_ns = 0;  // the newest sent_ns of the other that the sender holds; 0: none
+  std::int64_t held_ns = 0;  // how long it has held that
+};
+struct LineArrivals {  // kFetch: `first` alone
+  LineHead head;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  std::array<std::int64_t, kArrivalsInPacket> ns{};  // arrival minus sending, LineRecord::kNever
+};
+static_assert(sizeof(LineHead) == 24 && sizeof(LineAsk) == 56 && sizeof(LineSample) == 56);
+static_assert(sizeof(LineAsk) <= kLineAskBytes && sizeof(LineArrivals) <= kLineFetchBytes);
+
+inline constexpr std::uint32_t kLeastLineBytes = sizeof(LineSample);
+inline constexpr std::uint32_t kMostLineBytes = 1400;
+inline constexpr std::uint32_t kMostLineHz = 1000;
+inline constexpr std::uint32_t kMostLineSamples = 600'000;  // ten minutes at 1 kHz
+
+inline bool Permitted(const LineTerms& terms) {
+  return terms.rate_hz >= 1 && terms.rate_hz <= kMostLineHz && terms.samples >= 1 &&
+         terms.samples <= kMostLineSamples && terms.bytes >= kLeastLineBytes &&
+         terms.bytes <= kMostLineBytes;
+}
+
+/// The packet as a message; nothing: it is too short.
+template <typename Message>
+std::optional<Message> MessageIn(std::span<const std::byte> packet) {
+  if (packet.size() < sizeof(Message)) return std::nullopt;
+  Message message;
+  std::memcpy(&message, packet.data(), sizeof message);
+  return message;
+}
+
+/// The head of a packet of this protocol, of whatever version; nothing: it is another's.
+inline std::optional<LineHead> LineHeadIn(std::span<const std::byte> packet) {
+  const std::optional<LineHead> head = MessageIn<LineHead>(packet);
+  return head && head->mark == LineHead{}.mark ? head : std::nullopt;
+}
+
+/// A message as the first bytes of a packet of that size.
+template <typename Message>
+std::span<const std::byte> PacketOf(const Message& message, std::size_t bytes,
+                                    std::span<std::byte> room) {
+  std::memset(room.data(), 0, bytes);
+  std::memcpy(room.data(), &message, sizeof message);
+  return room.first(bytes);
+}
+
+}  // namespace tandem
