@@ -11,6 +11,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/recorded_scene.h"
+#include "app/cli/replay_network.h"
 #include "app/cli/start_gaps.h"
 #include "app/cli/talk.h"
 #include "app/cli/verdict.h"
@@ -40,6 +41,8 @@ struct ReplayArguments {
   std::string scene;     // empty: the recorded file
   std::string session;   // empty: nobody looks on
   std::string exported;  // empty: not
+  std::string network;   // trace to be made of what was heard; empty: none
+  std::string from;      // of that peer
   ReachOptions reach;
   double speed = 0;  // times real time; 0: as fast as it goes
   int threads = 1;
@@ -253,6 +256,9 @@ class Player {
 };
 
 int RunReplay(const ReplayArguments& arguments) {
+  if (!arguments.network.empty()) {
+    return RunAsNetwork(arguments.file, arguments.network, arguments.from, arguments.json);
+  }
   Result<RecordingReader> reader = RecordingReader::Open(arguments.file);
   if (!reader) return Fail(kExitFile, reader.error().what);
   const RecordingHeader& header = reader->header();
@@ -355,6 +361,13 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
                       "write there, for other programs: to FILE.csv the poses of all moving "
                       "bodies every 10 ms, as 'tandem proximity --poses' reads them; to any other "
                       "file poses, twists and forces as MCAP");
+  CLI::Option* const network =
+      command->add_option("--as-network", arguments->network,
+                          "repeat nothing, but write there a trace of the network that was heard "
+                          "(docs/network-plans.md)");
+  command
+      ->add_option("--from", arguments->from, "with --as-network: heard of the peer of that name")
+      ->needs(network);
   command->add_flag("--adopt-any", arguments->adopt_any,
                     "take the recorded voxel size also where it differs from the scene file's by "
                     "more than a factor of 4");

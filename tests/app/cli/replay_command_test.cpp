@@ -125,6 +125,15 @@ TEST_F(ReplayCommand, ExportsPosesThatDistancesCanBeHadAlong) {
   EXPECT_NE(along.at("rows")[rows - 1].at("distance_m"), along.at("rows")[0].at("distance_m"));
 }
 
+TEST_F(ReplayCommand, ASessionOfOneHasNoNetwork) {
+  const std::string network = " --as-network " + File("line.csv");
+  ExpectRefused(File("run") + network, kExitFailed, "nobody was heard");
+  ExpectRefused(File("run") + " --as-network " + File("run"), kExitUsage, "recording itself");
+  ExpectRefused(File("none") + network, kExitFile, "none");
+  ExpectRefused(File("run") + " --from ben", kExitUsage, "--as-network");
+  EXPECT_FALSE(fs::exists(File("line.csv")));
+}
+
 TEST_F(ReplayCommand, IsShownToViewersAtItsSpeed) {
   const std::string session = NewSession();
   ChildProcess watch =

@@ -1,0 +1,119 @@
+#include "collab/trace/heard_line.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+constexpr PeerId kWe = 1;
+constexpr PeerId kOther = 2;
+constexpr std::int64_t kMs = 1'000'000;
+
+/// Two peers with frames of 1 ms that send in each: what we hear, by a model of its own. All times
+/// in ms of our clock; the other's is `offset` ahead.
+struct Session {
+  int there_ms = 30;
+  int back_ms = 30;
+  std::int64_t offset_ms = 5'000'000;
+  int frames = 3000;
+  int every = 1;           // the other sends in each so-manieth frame
+  int lost_back_each = 0;  // 0: none
+  bool echoes = true;
+  int pause_from = -1;  // no states for 3 s
+
+  HeardLine Heard() const {
+    HeardLine line(kWe);
+    for (int now = 0; now < frames; ++now) {
+      const int sent = now - back_ms;  // what arrives in this frame, and was sent in that one
+      if (sent < 0 || sent % every != 0) continue;
+      if (lost_back_each > 0 && (sent / every) % lost_back_each == 4) continue;
+      if (pause_from >= 0 && sent >= pause_from && sent < pause_from + 3000) continue;
+      const std::int64_t stamp = (sent + offset_ms) * kMs;
+      ObjectState state;
+      state.peer = kOther;
+      state.seq = static_cast<std::uint32_t>(100 + sent);
+      state.sample_ns = stamp;
+      line.Heard(state, now * kMs);
+      CouplingLinks links;
+      links.from = kOther;
+      links.seq = state.seq;
+      links.sample_ns = stamp;
+      links.count = 1;
+      links.entries[0].to = kWe;
+      links.entries[0].echo_ns = echoes && sent > there_ms ? (sent - there_ms) * kMs : 0;
+      line.Heard(links);
+    }
+    return line;
+  }
+};
+
+TEST(HeardLine, TellsLoopAndRateByEchoesWhateverTheClocks) {
+  const std::optional<HeardLine::Found> found = Session{}.Heard().Find();
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->has_echoes);
+  EXPECT_DOUBLE_EQ(found->record.rate_hz, 1000);
+  const ClockEstimate clocks = EstimateClocks(found->record);
+  EXPECT_NEAR(clocks.bound_ms, 30, 0.01);
+  EXPECT_NEAR(1e-6 * static_cast<double>(clocks.offset_ns), 5'000'000, 0.01);
+  const NetworkTrace trace = TraceOf(found->record, clocks);
+  EXPECT_NEAR(trace.there_ms[1000], 30, 0.01);
+  EXPECT_NEAR(trace.back_ms[1000], 30, 0.01);
+}
+
+TEST(HeardLine, AnUnevenLineIsRightInTheSum) {
+  const std::optional<HeardLine::Found> found =
+      Session{.there_ms = 10, .back_ms = 80}.Heard().Find();
+  ASSERT_TRUE(found);
+  const NetworkTrace trace = TraceOf(found->record, EstimateClocks(found->record));
+  EXPECT_NEAR(trace.there_ms[1000] + trace.back_ms[1000], 90, 0.01);
+}
+
+TEST(HeardLine, LossOfTheOthersSamplesIsExact) {
+  const std::optional<HeardLine::Found> found = Session{.lost_back_each = 10}.Heard().Find();
+  ASSERT_TRUE(found);
+  int lost = 0;
+  for (std::size_t i = 0; i < found->record.back_ns.size(); ++i) {
+    const bool never = found->record.back_ns[i] == LineRecord::kNever;
+    EXPECT_EQ(never, i % 10 == 4) << i;
+    lost += never ? 1 : 0;
+  }
+  EXPECT_EQ(lost, 294);  // of 2940: the last 30 of ours, which nobody tells of, end the record
+}
+
+// Our own 30 ms old samples reach the other in each frame, but it sends in each tenth: of the
+// others no echo tells.
+TEST(HeardLine, ASlowerSenderHasItsOwnRate) {
+  const std::optional<HeardLine::Found> found = Session{.every = 10}.Heard().Find();
+  ASSERT_TRUE(found);
+  EXPECT_DOUBLE_EQ(found->record.rate_hz, 100);
+  EXPECT_EQ(std::ranges::count(found->record.back_ns, LineRecord::kNever), 0);
+  const NetworkTrace trace = TraceOf(found->record, EstimateClocks(found->record));
+  // its newest of ours is 30 ms old when it sends; the period in which it was sent may begin 9 ms
+  // before
+  const double sum = static_cast<double>(trace.there_ms[100]) + trace.back_ms[100];
+  EXPECT_GE(sum, 60 - 0.01);
+  EXPECT_LE(sum, 70);
+}
+
+TEST(HeardLine, TakesTheLongestTimeWithoutAPause) {
+  const std::optional<HeardLine::Found> found =
+      Session{.frames = 9000, .pause_from = 1000}.Heard().Find();
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->seconds, 5, 0.1);
+}
+
+TEST(HeardLine, WithoutEchoesThereIsTheWayBackAlone) {
+  const std::optional<HeardLine::Found> found = Session{.echoes = false}.Heard().Find();
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(found->has_echoes);
+  EXPECT_FALSE(HeardLine(kWe).Find());
+}
+
+}  // namespace
+}  // namespace tandem
