@@ -20,6 +20,10 @@
 #include "app/invite/tls_end.h"
 #include "app/picture/picture_file.h"
 #include "app/stability/series.h"
+#include "app/study/results_table.h"
+#include "app/study/study_file.h"
+#include "app/study/trial_log.h"
+#include "app/study/trial_order.h"
 #include "collab/dds/keys.h"
 #include "collab/dds/revocation.h"
 #include "collab/lab/case_file.h"
@@ -101,6 +105,20 @@ void FeedTrace(std::string_view bytes) {
   const Result<NetworkTrace> trace = ReadNetworkTrace(FedFile(bytes));
   ExpectPlain(trace);
   if (trace) static_cast<void>(LinkTrace(trace->rate_hz, trace->there_ms, 3).At(-1));
+}
+void FeedStudy(std::string_view bytes) {
+  const Result<Study> study = LoadStudy(FedFile(bytes));
+  ExpectPlain(study);
+  if (!study) return;
+  // whatever is believed has an order, and columns
+  for (const int participant : {0, study->participants - 1}) {
+    TANDEM_CHECK(!TrialsOf(*study, participant).empty());
+  }
+  TANDEM_CHECK(PseudonymsOf(*study).size() == static_cast<std::size_t>(study->participants));
+  static_cast<void>(CodebookText(*study));
+}
+void FeedTrials(std::string_view bytes) {
+  ExpectPlain(TrialLog::Read(FedFile(bytes), 2));
 }
 void FeedSeries(std::string_view bytes) {
   ExpectPlain(ReadSeries(FedFile(bytes)));
@@ -327,7 +345,7 @@ void FeedKeys(std::string_view bytes) {
   std::ofstream(file, std::ios::binary) << made.files[which];
 }
 
-constexpr std::array<FuzzTarget, 23> kTargets{{{"scene", FeedScene},
+constexpr std::array<FuzzTarget, 25> kTargets{{{"scene", FeedScene},
                                                {"hand", FeedHand},
                                                {"plan", FeedPlan},
                                                {"case", FeedCase},
@@ -336,6 +354,8 @@ constexpr std::array<FuzzTarget, 23> kTargets{{{"scene", FeedScene},
                                                {"poses", FeedPoses},
                                                {"trace", FeedTrace},
                                                {"series", FeedSeries},
+                                               {"study", FeedStudy},
+                                               {"trials", FeedTrials},
                                                {"pictures", FeedPictures},
                                                {"header", FeedHeader},
                                                {"recording", FeedRecording},
