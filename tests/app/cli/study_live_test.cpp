@@ -110,5 +110,35 @@ TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
   EXPECT_THAT(results, HasSubstr(",6,it was sticky"));
 }
 
+// the partner's site has its own consent, its own answers and what it heard
+TEST(StudyLive, TwoSitesRunTheSameTrialTogether) {
+  const ScratchFolder scratch;
+  std::string text = StudyText(R"(["secretly_late"])");
+  text.replace(text.find("\"participants\": 1"), 17,
+               "\"participants\": 1, \"partner\": \"person\"");
+  const fs::path file = scratch.Write("live.json", text);
+  const auto site = [&](const std::string& name) {
+    const std::string folder = (scratch.path() / name).string();
+    // what answers questions is typed once the trial has run
+    return "{ printf 'yes\\n\\n'; until ls " + folder +
+           "/*/trial-001/case.json; do sleep 0.1; done; printf '4\\nfine\\n'; } 2>/dev/null | "
+           "timeout 100 " TANDEM_PROGRAM " study --device none --interface lo --site " +
+           name + " --into " + folder + " " + file.string() + " >" + folder + ".out 2>&1";
+  };
+  const std::string command = "( " + site("partner") + " ) & " + site("participant") + "; wait";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  for (const char* name : {"participant", "partner"}) {
+    const std::string results = ContentOf(scratch.path() / name / "results.csv");
+    EXPECT_THAT(results, HasSubstr(",done,1,20"))
+        << ContentOf(scratch.path() / (std::string(name) + ".out"));
+    EXPECT_THAT(results, HasSubstr(",4,fine"));
+    const fs::path trial = FirstTrial(scratch.path() / name);
+    const char* own = name == std::string("partner") ? "user-1" : "user-0";
+    EXPECT_TRUE(fs::exists(trial / (std::string(own) + ".recording"))) << name;
+    const json report = json::parse(ContentOf(trial / (std::string(own) + ".report.json")));
+    EXPECT_GT(report.at("delay_ms").get<double>(), 149);
+  }
+}
+
 }  // namespace
 }  // namespace tandem
