@@ -26,6 +26,7 @@ void AddBenchFidelity(CLI::App& bench, int& exit_code);
 void AddBenchTable1(CLI::App& bench, int& exit_code);
 void AddBenchFigure10(CLI::App& bench, int& exit_code);
 void AddBenchNetwork(CLI::App& bench, int& exit_code);
+void AddBenchOpening(CLI::App& bench, int& exit_code);
 void AddBenchWindow(CLI::App& bench, int& exit_code);
 void AddBenchSession(CLI::App& bench, int& exit_code);
 

@@ -91,6 +91,7 @@ void AddBenchCommand(CLI::App& app, int& exit_code) {
   AddBenchTable1(*bench, exit_code);
   AddBenchFigure10(*bench, exit_code);
   AddBenchNetwork(*bench, exit_code);
+  AddBenchOpening(*bench, exit_code);
   AddBenchWindow(*bench, exit_code);
   AddBenchSession(*bench, exit_code);
 }

