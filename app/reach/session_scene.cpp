@@ -28,22 +28,30 @@ namespace fs = std::filesystem;
 
 // after the first manifest, for those of others
 constexpr std::int64_t kSettleNs = 400 * kMs;
-// for the first one: on another network peers take a second or two to be discovered
-constexpr std::int64_t kListenNs = 5000 * kMs;
+// for the first one: on another network peers take a second or two to be discovered, members of a
+// secured session on a busy machine more
+constexpr std::int64_t kListenNs = 15'000 * kMs;
+constexpr std::int64_t kSayQuietNs = 4000 * kMs;
 constexpr std::int64_t kLookNs = 50 * kMs;
 constexpr std::int64_t kIdleNs = 200 * kMs;
 constexpr std::uint64_t kMostFetchedBytes = std::uint64_t{10} << 30U;  // of all scenes
 
 /// The scene that most here go by; nothing: nobody has said any.
-std::optional<SceneManifest> HearScene(const EarlyInbox& inbox, const std::stop_token& stop) {
+std::optional<SceneManifest> HearScene(const EarlyInbox& inbox,
+                                       const SessionSceneOptions& options) {
   const std::int64_t joined_ns = MonotonicNowNs();
+  bool said_quiet = false;
   std::optional<std::int64_t> first_ns;
   for (;;) {
     const std::int64_t now_ns = MonotonicNowNs();
     const std::optional<SceneManifest> scene = inbox.SessionScene();
     if (scene && !first_ns) first_ns = now_ns;
     const bool over = first_ns ? now_ns - *first_ns >= kSettleNs : now_ns - joined_ns >= kListenNs;
-    if (over || stop.stop_requested()) return scene;
+    if (over || options.stop.stop_requested()) return scene;
+    if (!first_ns && now_ns - joined_ns >= kSayQuietNs && !std::exchange(said_quiet, true)) {
+      options.say("nobody in session " + options.session + " was heard yet: listening on for " +
+                  std::to_string((kListenNs - kSayQuietNs) / (1000 * kMs)) + " s");
+    }
     MachineClock().SleepUntil(now_ns + 10 * kMs);
   }
 }
@@ -296,7 +304,7 @@ SessionScene FindSessionScene(const SessionSceneOptions& asked) {
             .fault = joined.error().what};
   }
   const std::unique_ptr<Transport> transport = *std::move(joined);
-  const std::optional<SceneManifest> scene = HearScene(inbox, options.stop);
+  const std::optional<SceneManifest> scene = HearScene(inbox, options);
   if (options.stop.stop_requested()) return {};
   if (!scene) {
     return {.file = {},
