@@ -58,7 +58,9 @@ struct CouplingLimits {
   double ratio = 1;                  // times the stiffness of any law, whose drags are those for 1
 };
 
-inline constexpr double kLongestLoopAge = 2.4;  // s; beyond, a link is cut whatever the law
+/// s; a link whose loop is older is made for that age alone, and the others of the body for this
+/// one at the most.
+inline constexpr double kLongestCommonLoop = 2.4;
 
 /// Half the worst loop age to be expected of a peak held for two seconds: (1.1 L_peak + 5 ms) / 2.
 /// The peak alone falls short of the next second's worst in a quarter of the cases, this in 2 to
@@ -73,12 +75,12 @@ LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max
 ///   The second term is what a bounded mass allows beyond B/te: the exact boundary of two free
 ///   instances is k_crit = (b^2 + m^2 w^2)/(2 m), w tan(w te/2) = b/m, and with atan t >= 3t/(3 +
 ///   t^2) it is at least b/te + b^2/(3 m).
-/// "p+dd", the default: k = min(K0, 1.5 sigma (B/te + B^2/(3 m_max))) / (N - 1),
-///   bc = min(k te/2, B / (N - 1)), b = 0.35 sum k te in [1, B]. Half as firm again as "p+d", since
-///   part of what holds it is drag between the instances, which a common motion does not feel.
-///   While k te <= 2 B it is passive for a constant delay, whatever hand and mass: .35 k te > .164
-///   k te. Beyond, bc = B and k stays below b (b + 2 bc)/(2 m_max), stable at any delay. What
-///   jitter adds to bc is the gate's to pay.
+/// "p+dd", the default: k = min(K0, 1.5 sigma (B/te + B^2/(3 m_max)), 4.2 B/te) / (N - 1),
+///   bc = k te/2, b = 0.35 sum k te in [1, B]. Half as firm again as "p+d", since part of what holds
+///   it is drag between the instances, which a common motion does not feel. It is passive for a
+///   constant delay, whatever hand, mass and grasp: .164 k te against the ground would do, and b is
+///   .35 k te, or B, which is at least .238 k te. m_max only shapes it. What jitter adds to bc is
+///   the gate's to pay.
 /// "linear", the paper's: k = k0 max(0.02, 1 - tau / 1 s) / (N - 1), tau = half the loop age, b =
 /// B.
 ///   Passive only while B >= k0/4 [1/s] (tau (1 - tau) <= 1/4); beyond 85 N/m unstable with hands

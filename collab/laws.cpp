@@ -54,13 +54,16 @@ class PlusTwoDampings : public LimitedLaw {
  public:
   using LimitedLaw::LimitedLaw;
   static constexpr const char* kName = "p+dd";
+  /// The most that k te may be, in budgets: then the largest drag is .238 k te, and .164 k te are
+  /// passive with any mass, hand and grasp.
+  static constexpr double kMostBudgets = 4.2;
   const char* name() const noexcept override { return kName; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
     const double B = limits_.damping_budget;
     const double k =
-        std::min(limits_.stiffness,
-                 1.5 * limits_.margin * (B / inputs.te_s + B * B / (3.0 * inputs.mass_max)));
-    return {k / LinksOf(inputs), std::min(B, 0.5 * k * inputs.te_s) / LinksOf(inputs)};
+        std::min({limits_.stiffness, kMostBudgets * B / inputs.te_s,
+                  1.5 * limits_.margin * (B / inputs.te_s + B * B / (3.0 * inputs.mass_max))});
+    return {k / LinksOf(inputs), 0.5 * k * inputs.te_s / LinksOf(inputs)};
   }
   double GroundDamping(const LawInputs& inputs, double stiffness_sum) const noexcept override {
     return DragWithinBudget(0.35, inputs, stiffness_sum, limits_.damping_budget);

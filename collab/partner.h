@@ -31,6 +31,7 @@ struct Partner {
   double stiffness = 0;           // N/m in use
   bool falls = false;             // it did in the last frame,
   bool rises = false;             // or rose
+  bool reached = false;           // the stiffness was what the delay allows, since it joined
   double relative_damping = 0;    // N s/m in use
   double moving = 0;              // share of its velocity in use: none of one not heard of
   double most_force = 1e30;       // N that its link may pull with

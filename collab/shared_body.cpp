@@ -20,10 +20,18 @@ constexpr std::int64_t kSilenceNs = 250'000'000;  // after it a copy comes back 
 constexpr double kGentleStep = 0.05;              // N a frame, by that way
 constexpr double kMostStep = 0.8;                 // N a frame, by any way and speed of a copy
 constexpr double kQuietTime = 0.1;                // s, of that fade
+constexpr double kSilentLoops = 1.5;              // of the oldest loop of late, and
+constexpr double kSilentFor = 0.1;                // s more: then a partner is silent
+constexpr double kBegun = 0.05;                   // of what the delay allows: less is begun anew
 constexpr double kHeardTime = 0.02;               // s, of its end
 
 double Seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
+}
+
+/// m/s, turning included. `per_mass`: rotational inertia in W over the mass, m^2.
+double SpeedOf(const Twist& V_WB, const Mat3& per_mass) {
+  return std::sqrt(V_WB.v.squaredNorm() + V_WB.w.dot(per_mass * V_WB.w));
 }
 
 }  // namespace
@@ -49,6 +57,7 @@ bool SharedBody::Join(PeerId peer) noexcept {
     partner->present = true;
     partner->linked = false;
     partner->catching_up = true;
+    partner->reached = false;
     partner->meter = DelayMeter{};
     return true;
   }
@@ -121,10 +130,12 @@ void SharedBody::FadeForce(PeerId peer, double share) noexcept {
   if (Partner* partner = Find(peer)) partner->fade_share = share;
 }
 
-bool SharedBody::InUse(const Partner& partner, std::int64_t now_ns) const noexcept {
-  if (Planted(Fault::kNoLongestLoop)) return partner.closed();
-  return partner.closed() && partner.meter.peak_loop_age_s() <= kLongestLoopAge &&
-         Seconds(partner.loop_age_ns(now_ns)) <= kLongestLoopAge;
+double SharedBody::WorstLoopAge() const noexcept {
+  double worst = 0;
+  for (const Partner& partner : partners_) {
+    if (partner.closed()) worst = std::max(worst, partner.meter.peak_loop_age_s());
+  }
+  return worst;
 }
 
 LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
@@ -148,9 +159,8 @@ LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
     }
     delay_sum_s_ += 0.5 * Seconds(partner.loop_age_ns(now_ns));
     ++delays_;
-    if (!InUse(partner, now_ns)) continue;
     ++users;
-    peak = std::max(peak, partner.meter.peak_loop_age_s());
+    peak = std::max(peak, std::min(partner.meter.peak_loop_age_s(), kLongestCommonLoop));
   }
   last_frame_ns_ = now_ns;
   return LawInputsAt(peak, users, inertia_.mass + kArmMass);
@@ -188,13 +198,19 @@ void SharedBody::Admit(const RigidState& own, const Mat3& per_mass) noexcept {
   }
 }
 
-void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common) noexcept {
+void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist& V_own_WB,
+                      const Mat3& per_mass) noexcept {
+  const double own_speed = SpeedOf(V_own_WB, per_mass);
   const LinkLaw allowed = options_.law->Link(common);
   const double most = allowed.stiffness * static_cast<double>(common.users - 1);
-  double sum = 0;  // of the links in use
+  double sum = 0;  // of the closed links
   for (const Partner& partner : partners_) {
-    if (InUse(partner, now_ns)) sum += partner.stiffness;
+    if (partner.closed()) sum += partner.stiffness;
   }
+  // one more shares what was of fewer, and feels nothing of it before these have less
+  const bool has_newcomer = std::ranges::any_of(partners_, [](const Partner& partner) {
+    return partner.closed() && !partner.reached;
+  });
   // gentle is what the hand feels of all at once, as when a cut takes every partner or gives it
   // back
   const auto share_of = [this](bool Partner::*moves) {
@@ -207,7 +223,8 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common) noexcept {
     StiffnessSlew slew{.h = kFrame,
                        .stretch = std::sqrt(partner.stretch.square),
                        .gentle_fall = kGentleFall * falls_share,
-                       .rise_power = kRisePower * rises_share};
+                       .rise_power = kRisePower * rises_share,
+                       .speed = std::max(own_speed, SpeedOf(partner.state.V_WB, per_mass))};
     // half the credit is left for the way of the copy
     if (options_.gate) slew.energy = partner.gate.tank() - 0.5 * EnergyGate::kCredit;
     if (partner.fade_share == 1) partner.fade_from = partner.stiffness * slew.stretch;
@@ -215,40 +232,56 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common) noexcept {
     if (!partner.present) {
       slew.ceiling = partner.stiffness;
       slew.gentlest = Planted(Fault::kFadeNever) ? 0.0 : partner.fade_rate;
-    } else if (InUse(partner, now_ns)) {
+    } else if (partner.closed()) {
+      const auto link_at = [this, &common](double loop_age_s) {
+        LawInputs alone = common;
+        if (Planted(Fault::kForgetsOwnLoop)) loop_age_s = 0;
+        alone.peak_loop_age_s = std::max(common.peak_loop_age_s, loop_age_s);
+        alone.te_s = DesignDelay(alone.peak_loop_age_s);
+        return options_.law->Link(alone);
+      };
+      const double own_most = link_at(partner.meter.peak_loop_age_s()).stiffness;
       // while nobody answers, the loop grows older with the clock; what this wants is gentle
-      LawInputs alone = common;
-      alone.peak_loop_age_s =
-          std::max(common.peak_loop_age_s, Seconds(partner.loop_age_ns(now_ns)));
-      alone.te_s = DesignDelay(alone.peak_loop_age_s);
-      link = options_.law->Link(alone);
+      link =
+          link_at(std::max(partner.meter.peak_loop_age_s(), Seconds(partner.loop_age_ns(now_ns))));
       const double offer =
           std::min(link.stiffness, partner.most_force / std::max(slew.stretch, 1e-3));
-      if (offer < link.stiffness) slew.gentle_fall = kCappedFall * falls_share;
+      const bool capped = offer < link.stiffness;
+      if (capped) slew.gentle_fall = kCappedFall * falls_share;
+      const bool silent = Seconds(partner.loop_age_ns(now_ns)) >
+                          kSilentLoops * partner.meter.peak_loop_age_s() + kSilentFor;
+      slew.falls_unfelt = !capped && !silent && !has_newcomer;
+      // the others of one whom nobody hears fall as well, each by itself
+      if (silent)
+        slew.gentle_fall /= static_cast<double>(std::max<std::size_t>(common.users, 2) - 1);
+      slew.rises_unfelt = partner.reached;
       const double share = sum > most ? most / sum : 1.0;
       const double others = sum - partner.stiffness;
-      const double own_ceiling = std::max(allowed.stiffness, share * partner.stiffness);
-      partner.offered_stiffness = std::max(offer, std::min(own_ceiling, partner.stiffness));
+      const double own_ceiling = std::max(own_most, share * partner.stiffness);
+      partner.offered_stiffness = std::max(offer, partner.stiffness);
       if (partner.fade_share < 1) {
         const double faded = partner.fade_share * partner.fade_from / std::max(slew.stretch, 1e-3);
         partner.stiffness = std::min(partner.stiffness, faded);
         partner.offered_stiffness = partner.stiffness;
       }
-      slew.ceiling = std::min(own_ceiling, partner.its_stiffness);
-      slew.wanted = std::min(offer, partner.its_stiffness);
+      slew.ceiling = own_ceiling;
+      slew.wanted = offer;
+      slew.told = partner.its_stiffness;
       slew.room = most - others;
     } else {
       partner.offered_stiffness = 0;
-      const bool silent = partner.meter.peak_loop_age_s() <= kLongestLoopAge;
-      slew.ceiling = silent ? partner.stiffness : 0.0;
+      slew.ceiling = partner.stiffness;
     }
     const double before = partner.stiffness;
     partner.stiffness = slew.Next(before);
+    const double goal = std::min(slew.wanted, slew.told);
+    if (partner.stiffness >= goal) partner.reached = goal > 0;
+    if (partner.stiffness < kBegun * goal) partner.reached = false;
     partner.falls = partner.stiffness < before;
     partner.rises = partner.stiffness > before;
     const double rise = std::max(0.0, partner.stiffness - before);
     partner.gate.Charge(0.5 * rise * slew.stretch * slew.stretch);
-    if (InUse(partner, now_ns)) sum += partner.stiffness - before;
+    if (partner.closed()) sum += partner.stiffness - before;
     // a spring that has yet to fall to what the law gives has no more damping than that
     const double part = link.stiffness > 0 ? partner.stiffness / link.stiffness : 0.0;
     partner.relative_damping =
@@ -263,7 +296,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
   if (Planted(Fault::kUsersInPlaceOfLinks)) ++common.users;
   if (Planted(Fault::kEveryLinkWhole)) common.users = 2;
   Admit(own, per_mass);
-  Slew(now_ns, common);
+  Slew(now_ns, common, own.V_WB, per_mass);
 
   double stiffness_sum = 0;
   link_count_ = 0;
@@ -318,6 +351,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     stiffness_sum += k;
   }
   inputs.link_count = link_count_;
+  common.te_s = DesignDelay(WorstLoopAge());
   inputs.ground_damping = options_.law->GroundDamping(common, stiffness_sum);
   if (stiffness_sum > 0) {
     inputs.ground_damping = DragAfter(kFrame, ground_damping_, inputs.ground_damping);

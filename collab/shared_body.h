@@ -19,10 +19,10 @@ namespace tandem {
 ///   me  --state, links-->  other          its links carry the newest stamp of mine that it holds:
 ///   me  <--state, links--  other          now - that stamp is the age of the whole loop
 ///
-/// Both ends use the smaller of their two stiffnesses, made for the worst loop among the links in
-/// use, and let the copy move as far as the energy gate pays; a link whose own loop is older than
-/// kLongestLoopAge is out of use by itself. How stiffness may change: StiffnessSlew. Used by the
-/// haptic thread alone; nothing allocates.
+/// Both ends use the smaller of their two stiffnesses, made for the worst loop among the links, and
+/// let the copy move as far as the energy gate pays. A link whose own loop is older than
+/// kLongestCommonLoop is softer by itself; it ends when the session says that its user is gone. How
+/// stiffness may change: StiffnessSlew. Used by the haptic thread alone; nothing allocates.
 class SharedBody {
  public:
   struct Options {
@@ -82,9 +82,11 @@ class SharedBody {
   LawInputs MeasureDelays(std::int64_t now_ns) noexcept;
   /// Pays the gates for what drag took out in the last frame, and brings the copies up to date.
   void Admit(const RigidState& own, const Mat3& per_mass) noexcept;
-  /// Whether the link may pull at that time.
-  bool InUse(const Partner& partner, std::int64_t now_ns) const noexcept;
-  void Slew(std::int64_t now_ns, const LawInputs& common) noexcept;
+  /// Brings the stiffnesses up to date. `V_own_WB`: of the own instance.
+  void Slew(std::int64_t now_ns, const LawInputs& common, const Twist& V_own_WB,
+            const Mat3& per_mass) noexcept;
+  /// The largest peak of any closed link, s.
+  double WorstLoopAge() const noexcept;
 
   PeerId self_;
   ObjectId object_;

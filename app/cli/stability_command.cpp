@@ -10,6 +10,7 @@ void AddStabilityCommand(CLI::App& app, int& exit_code) {
   stability->require_subcommand(1);
   AddStabilityLive(*stability, exit_code);
   AddStabilityPress(*stability, exit_code);
+  AddStabilityRandom(*stability, exit_code);
   AddStabilityRun(*stability, exit_code);
   AddStabilitySweep(*stability, exit_code);
   AddStabilityTrace(*stability, exit_code);

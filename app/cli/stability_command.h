@@ -7,6 +7,7 @@ namespace tandem {
 /// Each adds a subcommand of `tandem stability`, whose run leaves its exit code in `exit_code`.
 void AddStabilityLive(CLI::App& stability, int& exit_code);
 void AddStabilityPress(CLI::App& stability, int& exit_code);
+void AddStabilityRandom(CLI::App& stability, int& exit_code);
 void AddStabilityRun(CLI::App& stability, int& exit_code);
 void AddStabilitySweep(CLI::App& stability, int& exit_code);
 void AddStabilityTrace(CLI::App& stability, int& exit_code);

@@ -56,7 +56,8 @@ OrderedJson JsonOf(const LabCase& test, const Timed& run) {
   if (run.predicted) {
     predicted = {{"stable", run.predicted->is_stable()},
                  {"stiffness", run.predicted->stiffness},
-                 {"critical", run.predicted->critical}};
+                 {"critical", run.predicted->critical},
+                 {"covers", NameOf(run.predicted->covers)}};
   }
   return {{"name", test.name},
           {"verdict", NameOf(run.result.verdict)},
@@ -119,9 +120,9 @@ void Print(const LabCase& test, const Timed& run) {
               1e3 * m.te_s);
   if (run.predicted) {
     std::printf(
-        "  theory            %s: %.1f N/m of all links of a user, unstable from %.1f N/m on\n",
+        "  theory            %s: %.1f N/m of all links of a user, unstable from %.1f N/m on (%s)\n",
         run.predicted->is_stable() ? "stable" : "not surely stable", run.predicted->stiffness,
-        run.predicted->critical);
+        run.predicted->critical, NameOf(run.predicted->covers));
   }
   std::printf("%.1f s simulated in %.2f s of processor time: %.0f times as fast\n",
               run.result.simulated_s, run.cpu_s, run.speed());

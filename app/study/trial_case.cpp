@@ -72,7 +72,7 @@ Result<std::array<HandScript, 2>> HandsOf(const StudyTask& task, const LabScene&
   if (!plain) return plain.error();
   const LabCase fitted = FittedTo(scene.inertia(), *plain);
   for (std::size_t user = 0; user < scripts.size(); ++user) {
-    scripts[user] = ScriptOf(fitted, user, scene.X_BD);
+    scripts[user] = ScriptOf(fitted, user);
   }
   return scripts;
 }

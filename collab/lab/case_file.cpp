@@ -38,6 +38,7 @@ constexpr double kLongestHand = 3600;       // s
 constexpr double kLeastHandMass = 1e-6;     // kg
 constexpr double kMostHandMass = 1e4;       // kg
 constexpr double kMostGain = 1e7;           // N/m, N s/m
+constexpr double kFarthestGrasp = 1;        // m
 constexpr double kShortestSwing = 1e-3;     // s
 constexpr double kLongestSwing = 1e6;       // s
 constexpr double kLongestDelay = 1.2;       // s one way: beyond, links are cut whatever the law
@@ -79,14 +80,20 @@ LabHand ReadHand(const JsonNode& node, const std::filesystem::path& folder) {
     return {};
   }
   if (node.Has("file")) return ReadHandFile(node, folder);
-  node.AllowKeys({"mass_kg", "damping_Ns_m", "stiffness_N_m"});
-  LabHand hand{"own", {}, {}};
+  node.AllowKeys({"mass_kg", "damping_Ns_m", "stiffness_N_m", "grasp_m"});
+  LabHand hand{"own", {}, {}, {}};
   const auto gain = [&node](std::string_view key) {
     return node.Has(key) ? node[key].NumberBetween(0, kMostGain) : 0.0;
   };
   hand.impedance.mass = node["mass_kg"].NumberBetween(kLeastHandMass, kMostHandMass);
   hand.impedance.damping = gain("damping_Ns_m");
   hand.impedance.stiffness = gain("stiffness_N_m");
+  if (node.Has("grasp_m")) {
+    hand.grasp_B = node["grasp_m"].Vector();
+    if (!(hand.grasp_B->norm() <= kFarthestGrasp)) {
+      node["grasp_m"].Expected("a place at most 1 m from the centre of mass");
+    }
+  }
   return hand;
 }
 

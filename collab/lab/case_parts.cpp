@@ -13,6 +13,7 @@ namespace {
 constexpr double kFirmest = 1e4;        // N/m
 constexpr double kMovingSpring = 300;   // N/m
 constexpr double kHoldingSpring = 400;  // N/m
+const Vec3 kOffCentre(0.05, 0.02, 0);   // m, of the scene off_centre
 
 const LabHand& HandOf(const LabCase& test, std::size_t user) {
   return test.hands[std::min(user, test.hands.size() - 1)];
@@ -96,14 +97,15 @@ LabCase FittedTo(const Inertia& body, LabCase test) {
   return test;
 }
 
-HandScript ScriptOf(const LabCase& test, std::size_t user, const Pose& X_BD) {
+HandScript ScriptOf(const LabCase& test, std::size_t user) {
   const LabHand& hand = HandOf(test, user);
   HandScript script;
   if (hand.script) {
     script = *hand.script;
   } else {
     script.impedance = hand.impedance;
-    script.X_BD = X_BD;
+    const Vec3 of_scene = test.scene == "off_centre" ? kOffCentre : Vec3::Zero();
+    script.X_BD.p = hand.grasp_B.value_or(of_scene);
     Script(test, user, script);
   }
   // a link pulls the way's delay after its loop is closed: all do half a second before the first
@@ -120,7 +122,7 @@ HandScript ScriptOf(const LabCase& test, std::size_t user, const Pose& X_BD) {
 double LastInputEnds(const LabCase& test) {
   double last = 0;
   for (std::size_t user = 0; user < test.users; ++user) {
-    const HandScript script = ScriptOf(test, user, {});
+    const HandScript script = ScriptOf(test, user);
     last = std::max(last, script.duration());
     for (const Push& push : script.pushes) last = std::max(last, push.t + push.lasts);
   }

@@ -13,9 +13,10 @@ namespace tandem {
 /// mass being the body's, and a share of the boundary has become a stiffness, at most 10 kN/m.
 LabCase FittedTo(const Inertia& body, LabCase test);
 
-/// The user's hand, with the grasp `X_BD` unless it is a file's. One that is to move, or to hold
-/// still, and has no spring gets one: 300 N/m, 400 N/m.
-HandScript ScriptOf(const LabCase& test, std::size_t user, const Pose& X_BD);
+/// The user's hand, with its grasp: its own, a hand file's or the scene's, which is the centre of
+/// mass but in off_centre, 54 mm beside it. One that is to move, or to hold still, and has no
+/// spring gets one: 300 N/m, 400 N/m.
+HandScript ScriptOf(const LabCase& test, std::size_t user);
 /// When the last push or waypoint of any hand is over, s from the hands' start.
 double LastInputEnds(const LabCase& test);
 

@@ -38,7 +38,7 @@ std::unique_ptr<PeerNode> UserOf(const LabCase& test, const LabScene& scene,
   NodeOptions options;
   options.peer.id = IdOf(user);
   options.peer.held_object = static_cast<int>(scene.object);
-  const HandScript script = ScriptOf(test, user, scene.X_BD);
+  const HandScript script = ScriptOf(test, user);
   options.peer.X_BD = script.X_BD;
   options.peer.wait_for = test.users - 1;
   options.peer.coupling.law = law;
@@ -145,9 +145,15 @@ void AddTo(Hash64& hash, const Metrics& metrics) {
   }
 }
 
+bool GoesOn(const Metrics& metrics, const RunOn& on) {
+  if (on.rest_m_s <= 0) return DecaysAboveRest(metrics);
+  return Judge(metrics) != Verdict::kStable || !(metrics.tail_rms < on.rest_m_s);
+}
+
 }  // namespace
 
-CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink& series) {
+CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink& series,
+                   const RunOn& on) {
   CaseResult result;
   const LabCase test = FittedTo(scene.inertia(), given);
   const auto law = LawOf(test.law);
@@ -167,7 +173,9 @@ CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink
   } while (!run.Closed());
 
   const auto length = std::llround(test.Lasts() / kFrame);
-  const std::int64_t most = length * (test.seconds > 0 ? 1 : kMostLengths);
+  const std::int64_t lengths =
+      on.most_s > 0 ? std::llround(std::ceil(on.most_s / test.Lasts())) : kMostLengths;
+  const std::int64_t most = length * (test.seconds > 0 ? 1 : lengths);
   Hash64 hash;
   std::int64_t frame = 0;
   for (std::int64_t end = length; end <= most; end += length) {
@@ -183,7 +191,7 @@ CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink
       }
     }
     result.metrics = meter.Finish();
-    if (!DecaysAboveRest(result.metrics)) break;
+    if (!GoesOn(result.metrics, on)) break;
   }
   if (run.Overflowed()) result.fault = Error{"samples under way found no room"};
   AddTo(hash, result.metrics);

@@ -22,10 +22,17 @@ struct CaseResult {
 /// Every frame's measured state, for time series. `t_s`: from when all loops are closed.
 using SeriesSink = std::function<void(double t_s, std::span<const UserFrame> users)>;
 
+/// How long a run goes on whose length the case does not set.
+struct RunOn {
+  double most_s = 0;    // 0: four lengths of the case
+  double rest_m_s = 0;  // until its tail is slower and it is stable; 0: while it decays and its
+                        // tail is faster than a stable run's may be
+};
+
 /// Runs the product's peers in virtual time: one thread, no clock; the same case gives the same
-/// bits. A run whose length the case does not set goes on while it decays and is not at rest,
-/// length by length, up to four times as long: `metrics` are those of the whole run. The case's
-/// schedule ends with the first length.
-CaseResult RunCase(const LabCase& test, const LabScene& scene, const SeriesSink& series = {});
+/// bits. A run whose length the case does not set goes on, length by length, as `on` says:
+/// `metrics` are those of the whole run. The case's schedule ends with the first length.
+CaseResult RunCase(const LabCase& test, const LabScene& scene, const SeriesSink& series = {},
+                   const RunOn& on = {});
 
 }  // namespace tandem

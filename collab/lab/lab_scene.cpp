@@ -9,7 +9,6 @@ namespace tandem {
 namespace {
 
 constexpr std::array<std::string_view, 5> kOwn{"free", "wall", "slot", "ball", "off_centre"};
-const Vec3 kOffCentre(0.05, 0.02, 0);  // m
 
 Result<std::uint32_t> SharedBodyOf(const Scene& scene, const std::string& name) {
   const auto wrong = [&scene](const std::string& what) {
@@ -47,9 +46,7 @@ Result<LabScene> LoadLabScene(const LabCase& test, const std::filesystem::path& 
   if (!object) return object.error();
   const Result<std::shared_ptr<const WorldModel>> model = LoadWorld(*scene);
   if (!model) return model.error();
-  LabScene out{*model, *object, {}};
-  if (off_centre) out.X_BD.p = kOffCentre;
-  return out;
+  return LabScene{*model, *object};
 }
 
 }  // namespace tandem

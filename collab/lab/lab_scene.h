@@ -13,7 +13,6 @@ namespace tandem {
 struct LabScene {
   std::shared_ptr<const WorldModel> model;
   std::uint32_t object = 0;  // the shared body
-  Pose X_BD;                 // grasp
 
   /// Of the shared body.
   const Inertia& inertia() const {

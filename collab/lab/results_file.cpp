@@ -74,6 +74,17 @@ Verdict VerdictOf(const JsonNode& node) {
   return Verdict::kUndecided;
 }
 
+/// Results of before it was said cover one axis of free motion, or passivity: motion is nearer.
+Prediction::Covers CoverageOf(const JsonNode& predicted) {
+  if (!predicted.Has("covers")) return Prediction::Covers::kMotion;
+  const std::string word = predicted["covers"].Text();
+  for (const auto covers : {Prediction::Covers::kMotion, Prediction::Covers::kPassivity}) {
+    if (word == NameOf(covers)) return covers;
+  }
+  predicted["covers"].Expected("what a prediction covers");
+  return Prediction::Covers::kMotion;
+}
+
 Expectation ExpectationOf(const JsonNode& node) {
   if (node.Compact() == "null") return Expectation::kNothing;
   const std::string word = node.Text();
@@ -110,7 +121,8 @@ CellRecord RecordOf(const JsonNode& node) {
   if (node["predicted"].Compact() != "null") {
     const double critical = NumberOrNone(node["predicted"]["critical"]);
     outcome.predicted = {node["predicted"]["stiffness"].Number(),
-                         std::isnan(critical) ? std::numeric_limits<double>::infinity() : critical};
+                         std::isnan(critical) ? std::numeric_limits<double>::infinity() : critical,
+                         CoverageOf(node["predicted"])};
   }
   outcome.result.metrics = MetricsOf(node["metrics"]);
   const std::optional<std::uint64_t> digest = OfHex(node["digest"].Text());
@@ -141,7 +153,8 @@ std::string LineOf(const CellRecord& record) {
     // a boundary that is nowhere is null
     predicted = {{"stable", outcome.predicted->is_stable()},
                  {"stiffness", outcome.predicted->stiffness},
-                 {"critical", outcome.predicted->critical}};
+                 {"critical", outcome.predicted->critical},
+                 {"covers", NameOf(outcome.predicted->covers)}};
   }
   OrderedJson expect;
   if (record.cell.expect != Expectation::kNothing) expect = NameOf(record.cell.expect);

@@ -93,7 +93,7 @@ TEST(CouplingLaw, PdOptSharesTheDragBetweenGroundAndLink) {
   EXPECT_NEAR(StiffnessAt(*law, 0.005), 400, 1e-9);
 }
 
-// k = 1.2 (B/te + B^2/(3 m)), bc = k te/2 up to B, b = .35 k te up to B: half as firm again as p+d.
+// k = 1.2 (B/te + B^2/(3 m)), bc = k te/2, b = .35 k te up to B: half as firm again as p+d.
 TEST(CouplingLaw, PlusTwoDampingsIsHalfAsFirmAgainAsPlusDamping) {
   const auto law = Law("p+dd");
   const auto weaker = Law("p+d");
@@ -102,11 +102,19 @@ TEST(CouplingLaw, PlusTwoDampingsIsHalfAsFirmAgainAsPlusDamping) {
     const LinkLaw link = law->Link(at);
     EXPECT_NEAR(link.stiffness, 1.5 * weaker->Link(at).stiffness, 1e-9);
     EXPECT_NEAR(link.stiffness, 12.0 / te + 1.2 * 100 / 4.5, 1e-9);
-    EXPECT_NEAR(link.relative_damping, std::min(10.0, 6.0 + 0.5 * 1.2 * te * 100 / 4.5), 1e-9);
+    EXPECT_NEAR(link.relative_damping, 6.0 + 0.5 * 1.2 * te * 100 / 4.5, 1e-9);
     EXPECT_NEAR(law->GroundDamping(at, link.stiffness), std::min(10.0, 0.35 * te * link.stiffness),
                 1e-9);
   }
   EXPECT_NEAR(StiffnessAt(*law, 0.005), 500, 1e-9);
+}
+
+// Where k te would be more than drag can pay for with any mass, it is softer: it falls as 1/te, and
+// never to nothing.
+TEST(CouplingLaw, PlusTwoDampingsFallsAsOneOverTheDelayBeyondASecond) {
+  const auto law = Law("p+dd");
+  EXPECT_NEAR(StiffnessAt(*law, 1.5), 42.0 / 1.5, 1e-9);
+  EXPECT_NEAR(StiffnessAt(*law, 6.0), 7.0, 1e-9);
 }
 
 TEST(CouplingLaw, TheConstantOneIsForTheLabOnly) {

@@ -61,7 +61,7 @@ constexpr std::array kExpected{
     Expected{Fault::kLinkSign, "a link pushes instances apart"},
     Expected{Fault::kEchoOfArrival, kEcho}, Expected{Fault::kOwnStampForTheirs, kEcho},
     Expected{Fault::kUsersInPlaceOfLinks, kSofter}, Expected{Fault::kEveryLinkWhole, kTooStiff, 34},
-    Expected{Fault::kHalfTheDelay, kStiffer, 2}, Expected{Fault::kNoLongestLoop, kStiffer, 29},
+    Expected{Fault::kHalfTheDelay, kStiffer, 2}, Expected{Fault::kForgetsOwnLoop, kStiffer, 29},
     Expected{Fault::kLostGoodbye, kNobody, 2},
     Expected{Fault::kLostGoodbye, "one who is gone is still here", 2},
     Expected{Fault::kLostLease, kNobody}, Expected{Fault::kLostReturn, kTwo, 3},

@@ -142,7 +142,8 @@ TEST(Felt, WhoComesOrGoesChangesNoForceByMoreThanOneNewton) {
   }
 }
 
-// However many links go and come at once. Two seconds and a half without an echo end a link.
+// However many links go and come at once. Who is heard and does not hear, or the other way, is not
+// lost: a link is softer the longer it has no echo.
 TEST(Felt, WhoIsCutOffFromAllOthersFeelsNoChangeByMoreThanOneNewton) {
   for (const double tau : {0.001, 0.1}) {
     for (const std::size_t others : {1U, 2U, 4U, 8U}) {
@@ -151,7 +152,11 @@ TEST(Felt, WhoIsCutOffFromAllOthersFeelsNoChangeByMoreThanOneNewton) {
                      " others, cut " + std::to_string(static_cast<int>(cut)));
         const std::array<Forces, 2> runs = CutOff(tau, others, cut);
         ASSERT_NEAR(runs[0].links[5900].norm(), 3.0, 0.15);
-        EXPECT_NEAR(runs[0].links[8900].norm(), 0.0, 1e-9);
+        if (cut == Cut::kBothWays) {
+          EXPECT_NEAR(runs[0].links[8900].norm(), 0.0, 1e-9);
+        } else {
+          EXPECT_LT(runs[0].links[8900].norm(), 1.5);
+        }
         for (const Forces& run : runs) {
           ASSERT_EQ(run.hand.size(), 13000U);
           for (const std::size_t frames : {1U, 100U}) {

@@ -16,7 +16,7 @@ inline const LabScene& FreeBox() {
     auto model =
         std::make_shared<WorldModel>(*MakeWorldModel({{Box(Vec3(0.03, 0.02, 0.02))}}, 0.002));
     model->scene.bodies[0].shared = true;
-    return LabScene{.model = model, .object = 0, .X_BD = {}};
+    return LabScene{.model = model, .object = 0};
   }();
   return kScene;
 }

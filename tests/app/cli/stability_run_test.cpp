@@ -32,6 +32,7 @@ TEST(StabilityRun, TellsAllThatIsMeasuredAndWritesItsCourse) {
   EXPECT_EQ(out["name"], "knock");
   EXPECT_EQ(out["verdict"], "stable");
   EXPECT_EQ(out["predicted"]["stable"], true);
+  EXPECT_EQ(out["predicted"]["covers"], "six axes");
   EXPECT_LT(out["metrics"]["growth"], 0.0);
   EXPECT_EQ(out["metrics"]["frames"], 12000);
   EXPECT_GT(out["speed"], 0.0);
@@ -151,6 +152,27 @@ TEST(StabilityRun, GainsThatALawDoesNotUseAreRefusedByAPeerToo) {
 
 // 10 ms of jitter in the mean and lost samples age what is applied: the boundary lies lower than on
 // a clean line, where theory has it.
+TEST(StabilityRandom, JudgesDrawnCasesAndPrintsAny) {
+  const Said said = RunTandem("stability random --seeds 2 --first 5 --jobs 2 --json");
+  ASSERT_EQ(said.exit_code, kExitOk) << said.out << said.err;
+  const auto out = nlohmann::json::parse(said.out);
+  EXPECT_EQ(out["cells"], 2);
+  EXPECT_EQ(out["not_stable"], 0);
+  EXPECT_EQ(out["predicted_stable_measured_unstable"], 0);
+  EXPECT_LE(out["max_energy_mJ"], 1);
+  EXPECT_LT(out["max_tail_rms_mm_s"], 0.5);
+  EXPECT_TRUE(out["worst"].empty());
+  // the same whatever is run beside it
+  const auto alone =
+      nlohmann::json::parse(RunTandem("stability random --seeds 2 --first 5 --jobs 1 --json").out);
+  EXPECT_EQ(alone["digest"], out["digest"]);
+  const ScratchFolder folder;
+  const Said printed = RunTandem("stability random --print 5");
+  const Said run = RunFile(folder, printed.out, "--json");
+  EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_EQ(nlohmann::json::parse(run.out)["name"], "random 5");
+}
+
 TEST(StabilityBoundary, TakesJitterLossAndSeeds) {
   const std::string options = " --hands off --delays 0.1 --seconds 30 --publish-hz 100 --json";
   const Said clean = RunTandem("stability boundary" + options);

@@ -102,7 +102,7 @@ TEST(CaseFile, AHandMayBeAHandFile) {
   ASSERT_TRUE(read) << read.error().what;
   const LabCase test = FittedTo(Cube(), *read);
   EXPECT_EQ(test.hands[0].name, "left");
-  const HandScript script = ScriptOf(test, 0, {});
+  const HandScript script = ScriptOf(test, 0);
   EXPECT_EQ(script.impedance.mass, 2);
   EXPECT_EQ(script.impedance.inertia, 0.5);
   EXPECT_EQ(script.X_BD.p, Vec3(0, 0, 0.05));
@@ -135,6 +135,16 @@ TEST(CaseParts, HandsOfAFittedCaseTurnAsTheyTravel) {
   EXPECT_NEAR(test.hands[0].impedance.inertia, 2 * 8e-5 / 0.3, 1e-12);
 }
 
+TEST(CaseParts, AHandHoldsTheBodyWhereItSaysElseWhereTheSceneHasIt) {
+  const LabCase test = *ParseCase(
+      R"({"scene": "off_centre", "hands": [{"mass_kg": 1, "grasp_m": [0, 0.1, -0.02]}, "firm"]})",
+      "c.json");
+  EXPECT_EQ(ScriptOf(test, 0).X_BD.p, Vec3(0, 0.1, -0.02));
+  EXPECT_EQ(ScriptOf(test, 1).X_BD.p, Vec3(0.05, 0.02, 0));
+  EXPECT_THAT(ErrorOf(R"({"hands": [{"mass_kg": 1, "grasp_m": [0, 2, 0]}]})"),
+              HasSubstr("hands[0].grasp_m: expected a place at most 1 m"));
+}
+
 // 0.5 kg and 10.3 N s/m, 100 ms late and 1 ms for sending and stepping: 185 N/m (closed form).
 TEST(CaseParts, AShareOfTheBoundaryIsAStiffness) {
   const LabCase test = FittedTo(
@@ -148,10 +158,10 @@ TEST(CaseParts, AShareOfTheBoundaryIsAStiffness) {
 // A hand without a spring cannot be moved; one that has its own keeps it.
 TEST(CaseParts, AHandThatMovesHasASpring) {
   const LabCase test = *ParseCase(R"({"motion": "hold", "hands": ["relaxed", "firm"]})", "c.json");
-  EXPECT_EQ(ScriptOf(test, 0, {}).impedance.stiffness, 300);
-  EXPECT_EQ(ScriptOf(test, 1, {}).impedance.stiffness, 800);
-  EXPECT_EQ(ScriptOf(test, 0, {}).duration(), 3);
-  EXPECT_EQ(ScriptOf(test, 1, {}).duration(), 0);
+  EXPECT_EQ(ScriptOf(test, 0).impedance.stiffness, 300);
+  EXPECT_EQ(ScriptOf(test, 1).impedance.stiffness, 800);
+  EXPECT_EQ(ScriptOf(test, 0).duration(), 3);
+  EXPECT_EQ(ScriptOf(test, 1).duration(), 0);
   EXPECT_EQ(LastInputEnds(test), 3);
 }
 

@@ -19,7 +19,7 @@ LabScene CubeInSpace() {
   auto model = std::make_shared<WorldModel>(
       *testing::MakeWorldModel({{testing::Box(Vec3(0.04, 0.04, 0.04))}}, 0.002));
   model->scene.bodies[0].shared = true;
-  return {model, 0, {}};
+  return {model, 0};
 }
 
 LabCase Move(const LabScene& scene) {
@@ -49,7 +49,7 @@ std::vector<std::filesystem::path> Record(const LabCase& test, const LabScene& s
     header.peer = options.peer;
     recorders.push_back(*Recorder::Create(files.back(), header));
     options.peer.tap = recorders.back().get();
-    auto device = std::make_unique<ScriptedDevice>(ScriptOf(test, user, {}), Pose{});
+    auto device = std::make_unique<ScriptedDevice>(ScriptOf(test, user), Pose{});
     session.Add(std::make_unique<PeerNode>(scene.model, std::move(device), 42, options), 1 + user);
   }
   for (int frame = 0; frame < frames; ++frame) session.Step();

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "collab/lab/lab_scene.h"
+#include "collab/lab/sweep_run.h"
+
+namespace tandem {
+
+/// What the default law must hold to in any drawn case.
+inline constexpr double kMostRandomEnergy = 1e-3;  // J, that the links give
+inline constexpr double kMostRandomTail = 0.5e-3;  // m/s, RMS over all users of the last tenth
+
+/// Runs a drawn case until it is at rest, but no longer than its slowest mode needs to die out: ten
+/// of that mode's times after the last input, at least max(12 s, 40 delays) and at most five
+/// minutes. In contact the modes of free space count.
+CellOutcome RunRandomCase(const LabCase& test, const LabScene& scene);
+
+/// A case that was run, and what it does not hold to.
+struct RandomRecord {
+  std::uint64_t seed = 0;
+  std::string case_json;
+  CellOutcome outcome;
+  std::vector<std::string> reasons;  // empty: it passes
+};
+
+struct RandomSummary {
+  std::size_t cells = 0;
+  std::size_t failing = 0;
+  std::size_t not_stable = 0;
+  std::size_t predicted_stable = 0;
+  std::size_t predicted_stable_measured_unstable = 0;
+  double max_energy_mJ = 0;
+  double max_tail_rms_mm_s = 0;
+  double simulated_s = 0;
+  double cpu_s = 0;
+  std::string digest;               // of all cells in the order of their seeds
+  std::vector<RandomRecord> worst;  // those that fail, the most reasons and the largest tail first
+};
+
+/// Collects drawn cases, in whatever order they come.
+class RandomJudge {
+ public:
+  explicit RandomJudge(std::uint64_t first) : first_(first) {}
+  void See(const SweepCell& cell, const CellOutcome& outcome);
+  RandomSummary Finish() const;
+
+ private:
+  std::uint64_t first_;
+  std::vector<RandomRecord> records_;
+};
+
+}  // namespace tandem
