@@ -45,7 +45,7 @@ std::string NameOfUser(std::size_t user) {
   return "user-" + std::to_string(user);
 }
 
-std::optional<Error> WriteCaseHand(const LabCase& test, const LabScene& scene, std::size_t user,
+std::optional<Error> WriteCaseHand(const LabCase& test, std::size_t user,
                                    const std::filesystem::path& file) {
   HandScript script = ScriptOf(test, user);
   if (script.waypoints.empty()) script.waypoints.emplace_back();  // it stays

@@ -17,7 +17,7 @@ namespace tandem {
 std::string NameOfUser(std::size_t user);
 
 /// The user's hand, as a hand file. Error: it cannot be written.
-std::optional<Error> WriteCaseHand(const LabCase& test, const LabScene& scene, std::size_t user,
+std::optional<Error> WriteCaseHand(const LabCase& test, std::size_t user,
                                    const std::filesystem::path& file);
 /// What a user hears of each of the others, as a network plan that begins with the hand.
 std::optional<Error> WriteCasePlan(const LabCase& test, std::size_t user,

@@ -75,12 +75,12 @@ class DeviceAnswer {
 
 /// One line of the list.
 struct ListedDevice {
-  std::string name;  // for --device
-  std::string kind;
-  std::string model;
+  std::string name{};  // for --device
+  std::string kind{};
+  std::string model{};
   bool present = false;
-  std::string missing;
-  std::string mend;
+  std::string missing{};
+  std::string mend{};
 };
 
 /// Returns what a driver said, a line for each device. A driver that said nothing sound gets one

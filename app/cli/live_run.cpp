@@ -89,7 +89,7 @@ Result<LiveRun> RunLive(const LabCase& test, const LabScene& scene, const fs::pa
       "live-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
   for (std::size_t user = 0; user < test.users; ++user) {
     const fs::path hand = folder / (NameOfUser(user) + ".hand.json");
-    if (const auto fault = WriteCaseHand(test, scene, user, hand)) return *fault;
+    if (const auto fault = WriteCaseHand(test, user, hand)) return *fault;
     const fs::path plan = folder / (NameOfUser(user) + ".plan.json");
     if (const auto fault = WriteCasePlan(test, user, plan)) return *fault;
   }

@@ -200,7 +200,7 @@ Result<std::vector<ChildProcess>> TrialRunner::StartPeers(const TrialPeers& peer
       return *fault;
     }
     if (const auto fault =
-            WriteCaseHand(peers.test, peers.scene, user, peers.folder / (name + ".played.json"))) {
+            WriteCaseHand(peers.test, user, peers.folder / (name + ".played.json"))) {
       return *fault;
     }
     Result<ChildProcess> started =

@@ -81,7 +81,7 @@ LabHand ReadHand(const JsonNode& node, const std::filesystem::path& folder) {
   }
   if (node.Has("file")) return ReadHandFile(node, folder);
   node.AllowKeys({"mass_kg", "damping_Ns_m", "stiffness_N_m", "grasp_m"});
-  LabHand hand{"own", {}, {}, {}};
+  LabHand hand{"own", {}};
   const auto gain = [&node](std::string_view key) {
     return node.Has(key) ? node[key].NumberBetween(0, kMostGain) : 0.0;
   };

@@ -116,9 +116,9 @@ class Quotient {
 /// nothing where the two are too far apart to tell. Of a matrix so near the identity, as of all on
 /// the straight way there, no pivot leaves the right half plane.
 std::optional<double> TurnBetween(const CMat6& from, const CMat6& to) {
-  constexpr double kNear = 0.5;
+  constexpr double kTellable = 0.5;
   CMat6 ratio = to * from.inverse();
-  if (!((ratio - CMat6::Identity()).cwiseAbs().rowwise().sum().maxCoeff() < kNear)) {
+  if (!((ratio - CMat6::Identity()).cwiseAbs().rowwise().sum().maxCoeff() < kTellable)) {
     return std::nullopt;
   }
   double turn = 0;

@@ -29,7 +29,7 @@ Result<LabHand> HandNamed(const std::string& name, const Inertia& body) {
     return Error{"no hand of the lab is called '" + name +
                  "': there are off, relaxed, heavy and firm"};
   }
-  LabHand hand{name, {}, {}, {}};
+  LabHand hand{name, {}};
   hand.impedance.mass = kDevice.mass + arm->mass;
   hand.impedance.damping = kDevice.damping + arm->damping;
   hand.impedance.stiffness = arm->stiffness;

@@ -19,9 +19,9 @@ struct LabHand {
   std::string name;
   HandImpedance impedance;  // of arm and device together; rotation's, see HandNamed()
   // a hand file's: it goes its own way in place of the case's motion, and turns as it says
-  std::optional<HandScript> script;
+  std::optional<HandScript> script{};
   // m, from the body's centre of mass, axes of B; nothing: where the scene has it
-  std::optional<Vec3> grasp_B;
+  std::optional<Vec3> grasp_B{};
 };
 
 /// "off": the device alone, 0.2 kg and 0.3 N s/m; "relaxed", "heavy", "firm" add to it 0.7 kg and

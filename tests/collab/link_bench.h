@@ -39,7 +39,7 @@ struct LinkBench {
   void Hear(PeerId peer, double place_m, std::int64_t loop_ms, double its_stiffness) {
     ++seq;
     const std::int64_t then = now + kMs;
-    heard = then;
+    heard_ns = then;
     ObjectState state;
     state.peer = peer;
     state.object = kObject;
@@ -80,7 +80,7 @@ struct LinkBench {
   CouplingLinks out;
   std::uint32_t frame = 0;
   std::int64_t now = 1000 * kMs;
-  std::int64_t heard = 0;  // when a partner was heard last
+  std::int64_t heard_ns = 0;  // when a partner was heard last
   std::uint32_t seq = 0;
 };
 

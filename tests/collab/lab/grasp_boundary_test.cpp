@@ -42,7 +42,9 @@ TEST(GraspBoundary, IsThatOfOneAxisWhereAllHoldTheBodyAtItsCentre) {
       }
       lumped.stiffness = coupling.stiffness = 0.5 * std::min(exact, 1e4);
       const double decay = -RightmostRoot(lumped).real();
-      if (decay < 0.9) EXPECT_NEAR(*SlowestDecay(coupling), decay, 0.06 * decay);
+      if (decay < 0.9) {
+        EXPECT_NEAR(*SlowestDecay(coupling), decay, 0.06 * decay);
+      }
     }
   }
 }

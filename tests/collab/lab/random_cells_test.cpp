@@ -63,7 +63,8 @@ TEST(RandomCells, BurstsTakeUpToHalfOfAllSamples) {
     constexpr int kSamples = 40'000;
     int lost = 0;
     std::array<std::int64_t, 2> due{};
-    for (int i = 0; i < kSamples; ++i) lost += conditioner.Due(i * 1'000'000, due) == 0 ? 1 : 0;
+    for (std::int64_t i = 0; i < kSamples; ++i)
+      lost += conditioner.Due(i * 1'000'000, due) == 0 ? 1 : 0;
     most = std::max(most, static_cast<double>(lost) / kSamples);
   }
   EXPECT_GT(most, 0.4);

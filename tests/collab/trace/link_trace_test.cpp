@@ -7,14 +7,13 @@
 #include <gmock/gmock.h>
 
 #include "collab/link_conditioner.h"
+#include "engine/base/units.h"
 #include "tests/support/allocation_counter.h"
 
 namespace tandem {
 namespace {
 
 using ::testing::ElementsAre;
-
-constexpr std::int64_t kMs = 1'000'000;
 
 /// When each of so many samples arrives, sent every `step_ms`, in ms after the first was sent;
 /// nothing: it never does.
