@@ -14,7 +14,6 @@ enum class Fault : std::uint8_t {
   kUsersInPlaceOfLinks,  // stiffness is shared by N, not by N - 1
   kEveryLinkWhole,       // stiffness is not shared at all
   kHalfTheDelay,         // gains made for half the delay
-  kForgetsOwnLoop,       // a link older than the others is as stiff as they are
   kLostGoodbye,          // leaving is not heard of
   kLostLease,            // a crash is not heard of
   kLostReturn,           // who comes back stays lost to the forces

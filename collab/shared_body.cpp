@@ -235,7 +235,6 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist&
     } else if (partner.closed()) {
       const auto link_at = [this, &common](double loop_age_s) {
         LawInputs alone = common;
-        if (Planted(Fault::kForgetsOwnLoop)) loop_age_s = 0;
         alone.peak_loop_age_s = std::max(common.peak_loop_age_s, loop_age_s);
         alone.te_s = DesignDelay(alone.peak_loop_age_s);
         return options_.law->Link(alone);

@@ -112,9 +112,7 @@ void RestChecker::LookAtLinksOf(SimulatedSession& session, std::size_t member,
     if (other == member) continue;
     worst_s = std::max(worst_s, wire.LongestLoop(self, wire.PlaceOf(session.id(other))));
   }
-  double users = 0;  // links of loops too old are not in use
-  for (std::uint32_t i = 0; i < links.count; ++i) users += links.entries[i].stiffness > 0 ? 1 : 0;
-  users = std::max(users, 1.0);
+  const double users = std::max(1.0, static_cast<double>(links.count));
   // samples are up to 10 ms apart at either end, and wait for a frame
   const double least = 0.95 * LargestStiffness(schedule_->law, worst_s + 0.05) / users;
   for (std::uint32_t i = 0; i < links.count; ++i) {

@@ -19,15 +19,13 @@ bool IsFinite(const ObjectState& state) {
 }  // namespace
 
 double LargestStiffness(const std::string& law, double loop_s) {
-  constexpr double kLongestLoop = 2.4;  // s
-  if (loop_s > kLongestLoop) return 0.0;
   if (law == "constant") return 2000.0;
   if (law == "linear") return 40.0 * std::max(0.02, 1.0 - 0.5 * loop_s);
   // B = 10 N s/m, K0 = 500 N/m, margin 0.8, at most 1.5 kg
   const double te = 0.5 * (1.1 * loop_s + 0.005);
   if (law == "pdopt") return 0.8 * std::min(500.0, 1.5 * 10.0 / te);
   const double floating = 10.0 / te + 100.0 / (3.0 * 1.5);
-  if (law == "p+dd") return std::min(500.0, 1.2 * floating);
+  if (law == "p+dd") return std::min({500.0, 42.0 / te, 1.2 * floating});
   return 0.8 * std::min(500.0, floating);
 }
 

@@ -11,7 +11,7 @@
 namespace tandem {
 
 /// The largest stiffness that a coupling law allows to one partner at a loop age, N/m, from the
-/// formulas of docs/decisions/0005 and 0017, worked out apart from the product's.
+/// formulas of docs/decisions/0005, 0017 and 0050, worked out apart from the product's.
 double LargestStiffness(const std::string& law, double loop_s);
 
 /// What must hold of all that peers put on the wire: sound numbers, own names, stamps and epochs

@@ -165,6 +165,7 @@ TEST(Options, ZeroIsTakenWhereItMeansSomething) {
                                     "--wait-for",
                                     "--wait-seconds",
                                     "stability boundary --jobs",
+                                    "stability random --first",
                                     "stability report --series"};
   const std::set<std::string> not_here{
       "sessions --seconds",      "demo --seconds",           "bench network --seconds",

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -224,8 +225,13 @@ TEST_F(SceneFromSession, SaysInALineWhyThereIsNone) {
   ExpectRefused(RunTandem("peer --interface lo --accept-scene --session " + session_ + " --scene " +
                           In("one.json")),
                 kExitUsage, "--scene-from-session");
-  ExpectRefused(RunTandem("peer " + Joining(""), "timeout 40 "), kExitNetwork,
-                "nobody in session " + session_ + " tells of a scene");
+  // a person who waits is told so before that
+  const Said alone = RunTandem("peer " + Joining(""), "timeout 40 ");
+  EXPECT_EQ(alone.exit_code, kExitNetwork);
+  EXPECT_THAT(alone.err, HasSubstr("nobody in session " + session_ +
+                                   " was heard yet: listening on for 11 s\n"));
+  EXPECT_THAT(alone.err, HasSubstr("nobody in session " + session_ + " tells of a scene"));
+  EXPECT_EQ(std::count(alone.err.begin(), alone.err.end(), '\n'), 2) << alone.err;
 }
 
 }  // namespace

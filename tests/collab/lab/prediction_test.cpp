@@ -108,7 +108,7 @@ TEST(Prediction, TakesTheMeanAgeFromATrace) {
 TEST(Prediction, GainsAreForTheOldestOfATrace) {
   std::vector<float> delays(60'000, 50);
   const LinkTrace even(1000, delays);
-  for (int i = 0; i < 300; ++i) delays[30'000 + static_cast<std::size_t>(i)] = 350.0F - i;
+  for (int i = 0; i < 300; ++i) delays[30'000 + static_cast<std::size_t>(i)] = 350.0F - static_cast<float>(i);
   const LinkTrace stall(1000, delays);
   LabCase test;
   test.delay_s = 0;
