@@ -251,8 +251,9 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist&
                           kSilentLoops * partner.meter.peak_loop_age_s() + kSilentFor;
       slew.falls_unfelt = !capped && !silent && !has_newcomer;
       // the others of one whom nobody hears fall as well, each by itself
-      if (silent)
+      if (silent) {
         slew.gentle_fall /= static_cast<double>(std::max<std::size_t>(common.users, 2) - 1);
+      }
       slew.rises_unfelt = partner.reached;
       const double share = sum > most ? most / sum : 1.0;
       const double others = sum - partner.stiffness;

@@ -32,9 +32,8 @@ struct StiffnessSlew {
   double rise_power = kRisePower;    // W that a rise may put into the spring
   double energy = 1e30;              // J that a rise may put into the spring now
   double speed = 1e30;               // m/s, of the faster of the two instances
-  bool falls_unfelt =
-      false;  // falls move what hands pull apart unfelt slowly; else as fast as ever
-  bool rises_unfelt = false;  // rises likewise
+  bool falls_unfelt = false;         // falls move what hands hold apart too slowly to be felt
+  bool rises_unfelt = false;         // rises likewise
 
   /// A rise puts dk stretch^2/2 into the spring, which is bounded. A fall takes energy out, so it
   /// may be as fast as the delay wants; where its cause is only that nobody answers, or that one

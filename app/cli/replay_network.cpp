@@ -20,7 +20,7 @@ namespace tandem {
 
 namespace {
 
-/// What a recording has of others.
+/// Holds the lines to others that a recording tells of.
 struct HeardOf {
   std::map<PeerId, HeardLine> lines;
   std::map<PeerId, std::string> names;

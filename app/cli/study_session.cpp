@@ -110,7 +110,8 @@ bool StudySession::Finished(int participant) const {
   return true;
 }
 
-/// Who has begun and is not done; else the first who has not begun. Nothing: all are done.
+/// Returns who has begun and is not done, else the first who has not begun. It returns nothing when
+/// all are done.
 std::optional<int> StudySession::WhoseTurn() const {
   for (const bool begun : {true, false}) {
     for (int participant = 0; participant < study_.participants; ++participant) {

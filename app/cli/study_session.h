@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-/// What `tandem study` was asked for.
+/// Holds what a person asked `tandem study` for.
 struct StudyRequest {
   std::filesystem::path file;
   std::filesystem::path folder;  // of all that is kept

@@ -54,7 +54,7 @@ void EndAll(std::vector<ChildProcess>& children) {
   for (ChildProcess& child : children) child.Wait(kTrialEnds);
 }
 
-/// Whether all have ended well; an error where one has not. Nothing: one still runs.
+/// Sets `ended` when all have ended, and returns an error when one has not ended well.
 std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
   ended = true;
   for (ChildProcess& peer : peers) {
@@ -68,7 +68,7 @@ std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
   return std::nullopt;
 }
 
-/// Whether that user's hand has the body: its trace has a frame.
+/// Returns whether that user's hand has the body, which its trace tells by a frame.
 bool HasBegun(const fs::path& folder, std::size_t user) {
   std::error_code none;
   const auto size = fs::file_size(folder / (NameOfUser(user) + ".report.json.trace"), none);

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// What a trace comes to, each way: a line for each, for a person.
+/// Returns a line for each way of a trace, which tells a person its delays and losses.
 std::string FactsAsText(const NetworkTrace& trace);
 nlohmann::ordered_json FactsAsJson(const NetworkTrace& trace);
 
