@@ -16,14 +16,15 @@ namespace {
 
 constexpr double kArmMass = 1.2;      // kg of hand and device that may move with the body
 constexpr double kQuietAfter = 0.02;  // s; then a copy's velocity fades
-constexpr std::int64_t kSilenceNs = 250'000'000;  // after it a copy comes back slowly
-constexpr double kGentleStep = 0.05;              // N a frame, by that way
-constexpr double kMostStep = 0.8;                 // N a frame, by any way and speed of a copy
-constexpr double kQuietTime = 0.1;                // s, of that fade
-constexpr double kSilentLoops = 1.5;              // of the oldest loop of late, and
-constexpr double kSilentFor = 0.1;                // s more: then a partner is silent
-constexpr double kBegun = 0.05;                   // of what the delay allows: less is begun anew
-constexpr double kHeardTime = 0.02;               // s, of its end
+constexpr std::int64_t kSilenceNs = 250'000'000;    // after it a copy comes back slowly
+constexpr double kGentleStep = 0.05;                // N a frame, by that way
+constexpr double kMostStep = 0.8;                   // N a frame, by any way and speed of a copy
+constexpr double kQuietTime = 0.1;                  // s, of that fade
+constexpr double kForgetting = 1.0 - kFrame / 120;  // in a frame, of the longest loop age
+constexpr double kSilentLoops = 1.5;                // of the longest loop age, and
+constexpr double kSilentFor = 0.1;                  // s more: then a partner is silent
+constexpr double kBegun = 0.05;                     // of what the delay allows: less is begun anew
+constexpr double kHeardTime = 0.02;                 // s, of its end
 
 double Seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
@@ -141,6 +142,7 @@ double SharedBody::WorstLoopAge() const noexcept {
 LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
   double peak = 0;
   std::size_t users = 1;
+  longest_loop_age_s_ *= kForgetting;
   for (Partner& partner : partners_) {
     if (std::exchange(partner.fresh_state, false)) {
       const bool silent = partner.heard_ns != 0 && now_ns - partner.heard_ns > kSilenceNs;
@@ -157,6 +159,7 @@ LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
       partner.meter.Add(now_ns, age_ns);
       partner.last_echo_ns = partner.echo_ns;
     }
+    longest_loop_age_s_ = std::max(longest_loop_age_s_, partner.meter.peak_loop_age_s());
     delay_sum_s_ += 0.5 * Seconds(partner.loop_age_ns(now_ns));
     ++delays_;
     ++users;
@@ -247,8 +250,8 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist&
           std::min(link.stiffness, partner.most_force / std::max(slew.stretch, 1e-3));
       const bool capped = offer < link.stiffness;
       if (capped) slew.gentle_fall = kCappedFall * falls_share;
-      const bool silent = Seconds(partner.loop_age_ns(now_ns)) >
-                          kSilentLoops * partner.meter.peak_loop_age_s() + kSilentFor;
+      const bool silent =
+          Seconds(partner.loop_age_ns(now_ns)) > kSilentLoops * longest_loop_age_s_ + kSilentFor;
       slew.falls_unfelt = !capped && !silent && !has_newcomer;
       // the others of one whom nobody hears fall as well, each by itself
       if (silent) {

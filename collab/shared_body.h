@@ -96,7 +96,8 @@ class SharedBody {
   std::array<Partner, kMaxLinks> partners_{};
   std::array<std::size_t, kMaxLinks> partner_of_link_{};  // of the coming frame's links
   std::size_t link_count_ = 0;
-  double ground_damping_ = 0;  // N s/m, of the last frame
+  double longest_loop_age_s_ = 0;  // of all links in the last minutes, slowly forgotten
+  double ground_damping_ = 0;      // N s/m, of the last frame
   SentStamps sent_;
   std::uint64_t bad_echoes_ = 0;
   std::int64_t last_frame_ns_ = 0;

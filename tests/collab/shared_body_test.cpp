@@ -115,6 +115,28 @@ TEST(SharedBody, ASilentPartnersLinkIsSofterTheOlderItIsAndDoesNotEnd) {
   EXPECT_GT(last, 15);
 }
 
+// After a first silence of two seconds, one of nearly three does not soften the link of a part at
+// rest. One of more than five seconds does.
+TEST(SharedBody, OnlyASilenceLongerThanUsualSoftensTheLinkOfAPartAtRest) {
+  LinkBench bench;
+  bench.body.Join(kOther);
+  const auto hear = [&bench](int frames) {
+    for (int i = 0; i < frames; ++i) bench.Frame(0.05, 100, 500);
+  };
+  const auto after_silence = [&bench](int frames) {
+    for (int i = 0; i < frames; ++i) bench.Alone();
+    return bench.stiffness();
+  };
+  hear(6000);
+  const double before = bench.stiffness();
+  EXPECT_LT(after_silence(2000), 0.7 * before);
+  hear(5000);
+  const double later = bench.stiffness();
+  EXPECT_GT(after_silence(2900), 0.99 * later);
+  hear(5000);
+  EXPECT_LT(after_silence(5500), 0.9 * later);
+}
+
 // A link whose loop is older than 2.4 s is made for that age by itself: the other is made for 2.4 s
 // at the most, and what drag the older one needs is there.
 TEST(SharedBody, AnOldLoopSoftensItsOwnLinkMoreThanTheOthers) {
