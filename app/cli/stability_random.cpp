@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -36,7 +37,14 @@ struct RandomArguments {
   bool json = false;
 };
 
-OrderedJson JsonOf(const RandomRecord& record) {
+/// A drawn case that fails, and how fast it moves on with its links cut, m/s.
+struct FailingCase {
+  const RandomRecord* record = nullptr;
+  double tail_without_links = 0;
+};
+
+OrderedJson JsonOf(const FailingCase& failing) {
+  const RandomRecord& record = *failing.record;
   const Metrics& m = record.outcome.result.metrics;
   OrderedJson why = OrderedJson::array();
   for (const std::string& reason : record.reasons) why.push_back(reason);
@@ -47,13 +55,15 @@ OrderedJson JsonOf(const RandomRecord& record) {
           {"tail_rms_mm_s", 1e3 * m.tail_rms},
           {"energy_mJ", 1e3 * m.generated_J},
           {"peak_apart_mm", 1e3 * m.peak_apart},
+          {"tail_rms_without_links_mm_s", 1e3 * failing.tail_without_links},
           {"simulated_s", record.outcome.result.simulated_s},
           {"case", OrderedJson::parse(record.case_json)}};
 }
 
-OrderedJson JsonOf(const RandomSummary& summary, const RandomArguments& arguments, double wall_s) {
+OrderedJson JsonOf(const RandomSummary& summary, std::span<const FailingCase> failing,
+                   const RandomArguments& arguments, double wall_s) {
   OrderedJson worst = OrderedJson::array();
-  for (const RandomRecord& record : summary.worst) worst.push_back(JsonOf(record));
+  for (const FailingCase& one : failing) worst.push_back(JsonOf(one));
   return {{"cells", summary.cells},
           {"first", arguments.first},
           {"pass", summary.failing == 0},
@@ -70,7 +80,7 @@ OrderedJson JsonOf(const RandomSummary& summary, const RandomArguments& argument
           {"worst", worst}};
 }
 
-void Print(const RandomSummary& summary, double wall_s) {
+void Print(const RandomSummary& summary, std::span<const FailingCase> failing, double wall_s) {
   std::printf("%zu cells: %zu not stable, %zu of %zu predicted stable measured unstable\n",
               summary.cells, summary.not_stable, summary.predicted_stable_measured_unstable,
               summary.predicted_stable);
@@ -80,11 +90,14 @@ void Print(const RandomSummary& summary, double wall_s) {
               summary.max_tail_rms_mm_s, 1e3 * kMostRandomTail);
   std::printf("  %.0f s simulated in %.0f s (%.0f s of processors), digest %s\n",
               summary.simulated_s, wall_s, summary.cpu_s, summary.digest.c_str());
-  for (const RandomRecord& record : summary.worst) {
+  for (const FailingCase& one : failing) {
+    const RandomRecord& record = *one.record;
     std::string why;
     for (const std::string& reason : record.reasons) why += (why.empty() ? "" : ", ") + reason;
-    std::printf("  seed %llu: %s\n    %s\n", static_cast<unsigned long long>(record.seed),
-                why.empty() ? "passes" : why.c_str(), record.case_json.c_str());
+    std::printf("  seed %llu: %s; tail %.4f mm/s, %.4f with the links cut\n    %s\n",
+                static_cast<unsigned long long>(record.seed), why.c_str(),
+                1e3 * record.outcome.result.metrics.tail_rms, 1e3 * one.tail_without_links,
+                record.case_json.c_str());
   }
 }
 
@@ -131,10 +144,15 @@ int RunStabilityRandom(const RandomArguments& arguments) {
   }
   const double wall_s = 1e-9 * static_cast<double>(MonotonicNowNs() - began_ns);
   const RandomSummary summary = judge.Finish();
+  std::vector<FailingCase> failing;
+  for (const RandomRecord& record : summary.worst) {
+    const auto& [test, scene] = cases[record.seed - arguments.first];
+    failing.push_back({&record, TailWithoutLinks(test, *scene)});
+  }
   if (arguments.json) {
-    std::printf("%s\n", JsonText(JsonOf(summary, arguments, wall_s), 2).c_str());
+    std::printf("%s\n", JsonText(JsonOf(summary, failing, arguments, wall_s), 2).c_str());
   } else {
-    Print(summary, wall_s);
+    Print(summary, failing, wall_s);
   }
   return summary.failing == 0 ? kExitOk : kExitFailed;
 }

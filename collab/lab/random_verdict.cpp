@@ -40,6 +40,12 @@ CellOutcome RunRandomCase(const LabCase& test, const LabScene& scene) {
   return outcome;
 }
 
+double TailWithoutLinks(const LabCase& test, const LabScene& scene) {
+  LabCase cut = test;
+  cut.law = {.name = "constant", .limits = {.constant_stiffness = 0, .constant_damping = 0}};
+  return RunRandomCase(cut, scene).result.metrics.tail_rms;
+}
+
 void RandomJudge::See(const SweepCell& cell, const CellOutcome& outcome) {
   RandomRecord record{first_ + cell.number, cell.case_json, outcome, {}};
   const CaseResult& result = outcome.result;

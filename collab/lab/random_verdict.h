@@ -18,6 +18,10 @@ inline constexpr double kMostRandomTail = 0.5e-3;  // m/s, RMS over all users of
 /// minutes. In contact the modes of free space count.
 CellOutcome RunRandomCase(const LabCase& test, const LabScene& scene);
 
+/// Tail RMS of the case with its links cut, m/s: hands and contact alone. Where it is no less than
+/// with the links, these do not drive the motion.
+double TailWithoutLinks(const LabCase& test, const LabScene& scene);
+
 /// A case that was run, and what it does not hold to.
 struct RandomRecord {
   std::uint64_t seed = 0;
