@@ -232,9 +232,10 @@ StudySession::Ended StudySession::RunTrial(const TrialOfParticipant& trial) {
     if (!request_.dry_run) {
       char text[200];
       std::snprintf(text, sizeof text,
-                    "Trial %d. It ends by itself after %g s; press Enter when you are done before. "
-                    "Press Enter to begin.",
-                    trial.plan.number, task.time_limit_s);
+                    "Trial %d. It ends by itself %safter %g s; press Enter when you are done "
+                    "before. Press Enter to begin.",
+                    trial.plan.number, task.success.has_goal() ? "at its goal, or " : "",
+                    task.time_limit_s);
       interview_.Tell(text);
       if (!interview_.Line()) return Failed(kExitFailed, kInputEnded);
     }

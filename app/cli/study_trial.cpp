@@ -15,6 +15,7 @@
 
 #include "app/cli/case_peers.h"
 #include "app/cli/demo_judgement.h"
+#include "app/cli/heard_trace.h"
 #include "app/cli/lab_scenes.h"
 #include "app/cli/peer_words.h"
 #include "app/cli/scene_files.h"
@@ -68,11 +69,9 @@ std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
   return std::nullopt;
 }
 
-/// Returns whether that user's hand has the body, which its trace tells by a frame.
-bool HasBegun(const fs::path& folder, std::size_t user) {
-  std::error_code none;
-  const auto size = fs::file_size(folder / (NameOfUser(user) + ".report.json.trace"), none);
-  return !none && size > 0;
+TrialFrame FrameOf(const TraceSample& sample, std::int64_t began_ns) {
+  return {1e-9 * static_cast<double>(sample.time_ns - began_ns), sample.X_WB, sample.hand_force,
+          sample.loaded};
 }
 
 }  // namespace
@@ -147,7 +146,7 @@ Result<TrialMeasures> TrialRunner::RunVirtual(const PlannedTrial& plan, const La
   const CaseResult result = RunCase(test, scene, [&](double t_s, std::span<const UserFrame> users) {
     series->Add(t_s, users);
     const UserFrame& own = users.front();
-    if (!own.present) return;
+    if (!own.present || meter.ended()) return;
     meter.See({t_s, own.state.X_WB, own.felt_W.f.norm(), own.loaded});
     if (users[1].present) meter.SeeApart((own.state.X_WB.p - users[1].state.X_WB.p).norm());
   });
@@ -241,6 +240,9 @@ Result<TrialMeasures> TrialRunner::RunReal(const TrialOfParticipant& trial, cons
   }
   const double most = peers.seconds + kTrialMeetingSeconds + setup_.wait_seconds;
   const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(most);
+  TrialMeter meter = MeterOf(trial.plan, scene);
+  TraceTail tail(folder / (NameOfUser(peers.own) + ".report.json.trace"));
+  std::optional<std::int64_t> began_ns;
   bool asked = false;
   while (std::chrono::steady_clock::now() < until) {
     bool ended = false;
@@ -250,10 +252,14 @@ Result<TrialMeasures> TrialRunner::RunReal(const TrialOfParticipant& trial, cons
       return Measure(trial.plan, scene, folder);
     }
     const bool closed = window && window->Poll();
+    for (const TraceSample& sample : tail.ReadNew()) {
+      if (!began_ns) began_ns = sample.time_ns;
+      meter.See(FrameOf(sample, *began_ns));
+    }
     // Enter counts once the hand has begun: what is typed while the scene loads ends nothing
     const bool line = setup_.persons && interview.LineWithin(kTrialPeriod);
     if (!setup_.persons) std::this_thread::sleep_for(kTrialPeriod);
-    if (!closed && !(line && HasBegun(folder, peers.own))) continue;
+    if (!closed && !meter.ended() && !(line && began_ns)) continue;
     asked = true;
     EndAll(*children);
   }
@@ -268,33 +274,35 @@ Result<TrialMeasures> TrialRunner::Measure(const PlannedTrial& plan, const LabSc
   std::ifstream stream(file);
   const nlohmann::json report = nlohmann::json::parse(stream, nullptr, false);
   if (report.is_discarded()) return Error{NameOfUser(own) + " left no report"};
-  const Result<std::vector<TraceSample>> trace = ReadTrace(file.string() + ".trace");
+  Result<std::vector<TraceSample>> trace = ReadTrace(file.string() + ".trace");
   if (!trace) return trace.error();
   if (trace->empty()) return Error{"the participant's hand never had the body"};
   const double limit_s = study_.tasks[study_.blocks[plan.block].task].time_limit_s;
   TrialMeter meter = MeterOf(plan, scene);
-  for (const TraceSample& sample : *trace) {
-    const double t_s = 1e-9 * static_cast<double>(sample.time_ns - trace->front().time_ns);
-    if (t_s <= limit_s) meter.See({t_s, sample.X_WB, sample.hand_force, sample.loaded});
+  std::size_t counted = 0;
+  for (; counted < trace->size() && !meter.ended(); ++counted) {
+    const TrialFrame frame = FrameOf((*trace)[counted], trace->front().time_ns);
+    if (frame.t_s > limit_s) break;
+    meter.See(frame);
   }
+  trace->resize(counted);
+  const fs::path recording = folder / (NameOfUser(own) + ".recording");
   const fs::path other = folder / (NameOfUser(1 - own) + ".report.json.trace");
   std::error_code none;
-  if (fs::exists(other, none)) {
-    const Result<std::vector<TraceSample>> partner = ReadTrace(other);
-    if (!partner) return partner.error();
-    meter.SeeApart(DivergenceOf(*trace, *partner).peak);
-  }
+  const Result<std::vector<TraceSample>> partner =
+      fs::exists(other, none) ? ReadTrace(other) : TraceHeard(recording, scene.object);
+  if (!partner) return partner.error();
+  if (!partner->empty()) meter.SeeApart(DivergenceOf(*trace, *partner).peak);
   TrialMeasures measures = meter.Finish();
   const double frames = report.value("frames", 0.0);
   const double missed = report.value("missed", 0.0);
   measures.delay_ms = report.value("delay_ms", TrialMeasures::kNone);
   measures.missed_share = missed / std::max(frames + missed, 1.0);
   // for other programs; the recording itself stays
-  Result<ChildProcess> exporting =
-      ChildProcess::Start(Quietly({(ProgramFolder() / "tandem").string(), "replay",
-                                   (folder / (NameOfUser(own) + ".recording")).string(), "--export",
-                                   (folder / "trial.mcap").string()},
-                                  folder / "export.log"));
+  Result<ChildProcess> exporting = ChildProcess::Start(
+      Quietly({(ProgramFolder() / "tandem").string(), "replay", recording.string(), "--export",
+               (folder / "trial.mcap").string()},
+              folder / "export.log"));
   if (!exporting) return exporting.error();
   if (exporting->Wait(kExportTakes) != kExitOk) {
     Say("trial " + std::to_string(plan.number) +

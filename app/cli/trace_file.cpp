@@ -108,6 +108,22 @@ Result<bool> TraceFile::Close() {
   return true;
 }
 
+TraceTail::TraceTail(std::filesystem::path file) : file_(std::move(file)) {}
+
+std::vector<TraceSample> TraceTail::ReadNew() {
+  std::vector<TraceSample> fresh;
+  if (!stream_.is_open()) stream_.open(file_, std::ios::binary);
+  if (!stream_.is_open()) return fresh;
+  stream_.clear();  // the end that was met before may be the end no more
+  stream_.seekg(read_);
+  TraceRow row{};
+  while (stream_.read(reinterpret_cast<char*>(row.data()), sizeof row)) {
+    fresh.push_back(FromRow(row));
+    read_ += static_cast<std::streamoff>(sizeof row);
+  }
+  return fresh;
+}
+
 Result<std::vector<TraceSample>> ReadTrace(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return Error{file.string() + ": cannot be read"};

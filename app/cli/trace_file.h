@@ -55,6 +55,20 @@ class TraceFile {
   std::thread thread_;
 };
 
+/// Reads a trace while TraceFile writes it.
+class TraceTail {
+ public:
+  explicit TraceTail(std::filesystem::path file);
+  /// Returns the frames that are whole in the file and were not returned yet. None where there is
+  /// no file.
+  std::vector<TraceSample> ReadNew();
+
+ private:
+  const std::filesystem::path file_;
+  std::ifstream stream_;
+  std::streamoff read_ = 0;  // bytes
+};
+
 /// Reads what TraceFile wrote. Errors: the file cannot be read, or ends within a frame.
 Result<std::vector<TraceSample>> ReadTrace(const std::filesystem::path& file);
 

@@ -34,6 +34,9 @@ struct StudySuccess {
   std::optional<double> time_s = {};  // `out` or `moved_mm` is reached within
   std::optional<double> peak_force_N = {};  // at the hand, at the most
   std::optional<double> collisions = {};    // at the most
+  double hold_s = 1;                        // the trial ends when the goal was kept for so long
+
+  bool has_goal() const noexcept { return out || moved_mm; }
 };
 
 struct StudyTask {

@@ -98,7 +98,7 @@ StudyCondition ReadCondition(const JsonNode& node) {
 }
 
 StudySuccess ReadSuccess(const JsonNode& node) {
-  node.AllowKeys({"out", "moved_mm", "time_s", "peak_force_N", "collisions"});
+  node.AllowKeys({"out", "moved_mm", "time_s", "peak_force_N", "collisions", "hold_s"});
   StudySuccess success;
   if (node.Has("out")) success.out = node["out"].TrueOrFalse();
   if (node.Has("moved_mm")) success.moved_mm = node["moved_mm"].NumberAbove(0);
@@ -106,8 +106,14 @@ StudySuccess ReadSuccess(const JsonNode& node) {
     node["moved_mm"].Fault("a task is done by 'out' or by 'moved_mm', not by both");
   }
   if (node.Has("time_s")) success.time_s = node["time_s"].NumberAbove(0);
-  if (success.time_s && !success.out && !success.moved_mm) {
+  if (success.time_s && !success.has_goal()) {
     node["time_s"].Fault("is the time until 'out' or 'moved_mm' is reached: give one of them");
+  }
+  if (node.Has("hold_s")) {
+    success.hold_s = node["hold_s"].NumberBetween(0.1, 60);
+    if (!success.has_goal()) {
+      node["hold_s"].Fault("is how long 'out' or 'moved_mm' is kept: give one of them");
+    }
   }
   if (node.Has("peak_force_N")) success.peak_force_N = node["peak_force_N"].NumberAbove(0);
   if (node.Has("collisions")) success.collisions = node["collisions"].WholeNumber(0, 1'000'000);

@@ -18,7 +18,7 @@ constexpr std::array kMeasures{
                  &TrialMeasures::success},
     TrialMeasure{"completion_s", "s",
                  "time from the hand's start until the goal (out, or moved_mm) is reached and kept "
-                 "to the end, looked at every 10 ms; empty where it is not reached",
+                 "to the trial's end, looked at every 10 ms; empty where it is not reached",
                  &TrialMeasures::completion_s},
     TrialMeasure{"duration_s", "s", "length of the trial, from the hand's start",
                  &TrialMeasures::duration_s},
@@ -37,8 +37,8 @@ constexpr std::array kMeasures{
                  "distance of the body's centre of mass from its first place, at the end",
                  &TrialMeasures::moved_mm},
     TrialMeasure{"divergence_mm", "mm",
-                 "largest distance between the two instances of the body at equal times; empty "
-                 "where the partner is at another site",
+                 "largest distance between the two instances of the body at equal times; with a "
+                 "partner at another site, of what was heard of it, its clock by the echoes",
                  &TrialMeasures::divergence_mm},
     TrialMeasure{"delay_ms", "ms", "measured one-way delay: half the mean loop age",
                  &TrialMeasures::delay_ms},
@@ -62,6 +62,7 @@ bool TrialMeter::Reached(const Pose& X_WB) const {
 }
 
 void TrialMeter::See(const TrialFrame& frame) {
+  if (ended_) return;
   if (frames_ == 0) {
     first_s_ = last_s_ = next_look_s_ = frame.t_s;
     last_ = frame.X_WB;
@@ -91,6 +92,8 @@ void TrialMeter::See(const TrialFrame& frame) {
     reached_s_.reset();
   } else if (!reached_s_) {
     reached_s_ = frame.t_s - first_s_;
+  } else {
+    ended_ = frame.t_s - first_s_ - *reached_s_ >= success_.hold_s - 1e-9;
   }
 }
 
@@ -110,8 +113,7 @@ TrialMeasures TrialMeter::Finish() const {
   measures.path_mm = 1e3 * path_;
   measures.moved_mm = 1e3 * moved_;
   if (apart_) measures.divergence_mm = 1e3 * *apart_;
-  const bool has_goal = success_.out || success_.moved_mm;
-  const bool done = !has_goal || reached_s_;
+  const bool done = !success_.has_goal() || reached_s_;
   const bool in_time = !success_.time_s || measures.completion_s <= *success_.time_s;
   const bool gentle = !success_.peak_force_N || peak_force_ <= *success_.peak_force_N;
   const bool clear = !success_.collisions || collisions_ <= *success_.collisions;

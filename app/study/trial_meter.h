@@ -56,9 +56,12 @@ class TrialMeter {
 
   TrialMeter(const StudySuccess& success, const Pose& X_WB0, IsOut is_out);
 
+  /// Frames after the trial's end count no more.
   void See(const TrialFrame& frame);
   /// The distance between the two instances of the body in a frame, m.
   void SeeApart(double metres);
+  /// Whether the goal was kept long enough for the trial to be over (StudySuccess::hold_s).
+  bool ended() const noexcept { return ended_; }
   TrialMeasures Finish() const;
 
  private:
@@ -73,6 +76,7 @@ class TrialMeter {
   Pose last_;
   double next_look_s_ = 0;
   std::optional<double> reached_s_;  // since when the goal is reached without a break
+  bool ended_ = false;
   double force_sum_ = 0;
   double peak_force_ = 0;
   double contact_s_ = 0;

@@ -7,6 +7,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/demo_judgement.h"
+#include "app/cli/heard_trace.h"
+#include "app/cli/trace_file.h"
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
 
@@ -46,6 +49,19 @@ fs::path FirstTrial(const fs::path& folder) {
   return {};
 }
 
+/// The number in the column of that name of a row; -1: the cell is empty.
+double ColumnOf(const std::string& header, const std::string& row, const std::string& name) {
+  std::istringstream names(header);
+  std::istringstream cells(row);
+  std::string cell;
+  for (std::string column; std::getline(names, column, ',');) {
+    std::getline(cells, cell, ',');
+    if (column == name) return cell.empty() ? -1 : std::stod(cell);
+  }
+  ADD_FAILURE() << "no column " << name;
+  return -1;
+}
+
 TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
   const ScratchFolder scratch;
   const fs::path file = scratch.Write("live.json", StudyText(R"(["near", "secretly_late"])"));
@@ -77,6 +93,20 @@ TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
     EXPECT_TRUE(fs::exists(trial / kept)) << kept;
   }
   EXPECT_EQ(ContentOf(trial / "trial.mcap").substr(1, 4), "MCAP");
+  // the hand moves from 2 s to 3 s times its pace, and is half way at the goal; a second more is
+  // kept
+  const json report = json::parse(ContentOf(trial / "user-0.report.json"));
+  EXPECT_LT(report.at("traced_frames").get<double>(), 5000)
+      << "it ran on to its limit of 4 s and more";
+  // what was heard of the partner, its clock by the echoes, is what the partner traced itself
+  const fs::path late = trial.parent_path() / "trial-002";
+  const auto own = ReadTrace(late / "user-0.report.json.trace");
+  const auto partner = ReadTrace(late / "user-1.report.json.trace");
+  const auto heard = TraceHeard(late / "user-0.recording", 0);
+  ASSERT_TRUE(own && partner && heard);
+  const double apart = DivergenceOf(*own, *partner).peak;
+  EXPECT_GT(apart, 0.01);
+  EXPECT_NEAR(DivergenceOf(*own, *heard).peak, apart, 0.05 * apart);
   const Said replayed = RunTandem("replay " + (trial / "user-0.recording").string());
   EXPECT_EQ(replayed.exit_code, kExitOk) << replayed.err;
 }
@@ -110,6 +140,22 @@ TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
   EXPECT_THAT(results, HasSubstr(",6,it was sticky"));
 }
 
+// no Enter ends it: the hand is where its goal is from the beginning
+TEST(StudyLive, ATrialEndsByItselfAtItsGoal) {
+  const ScratchFolder scratch;
+  std::string text = StudyText(R"(["near"])");
+  text.replace(text.find("\"moved_mm\": 100"), 15, "\"moved_mm\": 60, \"hold_s\": 0.5");
+  text.replace(text.find("\"time_limit_s\": 4"), 17, "\"time_limit_s\": 90");
+  text.replace(text.find(",\n    \"questions\""), std::string::npos, "}");
+  const fs::path file = scratch.Write("live.json", text);
+  const fs::path folder = scratch.path() / "results";
+  const Said said = RunTandem("study --dry-run --real-time --json --into " + folder.string() + " " +
+                              file.string());
+  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const json report = json::parse(ContentOf(FirstTrial(folder) / "user-0.report.json"));
+  EXPECT_LT(report.at("traced_frames").get<double>(), 20000);
+}
+
 // the partner's site has its own consent, its own answers and what it heard
 TEST(StudyLive, TwoSitesRunTheSameTrialTogether) {
   const ScratchFolder scratch;
@@ -137,6 +183,12 @@ TEST(StudyLive, TwoSitesRunTheSameTrialTogether) {
     EXPECT_TRUE(fs::exists(trial / (std::string(own) + ".recording"))) << name;
     const json report = json::parse(ContentOf(trial / (std::string(own) + ".report.json")));
     EXPECT_GT(report.at("delay_ms").get<double>(), 149);
+    std::istringstream rows(results);
+    std::string header;
+    std::string row;
+    std::getline(rows, header);
+    std::getline(rows, row);
+    EXPECT_GE(ColumnOf(header, row, "divergence_mm"), 0) << row;
   }
 }
 

@@ -55,6 +55,33 @@ TEST(TrialMeter, ABodyThatComesBackIsNotOut) {
   EXPECT_EQ(measures.success, 1);
 }
 
+// At 100 mm/s the goal of 100 mm is reached at 1 s, and kept half a second at 1.5 s. The collision
+// after that belongs to no trial.
+TEST(TrialMeter, EndsWhereTheGoalWasKeptLongEnough) {
+  TrialMeter meter({.moved_mm = 100, .hold_s = 0.5}, {}, nullptr);
+  MoveFor(meter, 1.4);
+  EXPECT_FALSE(meter.ended());
+  for (int i = 1401; i <= 1600; ++i) meter.See(At(1e-3 * i, 1e-4 * i));
+  EXPECT_TRUE(meter.ended());
+  meter.See(At(1.7, 0, 50, true));
+  const TrialMeasures measures = meter.Finish();
+  EXPECT_NEAR(measures.duration_s, 1.5, 0.0201);
+  EXPECT_NEAR(measures.completion_s, 1.0, 0.0101);
+  EXPECT_EQ(measures.collisions, 0);
+  EXPECT_EQ(measures.peak_force_N, 0);
+}
+
+TEST(TrialMeter, ABreakBeginsTheTimeOfHoldingAnew) {
+  TrialMeter meter({.moved_mm = 100, .hold_s = 0.5}, {}, nullptr);
+  MoveFor(meter, 1.4);
+  meter.See(At(1.42, 0.05));
+  for (int i = 1440; i <= 1900; i += 10) meter.See(At(1e-3 * i, 0.11));
+  EXPECT_FALSE(meter.ended());
+  meter.See(At(1.95, 0.11));
+  EXPECT_TRUE(meter.ended());
+  EXPECT_NEAR(meter.Finish().completion_s, 1.44, 1e-9);
+}
+
 // contact at 0.1, at 0.15 after 0.03 s without, at 0.4 after 0.2 s without: two collisions
 TEST(TrialMeter, ContactThatFluttersIsOneCollision) {
   TrialMeter meter({.collisions = 1}, {}, nullptr);
