@@ -43,6 +43,24 @@ CrossLoad Turned(const CrossLoad& cross_V, const Mat3& R_WV) {
   return {R * cross_V.stiffness * R.transpose(), R * cross_V.damping * R.transpose()};
 }
 
+double PressedBy(const Contact& contact, const ForceRule& rule) {
+  return ContactForce(contact.share * rule.gains.stiffness, contact.depth, rule.voxel_size,
+                      rule.full_stiffness_depth * rule.voxel_size);
+}
+
+/// Returns the share of the contacts' forces that holds against one another: 0 on a plane, 1
+/// between two walls.
+double OpposedShare(std::span<const Contact> contacts, const ForceRule& rule) {
+  Vec3 sum = Vec3::Zero();
+  double of_sizes = 0;
+  for (const Contact& contact : contacts) {
+    const double pressed = PressedBy(contact, rule);
+    sum += pressed * contact.nhat_V;
+    of_sizes += pressed;
+  }
+  return of_sizes > 0 ? 1.0 - sum.norm() / of_sizes : 0.0;
+}
+
 }  // namespace
 
 CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, const ForceRule& rule,
@@ -55,6 +73,9 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
   const Vec3 v_shell = q_VW * at.shell_body.V_WB.v;
   const Vec3 w_map = q_VW * at.map_body.V_WB.w;
   const Vec3 v_map = q_VW * at.map_body.V_WB.v;
+  const double friction = rule.gains.friction;
+  const double opposed =
+      friction == 0 && rule.gains.comes_to_rest ? OpposedShare(contacts, rule) : 0.0;
   Load shell_V;
   for (Contact& contact : contacts) {
     const Vec3& p = contact.p_V;
@@ -67,7 +88,7 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
     const double K = contact.share * rule.gains.stiffness;
     const double soft = rule.full_stiffness_depth * rule.voxel_size;
     const double stiffness = ContactStiffness(K, depth, rule.voxel_size, soft);
-    const double pressed = ContactForce(K, depth, rule.voxel_size, soft);
+    const double pressed = PressedBy(contact, rule);
     contact.force = pressed;
     const double full = rule.full_damping_depth * rule.voxel_size;
     const double damped = full > 0 ? std::min(1.0, depth / full) : 1.0;
@@ -79,11 +100,12 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
     shell_V.force += force * along;
     AddLower(along, stiffness, shell_V.stiffness);
     AddLower(along, damping, shell_V.damping);
-    if (rule.gains.friction == 0) continue;
+    if (friction == 0 && opposed == 0) continue;
     // damping that stops an approach is no pressure yet: a graze would stick
     const double normal_force = std::min(pressed, force);
     const Vec3 sliding = slip + approach * n;
-    const double drag = FrictionDamping(rule.gains.friction, normal_force, sliding.norm());
+    const double drag = friction > 0 ? FrictionDamping(friction, normal_force, sliding.norm())
+                                     : RestDamping(opposed * normal_force, sliding.norm());
     const Eigen::Matrix<double, 6, 3> across = AlongTangent(r_shell, n);
     shell_V.force -= drag * across * sliding;
     shell_V.damping.triangularView<Eigen::Lower>() += drag * across * across.transpose();
