@@ -24,6 +24,7 @@ constexpr double kForgetting = 1.0 - kFrame / 120;  // in a frame, of the longes
 constexpr double kSilentLoops = 1.5;                // of the longest loop age, and
 constexpr double kSilentFor = 0.1;                  // s more: then a partner is silent
 constexpr double kBegun = 0.05;                     // of what the delay allows: less is begun anew
+constexpr double kNext = 1e-9;                      // N/m, of a link that is to rise from nothing
 constexpr double kHeardTime = 0.02;                 // s, of its end
 
 double Seconds(std::int64_t ns) {
@@ -174,9 +175,14 @@ void SharedBody::Admit(const RigidState& own, const Mat3& per_mass) noexcept {
   for (const Partner& partner : partners_) sum += partner.stiffness;
   const double lost =
       kFrame * ground_damping_ * (own.V_WB.v.squaredNorm() + own.V_WB.w.dot(per_mass * own.V_WB.w));
+  const auto closed = static_cast<double>(coupled());
   for (Partner& partner : partners_) {
     if (!partner.heard) continue;
-    if (sum > 0) partner.gate.Earn(lost * partner.stiffness / sum);
+    if (sum > 0) {
+      partner.gate.Earn(lost * partner.stiffness / sum);
+    } else if (partner.closed()) {
+      partner.gate.Earn(lost / closed);
+    }
     // as far as the force may change in a frame, then as far as there is energy for it
     Pose next = partner.state.X_WB;
     const double step = partner.catching_up ? kGentleStep : kMostStep;
@@ -228,8 +234,12 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist&
                        .gentle_fall = kGentleFall * falls_share,
                        .rise_power = kRisePower * rises_share,
                        .speed = std::max(own_speed, SpeedOf(partner.state.V_WB, per_mass))};
-    // half the credit is left for the way of the copy
-    if (options_.gate) slew.energy = partner.gate.tank() - 0.5 * EnergyGate::kCredit;
+    // the way of a copy costs the more the firmer its spring is: a whole one is left half the
+    // credit
+    if (options_.gate) {
+      const double firmness = std::min(1.0, partner.stiffness / std::max(allowed.stiffness, 1e-9));
+      slew.energy = partner.gate.tank() - 0.5 * firmness * EnergyGate::kCredit;
+    }
     if (partner.fade_share == 1) partner.fade_from = partner.stiffness * slew.stretch;
     LinkLaw link = allowed;
     if (!partner.present) {
@@ -355,7 +365,9 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
   }
   inputs.link_count = link_count_;
   common.te_s = DesignDelay(WorstLoopAge());
-  inputs.ground_damping = options_.law->GroundDamping(common, stiffness_sum);
+  // a link that is to rise from nothing has the least drag, which earns what its rise costs
+  const double risen = coupled() > 0 ? std::max(stiffness_sum, kNext) : stiffness_sum;
+  inputs.ground_damping = options_.law->GroundDamping(common, risen);
   if (stiffness_sum > 0) {
     inputs.ground_damping = DragAfter(kFrame, ground_damping_, inputs.ground_damping);
   }

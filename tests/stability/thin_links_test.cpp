@@ -100,5 +100,16 @@ TEST(RandomCases, ASoftHandHoldsAPartStillThroughSilencesOfSeconds) {
   ExpectCalm(5157, 1);
 }
 
+// Two users are torn apart by a wall and meet again with an empty tank at one end. A link of no
+// stiffness needs no reserve for the way of its copy, so it rises.
+TEST(RandomCases, ALinkRisesAgainWhereItsTankIsEmpty) {
+  ExpectCalm(767, 1);
+}
+
+// A hand without a spring presses a ball into its socket. Contact alone would turn it on and on.
+TEST(RandomCases, APressedBallComesToRestInItsSocket) {
+  ExpectCalm(9455, 1);
+}
+
 }  // namespace
 }  // namespace tandem
