@@ -96,7 +96,9 @@ int MakeReport(const ReportRequest& request) {
     if (const auto fault = AddFile(file, data)) return Fail(kExitFile, fault->what);
   }
   Folder folder(request.folder);
-  if (const auto fault = folder.Make("pictures")) return Fail(kExitFile, fault->what);
+  for (const char* name : {"pictures", "cases"}) {
+    if (const auto fault = folder.Make(name)) return Fail(kExitFile, fault->what);
+  }
   LabScenes scenes;
   for (ReportSweep& sweep : data.sweeps) AddPictures(scenes, sweep);
   for (const ReportSweep& sweep : data.sweeps) {
@@ -110,6 +112,9 @@ int MakeReport(const ReportRequest& request) {
     pictures.insert(pictures.end(), sweep.maps.begin(), sweep.maps.end());
     pictures.insert(pictures.end(), sweep.others.begin(), sweep.others.end());
     folder.Write(sweep.name + "-cells.csv", CsvOf(sweep.results));
+    for (const auto& [number, record] : sweep.results.records) {
+      folder.Write(CaseFileOf(sweep.name, record), record.cell.case_json + "\n");
+    }
   }
   pictures.insert(pictures.end(), data.pictures.begin(), data.pictures.end());
   for (const ReportSeries& one : data.series) pictures.push_back(one.picture);

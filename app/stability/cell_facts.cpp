@@ -1,5 +1,6 @@
 #include "app/stability/cell_facts.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -40,6 +41,14 @@ std::string HandText(const Json& hand) {
     text.append(text.empty() ? "" : " ").append(TableNumber(hand[key].get<double>())).append(unit);
   }
   return text;
+}
+
+/// " at 0 40 0 mm" where the hand has a grasp of its own.
+std::string GraspText(const Json& hand) {
+  if (!hand.is_object() || !hand.contains("grasp_m")) return {};
+  std::string text = " at";
+  for (const Json& part : hand["grasp_m"]) text += " " + TableNumber(1e3 * part.get<double>());
+  return text + " mm";
 }
 
 // "jitter 20 ms, loss 5 %"; of a schedule its steps
@@ -97,7 +106,7 @@ std::string KeyButSeed(Json test) {
 }
 
 std::string MapKey(Json test) {
-  for (const char* key : {"name", "seed", "delay_s", "seconds"}) test.erase(key);
+  for (const char* key : {"name", "seed", "seconds"}) test.erase(key);
   Json& law = test["law"];
   for (const char* key : {"ratio", "boundary_ratio"}) law.erase(key);
   if (law.contains("limits")) {
@@ -122,7 +131,9 @@ CellFacts FactsOf(const CellRecord& record) {
   facts.scene = test.value("scene", "free");
   facts.users = test.value("users", std::size_t{2});
   for (const Json& hand : test.value("hands", Json::array())) {
-    facts.hands.append(facts.hands.empty() ? "" : " + ").append(HandText(hand));
+    const std::string kind = HandText(hand);
+    facts.hands.append(facts.hands.empty() ? "" : " + ").append(kind).append(GraspText(hand));
+    facts.hand_kinds.append(facts.hand_kinds.empty() ? "" : " + ").append(kind);
   }
   facts.delay_s = NumberIn(test, "delay_s", 0);
   const Json network = test.value("network", Json("clean"));
@@ -136,7 +147,20 @@ CellFacts FactsOf(const CellRecord& record) {
   facts.law = LawText(law);
   facts.gate = law.value("gate", true);
   facts.motion = test.value("motion", "kick");
-  facts.map = MapKey(test);
+  Json but_grasp = test;
+  if (but_grasp.contains("hands")) {
+    for (Json& hand : but_grasp["hands"]) {
+      if (!hand.is_object() || !hand.contains("grasp_m")) continue;
+      double square = 0;
+      for (const Json& part : hand["grasp_m"]) square += std::pow(part.get<double>(), 2);
+      facts.grasp_m = std::max(facts.grasp_m, std::sqrt(square));
+      hand.erase("grasp_m");
+    }
+  }
+  facts.grasp_map = MapKey(std::move(but_grasp));
+  Json but_delay = test;
+  but_delay.erase("delay_s");
+  facts.map = MapKey(std::move(but_delay));
   facts.but_seed = KeyButSeed(test);
   return facts;
 }

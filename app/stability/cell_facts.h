@@ -11,7 +11,9 @@ namespace tandem {
 struct CellFacts {
   std::string scene;
   std::size_t users = 2;
-  std::string hands;  // "off", or "off + heavy"
+  std::string hands;       // "off", or "off + heavy", with their grasps
+  std::string hand_kinds;  // the same without
+  double grasp_m = 0;      // farthest of the hands' own grasps from the centre of mass
   double delay_s = 0;
   std::string network;         // its name, or what is on the line: "jitter 20 ms, loss 5 %"
   std::string network_detail;  // both, where a network has both
@@ -20,8 +22,9 @@ struct CellFacts {
   bool gate = false;
   std::string motion;
   std::uint64_t seed = 1;
-  std::string map;       // all but the delay and the stiffness: cells of one map share it
-  std::string but_seed;  // all but the seed: cells that are repeated share it
+  std::string map;        // all but the delay and the stiffness: cells of one map share it
+  std::string grasp_map;  // all but the grasps and the stiffness, likewise
+  std::string but_seed;   // all but the seed: cells that are repeated share it
 };
 
 CellFacts FactsOf(const CellRecord& record);

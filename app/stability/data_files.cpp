@@ -36,6 +36,10 @@ std::string Exact(double value) {
   return text.data();
 }
 
+std::string TrueOrFalse(bool value) {
+  return value ? "true" : "false";
+}
+
 std::string LineOf(const std::vector<std::string>& values) {
   std::string line;
   for (const std::string& value : values) {
@@ -60,7 +64,7 @@ std::vector<std::string> ValuesOf(const CellRecord& record) {
       facts.network,
       Exact(facts.publish_hz),
       facts.law,
-      facts.gate ? "yes" : "no",
+      TrueOrFalse(facts.gate),
       facts.motion,
       record.cell.expect == Expectation::kNothing ? "" : NameOf(record.cell.expect),
       NameOf(outcome.result.verdict),
@@ -70,7 +74,12 @@ std::vector<std::string> ValuesOf(const CellRecord& record) {
   for (const MetricField& field : MetricFields()) {
     std::visit(
         [&](auto member) {
-          values.push_back(Exact(static_cast<double>(outcome.result.metrics.*member)));
+          const auto value = outcome.result.metrics.*member;
+          if constexpr (std::is_same_v<std::remove_const_t<decltype(value)>, bool>) {
+            values.push_back(TrueOrFalse(value));
+          } else {
+            values.push_back(Exact(static_cast<double>(value)));
+          }
         },
         field.member);
   }
@@ -93,6 +102,10 @@ OrderedJson JsonOf(const std::vector<SweepRow>& rows) {
 }
 
 }  // namespace
+
+std::string CaseFileOf(const std::string& sweep, const CellRecord& record) {
+  return "cases/" + sweep + "-cell-" + std::to_string(record.cell.number) + ".json";
+}
 
 std::string CsvOf(const Results& results) {
   std::vector<std::string> columns{

@@ -6,6 +6,9 @@
 
 namespace tandem {
 
+/// Where in a report's folder the case of a cell is, ready for `tandem stability run`.
+std::string CaseFileOf(const std::string& sweep, const CellRecord& record);
+
 /// Every figure of a sweep's cells as CSV, a line a cell.
 std::string CsvOf(const Results& results);
 /// A table as CSV.

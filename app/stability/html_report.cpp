@@ -5,6 +5,7 @@
 
 #include "app/picture/svg.h"
 #include "app/stability/cell_facts.h"
+#include "app/stability/data_files.h"
 #include "app/stability/html_page.h"
 #include "engine/base/markup.h"
 
@@ -101,7 +102,7 @@ std::string RowsOf(const std::vector<SweepRow>& rows) {
   return out + "</tbody></table></div>\n";
 }
 
-std::string CellRowOf(const CellRecord& record, std::size_t sweep) {
+std::string CellRowOf(const CellRecord& record, std::size_t sweep, const std::string& name) {
   const CellFacts facts = FactsOf(record);
   const CaseResult& result = record.outcome.result;
   const Metrics& m = result.metrics;
@@ -112,10 +113,12 @@ std::string CellRowOf(const CellRecord& record, std::size_t sweep) {
   };
   std::string out =
       "<tr id=\"s" + std::to_string(sweep) + "-" + std::to_string(record.cell.number) + "\">";
-  out += Cell(std::to_string(record.cell.number), true) + Cell(facts.scene, false) +
-         number(static_cast<double>(facts.users)) + Cell(facts.hands, false) +
-         number(1e3 * facts.delay_s) + Cell(facts.network, false) + number(facts.publish_hz) +
-         Cell(facts.law + (facts.gate ? ", gated" : ""), false) + Cell(facts.motion, false);
+  const std::string cell = std::to_string(record.cell.number);
+  out += "<td class=\"n\"><a href=\"" + EscapedMarkup(CaseFileOf(name, record)) + "\">" + cell +
+         "</a></td>" + Cell(facts.scene, false) + number(static_cast<double>(facts.users)) +
+         Cell(facts.hands, false) + number(1e3 * facts.delay_s) + Cell(facts.network, false) +
+         number(facts.publish_hz) + Cell(facts.law + (facts.gate ? ", gated" : ""), false) +
+         Cell(facts.motion, false);
   const bool bad =
       (record.cell.expect == Expectation::kStable && result.verdict != Verdict::kStable) ||
       (record.cell.expect == Expectation::kUnstable && result.verdict != Verdict::kUnstable) ||
@@ -132,8 +135,12 @@ std::string CellRowOf(const CellRecord& record, std::size_t sweep) {
 }
 
 std::string CellsOf(const ReportSweep& sweep, std::size_t index) {
-  std::string out = "<h3>All cells of " + EscapedMarkup(sweep.results.header.sweep) +
-                    "</h3>\n<div class=\"wide\"><table><thead><tr>";
+  std::string out =
+      "<h3>All cells of " + EscapedMarkup(sweep.results.header.sweep) +
+      "</h3>\n<p>A cell's number leads to its case. <code>tandem stability run "
+      "CASE --series course.csv</code> runs it again bit for bit and writes its course "
+      "in time; <code>tandem stability live CASE</code> runs it with real peers.</p>\n"
+      "<div class=\"wide\"><table><thead><tr>";
   const std::vector<std::pair<const char*, bool>> columns{{"cell", true},
                                                           {"scene", false},
                                                           {"users", true},
@@ -156,7 +163,8 @@ std::string CellsOf(const ReportSweep& sweep, std::size_t index) {
                                                           {"gate acts, %", true}};
   for (const auto& column : columns) out += Cell(column.first, column.second, true);
   out += "</tr></thead><tbody>\n";
-  for (const auto& numbered : sweep.results.records) out += CellRowOf(numbered.second, index);
+  for (const auto& numbered : sweep.results.records)
+    out += CellRowOf(numbered.second, index, sweep.name);
   return out + "</tbody></table></div>\n";
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "app/picture/chart.h"
@@ -54,18 +55,52 @@ Stroke StrokeOf(MapLineKind kind) {
   return {};
 }
 
-// ln of the middles between neighbours, no further than the widest tile
-std::vector<std::pair<double, double>> TilesOf(const std::vector<double>& values) {
+/// From the middle between neighbours to the next, no further than `widest` from the value: all by
+/// `scale`, which is logarithmic or not, with `back` from it.
+template <class Scale, class Back>
+std::vector<std::pair<double, double>> TilesOf(const std::vector<double>& values, double widest,
+                                               Scale scale, Back back) {
   std::vector<std::pair<double, double>> tiles;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const double at = std::log(values[i]);
-    double from = at - kWidestTile;
-    double to = at + kWidestTile;
-    if (i > 0) from = std::max(from, 0.5 * (at + std::log(values[i - 1])));
-    if (i + 1 < values.size()) to = std::min(to, 0.5 * (at + std::log(values[i + 1])));
-    tiles.emplace_back(std::exp(from), std::exp(to));
+    const double at = scale(values[i]);
+    double from = at - widest;
+    double to = at + widest;
+    if (i > 0) from = std::max(from, 0.5 * (at + scale(values[i - 1])));
+    if (i + 1 < values.size()) to = std::min(to, 0.5 * (at + scale(values[i + 1])));
+    tiles.emplace_back(back(from), back(to));
   }
   return tiles;
+}
+
+std::vector<std::pair<double, double>> LogarithmicTiles(const std::vector<double>& values) {
+  const auto log = [](double x) {
+    return std::log(x);
+  };
+  const auto exp = [](double x) {
+    return std::exp(x);
+  };
+  return TilesOf(values, kWidestTile, log, exp);
+}
+
+/// Half of the least step between two of the values, which rise.
+double HalfStep(const std::vector<double>& values) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < values.size(); ++i)
+    least = std::min(least, values[i] - values[i - 1]);
+  return std::isfinite(least) ? 0.5 * least : 1.0;
+}
+
+std::vector<std::pair<double, double>> EvenTiles(const std::vector<double>& values) {
+  const auto same = [](double x) {
+    return x;
+  };
+  return TilesOf(values, HalfStep(values), same, same);
+}
+
+std::vector<double> ColumnsOf(const StabilityMap& map) {
+  std::set<double> columns;
+  for (const MapCell& cell : map.cells) columns.insert(cell.x);
+  return {columns.begin(), columns.end()};
 }
 
 /// So that a long text ends within the picture: letters are 0.55 as wide as high, bold ones 0.62.
@@ -75,10 +110,9 @@ double FittingSize(const std::string& text, double most, double share) {
 
 void DrawTiles(const StabilityMap& map, const Chart& chart, Picture& picture) {
   std::map<double, std::vector<const MapCell*>> columns;
-  for (const MapCell& cell : map.cells) columns[cell.delay_s].push_back(&cell);
-  std::vector<double> delays;
-  for (const auto& column : columns) delays.push_back(column.first);
-  const auto widths = TilesOf(delays);
+  for (const MapCell& cell : map.cells) columns[cell.x].push_back(&cell);
+  const std::vector<double> at = ColumnsOf(map);
+  const auto widths = map.axis == MapAxis::kDelay ? LogarithmicTiles(at) : EvenTiles(at);
   std::size_t number = 0;
   for (auto& column : columns) {
     const std::pair<double, double> width = widths[number++];
@@ -86,7 +120,7 @@ void DrawTiles(const StabilityMap& map, const Chart& chart, Picture& picture) {
     std::ranges::stable_sort(cells, {}, &MapCell::stiffness);
     std::vector<double> values;
     for (const MapCell* cell : cells) values.push_back(cell->stiffness);
-    const auto heights = TilesOf(values);
+    const auto heights = LogarithmicTiles(values);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const PicturePoint low = chart.At(width.first, heights[i].first);
       const PicturePoint high = chart.At(width.second, heights[i].second);
@@ -111,7 +145,7 @@ void DrawMarks(const StabilityMap& map, const Chart& chart, Picture& picture) {
   for (const MapCell& cell : map.cells) {
     const MarkerKind kind = MarkOf(cell.verdict);
     picture.shapes.emplace_back(
-        MarkerShape{chart.At(cell.delay_s, cell.stiffness), kind, SizeOf(kind), kBlack, cell.hint});
+        MarkerShape{chart.At(cell.x, cell.stiffness), kind, SizeOf(kind), kBlack, cell.hint});
   }
 }
 
@@ -152,7 +186,7 @@ bool Reaches(const MapLine& line, const MapRange& range) {
   for (std::size_t i = 0; i < line.points.size(); ++i) {
     const PicturePoint& at = line.points[i];
     const PicturePoint& before = line.points[i > 0 ? i - 1 : 0];
-    if (!std::isfinite(at.y) || at.x < range.shortest || at.x > range.longest) continue;
+    if (!std::isfinite(at.y) || at.x < range.least_x || at.x > range.most_x) continue;
     const double low = std::isfinite(before.y) ? std::min(at.y, before.y) : at.y;
     const double high = std::isfinite(before.y) ? std::max(at.y, before.y) : at.y;
     if (high >= range.softest && low <= range.firmest) return true;
@@ -203,14 +237,21 @@ MapRange RangeOf(const StabilityMap& map) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   MapRange range{kInfinite, 0, kInfinite, 0};
   for (const MapCell& cell : map.cells) {
-    range.shortest = std::min(range.shortest, cell.delay_s);
-    range.longest = std::max(range.longest, cell.delay_s);
+    range.least_x = std::min(range.least_x, cell.x);
+    range.most_x = std::max(range.most_x, cell.x);
     range.softest = std::min(range.softest, cell.stiffness);
     range.firmest = std::max(range.firmest, cell.stiffness);
   }
   const double margin = std::exp(kWidestTile);
-  return {range.shortest / margin, range.longest * margin, range.softest / margin,
-          range.firmest * margin};
+  if (map.axis == MapAxis::kDelay) {
+    range.least_x /= margin;
+    range.most_x *= margin;
+  } else {
+    const double half = HalfStep(ColumnsOf(map));
+    range.least_x -= half;
+    range.most_x += half;
+  }
+  return {range.least_x, range.most_x, range.softest / margin, range.firmest * margin};
 }
 
 Picture PictureOf(const StabilityMap& map) {
@@ -230,19 +271,21 @@ Picture PictureOf(const StabilityMap& map) {
                                          false,
                                          false});
   const MapRange range = RangeOf(map);
+  // the chart's axis is in thousandths: ms, mm
+  const bool is_delay = map.axis == MapAxis::kDelay;
   Chart chart(picture, kMapPlot,
-              {"one-way delay, ms", 1e3 * range.shortest, 1e3 * range.longest, true},
+              {is_delay ? "one-way delay, ms" : "grasp beside the centre of mass, mm",
+               1e3 * range.least_x, 1e3 * range.most_x, is_delay},
               {"stiffness of all links of a user, N/m", range.softest, range.firmest, true});
-  // the chart's axis is in ms
-  StabilityMap in_ms = map;
-  for (MapCell& cell : in_ms.cells) cell.delay_s *= 1e3;
+  StabilityMap shown = map;
+  for (MapCell& cell : shown.cells) cell.x *= 1e3;
   chart.DrawGrid();
-  DrawTiles(in_ms, chart, picture);
-  for (MapLine& line : in_ms.lines) {
+  DrawTiles(shown, chart, picture);
+  for (MapLine& line : shown.lines) {
     for (PicturePoint& point : line.points) point.x *= 1e3;
     chart.DrawCurve(line.points, StrokeOf(line.kind), true);
   }
-  DrawMarks(in_ms, chart, picture);
+  DrawMarks(shown, chart, picture);
   chart.DrawAxes();
   DrawColours(picture);
   DrawLegend(map, picture);

@@ -8,16 +8,22 @@
 
 namespace tandem {
 
-/// One experiment on a map of delay and stiffness.
+/// What a map has from left to right.
+enum class MapAxis : std::uint8_t {
+  kDelay,  // s, logarithmic
+  kGrasp   // m from the body's centre of mass to where a hand holds it
+};
+
+/// One experiment on a map of stiffness over delay or grasp.
 struct MapCell {
-  double delay_s = 0;
+  double x = 0;          // by the map's axis
   double stiffness = 0;  // N/m, all links of a user
   double growth = 0;     // 1/s; infinite: it blew up
   Verdict verdict = Verdict::kUndecided;
   std::string hint;
 };
 
-/// What theory says, or a law, over the delay.
+/// What theory says, or a law, over the map's axis.
 enum class MapLineKind : std::uint8_t {
   kBoundary,    // stable below, exactly, in free space
   kPassive,     // stable below with whatever it touches: b/tau
@@ -30,7 +36,7 @@ enum class MapLineKind : std::uint8_t {
 struct MapLine {
   MapLineKind kind = MapLineKind::kBoundary;
   std::string name;
-  std::vector<PicturePoint> points;  // s, N/m
+  std::vector<PicturePoint> points;  // x by the map's axis; N/m
 };
 
 struct StabilityMap {
@@ -39,6 +45,7 @@ struct StabilityMap {
   std::string note;  // below the title
   std::vector<MapCell> cells;
   std::vector<MapLine> lines;
+  MapAxis axis = MapAxis::kDelay;
 };
 
 /// The growth at which the colours end, either way, 1/s.
@@ -48,16 +55,16 @@ inline constexpr double kMostGrowth = 2.0;
 /// no number. Readable without red and green.
 Rgb GrowthColour(double growth);
 
-/// Where the axes of the map begin and end: s and N/m, around all its cells.
+/// Where the axes of the map begin and end, around all its cells: x by its axis, and N/m.
 struct MapRange {
-  double shortest = 0;
-  double longest = 0;
+  double least_x = 0;
+  double most_x = 0;
   double softest = 0;
   double firmest = 0;
 };
 MapRange RangeOf(const StabilityMap& map);
 
-/// Delay from left to right, stiffness upwards, both logarithmic; each cell a
+/// Delay or grasp from left to right, stiffness upwards, logarithmic; each cell a
 /// tile in the colour of its growth with a mark for what was measured, the
 /// lines above.
 Picture PictureOf(const StabilityMap& map);

@@ -19,6 +19,7 @@ namespace tandem {
 namespace {
 
 constexpr int kLinePoints = 96;
+constexpr int kGraspPoints = 21;  // six axes take longer than one
 constexpr std::size_t kLeastCells = 6;
 constexpr double kFirmLinear = 200;  // N/m: the paper's law where it fails
 
@@ -45,24 +46,69 @@ LabCase WithLaw(LabCase test, const std::string& name, double linear_stiffness) 
   return test;
 }
 
+/// A case at each place along a map's axis.
+struct CaseAt {
+  double x = 0;
+  LabCase test;
+};
+
 template <class Value>
-MapLine Line(MapLineKind kind, std::string name, LabCase test, const Inertia& body,
-             const std::vector<double>& delays, Value value) {
+MapLine Line(MapLineKind kind, std::string name, const std::vector<CaseAt>& cases,
+             const Inertia& body, Value value) {
   MapLine line{kind, std::move(name), {}};
-  for (const double delay : delays) {
-    test.delay_s = delay;
-    line.points.push_back({delay, LeastOf(test, body, value)});
+  for (const CaseAt& at : cases) line.points.push_back({at.x, LeastOf(at.test, body, value)});
+  return line;
+}
+
+/// The exact boundary in all six axes.
+MapLine BoundaryLine(const std::vector<CaseAt>& cases, const Inertia& body) {
+  MapLine line{MapLineKind::kBoundary, "exact boundary", {}};
+  for (const CaseAt& at : cases) {
+    const std::optional<Prediction> predicted = Predict(at.test, body);
+    line.points.push_back(
+        {at.x, predicted ? predicted->critical : std::numeric_limits<double>::quiet_NaN()});
   }
   return line;
 }
 
-// several delays, and several stiffnesses at one of them
+bool HasGrasps(const LabCase& test) {
+  return test.scene == "off_centre" || std::ranges::any_of(test.hands, [](const LabHand& hand) {
+           return hand.grasp_B && !hand.grasp_B->isZero();
+         });
+}
+
+std::vector<CaseAt> AtDelays(const LabCase& like, double shortest_s, double longest_s) {
+  const int points = HasGrasps(like) ? kGraspPoints : kLinePoints;
+  std::vector<CaseAt> cases;
+  for (int i = 0; i < points; ++i) {
+    cases.push_back({shortest_s * std::pow(longest_s / shortest_s, i / (points - 1.0)), like});
+    cases.back().test.delay_s = cases.back().x;
+  }
+  return cases;
+}
+
+/// Every grasp of its own is moved along its way from the centre of mass, the farthest to x.
+std::vector<CaseAt> AtGrasps(const LabCase& like, double farthest) {
+  double most = 0;
+  for (const LabHand& hand : like.hands)
+    most = std::max(most, hand.grasp_B.value_or(Vec3::Zero()).norm());
+  std::vector<CaseAt> cases;
+  for (int i = 0; i < kGraspPoints; ++i) {
+    cases.push_back({farthest * i / (kGraspPoints - 1.0), like});
+    for (LabHand& hand : cases.back().test.hands) {
+      if (hand.grasp_B) *hand.grasp_B *= cases.back().x / most;
+    }
+  }
+  return cases;
+}
+
+// several columns, and several stiffnesses in one of them
 bool MakesAMap(const std::vector<MapCell>& cells) {
   std::map<double, std::set<double>> columns;
   bool several = false;
   for (const MapCell& cell : cells) {
-    columns[cell.delay_s].insert(cell.stiffness);
-    several = several || columns[cell.delay_s].size() > 1;
+    columns[cell.x].insert(cell.stiffness);
+    several = several || columns[cell.x].size() > 1;
   }
   return cells.size() >= kLeastCells && columns.size() > 1 && several;
 }
@@ -80,10 +126,10 @@ double ShownGrowth(const CaseResult& result) {
   return metrics.growth;
 }
 
-MapCell CellOf(const CellRecord& record, const CellFacts& facts) {
+MapCell CellOf(const CellRecord& record, const CellFacts& facts, MapAxis axis) {
   const Metrics& metrics = record.outcome.result.metrics;
   MapCell cell;
-  cell.delay_s = facts.delay_s;
+  cell.x = axis == MapAxis::kDelay ? facts.delay_s : facts.grasp_m;
   cell.stiffness = StiffnessOf(record, facts);
   cell.growth = ShownGrowth(record.outcome.result);
   cell.verdict = record.outcome.result.verdict;
@@ -142,30 +188,25 @@ std::string LawOnMap(const LabLaw& law) {
   return text;
 }
 
-}  // namespace
-
-std::vector<MapLine> LinesOf(const LabCase& like, const Inertia& body, double shortest_s,
-                             double longest_s) {
-  std::vector<double> delays;
-  for (int i = 0; i < kLinePoints; ++i) {
-    delays.push_back(shortest_s * std::pow(longest_s / shortest_s, i / (kLinePoints - 1.0)));
-  }
+/// What theory and the laws say along `cases`.
+std::vector<MapLine> LinesAlong(const std::vector<CaseAt>& cases, const Inertia& body) {
+  const LabCase& like = cases.front().test;
+  const auto with_law = [&cases](const auto& change) {
+    std::vector<CaseAt> changed = cases;
+    for (CaseAt& at : changed) at.test = change(at.test);
+    return changed;
+  };
   const auto stiffness = [](const LumpedCoupling& lumped) {
     return lumped.stiffness;
   };
   std::vector<MapLine> lines;
-  if (IsFree(like)) {
-    lines.push_back(Line(MapLineKind::kBoundary, "exact boundary", like, body, delays,
-                         [](const LumpedCoupling& lumped) {
-                           return CriticalStiffness(lumped);
-                         }));
-  }
-  lines.push_back(Line(MapLineKind::kPassive, "passive: b / delay", like, body, delays,
+  if (IsFree(like)) lines.push_back(BoundaryLine(cases, body));
+  lines.push_back(Line(MapLineKind::kPassive, "passive: b / delay", cases, body,
                        [](const LumpedCoupling& lumped) {
                          return PassiveStiffness(lumped.delay_s, lumped.damping);
                        }));
-  if (IsFree(like)) {
-    lines.push_back(Line(MapLineKind::kAnyDelay, "stable at any delay", like, body, delays,
+  if (IsFree(like) && !HasGrasps(cases.back().test)) {
+    lines.push_back(Line(MapLineKind::kAnyDelay, "stable at any delay", cases, body,
                          [](const LumpedCoupling& lumped) {
                            return AnyDelayStiffness(lumped.damping, lumped.mass,
                                                     lumped.relative_damping);
@@ -174,34 +215,38 @@ std::vector<MapLine> LinesOf(const LabCase& like, const Inertia& body, double sh
   const double calm = CouplingLimits{}.linear_stiffness;
   // constant gains have no stiffness of their own by delay: the default law's beside them
   const bool constant = like.law.name == "constant";
-  LabCase of_law = WithLaw(like, DefaultLaw()->name(), calm);
-  if (!constant) {
-    of_law = like;
-    of_law.law.ratio = 1;
-    of_law.law.exchange_forces = false;
+  const std::vector<CaseAt> of_law = with_law([&](LabCase test) {
+    if (constant) return WithLaw(std::move(test), DefaultLaw()->name(), calm);
+    test.law.ratio = 1;
+    test.law.exchange_forces = false;
+    return test;
+  });
+  lines.push_back(
+      Line(MapLineKind::kLaw,
+           (constant ? "default law: " : "law of these runs: ") + of_law.front().test.law.name,
+           of_law, body, stiffness));
+  for (const auto& [kind, firmness] : {std::pair(MapLineKind::kLinearCalm, calm),
+                                       std::pair(MapLineKind::kLinearFirm, kFirmLinear)}) {
+    const auto linear = with_law([value = firmness](LabCase test) {
+      return WithLaw(std::move(test), "linear", value);
+    });
+    lines.push_back(Line(kind, "paper's linear law, " + ShortNumber(firmness) + " N/m", linear,
+                         body, stiffness));
   }
-  lines.push_back(Line(MapLineKind::kLaw,
-                       (constant ? "default law: " : "law of these runs: ") + of_law.law.name,
-                       of_law, body, delays, stiffness));
-  lines.push_back(Line(MapLineKind::kLinearCalm,
-                       "paper's linear law, " + ShortNumber(calm) + " N/m",
-                       WithLaw(like, "linear", calm), body, delays, stiffness));
-  lines.push_back(Line(MapLineKind::kLinearFirm,
-                       "paper's linear law, " + ShortNumber(kFirmLinear) + " N/m",
-                       WithLaw(like, "linear", kFirmLinear), body, delays, stiffness));
   return lines;
 }
 
-std::vector<StabilityMap> MapsOf(const Results& results, const BodyOf& body_of) {
+/// Sorts the cells into groups, each of one map.
+std::map<std::string, Group> GroupsOf(const Results& results, MapAxis axis) {
   std::map<std::string, Group> groups;
   for (const auto& numbered : results.records) {
     const CellRecord& record = numbered.second;
     if (record.outcome.result.fault) continue;
     const CellFacts facts = FactsOf(record);
-    const MapCell cell = CellOf(record, facts);
-    if (!(cell.stiffness > 0) || !(cell.delay_s > 0)) continue;
-    Group& group = groups[facts.map];
-    if (group.first == nullptr) {
+    const MapCell cell = CellOf(record, facts, axis);
+    if (!(cell.stiffness > 0) || !(facts.delay_s > 0)) continue;
+    Group& group = groups[axis == MapAxis::kDelay ? facts.map : facts.grasp_map];
+    if (group.first == nullptr || facts.grasp_m > group.facts.grasp_m) {
       group.first = &record;
       group.facts = facts;
     }
@@ -211,25 +256,48 @@ std::vector<StabilityMap> MapsOf(const Results& results, const BodyOf& body_of) 
     group.cells[place].Add(cell);
     ++group.runs;
   }
+  return groups;
+}
+
+std::optional<StabilityMap> MapOf(const Group& group, MapAxis axis, const BodyOf& body_of) {
+  const Result<LabCase> parsed = ParseCase(group.first->cell.case_json, "cell");
+  StabilityMap map;
+  map.axis = axis;
+  for (const Repeated& cell : group.cells) map.cells.push_back(cell.Shown());
+  if (!MakesAMap(map.cells) || !parsed) return std::nullopt;
+  const CellFacts& facts = group.facts;
+  const bool is_delay = axis == MapAxis::kDelay;
+  map.title = "Stability by " + std::string(is_delay ? "delay" : "grasp") +
+              " and stiffness: " + facts.scene + ", " + std::to_string(facts.users) +
+              " users, hands " + (is_delay ? facts.hands : facts.hand_kinds) + ", " +
+              (is_delay ? "" : TableNumber(1e3 * facts.delay_s) + " ms, ") + "network " +
+              facts.network;
+  map.note = LawOnMap(parsed->law) + (facts.gate ? ", gated" : ", no gate") + "; network " +
+             facts.network_detail + ", states at " + TableNumber(facts.publish_hz) +
+             " Hz; motion " + facts.motion + "; " + std::to_string(group.runs) + " runs";
+  if (const std::optional<Inertia> body = body_of(*parsed)) {
+    const MapRange range = RangeOf(map);
+    const LabCase fitted = FittedTo(*body, *parsed);
+    map.lines = is_delay ? LinesOf(fitted, *body, range.least_x, range.most_x)
+                         : LinesAlong(AtGrasps(fitted, range.most_x), *body);
+  }
+  return map;
+}
+
+}  // namespace
+
+std::vector<MapLine> LinesOf(const LabCase& like, const Inertia& body, double shortest_s,
+                             double longest_s) {
+  return LinesAlong(AtDelays(like, shortest_s, longest_s), body);
+}
+
+std::vector<StabilityMap> MapsOf(const Results& results, const BodyOf& body_of) {
   std::vector<StabilityMap> maps;
-  for (auto& keyed : groups) {
-    Group& group = keyed.second;
-    const Result<LabCase> parsed = ParseCase(group.first->cell.case_json, "cell");
-    StabilityMap map;
-    for (const Repeated& cell : group.cells) map.cells.push_back(cell.Shown());
-    if (!MakesAMap(map.cells) || !parsed) continue;
-    const CellFacts& facts = group.facts;
-    map.title = "Stability by delay and stiffness: " + facts.scene + ", " +
-                std::to_string(facts.users) + " users, hands " + facts.hands + ", network " +
-                facts.network;
-    map.note = LawOnMap(parsed->law) + (facts.gate ? ", gated" : ", no gate") + "; network " +
-               facts.network_detail + ", states at " + TableNumber(facts.publish_hz) +
-               " Hz; motion " + facts.motion + "; " + std::to_string(group.runs) + " runs";
-    if (const std::optional<Inertia> body = body_of(*parsed)) {
-      const MapRange range = RangeOf(map);
-      map.lines = LinesOf(FittedTo(*body, *parsed), *body, range.shortest, range.longest);
+  for (const MapAxis axis : {MapAxis::kDelay, MapAxis::kGrasp}) {
+    for (const auto& [key, group] : GroupsOf(results, axis)) {
+      std::optional<StabilityMap> map = MapOf(group, axis, body_of);
+      if (map) maps.push_back(*std::move(map));
     }
-    maps.push_back(std::move(map));
   }
   std::ranges::stable_sort(maps, [](const StabilityMap& a, const StabilityMap& b) {
     return a.cells.size() > b.cells.size();

@@ -14,8 +14,8 @@ namespace tandem {
 using BodyOf = std::function<std::optional<Inertia>(const LabCase&)>;
 
 /// The maps that a sweep's cells make: cells that differ in delay and stiffness
-/// alone are on one map, which is drawn if they have several of each. The one
-/// with most cells comes first.
+/// alone are on one map, which is drawn if they have several of each; so are cells that differ in
+/// grasp and stiffness. The one with most cells comes first.
 std::vector<StabilityMap> MapsOf(const Results& results, const BodyOf& body_of);
 
 /// What theory and the laws say for cases like this one at every delay from one

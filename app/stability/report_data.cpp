@@ -13,8 +13,8 @@
 #include "app/stability/boundary_picture.h"
 #include "app/stability/cell_facts.h"
 #include "engine/base/json_reader.h"
-#include "engine/base/regular_file.h"
 #include "engine/base/json_text.h"
+#include "engine/base/regular_file.h"
 
 namespace tandem {
 

@@ -122,6 +122,11 @@ TEST(NetworksPreset, PassesItsRow) {
 }
 
 // A preset that is added is added here, or to one of the tests named above.
+TEST(OffsetPreset, HasNothingUnstableThatIsPredictedStableInOneShardOfEight) {
+  const Results results = RunPreset("offset.json", {1, 8});
+  ExpectAllRows(results);
+}
+
 TEST(Presets, AreAllRunByATest) {
   std::set<std::string> presets;
   for (const auto& entry : std::filesystem::directory_iterator(kPresets)) {
@@ -133,7 +138,7 @@ TEST(Presets, AreAllRunByATest) {
   }
   EXPECT_EQ(presets, (std::set<std::string>{"acceptance.json", "adversarial.json", "default.json",
                                             "knock.json", "live.json", "map.json", "networks.json",
-                                            "paper.json"}));
+                                            "offset.json", "paper.json"}));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@ tandem=$1
 jobs=${2:-2}
 presets=$(dirname "$0")/../../scenes/stability
 failed=0
-for sweep in paper default acceptance map; do
+for sweep in paper default acceptance map offset networks; do
   out=$("$tandem" stability sweep "$presets/$sweep.json" --jobs "$jobs")
   code=$?
   [ "$code" -eq 0 ] || failed=$((failed + 1))

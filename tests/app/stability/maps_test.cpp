@@ -47,6 +47,39 @@ TEST(Maps, PutCellsThatDifferInDelayAndStiffnessAloneOnOneMap) {
   EXPECT_NE(maps[0].name, maps[1].name);
 }
 
+// The paper's law does not know of the grasp.
+TEST(Maps, PutCellsThatDifferInGraspAndStiffnessAloneOnOneMapWithLinesOverTheGrasp) {
+  Results results;
+  std::size_t number = 0;
+  for (const char* grasp : {"0", "0.05", "0.1"}) {
+    for (const double stiffness : {20.0, 80.0, 320.0}) {
+      CellRecord record = MadeCell(number, 0.1, stiffness, 60);
+      ReplaceInCase(
+          record, "\"heavy\"",
+          std::string(R"({"mass_kg":3,"damping_Ns_m":0.7,"grasp_m":[0,)") + grasp + ",0]}");
+      results.records.emplace(number++, record);
+    }
+  }
+  const std::vector<StabilityMap> maps = MapsOf(results, Cube);
+  ASSERT_EQ(maps.size(), 1U);
+  const StabilityMap& map = maps[0];
+  EXPECT_EQ(map.axis, MapAxis::kGrasp);
+  EXPECT_EQ(map.cells.size(), 9U);
+  EXPECT_NE(map.title.find("100 ms"), std::string::npos) << map.title;
+  EXPECT_EQ(map.cells.back().x, 0.1);
+  const MapLine& paper = LineOf(map, MapLineKind::kLinearFirm);
+  EXPECT_EQ(paper.points.front().y, paper.points.back().y);
+  const MapLine& exact = LineOf(map, MapLineKind::kBoundary);
+  EXPECT_EQ(exact.points.front().x, 0);
+  // held at the centre it is the boundary of one axis
+  LumpedCoupling lumped;
+  lumped.mass = kCube.mass + 3;
+  lumped.damping = 0.7 + 10;
+  lumped.delay_s = 0.1 + 0.0005 + 0.0005;
+  EXPECT_NEAR(exact.points.front().y / CriticalStiffness(lumped), 1, 0.02);
+  for (const PicturePoint& point : exact.points) EXPECT_GT(point.y, 0);
+}
+
 TEST(Maps, AreNotMadeOfOneStiffnessAtEachDelay) {
   Results results = TwentyCells();
   std::erase_if(results.records, [](const auto& record) {
@@ -123,7 +156,7 @@ TEST(Maps, ShowWhatIsOutOfBoundsAsGrowthAndWhatIsAtRestAsDecay) {
   const auto growth_at = [&](double delay_s, double stiffness) {
     return std::ranges::find_if(map.cells,
                                 [&](const MapCell& cell) {
-                                  return cell.delay_s == delay_s && cell.stiffness == stiffness;
+                                  return cell.x == delay_s && cell.stiffness == stiffness;
                                 })
         ->growth;
   };
