@@ -37,7 +37,7 @@ std::string Exact(double value) {
 }
 
 std::string TrueOrFalse(bool value) {
-  return value ? "true" : "false";
+  return value ? "TRUE" : "FALSE";  // R takes no others
 }
 
 std::string LineOf(const std::vector<std::string>& values) {

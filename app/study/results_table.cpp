@@ -37,7 +37,7 @@ std::string GainsOf(const StudyCondition& condition) {
 }
 
 const char* WordOf(bool value) {
-  return value ? "true" : "false";
+  return value ? "TRUE" : "FALSE";  // R takes no others
 }
 
 /// Without its folders, which may name a person.
@@ -136,7 +136,7 @@ std::vector<ResultColumn> ColumnsOf(const Study& study) {
       {"trial", "whole number", "", "number of the trial, as the participant was told it"},
       {"repetition", "whole number", "", "repetition of the block's conditions, from 1"},
       {"place", "whole number", "", "place in its repetition, from 1"},
-      {"practice", "truth", "", "true: left out of the analysis"},
+      {"practice", "truth", "", "TRUE: left out of the analysis"},
       {"task", "text", "", "task of the block"},
       {"condition", "text", "", "name of the condition"},
       {"scene", "text", "", "scene of the trial"},
@@ -150,7 +150,7 @@ std::vector<ResultColumn> ColumnsOf(const Study& study) {
       {"condition_burst_loss", "number", "0 to 1", "share of samples lost within a burst"},
       {"condition_law", "text", "", "law by which stiffness follows delay"},
       {"condition_gains", "text", "", "limits of the law that differ from the default"},
-      {"condition_gate", "truth", "", "true: energy gates are on"},
+      {"condition_gate", "truth", "", "TRUE: energy gates are on"},
       {"state", "text", "",
        "done; unanswered: measured, and its questions are open; cut: to be run again; lost: cut as "
        "often as the study allows; planned: not begun"},

@@ -64,8 +64,8 @@ TEST(ResultsFiles, DocumentTheColumnsOfACourseInTheirOrder) {
   EXPECT_THAT(NamesIn(header), ElementsAreArray(expected));
 }
 
-// pandas and R take true, false, numbers and empty fields as what they are.
-TEST(ResultsFiles, HaveNoOtherTruthValuesThanTrueAndFalse) {
+// pandas takes other spellings, R does not.
+TEST(ResultsFiles, HaveTheTruthValuesThatRTakes) {
   const std::string csv = CsvOf(testing::TwentyCells());
   const std::vector<std::string> names = NamesIn(csv);
   const auto gate = std::ranges::find(names, "gate") - names.begin();
@@ -76,10 +76,10 @@ TEST(ResultsFiles, HaveNoOtherTruthValuesThanTrueAndFalse) {
   int blown = 0;
   while (std::getline(lines, line)) {
     const std::vector<std::string> values = NamesIn(line);
-    EXPECT_EQ(values.at(static_cast<std::size_t>(gate)), "false");
+    EXPECT_EQ(values.at(static_cast<std::size_t>(gate)), "FALSE");
     const std::string& value = values.at(static_cast<std::size_t>(blew_up));
-    EXPECT_TRUE(value == "true" || value == "false") << value;
-    blown += value == "true" ? 1 : 0;
+    EXPECT_TRUE(value == "TRUE" || value == "FALSE") << value;
+    blown += value == "TRUE" ? 1 : 0;
   }
   EXPECT_EQ(blown, 5);
 }
