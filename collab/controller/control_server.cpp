@@ -317,7 +317,14 @@ void ControlServer::OnGoal(HostId id, const HostGoal& goal, std::int64_t now_ns)
   if (host == nullptr) return;
   const bool newer = goal.seq > host->goal_seq;
   host->goal_seq = std::max(host->goal_seq, goal.seq);
-  if (device_hand_ || id != hand_host_ || stopped_ || !scene_) return;
+  if (device_hand_ || stopped_ || !scene_) return;
+  // a part that the peer's own command line has put into the hand is led by the first who leads it
+  const bool nobodys = hand_host_ == 0 && facts_.held >= 0 && !lets_go_;
+  if (nobodys && newer && goal.kind != HostGoal::Kind::kBeat) {
+    TakeHand(id);
+    void_seq_ = goal.seq - 1;
+  }
+  if (id != hand_host_) return;
   // after a silence the goal counts again that was held still meanwhile
   const bool again = std::exchange(held_still_, false) && goal.seq == host->goal_seq &&
                      goal.kind == HostGoal::Kind::kPose;

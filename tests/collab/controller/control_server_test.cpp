@@ -107,6 +107,20 @@ TEST_F(ControlServerTest, GoalsCountFromTheHostWhoseHandItIs) {
             "the hand is in use by the host 'window'");
 }
 
+// As by `tandem peer --hold peg --control NAME`, of which a window is told.
+TEST_F(ControlServerTest, APartThatTheCommandLineHoldsIsLedByTheFirstHostThatHasAGoal) {
+  peer_.facts.wanted = peer_.facts.held = 0;
+  Run(5, {kWindow, kScript});
+  EXPECT_EQ(server_.Snapshot().hand.host, 0U) << "none leads it by being there";
+  server_.OnGoal(kScript, GoalAt(0.4, 1), now_ns_);
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.4);
+  EXPECT_EQ(server_.Snapshot().hand.host, kScript);
+  server_.OnGoal(kWindow, GoalAt(5, 1), now_ns_);
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.4);
+  server_.OnGoal(kScript, GoalAt(0.5, 2), now_ns_);
+  EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.5);
+}
+
 TEST_F(ControlServerTest, AHostThatFallsSilentIsHeldStillAndLetsGoAfterHalfASecond) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   server_.OnGoal(kWindow, GoalAt(0.3, 1), now_ns_);
