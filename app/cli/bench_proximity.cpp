@@ -38,7 +38,7 @@ struct Times {
   nlohmann::ordered_json json() const { return {{"median_ms", median()}, {"max_ms", worst()}}; }
 };
 
-struct Figures {
+struct ProximityFigures {
   Times colours, shadow, coarse, refined;
   std::size_t in_range = 0;     // of the vertices, over all poses
   std::size_t most_shadow = 0;  // voxels
@@ -79,7 +79,7 @@ Pose RandomDisplacement(std::mt19937_64& random, const Bounds& box, double voxel
   return {q, box.centre() - q * box.centre() + 10 * voxel * share(random) * shift};
 }
 
-Figures Measure(SceneProximity& scene, std::size_t bodies, std::size_t part) {
+ProximityFigures Measure(SceneProximity& scene, std::size_t bodies, std::size_t part) {
   const ProximityShape& shape = scene.parts()[part].shape;
   const double voxel = shape.voxmap.voxel_size();
   const std::vector<std::array<float, 3>> points = PointsOn(shape.mesh);
@@ -87,7 +87,7 @@ Figures Measure(SceneProximity& scene, std::size_t bodies, std::size_t part) {
   std::vector<Vec3> centres(kMostShadow);
   std::vector<Pose> X_W(bodies);
   std::mt19937_64 random(2);
-  Figures f;
+  ProximityFigures f;
   for (int i = 0; i < kPoses; ++i) {
     X_W[scene.parts()[part].bodies.front()] =
         RandomDisplacement(random, shape.mesh.tree.nodes[0].box, voxel);
@@ -130,7 +130,7 @@ int RunProximity(const ProximityArguments& arguments) {
   if (part == proximity.parts().size() || proximity.parts().size() < 2) {
     return Fail(kExitFile, arguments.scene.scene + ": needs a moving body and another one");
   }
-  const Figures f = Measure(proximity, bodies->size(), part);
+  const ProximityFigures f = Measure(proximity, bodies->size(), part);
   const double in_range = static_cast<double>(f.in_range) / (kPoses * kVertices);
   if (arguments.json) {
     const nlohmann::ordered_json out{{"scene", arguments.scene.scene},

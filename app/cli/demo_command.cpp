@@ -35,7 +35,7 @@ using nlohmann::ordered_json;
 constexpr double kJudgedShare = 0.9;
 constexpr double kDeepestVoxels = 0.5;  // in the fixture: what is deeper fails
 constexpr double kJudgeSeconds = 60.0;
-constexpr double kLeastSeconds = 2;
+constexpr double kLeastDemoSeconds = 2;
 constexpr double kMostSeconds = 600;
 constexpr double kMeetingSeconds = 180.0;  // for loading and meeting, at the most
 constexpr double kPictureAt = 0.28;        // of the run: about when the part is half out
@@ -285,7 +285,7 @@ void Tell(const ordered_json& json) {
 int SetLength(const Scene& scene, DemoArguments& arguments) {
   const Result<double> needed = SecondsFor(scene, arguments.delay_ms);
   if (!needed) return Fail(kExitFile, needed.error().what);
-  const double least = std::max(kLeastSeconds, std::ceil(kJudgedShare * *needed));
+  const double least = std::max(kLeastDemoSeconds, std::ceil(kJudgedShare * *needed));
   char text[200];
   if (least > kMostSeconds) {
     std::snprintf(text, sizeof text,
@@ -294,7 +294,8 @@ int SetLength(const Scene& scene, DemoArguments& arguments) {
                   least, kMostSeconds);
     return Fail(kExitFile, scene.file.string() + text);
   }
-  if (arguments.seconds == 0) arguments.seconds = std::clamp(*needed, kLeastSeconds, kMostSeconds);
+  if (arguments.seconds == 0)
+    arguments.seconds = std::clamp(*needed, kLeastDemoSeconds, kMostSeconds);
   if (arguments.seconds >= least) return kExitOk;
   std::snprintf(text, sizeof text,
                 "--seconds %g: too short to tell whether it is stable: give %.0f or more, or leave "
@@ -353,7 +354,7 @@ void AddDemoCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--seconds", arguments->seconds,
                    "length of the run; default: as long as the scene's hands need")
-      ->check(NumberFrom(kLeastSeconds, kMostSeconds));
+      ->check(NumberFrom(kLeastDemoSeconds, kMostSeconds));
   command->add_option("--delay-ms", arguments->delay_ms, "delay injected each way")
       ->check(NumberFrom(0, 2000));
   command->add_option("--jitter-ms", arguments->jitter_ms, "up to so much more, at random")
