@@ -9,7 +9,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double kWidth = 940;
+constexpr double kSeriesWidth = 940;
 constexpr double kLeft = 84;
 constexpr double kPlotWidth = 640;
 constexpr double kTop = 66;
@@ -88,7 +88,8 @@ double GreatestOf(const Panel& panel) {
 // so that a long one ends within the picture
 double TitleSize(const std::string& title) {
   constexpr double kBoldWidth = 0.6;  // of a letter's height, in the mean
-  return std::min(14.0, (kWidth - kLeft) / (kBoldWidth * static_cast<double>(title.size() + 1)));
+  return std::min(14.0,
+                  (kSeriesWidth - kLeft) / (kBoldWidth * static_cast<double>(title.size() + 1)));
 }
 
 double LongestOf(const Series& series) {
@@ -113,7 +114,7 @@ Picture PictureOf(const Series& series, const std::string& name, const std::stri
   panels.Begin("loop age, ms", 84);
   panels.AddUsers("loop", "_ms", {}, ", oldest");
 
-  Picture picture{name, title + ". " + note, kWidth, 0, {}};
+  Picture picture{name, title + ". " + note, kSeriesWidth, 0, {}};
   picture.shapes.emplace_back(
       LabelShape{{kLeft, 26}, title, TitleSize(title), TextAnchor::kStart, kBlack, true, false});
   picture.shapes.emplace_back(

@@ -19,7 +19,7 @@ namespace {
 // A peer's memory is locked, so that a thread counts with its whole stack.
 constexpr std::size_t kStackBytes = 512U << 10U;
 constexpr int kLowPriority = 15;  // nice
-constexpr std::size_t kMostFacts = 1024;
+constexpr std::size_t kMostKnownFacts = 1024;
 // Samples that wait in a reader, of each writer.
 constexpr int kAskDepth = 8;
 constexpr int kPieceDepth = 48;
@@ -116,7 +116,7 @@ void FileThread::Close() {
 
 const WriterFacts& FileThread::Facts(dds_entity_t reader, dds_instance_handle_t writer) {
   if (const auto known = facts_.find(writer); known != facts_.end()) return known->second;
-  if (facts_.size() >= kMostFacts) facts_.clear();
+  if (facts_.size() >= kMostKnownFacts) facts_.clear();
   static const WriterFacts kNone;
   WriterFacts facts = FactsOfWriter(reader, writer);
   if (facts.participant == 0) return kNone;

@@ -11,7 +11,7 @@ namespace tandem {
 namespace {
 
 constexpr double kHalfFrame = 0.5e-3;   // s
-constexpr double kFirmest = 1e5;        // N/m, that is looked at
+constexpr double kFirmestLooked = 1e5;  // N/m, that is looked at
 constexpr double kLeastDamping = 1e-3;  // N s/m
 
 bool IsFree(const LabCase& test) {
@@ -152,7 +152,8 @@ std::optional<Prediction> Predict(const LabCase& test, const Inertia& body) {
           damping, LumpedOf(test, body, user)->damping - ScriptOf(test, user).impedance.damping);
     }
     const double passive = PassiveStiffness(coupling->delay_s, std::max(damping, kLeastDamping));
-    prediction.critical = CriticalStiffness(*coupling, std::min(passive, kFirmest), kFirmest);
+    prediction.critical =
+        CriticalStiffness(*coupling, std::min(passive, kFirmestLooked), kFirmestLooked);
     return prediction;
   }
   for (std::size_t user = 0; user < test.users; ++user) {

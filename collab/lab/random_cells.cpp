@@ -18,12 +18,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::array<std::string_view, 5> kScenes{"free", "off_centre", "wall", "slot", "ball"};
-constexpr std::array<std::string_view, 7> kMotions{"still", "kick",  "move",    "hold",
-                                                   "swing", "press", "pull_off"};
+constexpr std::array<std::string_view, 7> kDrawnMotions{"still", "kick",  "move",    "hold",
+                                                        "swing", "press", "pull_off"};
 constexpr std::array<int, 10> kUserCounts{2, 2, 2, 2, 3, 3, 4, 5, 6, 8};
-constexpr double kMostOffset = 0.1;    // m
-constexpr double kLongestDelay = 1.2;  // s, one way
-constexpr double kMostLost = 0.5;      // share of all samples, by bursts
+constexpr double kMostOffset = 0.1;         // m
+constexpr double kLongestDrawnDelay = 1.2;  // s, one way
+constexpr double kMostLost = 0.5;           // share of all samples, by bursts
 constexpr double kMostJitter_ms = 60;
 constexpr double kMostLoss = 0.2;  // share, beside bursts
 
@@ -99,9 +99,9 @@ std::string RandomCase(std::uint64_t seed) {
             {"scene", draw.OneOf(kScenes)},
             {"users", users},
             {"hands", std::move(hands)},
-            {"motion", draw.OneOf(kMotions)},
-            {"delay_s", Rounded(draw.Chance(0.5) ? draw.Even(0, kLongestDelay)
-                                                 : draw.Scale(1e-3, kLongestDelay))},
+            {"motion", draw.OneOf(kDrawnMotions)},
+            {"delay_s", Rounded(draw.Chance(0.5) ? draw.Even(0, kLongestDrawnDelay)
+                                                 : draw.Scale(1e-3, kLongestDrawnDelay))},
             {"publish_hz", Rounded(draw.Scale(10, 1000))}};
   test["network"] = draw.Chance(0.15) ? Json("clean") : Network(draw);
   test["seed"] = seed % 1'000'000'000;

@@ -13,7 +13,7 @@ namespace {
 using testing::At;
 using testing::Box;
 
-constexpr PeerId kAnna = 7;
+constexpr PeerId kPartner = 7;
 
 /// A shared cube of 20 mm, which stands at the origin, and what is fixed.
 std::shared_ptr<const WorldModel> CubeAnd(const TriangleMesh& fixture, double voxel = 0.001,
@@ -40,9 +40,9 @@ double FoundAfter(TrapDetector& detector, double seconds, const Path& path) {
   const auto frames = static_cast<int>(1000 * seconds);
   for (int i = 1; i <= frames; ++i) {
     const auto [ours, theirs] = path(1e-3 * i);
-    const InstanceView other{kAnna, theirs};
+    const InstanceView other{kPartner, theirs};
     detector.Look(i * kMs, ours, &other, 1);
-    if (detector.trapped(kAnna)) return 1e-3 * i;
+    if (detector.trapped(kPartner)) return 1e-3 * i;
   }
   return -1;
 }
@@ -170,12 +170,12 @@ TEST(TrapDetector, EndsWhenTheWayIsFreeAgain) {
   TrapDetector detector(*model);
   detector.Begin(0);
   ASSERT_GT(FoundAfter(detector, 1.0, Standing(Vec3(0.03, 0, 0), Vec3(-0.03, 0, 0))), 0);
-  const InstanceView other{kAnna, Place(Vec3(0.04, 0, 0))};
+  const InstanceView other{kPartner, Place(Vec3(0.04, 0, 0))};
   for (int i = 0; i < 20; ++i) {
     detector.Look(2000 * kMs + i * kMs, Place(Vec3(0.03, 0, 0)), &other, 1);
   }
-  EXPECT_FALSE(detector.trapped(kAnna));
-  EXPECT_FALSE(detector.blocked(kAnna));
+  EXPECT_FALSE(detector.trapped(kPartner));
+  EXPECT_FALSE(detector.blocked(kPartner));
 }
 
 // Seven others, every second one behind the wall; a frame reads few voxels and allocates nothing.

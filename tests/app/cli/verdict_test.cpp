@@ -13,12 +13,12 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-constexpr double kVoxel = 0.0005;
+constexpr double kVerdictVoxel = 0.0005;
 
 /// A key in a hole with a play of 0.09 mm.
 std::shared_ptr<const WorldModel> Key() {
   static const std::shared_ptr<const WorldModel> model = testing::MakeWorldModel(
-      {{testing::KeyholeMesh(0.00009), true}, {testing::KeyMesh()}}, kVoxel);
+      {{testing::KeyholeMesh(0.00009), true}, {testing::KeyMesh()}}, kVerdictVoxel);
   return model;
 }
 
@@ -41,9 +41,8 @@ BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_of
   for (const Vec3& p : way) {
     poses.Add({.body = 0, .X_WB = {X_WB0.q, X_WB0.p + p}});
   }
-  const std::vector<BodyVerdict> verdicts =
-      Judge(*Key(), poses, Met(loaded), {{{X_WB0.q, X_WB0.p + way.back()}, loaded_at_last}},
-            contact_off);
+  const std::vector<BodyVerdict> verdicts = Judge(
+      *Key(), poses, Met(loaded), {{{X_WB0.q, X_WB0.p + way.back()}, loaded_at_last}}, contact_off);
   EXPECT_THAT(verdicts, SizeIs(1));
   return verdicts.front();
 }
@@ -110,7 +109,7 @@ std::shared_ptr<const WorldModel> TwoBlocks() {
       {{testing::BoxBetween({-0.02, -0.02, -0.004}, {0.02, 0.02, 0}), true},
        {block(-0.01, 0.0002)},
        {block(0.01, 0.01)}},
-      kVoxel);
+      kVerdictVoxel);
 }
 
 // Contact begins at 0.45 voxels, 0.225 mm.
