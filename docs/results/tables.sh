@@ -135,7 +135,7 @@ make_table() {
       for (m = 1; m <= machines; m++)
         if (machine_name[m] in used) print "- Machine `" machine_name[m] "`: " machine[machine_name[m]]
       for (g = 1; g <= groups; g++) {
-        print "\n" command_of(group_command[g]) " on `" group_machine[g] "`:\n"
+        print "\nCommand: " command_of(group_command[g]) ". Machine: `" group_machine[g] "`.\n"
         head = "|"; rule = "|"
         for (c = 1; c <= 5; c++)
           if ((g, c) in filled) { head = head " " name[c] " |"; rule = rule (c == 3 ? "---:|" : "---|") }
