@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -175,6 +176,17 @@ std::string LineOf(const CellRecord& record, const CellFacts& facts) {
 double StiffnessOf(const CellRecord& record, const CellFacts& facts) {
   if (record.outcome.predicted) return record.outcome.predicted->stiffness;
   return static_cast<double>(facts.users - 1) * record.outcome.result.metrics.stiffness;
+}
+
+double ShownGrowth(const CaseResult& result) {
+  constexpr double kWild = 0.1;     // m/s at the end
+  constexpr double kAtRest = 1e-9;  // m/s
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const Metrics& metrics = result.metrics;
+  if (metrics.blew_up) return kInfinite;
+  if (result.verdict == Verdict::kUnstable && metrics.tail_rms > kWild) return kInfinite;
+  if (result.verdict == Verdict::kStable && metrics.tail_rms < kAtRest) return -kInfinite;
+  return metrics.growth;
 }
 
 }  // namespace tandem

@@ -37,6 +37,11 @@ std::string LineOf(const CellRecord& record, const CellFacts& facts);
 /// law says it.
 double StiffnessOf(const CellRecord& record, const CellFacts& facts);
 
+/// Growth as pictures show it, 1/s. A course that ended long ago, at either side, has no slope
+/// left: what swings at its bounds no longer grows (infinite), what is at rest no longer falls
+/// (minus infinite).
+double ShownGrowth(const CaseResult& result);
+
 /// 12.3: so many digits in all as a table needs, "-" for what is no number.
 std::string TableNumber(double value);
 

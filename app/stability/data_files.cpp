@@ -1,8 +1,8 @@
 #include "app/stability/data_files.h"
 
 #include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <type_traits>
 
@@ -28,12 +28,11 @@ std::string Quoted(const std::string& text) {
   return out + '"';
 }
 
-// all digits; nothing where it is no number
+// as few digits as read back to the same number; nothing where it is none
 std::string Exact(double value) {
   if (!std::isfinite(value)) return {};
   std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.17g", value);
-  return text.data();
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
 std::string TrueOrFalse(bool value) {

@@ -190,8 +190,8 @@ std::string MapsOf(const ReportSweep& sweep, std::size_t index) {
   }
   for (const Picture& other : sweep.others) {
     out += FigureOf(other,
-                    "Each mark is a run. Growth is cut at 2/s, which is also where runs that ended "
-                    "0.5 m apart stand.",
+                    "Each mark is a run. Growth is cut at 2/s. Runs that went out of bounds stand "
+                    "at the top, runs at rest at the bottom, as in the maps.",
                     index);
   }
   return out;

@@ -46,6 +46,7 @@ struct StabilityMap {
   std::vector<MapCell> cells;
   std::vector<MapLine> lines;
   MapAxis axis = MapAxis::kDelay;
+  std::vector<std::string> details = {};  // of the note: what the title may have to name
 };
 
 /// The growth at which the colours end, either way, 1/s.

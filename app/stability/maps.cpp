@@ -113,19 +113,6 @@ bool MakesAMap(const std::vector<MapCell>& cells) {
   return cells.size() >= kLeastCells && columns.size() > 1 && several;
 }
 
-// A course that ended long ago, at either side, has no slope left: what swings at its bounds no
-// longer grows, what is at rest no longer falls.
-double ShownGrowth(const CaseResult& result) {
-  constexpr double kWild = 0.1;     // m/s at the end
-  constexpr double kAtRest = 1e-9;  // m/s
-  constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  const Metrics& metrics = result.metrics;
-  if (metrics.blew_up) return kInfinite;
-  if (result.verdict == Verdict::kUnstable && metrics.tail_rms > kWild) return kInfinite;
-  if (result.verdict == Verdict::kStable && metrics.tail_rms < kAtRest) return -kInfinite;
-  return metrics.growth;
-}
-
 MapCell CellOf(const CellRecord& record, const CellFacts& facts, MapAxis axis) {
   const Metrics& metrics = record.outcome.result.metrics;
   MapCell cell;
@@ -174,18 +161,44 @@ struct Group {
   std::size_t runs = 0;
 };
 
-// "constant 20 N/m + 10 N s/m" is of one cell alone: the law without what the
-// map varies
+/// The law without what a map varies: its ratio and a constant stiffness.
 std::string LawOnMap(const LabLaw& law) {
-  if (law.name != "constant") return law.name;
-  std::string text = "constant gains";
-  if (law.limits.constant_damping > 0) {
-    text += ", drag " + TableNumber(law.limits.constant_damping) + " N s/m";
-  }
-  if (law.limits.constant_link_damping > 0) {
-    text += ", link drag " + TableNumber(law.limits.constant_link_damping) + " N s/m";
-  }
+  const CouplingLimits usual;
+  std::string text = law.name == "constant" ? "constant gains" : law.name;
+  const auto add = [&](const char* name, double CouplingLimits::*limit, const char* unit) {
+    if (law.limits.*limit == usual.*limit) return;
+    text += std::string(", ") + name + " " + TableNumber(law.limits.*limit) + unit;
+  };
+  add("drag", &CouplingLimits::constant_damping, " N s/m");
+  add("link drag", &CouplingLimits::constant_link_damping, " N s/m");
+  add("damping budget", &CouplingLimits::damping_budget, " N s/m");
+  add("stiffness without delay", &CouplingLimits::stiffness, " N/m");
+  add("margin", &CouplingLimits::margin, "");
+  add("k0", &CouplingLimits::linear_stiffness, " N/m");
+  if (law.exchange_forces) text += ", forces exchanged";
   return text;
+}
+
+/// Maps of one title get those of their details that are not alike, and a number where that does
+/// not tell them apart.
+void TellTitlesApart(std::vector<StabilityMap>& maps) {
+  std::map<std::string, std::vector<StabilityMap*>> titles;
+  for (StabilityMap& map : maps) titles[map.title].push_back(&map);
+  for (const auto& [title, alike] : titles) {
+    for (std::size_t i = 0; i < alike.front()->details.size(); ++i) {
+      const std::string& first = alike.front()->details[i];
+      const bool differs = std::ranges::any_of(alike, [&](const StabilityMap* map) {
+        return map->details[i] != first;
+      });
+      if (!differs) continue;
+      for (StabilityMap* const map : alike) map->title += ", " + map->details[i];
+    }
+  }
+  std::map<std::string, int> seen;
+  for (StabilityMap& map : maps) {
+    const int number = ++seen[map.title];
+    if (number > 1) map.title += ", map " + std::to_string(number);
+  }
 }
 
 /// What theory and the laws say along `cases`.
@@ -272,9 +285,11 @@ std::optional<StabilityMap> MapOf(const Group& group, MapAxis axis, const BodyOf
               " users, hands " + (is_delay ? facts.hands : facts.hand_kinds) + ", " +
               (is_delay ? "" : TableNumber(1e3 * facts.delay_s) + " ms, ") + "network " +
               facts.network;
-  map.note = LawOnMap(parsed->law) + (facts.gate ? ", gated" : ", no gate") + "; network " +
-             facts.network_detail + ", states at " + TableNumber(facts.publish_hz) +
-             " Hz; motion " + facts.motion + "; " + std::to_string(group.runs) + " runs";
+  map.details = {LawOnMap(parsed->law), facts.gate ? "gated" : "no gate",
+                 "network " + facts.network_detail,
+                 "states at " + TableNumber(facts.publish_hz) + " Hz", "motion " + facts.motion};
+  map.note = map.details[0] + ", " + map.details[1] + "; " + map.details[2] + ", " +
+             map.details[3] + "; " + map.details[4] + "; " + std::to_string(group.runs) + " runs";
   if (const std::optional<Inertia> body = body_of(*parsed)) {
     const MapRange range = RangeOf(map);
     const LabCase fitted = FittedTo(*body, *parsed);
@@ -302,6 +317,7 @@ std::vector<StabilityMap> MapsOf(const Results& results, const BodyOf& body_of) 
   std::ranges::stable_sort(maps, [](const StabilityMap& a, const StabilityMap& b) {
     return a.cells.size() > b.cells.size();
   });
+  TellTitlesApart(maps);
   for (std::size_t i = 0; i < maps.size(); ++i) maps[i].name = "map-" + std::to_string(i + 1);
   return maps;
 }

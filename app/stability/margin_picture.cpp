@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "app/picture/chart.h"
 #include "app/stability/cell_facts.h"
@@ -32,6 +35,48 @@ MarginMark MarginMarkOf(Verdict verdict) {
   return {MarkerKind::kRing, kUndecided};
 }
 
+Stroke SeedStroke() {
+  return {{150, 150, 150}, 3, {}};
+}
+
+/// Growths that seeds of one case gave.
+struct SeedSpan {
+  std::vector<double> ratios;
+  double least = kMostGrowth;
+  double greatest = -kMostGrowth;
+};
+
+double Within(double growth) {
+  return std::clamp(growth, -kMostGrowth, kMostGrowth);
+}
+
+/// A bar from the least to the greatest growth of each case that has several seeds, at the middle
+/// one of its ratios, which jitter may tell apart. Returns whether there are any.
+bool DrawSeedSpans(const Results& results, Chart& chart) {
+  std::map<std::string, SeedSpan> spans;
+  for (const auto& numbered : results.records) {
+    const CellOutcome& outcome = numbered.second.outcome;
+    if (!outcome.predicted || outcome.result.fault) continue;
+    const double ratio = outcome.predicted->stiffness / outcome.predicted->critical;
+    const double growth = ShownGrowth(outcome.result);
+    if (std::isnan(ratio) || std::isnan(growth)) continue;
+    SeedSpan& span = spans[FactsOf(numbered.second).but_seed];
+    span.ratios.push_back(std::clamp(ratio, kLeast, kMost));
+    span.least = std::min(span.least, Within(growth));
+    span.greatest = std::max(span.greatest, Within(growth));
+  }
+  bool any = false;
+  for (auto& one : spans) {
+    SeedSpan& span = one.second;
+    if (span.ratios.size() < 2) continue;
+    std::ranges::sort(span.ratios);
+    const double ratio = span.ratios[span.ratios.size() / 2];
+    chart.DrawCurve({{ratio, span.least}, {ratio, span.greatest}}, SeedStroke());
+    any = true;
+  }
+  return any;
+}
+
 }  // namespace
 
 Picture MarginPictureOf(const Results& results, const std::string& name) {
@@ -58,6 +103,7 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
                      {}});
   chart.DrawCurve({{kLeast, 0}, {kMost, 0}}, {{120, 120, 120}, 1, {}});
   chart.DrawCurve({{kPredicted, -10}, {kPredicted, 10}}, {kBlack, 1.6, {6, 4}});
+  const bool several_seeds = DrawSeedSpans(results, chart);
   std::size_t shown = 0;
   std::size_t unstable = 0;
   std::size_t undecided = 0;
@@ -66,15 +112,14 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
     const CaseResult& result = record.outcome.result;
     if (!record.outcome.predicted || result.fault) continue;
     const double ratio = record.outcome.predicted->stiffness / record.outcome.predicted->critical;
-    const double growth = result.metrics.blew_up ? kMostGrowth : result.metrics.growth;
+    const double growth = ShownGrowth(result);
     if (std::isnan(ratio) || std::isnan(growth)) continue;
     if (record.outcome.predicted->is_stable()) {
       unstable += result.verdict == Verdict::kUnstable ? 1U : 0U;
       undecided += result.verdict == Verdict::kUndecided ? 1U : 0U;
     }
     ++shown;
-    const PicturePoint at =
-        chart.At(std::clamp(ratio, kLeast, kMost), std::clamp(growth, -kMostGrowth, kMostGrowth));
+    const PicturePoint at = chart.At(std::clamp(ratio, kLeast, kMost), Within(growth));
     const CellFacts facts = FactsOf(record);
     const MarginMark mark = MarginMarkOf(result.verdict);
     picture.shapes.emplace_back(MarkerShape{
@@ -102,6 +147,9 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
     y += 22;
   }
   DrawLegendLine(picture, {668, y}, {kBlack, 1.6, {6, 4}}, "0.9 of the boundary");
+  if (several_seeds) {
+    DrawLegendLine(picture, {668, 222}, SeedStroke(), "least to greatest of a case's seeds");
+  }
   picture.shapes.emplace_back(LabelShape{{668, 186},
                                          "Boundary: exact in free space,",
                                          12,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -45,6 +47,33 @@ TEST(Maps, PutCellsThatDifferInDelayAndStiffnessAloneOnOneMap) {
   EXPECT_NE(maps[0].title.find("heavy"), std::string::npos);
   EXPECT_NE(maps[1].title.find("off"), std::string::npos);
   EXPECT_NE(maps[0].name, maps[1].name);
+}
+
+// Maps that differ in what is only in the note would otherwise have one title.
+TEST(Maps, HaveTitlesThatTellThemApart) {
+  Results results;
+  std::size_t number = 0;
+  const auto add = [&](const char* what, const std::string& with) {
+    for (const double delay_s : {0.1, 0.3}) {
+      for (const double stiffness : {20.0, 30.0, 40.0}) {
+        CellRecord record = MadeCell(number, delay_s, stiffness, 60);
+        ReplaceInCase(record, what, with);
+        results.records.emplace(number++, record);
+      }
+    }
+  };
+  add("\"gate\":false", "\"gate\":false");
+  add("\"gate\":false", "\"gate\":true");
+  add("\"publish_hz\":1000", "\"publish_hz\":100");
+  add("\"constant_damping\":10", "\"constant_damping\":5");
+  add("\"clean\"", R"({"name":"mine","jitter_ms":5})");
+  add("\"clean\"", R"({"name":"mine","jitter_ms":50})");
+  std::set<std::string> titles;
+  for (const StabilityMap& map : MapsOf(results, Cube)) {
+    titles.insert(map.title);
+    EXPECT_EQ(map.title.find(", map "), std::string::npos) << map.title;
+  }
+  EXPECT_EQ(titles.size(), 6U);
 }
 
 // The paper's law does not know of the grasp.

@@ -1,5 +1,6 @@
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include <unistd.h>
 
 #include "app/stability/data_files.h"
+#include "app/stability/seed_spread.h"
 #include "collab/lab/series_file.h"
 #include "tests/app/stability/made_results.h"
 
@@ -62,6 +64,17 @@ TEST(ResultsFiles, DocumentTheColumnsOfACourseInTheirOrder) {
     }
   }
   EXPECT_THAT(NamesIn(header), ElementsAreArray(expected));
+}
+
+TEST(ResultsFiles, DocumentTheColumnsOfTheSpreadOverSeedsInTheirOrder) {
+  Results results = testing::TwentyCells();
+  CellRecord again = results.records.at(6);
+  again.cell.number = 20;
+  testing::ReplaceInCase(again, "\"seed\":7", "\"seed\":8");
+  results.records.emplace(20, again);
+  const std::optional<ReportTable> spread = SeedSpreadOf(results);
+  ASSERT_TRUE(spread);
+  EXPECT_THAT(spread->columns, ElementsAreArray(DocumentedColumns("Spread over seeds")));
 }
 
 // pandas takes other spellings, R does not.
