@@ -8,7 +8,6 @@
 
 #include "app/picture/chart.h"
 #include "app/stability/cell_facts.h"
-#include "app/stability/wrapped_legend.h"
 
 namespace tandem {
 
@@ -24,6 +23,44 @@ constexpr std::array<Rgb, 6> kKinds{
     {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {0, 0, 0}}};
 
 constexpr double kLegendX = 668;
+constexpr double kLegendSize = 12;
+constexpr double kLineStep = 15;
+constexpr double kKindStep = 22;
+// of the widest letters that names are of, as a share of the text's size
+constexpr double kLetterWidth = 0.55;
+
+/// The parts of a kind, between commas, in lines that fit beside the plot.
+std::vector<std::string> LegendLines(const std::string& kind) {
+  constexpr auto kMost = static_cast<std::size_t>((kBoundaryWidth - kLegendX - kLegendText) /
+                                                  (kLetterWidth * kLegendSize));
+  std::vector<std::string> lines{""};
+  for (std::size_t from = 0; from < kind.size();) {
+    const std::size_t comma = kind.find(", ", from);
+    const std::size_t to = comma == std::string::npos ? kind.size() : comma + 2;
+    const std::string part = kind.substr(from, to - from);
+    if (!lines.back().empty() && lines.back().size() + part.size() > kMost) lines.emplace_back();
+    lines.back() += part;
+    from = to;
+  }
+  return lines;
+}
+
+/// The legend's line of a kind, or its lines. Returns where the next one goes.
+PicturePoint DrawKind(Picture& picture, PicturePoint at, Rgb colour, const std::string& kind) {
+  const std::vector<std::string> lines = LegendLines(kind);
+  DrawLegendMarker(picture, at, MarkerKind::kDot, kDotSize, colour, lines.front());
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    at.y += kLineStep;
+    picture.shapes.emplace_back(LabelShape{{at.x + kLegendText, at.y},
+                                           lines[i],
+                                           kLegendSize,
+                                           TextAnchor::kStart,
+                                           {40, 40, 40},
+                                           false,
+                                           false});
+  }
+  return {at.x, at.y + kKindStep};
+}
 
 }  // namespace
 
@@ -73,7 +110,7 @@ Picture BoundaryPictureOf(const std::vector<BoundaryMark>& marks, const std::str
           kind + ", " + TableNumber(1e3 * mark.delay_s) + " ms: measured " +
               TableNumber(mark.measured) + " N/m, exact " + TableNumber(mark.exact) + " N/m"});
     }
-    at = DrawWrappedLegend(picture, at, kBoundaryWidth, kDotSize, colour, kind);
+    at = DrawKind(picture, at, colour, kind);
   }
   picture.height = std::max(picture.height, at.y);
   chart.DrawAxes();
