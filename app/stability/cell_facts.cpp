@@ -70,6 +70,9 @@ std::string LineText(const Json& network) {
       text.append(TableNumber(value.get<double>())).append(" ms");
     } else if (name == "loss" || name == "reorder" || name == "duplicate") {
       text.append(name).append(" ").append(TableNumber(1e2 * value.get<double>())).append(" %");
+    } else if (!value.is_number()) {  // a model's or a trace's name, what is mixed
+      text.append(name).append(" ").append(value.is_string() ? value.get<std::string>()
+                                                             : JsonText(value));
     } else {
       text.append(name).append(" ").append(TableNumber(value.get<double>()));
     }

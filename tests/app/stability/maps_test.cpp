@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/stability/cell_facts.h"
 #include "collab/lab/exact_boundary.h"
 #include "tests/app/stability/made_results.h"
 
@@ -107,6 +108,12 @@ TEST(Maps, PutCellsThatDifferInGraspAndStiffnessAloneOnOneMapWithLinesOverTheGra
   lumped.delay_s = 0.1 + 0.0005 + 0.0005;
   EXPECT_NEAR(exact.points.front().y / CriticalStiffness(lumped), 1, 0.02);
   for (const PicturePoint& point : exact.points) EXPECT_GT(point.y, 0);
+}
+
+TEST(Maps, NameAnOwnNetworkOfATraceOrAModelByWhatItIsMadeOf) {
+  CellRecord record = MadeCell(0, 0.1, 20, 60);
+  ReplaceInCase(record, "\"clean\"", R"({"model":"leo","stretch":1.5,"mix":true})");
+  EXPECT_EQ(FactsOf(record).network, "mix true, model leo, stretch 1.5");
 }
 
 TEST(Maps, AreNotMadeOfOneStiffnessAtEachDelay) {
