@@ -107,8 +107,8 @@ bool HandPicture::operator==(const HandPicture& other) const {
     return a.p == b.p && a.q.coeffs() == b.q.coeffs();
   };
   return tether == other.tether && contacts == other.contacts && hot == other.hot &&
-         locked_line_W == other.locked_line_W && X_WT.has_value() == other.X_WT.has_value() &&
-         (!X_WT || same(*X_WT, *other.X_WT));
+         figures == other.figures && locked_line_W == other.locked_line_W &&
+         X_WT.has_value() == other.X_WT.has_value() && (!X_WT || same(*X_WT, *other.X_WT));
 }
 
 ViewerPicture PictureOf(const ControllerSnapshot& snapshot, const std::string& name) {

@@ -38,6 +38,7 @@ struct HandPicture {
   std::optional<Pose> X_WT;                            // of the triad
   std::optional<TriadHandle> hot;                      // the handle under the cursor, or in use
   std::optional<std::pair<Vec3, Vec3>> locked_line_W;  // a point of it and its direction
+  bool figures = true;                                 // the force stands beside the tether
   bool operator==(const HandPicture& other) const;
 };
 

@@ -143,6 +143,15 @@ void HandDesk::MakeActions() {
   connect(resume_, &QAction::triggered, &hand_, &HandModel::Resume);
 }
 
+void HandDesk::KeepStopAlone() {
+  stop_alone_ = true;
+  // what is not visible has no key either
+  for (QAction* action : {grab_, release_, give_, ask_, back_, undo_, reset_, triad_, clutch_,
+                          device_, scale_, sound_}) {
+    action->setVisible(false);
+  }
+}
+
 void HandDesk::Refresh() {
   const bool ready = hand_.ready();
   const bool holds = ready && hand_.held().has_value();
@@ -151,8 +160,8 @@ void HandDesk::Refresh() {
   ask_->setEnabled(ready && !stopped);
   for (QAction* action : {release_, give_, back_}) action->setEnabled(holds);
   for (QAction* action : {undo_, reset_}) action->setEnabled(ready && !stopped);
-  const bool there = hand_.state() != HandModel::State::kNone &&
-                     hand_.state() != HandModel::State::kEnded;
+  const bool there =
+      hand_.state() != HandModel::State::kNone && hand_.state() != HandModel::State::kEnded;
   stop_->setEnabled(there && !stopped);
   resume_->setEnabled(hand_.resumable());
   triad_->setEnabled(view_ != nullptr && !hand_.by_device());
@@ -286,7 +295,9 @@ void HandDesk::UseDevice(const QString& device) {
 void HandDesk::DressPicture(const std::vector<BodyLook>& looks, DrawList& list) {
   AddGoal(hand_.snapshot(), hand_.goal(), looks, list);
   if (view_ == nullptr) return;
-  view_->SetHand(mouse_->Dressed(HandPictureOf(hand_.snapshot(), hand_.goal())));
+  HandPicture picture = mouse_->Dressed(HandPictureOf(hand_.snapshot(), hand_.goal()));
+  picture.figures = !stop_alone_;
+  view_->SetHand(picture);
 }
 
 QString HandDesk::StateText() const {

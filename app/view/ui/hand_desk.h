@@ -32,9 +32,13 @@ class HandDesk : public QObject {
   /// What a request from the window goes by where it says nothing else.
   void SetDefaults(const HandRequest& request) { defaults_ = request; }
   const HandRequest& defaults() const { return defaults_; }
-  /// Moves the hand by that device from now on, NAME[:OPTIONS]; empty: by the mouse. A controller of
-  /// the window's own begins anew with it.
+  /// Moves the hand by that device from now on, NAME[:OPTIONS]; empty: by the mouse. A controller
+  /// of the window's own begins anew with it.
   void UseDevice(const QString& device);
+
+  /// Leaves the emergency stop and its end to be pressed, and of forces no figures: for a window
+  /// that shows the scene alone.
+  void KeepStopAlone();
 
   /// What the picture shows instead of the session's, while a controller is there.
   bool shows() const { return hand_.shows(); }
@@ -93,6 +97,7 @@ class HandDesk : public QObject {
   QString words_;
   QTimer words_end_;
   bool in_contact_ = false;
+  bool stop_alone_ = false;
   double scale_now_ = 1;  // of a device, as last asked for
   std::uint64_t snapshots_ = 0;
 };

@@ -41,7 +41,7 @@ void PaintContacts(QPainter& painter, const CameraModel& camera, const HandPictu
   }
 }
 
-void PaintTether(QPainter& painter, const CameraModel& camera, const Tether& tether) {
+void PaintTether(QPainter& painter, const CameraModel& camera, const Tether& tether, bool figures) {
   const auto from = camera.Project(tether.from_W);
   const auto to = camera.Project(tether.to_W);
   if (!from || !to) return;
@@ -59,7 +59,7 @@ void PaintTether(QPainter& painter, const CameraModel& camera, const Tether& tet
   painter.setPen(QPen(Qt::white, 1));
   painter.setBrush(colour);
   painter.drawEllipse(Point(*from), 4, 4);
-  if (tether.force_N < kLeastForceShown) return;
+  if (!figures || tether.force_N < kLeastForceShown) return;
   const QString text = QObject::tr("%1 N").arg(tether.force_N, 0, 'f', 1);
   const QFontMetricsF metrics(painter.font());
   QRectF box(to->x() + 10, to->y() + 8, metrics.horizontalAdvance(text) + 12, metrics.height() + 4);
@@ -146,7 +146,7 @@ void PaintHand(QPainter& painter, const CameraModel& camera, const HandPicture& 
     PaintLockedLine(painter, camera, hand.locked_line_W->first, hand.locked_line_W->second);
   }
   PaintContacts(painter, camera, hand);
-  if (hand.tether) PaintTether(painter, camera, *hand.tether);
+  if (hand.tether) PaintTether(painter, camera, *hand.tether, hand.figures);
   if (hand.X_WT) PaintTriad(painter, camera, hand);
 }
 

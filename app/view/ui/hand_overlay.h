@@ -7,7 +7,8 @@
 
 namespace tandem {
 
-/// Paints the tether with its force, the contacts, the locked axis and the triad over the picture.
+/// Paints the tether with its force, unless `hand` is without figures, the contacts, the locked
+/// axis and the triad over the picture.
 void PaintHand(QPainter& painter, const CameraModel& camera, const HandPicture& hand);
 
 }  // namespace tandem

@@ -340,6 +340,7 @@ void MainWindow::ShowSceneAlone() {
   menuBar()->hide();
   statusBar()->hide();
   for (QDockWidget* dock : findChildren<QDockWidget*>()) dock->hide();
+  if (desk_ != nullptr) desk_->KeepStopAlone();
 }
 
 void MainWindow::ShowWarnings() {

@@ -198,6 +198,34 @@ TEST_F(HandWindow, ForceIsSeenAsATetherAndContactAsAColour) {
   EXPECT_TRUE(BallComesTo(Vec3::Zero(), 1e-6));
 }
 
+// what drives a part back, hands it over or names a force would spoil a trial
+TEST_F(HandWindow, OfTheSceneAloneOnlyTheStopCanBePressedAndNoForceIsTold) {
+  window_.ShowSceneAlone();
+  controller_.wall_x = 0.02;
+  PressOnBall();
+  Mouse(QEvent::MouseMove, At(ToPose(hand_.snapshot().hand.X_WG).p + Vec3(0.07, 0, 0)),
+        Qt::LeftButton);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return view().hand().tether && view().hand().tether->force_N > 1;
+  }));
+  EXPECT_FALSE(view().hand().figures);
+  for (const QAction* action : window_.findChild<QToolBar*>("hand_bar")->actions()) {
+    const bool stop = action->objectName() == "hand_stop" || action->objectName() == "hand_resume";
+    EXPECT_EQ(action->isVisible(), stop) << action->objectName().toStdString();
+  }
+  for (const Qt::Key key : {Qt::Key_Escape, Qt::Key_L, Qt::Key_A, Qt::Key_H}) {
+    QTest::keyClick(&view(), key);
+  }
+  QTest::keyClick(&view(), Qt::Key_R, Qt::ControlModifier | Qt::ShiftModifier);
+  QTest::keyClick(&view(), Qt::Key_Space);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.stopped();
+  }));
+  EXPECT_TRUE(controller_.Asked<RetraceRequest>().empty());
+  EXPECT_TRUE(controller_.Asked<ReleaseRequest>().empty());
+  EXPECT_TRUE(Action("hand_resume")->isEnabled());
+}
+
 TEST_F(HandWindow, EachRefusalIsSaidInThePicture) {
   controller_.refuse = "ben holds it: ask for it";
   Mouse(QEvent::MouseButtonPress, At(ball_W_), Qt::LeftButton);
