@@ -24,18 +24,6 @@ std::string CsvText(const std::string& text) {
   return out + "\"";
 }
 
-/// The gains that a condition sets, as "constant_stiffness=80".
-std::string GainsOf(const StudyCondition& condition) {
-  std::string text;
-  const CouplingLimits usual;
-  for (const LimitName& limit : kLimitNames) {
-    if (condition.gains.*limit.value == usual.*limit.value) continue;
-    text += (text.empty() ? "" : " ") + std::string(limit.name) + "=" +
-            CsvNumber(condition.gains.*limit.value);
-  }
-  return text;
-}
-
 const char* WordOf(bool value) {
   return value ? "TRUE" : "FALSE";  // R takes no others
 }
@@ -66,7 +54,7 @@ std::vector<std::string> CellsOf(const Study& study, const ResultRow& row) {
       CsvNumber(condition.burst_leave),
       CsvNumber(condition.burst_loss),
       condition.law,
-      GainsOf(condition),
+      GainsText(condition),
       WordOf(condition.gate),
       NameOf(row.logged.state),
       std::to_string(row.logged.attempts),
@@ -108,6 +96,17 @@ std::string InTable(const std::string& text) {
 }
 
 }  // namespace
+
+std::string GainsText(const StudyCondition& condition) {
+  std::string text;
+  const CouplingLimits usual;
+  for (const LimitName& limit : kLimitNames) {
+    if (condition.gains.*limit.value == usual.*limit.value) continue;
+    text += (text.empty() ? "" : " ") + std::string(limit.name) + "=" +
+            CsvNumber(condition.gains.*limit.value);
+  }
+  return text;
+}
 
 std::string CsvNumber(double value) {
   if (!std::isfinite(value)) return {};

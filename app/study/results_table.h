@@ -38,6 +38,8 @@ std::string CodebookJson(const Study& study);
 /// codebook.md: the same for a reader.
 std::string CodebookText(const Study& study);
 
+/// The gains that a condition sets, as "constant_stiffness=80"; empty: none.
+std::string GainsText(const StudyCondition& condition);
 /// A number with the digits that give it back, or nothing for what is none.
 std::string CsvNumber(double value);
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 
 #include "app/picture/chart.h"
 #include "app/picture/svg.h"
 #include "app/stability/html_page.h"
+#include "app/study/study_tables.h"
 #include "engine/base/markup.h"
 
 namespace tandem {
@@ -19,93 +19,6 @@ constexpr double kLetter = 9;  // width of one of a condition's name, at the mos
 constexpr Rgb kPerson{150, 165, 185};
 constexpr Rgb kMean{0, 90, 160};
 constexpr double kCap = 0.05;  // half of the interval's ends, in conditions
-
-std::string Figure(double value) {
-  if (!std::isfinite(value)) return "";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
-
-std::string Element(const std::string& element, const std::string& text) {
-  return "<" + element + ">" + EscapedMarkup(text) + "</" + element.substr(0, element.find(' ')) +
-         ">";
-}
-
-std::string Number(const std::string& text) {
-  return Element("td class=\"n\"", text);
-}
-
-std::string Between(const MeanInterval& interval) {
-  if (!std::isfinite(interval.low)) return "";
-  return Figure(interval.low) + " to " + Figure(interval.high);
-}
-
-std::string EffectTable(const Study& study, const MeasureEffect& effect) {
-  std::string out =
-      "<div class=\"wide\"><table><thead><tr><th>condition</th><th class=\"n\">participants</th>"
-      "<th class=\"n\">mean</th><th class=\"n\">95 % interval</th><th class=\"n\">difference "
-      "from " +
-      EscapedMarkup(study.conditions[effect.reference].name) +
-      "</th><th class=\"n\">95 % interval</th><th class=\"n\">effect size d<sub>z</sub></th></tr>"
-      "</thead><tbody>\n";
-  for (const ConditionEffect& one : effect.conditions) {
-    const bool is_reference = one.condition == effect.reference;
-    out += "<tr>" + Element("td", study.conditions[one.condition].name) +
-           Number(std::to_string(one.level.count)) + Number(Figure(one.level.mean)) +
-           Number(Between(one.level)) + Number(is_reference ? "" : Figure(one.difference.mean)) +
-           Number(is_reference ? "" : Between(one.difference)) +
-           Number(is_reference ? "" : Figure(one.effect_size)) + "</tr>\n";
-  }
-  return out + "</tbody></table></div>\n";
-}
-
-std::string ConditionsTable(const Study& study) {
-  std::string out =
-      "<div class=\"wide\"><table><thead><tr><th>condition</th><th class=\"n\">delay, ms</th>"
-      "<th class=\"n\">jitter, ms</th><th class=\"n\">loss</th><th class=\"n\">burst enter, leave, "
-      "loss</th><th>law</th><th>gate</th><th>scene</th></tr></thead><tbody>\n";
-  for (const StudyCondition& condition : study.conditions) {
-    out += "<tr>" + Element("td", condition.name) + Number(Figure(condition.delay_ms)) +
-           Number(Figure(condition.jitter_ms)) + Number(Figure(condition.loss)) +
-           Number(Figure(condition.burst_enter) + ", " + Figure(condition.burst_leave) + ", " +
-                  Figure(condition.burst_loss)) +
-           Element("td", condition.law) + Element("td", condition.gate ? "on" : "off") +
-           Element("td", condition.scene.empty() ? "of the task" : condition.scene) + "</tr>\n";
-  }
-  return out + "</tbody></table></div>\n";
-}
-
-/// The number of a trial, as a link to its case where it has run.
-std::string LinkOf(const ResultRow& row) {
-  const std::string number = std::to_string(row.plan.number);
-  const bool has_run =
-      row.logged.state == TrialState::kDone || row.logged.state == TrialState::kRan;
-  if (!has_run) return number;
-  return "<a href=\"" + EscapedMarkup(row.participant + "/" + TrialFolder(row.plan.number)) +
-         "/case.json\">" + number + "</a>";
-}
-
-std::string TrialsTable(const Study& study, const std::vector<ResultRow>& rows) {
-  std::string out =
-      "<div class=\"wide\"><table><thead><tr><th>participant</th><th class=\"n\">trial"
-      "</th><th>block</th><th>condition</th><th>state</th>";
-  for (const TrialMeasure& measure : AllTrialMeasures()) {
-    out += Element("th class=\"n\"", std::string(measure.name));
-  }
-  out += "</tr></thead><tbody>\n";
-  for (const ResultRow& row : rows) {
-    out += "<tr>" + Element("td", row.participant) + "<td class=\"n\">" + LinkOf(row) + "</td>" +
-           Element("td", study.blocks[row.plan.block].name) +
-           Element("td", study.conditions[row.plan.condition].name) +
-           Element("td", NameOf(row.logged.state));
-    for (const TrialMeasure& measure : AllTrialMeasures()) {
-      out += Number(Figure(row.logged.measures.*measure.value));
-    }
-    out += "</tr>\n";
-  }
-  return out + "</tbody></table></div>\n";
-}
 
 /// Least and greatest of all that is drawn, a little apart from the frame.
 Axis AxisOf(const MeasureEffect& effect) {
@@ -123,6 +36,49 @@ Axis AxisOf(const MeasureEffect& effect) {
   }
   if (most == least) most = least + 1;
   return {effect.measure + ", " + effect.unit, least < 0 ? 1.08 * least : 0, 1.08 * most, false};
+}
+
+std::string Fact(const std::string& of, const std::string& value) {
+  return "<dt>" + of + "</dt><dd>" + EscapedMarkup(value) + "</dd>";
+}
+
+std::string OfAll(std::size_t count, std::size_t all) {
+  return std::to_string(count) + " of " + std::to_string(all);
+}
+
+std::string WhatWasRun(const Study& study, const std::vector<ResultRow>& rows,
+                       const std::string& mode) {
+  std::set<std::string> participants;
+  std::size_t done = 0;
+  std::size_t lost = 0;
+  std::size_t again = 0;
+  for (const ResultRow& row : rows) {
+    participants.insert(row.participant);
+    done += row.logged.state == TrialState::kDone ? 1 : 0;
+    lost += row.logged.state == TrialState::kLost ? 1 : 0;
+    again += row.logged.attempts > 1 ? 1 : 0;
+  }
+  return "<dl>" + Fact("mode", mode) +
+         Fact("participants",
+              OfAll(participants.size(), static_cast<std::size_t>(study.participants))) +
+         Fact("trials done", OfAll(done, rows.size())) +
+         Fact("trials begun more than once", std::to_string(again)) +
+         Fact("trials lost", std::to_string(lost)) + Fact("seed", std::to_string(study.seed)) +
+         "</dl>\n";
+}
+
+/// For a dry run: what its effects are worth.
+std::string WhatIsModelled(const Study& study) {
+  std::string planted;
+  for (const StudyCondition& condition : study.conditions) {
+    if (condition.planted_slower == 1) continue;
+    planted += " In " + condition.name + " its hands take " + PageFigure(condition.planted_slower) +
+               " times as long: the analysis should find that again.";
+  }
+  return "<p><b>This is a dry run: all hands are modelled, and answers are drawn at random. It "
+         "says "
+         "nothing about persons.</b>" +
+         EscapedMarkup(planted) + "</p>\n";
 }
 
 }  // namespace
@@ -168,7 +124,7 @@ Picture PictureOf(const Study& study, const MeasureEffect& effect) {
     if (std::isfinite(one.level.mean)) {
       picture.shapes.emplace_back(
           MarkerShape{at, MarkerKind::kDot, 10, kMean,
-                      name + ": " + Figure(one.level.mean) + " " + effect.unit});
+                      name + ": " + PageFigure(one.level.mean) + " " + effect.unit});
     }
     picture.shapes.emplace_back(LabelShape{{chart.At(x, 0).x, plot.bottom() + 20},
                                            name,
@@ -201,34 +157,44 @@ Picture PictureOf(const Study& study, const MeasureEffect& effect) {
 
 std::string StudyPage(const Study& study, const std::vector<ResultRow>& rows,
                       const std::vector<MeasureEffect>& effects, const std::string& mode) {
-  std::set<std::string> participants;
-  std::size_t done = 0;
-  for (const ResultRow& row : rows) {
-    participants.insert(row.participant);
-    done += row.logged.state == TrialState::kDone ? 1 : 0;
-  }
-  std::string out = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">" +
-                    Element("title", study.title) + "<style>" + kPageStyle +
-                    "</style></head><body>\n" + Element("h1", study.title) + "<dl>" +
-                    Element("dt", "mode") + Element("dd", mode) + Element("dt", "participants") +
-                    Element("dd", std::to_string(participants.size()) + " of " +
-                                      std::to_string(study.participants)) +
-                    Element("dt", "trials done") +
-                    Element("dd", std::to_string(done) + " of " + std::to_string(rows.size())) +
-                    Element("dt", "seed") + Element("dd", std::to_string(study.seed)) + "</dl>\n" +
-                    Element("h2", "Conditions") + "\n" + ConditionsTable(study) +
-                    Element("h2", "Effects") + "\n" +
-                    Element("p",
-                            "Each participant counts once in a condition, by the mean of their "
-                            "trials. Intervals are Student's. Differences are paired within "
-                            "participants, and an effect size is their mean over their standard "
-                            "deviation. Practice trials are left out.");
+  const std::string title = EscapedMarkup(study.title);
+  std::string out = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
+                    title + "</title><style>" + kPageStyle + "</style></head><body>\n<h1>" + title +
+                    "</h1>" + WhatWasRun(study, rows, mode);
+  if (mode != "persons") out += WhatIsModelled(study);
+  out +=
+      "<h2>Conditions</h2>\n" + ConditionsTable(study) +
+      "<h2>Effects</h2>\n<p>Each participant counts once in a condition, by the mean of their "
+      "trials. Differences are paired within participants. Intervals are Student's, of 95 %. "
+      "d<sub>z</sub> is the mean of the differences over their standard deviation. A difference "
+      "is bold where its interval leaves out zero; no correction is made for many measures, so "
+      "look at those that were named before the study began. Practice trials are left "
+      "out.</p>\n" +
+      SummaryTable(study, effects) +
+      "<div style=\"display: grid; grid-template-columns: repeat(auto-fit, minmax(28em, 1fr))\">\n";
+  std::string same;
   for (const MeasureEffect& effect : effects) {
-    out += Element("h3", effect.measure + " (" + effect.unit + "), task " + effect.task) +
-           "\n<figure>" + SvgOf(PictureOf(study, effect), SvgPlace::kInHtml) + "</figure>\n" +
-           EffectTable(study, effect);
+    if (AllTheSame(effect)) {
+      same += (same.empty() ? "" : ", ") + effect.measure;
+    } else {
+      out += "<figure>" + SvgOf(PictureOf(study, effect), SvgPlace::kInHtml) + "</figure>\n";
+    }
   }
-  return out + Element("h2", "Trials") + "\n" + TrialsTable(study, rows) + "</body></html>\n";
+  out += "</div>\n";
+  if (!same.empty()) {
+    out += "<p>The same for all participants in all conditions, and not drawn: " +
+           EscapedMarkup(same) + ".</p>\n";
+  }
+  const std::string choices = ChoicesTable(study, rows);
+  if (!choices.empty()) {
+    out +=
+        "<h2>Answers</h2>\n<p>Trials in which each answer was given; practice is left "
+        "out.</p>\n" +
+        choices;
+  }
+  return out +
+         "<h2>Trials</h2>\n<p>codebook.md says what each column is, and in which unit.</p>\n" +
+         TrialsTable(study, rows) + "</body></html>\n";
 }
 
 }  // namespace tandem

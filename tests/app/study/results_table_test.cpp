@@ -1,10 +1,13 @@
 #include "app/study/results_table.h"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "app/study/study_page.h"
+#include "app/study/study_tables.h"
 #include "tests/app/study/example_study.h"
 #include "tests/support/scratch_folder.h"
 
@@ -75,6 +78,47 @@ TEST_F(ResultsTableTest, ThePageAsksNothingOfAnyHostAndEscapesAnswers) {
   EXPECT_THAT(page, HasSubstr("&lt;b&gt;title"));
   EXPECT_THAT(page, Not(HasSubstr("http")));
   EXPECT_THAT(page, HasSubstr("1 of 7"));
+}
+
+TEST_F(ResultsTableTest, ThePageOfADryRunSaysSoAndCountsChoicesOutsidePractice) {
+  Study study = study_;
+  study.conditions[1].planted_slower = 1.5;
+  const std::string name = PseudonymsOf(study).front();
+  int number = 0;
+  for (const PlannedTrial& plan : TrialsOf(study, 0)) {
+    if (++number > 1) {
+      EXPECT_FALSE(log_->Begin(name, plan.number));
+      EXPECT_FALSE(log_->Ran(name, plan.number, TrialMeasures{}));
+    }
+    // all trials of "far" were late, no other one was
+    const char* late = plan.condition == 1 ? "yes" : "no";
+    EXPECT_FALSE(log_->Answered(name, plan.number, {{"late", late}}));
+  }
+  const auto rows = RowsOf(study, *log_);
+  const auto effects = EffectsOf(study, rows);
+  const std::string page = StudyPage(study, rows, effects, "dry run in virtual time");
+  EXPECT_THAT(page, HasSubstr("nothing about persons"));
+  EXPECT_THAT(page, HasSubstr("In far its hands take 1.5 times as long"));
+  EXPECT_THAT(page, HasSubstr("<td>near</td><td class=\"n\">0</td><td class=\"n\">2</td>"));
+  EXPECT_THAT(page, HasSubstr("<td>far</td><td class=\"n\">2</td><td class=\"n\">0</td>"));
+  EXPECT_THAT(page, HasSubstr("constant_stiffness=80"));
+  EXPECT_THAT(StudyPage(study, rows, effects, "persons"), Not(HasSubstr("dry run")));
+}
+
+// a difference is marked by its interval, and what never differs is not drawn
+TEST(StudySummary, MarksWhatLeavesOutZero) {
+  const Study study = ExampleStudy();
+  MeasureEffect effect{"pull", "completion_s", "s", 0, {}};
+  const MeanInterval level{2, 1.5, 1, 2, 0.1};
+  effect.conditions.push_back({0, level, {1.25, 1.75}, level, 1});
+  effect.conditions.push_back({1, level, {1.25, 1.75}, {2, 0.75, 0.5, 1, 0.1}, 7.5});
+  effect.conditions.push_back({2, level, {1.25, 1.75}, {2, 0.25, -0.5, 1, 0.1}, 0.5});
+  const std::string table = SummaryTable(study, {effect});
+  EXPECT_THAT(table, HasSubstr("<b>0.75</b>"));
+  EXPECT_THAT(table, Not(HasSubstr("<b>0.25</b>")));
+  EXPECT_FALSE(AllTheSame(effect));
+  for (ConditionEffect& one : effect.conditions) one.participants = {1, 1, NAN};
+  EXPECT_TRUE(AllTheSame(effect));
 }
 
 // by the widths of usual letters
