@@ -210,6 +210,7 @@ StudySession::Ended StudySession::AskQuestions(const TrialOfParticipant& trial) 
         request_.dry_run ? ModelledAnswer(study_, trial.participant, trial.plan, question)
                          : interview_.Ask(question);
     if (!answer) return Failed(kExitFailed, kInputEnded);
+    interview_.ForgetTyped();
     answers[question.key] = *answer;
     json[question.key] = *answer;
   }
@@ -240,6 +241,7 @@ StudySession::Ended StudySession::RunTrial(const TrialOfParticipant& trial) {
       if (!interview_.Line()) return Failed(kExitFailed, kInputEnded);
     }
     if (const Ended ended = Try(trial, FolderOf(trial)); !ended.goes_on) return ended;
+      interview_.ForgetTyped();
   }
   if (state() == TrialState::kLost) ++lost_;
   return state() == TrialState::kRan ? AskQuestions(trial) : Ended{};

@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include <poll.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include "engine/base/regular_file.h"
@@ -100,6 +101,12 @@ bool Interview::LineWithin(std::chrono::milliseconds time) {
   }
   if (waiting_.find('\n') == std::string::npos) return false;
   return Line().has_value();
+}
+
+void Interview::ForgetTyped() {
+  if (isatty(input_) == 0) return;
+  tcflush(input_, TCIFLUSH);
+  waiting_.clear();
 }
 
 std::optional<std::string> Interview::AskForWord(const std::string& text,

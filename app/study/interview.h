@@ -22,6 +22,9 @@ class Interview {
   std::optional<std::string> Line();
   /// Whether a line came within that time; it is taken. False as well where there is none any more.
   bool LineWithin(std::chrono::milliseconds time);
+  /// Forgets what was typed at a terminal before anybody was asked: an Enter too many answers
+  /// nothing. Lines of a pipe stay: who writes them knows what comes.
+  void ForgetTyped();
   /// Asks until one of these words stands there, in any case; nothing: there is no line any more.
   std::optional<std::string> AskForWord(const std::string& text,
                                         const std::vector<std::string>& words);

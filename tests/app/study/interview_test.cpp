@@ -1,9 +1,12 @@
 #include "app/study/interview.h"
 
 #include <array>
+#include <cstdlib>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include "tests/app/study/example_study.h"
@@ -61,6 +64,35 @@ TEST(Interview, TextIsTakenAsItIsWithoutControlCharacters) {
   Typed typed("  well\x1b[2J then\n");
   EXPECT_EQ(typed.interview().Ask(ExampleStudy().questions[2]), "well[2J then");
   EXPECT_FALSE(AnswerOf(ExampleStudy().questions[2], std::string(501, 'x')));
+}
+
+// a participant who presses Enter twice has not answered the question that comes then
+TEST(Interview, ForgetsWhatATerminalGotBeforeAnybodyWasAsked) {
+  const int keyboard = posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_GE(keyboard, 0);
+  ASSERT_EQ(grantpt(keyboard), 0);
+  ASSERT_EQ(unlockpt(keyboard), 0);
+  const int terminal = open(ptsname(keyboard), O_RDWR | O_NOCTTY);
+  ASSERT_GE(terminal, 0);
+  const auto type = [&](const std::string& text) {
+    EXPECT_EQ(write(keyboard, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+    pollfd typed{terminal, POLLIN, 0};
+    EXPECT_EQ(poll(&typed, 1, 10'000), 1);
+  };
+  Interview interview(terminal, stdout);
+  type("\n\n");
+  interview.ForgetTyped();
+  type("7\n");
+  EXPECT_EQ(interview.Line(), "7");
+  close(terminal);
+  close(keyboard);
+}
+
+TEST(Interview, KeepsWhatAProgramWroteInAdvance) {
+  Typed typed("7\n");
+  Interview interview = typed.interview();
+  interview.ForgetTyped();
+  EXPECT_EQ(interview.Line(), "7");
 }
 
 TEST(Interview, SaysWhenThereIsNoLineAnyMore) {
