@@ -69,6 +69,16 @@ std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
   return std::nullopt;
 }
 
+/// Whether a peer that writes this log has told that the other one left.
+bool ToldThatLeft(const fs::path& log, const std::string& other) {
+  std::ifstream stream(log);
+  const std::string told = "tandem: " + other + " left";
+  for (std::string line; std::getline(stream, line);) {
+    if (line == told) return true;
+  }
+  return false;
+}
+
 TrialFrame FrameOf(const TraceSample& sample, std::int64_t began_ns) {
   return {1e-9 * static_cast<double>(sample.time_ns - began_ns), sample.X_WB, sample.hand_force,
           sample.loaded};
@@ -252,14 +262,19 @@ Result<TrialMeasures> TrialRunner::RunReal(const TrialOfParticipant& trial, cons
       return Measure(trial.plan, scene, folder);
     }
     const bool closed = window && window->Poll();
+    // Enter counts once the hand has begun: what is typed while the scene loads ends nothing.
+    // The trace is read after the line: a hand that began before it is known
+    const bool line = setup_.persons && interview.LineWithin(kTrialPeriod);
+    if (!setup_.persons) std::this_thread::sleep_for(kTrialPeriod);
     for (const TraceSample& sample : tail.ReadNew()) {
       if (!began_ns) began_ns = sample.time_ns;
       meter.See(FrameOf(sample, *began_ns));
     }
-    // Enter counts once the hand has begun: what is typed while the scene loads ends nothing
-    const bool line = setup_.persons && interview.LineWithin(kTrialPeriod);
-    if (!setup_.persons) std::this_thread::sleep_for(kTrialPeriod);
-    if (!closed && !meter.ended() && !(line && began_ns)) continue;
+    // alone there is nothing to measure: the trial ends at both sites
+    const bool alone =
+        !all_here && began_ns &&
+        ToldThatLeft(folder / (NameOfUser(peers.own) + ".log"), NameOfUser(1 - peers.own));
+    if (!closed && !alone && !meter.ended() && !(line && began_ns)) continue;
     asked = true;
     EndAll(*children);
   }

@@ -156,6 +156,33 @@ TEST(StudyLive, ATrialEndsByItselfAtItsGoal) {
   EXPECT_LT(report.at("traced_frames").get<double>(), 20000);
 }
 
+// the participant presses Enter, the partner does nothing: neither waits for the limit
+TEST(StudyLive, ATrialOfTwoSitesEndsAtBoth) {
+  const ScratchFolder scratch;
+  std::string text = StudyText(R"(["near"])");
+  text.replace(text.find("\"participants\": 1"), 17,
+               "\"participants\": 1, \"partner\": \"person\"");
+  text.replace(text.find("\"time_limit_s\": 4"), 17, "\"time_limit_s\": 300");
+  text.replace(text.find(",\n    \"questions\""), std::string::npos, "}");
+  const fs::path file = scratch.Write("live.json", text);
+  const std::string begun = "until [ -s " + (scratch.path() / "participant").string() +
+                            "/*/trial-001.unfinished/user-0.report.json.trace ]; do sleep 0.1; "
+                            "done; sleep 1; echo";
+  const auto site = [&](const std::string& name, const std::string& typed) {
+    const std::string folder = (scratch.path() / name).string();
+    return "{ printf 'yes\n\n'; " + typed +
+           "; } | timeout 100 " TANDEM_PROGRAM " study --device none --interface lo --site " +
+           name + " --into " + folder + " " + file.string() + " >" + folder + ".out 2>&1";
+  };
+  const std::string command =
+      "( " + site("partner", "true") + " ) & " + site("participant", begun) + "; wait";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  for (const char* name : {"participant", "partner"}) {
+    EXPECT_THAT(ContentOf(scratch.path() / name / "results.csv"), HasSubstr(",done,1,20"))
+        << ContentOf(scratch.path() / (std::string(name) + ".out"));
+  }
+}
+
 // the partner's site has its own consent, its own answers and what it heard
 TEST(StudyLive, TwoSitesRunTheSameTrialTogether) {
   const ScratchFolder scratch;
