@@ -39,6 +39,10 @@ constexpr const char* kConsentQuestion =
     "Nothing is recorded before you agree. What you do and answer is kept under the pseudonym that "
     "you were given, never under your name. You may stop at any time, without a reason. Do you "
     "agree to take part?";
+constexpr const char* kMouse =
+    "In the window, press on the part and drag it. With the button held, the wheel moves it "
+    "towards "
+    "you and away, and Ctrl turns it. Space is the emergency stop, Ctrl and Space its end.";
 constexpr const char* kInputEnded =
     "the input ended before all was answered: run the same command "
     "again, it goes on there";
@@ -206,11 +210,11 @@ StudySession::Ended StudySession::AskQuestions(const TrialOfParticipant& trial) 
   std::map<std::string, std::string> answers;
   OrderedJson json = OrderedJson::object();
   for (const StudyQuestion& question : study_.questions) {
+    interview_.ForgetTyped();
     const std::optional<std::string> answer =
         request_.dry_run ? ModelledAnswer(study_, trial.participant, trial.plan, question)
                          : interview_.Ask(question);
     if (!answer) return Failed(kExitFailed, kInputEnded);
-    interview_.ForgetTyped();
     answers[question.key] = *answer;
     json[question.key] = *answer;
   }
@@ -237,11 +241,11 @@ StudySession::Ended StudySession::RunTrial(const TrialOfParticipant& trial) {
                     "before. Press Enter to begin.",
                     trial.plan.number, task.success.has_goal() ? "at its goal, or " : "",
                     task.time_limit_s);
+      interview_.ForgetTyped();
       interview_.Tell(text);
       if (!interview_.Line()) return Failed(kExitFailed, kInputEnded);
     }
     if (const Ended ended = Try(trial, FolderOf(trial)); !ended.goes_on) return ended;
-      interview_.ForgetTyped();
   }
   if (state() == TrialState::kLost) ++lost_;
   return state() == TrialState::kRan ? AskQuestions(trial) : Ended{};
@@ -260,6 +264,7 @@ StudySession::Ended StudySession::RunParticipant(int participant) {
       const std::string& instructions = study_.tasks[next.task].instructions;
       if (!instructions.empty()) interview_.Tell("\n" + instructions);
       if (!next.instructions.empty()) interview_.Tell("\n" + next.instructions);
+      if (!block && request_.device.empty()) interview_.Tell(std::string("\n") + kMouse);
     }
     block = plan.block;
     const Ended ended = RunTrial({participant, NameOf(participant), plan});
@@ -360,6 +365,13 @@ int StudySession::Run() {
   const int written = WriteResults();
   if (ended.exit_code != kExitOk) return ended.exit_code;
   if (written != kExitOk) return written;
+  const auto lost = std::ranges::count_if(RowsOf(study_, log_), [](const ResultRow& row) {
+    return row.logged.state == TrialState::kLost;
+  });
+  if (lost > lost_) {
+    Say(Counted(static_cast<std::uint64_t>(lost), "trial") +
+        " of this study lost by now: cut as often as the study allows");
+  }
   Say("results are in " + request_.folder.string() + ": results.csv, codebook.md, report.html");
   return lost_ == 0 ? kExitOk
                     : Fail(kExitFailed, Counted(static_cast<std::uint64_t>(lost_), "trial") +
