@@ -323,6 +323,8 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
   }
   if (const int failed = StartDevice(arguments, X_WB0, joining); failed != kExitOk) return failed;
   std::unique_ptr<Device> device = MakeDevice(arguments, std::move(script), X_WB0, joining);
+  // the handle may have moved since it was opened
+  if (joining.space && !arguments.hold.empty()) joining.space->Change({.p_WD = X_WB0.p});
   if (!arguments.record.empty()) {
     Result<std::unique_ptr<Recorder>> recorder = Recorder::Create(
         arguments.record, {.program = TANDEM_VERSION,

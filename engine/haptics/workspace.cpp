@@ -55,7 +55,7 @@ Anchor Workspace::Read() noexcept {
   if (!handle.X_WA.p.allFinite() || !handle.X_WA.q.coeffs().allFinite()) return handle;
   WorkspaceOrder wanted = Sound(orders_.Read());
   wanted.scale = scale_;
-  wanted.clutch = wanted.clutch || device_->clutch_button();
+  wanted.clutch = wanted.clutch || device_->clutch_button() || !started_;
   if (!placed_) {
     placed_ = true;
     mapped_ = handle;

@@ -11,12 +11,12 @@ namespace tandem {
 
 /// How a user wants a small device to reach a large scene.
 struct WorkspaceOrder {
-  double scale = 1;                    // metres in W a metre of the device; at first: Rescale()
-  Quat q_WV = Quat::Identity();        // the view: a device's axes are those of the user's picture
+  double scale = 1;              // metres in W a metre of the device; at first: Rescale()
+  Quat q_WV = Quat::Identity();  // the view: a device's axes are those of the user's picture
   bool clutch = false;  // held, here or at the device: the handle moves, what it holds stays
-  std::uint32_t placements = 0;        // each puts the mapped handle to p_WD, which nobody holds yet
-  Vec3 p_WD = Vec3::Zero();            // m
-  double recentre = 0;                 // share of its own way by which a hand is led back, 0–0.3
+  std::uint32_t placements = 0;  // each puts the mapped handle to p_WD, which nobody holds yet
+  Vec3 p_WD = Vec3::Zero();      // m
+  double recentre = 0;           // share of its own way by which a hand is led back, 0–0.3
 };
 
 /// What of an order is to be another; nothing: stays.
@@ -41,6 +41,8 @@ struct WorkspaceChange {
 /// leaves the mapped handle where it is. With `recentre` the mapped handle goes a little farther
 /// outwards with each bit of the hand's way, the more so the farther that is from the middle of the
 /// device: the hand comes back to the middle without noticing. A hand at rest is left alone.
+/// Before Start() it is as with the clutch: a handle that somebody moves while scenes load and
+/// partners are waited for moves nothing, and what is taken then does not jump after it.
 ///
 /// A newton on the part is a newton in the hand. So a spring of the scene is felt `scale` times as
 /// stiff, and the gains that the device bears are that much smaller. The scaled handle is what the
@@ -59,7 +61,10 @@ class Workspace : public Device {
   /// The newest order; written by one other thread.
   TripleBuffer<WorkspaceOrder>& orders() noexcept { return orders_; }
 
-  void Start() noexcept override { device_->Start(); }
+  void Start() noexcept override {
+    started_ = true;
+    device_->Start();
+  }
   Anchor Read() noexcept override;
   void Render(const Wrench& F_D_W) noexcept override;
   void Stop() noexcept override { device_->Stop(); }
@@ -85,9 +90,10 @@ class Workspace : public Device {
   double scale_;
   bool holds_ = false;
   bool placed_ = false;
+  bool started_ = false;
   int led_frames_ = kRampFrames;  // since the clutch was let go of
-  Vec3 middle_ = Vec3::Zero();  // of the device's workspace
-  double radius_ = 0.1;         // m, of it
+  Vec3 middle_ = Vec3::Zero();    // of the device's workspace
+  double radius_ = 0.1;           // m, of it
   // where indexing last began: the device's handle, and the mapped one
   Pose X_VD0_;
   Pose X_WD0_;

@@ -35,7 +35,9 @@ void Order(Workspace& workspace, const WorkspaceOrder& order) {
 TEST(Workspace, WithoutAnOrderTheHandleIsItself) {
   PlacedDevice device;
   Workspace workspace(device);
-  device.handle = {{RotationBy(Vec3(0.1, 0.2, 0.3)), Vec3(1, 2, 3)}, {Vec3(1, 0, 0), Vec3(0, 1, 0)}};
+  workspace.Start();
+  device.handle = {{RotationBy(Vec3(0.1, 0.2, 0.3)), Vec3(1, 2, 3)},
+                   {Vec3(1, 0, 0), Vec3(0, 1, 0)}};
   workspace.Read();
   device.handle.X_WA.p += Vec3(0.01, 0, 0);
   const Anchor mapped = workspace.Read();
@@ -44,9 +46,29 @@ TEST(Workspace, WithoutAnOrderTheHandleIsItself) {
   EXPECT_EQ(mapped.V_WA.v, Vec3(0, 1, 0));
 }
 
+// a scene loads, a partner is waited for: the handle may be anywhere when the hand begins
+TEST(Workspace, BeforeTheHandBeginsTheHandleMovesAlone) {
+  PlacedDevice device;
+  Workspace workspace(device);
+  workspace.Read();
+  device.handle = {{RotationBy(Vec3(0, 0, 0.5)), Vec3(0.1, 0, 0)}, {Vec3(0, 0, 1), Vec3(1, 0, 0)}};
+  const Anchor waiting = workspace.Read();
+  EXPECT_EQ(waiting.X_WA.p, Vec3(Vec3::Zero()));
+  EXPECT_EQ(waiting.V_WA.v, Vec3(Vec3::Zero()));
+  workspace.Render({Vec3::Zero(), Vec3(1, 0, 0)});
+  EXPECT_EQ(device.given.f, Vec3(Vec3::Zero()));
+  workspace.Start();
+  EXPECT_NEAR(workspace.Read().X_WA.p.norm(), 0, 1e-15);
+  device.handle.X_WA.p += Vec3(0, 0.02, 0);
+  const Anchor led = workspace.Read();
+  EXPECT_NEAR((led.X_WA.p - Vec3(0, 0.02, 0)).norm(), 0, 1e-15);
+  EXPECT_NEAR(led.X_WA.q.angularDistance(Quat::Identity()), 0, 1e-7);
+}
+
 TEST(Workspace, TheDevicesButtonIsAClutchToo) {
   PlacedDevice device;
   Workspace workspace(device);
+  workspace.Start();
   workspace.Read();
   device.pressed = true;
   workspace.Read();
@@ -62,6 +84,7 @@ TEST(Workspace, TheDevicesButtonIsAClutchToo) {
 TEST(Workspace, TheForceGrowsOnceTheClutchIsLetGoOf) {
   PlacedDevice device;
   Workspace workspace(device);
+  workspace.Start();
   Wrench wanted;
   wanted.f.x() = 10;
   workspace.Read();
@@ -85,6 +108,7 @@ TEST(Workspace, TheForceGrowsOnceTheClutchIsLetGoOf) {
 TEST(Workspace, TakesAPartWhereItIsToldToAndGoesOnFromThere) {
   PlacedDevice device;
   Workspace workspace(device, {.scale = 10});
+  workspace.Start();
   device.handle.X_WA.p = Vec3(0.03, 0, 0);
   workspace.Read();
   WorkspaceOrder order{.scale = 10};
@@ -106,6 +130,7 @@ TEST(Workspace, ScalesAndTurnsByTheView) {
   order.scale = 5;
   order.q_WV = RotationBy(Vec3(0, 0, M_PI / 2));  // the device's x is the scene's y
   Workspace workspace(device, order);
+  workspace.Start();
   workspace.Read();
   device.handle.X_WA.p = Vec3(0.02, 0, 0);
   device.handle.X_WA.q = RotationBy(Vec3(0.3, 0, 0));
@@ -125,6 +150,7 @@ TEST(Workspace, ScalesAndTurnsByTheView) {
 TEST(Workspace, AClutchLetsTheHandGoBackWhileThePartStays) {
   PlacedDevice device;
   Workspace workspace(device, {.scale = 2});
+  workspace.Start();
   workspace.Read();
   device.handle.X_WA.p = Vec3(0.1, 0, 0);
   EXPECT_NEAR(workspace.Read().X_WA.p.x(), 0.2, 1e-12);
@@ -148,6 +174,7 @@ TEST(Workspace, AClutchLetsTheHandGoBackWhileThePartStays) {
 TEST(Workspace, NoChangeIsAJump) {
   PlacedDevice device;
   Workspace workspace(device);
+  workspace.Start();
   std::mt19937 random(3);
   std::uniform_real_distribution<double> share(-1, 1);
   Pose last = workspace.Read().X_WA;
@@ -174,6 +201,7 @@ TEST(Workspace, NoChangeIsAJump) {
 TEST(Workspace, RecentringLeadsAHandThatWorksOutsideBackToTheMiddle) {
   PlacedDevice device;
   Workspace workspace(device, {.recentre = 0.2});
+  workspace.Start();
   workspace.Read();
   // the user holds the mapped handle about 80 mm from where it began, and trembles 5 mm
   const double goal = 0.08;

@@ -37,6 +37,7 @@ TEST(WorkspaceTravel, AScaledHandBeyondTheTravelLimitFeelsTheCouplingAndNothingJ
   World world(model);
   FallingDevice device;
   Workspace workspace(device, {.scale = 20});  // 20 m/s in the scene, 100 mm down: into the plate
+  workspace.Start();
   StepInputs inputs = testing::FreeInputs(*model);
   Vec3 last = world.state(0).X_WB.p;
   double lead = 0;
