@@ -25,8 +25,10 @@ using ::testing::Not;
 using testing::RunTandem;
 using testing::Said;
 
-std::string StudyText(const std::string& conditions) {
-  return R"({"name": "live", "seed": 3, "participants": 1,
+/// A study of one participant. Sites of equally named studies meet in one session, and tests run at
+/// the same time: each names its own.
+std::string StudyText(const std::string& name, const std::string& conditions) {
+  return R"({"name": ")" + name + R"(", "seed": 3, "participants": 1,
     "tasks": [{"name": "move", "scene": "free", "time_limit_s": 4, "hands": ["relaxed"],
                "success": {"moved_mm": 100}}],
     "conditions": [{"name": "near"}, {"name": "secretly_late", "delay_ms": 150}],
@@ -64,7 +66,8 @@ double ColumnOf(const std::string& header, const std::string& row, const std::st
 
 TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
   const ScratchFolder scratch;
-  const fs::path file = scratch.Write("live.json", StudyText(R"(["near", "secretly_late"])"));
+  const fs::path file =
+      scratch.Write("live.json", StudyText("live-modelled", R"(["near", "secretly_late"])"));
   const fs::path folder = scratch.path() / "results";
   const Said said = RunTandem("study --dry-run --real-time --json --into " + folder.string() + " " +
                               file.string());
@@ -115,7 +118,7 @@ TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
 // body, and answers; no line names the condition
 TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
   const ScratchFolder scratch;
-  const fs::path file = scratch.Write("live.json", StudyText(R"(["secretly_late"])"));
+  const fs::path file = scratch.Write("live.json", StudyText("live-asked", R"(["secretly_late"])"));
   const fs::path folder = scratch.path() / "results";
   const std::string out = (scratch.path() / "out").string();
   const std::string begun = "until [ -s " + folder.string() +
@@ -143,7 +146,7 @@ TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
 // no Enter ends it: the hand is where its goal is from the beginning
 TEST(StudyLive, ATrialEndsByItselfAtItsGoal) {
   const ScratchFolder scratch;
-  std::string text = StudyText(R"(["near"])");
+  std::string text = StudyText("live-goal", R"(["near"])");
   text.replace(text.find("\"moved_mm\": 100"), 15, "\"moved_mm\": 60, \"hold_s\": 0.5");
   text.replace(text.find("\"time_limit_s\": 4"), 17, "\"time_limit_s\": 90");
   text.replace(text.find(",\n    \"questions\""), std::string::npos, "}");
@@ -159,7 +162,7 @@ TEST(StudyLive, ATrialEndsByItselfAtItsGoal) {
 // the participant presses Enter, the partner does nothing: neither waits for the limit
 TEST(StudyLive, ATrialOfTwoSitesEndsAtBoth) {
   const ScratchFolder scratch;
-  std::string text = StudyText(R"(["near"])");
+  std::string text = StudyText("live-both-end", R"(["near"])");
   text.replace(text.find("\"participants\": 1"), 17,
                "\"participants\": 1, \"partner\": \"person\"");
   text.replace(text.find("\"time_limit_s\": 4"), 17, "\"time_limit_s\": 300");
@@ -186,7 +189,7 @@ TEST(StudyLive, ATrialOfTwoSitesEndsAtBoth) {
 // the partner's site has its own consent, its own answers and what it heard
 TEST(StudyLive, TwoSitesRunTheSameTrialTogether) {
   const ScratchFolder scratch;
-  std::string text = StudyText(R"(["secretly_late"])");
+  std::string text = StudyText("live-both-run", R"(["secretly_late"])");
   text.replace(text.find("\"participants\": 1"), 17,
                "\"participants\": 1, \"partner\": \"person\"");
   const fs::path file = scratch.Write("live.json", text);
