@@ -43,23 +43,45 @@ CrossLoad Turned(const CrossLoad& cross_V, const Mat3& R_WV) {
   return {R * cross_V.stiffness * R.transpose(), R * cross_V.damping * R.transpose()};
 }
 
-double PressedBy(const Contact& contact, const ForceRule& rule) {
-  return ContactForce(contact.share * rule.gains.stiffness, contact.depth, rule.voxel_size,
-                      rule.full_stiffness_depth * rule.voxel_size);
-}
-
-/// Returns the share of the contacts' forces that holds against one another: 0 on a plane, 1
-/// between two walls.
-double OpposedShare(std::span<const Contact> contacts, const ForceRule& rule) {
+/// Gives each contact the force that its depth presses with, and returns the share of all these
+/// that holds against one another: 0 on a plane, 1 between two walls.
+double Press(std::span<Contact> contacts, const ForceRule& rule) {
   Vec3 sum = Vec3::Zero();
   double of_sizes = 0;
-  for (const Contact& contact : contacts) {
-    const double pressed = PressedBy(contact, rule);
-    sum += pressed * contact.nhat_V;
-    of_sizes += pressed;
+  for (Contact& contact : contacts) {
+    contact.force = ContactForce(contact.share * rule.gains.stiffness, contact.depth,
+                                 rule.voxel_size, rule.full_stiffness_depth * rule.voxel_size);
+    sum += contact.force * contact.nhat_V;
+    of_sizes += contact.force;
   }
-  return of_sizes > 0 ? 1.0 - sum.norm() / of_sizes : 0.0;
+  return of_sizes > 0 ? std::max(0.0, 1.0 - sum.norm() / of_sizes) : 0.0;
 }
+
+/// Sums dampers that hold points in all directions, about the body's centre of mass: d G G^T each,
+/// with G = [[r]x; I]. A contact's friction is that without its part along the normal.
+class PointDampers {
+ public:
+  void Add(double damping, const Vec3& r) {
+    sum_ += damping;
+    r_ += damping * r;
+    rr_ += damping * r * r.transpose();
+  }
+  void AddLowerTo(Mat6& m) const {
+    m.topLeftCorner<3, 3>() += rr_.trace() * Mat3::Identity() - rr_;
+    m(3, 1) += r_.z();
+    m(3, 2) -= r_.y();
+    m(4, 0) -= r_.z();
+    m(4, 2) += r_.x();
+    m(5, 0) += r_.y();
+    m(5, 1) -= r_.x();
+    m.diagonal().tail<3>().array() += sum_;
+  }
+
+ private:
+  double sum_ = 0;
+  Vec3 r_ = Vec3::Zero();
+  Mat3 rr_ = Mat3::Zero();
+};
 
 }  // namespace
 
@@ -74,8 +96,9 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
   const Vec3 w_map = q_VW * at.map_body.V_WB.w;
   const Vec3 v_map = q_VW * at.map_body.V_WB.v;
   const double friction = rule.gains.friction;
-  const double opposed =
-      friction == 0 && rule.gains.comes_to_rest ? OpposedShare(contacts, rule) : 0.0;
+  const double opposed = Press(contacts, rule);
+  const bool rubs = friction > 0 || rule.gains.comes_to_rest;
+  PointDampers rubbing;
   Load shell_V;
   for (Contact& contact : contacts) {
     const Vec3& p = contact.p_V;
@@ -88,8 +111,7 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
     const double K = contact.share * rule.gains.stiffness;
     const double soft = rule.full_stiffness_depth * rule.voxel_size;
     const double stiffness = ContactStiffness(K, depth, rule.voxel_size, soft);
-    const double pressed = PressedBy(contact, rule);
-    contact.force = pressed;
+    const double pressed = contact.force;
     const double full = rule.full_damping_depth * rule.voxel_size;
     const double damped = full > 0 ? std::min(1.0, depth / full) : 1.0;
     const double damping_there = contact.share * damped * rule.gains.damping;
@@ -99,17 +121,20 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
     along << r_shell.cross(n), n;
     shell_V.force += force * along;
     AddLower(along, stiffness, shell_V.stiffness);
-    AddLower(along, damping, shell_V.damping);
-    if (friction == 0 && opposed == 0) continue;
-    // damping that stops an approach is no pressure yet: a graze would stick
-    const double normal_force = std::min(pressed, force);
-    const Vec3 sliding = slip + approach * n;
-    const double drag = friction > 0 ? FrictionDamping(friction, normal_force, sliding.norm())
-                                     : RestDamping(opposed * normal_force, sliding.norm());
-    const Eigen::Matrix<double, 6, 3> across = AlongTangent(r_shell, n);
-    shell_V.force -= drag * across * sliding;
-    shell_V.damping.triangularView<Eigen::Lower>() += drag * across * across.transpose();
+    double drag = 0;
+    if (rubs) {
+      // damping that stops an approach is no pressure yet: a graze would stick
+      const double normal_force = std::min(pressed, force);
+      const Vec3 sliding = slip + approach * n;
+      drag = friction > 0 ? FrictionDamping(friction, normal_force, sliding.norm())
+                          : RestDamping(opposed * normal_force, sliding.norm());
+      shell_V.force.head<3>() -= drag * r_shell.cross(sliding);
+      shell_V.force.tail<3>() -= drag * sliding;
+      rubbing.Add(drag, r_shell);
+    }
+    AddLower(along, damping - drag, shell_V.damping);
   }
+  rubbing.AddLowerTo(shell_V.damping);
   MirrorLower(shell_V.stiffness);
   MirrorLower(shell_V.damping);
   // the same forces on the map's body, about its own centre of mass

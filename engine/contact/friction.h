@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "engine/base/load.h"
-
 namespace tandem {
 
 /// m/s. Below this slip a contact does not stick but creeps: friction is a damper there, which
@@ -31,17 +29,6 @@ inline double FrictionDamping(double friction, double normal_force, double speed
 /// The same of the friction that brings a part in a fit to rest.
 inline double RestDamping(double normal_force, double speed) noexcept {
   return kRestFriction * normal_force / std::max(speed, kRestSpeed);
-}
-
-/// Columns: generalized forces of unit forces along x, y, z at `r` from a body's centre of mass, as
-/// far as they lie in the plane across `nhat`.
-inline Eigen::Matrix<double, 6, 3> AlongTangent(const Vec3& r, const Vec3& nhat) noexcept {
-  Eigen::Matrix<double, 6, 3> along;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const Vec3 direction = Vec3::Unit(axis) - nhat[axis] * nhat;
-    along.col(axis) << r.cross(direction), direction;
-  }
-  return along;
 }
 
 }  // namespace tandem

@@ -91,7 +91,7 @@ void ExpectCalm(std::uint64_t first, std::size_t count) {
 
 // A few of the cases that `tandem stability random` draws; presets.sh runs a thousand.
 TEST(RandomCases, AreCalmUnderTheDefaultLaw) {
-  ExpectCalm(1, 10);
+  ExpectCalm(1, 12);
 }
 
 // Five users at 0.8 s and 15 samples a second. Bursts of loss are as long as the loop, and a soft
