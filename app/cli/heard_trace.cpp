@@ -11,7 +11,7 @@ namespace tandem {
 
 namespace {
 
-/// What was heard of one other peer.
+/// Holds what a recording heard of one other peer.
 struct HeardInstance {
   explicit HeardInstance(PeerId self) : line(self) {}
 

@@ -69,7 +69,7 @@ std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
   return std::nullopt;
 }
 
-/// Whether a peer that writes this log has told that the other one left.
+/// Returns whether the peer that writes this log has told that the other one left.
 bool ToldThatLeft(const fs::path& log, const std::string& other) {
   std::ifstream stream(log);
   const std::string told = "tandem: " + other + " left";

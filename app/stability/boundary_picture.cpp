@@ -31,14 +31,15 @@ constexpr double kLetterWidth = 0.55;
 
 /// The parts of a kind, between commas, in lines that fit beside the plot.
 std::vector<std::string> LegendLines(const std::string& kind) {
-  constexpr auto kMost = static_cast<std::size_t>((kBoundaryWidth - kLegendX - kLegendText) /
-                                                  (kLetterWidth * kLegendSize));
+  constexpr auto kMostLetters = static_cast<std::size_t>((kBoundaryWidth - kLegendX - kLegendText) /
+                                                         (kLetterWidth * kLegendSize));
   std::vector<std::string> lines{""};
   for (std::size_t from = 0; from < kind.size();) {
     const std::size_t comma = kind.find(", ", from);
     const std::size_t to = comma == std::string::npos ? kind.size() : comma + 2;
     const std::string part = kind.substr(from, to - from);
-    if (!lines.back().empty() && lines.back().size() + part.size() > kMost) lines.emplace_back();
+    if (!lines.back().empty() && lines.back().size() + part.size() > kMostLetters)
+      lines.emplace_back();
     lines.back() += part;
     from = to;
   }

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// What a map has from left to right.
+/// Says which quantity a map has from left to right.
 enum class MapAxis : std::uint8_t {
   kDelay,  // s, logarithmic
   kGrasp   // m from the body's centre of mass to where a hand holds it
@@ -23,7 +23,7 @@ struct MapCell {
   std::string hint;
 };
 
-/// What theory says, or a law, over the map's axis.
+/// Says whose stiffness a line shows over the map's axis: theory's or a law's.
 enum class MapLineKind : std::uint8_t {
   kBoundary,    // stable below, exactly, in free space
   kPassive,     // stable below with whatever it touches: b/tau

@@ -201,7 +201,7 @@ void TellTitlesApart(std::vector<StabilityMap>& maps) {
   }
 }
 
-/// What theory and the laws say along `cases`.
+/// Returns the lines of theory and of the laws along `cases`.
 std::vector<MapLine> LinesAlong(const std::vector<CaseAt>& cases, const Inertia& body) {
   const LabCase& like = cases.front().test;
   const auto with_law = [&cases](const auto& change) {

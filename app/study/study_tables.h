@@ -14,7 +14,8 @@ std::string PageFigure(double value);
 /// "LOW to HIGH"; empty: no interval.
 std::string PageInterval(const MeanInterval& interval);
 
-/// Whether all participants have the same value in all conditions: there is nothing to be seen.
+/// Returns whether all participants have the same value in all conditions, so that a picture would
+/// show nothing.
 bool AllTheSame(const MeasureEffect& effect);
 
 /// All conditions with what they set.

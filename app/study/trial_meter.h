@@ -60,7 +60,7 @@ class TrialMeter {
   void See(const TrialFrame& frame);
   /// The distance between the two instances of the body in a frame, m.
   void SeeApart(double metres);
-  /// Whether the goal was kept long enough for the trial to be over (StudySuccess::hold_s).
+  /// Returns whether the goal was kept long enough for the trial to be over (StudySuccess::hold_s).
   bool ended() const noexcept { return ended_; }
   TrialMeasures Finish() const;
 
