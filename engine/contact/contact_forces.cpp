@@ -43,20 +43,6 @@ CrossLoad Turned(const CrossLoad& cross_V, const Mat3& R_WV) {
   return {R * cross_V.stiffness * R.transpose(), R * cross_V.damping * R.transpose()};
 }
 
-/// Gives each contact the force that its depth presses with, and returns the share of all these
-/// that holds against one another: 0 on a plane, 1 between two walls.
-double Press(std::span<Contact> contacts, const ForceRule& rule) {
-  Vec3 sum = Vec3::Zero();
-  double of_sizes = 0;
-  for (Contact& contact : contacts) {
-    contact.force = ContactForce(contact.share * rule.gains.stiffness, contact.depth,
-                                 rule.voxel_size, rule.full_stiffness_depth * rule.voxel_size);
-    sum += contact.force * contact.nhat_V;
-    of_sizes += contact.force;
-  }
-  return of_sizes > 0 ? std::max(0.0, 1.0 - sum.norm() / of_sizes) : 0.0;
-}
-
 /// Sums dampers that hold points in all directions, about the body's centre of mass: d G G^T each,
 /// with G = [[r]x; I]. A contact's friction is that without its part along the normal.
 class PointDampers {
@@ -96,8 +82,6 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
   const Vec3 w_map = q_VW * at.map_body.V_WB.w;
   const Vec3 v_map = q_VW * at.map_body.V_WB.v;
   const double friction = rule.gains.friction;
-  const double opposed = Press(contacts, rule);
-  const bool rubs = friction > 0 || rule.gains.comes_to_rest;
   PointDampers rubbing;
   Load shell_V;
   for (Contact& contact : contacts) {
@@ -111,7 +95,8 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
     const double K = contact.share * rule.gains.stiffness;
     const double soft = rule.full_stiffness_depth * rule.voxel_size;
     const double stiffness = ContactStiffness(K, depth, rule.voxel_size, soft);
-    const double pressed = contact.force;
+    const double pressed = ContactForce(K, depth, rule.voxel_size, soft);
+    contact.force = pressed;
     const double full = rule.full_damping_depth * rule.voxel_size;
     const double damped = full > 0 ? std::min(1.0, depth / full) : 1.0;
     const double damping_there = contact.share * damped * rule.gains.damping;
@@ -122,19 +107,17 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
     shell_V.force += force * along;
     AddLower(along, stiffness, shell_V.stiffness);
     double drag = 0;
-    if (rubs) {
+    if (friction > 0) {
       // damping that stops an approach is no pressure yet: a graze would stick
-      const double normal_force = std::min(pressed, force);
       const Vec3 sliding = slip + approach * n;
-      drag = friction > 0 ? FrictionDamping(friction, normal_force, sliding.norm())
-                          : RestDamping(opposed * normal_force, sliding.norm());
+      drag = FrictionDamping(friction, std::min(pressed, force), sliding.norm());
       shell_V.force.head<3>() -= drag * r_shell.cross(sliding);
       shell_V.force.tail<3>() -= drag * sliding;
       rubbing.Add(drag, r_shell);
     }
     AddLower(along, damping - drag, shell_V.damping);
   }
-  rubbing.AddLowerTo(shell_V.damping);
+  if (friction > 0) rubbing.AddLowerTo(shell_V.damping);
   MirrorLower(shell_V.stiffness);
   MirrorLower(shell_V.damping);
   // the same forces on the map's body, about its own centre of mass

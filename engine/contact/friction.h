@@ -12,23 +12,11 @@ inline constexpr double kCreepSpeed = 1e-4;
 /// tenth of it; far above it the damping leaves the range of a double.
 inline constexpr double kMostFriction = 100;
 
-/// Refined contact has this friction in a fit where the scene has none: mu, reached at kRestSpeed
-/// (m/s), of the forces that a pair's contacts hold against one another. The forces do not derive
-/// exactly from a potential, so that a ball pressed into its socket would be turned on and on by
-/// some 1e-3 of the force. Friction brings it to rest; a hand does not feel it.
-inline constexpr double kRestFriction = 0.01;
-inline constexpr double kRestSpeed = 1e-3;
-
 /// Coulomb friction of one contact, as a damper along the tangent that is as hard as the slip
 /// `speed` (m/s) at the frame's start lets it be: mu N over the speed, N s/m. Stepped implicitly it
 /// never turns a slip round, and it only ever takes energy.
 inline double FrictionDamping(double friction, double normal_force, double speed) noexcept {
   return friction * normal_force / std::max(speed, kCreepSpeed);
-}
-
-/// The same of the friction that brings a part in a fit to rest.
-inline double RestDamping(double normal_force, double speed) noexcept {
-  return kRestFriction * normal_force / std::max(speed, kRestSpeed);
 }
 
 }  // namespace tandem

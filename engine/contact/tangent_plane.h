@@ -9,10 +9,9 @@ namespace tandem {
 
 /// How hard contact pushes back, at each point.
 struct ContactGains {
-  double stiffness = 0;        // N/m
-  double damping = 0;          // N s/m, along the normal
-  double friction = 0;         // Coulomb's mu
-  bool comes_to_rest = false;  // in a fit, by RestDamping(), where friction is 0
+  double stiffness = 0;  // N/m
+  double damping = 0;    // N s/m, along the normal
+  double friction = 0;   // Coulomb's mu
 };
 
 /// N/m at each point, of bodies however light: a voxel of depth on one point holds 50 N, more than

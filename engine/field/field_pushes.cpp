@@ -104,6 +104,13 @@ double ShareBeside(const NearbyFace& face, const NearbyFace& first) {
   return std::clamp(std::max(stands_up * as_near, up / kApart), 0.0, 1.0);
 }
 
+/// Returns how much the pushes of two faces are one and the same: all of it along one way, nothing
+/// from 45 degrees between them on.
+double Alike(const NearbyFace& one, const NearbyFace& other) {
+  constexpr double kOfTheirOwn = 1.0 - 0.70710678118654752;
+  return std::clamp(1.0 - (1.0 - one.away.dot(other.away)) / kOfTheirOwn, 0.0, 1.0);
+}
+
 /// What faces tell of a place's gradient: as DistanceField::At().
 FieldGradient GradientOf(const FacesNear& near) {
   const bool inside = near.Inside();
@@ -248,19 +255,26 @@ void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& ne
     return;
   }
   std::array<const NearbyFace*, FieldPushes::kMostEach> kept;
-  std::array<double, FieldPushes::kMostEach> kept_counts;
-  std::size_t kept_count = 0;
+  std::array<double, FieldPushes::kMostEach> counts;
+  std::size_t count = 0;
+  const std::size_t room = std::min(kept.size(), static_cast<std::size_t>(end - next));
   for (const NearbyFace& face : near.all()) {
-    if (face.distance >= reach || next == end) break;
-    double counts = 1;
-    for (std::size_t k = 0; k < kept_count; ++k) {
-      const double beside = ShareBeside(face, *kept[k]);
-      counts = std::min(counts, 1.0 - kept_counts[k] * (1.0 - beside));
+    if (face.distance >= reach || count == room) break;
+    double own = 1;
+    for (std::size_t k = 0; k < count; ++k) {
+      own = std::min(own, 1.0 - counts[k] * (1.0 - ShareBeside(face, *kept[k])));
     }
-    if (counts < kNothing) continue;
-    kept[kept_count] = &face;
-    kept_counts[kept_count++] = counts;
-    *next++ = {face.distance, face.away, share * counts, face.sheet, FacingOf(face, near)};
+    if (own < kNothing) continue;
+    kept[count] = &face;
+    counts[count++] = own;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    double all = counts[i] + (1.0 - counts[i]) * (1.0 - Alike(*kept[i], *kept[0]));
+    for (std::size_t k = 0; k < count; ++k) {
+      if (k != i) all += counts[k] * Alike(*kept[i], *kept[k]);
+    }
+    const NearbyFace& face = *kept[i];
+    *next++ = {face.distance, face.away, share * counts[i] / all, face.sheet, FacingOf(face, near)};
   }
 }
 

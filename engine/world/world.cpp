@@ -169,7 +169,6 @@ double World::ShiftOf(const Body& body) const {
 ContactGains World::GainsFor(double mass) const {
   ContactGains gains = DefaultContactGains(model_->scene.voxel_size, mass, kFrame);
   gains.friction = model_->scene.friction;
-  gains.comes_to_rest = model_->scene.contact == ContactModel::kRefined;
   return gains;
 }
 

@@ -5,17 +5,14 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/contact/friction.h"
-
 namespace tandem {
 namespace {
 
 constexpr double kEdge = 1e-3;  // m, of a voxel
 
-ForceRule Rule(double friction, bool comes_to_rest) {
+ForceRule Rule(double friction) {
   ForceRule rule{.gains = DefaultContactGains(kEdge, 0.3, 1e-3), .voxel_size = kEdge};
   rule.gains.friction = friction;
-  rule.gains.comes_to_rest = comes_to_rest;
   return rule;
 }
 
@@ -41,7 +38,7 @@ Eigen::Matrix<double, 3, 6> PointVelocity(const Vec3& r) {
 // By virtual work: a damper d across the normal at a point is J^T d (1 - n n^T) J.
 TEST(ContactForces, FrictionIsADamperAcrossEachNormal) {
   std::mt19937_64 random(4);
-  const ForceRule rule = Rule(0.4, true);
+  const ForceRule rule = Rule(0.4);
   const Twist V{3.0 * Drawn(random), 0.1 * Drawn(random)};
   std::vector<Contact> contacts;
   for (int i = 0; i < 20; ++i) {
@@ -70,24 +67,6 @@ TEST(ContactForces, FrictionIsADamperAcrossEachNormal) {
   EXPECT_LT((shell.force - force).norm(), 1e-10 * force.norm());
   EXPECT_LT((shell.damping - damping).norm(), 1e-10 * damping.norm());
   EXPECT_EQ((shell.damping - shell.damping.transpose()).norm(), 0.0);
-}
-
-// At a centimetre a second, beyond kRestSpeed.
-TEST(ContactForces, AFitRubsByWhatHoldsAgainstOneAnotherAndAPlaneDoesNot) {
-  const PairPlaces at = Moving({Vec3::Zero(), Vec3(0.01, 0, 0)});
-  const auto along_x = [&at](std::vector<Contact> contacts, bool comes_to_rest) {
-    Load shell;
-    Load map;
-    AddContactForces(contacts, at, Rule(0, comes_to_rest), shell, map);
-    return shell.force[3];
-  };
-  const Contact below{Vec3(0, 0, -0.01), Vec3::UnitZ(), 2e-4};
-  const Contact beside{Vec3(0.01, 0, -0.01), Vec3::UnitZ(), 2e-4};
-  const Contact above{Vec3(0, 0, 0.01), -Vec3::UnitZ(), 2e-4};
-  const double pressed = ContactForce(Rule(0, true).gains.stiffness, 2e-4, kEdge);
-  EXPECT_NEAR(along_x({below, above}, true), -2 * kRestFriction * pressed, 1e-9 * pressed);
-  EXPECT_NEAR(along_x({below, beside}, true), 0, 1e-12 * pressed);
-  EXPECT_EQ(along_x({below, above}, false), 0.0);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // triangles.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <span>
@@ -23,6 +24,7 @@ namespace {
 using testing::Box;
 using testing::BruteDistance;
 using testing::HollowBlock;
+using testing::Raised;
 using testing::RandomRotation;
 using testing::Sphere;
 using testing::Uniform;
@@ -198,6 +200,20 @@ TEST(FieldPushes, InANotchEachFacePushes) {
     const Vec3 sum = SumOf(PushesAt(field, InVoxels(field, kVoxelSize * place)));
     EXPECT_NEAR(sum.x(), kReach - from_wall, 0.01);
     EXPECT_NEAR(sum.z(), kReach - from_floor, 0.01);
+  }
+}
+
+// Two planes at six degrees, as a hollow's facets lie. Each in full would push a place between them
+// twice as much as a place beside it.
+TEST(FieldPushes, InAShallowNotchTheFacesPushTogetherAsOne) {
+  const double slope = std::tan(3 * M_PI / 180);
+  const TriangleMesh notch =
+      Raised({{0, 0}, {-20, 20 * slope}, {-20, -10}, {20, -10}, {20, 20 * slope}}, 20, kVoxelSize);
+  const DistanceField field = BuiltField(notch);
+  for (double aside = -0.1; aside <= 0.1; aside += 0.001) {  // voxels
+    const Vec3 place = InVoxels(field, kVoxelSize * Vec3(aside, 0.3, 10));
+    const double depth = kReach - field.At(place).value;
+    EXPECT_NEAR(SumOf(PushesAt(field, place)).norm(), depth, 0.02 * depth) << aside;
   }
 }
 
