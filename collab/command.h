@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// What the user asks for, other than by moving the device. kStop and kResume begin and end an
-/// emergency stop of the hand. kScale is for a device that reaches the scene through a Workspace.
+/// An order of the user, apart from moving the device. kStop and kResume begin and end an emergency
+/// stop of the hand. kScale is for a device that reaches the scene through a Workspace.
 struct Command {
   enum class Kind : std::uint8_t {
     kGrab,
@@ -23,10 +23,10 @@ struct Command {
 
   Kind kind = Kind::kGrab;
   ObjectId object = kNoObject;
-  PeerId to = 0;           // kGive: whom to
-  std::int32_t layer = 0;  // kLayer: the force layer of what is in hand
-  // kDisplace: of its points, along their inward normals; kScale: in the scene a metre of the
-  // handle
+  PeerId to = 0;           // kGive: the receiver
+  std::int32_t layer = 0;  // kLayer: the force layer of the body in hand
+  // kDisplace: displacement of its points along their inward normals; kScale: metres of the scene
+  // per metre of the handle
   double metres = 0;
 };
 

@@ -6,7 +6,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double kMostTurn = 150.0 * M_PI / 180.0;  // of a link's moment
+constexpr double kMostTurn = 150.0 * M_PI / 180.0;  // rad; greatest turn of a link's moment
 
 }  // namespace
 

@@ -4,18 +4,21 @@
 
 namespace tandem {
 
-// Where a copy of another's instance is from our own, and how fast it may seem to go. `per_mass`: a
-// body's rotational inertia for each kilogram of it, I/m, which makes of a turn a length.
+// Distances and velocities of a copy relative to the own instance. `per_mass` is a body's
+// rotational inertia divided by its mass, I/m, in m^2; it turns rotations into lengths.
 
-/// Between two poses in six dimensions, m: stretched by it, a link's energy is k distance^2/2.
+/// Distance between two poses in six dimensions, m. The energy of a link stretched by it is k
+/// distance^2/2.
 double LinkDistance(const Pose& a, const Pose& b, const Mat3& per_mass) noexcept;
 
-/// The copy's rotation, turned from ours by at most 150 degrees: beyond, the moment stays as it is
-/// and the way round is kept, since past half a turn the shortest way is the other one. `turn`: the
-/// rotation vector from ours to it; `axis`: the way round, kept from frame to frame.
+/// Returns the copy's rotation, turned from the own one by at most 150 degrees. Beyond that the
+/// moment stays constant and the sense of rotation is kept, since past 180 degrees the shortest way
+/// is the other one. `turn`: the rotation vector from own to copy; `axis`: the sense of rotation,
+/// kept from frame to frame.
 Quat ClampedTurn(const Quat& q_own, const Quat& q_copy, const Vec3& turn, Vec3& axis) noexcept;
 
-/// As far from one velocity of a copy to the next as that many m/s go.
+/// Returns `to`; where that differs from `from` by more than `most` m/s, the velocity at that
+/// distance on the way to it.
 Twist TwistTowards(const Twist& from, const Twist& to, double most, const Mat3& per_mass) noexcept;
 
 }  // namespace tandem

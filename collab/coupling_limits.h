@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// A limit of the laws by its name, as command lines and recordings give it.
+/// A limit of the laws under its name, as command lines and recordings give it.
 struct LimitName {
   std::string_view name;
   double CouplingLimits::*value;
@@ -26,11 +26,12 @@ inline constexpr std::array kLimitNames{
     LimitName{"ratio", &CouplingLimits::ratio}};
 static_assert(sizeof(CouplingLimits) == kLimitNames.size() * sizeof(double));  // none is left out
 
-/// The names of the limits that the law of that name uses, `ratio` among them; none for a name that
-/// no law has.
+/// Returns the names of the limits that the law uses, `ratio` among them; none if no law has that
+/// name.
 std::span<const std::string_view> LimitsUsedBy(std::string_view law) noexcept;
 
-/// Why the law cannot be given that limit, with the limits that it uses; empty: it uses the limit.
+/// Returns why the law cannot be given that limit, and lists the limits that it uses; empty if it
+/// uses the limit.
 std::string WhyUnused(std::string_view limit, std::string_view law);
 
 }  // namespace tandem

@@ -6,18 +6,18 @@
 
 namespace tandem {
 
-/// The age of the loop between two peers: how long ago the newest own sample was taken that has
-/// come back to us in what the other says it holds (`echo`). Holding, jitter and loss are in it; no
-/// clock is compared with another's. Used by the haptic thread alone.
+/// Measures the age of the loop between two peers. The newest own sample that the other peer's
+/// `echo` reports was taken that long ago. Holding, jitter and loss are part of it. Clocks of two
+/// machines are never compared. Used by the haptic thread alone.
 ///
-/// Gains must hold for the worst age of the near future, so the largest of the past two seconds is
-/// kept, to the frame; what is made of it has a tenth and 5 ms to spare (DesignDelay()).
+/// Gains must hold for the worst age of the near future, so the meter keeps the largest age of the
+/// past two seconds, exact to the frame. DesignDelay() adds a tenth and 5 ms as a margin.
 class DelayMeter {
  public:
   /// `loop_age_ns`: now minus the newest echo.
   void Add(std::int64_t now_ns, std::int64_t loop_age_ns) noexcept {
     while (count_ > 0 && At(count_ - 1).age_ns <= loop_age_ns) --count_;
-    if (count_ == kMost) {  // the least of them is kept longer
+    if (count_ == kMost) {  // full: the smallest age stays longer
       At(count_ - 1).at_ns = now_ns;
     } else {
       At(count_++) = {now_ns, loop_age_ns};
@@ -25,7 +25,7 @@ class DelayMeter {
     Forget(now_ns);
   }
 
-  /// What is older than two seconds, but for the last that was heard.
+  /// Forgets the ages older than two seconds, except the newest.
   void Forget(std::int64_t now_ns) noexcept {
     while (count_ > 1 && now_ns - At(0).at_ns > kHoldNs) {
       first_ = (first_ + 1) % kMost;
@@ -49,7 +49,7 @@ class DelayMeter {
   };
   Age& At(std::size_t i) noexcept { return ages_[(first_ + i) % kMost]; }
 
-  std::array<Age, kMost> ages_{};  // ring: each less than those before it
+  std::array<Age, kMost> ages_{};  // ring; each age is less than the ones stored earlier
   std::size_t first_ = 0;
   std::size_t count_ = 0;
 };

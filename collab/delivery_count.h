@@ -8,9 +8,9 @@
 
 namespace tandem {
 
-/// How many of the states that others sent have come, by the numbers their transports give them
-/// (1, 2, 3 … over all bodies of a peer): between the first and the newest that came, none is
-/// missing when all were delivered. Written by the receive thread; read when that has ended.
+/// Counts how many of the states sent by other peers arrived. Transports number the states of a
+/// peer 1, 2, 3 … over all its bodies. If all were delivered, no number is missing between the
+/// first and the newest arrival. Written by the receive thread; read when that thread has ended.
 class DeliveryCount {
  public:
   struct Row {
@@ -26,14 +26,14 @@ class DeliveryCount {
     });
     if (row == rows_.end()) return;
     const auto step = static_cast<std::int32_t>(seq - row->newest);
-    if (row->peer != 0 && step <= 0) return;  // again, or late: counted as missing already
+    if (row->peer != 0 && step <= 0) return;  // a repeated or late state, counted as missing
     row->sent += row->peer == 0 ? 1U : static_cast<std::uint32_t>(step);
     row->peer = peer;
     row->newest = seq;
     ++row->received;
   }
 
-  /// Of those that were heard; the other rows have peer 0.
+  /// Rows of the peers heard; unused rows have peer 0.
   const std::array<Row, 4 * kMaxPeers>& rows() const noexcept { return rows_; }
 
  private:

@@ -88,7 +88,7 @@ std::uint64_t TellFrom(Drop reason) noexcept {
     case Drop::kFlood:
     case Drop::kManyKeys:
     case Drop::kManyWriters:
-      return 20;  // fewer are an accident: a program that starts, or ends
+      return 20;  // fewer are an accident, as a program starts or ends
     case Drop::kStranger:
     case Drop::kNotOwner:
       return 3;
@@ -105,7 +105,7 @@ DropTable::Row& DropTable::RowOf(PeerId peer) noexcept {
   if (peer == 0) return nobody_;
   for (Row& row : rows_) {
     PeerId owner = row.peer.load(std::memory_order_relaxed);
-    // a free row is taken by whoever of the two threads comes first
+    // the first of the two threads takes a free row
     if (owner == 0 && row.peer.compare_exchange_strong(owner, peer)) return row;
     if (owner == peer) return row;
   }

@@ -10,9 +10,9 @@
 
 namespace tandem {
 
-/// Values ordered by when they are due, those of the same time by when they were pushed: what one
-/// sender's delay holds back does not stand in the way of another's. A heap of places; all memory
-/// is taken at construction. Used by one thread.
+/// A queue of values ordered by due time, and by push order for equal times, so that one sender's
+/// delay does not hold back another's values. A heap of indices; the constructor takes all memory.
+/// Used by one thread.
 template <typename T>
 class DueQueue {
  public:
@@ -25,7 +25,7 @@ class DueQueue {
     }
   }
 
-  /// Makes room for as many, if there is less. Allocates: not for a haptic thread.
+  /// Makes room for at least `capacity` values. Allocates: not for a haptic thread.
   void Reserve(std::size_t capacity) {
     TANDEM_CHECK(capacity <= UINT32_MAX);
     for (std::size_t place = values_.size(); place < capacity; ++place) {
@@ -38,7 +38,7 @@ class DueQueue {
   std::size_t size() const noexcept { return heap_.size(); }
   std::size_t capacity() const noexcept { return values_.size(); }
 
-  /// False, and nothing is taken, when the queue is full.
+  /// Returns false, and takes nothing, when the queue is full.
   bool Push(std::int64_t due_ns, const T& value) noexcept {
     if (free_.empty()) return false;
     const std::uint32_t place = free_.back();
@@ -49,13 +49,13 @@ class DueQueue {
     return true;
   }
 
-  /// The value that is due first, if that is not after `now_ns`; else null.
+  /// Returns the value with the earliest due time if that is not after `now_ns`; otherwise null.
   const T* Due(std::int64_t now_ns) const noexcept {
     if (heap_.empty() || heap_.front().due_ns > now_ns) return nullptr;
     return &values_[heap_.front().place];
   }
 
-  /// Gives up the value that is due first; there is one.
+  /// Removes the value with the earliest due time; the queue must not be empty.
   void Drop() noexcept {
     std::pop_heap(heap_.begin(), heap_.end(), IsLater);
     free_.push_back(heap_.back().place);

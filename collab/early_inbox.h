@@ -11,23 +11,23 @@
 
 namespace tandem {
 
-/// What reaches a peer before it knows by which scene to simulate: it listens already while it
-/// loads, so that it knows the session's scene and whom it will meet. Nobody knows of it yet, for
-/// it has said nothing. Keeps who is here and what is offered; states and events are not kept, for
-/// there is nothing that they could move.
+/// Receives for a peer that is still loading and has not chosen its scene, so that the peer learns
+/// the session's scene and members. The other peers do not know of it yet, for it has sent nothing.
+/// It keeps members and offered scenes. States and events are dropped, for there is nothing they
+/// could move.
 class EarlyInbox : public Inbox {
  public:
-  /// Those kept; forged participants may be many.
+  /// Most members kept; forged participants may be many.
   static constexpr std::size_t kMost = 128;
 
-  /// The session's scene; nothing: nobody has offered any yet.
+  /// Returns the session's scene; nullopt if no peer has offered any yet.
   std::optional<SceneManifest> SessionScene() const;
-  /// How a peer that is here calls itself; empty: it is not known.
+  /// Returns the name of a peer that is here; empty if it is not known.
   std::string NameOf(PeerId peer) const;
-  /// Whether another program uses our keys.
+  /// Returns whether another program uses this peer's keys.
   bool has_twin() const noexcept { return twin_; }
-  /// Tells `inbox` all that is known, and from then on everything goes there. It must outlive the
-  /// transport. Once.
+  /// Tells `inbox` all that is known; from then on everything goes there. `inbox` must outlive the
+  /// transport. Called once.
   void HandOver(Inbox& inbox);
 
   void OnState(const ObjectState& state, std::int64_t arrival_ns) override;

@@ -9,8 +9,8 @@
 namespace tandem {
 
 namespace {
-constexpr std::int64_t kStillNew = 1'000'000'000;    // ns that a stamp is echoed for
-constexpr std::int64_t kStillKnown = 2'000'000'000;  // ns that a loop's peak outlives it
+constexpr std::int64_t kStillNew = 1'000'000'000;    // ns; a stamp is echoed for this long
+constexpr std::int64_t kStillKnown = 2'000'000'000;  // ns; a loop's peak is kept this long after it
 
 double Seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
@@ -38,7 +38,7 @@ void Echoes::OnMembership(const MembershipChange& change) noexcept {
 }
 
 void Echoes::OnState(const ObjectState& state) noexcept {
-  // five a second say nothing of the delay, and who holds nothing hears no echoes
+  // states at five a second tell nothing of the delay, and a peer that holds nothing gets no echoes
   if ((state.flags & (kStateParked | kStateLoose)) != 0) return;
   Other* other = Find(state.peer);
   if (other == nullptr) return;
@@ -84,7 +84,7 @@ Echoes::Loop Echoes::LoopTo(Other& other, std::int64_t now_ns, bool holding) noe
 }
 
 void Echoes::Measure(std::int64_t now_ns, bool holding) noexcept {
-  if (!holding) sent_.Clear();  // what comes back of an earlier grasp is as old as the pause
+  if (!holding) sent_.Clear();  // an echo from an earlier grasp is as old as the pause
   loop_count_ = 0;
   for (Other& other : others_) {
     if (other.peer != 0) loops_[loop_count_++] = LoopTo(other, now_ns, holding);
@@ -93,7 +93,7 @@ void Echoes::Measure(std::int64_t now_ns, bool holding) noexcept {
 
 void Echoes::Append(std::int64_t now_ns, CouplingLinks& out) noexcept {
   sent_.Add(now_ns);
-  // where there are more than fit, each comes in its turn
+  // where more peers are here than fit, they take turns
   ++turn_;
   for (std::size_t i = 0; i < others_.size() && out.count < kMaxLinks; ++i) {
     const Other& other = others_[(i + turn_) % others_.size()];

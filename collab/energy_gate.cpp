@@ -59,7 +59,7 @@ void EnergyGate::Earn(double dissipated) noexcept {
 }
 
 void EnergyGate::Receive(double its_overflow) noexcept {
-  // what it counted before we met is not ours
+  // energy counted before the link began is not ours
   if (told_ && its_overflow > received_) {
     tank_ = std::max(tank_, std::min(kMost, tank_ + (its_overflow - received_)));
   }

@@ -20,7 +20,7 @@ std::string Layer(std::int32_t layer) {
   return layer < 0 ? "the scene's" : std::to_string(layer);
 }
 
-// Things with a comma between two.
+// Joins phrases with commas.
 class List {
  public:
   void Add(const std::string& what) { text_ += (text_.empty() ? "" : ", ") + what; }

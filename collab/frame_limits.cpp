@@ -10,11 +10,11 @@ namespace {
 
 constexpr std::array kBits{StepReport::kTravelLimited, StepReport::kOverCapacity,
                            StepReport::kContactsFull, StepReport::kWaitsForVoxels};
-// seven bits for each but the last, above those of StateFlag and ViewBody
+// seven bits for each limit but the last, above those of StateFlag and ViewBody
 constexpr std::uint32_t kFirstBit = 9;
 constexpr std::uint32_t kBitsEach = 7;
 constexpr std::uint32_t kMostPercent = 100;
-constexpr std::uint32_t kInPercent = 3;  // of them
+constexpr std::uint32_t kInPercent = 3;  // limits that are sent in percent
 constexpr std::uint32_t kWaited = 0x80000000U;
 static_assert((kStateParked >> kFirstBit) == 0 && (ViewBody::kTrapped >> kFirstBit) == 0);
 constexpr std::uint32_t kLastBit = kFirstBit + kBitsEach * kInPercent;

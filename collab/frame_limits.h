@@ -10,8 +10,8 @@
 
 namespace tandem {
 
-/// In which share of its frames a peer's simulation gave something up, 0 to 1: what the bits of
-/// StepReport come to.
+/// Shares of a peer's frames, 0 to 1, in which its simulation gave something up, from the bits of
+/// StepReport.
 struct FrameLimits {
   double travel_limited = 0;  // a body was held back to its travel limit
   double over_capacity = 0;   // point tests left room for less travel than half a voxel
@@ -21,14 +21,15 @@ struct FrameLimits {
   friend bool operator==(const FrameLimits&, const FrameLimits&) = default;
 };
 
-/// Counts them, over all frames and over the last whole second. Neither allocates nor locks.
+/// Counts limited frames, over all frames and over the last whole second. Neither allocates nor
+/// locks.
 class FrameLimitCount {
  public:
-  /// A frame's StepReport::flags.
+  /// Counts one frame by its StepReport::flags.
   void Count(std::uint32_t flags) noexcept;
-  /// Of all frames so far.
+  /// Shares over all frames so far.
   FrameLimits all() const noexcept { return SharesOf(all_); }
-  /// Of the last thousand frames that were full; none before there are as many.
+  /// Shares over the last full window of a thousand frames; all 0 until the first is full.
   const FrameLimits& last() const noexcept { return last_; }
 
  private:
@@ -44,17 +45,17 @@ class FrameLimitCount {
   FrameLimits last_;
 };
 
-/// In whole percent, of which none that is above 0 becomes 0, in bits that the flags of an
-/// ObjectState and of a ViewBody have to spare; of waiting only whether there was any, as 1 %.
+/// Packs the shares into bits that the flags of an ObjectState and of a ViewBody have to spare: in
+/// whole percent, at least 1 where above 0. Of waiting only its presence is kept, as 1 %.
 std::uint32_t AsFlags(const FrameLimits& limits) noexcept;
 FrameLimits LimitsIn(std::uint32_t flags) noexcept;
-/// Of what a peer holds; nothing of one with an empty hand.
+/// Returns the limits of the holder of the body in hand; all 0 if `bodies` has none in hand.
 FrameLimits LimitsOf(const std::vector<ViewBody>& bodies) noexcept;
 
-/// "slowed 12 %, over capacity 3 %, contacts left out 1 %, waits for voxels": those above 0;
-/// empty if none is.
+/// Lists the limits above 0: "slowed 12 %, over capacity 3 %, contacts left out 1 %, waits for
+/// voxels"; empty if there is none.
 std::string AsText(const FrameLimits& limits);
-/// A line for each that is above 0: what share of the frames, what it means and what helps.
+/// Explains each limit above 0 in a line: the share of the frames, what it means and what helps.
 std::vector<std::string> Explain(const FrameLimits& limits);
 
 }  // namespace tandem

@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// Gets all that a haptic frame depends on, in the order in which it is used, so that a run can be
-/// repeated. Called by the haptic thread: no call may allocate, lock or throw.
+/// Receives all inputs of a haptic frame, in the order in which the frame uses them, so that a run
+/// can be repeated. Called by the haptic thread: no call may allocate, lock or throw.
 class FrameTap {
  public:
   virtual ~FrameTap() = default;

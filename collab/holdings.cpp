@@ -11,13 +11,13 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kAskAgain = 250 * kMs;
-constexpr std::int64_t kNextTouch = 20 * kMs;  // of any body: more would be taken for a flood
+constexpr std::int64_t kNextTouch = 20 * kMs;  // for all bodies: more would count as a flood
 constexpr std::int64_t kGiveUp = 5000 * kMs;
-constexpr std::int64_t kPause = 500 * kMs;      // of our own frames: we were stopped
-constexpr std::int64_t kListen = 300 * kMs;     // after a pause
+constexpr std::int64_t kPause = 500 * kMs;   // a longer gap between our own frames: we were stopped
+constexpr std::int64_t kListen = 300 * kMs;  // listening after a pause
 constexpr std::int64_t kDisowned = 5000 * kMs;  // an authority is here but does not claim its body
-constexpr std::int64_t kReturned = 2500 * kMs;  // it is here and names us
-constexpr std::int64_t kNextInLine = 2500 * kMs;  // when the lowest peer does not take over
+constexpr std::int64_t kReturned = 2500 * kMs;  // the same, if that authority names us
+constexpr std::int64_t kNextInLine = 2500 * kMs;  // longer for each peer in line before us
 
 }  // namespace
 
@@ -144,7 +144,7 @@ void Holdings::Release() noexcept {
   } else if (body.claim.peer == self_) {
     Say(EventKind::kRelease, index, body.claim.epoch, 0);
   } else if (next == 0 && (!IsHere(body.claim.peer) || body.forsaken)) {
-    // the last hand on a shared body whose authority is gone
+    // ours is the last hand on a shared body whose authority is gone
     NoteBefore(body, body.forsaken);
     body.claim = {Next(body.claim.epoch), self_};
     body.began_epoch = body.claim.epoch;
@@ -198,9 +198,9 @@ void Holdings::TakeInHand(std::size_t index) noexcept {
   for (Member& member : members_) {
     member.held_before = member.peer != 0 && HeldBy(index, member.peer) ? held_ : -1;
   }
-  // beside others we say that we hold it under the same epoch: of them the lowest answers for it
+  // beside other holders our claim has their epoch; the lowest holder is the authority
   Body& body = bodies_[index];
-  // unless we have said a later one: ours never go back
+  // unless we have claimed a later epoch: ours never falls
   hold_epoch_ = std::max(body.claim.epoch, body.last_epoch);
   if (body.shared && self_ < body.claim.peer && hold_epoch_ == body.claim.epoch) {
     NoteBefore(body, true);
@@ -218,7 +218,7 @@ void Holdings::Begin(std::int64_t now_ns) noexcept {
     for (Member& member : members_) member.known_ns = member.since_ns = now_ns;
   } else if (now_ns - now_ns_ > kPause && !Planted(Fault::kNoListening)) {
     listen_until_ns_ = std::max(listen_until_ns_, now_ns + kListen);
-    // what others did not hear meanwhile is no reason to give up
+    // the others heard nothing meanwhile, so the pause does not count as waiting
     wanted_since_ns_ += now_ns - now_ns_;
     paused_ns_ = now_ns;
   }
@@ -279,7 +279,7 @@ void Holdings::Succeed() noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
     if (body.claim.peer == 0 && body.free && !body.disputed && authority(b) == self_) {
-      // somebody has to move it
+      // a peer must move it
       body.claim = {1, self_};
       body.began_epoch = 1;
       body.claimed_ns = now_ns_;
@@ -295,21 +295,21 @@ void Holdings::Succeed() noexcept {
         body.passed_on = false;
         continue;
       }
-      // a hand-over may be lost in a cut, and who is handed what it has not asked for does not ask
+      // a cut may lose a hand-over, and a peer that gets a body unasked does not ask for it
       if (body.handed && now_ns_ - body.said_ns >= kAskAgain) {
         body.said_ns = now_ns_;
         Say(body.handed_by, b, body.claim.epoch, body.claim.peer);
       }
     }
     if (body.orphaned_ns == 0) body.orphaned_ns = now_ns_;
-    // holders of a shared body come first, in each group the lowest
+    // the holders of a shared body come first; in each group the lowest peer comes first
     const bool in_hands = body.shared && (held_ == static_cast<int>(b) || HeldByOther(b));
     const bool ours = held_ == static_cast<int>(b);
     std::int64_t turn = 0;
     for (const Member& other : members_) {
       if (other.peer == 0 || !other.present || other.peer == body.claim.peer) continue;
       const PeerId named = NamedBy(other, body.index);
-      // it leaves it to us, unless it has not heard yet that we gave it away
+      // that peer leaves the body to us, unless it has not heard that we gave it away
       const bool has_not_heard = HadItLately(body, self_) && IsStale(other, body, self_);
       if (named == self_ && !has_not_heard) continue;
       if (named == 0 && other.since_ns > body.claimed_ns) continue;  // it never heard of the claim
@@ -318,18 +318,18 @@ void Holdings::Succeed() noexcept {
       if (Planted(Fault::kAllSucceed)) turn = 0;
     }
     const bool left = member != nullptr && member->left;
-    // somebody not heard of yet may have been granted it by another
+    // an unknown peer may have been granted the body by another
     const bool gone = member != nullptr && !here;
     if (gone && turn > 0 && !std::exchange(body.passed_on, true)) {
-      // who granted it may be gone too before those in line have heard of it
+      // the granting peer may be gone too, before the peers in line have heard of the grant
       Say(EventKind::kGrant, b, body.claim.epoch, body.claim.peer);
     }
-    // one that says that it is ours has not heard, or not believed, that it was granted it
+    // a claimant that says it is ours has not heard, or not believed, the grant
     const bool ours_by_it = here && !body.handed && NamedBy(*member, body.index) == self_;
     if (ours_by_it) turn = 0;
     const std::int64_t in_turn = ours_by_it ? kReturned : !gone ? kDisowned : left ? 0 : kLostWait;
     const std::int64_t wait = in_turn + turn * kNextInLine;
-    // another of those here claims it, and we shall go by that
+    // another peer here claims it, and we shall follow that claim
     const bool claimed = body.outdone_ns != 0;
     if (now_ns_ - body.orphaned_ns < wait || claimed) continue;
     NoteBefore(body, body.forsaken);
@@ -376,7 +376,7 @@ void Holdings::Heal() noexcept {
 }
 
 void Holdings::Say(EventKind kind, std::size_t index, std::uint32_t epoch, PeerId to) noexcept {
-  if (send_count_ == to_send_.size()) return;  // it will be asked for again
+  if (send_count_ == to_send_.size()) return;  // the request will be repeated
   Event& event = to_send_[(send_first_ + send_count_++) % to_send_.size()];
   event = {.peer = self_,
            .seq = Planted(Fault::kEventNumberStands) ? 1 : ++event_seq_,

@@ -4,24 +4,25 @@
 #include "collab/planted_faults.h"
 #include "engine/base/units.h"
 
-// Whose claim counts where several claim one body. docs/decisions/0036-who-may-say-what.md
+// Decides which claim counts where several peers claim one body.
+// docs/decisions/0036-who-may-say-what.md
 
 namespace tandem {
 
 namespace {
 
 constexpr std::int64_t kReassertAgain = 1000 * kMs;
-constexpr std::int64_t kAllTold = 5000 * kMs;     // over the longest ways
-constexpr std::int64_t kAfterPause = 5000 * kMs;  // what was missed meanwhile is known
-constexpr std::int64_t kAhead = 200 * kMs;        // in which an authority may yield by itself
-constexpr std::int64_t kHearsay = 1000 * kMs;     // until a newcomer has heard the others, too
-constexpr std::int64_t kTied = 200 * kMs;         // until the higher of two equals yields
-constexpr std::int64_t kSilent = 3000 * kMs;      // of an authority that says nothing of its body
-// until we go by a lesser claim, whose claimant did not raise it
+constexpr std::int64_t kAllTold = 5000 * kMs;     // exceeds the longest delay of messages
+constexpr std::int64_t kAfterPause = 5000 * kMs;  // until we know what we missed in a pause
+constexpr std::int64_t kAhead = 200 * kMs;        // time in which an authority may yield by itself
+constexpr std::int64_t kHearsay = 1000 * kMs;     // until a newcomer has heard the other peers, too
+constexpr std::int64_t kTied = 200 * kMs;         // until the higher of two equal peers yields
+constexpr std::int64_t kSilent = 3000 * kMs;      // silence of an authority about its body
+// until we follow a lesser claim after its claimant did not raise it
 constexpr std::int64_t kOutdone = 3000 * kMs;
-constexpr int kMostContests = 2;  // claims above an equal one, until the higher of two yields
+constexpr int kMostContests = 2;  // claims above an equal one until the higher of two peers yields
 constexpr std::int64_t kTakenOver = 300 * kMs;  // until the next in line has a lost peer's body
-constexpr std::int64_t kMostAhead = 50;         // epochs beyond what others may believe of all
+constexpr std::int64_t kMostAhead = 50;         // epochs beyond the greatest that any word affords
 
 }  // namespace
 
@@ -30,7 +31,7 @@ const Belief* Holdings::BeliefOf(const Member& member, std::size_t body) noexcep
 }
 
 PeerId Holdings::NamedBy(const Member& member, std::size_t body) noexcept {
-  // who holds it beside others says whom it takes for the authority, too
+  // a holder beside others also says which peer is the authority
   if (const Belief* belief = BeliefOf(member, body)) return belief->peer;
   return ClaimOf(member, body) != nullptr ? member.peer : 0;
 }
@@ -41,7 +42,7 @@ bool Holdings::HadItLately(const Body& body, PeerId peer) const noexcept {
   });
 }
 
-// Whom it names, where that is a vote: who came a moment ago has it from hearsay.
+// The peer that a member names, where that is a vote: a newcomer has it from hearsay.
 PeerId Holdings::VoteOf(const Member& member, std::size_t body) const noexcept {
   if (member.peer == 0 || !member.present) return 0;
   const PeerId named = NamedBy(member, body);
@@ -69,15 +70,15 @@ int Holdings::VotesAgainst(const Body& body, PeerId rival) const noexcept {
   for (const Member& member : members_) {
     const PeerId named = VoteOf(member, body.index);
     if (named == 0 || named == rival) continue;
-    // who names one that had it a moment ago has not heard yet
+    // a member that names a recent owner has not heard yet
     votes += named == body.claim.peer || (named != member.peer && HadItLately(body, named)) ? 1 : 0;
   }
   return votes;
 }
 
-// Whom the authority says that it has gone to, by as many hands as it may have gone through. A peer
-// that names another under an epoch that is not above has not heard yet that it has the body; its
-// word counts only if `by_any_word`.
+// Returns the peer to which the body went by the authority's word, followed through several hands.
+// A peer that names another under an epoch that is not greater has not heard yet that it has the
+// body itself; its word counts only if `by_any_word`.
 PeerId Holdings::GoneTo(const Body& body, bool by_any_word) const noexcept {
   BodyClaim at = body.claim;
   for (int hands = 0; hands < 4; ++hands) {
@@ -113,7 +114,8 @@ void Holdings::ForgetAbsent(Body& body, PeerId from) noexcept {
   if (from != 0) std::fill(first, body.in_absence_of.end(), PeerId{0});
 }
 
-// Of those in whose absence we came to believe what we do, some may be back, or gone for good.
+// A peer in whose absence the body came to the believed one may be back. If it agrees, it and the
+// peers missed after it are forgotten.
 void Holdings::LookForAbsent(Body& body) noexcept {
   for (const PeerId peer : body.in_absence_of) {
     const Member* const member = peer == 0 ? nullptr : Find(peer);
@@ -130,14 +132,14 @@ bool Holdings::SaidByReturned(const Body& body, PeerId peer) const noexcept {
   });
 }
 
-// The one who has a body says where it has gone, of which we may not have heard otherwise.
+// The owner of a body says where it went, of which we may not have heard otherwise.
 void Holdings::FollowItsWord(std::size_t index) noexcept {
   if (Planted(Fault::kLostRelease)) return;
   Body& body = bodies_[index];
   for (int hands = 0; hands < 4; ++hands) {
     const Member* const owner = body.claim.peer == self_ ? nullptr : Find(body.claim.peer);
     if (owner == nullptr || !owner->present || body.forsaken) return;
-    // what it claims may have been heard before we believed it
+    // its claim may have been heard before it was believed
     const Claim* const own = ClaimOf(*owner, body.index);
     if (own != nullptr && own->epoch > body.claim.epoch &&
         NamedBy(*owner, body.index) == owner->peer && Affords(*owner, body, own->epoch)) {
@@ -152,8 +154,8 @@ void Holdings::FollowItsWord(std::size_t index) noexcept {
   }
 }
 
-// It refuses to count on from what another said of it, so nobody goes by that but whom that one
-// misled: to take the body over from there would only go on with it.
+// The claimant refuses to count on from another's word about it, so only peers that this word
+// misled follow it. To take the body over from there would spread the error.
 void Holdings::GoBackToItsOwn(std::size_t index) noexcept {
   Body& body = bodies_[index];
   const bool here = body.claim.peer != self_ && IsHere(body.claim.peer) && !body.forsaken;
@@ -171,8 +173,9 @@ void Holdings::GoBackToItsOwn(std::size_t index) noexcept {
   Believe(index, {own->epoch, owner->peer}, *PlaceFor(owner->peer), own->held);
 }
 
-// Until the others have heard of our new epoch they refuse our states. So whoever would have us rise
-// all the time is heeded once in a while, with a shared body in our hand: nobody else can take that.
+// The other peers refuse our states until they have heard of our new epoch. So a peer that would
+// have us rise all the time is heeded once in a while, if a shared body is in our hand. Any other
+// body can be taken from us.
 void Holdings::RiseTo(Body& body, std::uint32_t epoch) noexcept {
   if (epoch <= body.claim.epoch) return;
   const bool coupled = body.shared && held_ == static_cast<int>(body.index);
@@ -181,9 +184,9 @@ void Holdings::RiseTo(Body& body, std::uint32_t epoch) noexcept {
   body.claim.epoch = epoch;
 }
 
-// Others believe more than we claim, of us or of one that is gone or goes by us itself: they have
-// it from a part of the session that is no more, or from one that may not say so. We count on from
-// there.
+// Other peers may believe a greater epoch than we claim, of us or of a peer that is gone or follows
+// us. They have it from a lost part of the session, or from a peer that may not say so. We count on
+// from there.
 void Holdings::RiseToNamed(std::size_t index) noexcept {
   Body& body = bodies_[index];
   if (body.claim.peer != self_ || listening()) {
@@ -212,8 +215,8 @@ void Holdings::RiseToNamed(std::size_t index) noexcept {
       is_another_lower |= said->epoch == body.claim.epoch && said->peer < self_;
     }
   }
-  // one that took a shared body in hand beside us answers for it, and others may have heard of that
-  // before us
+  // a peer that took a shared body in hand beside us answers for it, and others may have heard of
+  // that first
   const bool may_say_so = body.shared && is_another_lower && above == body.claim.epoch;
   if (!may_say_so) body.tied_with_named_ns = 0;
   if (above < body.claim.epoch) return;
@@ -221,8 +224,8 @@ void Holdings::RiseToNamed(std::size_t index) noexcept {
   if (!may_say_so || now_ns_ - body.tied_with_named_ns >= kAhead) Reassert(index, above);
 }
 
-// Of those who claim what we know nobody of, the one that most of those here name; else the least,
-// for from there one can go on.
+// Where no owner is known, the claimant with the most votes gets the body; among equal ones that
+// with the least claim, since all can count on from there.
 void Holdings::JudgeFirst(std::size_t index) noexcept {
   Body& body = bodies_[index];
   const PeerId lowest = authority(index);
@@ -233,7 +236,7 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
   for (Member& member : members_) {
     const Claim* own = member.peer != 0 && member.present ? ClaimOf(member, body.index) : nullptr;
     if (own == nullptr || own->epoch == 0) continue;
-    body.disputed = true;  // what is beyond belief now may be believed later
+    body.disputed = true;  // a claim beyond belief may be believed later
     if (!Affords(member, body, own->epoch)) {
       CountOnce(member, *own, Drop::kEpochLeap);
       continue;
@@ -250,7 +253,7 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
   Believe(index, {claim->epoch, best->peer}, *best, claim->held);
   body.unsure = true;
   body.unsure_ns = now_ns_;
-  // who answers for what nobody has claimed has not said yet that it was given away
+  // the authority of an unclaimed body has not said yet that it gave the body away
   if (lowest != best->peer && lowest != self_) body.in_absence_of[0] = lowest;
 }
 
@@ -275,7 +278,7 @@ Holdings::Rival Holdings::RivalOf(std::size_t index, bool claims_more) noexcept 
     const Claim* own = ClaimOf(member, body.index);
     if (own == nullptr || own->epoch == 0) continue;
     if (Greater(own->epoch, member.peer, body) != claims_more) continue;
-    // one that holds it beside others names whom it takes for the authority
+    // a holder beside others names another authority
     if (NamedBy(member, body.index) != member.peer) continue;
     body.disputed = true;
     if (claims_more && !Affords(member, body, own->epoch)) {
@@ -298,15 +301,15 @@ bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   if (Planted(Fault::kNeverYields)) return true;
   const Member& other = *rival.member;
   const bool was_away = other.since_ns >= body.claimed_ns;
-  // nor has one given it away to have it again, and another run of it brings nothing back
+  // nor does a peer give a body away to have it again, and another run of it brings nothing back
   if ((!was_away || other.anew) && HadItLately(body, other.peer)) return true;
-  // while we were stopped others may have taken what we had: we name ourselves only if another does
+  // while we were stopped others may have taken our body; our own vote counts only with another's
   const bool is_named = VotesFor(body, self_) > 0;
   const bool was_stopped =
       !is_named && body.claimed_ns <= paused_ns_ && now_ns_ - paused_ns_ < kAfterPause;
   const int votes = (was_stopped ? 0 : 1) + VotesAgainst(body, other.peer);
   const bool in_hand = !body.shared && held_ == static_cast<int>(index);
-  // votes that are older than our claim take nothing out of a hand
+  // votes older than our claim take nothing out of a hand
   const bool in_doubt = body.in_absence_of[0] != 0 && rival.claim->held;
   const int stale = in_hand && !in_doubt ? StaleFor(body, other.peer) : 0;
   body.undecided = stale > 0 && votes <= rival.votes;
@@ -318,16 +321,16 @@ bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   if (body.undecided) return true;
   if (was_stopped) return false;
   if (HadItLately(body, other.peer)) return true;
-  // the hand keeps it, unless a newcomer is still to be heard
+  // the hand keeps it, unless a newcomer still has to be heard
   if (!body.shared && in_hand != rival.claim->held && !IsHearsay(body, other.peer)) return in_hand;
   if (body.in_absence_of[0] != 0 || body.unsure) return false;
-  // nor does one keep what it took in hand while another that others name had it in hand: their
-  // names are only heard now
+  // nor do we keep a body that we took in hand while another peer, named by others, had it in hand:
+  // their votes come late
   const bool came_later = in_hand && rival.claim->held && rival.votes > 1 &&
                           other.held_before == static_cast<int>(index);
   if (other.peer > self_ && !came_later) return true;
   if (!was_away && !came_later) {
-    // each has it by a word that the other did not hear, and who gave it is gone
+    // each has the body by a word that the other did not hear, and its sender is gone
     body.even = true;
     return in_hand || body.contests < kMostContests;
   }
@@ -348,10 +351,10 @@ bool Holdings::IsInAnothersHand(std::size_t index) const noexcept {
   });
 }
 
-// Whether we leave one that is here and claims its body, for one that claims it too.
+// Returns whether we leave an owner that is here and claims its body, for a rival.
 bool Holdings::IsAhead(const Body& body, const Rival& rival) const noexcept {
   const bool is_less = !Greater(rival.claim->epoch, rival.member->peer, body);
-  // by the word of the one we believe
+  // by the word of the believed owner
   if (GoneTo(body, is_less) == rival.member->peer) return true;
   const int votes = VotesAgainst(body, rival.member->peer) + (IsSure(body) ? 1 : 0);
   if (rival.votes != votes) return rival.votes > votes;
@@ -365,7 +368,7 @@ bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
   if (owner == nullptr || body.forsaken) return true;
   if (!owner->present) {
     if (owner->left) return true;
-    // it came to have the body after we lost it, so others hear it still
+    // it got the body after we lost it, so others still hear it
     const bool is_heard = body.claimed_ns > owner->since_ns;
     if (now_ns_ - owner->since_ns > kSilent) return true;
     if (is_heard) return rival.votes > VotesAgainst(body, rival.member->peer);
@@ -373,7 +376,7 @@ bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
   }
   const PeerId at = GoneTo(body);
   if (at == rival.member->peer) return true;
-  // it says nothing of its body, or one that it named does not
+  // it says nothing of its body, or a peer that it named says nothing
   const bool silent = at != body.claim.peer || ClaimOf(*owner, body.index) == nullptr;
   if (silent) return body.orphaned_ns != 0 && now_ns_ - body.orphaned_ns > kSilent;
   if (!IsAhead(body, rival)) {
@@ -384,7 +387,8 @@ bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
   return now_ns_ - body.ahead_ns >= kAhead;
 }
 
-// What its claimant did not raise above the claim that misled us.
+// Returns whether a lesser claim counts again: its claimant did not raise it above the claim that
+// misled us.
 bool Holdings::GoesBackTo(std::size_t index, const Rival& rival) noexcept {
   Body& body = bodies_[index];
   const bool is_here = IsHere(body.claim.peer) && !body.forsaken;
@@ -394,7 +398,7 @@ bool Holdings::GoesBackTo(std::size_t index, const Rival& rival) noexcept {
     return false;
   }
   if (body.outdone_ns == 0) body.outdone_ns = now_ns_;
-  // one that is gone may have been heard until then
+  // others may have heard a peer that is gone until it went
   const Member* const owner = Find(body.claim.peer);
   const std::int64_t gone_ns = is_here || owner == nullptr ? 0 : owner->since_ns;
   return now_ns_ - std::max(body.outdone_ns, gone_ns) >= kOutdone;
@@ -410,8 +414,9 @@ void Holdings::Judge(std::size_t index) noexcept {
   if (lesser.member == nullptr) body.outdone_ns = 0;
   if (rival.member == nullptr) body.ahead_ns = 0;
   if (lesser.member != nullptr && GoesBackTo(index, lesser)) return Follow(index, lesser);
-  // the one in whose absence we took the body is back, and more go by its claim than by ours, above
-  // it as ours is: to wait until it claims above ours takes two ways more
+  // The peer in whose absence we took the body is back, and more votes follow its claim than ours,
+  // with an epoch as late as ours began. To wait until its claim exceeds ours takes two more
+  // message delays.
   const auto is_outnamed = [&] {
     const PeerId peer = lesser.member->peer;
     if (body.claim.peer != self_ || listening()) return false;
@@ -421,17 +426,17 @@ void Holdings::Judge(std::size_t index) noexcept {
   };
   if (lesser.member != nullptr && is_outnamed()) return Follow(index, lesser);
   if (rival.member == nullptr) return;
-  // of those who hold it together the lowest answers, also where it was heard before the others
+  // the lowest of several holders answers, even if it was heard first
   if (HoldsBeside(body, *rival.claim)) return Follow(index, rival);
   const bool ours = body.claim.peer == self_;
   if (ours ? !KeepsOurs(index, rival) : LeavesFor(index, rival)) return Follow(index, rival);
-  // what a third one has may have been given away, and only be told of later
-  // two who came apart from one another both claim what nobody had, and neither takes it away
+  // a third peer's body may have been given away without our knowledge; and two peers that were
+  // apart may both claim an unclaimed body, without taking it from each other
   const bool both_first = body.free && rival.claim->epoch == 1 && !rival.claim->held;
   if (!both_first && (ours || now_ns_ - body.disputed_ns > kAllTold)) {
     CountOnce(*rival.member, *rival.claim, Drop::kSeized);
   }
-  // a peer that is about to yield, or waits for votes, does not claim anew
+  // a peer that is about to yield, or waits for votes, does not claim the body again
   if (!ours || body.tied_ns != 0 || body.undecided) return;
   if (Reassert(index, rival.claim->epoch) && body.even) ++body.contests;
 }

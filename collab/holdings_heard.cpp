@@ -5,20 +5,20 @@
 #include "collab/planted_faults.h"
 #include "engine/base/units.h"
 
-// What others say of who holds what, and what it makes of ours; holdings.cpp has our own wishes.
+// Handles claims and events of other peers, and their effect on ours; holdings.cpp handles our
+// user's wishes.
 
 namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kMostBeyond = 100;  // epochs, and one more for each kEpoch
+constexpr std::int64_t kMostBeyond = 100;  // epochs; one more is earned in each kEpoch
 constexpr std::int64_t kTellAgain = 2000 * kMs;
-constexpr std::int64_t kWithdrawn = 5000 * kMs;  // that a grant of it may be on its way
+constexpr std::int64_t kWithdrawn = 5000 * kMs;  // time in which a grant may be on its way
 constexpr std::int64_t kLastWords = 500 * kMs;
-constexpr std::int64_t kAnswer = 50 * kMs;  // to one peer, and kAnswersAtOnce before that
+constexpr std::int64_t kAnswer = 50 * kMs;  // between answers to a peer, after kAnswersAtOnce
 constexpr int kAnswersAtOnce = 8;
-constexpr std::int64_t kTouching =
-    250 * kMs;  // since the last frame of a touch, or a change of hands
+constexpr std::int64_t kTouching = 250 * kMs;  // since the last touch, or a change of hands
 
 }  // namespace
 
@@ -33,8 +33,8 @@ int Holdings::CountHere() const noexcept {
   }));
 }
 
-// As many as people trade in the time that the youngest here knows of, so that what one believes
-// all do; by steps of its own each peer may go a little beyond.
+// As many as peers can raise in the time that the newest peer knows of, so that all believe what
+// one believes; each peer may go a little further by its own steps.
 std::int64_t Holdings::MostEpoch(const Body& body) const noexcept {
   return std::max(kMostEpochs, body.first_epoch) + EpochsSince(first_ns_);
 }
@@ -57,7 +57,7 @@ bool Holdings::Affords(const Member& by, const Body& body, std::uint32_t epoch) 
   if (epoch == 0 || epoch > kLastEpoch) return false;
   if (epoch <= MostEpoch(body)) return true;
   if (body.claim.peer == 0) {
-    // one that is far along is known to others too, and as far along
+    // a body far along is known to others too, with an epoch as far along
     const int votes = VotesNear(body, by, epoch);
     return epoch <= kMostAtFirst && 2 * votes >= CountHere() && (votes > 1 || !is_new());
   }
@@ -77,10 +77,10 @@ void Holdings::Note(std::size_t index, const Claim& claim, Member& by) noexcept 
   const bool beside = HoldsBeside(body, claim);
   const bool answers = NamedBy(by, index) == by.peer;
   if (beside && !answers) return;
-  const bool lowest = beside && Greater(claim.epoch, by.peer, body);  // of those who hold it
+  const bool lowest = beside && Greater(claim.epoch, by.peer, body);  // lowest of the holders
   if (owner == 0 || (owner != by.peer && !lowest)) {
     if (!body.disputed) body.disputed_ns = now_ns_;
-    body.disputed = true;  // judged when all is known that came with it
+    body.disputed = true;  // judged when all that came with it is known
     return;
   }
   if (!Affords(by, body, claim.epoch)) return Refuse(by.peer, Drop::kEpochLeap);
@@ -99,7 +99,7 @@ void Holdings::Believe(std::size_t index, const BodyClaim& claim, Member& by,
   if (peer != owner) NoteBefore(body, by.peer == owner || IsHere(owner));
   ForgetAbsent(body, peer);
   for (Before& before : body.before) {
-    if (before.peer == peer) before = {};  // it has it again
+    if (before.peer == peer) before = {};  // it has the body again
   }
   if (peer != owner) {
     body.claimed_ns = now_ns_;
@@ -133,7 +133,7 @@ void Holdings::NoteBefore(Body& body, bool by_its_word) noexcept {
   const PeerId peer = body.claim.peer;
   if (peer == 0) return;
   if (peer == self_) body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
-  // a peer that leaves gives up what it has
+  // a peer that leaves gives up its bodies
   const Member* const member = Find(peer);
   if (peer == self_ || by_its_word || (member != nullptr && member->left)) {
     std::rotate(body.before.begin(), body.before.end() - 1, body.before.end());
@@ -162,7 +162,7 @@ void Holdings::Settle() noexcept {
 }
 
 Holdings::Member* Holdings::PlaceFor(PeerId peer) noexcept {
-  // its own; else a free one; else that of somebody who is gone
+  // its own place; else a free one; else that of a peer that is gone
   Member* best = nullptr;
   for (Member& place : members_) {
     if (place.peer == peer) return &place;
@@ -185,15 +185,16 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
     member->known_ns = now_ns_;
   }
   if (is_unknown || change.kind == MembershipChange::Kind::kJoined) {
-    // It knows nothing of what the others have earned, so that all count anew. What one took beyond
-    // that stays taken, or whoever comes again and again would be believed anything.
+    // The new peer does not know what the others have earned, so all counts begin anew. Epochs
+    // already used beyond that stay used, or a peer that comes again and again would be believed
+    // anything.
     own_epochs_ = std::max<std::int64_t>(0, own_epochs_ - EpochsSince(first_ns_) / 2);
     for (Member& other : members_) {
       other.epochs = std::max<std::int64_t>(0, other.epochs - EpochsSince(other.known_ns));
     }
     last_joined_ns_ = now_ns_;
   }
-  // one that is started anew has been away, too
+  // a peer that was started anew has been away, too
   const bool is_new = !member->present || (change.kind != MembershipChange::Kind::kClaims &&
                                            change.kind != MembershipChange::Kind::kBeliefs);
   if (is_new) {
@@ -205,7 +206,7 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   member->present = change.present();
   member->left = change.kind == MembershipChange::Kind::kLeft;
   if (!change.present()) {
-    // who did not answer for its body while it was here is gone only from now on, as for all others
+    // a peer that was here without claiming its body counts as gone from now on, as for all others
     for (Body& body : bodies_) {
       if (body.claim.peer == change.peer) body.orphaned_ns = 0;
     }
@@ -222,8 +223,8 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
   }
 }
 
-// It counts as having given away what it had: it does not come back with that, as one that was cut
-// off may, and its word on it is nobody's.
+// The peer counts as having given away its bodies. Unlike a peer that was cut off, it does not come
+// back with them, and its word on them is nobody's.
 void Holdings::BeginAnew(Member& member) noexcept {
   for (Body& body : bodies_) {
     if (body.claim.peer == member.peer) body.forsaken = true;
@@ -236,7 +237,8 @@ void Holdings::BeginAnew(Member& member) noexcept {
   }
 }
 
-// By body, since in a dispute all are looked up of everybody. Of two of one body the first counts.
+// Sorted by body, since a dispute looks up all members. The first of two entries on one body
+// counts.
 void Holdings::Keep(const MembershipChange& change, Member& member) const noexcept {
   const auto keep = [this](const auto& said, std::size_t count, auto& kept) {
     std::ranges::fill(kept, std::nullopt);
@@ -254,7 +256,7 @@ void Holdings::Keep(const MembershipChange& change, Member& member) const noexce
 void Holdings::OnEvent(const Event& event) noexcept {
   const int found = BodyOf(event.object);
   if (found < 0 || event.peer == self_ || event.peer == 0) return;
-  // what somebody says as it leaves is heard after that it has left
+  // the last events of a peer arrive after its goodbye
   const Member* const by = Find(event.peer);
   const bool just_left = by != nullptr && by->left && now_ns_ - by->since_ns < kLastWords;
   if (!IsHere(event.peer) && !just_left) return Refuse(event.peer, Drop::kStranger);
@@ -292,7 +294,7 @@ void Holdings::OnEvent(const Event& event) noexcept {
   }
 }
 
-// Whoever asks without end gets few answers: they would fill what this peer may say.
+// A peer that asks without end gets few answers: they would use up what this peer may send.
 bool Holdings::MayAnswer(PeerId from) noexcept {
   Member& asker = *PlaceFor(from);
   asker.answered_ns = std::max(asker.answered_ns, now_ns_);
@@ -309,7 +311,7 @@ void Holdings::OnAsk(std::size_t index, PeerId from) noexcept {
   const bool its_own = body.claim.peer == from;
   if ((!its_own && (authority(index) != self_ || listening())) || !MayAnswer(from)) return;
   if (its_own) {
-    // our grant of it has not reached the asker
+    // our grant has not reached the asker
     Say(EventKind::kGrant, index, body.claim.epoch, from);
     return;
   }
@@ -326,12 +328,13 @@ void Holdings::OnTouch(std::size_t index, PeerId from) noexcept {
   const Body& body = bodies_[index];
   if (!body.free || !IsHere(from)) return;
   if (body.claim.peer == from) {
-    // that we left it to the one that touches it has not reached that one
+    // our hand-over has not reached the peer that touches the body
     if (MayAnswer(from)) Say(EventKind::kRelease, index, body.claim.epoch, from);
     return;
   }
   const bool touched = body.touched_ns != 0 && now_ns_ - body.touched_ns < kTouching;
-  // who has just got it keeps it for a while, or two that both push it would pass it on and on
+  // a new owner keeps the body for a while, or two peers that both push it would pass it back and
+  // forth
   if (!Parks(index) || listening() || touched || now_ns_ - body.claimed_ns < kTouching) return;
   HandOver(index, EventKind::kRelease, from);
 }
@@ -341,7 +344,7 @@ void Holdings::TellAsked(std::size_t index, PeerId from) noexcept {
   const auto known = std::ranges::find(askers_, from, &Asker::peer);
   const bool is_known = known != askers_.end();
   if (is_known && known->object == object && now_ns_ - known->told_ns < kTellAgain) return;
-  // a new one takes a free place, or that of whoever asked longest ago
+  // a new asker takes a free place, or that of the peer that asked longest ago
   const auto place = is_known ? known : std::ranges::min_element(askers_, {}, &Asker::told_ns);
   *place = {from, object, now_ns_};
   Tell(HoldingNews::Kind::kAsked, index, from);
@@ -370,31 +373,31 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   if (event.to == 0) return;
   Body& body = bodies_[index];
   const bool known = body.claim.epoch == event.epoch && body.claim.peer == event.to;
-  // the grant by which it came to us, and not one under an epoch that we have risen to since
+  // the grant by which the body came to us, not one under an epoch that we have risen to since
   const bool awaited = known && event.to == self_ && event.epoch == body.began_epoch;
   if (awaited && std::exchange(body.by_word, false)) return TakeGiven(index, event);
   if (known || !Greater(event.epoch, event.to, body)) return;
   const PeerId owner = body.claim.peer;
   const bool ours = owner == self_ && held_ == static_cast<int>(index) && body.shared;
   if (ours && event.to == self_ && event.kind == EventKind::kRelease) {
-    // it took beside us what we hold, and let go of it again before we heard of that
+    // it took our body beside us, and let go of it again before we heard of that
     if (event.epoch <= MostEpoch(body)) RiseTo(body, event.epoch);
     return;
   }
-  // of those who hold it together each may leave it to another of them as it lets go, for it takes
-  // a while until all know who is the lowest
+  // each of several holders may leave the body to another of them as it lets go, for it takes a
+  // while until all know the lowest
   const Member* const from = Find(event.peer);
   const Claim* const held = from == nullptr ? nullptr : ClaimOf(*from, body.index);
   const bool beside = body.shared && event.kind == EventKind::kRelease && held != nullptr &&
                       held->held && held->epoch >= body.claim.epoch && HeldBy(index, event.to);
-  // where the authority is gone, the lowest has perhaps taken over already, and any may pass on
-  // what was granted to another that is gone
+  // where the authority is gone, the lowest peer may have taken over already, and any peer may pass
+  // on a grant to another that is gone
   const bool lost = owner != self_ && (!IsHere(owner) || body.forsaken);
   const bool in_turn = event.peer == LowestOther(-1) ||
                        (body.shared && event.peer == LowestOther(static_cast<int>(index)));
   const bool passed_on = owner != 0 && event.to != self_ && !IsHere(event.to);
   const bool gone = (lost && (in_turn || passed_on)) || Planted(Fault::kGrantBelieved);
-  // what the authority says may be heard before what it went through
+  // the authority's word may be heard before the events that led to it
   const bool said = SaysGoneTo(body, event.peer);
   if (event.to == event.peer || (!said && !gone && !beside)) {
     return Refuse(event.peer, Drop::kNotOwner);
@@ -407,13 +410,13 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
 
 void Holdings::TakeGiven(std::size_t index, const Event& event) noexcept {
   Body& body = bodies_[index];
-  // what is granted to another is about to move
+  // a body granted to another peer is about to move
   body.parked = event.X_WB;
   body.told = event.to == self_ ? !body.free : event.kind == EventKind::kRelease;
   if (event.to != self_) return;
   const int b = static_cast<int>(index);
-  // one that is put into our hand unasked is taken if the hand is empty; what was asked for and is
-  // not wanted any more is not unasked
+  // a body put into our hand unasked is taken if the hand is empty; a body that was asked for and
+  // is not wanted any more is not unasked
   const bool withdrawn = body.withdrawn_ns != 0 && now_ns_ - body.withdrawn_ns < kWithdrawn;
   const bool given = event.kind == EventKind::kGrant && held_ < 0 && wanted_ < 0 && !withdrawn &&
                      !stopped_ && !(own_only_ && body.shared);

@@ -12,13 +12,13 @@ namespace tandem {
 
 namespace {
 
-constexpr double kLeastDrag = 1.0;  // N s/m, as soon as anything pulls
+constexpr double kLeastDrag = 1.0;  // N s/m; as soon as a link pulls
 
 double LinksOf(const LawInputs& inputs) {
   return static_cast<double>(std::max<std::size_t>(inputs.users, 2) - 1);
 }
 
-/// A law with the limits that it was made for.
+/// A law with its limits.
 class LimitedLaw : public CouplingLaw {
  public:
   explicit LimitedLaw(const CouplingLimits& limits) : limits_(limits) {}
@@ -27,8 +27,8 @@ class LimitedLaw : public CouplingLaw {
   const CouplingLimits limits_;
 };
 
-/// A share of what passivity wants, k te, between the least drag and the budget; none where nothing
-/// pulls.
+/// Returns a share of k te, the drag that passivity requires, between the least drag and the
+/// budget; 0 where no link pulls.
 double DragWithinBudget(double share, const LawInputs& inputs, double stiffness_sum,
                         double budget) {
   if (stiffness_sum <= 0) return 0;
@@ -54,8 +54,8 @@ class PlusTwoDampings : public LimitedLaw {
  public:
   using LimitedLaw::LimitedLaw;
   static constexpr const char* kName = "p+dd";
-  /// The most that k te may be, in budgets: then the largest drag is .238 k te, and .164 k te are
-  /// passive with any mass, hand and grasp.
+  /// Limit of k te, in budgets: the largest drag is then .238 k te, and .164 k te are passive with
+  /// any mass, hand and grasp.
   static constexpr double kMostBudgets = 4.2;
   const char* name() const noexcept override { return kName; }
   LinkLaw Link(const LawInputs& inputs) const noexcept override {
@@ -117,7 +117,7 @@ class Constant : public LimitedLaw {
   }
 };
 
-/// Another law, so many times as stiff; for the lab.
+/// Another law with its stiffness times `ratio`; for the lab.
 class Scaled : public CouplingLaw {
  public:
   Scaled(std::shared_ptr<const CouplingLaw> law, double ratio)
@@ -149,7 +149,7 @@ constexpr std::array<std::string_view, 3> kLinearLimits{"linear_stiffness", "dam
 constexpr std::array<std::string_view, 4> kConstantLimits{"constant_stiffness", "constant_damping",
                                                           "constant_link_damping", "ratio"};
 
-/// A law by its name: how it is made, and the names of the limits that it uses.
+/// A law under its name: its factory, and the names of the limits that it uses.
 struct LawRow {
   std::string_view name;
   std::shared_ptr<const CouplingLaw> (*make)(const CouplingLimits&);
@@ -168,7 +168,7 @@ const LawRow* RowOf(std::string_view name) {
   return row == kLaws.end() ? nullptr : row;
 }
 
-/// "a, b and c".
+/// Returns "a, b and c".
 std::string Listed(std::span<const std::string_view> names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -177,7 +177,7 @@ std::string Listed(std::span<const std::string_view> names) {
   return text;
 }
 
-/// The names of all laws that need no --lab.
+/// Returns the names of all laws that need no --lab.
 std::string OpenLaws() {
   std::vector<std::string_view> names;
   for (const LawRow& row : kLaws) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
 
-/// Neighbouring seeds give unlike streams (splitmix64).
+/// Makes neighbouring seeds give unlike streams (splitmix64).
 std::uint64_t Mixed(std::uint64_t seed) {
   seed += 0x9E3779B97F4A7C15U;
   seed = (seed ^ (seed >> 30U)) * 0xBF58476D1CE4E5B9U;
@@ -70,10 +70,10 @@ std::size_t LinkConditioner::Due(std::int64_t arrival_ns,
   if (conditions_.jitter_ms > 0) delay_ms += conditions_.jitter_ms * Random();
   const std::int64_t due = arrival_ns + Ns(std::max(0.0, delay_ms));
   if (traced != nullptr && traced->overtaken) {
-    // neither waits for those before it nor is waited for by those after it
+    // the sample does not wait for earlier ones, and later ones do not wait for it
     due_ns[0] = due;
   } else if (conditions_.reorder > 0 && Random() < conditions_.reorder) {
-    // those that come after it do not wait for it
+    // later samples do not wait for it
     due_ns[0] = std::max(latest_due_ns_, due) + Ns(conditions_.reorder_ms * Random());
   } else {
     latest_due_ns_ = std::max(latest_due_ns_, due);

@@ -10,12 +10,12 @@ namespace tandem {
 
 namespace {
 
-// delays are known to a microsecond: what arrives within two has one arrival
+// delays are exact to a microsecond: arrivals within two are simultaneous
 constexpr double kAlikeMs = 2e-3;
 
-/// Marks each sample that one sent later has overtaken.
+/// Marks each sample that a later one has overtaken.
 void MarkOvertaken(double period_ms, std::vector<TracedSample>& samples) {
-  double earliest_ms = std::numeric_limits<double>::infinity();  // arrival, of all sent later
+  double earliest_ms = std::numeric_limits<double>::infinity();  // arrival of samples sent later
   for (std::size_t i = samples.size(); i-- > 0;) {
     if (samples[i].lost()) continue;
     const double arrival_ms =
@@ -25,11 +25,11 @@ void MarkOvertaken(double period_ms, std::vector<TracedSample>& samples) {
   }
 }
 
-/// Ages between two arrivals of ever newer samples: they rise with time, from the delay of the
-/// sample that is held.
+/// Ages of the newest sample held: from its delay at arrival they rise with time, until a newer one
+/// arrives.
 class Ages {
  public:
-  /// A sample that is newer than all before it.
+  /// Takes a sample that is newer than all earlier ones.
   void Arrives(double sent_ms, double arrival_ms) {
     if (begun_) Hold(arrival_ms);
     begun_ = true;
@@ -61,8 +61,8 @@ TraceFacts FactsOf(double period_ms, const std::vector<TracedSample>& samples) {
   Ages ages;
   std::size_t arrived = 0;
   std::size_t overtaken = 0;
-  // once more from the beginning, as it is played: the last sample is held until the first comes.
-  // An overtaken sample is never the newest that the receiver has.
+  // twice in a row, as a trace is played: the last sample is held until the first arrives again. An
+  // overtaken sample is never the newest that the receiver has.
   for (std::size_t i = 0; i < 2 * samples.size(); ++i) {
     const TracedSample& sample = samples[i % samples.size()];
     if (sample.lost()) continue;

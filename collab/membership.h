@@ -7,20 +7,21 @@
 
 namespace tandem {
 
-/// What the haptic thread must know of another active peer, when it changes. Handed over by value.
+/// News about another active peer for the haptic thread. Passed by value.
 struct MembershipChange {
-  /// kBeliefs: what it claims is as it was, so nothing is other about its bodies.
+  /// kBeliefs: the peer's claims are unchanged, so nothing changes for its bodies.
   enum class Kind : std::uint8_t { kJoined, kLeft, kLost, kBack, kClaims, kBeliefs };
 
   Kind kind = Kind::kJoined;
   PeerId peer = 0;
-  std::uint32_t claim_count = 0;  // all that it claims now
+  std::uint32_t claim_count = 0;  // all its claims
   std::array<Claim, kMaxClaims> claims{};
-  std::uint32_t belief_count = 0;  // whom it takes for the authorities of other bodies
+  std::uint32_t belief_count = 0;  // its authorities of other bodies
   std::array<Belief, kMaxClaims> beliefs{};
 
   bool present() const noexcept { return kind != Kind::kLeft && kind != Kind::kLost; }
-  /// Its claim on a body that it has in hand; null: it is not here, or has it not.
+  /// Returns its claim on a body that it has in hand; null: it is not here, or does not hold the
+  /// body.
   const Claim* HeldClaim(ObjectId object) const noexcept {
     for (std::uint32_t i = 0; present() && i < claim_count; ++i) {
       if (claims[i].object == object && claims[i].held) return &claims[i];

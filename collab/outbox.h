@@ -7,23 +7,23 @@
 
 namespace tandem {
 
-/// What a haptic frame has to say; the sender thread takes the newest.
+/// The output of a haptic frame; the sender thread takes the newest.
 struct Outbox {
-  std::uint32_t seq = 0;  // of the frame
-  bool holds = false;     // a body, whose state is to be sent
+  std::uint32_t seq = 0;  // number of the frame
+  bool holds = false;     // a body is in hand, and its state is to be sent
   ObjectState state;
   bool shared = false;  // links go with the state
   CouplingLinks links;
-  bool is_loose = false;  // one of the loose bodies of the peer, the next in turn, is to be sent
+  bool is_loose = false;  // the next of the peer's loose bodies is to be sent
   ObjectState loose;
   ViewFrame view;
 };
 
-/// What a peer answers for, for its peer_info.
+/// Claims and beliefs of a peer, for its peer_info.
 struct ClaimList {
   std::uint32_t count = 0;
   std::array<Claim, kMaxClaims> claims{};
-  std::uint32_t belief_count = 0;  // whom it takes for the authorities of the others
+  std::uint32_t belief_count = 0;  // authorities of bodies of other peers
   std::array<Belief, kMaxClaims> beliefs{};
 };
 

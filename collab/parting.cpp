@@ -87,7 +87,7 @@ void Parting::Look(std::int64_t now_ns, const RigidState& own, SharedBody& share
     trapped_ = trapped_ || trapped;
     apart_ = apart_ || detector_.blocked(peer);
     if (phase_ == Phase::kLettingGo || phase_ == Phase::kLeading) {
-      // as the hand does, or it would draw the body to what is in between
+      // as the hand does, or the link would draw the body onto the obstacle
       shared.FadeForce(peer, hand_share_);
     } else {
       shared.CapForce(peer, trapped || phase_ != Phase::kInHand ? kMostForce : kNoCap);
@@ -127,7 +127,7 @@ void Parting::Heal(std::int64_t now_ns, PeerId lowest) noexcept {
 
 void Parting::Seek(PeerId lowest) noexcept {
   if (retrace_.towards() != lowest || !(detector_.blocked(lowest) || detector_.trapped(lowest))) {
-    retrace_.Stop();  // it is not wanted any more
+    retrace_.Stop();  // the way is not wanted any more
     return;
   }
   retrace_.Search(history_);
@@ -148,7 +148,7 @@ void Parting::Lead(const RigidState& own, const Pose& X_WD, Pose& X_BD,
     hand_share_ -= kFrame / kLetGo;
     if (hand_share_ <= 0) {
       phase_ = Phase::kLeading;
-      retrace_.SetOut(history_, own.X_WB);  // it went on while it was let go of
+      retrace_.SetOut(history_, own.X_WB);  // the body moved on while the hand let go
     }
   } else if (phase_ == Phase::kLeading && retrace_.state() != Retrace::State::kUnderWay) {
     phase_ = Phase::kTakingUp;

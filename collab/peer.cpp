@@ -14,17 +14,17 @@ namespace tandem {
 
 namespace {
 
-constexpr double kFarthest = 1e3;      // m: a handle beyond is none
-constexpr double kFastest = 1e3;       // m/s: nor is one that is faster
+constexpr double kFarthest = 1e3;      // m; a handle farther away is implausible
+constexpr double kFastest = 1e3;       // m/s; a faster handle is implausible
 constexpr double kFastestTurn = 1e4;   // rad/s
 constexpr double kNear = 1e-3;         // m from where it was said to be: the hand may take it
 constexpr double kNearAngle = 0.01;    // rad
-constexpr double kNearingStep = 1e-3;  // m a frame, of a body that comes to the hand
-constexpr double kNearingTurn = 0.02;  // rad a frame
-constexpr std::int64_t kNearingFrames = 2000;  // at most, for a body that comes no nearer
+constexpr double kNearingStep = 1e-3;  // m a frame; step of a body that comes to the hand
+constexpr double kNearingTurn = 0.02;  // rad a frame; likewise
+constexpr std::int64_t kNearingFrames = 2000;  // longest approach of a body that does not arrive
 
-/// Does nothing in the product. The tests of the session simulator do not build the engine again,
-/// so they plant its faults from here.
+/// Does nothing in the product. The simulator's tests do not build the engine again, so they plant
+/// the engine's faults here.
 void PlantInWorld(std::uint32_t seq, int held, const StepInputs& inputs, World& world) noexcept {
   const auto shift = [&world](std::size_t body, double metres) {
     const Pose& X_WB = world.state(body).X_WB;
@@ -84,7 +84,7 @@ SafetyCounts Peer::safety_counts() const noexcept {
   SafetyCounts counts = guard_.counts();
   const std::uint64_t stops = counts.stops;
   counts += device_->safety().counts;
-  // an order to stop reaches both guards
+  // a stop reaches both guards
   counts.stops = std::max(stops, device_->safety().counts.stops);
   return counts;
 }
@@ -120,7 +120,7 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   inputs_.ground_rotation_damping.setZero();
   if (held_ >= 0) {
     if (!goal.X_WA.p.allFinite()) {
-      // nobody knows yet where the hand is: the body waits for it where it stands
+      // the hand's pose is not known yet: the body waits for it where it stands
       inputs_.bodies[static_cast<std::size_t>(held_)].drive = BodyDrive::kParked;
     } else if (!attached_) {
       Attach(goal);
@@ -143,11 +143,11 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   CountLimits();
   Render();
   if (!AllFinite(report_.hand_B_W) || !AllFinite(report_.contact_B_W)) {
-    // what is no number goes no further than the guard
+    // NaN goes no further than the guard
     report_.hand_B_W = report_.contact_B_W = {};
     report_.links_B_W = {};
   }
-  if (guard_.broken()) report_.hand_B_W = {};  // nor does what it keeps from the hand
+  if (guard_.broken()) report_.hand_B_W = {};  // nor does the force that it keeps from the hand
 
   FillOutbox(now_ns, out);
   SayLoose(now_ns, out);
@@ -200,7 +200,7 @@ void Peer::Receive(std::int64_t now_ns) noexcept {
     OnCommand(command);
   }
   if (std::exchange(stop_pressed_, false)) {
-    // the hand lets go by an order, which is recorded as the others are
+    // the hand lets go by an order, which is recorded like other orders
     command = {.kind = Command::Kind::kStop};
     if (tap != nullptr) tap->Asked(command);
     OnCommand(command);
@@ -369,14 +369,15 @@ void Peer::CoupleTheRest() noexcept {
 void Peer::Attach(const Anchor& goal) noexcept {
   const auto body = static_cast<std::size_t>(held_);
   const Pose& X_WB = held_state()->X_WB;
-  // a free body comes as it is caught, and all others follow
+  // the hand takes a free body where it is; the other bodies first come to their told pose
   const bool free = world_->model().scene.bodies[world_->model().object[body]].free;
   const Pose* told = shared_ || free ? nullptr : holdings_.ParkedAt(body);
   if (told != nullptr && nearing_frames_ < kNearingFrames) {
     const bool near =
         (told->p - X_WB.p).norm() < kNear && told->q.angularDistance(X_WB.q) < kNearAngle;
     if (!near) {
-      // its picture here is still on the way: it comes at a hand's pace, for it is in our hand
+      // its told pose is not reached here yet: the body is in our hand, so it comes at a hand's
+      // pace
       ++nearing_frames_;
       const double turn = told->q.angularDistance(X_WB.q);
       const double frames = std::max((told->p - X_WB.p).norm() / kNearingStep, turn / kNearingTurn);
@@ -396,7 +397,7 @@ void Peer::Attach(const Anchor& goal) noexcept {
 
 void Peer::CountLimits() noexcept {
   limits_.Count(report_.flags);
-  // what the hand felt before it waited comes back slowly
+  // the force that the hand felt before the wait comes back slowly
   if (report_.waited == 0 && waited_ > 0) guard_.Begin();
   waited_ = report_.waited;
   if (waited_ > 0) {
@@ -411,7 +412,7 @@ void Peer::CountLimits() noexcept {
 }
 
 void Peer::Render() noexcept {
-  // what the body received, about the device's own origin
+  // the reaction of the body, about the device's own origin
   Wrench wanted;
   if (attached_ && !parting_.leading()) {
     const Vec3 r = held_state()->X_WB.q * X_BD_.p;
@@ -444,9 +445,9 @@ void Peer::PrepareParked() noexcept {
 
 void Peer::StartWhenReady(std::int64_t now_ns) noexcept {
   if (started_ns_) return;
-  // the hand has nothing to do before it has what it came for, or knows that it does not get it
+  // the hand does not begin until its first body is in hand, or refused
   if (options_.held_object >= 0 && holdings_.wanted() >= 0) return;
-  // partners on the shared body must have heard us too; of others a first pose is enough
+  // partners on the shared body must have heard us too; from other peers a first pose is enough
   const std::size_t ready = shared_ ? shared_->coupled() : remote_.heard();
   if (ready < options_.wait_for) return;
   started_ns_ = now_ns;

@@ -48,7 +48,7 @@ std::size_t PeerDirectory::CameBefore(std::uint32_t beat) const {
   for (const auto& [id, entry] : entries_) {
     const bool counts = entry.presence == Presence::kHere && entry.info.role == Role::kActive &&
                         WhyRefused(entry.info).empty();
-    // a beat is on its way for a while, and ours has gone on
+    // the beat was on its way for a while, and ours has gone on
     const std::int64_t ahead = std::int64_t{entry.info.beat} - std::int64_t{beat};
     if (counts && (ahead > 1 || (ahead >= -1 && id < self_))) ++count;
   }
@@ -56,7 +56,7 @@ std::size_t PeerDirectory::CameBefore(std::uint32_t beat) const {
 }
 
 int PeerDirectory::NumberOfNamesake(const PeerInfo& info) const {
-  // of those who are gone for good the name is free again
+  // the name of a peer that left is free again
   std::set<int> taken;
   if (info.name == name_) taken.insert(1);
   for (const auto& [id, entry] : entries_) {
@@ -137,10 +137,10 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   TellUnequal(entry);
   TellTerms(entry);
   using Kind = MembershipChange::Kind;
-  // who took part and does not any more, though it is here, is gone for the hand
+  // a peer that is here but has ceased to take part is gone for the hand
   const bool begins = Counts(entry) && !entry.felt;
   const bool ends = entry.felt && !Counts(entry);
-  // what was heard of the run before is nothing to this one
+  // messages of the earlier run do not count for this one
   if (is_new_run || ends) Tell(entry, Kind::kLost);
   if (Planted(Fault::kLostReturn) && begins && !added) return;
   if (begins || is_new_run || claims_changed) {
@@ -249,7 +249,7 @@ void PeerDirectory::Tell(Entry& entry, MembershipChange::Kind kind) {
     entry.owed_here.reset();
     if (entry.reached) entry.owed_end = kind;
   } else {
-    // what is new about all of it is more than what is new about its claims
+    // news of the peer itself includes news of its claims
     entry.owed_here = std::min(entry.owed_here.value_or(kind), kind);
   }
   HandOver(entry);
@@ -271,7 +271,7 @@ void PeerDirectory::HandOver(Entry& entry) {
 
 void PeerDirectory::TellOwed() {
   const std::lock_guard lock(mutex_);
-  // who has gone makes room for who has come
+  // ends first: they make room for peers that have come
   for (auto& [id, entry] : entries_) HandOverEnd(entry);
   for (auto& [id, entry] : entries_) HandOver(entry);
 }

@@ -15,25 +15,26 @@
 
 namespace tandem {
 
-/// What of our own scene bears on how others are met.
+/// The parts of our own scene that matter for meeting others.
 struct OwnTerms {
   ForceParameters parameters;
-  double heaviest_kg = 0;        // of the moving bodies
+  double heaviest_kg = 0;        // heaviest moving body
   std::vector<ObjectId> shared;  // bodies that several may hold
 };
 
-/// Who is in the session, as told by peer_info (paper §6.1: anyone may enter or leave at any time).
-/// Told by the transport's control thread, asked by the program's main thread; changes that bear on
-/// forces go to the haptic thread through a queue. Who goes by other force parameters is met, but
-/// what it holds of shared bodies is not heard of. However many come and go, at most kMost are
-/// kept, and of active ones at most kMaxPeers - 1 taken in: who comes then is when one has gone.
+/// Keeps the peers of the session, from their peer_info (paper §6.1: anyone may enter or leave at
+/// any time). The transport's control thread reports to it, the program's main thread asks it.
+/// Changes that matter for forces go to the haptic thread through a queue. A peer with other force
+/// parameters is taken in, but not as a holder of shared bodies. At most kMost peers are kept, and
+/// at most kMaxPeers - 1 active ones are taken in; a further one comes in when another has gone.
 class PeerDirectory {
  public:
-  /// Those here beyond it are not taken in; of those gone the ones longest gone are forgotten.
+  /// Most peers kept. Peers beyond it are not taken in; the peer that has been gone longest is
+  /// forgotten.
   static constexpr std::size_t kMost = 128;
-  /// Lines that may wait to be taken.
+  /// Most lines that wait to be taken.
   static constexpr std::size_t kMostNews = 256;
-  /// Lines on what was refused, of all: invented peers may be many.
+  /// Most lines about refused samples, over all peers: invented peers may be many.
   static constexpr std::size_t kMostRefusals = 64;
 
   enum class Presence : std::uint8_t { kHere, kLeft, kLost };
@@ -41,21 +42,21 @@ class PeerDirectory {
   struct Entry {
     PeerInfo info;
     Presence presence = Presence::kHere;
-    std::string told_name;  // as it calls itself
-    int namesake = 1;       // which of those with its name it is
-    std::string refused;    // why it is not taken in: other protocol or scene, no place; else empty
-    bool unequal = false;   // goes by other force parameters
-    bool felt = false;      // the haptic thread has been told that it is here, or is to be told
-    bool reached = false;   // the haptic thread has got a change by which the peer is here
+    std::string told_name;  // its name as it says it
+    int namesake = 1;       // its number among the peers of that name
+    std::string refused;    // why not taken in: other protocol or scene, no place; else empty
+    bool unequal = false;   // has other force parameters
+    bool felt = false;      // the haptic thread knows that it is here, or is to be told
+    bool reached = false;   // the haptic thread has received a change by which the peer is here
     // changes that wait for room in the queue to the haptic thread; the end goes first
     std::optional<MembershipChange::Kind> owed_end;
     std::optional<MembershipChange::Kind> owed_here;
-    std::uint64_t gone = 0;  // which departure it was; of those who are not here
+    std::uint64_t gone = 0;  // number of its departure, for a peer that is gone
     bool unequal_told = false;
-    std::string terms_told;  // how its force terms differ from ours, as last said
+    std::string terms_told;  // difference of its force terms from ours, as last reported
   };
 
-  /// `name`: our own. Others of one name get numbers: "anna (2)".
+  /// `name`: our own name. Other peers of one name get numbers: "anna (2)".
   PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name = {}, OwnTerms terms = {});
 
   void OnPeerInfo(const PeerInfo& info);
@@ -63,43 +64,43 @@ class PeerDirectory {
   void OnPeerLost(PeerId peer) { OnGone(peer, Presence::kLost); }
   void OnScene(const SceneManifest& manifest);
   void OnSceneWithdrawn(PeerId peer);
-  /// Our keys are in use by another program.
+  /// Takes note that another program uses our keys.
   void OnTwin(const PeerInfo& info);
-  /// Our own force terms, which the others' are compared with; whenever they change.
+  /// Sets our own force terms, which the other peers' are compared with; called when they change.
   void SetOwnTerms(const ForceTerms& terms);
-  /// Tells the haptic thread what found no room in its queue, as far as there is some now.
+  /// Passes changes that found no room in the haptic thread's queue, as far as there is room.
   void TellOwed();
-  /// Tells in words what was refused of whom, each once.
+  /// Reports for each peer which of its samples were refused, once for each reason.
   void TellRefusals(const DropTable& drops);
-  /// Whether the other program with our keys was here before us, as its beat tells beside ours.
+  /// Returns whether the other program with our keys was here first, by its beat and ours.
   bool TwinCameBefore(std::uint32_t beat) const;
 
   std::vector<Entry> Entries() const;
-  /// How a person is told of a peer.
+  /// The name of a peer for a person; "somebody" if it is not known.
   std::string NameOf(PeerId peer) const;
-  /// How many active peers of our scene were here before us, as their beats tell beside our own
-  /// `beat`; of those who came with us, the ones of lower id.
+  /// Counts the active peers of our scene that were here before us, by their beats and our own
+  /// `beat`. Of peers that came with us, the ones with a lower id count.
   std::size_t CameBefore(std::uint32_t beat) const;
   /// The active peer here of that name; 0: none.
   PeerId PeerNamed(const std::string& name) const;
-  /// What the session is about, as others offer it; nothing: nobody has.
+  /// The session's scene, as other peers offer it; nullopt: no peer has offered any.
   std::optional<SceneManifest> SessionScene() const;
-  /// What happened since the last call, a line each: "anna joined", "anna left", "anna is lost",
+  /// Returns the news since the last call, a line each: "anna joined", "anna left", "anna is lost",
   /// "anna is back".
   std::vector<std::string> TakeNews();
-  /// The haptic thread's end.
+  /// The haptic thread's end of the queue.
   SpscQueue<MembershipChange>& changes() noexcept { return changes_; }
 
  private:
   int NumberOfNamesake(const PeerInfo& info) const;
-  /// The peer's place, if there is one or can be.
+  /// The peer's place, old or new; null if all are taken.
   Entry* PlaceFor(PeerId peer, bool& added);
   std::string WhyRefused(const PeerInfo& info) const;
   bool IsFullFor(const PeerInfo& info) const;
   void OnGone(PeerId peer, Presence presence);
-  /// Whether it takes part as far as the hand is concerned.
+  /// Returns whether the peer takes part as far as the hand is concerned.
   static bool Counts(const Entry& entry);
-  /// Tells the haptic thread, as far as that knows or is to know the peer.
+  /// Tells the haptic thread, if it knows the peer or is to know it.
   void Tell(Entry& entry, MembershipChange::Kind kind);
   void HandOverEnd(Entry& entry);
   void HandOver(Entry& entry);

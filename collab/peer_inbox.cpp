@@ -72,7 +72,7 @@ bool PeerInbox::HasShare(Sender& sender) const noexcept {
 }
 
 PeerInbox::Sender& PeerInbox::SenderOf(PeerId from, std::int64_t arrival_ns) noexcept {
-  // where all places are taken, whoever has been silent longest gives way
+  // where all places are taken, the sender that has been silent longest gives way
   Sender* place = &senders_[0];
   for (Sender& sender : senders_) {
     if (sender.peer == from) {

@@ -14,30 +14,30 @@
 
 namespace tandem {
 
-/// A sample and when the link conditioner lets it through (the receiver's clock).
+/// A sample and its due time, set by the link conditioner (the receiver's clock).
 template <typename T>
 struct DueSample {
   std::int64_t due_ns = 0;
   T sample;
 };
 
-/// Other conditions of the link from a peer (0: from everybody).
+/// An order to change the conditions of the link from a peer (0: from all).
 struct LinkSwitch {
   PeerId from = 0;
   LinkConditions conditions;
 };
 
-/// What an active peer hears: states and links go through the conditioner of their sender into
-/// rings, stamped with the time they are due; the haptic thread takes them when that has come, in
-/// that order. Membership goes to the directory.
+/// The receiving end of an active peer. States and links pass their sender's conditioner and go
+/// into rings, stamped with their due time. The haptic thread takes them when they are due, in that
+/// order. Membership goes to the directory.
 class PeerInbox : public Inbox {
  public:
-  /// Samples that may wait for their time: two seconds of delay from seven partners at 1 kHz, and
-  /// some of them twice.
+  /// Most samples that wait for their time: two seconds of delay from seven partners at 1 kHz, with
+  /// some duplicates.
   static constexpr std::size_t kDefaultWaiting = 16384;
 
-  /// `conditions`: of every sender until Switch() says otherwise; each has a random stream of its
-  /// own.
+  /// `conditions`: those of every sender until Switch() changes them; each sender has its own
+  /// random stream.
   PeerInbox(const LinkConditions& conditions, PeerDirectory& directory,
             std::size_t waiting = kDefaultWaiting);
 
@@ -57,40 +57,42 @@ class PeerInbox : public Inbox {
   void OnTwin(const PeerInfo& info) override { directory_->OnTwin(info); }
   void OnDropped(PeerId from, Drop reason) override { drops_.Count(from, reason); }
 
-  /// Other conditions for what comes from `from` (0: from everybody, now and later), from its next
-  /// sample on. False: too many switches are waiting. One thread, the control one.
+  /// Changes the conditions for samples from `from` (0: from all peers, now and later), beginning
+  /// with the next one. Returns false if too many switches are waiting. One thread, the control
+  /// one.
   bool Switch(PeerId from, const LinkConditions& conditions) noexcept {
     return switches_.TryPush({from, conditions});
   }
 
-  /// The haptic thread's ends. Collect() first, once a frame: it makes what has arrived visible.
+  /// The haptic thread's ends. Collect() first, once a frame: it makes arrived samples visible.
   void Collect() noexcept;
   DueQueue<ObjectState>& states() noexcept { return waiting_states_; }
   DueQueue<CouplingLinks>& links() noexcept { return waiting_links_; }
   SpscQueue<Event>& events() noexcept { return events_; }
   SpscQueue<MembershipChange>& membership() noexcept { return directory_->changes(); }
 
-  /// Samples that found no room and were dropped: the haptic thread stood still for seconds.
+  /// Samples dropped for lack of room: the haptic thread stood still for seconds, or a sender sent
+  /// more than its share.
   std::uint64_t overflows() const noexcept {
     return drops_.Total()[static_cast<std::size_t>(Drop::kRingFull)];
   }
-  /// What was dropped and why, by the transport, here and by the haptic thread.
+  /// Samples dropped by the transport, here and by the haptic thread, by reason.
   DropTable& drops() noexcept { return drops_; }
-  /// Of the states that came, before any conditioner; once the transport has gone.
+  /// Counts of the states that came, ahead of any conditioner; read once the transport has gone.
   const DeliveryCount& delivery() const noexcept { return delivery_; }
 
  private:
   struct Sender {
-    PeerId peer = 0;  // 0: a free place
-    std::uint64_t collects = 0;  // when `brought` began, by collects_
+    PeerId peer = 0;             // 0: a free place
+    std::uint64_t collects = 0;  // value of collects_ when `brought` began
     std::size_t brought = 0;     // samples since the haptic thread last collected
     std::int64_t heard_ns = 0;
     LinkConditioner conditioner{LinkConditions{}};
   };
 
-  // until the haptic thread collects, once a millisecond
+  // samples that wait until the haptic thread collects, once a millisecond
   static constexpr std::size_t kArriving = 4096;
-  // of that, what one sender may have, so that none takes the others' room
+  // one sender's share of them, so that no sender takes the others' room
   static constexpr std::size_t kShare = kArriving / 4;
 
   Sender& SenderOf(PeerId from, std::int64_t arrival_ns) noexcept;

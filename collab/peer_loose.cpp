@@ -1,15 +1,14 @@
 #include "collab/peer.h"
 
-// Free bodies in nobody's hand: who simulates them here, and what a peer says of those that it
-// does.
+// Free bodies in no hand: which of them this peer simulates, and the states that it sends of them.
 
 namespace tandem {
 
 namespace {
 
-constexpr double kOutOfScene = 20;  // m from its first place: a loose body falls no farther
-constexpr std::int64_t kRestNs = 200'000'000;  // without motion, until a loose body stands
-constexpr double kRestSpeed = 1e-3;            // m/s, of any of its points
+constexpr double kOutOfScene = 20;  // m from its initial place: a loose body falls no farther
+constexpr std::int64_t kRestNs = 200'000'000;  // without motion: then a loose body stands
+constexpr double kRestSpeed = 1e-3;            // m/s; at any of its points
 
 }  // namespace
 

@@ -11,16 +11,16 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kInfoPeriodNs = 200'000'000;
-// Who offers another scene at the same time is heard by then; who does so later comes too late.
+// Another scene offered at the same time is heard by then; a later offer comes too late.
 constexpr std::int64_t kUnderWayNs = 1'000'000'000;
 constexpr std::int64_t kViewPeriodNs = 16'666'667;  // 60 Hz
 
-// Half of the time between two calls is on time: what is due at one of them would else be done at
-// the next, now and then, since none is called to the nanosecond.
-constexpr std::int64_t kFrameEarlyNs = 500'000;       // called once a millisecond
-constexpr std::int64_t kControlEarlyNs = 10'000'000;  // 50 times a second
+// Half the time between two calls counts as on time. Calls are not exact to the nanosecond, so work
+// due at a call would otherwise now and then be done at the next.
+constexpr std::int64_t kFrameEarlyNs = 500'000;       // calls once a millisecond
+constexpr std::int64_t kControlEarlyNs = 10'000'000;  // 50 calls a second
 
-/// Whether something due every `period_ns` is due now; keeps the beat without catching up.
+/// Returns whether something due every `period_ns` is due now; keeps the beat without catching up.
 bool TakeTurn(std::int64_t now_ns, std::int64_t period_ns, std::int64_t early_ns,
               std::int64_t& next_ns) {
   if (now_ns + early_ns < next_ns) return false;
@@ -82,7 +82,7 @@ bool PeerNode::SendFrame(std::int64_t now_ns, Transport& transport) {
   const Outbox& out = outbox_.Read();
   if (out.seq == seen_seq_) return false;
   seen_seq_ = out.seq;
-  // turns by the frames' own time: when they are looked at wavers within their millisecond
+  // turns go by the frames' own time: the time of the call varies within the millisecond
   const std::int64_t frame_ns = out.view.sample_ns;
   const std::int64_t state_period_ns = std::llround(1e9 / options_.publish_hz);
   if (out.holds && TakeTurn(frame_ns, state_period_ns, kFrameEarlyNs, next_state_ns_)) {

@@ -18,22 +18,21 @@ namespace tandem {
 struct NodeOptions {
   PeerOptions peer;
   std::string name;
-  /// What is offered to those who come later: the session's manifest where one was adopted, ours
-  /// otherwise. Nothing: made from the scene, without its files' hashes.
+  /// Manifest offered to later peers: the session's where one was adopted, ours otherwise. Nullopt:
+  /// made from the scene, without hashes of its files.
   std::optional<SceneManifest> manifest;
-  LinkConditions conditions;                         // of what it hears
-  std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
-  double publish_hz = 1000;                          // of states and links
-  FrameHelpers* helpers = nullptr;                   // of the haptic thread; must outlive the node
-  ForceTerms terms;  // that are told; layer and displacement as they come. No law: none are
+  LinkConditions conditions;                         // link of samples heard
+  std::size_t waiting = PeerInbox::kDefaultWaiting;  // most samples under way
+  double publish_hz = 1000;                          // rate of states and links
+  FrameHelpers* helpers = nullptr;  // helpers of the haptic thread; must outlive the node
+  ForceTerms terms;  // told to others, with the present layer and displacement; no law: not told
 };
 
-/// An active peer, whole but for its threads: each of the three frames below belongs to a thread of
-/// its own in the product (haptic, sender, control); the simulated session calls them one after the
-/// other.
+/// An active peer without its threads. In the product each of the three frames below has its own
+/// thread (haptic, sender, control); the simulated session calls them one after another.
 class PeerNode {
  public:
-  /// `scene_hash`: of the content, as of SceneHash.
+  /// `scene_hash`: hash of the content, as in SceneHash.
   PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Device> device,
            std::uint64_t scene_hash, const NodeOptions& options);
 
@@ -47,25 +46,26 @@ class PeerNode {
 
   /// One haptic frame.
   void HapticFrame(std::int64_t now_ns) noexcept TANDEM_RUNS_ON(kHapticThread);
-  /// Publishes the newest frame where its turn has come; called at least at publish_hz. False:
+  /// Publishes the newest frame where it is due; called at least at publish_hz. Returns false if
   /// there has been no frame since the last call.
   bool SendFrame(std::int64_t now_ns, Transport& transport) TANDEM_RUNS_ON(kSenderThread);
-  /// Says who we are and what we hold, when that has changed and five times a second, and once what
-  /// the session is about; called some 50 times a second.
+  /// Publishes this peer's information when it changes and five times a second, and its manifest
+  /// once when offered and once when under way. Called some 50 times a second.
   void ControlFrame(std::int64_t now_ns, Transport& transport) TANDEM_RUNS_ON(kControlThread);
-  /// Hands on what we answer for and says goodbye; after the last of the three frames.
+  /// Hands on our bodies and says goodbye; after the last of the three frames.
   void Leave(std::int64_t now_ns, Transport& transport);
-  /// What happened since the last call, a line each: who came and went, what became of bodies.
-  /// `on_hand`: called first with each of what became of bodies, and its line.
+  /// Returns the news since the last call, a line each: on peers and on bodies. `on_hand`: called
+  /// first with each news of a body, and its line.
   using OnHand = std::function<void(const HoldingNews& news, const std::string& line)>;
   std::vector<std::string> TakeNews(const OnHand& on_hand = {}) TANDEM_RUNS_ON(kControlThread);
-  /// The states of what we held, as far as they were sent in time; after the last SendFrame().
+  /// Counts of the states of held bodies, sent and due; read after the last SendFrame().
   const SentStates& sent_states() const noexcept { return sent_states_; }
-  /// Whether as many as a session takes were here before us; told by their beats (PeerDirectory).
+  /// Returns whether as many peers as a session takes were here first, by their beats
+  /// (PeerDirectory).
   bool OneTooMany() const { return directory_.CameBefore(info_.beat) >= kMaxPeers; }
-  /// Whether another program uses our keys, and did before us.
+  /// Returns whether another program uses our keys, and did so first.
   bool IsTwin() const { return directory_.TwinCameBefore(info_.beat); }
-  /// What we offer.
+  /// The manifest that this peer offers.
   const SceneManifest& manifest() const noexcept { return manifest_; }
 
  private:
@@ -81,26 +81,26 @@ class PeerNode {
   std::string Told(const HoldingNews& news) const;
   void SendEvents(Transport& transport);
 
-  // the sender's
+  // sender thread
   std::uint32_t seen_seq_ = 0;
   SentStates sent_states_;
   std::int64_t next_state_ns_ = 0;
   std::vector<std::int64_t> next_loose_ns_;  // by object
   std::int64_t next_view_ns_ = 0;
 
-  // the control thread's
+  // control thread
   PeerInfo info_;
   SceneManifest manifest_;
-  std::int64_t under_way_ns_ = 0;  // when the session goes by what we offer; 0: not offered yet
+  std::int64_t under_way_ns_ = 0;  // when the session goes by our manifest; 0: not offered yet
   std::int64_t next_info_ns_ = 0;
 };
 
-/// When the sender begins after the haptic thread, ns: when most frames are done. Left to chance,
-/// the one looks as the other ends, and finds now the same frame twice and now the next but one.
+/// ns; the sender's phase after the haptic thread, when most frames are done. With an arbitrary
+/// phase the sender could look just as a frame ends, and take one frame twice and miss another.
 inline constexpr std::int64_t kSenderPhaseNs = 250'000;
 
-/// The sender's millisecond: SendFrame(), and while there is no new frame yet again a quarter and
-/// half a millisecond later, so that every frame that is done in time is sent once.
+/// Runs the sender's millisecond: SendFrame(), again after a quarter and half a millisecond if
+/// there is no new frame yet. So every frame that is done in time is sent once.
 void SendWhenDone(PeerNode& node, Transport& transport, LoopClock& clock)
     TANDEM_RUNS_ON(kSenderThread);
 

@@ -4,7 +4,7 @@
 #include "collab/peer.h"
 #include "collab/planted_faults.h"
 
-// What a peer says after a frame: to the others, to those who look on, and to its own program.
+// Output of a peer after a frame: to the other peers, to viewers and to its own program.
 
 namespace tandem {
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kParkedPeriodNs = 200'000'000;
 constexpr std::int64_t kViewTurnNs = 16'666'667;  // between two pictures, at 60 Hz
-constexpr double kFastestShown = 10.0;            // m/s of a picture
+constexpr double kFastestShown = 10.0;            // m/s; of a picture
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .flags = report_.flags | AsFlags(limits_.last()),
                .sample_ns = now_ns,
                .X_WB = state.X_WB,
-               .V_WB = report_.waited > 0 ? Twist{} : state.V_WB,  // it stands
+               .V_WB = report_.waited > 0 ? Twist{} : state.V_WB,  // the body stands
                .contact_B_W = report_.contact_B_W};
   if (Planted(Fault::kTurnTooLong)) out.state.X_WB.q.coeffs() *= 1.01;
   if (Planted(Fault::kStampOfBefore) && seq_ % 100 == 0) out.state.sample_ns -= 50'000'000;
@@ -86,7 +86,7 @@ void Peer::FillView(std::int64_t now_ns, ViewFrame& view) const noexcept {
     if (stands(b) && standing++ < room) add(b, 0, Vec3::Zero());
   }
   if (standing <= room) return;
-  // too many for one frame: each frame sent shows the next of them, which viewers put together
+  // too many for one frame: each frame sent shows the next part, and viewers put them together
   const std::size_t first = static_cast<std::size_t>(now_ns / kViewTurnNs) * room % standing;
   view.count = in_hand;
   std::size_t number = 0;

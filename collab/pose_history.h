@@ -8,9 +8,9 @@
 
 namespace tandem {
 
-/// Where the instances of a shared body were in the last kSeconds, as they were known here: ours,
-/// and the others' as heard. Moments are counted from 0 and kept kPeriod frames apart. Nothing
-/// allocates after construction.
+/// Keeps the poses of the instances of a shared body over the last kSeconds: our own, and the
+/// others' as heard. Moments are counted from 0 and are kPeriod frames apart. Nothing allocates
+/// after construction.
 class PoseHistory {
  public:
   static constexpr std::size_t kSeconds = 30;
@@ -24,11 +24,11 @@ class PoseHistory {
     std::array<bool, kMaxLinks> blocked{};  // something fixed stood between us
   };
 
-  /// `used`: false where no body of the scene is shared; then it keeps nothing.
+  /// `used`: false where no body of the scene is shared; then nothing is kept.
   explicit PoseHistory(bool used) : moments_(used ? kMoments : 0) {}
 
   void Forget() noexcept { end_ = begin_ = 0; }
-  /// Room for the newest moment.
+  /// Makes room for the newest moment.
   Moment& Add() noexcept {
     ++end_;
     if (end_ - begin_ > static_cast<std::int64_t>(moments_.size())) ++begin_;
@@ -39,13 +39,13 @@ class PoseHistory {
   std::int64_t begin() const noexcept { return begin_; }
   std::int64_t end() const noexcept { return end_; }
   const Pose& Ours(std::int64_t moment) const noexcept { return At(moment).ours; }
-  /// Null: that one was not heard then.
+  /// The pose of a peer's instance at a moment; null: it was not heard then.
   const Pose* Of(PeerId peer, std::int64_t moment) const noexcept {
     const Moment& at = At(moment);
     const std::size_t i = PlaceOf(at, peer);
     return i < at.count ? &at.others[i].X_WB : nullptr;
   }
-  /// Whether we could have met that one along a straight line then.
+  /// Returns whether a straight line to that peer's instance was free then.
   bool WasFree(PeerId peer, std::int64_t moment) const noexcept {
     const Moment& at = At(moment);
     const std::size_t i = PlaceOf(at, peer);

@@ -34,13 +34,13 @@ RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
 void RemoteBodies::OnMembership(const MembershipChange& change) noexcept {
   const bool goes_on = change.kind == MembershipChange::Kind::kClaims;
   for (Body& body : bodies_) {
-    // who comes anew counts its states anew
+    // a peer that comes anew numbers its states anew
     if (!goes_on && body.loose.peer == change.peer) body.loose.peer = 0;
     const Claim* const claim = change.HeldClaim(body.object);
     Instance* instance = Find(body, change.peer);
     if (instance == nullptr && claim != nullptr) instance = Find(body, 0);
     if (instance == nullptr) continue;
-    // one that goes on to hold it is where it was said to be
+    // a peer that goes on holding the body is where it last said
     if (goes_on && claim != nullptr && instance->holds && instance->epoch == claim->epoch) continue;
     *instance = Instance{};
     if (claim != nullptr) {
@@ -64,7 +64,7 @@ void RemoteBodies::OnState(const ObjectState& state) noexcept {
       return note();
     }
     if ((state.flags & kStateLoose) != 0) {
-      // whoever held it has let go, even if its claim has not said so yet
+      // the holder has let go, even if its claim has not said so yet
       if (instance != nullptr) instance->heard = false;
       const bool same = body.loose.heard && body.loose.peer == state.peer;
       if (same && !IsNewer(state, body.loose.state)) return;
@@ -125,7 +125,7 @@ void RemoteBodies::Reckon(std::span<const Echoes::Loop> loops) noexcept {
 }
 
 void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
-  // the two that are farthest apart, found in a fixed order
+  // the two instances that are farthest apart, found in a fixed order
   const Instance* first = nullptr;
   const Instance* second = nullptr;
   double farthest = -1;
@@ -141,7 +141,7 @@ void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
     }
   }
   if (body.parted) {
-    // hands tremble, so another pair may be the farthest now: each instance stays on its side
+    // hands tremble, so another pair may be the farthest: each instance stays on its side
     const auto from_last = [&input](const Instance* instance) {
       return (instance->X_WB.p - input.mirror_WB.p).squaredNorm();
     };
@@ -203,7 +203,7 @@ void RemoteBodies::TakeOver(std::size_t body, StepInputs& inputs) noexcept {
 void RemoteBodies::HandOn(std::size_t body, PeerId peer, const RigidState& state,
                           StepInputs& inputs) noexcept {
   Body& mirror = bodies_[body];
-  if (inputs.bodies[body].drive != BodyDrive::kParked) return;  // it has been heard of there
+  if (inputs.bodies[body].drive != BodyDrive::kParked) return;  // its states have come already
   mirror.loose = {.peer = peer, .heard = true, .state = {}, .X_WB = state.X_WB};
   mirror.loose.state.X_WB = state.X_WB;
   mirror.told_V_WB = state.V_WB;
@@ -229,7 +229,7 @@ void RemoteBodies::GoHome(Body& body, bool pushed, const RigidState& state,
                           StepInputs::BodyInput& input) noexcept {
   body.eases = body.eases || pushed || body.blend.yields();
   body.blend = ContactBlend{};
-  if (input.drive != BodyDrive::kMirrored) return;  // it waits to be told where it was put
+  if (input.drive != BodyDrive::kMirrored) return;  // it waits for its pose
   const Pose& home_WB = input.mirror_WB;
   body.lag = (home_WB.p - state.X_WB.p).norm();
   const double turn = home_WB.q.angularDistance(state.X_WB.q);

@@ -10,7 +10,7 @@ namespace tandem {
 
 namespace {
 
-// whether a line was free is known some frames late: that many moments earlier it is certain
+// a line is known to be free some frames late: that many moments earlier it is certain
 constexpr std::int64_t kCertain = 5;
 
 }  // namespace
@@ -28,7 +28,7 @@ void Retrace::Search(const PoseHistory& history) noexcept {
   if (state_ != State::kSearching) return;
   for (int moments = 0; moments < kMostMoments; ++moments, --sought_) {
     if (sought_ < history.begin()) {
-      // never near, but a straight line led to the other once
+      // the two were never near, but a straight line joined them once
       state_ = together_ >= history.begin() ? State::kFound : State::kNoWay;
       return;
     }
@@ -72,7 +72,7 @@ void Retrace::Advance(const PoseHistory& history, const Pose& X_WB) noexcept {
     state_ = State::kStuck;
     return;
   }
-  // the body comes along, it is not torn
+  // the goal waits for the body
   if (Travel(X_WB, goal_) > kLead) return;
   double left = kSpeed * kFrame;
   for (int moments = 0; left > 0 && moments < kMostMoments; ++moments) {
@@ -93,7 +93,7 @@ void Retrace::Advance(const PoseHistory& history, const Pose& X_WB) noexcept {
     if (back_ && moment_ > together_) {
       --moment_;
     } else if (back_) {
-      back_ = false;  // over to the other, of that moment
+      back_ = false;  // over to the other's path, at the same moment
     } else if (moment_ + 1 < history.end()) {
       ++moment_;
     } else {

@@ -8,7 +8,7 @@
 namespace tandem {
 
 namespace {
-constexpr std::uint32_t kMostOn = 8192;  // numbers, from a state to the one that counts on from it
+constexpr std::uint32_t kMostOn = 8192;  // greatest step in number to a state that counts on
 }  // namespace
 
 SampleGate::SampleGate(PeerId self, const std::vector<std::uint32_t>& objects, DropTable& drops,
@@ -41,7 +41,7 @@ void SampleGate::OnMembership(const MembershipChange& change) noexcept {
   Sender* sender = Find(change.peer);
   if (sender == nullptr && change.present()) sender = Find(0);
   if (sender == nullptr) return;
-  // who comes anew, or again, counts anew
+  // a peer that comes anew, or again, numbers anew
   if (change.kind != MembershipChange::Kind::kClaims) {
     std::fill(sender->instances.begin(), sender->instances.end(), Instance{});
   }
@@ -52,7 +52,7 @@ void SampleGate::OnMembership(const MembershipChange& change) noexcept {
     for (std::uint32_t c = 0; c < change.claim_count; ++c) {
       if (change.claims[c].object == objects_[i]) claim = &change.claims[c];
     }
-    // also where its states were ahead, and its claim comes after them
+    // also where its states were ahead, and its claim follows them
     const bool goes_on = claim != nullptr && instance.claimed && claim->epoch >= instance.epoch &&
                          claim->epoch <= std::max(instance.epoch, instance.ahead);
     instance.heard = instance.heard && goes_on;
@@ -63,7 +63,7 @@ void SampleGate::OnMembership(const MembershipChange& change) noexcept {
   }
 }
 
-// From the state before, whose number it follows: so one that is forged, far ahead, mutes nobody.
+// Returns whether the state follows the last one by number. A forged state far ahead mutes no peer.
 bool SampleGate::CountsOn(const Instance& instance, const ObjectState& state) noexcept {
   const bool moves = (state.flags & (kStateParked | kStateLoose)) == 0;
   const std::uint32_t newest = std::max(instance.epoch, instance.ahead);
@@ -97,7 +97,7 @@ bool SampleGate::Admit(const CouplingLinks& links) noexcept {
   }
   for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
     const LinkEntry& entry = links.entries[i];
-    // 0: it has not heard us yet
+    // 0: the peer has not heard us yet
     if (entry.to == self_ && entry.echo_ns != 0 && !sent_.Has(entry.echo_ns)) {
       return Drops(links.from, Drop::kBadEcho);
     }

@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// The times of our own last `kKept` samples, so that an echo can be told from a number that
-/// somebody made up. Used by the haptic thread alone.
+/// Keeps the stamps of our last `kKept` samples, so that an echo can be told from an invented
+/// number. Used by the haptic thread alone.
 template <std::uint64_t kKept>
 class StampRing {
  public:
@@ -16,12 +16,12 @@ class StampRing {
     stamps_[count_ % kKept] = sample_ns;
     ++count_;
   }
-  /// None of them counts any more.
+  /// Forgets all stamps.
   void Clear() noexcept { count_ = 0; }
   bool Has(std::int64_t sample_ns) const noexcept {
     std::uint64_t low = count_ > kKept ? count_ - kKept : 0;
     std::uint64_t high = count_;
-    // an echo is mostly some milliseconds old: back from the newest, in growing steps
+    // an echo is mostly some milliseconds old: search back from the newest stamp, in growing steps
     for (std::uint64_t step = 1; high - low > step; step *= 2) {
       if (At(high - step) <= sample_ns) {
         low = high - step;
@@ -47,6 +47,6 @@ class StampRing {
   std::uint64_t count_ = 0;
 };
 
-using SentStamps = StampRing<4096>;  // four seconds and more
+using SentStamps = StampRing<4096>;  // more than four seconds at 1 kHz
 
 }  // namespace tandem

@@ -5,12 +5,12 @@
 
 namespace tandem {
 
-/// How many states a peer sent, beside how many it was to send in that time: what its own threads
-/// came too late for is missing too, and no receiver can know of it.
+/// Counts the states that a peer sent and the states due in that time. States that its own threads
+/// were too late to send are missing as well, and no receiver can know of them.
 class SentStates {
  public:
-  /// One was sent at that time; the next is due a period later. After half a second without any the
-  /// hand was empty.
+  /// Counts a state sent at `now_ns`; the next is due a period later. A gap of half a second or
+  /// more means an empty hand.
   void Add(std::int64_t now_ns, std::int64_t period_ns) noexcept {
     const std::int64_t since = now_ns - last_ns_;
     const bool on = sent_ > 0 && since < kPause;

@@ -4,7 +4,7 @@ namespace tandem {
 
 namespace {
 
-/// How a person is told of it.
+/// Names a session for a person.
 std::string TextOf(const AnnouncedSession& session) {
   const std::string& name = session.name;
   const std::string secured = session.secured ? " (secured)" : "";

@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-/// What a relay adds to a session's name for the name of what it shows (GoToRelay).
+/// Suffix that a relay adds to a session's name for the session that it shows (GoToRelay).
 inline constexpr std::string_view kBehindRelay = "/view";
 
 /// A session as its programs announce it to a whole domain.
@@ -17,16 +17,16 @@ struct AnnouncedSession {
   friend auto operator<=>(const AnnouncedSession&, const AnnouncedSession&) = default;
 };
 
-/// Listens for the announcements of all sessions of a domain; says nothing itself. For one thread.
+/// Listens to the announcements of all sessions of a domain; sends nothing. For one thread.
 class SessionsNearby {
  public:
   virtual ~SessionsNearby() = default;
-  /// What was announced so far by other programs, by name.
+  /// Returns the announcements of other programs so far, by name.
   virtual std::vector<AnnouncedSession> Heard() = 0;
 };
 
-/// What to tell a person who joined `own` and hears nobody: which sessions there are instead, or
-/// what may be wrong. One line.
+/// Returns a line for a person who joined `own` and hears nobody: other sessions nearby, or the
+/// possible fault.
 std::string NobodyHeard(const AnnouncedSession& own, const std::vector<AnnouncedSession>& nearby);
 
 }  // namespace tandem

@@ -14,24 +14,25 @@ namespace tandem {
 
 namespace {
 
-constexpr double kArmMass = 1.2;      // kg of hand and device that may move with the body
-constexpr double kQuietAfter = 0.02;  // s; then a copy's velocity fades
-constexpr std::int64_t kSilenceNs = 250'000'000;    // after it a copy comes back slowly
-constexpr double kGentleStep = 0.05;                // N a frame, by that way
-constexpr double kMostStep = 0.8;                   // N a frame, by any way and speed of a copy
-constexpr double kQuietTime = 0.1;                  // s, of that fade
-constexpr double kForgetting = 1.0 - kFrame / 120;  // in a frame, of the longest loop age
-constexpr double kSilentLoops = 1.5;                // of the longest loop age, and
+constexpr double kArmMass = 1.2;      // kg; hand and device that may move with the body
+constexpr double kQuietAfter = 0.02;  // s of silence, after which a copy's velocity fades
+constexpr std::int64_t kSilenceNs = 250'000'000;  // after this silence a copy comes back slowly
+constexpr double kGentleStep = 0.05;              // N a frame; force change by that slow move
+constexpr double kMostStep = 0.8;   // N a frame; force change by any move and velocity of a copy
+constexpr double kQuietTime = 0.1;  // s; time of that fade
+constexpr double kForgetting = 1.0 - kFrame / 120;  // factor of a frame on the longest loop age
+constexpr double kSilentLoops = 1.5;                // times the longest loop age, and
 constexpr double kSilentFor = 0.1;                  // s more: then a partner is silent
-constexpr double kBegun = 0.05;                     // of what the delay allows: less is begun anew
-constexpr double kNext = 1e-9;                      // N/m, of a link that is to rise from nothing
-constexpr double kHeardTime = 0.02;                 // s, of its end
+constexpr double kBegun = 0.05;      // share of the target stiffness: below it a link begins anew
+constexpr double kNext = 1e-9;       // N/m; sum of links that are to rise from 0
+constexpr double kHeardTime = 0.02;  // s; time in which a copy's velocity comes back
 
 double Seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
 }
 
-/// m/s, turning included. `per_mass`: rotational inertia in W over the mass, m^2.
+/// Returns the speed in m/s, rotation included. `per_mass`: rotational inertia in W over the mass,
+/// m^2.
 double SpeedOf(const Twist& V_WB, const Mat3& per_mass) {
   return std::sqrt(V_WB.v.squaredNorm() + V_WB.w.dot(per_mass * V_WB.w));
 }
@@ -101,7 +102,7 @@ void SharedBody::OnLinks(const CouplingLinks& links) noexcept {
       continue;
     }
     if (!partner->linked) partner->last_echo_ns = entry.echo_ns;
-    // the same one again is no news of the way: the partner has not heard us since
+    // a repeated echo is no news: the partner has not heard us since
     partner->fresh_echo =
         partner->fresh_echo || !partner->linked || entry.echo_ns != partner->echo_ns;
     partner->echo_ns = entry.echo_ns;
@@ -153,7 +154,7 @@ LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
     if (!partner.closed()) continue;
     partner.meter.Forget(now_ns);
     if (std::exchange(partner.fresh_echo, false)) {
-      // as old as it was in the frame before it was heard of again; a peak of silence counts then
+      // its age in the frame before the new echo; the peak of a silence counts then
       const std::int64_t before_ns = last_frame_ns_ - partner.last_echo_ns;
       const std::int64_t age_ns = partner.loop_age_ns(now_ns);
       if (before_ns > age_ns) partner.meter.Add(last_frame_ns_, before_ns);
@@ -183,7 +184,7 @@ void SharedBody::Admit(const RigidState& own, const Mat3& per_mass) noexcept {
     } else if (partner.closed()) {
       partner.gate.Earn(lost / closed);
     }
-    // as far as the force may change in a frame, then as far as there is energy for it
+    // as far as the force may change in a frame, then as far as the gate's energy allows
     Pose next = partner.state.X_WB;
     const double step = partner.catching_up ? kGentleStep : kMostStep;
     const double way = partner.stiffness > 0 ? LinkDistance(partner.copy_WB, next, per_mass) : 0.0;
@@ -212,16 +213,16 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist&
   const double own_speed = SpeedOf(V_own_WB, per_mass);
   const LinkLaw allowed = options_.law->Link(common);
   const double most = allowed.stiffness * static_cast<double>(common.users - 1);
-  double sum = 0;  // of the closed links
+  double sum = 0;  // over the closed links
   for (const Partner& partner : partners_) {
     if (partner.closed()) sum += partner.stiffness;
   }
-  // one more shares what was of fewer, and feels nothing of it before these have less
+  // a newcomer shares the sum of fewer links, and has nothing of it before these have less
   const bool has_newcomer = std::ranges::any_of(partners_, [](const Partner& partner) {
     return partner.closed() && !partner.reached;
   });
-  // gentle is what the hand feels of all at once, as when a cut takes every partner or gives it
-  // back
+  // gentle is the sum over all links that the hand feels, as when a cut takes or gives back all
+  // partners
   const auto share_of = [this](bool Partner::*moves) {
     return 1.0 / std::max(1.0, static_cast<double>(std::ranges::count_if(partners_, moves)));
   };
@@ -234,8 +235,7 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist&
                        .gentle_fall = kGentleFall * falls_share,
                        .rise_power = kRisePower * rises_share,
                        .speed = std::max(own_speed, SpeedOf(partner.state.V_WB, per_mass))};
-    // the way of a copy costs the more the firmer its spring is: a whole one is left half the
-    // credit
+    // a copy's move costs more with a firmer spring: a full spring leaves half the credit to it
     if (options_.gate) {
       const double firmness = std::min(1.0, partner.stiffness / std::max(allowed.stiffness, 1e-9));
       slew.energy = partner.gate.tank() - 0.5 * firmness * EnergyGate::kCredit;
@@ -253,7 +253,8 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist&
         return options_.law->Link(alone);
       };
       const double own_most = link_at(partner.meter.peak_loop_age_s()).stiffness;
-      // while nobody answers, the loop grows older with the clock; what this wants is gentle
+      // while the partner is silent, the loop grows older with the clock; the resulting fall is
+      // gentle
       link =
           link_at(std::max(partner.meter.peak_loop_age_s(), Seconds(partner.loop_age_ns(now_ns))));
       const double offer =
@@ -263,7 +264,7 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist&
       const bool silent =
           Seconds(partner.loop_age_ns(now_ns)) > kSilentLoops * longest_loop_age_s_ + kSilentFor;
       slew.falls_unfelt = !capped && !silent && !has_newcomer;
-      // the others of one whom nobody hears fall as well, each by itself
+      // the links of others to a silent partner fall as well, each by itself
       if (silent) {
         slew.gentle_fall /= static_cast<double>(std::max<std::size_t>(common.users, 2) - 1);
       }
@@ -295,7 +296,7 @@ void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist&
     const double rise = std::max(0.0, partner.stiffness - before);
     partner.gate.Charge(0.5 * rise * slew.stretch * slew.stretch);
     if (partner.closed()) sum += partner.stiffness - before;
-    // a spring that has yet to fall to what the law gives has no more damping than that
+    // a spring that has yet to fall to the law's value has no more damping than that
     const double part = link.stiffness > 0 ? partner.stiffness / link.stiffness : 0.0;
     partner.relative_damping =
         DragAfter(kFrame, partner.relative_damping, std::min(1.0, part) * link.relative_damping);
@@ -322,18 +323,18 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     }
     if (!partner.heard) continue;
     const double k = partner.stiffness;
-    // a copy that is not heard of stands
+    // the copy of a silent partner stands
     const double quiet = Seconds(now_ns - partner.heard_ns) - kQuietAfter;
     partner.moving = std::min(std::clamp(1.0 - quiet / kQuietTime, 0.0, 1.0),
                               partner.moving + kFrame / kHeardTime);
     const double b = partner.relative_damping;
     const Twist wanted{partner.moving * partner.state.V_WB.w,
                        partner.moving * partner.state.V_WB.v};
-    // the damper has what the spring has left of the force that a frame may change by
+    // the damper gets the part of a frame's force change that the spring leaves
     const double room = std::max(0.0, kMostStep - partner.way_force);
     Twist& V_copy_WB = partner.V_copy_WB;
     V_copy_WB = b > 0 ? TwistTowards(V_copy_WB, wanted, room / b, per_mass) : wanted;
-    // what the damper gives, less what it takes
+    // power that the damper gives, less the power that it takes
     const double given = kFrame * b *
                          ((V_copy_WB.v - own.V_WB.v).dot(own.V_WB.v) +
                           (V_copy_WB.w - own.V_WB.w).dot(per_mass * own.V_WB.w));
@@ -355,7 +356,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
     }
     link.gains = {k, b, k * per_mass, b * per_mass};
     if (options_.exchange_forces) {
-      // on the wire a force on the end that tells it: the other's is against ours
+      // the wire carries the force on the sender's end: the other end's is opposite to ours
       partner.computed_B_W = AsWrench(CouplingLoad(link.gains, own, Pose{}, link.copy).force);
       link.gains = {};
       link.push_B_W = {-partner.its_applied_B_W.tau, -partner.its_applied_B_W.f};
@@ -365,7 +366,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
   }
   inputs.link_count = link_count_;
   common.te_s = DesignDelay(WorstLoopAge());
-  // a link that is to rise from nothing has the least drag, which earns what its rise costs
+  // a link that is to rise from nothing has the least drag, which earns the cost of the rise
   const double risen = coupled() > 0 ? std::max(stiffness_sum, kNext) : stiffness_sum;
   inputs.ground_damping = options_.law->GroundDamping(common, risen);
   if (stiffness_sum > 0) {

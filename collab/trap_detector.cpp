@@ -8,14 +8,14 @@ namespace tandem {
 namespace {
 
 constexpr double kInwardVoxels = 3.0;
-/// Voxels: a place so near to the fixture is at it, where a line is stopped even by an open sheet.
+/// Voxels; a point so near to the fixture touches it, so that even an open sheet stops a line.
 constexpr double kAtSurface = 0.5;
 constexpr double kLeastStep = 0.5;  // voxels
-// of the points' lines, that many that cross are no accident of a corner
+// crossing lines, of the points' lines, that are no accident at a corner
 constexpr std::size_t kCrossings = TrapDetector::kPoints / 8;
-constexpr double kTurned = 0.1;  // rad: lines of bodies that are turned by less are short as well
+constexpr double kTurned = 0.1;  // rad; bodies turned by less have short lines as well
 
-/// Whether all stand where ours does but for less than what parts them.
+/// Returns whether all instances are so near to ours that nothing separates them.
 bool AllTogether(const Pose& X_WB, const InstanceView* others, std::size_t count) {
   const double least = std::cos(0.5 * kTurned);
   return std::all_of(others, others + count, [&](const InstanceView& other) {
@@ -24,8 +24,8 @@ bool AllTogether(const Pose& X_WB, const InstanceView* others, std::size_t count
   });
 }
 
-/// The origin of the body, and points a little inward of its surface, evenly over it. Contact may
-/// read no pointshell, so one is made for this and not kept.
+/// Returns the body's origin, and points a little inward of its surface, evenly spread. Contact may
+/// not need its pointshell, so one is made for this and not kept.
 std::vector<Vec3> PointsOf(const WorldModel& model, std::size_t body) {
   const Scene& scene = model.scene;
   const SceneBody& part = scene.bodies[model.object[body]];
@@ -116,15 +116,15 @@ double TrapDetector::FreeAlong(const Vec3& p_W, double stretch) const noexcept {
   if (model_->scene.contact == ContactModel::kRefined) {
     const DistanceField& field = model_->fixture_surface.field;
     const FieldReading reading = field.At((p_W - field.p_WVo()) / voxel);
-    // a bound that is nearly 0 tells no side
+    // a bound near 0 tells no side
     const bool met = reading.near ? reading.value < kAtSurface : reading.value < -kAtSurface;
     return met ? 0.0 : voxel * std::max(kLeastStep, reading.value);
   }
-  // of voxels that are not all in memory, what is inside throughout is known
+  // where not all voxels are in memory, the outline knows the chunks that are solid
   const Voxmap& map =
       model_->fixture_pages != nullptr ? model_->fixture_pages->outline() : model_->fixture;
   const Vec3 v = (p_W - map.p_WVo()) / voxel;
-  // far outside, where no number of a voxel would hold
+  // far outside, where no voxel index would fit
   const bool is_far = !(v.cwiseAbs().maxCoeff() < 1e9);
   const int mark = is_far
                        ? map.beyond()
@@ -132,7 +132,7 @@ double TrapDetector::FreeAlong(const Vec3& p_W, double stretch) const noexcept {
                                                      static_cast<std::int32_t>(std::floor(v.y())),
                                                      static_cast<std::int32_t>(std::floor(v.z()))});
   if (mark <= kSurfaceMark) return 0.0;
-  // the nearest surface voxel is mark - 2 voxels off: one less is free for certain
+  // the nearest surface voxel is mark - 2 voxels away: one voxel less is certainly free
   return voxel * stretch * std::max(kLeastStep, static_cast<double>(mark - kSurfaceMark - 1));
 }
 
@@ -142,14 +142,13 @@ bool TrapDetector::March(std::size_t most, std::size_t& reads) noexcept {
   const Vec3 line = sweep_.R_theirs * p_B + sweep_.theirs.p - from;
   const double length = line.norm();
   if (length <= 0) return true;
-  // in the chess-board metric of marks a line is shorter than it is
+  // in the chessboard metric of marks a line is shorter than its length
   const double stretch = length / line.cwiseAbs().maxCoeff();
   while (sweep_.way < length && reads < most) {
     ++reads;
     const double free = FreeAlong(from + (sweep_.way / length) * line, stretch);
     const bool first = sweep_.way == 0;
-    // a point that stands in the fixture at either end, as those of a ring on its peg may, says
-    // nothing
+    // a point inside the fixture at either end tells nothing, as with a ring on its peg
     if (free == 0) {
       sweep_.met = !first;
       return true;
@@ -172,7 +171,7 @@ void TrapDetector::Look(std::int64_t now_ns, const Pose& X_WB, const InstanceVie
                         std::size_t count) noexcept {
   if (points_B_[body_].empty()) return;
   Match(others, count);
-  // short lines are a read each
+  // short lines take one read each
   const std::size_t most = AllTogether(X_WB, others, count) ? 2 + count : kReads;
   std::size_t reads = 0;
   while (reads < most) {

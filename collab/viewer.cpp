@@ -55,8 +55,8 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   ViewedPeer* const place = PlaceFor(frame.peer);
   if (place == nullptr) return;
   ViewedPeer& peer = *place;
-  peer.info.peer =
-      frame.peer;  // whether it is here only its peer_info tells: this may be a straggler
+  // only its peer_info tells whether it is here: this may be a straggler
+  peer.info.peer = frame.peer;
   peer.delay_ms = static_cast<double>(frame.delay_ms);
   peer.mirror_lag_mm = static_cast<double>(frame.mirror_lag_mm);
   peer.link_force = static_cast<double>(frame.link_force);
@@ -64,7 +64,7 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   peer.seq = frame.seq;
   if (peer.first_heard_ns == 0) peer.first_heard_ns = arrival_ns;
   peer.heard_ns = arrival_ns;
-  // frames of a peer with many bodies bring some of them each
+  // each frame of a peer with many bodies has some of them
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.count, kMaxViewBodies); ++i) {
     const ViewBody& body = frame.bodies[i];
     if (!IsOfAScene(body.object)) {
@@ -136,7 +136,7 @@ ViewedPeer* Viewer::PlaceFor(PeerId peer) {
     if (gone == peers_.end()) return nullptr;
     peers_.erase(gone);
   }
-  // whoever goes by this id since, gives it back
+  // a peer that has since used this id gives it back
   for (auto& [id, other] : peers_) {
     if (other.first_id == peer) other.first_id = 0;
   }
@@ -149,7 +149,7 @@ void Viewer::NoteEnd(PeerId peer, ViewedPeer::Presence presence) {
   const auto it = peers_.find(peer);
   if (it == peers_.end()) return;
   it->second.presence = presence;
-  // it fell silent before a namesake came: that is the same person, whose first program has crashed
+  // it fell silent before a namesake came: the same person, whose first program has crashed
   for (auto& [id, other] : peers_) {
     const bool after =
         other.presence == ViewedPeer::Presence::kHere && other.first_heard_ns > it->second.heard_ns;
@@ -162,7 +162,7 @@ void Viewer::TakePlace(ViewedPeer& of, PeerId gone) {
   peers_.erase(gone);
   if (replaced_.size() < kMost) replaced_.insert(gone);
   of.came_back = true;
-  // unless another goes by it since
+  // unless another peer has used it since
   const bool taken = std::any_of(peers_.begin(), peers_.end(), [&](const auto& entry) {
     return &entry.second != &of && LastingId(entry.second) == lasting;
   });

@@ -16,14 +16,14 @@
 
 namespace tandem {
 
-/// How those who look on are told that a recording is shown, not somebody who is there.
+/// Mark by which viewers see that a recording is shown instead of a present user.
 inline constexpr std::string_view kReplayMark = " (replay)";
 inline constexpr std::size_t kMaxPeerName = 64;  // bytes
 
-/// The name with the mark, shortened where both would be too long.
+/// Returns the name with the mark, shortened where both would be too long.
 inline std::string ReplayName(const std::string& name) {
   std::size_t length = std::min(name.size(), kMaxPeerName - kReplayMark.size());
-  // not within a character of UTF-8
+  // do not cut within a character of UTF-8
   while (length < name.size() && length > 0 && (name[length] & 0xC0) == 0x80) --length;
   return name.substr(0, length) + std::string(kReplayMark);
 }
@@ -31,67 +31,66 @@ inline bool IsReplay(const PeerInfo& info) {
   return info.role == Role::kActive && info.name.ends_with(kReplayMark);
 }
 
-/// A peer as a viewer knows it.
+/// A peer in the view of a viewer.
 struct ViewedPeer {
-  /// kUnknown: the viewer itself has left, and hears nothing of anybody any more.
+  /// kUnknown: the viewer itself has left, and hears no peer any more.
   enum class Presence : std::uint8_t { kHere, kLost, kLeft, kUnknown };
 
   PeerInfo info;
   Presence presence = Presence::kHere;
-  bool introduced = false;  // whether it has said that it is here; frames alone may be anybody's
-  PeerId first_id = 0;     // id of the first program under this name and role; 0: its own
-  bool came_back = false;  // whether it took the place of such a program that was gone
+  bool introduced = false;  // it has said that it is here; frames alone may be anybody's
+  PeerId first_id = 0;      // id of the first program with this name and role; 0: its own
+  bool came_back = false;   // it is here again after it was gone, or took such a program's place
   std::int64_t first_heard_ns = 0;
-  double delay_ms = 0;           // half its loop age to its partners, as it says itself
-  double mirror_lag_mm = 0;      // and how far others' bodies are there from where they were said
-  double link_force = 0;         // N, the largest of its couplings
-  Twist V_W;                     // of what its hand holds, at the body's X_W
-  std::uint32_t seq = 0;         // of its newest frame
-  std::int64_t heard_ns = 0;     // newest sign of it, this machine's clock
+  double delay_ms = 0;           // half its loop age to its partners, as it says
+  double mirror_lag_mm = 0;      // greatest lag of its mirrors, as it says
+  double link_force = 0;         // N; largest force of its couplings
+  Twist V_W;                     // twist of its held body, at the body's X_W
+  std::uint32_t seq = 0;         // number of its newest frame
+  std::int64_t heard_ns = 0;     // newest sign of it, on this machine's clock
   std::vector<ViewBody> bodies;  // newest poses
 };
 
-/// The id that stays when a peer's program is started again.
+/// Returns the id that stays when a peer's program is started again.
 inline PeerId LastingId(const ViewedPeer& peer) {
   return peer.first_id != 0 ? peer.first_id : peer.info.peer;
 }
 
-/// Why what a program says may be misunderstood: "speaks protocol 5, this program 4: bring both to
-/// one version"; empty: it speaks ours.
+/// Returns why the information of a program may be misunderstood: "speaks protocol 5, this program
+/// 4: bring both to one version"; empty if it speaks our protocol.
 std::string OtherProtocol(const PeerInfo& info);
 
-/// What a viewer shows, at one moment.
+/// The picture of a viewer at one moment.
 struct ViewerPicture {
-  std::optional<SceneManifest> scene;  // the session's; not before an active peer has offered one
-  std::vector<ViewedPeer> peers;       // by id; those that left stay, marked, until they come back
+  std::optional<SceneManifest> scene;  // the session's; empty until an active peer offers one
+  std::vector<ViewedPeer> peers;       // by id; peers that left stay, marked, until they come back
   std::uint64_t samples = 0;           // view frames received so far
   std::int64_t first_sample_ns =
       0;  // when the first of them came, and the newest; this machine's clock
   std::int64_t newest_sample_ns = 0;
-  PeerId self = 0;  // of whoever looks on, where that is a peer, too
+  PeerId self = 0;  // id of the viewing program, where it is a peer, too
 };
 
-/// How old view frames were as they came: their sender's stamp against this machine's clock. Only
-/// clocks of one machine have something in common.
+/// Ages of view frames at arrival: their sender's stamp against this machine's clock. Only clocks
+/// of one machine can be compared.
 struct FrameAges {
-  static constexpr std::int64_t kMost_ns = 60'000'000'000;  // that a network within a machine has
+  static constexpr std::int64_t kMost_ns = 60'000'000'000;  // longest delay within a machine
 
   Histogram of_this_machine;
-  bool others = false;  // whether a stamp was another machine's
+  bool others = false;  // a stamp came from another machine
 };
 
-/// A passive onlooker's side of a session: keeps what is heard, answers what to show. Needs no
-/// window; says nothing of poses to anybody. Calls may come from the transport's threads and from
-/// the reader's at once.
+/// A passive onlooker's side of a session: keeps the received frames and answers what to show.
+/// Needs no window; sends no poses. The transport's threads and the reader's may call at once.
 class Viewer : public Inbox {
  public:
-  /// Peers that are kept; then those make room that are gone or have never said that they are here,
-  /// and when all are here no more are taken.
+  /// Most peers kept. Then a new peer replaces one that is gone or has never said that it is here;
+  /// if all are here, it is not taken.
   static constexpr std::size_t kMost = 128;
 
   ViewerPicture Picture() const;
   FrameAges Ages() const;
-  /// Poses of bodies that the session's scene does not have; they are not kept.
+  /// Counts poses of bodies that the session's scene does not have; they are not kept.
   std::uint64_t refused() const;
 
   void OnState(const ObjectState&, std::int64_t) override {}
@@ -105,20 +104,21 @@ class Viewer : public Inbox {
   void OnSceneWithdrawn(PeerId peer) override;
 
  private:
-  /// Before a scene is known, whether one may have it.
+  /// Returns whether the session's scene has the body; before a scene is known, whether one may
+  /// have it.
   bool IsOfAScene(ObjectId object) const;
-  /// The peer's place; null: there are too many, all of them here.
+  /// Returns the peer's place; null if all places are taken by peers that are here.
   ViewedPeer* PlaceFor(PeerId peer);
   void NoteEnd(PeerId peer, ViewedPeer::Presence presence);
-  /// A program that is started again has a new id: its old place is taken, so that a person is
-  /// there once. `gone` is forgotten, with what still comes of it.
+  /// Gives a program that is started again, and so has a new id, its old place: a person appears
+  /// once. `gone` is forgotten, with the frames that still come from it.
   void TakePlace(ViewedPeer& of, PeerId gone);
   void TakePlacesOfNamesakes(ViewedPeer& peer);
 
   mutable std::mutex mutex_;
   SceneOffers offers_{true};
   std::map<PeerId, ViewedPeer> peers_;
-  std::set<PeerId> replaced_;  // whose places others took; frames of theirs are stragglers
+  std::set<PeerId> replaced_;  // peers whose places others took; their frames are stragglers
   std::uint64_t samples_ = 0;
   std::uint64_t refused_ = 0;
   std::int64_t first_sample_ns_ = 0;

@@ -11,7 +11,7 @@ namespace tandem {
 
 namespace {
 
-/// The least age that at least 99 % do not exceed, within 1/64 of it.
+/// Returns the 99th percentile of the ages, exact to 1/64; nullopt if they cannot be compared.
 std::optional<double> P99Ms(const FrameAges& ages) {
   if (ages.others || ages.of_this_machine.count() == 0) return std::nullopt;
   return 1e-6 * static_cast<double>(ages.of_this_machine.Quantile(0.99));

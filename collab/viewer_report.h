@@ -10,24 +10,24 @@
 
 namespace tandem {
 
-/// What a viewer says of its run at the end.
+/// A viewer's report at the end of its run.
 struct ViewerReport {
   int pid = 0;
-  double seconds = 0;         // in the session
+  double seconds = 0;         // time in the session
   std::uint64_t samples = 0;  // view frames received
   double samples_per_s = 0;   // between the first and the newest
   std::optional<double>
       age_ms_p99;              // at arrival; none across hosts, whose clocks have nothing in common
-  std::size_t peers_seen = 0;  // active ones
+  std::size_t peers_seen = 0;  // active peers
 };
 
-/// Of the session that `viewer` has been in for `seconds`; null: it has been in none.
+/// Returns the report on the session that `viewer` saw for `seconds`; null: it has seen none.
 ViewerReport ReportOf(const Viewer* viewer, int pid, double seconds);
 
-/// One JSON object with the fields' names, indented.
+/// Returns one JSON object with the fields' names, indented.
 std::string AsJson(const ViewerReport& report);
 
-/// Writes it; the error names the file.
+/// Writes the report; an error names the file.
 Result<bool> WriteReport(const ViewerReport& report, const std::filesystem::path& file);
 
 }  // namespace tandem
