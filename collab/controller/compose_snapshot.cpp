@@ -1,7 +1,7 @@
 #include "collab/controller/control_server.h"
 #include "collab/controller/plain.h"
 
-// What the server shows its hosts, put together from the newest facts.
+// Composes the server's snapshot for its hosts from the newest facts.
 
 namespace tandem {
 

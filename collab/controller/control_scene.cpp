@@ -12,7 +12,7 @@ int ControlScene::BodyNamed(const std::string& name) const {
 int ControlScene::BodyOfMoving(int moving) const {
   if (moving < 0) return -1;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    // a part of another has that one's number too
+    // a part of another body has that body's number too
     if (bodies[i].moving == moving && bodies[i].object == i) return static_cast<int>(i);
   }
   return -1;

@@ -10,28 +10,28 @@
 
 namespace tandem {
 
-/// What a controller's server knows of the scene that is simulated.
+/// The simulated scene, as a controller's server knows it.
 struct ControlScene {
   struct Body {
     std::string name;
     bool fixed = false;
     bool shared = false;
-    int moving = -1;  // its number among the moving ones, or of the one that it is a part of
-    ObjectId object = kNoObject;  // of that one
-    Pose X_WB0{};                 // first pose of that one; of a fixed body its file's frame
+    int moving = -1;              // number of its moving body: itself, or the body it is part of
+    ObjectId object = kNoObject;  // scene object of that moving body
+    Pose X_WB0{};  // initial pose of that moving body; of a fixed body its file's frame
   };
 
   std::uint64_t number = 0;  // counts loads
   std::string session;
   std::string file;
   PeerId self = 0;
-  bool own_only = false;  // shared bodies are not held
+  bool own_only = false;  // takes no shared body in hand
   std::vector<Body> bodies;
   ClearanceBounds clearance;
 
-  /// Index of the body of that name, or -1.
+  /// Returns the index of the body of that name; -1: none.
   int BodyNamed(const std::string& name) const;
-  /// The first scene body that is this moving one; -1: none.
+  /// Returns the scene body with that number among the moving ones; -1: none.
   int BodyOfMoving(int moving) const;
 };
 

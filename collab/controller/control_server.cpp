@@ -24,7 +24,7 @@ bool Replaces(const ControlRequest& request) {
          std::holds_alternative<LoadMeshRequest>(request);
 }
 
-/// Returns whether a hand may mean all three numbers, whether metres, newtons or rates.
+/// Returns whether all three numbers are plausible as metres, newtons or rates.
 template <typename Three>
 bool AllSound(const Three& v) {
   return std::all_of(v.begin(), v.end(), [](double x) {
@@ -63,7 +63,7 @@ void ControlServer::OnScene(std::optional<ControlScene> scene, std::int64_t now_
 void ControlServer::OnRequest(HostId id, const std::string& host_name, std::uint64_t number,
                               const ControlRequest& request, std::int64_t now_ns) {
   Host* host = HostOf(id, now_ns);
-  // whoever asks for it, known or not
+  // from any host, known or not
   if (std::holds_alternative<EmergencyStopRequest>(request)) Stop();
   if (host == nullptr) {
     if (stopped_ && std::holds_alternative<EmergencyStopRequest>(request)) {
@@ -135,7 +135,7 @@ std::optional<Answer> ControlServer::Do(HostId host, std::uint64_t number,
     task_.Next(0);
     tasks_.erase(tag);
   }
-  AnswerTasks();  // to the one before it, too
+  AnswerTasks();  // to the task that it replaces, too
   return answer;
 }
 
@@ -169,7 +169,7 @@ std::optional<Answer> ControlServer::Do(HostId host, const GrabRequest& request,
     return Answer{false, "the grasped point is no place"};
   }
   if (device_hand_ && request.grasp_W && facts_.held < 0) {
-    // the device leads the part from the point where it was pointed at
+    // the device leads the part from the point that the host pointed at
     peer_->ChangeWorkspace({.p_WD = AsVec3(*request.grasp_W)});
   }
   task_.Take(*moving, request, *scene_, now_ns);
@@ -318,14 +318,14 @@ void ControlServer::OnGoal(HostId id, const HostGoal& goal, std::int64_t now_ns)
   const bool newer = goal.seq > host->goal_seq;
   host->goal_seq = std::max(host->goal_seq, goal.seq);
   if (device_hand_ || stopped_ || !scene_) return;
-  // a part that the peer's own command line has put into the hand is led by the first who leads it
+  // the first host with a goal leads a part that the peer's own command line put into the hand
   const bool nobodys = hand_host_ == 0 && facts_.held >= 0 && !lets_go_;
   if (nobodys && newer && goal.kind != HostGoal::Kind::kBeat) {
     TakeHand(id);
     void_seq_ = goal.seq - 1;
   }
   if (id != hand_host_) return;
-  // after a silence the goal counts again that was held still meanwhile
+  // after a silence the goal that was held still counts again
   const bool again = std::exchange(held_still_, false) && goal.seq == host->goal_seq &&
                      goal.kind == HostGoal::Kind::kPose;
   if (goal.kind == HostGoal::Kind::kBeat || goal.seq <= void_seq_ || !(newer || again)) return;
@@ -342,7 +342,7 @@ void ControlServer::OnGoal(HostId id, const HostGoal& goal, std::int64_t now_ns)
 void ControlServer::OnFacts(const SimulationFacts& facts, std::int64_t now_ns) {
   if (!scene_) return;
   facts_ = facts;
-  // a release finds no room where the simulation stands still: it is said until it is so
+  // a release finds no room where the simulation stands still: it is repeated until it is done
   if (facts.held < 0 && facts.wanted < 0) lets_go_ = false;
   if (lets_go_) peer_->Order({.kind = Command::Kind::kRelease});
   task_.OnFacts(facts, *scene_, now_ns);

@@ -9,21 +9,21 @@
 
 namespace tandem {
 
-/// What a controller's server acts on: the peer of its own process, or a test's. None of these
+/// Orders of a controller's server to the peer of its own process, or to a test's. None of them
 /// waits.
 class ControlledPeer {
  public:
   virtual ~ControlledPeer() = default;
-  /// False: too many orders wait.
+  /// Returns false if too many orders wait.
   virtual bool Order(const Command& command) = 0;
-  /// To the hand that hosts move.
+  /// Passes an order to the hand that hosts move.
   virtual void Tell(const GoalOrder& order) = 0;
-  /// Begins what takes long: a LoadSceneRequest, LoadMeshRequest, VoxelizeRequest or SaveRequest.
-  /// ControlServer::OnDone() has what came of it.
+  /// Begins a slow request: a LoadSceneRequest, LoadMeshRequest, VoxelizeRequest,
+  /// MeasureDistancesRequest or SaveRequest. ControlServer::OnDone() gets its result.
   virtual void Begin(std::uint64_t job, const ControlRequest& request) = 0;
-  /// No force to any device until false.
+  /// Gives no force to any device until called with false.
   virtual void StopDevice(bool stop) = 0;
-  /// Of the device at the controller; false: there is none.
+  /// Changes the workspace of the device at the controller; returns false if there is none.
   virtual bool ChangeWorkspace(const WorkspaceChange& change) = 0;
   virtual void Quit() = 0;
 };

@@ -11,67 +11,67 @@
 
 namespace tandem {
 
-/// The way a host application speaks to a controller, the process `tandem peer --control NAME` that
-/// owns simulation, voxels, session and device (paper §6; docs/controller.md). It needs tandem::dds
-/// to link; this header and its two neighbours have neither Eigen nor DDS in them.
+/// Connects a host application to a controller, the process `tandem peer --control NAME` that owns
+/// simulation, voxels, session and device (paper §6; docs/controller.md). It needs tandem::dds to
+/// link; this header and its two neighbours use neither Eigen nor DDS.
 ///
-/// What must not be lost is a request with an answer: Send(), Ask(). What carries the hand is a
-/// stream of which the newest counts: SetGoal(), SetRate(), SetPush(), snapshots. The controller
-/// depends on no host: one that falls silent for 0.5 s has let go of what its hand held, and it or
-/// another may attach at any time and finds all as it is.
+/// Requests must not be lost and have an answer: Send(), Ask(). Goals and snapshots are streams in
+/// which the newest counts: SetGoal(), SetRate(), SetPush(), snapshots. The controller depends on
+/// no host. A host that falls silent for 0.5 s lets go of its part. It or another host may attach
+/// at any time and finds everything in its present state.
 ///
-/// Used by one thread. The library has a thread of its own, which shows the controller every 50 ms
-/// that this process lives: a host may be busy for as long as it likes between two calls. Callbacks
-/// come from within Poll(), Wait() and Ask(), in the thread that calls these.
+/// Used by one thread. The library has its own thread, which shows the controller every 50 ms that
+/// this process lives: a host may be busy between two calls for any time. Poll(), Wait() and Ask()
+/// call the callbacks, in their caller's thread.
 class Controller {
  public:
   struct Options {
-    std::string host = "host";  // what the controller's messages call this program
-    std::uint32_t domain = 43;  // DDS domain of control; that of the session is another
-    double timeout_s = 2;       // to find the controller
+    std::string host = "host";  // name of this program in the controller's messages
+    std::uint32_t domain = 43;  // DDS domain of control; the session's is another
+    double timeout_s = 2;       // time to find the controller
     std::string keys;           // folder of the host's keys; empty: where the controller of that
                                 // name has put them, if it is secured
-    bool secured = false;       // the controller has keys: waits for them, and never speaks plainly
+    bool secured = false;  // the controller has keys: waits for them, and never speaks in plain
   };
 
-  /// Finds the controller of that name on this machine. Errors: there is none, it speaks another
-  /// version, its keys cannot be read.
+  /// Finds the controller of that name on this machine. Errors: there is none, it has another
+  /// version, or its keys cannot be read.
   static Result<Controller> Attach(const std::string& name, const Options& options);
   static Result<Controller> Attach(const std::string& name) { return Attach(name, Options()); }
 
   Controller(Controller&&) noexcept;
   Controller& operator=(Controller&&) noexcept;
-  /// Says goodbye: what this host holds is let go of at once.
+  /// Says goodbye: the host's hand lets go at once.
   ~Controller();
 
-  /// Whether the controller was heard within the last 0.5 s. It becomes true again by itself when
-  /// the controller, or a new one of that name, is there.
+  /// Returns whether the controller was heard within the last 0.5 s. It becomes true again by
+  /// itself when the controller, or a new one of that name, is there.
   bool attached() const;
 
-  /// Asks, and calls `on_answer` from a later Poll(). A controller that is gone answers by the
-  /// library: not ok, "the controller NAME is gone". More than 32 that wait are refused; an emergency
-  /// stop never is.
+  /// Sends a request; a later Poll() calls `on_answer`. For a controller that is gone the library
+  /// answers: not ok, "the controller NAME is gone". Beyond 32 waiting requests a further one is
+  /// refused, except an emergency stop.
   void Send(const ControlRequest& request, OnAnswer on_answer = {});
-  /// Asks and waits, calling other callbacks meanwhile. Not from within a callback.
+  /// Sends a request and waits, calling other callbacks meanwhile. Not from within a callback.
   Answer Ask(const ControlRequest& request, double timeout_s = 60);
 
-  /// Where the grasp frame is to be (GrabRequest). Counts while this host's hand holds something or
-  /// has asked for it; otherwise it is ignored. At most 1000 a second are taken.
+  /// Sets the goal of the grasp frame (GrabRequest). Counts while this host's hand holds a part or
+  /// has asked for one; otherwise it is ignored. At most 1000 a second are taken.
   void SetGoal(const PlainPose& X_WG);
-  /// The goal moves on at this velocity, until another call says otherwise or 0.2 s went by.
+  /// Moves the goal on at this velocity, until another call or for 0.2 s.
   void SetRate(const std::array<double, 3>& v_W, const std::array<double, 3>& w_W);
-  /// A push by a device that measures force: the goal moves on at a velocity in proportion to it.
-  /// Lasts as SetRate() does.
+  /// Pushes by a device that measures force: the goal moves on at a velocity in proportion to the
+  /// force. Lasts as long as SetRate() does.
   void SetPush(const std::array<double, 3>& force_N, const std::array<double, 3>& torque_Nm);
 
-  /// Called with each new snapshot that Poll() finds; those that came in between are skipped.
+  /// Sets a callback for each new snapshot that Poll() finds; it skips those that came in between.
   void OnSnapshot(std::function<void(const ControllerSnapshot&)> callback);
   /// The newest snapshot that Poll() has found. Attach() waits for the first.
   const ControllerSnapshot& snapshot() const;
 
-  /// Calls back for answers and the newest snapshot that have come. Returns whether there was any.
+  /// Calls back for answers and for the newest snapshot. Returns whether there was any.
   bool Poll();
-  /// The same, and waits for that long if nothing has come.
+  /// Does the same, and waits for that long if nothing has come.
   bool Wait(std::chrono::milliseconds at_most);
 
  private:

@@ -6,12 +6,13 @@
 
 namespace tandem {
 
-/// Before a frame: what the hand's device, moved by goals, is to know of the part.
+/// Returns the state of the part in hand for the hand's device, moved by goals; called before a
+/// frame.
 PartInHand SeePart(const PeerNode& node, const GoalDevice& device) noexcept
     TANDEM_RUNS_ON(kHapticThread);
 
-/// After a frame: what there is to tell of it. `device`: null where hosts' goals do not move the
-/// hand. Nothing allocates.
+/// Writes the facts of a frame, after it. `device`: null where hosts' goals do not move the hand.
+/// Nothing allocates.
 void FillFacts(PeerNode& node, const GoalDevice* device, std::uint64_t frame, std::int64_t now_ns,
                SimulationFacts& facts) noexcept TANDEM_RUNS_ON(kHapticThread);
 

@@ -83,7 +83,7 @@ void HandTask::Give(PeerId to, std::int64_t now_ns) {
 }
 
 void HandTask::GoBack(RetraceRequest::To to, std::int64_t now_ns) {
-  Begin(Step::kDropping, now_ns);  // there is no way to forget yet
+  Begin(Step::kDropping, now_ns);  // no way has to be forgotten yet
   back_ = true;
   to_ = to;
   moving_ = -1;
@@ -121,7 +121,7 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
       return;
     case Step::kFreeing:
       if (facts.held >= 0 || facts.wanted >= 0) {
-        // asked for in each frame until it is so: a release that is not due does no harm
+        // repeated in each frame until it is done: a release that is not due does no harm
         Order(Command::Kind::kRelease);
         if (waited_ns > kStepNs) End({false, "the hand does not let go of what it holds"});
         return;

@@ -12,19 +12,20 @@
 
 namespace tandem {
 
-/// What hosts ask of the hand, one task at a time: to take a part, to let go of it, to hand it
-/// over, to drive it back along its way. A state machine, fed with what the simulation and the
-/// session say.
+/// Carries out hosts' requests to the hand, one task at a time: take a part, let go of it, hand it
+/// over, drive it back along its way. A state machine, fed with facts of the simulation and the
+/// session.
 ///
 ///   take        [let go ->] aim -> take -> in hand
 ///   back        go back
 ///   undo, reset [aim -> take ->] go back -> let go -> forget that way [-> take the next]
 ///
-/// To aim: the hand's device is told of the part first, so that it is there when the part is taken.
+/// Aiming tells the hand's device of the part first, so that the device is there when the part is
+/// taken.
 class HandTask {
  public:
-  static constexpr std::int64_t kTakeNs = 7'000'000'000;  // nobody's answer is told after 5 s
-  static constexpr std::int64_t kStepNs = 2'000'000'000;  // for all else that takes a frame or two
+  static constexpr std::int64_t kTakeNs = 7'000'000'000;  // kNoAnswer comes after 5 s
+  static constexpr std::int64_t kStepNs = 2'000'000'000;  // other steps take a frame or two
 
   explicit HandTask(ControlledPeer& peer) : peer_(&peer) {}
 
@@ -32,29 +33,28 @@ class HandTask {
     std::uint64_t tag = 0;
   };
 
-  /// The tag of the task that begins next; 0: nobody waits for its answer.
+  /// Sets the tag of the task that begins next; 0: no request waits for its answer.
   void Next(std::uint64_t tag) noexcept { next_tag_ = tag; }
-  /// Each begins a task; the one before it ends, and TakeEnded() has its answer.
+  /// Each begins a task. It ends the task in progress, and TakeEnded() has that one's answer.
   void Take(int moving, const GrabRequest& request, const ControlScene& scene, std::int64_t now_ns);
   void AskFor(int moving, const ControlScene& scene, std::int64_t now_ns);
   void LetGo(std::int64_t now_ns);
   void Give(PeerId to, std::int64_t now_ns);
   void GoBack(RetraceRequest::To to, std::int64_t now_ns);
-  /// Ends the task, with that answer.
+  /// Ends the task with that answer.
   void End(const Answer& answer);
 
   void OnFacts(const SimulationFacts& facts, const ControlScene& scene, std::int64_t now_ns);
   void OnNews(const HoldingNews& news, const std::string& line, const ControlScene& scene);
 
   bool busy() const noexcept { return step_ != Step::kNone; }
-  bool going_back() const noexcept {
-    return step_ != Step::kNone && back_;
-  }  /// The answers to tasks that have ended, one after the other.
+  bool going_back() const noexcept { return step_ != Step::kNone && back_; }
+  /// Takes the answers of ended tasks, one after the other.
   std::optional<Ended> TakeEnded();
 
-  /// A goal for the hand; ends a way back.
+  /// Sets a goal for the hand; ends a way back.
   void Mean(GoalOrder::Input input, const Pose& X_WG, const Vec3& linear, const Vec3& angular);
-  /// The goal stays where the hand is.
+  /// Holds the goal where the hand is.
   void Hold(const Pose& X_WG);
   GoalLimits& limits() noexcept { return order_.limits; }
   void TellLimits() { peer_->Tell(order_); }
@@ -62,25 +62,25 @@ class HandTask {
  private:
   enum class Step : std::uint8_t {
     kNone,
-    kFreeing,  // lets go, to take again
+    kFreeing,  // lets go, to take a part again
     kAiming,
     kTaking,
-    kAsking,   // has asked another for it
-    kLeaving,  // lets go, and that is all
+    kAsking,   // has asked another peer for the part
+    kLeaving,  // lets go, and does no more
     kGiving,
-    kBack,     // on the way
-    kPutting,  // lets go after the way
-    kDropping  // the way is being forgotten
+    kBack,     // on the way back
+    kPutting,  // lets go at the end of the way
+    kDropping  // forgets the way
   };
 
   void Begin(Step step, std::int64_t now_ns);
   void Enter(Step step, std::int64_t now_ns);
   bool Order(Command::Kind kind, ObjectId object = kNoObject, PeerId to = 0);
-  /// Tells the device; then comes kAiming, and kTaking or kAsking.
+  /// Tells the device; afterwards comes kAiming, then `then`, which is kTaking or kAsking.
   void Aim(bool keeps_way, Step then, std::int64_t now_ns);
   void TellWay(GoalOrder::Way way);
   void OnBack(const SimulationFacts& facts, const ControlScene& scene, std::int64_t now_ns);
-  /// Undo and reset: takes the part of the newest way, or says that all is done.
+  /// Undo and reset: takes the part of the newest way, or reports that all is done.
   void TakeNextWay(const SimulationFacts& facts, const ControlScene& scene, std::int64_t now_ns);
   std::string NameOf(const ControlScene& scene) const;
 
@@ -93,10 +93,10 @@ class HandTask {
   bool back_ = false;  // the task is a way back
   RetraceRequest::To to_ = RetraceRequest::To::kGrasp;
   bool arrived_ = false;
-  bool keep_way_ = false;  // it was not gone to its end
+  bool keep_way_ = false;  // the way was not gone to its end
   std::string stopped_by_;
-  int parts_ = 0;              // brought back so far
-  Step then_ = Step::kTaking;  // after kAiming
+  int parts_ = 0;              // parts brought back so far
+  Step then_ = Step::kTaking;  // step after kAiming
   std::uint64_t tag_ = 0;
   std::uint64_t next_tag_ = 0;
   std::deque<Ended> ended_;

@@ -5,7 +5,7 @@
 
 namespace tandem {
 
-/// Between the engine's values and a host's plain ones.
+/// Convert the engine's values to a host's plain ones and back.
 inline std::array<double, 3> Plain(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }

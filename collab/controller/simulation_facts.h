@@ -10,15 +10,15 @@
 
 namespace tandem {
 
-/// What the haptic thread tells the controller's server of a frame, by a TripleBuffer: of fixed
-/// size, for it is filled without allocating.
+/// Facts of a frame from the haptic thread for the controller's server, through a TripleBuffer. Its
+/// size is fixed, for it is filled without allocating.
 struct SimulationFacts {
-  static constexpr std::size_t kMostBodies = 64;    // moving ones
-  static constexpr std::size_t kMostContacts = 32;  // the deepest
+  static constexpr std::size_t kMostBodies = 64;    // moving bodies
+  static constexpr std::size_t kMostContacts = 32;  // the deepest contacts
 
   struct Body {
     Pose X_WB;
-    std::uint32_t holder_count = 0;  // ours included
+    std::uint32_t holder_count = 0;  // this peer included
     std::array<PeerId, kMaxPeers> holders{};
   };
   struct ContactFact {
@@ -38,7 +38,7 @@ struct SimulationFacts {
   int wanted = -1;
   int held = -1;
   bool attached = false;
-  bool goal_device = false;  // the hand is moved by a host's goals
+  bool goal_device = false;  // a host's goals move the hand
   std::uint32_t grasp_seq = 0;
   std::uint32_t way_seq = 0;
   WayBack::State way = WayBack::State::kIdle;
@@ -46,13 +46,13 @@ struct SimulationFacts {
   Pose X_WG{};
   Pose asked{};
   Pose handle{};
-  Wrench hand_G_W{};          // of the hand on the part, about the grasped point
-  double felt = 0;            // N, that the device was given
+  Wrench hand_G_W{};  // wrench of the hand on the part, about the grasped point
+  double felt = 0;    // N; force given to the device
   SafetyState safety = SafetyState::kOn;
   SafetyCounts safety_counts{};
 
   std::uint32_t instance_count = 0;
-  std::array<InstanceView, kMaxLinks> instances{};  // of the body in hand, at others
+  std::array<InstanceView, kMaxLinks> instances{};  // instances of the body in hand at other peers
   int contact_points = 0;
   std::uint32_t contact_count = 0;
   std::array<ContactFact, kMostContacts> contacts{};
