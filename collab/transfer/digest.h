@@ -9,14 +9,14 @@
 
 namespace tandem {
 
-/// A SHA-256: who knows it knows the bytes, whoever sent them.
+/// A SHA-256 digest. It identifies bytes whatever peer sent them.
 using FileDigest = std::array<std::uint8_t, 32>;
 
 FileDigest FileDigestOf(std::span<const char> bytes);
-/// 64 hexadecimal digits.
+/// Returns 64 hexadecimal digits.
 std::string HexOf(const FileDigest& digest);
 
-/// A SHA-256 of bytes that come one after the other.
+/// Computes the SHA-256 digest of bytes that come in parts.
 class RunningDigest {
  public:
   RunningDigest();
@@ -25,7 +25,7 @@ class RunningDigest {
   RunningDigest& operator=(const RunningDigest&) = delete;
 
   void Add(std::span<const char> bytes);
-  /// Of all that was added; the last call.
+  /// Returns the digest of all bytes added; the last call.
   FileDigest Value();
 
  private:

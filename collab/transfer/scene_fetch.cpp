@@ -9,10 +9,10 @@ namespace tandem {
 
 namespace {
 
-// of a program that was silent so often no more is expected
+// silences after which a program is not asked any more
 constexpr int kMostSilences = 3;
 constexpr std::int64_t kTurnNs = 30'000'000;
-// so many free places make an ask worth while
+// free places that make an ask worthwhile
 constexpr std::size_t kLeastAsked = 16;
 
 }  // namespace
@@ -42,7 +42,7 @@ void SceneFetch::GoTo(State state, std::int64_t now_ns) {
 
 void SceneFetch::Fail(const std::string& why) {
   state_ = State::kFailed;
-  // what was refused before says more
+  // an earlier refusal says more
   if (fault_.empty()) fault_ = why;
 }
 
@@ -93,7 +93,7 @@ void SceneFetch::OnOffer(const FilePiece& piece, std::int64_t now_ns) {
 }
 
 void SceneFetch::ChooseList(std::int64_t now_ns) {
-  // with pieces of a list at hand, those who offer that one come first
+  // if a list's pieces are at hand, the programs that offer it come first
   std::map<FileDigest, std::size_t> offered;
   for (const Source& source : sources_) ++offered[source.list];
   const Source* best = nullptr;
@@ -148,7 +148,7 @@ void SceneFetch::Drop(Fault fault, std::int64_t now_ns) {
     }
   }
   if (ChooseSource(now_ns)) return;
-  // nobody is left who has these files: perhaps somebody comes, or comes back
+  // no program with these files is left: one may come, or come back
   std::erase_if(sources_, [this](const Source& source) {
     return source.list == digest_;
   });

@@ -35,10 +35,10 @@ Error Unsound(const std::string& why) {
   return Error{"the scene file that was sent is refused: " + why};
 }
 
-/// What is not larger than a few bytes a value may be parsed.
+/// Parses a scene file of at most kMostSceneBytes.
 Result<SceneJson> ParseScene(const std::string& text) {
   if (text.size() > SceneList::kMostSceneBytes) return Unsound("it is larger than 4 MB");
-  // brackets and values are counted before the parser sees them
+  // brackets and values are counted first, so that the parser cannot be overloaded
   const Result<JsonFile> sound = JsonFile::Parse(text, "the scene file that was sent");
   if (!sound) return sound.error();
   SceneJson json = SceneJson::parse(text, nullptr, false);
@@ -50,7 +50,7 @@ Result<SceneJson> ParseScene(const std::string& text) {
   return json;
 }
 
-/// The number in "file:N"; nothing: it is not that, letter by letter.
+/// Returns the number in "file:N"; nullopt if the text is not exactly that.
 std::optional<std::size_t> FileNumber(const SceneJson& mesh) {
   if (!mesh.is_string()) return std::nullopt;
   const auto& text = mesh.get_ref<const std::string&>();
@@ -62,7 +62,7 @@ std::optional<std::size_t> FileNumber(const SceneJson& mesh) {
   return text == std::string(kFile) + std::to_string(number) ? std::optional(number) : std::nullopt;
 }
 
-/// Adds a file of so many bytes to the list; `read(at, piece)` fills a piece.
+/// Adds a file of `bytes` bytes to the list; `read(at, piece)` fills a piece.
 template <typename Read>
 std::optional<Error> AddFile(SceneList& list, const std::string& kind, std::uint64_t bytes,
                              const std::atomic<bool>& stop, const Read& read) {
@@ -135,7 +135,7 @@ Result<SceneFiles> SceneFiles::Open(const fs::path& scene_file, std::uint64_t co
   const Scene& scene = *loaded;
   if (const std::string why = WhyNotToTravel(scene); !why.empty()) return Error{why};
   SceneFiles files;
-  files.list_.files.emplace_back();  // the scene file's place
+  files.list_.files.emplace_back();  // place of the scene file
   std::map<fs::path, std::size_t> of_path;
   std::map<std::pair<FileDigest, std::string>, std::size_t> of_content;
   std::vector<std::size_t> file_of_body;
@@ -179,7 +179,7 @@ Result<SceneFiles> SceneFiles::Open(const fs::path& scene_file, std::uint64_t co
               });
   if (failed) return *failed;
   files.list_.files.front() = std::move(first.files.front());
-  // last: what was opened is what was hashed, unless somebody writes into it now
+  // last: the hashed files are the opened ones, unless a program writes into them now
   const Result<SceneHash> hash = HashScene(scene);
   if (!hash) return hash.error();
   if (hash->content != content_hash) {

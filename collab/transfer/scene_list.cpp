@@ -18,9 +18,9 @@ namespace {
 
 constexpr std::string_view kBegin = "tandem files 1\n";
 constexpr std::size_t kFileHead = 1 + 8 + 32;  // kind, size, digest
-constexpr int kLevel = 1;                      // of Zstandard
+constexpr int kLevel = 1;                      // Zstandard's level
 
-// A kind's place here is what travels. New ones are added at the end.
+// The index of a kind travels in lists, so new kinds are added at the end.
 constexpr std::array<std::string_view, 22> kKinds{
     ".json", ".stl", ".obj", ".ply", ".off",  ".3mf", ".glb", ".gltf", ".dae", ".fbx",  ".3ds",
     ".x3d",  ".wrl", ".amf", ".dxf", ".x3db", ".lwo", ".ac",  ".ase",  ".b3d", ".ms3d", ".blend"};
@@ -37,7 +37,7 @@ void Append(std::vector<char>& out, const FileDigest& digest) {
   out.insert(out.end(), begin, begin + digest.size());
 }
 
-/// Takes values from the front of what is left, which the caller has measured.
+/// Takes values from the front of the remaining bytes; the caller has checked their number.
 class Front {
  public:
   explicit Front(std::span<const char> bytes) : rest_(bytes) {}
@@ -169,7 +169,7 @@ std::uint64_t MostListBytes(std::uint64_t most_bytes) {
 }
 
 struct PieceCoder::State {
-  ZSTD_CCtx* packer = nullptr;  // made when they are needed: most programs need neither
+  ZSTD_CCtx* packer = nullptr;  // both made when needed: most programs need neither
   ZSTD_DCtx* unpacker = nullptr;
 };
 

@@ -9,9 +9,9 @@ namespace {
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr std::int64_t kIdleNs = kSecondNs / 2;
-// what may go at once after a pause: two pieces
+// sent at once after a pause: two pieces' time
 constexpr std::int64_t kAtOnceNs = 10'000'000;
-// what a message costs beside its bytes: heads of packets
+// cost of a message beside its bytes: packet headers
 constexpr std::size_t kHeads = 600;
 constexpr std::uint32_t kLeastRate = 16'384;
 
@@ -103,7 +103,7 @@ void SceneServer::Offer(std::int64_t now_ns, const Out& out) {
   offer.to = to;
   offer.kind = FileAsk::Kind::kOffer;
   offer.content_hash = content_hash_;
-  // without a list: it is being made, which takes a while of a large scene
+  // an offer without a list: it is being made, which takes a while for a large scene
   if (!opened_) out.piece(offer);
   if (!Ready()) return;
   offer.list = list_digest_;
@@ -158,7 +158,7 @@ std::int64_t SceneServer::Turn(std::int64_t now_ns, const Out& out) {
   if (room_from_ns_ <= now_ns) {
     if (Asker* const asker = NextAsker(now_ns)) {
       const std::size_t bytes = Serve(*asker, now_ns, out);
-      // each program that hears it gets a copy
+      // each program that receives pieces gets a copy
       const std::size_t copies = std::clamp<std::size_t>(out.listeners(), 1, 64);
       room_from_ns_ += NsOf(bytes * copies, rate_);
       asker->room_from_ns =

@@ -16,10 +16,10 @@
 
 namespace tandem {
 
-/// Hands the files of a session's scene to those who ask, at a limited rate for all of them
-/// together. Whoever asks takes a bounded place here, whatever it asks for: kMostAskers programs,
-/// kMostWaiting pieces of each. They are served in turn. A program that has not asked for kForgetNs
-/// loses its place; until then nobody else gets it.
+/// Hands the files of a session's scene to the programs that ask, at a limited total rate. Each
+/// asking program takes a bounded place, whatever it asks for: there are kMostAskers places of
+/// kMostWaiting pieces each, served in turn. A program that has not asked for kForgetNs loses its
+/// place; until then no other program gets it.
 class SceneServer : public FileParty {
  public:
   static constexpr std::size_t kMostAskers = 16;
@@ -28,7 +28,7 @@ class SceneServer : public FileParty {
   static constexpr std::int64_t kOffersPerSecond = 20;
   static constexpr std::uint64_t kDefaultRate = 7'000'000;  // bytes/s
 
-  /// `open`: opens the files, when the first program asks.
+  /// `open`: opens the files when the first program asks.
   using Open = std::function<Result<SceneFiles>(const std::atomic<bool>& stop)>;
   /// `rate`: bytes/s.
   SceneServer(PeerId self, std::uint64_t content_hash, Open open, std::uint64_t rate);
@@ -38,10 +38,10 @@ class SceneServer : public FileParty {
   std::int64_t Turn(std::int64_t now_ns, const Out& out) override;
   void Stop() override { stop_.store(true); }
 
-  /// What a person here should know, once each; empty: nothing. From any thread.
+  /// Returns news for a person here, each once; empty: none. From any thread.
   std::string TakeNews();
   std::size_t askers() const noexcept { return askers_.size(); }
-  std::size_t waiting() const noexcept;  // pieces, of all askers
+  std::size_t waiting() const noexcept;  // pieces of all askers
 
  private:
   struct Asker {
@@ -49,17 +49,17 @@ class SceneServer : public FileParty {
     PeerId peer = 0;
     FileAsk::Kind kind = FileAsk::Kind::kFiles;
     std::int64_t heard_ns = 0;
-    std::int64_t room_from_ns = 0;  // when what was sent to it is paid off by its own rate
+    std::int64_t room_from_ns = 0;  // when its own rate has paid off the bytes sent to it
     std::uint32_t rate = 0;
     std::deque<std::uint32_t> waiting;
-    std::set<std::uint32_t> known;  // those that wait
+    std::set<std::uint32_t> known;  // pieces in `waiting`
   };
 
   bool Ready();
   void Note(const std::string& line);
   void Offer(std::int64_t now_ns, const Out& out);
   Asker* NextAsker(std::int64_t now_ns);
-  /// Sends its next piece; gives the bytes, 0: none was sent.
+  /// Sends its next piece; returns its bytes, 0: none was sent.
   std::size_t Serve(Asker& asker, std::int64_t now_ns, const Out& out);
 
   const PeerId self_;
@@ -70,15 +70,15 @@ class SceneServer : public FileParty {
   std::atomic<bool> has_news_{false};
   std::mutex news_mutex_;
   std::string news_;
-  bool told_ = false;  // that somebody fetches
+  bool told_ = false;  // the user was told that a program fetches
   bool opened_ = false;
   std::optional<SceneFiles> files_;
   std::vector<char> list_;  // encoded
   FileDigest list_digest_{};
   std::vector<Asker> askers_;
-  std::size_t turn_ = 0;            // whose it is
-  std::int64_t room_from_ns_ = 0;   // when all that was sent is paid off
-  std::int64_t offer_from_ns_ = 0;  // likewise, of offers
+  std::size_t turn_ = 0;            // index of the asker whose turn it is
+  std::int64_t room_from_ns_ = 0;   // when the rate has paid off all bytes sent
+  std::int64_t offer_from_ns_ = 0;  // the same for offers
   std::optional<PeerId> wants_offer_;
   PieceCoder coder_;
   std::vector<char> piece_;

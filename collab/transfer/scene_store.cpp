@@ -23,8 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = "unfinished-";
-constexpr std::size_t kMostScenes = 1000;  // of a folder that is looked through
-// what a program left that nobody took up again
+constexpr std::size_t kMostScenes = 1000;  // scenes read from a folder
+// age at which unfinished scenes are removed
 constexpr std::chrono::hours kLeftFor{24 * 7};
 
 std::string Reason(int fault) {
@@ -49,14 +49,15 @@ bool IsUnfinishedName(const std::string& name) {
          IsHex(std::string_view(name).substr(std::char_traits<char>::length(kUnfinished)), 64);
 }
 
-/// Whether it is this user's, and nobody else may write to it.
+/// Returns whether the file or folder is this user's, and only this user may write to it.
 bool IsOwn(int descriptor, mode_t kind) {
   struct stat facts {};
   return fstat(descriptor, &facts) == 0 && (facts.st_mode & S_IFMT) == kind &&
          facts.st_uid == geteuid() && (facts.st_mode & 0022) == 0;
 }
 
-/// Below a folder that is open, made where there is none. Negative: it is another's, or a link.
+/// Opens a folder below an open one, and makes it if there is none. Negative: it belongs to another
+/// user, or is a link.
 int OpenFolder(int above, const char* name) {
   if (mkdirat(above, name, 0700) != 0 && errno != EEXIST) return -1;
   const int folder = openat(above, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -66,7 +67,7 @@ int OpenFolder(int above, const char* name) {
   return -1;
 }
 
-/// The folder of all scenes, made where there is none.
+/// Opens the folder of all scenes, and makes it if there is none.
 int OpenRoot(const fs::path& folder) {
   std::error_code failed;
   fs::create_directories(folder.parent_path(), failed);
@@ -92,7 +93,7 @@ std::uint64_t SizeOf(const fs::path& folder) {
   return bytes;
 }
 
-/// Removes a folder that holds files alone, unless a program has the lock of it.
+/// Removes a folder that holds only files, unless a program has its lock.
 bool RemoveUnlessHeld(const fs::path& path) {
   const int folder = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (folder < 0) return false;
@@ -127,7 +128,7 @@ bool ReadAll(int descriptor, std::span<char> bytes, std::uint64_t at) {
   return true;
 }
 
-/// Makes room for a scene: what nobody took up again, and the scenes whose last use is longest ago.
+/// Makes room for a scene: removes old unfinished scenes, then the least recently used scenes.
 void MakeRoom(const SceneStore& store, std::uint64_t wanted, std::uint64_t most_bytes,
               const std::string& but) {
   std::vector<FetchedScene> scenes = store.Scenes();
@@ -194,7 +195,7 @@ Result<UnfinishedScene> UnfinishedScene::Open(const SceneStore& store, const Sce
   }
   const std::string name = kUnfinished + tandem::HexOf(digest);
   int folder = -1;
-  // who removes what is left over has the lock for a moment, and the folder is gone then
+  // a program that removes leftovers has the lock for a moment, and then the folder is gone
   for (int tries = 0; tries < 3 && folder < 0; ++tries) {
     folder = OpenFolder(root_folder, name.c_str());
     if (folder < 0) break;
@@ -242,7 +243,7 @@ Result<UnfinishedScene> UnfinishedScene::Open(const SceneStore& store, const Sce
 std::optional<Error> UnfinishedScene::OpenFiles() {
   for (std::size_t f = 0; f < list_.files.size(); ++f) {
     const ListedFile& file = list_.files[f];
-    // the scene file as it was sent is no scene of this machine
+    // the scene file as sent does not fit this machine
     names_.push_back(f == 0 ? "sent" : tandem::HexOf(file.digest) + file.kind);
     const int opened = openat(folder_, names_.back().c_str(),
                               O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600);
@@ -322,7 +323,7 @@ Result<fs::path> UnfinishedScene::Commit(std::uint64_t content_hash) {
     fault = errno;
   }
   if (fault == ENOTEMPTY || fault == EEXIST) {
-    // what was there was not found to be the scene, or came meanwhile: it is held by nobody
+    // the old folder was not the scene, or came meanwhile: no program has its lock
     RemoveUnlessHeld(root_ / whole);
     fault = renameat(root_folder_, name_.c_str(), root_folder_, whole.c_str()) == 0 ? 0 : errno;
   }
@@ -331,13 +332,13 @@ Result<fs::path> UnfinishedScene::Commit(std::uint64_t content_hash) {
     return Error{PlainLine(root_.string()) + ": the scene cannot be put there: " + Reason(fault)};
   }
   fsync(root_folder_);
-  // in its place it is held by nobody
+  // a scene in its place is locked by no program
   close(std::exchange(folder_, -1));
   return root_ / whole / SceneStore::kSceneFile;
 }
 
 void UnfinishedScene::Remove() {
-  // by names of ours alone: nothing else is there
+  // only names made here: nothing else is in the folder
   for (const std::string& name : names_) unlinkat(folder_, name.c_str(), 0);
   unlinkat(folder_, SceneStore::kSceneFile, 0);
   if (unlinkat(root_folder_, name_.c_str(), AT_REMOVEDIR) != 0 && errno == ENOTEMPTY) {

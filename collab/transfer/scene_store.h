@@ -13,21 +13,21 @@
 
 namespace tandem {
 
-/// A scene that was fetched from a session, or a part of one.
+/// A scene fetched from a session, or a part of one.
 struct FetchedScene {
   std::filesystem::path folder;
   std::uint64_t bytes = 0;
-  std::filesystem::file_time_type used;  // last
-  bool whole = true;                     // else what is left of a run that ended early
+  std::filesystem::file_time_type used;  // time of the last use
+  bool whole = true;                     // false: the rest of a run that ended early
 };
 
-/// The folder of all fetched scenes. Every name in it is made here, of digests: no name that comes
-/// over the network becomes a path. A folder or file that is not the user's own, that others may
-/// write to, or that is a link is not used.
+/// The folder of all fetched scenes. Every name in it is made here, from digests: no name from the
+/// network becomes a path. A folder or file that is not the user's own, that others may write to,
+/// or that is a link is not used.
 ///
 /// A scene is in the folder of its content hash, as `scene.json` and files named after their
-/// digests. It is written beside that, in a folder named after its list of files, which a lock
-/// keeps for one program at a time. So the next program goes on where one was killed.
+/// digests. It is written in a folder beside it, named after its list of files and locked by one
+/// program at a time. So the next program goes on where a killed one stopped.
 class SceneStore {
  public:
   static constexpr const char* kSceneFile = "scene.json";
@@ -35,11 +35,11 @@ class SceneStore {
   explicit SceneStore(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   const std::filesystem::path& folder() const noexcept { return folder_; }
-  /// Where the scene file of that content is, whether it is there or not.
+  /// Returns the path of the scene file of that content, even if it is not there.
   std::filesystem::path SceneFileOf(std::uint64_t content_hash) const;
-  /// All that is there, the last used first.
+  /// Returns all scenes in the folder, the last used first.
   std::vector<FetchedScene> Scenes() const;
-  /// Removes all but what a program writes now; gives how many scenes.
+  /// Removes all scenes except those being written; returns how many.
   std::size_t Clear() const;
   /// Notes that the scene is in use.
   void Touch(std::uint64_t content_hash) const;
@@ -52,28 +52,29 @@ class SceneStore {
 class UnfinishedScene final : public PieceStore {
  public:
   struct Limits {
-    std::uint64_t most_bytes = 0;             // of all scenes of the store: those last used go
-    std::uint64_t spare_bytes = 256U << 20U;  // of the disk, that stay free
+    std::uint64_t most_bytes = 0;  // sum of the store's scenes: the least recently used go first
+    std::uint64_t spare_bytes = 256U << 20U;  // free space to leave on the disk
   };
 
-  /// Makes its folder, or takes up that of a program which ended. The error is a line: another
-  /// program has it now (`busy`), the disk is too full, the folder is not the user's alone.
+  /// Makes its folder, or takes over that of a program which ended. The error is a line: another
+  /// program has it (`busy`), the disk is too full, or others can write to the folder.
   static Result<UnfinishedScene> Open(const SceneStore& store, const SceneList& list,
                                       const FileDigest& digest, const Limits& limits, bool& busy);
   UnfinishedScene(UnfinishedScene&& other) noexcept;
   UnfinishedScene& operator=(UnfinishedScene&&) = delete;
-  /// Leaves what is there for the next run.
+  /// Leaves the files for the next run.
   ~UnfinishedScene() override;
 
   bool Read(const PiecePlace& place, std::span<char> piece) override;
   bool Write(const PiecePlace& place, std::span<const char> piece) override;
 
-  /// Checks the digests of all files, and writes the scene file by the names that they have here.
-  /// Gives its path, in the unfinished folder: only now may it be read.
+  /// Checks the digests of all files, and writes the scene file with the names that they have here.
+  /// Returns its path, in the unfinished folder: only now may it be read.
   Result<std::filesystem::path> WriteScene();
-  /// Waits until the disk has all, and puts the scene into its place. Gives the scene file's path.
+  /// Waits until the disk has all files, and moves the scene to its place. Returns the scene file's
+  /// path.
   Result<std::filesystem::path> Commit(std::uint64_t content_hash);
-  /// Removes all of it.
+  /// Removes all files and the folder.
   void Remove();
 
  private:
@@ -88,9 +89,9 @@ class UnfinishedScene final : public PieceStore {
 
   std::filesystem::path root_;
   SceneList list_;
-  std::string name_;      // of the folder, below root_
-  int root_folder_ = -1;  // descriptors
-  int folder_ = -1;       // with the lock
+  std::string name_;      // name of the folder, below root_
+  int root_folder_ = -1;  // descriptor
+  int folder_ = -1;       // descriptor of the folder, with the lock
   std::vector<int> files_;
   std::vector<std::string> names_;
 };
