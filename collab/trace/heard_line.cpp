@@ -18,7 +18,7 @@ constexpr std::size_t kLeastSamples = 10;
 }  // namespace
 
 void HeardLine::Heard(const ObjectState& state, std::int64_t now_ns) {
-  // parked states come five times a second, and those of loose bodies beside what is in hand
+  // parked states come five times a second, and states of loose bodies beside those of the held one
   if ((state.flags & (kStateParked | kStateLoose)) != 0) return;
   if (samples_.size() < kMostTraceSamples) {
     samples_.push_back({state.seq, state.sample_ns, now_ns});
@@ -42,7 +42,7 @@ void HeardLine::Heard(const CouplingLinks& links) {
 
 std::vector<HeardLine::Sample> HeardLine::LongestRun() const {
   std::vector<Sample> sorted = samples_;
-  // what came twice counts when it came first
+  // the first arrival of duplicates counts
   std::ranges::stable_sort(sorted, {}, &Sample::sent_ns);
   const auto twice = std::ranges::unique(sorted, {}, &Sample::sent_ns);
   sorted.erase(twice.begin(), twice.end());
@@ -66,7 +66,7 @@ std::vector<HeardLine::Sample> HeardLine::LongestRun() const {
 std::optional<HeardLine::Found> HeardLine::Find() const {
   const std::vector<Sample> run = LongestRun();
   if (run.size() < kLeastSamples) return std::nullopt;
-  // numbers count the sender's frames; a quarter of all steps is no longer than without a loss
+  // numbers count the sender's frames; a quarter of the steps are no longer than without loss
   std::vector<std::uint32_t> steps;
   for (std::size_t i = 1; i < run.size(); ++i) steps.push_back(run[i].seq - run[i - 1].seq);
   const auto quarter = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 4);
@@ -93,7 +93,7 @@ std::optional<HeardLine::Found> HeardLine::Find() const {
 }
 
 void HeardLine::FindThere(std::int64_t first_ns, std::int64_t period_ns, LineRecord& record) const {
-  // where our own clock stood at the record's begin: the other's less its offset, as far as known
+  // our clock at the record's begin: the other's clock less its offset, as far as known
   std::int64_t there = std::numeric_limits<std::int64_t>::max();
   std::int64_t back = there;
   for (const Echo& echo : echoes_) there = std::min(there, echo.said_ns - echo.own_ns);
@@ -114,17 +114,17 @@ void HeardLine::FindThere(std::int64_t first_ns, std::int64_t period_ns, LineRec
     known = static_cast<std::size_t>(period) + 1;
   }
   if (known == 0) return;
-  // of the last ones nobody could tell any more
+  // the other end said nothing of the last ones
   there_ns.resize(known);
   record.back_ns.resize(known);
-  // what was never the newest came with the next that was
+  // a sample that was never the newest came with the next that was
   for (std::size_t i = known - 1; i-- > 0;) {
     if (there_ns[i] != LineRecord::kNever) continue;
     const std::int64_t with_next =
         there_ns[i + 1] == LineRecord::kNever ? LineRecord::kNever : there_ns[i + 1] + period_ns;
     if (with_next != LineRecord::kNever && with_next - there < kPauseNs) there_ns[i] = with_next;
   }
-  // stamps lie anywhere in their periods; each newest came after the one before
+  // stamps lie anywhere in their periods; each newest sample came after the one before
   for (std::size_t i = 1; i < known; ++i) {
     if (there_ns[i] == LineRecord::kNever || there_ns[i - 1] == LineRecord::kNever) continue;
     there_ns[i] = std::max(there_ns[i], there_ns[i - 1] - period_ns);

@@ -11,10 +11,10 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kLeastWindows = 10;  // of a second, for a drift
+constexpr std::size_t kLeastWindows = 10;  // windows of a second; fewest for a drift
 constexpr std::size_t kMostWindows = 600;
 
-/// The least of what is from `begin` to `end`; nothing: all was lost.
+/// Returns the least value from `begin` to `end`; nullopt: all samples were lost.
 std::optional<double> LeastOf(const std::vector<std::int64_t>& ns, std::size_t begin,
                               std::size_t end) {
   std::int64_t least = std::numeric_limits<std::int64_t>::max();
@@ -33,11 +33,11 @@ double MedianOf(std::vector<double> values) {
 
 struct Seen {
   double t_s = 0;
-  double offset_ns = 0;  // by the least delays of a window
+  double offset_ns = 0;  // from the least delays of a window
 };
 
-/// The drift in ns/s that most pairs of windows agree on (Theil and Sen); 0 where what it makes
-/// over the record is not above what the windows scatter.
+/// Returns the drift in ns/s that most pairs of windows agree on (Theil and Sen); 0 where its
+/// effect over the record does not exceed the scatter of the windows.
 double DriftOf(const std::vector<Seen>& windows) {
   if (windows.size() < kLeastWindows) return 0;
   std::vector<double> slopes;
@@ -56,7 +56,7 @@ double DriftOf(const std::vector<Seen>& windows) {
   return made > 4.0 * MedianOf(rest) ? slope : 0.0;
 }
 
-/// The record without the drift.
+/// Returns the record without the drift.
 std::vector<std::int64_t> Straight(const std::vector<std::int64_t>& ns, double rate_hz,
                                    double drift_ns_s) {
   std::vector<std::int64_t> straight = ns;

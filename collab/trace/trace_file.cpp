@@ -41,7 +41,7 @@ std::optional<Error> ReadHeader(const std::string& line, const std::string& name
   return json->fault();
 }
 
-/// A cell's delay; nothing: it is none.
+/// Returns a cell's delay; nullopt: the cell has none.
 std::optional<float> DelayIn(std::string_view cell) {
   if (cell.empty()) return NetworkTrace::kLost;
   double value = 0;
@@ -51,7 +51,7 @@ std::optional<float> DelayIn(std::string_view cell) {
   return static_cast<float>(value);
 }
 
-/// One row into `trace`; false: it is none.
+/// Appends one row to `trace`; returns false if it is malformed.
 bool TakeRow(std::string_view line, std::size_t columns, NetworkTrace& trace) {
   std::array<std::string_view, 3> cells;
   for (std::size_t i = 0; i < columns; ++i) {

@@ -13,14 +13,14 @@ inline constexpr double kMostTraceHz = 10'000;
 inline constexpr double kLongestTracedMs = 10'000;
 
 /// Reads a trace (docs/network-plans.md): a line "# {JSON}", a line of columns, a row for each
-/// sample. A stranger may have written it. Errors name the file and the line.
+/// sample. The file is not trusted. Errors name the file and the line.
 Result<NetworkTrace> ReadNetworkTrace(const std::filesystem::path& file);
 
-/// Writes what ReadNetworkTrace() reads, delays to a microsecond.
+/// Writes a file for ReadNetworkTrace(), with delays rounded to a microsecond.
 std::optional<Error> WriteNetworkTrace(const std::filesystem::path& file,
                                        const NetworkTrace& trace);
 
-/// The delay as a file has it: to a microsecond.
+/// Returns the delay as in a file: rounded to a microsecond.
 float AsInFile(double delay_ms);
 
 }  // namespace tandem

@@ -14,14 +14,14 @@ namespace tandem {
 namespace {
 
 constexpr double kTwicePi = 6.283185307179586;
-// CUBIC (RFC 9438): the window after a loss, and how fast it grows
+// CUBIC (RFC 9438): the window after a loss, and the growth of the window
 constexpr double kCubicDecrease = 0.7;
 constexpr double kCubicGrowth = 0.4;  // packets/s^3
 
-/// A way while it is made, sample by sample.
+/// Makes one way of a trace, sample by sample.
 class MadeWay {
  public:
-  /// `phase`: of the period and the transfers, 0 to 1, the same for both ways.
+  /// `phase`: phase of the period and the transfers, 0 to 1, the same for both ways.
   MadeWay(const WayModel& model, std::uint64_t seed, double phase)
       : model_(model), random_(seed), phase_(phase) {
     level_ = Random();
@@ -29,7 +29,7 @@ class MadeWay {
     NextStall(0);
   }
 
-  /// Of the sample sent at `t_ms`, `step_ms` after the one before.
+  /// Returns the delay of the sample sent at `t_ms`, `step_ms` after the last one.
   float Next(double t_ms, double step_ms) {
     double delay_ms = model_.base_ms + GridWait(t_ms) + QueueWait(step_ms) + Retries();
     const double boundary = Boundary(t_ms);
@@ -86,7 +86,7 @@ class MadeWay {
     stall_end_ms_ = stall_begin_ms_ + (model_.stall_fixed ? model_.stall_ms : lasts_ms);
   }
 
-  /// How far the sample is in the time about a handover: 1 at the handover, 0 outside.
+  /// Returns how near a handover the sample is: 1 at the handover, 0 outside its time.
   double Boundary(double t_ms) {
     if (model_.period_s <= 0) return 0;
     const double period_ms = 1e3 * model_.period_s;
@@ -102,23 +102,23 @@ class MadeWay {
     return until_ms < model_.end_ms ? 1.0 - until_ms / model_.end_ms : 0.0;
   }
 
-  /// What a bulk transfer has in the buffer before this sample; nothing: it is full.
+  /// Returns the wait in the buffer that a bulk transfer fills; nullopt: the buffer is full.
   std::optional<double> BufferWait(double t_ms) {
     if (model_.buffer_ms <= 0) return 0.0;
     const double cycle_s = model_.transfer_s + model_.pause_s;
     const double at_s = std::fmod(1e-3 * t_ms + phase_ * cycle_s, cycle_s);
-    // what is in the buffer at the end drains at the bottleneck's rate: the wait falls with time
+    // after the transfer the buffer drains at the bottleneck's rate: the wait falls with time
     if (at_s > model_.transfer_s) {
       return std::max(0.0, InBuffer(model_.transfer_s) - 1e3 * (at_s - model_.transfer_s));
     }
     const double wait_ms = InBuffer(at_s);
-    // a packet finds no room now and then while the buffer is full
+    // while the buffer is full, a packet now and then finds no room
     return wait_ms > 0.98 * model_.buffer_ms && Random() < 0.1 ? std::nullopt
                                                                : std::optional(wait_ms);
   }
 
-  /// ms of packets that wait, so long after the transfer's begin: its window less what is on the
-  /// line, between losses that come whenever the buffer is full.
+  /// Returns the wait in the buffer in ms, `at_s` after the transfer's begin: the window less the
+  /// packets on the line, between losses that come whenever the buffer is full.
   double InBuffer(double at_s) const {
     const double most = model_.packets_per_s * 1e-3 * (model_.buffer_ms + model_.round_trip_ms);
     const double rises_s = std::cbrt(most * (1.0 - kCubicDecrease) / kCubicGrowth);
@@ -138,8 +138,8 @@ class MadeWay {
   const WayModel& model_;
   std::mt19937_64 random_;
   double phase_;
-  double level_ = 0;    // of this period
-  double period_ = -1;  // its number
+  double level_ = 0;    // delay share of this period
+  double period_ = -1;  // number of the period
   double wait_ = 0;     // behind other traffic, in standard deviations of its logarithm
   double stall_begin_ms_ = 0;
   double stall_end_ms_ = 0;

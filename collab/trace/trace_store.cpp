@@ -20,13 +20,13 @@ constexpr double kModelSeconds = 120;
 constexpr double kModelHz = 1000;
 constexpr double kMostStretch = 100;
 constexpr double kLatestStart = 1e6;           // s
-constexpr std::size_t kMostKept = 32'000'000;  // samples of all traces, of 8 bytes each
+constexpr std::size_t kMostKept = 32'000'000;  // samples of all traces, 8 bytes each
 
 struct Kept {
   std::mutex mutex;
   std::map<std::string, NetworkTrace> traces;
   std::map<std::tuple<std::string, TraceWay, double>, std::unique_ptr<const LinkTrace>> ways;
-  std::size_t samples = 0;  // of all ways
+  std::size_t samples = 0;  // sum over all ways
 };
 
 Kept& AllKept() {
@@ -34,7 +34,7 @@ Kept& AllKept() {
   return kept;
 }
 
-/// The way of what `make` gives, which is asked once for each `key`.
+/// Returns one way of the trace that `make` makes, called once for each `key`.
 template <typename Make>
 Result<const LinkTrace*> KeepWay(const std::string& key, LinkTrace::Source source, TraceWay way,
                                  double stretch, Make make) {
@@ -64,7 +64,7 @@ Result<const LinkTrace*> KeepWay(const std::string& key, LinkTrace::Source sourc
   return kept_link;
 }
 
-/// Tells files apart, and a file from what it was before.
+/// Returns a key that differs between files, and between versions of a file.
 std::string KeyOf(const std::filesystem::path& file) {
   struct stat found {};
   if (stat(file.c_str(), &found) != 0) return file.string();
@@ -78,7 +78,7 @@ std::string KeyOf(const std::filesystem::path& file) {
   return key;
 }
 
-/// Evenly spread over [0, 1), unlike for neighbouring seeds (splitmix64).
+/// Evenly distributed over [0, 1), unlike for neighbouring seeds (splitmix64).
 double PlaceOf(std::uint64_t seed) {
   seed += 0x9E3779B97F4A7C15U;
   seed = (seed ^ (seed >> 30U)) * 0xBF58476D1CE4E5B9U;

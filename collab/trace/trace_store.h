@@ -10,30 +10,31 @@
 
 namespace tandem {
 
-/// Which way of a network's trace.
+/// A way of a network's trace.
 enum class TraceWay : std::uint8_t { kThere, kBack };
 
-/// The traces of this program: each is read, or made, once and kept until the program ends, so that
-/// threads may use it without counting. A file that has changed is another trace. From any thread.
+/// Returns one way of a trace file. The program reads or makes each trace once and keeps it until
+/// its end, so that threads may use it without counting. A changed file is another trace. From any
+/// thread.
 Result<const LinkTrace*> KeepTrace(const std::filesystem::path& file, TraceWay way, double stretch);
-/// The same of a model's first two minutes at 1 kHz (trace_models.h), with seed 1. Errors: there is
-/// no model of that name.
+/// Does the same for a model's first two minutes at 1 kHz (trace_models.h), with seed 1. Errors: no
+/// model has that name.
 Result<const LinkTrace*> KeepModel(const std::string& name, TraceWay way, double stretch);
 
-/// What a plan's step or a case's network says of traces: `trace` (a file in `folder`) or `model`,
+/// The trace named by a plan's step or a case's network: `trace` (a file in `folder`) or `model`,
 /// `stretch`, `start_s`, `mix`.
 struct TraceChoice {
   const LinkTrace* there = nullptr;  // null: no trace is named
   const LinkTrace* back = nullptr;
   double start_s = 0;
-  bool mix = false;  // begins at a place that the seed tells
+  bool mix = false;  // begins at a place that depends on the seed
 
-  /// Where a run of that seed begins.
+  /// Returns where a run with that seed begins, s.
   double StartFor(std::uint64_t seed) const;
 };
 inline constexpr const char* kTraceKeys[] = {"trace", "model", "stretch", "start_s", "mix"};
 
-/// Faults are noted at the node.
+/// Reads these keys. Faults are noted at the node.
 TraceChoice ReadTraceKeys(const JsonNode& node, const std::filesystem::path& folder);
 
 }  // namespace tandem
