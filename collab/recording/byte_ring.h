@@ -11,9 +11,9 @@
 
 namespace tandem {
 
-/// Blocks of bytes from one thread to one other. A block is put together piece by piece and becomes
-/// visible whole, or not at all when there is no room. Neither side waits; nothing is allocated
-/// after construction.
+/// Passes blocks of bytes from one thread to one other. A block is composed piece by piece. It
+/// becomes visible whole, or not at all when there is no room. Neither side waits; nothing is
+/// allocated after construction.
 class ByteRing {
  public:
   /// `size`: a power of two.
@@ -21,8 +21,8 @@ class ByteRing {
     TANDEM_CHECK(size > 0 && (size & (size - 1)) == 0);
   }
 
-  /// The putting thread's: begins a block, adds to it, shows it with its length (32 bits) before
-  /// it. Commit() gives false when it did not fit; it is dropped whole then.
+  /// For the writing thread: begin a block, add to it, and show it with its length (32 bits) in
+  /// front. Commit() returns false when the block did not fit; then it is dropped whole.
   void Open() noexcept {
     const std::uint32_t length = 0;
     Put(&length, sizeof length);
@@ -44,13 +44,13 @@ class ByteRing {
     Abandon();
     return false;
   }
-  /// Drops the block that was begun.
+  /// Drops the block in progress.
   void Abandon() noexcept {
     put_ = committed_.load(std::memory_order_relaxed);
     full_ = false;
   }
 
-  /// Takes all that is visible, behind what `out` holds. The taking thread's.
+  /// For the reading thread: moves all visible blocks to the end of `out`.
   void TakeAll(std::vector<std::byte>& out) {
     const std::uint64_t end = committed_.load(std::memory_order_acquire);
     std::uint64_t from = taken_.load(std::memory_order_relaxed);

@@ -9,9 +9,9 @@
 
 namespace tandem {
 
-/// How what a FrameTap gets stands in a recording: field by field, little-endian, doubles as their
-/// bits. One function per type serves writing and reading: `code(x)` takes or gives a number.
-/// A frame is its parts, each after a byte that says which. Names of peers stand between frames.
+/// The inputs of a frame as they stand in a recording: field by field, little-endian, doubles as
+/// their bits. One function per type serves writing and reading: `code(x)` takes or gives a number.
+/// A frame is its parts, each after a byte that names it. Peers' names stand between frames.
 enum class FramePart : std::uint8_t {
   kBegin = 1,
   kMembership,
@@ -23,7 +23,7 @@ enum class FramePart : std::uint8_t {
   kEnd,
   kName  // stands alone, between frames: a peer's id, and its name in kNameBytes
 };
-inline constexpr std::size_t kNameBytes = 64;  // filled up with zeros
+inline constexpr std::size_t kNameBytes = 64;  // padded with zeros
 
 template <typename T, typename U>
 concept MaybeConst = std::same_as<std::remove_const_t<T>, U>;

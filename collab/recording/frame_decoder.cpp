@@ -12,15 +12,15 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-// What a peer takes in a frame: its queues hold no more (PeerInbox, Peer, PeerDirectory), and the
-// states that may wait are as many as a frame of the recorder's ring has room for.
+// A peer takes no more in a frame: its queues hold no more (PeerInbox, Peer, PeerDirectory), and
+// the waiting states are as many as fit into a frame of the recorder's ring.
 constexpr std::size_t kMostChanges = 256;
 constexpr std::size_t kMostEvents = 1024;
 constexpr std::size_t kMostCommands = 64;
 constexpr std::size_t kMostSamples = std::size_t{1} << 16U;
 constexpr std::int64_t kLatestNs = std::int64_t{1} << 61U;  // so that no sum of times overflows
 
-// As peers check one another's samples (collab/dds/wire.h).
+// The bounds by which peers check one another's samples (collab/dds/wire.h).
 constexpr double kFarthest = 1e3;
 constexpr double kFastest = 50;
 constexpr double kFastestTurn = 500;
@@ -29,7 +29,7 @@ constexpr double kStiffest = 1e6;
 constexpr double kMostEnergy = 1e9;
 constexpr double kUnitTolerance = 1e-3;
 
-// Takes numbers from a frame's bytes; beyond their end it gives zeros and says so.
+// Takes numbers from a frame's bytes. Past their end it gives zeros and becomes unsound.
 class Decoder {
  public:
   explicit Decoder(std::span<const char> bytes)
@@ -62,7 +62,7 @@ class Decoder {
 
 bool Within(const Vec3& v, double most) {
   for (const double x : v) {
-    if (!(std::abs(x) <= most)) return false;  // nor one that is no number
+    if (!(std::abs(x) <= most)) return false;  // nor NaN
   }
   return true;
 }
@@ -128,12 +128,12 @@ void TakePart(Decoder& decoder, FramePart part, RecordedFrame& frame) {
       return TakePart(decoder, kMostCommands, frame.commands);
     case FramePart::kDevice:
       CodeFields(decoder, frame.device);
-      // a hand is where it likes; what it says is finite
+      // a hand may be anywhere; its numbers are finite
       decoder.Expect(frame.device.X_WA.p.allFinite() &&
                      std::abs(frame.device.X_WA.q.norm() - 1.0) <= kUnitTolerance &&
                      frame.device.V_WA.v.allFinite() && frame.device.V_WA.w.allFinite());
       return;
-    default:  // begin and end stand once, where they belong; names stand alone
+    default:  // begin and end stand once, in their places; names stand alone
       decoder.Expect(false);
   }
 }

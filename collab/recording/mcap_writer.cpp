@@ -43,7 +43,7 @@ class Content {
     bytes_.insert(bytes_.end(), text.begin(), text.end());
     return *this;
   }
-  /// A list or a map: its length in bytes, then what `other` holds.
+  /// Adds a list or a map: its length in bytes, then the content of `other`.
   Content& List(const Content& other) {
     Number(static_cast<std::uint32_t>(other.bytes_.size()));
     return Raw(other.bytes_);
@@ -89,7 +89,7 @@ void McapWriter::Put(const Bytes& bytes) {
 
 std::uint16_t McapWriter::AddSchema(const std::string& name, const std::string& encoding,
                                     const std::string& text) {
-  const std::uint16_t id = ++schema_count_;  // 0 is nobody's
+  const std::uint16_t id = ++schema_count_;  // 0 is reserved
   const Bytes record =
       Record(Op::kSchema, Content().Number(id).Text(name).Text(encoding).Text(text));
   Append(schemas_, record);
@@ -181,7 +181,7 @@ Result<std::uint64_t> McapWriter::Close() {
                                   .Number(first_ns_)
                                   .Number(last_ns_)
                                   .List(counts));
-  crc_ = 0;  // of the summary, from here on
+  crc_ = 0;  // CRC of the summary, from here on
   const std::uint64_t summary = written_;
   Bytes offsets;
   const auto put_group = [&](Op op, const Bytes& records) {

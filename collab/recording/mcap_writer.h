@@ -17,11 +17,11 @@ namespace tandem {
 using Bytes = std::vector<unsigned char>;
 
 /// Writes an MCAP file (version 0 of its specification, mcap.dev/spec): schemas, channels and
-/// messages in uncompressed chunks with their indexes, a summary, and a CRC-32 over each part. It
-/// is there when it is whole.
+/// messages in uncompressed chunks with their indexes, a summary, and a CRC-32 over each part. The
+/// file appears when it is complete.
 class McapWriter {
  public:
-  /// `profile` and `library`: of the file's header.
+  /// `profile` and `library`: fields of the file's header.
   static Result<std::unique_ptr<McapWriter>> Create(const std::filesystem::path& file,
                                                     const std::string& profile,
                                                     const std::string& library);
@@ -32,10 +32,10 @@ class McapWriter {
   std::uint16_t AddChannel(std::uint16_t schema, const std::string& topic,
                            const std::string& message_encoding,
                            const std::map<std::string, std::string>& metadata);
-  /// In the order of `time_ns`.
+  /// Writes a message; called in the order of `time_ns`.
   void Write(std::uint16_t channel, std::uint64_t time_ns, std::span<const unsigned char> message);
 
-  /// Writes the rest. Gives the number of messages; the error names the file.
+  /// Writes the rest. Returns the number of messages; an error names the file.
   Result<std::uint64_t> Close();
 
  private:
@@ -43,7 +43,7 @@ class McapWriter {
     Bytes records;
     std::uint64_t first_ns = 0;
     std::uint64_t last_ns = 0;
-    // of each channel, its messages' times and places in `records`
+    // by channel: times of its messages, and their offsets in `records`
     std::map<std::uint16_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>> messages;
   };
 
@@ -53,7 +53,7 @@ class McapWriter {
 
   WholeFile file_;
   std::uint64_t written_ = 0;  // bytes
-  std::uint32_t crc_ = 0;      // of them
+  std::uint32_t crc_ = 0;      // CRC of the bytes written
   Chunk chunk_;
   Bytes schemas_;        // records, for the summary
   Bytes channels_;       // the same

@@ -10,9 +10,10 @@
 
 namespace tandem {
 
-/// A replayed recording as a poses file, which `tandem proximity --poses` reads: CSV with the
-/// columns t_s,moving,tx,ty,tz,ax,ay,az,angle_deg, a row for each moving body every ten frames. t_s
-/// counts from the first frame. The pose is that of the body's mesh file in the scene, in metres.
+/// Writes a replayed recording as a poses file, which `tandem proximity --poses` reads: CSV with
+/// the columns t_s,moving,tx,ty,tz,ax,ay,az,angle_deg, a row for each moving body every ten frames.
+/// t_s counts from the first frame. The pose is that of the body's mesh file in the scene, in
+/// metres.
 class PosesExport {
  public:
   static constexpr std::int64_t kEveryFrames = 10;
@@ -20,9 +21,9 @@ class PosesExport {
   static Result<std::unique_ptr<PosesExport>> Create(const std::filesystem::path& file,
                                                      const WorldModel& model);
 
-  /// A frame that `node` has just done again.
+  /// Adds a frame that `node` has just replayed.
   void Add(const RecordedFrame& frame, const PeerNode& node);
-  /// Ends the file. Gives the number of rows.
+  /// Ends the file. Returns the number of rows.
   Result<std::uint64_t> Close();
 
  private:

@@ -37,7 +37,7 @@ void Append(std::vector<std::byte>& out, const T& value) {
   out.insert(out.end(), bytes, bytes + sizeof value);
 }
 
-/// How many of the bytes the disk took; fewer than all: `fault` says why.
+/// Returns how many of the bytes the disk took; if not all, `fault` says why.
 std::size_t WriteAll(int descriptor, const std::byte* data, std::size_t size, int& fault) {
   std::size_t done = 0;
   while (done < size) {
@@ -56,19 +56,19 @@ std::string Reason(int fault) {
   return std::generic_category().message(fault);
 }
 
-/// A file that nobody else writes; else why not.
+/// Opens a file that no other program writes; the error says why it cannot.
 Result<int> OpenNew(const std::filesystem::path& file) {
   const Error exists{file.string() + " exists already: recordings are never overwritten"};
   int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (descriptor < 0 && errno == EEXIST) {
-    // an empty one, a pipe or a device may be there for us
+    // an empty file, a pipe or a device may be meant for us
     descriptor = open(file.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
   }
   if (descriptor < 0) return Error{file.string() + ": " + Reason(errno)};
   struct stat status {};
   const bool known = fstat(descriptor, &status) == 0;
   const bool regular = known && S_ISREG(status.st_mode);
-  // of two that begin together one gets the lock, and keeps it to its end
+  // one of two recorders that begin together gets the lock, and keeps it to its end
   if (regular && (flock(descriptor, LOCK_EX | LOCK_NB) != 0 || fstat(descriptor, &status) != 0 ||
                   status.st_size > 0)) {
     close(descriptor);
@@ -116,7 +116,7 @@ Result<std::uint64_t> Recorder::Close() {
   }
   stopping_.notify_one();
   if (thread_.joinable()) thread_.join();
-  // a disk that is full may say so only now
+  // a full disk may report it only here
   const bool synced = fsync(descriptor_) == 0 || errno == EINVAL || errno == EROFS;
   int fault = synced ? 0 : errno;
   if (close(std::exchange(descriptor_, -1)) != 0 && fault == 0) fault = errno;
@@ -182,7 +182,7 @@ void Recorder::WriteDown() {
     if (fault == 0) {
       bytes_ += written;
     } else {
-      // what is left of a frame is of no use, and its room may be
+      // a partial frame is useless, and its room may be needed
       bytes_ += whole == ends_.begin() ? 0 : *(whole - 1);
       if (ftruncate(descriptor_, static_cast<off_t>(bytes_)) != 0) errno = 0;
       fault_.store(fault);
@@ -265,7 +265,7 @@ void Recorder::End(std::uint64_t state_hash) noexcept {
   Encoder code(ring_);
   code(FramePart::kEnd);
   code(state_hash);
-  // once a frame is missing, all that follows is worthless
+  // once a frame is missing, all later ones are worthless
   if (ended_.load(std::memory_order_relaxed)) {
     ring_.Abandon();
   } else if (!ring_.Commit()) {

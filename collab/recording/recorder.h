@@ -21,14 +21,14 @@ namespace tandem {
 inline constexpr std::string_view kRecordingMagic = "tandem-recording 2\n";
 inline constexpr std::string_view kFirstRecordingMagic = "tandem-recording 1\n";
 
-/// Keeps every input of every frame in a file: what a crash of this program costs are the last 100
-/// ms. The haptic thread puts frames into a ring, a thread of the recorder's own writes them down.
-/// Where that cannot keep up, the recording ends with the last whole frame, for what follows could
-/// not be repeated.
+/// Records every input of every frame in a file; a crash of the program loses at most the last 100
+/// ms. The haptic thread puts frames into a ring, and the recorder's own thread writes them. If
+/// that cannot keep up, the recording ends with the last whole frame, for later frames could not be
+/// repeated.
 class Recorder final : public FrameTap {
  public:
-  /// Makes a new file, for its owner alone. What has bytes in it, or is being recorded into, is
-  /// refused: recordings are never overwritten.
+  /// Makes a new file, readable by its owner alone. Refuses a file that has bytes in it or is being
+  /// recorded into: recordings are never overwritten.
   static Result<std::unique_ptr<Recorder>> Create(const std::filesystem::path& file,
                                                   const RecordingHeader& header);
   ~Recorder() override;
@@ -44,21 +44,23 @@ class Recorder final : public FrameTap {
   void Felt(const Anchor& device) noexcept override;
   void End(std::uint64_t state_hash) noexcept override;
 
-  /// How a peer is called, for those who read the recording. By another thread than the haptic one.
+  /// Notes a peer's name for readers of the recording. Called by another thread than the haptic
+  /// one.
   void Named(PeerId peer, const std::string& name);
 
-  /// That the recording has ended before its peer, and why, once; else empty. By another thread
-  /// than the haptic one.
+  /// Returns once that the recording has ended before its peer, and why; otherwise empty. Called by
+  /// another thread than the haptic one.
   std::string News();
 
-  /// Writes the rest down, after the last frame, and waits until the disk has it; how many frames
-  /// are in the file. Errors: the disk was full or too slow, from that frame on nothing was kept.
+  /// Writes the rest after the last frame, and waits until the disk has it; returns the number of
+  /// frames in the file. Errors: the disk was full or too slow, and nothing was kept from that
+  /// frame on.
   Result<std::uint64_t> Close();
-  /// The same, and removes the file.
+  /// Closes likewise, and removes the file.
   void Discard();
 
  private:
-  // Peers of invented ids and names may come without end: what is beyond stays nameless.
+  // Peers with invented ids and names may come without end: further ones stay nameless.
   static constexpr std::size_t kMostNames = 4096;
   static constexpr int kMostNamesOfOne = 16;
   struct Names {
@@ -66,11 +68,11 @@ class Recorder final : public FrameTap {
     int count = 0;
   };
 
-  /// `bytes`: that are in the file.
+  /// `bytes`: size of the file so far.
   Recorder(std::filesystem::path file, int descriptor, std::uint64_t bytes);
   void Run();
   void WriteDown();
-  /// Appends the frames that the ring holds to out_, and where each ends in it to ends_.
+  /// Appends the ring's frames to out_, and the end of each to ends_.
   void TakeFrames();
   void TakeNames();
   std::string WhyEnded() const;
@@ -81,19 +83,19 @@ class Recorder final : public FrameTap {
   int descriptor_;
   ByteRing ring_{std::size_t{1} << 24U};
   std::atomic<bool> ended_{false};    // a frame did not fit
-  std::atomic<bool> drained_{false};  // and those before it are written
+  std::atomic<bool> drained_{false};  // and the frames before it are written
   std::mutex mutex_;
   std::condition_variable stopping_;
   bool stop_ = false;
-  std::map<PeerId, Names> names_;                        // as they were given; by mutex_
-  std::vector<std::pair<PeerId, std::string>> unnoted_;  // of them, those to be written down
-  std::vector<std::byte> taken_;                         // the writing thread's
+  std::map<PeerId, Names> names_;                        // as given; guarded by mutex_
+  std::vector<std::pair<PeerId, std::string>> unnoted_;  // names still to be written
+  std::vector<std::byte> taken_;                         // buffer of the writing thread
   std::vector<std::byte> out_;
-  std::vector<std::size_t> ends_;         // of the frames in out_
-  std::uint64_t bytes_ = 0;               // in the file, all of them of whole frames
+  std::vector<std::size_t> ends_;         // ends of the frames in out_
+  std::uint64_t bytes_ = 0;               // in the file, all in whole frames
   std::atomic<std::uint64_t> frames_{0};  // in the file
   std::atomic<int> fault_{0};             // errno: the disk took no more
-  bool told_ = false;                     // News() has
+  bool told_ = false;                     // News() has reported it
   std::thread thread_;
 };
 

@@ -21,11 +21,11 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::uint32_t kMaxHeader = 1U << 20U;
-constexpr std::uint32_t kMaxFrame = 1U << 24U;  // the recorder's ring: no frame is longer
+constexpr std::uint32_t kMaxFrame = 1U << 24U;  // size of the recorder's ring: no frame is longer
 constexpr std::size_t kBlock = 1U << 18U;
 constexpr std::size_t kLongestName = 256;   // bytes
 constexpr std::size_t kLongestPath = 4096;  // bytes
-constexpr double kFarthestGrasp = 1e3;      // m, as peers believe one another
+constexpr double kFarthestGrasp = 1e3;      // m; the bound for samples of peers
 
 static_assert(std::endian::native == std::endian::little);
 
@@ -35,7 +35,7 @@ ordered_json LimitsOf(const CouplingLimits& limits) {
   return json;
 }
 
-/// A gain that a device bears, by its name in the header.
+/// A gain that a device bears, under its name in the header.
 struct BorneGain {
   const char* name;
   double DeviceCapabilities::*value;
@@ -47,7 +47,7 @@ constexpr std::array<BorneGain, 4> kBorneGains{
      {"rotation_damping", &DeviceCapabilities::rotation_damping}}};
 
 constexpr std::size_t kFrameHead = 8;  // length and CRC
-// kBegin and kEnd with what they bring
+// kBegin and kEnd with their fields
 constexpr std::size_t kLeastFrame = 1 + 16 + 1 + 8;
 
 template <typename T>
@@ -57,8 +57,7 @@ T At(const char* bytes) {
   return value;
 }
 
-/// Whether a frame as we write it begins here; as many bytes as were summed up are taken from
-/// `budget`.
+/// Returns whether a whole frame begins here. Takes the number of summed bytes from `budget`.
 bool IsFrame(const char* bytes, std::size_t size, std::size_t& budget) {
   if (size < kFrameHead + kLeastFrame) return false;
   const auto length = At<std::uint32_t>(bytes);
@@ -140,7 +139,7 @@ RecordingHeader HeaderIn(const JsonNode& root) {
   header.law = root["law"].PlainText(kNameBytes);
   const JsonNode limits = root["law_limits"];
   for (const LimitName& limit : kLimitNames) {
-    // a recording of before a limit has none of it
+    // a recording older than a limit lacks it
     if (limits.Has(limit.name)) header.limits.*limit.value = limits[limit.name].NumberFrom(0);
   }
   header.peer = PeerIn(root);
@@ -187,7 +186,7 @@ std::string AsText(const RecordingHeader& header) {
                           {"wait_for", header.peer.wait_for},
                           {"capacity", header.peer.capacity},
                           {"look_price", header.peer.look_price}};
-  // a device that bears all has none of these
+  // a device that bears every gain has none of these
   for (const BorneGain& gain : kBorneGains) {
     const double most = header.device.*gain.value;
     if (std::isfinite(most)) json["device"][gain.name] = most;
@@ -255,8 +254,8 @@ std::nullopt_t RecordingReader::Stop(Fault fault) {
   return std::nullopt;
 }
 
-// A frame's length may be what is damaged: then the file only seems to end within the frame. What
-// is left is shorter than a frame may be. A file made to be summed up for hours is damaged.
+// A damaged length makes the file seem to end within the frame, so the rest, shorter than the
+// longest frame, is searched for a whole one. A file made to be summed for hours counts as damaged.
 bool RecordingReader::GoesOn() {
   constexpr std::size_t kMostSummed = 4 * std::size_t{kMaxFrame};
   std::size_t budget = kMostSummed;

@@ -122,7 +122,7 @@ RecordingExport::RecordingExport(std::unique_ptr<McapWriter> writer, const World
   for (const auto& [peer, called] : names) {
     std::string name = ForTopic(called);
     if (name.empty()) continue;
-    // two of one name are told apart by their ids
+    // peers with the same name are told apart by their ids
     if (std::ranges::count(taken, name) > 0) name.append("_").append(IdOf(peer));
     taken.push_back(name);
     peers_[peer] = name;
@@ -138,7 +138,7 @@ std::uint16_t RecordingExport::Channel(const std::string& topic, std::uint16_t s
   constexpr std::size_t kMostChannels = 4096;
   const auto it = channels_.find(topic);
   if (it != channels_.end()) return it->second;
-  // a recording made to have more has them in one
+  // a recording made to exceed this has the rest in one channel for each schema
   if (channels_.size() == kMostChannels) return Channel("/more/" + std::to_string(schema), schema);
   if (channels_.size() > kMostChannels + 16) return 0;
   const std::uint16_t channel =

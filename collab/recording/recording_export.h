@@ -11,28 +11,28 @@
 
 namespace tandem {
 
-/// A replayed recording for other programs: an MCAP file (decision 0024) of ROS 2's common
-/// messages, one of each channel a frame. Lengths in m, forces in N, moments in N m, all in the
-/// world's frame; times are the recording machine's monotonic clock. PEER is a peer's name, or its
-/// id in hexadecimal where the recording does not have it.
+/// Writes a replayed recording for other programs, as an MCAP file (decision 0024) with ROS 2's
+/// common messages, one in each channel for each frame. Lengths in m, forces in N, moments in N m,
+/// all in the world's frame; times are the recording machine's monotonic clock. PEER is a peer's
+/// name, or its id in hexadecimal if the recording lacks the name.
 ///
 ///   /bodies/NAME/pose, /twist     each moving body as this peer saw it; origin: centre of mass
 ///   /hand/pose                    the device
 ///   /hand/wrench                  its coupling on the body in hand, about the body's origin
-///   /contact/wrench               of all contact on the body in hand, as applied
+///   /contact/wrench               all contact on the body in hand, as applied
 ///   /links/PEER/wrench            the coupling to another's instance, on the body in hand
 ///   /links/PEER/stiffness, /delay N/m; half the loop age, s
-///   /peers/PEER/NAME/pose         as it was heard of the others
-///   /events                       comings and goings, what peers asked and answered, in words
+///   /peers/PEER/NAME/pose         poses received from other peers
+///   /events                       comings and goings, requests and answers of peers, in words
 class RecordingExport {
  public:
   static Result<std::unique_ptr<RecordingExport>> Create(
       const std::filesystem::path& file, const RecordingHeader& header, const WorldModel& model,
       const std::map<PeerId, std::string>& names = {});
 
-  /// A frame that `node` has just done again.
+  /// Adds a frame that `node` has just replayed.
   void Add(const RecordedFrame& frame, PeerNode& node);
-  /// Ends the file. Gives the number of messages.
+  /// Ends the file. Returns the number of messages.
   Result<std::uint64_t> Close() { return writer_->Close(); }
 
  private:
@@ -53,8 +53,8 @@ class RecordingExport {
   std::uint16_t number_ = 0;
   std::uint16_t text_ = 0;
   std::map<std::string, std::uint16_t> channels_;  // by topic
-  std::map<PeerId, std::string> peers_;            // their names, as topics have them
-  std::vector<std::string> names_;                 // of the scene's bodies, as topics have them
+  std::map<PeerId, std::string> peers_;            // names of peers in topics
+  std::vector<std::string> names_;                 // names of the scene's bodies in topics
 };
 
 }  // namespace tandem

@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-/// Gives what the hand did, feels nothing.
+/// Gives the recorded motion of the hand, and takes no force.
 class Replay::Device final : public tandem::Device {
  public:
   void Start() noexcept override {}
@@ -23,7 +23,7 @@ class Replay::Device final : public tandem::Device {
   double scale = 1;
 };
 
-/// Keeps what the frame ended in.
+/// Keeps the state hash of the frame.
 class Replay::Tap final : public FrameTap {
  public:
   void Begin(std::int64_t, double) noexcept override {}
@@ -70,7 +70,7 @@ Result<std::unique_ptr<Replay>> Replay::Create(const RecordingHeader& header,
 }
 
 std::uint64_t Replay::Run(const RecordedFrame& frame) {
-  // the queues are drained in each frame, so all that was taken from them in one goes into them
+  // each frame drains the queues, so all messages of a recorded frame go into them
   PeerInbox& inbox = node_->inbox();
   for (const MembershipChange& change : frame.changes) {
     TANDEM_CHECK(inbox.membership().TryPush(change));
@@ -79,7 +79,7 @@ std::uint64_t Replay::Run(const RecordedFrame& frame) {
   for (const Command& command : frame.commands) {
     TANDEM_CHECK(node_->peer().commands().TryPush(command));
   }
-  // a peer that stood still, or whose network held much back, takes more at once than this one may
+  // a peer that stood still, or whose network held samples back, may have taken more at once
   inbox.states().Reserve(frame.states.size());
   inbox.links().Reserve(frame.links.size());
   for (const ObjectState& state : frame.states) {

@@ -14,8 +14,8 @@ const std::string kTime = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanos
 const std::string kVector3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
 const std::string kRule = std::string(80, '=') + "\n";
 
-/// Common Data Representation (OMG): numbers at multiples of their size, counted from behind the
-/// four bytes that say so.
+/// Common Data Representation (OMG): numbers at multiples of their size, counted after the four
+/// bytes of its header.
 class Cdr {
  public:
   template <typename T>
